@@ -1,0 +1,155 @@
+// Reading scenes, meshes and photos; writing NumPy arrays, page images, OBJ and glTF.
+// Every reader throws InputError (file, place, expectation); every writer throws OutputError and leaves
+// either the complete file or nothing under the final name.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/error.h"
+#include "io/scene.h"
+
+namespace gpvc {
+
+/// Called by long stages with units done and their total, from any one thread at a time. May throw Cancelled,
+/// which the stage lets through after leaving nothing half-written.
+using Progress = std::function<void(std::size_t done, std::size_t total)>;
+
+// --- in
+// ---------------------------------------------------------------------------------------------------------
+
+/// PLY (ascii, binary little and big endian, float or double, any extra properties) or OBJ, by content, not
+/// by extension. Polygons of more than three vertices are split as a fan. Throws InputError on NaN or
+/// infinite coordinates, on indices out of range, on a truncated file, and on a mesh without faces. O(file
+/// size).
+Mesh read_mesh(const std::filesystem::path& file);
+
+struct SceneOptions {
+  /// Where the photos lie; default: `images` beside the model (or one level further up).
+  std::optional<std::filesystem::path> images_dir;
+  /// Photos are reduced by this factor (box average) and cameras with them; >= 1.
+  int downscale = 1;
+};
+
+/// A COLMAP model: a folder with cameras, images (and points3D, ignored) as .bin or .txt, .bin first, as
+/// COLMAP itself looks. COLMAP's pixel convention is ours (first centre at 0.5, 0.5). Checks that every photo
+/// exists and that its header has the camera's size, without decoding it; the error names every missing photo
+/// up to a handful.
+Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);
+
+/// 8 bits a channel, row-major from the top-left, interleaved.
+struct Image {
+  int width = 0, height = 0, channels = 3;
+  std::vector<std::uint8_t> pixels;  ///< width * height * channels
+
+  const std::uint8_t* at(int x, int y) const {
+    return pixels.data() +
+           (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
+               static_cast<std::size_t>(channels);
+  }
+  std::uint8_t* at(int x, int y) {
+    return const_cast<std::uint8_t*>(static_cast<const Image*>(this)->at(x, y));
+  }
+};
+
+/// Decodes a photo to 3 channels of 8 bits: grey is repeated, alpha dropped, deeper samples scaled with
+/// rounding. EXIF orientation is not applied (cameras are calibrated on the stored pixels). A truncated file
+/// is an error.
+Image read_image(const std::filesystem::path& file);
+
+/// Decoded photos of a scene under a byte limit, least recently used out first. Thread-safe; a photo asked
+/// for by two threads is decoded once. Photos come at their view's camera size.
+class PhotoCache {
+ public:
+  PhotoCache(const Scene& scene, const SceneOptions& options, std::size_t limit_bytes);
+  ~PhotoCache();
+  PhotoCache(const PhotoCache&) = delete;
+  PhotoCache& operator=(const PhotoCache&) = delete;
+  /// Throws InputError when the photo cannot be decoded whole.
+  std::shared_ptr<const Image> photo(ViewId view);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// --- out
+// --------------------------------------------------------------------------------------------------------
+
+/// Writes to `final_name` + a temporary suffix in the same folder; commit() flushes to disk, checks and
+/// renames. Without commit() the temporary file is removed. write() and commit() throw OutputError (disk
+/// full, no permission).
+class OutputFile {
+ public:
+  explicit OutputFile(std::filesystem::path final_name);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  void write(const void* data, std::size_t bytes);
+  void write(const std::string& text) { write(text.data(), text.size()); }
+  void commit();
+
+ private:
+  std::filesystem::path final_name_, temporary_;
+  std::FILE* file_ = nullptr;
+};
+
+/// NumPy .npy, version 1.0, little endian, C order. The product of `shape` must equal values.size().
+void write_npy(const std::filesystem::path& file, std::span<const std::uint8_t> values,
+               std::span<const std::size_t> shape);
+void write_npy(const std::filesystem::path& file, std::span<const std::int32_t> values,
+               std::span<const std::size_t> shape);
+void write_npy(const std::filesystem::path& file, std::span<const std::uint32_t> values,
+               std::span<const std::size_t> shape);
+
+enum class ImageFormat { png, jpg };
+
+/// `quality` 1..100 applies to jpg (chroma is not subsampled).
+void write_image(const std::filesystem::path& file, const Image& image, ImageFormat format, int quality);
+
+/// Texture coordinates in page units: (0,0) top-left corner of the page, (1,1) bottom-right; glTF's
+/// convention.
+struct TexCoord {
+  float u = 0, v = 0;
+};
+
+/// A textured mesh in the input's face order. Borrowed, except what the atlas made.
+struct TexturedModel {
+  const Mesh* mesh = nullptr;
+  std::vector<TexCoord> texcoords;
+  std::vector<Triangle> face_texcoords;  ///< per face, indices into texcoords
+  std::vector<std::uint32_t> face_page;  ///< per face, index into page files
+};
+
+/// Pages that an OBJ or GLB refers to.
+struct PageFile {
+  std::filesystem::path file;  ///< complete image file on disk
+  ImageFormat format = ImageFormat::png;
+};
+
+enum class UpAxis { pos_x, neg_x, pos_y, neg_y, pos_z, neg_z };
+
+struct ModelOptions {
+  WorldPoint offset;  ///< subtracted from every position (in double) before printing or rounding to float
+  UpAxis up = UpAxis::pos_y;  ///< world axis that points up; becomes the root node's rotation in glTF (+y up)
+};
+
+/// `NAME.obj` with NAME.mtl beside it: positions in the input's order, faces in the input's order, usemtl
+/// where the page changes; coordinates less the offset are printed so that they read back exactly. v runs
+/// upwards in OBJ.
+void write_obj(const std::filesystem::path& obj_file, const TexturedModel& model,
+               std::span<const PageFile> pages, const ModelOptions& options);
+
+/// A self-contained GLB: KHR_materials_unlit, one primitive a page, 32-bit indices, offset in the root node's
+/// extras. Returns the input face of every GLB triangle, in the GLB's order.
+std::vector<FaceId> write_glb(const std::filesystem::path& glb_file, const TexturedModel& model,
+                              std::span<const PageFile> pages, const ModelOptions& options);
+
+}  // namespace gpvc

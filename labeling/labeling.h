@@ -1,0 +1,113 @@
+// One view per face: data costs from one pass over each view's IVM, Potts smoothness on the face adjacency
+// graph, alpha expansion (Boykov, Veksler, Zabih 2001) with max-flow by Boykov and Kolmogorov (2004) from
+// Boost.Graph.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "io/io.h"
+#include "io/scene.h"
+#include "visibility/visibility.h"
+
+namespace gpvc {
+
+// --- adjacency
+// --------------------------------------------------------------------------------------------------
+
+/// Pairs of faces that share an edge (two vertex indices), each pair once, lower face first, in ascending
+/// order. An edge with k > 2 faces (non-manifold) joins each consecutive pair in face order, so degree stays
+/// linear.
+struct FaceGraph {
+  std::vector<std::array<std::uint32_t, 2>> edges;
+};
+
+/// O(faces log faces), deterministic for any number of threads.
+FaceGraph face_graph(const Mesh& mesh);
+
+// --- data costs
+// -------------------------------------------------------------------------------------------------
+
+/// Candidate views of every face with their costs, compressed by face; views ascend within a face. Never
+/// dense.
+struct CostTable {
+  std::vector<std::size_t> first;    ///< faces + 1 offsets into views and costs
+  std::vector<std::uint32_t> views;  ///< index(ViewId)
+  std::vector<float> costs;          ///< >= 0, finite; 0 best
+  std::size_t faces() const { return first.empty() ? 0 : first.size() - 1; }
+};
+
+enum class DataTerm { area, gmi, gmi_angle };
+enum class Outliers { none, damp, clamp };
+
+struct CostOptions {
+  DataTerm term = DataTerm::gmi;
+  Outliers outliers = Outliers::clamp;
+  /// Width of the strip along depth discontinuities of the IVM in which candidates cost more (photos and mesh
+  /// disagree there by a few pixels); 0 = off.
+  int margin_px = 3;
+};
+
+enum class FaceTag : std::uint8_t { seen = 0, partial = 1, filled = 2 };
+
+struct Candidates {
+  CostTable table;
+  std::vector<FaceTag> tags;  ///< per face: has a full candidate / only partial ones / none
+  std::size_t full = 0, partial = 0, rejected = 0;  ///< candidates kept, and dropped as outliers
+};
+
+/// Collects per-view statistics (pixel area, gradient magnitude, mean colour) for the faces a view sees,
+/// sparse.
+class CandidateCollector {
+ public:
+  CandidateCollector(const Mesh& mesh, const CostOptions& options);
+  ~CandidateCollector();
+  CandidateCollector(const CandidateCollector&) = delete;
+  CandidateCollector& operator=(const CandidateCollector&) = delete;
+  /// O(faces + pixels), TBB inside. Views may come in any order; the result does not depend on it.
+  void add_view(ViewId id, const View& view, const Image& photo, const ViewVisibility& visibility);
+  /// A face with a full candidate takes only those, unless outliers reject them all; a face without takes its
+  /// partial views, at a cost that grows with the hidden share.
+  Candidates finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// --- selection
+// --------------------------------------------------------------------------------------------------
+
+struct SolverOptions {
+  double smoothness = 1.0;  ///< Potts penalty of a pair with different views
+  int max_sweeps = 20;      ///< over all labels; stops earlier at the fixpoint
+};
+
+struct SweepReport {
+  int sweep = 0;
+  double energy = 0;
+  double seconds = 0;
+};
+
+struct Selection {
+  std::vector<ViewId> labels;  ///< per face; kNoView where the table has no candidate
+  double energy = 0;           ///< sum of chosen costs + smoothness * differing pairs (both with candidates)
+  std::size_t differing_pairs = 0;
+  std::size_t patches = 0;  ///< connected components of equal label
+  std::vector<SweepReport> sweeps;
+};
+
+/// Minimizes the energy by alpha expansion. Deterministic for any number of threads; energy never rises.
+Selection select_views(const CostTable& table, const FaceGraph& graph, const SolverOptions& options,
+                       const Progress& progress);
+
+/// Energy, differing pairs and patches of given labels (for tests, comparisons and `gpvc label`).
+double labeling_energy(const CostTable& table, const FaceGraph& graph, std::span<const ViewId> labels,
+                       double smoothness);
+
+}  // namespace gpvc

@@ -1,0 +1,174 @@
+// Which faces of a mesh a view sees: GPVC (Huang, Zhu, Jiang 2018) on OpenGL through EGL, no window, no bias.
+//
+// Words of the paper, used throughout:
+//   IVM     initial visibility map: per pixel the index of the face drawn there (section 2.1)
+//   LEF     linear edge function (formula 6); TLR: top-left rule (figure 10)
+//   LPCC    lazy-projection coverage correction (algorithm 1)
+//   HIVERS  hierarchical iterative vertex-edge-region sampling (algorithm 2); VES: vertices and edges only
+//   APC     asymmetric projection configuration: reversed depth, near plane at zero (formula 5)
+// Deviation from formula 12: clip coordinates keep w = z, so the rasterizer clips at the camera plane.
+//
+// Samples of a face in a view: the pixels whose centres lie in its projection (TLR for centres exactly on an
+// edge), taken on the unbounded pixel grid after clipping at z > 0. When there is none, and sub-pixel
+// resolution is on: the centroid and the midpoints from the centroid to the three vertices. A pixel is in the
+// image when it lies on the W x H grid and its centre, distorted, lies in the photo.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "io/io.h"
+#include "io/scene.h"
+
+namespace gpvc {
+
+/// An OpenGL or EGL call that failed: call, code, stage, driver log.
+class GpuError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// --- device
+// -----------------------------------------------------------------------------------------------------
+
+struct DeviceInfo {
+  int index = 0;          ///< what --device takes
+  std::string renderer;   ///< GL_RENDERER
+  std::string driver;     ///< GL_VERSION
+  bool software = false;  ///< a CPU rasterizer (llvmpipe)
+};
+
+/// Every EGL device on which an OpenGL 4.5 core context can be made, hardware first. Never throws for "none":
+/// empty.
+std::vector<DeviceInfo> list_devices();
+
+/// An OpenGL 4.5 core context without a surface, current on the thread that made it. Movable between no
+/// threads.
+class GraphicsDevice {
+ public:
+  /// `device` < 0: the first of list_devices(). Throws GpuError, with a sentence for each EGL step that can
+  /// fail.
+  explicit GraphicsDevice(int device = -1);
+  ~GraphicsDevice();
+  GraphicsDevice(const GraphicsDevice&) = delete;
+  GraphicsDevice& operator=(const GraphicsDevice&) = delete;
+  const DeviceInfo& info() const;
+
+ private:
+  struct Context;
+  std::unique_ptr<Context> context_;
+};
+
+// --- visibility
+// -------------------------------------------------------------------------------------------------
+
+enum class FaceClass : std::uint8_t {
+  hidden = 0,   ///< back-facing, or no in-image sample sees the face
+  partial = 1,  ///< everything else
+  full = 2,  ///< front-facing, all vertices in front of the camera and in [0,W] x [0,H], every sample sees it
+  unresolved = 3,  ///< no pixel centre in the projection, and sub-pixel resolution is off
+};
+
+enum class Sampling { hivers, ves, dense };
+enum class CoverageCorrection { off, paper, exact };
+enum class Classifier { automatic, cpu, gpu };
+
+struct VisibilityOptions {
+  Sampling sampling = Sampling::hivers;
+  CoverageCorrection correction = CoverageCorrection::paper;
+  Classifier classifier = Classifier::automatic;
+  bool subpixel = true;
+};
+
+/// The item buffer of one view. Row-major from the top-left; kNoFace where nothing (or no photo) is.
+struct Ivm {
+  int width = 0, height = 0;
+  std::vector<FaceId> faces;
+  FaceId at(int x, int y) const {
+    return faces[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  }
+};
+
+/// Where a partially visible face is seen: one bit a pixel over its box of in-image samples.
+struct FaceCoverage {
+  FaceId face{};
+  ViewId view{};
+  std::int32_t x0 = 0, y0 = 0;         ///< first pixel of the box
+  std::int32_t width = 0, height = 0;  ///< of the box, in pixels
+  std::uint32_t visible = 0;           ///< samples that see the face
+  float visible_share = 0;     ///< of all its samples, those outside the image counted as hidden; (0, 1)
+  std::size_t first_word = 0;  ///< of its bits in CoverageTable::words; bit y * width + x
+};
+
+/// Faces of class partial, in face order within a view.
+struct CoverageTable {
+  std::vector<FaceCoverage> entries;
+  std::vector<std::uint64_t> words;
+  bool sees(const FaceCoverage& entry, int x, int y) const {
+    const std::int64_t column = std::int64_t{x} - entry.x0, row = std::int64_t{y} - entry.y0;
+    if (column < 0 || row < 0 || column >= entry.width || row >= entry.height) return false;
+    const std::size_t bit = static_cast<std::size_t>(row * entry.width + column);
+    return (words[entry.first_word + bit / 64] >> (bit % 64)) & 1u;
+  }
+};
+
+struct VisibilityStatistics {
+  std::size_t processed_faces =
+      0;                    ///< faces classified by sampling (recorded by the fragment shader, paper table 9)
+  std::size_t samples = 0;  ///< IVM look-ups made (paper: sampling count)
+  std::size_t corrected_samples = 0;  ///< samples whose stored owner LPCC overruled
+  std::size_t full = 0, partial = 0;
+  double render_s = 0;    ///< IVM
+  double transfer_s = 0;  ///< upload and readback
+  double classify_s = 0;
+};
+
+struct ViewVisibility {
+  Ivm ivm;  ///< as rendered, pixels outside the photo cleared; never corrected in place
+  std::vector<FaceClass> classes;  ///< per face
+  CoverageTable coverage;          ///< of the partial faces
+  VisibilityStatistics statistics;
+};
+
+/// Visibility of one mesh, view after view. Holds the mesh on the device. Must be used on the device's
+/// thread; uses all TBB threads inside. The result does not depend on the number of threads or on the
+/// classifier.
+class VisibilityStage {
+ public:
+  /// Borrows both. Throws GpuError when the device cannot hold the mesh.
+  VisibilityStage(GraphicsDevice& device, const Mesh& mesh, const VisibilityOptions& options);
+  ~VisibilityStage();
+  VisibilityStage(const VisibilityStage&) = delete;
+  VisibilityStage& operator=(const VisibilityStage&) = delete;
+  /// O(faces + pixels). `view` is stamped into the coverage entries. Images above the GL viewport limit are
+  /// tiled.
+  ViewVisibility classify(const View& view, ViewId id);
+  /// "gpu" or "cpu": what Classifier::automatic chose, and why, for the log.
+  std::string classifier_note() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// --- a picture of a textured model
+// ------------------------------------------------------------------------------
+
+struct RenderResult {
+  Image image;                         ///< RGB
+  std::vector<std::uint8_t> textured;  ///< per pixel: 255 where the model covers it, else 0
+};
+
+/// Draws a textured model from a camera: bilinear lookup of level 0 when `mipmaps` is false (as virtual
+/// rephotography scores it), trilinear when true; back faces culled when `cull` is true. `background` is RGB.
+/// Page images are RGB and become textures (reduced when above the device's limit). Undistorted pinhole
+/// camera.
+RenderResult render_model(GraphicsDevice& device, const TexturedModel& model, const std::vector<Image>& pages,
+                          const Camera& camera, const Pose& pose, bool mipmaps, bool cull,
+                          std::array<std::uint8_t, 3> background);
+
+}  // namespace gpvc
