@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# run.sh [--sanitize] [CTEST ARGUMENTS]: installs what is missing, builds, runs every test through CTest.
+#   --sanitize   Debug build under the address and undefined behaviour sanitizers, into build/sanitize
+# Tests of OpenGL run on whatever EGL device there is (Mesa's llvmpipe without a GPU); here they must run, not skip.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+build=$root/build/release
+options=(-DCMAKE_BUILD_TYPE=Release -DGPVC_SANITIZE=OFF)
+if [ "${1:-}" = --sanitize ]; then
+  shift
+  build=$root/build/sanitize
+  options=(-DCMAKE_BUILD_TYPE=Debug -DGPVC_SANITIZE=ON "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
+fi
+
+"$root/app/install_packages.sh" test
+
+# Khronos' glTF validator comes from the npm registry; everything else from Debian.
+node_modules=$root/build/node/node_modules
+if [ ! -d "$node_modules/gltf-validator" ]; then
+  mkdir -p "$root/build/node"
+  npm install --silent --no-audit --no-fund --prefix "$root/build/node" gltf-validator@2.0.0-dev.3.10
+fi
+
+cmake -S "$root" -B "$build" -G Ninja "${options[@]}" -DGPVC_TESTS=ON "-DGPVC_NODE_MODULES=$node_modules" >/dev/null
+cmake --build "$build"
+
+# Drivers keep memory until exit: leaks are looked for by running under valgrind by hand, not here.
+export ASAN_OPTIONS=detect_leaks=0:strict_string_checks=1 UBSAN_OPTIONS=print_stacktrace=1
+export GPVC_REQUIRE_GL=1
+cd "$build"
+exec ctest --output-on-failure --no-tests=error --parallel "$(nproc)" "$@"
