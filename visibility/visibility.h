@@ -57,6 +57,8 @@ class GraphicsDevice {
   GraphicsDevice(const GraphicsDevice&) = delete;
   GraphicsDevice& operator=(const GraphicsDevice&) = delete;
   const DeviceInfo& info() const;
+  /// Makes the context current again after another one was. Throws GpuError on any thread but its own.
+  void make_current() const;
 
  private:
   struct Context;

@@ -1,0 +1,1 @@
+gpvc_test(device_gl_test gpvc_visibility)
