@@ -152,4 +152,19 @@ void write_obj(const std::filesystem::path& obj_file, const TexturedModel& model
 std::vector<FaceId> write_glb(const std::filesystem::path& glb_file, const TexturedModel& model,
                               std::span<const PageFile> pages, const ModelOptions& options);
 
+/// A textured model from a file: ours or another program's.
+struct LoadedModel {
+  Mesh mesh;            ///< coordinates as they stand in the file
+  TexturedModel model;  ///< model.mesh is null: set it to &mesh where the value has come to rest
+  std::vector<Image> pages;
+  WorldPoint offset;  ///< to be added to positions: `offset.txt` beside an OBJ, a GLB root node's extras; else 0
+};
+
+/// face_page of a face without texture.
+inline constexpr std::uint32_t kNoPage = 0xFFFFFFFFu;
+
+/// OBJ + MTL (map_Kd, any writer's) or GLB (triangles with a baseColorTexture; rotations of nodes are not applied: our
+/// writer's root rotation only says which way is up). Faces without a texture get kNoPage. Throws InputError.
+LoadedModel read_textured_model(const std::filesystem::path& file);
+
 }  // namespace gpvc

@@ -1,0 +1,40 @@
+// `gpvc evaluate`: how well a textured model, ours or another program's, reproduces photos.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/rephotography.h"
+#include "io/io.h"
+#include "visibility/visibility.h"
+
+namespace gpvc {
+
+struct EvaluateOptions {
+  std::filesystem::path model;                ///< OBJ or GLB
+  std::optional<std::filesystem::path> mesh;  ///< what should be textured; default: the model's own faces
+  std::optional<std::filesystem::path> out;  ///< folder for photo | render | error pictures and evaluate.json
+  int reduction = 4;                         ///< photos and renders are compared at 1/reduction of their size
+};
+
+struct ViewScore {
+  std::string view;
+  RephotographyScore score;
+};
+
+struct Evaluation {
+  std::vector<ViewScore> views;
+  RephotographyScore mean;
+};
+
+/// Renders every view of `scene` from the model and compares it with its photo. Views of which nothing can be
+/// compared are listed and left out of the mean.
+Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache& photos,
+                          const EvaluateOptions& options, const Progress& progress);
+
+/// A table for people, one line a view and the mean.
+std::string evaluation_table(const Evaluation& evaluation);
+
+}  // namespace gpvc

@@ -1,0 +1,39 @@
+// Virtual rephotography (Waechter et al. 2017): how close renders of a textured model come to photos of the
+// same place.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "io/io.h"
+
+namespace gpvc {
+
+struct RephotographyScore {
+  double completeness = 0;  ///< textured pixels / pixels the model covers, [0, 1]
+  double psnr = 0;          ///< dB, over the three channels after the gain
+  double ssim = 0;          ///< mean over windows, 11 x 11 Gaussian, sigma 1.5, on luma
+  double ncc_error = 0;     ///< mean of 1 - NCC over 11 x 11 boxes, on luma; 0 best
+  std::size_t windows = 0;  ///< windows scored; 0: nothing could be compared
+};
+
+struct Rephotography {
+  RephotographyScore score;
+  Image photo, render;  ///< as compared: reduced, the render after its gain
+  Image error;  ///< 1 - NCC of the window around each pixel, black 0 to white 1; grey-blue where not scored
+};
+
+/// The photo without its distortion, on the camera's frame, bilinear; `outside` gets 0 where the frame shows
+/// nothing of the photo, else 255.
+Image undistort_photo(const Image& photo, const Camera& camera, std::vector<std::uint8_t>& inside);
+
+/// Compares a render with a photo on the same frame. Both are reduced by `reduction` with area averaging;
+/// only reduced pixels all of whose pixels are marked in `textured` and `inside` count; each channel of the
+/// render gets one gain so that its mean equals the photo's; window scores are over windows wholly inside.
+/// `covered` marks what the model covers, textured or not.
+Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_t> inside,
+                                 const Image& render, std::span<const std::uint8_t> textured,
+                                 std::span<const std::uint8_t> covered, int reduction);
+
+}  // namespace gpvc

@@ -1,0 +1,242 @@
+// Textured models back in: any writer's OBJ + MTL, any GLB of triangles with base colour textures.
+#include <tiny_gltf.h>
+#include <tiny_obj_loader.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <string>
+
+#include "io/io.h"
+
+namespace gpvc {
+namespace {
+
+namespace fs = std::filesystem;
+
+WorldPoint read_offset(const fs::path& file) {
+  std::ifstream in(file);
+  WorldPoint offset;
+  if (!in) return offset;
+  if (!(in >> offset.x >> offset.y >> offset.z))
+    throw InputError(file, "line 1", "expected three numbers, x y z");
+  return offset;
+}
+
+// Pages in order of first use; several materials may share one file.
+class PageList {
+ public:
+  std::uint32_t page(const fs::path& file) {
+    const auto [place, fresh] = pages_.try_emplace(file, static_cast<std::uint32_t>(images_.size()));
+    if (fresh) images_.push_back(read_image(file));
+    return place->second;
+  }
+  std::vector<Image> take() { return std::move(images_); }
+
+ private:
+  std::map<fs::path, std::uint32_t> pages_;
+  std::vector<Image> images_;
+};
+
+LoadedModel read_textured_obj(const fs::path& file) {
+  tinyobj::ObjReaderConfig config;
+  config.triangulate = true;
+  config.vertex_color = false;
+  tinyobj::ObjReader reader;
+  if (!reader.ParseFromFile(file.string(), config))
+    throw InputError(file, "", "expected an OBJ model: " + reader.Error());
+
+  LoadedModel result;
+  const tinyobj::attrib_t& attributes = reader.GetAttrib();
+  for (std::size_t i = 0; i + 2 < attributes.vertices.size(); i += 3)
+    result.mesh.positions.push_back(
+        {attributes.vertices[i], attributes.vertices[i + 1], attributes.vertices[i + 2]});
+  for (std::size_t i = 0; i + 1 < attributes.texcoords.size(); i += 2)
+    result.model.texcoords.push_back(
+        {static_cast<float>(attributes.texcoords[i]), static_cast<float>(1.0 - attributes.texcoords[i + 1])});
+  const auto unused = static_cast<std::uint32_t>(result.model.texcoords.size());
+  result.model.texcoords.push_back({0, 0});
+
+  PageList pages;
+  std::vector<std::uint32_t> page_of_material;
+  for (const tinyobj::material_t& material : reader.GetMaterials())
+    page_of_material.push_back(material.diffuse_texname.empty()
+                                   ? kNoPage
+                                   : pages.page(file.parent_path() / material.diffuse_texname));
+  for (const tinyobj::shape_t& shape : reader.GetShapes()) {
+    for (std::size_t f = 0; 3 * f + 2 < shape.mesh.indices.size(); ++f) {
+      Triangle face{}, texcoords{};
+      bool textured = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const tinyobj::index_t& corner = shape.mesh.indices[3 * f + k];
+        if (corner.vertex_index < 0 ||
+            static_cast<std::size_t>(corner.vertex_index) >= result.mesh.positions.size())
+          throw InputError(file, "face " + std::to_string(result.mesh.faces.size()),
+                           "vertex index out of range");
+        face[k] = static_cast<std::uint32_t>(corner.vertex_index);
+        textured = textured && corner.texcoord_index >= 0 && corner.texcoord_index < static_cast<int>(unused);
+        texcoords[k] = textured ? static_cast<std::uint32_t>(corner.texcoord_index) : unused;
+      }
+      const int material = shape.mesh.material_ids[f];
+      const bool known = material >= 0 && static_cast<std::size_t>(material) < page_of_material.size();
+      result.mesh.faces.push_back(face);
+      result.model.face_texcoords.push_back(texcoords);
+      result.model.face_page.push_back(
+          textured && known ? page_of_material[static_cast<std::size_t>(material)] : kNoPage);
+    }
+  }
+  result.pages = pages.take();
+  result.offset = read_offset(file.parent_path() / "offset.txt");
+  return result;
+}
+
+// Typed read access to one accessor, checked against its buffer.
+class AccessorView {
+ public:
+  AccessorView(const fs::path& file, const tinygltf::Model& model, int accessor_index) {
+    const auto fail = [&](const std::string& reason) {
+      throw InputError(file, "accessor " + std::to_string(accessor_index), reason);
+    };
+    if (accessor_index < 0 || static_cast<std::size_t>(accessor_index) >= model.accessors.size())
+      fail("expected an accessor that exists");
+    const tinygltf::Accessor& accessor = model.accessors[static_cast<std::size_t>(accessor_index)];
+    if (accessor.bufferView < 0 || static_cast<std::size_t>(accessor.bufferView) >= model.bufferViews.size())
+      fail("expected a buffer view");
+    const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+    const std::vector<unsigned char>& buffer = model.buffers.at(static_cast<std::size_t>(view.buffer)).data;
+    const int stride = accessor.ByteStride(view);
+    const std::size_t first = view.byteOffset + accessor.byteOffset;
+    component_ = accessor.componentType;
+    count = accessor.count;
+    if (stride <= 0 || first > buffer.size() ||
+        (count > 0 && (buffer.size() - first) / static_cast<std::size_t>(stride) < count))
+      fail("reaches beyond its buffer");
+    stride_ = static_cast<std::size_t>(stride);
+    data_ = buffer.data() + first;
+  }
+  float component(std::size_t element, std::size_t k) const {
+    float value = 0;
+    std::memcpy(&value, data_ + element * stride_ + 4 * k, sizeof value);
+    return value;
+  }
+  std::uint32_t integer(std::size_t element) const {
+    const unsigned char* at = data_ + element * stride_;
+    if (component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return *at;
+    if (component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
+      std::uint16_t value = 0;
+      std::memcpy(&value, at, sizeof value);
+      return value;
+    }
+    std::uint32_t value = 0;
+    std::memcpy(&value, at, sizeof value);
+    return value;
+  }
+  bool is_float() const { return component_ == TINYGLTF_COMPONENT_TYPE_FLOAT; }
+  std::size_t count = 0;
+
+ private:
+  const unsigned char* data_ = nullptr;
+  std::size_t stride_ = 0;
+  int component_ = 0;
+};
+
+void append_primitive(const fs::path& file, const tinygltf::Model& model,
+                      const tinygltf::Primitive& primitive, LoadedModel& result) {
+  if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1) return;
+  const auto position = primitive.attributes.find("POSITION");
+  if (position == primitive.attributes.end()) throw InputError(file, "mesh", "expected a POSITION attribute");
+  const AccessorView positions(file, model, position->second);
+  if (!positions.is_float()) throw InputError(file, "mesh", "expected float positions");
+
+  std::uint32_t page = kNoPage;
+  const auto texcoord = primitive.attributes.find("TEXCOORD_0");
+  if (primitive.material >= 0 && texcoord != primitive.attributes.end()) {
+    const int texture = model.materials.at(static_cast<std::size_t>(primitive.material))
+                            .pbrMetallicRoughness.baseColorTexture.index;
+    if (texture >= 0)
+      page = static_cast<std::uint32_t>(model.textures.at(static_cast<std::size_t>(texture)).source);
+  }
+  const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
+  for (std::size_t i = 0; i < positions.count; ++i) {
+    result.mesh.positions.push_back(
+        {positions.component(i, 0), positions.component(i, 1), positions.component(i, 2)});
+    result.model.texcoords.push_back({0, 0});
+  }
+  if (page != kNoPage) {
+    const AccessorView texcoords(file, model, texcoord->second);
+    if (!texcoords.is_float()) throw InputError(file, "mesh", "expected float texture coordinates");
+    for (std::size_t i = 0; i < std::min(positions.count, texcoords.count); ++i)
+      result.model.texcoords[base + i] = {texcoords.component(i, 0), texcoords.component(i, 1)};
+  }
+  const auto append_face = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    if (std::max({a, b, c}) >= positions.count)
+      throw InputError(file, "face " + std::to_string(result.mesh.faces.size()), "vertex index out of range");
+    result.mesh.faces.push_back({base + a, base + b, base + c});
+    result.model.face_texcoords.push_back({base + a, base + b, base + c});
+    result.model.face_page.push_back(page);
+  };
+  if (primitive.indices >= 0) {
+    const AccessorView indices(file, model, primitive.indices);
+    for (std::size_t i = 0; i + 2 < indices.count; i += 3)
+      append_face(indices.integer(i), indices.integer(i + 1), indices.integer(i + 2));
+  } else {
+    for (std::uint32_t i = 0; i + 2 < positions.count; i += 3) append_face(i, i + 1, i + 2);
+  }
+}
+
+Image rgb_of(const fs::path& file, const tinygltf::Image& source) {
+  if (source.image.empty() || source.component < 1 || source.bits != 8)
+    throw InputError(file, "image " + source.name, "expected 8-bit PNG or JPEG data");
+  Image image;
+  image.width = source.width;
+  image.height = source.height;
+  const auto channels = static_cast<std::size_t>(source.component);
+  const std::size_t pixels = source.image.size() / channels;
+  image.pixels.resize(pixels * 3);
+  for (std::size_t i = 0; i < pixels; ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      image.pixels[3 * i + c] = source.image[i * channels + (channels >= 3 ? c : 0)];
+  return image;
+}
+
+WorldPoint offset_of(const tinygltf::Model& model) {
+  for (const tinygltf::Node& node : model.nodes) {
+    if (!node.extras.Has("offset")) continue;
+    const tinygltf::Value& offset = node.extras.Get("offset");
+    if (offset.IsArray() && offset.ArrayLen() == 3)
+      return {offset.Get(0).GetNumberAsDouble(), offset.Get(1).GetNumberAsDouble(),
+              offset.Get(2).GetNumberAsDouble()};
+  }
+  return {};
+}
+
+LoadedModel read_textured_glb(const fs::path& file) {
+  tinygltf::TinyGLTF loader;
+  tinygltf::Model model;
+  std::string error, warning;
+  if (!loader.LoadBinaryFromFile(&model, &error, &warning, file.string()))
+    throw InputError(file, "", "expected a GLB: " + error);
+  LoadedModel result;
+  for (const tinygltf::Mesh& mesh : model.meshes)
+    for (const tinygltf::Primitive& primitive : mesh.primitives)
+      append_primitive(file, model, primitive, result);
+  for (const tinygltf::Image& image : model.images) result.pages.push_back(rgb_of(file, image));
+  result.offset = offset_of(model);
+  return result;
+}
+
+}  // namespace
+
+LoadedModel read_textured_model(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".obj") return read_textured_obj(file);
+  if (extension == ".glb") return read_textured_glb(file);
+  throw InputError(file, "", "expected a textured model, .obj or .glb");
+}
+
+}  // namespace gpvc
