@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -64,6 +65,17 @@ struct Image {
 /// is an error.
 Image read_image(const std::filesystem::path& file);
 
+template <typename T>
+struct NpyArray {
+  std::vector<std::size_t> shape;
+  std::vector<T> values;
+};
+
+/// A NumPy .npy of exactly this type, little endian, C order; for T = uint8_t, int32_t, uint32_t, float,
+/// double. Throws InputError on another type or order and on a truncated file.
+template <typename T>
+NpyArray<T> read_npy(const std::filesystem::path& file);
+
 /// Decoded photos of a scene under a byte limit, least recently used out first. Thread-safe; a photo asked
 /// for by two threads is decoded once. Photos come at their view's camera size.
 class PhotoCache {
@@ -108,6 +120,10 @@ void write_npy(const std::filesystem::path& file, std::span<const std::int32_t> 
                std::span<const std::size_t> shape);
 void write_npy(const std::filesystem::path& file, std::span<const std::uint32_t> values,
                std::span<const std::size_t> shape);
+void write_npy(const std::filesystem::path& file, std::span<const float> values,
+               std::span<const std::size_t> shape);
+void write_npy(const std::filesystem::path& file, std::span<const double> values,
+               std::span<const std::size_t> shape);
 
 enum class ImageFormat { png, jpg };
 
@@ -127,6 +143,10 @@ struct TexturedModel {
   std::vector<Triangle> face_texcoords;  ///< per face, indices into texcoords
   std::vector<std::uint32_t> face_page;  ///< per face, index into page files
 };
+
+/// Throws std::invalid_argument unless every face has a page below `page_count` and texture coordinates that
+/// exist; both writers ask it first. O(faces).
+void check_model(const TexturedModel& model, std::size_t page_count);
 
 /// Pages that an OBJ or GLB refers to.
 struct PageFile {
@@ -157,14 +177,16 @@ struct LoadedModel {
   Mesh mesh;            ///< coordinates as they stand in the file
   TexturedModel model;  ///< model.mesh is null: set it to &mesh where the value has come to rest
   std::vector<Image> pages;
-  WorldPoint offset;  ///< to be added to positions: `offset.txt` beside an OBJ, a GLB root node's extras; else 0
+  WorldPoint
+      offset;  ///< to be added to positions: `offset.txt` beside an OBJ, a GLB root node's extras; else 0
 };
 
 /// face_page of a face without texture.
 inline constexpr std::uint32_t kNoPage = 0xFFFFFFFFu;
 
-/// OBJ + MTL (map_Kd, any writer's) or GLB (triangles with a baseColorTexture; rotations of nodes are not applied: our
-/// writer's root rotation only says which way is up). Faces without a texture get kNoPage. Throws InputError.
+/// OBJ + MTL (map_Kd, any writer's) or GLB (triangles with a baseColorTexture; rotations of nodes are not
+/// applied: our writer's root rotation only says which way is up). Faces without a texture get kNoPage.
+/// Throws InputError.
 LoadedModel read_textured_model(const std::filesystem::path& file);
 
 }  // namespace gpvc

@@ -1,0 +1,157 @@
+// Photos and pages through OpenImageIO.
+#include "io/image_file.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "io/io.h"
+
+namespace gpvc {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// OpenImageIO's messages span lines and repeat the file's name; ours are one sentence.
+std::string one_line(std::string text) {
+  while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ';');
+  return text.empty() ? "unknown error" : text;
+}
+
+std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
+  std::error_code error;
+  if (!fs::exists(file, error)) throw InputError(file, "", "does not exist");
+  OIIO::ImageSpec config;
+  config["oiio:UnassociatedAlpha"] = 1;  // or colours come multiplied by the alpha that is dropped
+  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file.string(), &config);
+  if (!input) throw InputError(file, "", "is no image that can be read: " + one_line(OIIO::geterror()));
+  return input;
+}
+
+/// libjpeg counts harmless oddities among its warnings; stray bytes between markers lose no pixel.
+bool is_harmless(const std::string& message) { return message.find("extraneous bytes") != std::string::npos; }
+
+/// Grey repeated, alpha and further channels dropped.
+Image to_rgb(Image&& in) {
+  if (in.channels == 3) return std::move(in);
+  Image out;
+  out.width = in.width;
+  out.height = in.height;
+  const std::size_t count = static_cast<std::size_t>(in.width) * static_cast<std::size_t>(in.height);
+  out.pixels.resize(3 * count);
+  const auto stride = static_cast<std::size_t>(in.channels);
+  const std::size_t green = stride >= 3 ? 1 : 0, blue = stride >= 3 ? 2 : 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    out.pixels[3 * i] = in.pixels[stride * i];
+    out.pixels[3 * i + 1] = in.pixels[stride * i + green];
+    out.pixels[3 * i + 2] = in.pixels[stride * i + blue];
+  }
+  return out;
+}
+
+/// Hands what a codec writes to an OutputFile, so that a full disk is noticed and the name appears at the
+/// end.
+class OutputProxy final : public OIIO::Filesystem::IOProxy {
+ public:
+  explicit OutputProxy(const std::string& name) : IOProxy(name, Write) {}
+  const char* proxytype() const override { return "gpvc"; }
+  bool seek(std::int64_t offset) override {
+    m_pos = offset;
+    return true;
+  }
+  std::size_t write(const void* data, std::size_t size) override {
+    const auto begin = static_cast<std::size_t>(m_pos);
+    if (bytes_.size() < begin + size) bytes_.resize(begin + size);
+    std::memcpy(bytes_.data() + begin, data, size);
+    m_pos += static_cast<std::int64_t>(size);
+    return size;
+  }
+  std::size_t size() const override { return bytes_.size(); }
+  const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+};
+
+}  // namespace
+
+ImageSize read_image_size(const fs::path& file) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  const ImageSize size{input->spec().width, input->spec().height};
+  if (size.width < 1 || size.height < 1) throw InputError(file, "", "has no pixels");
+  return size;
+}
+
+Image read_image(const fs::path& file) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  // No threads of the codec's own: photos are decoded side by side, inside tasks.
+  input->threads(1);
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) throw InputError(file, "", "has no pixels");
+  if (spec.depth > 1) throw InputError(file, "", "is a volume, expected an image");
+  Image image;
+  image.width = spec.width;
+  image.height = spec.height;
+  image.channels = std::min(spec.nchannels, 4);
+  image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+                      static_cast<std::size_t>(image.channels));
+  const bool good = input->read_image(0, 0, 0, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
+  const std::string message = input->geterror();
+  if (!good || (!message.empty() && !is_harmless(message)))
+    throw InputError(file, "", "cannot be decoded whole: " + one_line(message));
+  return to_rgb(std::move(image));
+}
+
+Image reduce_image(const Image& image, int factor) {
+  if (factor == 1) return image;
+  Image out;
+  out.width = image.width / factor;
+  out.height = image.height / factor;
+  out.channels = image.channels;
+  const auto channels = static_cast<std::size_t>(image.channels);
+  const std::size_t row = static_cast<std::size_t>(out.width) * channels;
+  out.pixels.resize(row * static_cast<std::size_t>(out.height));
+  const std::uint64_t area = static_cast<std::uint64_t>(factor) * static_cast<std::uint64_t>(factor);
+  std::vector<std::uint64_t> sums(row);
+  for (int y = 0; y < out.height; ++y) {
+    std::fill(sums.begin(), sums.end(), 0);
+    for (int sub_y = 0; sub_y < factor; ++sub_y) {
+      const std::uint8_t* in = image.at(0, y * factor + sub_y);
+      for (std::size_t x = 0; x < row; x += channels)
+        for (int sub_x = 0; sub_x < factor; ++sub_x)
+          for (std::size_t c = 0; c < channels; ++c) sums[x + c] += *in++;
+    }
+    std::uint8_t* to = out.at(0, y);
+    for (std::size_t x = 0; x < row; ++x) to[x] = static_cast<std::uint8_t>((sums[x] + area / 2) / area);
+  }
+  return out;
+}
+
+void write_image(const fs::path& file, const Image& image, ImageFormat format, int quality) {
+  const bool png = format == ImageFormat::png;
+  OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
+  if (png) {
+    // Fast settings: pages are large, and photographs gain little from more effort.
+    spec["png:compressionLevel"] = 1;
+  } else {
+    spec["Compression"] = "jpeg:" + std::to_string(std::clamp(quality, 1, 100));
+    spec["jpeg:subsampling"] = "4:4:4";
+  }
+  OutputFile out(file);
+  OutputProxy proxy(file.string());
+  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(png ? "png" : "jpeg");
+  if (!output) throw OutputError(file, "cannot be encoded: " + one_line(OIIO::geterror()));
+  output->threads(1);
+  const bool good = output->set_ioproxy(&proxy) && output->open(file.string(), spec) &&
+                    output->write_image(OIIO::TypeDesc::UINT8, image.pixels.data());
+  const bool closed = output->close();
+  if (!good || !closed) throw OutputError(file, "cannot be encoded: " + one_line(output->geterror()));
+  out.write(proxy.bytes().data(), proxy.bytes().size());
+  out.commit();
+}
+
+}  // namespace gpvc

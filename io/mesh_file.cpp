@@ -1,0 +1,20 @@
+#include "io/mesh_file.h"
+
+#include "io/file_bytes.h"
+#include "io/io.h"
+
+namespace gpvc {
+
+Mesh read_mesh(const std::filesystem::path& file) {
+  const FileBytes bytes(file);
+  const std::string_view text = bytes.view();
+  if (text.empty()) throw InputError(file, "", "is empty, expected a PLY or OBJ mesh");
+  Mesh mesh =
+      text.starts_with("ply\n") || text.starts_with("ply\r") || text.starts_with("ply ") || text == "ply"
+          ? read_ply(file, text)
+          : read_obj(file, text);
+  if (mesh.faces.empty()) throw InputError(file, "", "has no faces");
+  return mesh;
+}
+
+}  // namespace gpvc

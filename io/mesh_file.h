@@ -1,0 +1,19 @@
+// One function a mesh format; read_mesh picks by content. Adding a format adds a line here and a file.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "io/scene.h"
+
+namespace gpvc {
+
+/// \pre bytes start with "ply" and a line end
+Mesh read_ply(const std::filesystem::path& file, std::string_view bytes);
+
+Mesh read_obj(const std::filesystem::path& file, std::string_view bytes);
+
+/// FaceId and vertex indices are 32 bits wide, and the last value means "none".
+inline constexpr std::uint64_t kMaxElements = 0xFFFFFFFEu;
+
+}  // namespace gpvc
