@@ -1,0 +1,8 @@
+gpvc_test(camera_file_test gpvc_io)
+gpvc_test(image_file_test gpvc_io OpenImageIO::OpenImageIO)
+gpvc_test(mesh_file_test gpvc_io)
+gpvc_test(model_file_test gpvc_io TinyGLTF::TinyGLTF)
+gpvc_test(npy_file_test gpvc_io)
+gpvc_test(output_file_test gpvc_io)
+gpvc_test(photo_cache_test gpvc_io)
+gpvc_test(scene_test gpvc_io)
