@@ -1,7 +1,7 @@
-// Item buffer: the index of the face drawn at each pixel.
+// The item buffer: the index of the face drawn at each pixel.
 layout(early_fragment_tests) in;
 
-flat in uint face;
-layout(location = 0) out uint face_id;
+uniform uint first_face;  // of this draw call
+layout(location = 0) out uint face;
 
-void main() { face_id = face; }
+void main() { face = first_face + uint(gl_PrimitiveID); }

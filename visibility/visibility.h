@@ -149,6 +149,8 @@ class VisibilityStage {
   /// O(faces + pixels). `view` is stamped into the coverage entries. Images above the GL viewport limit are
   /// tiled.
   ViewVisibility classify(const View& view, ViewId id);
+  /// The same into `result`, whose memory is used again.
+  void classify(const View& view, ViewId id, ViewVisibility& result);
   /// "gpu" or "cpu": what Classifier::automatic chose, and why, for the log.
   std::string classifier_note() const;
 

@@ -1,0 +1,16 @@
+// Shader-based projection (section 3.1), world to clip. Deviation from formula 12: w = z, not 1, so that the
+// rasterizer clips at the camera plane. Depth is N / z (formula 5) with a constant N: z_clip = N.
+layout(location = 0) in dvec3 world;
+
+uniform double pose[12];
+uniform double intrinsics[4];
+uniform dvec2 tile_origin;        // pixel where the viewport begins
+uniform dvec2 clip_from_pixel;    // 2 / viewport size
+uniform float near_m;             // smaller than any depth that matters, see ivm_gl.cpp
+
+void main() {
+  ProjectedVertex p = project(world, pose, intrinsics);
+  double x = (p.u - tile_origin.x * p.z) * clip_from_pixel.x - p.z;
+  double y = (p.v - tile_origin.y * p.z) * clip_from_pixel.y - p.z;
+  gl_Position = vec4(float(x), float(y), near_m, float(p.z));
+}

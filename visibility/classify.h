@@ -1,0 +1,60 @@
+// Visibility classification (section 2.2) on the CPU: which faces own all, some or none of their samples.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "visibility/photo_mask.h"
+#include "visibility/projection.h"
+#include "visibility/raster.h"
+#include "visibility/visibility.h"
+
+namespace gpvc {
+
+/// One view, ready to be classified. Everything is borrowed.
+struct ClassifyView {
+  const Mesh& mesh;
+  const Camera& camera;
+  ViewId id;
+  const PhotoMask& mask;
+  std::span<const ProjectedVertex> projected;
+  std::span<const FaceId> ivm;  ///< pixels outside the photo hold kNoFace
+
+  FaceId owner(std::int32_t x, std::int32_t y) const {
+    return ivm[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+               static_cast<std::size_t>(x)];
+  }
+  RasterFace raster(FaceId face) const {
+    const Triangle& t = mesh.faces[index(face)];
+    return raster_face(projected[t[0]], projected[t[1]], projected[t[2]]);
+  }
+  PixelBox frame() const { return {0, 0, camera.width, camera.height}; }
+};
+
+/// A run of covered pixels.
+struct Span {
+  std::int32_t y, x0, x1;
+};
+
+/// Scratch memory that views share. Results do not depend on what was classified before.
+class CpuClassifier {
+ public:
+  explicit CpuClassifier(const VisibilityOptions& options);
+  ~CpuClassifier();
+
+  /// Fills classes, coverage and the counts of the statistics. O(faces + pixels), TBB; the same bits for any
+  /// number of threads.
+  void classify(const ClassifyView& view, ViewVisibility& result);
+
+ private:
+  struct Block;
+  void find_candidates(const ClassifyView& view);
+  void classify_block(const ClassifyView& view, std::size_t number, ViewVisibility& result);
+
+  VisibilityOptions options_;
+  std::vector<std::uint8_t> candidate_faces_;  ///< owns a pixel of the IVM
+  std::vector<Block> blocks_;
+};
+
+}  // namespace gpvc

@@ -1,0 +1,141 @@
+#include "visibility/ivm_gl.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+
+namespace gpvc {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// N of formula 5. Depth is N / z in a float, whose relative step is the same at any scale, so N may be as
+/// small as the exponent range allows: nothing beyond 2^-64 m of the camera plane is clipped away, and depths
+/// up to 2^62 m stay normal numbers.
+constexpr float kNear = 0x1p-64F;
+
+/// Faces a draw call: keeps gl_PrimitiveID and the index count below 2^31.
+constexpr std::size_t kFacesPerDraw = std::size_t{1} << 28;
+
+int texture_limit() {
+  GLint texture = 0;
+  std::array<GLint, 2> viewport{};
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &texture);
+  glGetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport.data());
+  return std::min({texture, viewport[0], viewport[1]});
+}
+
+}  // namespace
+
+IvmRenderer::IvmRenderer(const Mesh& mesh, int largest_tile) : mesh_(mesh) {
+  const int limit = texture_limit();
+  largest_tile_ = largest_tile > 0 ? std::min(largest_tile, limit) : limit;
+  const std::array<ShaderStage, 2> stages{
+      ShaderStage{GL_VERTEX_SHADER, {"raster.glsl", "ivm.vert"}},
+      ShaderStage{GL_FRAGMENT_SHADER, {"ivm.frag"}},
+  };
+  program_ = make_program(stages);
+  pose_ = uniform_location(program_, "pose");
+  intrinsics_ = uniform_location(program_, "intrinsics");
+  tile_origin_ = uniform_location(program_, "tile_origin");
+  clip_from_pixel_ = uniform_location(program_, "clip_from_pixel");
+  first_face_ = uniform_location(program_, "first_face");
+  glProgramUniform1f(program_.name(), uniform_location(program_, "near_m"), kNear);
+  vertices_ = make_vertex_array();
+  if (mesh.faces.empty() || mesh.positions.empty()) return;
+  positions_ = make_buffer(std::span(mesh.positions), 0, "uploading the vertices");
+  faces_ = make_buffer(std::span(mesh.faces), 0, "uploading the faces");
+  const GLuint array = vertices_.name();
+  glVertexArrayVertexBuffer(array, 0, positions_.name(), 0, sizeof(WorldPoint));
+  glVertexArrayElementBuffer(array, faces_.name());
+  glVertexArrayAttribLFormat(array, 0, 3, GL_DOUBLE, 0);
+  glVertexArrayAttribBinding(array, 0, 0);
+  glEnableVertexArrayAttrib(array, 0);
+  check_gl("preparing the mesh");
+}
+
+void IvmRenderer::make_target(int width, int height) {
+  if (width == tile_width_ && height == tile_height_) return;
+  target_ = {};
+  colour_ = make_texture_2d(GL_R32UI, width, height, 1, "making the IVM");
+  depth_ = make_texture_2d(GL_DEPTH_COMPONENT32F, width, height, 1, "making the depth buffer");
+  target_ = make_framebuffer(colour_.name(), depth_.name(), "making the IVM target");
+  tile_width_ = width;
+  tile_height_ = height;
+}
+
+IvmRenderer::Times IvmRenderer::render(const Camera& camera, const Pose& pose, std::vector<FaceId>& faces) {
+  Times times;
+  faces.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+  make_target(std::min(camera.width, largest_tile_), std::min(camera.height, largest_tile_));
+  std::array<double, 12> pose_values{};
+  std::copy(pose.rotation.begin(), pose.rotation.end(), pose_values.begin());
+  pose_values[9] = pose.centre.x;
+  pose_values[10] = pose.centre.y;
+  pose_values[11] = pose.centre.z;
+  const std::array<double, 4> intrinsics{camera.fx, camera.fy, camera.cx, camera.cy};
+  glProgramUniform1dv(program_.name(), pose_, 12, pose_values.data());
+  glProgramUniform1dv(program_.name(), intrinsics_, 4, intrinsics.data());
+  for (int y0 = 0; y0 < camera.height; y0 += tile_height_) {
+    for (int x0 = 0; x0 < camera.width; x0 += tile_width_) {
+      const Clock::time_point start = Clock::now();
+      draw_tile(camera, x0, y0);
+      glFinish();
+      times.render_s += seconds_since(start);
+      const Clock::time_point drawn = Clock::now();
+      const std::size_t first = static_cast<std::size_t>(y0) * static_cast<std::size_t>(camera.width) +
+                                static_cast<std::size_t>(x0);
+      glPixelStorei(GL_PACK_ROW_LENGTH, camera.width);
+      glReadPixels(0, 0, std::min(tile_width_, camera.width - x0), std::min(tile_height_, camera.height - y0),
+                   GL_RED_INTEGER, GL_UNSIGNED_INT, faces.data() + first);
+      glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+      times.transfer_s += seconds_since(drawn);
+    }
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  check_gl("reading the IVM");
+  return times;
+}
+
+void IvmRenderer::draw_tile(const Camera& camera, int x0, int y0) {
+  glBindFramebuffer(GL_FRAMEBUFFER, target_.name());
+  // The same viewport for every tile, so that a pixel has the same distance from its vertices in ndc steps.
+  glViewport(0, 0, tile_width_, tile_height_);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_BLEND);
+  glDisable(GL_MULTISAMPLE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_GREATER);
+  // Pixel row 0 is window row 0 and comes first when read back: no flip.
+  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  const std::array<GLuint, 4> nothing{index(kNoFace), 0, 0, 0};
+  const GLfloat farthest = 0;
+  glClearBufferuiv(GL_COLOR, 0, nothing.data());
+  glClearBufferfv(GL_DEPTH, 0, &farthest);
+  if (mesh_.faces.empty()) return;
+  glUseProgram(program_.name());
+  glUniform2d(tile_origin_, x0, y0);
+  glUniform2d(clip_from_pixel_, 2.0 / tile_width_, 2.0 / tile_height_);
+  glBindVertexArray(vertices_.name());
+  for (std::size_t first = 0; first < mesh_.faces.size(); first += kFacesPerDraw) {
+    const std::size_t count = std::min(kFacesPerDraw, mesh_.faces.size() - first);
+    glUniform1ui(first_face_, static_cast<GLuint>(first));
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * count), GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(first * sizeof(Triangle)));
+  }
+  glBindVertexArray(0);
+  glUseProgram(0);
+  glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+  glDisable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  check_gl("drawing the IVM");
+  (void)camera;
+}
+
+}  // namespace gpvc

@@ -1,0 +1,18 @@
+#include "visibility/projection.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace gpvc {
+
+void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose,
+                      std::vector<ProjectedVertex>& projected) {
+  projected.resize(mesh.positions.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.positions.size(), 4096),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i != range.end(); ++i)
+                        projected[i] = project(camera, pose, mesh.positions[i]);
+                    });
+}
+
+}  // namespace gpvc

@@ -1,0 +1,88 @@
+#include "visibility/raster.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace gpvc {
+namespace {
+
+constexpr double kRoundoff = 0x1p-53;
+
+double largest(double a, double b, double c) { return std::max({std::abs(a), std::abs(b), std::abs(c)}); }
+
+}  // namespace
+
+RasterFace raster_face(const ProjectedVertex& a, const ProjectedVertex& b, const ProjectedVertex& c) {
+  const double du1 = b.u - a.u, dv1 = b.v - a.v, dz1 = b.z - a.z;
+  const double du2 = c.u - a.u, dv2 = c.v - a.v, dz2 = c.z - a.z;
+  // Front faces wind clockwise in (u, v) because v runs down: hence the order of the factors.
+  const double determinant =
+      a.u * (dz1 * dv2 - dv1 * dz2) + a.v * (du1 * dz2 - dz1 * du2) + a.z * (dv1 * du2 - du1 * dv2);
+  // u, v and z carry rounding errors of at most 8 kRoundoff times the size of their terms, which
+  // is no more than 4 U for a principal point inside the image and pixels up to four image sizes away, where
+  // U = max |u| + max |z|. An edge component has twice that error. To first order the determinant then moves
+  // by the error of one component times the cofactor it meets, for each of nine components; 512 covers
+  // 8 * 4 * 2 * 6 terms and the rounding of the expression itself.
+  const double u = largest(a.u, b.u, c.u), v = largest(a.v, b.v, c.v), z = largest(a.z, b.z, c.z);
+  const double du = std::max(std::abs(du1), std::abs(du2)), dv = std::max(std::abs(dv1), std::abs(dv2));
+  const double dz = std::max(std::abs(dz1), std::abs(dz2));
+  const double margin = 512 * kRoundoff * (u * (v * dz + z * dv) + v * (z * du) + dv * dz * u + du * dz * v);
+  RasterFace face{{a, b, c}, Facing::edge_on};
+  if (determinant > margin) {
+    face.facing = Facing::front;
+  } else if (determinant < -margin) {
+    face.facing = Facing::back;
+    std::swap(face.vertex[1], face.vertex[2]);
+  }
+  return face;
+}
+
+PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window) {
+  const auto& v = face.vertex;
+  if (!(v[0].z > 0 && v[1].z > 0 && v[2].z > 0)) {
+    if (!(v[0].z > 0 || v[1].z > 0 || v[2].z > 0)) return {};
+    return window;
+  }
+  const double u0 = v[0].u / v[0].z, u1 = v[1].u / v[1].z, u2 = v[2].u / v[2].z;
+  const double v0 = v[0].v / v[0].z, v1 = v[1].v / v[1].z, v2 = v[2].v / v[2].z;
+  // A quotient is rounded by at most 2^-53 of itself: below 2^-20 px for every position that matters.
+  constexpr double kMargin = 0x1p-20;
+  const auto first = [](double low, std::int32_t from, std::int32_t to) {
+    return static_cast<std::int32_t>(
+        std::ceil(std::clamp(low - 0.5 - kMargin, static_cast<double>(from), static_cast<double>(to))));
+  };
+  const auto end = [](double high, std::int32_t from, std::int32_t to) {
+    return static_cast<std::int32_t>(
+        std::floor(std::clamp(high + 0.5 + kMargin, static_cast<double>(from), static_cast<double>(to))));
+  };
+  return {first(std::min({u0, u1, u2}), window.x0, window.x1),
+          first(std::min({v0, v1, v2}), window.y0, window.y1),
+          end(std::max({u0, u1, u2}), window.x0, window.x1),
+          end(std::max({v0, v1, v2}), window.y0, window.y1)};
+}
+
+SpanWalker::SpanWalker(const RasterFace& face, const PixelBox& window) : box_(pixel_bounds(face, window)) {
+  if (face.facing == Facing::edge_on) box_ = {};
+  if (box_.empty()) return;
+  const EdgeValues values = edge_values(face, box_.x0 + 0.5, box_.y0 + 0.5);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Gradient gradient = edge_gradient(face, values, k);
+    lines_[k] = {gradient.x, gradient.y, values.e[k], 1 / gradient.x,
+                 0.5 * (std::abs(gradient.x) + std::abs(gradient.y))};
+  }
+  // With z, a, b the largest |z|, |A|, |B| of a vertex seen from any pixel of the box, and da, db the
+  // rounding of A and B, a value e computed at its pixel is off by at most 2 (a db + b da) + 4 r a b (r =
+  // 2^-53), and one extrapolated from the first pixel by at most 4 (a db + b da) + 36 r a b, because width *
+  // z <= a and height * z <= b. (|de/dx| + |de/dy|) / 2 adds no more than 2 (a db + b da) + 8 r a b. A value
+  // further from zero than all of these together has the same sign however it is computed, and exactly.
+  const double z = largest(face.vertex[0].z, face.vertex[1].z, face.vertex[2].z);
+  const double width = box_.x1 - box_.x0, height = box_.y1 - box_.y0;
+  const double a = largest(values.a[0], values.a[1], values.a[2]) + width * z;
+  const double b = largest(values.b[0], values.b[1], values.b[2]) + height * z;
+  const double farthest_x = std::max(std::abs(box_.x0), std::abs(box_.x1)) + 1.0;
+  const double farthest_y = std::max(std::abs(box_.y0), std::abs(box_.y1)) + 1.0;
+  const double da = kRoundoff * (farthest_x * z + a), db = kRoundoff * (farthest_y * z + b);
+  tolerance_ = 8 * (a * db + b * da) + 64 * kRoundoff * (a * b);
+}
+
+}  // namespace gpvc

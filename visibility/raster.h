@@ -1,0 +1,204 @@
+// Coverage of pixel centres by a face: LEF and TLR in double on unsnapped coordinates; the CPU twin of
+// shaders/raster.glsl.
+//
+// Pixel p = (x, y) has its centre at (x + 1/2, y + 1/2). With A = u - px z and B = v - py z of a vertex
+// (the vertex as seen from p, times its depth), formula 6 for the edge i -> j is
+//
+//     e(p) = A_j B_i - A_i B_j      positive left of the edge on the screen (y runs down),
+//
+// the same for any depth signs: a point of the projection with z > 0 has three positive values, a point that
+// only the part behind the camera would cover has three negative ones. Nothing is divided, nothing clipped.
+//
+// Front faces wind counter-clockwise on the screen. Back faces are stored with two vertices exchanged, so
+// that inside is positive for both.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "visibility/projection.h"
+
+namespace gpvc {
+
+enum class Facing : std::uint8_t { edge_on, front, back };
+
+struct RasterFace {
+  std::array<ProjectedVertex, 3> vertex;  ///< inside positive
+  Facing facing = Facing::edge_on;
+};
+
+/// A face whose determinant cannot be told from zero, given that u, v and z are rounded values, is edge-on:
+/// it is thinner than about 1e-11 px, covers nothing and is never seen. Degenerate faces always are.
+RasterFace raster_face(const ProjectedVertex& a, const ProjectedVertex& b, const ProjectedVertex& c);
+
+/// Edge values of a face at a pixel centre; e[k] belongs to the edge opposite vertex k.
+struct EdgeValues {
+  std::array<double, 3> e;
+  std::array<double, 3> a, b;  ///< u and v of the vertices as seen from the centre, times depth
+};
+
+inline EdgeValues edge_values(const RasterFace& face, double px, double py) {
+  EdgeValues values;
+  for (std::size_t k = 0; k < 3; ++k) {
+    values.a[k] = face.vertex[k].u - px * face.vertex[k].z;
+    values.b[k] = face.vertex[k].v - py * face.vertex[k].z;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+    values.e[k] = values.a[j] * values.b[i] - values.a[i] * values.b[j];
+  }
+  return values;
+}
+
+/// Gradient of e[k] along x and y.
+struct Gradient {
+  double x, y;
+};
+
+inline Gradient edge_gradient(const RasterFace& face, const EdgeValues& values, std::size_t k) {
+  const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+  const double zi = face.vertex[i].z, zj = face.vertex[j].z;
+  return {zi * values.b[j] - zj * values.b[i], zj * values.a[i] - zi * values.a[j]};
+}
+
+/// TLR (figure 10) for a centre exactly on an edge: it belongs to the face when the inside lies to its right
+/// (left edge), or below it and the edge is horizontal (top edge).
+///
+///     top edge        left edge
+///     --x--           x          x belongs to the face that is marked #
+///      ###             \###
+inline bool top_left(const Gradient& inside) { return inside.x > 0 || (inside.x == 0 && inside.y > 0); }
+
+inline bool covers(const RasterFace& face, const EdgeValues& values) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (values.e[k] < 0) return false;
+    if (values.e[k] == 0 && !top_left(edge_gradient(face, values, k))) return false;
+  }
+  return true;
+}
+
+/// Whether the line of an edge crosses the pixel around the centre: at one of the four corners, half a pixel
+/// away along x and y, e reaches zero.
+inline bool crossed_by_edge(const RasterFace& face, const EdgeValues& values) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Gradient gradient = edge_gradient(face, values, k);
+    if (std::abs(values.e[k]) <= 0.5 * (std::abs(gradient.x) + std::abs(gradient.y))) return true;
+  }
+  return false;
+}
+
+/// Depth of the face's plane at the centre, as a fraction: z0 + n / s with s > 0 for a covered centre.
+struct PlaneDepth {
+  double z0, n, s;
+};
+
+inline PlaneDepth plane_depth(const RasterFace& face, const EdgeValues& values) {
+  const auto& v = face.vertex;
+  return {v[0].z, (v[1].z - v[0].z) * values.e[1] + (v[2].z - v[0].z) * values.e[2],
+          values.e[0] + values.e[1] + values.e[2]};
+}
+
+/// Negative when the first is nearer, positive when farther; 0 is a tie.
+inline double compare_depth(const PlaneDepth& f, const PlaneDepth& g) {
+  return (f.z0 - g.z0) * (f.s * g.s) + (f.n * g.s - g.n * f.s);
+}
+
+// --- spans
+// ------------------------------------------------------------------------------------------------------
+
+/// Pixels x0 <= x < x1, y0 <= y < y1.
+struct PixelBox {
+  std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  bool empty() const { return x0 >= x1 || y0 >= y1; }
+};
+
+/// The pixels of `window` whose centres may lie in the projection of the face.
+PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window);
+
+/// Walks the rows of a face. Edges are linear along a row, so the ends of its run of pixels are computed and
+/// then confirmed: the pixel inside and the pixel outside of an end must differ from zero by more than
+/// tolerance_. A row that cannot be confirmed is decided pixel by pixel.
+class SpanWalker {
+ public:
+  SpanWalker(const RasterFace& face, const PixelBox& window);
+  bool empty() const { return box_.empty(); }
+  const PixelBox& box() const { return box_; }
+
+  /// span(y, x0, x1) for each run of covered pixels, top to bottom, left to right. `inside(x, y)` decides
+  /// single pixels.
+  template <class Inside, class Span>
+  void walk(Inside&& inside, Span&& span) const {
+    const std::int32_t width = box_.x1 - box_.x0;
+    for (std::int32_t y = box_.y0; y < box_.y1; ++y) {
+      std::int32_t first = 0, last = width;
+      if (row(y - box_.y0, 0.0, first, last)) {
+        if (first < last) span(y, box_.x0 + first, box_.x0 + last);
+        continue;
+      }
+      for (std::int32_t x = box_.x0; x < box_.x1;) {
+        if (!inside(x, y)) {
+          ++x;
+          continue;
+        }
+        std::int32_t end = x + 1;
+        while (end < box_.x1 && inside(end, y)) ++end;
+        span(y, x, end);
+        x = end;
+      }
+    }
+  }
+
+  /// Sets x0, x1 to the pixels of row y that are covered and that no edge crosses (crossed_by_edge is false).
+  /// False when that is not certain.
+  bool inner(std::int32_t y, std::int32_t& x0, std::int32_t& x1) const {
+    std::int32_t first = 0, last = box_.x1 - box_.x0;
+    if (!row(y - box_.y0, 1.0, first, last)) return false;
+    x0 = box_.x0 + first;
+    x1 = box_.x0 + std::max(first, last);
+    return true;
+  }
+
+ private:
+  struct Line {
+    double x, y, c;   ///< e = x dx + y dy + c from the centre of the box's first pixel
+    double per_x;     ///< 1 / x
+    double crossing;  ///< (|x| + |y|) / 2
+  };
+
+  bool row(std::int32_t dy, double crossing_factor, std::int32_t& first, std::int32_t& last) const;
+
+  PixelBox box_;
+  std::array<Line, 3> lines_;
+  double tolerance_ = 0;
+};
+
+inline bool SpanWalker::row(std::int32_t dy, double crossing_factor, std::int32_t& first,
+                            std::int32_t& last) const {
+  const std::int32_t width = last;
+  const double limit = width;
+  for (const Line& line : lines_) {
+    const double c = line.y * dy + (line.c - crossing_factor * line.crossing);
+    const double zero = -c * line.per_x;
+    const double clamped = zero > 0 ? (zero < limit ? zero : limit) : 0.0;  // NaN becomes 0
+    const auto floor = static_cast<std::int32_t>(clamped);
+    if (line.x > 0) {
+      const std::int32_t begin = floor + (clamped > floor ? 1 : 0);
+      if (begin < width && !(line.x * begin + c > tolerance_)) return false;
+      if (begin > 0 && !(line.x * (begin - 1) + c < -tolerance_)) return false;
+      if (begin > first) first = begin;
+    } else if (line.x < 0) {
+      const std::int32_t end = zero < 0 ? 0 : (floor + 1 < width ? floor + 1 : width);
+      if (end > 0 && !(line.x * (end - 1) + c > tolerance_)) return false;
+      if (end < width && !(line.x * end + c < -tolerance_)) return false;
+      if (end < last) last = end;
+    } else {
+      if (!(std::abs(c) > tolerance_)) return false;
+      if (c < 0) last = 0;
+    }
+  }
+  return true;
+}
+
+}  // namespace gpvc
