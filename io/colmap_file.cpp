@@ -296,7 +296,7 @@ bool holds_model(const fs::path& folder, const char* extension) {
 
 std::optional<SceneFile> read_colmap(const fs::path& source) {
   // A model itself, or a data set's root as COLMAP and its users lay it out.
-  for (const char* below : {"", "sparse/0", "sparse", "colmap"}) {
+  for (const char* below : {"", "0", "sparse/0", "sparse", "colmap"}) {
     fs::path folder = fs::absolute(source / below).lexically_normal();
     if (!folder.has_filename()) folder = folder.parent_path();
     for (const char* extension : {".bin", ".txt"}) {

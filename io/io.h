@@ -34,7 +34,7 @@ Mesh read_mesh(const std::filesystem::path& file);
 
 struct SceneOptions {
   /// Where the photos lie; default: `images` beside the model (or one level further up).
-  std::optional<std::filesystem::path> images_dir;
+  std::optional<std::filesystem::path> images_dir{};
   /// Photos are reduced by this factor (box average) and cameras with them; >= 1.
   int downscale = 1;
 };
