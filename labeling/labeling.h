@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <span>
@@ -51,6 +52,12 @@ struct CostOptions {
   /// Width of the strip along depth discontinuities of the IVM in which candidates cost more (photos and mesh
   /// disagree there by a few pixels); 0 = off.
   int margin_px = 3;
+  /// Added to the cost of a face that lies in that strip as a whole, in proportion otherwise. The default
+  /// outweighs the three neighbours that a face can disagree with, so that a clean view wins even for a
+  /// single face.
+  double margin_cost = 3.0;
+  /// Added to the cost of a partial view, times the share of the face that it does not see.
+  double hidden_cost = 1.0;
 };
 
 enum class FaceTag : std::uint8_t { seen = 0, partial = 1, filled = 2 };
@@ -79,6 +86,15 @@ class CandidateCollector {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// Reads a cost table: a folder with counts.npy (uint32, candidates of each face), views.npy (uint32) and
+/// costs.npy (float32), both face after face as in CostTable, or mvs-texturing's sparse table (`SPT 0.2 FACES
+/// VIEWS ENTRIES\n`, then records of uint32 face, uint16 view, float32 cost, little-endian, in any order).
+/// Throws InputError. O(entries).
+CostTable read_costs(const std::filesystem::path& path);
+
+/// Writes the folder that read_costs reads (made when missing). Throws OutputError.
+void write_costs(const std::filesystem::path& folder, const CostTable& table);
 
 // --- selection
 // --------------------------------------------------------------------------------------------------
