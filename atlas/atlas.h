@@ -19,6 +19,9 @@ struct AtlasOptions {
   int page_size = 8192;  ///< largest page edge, texels; pages are cropped to their content
   int padding = 8;       ///< texels around a chart that carry extended colour
   SeamLeveling seams = SeamLeveling::full;
+  /// Texels of partial faces prefer views in which nothing hides the face within this many pixels: photo and
+  /// mesh disagree by a few pixels along silhouettes.
+  int margin_px = 3;
 };
 
 struct AtlasStatistics {

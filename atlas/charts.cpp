@@ -1,0 +1,338 @@
+#include "atlas/charts.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <unordered_set>
+
+#include "atlas/coverage_index.h"
+#include "atlas/flat_chart.h"
+
+namespace gpvc {
+
+namespace {
+
+enum class FaceUse : std::uint8_t { plain, partial, flat, unseen };
+
+struct FrameBox {
+  double x0 = std::numeric_limits<double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
+  void add(const TexelTriangle& t) {
+    for (const auto& p : t) {
+      x0 = std::min(x0, p.x), x1 = std::max(x1, p.x);
+      y0 = std::min(y0, p.y), y1 = std::max(y1, p.y);
+    }
+  }
+  /// Texels from the one that holds the lowest coordinate to the one that holds the highest.
+  int width() const { return std::max(1, static_cast<int>(std::ceil(x1) - std::floor(x0))); }
+  int height() const { return std::max(1, static_cast<int>(std::ceil(y1) - std::floor(y0))); }
+};
+
+class ChartMaker {
+ public:
+  ChartMaker(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
+             const CoverageIndex& coverage)
+      : input_(input),
+        coverage_(coverage),
+        neighbours_(neighbours),
+        room_(options.page_size - 2 * options.padding),
+        uses_(input.mesh.faces.size()),
+        group_(input.mesh.faces.size(), 0) {
+    result_.face_chart.resize(input.mesh.faces.size());
+    result_.corners.resize(input.mesh.faces.size());
+  }
+
+  ChartSet make() {
+    project();
+    add_components(FaceUse::plain);
+    add_partial();
+    add_flat();
+    add_blocks();
+    return std::move(result_);
+  }
+
+ private:
+  void project();
+  FaceUse use_of(std::size_t face, TexelTriangle& corners) const;
+  void add_components(FaceUse use);
+  void add_partial();
+  void add_flat();
+  void add_blocks();
+  void split_or_add(std::vector<std::uint32_t> faces);
+  void add_projected(ChartKind kind, std::vector<std::uint32_t> faces, const FrameBox& box, double scale);
+  std::vector<std::vector<std::uint32_t>> connected_parts(std::span<const std::uint32_t> faces);
+  std::vector<std::uint32_t> grow_without_overlap(std::uint32_t seed, std::vector<char>& taken) const;
+
+  FrameBox box_of(std::span<const std::uint32_t> faces) const {
+    FrameBox box;
+    for (const auto face : faces) box.add(result_.corners[face]);
+    return box;
+  }
+  bool fits(const FrameBox& box) const {
+    return box.x1 - box.x0 < room_ && box.y1 - box.y0 < room_ && box.width() <= room_ &&
+           box.height() <= room_;
+  }
+
+  const AtlasInput& input_;
+  const CoverageIndex& coverage_;
+  const FaceNeighbours& neighbours_;
+  int room_;  ///< texels of a page's edge left for a chart
+  std::vector<FaceUse> uses_;
+  std::vector<std::uint32_t> group_;  ///< marks of the sets being flooded
+  std::uint32_t next_group_ = 1;
+  ChartSet result_;
+};
+
+/// Until charts are made, corners hold frame positions.
+void ChartMaker::project() {
+  tbb::parallel_for(std::size_t{0}, uses_.size(),
+                    [&](std::size_t face) { uses_[face] = use_of(face, result_.corners[face]); });
+}
+
+FaceUse ChartMaker::use_of(std::size_t face, TexelTriangle& corners) const {
+  const ViewId label = input_.labels[face];
+  if (label == kNoView || input_.tags[face] == FaceTag::filled) return FaceUse::unseen;
+  const View& view = input_.scene.views[index(label)];
+  const FaceUse wanted = input_.tags[face] == FaceTag::partial ? FaceUse::partial : FaceUse::plain;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& position = input_.mesh.positions[input_.mesh.faces[face][i]];
+    const CameraPoint p = camera_from_world(view.pose, position);
+    if (!(p.z > 0)) return FaceUse::flat;
+    const PixelPoint q = pixel_from_camera(view.camera, p);
+    // A partial face may reach far beyond the image; texels there would be sized by a view that does not see
+    // them. One image size each way is allowed before the face gets a parametrization of its own.
+    const double w = view.camera.width, h = view.camera.height;
+    if (!(q.x >= -w && q.x <= 2 * w && q.y >= -h && q.y <= 2 * h)) return FaceUse::flat;
+    corners[i] = {q.x, q.y};
+  }
+  if (wanted == FaceUse::plain) return wanted;
+  FrameBox box;
+  box.add(corners);
+  return fits(box) && !is_grazing(corners, input_.mesh, face) ? FaceUse::partial : FaceUse::flat;
+}
+
+/// Floods `faces` into connected parts, each in ascending order, parts by their first face.
+std::vector<std::vector<std::uint32_t>> ChartMaker::connected_parts(std::span<const std::uint32_t> faces) {
+  const std::uint32_t waiting = next_group_++, done = next_group_++;
+  for (const auto face : faces) group_[face] = waiting;
+  std::vector<std::vector<std::uint32_t>> parts;
+  for (const auto seed : faces) {
+    if (group_[seed] != waiting) continue;
+    std::vector<std::uint32_t> part{seed};
+    group_[seed] = done;
+    for (std::size_t next = 0; next < part.size(); ++next) {
+      const std::uint32_t face = part[next];
+      for (std::size_t k = neighbours_.first[face]; k < neighbours_.first[face + 1]; ++k) {
+        const std::uint32_t other = neighbours_.faces[k];
+        if (group_[other] != waiting || input_.labels[other] != input_.labels[face]) continue;
+        group_[other] = done;
+        part.push_back(other);
+      }
+    }
+    std::sort(part.begin(), part.end());
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+void ChartMaker::add_components(FaceUse use) {
+  std::vector<std::uint32_t> faces;
+  for (std::uint32_t face = 0; face < uses_.size(); ++face)
+    if (uses_[face] == use) faces.push_back(face);
+  for (auto& part : connected_parts(faces)) split_or_add(std::move(part));
+}
+
+/// Halves a set that exceeds a page across its longer axis by face centroids, until each connected part fits.
+void ChartMaker::split_or_add(std::vector<std::uint32_t> faces) {
+  const FrameBox box = box_of(faces);
+  if (fits(box)) return add_projected(ChartKind::plain, std::move(faces), box, 1.0);
+  if (faces.size() == 1) {
+    // Nothing left to split: the one place where texels are coarser than pixels. One texel of slack covers
+    // the rounding of the box to whole texels on both sides.
+    const double scale = (room_ - 1) / std::max(box.x1 - box.x0, box.y1 - box.y0);
+    return add_projected(ChartKind::plain, std::move(faces), box, scale);
+  }
+  const bool along_x = box.x1 - box.x0 >= box.y1 - box.y0;
+  const auto centroid = [&](std::uint32_t face) {
+    const TexelTriangle& t = result_.corners[face];
+    return along_x ? t[0].x + t[1].x + t[2].x : t[0].y + t[1].y + t[2].y;
+  };
+  const double middle = 1.5 * (along_x ? box.x0 + box.x1 : box.y0 + box.y1);
+  auto half = std::stable_partition(faces.begin(), faces.end(),
+                                    [&](std::uint32_t face) { return centroid(face) < middle; });
+  if (half == faces.begin() || half == faces.end()) {
+    std::stable_sort(faces.begin(), faces.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return centroid(a) < centroid(b); });
+    half = faces.begin() + static_cast<std::ptrdiff_t>(faces.size() / 2);
+  }
+  std::vector<std::uint32_t> low(faces.begin(), half), high(half, faces.end());
+  for (auto* side : {&low, &high}) {
+    std::sort(side->begin(), side->end());
+    for (auto& part : connected_parts(*side)) split_or_add(std::move(part));
+  }
+}
+
+void ChartMaker::add_projected(ChartKind kind, std::vector<std::uint32_t> faces, const FrameBox& box,
+                               double scale) {
+  Chart chart;
+  chart.kind = kind;
+  chart.view = input_.labels[faces.front()];
+  chart.scale = scale;
+  chart.origin_x = std::floor(box.x0), chart.origin_y = std::floor(box.y0);
+  chart.width = std::max(1, static_cast<int>(std::ceil((box.x1 - chart.origin_x) * scale)));
+  chart.height = std::max(1, static_cast<int>(std::ceil((box.y1 - chart.origin_y) * scale)));
+  if (scale != 1) {
+    chart.width = std::min(chart.width, room_), chart.height = std::min(chart.height, room_);
+    chart.origin_x = box.x0, chart.origin_y = box.y0;
+  }
+  for (const auto face : faces) {
+    result_.face_chart[face] = static_cast<std::uint32_t>(result_.charts.size());
+    for (auto& p : result_.corners[face])
+      p = {(p.x - chart.origin_x) * scale, (p.y - chart.origin_y) * scale};
+  }
+  chart.faces = std::move(faces);
+  result_.charts.push_back(std::move(chart));
+}
+
+/// Partial faces hide behind others, so two of one component can project onto the same place. A chart grows
+/// over neighbours as long as no texel centre is covered twice.
+void ChartMaker::add_partial() {
+  std::vector<char> taken(uses_.size(), 0);
+  for (std::uint32_t face = 0; face < uses_.size(); ++face) {
+    if (uses_[face] != FaceUse::partial || taken[face]) continue;
+    auto faces = grow_without_overlap(face, taken);
+    std::sort(faces.begin(), faces.end());
+    const FrameBox box = box_of(faces);
+    add_projected(ChartKind::partial, std::move(faces), box, 1.0);
+  }
+}
+
+std::vector<std::uint32_t> ChartMaker::grow_without_overlap(std::uint32_t seed,
+                                                            std::vector<char>& taken) const {
+  constexpr CellBox kEverywhere{-(1 << 28), -(1 << 28), 1 << 28, 1 << 28};
+  // A centre exactly on an edge belongs to both faces that share it and is no overlap; projections carry
+  // errors around 1e-9 px, far below this.
+  constexpr double kStrictlyInside = -1.0 / 4096;
+  const auto key = [](int x, int y) {
+    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) | static_cast<std::uint32_t>(x);
+  };
+  std::unordered_set<std::uint64_t> covered;
+  std::unordered_set<std::uint32_t> refused;
+  FrameBox box;
+  const auto try_add = [&](std::uint32_t face) {
+    FrameBox grown = box;
+    grown.add(result_.corners[face]);
+    if (!fits(grown)) return false;
+    std::vector<std::uint64_t> texels;
+    bool free = true;
+    triangle_spans(result_.corners[face], kStrictlyInside, kEverywhere, [&](int y, int first, int last) {
+      for (int x = first; x <= last && free; ++x) {
+        free = !covered.contains(key(x, y));
+        texels.push_back(key(x, y));
+      }
+    });
+    if (!free) return false;
+    covered.insert(texels.begin(), texels.end());
+    box = grown;
+    return true;
+  };
+  std::vector<std::uint32_t> faces;
+  if (try_add(seed)) faces.push_back(seed);
+  taken[seed] = 1;
+  for (std::size_t next = 0; next < faces.size(); ++next) {
+    for (std::size_t k = neighbours_.first[faces[next]]; k < neighbours_.first[faces[next] + 1]; ++k) {
+      const std::uint32_t other = neighbours_.faces[k];
+      if (taken[other] || uses_[other] != FaceUse::partial || refused.contains(other) ||
+          input_.labels[other] != input_.labels[seed])
+        continue;
+      if (try_add(other)) {
+        taken[other] = 1;
+        faces.push_back(other);
+      } else {
+        refused.insert(other);
+      }
+    }
+  }
+  return faces;
+}
+
+void ChartMaker::add_flat() {
+  for (std::uint32_t face = 0; face < uses_.size(); ++face) {
+    if (uses_[face] != FaceUse::flat) continue;
+    const FlatFace flat = flatten(input_.mesh, face, input_.scene, input_.labels[face], coverage_, room_);
+    Chart chart;
+    chart.kind = ChartKind::flat;
+    chart.view = input_.labels[face];
+    chart.faces = {face};
+    chart.width = flat.width, chart.height = flat.height;
+    result_.corners[face] = flat.corners;
+    result_.face_chart[face] = static_cast<std::uint32_t>(result_.charts.size());
+    result_.charts.push_back(std::move(chart));
+  }
+}
+
+/// Blocks of unseen faces, neighbours near each other so that coarser mip levels mix like with like.
+void ChartMaker::add_blocks() {
+  constexpr int kLargestEdge = 32;  // blocks; small charts fill gaps, large ones waste less padding
+  const int edge = std::min(kLargestEdge, room_ / kBlock);
+  std::vector<std::uint32_t> order;
+  std::vector<char> met(uses_.size(), 0);
+  for (std::uint32_t seed = 0; seed < uses_.size(); ++seed) {
+    if (uses_[seed] != FaceUse::unseen || met[seed]) continue;
+    met[seed] = 1;
+    std::size_t next = order.size();
+    for (order.push_back(seed); next < order.size(); ++next) {
+      for (std::size_t k = neighbours_.first[order[next]]; k < neighbours_.first[order[next] + 1]; ++k) {
+        const std::uint32_t other = neighbours_.faces[k];
+        if (uses_[other] != FaceUse::unseen || met[other]) continue;
+        met[other] = 1;
+        order.push_back(other);
+      }
+    }
+  }
+  result_.filled_faces = order.size();
+  const std::size_t capacity = static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge);
+  for (std::size_t first = 0; first < order.size(); first += capacity) {
+    Chart chart;
+    chart.kind = ChartKind::blocks;
+    chart.faces.assign(order.begin() + static_cast<std::ptrdiff_t>(first),
+                       order.begin() + static_cast<std::ptrdiff_t>(std::min(order.size(), first + capacity)));
+    const int count = static_cast<int>(chart.faces.size());
+    const int columns = std::min(edge, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count)))));
+    chart.width = kBlock * columns, chart.height = kBlock * ((count + columns - 1) / columns);
+    for (int k = 0; k < count; ++k) {
+      const std::uint32_t face = chart.faces[static_cast<std::size_t>(k)];
+      const double x = kBlock * (k % columns) + 0.5, y = kBlock * (k / columns) + 0.5;
+      result_.corners[face] = {TexelPoint{x, y}, TexelPoint{x + 1, y}, TexelPoint{x, y + 1}};
+      result_.face_chart[face] = static_cast<std::uint32_t>(result_.charts.size());
+    }
+    result_.charts.push_back(std::move(chart));
+  }
+}
+
+}  // namespace
+
+FaceNeighbours face_neighbours(const FaceGraph& graph, std::size_t faces) {
+  FaceNeighbours result;
+  result.first.assign(faces + 1, 0);
+  for (const auto& edge : graph.edges)
+    for (const auto face : edge) ++result.first[face + 1];
+  std::partial_sum(result.first.begin(), result.first.end(), result.first.begin());
+  result.faces.resize(result.first.back());
+  std::vector<std::size_t> next(result.first.begin(), result.first.end() - 1);
+  for (const auto& edge : graph.edges) {
+    result.faces[next[edge[0]]++] = edge[1];
+    result.faces[next[edge[1]]++] = edge[0];
+  }
+  return result;
+}
+
+ChartSet make_charts(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
+                     const CoverageIndex& coverage) {
+  return ChartMaker(input, options, neighbours, coverage).make();
+}
+
+}  // namespace gpvc

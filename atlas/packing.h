@@ -1,0 +1,59 @@
+// Placing charts on pages, by shape.
+//
+// A shape is a bitmap of coarse cells. Shapes are placed in order of falling area at the lowest free position
+// (first row, then column) of the first page that has one, upright or turned by 90 degrees. Small shapes thus
+// fill what large ones leave. All columns of a row are tested at once with machine words, so a position costs
+// next to nothing:
+//
+//     page            shape          blocked columns of this row
+//     ##..##....      ##             ##.##.....  <- occupied, spread to the left by the shape's runs
+//     #...#.....      #.             ...
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace gpvc {
+
+/// Edge of a packing cell, texels.
+inline constexpr int kCell = 4;
+
+/// Cells first..first+length-1 of a row.
+struct CellRun {
+  std::int32_t row = 0, first = 0, length = 0;
+};
+
+/// Which cells of a box a chart with its padding needs. Runs ascend by row and do not touch within one.
+struct PackShape {
+  int width = 0,
+      height = 0;  ///< texels of the box, padding included; cells cover it from its top-left corner
+  std::vector<CellRun> runs;
+};
+
+/// A shape that fills its whole box.
+PackShape box_shape(int width, int height);
+
+/// Turned by 90 degrees clockwise, texel (x, y) of a box goes to (height - 1 - y, x).
+struct Placement {
+  std::uint32_t page = 0;
+  int x = 0, y = 0;  ///< texel of the page where the box's top-left corner goes
+  bool turned = false;
+};
+
+struct PageSize {
+  int width = 0, height = 0;
+};
+
+struct Packing {
+  std::vector<Placement> placements;  ///< per shape
+  std::vector<PageSize> pages;        ///< cropped to their content
+};
+
+/// Places every shape on pages of at most page_size x page_size; when the last page is not full its content
+/// is laid out near-square. Deterministic. Memory: page_size^2 / 8 bytes a page. \pre page_size is a multiple
+/// of kCell and every shape's box fits page_size x page_size
+Packing pack_shapes(std::span<const PackShape> shapes, int page_size);
+
+}  // namespace gpvc

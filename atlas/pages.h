@@ -1,0 +1,65 @@
+// Pages while they are being made, and where charts lie on them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "atlas/charts.h"
+#include "atlas/packing.h"
+#include "atlas/sampling.h"
+#include "io/io.h"
+
+namespace gpvc {
+
+enum class TexelState : std::uint8_t { empty = 0, chart = 1, ring = 2, padding = 3 };
+
+struct Page {
+  Image image;
+  std::vector<TexelState> state;  ///< per texel
+
+  explicit Page(const PageSize& size);
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
+  }
+  void put(int x, int y, const Color& color, TexelState s) {
+    store(image.at(x, y), color);
+    state[at(x, y)] = s;
+  }
+};
+
+/// Maps a chart's texels to its page.
+struct ChartPlace {
+  std::uint32_t page = 0;
+  int x = 0, y = 0;  ///< page texel of the top-left corner of the (turned) chart box, padding excluded
+  bool turned = false;
+  int height = 0;  ///< of the upright chart
+
+  struct Texel {
+    int x, y;
+  };
+  Texel texel(int i, int j) const { return turned ? Texel{x + height - 1 - j, y + i} : Texel{x + i, y + j}; }
+  /// The same for positions in the chart's texel coordinates.
+  TexelPoint point(const TexelPoint& p) const {
+    return turned ? TexelPoint{x + height - p.y, y + p.x} : TexelPoint{x + p.x, y + p.y};
+  }
+};
+
+std::vector<ChartPlace> chart_places(std::span<const Chart> charts, const Packing& packing, int padding);
+
+/// The cells that each chart needs on a page: those within `padding` texels of a texel it touches.
+std::vector<PackShape> pack_shapes_of(const ChartSet& set, int padding);
+
+/// Extends charts outwards by up to `padding` texels, each taking the mean of the neighbours nearer to the
+/// chart. O(page texels + perimeters * padding).
+void pad_charts(Page& page, int padding);
+
+/// Gives every empty texel a colour from the nearest filled ones, coarser the farther away, so that averages
+/// over any power-of-two cell hold only colours of charts. A page without a filled texel stays black.
+/// O(texels).
+void fill_background(Page& page);
+
+/// Mean of the filled texels of all pages.
+Color mean_color(std::span<const Page> pages);
+
+}  // namespace gpvc

@@ -1,0 +1,394 @@
+#include "atlas/partial.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "atlas/bake.h"
+#include "atlas/smooth_fill.h"
+#include "atlas/vector3.h"
+
+namespace gpvc {
+
+namespace {
+
+/// World position of a texel (x, y) on its face's plane: base + (dx x + dy y + d1) / (wx x + wy y + w1), the
+/// denominator positive on the face.
+struct PlaneMap {
+  WorldPoint base;
+  Vector3 dx, dy, d1;
+  double wx = 0, wy = 0, w1 = 1;
+};
+
+/// Texels of a projection lie where their ray meets the plane.
+std::optional<PlaneMap> map_projected(const Mesh& mesh, std::uint32_t face, const Chart& chart,
+                                      const View& view) {
+  const auto& t = mesh.faces[face];
+  const WorldPoint& p = mesh.positions[t[0]];
+  const Vector3 normal = cross(mesh.positions[t[1]] - p, mesh.positions[t[2]] - p);
+  const double k = dot(normal, p - view.pose.centre);
+  if (k == 0 || !std::isfinite(k)) return std::nullopt;
+  const PixelPoint origin = chart.frame_position(0, 0);
+  const Vector3 r1 = ray_direction(view, origin);
+  const Vector3 rx = ray_direction(view, chart.frame_position(1, 0)) - r1;
+  const Vector3 ry = ray_direction(view, chart.frame_position(0, 1)) - r1;
+  const double sign = k < 0 ? -1 : 1;
+  PlaneMap map;
+  map.base = view.pose.centre;
+  map.dx = std::abs(k) * rx, map.dy = std::abs(k) * ry, map.d1 = std::abs(k) * r1;
+  map.wx = sign * dot(normal, rx), map.wy = sign * dot(normal, ry), map.w1 = sign * dot(normal, r1);
+  return map;
+}
+
+/// Texels of a flat face are affine in its plane.
+std::optional<PlaneMap> map_flat(const Mesh& mesh, std::uint32_t face, const TexelTriangle& c) {
+  const auto& t = mesh.faces[face];
+  const double ux = c[1].x - c[0].x, uy = c[1].y - c[0].y, vx = c[2].x - c[0].x, vy = c[2].y - c[0].y;
+  const double area = ux * vy - uy * vx;
+  if (area == 0) return std::nullopt;
+  const Vector3 ab = mesh.positions[t[1]] - mesh.positions[t[0]],
+                ac = mesh.positions[t[2]] - mesh.positions[t[0]];
+  PlaneMap map;
+  map.base = mesh.positions[t[0]];
+  map.dx = (vy / area) * ab - (uy / area) * ac;
+  map.dy = (ux / area) * ac - (vx / area) * ab;
+  map.d1 = (-c[0].x) * map.dx + (-c[0].y) * map.dy;
+  return map;
+}
+
+std::array<double, 9> frame_from_texel(const PlaneMap& map, const View& view) {
+  const Vector3 shift = map.base - view.pose.centre;
+  const auto column = [&](const Vector3& d, double w) {
+    const Vector3 p = rotate(view.pose.rotation, d + w * shift);
+    const Camera& c = view.camera;
+    return Vector3{c.fx * p.x + c.cx * p.z, c.fy * p.y + c.cy * p.z, p.z};
+  };
+  const Vector3 x = column(map.dx, map.wx), y = column(map.dy, map.wy), one = column(map.d1, map.w1);
+  return {x.x, y.x, one.x, x.y, y.y, one.y, x.z, y.z, one.z};
+}
+
+std::optional<PixelPoint> frame_position(const TexelSource& source, double x, double y) {
+  const auto& m = source.frame_from_texel;
+  const double w = m[6] * x + m[7] * y + m[8];
+  if (!(w > 0)) return std::nullopt;
+  return PixelPoint{(m[0] * x + m[1] * y + m[2]) / w, (m[3] * x + m[4] * y + m[5]) / w};
+}
+
+/// Pixels of the coverage's box within margin_px (chessboard distance) of one where the face is hidden.
+std::vector<bool> hidden_margin(const CoverageTable& table, const FaceCoverage& entry, const Mesh& mesh,
+                                const View& view, int margin_px) {
+  if (margin_px <= 0) return {};
+  TexelTriangle projected;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const CameraPoint p = camera_from_world(view.pose, mesh.positions[mesh.faces[index(entry.face)][i]]);
+    if (!(p.z > 0)) return {};
+    const PixelPoint q = pixel_from_camera(view.camera, p);
+    projected[i] = {q.x - entry.x0, q.y - entry.y0};
+  }
+  const std::size_t width = static_cast<std::size_t>(entry.width);
+  std::vector<bool> margin(width * static_cast<std::size_t>(entry.height), false);
+  bool any = false;
+  triangle_spans(projected, 0.0, {0, 0, entry.width, entry.height}, [&](int y, int first, int last) {
+    for (int x = first; x <= last; ++x) {
+      if (table.sees(entry, entry.x0 + x, entry.y0 + y)) continue;
+      any = true;
+      for (int my = std::max(0, y - margin_px); my <= std::min(entry.height - 1, y + margin_px); ++my)
+        for (int mx = std::max(0, x - margin_px); mx <= std::min(entry.width - 1, x + margin_px); ++mx)
+          margin[static_cast<std::size_t>(my) * width + static_cast<std::size_t>(mx)] = true;
+    }
+  });
+  if (!any) margin.clear();
+  return margin;
+}
+
+enum class Shown { no, near_occluder, clear };
+
+Shown shown(const CoverageTable& table, const TexelSource& source, double x, double y) {
+  const auto p = frame_position(source, x, y);
+  if (!p) return Shown::no;
+  if (!source.coverage) return Shown::clear;
+  const FaceCoverage& c = *source.coverage;
+  // Outside the box before the cast, which must not overflow.
+  if (!(p->x >= c.x0 && p->y >= c.y0 && p->x < c.x0 + c.width && p->y < c.y0 + c.height)) return Shown::no;
+  const int px = static_cast<int>(std::floor(p->x)), py = static_cast<int>(std::floor(p->y));
+  if (!table.sees(c, px, py)) return Shown::no;
+  if (source.margin.empty()) return Shown::clear;
+  const std::size_t i = static_cast<std::size_t>(py - c.y0) * static_cast<std::size_t>(c.width) +
+                        static_cast<std::size_t>(px - c.x0);
+  return source.margin[i] ? Shown::near_occluder : Shown::clear;
+}
+
+/// Candidate views of a face, the label's first, then by cost.
+std::vector<ViewId> ordered_candidates(const AtlasInput& input, std::uint32_t face) {
+  constexpr std::size_t kMost = 64;
+  std::vector<std::pair<float, std::uint32_t>> others;
+  const ViewId label = input.labels[face];
+  if (face < input.candidates.faces()) {
+    for (std::size_t k = input.candidates.first[face]; k < input.candidates.first[face + 1]; ++k)
+      if (ViewId{input.candidates.views[k]} != label)
+        others.emplace_back(input.candidates.costs[k], input.candidates.views[k]);
+  }
+  std::sort(others.begin(), others.end());
+  std::vector<ViewId> result{label};
+  for (const auto& [cost, view] : others)
+    if (result.size() < kMost) result.push_back(ViewId{view});
+  return result;
+}
+
+void add_sources(PartialChart& part, const AtlasInput& input, const ChartSet& set, std::uint32_t face,
+                 const CoverageIndex& coverage, int margin_px) {
+  const Chart& chart = set.charts[part.chart];
+  const auto map = chart.kind == ChartKind::flat
+                       ? map_flat(input.mesh, face, set.corners[face])
+                       : map_projected(input.mesh, face, chart, input.scene.views[index(chart.view)]);
+  if (!map) return;
+  for (const ViewId view : ordered_candidates(input, face)) {
+    TexelSource source{view, coverage.find(FaceId{face}, view), {}, {}};
+    // A face some view sees whole needs no coverage there; a partial one without shows nothing.
+    if (!source.coverage && !(input.tags[face] == FaceTag::seen && view == input.labels[face])) continue;
+    source.frame_from_texel = frame_from_texel(*map, input.scene.views[index(view)]);
+    if (source.coverage)
+      source.margin = hidden_margin(coverage.table(), *source.coverage, input.mesh,
+                                    input.scene.views[index(view)], margin_px);
+    part.sources.push_back(std::move(source));
+  }
+}
+
+std::span<const TexelSource> sources_at(const PartialChart& part, std::size_t texel) {
+  const std::uint32_t slot = part.face_slot[texel];
+  return std::span(part.sources)
+      .subspan(part.first_source[slot], part.first_source[slot + 1] - part.first_source[slot]);
+}
+
+void choose_best(PartialChart& part, const CoverageTable& table) {
+  for (int y = part.raster.box.y0; y < part.raster.box.y1; ++y) {
+    for (int x = part.raster.box.x0; x < part.raster.box.x1; ++x) {
+      const std::size_t i = part.raster.at(x, y);
+      if (part.raster.owner[i] == kNoOwner) continue;
+      const auto sources = sources_at(part, i);
+      for (std::uint8_t k = 0; k < sources.size(); ++k) {
+        const Shown how = shown(table, sources[k], x + 0.5, y + 0.5);
+        if (how != Shown::no && part.best[i] == PartialChart::kNone) part.best[i] = k;
+        if (how != Shown::clear) continue;
+        part.best[i] = k;
+        break;
+      }
+    }
+  }
+}
+
+/// Near another view's texels, this texel takes a part of that view: 1/3 beside the border, 1/6 one texel
+/// further, so that the two sides meet in equal steps.
+void choose_second(PartialChart& part, const CoverageTable& table) {
+  constexpr int kReach = 2;
+  const CellBox& box = part.raster.box;
+  const auto view_at = [&](std::size_t i) {
+    return part.best[i] == PartialChart::kNone ? kNoView : sources_at(part, i)[part.best[i]].view;
+  };
+  for (int y = box.y0; y < box.y1; ++y) {
+    for (int x = box.x0; x < box.x1; ++x) {
+      const std::size_t i = part.raster.at(x, y);
+      const ViewId mine = view_at(i);
+      if (mine == kNoView) continue;
+      for (int d = 1; d <= kReach && part.second[i] == PartialChart::kNone; ++d) {
+        for (int ny = std::max(box.y0, y - d); ny <= std::min(box.y1 - 1, y + d); ++ny) {
+          for (int nx = std::max(box.x0, x - d); nx <= std::min(box.x1 - 1, x + d); ++nx) {
+            const ViewId other = view_at(part.raster.at(nx, ny));
+            if (other == kNoView || other == mine || part.second[i] != PartialChart::kNone) continue;
+            const auto sources = sources_at(part, i);
+            for (std::uint8_t k = 0; k < sources.size(); ++k) {
+              if (sources[k].view != other || shown(table, sources[k], x + 0.5, y + 0.5) != Shown::clear)
+                continue;
+              part.second[i] = k;
+              part.second_weight[i] = d == 1 ? 1.0f / 3 : 1.0f / 6;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+PartialChart start_chart(const AtlasInput& input, const ChartSet& set, std::uint32_t c,
+                         const CoverageIndex& coverage, int margin_px) {
+  const Chart& chart = set.charts[c];
+  PartialChart part;
+  part.chart = c;
+  part.raster = rasterize(chart.faces, set.corners, {-1, -1, chart.width + 1, chart.height + 1});
+  part.first_source.push_back(0);
+  for (const auto face : chart.faces) {
+    add_sources(part, input, set, face, coverage, margin_px);
+    part.first_source.push_back(part.sources.size());
+  }
+  const std::size_t texels = part.raster.owner.size();
+  part.face_slot.assign(texels, 0);
+  for (std::size_t i = 0; i < texels; ++i)
+    if (part.raster.owner[i] != kNoOwner)
+      part.face_slot[i] = static_cast<std::uint32_t>(
+          std::lower_bound(chart.faces.begin(), chart.faces.end(), part.raster.owner[i]) -
+          chart.faces.begin());
+  part.best.assign(texels, PartialChart::kNone);
+  part.second.assign(texels, PartialChart::kNone);
+  part.second_weight.assign(texels, 0.0f);
+  choose_best(part, coverage.table());
+  choose_second(part, coverage.table());
+  for (std::size_t i = 0; i < texels; ++i)
+    for (const auto k : {part.best[i], part.second[i]})
+      if (k != PartialChart::kNone)
+        part.views.push_back(static_cast<std::uint32_t>(sources_at(part, i)[k].view));
+  std::sort(part.views.begin(), part.views.end());
+  part.views.erase(std::unique(part.views.begin(), part.views.end()), part.views.end());
+  part.color.assign(texels, Color{});
+  return part;
+}
+
+TexelState state_of(TexelReach reach) {
+  return reach == TexelReach::ring ? TexelState::ring : TexelState::chart;
+}
+
+void write_chart(const PartialChart& part, const ChartPlace& place, int padding, Page& page,
+                 std::span<const std::uint8_t> known) {
+  const CellBox& box = part.raster.box;
+  for (int y = box.y0; y < box.y1; ++y) {
+    for (int x = box.x0; x < box.x1; ++x) {
+      const std::size_t i = part.raster.at(x, y);
+      const TexelReach reach = part.raster.reach[i];
+      if (reach == TexelReach::outside || !known[i] || (reach == TexelReach::ring && padding < 1)) continue;
+      const auto texel = place.texel(x, y);
+      page.put(texel.x, texel.y, part.color[i], state_of(reach));
+    }
+  }
+}
+
+/// Colours of the charts beside this one, along the edges they share, for texels without one of their own.
+void seed_border(PartialChart& part, std::vector<std::uint8_t>& known, const AtlasInput& input,
+                 const ChartSet& set, const FaceNeighbours& neighbours, std::span<const ChartPlace> places,
+                 std::span<const Page> pages) {
+  const auto corner_of = [&](std::uint32_t face, std::uint32_t vertex) -> const TexelPoint* {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (input.mesh.faces[face][i] == vertex) return &set.corners[face][i];
+    return nullptr;
+  };
+  for (const auto face : set.charts[part.chart].faces) {
+    for (std::size_t n = neighbours.first[face]; n < neighbours.first[face + 1]; ++n) {
+      const std::uint32_t other = neighbours.faces[n];
+      if (set.face_chart[other] == part.chart) continue;
+      const ChartPlace& place = places[set.face_chart[other]];
+      const Page& page = pages[place.page];
+      for (std::size_t e = 0; e < 3; ++e) {
+        const std::uint32_t a = input.mesh.faces[face][e], b = input.mesh.faces[face][(e + 1) % 3];
+        const TexelPoint *there_a = corner_of(other, a), *there_b = corner_of(other, b);
+        if (!there_a || !there_b) continue;
+        const TexelPoint &here_a = set.corners[face][e], &here_b = set.corners[face][(e + 1) % 3];
+        const int steps =
+            1 + static_cast<int>(std::ceil(std::hypot(here_b.x - here_a.x, here_b.y - here_a.y)));
+        for (int s = 0; s <= steps; ++s) {
+          const double t = double(s) / steps;
+          const auto mix = [t](const TexelPoint& p, const TexelPoint& q) {
+            return TexelPoint{p.x + t * (q.x - p.x), p.y + t * (q.y - p.y)};
+          };
+          const TexelPoint here = mix(here_a, here_b), there = place.point(mix(*there_a, *there_b));
+          const int x = static_cast<int>(std::floor(here.x)), y = static_cast<int>(std::floor(here.y));
+          const CellBox& box = part.raster.box;
+          if (x < box.x0 || y < box.y0 || x >= box.x1 || y >= box.y1) continue;
+          const int px = std::clamp(static_cast<int>(there.x), 0, page.image.width - 1);
+          const int py = std::clamp(static_cast<int>(there.y), 0, page.image.height - 1);
+          const std::size_t i = part.raster.at(x, y);
+          if (known[i] || page.state[page.at(px, py)] == TexelState::empty) continue;
+          part.color[i] = load(page.image.at(px, py));
+          known[i] = 1;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set,
+                                         const CoverageIndex& coverage, int margin_px) {
+  std::vector<std::uint32_t> charts;
+  for (std::uint32_t c = 0; c < set.charts.size(); ++c)
+    if (set.charts[c].kind == ChartKind::partial || set.charts[c].kind == ChartKind::flat)
+      charts.push_back(c);
+  std::vector<PartialChart> parts(charts.size());
+  tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t i) {
+    parts[i] = start_chart(input, set, charts[i], coverage, margin_px);
+  });
+  return parts;
+}
+
+void take_view(PartialChart& part, const ChartSet& set, const View& view, ViewId id, const Image& photo,
+               const ColorCorrection& correction) {
+  const Color gain = correction.gain.empty() ? Color{1, 1, 1} : correction.gain[index(id)];
+  const bool main = set.charts[part.chart].view == id && !correction.offsets.empty();
+  const CellBox& box = part.raster.box;
+  for (int y = box.y0; y < box.y1; ++y) {
+    for (int x = box.x0; x < box.x1; ++x) {
+      const std::size_t i = part.raster.at(x, y);
+      for (const bool first : {true, false}) {
+        const std::uint8_t k = first ? part.best[i] : part.second[i];
+        if (k == PartialChart::kNone) continue;
+        const TexelSource& source = sources_at(part, i)[k];
+        if (source.view != id) continue;
+        const float weight = first ? 1 - part.second_weight[i] : part.second_weight[i];
+        const auto p = frame_position(source, x + 0.5, y + 0.5);
+        const auto q = p ? photo_from_pixel(view.camera, *p) : std::nullopt;
+        if (!q) {
+          part.best[i] = PartialChart::kNone;
+          continue;
+        }
+        Color c = gain * sample_bicubic(photo, q->x, q->y);
+        const std::uint32_t owner = part.raster.owner[i];
+        if (main) c = c + correction.offset(owner, set.corners[owner], x + 0.5, y + 0.5);
+        part.color[i] = part.color[i] + weight * c;
+      }
+    }
+  }
+}
+
+void finish_partial(std::span<PartialChart> parts, const AtlasInput& input, const ChartSet& set,
+                    const FaceNeighbours& neighbours, std::span<const ChartPlace> places, int padding,
+                    std::span<Page> pages) {
+  std::vector<std::vector<std::uint8_t>> known(parts.size());
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
+    known[p].resize(parts[p].best.size());
+    for (std::size_t i = 0; i < known[p].size(); ++i) known[p][i] = parts[p].best[i] != PartialChart::kNone;
+    const ChartPlace& place = places[parts[p].chart];
+    write_chart(parts[p], place, padding, pages[place.page], known[p]);
+  });
+  // Charts that nothing around them shows yet wait for their neighbours, round after round.
+  std::vector<std::size_t> open(parts.size());
+  for (std::size_t p = 0; p < open.size(); ++p) open[p] = p;
+  while (!open.empty()) {
+    tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t k) {
+      seed_border(parts[open[k]], known[open[k]], input, set, neighbours, places, pages);
+    });
+    std::vector<char> filled(open.size(), 0);
+    tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t k) {
+      PartialChart& part = parts[open[k]];
+      auto& mine = known[open[k]];
+      if (!smooth_fill(part.color, mine, part.raster.width(), part.raster.height())) return;
+      const ChartPlace& place = places[part.chart];
+      write_chart(part, place, padding, pages[place.page], mine);
+      filled[k] = 1;
+    });
+    std::vector<std::size_t> left;
+    for (std::size_t k = 0; k < open.size(); ++k)
+      if (!filled[k]) left.push_back(open[k]);
+    if (left.size() == open.size()) break;
+    open = std::move(left);
+  }
+  if (open.empty()) return;
+  const Color mean = mean_color(pages);
+  for (const auto p : open) {
+    std::fill(parts[p].color.begin(), parts[p].color.end(), mean);
+    std::fill(known[p].begin(), known[p].end(), std::uint8_t{1});
+    const ChartPlace& place = places[parts[p].chart];
+    write_chart(parts[p], place, padding, pages[place.page], known[p]);
+  }
+}
+
+}  // namespace gpvc

@@ -1,0 +1,6 @@
+gpvc_test(charts_test gpvc_atlas)
+gpvc_test(packing_test gpvc_atlas)
+gpvc_test(bake_test gpvc_atlas)
+gpvc_test(partial_test gpvc_atlas)
+gpvc_test(fill_test gpvc_atlas)
+gpvc_test(seam_leveling_test gpvc_atlas)
