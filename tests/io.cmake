@@ -1,3 +1,6 @@
+find_package(OpenImageIO REQUIRED)
+find_package(TinyGLTF REQUIRED)
+
 gpvc_test(camera_file_test gpvc_io)
 gpvc_test(image_file_test gpvc_io OpenImageIO::OpenImageIO)
 gpvc_test(mesh_file_test gpvc_io)

@@ -1,0 +1,202 @@
+#include <OpenImageIO/imageio.h>
+
+#include <cmath>
+
+#include "io/io.h"
+#include "temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+using test::contains;
+using test::input_error;
+using test::TemporaryFolder;
+
+/// Colours that neither repeat nor compress to nothing, smooth enough for JPEG.
+Image picture(int width, int height) {
+  Image image{width, height, 3, {}};
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (int c = 0; c < 3; ++c)
+        image.pixels.push_back(static_cast<std::uint8_t>(
+            std::lround(127.5 + 60 * std::sin(0.11 * x + c) + 60 * std::cos(0.07 * y - c)) % 256));
+  return image;
+}
+
+/// Written by OpenImageIO itself, in a layout of the test's choice.
+template <typename T>
+std::filesystem::path store(const TemporaryFolder& folder, const std::string& name, int width, int height,
+                            int channels, OIIO::TypeDesc type, const std::vector<T>& samples,
+                            const std::vector<std::pair<std::string, int>>& attributes = {}) {
+  const auto file = folder.path() / name;
+  OIIO::ImageSpec spec(width, height, channels, type);
+  for (const auto& [key, value] : attributes) spec.attribute(key, value);
+  const auto out = OIIO::ImageOutput::create(file.string());
+  EXPECT_TRUE(out && out->open(file.string(), spec) && out->write_image(type, samples.data()) &&
+              out->close());
+  return file;
+}
+
+using Bytes = std::vector<std::uint8_t>;
+
+TEST(ReadImage, RepeatsGrey) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.png", "b.tif", "c.bmp"}) {
+    const Image image = read_image(store(folder, name, 2, 1, 1, OIIO::TypeUInt8, Bytes{7, 200}));
+    EXPECT_EQ(image.channels, 3);
+    EXPECT_EQ(image.pixels, (Bytes{7, 7, 7, 200, 200, 200})) << name;
+  }
+}
+
+TEST(ReadImage, DropsAlphaWithoutTouchingColours) {
+  const TemporaryFolder folder;
+  const std::vector<std::pair<std::string, int>> straight{{"oiio:UnassociatedAlpha", 1}};
+  const Bytes rgba{10, 20, 30, 0, 40, 50, 60, 128};
+  EXPECT_EQ(read_image(store(folder, "a.png", 2, 1, 4, OIIO::TypeUInt8, rgba, straight)).pixels,
+            (Bytes{10, 20, 30, 40, 50, 60}));
+  EXPECT_EQ(read_image(store(folder, "a.tif", 2, 1, 4, OIIO::TypeUInt8, rgba, straight)).pixels,
+            (Bytes{10, 20, 30, 40, 50, 60}));
+  EXPECT_EQ(
+      read_image(store(folder, "b.png", 2, 1, 2, OIIO::TypeUInt8, Bytes{10, 0, 40, 128}, straight)).pixels,
+      (Bytes{10, 10, 10, 40, 40, 40}));
+}
+
+// 16 bits scale by 255 / 65535 = 1 / 257, to the nearest.
+TEST(ReadImage, ScalesSixteenBitsWithRounding) {
+  const TemporaryFolder folder;
+  std::vector<std::uint16_t> samples;
+  Bytes expected;
+  for (unsigned value = 0; value <= 65535; value += 51) {
+    samples.insert(samples.end(), 3, static_cast<std::uint16_t>(value));
+    expected.insert(expected.end(), 3, static_cast<std::uint8_t>((value + 128) / 257));
+  }
+  const int width = static_cast<int>(samples.size() / 3);
+  EXPECT_EQ(read_image(store(folder, "a.png", width, 1, 3, OIIO::TypeUInt16, samples)).pixels, expected);
+  EXPECT_EQ(read_image(store(folder, "a.tif", width, 1, 3, OIIO::TypeUInt16, samples)).pixels, expected);
+}
+
+TEST(ReadImage, ScalesAndClampsFloats) {
+  const TemporaryFolder folder;
+  const std::vector<float> samples{-1, 0, 0.5f / 255, 0.4f / 255, 1, 7};
+  const Bytes expected{0, 0, 1, 0, 255, 255};
+  const Image image = read_image(store(folder, "a.tif", 2, 1, 3, OIIO::TypeFloat, samples));
+  for (const std::size_t i : {0u, 1u, 3u, 4u, 5u})  // 2 is a tie, which either neighbour may win
+    EXPECT_EQ(image.pixels[i], expected[i]) << i;
+}
+
+TEST(ReadImage, LeavesOrientationToTheCameras) {
+  const TemporaryFolder folder;
+  const Image image = picture(64, 40);
+  constexpr int kQuarterTurn = 6;
+  const auto file =
+      store(folder, "a.jpg", 64, 40, 3, OIIO::TypeUInt8, image.pixels, {{"Orientation", kQuarterTurn}});
+  EXPECT_EQ(OIIO::ImageInput::open(file.string())->spec().get_int_attribute("Orientation"), kQuarterTurn);
+  const Image back = read_image(file);
+  EXPECT_EQ(back.width, 64);
+  EXPECT_EQ(back.height, 40);
+  EXPECT_NEAR(back.at(60, 2)[0], image.at(60, 2)[0], 12);
+}
+
+TEST(ReadImage, ReadsTiledFiles) {
+  const TemporaryFolder folder;
+  const Image image = picture(100, 70);
+  const auto file = folder.path() / "a.tif";
+  OIIO::ImageSpec spec(100, 70, 3, OIIO::TypeUInt8);
+  spec.tile_width = spec.tile_height = 32;
+  const auto out = OIIO::ImageOutput::create(file.string());
+  ASSERT_TRUE(out && out->open(file.string(), spec) &&
+              out->write_image(OIIO::TypeUInt8, image.pixels.data()));
+  ASSERT_TRUE(out->close());
+  EXPECT_EQ(read_image(file).pixels, image.pixels);
+}
+
+TEST(ReadImage, RefusesTruncatedFiles) {
+  const TemporaryFolder folder;
+  const Image image = picture(120, 90);
+  for (const std::string name : {"a b.jpg", "a.png", "a.tif", "a.bmp"}) {
+    const auto file = store(folder, name, 120, 90, 3, OIIO::TypeUInt8, image.pixels);
+    const std::string good = test::read_file(file);
+    ASSERT_EQ(read_image(file).width, 120);
+    // The last bytes may be a trailer that holds no pixel; a tenth of the file is pixels in every format.
+    for (std::size_t part = 0; part < 90; ++part) {
+      const auto cut = folder.write("cut " + name, good.substr(0, good.size() * part / 100));
+      EXPECT_TRUE(contains(input_error([&] { read_image(cut); }), "cut " + name)) << part << " %";
+    }
+  }
+}
+
+// A pixel lost is an error: whatever is read from a cut file must be the whole picture.
+TEST(ReadImage, RefusesJpegAndPngCutAtEveryByte) {
+  const TemporaryFolder folder;
+  const Image image = picture(24, 20);
+  for (const std::string name : {"a.jpg", "a.png"}) {
+    const auto file = store(folder, name, 24, 20, 3, OIIO::TypeUInt8, image.pixels);
+    const std::string good = test::read_file(file);
+    const Image whole = read_image(file);
+    for (std::size_t size = 0; size < good.size(); ++size) {
+      const auto cut = folder.write("cut" + name, good.substr(0, size));
+      try {
+        EXPECT_EQ(read_image(cut).pixels, whole.pixels) << name << " at " << size;
+        EXPECT_GT(size + 20, good.size()) << name;
+      } catch (const InputError&) {
+      }
+    }
+  }
+}
+
+TEST(ReadImage, SaysWhatIsWrong) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(
+      contains(input_error([&] { read_image(folder.path() / "absent.jpg"); }), "absent.jpg: does not exist"));
+  EXPECT_TRUE(
+      contains(input_error([&] { read_image(folder.write("a.jpg", "no jpeg")); }), "a.jpg: is no image"));
+  EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("a", "")); }), "a: is no image"));
+}
+
+TEST(WriteImage, PngReadsBackExactly) {
+  const TemporaryFolder folder;
+  for (const auto& [width, height] : {std::pair{1, 1}, {3, 1}, {1, 5}, {301, 207}, {2048, 700}}) {
+    const Image image = picture(width, height);
+    const auto file = folder.path() / "a page.png";
+    write_image(file, image, ImageFormat::png, 0);
+    const Image back = read_image(file);
+    EXPECT_EQ(back.width, width);
+    EXPECT_EQ(back.pixels, image.pixels);
+  }
+  EXPECT_EQ(folder.count(), 1);
+}
+
+// One red pixel among green: with subsampled chroma it would bleed into its neighbours.
+TEST(WriteImage, JpegKeepsChromaOfSinglePixels) {
+  const TemporaryFolder folder;
+  Image image{16, 16, 3, {}};
+  for (int i = 0; i < 256; ++i) image.pixels.insert(image.pixels.end(), {0, 160, 0});
+  std::uint8_t* red = image.at(6, 7);
+  red[0] = 160;
+  red[1] = 0;
+  write_image(folder.path() / "a.jpg", image, ImageFormat::jpg, 100);
+  const Image back = read_image(folder.path() / "a.jpg");
+  EXPECT_NEAR(back.at(6, 7)[0], 160, 6);
+  EXPECT_NEAR(back.at(7, 7)[0], 0, 6);
+  EXPECT_NEAR(back.at(6, 6)[0], 0, 6);
+}
+
+TEST(WriteImage, JpegQualityTradesSizeForFidelity) {
+  const TemporaryFolder folder;
+  const Image image = picture(200, 200);
+  std::array<std::size_t, 2> size{};
+  std::array<double, 2> error{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto file = folder.path() / "a.jpg";
+    write_image(file, image, ImageFormat::jpg, i == 0 ? 20 : 95);
+    size[i] = std::filesystem::file_size(file);
+    const Image back = read_image(file);
+    for (std::size_t p = 0; p < image.pixels.size(); ++p)
+      error[i] += std::abs(back.pixels[p] - image.pixels[p]);
+  }
+  EXPECT_LT(size[0], size[1]);
+  EXPECT_GT(error[0], 2 * error[1]);
+}
+
+}  // namespace
+}  // namespace gpvc
