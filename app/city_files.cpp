@@ -1,0 +1,164 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "app/city.h"
+
+namespace gpvc {
+namespace {
+
+// w, x, y, z of a rotation, w >= 0, from its largest component (Shepperd 1978).
+std::array<double, 4> quaternion(const std::array<double, 9>& r) {
+  const double squares[4] = {1 + r[0] + r[4] + r[8], 1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8],
+                             1 - r[0] - r[4] + r[8]};
+  int largest = 0;
+  for (int i = 1; i < 4; ++i)
+    if (squares[i] > squares[largest]) largest = i;
+  const double s = std::sqrt(squares[largest]) * 2;  // 4 x the component
+  std::array<double, 4> q{};
+  if (largest == 0) q = {s / 4, (r[7] - r[5]) / s, (r[2] - r[6]) / s, (r[3] - r[1]) / s};
+  if (largest == 1) q = {(r[7] - r[5]) / s, s / 4, (r[1] + r[3]) / s, (r[2] + r[6]) / s};
+  if (largest == 2) q = {(r[2] - r[6]) / s, (r[1] + r[3]) / s, s / 4, (r[5] + r[7]) / s};
+  if (largest == 3) q = {(r[3] - r[1]) / s, (r[2] + r[6]) / s, (r[5] + r[7]) / s, s / 4};
+  if (q[0] < 0)
+    for (double& v : q) v = -v;
+  return q;
+}
+
+struct Observation {
+  std::size_t point;
+  PhotoPoint at;
+};
+
+struct TiePoint {
+  WorldPoint position;
+  Colour colour;
+  std::vector<std::array<std::size_t, 2>> track;  // view, index among the view's observations
+};
+
+// Some face centroids that at least two views see: what a feature matcher would have left.
+std::vector<TiePoint> tie_points(const City& city, const std::vector<View>& views,
+                                 const CityRenderer& renderer,
+                                 std::vector<std::vector<Observation>>& observations) {
+  constexpr std::size_t kPoints = 1500;
+  std::vector<TiePoint> points;
+  observations.resize(views.size());
+  for (std::uint32_t n = 0; n < kPoints; ++n) {
+    const std::size_t face = city_hash(n, 4711) % city.mesh.faces.size();
+    const Triangle& t = city.mesh.faces[face];
+    TiePoint point;
+    for (const std::uint32_t v : t) {
+      point.position.x += city.mesh.positions[v].x / 3;
+      point.position.y += city.mesh.positions[v].y / 3;
+      point.position.z += city.mesh.positions[v].z / 3;
+    }
+    point.colour = city_albedo(city.surfaces[city.face_surface[face]], point.position);
+    std::vector<std::pair<std::size_t, PhotoPoint>> seen;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      const CameraPoint c = camera_from_world(views[v].pose, point.position);
+      if (c.z <= 0) continue;
+      const auto at = photo_from_pixel(views[v].camera, pixel_from_camera(views[v].camera, c));
+      if (!at || at->x < 0 || at->y < 0 || at->x > views[v].camera.width || at->y > views[v].camera.height)
+        continue;
+      if (renderer.sees(views[v].pose, point.position)) seen.emplace_back(v, *at);
+    }
+    if (seen.size() < 2) continue;
+    for (const auto& [v, at] : seen) {
+      point.track.push_back({v, observations[v].size()});
+      observations[v].push_back({points.size(), at});
+    }
+    points.push_back(point);
+  }
+  return points;
+}
+
+void write_text(const std::filesystem::path& file, const std::string& text) {
+  OutputFile out(file);
+  out.write(text);
+  out.commit();
+}
+
+}  // namespace
+
+void write_city_mesh(const std::filesystem::path& file, const Mesh& mesh) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
+      "property float z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+      mesh.positions.size(), mesh.faces.size());
+  const auto append = [&](auto value) {
+    char raw[sizeof value];
+    std::memcpy(raw, &value, sizeof value);
+    bytes.append(raw, sizeof value);
+  };
+  for (const WorldPoint& p : mesh.positions)
+    for (const double v : {p.x, p.y, p.z}) append(static_cast<float>(v));
+  for (const Triangle& t : mesh.faces) {
+    bytes.push_back(3);
+    for (const std::uint32_t v : t) append(v);
+  }
+  write_text(file, bytes);
+}
+
+void write_city_cameras(const std::filesystem::path& dir, const City& city, const std::vector<View>& views,
+                        const CityRenderer& renderer) {
+  std::vector<std::vector<Observation>> observations;
+  const std::vector<TiePoint> points = tie_points(city, views, renderer, observations);
+
+  const Camera& camera = views.front().camera;
+  std::string cameras = "# Camera list: CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
+  const Distortion& d = camera.distortion;
+  if (d.is_identity())
+    cameras += fmt::format("1 PINHOLE {} {} {} {} {} {}\n", camera.width, camera.height, camera.fx, camera.fy,
+                           camera.cx, camera.cy);
+  else
+    cameras += fmt::format("1 OPENCV {} {} {} {} {} {} {} {} {} {}\n", camera.width, camera.height, camera.fx,
+                           camera.fy, camera.cx, camera.cy, d.k1, d.k2, d.p1, d.p2);
+  write_text(dir / "cameras.txt", cameras);
+
+  std::string images =
+      "# Image list, two lines each: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME / POINTS2D[] as "
+      "X, Y, "
+      "POINT3D_ID\n";
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto q = quaternion(views[v].pose.rotation);
+    const CameraPoint t = camera_from_world(views[v].pose, {});
+    images += fmt::format("{} {} {} {} {} {} {} {} 1 {}\n", v + 1, q[0], q[1], q[2], q[3], t.x, t.y, t.z,
+                          views[v].name);
+    for (std::size_t i = 0; i < observations[v].size(); ++i)
+      images += fmt::format("{}{:.3f} {:.3f} {}", i == 0 ? "" : " ", observations[v][i].at.x,
+                            observations[v][i].at.y, observations[v][i].point + 1);
+    images += "\n";
+  }
+  write_text(dir / "images.txt", images);
+
+  std::string text =
+      "# 3D point list: POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as IMAGE_ID, POINT2D_IDX\n";
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const TiePoint& p = points[n];
+    text += fmt::format("{} {} {} {} {} {} {} 0", n + 1, p.position.x, p.position.y, p.position.z,
+                        static_cast<int>(p.colour[0]), static_cast<int>(p.colour[1]),
+                        static_cast<int>(p.colour[2]));
+    for (const auto& [view, i] : p.track) text += fmt::format(" {} {}", view + 1, i);
+    text += "\n";
+  }
+  write_text(dir / "points3D.txt", text);
+}
+
+void write_city_surfaces(const std::filesystem::path& file, const City& city) {
+  constexpr const char* kNames[] = {"ground", "plaster",  "brick", "tiles",
+                                    "gravel", "concrete", "bark",  "leaves"};
+  const auto triple = [](const WorldPoint& p) { return nlohmann::ordered_json::array({p.x, p.y, p.z}); };
+  nlohmann::ordered_json surfaces = nlohmann::ordered_json::array();
+  for (const Surface& s : city.surfaces)
+    surfaces.push_back({{"material", kNames[static_cast<std::size_t>(s.material)]},
+                        {"origin", triple(s.origin)},
+                        {"u_axis", triple(s.u_axis)},
+                        {"v_axis", triple(s.v_axis)},
+                        {"seed", s.seed},
+                        {"windows", s.windows}});
+  write_text(file, nlohmann::ordered_json{{"surfaces", surfaces}}.dump(1) + "\n");
+}
+
+}  // namespace gpvc

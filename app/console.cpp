@@ -1,0 +1,125 @@
+#include "app/console.h"
+
+#include <fmt/format.h>
+#include <spdlog/sinks/basic_file_sink.h>
+#include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+
+namespace gpvc {
+namespace {
+
+constexpr auto kTerminalPeriod = std::chrono::milliseconds(100);
+constexpr auto kPlainPeriod = std::chrono::seconds(5);
+
+std::size_t terminal_columns() {
+  winsize size = {};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1) return size.ws_col;
+  return 80;
+}
+
+std::shared_ptr<spdlog::logger> open_log(const std::filesystem::path& file) {
+  if (file.empty()) return nullptr;
+  try {
+    auto sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string(), true);
+    auto log = std::make_shared<spdlog::logger>("gpvc", sink);
+    log->set_level(spdlog::level::trace);
+    log->flush_on(spdlog::level::trace);
+    log->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
+    log->set_error_handler([](const std::string&) {});  // a full disk must not end a run for its log's sake
+    return log;
+  } catch (const spdlog::spdlog_ex&) {
+    throw OutputError(file, "cannot be opened for writing as the log");
+  }
+}
+
+}  // namespace
+
+Console::Console(Loudness loudness, const std::filesystem::path& log_file)
+    : loudness_(loudness), terminal_(isatty(STDERR_FILENO) != 0), log_(open_log(log_file)) {}
+
+Console::~Console() { clear_status(); }
+
+void Console::result(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (status_shown_) print("");
+  if (log_) log_->info("{}", text);
+  std::fputs((text + "\n").c_str(), stdout);
+  std::fflush(stdout);
+}
+
+void Console::note(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (log_) log_->info("{}", text);
+  if (loudness_ != Loudness::quiet) print(text + "\n");
+}
+
+void Console::detail(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (log_) log_->debug("{}", text);
+  if (loudness_ == Loudness::verbose) print(text + "\n");
+}
+
+void Console::warning(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (log_) log_->warn("{}", text);
+  print("gpvc: warning: " + text + "\n");
+}
+
+void Console::error(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (log_) log_->error("{}", text);
+  print("gpvc: error: " + text + "\n");
+}
+
+void Console::status(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (now - last_status_ < (terminal_ ? std::chrono::nanoseconds(kTerminalPeriod) : kPlainPeriod)) return;
+  last_status_ = now;
+  if (log_) log_->trace("{}", text);
+  if (loudness_ == Loudness::quiet) return;
+  if (!terminal_) {
+    print(text + "\n");
+    return;
+  }
+  std::fputs(("\r\x1b[K" + text.substr(0, terminal_columns() - 1)).c_str(), stderr);
+  std::fflush(stderr);
+  status_shown_ = true;
+}
+
+void Console::clear_status() {
+  const std::lock_guard lock(mutex_);
+  if (status_shown_) print("");
+  // The next stage's first plain line waits its time too: short stages print only how long they took.
+  last_status_ = terminal_ ? std::chrono::steady_clock::time_point{} : std::chrono::steady_clock::now();
+}
+
+void Console::print(const std::string& text) {
+  if (status_shown_) std::fputs("\r\x1b[K", stderr);
+  status_shown_ = false;
+  std::fputs(text.c_str(), stderr);
+  std::fflush(stderr);
+}
+
+std::string readable_duration(double seconds) {
+  const auto whole = static_cast<long long>(std::llround(std::max(seconds, 0.0)));
+  if (whole < 100) return fmt::format("{} s", whole);
+  if (whole < 5400) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
+}
+
+std::string readable_count(std::size_t count) {
+  const std::string digits = std::to_string(count);
+  std::string text;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) text.push_back(' ');
+    text.push_back(digits[i]);
+  }
+  return text;
+}
+
+}  // namespace gpvc

@@ -1,0 +1,35 @@
+#include "app/interrupt.h"
+
+#include <atomic>
+#include <csignal>
+
+#include "io/error.h"
+
+namespace gpvc {
+namespace {
+
+std::atomic<bool> asked_to_stop{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
+
+void on_signal(int) { asked_to_stop = true; }
+
+}  // namespace
+
+void install_signal_handlers() {
+  struct sigaction action = {};
+  action.sa_handler = on_signal;
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);  // the second one has its default effect
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGHUP, &action, nullptr);
+  signal(SIGXFSZ, SIG_IGN);
+}
+
+bool interrupted() { return asked_to_stop; }
+
+void throw_if_interrupted() {
+  if (interrupted()) throw Cancelled();
+}
+
+}  // namespace gpvc

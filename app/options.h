@@ -1,0 +1,87 @@
+// What each command can be told, with the defaults its help prints.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/city.h"
+#include "app/console.h"
+#include "atlas/atlas.h"
+#include "io/io.h"
+#include "labeling/labeling.h"
+#include "visibility/visibility.h"
+
+namespace gpvc {
+
+struct CommonOptions {
+  int threads = 0;  ///< 0: all
+  int device = -1;  ///< of list_devices(); -1: the first
+  std::filesystem::path log;
+  bool quiet = false, verbose = false;
+  std::vector<std::string> command_line;  ///< as given, for run.json
+  Loudness loudness() const {
+    return quiet ? Loudness::quiet : verbose ? Loudness::verbose : Loudness::normal;
+  }
+};
+
+struct SceneInput {
+  std::filesystem::path scene, mesh;
+  std::optional<std::filesystem::path> images_dir;
+  std::string views, exclude_views;  ///< lists as given; empty: all, none
+  int downscale = 1;
+  SceneOptions reader_options() const {
+    SceneOptions options;
+    options.images_dir = images_dir;
+    options.downscale = downscale;
+    return options;
+  }
+};
+
+struct TextureOptions {
+  CommonOptions common;
+  SceneInput input;
+  std::filesystem::path out;
+  bool force = false;
+  VisibilityOptions visibility;
+  CostOptions costs;
+  SolverOptions solver;
+  AtlasOptions atlas;
+  ImageFormat texture = ImageFormat::jpg;
+  int quality = 95;
+  std::optional<UpAxis> up;  ///< nullopt: auto
+};
+
+struct VisibilityCommandOptions {
+  CommonOptions common;
+  SceneInput input;
+  std::filesystem::path out;
+  bool force = false, ivm = false;
+  VisibilityOptions visibility;
+};
+
+struct SynthCityOptions {
+  CommonOptions common;
+  CityOptions city;
+  std::filesystem::path out;
+  bool force = false;
+  int quality = 95;
+};
+
+/// Bad usage found after parsing: exit code 2. what() is one sentence.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// The commands. They throw; run_command_line() turns exceptions into exit codes.
+void run_texture(const TextureOptions& options, Console& console);
+void run_visibility(const VisibilityCommandOptions& options, Console& console);
+void run_synth_city(const SynthCityOptions& options, Console& console);
+
+/// "0.1.0 (ab12cd3)".
+std::string program_version();
+
+}  // namespace gpvc

@@ -1,0 +1,47 @@
+// The folder a command promises its files in: nothing half-written under a final name, nobody's result
+// overwritten by mistake.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace gpvc {
+
+/// Files are made in a hidden folder inside OUT and move to their final names all together at the end,
+/// `run.json` last. Until then an earlier result stays as it is; a run that fails or is interrupted leaves
+/// OUT as it found it.
+class OutputFolder {
+ public:
+  /// Creates OUT and its parents. Throws OutputError when it cannot be written, or when it holds an earlier
+  /// result and `force` is false.
+  OutputFolder(std::filesystem::path out, bool force);
+  /// Removes what was not published, and folders made in vain.
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  /// Where to write the file that will be OUT/`relative`; parents are made. The file is promised from now on.
+  /// Throws OutputError when `relative` would leave OUT.
+  std::filesystem::path file(const std::filesystem::path& relative);
+  /// Promised so far, in the order of file().
+  const std::vector<std::string>& promised() const { return promised_; }
+  const std::filesystem::path& path() const { return out_; }
+
+  /// Removes an earlier result and moves every promised file to its final name. Throws OutputError when one
+  /// is missing.
+  void publish();
+  /// `message` with the names of files in the making replaced by their final names.
+  std::string with_final_names(std::string message) const;
+
+ private:
+  std::filesystem::path out_, unfinished_;
+  std::vector<std::filesystem::path> created_;  ///< folders made on the way to OUT, outermost first
+  std::vector<std::string> promised_;
+};
+
+/// A path below a folder from a name that a scene file gives: keeps sub-folders, refuses what leaves the
+/// folder ("..", a root). Throws OutputError.
+std::filesystem::path contained_path(const std::string& name);
+
+}  // namespace gpvc

@@ -1,0 +1,53 @@
+// What a run did and what it cost: the stages as the user sees them, and run.json.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/console.h"
+
+namespace gpvc {
+
+using Json = nlohmann::ordered_json;
+
+/// Seconds of processor time of the whole process, user and system.
+double process_cpu_seconds();
+/// Peak resident memory of the process.
+std::size_t peak_resident_bytes();
+
+struct RunRecord {
+  Json stages = Json::array();  ///< name, wall_s, cpu_s, and what the stage adds
+  Json counts = Json::object();
+};
+
+/// A stage of a command from construction to finish(): progress on the console, time into the record.
+class Stage {
+ public:
+  /// `unit`: what progress counts ("views"), plural.
+  Stage(Console& console, RunRecord& record, std::string name, std::string unit = "");
+
+  /// Throws Cancelled after Ctrl-C.
+  void progress(std::size_t done, std::size_t total);
+  /// progress() as the stages take it; valid as long as this object.
+  Progress reporter();
+  /// Something for the record: a share of the time, a count.
+  void add(const std::string& key, const Json& value) { extra_[key] = value; }
+  /// Prints "NAME: SUMMARY in 1.23 s".
+  void finish(const std::string& summary);
+
+ private:
+  double wall_s() const;
+
+  Console& console_;
+  RunRecord& record_;
+  std::string name_, unit_;
+  std::chrono::steady_clock::time_point start_;
+  double start_cpu_s_;
+  Json extra_ = Json::object();
+};
+
+}  // namespace gpvc

@@ -1,0 +1,218 @@
+#include "app/scene_input.h"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+#include <tbb/info.h>
+
+#include <algorithm>
+#include <fstream>
+#include <future>
+#include <numeric>
+
+namespace gpvc {
+namespace {
+
+std::vector<std::string> listed(const std::string& list) {
+  std::vector<std::string> names;
+  if (list.starts_with("@")) {
+    std::ifstream in(list.substr(1));
+    if (!in) throw InputError(list.substr(1), "", "cannot be read as a list of views");
+    for (std::string line; std::getline(in, line);) {
+      if (!line.empty() && line.back() == '\r') line.pop_back();
+      if (!line.empty()) names.push_back(line);
+    }
+    return names;
+  }
+  for (std::size_t at = 0; at <= list.size();) {
+    const std::size_t comma = std::min(list.find(',', at), list.size());
+    if (comma > at) names.push_back(list.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return names;
+}
+
+// Levenshtein's distance, O(|a| |b|).
+std::size_t edits(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t next =
+          std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      diagonal = row[j];
+      row[j] = next;
+    }
+  }
+  return row.back();
+}
+
+std::string near_names(const Scene& scene, const std::string& name) {
+  std::vector<std::pair<std::size_t, std::string>> near;
+  for (const View& view : scene.views) near.emplace_back(edits(name, view.name), view.name);
+  constexpr std::size_t kShown = 3;
+  const auto shown = std::min(kShown, near.size());
+  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(shown), near.end());
+  std::string text;
+  for (std::size_t i = 0; i < shown; ++i) text += (i == 0 ? "" : ", ") + near[i].second;
+  return text;
+}
+
+// A name as it stands wins over the same characters read as a glob.
+std::vector<bool> matched(const Scene& scene, const std::string& option, const std::string& list) {
+  std::vector<bool> hit(scene.views.size(), false);
+  for (const std::string& name : listed(list)) {
+    bool any = false;
+    for (const bool as_glob : {false, true}) {
+      if (any) break;
+      for (std::size_t v = 0; v < scene.views.size(); ++v) {
+        const std::string& view = scene.views[v].name;
+        if (as_glob ? fnmatch(name.c_str(), view.c_str(), 0) != 0 : view != name) continue;
+        hit[v] = any = true;
+      }
+    }
+    if (!any)
+      throw UsageError(
+          fmt::format("{}: the scene has no view '{}'; near are {}", option, name, near_names(scene, name)));
+  }
+  return hit;
+}
+
+Json point_json(const WorldPoint& p) { return Json::array({p.x, p.y, p.z}); }
+
+}  // namespace
+
+std::vector<ViewId> used_views(const Scene& scene, const std::string& views,
+                               const std::string& exclude_views) {
+  std::vector<bool> wanted(scene.views.size(), true), excluded(scene.views.size(), false);
+  if (!views.empty()) wanted = matched(scene, "--views", views);
+  if (!exclude_views.empty()) excluded = matched(scene, "--exclude-views", exclude_views);
+  std::vector<ViewId> used;
+  for (std::size_t v = 0; v < scene.views.size(); ++v)
+    if (wanted[v] && !excluded[v]) used.push_back(ViewId{static_cast<std::uint32_t>(v)});
+  if (used.empty()) throw UsageError("--views and --exclude-views leave no view");
+  return used;
+}
+
+SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRecord& record) {
+  Stage stage(console, record, "read");
+  SceneInputData data;
+  auto mesh = std::async(std::launch::async, [&] { return read_mesh(input.mesh); });
+  data.scene = read_scene(input.scene, input.reader_options());
+  data.used = used_views(data.scene, input.views, input.exclude_views);
+  data.mesh = mesh.get();
+  record.counts["faces"] = data.mesh.faces.size();
+  record.counts["vertices"] = data.mesh.positions.size();
+  record.counts["views"] = data.scene.views.size();
+  record.counts["used_views"] = data.used.size();
+  const std::string views = data.used.size() == data.scene.views.size()
+                                ? readable_count(data.used.size())
+                                : fmt::format("{} of {}", data.used.size(), data.scene.views.size());
+  stage.finish(fmt::format("{} faces, {} views", readable_count(data.mesh.faces.size()), views));
+  return data;
+}
+
+void write_views_json(const std::filesystem::path& file, const SceneInputData& input) {
+  Json views = Json::array();
+  for (std::size_t v = 0; v < input.scene.views.size(); ++v) {
+    const View& view = input.scene.views[v];
+    const Camera& c = view.camera;
+    const auto& r = view.pose.rotation;
+    views.push_back(
+        {{"index", v},
+         {"name", view.name},
+         {"photo", view.photo.string()},
+         {"used",
+          std::binary_search(input.used.begin(), input.used.end(), ViewId{static_cast<std::uint32_t>(v)})},
+         {"width", c.width},
+         {"height", c.height},
+         {"fx", c.fx},
+         {"fy", c.fy},
+         {"cx", c.cx},
+         {"cy", c.cy},
+         {"distortion",
+          {{"k1", c.distortion.k1},
+           {"k2", c.distortion.k2},
+           {"p1", c.distortion.p1},
+           {"p2", c.distortion.p2},
+           {"k3", c.distortion.k3}}},
+         {"rotation", Json::array({Json::array({r[0], r[1], r[2]}), Json::array({r[3], r[4], r[5]}),
+                                   Json::array({r[6], r[7], r[8]})})},
+         {"centre", point_json(view.pose.centre)}});
+  }
+  const Json json = {
+      {"scene", input.scene.source.string()},
+      {"convention",
+       "x_camera = rotation * (x_world - centre); x right, y down, z forward; pixels from the top-left "
+       "corner, first centre at (0.5, 0.5); distortion as in OpenCV"},
+      {"views", views}};
+  write_text_file(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+Json device_json(const DeviceInfo& device) {
+  return {{"index", device.index},
+          {"renderer", device.renderer},
+          {"driver", device.driver},
+          {"software", device.software}};
+}
+
+Json visibility_json(const VisibilityOptions& options) {
+  constexpr const char* kSamplings[] = {"gpvc", "gpvc:ves", "gpvc:dense"};
+  constexpr const char* kCorrections[] = {"off", "paper", "exact"};
+  constexpr const char* kClassifiers[] = {"auto", "cpu", "gpu"};
+  return {{"visibility", kSamplings[static_cast<std::size_t>(options.sampling)]},
+          {"coverage_correction", kCorrections[static_cast<std::size_t>(options.correction)]},
+          {"classifier", kClassifiers[static_cast<std::size_t>(options.classifier)]},
+          {"subpixel", options.subpixel}};
+}
+
+Json scene_json(const SceneInput& input) {
+  Json json = {{"scene", input.scene.string()}, {"mesh", input.mesh.string()}};
+  json["images"] = input.images_dir ? Json(input.images_dir->string()) : Json(nullptr);
+  json["views"] = input.views;
+  json["exclude_views"] = input.exclude_views;
+  json["downscale"] = input.downscale;
+  return json;
+}
+
+void write_run_json(OutputFolder& folder, const RunFacts& facts, const RunRecord& record) {
+  const auto file = folder.file("run.json");
+  double wall = 0, cpu = 0;
+  for (const Json& stage : record.stages) {
+    wall += stage["wall_s"].get<double>();
+    cpu += stage["cpu_s"].get<double>();
+  }
+  const int threads = facts.common.threads > 0 ? facts.common.threads : tbb::info::default_concurrency();
+  const Json json = {{"program", "gpvc"},
+                     {"version", program_version()},
+                     {"command", facts.command},
+                     {"command_line", facts.common.command_line},
+                     {"options", facts.options},
+                     {"threads", threads},
+                     {"device", facts.device},
+                     {"stages", record.stages},
+                     {"wall_s", wall},
+                     {"cpu_s", cpu},
+                     {"peak_resident_bytes", peak_resident_bytes()},
+                     {"counts", record.counts},
+                     {"outputs", folder.promised()}};
+  write_text_file(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+void refuse_overwriting(const SceneInput& input, const std::filesystem::path& out,
+                        const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    std::error_code ignored;
+    if (std::filesystem::equivalent(out / name, input.mesh, ignored))
+      throw OutputError(out / name, "is the input mesh; choose another output folder");
+  }
+}
+
+void write_text_file(const std::filesystem::path& file, const std::string& text) {
+  OutputFile out(file);
+  out.write(text);
+  out.commit();
+}
+
+}  // namespace gpvc

@@ -1,0 +1,51 @@
+// What the commands share about their input and about what they write of it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/options.h"
+#include "app/output_folder.h"
+#include "app/run_record.h"
+
+namespace gpvc {
+
+struct SceneInputData {
+  Mesh mesh;
+  Scene scene;
+  std::vector<ViewId> used;  ///< ascending; the views --views and --exclude-views leave
+};
+
+/// Reads mesh and scene at the same time and resolves the view lists. Throws InputError, UsageError.
+SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRecord& record);
+
+/// Which views LISTs of names and globs, or @FILE, leave. Throws UsageError for a name or glob that matches
+/// none, with the names that come near.
+std::vector<ViewId> used_views(const Scene& scene, const std::string& views,
+                               const std::string& exclude_views);
+
+/// views.json: every view in order, with `used`.
+void write_views_json(const std::filesystem::path& file, const SceneInputData& input);
+
+struct RunFacts {
+  std::string command;
+  const CommonOptions& common;
+  Json options = Json::object();
+  Json device = Json::object();
+};
+
+/// run.json; to be called last, as it lists what was promised and what was spent. Promises itself.
+void write_run_json(OutputFolder& folder, const RunFacts& facts, const RunRecord& record);
+
+Json device_json(const DeviceInfo& device);
+Json visibility_json(const VisibilityOptions& options);
+Json scene_json(const SceneInput& input);
+
+/// Throws OutputError when a file that OUT will hold under `names` is one of the inputs.
+void refuse_overwriting(const SceneInput& input, const std::filesystem::path& out,
+                        const std::vector<std::string>& names);
+
+/// A whole text as a file.
+void write_text_file(const std::filesystem::path& file, const std::string& text);
+
+}  // namespace gpvc

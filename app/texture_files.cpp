@@ -1,0 +1,123 @@
+#include "app/texture_files.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <array>
+#include <filesystem>
+#include <future>
+
+#include "app/interrupt.h"
+#include "app/viewpoint.h"
+
+namespace gpvc {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kPreviewWidth = 1600, kPreviewHeight = 1200, kPreviewSamples = 2;
+constexpr std::array<std::uint8_t, 3> kBackground{214, 217, 221};
+
+// Each block of factor x factor pixels becomes its mean.
+Image reduced(const Image& image, int factor) {
+  Image small;
+  small.width = image.width / factor;
+  small.height = image.height / factor;
+  small.pixels.resize(static_cast<std::size_t>(small.width) * static_cast<std::size_t>(small.height) * 3);
+  tbb::parallel_for(0, small.height, [&](int y) {
+    for (int x = 0; x < small.width; ++x)
+      for (int c = 0; c < 3; ++c) {
+        int sum = factor * factor / 2;
+        for (int n = 0; n < factor * factor; ++n)
+          sum += image.at(x * factor + n % factor, y * factor + n / factor)[c];
+        small.at(x, y)[c] = static_cast<std::uint8_t>(sum / (factor * factor));
+      }
+  });
+  return small;
+}
+
+void write_faces(const fs::path& file, const std::vector<FaceId>& faces) {
+  std::vector<std::uint32_t> values;
+  for (const FaceId face : faces) values.push_back(static_cast<std::uint32_t>(face));
+  const std::size_t shape = values.size();
+  write_npy(file, values, std::span(&shape, 1));
+}
+
+void write_labels(const fs::path& labels_file, const fs::path& tags_file, const TexturedScene& scene) {
+  std::vector<std::int32_t> labels;
+  for (const ViewId label : scene.selection.labels)
+    labels.push_back(static_cast<std::int32_t>(static_cast<std::uint32_t>(label)));
+  std::vector<std::uint8_t> tags;
+  for (const FaceTag tag : scene.candidates.tags) tags.push_back(static_cast<std::uint8_t>(tag));
+  const std::size_t shape = labels.size();
+  write_npy(labels_file, labels, std::span(&shape, 1));
+  write_npy(tags_file, tags, std::span(&shape, 1));
+}
+
+struct Names {
+  fs::path obj, glb, faces, labels, tags, views, preview;
+  std::vector<PageFile> pages;
+};
+
+Names promise_files(OutputFolder& folder, std::size_t pages, ImageFormat format) {
+  Names names;
+  names.obj = folder.file("model.obj");
+  folder.file("model.mtl");
+  const char* extension = format == ImageFormat::png ? "png" : "jpg";
+  for (std::size_t n = 0; n < pages; ++n)
+    names.pages.push_back({folder.file(fmt::format("model_{}.{}", n, extension)), format});
+  names.glb = folder.file("model.glb");
+  names.preview = folder.file("preview.png");
+  names.views = folder.file("views.json");
+  names.labels = folder.file("labels.npy");
+  names.tags = folder.file("tags.npy");
+  names.faces = folder.file("faces.npy");
+  return names;
+}
+
+void write_preview(const fs::path& file, const TexturedScene& scene, UpAxis up, GraphicsDevice& device) {
+  const SceneInputData& in = scene.input;
+  const Viewpoint view = overview(in.mesh, scene.selection.labels, in.scene, in.used, up,
+                                  kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
+  const RenderResult render = render_model(device, scene.atlas.model, scene.atlas.pages, view.camera,
+                                           view.pose, true, true, kBackground);
+  write_image(file, reduced(render.image, kPreviewSamples), ImageFormat::png, 0);
+}
+
+}  // namespace
+
+void write_textured_scene(const TexturedScene& scene, const TextureOptions& options, GraphicsDevice& device,
+                          OutputFolder& folder, Console& console, RunRecord& record) {
+  Stage stage(console, record, "write");
+  const SceneInputData& in = scene.input;
+  const TextureAtlas& atlas = scene.atlas;
+  const Names names = promise_files(folder, atlas.pages.size(), options.texture);
+  ModelOptions model;
+  model.offset = local_origin(in.mesh, in.scene, in.used);
+  model.up = options.up ? *options.up : scene_up(in.scene, in.used);
+  if (!(model.offset == WorldPoint{}))
+    write_text_file(folder.file("offset.txt"),
+                    fmt::format("{} {} {}\n", model.offset.x, model.offset.y, model.offset.z));
+
+  auto obj = std::async(std::launch::async, [&] { write_obj(names.obj, atlas.model, names.pages, model); });
+  auto arrays = std::async(std::launch::async, [&] {
+    write_views_json(names.views, in);
+    write_labels(names.labels, names.tags, scene);
+  });
+  auto glb = std::async(std::launch::async, [&] {
+    tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) {
+      throw_if_interrupted();
+      write_image(names.pages[n].file, atlas.pages[n], options.texture, options.quality);
+    });
+    write_faces(names.faces, write_glb(names.glb, atlas.model, names.pages, model));
+  });
+  write_preview(names.preview, scene, model.up, device);
+  obj.get();
+  arrays.get();
+  glb.get();
+  record.counts["up"] = up_name(model.up);
+  record.counts["offset"] = Json::array({model.offset.x, model.offset.y, model.offset.z});
+  stage.finish(fmt::format("{} {}", atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages"));
+}
+
+}  // namespace gpvc
