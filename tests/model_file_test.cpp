@@ -1,0 +1,267 @@
+#include <tiny_gltf.h>
+
+#include <cmath>
+
+#include "io/io.h"
+#include "temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+using test::contains;
+using test::TemporaryFolder;
+
+// Two pages on a strip of four triangles at UTM size; face 3 has no area, vertex 2 has two texture
+// coordinates on page 1 and its own on page 0.
+//   1---3---5      0: 0 2 1 on page 1     2: 2 4 3 on page 1
+//   | \ | \ |      1: 2 3 1 on page 0     3: 4 4 5 on page 1
+//   0---2---4
+struct TestModel {
+  TestModel() {
+    for (int i = 0; i < 6; ++i)
+      mesh.positions.push_back({500000 + i / 2 + 0.1, 5400000.3 + i % 2, 1.0 / 3 + i});
+    mesh.faces = {{0, 2, 1}, {2, 3, 1}, {2, 4, 3}, {4, 4, 5}};
+    model.mesh = &mesh;
+    model.texcoords = {{0, 0}, {0.25f, 0}, {0, 0.125f}, {0.5f, 0.5f}, {0.75f, 0.5f}, {0.1f, 0.9f}, {1, 1}};
+    model.face_texcoords = {{0, 1, 2}, {3, 4, 5}, {6, 3, 4}, {3, 3, 6}};
+    model.face_page = {1, 0, 1, 1};
+    Image page{5, 3, 3, std::vector<std::uint8_t>(45)};
+    for (std::size_t i = 0; i < 45; ++i) page.pixels[i] = static_cast<std::uint8_t>(5 * i);
+    pages = {{folder.path() / "model_0.png", ImageFormat::png},
+             {folder.path() / "model_1.jpg", ImageFormat::jpg}};
+    for (const PageFile& file : pages) write_image(file.file, page, file.format, 90);
+  }
+  TemporaryFolder folder;
+  Mesh mesh;
+  TexturedModel model;
+  std::vector<PageFile> pages;
+};
+
+tinygltf::Model read_glb(const std::filesystem::path& file) {
+  tinygltf::Model gltf;
+  tinygltf::TinyGLTF loader;
+  std::string error, warning;
+  EXPECT_TRUE(loader.LoadBinaryFromFile(&gltf, &error, &warning, file.string())) << error;
+  EXPECT_EQ(error + warning, "");
+  return gltf;
+}
+
+template <typename T>
+std::vector<T> values_of(const tinygltf::Model& gltf, int accessor_number, std::size_t components) {
+  const tinygltf::Accessor& accessor = gltf.accessors.at(static_cast<std::size_t>(accessor_number));
+  const tinygltf::BufferView& view = gltf.bufferViews.at(static_cast<std::size_t>(accessor.bufferView));
+  std::vector<T> values(accessor.count * components);
+  EXPECT_EQ(view.byteLength, values.size() * sizeof(T));
+  std::memcpy(values.data(), gltf.buffers.at(0).data.data() + view.byteOffset + accessor.byteOffset,
+              values.size() * sizeof(T));
+  return values;
+}
+
+// Every triangle of the GLB has the corners, the winding, the texture coordinates and the page of its input
+// face.
+TEST(WriteGlb, HoldsEveryFaceWithItsTexture) {
+  const TestModel test;
+  const ModelOptions options{{500000, 5400000, 0}, UpAxis::pos_z};
+  const auto file = test.folder.path() / "m.glb";
+  const std::vector<FaceId> faces = write_glb(file, test.model, test.pages, options);
+  EXPECT_EQ(faces, (std::vector<FaceId>{FaceId{1}, FaceId{0}, FaceId{2}, FaceId{3}}));
+
+  const tinygltf::Model gltf = read_glb(file);
+  ASSERT_EQ(gltf.meshes.size(), 1);
+  ASSERT_EQ(gltf.meshes[0].primitives.size(), 2);
+  std::size_t triangle = 0;
+  for (std::size_t page = 0; page < 2; ++page) {
+    const tinygltf::Primitive& primitive = gltf.meshes[0].primitives[page];
+    EXPECT_EQ(gltf.accessors[static_cast<std::size_t>(primitive.indices)].componentType,
+              TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
+    const auto indices = values_of<std::uint32_t>(gltf, primitive.indices, 1);
+    const auto positions = values_of<float>(gltf, primitive.attributes.at("POSITION"), 3);
+    const auto texcoords = values_of<float>(gltf, primitive.attributes.at("TEXCOORD_0"), 2);
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      const std::size_t face = index(faces[triangle + i / 3]);
+      ASSERT_EQ(test.model.face_page[face], page);
+      const WorldPoint& world = test.mesh.positions[test.mesh.faces[face][i % 3]];
+      const TexCoord& texcoord = test.model.texcoords[test.model.face_texcoords[face][i % 3]];
+      const std::size_t v = indices[i];
+      EXPECT_EQ(positions[3 * v], static_cast<float>(world.x - 500000));
+      EXPECT_EQ(positions[3 * v + 1], static_cast<float>(world.y - 5400000));
+      EXPECT_EQ(positions[3 * v + 2], static_cast<float>(world.z));
+      EXPECT_EQ(texcoords[2 * v], texcoord.u);
+      EXPECT_EQ(texcoords[2 * v + 1], texcoord.v);
+    }
+    triangle += indices.size() / 3;
+  }
+  EXPECT_EQ(triangle, 4);
+  // Page 1: (0,t0) (2,t1) (1,t2) (2,t6) (4,t3) (3,t4) (5,t6); the second use of (4,t3) is shared.
+  EXPECT_EQ(values_of<float>(gltf, gltf.meshes[0].primitives[1].attributes.at("POSITION"), 3).size(), 3 * 7);
+}
+
+TEST(WriteGlb, BoundsAreThoseOfTheStoredFloats) {
+  const TestModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {{500000, 5400000, 0}, UpAxis::pos_y});
+  const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+  for (const tinygltf::Primitive& primitive : gltf.meshes[0].primitives) {
+    const int number = primitive.attributes.at("POSITION");
+    const auto positions = values_of<float>(gltf, number, 3);
+    const tinygltf::Accessor& accessor = gltf.accessors[static_cast<std::size_t>(number)];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float low = positions[axis], high = positions[axis];
+      for (std::size_t i = axis; i < positions.size(); i += 3) {
+        low = std::min(low, positions[i]);
+        high = std::max(high, positions[i]);
+      }
+      EXPECT_EQ(accessor.minValues[axis], static_cast<double>(low));
+      EXPECT_EQ(accessor.maxValues[axis], static_cast<double>(high));
+    }
+  }
+}
+
+TEST(WriteGlb, EmbedsPagesByteForByte) {
+  const TestModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+  ASSERT_EQ(gltf.images.size(), 2);
+  for (std::size_t page = 0; page < 2; ++page) {
+    const int material = gltf.meshes[0].primitives[page].material;
+    const tinygltf::Material& unlit = gltf.materials[static_cast<std::size_t>(material)];
+    EXPECT_TRUE(unlit.extensions.contains("KHR_materials_unlit"));
+    const tinygltf::Texture& texture =
+        gltf.textures[static_cast<std::size_t>(unlit.pbrMetallicRoughness.baseColorTexture.index)];
+    const tinygltf::Image& image = gltf.images[static_cast<std::size_t>(texture.source)];
+    EXPECT_EQ(image.mimeType, page == 0 ? "image/png" : "image/jpeg");
+    EXPECT_EQ(image.width, 5);
+    EXPECT_EQ(image.height, 3);
+    const tinygltf::BufferView& view = gltf.bufferViews[static_cast<std::size_t>(image.bufferView)];
+    const auto* bytes = reinterpret_cast<const char*>(gltf.buffers[0].data.data() + view.byteOffset);
+    EXPECT_EQ(std::string(bytes, view.byteLength), test::read_file(test.pages[page].file));
+    const tinygltf::Sampler& sampler = gltf.samplers[static_cast<std::size_t>(texture.sampler)];
+    EXPECT_EQ(sampler.minFilter, TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR);
+    EXPECT_EQ(sampler.wrapS, TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE);
+  }
+  EXPECT_EQ(gltf.extensionsUsed, std::vector<std::string>{"KHR_materials_unlit"});
+  EXPECT_TRUE(contains(gltf.asset.generator, "gpvc "));
+}
+
+TEST(WriteGlb, KeepsTheOffsetInTheRootsExtras) {
+  const TestModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages,
+            {{500000.123456789, -5400000, 1e-7}, UpAxis::pos_y});
+  const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+  ASSERT_EQ(gltf.scenes[0].nodes, std::vector<int>{0});
+  const tinygltf::Value& offset = gltf.nodes[0].extras.Get("offset");
+  EXPECT_EQ(offset.Get(0).GetNumberAsDouble(), 500000.123456789);
+  EXPECT_EQ(offset.Get(1).GetNumberAsDouble(), -5400000);
+  EXPECT_EQ(offset.Get(2).GetNumberAsDouble(), 1e-7);
+}
+
+/// v turned by the unit quaternion (x, y, z, w): v + 2 q x (q x v + w v).
+std::array<double, 3> turned(const std::vector<double>& q, const std::array<double, 3>& v) {
+  const auto cross = [](const std::array<double, 3>& a, const std::array<double, 3>& b) {
+    return std::array<double, 3>{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                                 a[0] * b[1] - a[1] * b[0]};
+  };
+  const std::array<double, 3> axis{q[0], q[1], q[2]};
+  std::array<double, 3> inner = cross(axis, v);
+  for (std::size_t i = 0; i < 3; ++i) inner[i] += q[3] * v[i];
+  std::array<double, 3> out = cross(axis, inner);
+  for (std::size_t i = 0; i < 3; ++i) out[i] = v[i] + 2 * out[i];
+  return out;
+}
+
+TEST(WriteGlb, TurnsTheUpAxisToPlusY) {
+  const TestModel test;
+  const std::array<std::array<double, 3>, 6> axes{
+      {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+  for (int up = 0; up < 6; ++up) {
+    write_glb(test.folder.path() / "m.glb", test.model, test.pages, {{}, static_cast<UpAxis>(up)});
+    const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+    std::vector<double> rotation = gltf.nodes[0].rotation;
+    if (rotation.empty()) rotation = {0, 0, 0, 1};
+    ASSERT_EQ(rotation.size(), 4);
+    const std::array<double, 3> y = turned(rotation, axes[static_cast<std::size_t>(up)]);
+    EXPECT_NEAR(y[0], 0, 1e-15) << up;
+    EXPECT_NEAR(y[1], 1, 1e-15) << up;
+    EXPECT_NEAR(y[2], 0, 1e-15) << up;
+  }
+}
+
+TEST(WriteGlb, RefusesWhatFloatsCannotHold) {
+  TestModel test;
+  test.mesh.positions[0].x = 1e300;
+  EXPECT_THROW(write_glb(test.folder.path() / "m.glb", test.model, test.pages, {}), OutputError);
+  EXPECT_FALSE(std::filesystem::exists(test.folder.path() / "m.glb"));
+}
+
+// A sparse page stands in for the photos of a country.
+TEST(WriteGlb, RefusesMoreThanFourGibibytesBeforeWriting) {
+  const TestModel test;
+  std::filesystem::resize_file(test.pages[0].file, std::uintmax_t{1} << 32);
+  try {
+    write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+    FAIL() << "no OutputError";
+  } catch (const OutputError& error) {
+    EXPECT_TRUE(contains(error.what(), "4 GiB"));
+  }
+  EXPECT_EQ(test.folder.count(), 2);
+}
+
+TEST(WriteGlb, WritesTheSameBytesTwice) {
+  const TestModel test;
+  write_glb(test.folder.path() / "a.glb", test.model, test.pages, {});
+  write_glb(test.folder.path() / "b.glb", test.model, test.pages, {});
+  EXPECT_EQ(test::read_file(test.folder.path() / "a.glb"), test::read_file(test.folder.path() / "b.glb"));
+}
+
+TEST(WriteObj, ReadsBackTheSamePositionsAndFaces) {
+  TestModel test;
+  for (const double hard : {0.1, 1.0 / 3, 1e-310, -0.0, 1.7976931348623157e308, 123456789.123456789})
+    test.mesh.positions.push_back({hard, -hard, std::nextafter(hard, 0)});
+  const auto file = test.folder.path() / "model.obj";
+  write_obj(file, test.model, test.pages, {});
+  const Mesh back = read_mesh(file);
+  EXPECT_EQ(back.positions, test.mesh.positions);
+  EXPECT_EQ(back.faces, test.mesh.faces);
+
+  const WorldPoint offset{500000, 5400000, 0.25};
+  write_obj(file, test.model, test.pages, {offset, UpAxis::pos_y});
+  const Mesh local = read_mesh(file);
+  for (std::size_t i = 0; i < local.positions.size(); ++i) {
+    const WorldPoint& p = test.mesh.positions[i];
+    EXPECT_EQ(local.positions[i], (WorldPoint{p.x - offset.x, p.y - offset.y, p.z - offset.z}));
+  }
+}
+
+TEST(WriteObj, WritesTheDocumentedText) {
+  TestModel test;
+  test.mesh.positions.resize(5);
+  for (std::size_t i = 0; i < 5; ++i) test.mesh.positions[i] = {static_cast<double>(i), 0.5, -2e-7};
+  test.mesh.faces = {{0, 2, 1}, {2, 3, 1}, {2, 4, 3}};
+  test.model.face_texcoords.resize(3);
+  test.model.face_page.resize(3);
+  const auto file = test.folder.path() / "model.obj";
+  write_obj(file, test.model, test.pages, {});
+  EXPECT_EQ(
+      test::read_file(file),
+      "mtllib model.mtl\nv 0 0.5 -2e-07\nv 1 0.5 -2e-07\nv 2 0.5 -2e-07\nv 3 0.5 -2e-07\nv 4 0.5 -2e-07\n"
+      "vt 0 1\nvt 0.25 1\nvt 0 0.875\nvt 0.5 0.5\nvt 0.75 0.5\nvt 0.1 0.100000024\nvt 1 0\n"
+      "usemtl page_1\nf 1/1 3/2 2/3\nusemtl page_0\nf 3/4 4/5 2/6\nusemtl page_1\nf 3/7 5/4 4/5\n");
+  const std::string mtl = test::read_file(test.folder.path() / "model.mtl");
+  EXPECT_TRUE(contains(mtl, "newmtl page_0\n"));
+  EXPECT_TRUE(contains(mtl, "\nmap_Kd model_0.png\n"));
+  EXPECT_TRUE(contains(mtl, "\nmap_Kd model_1.jpg\n"));
+}
+
+TEST(WriteModel, RefusesIndicesThatDoNotExist) {
+  const auto refused = [](const auto& change) {
+    TestModel test;
+    change(test.model);
+    EXPECT_THROW(write_obj(test.folder.path() / "m.obj", test.model, test.pages, {}), std::invalid_argument);
+    EXPECT_THROW(write_glb(test.folder.path() / "m.glb", test.model, test.pages, {}), std::invalid_argument);
+  };
+  refused([](TexturedModel& model) { model.face_page[2] = 2; });
+  refused([](TexturedModel& model) { model.face_texcoords[2][1] = 7; });
+  refused([](TexturedModel& model) { model.face_page.pop_back(); });
+}
+
+}  // namespace
+}  // namespace gpvc
