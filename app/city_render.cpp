@@ -13,30 +13,40 @@ namespace {
 
 constexpr WorldPoint kSun{0.4514015204477136, -0.32099663676281853, 0.8325850266035605};  // unit length
 
-struct Hit {
-  bool surface = false;  // else the ground beyond the mesh, or the sky
-  std::uint32_t face = 0;
-};
+constexpr std::size_t kSamples = 4;  // of a pixel, traced together
 
 struct Ray {
   WorldPoint origin, direction;
 };
 
-RTCRayHit embree_ray(const Ray& ray, double near, double far) {
-  RTCRayHit r;
-  r.ray = {};
-  r.ray.org_x = static_cast<float>(ray.origin.x);
-  r.ray.org_y = static_cast<float>(ray.origin.y);
-  r.ray.org_z = static_cast<float>(ray.origin.z);
-  r.ray.dir_x = static_cast<float>(ray.direction.x);
-  r.ray.dir_y = static_cast<float>(ray.direction.y);
-  r.ray.dir_z = static_cast<float>(ray.direction.z);
-  r.ray.tnear = static_cast<float>(near);
-  r.ray.tfar = static_cast<float>(far);
-  r.ray.mask = 0xFFFFFFFFu;
-  r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  return r;
+// What a ray meets: a face, or, beyond the mesh, the ground going on for ever.
+struct SurfacePoint {
+  bool sky = true;
+  WorldPoint position, normal;  // the side that is seen
+  Colour albedo{206, 218, 232};
+};
+
+template <class Packet>
+void set_ray(Packet& packet, std::size_t i, const Ray& ray, float far) {
+  packet.org_x[i] = static_cast<float>(ray.origin.x);
+  packet.org_y[i] = static_cast<float>(ray.origin.y);
+  packet.org_z[i] = static_cast<float>(ray.origin.z);
+  packet.dir_x[i] = static_cast<float>(ray.direction.x);
+  packet.dir_y[i] = static_cast<float>(ray.direction.y);
+  packet.dir_z[i] = static_cast<float>(ray.direction.z);
+  packet.tnear[i] = 0;
+  packet.tfar[i] = far;
+  packet.time[i] = 0;
+  packet.mask[i] = 0xFFFFFFFFu;
+  packet.id[i] = 0;
+  packet.flags[i] = 0;
+}
+
+// Rays leave a surface 5 mm off it: floats of the city's size (100 m) are 2^-17 m apart, its vertices on a 1
+// mm grid.
+WorldPoint off_surface(const WorldPoint& p, const WorldPoint& normal) {
+  constexpr double kOff_m = 0.005;
+  return {p.x + kOff_m * normal.x, p.y + kOff_m * normal.y, p.z + kOff_m * normal.z};
 }
 
 }  // namespace
@@ -53,56 +63,66 @@ struct CityRenderer::State {
     if (device != nullptr) rtcReleaseDevice(device);
   }
 
-  Hit first_hit(const Ray& ray) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    RTCRayHit r = embree_ray(ray, 0, std::numeric_limits<float>::infinity());
-    rtcIntersect1(scene, &context, &r);
-    return {r.hit.geomID != RTC_INVALID_GEOMETRY_ID, r.hit.primID};
-  }
-
-  // From a point on the surface towards `direction`: is anything within `reach` of its length in the way?
-  // Rays leave 5 mm off the surface: floats of the city's size (100 m) are 2^-17 m apart, its vertices lie on
-  // a 1 mm grid.
-  bool blocked(const WorldPoint& p, const WorldPoint& normal, const WorldPoint& direction,
-               double reach) const {
-    constexpr double kOff_m = 0.005;
-    const Ray ray{{p.x + kOff_m * normal.x, p.y + kOff_m * normal.y, p.z + kOff_m * normal.z}, direction};
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRay r = embree_ray(ray, 0, reach).ray;
-    rtcOccluded1(scene, &context, &r);
-    return r.tfar < 0;
-  }
-
-  Colour lit(const Colour& albedo, const WorldPoint& p, const WorldPoint& normal) const {
-    const double towards_sun = normal.x * kSun.x + normal.y * kSun.y + normal.z * kSun.z;
-    double light = 0.42 + 0.13 * normal.z;
-    if (towards_sun > 0 && !blocked(p, normal, kSun, 1e4)) light += 0.55 * towards_sun;
-    return {albedo[0] * light, albedo[1] * light, albedo[2] * light};
-  }
-
-  Colour colour(const Ray& ray) const {
-    const Hit hit = first_hit(ray);
-    if (!hit.surface) {
-      if (ray.direction.z >= -1e-3 * std::abs(ray.direction.x) - 1e-3 * std::abs(ray.direction.y))
-        return {206, 218, 232};
-      const double t = -ray.origin.z / ray.direction.z;
-      const WorldPoint p{ray.origin.x + t * ray.direction.x, ray.origin.y + t * ray.direction.y, 0};
-      return lit(city_albedo(city.surfaces[0], p), p, {0, 0, 1});
-    }
-    const WorldPoint& n = normals[hit.face];
-    const WorldPoint& a = city.mesh.positions[city.mesh.faces[hit.face][0]];
+  SurfacePoint on_face(const Ray& ray, std::uint32_t face) const {
+    const WorldPoint& n = normals[face];
+    const WorldPoint& a = city.mesh.positions[city.mesh.faces[face][0]];
     const double facing = n.x * ray.direction.x + n.y * ray.direction.y + n.z * ray.direction.z;
-    if (facing == 0) return {0, 0, 0};  // along the face: no point to speak of
-    const double t =
-        (n.x * (a.x - ray.origin.x) + n.y * (a.y - ray.origin.y) + n.z * (a.z - ray.origin.z)) / facing;
+    if (facing == 0) return {};  // along the face: no point to speak of
+    const double above = n.x * (a.x - ray.origin.x) + n.y * (a.y - ray.origin.y) + n.z * (a.z - ray.origin.z);
+    const double t = above / facing;
     const WorldPoint p{ray.origin.x + t * ray.direction.x, ray.origin.y + t * ray.direction.y,
                        ray.origin.z + t * ray.direction.z};
     const WorldPoint seen = facing < 0 ? n : WorldPoint{-n.x, -n.y, -n.z};
-    return lit(city_albedo(city.surfaces[city.face_surface[hit.face]], p), p, seen);
+    return {false, p, seen, city_albedo(city.surfaces[city.face_surface[face]], p)};
   }
+
+  SurfacePoint beyond(const Ray& ray) const {
+    const auto& d = ray.direction;
+    if (d.z >= -1e-3 * (std::abs(d.x) + std::abs(d.y))) return {};
+    const double t = -ray.origin.z / d.z;
+    const WorldPoint p{ray.origin.x + t * d.x, ray.origin.y + t * d.y, 0};
+    return {false, p, {0, 0, 1}, city_albedo(city.surfaces[0], p)};
+  }
+
+  // The mean colour of the samples; those that are not `valid` are black.
+  Colour colour(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    alignas(16) std::array<int, kSamples> active{};
+    RTCRayHit4 hits;
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      active[i] = valid[i] ? -1 : 0;
+      set_ray(hits.ray, i, rays[i], std::numeric_limits<float>::infinity());
+      hits.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      hits.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    rtcIntersect4(active.data(), scene, &context, &hits);
+
+    std::array<SurfacePoint, kSamples> points;
+    alignas(16) std::array<int, kSamples> lit{};
+    RTCRay4 to_sun;
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      if (valid[i])
+        points[i] = hits.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID ? on_face(rays[i], hits.hit.primID[i])
+                                                                  : beyond(rays[i]);
+      lit[i] = valid[i] && !points[i].sky && dot(points[i].normal, kSun) > 0 ? -1 : 0;
+      set_ray(to_sun, i, {off_surface(points[i].position, points[i].normal), kSun}, 1e4F);
+    }
+    rtcOccluded4(lit.data(), scene, &context, &to_sun);
+
+    Colour sum{};
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      if (!valid[i]) continue;
+      const SurfacePoint& p = points[i];
+      double light = p.sky ? 1 : 0.42 + 0.13 * p.normal.z;
+      if (lit[i] != 0 && !(to_sun.tfar[i] < 0)) light += 0.55 * dot(p.normal, kSun);
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += p.albedo[c] * light * (1.0 / kSamples);
+    }
+    return sum;
+  }
+
+  static double dot(const WorldPoint& a, const WorldPoint& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 };
 
 CityRenderer::CityRenderer(const City& city) : state_(std::make_unique<State>(city)) {
@@ -146,21 +166,23 @@ Image CityRenderer::photo(const Camera& camera, const Pose& pose) const {
   image.pixels.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * 3);
   const auto& r = pose.rotation;
   tbb::parallel_for(0, camera.height, [&](int y) {
+    std::array<Ray, kSamples> rays;
+    std::array<bool, kSamples> valid{};
     for (int x = 0; x < camera.width; ++x) {
-      Colour sum{};
-      for (int sample = 0; sample < 4; ++sample) {
-        const PhotoPoint at{x + 0.25 + 0.5 * (sample % 2), y + 0.25 + 0.5 * (sample / 2)};
-        const auto pixel = pixel_from_photo(camera, at);
-        if (!pixel) continue;  // beyond the fold of the lens: black
+      for (int i = 0; i < static_cast<int>(kSamples); ++i) {
+        const auto s = static_cast<std::size_t>(i);
+        const auto pixel = pixel_from_photo(camera, {x + 0.25 + 0.5 * (i % 2), y + 0.25 + 0.5 * (i / 2)});
+        valid[s] = pixel.has_value();  // beyond the fold of the lens: black
+        if (!pixel) continue;
         const double cx = (pixel->x - camera.cx) / camera.fx, cy = (pixel->y - camera.cy) / camera.fy;
-        const WorldPoint d{r[0] * cx + r[3] * cy + r[6], r[1] * cx + r[4] * cy + r[7],
-                           r[2] * cx + r[5] * cy + r[8]};
-        const Colour c = state_->colour({pose.centre, d});
-        for (std::size_t i = 0; i < 3; ++i) sum[i] += c[i];
+        rays[s] = {
+            pose.centre,
+            {r[0] * cx + r[3] * cy + r[6], r[1] * cx + r[4] * cy + r[7], r[2] * cx + r[5] * cy + r[8]}};
       }
+      const Colour c = state_->colour(rays, valid);
       std::uint8_t* out = image.at(x, y);
       for (std::size_t i = 0; i < 3; ++i)
-        out[i] = static_cast<std::uint8_t>(std::clamp(sum[i] * 0.25 + 0.5, 0.0, 255.0));
+        out[i] = static_cast<std::uint8_t>(std::clamp(c[i] + 0.5, 0.0, 255.0));
     }
   });
   return image;
@@ -168,11 +190,17 @@ Image CityRenderer::photo(const Camera& camera, const Pose& pose) const {
 
 bool CityRenderer::sees(const Pose& pose, const WorldPoint& p) const {
   const WorldPoint d{pose.centre.x - p.x, pose.centre.y - p.y, pose.centre.z - p.z};
-  // Leaves the surface towards the camera; all but the last millionth of the way.
-  const double length = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
+  const double length = std::sqrt(State::dot(d, d));
   if (length == 0) return true;
   const WorldPoint towards{d.x / length, d.y / length, d.z / length};
-  return !state_->blocked(p, towards, towards, length);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  alignas(16) const std::array<int, kSamples> active{-1, 0, 0, 0};
+  RTCRay4 ray;
+  for (std::size_t i = 0; i < kSamples; ++i)
+    set_ray(ray, i, {off_surface(p, towards), towards}, static_cast<float>(length));
+  rtcOccluded4(active.data(), state_->scene, &context, &ray);
+  return !(ray.tfar[0] < 0);
 }
 
 }  // namespace gpvc

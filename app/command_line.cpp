@@ -255,6 +255,43 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
   return app;
 }
 
+CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
+  constexpr const char* kGroup = "Input";
+  CLI::App* app = parent.add_subcommand("evaluate", "compare renders of a textured model with photos");
+  app->add_option("MODEL", options.model, "Textured model of any program, OBJ or GLB")->required();
+  app->add_option("SCENE", options.input.scene, "COLMAP model whose photos the renders are compared with")
+      ->required();
+  app->add_option("--mesh", options.input.mesh, "Mesh that was to be textured, for completeness")
+      ->type_name("MESH")
+      ->default_str("the model's own faces")
+      ->group(kGroup);
+  app->add_option("--images", options.input.images_dir, "Folder of the photos")
+      ->type_name("DIR")
+      ->default_str("'images' beside the model")
+      ->group(kGroup);
+  app->add_option("--views", options.input.views, "Only these views: names or globs, separated by commas")
+      ->type_name("LIST")
+      ->group(kGroup);
+  app->add_option("--reduction", options.reduction, "Compare at 1/N of the photos' size, 1 to 64")
+      ->type_name("N")
+      ->check(in_range(1, 64))
+      ->default_str("4")
+      ->group(kGroup);
+  app->add_option("-o,--output", options.out,
+                  "Folder for photo, render and error side by side, and evaluate.json")
+      ->type_name("OUT")
+      ->group("Output");
+  add_common(*app, options.common);
+  app->footer(
+      std::string("Example, with views the texture was made without:\n"
+                  "  gpvc texture colmap mesh.ply -o out --exclude-views a.jpg,b.jpg\n"
+                  "  gpvc evaluate out/model.obj colmap --mesh mesh.ply --views a.jpg,b.jpg\n\n"
+                  "Virtual rephotography (Waechter et al. 2017): completeness, PSNR after one gain per\n"
+                  "channel, SSIM, and 1 - NCC, per view and in the mean.\n\n") +
+      kExitStatus);
+  return app;
+}
+
 struct PhotoSize {
   int width = 0, height = 0;
 };
@@ -412,9 +449,11 @@ int run_command_line(int argc, char** argv) {
 
   TextureOptions texture;
   VisibilityCommandOptions visibility;
+  EvaluateCommandOptions evaluate;
   SynthCityOptions city;
   CLI::App* texture_app = add_texture(app, texture);
   CLI::App* visibility_app = add_visibility_command(app, visibility);
+  CLI::App* evaluate_app = add_evaluate(app, evaluate);
   CLI::App* synth_app = app.add_subcommand("synth", "make a synthetic scene of known truth");
   synth_app->require_subcommand(1);
   synth_app->set_help_flag("-h,--help", "Print this help and end")->group(kCommonGroup);
@@ -429,11 +468,14 @@ int run_command_line(int argc, char** argv) {
     return kBadUsage;
   }
   const std::vector<std::string> given(argv, argv + argc);
-  texture.common.command_line = visibility.common.command_line = city.common.command_line = given;
+  texture.common.command_line = visibility.common.command_line = evaluate.common.command_line =
+      city.common.command_line = given;
   if (texture_app->parsed())
     return run_guarded(texture.common, [&](Console& console) { run_texture(texture, console); });
   if (visibility_app->parsed())
     return run_guarded(visibility.common, [&](Console& console) { run_visibility(visibility, console); });
+  if (evaluate_app->parsed())
+    return run_guarded(evaluate.common, [&](Console& console) { run_evaluate(evaluate, console); });
   if (city_app->parsed())
     return run_guarded(city.common, [&](Console& console) { run_synth_city(city, console); });
   return kBadUsage;

@@ -70,6 +70,14 @@ struct SynthCityOptions {
   int quality = 95;
 };
 
+struct EvaluateCommandOptions {
+  CommonOptions common;
+  std::filesystem::path model;
+  SceneInput input;           ///< input.mesh: what should be textured; empty: the model's own faces
+  std::filesystem::path out;  ///< empty: no pictures
+  int reduction = 4;
+};
+
 /// Bad usage found after parsing: exit code 2. what() is one sentence.
 class UsageError : public std::runtime_error {
  public:
@@ -79,6 +87,7 @@ class UsageError : public std::runtime_error {
 // The commands. They throw; run_command_line() turns exceptions into exit codes.
 void run_texture(const TextureOptions& options, Console& console);
 void run_visibility(const VisibilityCommandOptions& options, Console& console);
+void run_evaluate(const EvaluateCommandOptions& options, Console& console);
 void run_synth_city(const SynthCityOptions& options, Console& console);
 
 /// "0.1.0 (ab12cd3)".
