@@ -137,7 +137,7 @@ TEST(ReadImage, RefusesJpegAndPngCutAtEveryByte) {
       const auto cut = folder.write("cut" + name, good.substr(0, size));
       try {
         EXPECT_EQ(read_image(cut).pixels, whole.pixels) << name << " at " << size;
-        EXPECT_GT(size + 20, good.size()) << name;
+        EXPECT_TRUE(name == "a.jpg" && size + 3 > good.size()) << name << " at " << size;
       } catch (const InputError&) {
       }
     }
