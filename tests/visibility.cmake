@@ -1,1 +1,2 @@
 gpvc_test(device_gl_test gpvc_visibility)
+gpvc_test(visibility_gl_test gpvc_visibility)

@@ -1,37 +1,79 @@
 #include "visibility/classify.h"
 
 #include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
 
+#include "visibility/exact_owner.h"
 #include "visibility/face_sampler.h"
+#include "visibility/subpixel.h"
 
 namespace gpvc {
 namespace {
 
+/// Fixed, so that what a block yields does not depend on the number of threads.
 constexpr std::size_t kFacesPerBlock = 2048;
+
+PixelBox united(const PixelBox& a, const PixelBox& b) {
+  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+}
 
 }  // namespace
 
+/// What the scan finds out about a face.
+enum class CpuClassifier::State : std::uint8_t {
+  hidden,      ///< certainly
+  unstored,    ///< a front face with samples in the frame, none of them stored as its own
+  full,        ///< all its samples are stored as its own
+  sampled,     ///< to be sampled
+  subpixel,    ///< no pixel centre in its projection
+  unresolved,  ///< the same, with sub-pixel resolution off
+};
+
 /// What one block of consecutive faces yields; joined in face order at the end.
 struct CpuClassifier::Block {
+  PixelBox touched;  ///< pixels
+  std::vector<Claim> claims;
+  std::vector<FaceId> subpixel_faces;
+  std::size_t first_subpixel = 0;  ///< number of the first of them among all
   CoverageTable coverage;
   SampleCounts counts;
   std::size_t full = 0;
+  std::vector<Span> spans;  ///< of the face at hand
+  OwnerContest owners;
 
   void clear() {
+    touched = {};
+    claims.clear();
+    subpixel_faces.clear();
     coverage.entries.clear();
     coverage.words.clear();
     counts = {};
     full = 0;
+    owners.start();
   }
 };
 
-CpuClassifier::CpuClassifier(const VisibilityOptions& options) : options_(options) {}
+CpuClassifier::CpuClassifier(const VisibilityOptions& options)
+    : options_(options),
+      overlay_(std::make_unique<OwnerOverlay>()),
+      subpixel_(std::make_unique<SubpixelResolver>()) {}
 CpuClassifier::~CpuClassifier() = default;
+
+void CpuClassifier::classify(const ClassifyView& view, ViewVisibility& result) {
+  result.classes.resize(view.mesh.faces.size());
+  states_.resize(view.mesh.faces.size());
+  blocks_.resize((view.mesh.faces.size() + kFacesPerBlock - 1) / kFacesPerBlock);
+  if (options_.correction != CoverageCorrection::exact) find_candidates(view);
+  tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t number) { scan_block(view, number); });
+  if (options_.correction == CoverageCorrection::exact) correct_owners(view);
+  if (options_.subpixel) resolve_subpixel(view);
+  tbb::parallel_for(std::size_t{0}, blocks_.size(),
+                    [&](std::size_t number) { finish_block(view, number, result); });
+  join_blocks(result);
+}
 
 void CpuClassifier::find_candidates(const ClassifyView& view) {
   candidate_faces_.assign(view.mesh.faces.size(), 0);
@@ -49,42 +91,166 @@ void CpuClassifier::find_candidates(const ClassifyView& view) {
       });
 }
 
-void CpuClassifier::classify_block(const ClassifyView& view, std::size_t number, ViewVisibility& result) {
-  static thread_local FaceSampler::Scratch scratch;
+void CpuClassifier::scan_block(const ClassifyView& view, std::size_t number) {
   Block& block = blocks_[number];
   block.clear();
-  FaceSampler sampler(view, options_, scratch, block.coverage, block.counts);
   const std::size_t first = number * kFacesPerBlock;
   const std::size_t last = std::min(first + kFacesPerBlock, view.mesh.faces.size());
+  for (std::size_t f = first; f < last; ++f)
+    states_[f] = scan_face(view, FaceId{static_cast<std::uint32_t>(f)}, block);
+}
+
+CpuClassifier::State CpuClassifier::scan_face(const ClassifyView& view, FaceId face, Block& block) {
+  const bool exact = options_.correction == CoverageCorrection::exact;
+  const RasterFace raster = view.raster(face);
+  const PixelBox bounds = pixel_bounds(raster, view.frame());
+  if (raster.facing == Facing::edge_on || misses_frame(view.camera, raster)) return State::hidden;
+  block.touched = united(block.touched, touched_pixels(bounds, view.frame()));
+  const bool front = raster.facing == Facing::front;
+  if (!exact && !front) return State::hidden;
+  const SpanWalker walker(raster, bounds);
+  collect_spans(raster, walker, exact, block.spans);
+  if (block.spans.empty()) {
+    if (!front || (!inside_frame(view.camera, raster) && covers_a_pixel(raster))) return State::hidden;
+    if (!options_.subpixel) return State::unresolved;
+    block.subpixel_faces.push_back(face);
+    return State::subpixel;
+  }
+  if (!exact && candidate_faces_[index(face)] == 0) return State::hidden;
+  const std::size_t samples = block.counts.samples;
+  if (front && stores_everywhere(view, face, walker, block) && inside_frame(view.camera, raster)) {
+    ++block.counts.processed_faces;
+    return State::full;
+  }
+  block.counts.samples = samples;
+  if (!exact) return State::sampled;
+  const std::size_t stored = contest(view, face, raster, block);
+  if (!front) return State::hidden;
+  return stored == 0 ? State::unstored : State::sampled;
+}
+
+/// The common case, without corrections: every sample that the sampling mode asks for is stored as the
+/// face's.
+bool CpuClassifier::stores_everywhere(const ClassifyView& view, FaceId face, const SpanWalker& walker,
+                                      Block& block) const {
+  const bool ves = options_.sampling == Sampling::ves && options_.correction != CoverageCorrection::exact;
+  for (const Span& span : block.spans) {
+    std::int32_t x0 = span.x1, x1 = span.x1;
+    if (ves && walker.inner(span.y, x0, x1)) {
+      x0 = std::clamp(x0, span.x0, span.x1);
+      x1 = std::clamp(x1, x0, span.x1);
+    }
+    for (std::int32_t x = span.x0; x < x0; ++x)
+      if (view.owner(x, span.y) != face) return false;
+    for (std::int32_t x = x1; x < span.x1; ++x)
+      if (view.owner(x, span.y) != face) return false;
+    block.counts.samples += static_cast<std::size_t>((x0 - span.x0) + (span.x1 - x1));
+  }
+  return true;
+}
+
+/// Claims the pixels whose stored owner the face beats. Returns how many are stored as its own.
+std::size_t CpuClassifier::contest(const ClassifyView& view, FaceId face, const RasterFace& raster,
+                                   Block& block) const {
+  const auto width = static_cast<std::size_t>(view.camera.width);
+  std::size_t stored = 0;
+  for (const Span& span : block.spans)
+    for (std::int32_t x = span.x0; x < span.x1; ++x) {
+      if (view.owner(x, span.y) == face) {
+        ++stored;
+        continue;
+      }
+      if (!view.mask.contains(x, span.y)) continue;
+      ++block.counts.contested_samples;
+      if (block.owners.wins(view, face, raster, x, span.y))
+        block.claims.push_back({static_cast<std::uint32_t>(static_cast<std::size_t>(span.y) * width +
+                                                           static_cast<std::size_t>(x)),
+                                face});
+    }
+  return stored;
+}
+
+void CpuClassifier::correct_owners(const ClassifyView& view) {
+  std::vector<Claim> claims;
+  for (const Block& block : blocks_) claims.insert(claims.end(), block.claims.begin(), block.claims.end());
+  overlay_->resolve(view, claims);
+  const auto resample = [&](FaceId face) {
+    State& state = states_[index(face)];
+    if (state == State::full) {
+      // Counted when it was scanned; the sampler counts it again.
+      Block& block = blocks_[index(face) / kFacesPerBlock];
+      --block.counts.processed_faces;
+      state = State::sampled;
+    } else if (state == State::unstored) {
+      state = State::sampled;
+    }
+  };
+  for (const Claim& entry : overlay_->entries()) {
+    resample(entry.face);
+    if (view.ivm[entry.pixel] != kNoFace) resample(view.ivm[entry.pixel]);
+  }
+}
+
+void CpuClassifier::resolve_subpixel(const ClassifyView& view) {
+  std::vector<FaceId> faces;
+  std::vector<PixelBox> touched;
+  for (Block& block : blocks_) {
+    block.first_subpixel = faces.size();
+    faces.insert(faces.end(), block.subpixel_faces.begin(), block.subpixel_faces.end());
+    touched.push_back(block.touched);
+  }
+  subpixel_->resolve(view, faces, touched, kFacesPerBlock);
+}
+
+void CpuClassifier::finish_block(const ClassifyView& view, std::size_t number, ViewVisibility& result) {
+  Block& block = blocks_[number];
+  FaceSampler sampler(view, options_, *overlay_, block.coverage, block.counts);
+  const std::size_t first = number * kFacesPerBlock;
+  const std::size_t last = std::min(first + kFacesPerBlock, view.mesh.faces.size());
+  std::size_t subpixel = block.first_subpixel;
   for (std::size_t f = first; f < last; ++f) {
     const FaceId face{static_cast<std::uint32_t>(f)};
-    const FaceClass found = sampler.classify(face, candidate_faces_[f] != 0);
+    FaceClass found = FaceClass::hidden;
+    switch (states_[f]) {
+      case State::hidden:
+      case State::unstored:
+        break;
+      case State::full:
+        found = FaceClass::full;
+        break;
+      case State::sampled:
+        found = sampler.classify(face);
+        break;
+      case State::subpixel:
+        found = sampler.classify_subpixel(face, subpixel_->visible(subpixel++));
+        break;
+      case State::unresolved:
+        found = FaceClass::unresolved;
+        break;
+    }
     result.classes[f] = found;
     block.full += found == FaceClass::full;
   }
 }
 
-void CpuClassifier::classify(const ClassifyView& view, ViewVisibility& result) {
-  result.classes.resize(view.mesh.faces.size());
-  find_candidates(view);
-  blocks_.resize((view.mesh.faces.size() + kFacesPerBlock - 1) / kFacesPerBlock);
-  tbb::parallel_for(std::size_t{0}, blocks_.size(),
-                    [&](std::size_t number) { classify_block(view, number, result); });
-  result.coverage.entries.clear();
-  result.coverage.words.clear();
+void CpuClassifier::join_blocks(ViewVisibility& result) const {
+  CoverageTable& coverage = result.coverage;
+  VisibilityStatistics& statistics = result.statistics;
+  coverage.entries.clear();
+  coverage.words.clear();
   for (const Block& block : blocks_) {
-    const std::size_t words = result.coverage.words.size();
+    const std::size_t words = coverage.words.size();
     for (FaceCoverage entry : block.coverage.entries) {
       entry.first_word += words;
-      result.coverage.entries.push_back(entry);
+      coverage.entries.push_back(entry);
     }
-    result.coverage.words.insert(result.coverage.words.end(), block.coverage.words.begin(),
-                                 block.coverage.words.end());
-    result.statistics.processed_faces += block.counts.processed_faces;
-    result.statistics.samples += block.counts.samples;
-    result.statistics.corrected_samples += block.counts.corrected_samples;
-    result.statistics.full += block.full;
-    result.statistics.partial += block.coverage.entries.size();
+    coverage.words.insert(coverage.words.end(), block.coverage.words.begin(), block.coverage.words.end());
+    statistics.processed_faces += block.counts.processed_faces;
+    statistics.samples += block.counts.samples;
+    statistics.corrected_samples += block.counts.corrected_samples;
+    statistics.contested_samples += block.counts.contested_samples;
+    statistics.full += block.full;
+    statistics.partial += block.coverage.entries.size();
   }
 }
 

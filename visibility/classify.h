@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -37,6 +38,9 @@ struct Span {
   std::int32_t y, x0, x1;
 };
 
+class OwnerOverlay;
+class SubpixelResolver;
+
 /// Scratch memory that views share. Results do not depend on what was classified before.
 class CpuClassifier {
  public:
@@ -49,12 +53,24 @@ class CpuClassifier {
 
  private:
   struct Block;
+  enum class State : std::uint8_t;
+
   void find_candidates(const ClassifyView& view);
-  void classify_block(const ClassifyView& view, std::size_t number, ViewVisibility& result);
+  void scan_block(const ClassifyView& view, std::size_t number);
+  State scan_face(const ClassifyView& view, FaceId face, Block& block);
+  bool stores_everywhere(const ClassifyView& view, FaceId face, const SpanWalker& walker, Block& block) const;
+  std::size_t contest(const ClassifyView& view, FaceId face, const RasterFace& raster, Block& block) const;
+  void correct_owners(const ClassifyView& view);
+  void resolve_subpixel(const ClassifyView& view);
+  void finish_block(const ClassifyView& view, std::size_t number, ViewVisibility& result);
+  void join_blocks(ViewVisibility& result) const;
 
   VisibilityOptions options_;
   std::vector<std::uint8_t> candidate_faces_;  ///< owns a pixel of the IVM
+  std::vector<State> states_;                  ///< per face, after the scan
   std::vector<Block> blocks_;
+  std::unique_ptr<OwnerOverlay> overlay_;
+  std::unique_ptr<SubpixelResolver> subpixel_;
 };
 
 }  // namespace gpvc

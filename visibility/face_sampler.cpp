@@ -3,32 +3,69 @@
 #include <algorithm>
 #include <limits>
 
+#include "visibility/exact.h"
 #include "visibility/lpcc.h"
+#include "visibility/subpixel.h"
 
 namespace gpvc {
 
-template <class Callback>
-void FaceSampler::for_each_span(const SpanWalker& walker, Callback&& callback) const {
-  walker.walk(
-      [&](std::int32_t x, std::int32_t y) { return covers(raster_, edge_values(raster_, x + 0.5, y + 0.5)); },
-      callback);
+namespace {
+
+bool covers_plainly(const RasterFace& face, std::int32_t x, std::int32_t y) {
+  return covers(face, edge_values(face, x + 0.5, y + 0.5));
 }
 
-FaceClass FaceSampler::classify(FaceId face, bool listed) {
+}  // namespace
+
+bool inside_frame(const Camera& camera, const RasterFace& face) {
+  return std::all_of(face.vertex.begin(), face.vertex.end(), [&](const ProjectedVertex& v) {
+    return v.z > 0 && v.u >= 0 && v.v >= 0 && v.u <= camera.width * v.z && v.v <= camera.height * v.z;
+  });
+}
+
+bool misses_frame(const Camera& camera, const RasterFace& face) {
+  const double w = camera.width, h = camera.height;
+  const auto all = [&](auto&& beyond) { return std::all_of(face.vertex.begin(), face.vertex.end(), beyond); };
+  return all([](const ProjectedVertex& p) { return !(p.z > 0); }) ||
+         all([](const ProjectedVertex& p) { return p.z > 0 && p.u < 0; }) ||
+         all([](const ProjectedVertex& p) { return p.z > 0 && p.v < 0; }) ||
+         all([w](const ProjectedVertex& p) { return p.z > 0 && p.u > w * p.z; }) ||
+         all([h](const ProjectedVertex& p) { return p.z > 0 && p.v > h * p.z; });
+}
+
+/// The projection of a face that crosses the camera plane is unbounded, and wider than a line: it covers
+/// pixel centres without end.
+bool covers_a_pixel(const RasterFace& face) {
+  for (const ProjectedVertex& v : face.vertex)
+    if (!(v.z > 0)) return true;
+  constexpr std::int32_t kFar = 1 << 22;
+  const SpanWalker walker(face, pixel_bounds(face, {-kFar, -kFar, kFar, kFar}));
+  bool found = false;
+  walker.walk(
+      [&](std::int32_t x, std::int32_t y) { return covers_exactly(face_point(face, x + 0.5, y + 0.5)); },
+      [&](std::int32_t, std::int32_t, std::int32_t) { found = true; });
+  return found;
+}
+
+void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact, std::vector<Span>& spans) {
+  spans.clear();
+  walker.walk(
+      [&](std::int32_t x, std::int32_t y) {
+        return exact ? covers_exactly(face_point(face, x + 0.5, y + 0.5)) : covers_plainly(face, x, y);
+      },
+      [&](std::int32_t y, std::int32_t x0, std::int32_t x1) {
+        spans.push_back({y, x0, x1});
+      });
+}
+
+FaceClass FaceSampler::classify(FaceId face) {
   face_ = face;
   raster_ = view_.raster(face);
-  if (raster_.facing != Facing::front) return FaceClass::hidden;
-  const SpanWalker walker(raster_, view_.frame());
-  scratch_.spans.clear();
-  for_each_span(walker, [&](std::int32_t y, std::int32_t x0, std::int32_t x1) {
-    scratch_.spans.push_back({y, x0, x1});
-  });
-  if (scratch_.spans.empty())
-    return misses_frame() || covers_a_pixel() ? FaceClass::hidden : classify_subpixel();
-  if (!listed) return FaceClass::hidden;
+  const SpanWalker walker(raster_, pixel_bounds(raster_, view_.frame()));
+  collect_spans(raster_, walker, exact(), spans_);
   ++counts_.processed_faces;
   restored_ = 0;
-  if (inside_frame()) {
+  if (inside_frame(view_.camera, raster_)) {
     const bool full = options_.sampling == Sampling::dense ? sees_all_dense()
                       : options_.sampling == Sampling::ves ? sees_all_ves(walker)
                                                            : sees_all_hivers();
@@ -41,7 +78,16 @@ FaceClass FaceSampler::classify(FaceId face, bool listed) {
 }
 
 bool FaceSampler::sees(std::int32_t x, std::int32_t y) {
-  if (view_.owner(x, y) == face_) return true;
+  const FaceId stored = view_.owner(x, y);
+  if (exact()) {
+    const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(view_.camera.width) +
+                              static_cast<std::size_t>(x);
+    if (!overlay_.contains(pixel)) return stored == face_;
+    if (overlay_.owner(pixel) != face_) return false;
+    ++restored_;
+    return true;
+  }
+  if (stored == face_) return true;
   if (options_.correction == CoverageCorrection::off) return false;
   if (!view_.mask.contains(x, y) || !lpcc_restores(view_, face_, raster_, x, y)) return false;
   ++restored_;
@@ -57,7 +103,7 @@ bool FaceSampler::sees_run(std::int32_t y, std::int32_t x0, std::int32_t x1) {
 }
 
 bool FaceSampler::sees_all_dense() {
-  return std::all_of(scratch_.spans.begin(), scratch_.spans.end(),
+  return std::all_of(spans_.begin(), spans_.end(),
                      [&](const Span& span) { return sees_run(span.y, span.x0, span.x1); });
 }
 
@@ -66,7 +112,7 @@ bool FaceSampler::sees_all_dense() {
 /// rows, halved until a row is left, so that every sample is read once and none needs to be marked; the
 /// conditions, and the class, are those of the paper.
 bool FaceSampler::sees_all_hivers() {
-  const auto& spans = scratch_.spans;
+  const auto& spans = spans_;
   const Span &top = spans.front(), &bottom = spans.back();
   if (!sees_run(top.y, top.x0, top.x1)) return false;
   if (spans.size() == 1) return true;
@@ -82,13 +128,13 @@ bool FaceSampler::sees_all_hivers() {
 bool FaceSampler::sees_rows_between(std::size_t first, std::size_t last) {
   if (first >= last) return true;
   const std::size_t middle = first + (last - first) / 2;
-  const Span& span = scratch_.spans[middle];
+  const Span& span = spans_[middle];
   return sees_run(span.y, span.x0 + 1, span.x1 - 1) && sees_rows_between(first, middle) &&
          sees_rows_between(middle + 1, last);
 }
 
 bool FaceSampler::sees_all_ves(const SpanWalker& walker) {
-  for (const Span& span : scratch_.spans) {
+  for (const Span& span : spans_) {
     std::int32_t x0 = 0, x1 = 0;
     if (walker.inner(span.y, x0, x1)) {
       x0 = std::clamp(x0, span.x0, span.x1);
@@ -106,7 +152,7 @@ bool FaceSampler::sees_all_ves(const SpanWalker& walker) {
 
 /// The face is hidden or partial; every in-image sample is looked at, and noted when it sees the face.
 FaceClass FaceSampler::cover() {
-  const auto& spans = scratch_.spans;
+  const auto& spans = spans_;
   FaceCoverage entry;
   entry.face = face_;
   entry.view = view_.id;
@@ -139,93 +185,36 @@ FaceClass FaceSampler::cover() {
     return FaceClass::hidden;
   }
   counts_.corrected_samples += restored_;
-  const std::size_t all = inside_frame() ? in_image : samples_around();
+  const std::size_t all = inside_frame(view_.camera, raster_) ? in_image : samples_around();
   entry.visible_share = static_cast<float>(static_cast<double>(entry.visible) / static_cast<double>(all));
   coverage_.entries.push_back(entry);
   return FaceClass::partial;
 }
 
-bool FaceSampler::inside_frame() const {
-  return std::all_of(raster_.vertex.begin(), raster_.vertex.end(), [&](const ProjectedVertex& v) {
-    return v.z > 0 && v.u >= 0 && v.v >= 0 && v.u <= view_.camera.width * v.z &&
-           v.v <= view_.camera.height * v.z;
-  });
-}
-
 /// Samples of the face, those outside the frame included as far as one frame away on each side.
 std::size_t FaceSampler::samples_around() const {
   const std::int32_t w = view_.camera.width, h = view_.camera.height;
+  const SpanWalker walker(raster_, pixel_bounds(raster_, {-w, -h, 2 * w, 2 * h}));
   std::size_t count = 0;
-  for_each_span(
-      SpanWalker(raster_, {-w, -h, 2 * w, 2 * h}),
+  walker.walk(
+      [&](std::int32_t x, std::int32_t y) { return covers_plainly(raster_, x, y); },
       [&](std::int32_t, std::int32_t x0, std::int32_t x1) { count += static_cast<std::size_t>(x1 - x0); });
   return count;
 }
 
-/// On the unbounded grid. The projection of a face that crosses the camera plane is unbounded in two
-/// directions that are not parallel, so it covers pixel centres without end.
-bool FaceSampler::covers_a_pixel() const {
-  for (const ProjectedVertex& v : raster_.vertex)
-    if (!(v.z > 0)) return true;
-  constexpr std::int32_t kFar = 1 << 22;
-  bool found = false;
-  for_each_span(SpanWalker(raster_, {-kFar, -kFar, kFar, kFar}),
-                [&](std::int32_t, std::int32_t, std::int32_t) { found = true; });
-  return found;
-}
-
-/// True when the projection certainly lies outside [0, W] x [0, H]; never for a face that crosses the camera
-/// plane, unless it is wholly behind it.
-bool FaceSampler::misses_frame() const {
-  const auto& v = raster_.vertex;
-  const double w = view_.camera.width, h = view_.camera.height;
-  const auto all = [&](auto&& beyond) { return std::all_of(v.begin(), v.end(), beyond); };
-  return all([](const ProjectedVertex& p) { return !(p.z > 0); }) ||
-         all([](const ProjectedVertex& p) { return p.z > 0 && p.u < 0; }) ||
-         all([](const ProjectedVertex& p) { return p.z > 0 && p.v < 0; }) ||
-         all([w](const ProjectedVertex& p) { return p.z > 0 && p.u > w * p.z; }) ||
-         all([h](const ProjectedVertex& p) { return p.z > 0 && p.v > h * p.z; });
-}
-
-/// The centroid and the midpoints from it to the vertices, each against the owner of the pixel it lies in.
-FaceClass FaceSampler::classify_subpixel() {
-  if (!options_.subpixel) return FaceClass::unresolved;
+FaceClass FaceSampler::classify_subpixel(FaceId face, std::uint32_t visible) {
   ++counts_.processed_faces;
-  const auto& v = raster_.vertex;
-  const ProjectedVertex centroid{v[0].u + v[1].u + v[2].u, v[0].v + v[1].v + v[2].v,
-                                 v[0].z + v[1].z + v[2].z};
-  std::uint32_t seen = 0;
-  for (std::size_t k = 0; k < 4; ++k) {
-    ProjectedVertex q = centroid;
-    if (k < 3) q = {q.u + 3 * v[k].u, q.v + 3 * v[k].v, q.z + 3 * v[k].z};
-    ++counts_.samples;
-    seen += sees_point({q.u / q.z, q.v / q.z});
-  }
-  if (seen == 0) return FaceClass::hidden;
-  if (seen == 4 && inside_frame()) return FaceClass::full;
+  counts_.samples += kSubpixelSamples;
+  if (visible == 0) return FaceClass::hidden;
+  if (visible == kSubpixelSamples && inside_frame(view_.camera, view_.raster(face))) return FaceClass::full;
   FaceCoverage entry;
-  entry.face = face_;
+  entry.face = face;
   entry.view = view_.id;
-  entry.visible = seen;
-  entry.visible_share = static_cast<float>(seen) / 4;
+  entry.visible = visible;
+  entry.visible_share = static_cast<float>(visible) / kSubpixelSamples;
   entry.first_word = coverage_.words.size();
   coverage_.entries.push_back(entry);
   return FaceClass::partial;
-}
-
-bool FaceSampler::sees_point(const PixelPoint& q) const {
-  const double w = view_.camera.width, h = view_.camera.height;
-  if (!(q.x >= 0 && q.y >= 0 && q.x < w && q.y < h)) return false;
-  if (!view_.mask.whole() && !in_photo(view_.camera, q)) return false;
-  const FaceId stored = view_.owner(static_cast<std::int32_t>(q.x), static_cast<std::int32_t>(q.y));
-  if (stored == kNoFace || stored == face_) return true;
-  const RasterFace other = view_.raster(stored);
-  if (other.facing == Facing::edge_on) return true;
-  const EdgeValues other_values = edge_values(other, q.x, q.y);
-  if (!covers(other, other_values)) return true;
-  const EdgeValues values = edge_values(raster_, q.x, q.y);
-  const double order = compare_depth(plane_depth(raster_, values), plane_depth(other, other_values));
-  return order < 0 || (order == 0 && face_ < stored);
 }
 
 }  // namespace gpvc

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "visibility/classify.h"
+#include "visibility/exact_owner.h"
 
 namespace gpvc {
 
@@ -13,22 +14,35 @@ struct SampleCounts {
   std::size_t processed_faces = 0;
   std::size_t samples = 0;
   std::size_t corrected_samples = 0;
+  std::size_t contested_samples = 0;
 };
+
+/// True when all vertices are in front of the camera and in [0, W] x [0, H].
+bool inside_frame(const Camera& camera, const RasterFace& face);
+
+/// True when the projection certainly lies outside [0, W] x [0, H]; of the faces that cross the camera plane
+/// none is certain.
+bool misses_frame(const Camera& camera, const RasterFace& face);
+
+/// Whether the projection contains a pixel centre, anywhere on the unbounded grid.
+bool covers_a_pixel(const RasterFace& face);
+
+/// The runs of pixels in the frame whose centres the face covers. Exact where `exact`, else by edge values as
+/// the shaders compute them.
+void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact, std::vector<Span>& spans);
 
 class FaceSampler {
  public:
-  struct Scratch {
-    std::vector<Span> spans;
-  };
-
-  /// Entries and bits of partial faces are appended to `coverage`.
-  FaceSampler(const ClassifyView& view, const VisibilityOptions& options, Scratch& scratch,
+  /// `overlay`: corrected owners, for CoverageCorrection::exact. Entries and bits of partial faces are
+  /// appended to `coverage`.
+  FaceSampler(const ClassifyView& view, const VisibilityOptions& options, const OwnerOverlay& overlay,
               CoverageTable& coverage, SampleCounts& counts)
-      : view_(view), options_(options), scratch_(scratch), coverage_(coverage), counts_(counts) {}
+      : view_(view), options_(options), overlay_(overlay), coverage_(coverage), counts_(counts) {}
 
-  /// `listed`: the IVM stores the face somewhere. A face that covers a pixel centre but is not listed is
-  /// hidden (lazy projection).
-  FaceClass classify(FaceId face, bool listed);
+  /// \pre a front face with a pixel centre in the frame. Full, partial or hidden.
+  FaceClass classify(FaceId face);
+  /// For a front face without pixel centre that `visible` of its sub-pixel samples see.
+  FaceClass classify_subpixel(FaceId face, std::uint32_t visible);
 
  private:
   bool sees(std::int32_t x, std::int32_t y);
@@ -38,22 +52,17 @@ class FaceSampler {
   bool sees_all_ves(const SpanWalker& walker);
   bool sees_rows_between(std::size_t first, std::size_t last);
   FaceClass cover();
-  FaceClass classify_subpixel();
-  bool covers_a_pixel() const;
-  bool inside_frame() const;
-  bool misses_frame() const;
-  bool sees_point(const PixelPoint& q) const;
   std::size_t samples_around() const;
-  template <class Callback>
-  void for_each_span(const SpanWalker& walker, Callback&& callback) const;
+  bool exact() const { return options_.correction == CoverageCorrection::exact; }
 
   const ClassifyView& view_;
   const VisibilityOptions& options_;
-  Scratch& scratch_;
+  const OwnerOverlay& overlay_;
   CoverageTable& coverage_;
   SampleCounts& counts_;
   FaceId face_ = kNoFace;
   RasterFace raster_;
+  std::vector<Span> spans_;
   std::size_t restored_ = 0;  ///< of the face at hand
 };
 

@@ -39,6 +39,7 @@ RasterFace raster_face(const ProjectedVertex& a, const ProjectedVertex& b, const
 
 PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window) {
   const auto& v = face.vertex;
+  if (face.facing == Facing::edge_on) return {};
   if (!(v[0].z > 0 && v[1].z > 0 && v[2].z > 0)) {
     if (!(v[0].z > 0 || v[1].z > 0 || v[2].z > 0)) return {};
     return window;
@@ -61,8 +62,7 @@ PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window) {
           end(std::max({v0, v1, v2}), window.y0, window.y1)};
 }
 
-SpanWalker::SpanWalker(const RasterFace& face, const PixelBox& window) : box_(pixel_bounds(face, window)) {
-  if (face.facing == Facing::edge_on) box_ = {};
+SpanWalker::SpanWalker(const RasterFace& face, const PixelBox& bounds) : box_(bounds) {
   if (box_.empty()) return;
   const EdgeValues values = edge_values(face, box_.x0 + 0.5, box_.y0 + 0.5);
   for (std::size_t k = 0; k < 3; ++k) {

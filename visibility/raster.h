@@ -117,12 +117,19 @@ struct PixelBox {
 /// The pixels of `window` whose centres may lie in the projection of the face.
 PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window);
 
+/// The pixels of `window` that the projection of the face may touch at all, given pixel_bounds.
+inline PixelBox touched_pixels(const PixelBox& bounds, const PixelBox& window) {
+  return {std::max(bounds.x0 - 1, window.x0), std::max(bounds.y0 - 1, window.y0),
+          std::min(bounds.x1 + 1, window.x1), std::min(bounds.y1 + 1, window.y1)};
+}
+
 /// Walks the rows of a face. Edges are linear along a row, so the ends of its run of pixels are computed and
 /// then confirmed: the pixel inside and the pixel outside of an end must differ from zero by more than
 /// tolerance_. A row that cannot be confirmed is decided pixel by pixel.
 class SpanWalker {
  public:
-  SpanWalker(const RasterFace& face, const PixelBox& window);
+  /// `bounds`: pixel_bounds of the face in the window to be walked.
+  SpanWalker(const RasterFace& face, const PixelBox& bounds);
   bool empty() const { return box_.empty(); }
   const PixelBox& box() const { return box_; }
 

@@ -76,12 +76,14 @@ enum class FaceClass : std::uint8_t {
 };
 
 enum class Sampling { hivers, ves, dense };
+/// off: the IVM as drawn. paper: LPCC alone. exact: every face that covers a pixel centre contests its stored
+/// owner, in real arithmetic on the projected vertices; ties go to the lower face index.
 enum class CoverageCorrection { off, paper, exact };
 enum class Classifier { automatic, cpu, gpu };
 
 struct VisibilityOptions {
   Sampling sampling = Sampling::hivers;
-  CoverageCorrection correction = CoverageCorrection::paper;
+  CoverageCorrection correction = CoverageCorrection::exact;
   Classifier classifier = Classifier::automatic;
   bool subpixel = true;
 };
@@ -102,7 +104,8 @@ struct FaceCoverage {
   std::int32_t x0 = 0, y0 = 0;         ///< first pixel of the box
   std::int32_t width = 0, height = 0;  ///< of the box, in pixels
   std::uint32_t visible = 0;           ///< samples that see the face
-  float visible_share = 0;     ///< of all its samples, those outside the image counted as hidden; (0, 1)
+  float visible_share = 0;  ///< of all its samples, (0, 1]; those outside the image count as hidden, as far
+                            ///< as one frame away
   std::size_t first_word = 0;  ///< of its bits in CoverageTable::words; bit y * width + x
 };
 
@@ -123,6 +126,7 @@ struct VisibilityStatistics {
       0;                    ///< faces classified by sampling (recorded by the fragment shader, paper table 9)
   std::size_t samples = 0;  ///< IVM look-ups made (paper: sampling count)
   std::size_t corrected_samples = 0;  ///< samples whose stored owner LPCC overruled
+  std::size_t contested_samples = 0;  ///< exact: samples of any face compared with a stored owner
   std::size_t full = 0, partial = 0;
   double render_s = 0;    ///< IVM
   double transfer_s = 0;  ///< upload and readback
