@@ -2,6 +2,7 @@
 // asks for: an adjacency_list would spend more time on its own building than on the flow.
 #include "labeling/graph_cut.h"
 
+#include <algorithm>
 #include <boost/graph/boykov_kolmogorov_max_flow.hpp>
 #include <boost/graph/graph_traits.hpp>
 #include <boost/iterator/counting_iterator.hpp>
@@ -9,6 +10,55 @@
 #include <utility>
 
 namespace gpvc {
+
+namespace {
+
+/// Breadth-first spanning forest of at most `limit` nodes a tree: nodes in order of discovery, and the arc to
+/// each node's parent.
+struct Forest {
+  std::vector<std::uint32_t> order, parent_arc;
+
+  void grow(const CutGraph::Topology& graph, std::size_t limit) {
+    const auto nodes = static_cast<std::uint32_t>(graph.terminal.size());
+    order.clear();
+    parent_arc.assign(nodes, kUnseen);
+    for (std::uint32_t root = 0; root < nodes; ++root) {
+      if (parent_arc[root] != kUnseen) continue;
+      parent_arc[root] = kRoot;
+      const std::size_t begin = order.size();
+      order.push_back(root);
+      for (std::size_t i = begin; i < order.size() && order.size() - begin < limit; ++i)
+        for (std::uint32_t arc = graph.first[order[i]]; arc < graph.first[order[i] + 1]; ++arc) {
+          if (parent_arc[graph.target[arc]] != kUnseen) continue;
+          parent_arc[graph.target[arc]] = graph.reverse[arc];
+          order.push_back(graph.target[arc]);
+        }
+    }
+  }
+
+  static constexpr std::uint32_t kUnseen = 0xFFFFFFFFu, kRoot = 0xFFFFFFFEu;
+};
+
+/// Sends what nodes have from the source, or need for the sink, up the forest as far as capacities allow, so
+/// that supply and demand meet. Any flow may be sent in advance without changing the minimum cuts, and this
+/// one takes linear time: costs of neighbours differ by little and either way, and what remains for the
+/// search trees is a small part.
+void send_up(CutGraph::Topology& graph, const Forest& forest) {
+  for (std::size_t i = forest.order.size(); i-- > 0;) {
+    const std::uint32_t node = forest.order[i], arc = forest.parent_arc[node];
+    const Capacity terminal = graph.terminal[node];
+    if (arc == Forest::kRoot || terminal == 0) continue;
+    const std::uint32_t back = graph.reverse[arc];
+    const Capacity sent =
+        terminal > 0 ? std::min(terminal, graph.capacity[arc]) : -std::min(-terminal, graph.capacity[back]);
+    graph.terminal[node] -= sent;
+    graph.terminal[graph.target[arc]] += sent;
+    graph.capacity[arc] -= sent;
+    graph.capacity[back] += sent;
+  }
+}
+
+}  // namespace
 
 // Nodes 0..n-1, then source and sink. A node's arcs: its one terminal arc if it has any, then the topology's.
 struct CutGraph::Arrays {
@@ -19,8 +69,8 @@ struct CutGraph::Arrays {
   std::vector<boost::default_color_type> tree;
   std::vector<std::int32_t> distance;
   std::vector<std::uint8_t> source_side;
+  Forest forest;
 
-  std::uint32_t nodes() const { return static_cast<std::uint32_t>(first.size() - 1); }
   void build(const Topology& topology);
 };
 
@@ -84,6 +134,16 @@ void CutGraph::Topology::clear() {
   terminal.clear();
 }
 
+void CutGraph::Topology::link_reverse() {
+  reverse.resize(target.size());
+  for (std::uint32_t node = 0; node < terminal.size(); ++node)
+    for (std::uint32_t arc = first[node]; arc < first[node + 1]; ++arc) {
+      std::uint32_t back = first[target[arc]];
+      while (target[back] != node) ++back;
+      reverse[arc] = back;
+    }
+}
+
 void CutGraph::Arrays::build(const Topology& topology) {
   const auto nodes = static_cast<std::uint32_t>(topology.terminal.size());
   const std::uint32_t source_node = nodes, sink_node = nodes + 1;
@@ -130,8 +190,13 @@ CutGraph::~CutGraph() = default;
 
 const std::vector<std::uint8_t>& CutGraph::solve() {
   Arrays& a = *arrays_;
-  a.build(topology);
   const auto nodes = static_cast<std::uint32_t>(topology.terminal.size());
+  a.forest.grow(topology, nodes);
+  send_up(topology, a.forest);
+  a.source_side.assign(nodes, 0);
+  if (std::none_of(topology.terminal.begin(), topology.terminal.end(), [](Capacity t) { return t > 0; }))
+    return a.source_side;
+  a.build(topology);
   a.parent_arc.resize(nodes + 2);
   a.tree.resize(nodes + 2);
   a.distance.assign(nodes + 2, 0);
@@ -140,7 +205,6 @@ const std::vector<std::uint8_t>& CutGraph::solve() {
   boost::boykov_kolmogorov_max_flow(graph, a.residual.data(), a.residual.data(), a.reverse.data(),
                                     a.parent_arc.data(), a.tree.data(), a.distance.data(),
                                     boost::typed_identity_property_map<std::uint32_t>(), nodes, nodes + 1);
-  a.source_side.resize(nodes);
   for (std::uint32_t node = 0; node < nodes; ++node) a.source_side[node] = a.tree[node] == boost::black_color;
   return a.source_side;
 }

@@ -12,9 +12,7 @@ namespace gpvc {
 /// Integers: exact and the same for any order of operations.
 using Capacity = std::int64_t;
 
-/// A cut problem and its answer; meant to be refilled, so that its memory is allocated once. Between clear()
-/// and solve(): for each node begin_node(), then its arcs, each arc's reverse being given by its place in the
-/// other node.
+/// A cut problem and its answer; meant to be refilled, so that its memory is allocated once.
 class CutGraph {
  public:
   CutGraph();
@@ -22,14 +20,18 @@ class CutGraph {
   CutGraph(const CutGraph&) = delete;
   CutGraph& operator=(const CutGraph&) = delete;
 
-  /// Symmetric arcs between nodes, compressed by node. `reverse[a]` is the arc back. `terminal` > 0: capacity
-  /// from the source, < 0: capacity to the sink.
+  /// Nodes and arcs, compressed by node; every arc has one back, of a capacity of its own. Flow may be pushed
+  /// through it in advance: then these are the residuals.
   struct Topology {
     std::vector<std::uint32_t> first;  ///< nodes + 1
     std::vector<std::uint32_t> target, reverse;
     std::vector<Capacity> capacity;
-    std::vector<Capacity> terminal;  ///< nodes
+    std::vector<Capacity> terminal;  ///< per node; > 0: capacity from the source, < 0: capacity to the sink
+
     void clear();
+    /// Fills `reverse` from the rest. No two arcs between the same nodes in the same direction. O(arcs *
+    /// degree).
+    void link_reverse();
   };
   Topology topology;
 
