@@ -18,4 +18,8 @@ ImageSize read_image_size(const std::filesystem::path& file);
 /// cut. \pre 1 <= factor <= width, height
 Image reduce_image(const Image& image, int factor);
 
+/// A PNG of 8 bits a channel and 1 to 4 channels, quick rather than small. The bytes do not depend on the
+/// number of threads.
+void write_png(OutputFile& out, const Image& image);
+
 }  // namespace gpvc

@@ -1,4 +1,5 @@
 #include <OpenImageIO/imageio.h>
+#include <tbb/global_control.h>
 
 #include <cmath>
 
@@ -155,7 +156,8 @@ TEST(ReadImage, SaysWhatIsWrong) {
 
 TEST(WriteImage, PngReadsBackExactly) {
   const TemporaryFolder folder;
-  for (const auto& [width, height] : {std::pair{1, 1}, {3, 1}, {1, 5}, {301, 207}, {2048, 700}}) {
+  for (const auto& [width, height] :
+       {std::pair{1, 1}, {3, 1}, {1, 5}, {301, 207}, {2048, 700}, {400000, 3}}) {
     const Image image = picture(width, height);
     const auto file = folder.path() / "a page.png";
     write_image(file, image, ImageFormat::png, 0);
@@ -164,6 +166,46 @@ TEST(WriteImage, PngReadsBackExactly) {
     EXPECT_EQ(back.pixels, image.pixels);
   }
   EXPECT_EQ(folder.count(), 1);
+}
+
+TEST(WriteImage, PngTakesOneToFourChannels) {
+  const TemporaryFolder folder;
+  for (int channels = 1; channels <= 4; ++channels) {
+    Image image{30, 20, channels, {}};
+    for (int i = 0; i < 600 * channels; ++i) image.pixels.push_back(static_cast<std::uint8_t>(7 * i));
+    const auto file = folder.path() / "a.png";
+    write_image(file, image, ImageFormat::png, 0);
+    OIIO::ImageSpec config;
+    config["oiio:UnassociatedAlpha"] = 1;
+    const auto in = OIIO::ImageInput::open(file.string(), &config);
+    ASSERT_TRUE(in);
+    ASSERT_EQ(in->spec().nchannels, channels);
+    Bytes back(image.pixels.size());
+    EXPECT_TRUE(in->read_image(0, 0, 0, channels, OIIO::TypeUInt8, back.data()));
+    EXPECT_EQ(back, image.pixels);
+  }
+}
+
+TEST(WriteImage, PngBytesDoNotDependOnThreads) {
+  const TemporaryFolder folder;
+  const Image image = picture(1500, 1500);
+  const auto written = [&](std::size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    write_image(folder.path() / "a.png", image, ImageFormat::png, 0);
+    return test::read_file(folder.path() / "a.png");
+  };
+  const std::string one = written(1);
+  EXPECT_EQ(written(2), one);
+  EXPECT_EQ(written(7), one);
+}
+
+TEST(WriteImage, RefusesPixelsThatDoNotFitTheSize) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(write_image(folder.path() / "a.png", {2, 2, 3, Bytes(11)}, ImageFormat::png, 0),
+               std::invalid_argument);
+  EXPECT_THROW(write_image(folder.path() / "a.png", {0, 2, 3, {}}, ImageFormat::png, 0),
+               std::invalid_argument);
+  EXPECT_EQ(folder.count(), 0);
 }
 
 // One red pixel among green: with subsampled chroma it would bleed into its neighbours.
