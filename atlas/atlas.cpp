@@ -13,6 +13,7 @@
 #include "atlas/packing.h"
 #include "atlas/pages.h"
 #include "atlas/partial.h"
+#include "atlas/seam_leveling.h"
 
 namespace gpvc {
 
@@ -122,11 +123,13 @@ TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& wanted, co
     const ViewId a = input.labels[edge[0]], b = input.labels[edge[1]];
     if (a != b && a != kNoView && b != kNoView) ++statistics.seam_edges;
   }
-  const ColorCorrection correction;
+  const LevelingResult leveling = level_seams(input, set, coverage, options.seams);
+  statistics.seam_step_before = leveling.step_before;
+  statistics.seam_step_after = leveling.step_after;
   statistics.leveling_s = watch.lap();
 
   auto parts = choose_sources(input, set, coverage, options.margin_px);
-  bake_photos(input, set, places, correction, options.padding, pages, parts, progress);
+  bake_photos(input, set, places, leveling.correction, options.padding, pages, parts, progress);
   finish_partial(parts, input, set, neighbours, places, options.padding, pages);
   parts.clear();
   fill_unseen(input, set, places, pages);

@@ -1,10 +1,11 @@
 #include "atlas/bake.h"
 
 #include <tbb/parallel_for.h>
-#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "atlas/each_photo.h"
 
 namespace gpvc {
 
@@ -15,32 +16,41 @@ int block_texels(const Chart& chart, int step) {
   return std::clamp(static_cast<int>(step * chart.scale), 1, kBandRows);
 }
 
+/// A band of a chart on its way to its page.
+struct Band {
+  std::uint32_t id;  ///< of the chart
+  const Chart& chart;
+  const ChartPlace& place;
+  std::span<const TexelTriangle> corners;
+  const ChartRaster& raster;
+};
+
 class PlainBaker {
  public:
-  PlainBaker(const View& view, const Image& photo, const ColorCorrection& correction, Color gain, int padding)
-      : view_(view),
+  PlainBaker(ViewId id, const View& view, const Image& photo, const ColorCorrection& correction, int padding)
+      : id_(id),
+        view_(view),
         photo_(photo),
         correction_(correction),
-        gain_(gain),
         step_(lattice_step(view.camera)),
-        ring_(padding > 0),
-        corrected_(gain.r != 1 || gain.g != 1 || gain.b != 1 || !correction.offsets.empty()) {}
+        ring_(padding > 0) {}
 
-  void bake(const Chart& chart, const ChartPlace& place, std::span<const TexelTriangle> corners,
-            std::span<const std::uint32_t> faces, const CellBox& box, Page& page) const {
-    const ChartRaster raster = rasterize(faces, corners, box);
-    const bool copies = view_.camera.distortion.is_identity() && chart.scale == 1;
-    if (copies) {
-      for (int y = box.y0; y < box.y1; ++y)
-        for (int x = box.x0; x < box.x1; ++x)
-          if (wanted(raster, x, y)) copy(chart, place, corners, raster, x, y, page);
-      return;
+  void bake(const Band& band, Page& page) const {
+    const CellBox& box = band.raster.box;
+    const int block = block_texels(band.chart, step_);
+    std::vector<StripSample> near;
+    for (int y = box.y0; y < box.y1; y += block) {
+      for (int x = box.x0; x < box.x1; x += block) {
+        const CellBox part{x, y, std::min(x + block, box.x1), std::min(y + block, box.y1)};
+        if (!any_wanted(band.raster, part)) continue;
+        near.clear();
+        if (const ChartStrip* strip = correction_.strip(band.id)) gather_strip(*strip, part, near);
+        if (view_.camera.distortion.is_identity() && band.chart.scale == 1)
+          copy_block(band, part, near, page);
+        else
+          sample_block(band, part, near, page);
+      }
     }
-    const int block = block_texels(chart, step_);
-    for (int y = box.y0; y < box.y1; y += block)
-      for (int x = box.x0; x < box.x1; x += block)
-        bake_block(chart, place, corners, raster,
-                   {x, y, std::min(x + block, box.x1), std::min(y + block, box.y1)}, page);
   }
 
  private:
@@ -49,40 +59,51 @@ class PlainBaker {
     return reach != TexelReach::outside && (ring_ || reach != TexelReach::ring);
   }
 
-  void put(const ChartPlace& place, std::span<const TexelTriangle> corners, const ChartRaster& raster, int x,
-           int y, Color color, Page& page) const {
-    const std::size_t i = raster.at(x, y);
-    if (corrected_) {
-      color = gain_ * color;
-      if (!correction_.offsets.empty())
-        color = color + correction_.offset(raster.owner[i], corners[raster.owner[i]], x + 0.5, y + 0.5);
+  bool any_wanted(const ChartRaster& raster, const CellBox& part) const {
+    for (int y = part.y0; y < part.y1; ++y)
+      for (int x = part.x0; x < part.x1; ++x)
+        if (wanted(raster, x, y)) return true;
+    return false;
+  }
+
+  void put(const Band& band, int x, int y, Color color, std::span<const StripSample> near, Page& page) const {
+    const std::size_t i = band.raster.at(x, y);
+    if (!correction_.identity()) {
+      const std::uint32_t owner = band.raster.owner[i];
+      color = correction_.expose(color, id_, band.chart.frame_position(x + 0.5, y + 0.5)) +
+              correction_.face_offset(owner, band.corners[owner], x + 0.5, y + 0.5);
+      if (!near.empty()) color = color + strip_offset(near, x + 0.5, y + 0.5);
     }
-    const auto texel = place.texel(x, y);
+    const auto texel = band.place.texel(x, y);
     page.put(texel.x, texel.y, color,
-             raster.reach[i] == TexelReach::ring ? TexelState::ring : TexelState::chart);
+             band.raster.reach[i] == TexelReach::ring ? TexelState::ring : TexelState::chart);
   }
 
-  void copy(const Chart& chart, const ChartPlace& place, std::span<const TexelTriangle> corners,
-            const ChartRaster& raster, int x, int y, Page& page) const {
-    const int px = static_cast<int>(chart.origin_x) + x, py = static_cast<int>(chart.origin_y) + y;
-    if (px < 0 || py < 0 || px >= photo_.width || py >= photo_.height) return;
-    put(place, corners, raster, x, y, load(photo_.at(px, py)), page);
+  void copy_block(const Band& band, const CellBox& part, std::span<const StripSample> near,
+                  Page& page) const {
+    const int shift_x = static_cast<int>(band.chart.origin_x),
+              shift_y = static_cast<int>(band.chart.origin_y);
+    for (int y = part.y0; y < part.y1; ++y) {
+      for (int x = part.x0; x < part.x1; ++x) {
+        const int px = shift_x + x, py = shift_y + y;
+        if (!wanted(band.raster, x, y) || px < 0 || py < 0 || px >= photo_.width || py >= photo_.height)
+          continue;
+        put(band, x, y, load(photo_.at(px, py)), near, page);
+      }
+    }
   }
 
-  void bake_block(const Chart& chart, const ChartPlace& place, std::span<const TexelTriangle> corners,
-                  const ChartRaster& raster, const CellBox& block, Page& page) const {
-    bool any = false;
-    for (int y = block.y0; y < block.y1 && !any; ++y)
-      for (int x = block.x0; x < block.x1 && !any; ++x) any = wanted(raster, x, y);
-    if (!any) return;
-    const PixelPoint low = chart.frame_position(block.x0, block.y0),
-                     high = chart.frame_position(block.x1, block.y1);
+  void sample_block(const Band& band, const CellBox& part, std::span<const StripSample> near,
+                    Page& page) const {
+    const PixelPoint low = band.chart.frame_position(part.x0, part.y0);
+    const PixelPoint high = band.chart.frame_position(part.x1, part.y1);
     const PhotoPositions positions(view_.camera, low.x, low.y, high.x, high.y);
-    for (int y = block.y0; y < block.y1; ++y)
-      for (int x = block.x0; x < block.x1; ++x)
-        if (wanted(raster, x, y))
-          if (const auto color = sample(chart, positions, x, y))
-            put(place, corners, raster, x, y, *color, page);
+    for (int y = part.y0; y < part.y1; ++y) {
+      for (int x = part.x0; x < part.x1; ++x) {
+        if (!wanted(band.raster, x, y)) continue;
+        if (const auto color = sample(band.chart, positions, x, y)) put(band, x, y, *color, near, page);
+      }
+    }
   }
 
   /// One bicubic sample where texels are as fine as pixels; the mean over the texel's square where coarser.
@@ -105,12 +126,12 @@ class PlainBaker {
     return (1.0f / static_cast<float>(count)) * sum;
   }
 
+  ViewId id_;
   const View& view_;
   const Image& photo_;
   const ColorCorrection& correction_;
-  Color gain_;
   int step_;
-  bool ring_, corrected_;
+  bool ring_;
 };
 
 struct BandTask {
@@ -138,18 +159,6 @@ std::vector<ViewWork> gather_work(const AtlasInput& input, const ChartSet& set,
 
 }  // namespace
 
-Color ColorCorrection::offset(std::uint32_t face, const TexelTriangle& t, double x, double y) const {
-  const double area = (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
-  const auto& at = offsets[face];
-  if (area == 0) return (1.0f / 3) * (at[0] + at[1] + at[2]);
-  double b = ((x - t[0].x) * (t[2].y - t[0].y) - (y - t[0].y) * (t[2].x - t[0].x)) / area;
-  double c = ((t[1].x - t[0].x) * (y - t[0].y) - (t[1].y - t[0].y) * (x - t[0].x)) / area;
-  b = std::clamp(b, 0.0, 1.0), c = std::clamp(c, 0.0, 1.0);
-  const double a = std::max(0.0, 1 - b - c), sum = a + b + c;
-  return static_cast<float>(a / sum) * at[0] + static_cast<float>(b / sum) * at[1] +
-         static_cast<float>(c / sum) * at[2];
-}
-
 void bake_photos(const AtlasInput& input, const ChartSet& set, std::span<const ChartPlace> places,
                  const ColorCorrection& correction, int padding, std::span<Page> pages,
                  std::span<PartialChart> partial, const Progress& progress) {
@@ -162,29 +171,22 @@ void bake_photos(const AtlasInput& input, const ChartSet& set, std::span<const C
   for (std::uint32_t v = 0; v < work.size(); ++v)
     if (!work[v].empty()) views.push_back(v);
 
-  std::shared_ptr<const Image> photo, next;
-  if (!views.empty()) next = input.photos.photo(ViewId{views.front()});
-  for (std::size_t k = 0; k < views.size(); ++k) {
-    photo = std::move(next);
-    tbb::task_group ahead;
-    if (k + 1 < views.size()) ahead.run([&] { next = input.photos.photo(ViewId{views[k + 1]}); });
-    const std::uint32_t v = views[k];
+  std::size_t done = 0;
+  each_photo(input.photos, views, [&](std::uint32_t v, const Image& photo) {
     const View& view = input.scene.views[v];
-    const Color gain = correction.gain.empty() ? Color{1, 1, 1} : correction.gain[v];
-    const PlainBaker baker(view, *photo, correction, gain, padding);
+    const PlainBaker baker(ViewId{v}, view, photo, correction, padding);
     const auto& [plain_bands, partial_charts] = work[v];
     tbb::parallel_for(std::size_t{0}, plain_bands.size() + partial_charts.size(), [&](std::size_t i) {
       if (i >= plain_bands.size())
-        return take_view(partial[partial_charts[i - plain_bands.size()]], set, view, ViewId{v}, *photo,
+        return take_view(partial[partial_charts[i - plain_bands.size()]], set, view, ViewId{v}, photo,
                          correction);
-      const auto [c, band] = plain_bands[i];
+      const auto [c, b] = plain_bands[i];
       const Chart& chart = set.charts[c];
-      baker.bake(chart, places[c], set.corners, bands[c].band(band), band_box(chart, band),
-                 pages[places[c].page]);
+      const ChartRaster raster = rasterize(bands[c].band(b), set.corners, band_box(chart, b));
+      baker.bake({c, chart, places[c], set.corners, raster}, pages[places[c].page]);
     });
-    ahead.wait();
-    if (progress) progress(k + 1, views.size());
-  }
+    if (progress) progress(++done, views.size());
+  });
 }
 
 }  // namespace gpvc

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <optional>
 
-#include "atlas/bake.h"
 #include "atlas/smooth_fill.h"
 #include "atlas/vector3.h"
 
@@ -244,6 +243,30 @@ PartialChart start_chart(const AtlasInput& input, const ChartSet& set, std::uint
   return part;
 }
 
+void take_texel(PartialChart& part, const ChartSet& set, const View& view, ViewId id, const Image& photo,
+                const ColorCorrection& correction, bool own, std::span<const StripSample> near, int x,
+                int y) {
+  const std::size_t i = part.raster.at(x, y);
+  for (const bool first : {true, false}) {
+    const std::uint8_t k = first ? part.best[i] : part.second[i];
+    if (k == PartialChart::kNone || sources_at(part, i)[k].view != id) continue;
+    const auto p = frame_position(sources_at(part, i)[k], x + 0.5, y + 0.5);
+    const auto q = p ? photo_from_pixel(view.camera, *p) : std::nullopt;
+    if (!q) {
+      part.best[i] = PartialChart::kNone;
+      continue;
+    }
+    Color c = correction.expose(sample_bicubic(photo, q->x, q->y), id, *p);
+    if (own) {
+      const std::uint32_t owner = part.raster.owner[i];
+      c = c + correction.face_offset(owner, set.corners[owner], x + 0.5, y + 0.5);
+      if (!near.empty()) c = c + strip_offset(near, x + 0.5, y + 0.5);
+    }
+    const float second_weight = part.second_weight[i];
+    part.color[i] = part.color[i] + (first ? 1 - second_weight : second_weight) * c;
+  }
+}
+
 TexelState state_of(TexelReach reach) {
   return reach == TexelReach::ring ? TexelState::ring : TexelState::chart;
 }
@@ -322,29 +345,20 @@ std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet
 
 void take_view(PartialChart& part, const ChartSet& set, const View& view, ViewId id, const Image& photo,
                const ColorCorrection& correction) {
-  const Color gain = correction.gain.empty() ? Color{1, 1, 1} : correction.gain[index(id)];
-  const bool main = set.charts[part.chart].view == id && !correction.offsets.empty();
+  constexpr int kEdge = 16;
   const CellBox& box = part.raster.box;
-  for (int y = box.y0; y < box.y1; ++y) {
-    for (int x = box.x0; x < box.x1; ++x) {
-      const std::size_t i = part.raster.at(x, y);
-      for (const bool first : {true, false}) {
-        const std::uint8_t k = first ? part.best[i] : part.second[i];
-        if (k == PartialChart::kNone) continue;
-        const TexelSource& source = sources_at(part, i)[k];
-        if (source.view != id) continue;
-        const float weight = first ? 1 - part.second_weight[i] : part.second_weight[i];
-        const auto p = frame_position(source, x + 0.5, y + 0.5);
-        const auto q = p ? photo_from_pixel(view.camera, *p) : std::nullopt;
-        if (!q) {
-          part.best[i] = PartialChart::kNone;
-          continue;
-        }
-        Color c = gain * sample_bicubic(photo, q->x, q->y);
-        const std::uint32_t owner = part.raster.owner[i];
-        if (main) c = c + correction.offset(owner, set.corners[owner], x + 0.5, y + 0.5);
-        part.color[i] = part.color[i] + weight * c;
-      }
+  // Offsets and strips belong to the chart's own view; of other views the exposure is corrected.
+  const bool own = set.charts[part.chart].view == id;
+  std::vector<StripSample> near;
+  for (int y = box.y0; y < box.y1; y += kEdge) {
+    for (int x = box.x0; x < box.x1; x += kEdge) {
+      const CellBox block{x, y, std::min(x + kEdge, box.x1), std::min(y + kEdge, box.y1)};
+      near.clear();
+      const ChartStrip* strip = own ? correction.strip(part.chart) : nullptr;
+      if (strip) gather_strip(*strip, block, near);
+      for (int ty = block.y0; ty < block.y1; ++ty)
+        for (int tx = block.x0; tx < block.x1; ++tx)
+          take_texel(part, set, view, id, photo, correction, own, near, tx, ty);
     }
   }
 }

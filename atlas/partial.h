@@ -8,11 +8,10 @@
 
 #include "atlas/atlas.h"
 #include "atlas/chart_raster.h"
+#include "atlas/color_correction.h"
 #include "atlas/pages.h"
 
 namespace gpvc {
-
-struct ColorCorrection;
 
 /// A view that shows a part of a face, and where in its frame a chart's texels lie: (x, y, 1) times the
 /// matrix is (u w, v w, w) with w > 0 in front of the camera.
