@@ -10,6 +10,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "io/file_bytes.h"
 #include "io/io.h"
 
 namespace gpvc {
@@ -53,6 +54,36 @@ void check_png_ends(const fs::path& file) {
   }
 }
 
+/// Follows a JPEG's markers to the end of its image. libjpeg reports its first warning alone, so that a stray
+/// byte somewhere would hide that the rest of the picture is missing.
+void check_jpeg_ends(const fs::path& file) {
+  const FileBytes bytes(file);
+  const std::string_view text = bytes.view();
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (!text.starts_with("\xFF\xD8\xFF")) return;
+  for (std::size_t at = 2;;) {
+    // Entropy-coded data and stray bytes lie between markers; a marker is 0xFF and neither 0x00 (a data
+    // byte), 0xFF (fill), a restart D0 .. D7 nor 01. All but the end of the image carry their length.
+    at = text.find('\xFF', at);
+    if (at == std::string_view::npos || at + 1 >= text.size()) break;
+    const unsigned marker = byte(at + 1);
+    constexpr unsigned kEnd = 0xD9;
+    if (marker == kEnd) return;
+    const bool bare = marker <= 1 || (marker >= 0xD0 && marker <= 0xD8);
+    if (marker == 0xFF) {
+      ++at;
+    } else if (bare) {
+      at += 2;
+    } else {
+      if (at + 3 >= text.size()) break;
+      at += 2 + (std::size_t{byte(at + 2)} << 8 | byte(at + 3));
+      if (at >= text.size()) break;
+    }
+  }
+  throw InputError(file, "byte " + std::to_string(text.size()),
+                   "cannot be decoded whole: the JPEG ends too early");
+}
+
 std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   std::error_code error;
   if (!fs::exists(file, error)) throw InputError(file, "", "does not exist");
@@ -64,8 +95,13 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   return input;
 }
 
-/// libjpeg counts harmless oddities among its warnings; stray bytes between markers lose no pixel.
-bool is_harmless(const std::string& message) { return message.find("extraneous bytes") != std::string::npos; }
+/// libjpeg counts oddities that lose no pixel among its warnings.
+bool is_harmless(const std::string& message) {
+  for (const char* oddity :
+       {"extraneous bytes before marker", "unknown JFIF revision", "Invalid SOS parameters"})
+    if (message.find(oddity) != std::string::npos) return true;
+  return false;
+}
 
 /// Grey repeated, alpha and further channels dropped.
 Image to_rgb(Image&& in) {
@@ -135,6 +171,7 @@ ImageSize read_image_size(const fs::path& file) {
 
 Image read_image(const fs::path& file) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  check_jpeg_ends(file);
   // No threads of the codec's own: photos are decoded side by side, inside tasks.
   input->threads(1);
   const OIIO::ImageSpec& spec = input->spec();
