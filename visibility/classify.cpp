@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 
 #include "visibility/exact_owner.h"
@@ -62,13 +63,43 @@ CpuClassifier::CpuClassifier(const VisibilityOptions& options)
       subpixel_(std::make_unique<SubpixelResolver>()) {}
 CpuClassifier::~CpuClassifier() = default;
 
-void CpuClassifier::classify(const ClassifyView& view, ViewVisibility& result) {
+void CpuClassifier::start(const ClassifyView& view, ViewVisibility& result) {
   result.classes.resize(view.mesh.faces.size());
   states_.resize(view.mesh.faces.size());
   blocks_.resize((view.mesh.faces.size() + kFacesPerBlock - 1) / kFacesPerBlock);
+}
+
+void CpuClassifier::classify(const ClassifyView& view, ViewVisibility& result) {
+  start(view, result);
   if (options_.correction != CoverageCorrection::exact) find_candidates(view);
   tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t number) { scan_block(view, number); });
   if (options_.correction == CoverageCorrection::exact) correct_owners(view);
+  finish(view, result);
+}
+
+void CpuClassifier::complete(const ClassifyView& view, std::span<const FaceCode> codes,
+                             ViewVisibility& result) {
+  start(view, result);
+  for (std::size_t number = 0; number < blocks_.size(); ++number) {
+    Block& block = blocks_[number];
+    block.clear();
+    block.touched = view.frame();
+    const std::size_t first = number * kFacesPerBlock;
+    for (std::size_t f = first; f < std::min(first + kFacesPerBlock, codes.size()); ++f) {
+      constexpr std::array kStates{State::hidden, State::sampled, State::full, State::subpixel};
+      states_[f] = kStates[static_cast<std::size_t>(codes[f])];
+      if (states_[f] != State::subpixel) continue;
+      if (options_.subpixel) {
+        block.subpixel_faces.push_back(FaceId{static_cast<std::uint32_t>(f)});
+      } else {
+        states_[f] = State::unresolved;
+      }
+    }
+  }
+  finish(view, result);
+}
+
+void CpuClassifier::finish(const ClassifyView& view, ViewVisibility& result) {
   if (options_.subpixel) resolve_subpixel(view);
   tbb::parallel_for(std::size_t{0}, blocks_.size(),
                     [&](std::size_t number) { finish_block(view, number, result); });

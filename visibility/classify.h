@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "visibility/face_code.h"
 #include "visibility/photo_mask.h"
 #include "visibility/projection.h"
 #include "visibility/raster.h"
@@ -50,11 +51,16 @@ class CpuClassifier {
   /// Fills classes, coverage and the counts of the statistics. O(faces + pixels), TBB; the same bits for any
   /// number of threads.
   void classify(const ClassifyView& view, ViewVisibility& result);
+  /// The same when shaders have looked at the samples already: the codes are kept, and what they do not hold
+  /// is added: coverage, and the classes of faces without pixel centre. Not for CoverageCorrection::exact.
+  void complete(const ClassifyView& view, std::span<const FaceCode> codes, ViewVisibility& result);
 
  private:
   struct Block;
   enum class State : std::uint8_t;
 
+  void start(const ClassifyView& view, ViewVisibility& result);
+  void finish(const ClassifyView& view, ViewVisibility& result);
   void find_candidates(const ClassifyView& view);
   void scan_block(const ClassifyView& view, std::size_t number);
   State scan_face(const ClassifyView& view, FaceId face, Block& block);

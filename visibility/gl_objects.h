@@ -65,6 +65,12 @@ GlBuffer make_buffer(std::span<const T> values, GLbitfield flags, std::string_vi
 /// An immutable 2D texture of `levels` levels. Throws GpuError (out of memory, above GL_MAX_TEXTURE_SIZE).
 GlTexture make_texture_2d(GLenum internal_format, int width, int height, int levels, std::string_view stage);
 
+/// Integer textures can be read by shaders only without filtering.
+inline void set_nearest(const GlTexture& texture) {
+  glTextureParameteri(texture.name(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTextureParameteri(texture.name(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+}
+
 /// A framebuffer with one colour texture and, unless 0, a depth texture. Throws GpuError when incomplete.
 GlFramebuffer make_framebuffer(GLuint colour_texture, GLuint depth_texture, std::string_view stage);
 

@@ -58,10 +58,16 @@ IvmRenderer::IvmRenderer(const Mesh& mesh, int largest_tile) : mesh_(mesh) {
   check_gl("preparing the mesh");
 }
 
+int IvmRenderer::tiles(const Camera& camera) const {
+  return ((camera.width + largest_tile_ - 1) / largest_tile_) *
+         ((camera.height + largest_tile_ - 1) / largest_tile_);
+}
+
 void IvmRenderer::make_target(int width, int height) {
   if (width == tile_width_ && height == tile_height_) return;
   target_ = {};
   colour_ = make_texture_2d(GL_R32UI, width, height, 1, "making the IVM");
+  set_nearest(colour_);
   depth_ = make_texture_2d(GL_DEPTH_COMPONENT32F, width, height, 1, "making the depth buffer");
   target_ = make_framebuffer(colour_.name(), depth_.name(), "making the IVM target");
   tile_width_ = width;
@@ -83,7 +89,7 @@ IvmRenderer::Times IvmRenderer::render(const Camera& camera, const Pose& pose, s
   for (int y0 = 0; y0 < camera.height; y0 += tile_height_) {
     for (int x0 = 0; x0 < camera.width; x0 += tile_width_) {
       const Clock::time_point start = Clock::now();
-      draw_tile(camera, x0, y0);
+      draw_tile(x0, y0);
       glFinish();
       times.render_s += seconds_since(start);
       const Clock::time_point drawn = Clock::now();
@@ -101,7 +107,7 @@ IvmRenderer::Times IvmRenderer::render(const Camera& camera, const Pose& pose, s
   return times;
 }
 
-void IvmRenderer::draw_tile(const Camera& camera, int x0, int y0) {
+void IvmRenderer::draw_tile(int x0, int y0) {
   glBindFramebuffer(GL_FRAMEBUFFER, target_.name());
   // The same viewport for every tile, so that a pixel has the same distance from its vertices in ndc steps.
   glViewport(0, 0, tile_width_, tile_height_);
@@ -135,7 +141,6 @@ void IvmRenderer::draw_tile(const Camera& camera, int x0, int y0) {
   glDisable(GL_DEPTH_TEST);
   glDepthFunc(GL_LESS);
   check_gl("drawing the IVM");
-  (void)camera;
 }
 
 }  // namespace gpvc

@@ -22,6 +22,9 @@ class IvmRenderer {
   /// row-major from the top-left) receives face indices and kNoFace. Distortion is not looked at.
   Times render(const Camera& camera, const Pose& pose, std::vector<FaceId>& faces);
 
+  /// How many tiles an image of this camera takes.
+  int tiles(const Camera& camera) const;
+
   /// Of the last tile drawn, for compute shaders.
   GLuint ivm_texture() const { return colour_.name(); }
   GLuint positions() const { return positions_.name(); }
@@ -29,7 +32,7 @@ class IvmRenderer {
 
  private:
   void make_target(int width, int height);
-  void draw_tile(const Camera& camera, int x0, int y0);
+  void draw_tile(int x0, int y0);
 
   const Mesh& mesh_;
   int largest_tile_ = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "io/scene.h"
@@ -24,6 +25,9 @@ class PhotoMask {
     const auto column = static_cast<std::size_t>(x);
     return (words_[static_cast<std::size_t>(y) * stride_ + column / 64] >> (column % 64)) & 1U;
   }
+  /// 64 pixels a word, stride() words a row; empty when whole().
+  std::span<const std::uint64_t> words() const { return words_; }
+  std::size_t stride() const { return stride_; }
   /// Sets the entries of a row-major item buffer outside the photo to kNoFace. TBB.
   void clear_outside(std::vector<FaceId>& faces) const;
 

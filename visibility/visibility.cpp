@@ -1,8 +1,10 @@
 #include "visibility/visibility.h"
 
 #include <chrono>
+#include <optional>
 
 #include "visibility/classify.h"
+#include "visibility/classify_gl.h"
 #include "visibility/ivm_gl.h"
 
 namespace gpvc {
@@ -17,16 +19,38 @@ double seconds_since(Clock::time_point start) {
 
 struct VisibilityStage::State {
   State(GraphicsDevice& graphics, const Mesh& input, const VisibilityOptions& given)
-      : device(graphics), mesh(input), options(given), renderer(input), classifier(given) {}
+      : device(graphics), mesh(input), options(given), renderer(input), cpu(given) {
+    choose_classifier();
+  }
+
+  void choose_classifier();
 
   GraphicsDevice& device;
   const Mesh& mesh;
   VisibilityOptions options;
   IvmRenderer renderer;
-  CpuClassifier classifier;
+  CpuClassifier cpu;
+  std::optional<GpuClassifier> gpu;
+  std::string note;
   PhotoMask mask;
   std::vector<ProjectedVertex> projected;
+  std::vector<FaceCode> codes;
 };
+
+void VisibilityStage::State::choose_classifier() {
+  if (options.classifier == Classifier::cpu) {
+    note = "cpu: asked for";
+  } else if (options.correction == CoverageCorrection::exact) {
+    note = "cpu: the exact correction runs there only";
+  } else if (options.classifier == Classifier::automatic && device.info().software) {
+    note = "cpu: " + device.info().renderer + " runs there too, and shaders are slower";
+  } else if (const std::string obstacle = GpuClassifier::obstacle(mesh); !obstacle.empty()) {
+    note = "cpu: " + obstacle;
+  } else {
+    note = options.classifier == Classifier::gpu ? "gpu: asked for" : "gpu: " + device.info().renderer;
+    gpu.emplace(mesh, renderer, options);
+  }
+}
 
 VisibilityStage::VisibilityStage(GraphicsDevice& device, const Mesh& mesh, const VisibilityOptions& options) {
   device.make_current();
@@ -54,11 +78,21 @@ void VisibilityStage::classify(const View& view, ViewId id, ViewVisibility& resu
   if (state.mask.camera() != view.camera) state.mask = PhotoMask(view.camera);
   state.mask.clear_outside(result.ivm.faces);
   project_vertices(state.mesh, view.camera, view.pose, state.projected);
-  state.classifier.classify({state.mesh, view.camera, id, state.mask, state.projected, result.ivm.faces},
-                            result);
+  const ClassifyView prepared{state.mesh, view.camera, id, state.mask, state.projected, result.ivm.faces};
+  // Shaders see the last tile alone: an image of several tiles is classified on the CPU, with the same bits.
+  if (state.gpu && state.renderer.tiles(view.camera) == 1) {
+    state.gpu->classify(view.camera, view.pose, state.mask, state.codes, result.statistics);
+    const VisibilityStatistics counted = result.statistics;
+    state.cpu.complete(prepared, state.codes, result);
+    result.statistics.processed_faces = counted.processed_faces;
+    result.statistics.samples = counted.samples;
+    result.statistics.corrected_samples = counted.corrected_samples;
+  } else {
+    state.cpu.classify(prepared, result);
+  }
   result.statistics.classify_s = seconds_since(start);
 }
 
-std::string VisibilityStage::classifier_note() const { return "cpu: the only classifier so far"; }
+std::string VisibilityStage::classifier_note() const { return state_->note; }
 
 }  // namespace gpvc
