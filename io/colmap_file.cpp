@@ -93,6 +93,8 @@ Pose pose_from(const std::array<double, 4>& quaternion, const std::array<double,
   const auto& r = pose.rotation;
   pose.centre = {-(r[0] * t[0] + r[3] * t[1] + r[6] * t[2]), -(r[1] * t[0] + r[4] * t[1] + r[7] * t[2]),
                  -(r[2] * t[0] + r[5] * t[1] + r[8] * t[2])};
+  if (!std::isfinite(pose.centre.x) || !std::isfinite(pose.centre.y) || !std::isfinite(pose.centre.z))
+    throw std::string("the camera centre is not finite");
   return pose;
 }
 
@@ -309,7 +311,7 @@ std::optional<SceneFile> read_colmap(const fs::path& source) {
       const ColmapCameras cameras = binary ? read_cameras_bin(cameras_file) : read_cameras_txt(cameras_file);
       scene.views = binary ? read_images_bin(scene.listing, cameras_file, cameras)
                            : read_images_txt(scene.listing, cameras_file, cameras);
-      for (int level = 0; level <= 3; ++level, folder = folder.parent_path())
+      for (int level = 0; level <= 2; ++level, folder = folder.parent_path())
         if (scene.image_folders.empty() || folder / "images" != scene.image_folders.back())
           scene.image_folders.push_back(folder / "images");
       return scene;

@@ -33,16 +33,18 @@ using Progress = std::function<void(std::size_t done, std::size_t total)>;
 Mesh read_mesh(const std::filesystem::path& file);
 
 struct SceneOptions {
-  /// Where the photos lie; default: `images` beside the model (or one level further up).
+  /// Where the photos lie; default: `images` in the model's folder, beside it, or one level further up.
   std::optional<std::filesystem::path> images_dir{};
   /// Photos are reduced by this factor (box average) and cameras with them; >= 1.
   int downscale = 1;
 };
 
-/// A COLMAP model: a folder with cameras, images (and points3D, ignored) as .bin or .txt, .bin first, as
-/// COLMAP itself looks. COLMAP's pixel convention is ours (first centre at 0.5, 0.5). Checks that every photo
-/// exists and that its header has the camera's size, without decoding it; the error names every missing photo
-/// up to a handful.
+/// A COLMAP model: a folder with cameras and images (points3D is ignored) as .bin or .txt, .bin first, as
+/// COLMAP itself looks; or a folder that holds one as 0, sparse/0, sparse or colmap. COLMAP's pixel
+/// convention is ours (first centre at 0.5, 0.5). Checks that every photo exists and that its header has the
+/// camera's size, without decoding it; the error names the missing photos up to a handful. A reduced camera
+/// is width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N, which is exact in this convention. Throws
+/// InputError.
 Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);
 
 /// 8 bits a channel, row-major from the top-left, interleaved.
@@ -77,7 +79,8 @@ template <typename T>
 NpyArray<T> read_npy(const std::filesystem::path& file);
 
 /// Decoded photos of a scene under a byte limit, least recently used out first. Thread-safe; a photo asked
-/// for by two threads is decoded once. Photos come at their view's camera size.
+/// for by two threads is decoded once, on one of them and without parallel loops. Photos come at their view's
+/// camera size. Photos handed out live on outside the limit until released. `scene` must outlive the cache.
 class PhotoCache {
  public:
   PhotoCache(const Scene& scene, const SceneOptions& options, std::size_t limit_bytes);

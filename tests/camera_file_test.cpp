@@ -1,5 +1,5 @@
 #include <cmath>
-#include <numbers>
+#include <random>
 
 #include "io/io.h"
 #include "temporary_folder.h"
@@ -335,6 +335,32 @@ TEST_P(Colmap, RefusesFilesCutAtEveryByte) {
       EXPECT_THROW(read_scene(model, {}), InputError) << file << " at " << size;
     }
     files.folder.write(std::filesystem::relative(file, files.folder.path()), good);
+  }
+}
+
+// One byte changed anywhere: a scene of usable views, or an InputError.
+TEST_P(Colmap, SurvivesEveryByteChanged) {
+  ColmapFolder files;
+  const auto model = files.model(GetParam());
+  std::mt19937 random(3);
+  for (const std::string name : {"cameras", "images"}) {
+    const auto file = model / (name + (GetParam() ? ".bin" : ".txt"));
+    const auto relative = std::filesystem::relative(file, files.folder.path());
+    const std::string good = test::read_file(file);
+    for (std::size_t at = 0; at < good.size(); ++at) {
+      std::string bytes = good;
+      bytes[at] = static_cast<char>(random());
+      files.folder.write(relative, bytes);
+      try {
+        for (const View& view : read_scene(model, {}).views) {
+          ASSERT_TRUE(view.camera.fx > 0 && view.camera.fy > 0);
+          ASSERT_TRUE(std::isfinite(view.pose.centre.x + view.pose.centre.y + view.pose.centre.z));
+          ASSERT_EQ(view.camera.width, kWidth);
+        }
+      } catch (const InputError&) {
+      }
+    }
+    files.folder.write(relative, good);
   }
 }
 
