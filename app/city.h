@@ -63,7 +63,7 @@ class CityRenderer {
   CityRenderer& operator=(const CityRenderer&) = delete;
 
   /// What the camera takes, 2 x 2 samples a pixel, through its lens distortion. Uses all TBB threads.
-  Image photo(const Camera& camera, const Pose& pose) const;
+  Image photo(const Camera& camera, const Pose& pose);
   /// True when nothing lies between `p` and the camera centre.
   bool sees(const Pose& pose, const WorldPoint& p) const;
 

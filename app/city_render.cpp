@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "app/city.h"
@@ -122,6 +123,34 @@ struct CityRenderer::State {
     return sum;
   }
 
+  // Where the samples of a row of pixels lie on the undistorted plane, four a pixel; NaN beyond the fold of
+  // the lens.
+  static void plane_row(const Camera& camera, int y, PixelPoint* row) {
+    for (int x = 0; x < camera.width; ++x)
+      for (int i = 0; i < static_cast<int>(kSamples); ++i) {
+        constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+        const auto pixel = pixel_from_photo(camera, {x + 0.25 + 0.5 * (i % 2), y + 0.25 + 0.5 * (i / 2)});
+        *row++ = pixel ? PixelPoint{(pixel->x - camera.cx) / camera.fx, (pixel->y - camera.cy) / camera.fy}
+                       : PixelPoint{kNone, kNone};
+      }
+  }
+
+  // All photos of a flight share a camera: its samples are kept, unless they are many.
+  void prepare(const Camera& camera) {
+    constexpr std::size_t kMost = (std::size_t{256} << 20) / sizeof(PixelPoint);
+    if (plane_camera && *plane_camera == camera) return;
+    const std::size_t row = kSamples * static_cast<std::size_t>(camera.width);
+    plane.clear();
+    plane_camera = camera;
+    if (row * static_cast<std::size_t>(camera.height) > kMost) return;
+    plane.resize(row * static_cast<std::size_t>(camera.height));
+    tbb::parallel_for(0, camera.height,
+                      [&](int y) { plane_row(camera, y, plane.data() + row * static_cast<std::size_t>(y)); });
+  }
+
+  std::optional<Camera> plane_camera;
+  std::vector<PixelPoint> plane;  // kSamples a pixel, or empty
+
   static double dot(const WorldPoint& a, const WorldPoint& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 };
 
@@ -159,22 +188,29 @@ CityRenderer::CityRenderer(const City& city) : state_(std::make_unique<State>(ci
 
 CityRenderer::~CityRenderer() = default;
 
-Image CityRenderer::photo(const Camera& camera, const Pose& pose) const {
+Image CityRenderer::photo(const Camera& camera, const Pose& pose) {
   Image image;
   image.width = camera.width;
   image.height = camera.height;
   image.pixels.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * 3);
   const auto& r = pose.rotation;
+  state_->prepare(camera);
   tbb::parallel_for(0, camera.height, [&](int y) {
+    std::vector<PixelPoint> own_row;
+    const std::size_t row_samples = kSamples * static_cast<std::size_t>(camera.width);
+    const PixelPoint* at = state_->plane.data() + row_samples * static_cast<std::size_t>(y);
+    if (state_->plane.empty()) {
+      own_row.resize(row_samples);
+      State::plane_row(camera, y, own_row.data());
+      at = own_row.data();
+    }
     std::array<Ray, kSamples> rays;
     std::array<bool, kSamples> valid{};
     for (int x = 0; x < camera.width; ++x) {
-      for (int i = 0; i < static_cast<int>(kSamples); ++i) {
-        const auto s = static_cast<std::size_t>(i);
-        const auto pixel = pixel_from_photo(camera, {x + 0.25 + 0.5 * (i % 2), y + 0.25 + 0.5 * (i / 2)});
-        valid[s] = pixel.has_value();  // beyond the fold of the lens: black
-        if (!pixel) continue;
-        const double cx = (pixel->x - camera.cx) / camera.fx, cy = (pixel->y - camera.cy) / camera.fy;
+      for (std::size_t s = 0; s < kSamples; ++s) {
+        const double cx = at->x, cy = at->y;
+        ++at;
+        valid[s] = !std::isnan(cx);  // else black
         rays[s] = {
             pose.centre,
             {r[0] * cx + r[3] * cy + r[6], r[1] * cx + r[4] * cy + r[7], r[2] * cx + r[5] * cy + r[8]}};

@@ -14,7 +14,7 @@ Json city_json(const SynthCityOptions& options) {
           {"distorted", c.distorted}, {"quality", options.quality}};
 }
 
-void take_photos(const CityRenderer& renderer, const std::vector<View>& views,
+void take_photos(CityRenderer& renderer, const std::vector<View>& views,
                  const SynthCityOptions& options, OutputFolder& folder, Console& console, RunRecord& record) {
   Stage stage(console, record, "photos", "photos");
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -34,7 +34,7 @@ void run_synth_city(const SynthCityOptions& options, Console& console) {
     Stage building(console, record, "city");
     const City city = make_city(options.city);
     const std::vector<View> views = city_flight(options.city);
-    const CityRenderer renderer(city);
+    CityRenderer renderer(city);
     record.counts = {{"faces", city.mesh.faces.size()},
                      {"vertices", city.mesh.positions.size()},
                      {"surfaces", city.surfaces.size()},
