@@ -334,7 +334,7 @@ Expander::Expander(const LabelProblem& problem, std::vector<std::uint32_t>& labe
     : state_(std::make_unique<State>(problem, labels, batch)) {}
 Expander::~Expander() = default;
 
-std::size_t Expander::sweep() {
+std::size_t Expander::sweep(const std::function<void()>& after_batch) {
   State& s = *state_;
   const std::size_t count = s.problem.label_count();
   std::size_t total = 0;
@@ -352,6 +352,7 @@ std::size_t Expander::sweep() {
       if (s.whole) s.proven[label] = moves[label - begin].empty() ? cut_at : 0;
       total += s.apply(static_cast<std::uint32_t>(label), moves[label - begin]);
     }
+    if (after_batch) after_batch();
   }
   s.fixpoint = s.whole && total == 0;
   s.whole = total == 0;

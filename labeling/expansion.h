@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -63,10 +64,9 @@ std::vector<std::uint32_t> cheapest_labels(const LabelProblem& problem);
 /// Energy in units of 1 / scale.
 Capacity fixed_energy(const LabelProblem& problem, std::span<const std::uint32_t> labels);
 
-/// Improves `labels` in place by expansions over all labels, until a sweep over whole graphs changes nothing
-/// or `max_sweeps` are done, and calls after_sweep() behind each. The energy never rises. `batch` labels are
-/// cut at a time, in parallel, from the same labeling; where their moves touch each other, the later ones are
-/// applied only where they still pay. The result depends on `batch`, never on the number of threads.
+/// Improves labels in place, expansion by expansion; the energy never rises. `batch` labels are cut at a
+/// time, in parallel, from the same labeling; where their moves touch each other, the later ones are applied
+/// only where they still pay. The result depends on `batch`, never on the number of threads.
 class Expander {
  public:
   Expander(const LabelProblem& problem, std::vector<std::uint32_t>& labels, std::size_t batch);
@@ -74,10 +74,10 @@ class Expander {
 
   /// Every label once; returns the number of nodes that changed. The first sweep and those after a sweep
   /// without change look at whole graphs, the others only at the surroundings of what changed since the label
-  /// was last looked at.
-  std::size_t sweep();
+  /// was last looked at. Calls after_batch() whenever a batch has been applied.
+  std::size_t sweep(const std::function<void()>& after_batch = {});
 
-  /// No expansion of any label lowers the energy.
+  /// The last sweep proved that no expansion of any label lowers the energy.
   bool is_fixpoint() const;
 
  private:

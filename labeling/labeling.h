@@ -101,7 +101,11 @@ void write_costs(const std::filesystem::path& folder, const CostTable& table);
 
 struct SolverOptions {
   double smoothness = 1.0;  ///< Potts penalty of a pair with different views
-  int max_sweeps = 20;      ///< over all labels; stops earlier at the fixpoint
+  int max_sweeps = 30;      ///< over all labels, most of them over few faces; stops earlier at the fixpoint
+  /// Patches of at most this many faces are merged into a neighbour's where that raises the energy by no more
+  /// than small_patch_rise each.
+  int small_patch_faces = 4;
+  double small_patch_rise = 0.0;
 };
 
 struct SweepReport {
@@ -111,8 +115,9 @@ struct SweepReport {
 };
 
 struct Selection {
-  std::vector<ViewId> labels;  ///< per face; kNoView where the table has no candidate
-  double energy = 0;           ///< sum of chosen costs + smoothness * differing pairs (both with candidates)
+  std::vector<ViewId> labels;      ///< per face; kNoView where the table has no candidate
+  std::size_t merged_patches = 0;  ///< small ones, after the last sweep
+  double energy = 0;  ///< sum of chosen costs + smoothness * differing pairs (both with candidates)
   std::size_t differing_pairs = 0;
   std::size_t patches = 0;  ///< connected components of equal label
   std::vector<SweepReport> sweeps;

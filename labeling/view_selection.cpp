@@ -1,11 +1,11 @@
 // select_views: from costs to labels, coarse to fine, and what is to be said about the result.
 #include <algorithm>
 #include <chrono>
-#include <numeric>
 
 #include "labeling/coarsening.h"
 #include "labeling/expansion.h"
 #include "labeling/labeling.h"
+#include "labeling/patches.h"
 
 namespace gpvc {
 namespace {
@@ -16,22 +16,9 @@ constexpr std::size_t kClusterSize = 16;
 constexpr std::size_t kSmallEnough = 2000;  ///< nodes that need no coarser start
 constexpr int kCoarseSweeps = 8;
 
-/// Connected components of equal label, faces without one left out.
-std::size_t count_patches(const FaceGraph& graph, std::span<const ViewId> labels) {
-  std::vector<std::uint32_t> parent(labels.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](std::uint32_t face) {
-    while (parent[face] != face) face = parent[face] = parent[parent[face]];
-    return face;
-  };
+std::size_t count_patches(const LabelProblem& problem, std::span<const std::uint32_t> labels) {
   std::size_t patches = 0;
-  for (const ViewId label : labels) patches += label != kNoView;
-  for (const auto& [a, b] : graph.edges)
-    if (labels[a] != kNoView && labels[a] == labels[b])
-      if (const std::uint32_t x = root(a), y = root(b); x != y) {
-        parent[x] = y;
-        --patches;
-      }
+  for_each_patch(problem, labels, [&](std::span<const std::uint32_t>) { ++patches; });
   return patches;
 }
 
@@ -98,9 +85,12 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
     expander.sweep();
     report(sweep);
   }
-  result.energy = result.sweeps.back().energy;
+  result.merged_patches = merge_small_patches(problem, static_cast<std::size_t>(options.small_patch_faces),
+                                              options.small_patch_rise, labels);
+  result.labels = view_ids(labels);
+  result.energy = labeling_energy(table, graph, result.labels, options.smoothness);
   result.differing_pairs = count_differing_pairs(graph, result.labels);
-  result.patches = count_patches(graph, result.labels);
+  result.patches = count_patches(problem, labels);
   return result;
 }
 

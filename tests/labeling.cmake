@@ -1,0 +1,4 @@
+gpvc_test(face_graph_test gpvc_labeling)
+gpvc_test(labeling_test gpvc_labeling)
+gpvc_test(view_cost_test gpvc_labeling)
+gpvc_test(cost_file_test gpvc_labeling)
