@@ -160,7 +160,7 @@ bool look(ivec2 pixel) {
   return all_seen || !any_seen;
 }
 
-const int kEverySample = 0, kEnds = 1, kBetween = 2, kCrossed = 3;
+const int kEverySample = 0, kEnds = 1, kBetween = 2, kEdges = 3;
 
 /// Looks at the samples of a row that `part` names. Returns false to stop; `covered` tells whether there was
 /// any sample at all.
@@ -175,8 +175,14 @@ bool look_at_row(Row row, int y, int part, inout bool covered) {
     if (!row.certain && !covers(raster, values_at(pixel))) continue;
     covered = true;
     if (row.certain && part == kEnds && x > row.first && x < row.last - 1) x = row.last - 1;
-    if (part == kCrossed && !crossed_by_edge(raster, values_at(ivec2(x, y)))) continue;
-    if (!look(ivec2(x, y))) return false;
+    pixel = ivec2(x, y);
+    if (part == kEdges && !crossed_by_edge(raster, values_at(pixel))) {
+      // Does not count for VES, but the face may be seen here alone.
+      if (!any_seen) any_seen = sees(pixel);
+      if (any_seen && !all_seen) return false;
+      continue;
+    }
+    if (!look(pixel)) return false;
   }
   return true;
 }
@@ -220,11 +226,7 @@ uint classify(bool candidate) {
           covered = row.certain || covers(raster, values_at(ivec2(x, y)));
       }
     } else if (sampling == 1) {
-      bool settled = !look_at_rows(low, high, kCrossed, covered);
-      bool edges_seen = all_seen;
-      if (!settled && edges_seen && inside_frame() && any_seen) return kFull;
-      if (!settled && !any_seen) look_at_rows(low, high, kEverySample, covered);
-      if (covered) return any_seen ? kPartial : kHidden;
+      look_at_rows(low, high, kEdges, covered);
     } else {
       bool settled = !look_at_rows(low, high, sampling == 2 ? kEverySample : kEnds, covered);
       if (!settled && sampling != 2) look_at_rows(low, high, kBetween, covered);

@@ -118,19 +118,51 @@ inline bool in_image(const Camera& camera, Real px, Real py) {
          in_photo(camera, {static_cast<double>(px), static_cast<double>(py)});
 }
 
+/// Faces by the square of the image that they may touch, so that large scenes can be checked too.
+class Squares {
+ public:
+  Squares(const Camera& camera, const std::vector<Projected>& faces)
+      : columns_(camera.width / kSize + 1), rows_(camera.height / kSize + 1) {
+    lists_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      const Projected& p = faces[f];
+      const bool bounded = p.all_in_front;
+      const int x0 = bounded ? square(p.x0 - 1, columns_) : 0,
+                x1 = bounded ? square(p.x1 + 1, columns_) : columns_ - 1;
+      const int y0 = bounded ? square(p.y0 - 1, rows_) : 0,
+                y1 = bounded ? square(p.y1 + 1, rows_) : rows_ - 1;
+      for (int y = y0; y <= y1; ++y)
+        for (int x = x0; x <= x1; ++x) list(x, y).push_back(f);
+    }
+  }
+  const std::vector<std::size_t>& at(Real px, Real py) const {
+    return const_cast<Squares*>(this)->list(square(px, columns_), square(py, rows_));
+  }
+
+ private:
+  static constexpr int kSize = 16;
+  static int square(Real position, int count) {
+    return static_cast<int>(std::clamp(std::floor(position / kSize), Real{0}, static_cast<Real>(count - 1)));
+  }
+  std::vector<std::size_t>& list(int x, int y) {
+    return lists_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) +
+                  static_cast<std::size_t>(x)];
+  }
+  int columns_, rows_;
+  std::vector<std::vector<std::size_t>> lists_;
+};
+
 /// Whether `face` is the nearest at a position its projection contains; `tied` collects doubts.
-inline bool owns(const std::vector<Projected>& faces, const Ray& ray, Real px, Real py, std::size_t face,
-                 bool& tied) {
+inline bool owns(const std::vector<Projected>& faces, const Squares& squares, const Ray& ray, Real px,
+                 Real py, std::size_t face, bool& tied) {
   const std::optional<Hit> own = meet(ray, faces[face].corners, kTiePx);
   if (!own) {
     tied = true;
     return false;
   }
-  for (std::size_t other = 0; other < faces.size(); ++other) {
-    const Projected& p = faces[other];
+  for (const std::size_t other : squares.at(px, py)) {
     if (other == face) continue;
-    if (p.all_in_front && (px < p.x0 - 1 || px > p.x1 + 1 || py < p.y0 - 1 || py > p.y1 + 1)) continue;
-    const std::optional<Hit> hit = meet(ray, p.corners, kTiePx);
+    const std::optional<Hit> hit = meet(ray, faces[other].corners, kTiePx);
     if (!hit) continue;
     if (std::abs(hit->depth - own->depth) < kTieDepth * own->depth) {
       tied = true;
@@ -146,11 +178,12 @@ inline bool owns(const std::vector<Projected>& faces, const Ray& ray, Real px, R
   return true;
 }
 
-/// O(faces * pixels in their bounds * faces nearby). Distortion is honoured through in_photo alone.
+/// O(pixels of all faces * faces nearby). Distortion is honoured through in_photo alone.
 inline Answer classify(const Mesh& mesh, const View& view, bool subpixel = true) {
   const Camera& camera = view.camera;
   std::vector<Projected> faces;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) faces.push_back(prepare(mesh, view, f));
+  const Squares squares(camera, faces);
   Answer answer;
   answer.classes.assign(faces.size(), FaceClass::hidden);
   answer.tied.assign(faces.size(), false);
@@ -186,7 +219,7 @@ inline Answer classify(const Mesh& mesh, const View& view, bool subpixel = true)
           ++outside;
           continue;
         }
-        if (!owns(faces, ray, px, py, f, tied)) continue;
+        if (!owns(faces, squares, ray, px, py, f, tied)) continue;
         ++seen;
         answer
             .owners[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] =
@@ -204,7 +237,7 @@ inline Answer classify(const Mesh& mesh, const View& view, bool subpixel = true)
                              Vec{g.x + b.x, g.y + b.y, g.z + b.z}, Vec{g.x + c.x, g.y + c.y, g.z + c.z}}) {
           const Real px = camera.fx * v.x / v.z + camera.cx, py = camera.fy * v.y / v.z + camera.cy;
           ++samples;
-          if (in_image(camera, px, py)) seen += owns(faces, ray_of(camera, px, py), px, py, f, tied);
+          if (in_image(camera, px, py)) seen += owns(faces, squares, ray_of(camera, px, py), px, py, f, tied);
         }
       }
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <vector>
 
 #include "io/scene.h"
 
@@ -73,6 +74,65 @@ inline Mesh soup(const Camera& camera, std::size_t faces, double size_px, std::u
                 z + uniform(-1, 1) * size_px / camera.fx * z};
     add_at_pixels(mesh, camera, corners);
   }
+  return mesh;
+}
+
+/// A height field of columns x rows cells of two front faces each, seen from above by a camera at (0, 0, 0)
+/// that looks along +z; `depth(i, j)` of each corner. Vertices are shared.
+template <class Depth>
+Mesh terrain(const Camera& camera, int columns, int rows, double x0, double y0, double cell_px,
+             double scale_depth, Depth&& depth) {
+  Mesh mesh;
+  for (int j = 0; j <= rows; ++j)
+    for (int i = 0; i <= columns; ++i) {
+      WorldPoint p = at_pixel(camera, x0 + i * cell_px, y0 + j * cell_px, scale_depth);
+      p.z = depth(i, j);
+      mesh.positions.push_back(p);
+    }
+  const auto id = [&](int i, int j) { return static_cast<std::uint32_t>(j * (columns + 1) + i); };
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < columns; ++i) {
+      mesh.faces.push_back({id(i, j), id(i, j + 1), id(i + 1, j)});
+      mesh.faces.push_back({id(i + 1, j), id(i, j + 1), id(i + 1, j + 1)});
+    }
+  return mesh;
+}
+
+inline void append(Mesh& mesh, const Mesh& other) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+  for (const Triangle& t : other.faces) mesh.faces.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+/// The paper's synthetic models A, B, C: two uneven terrain layers of 4802 faces, the lower one `gap_m` below
+/// the upper, the viewpoint 6100 m above. The upper layer is perforated: its triangles are shrunk towards
+/// their centroids, so that gaps run all around them. A triangle of the lower layer is larger than the
+/// perforated ones and wider than the gaps: it is neither wholly hidden nor wholly seen, whatever the
+/// parallax.
+inline Mesh two_layers(const Camera& camera, double gap_m) {
+  constexpr double kViewpoint = 6100, kShrink = 0.7;
+  constexpr int kCells = 49;
+  std::mt19937 random(4802);
+  std::vector<double> heights;
+  for (int i = 0; i < (kCells + 1) * (kCells + 1); ++i)
+    heights.push_back(kViewpoint + 8 * (static_cast<double>(random()) / 4294967296.0 - 0.5));
+  const double cell = 0.9 * camera.width / kCells;
+  const auto height = [&](int i, int j) { return heights[static_cast<std::size_t>(j * (kCells + 1) + i)]; };
+  const Mesh whole =
+      terrain(camera, kCells, kCells, 0.05 * camera.width, 0.05 * camera.height, cell, kViewpoint, height);
+  Mesh mesh;
+  for (const Triangle& t : whole.faces) {
+    const WorldPoint &a = whole.positions[t[0]], &b = whole.positions[t[1]], &c = whole.positions[t[2]];
+    const WorldPoint g{(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3};
+    const auto shrunk = [&](const WorldPoint& p) {
+      return WorldPoint{g.x + kShrink * (p.x - g.x), g.y + kShrink * (p.y - g.y),
+                        g.z + kShrink * (p.z - g.z)};
+    };
+    add_face(mesh, shrunk(a), shrunk(b), shrunk(c));
+  }
+  Mesh lower = whole;
+  for (WorldPoint& p : lower.positions) p.z += gap_m;
+  append(mesh, lower);
   return mesh;
 }
 
