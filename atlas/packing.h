@@ -1,9 +1,9 @@
 // Placing charts on pages, by shape.
 //
-// A shape is a bitmap of coarse cells. Shapes are placed in order of falling area at the lowest free position
-// (first row, then column) of the first page that has one, upright or turned by 90 degrees. Small shapes thus
-// fill what large ones leave. All columns of a row are tested at once with machine words, so a position costs
-// next to nothing:
+// A shape is a bitmap of coarse cells. Shapes are placed, large ones first, at the lowest free position
+// (first row, then column) of the first page that has one, in the quarter turn that ends lowest. Small shapes
+// thus fill what large ones leave. All columns of a row are tested at once with machine words, so a position
+// costs next to nothing; several orders and page widths are tried and the one with the fewest texels is kept:
 //
 //     page            shape          blocked columns of this row
 //     ##..##....      ##             ##.##.....  <- occupied, spread to the left by the shape's runs
@@ -35,12 +35,16 @@ struct PackShape {
 /// A shape that fills its whole box.
 PackShape box_shape(int width, int height);
 
-/// Turned by 90 degrees clockwise, texel (x, y) of a box goes to (height - 1 - y, x).
+/// Where a shape's box of whole cells goes. A quarter turn clockwise takes texel (x, y) of a box of whole
+/// cells, edges w and h, to (h - 1 - y, x).
 struct Placement {
   std::uint32_t page = 0;
-  int x = 0, y = 0;  ///< texel of the page where the box's top-left corner goes
-  bool turned = false;
+  int x = 0, y = 0;  ///< texel of the page where the turned box's top-left corner goes
+  int turns = 0;     ///< quarter turns clockwise, 0..3
 };
+
+/// Edge of a box in whole cells, texels.
+constexpr int whole_cells(int texels) { return (texels + kCell - 1) / kCell * kCell; }
 
 struct PageSize {
   int width = 0, height = 0;

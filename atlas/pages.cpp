@@ -97,7 +97,13 @@ std::vector<ChartPlace> chart_places(std::span<const Chart> charts, const Packin
   std::vector<ChartPlace> places(charts.size());
   for (std::size_t i = 0; i < charts.size(); ++i) {
     const Placement& p = packing.placements[i];
-    places[i] = {p.page, p.x + padding, p.y + padding, p.turned, charts[i].height};
+    places[i] = {p.page,
+                 p.x,
+                 p.y,
+                 p.turns,
+                 whole_cells(charts[i].width + 2 * padding),
+                 whole_cells(charts[i].height + 2 * padding),
+                 padding};
   }
   return places;
 }

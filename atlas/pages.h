@@ -31,17 +31,40 @@ struct Page {
 /// Maps a chart's texels to its page.
 struct ChartPlace {
   std::uint32_t page = 0;
-  int x = 0, y = 0;  ///< page texel of the top-left corner of the (turned) chart box, padding excluded
-  bool turned = false;
-  int height = 0;  ///< of the upright chart
+  int x = 0, y = 0;           ///< page texel of the top-left corner of the turned box
+  int turns = 0;              ///< quarter turns clockwise
+  int width = 0, height = 0;  ///< of the upright box, padding and all
+  int padding = 0;            ///< texels from the box's edge to the chart
 
   struct Texel {
     int x, y;
   };
-  Texel texel(int i, int j) const { return turned ? Texel{x + height - 1 - j, y + i} : Texel{x + i, y + j}; }
+  Texel texel(int i, int j) const {
+    const int u = i + padding, v = j + padding;
+    switch (turns) {
+      case 1:
+        return {x + height - 1 - v, y + u};
+      case 2:
+        return {x + width - 1 - u, y + height - 1 - v};
+      case 3:
+        return {x + v, y + width - 1 - u};
+      default:
+        return {x + u, y + v};
+    }
+  }
   /// The same for positions in the chart's texel coordinates.
   TexelPoint point(const TexelPoint& p) const {
-    return turned ? TexelPoint{x + height - p.y, y + p.x} : TexelPoint{x + p.x, y + p.y};
+    const double u = p.x + padding, v = p.y + padding;
+    switch (turns) {
+      case 1:
+        return {x + height - v, y + u};
+      case 2:
+        return {x + width - u, y + height - v};
+      case 3:
+        return {x + v, y + width - u};
+      default:
+        return {x + u, y + v};
+    }
   }
 };
 

@@ -81,7 +81,7 @@ void add_offsets(const AtlasInput& input, const ChartSet& set, const ColorCorrec
 }
 
 void lay_strips(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams,
-                    ColorCorrection& correction) {
+                ColorCorrection& correction) {
   // Larger steps are different things on both sides; spreading them would smear one over the other.
   constexpr float kMostStep = 32;
   std::vector<std::vector<StripSample>> samples(set.charts.size());

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "atlas/pages.h"
+
 namespace gpvc {
 namespace {
 
@@ -18,7 +20,9 @@ std::size_t paint(const PackShape& shape, const Placement& at, const Packing& pa
   for (const CellRun& run : shape.runs) {
     for (int y = run.row * kCell; y < std::min((run.row + 1) * kCell, shape.height); ++y) {
       for (int x = run.first * kCell; x < std::min((run.first + run.length) * kCell, shape.width); ++x) {
-        const int px = at.x + (at.turned ? shape.height - 1 - y : x), py = at.y + (at.turned ? x : y);
+        const ChartPlace place{
+            at.page, at.x, at.y, at.turns, whole_cells(shape.width), whole_cells(shape.height), 0};
+        const auto [px, py] = place.texel(x, y);
         EXPECT_TRUE(px >= 0 && py >= 0 && px < size.width && py < size.height);
         if (!(px >= 0 && py >= 0 && px < size.width && py < size.height)) return texels;
         auto& texel = pages[at.page][static_cast<std::size_t>(py) * static_cast<std::size_t>(size.width) +
