@@ -312,7 +312,7 @@ City build(const CityOptions& options, double edge_m) {
   CityBuilder builder(edge_m, options.seed);
   const double half = options.size_m / 2;
   builder.quad(Material::ground, {-half, -half, 0}, {2 * half, 0, 0}, {0, 2 * half, 0});
-  const int reach = static_cast<int>(options.size_m / 2 / kBlockPitch_m + 0.3);
+  const int reach = static_cast<int>((half - (kBlockPitch_m - kStreet_m) / 2) / kBlockPitch_m);
   for (int by = -reach; by <= reach; ++by)
     for (int bx = -reach; bx <= reach; ++bx) {
       const std::uint32_t seed =

@@ -315,9 +315,10 @@ CLI::App* add_synth_city(CLI::App& parent, SynthCityOptions& options) {
       ->required()
       ->group("Output");
   app->add_flag("--force", options.force, "Replace an earlier scene in DIR")->group("Output");
-  app->add_option("--faces", options.city.faces, "About so many triangles, 5000 to 20000000")
+  app->add_option("--faces", options.city.faces,
+                  "About so many triangles, as far as the shapes allow; 1000 to 20000000")
       ->type_name("N")
-      ->check(in_range(5000, 20000000))
+      ->check(in_range(1000, 20000000))
       ->default_str(std::to_string(CityOptions{}.faces))
       ->group(kGroup);
   app->add_option("--photos", options.city.photos, "A fifth of them nadir, the rest oblique from four sides")

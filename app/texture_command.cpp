@@ -120,8 +120,8 @@ void count_tags(const Candidates& candidates, Console& console, RunRecord& recor
   if (counts[0] + counts[1] == 0)
     throw std::runtime_error(
         "no photo sees any face of the mesh: are mesh and cameras in the same coordinates?");
-  if (counts[0] + counts[1] < counts[2])
-    console.warning("photos see less than half of the faces; are mesh and cameras in the same coordinates?");
+  if (20 * (counts[0] + counts[1]) < candidates.tags.size())
+    console.warning("photos see less than 5 % of the faces; are mesh and cameras in the same coordinates?");
 }
 
 Selection choose_views(const SeenScene& seen, const FaceGraph& graph, const TextureOptions& options,

@@ -1,10 +1,9 @@
-gpvc_test(render_model_gl_test gpvc_visibility)
 gpvc_test(city_test gpvc_app)
 
 # The program itself, on a small scene that it makes once.
 if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/app_test.cpp)
   set(app_scene ${CMAKE_CURRENT_BINARY_DIR}/app_scene)
-  add_test(NAME app_scene.synth COMMAND gpvc synth city -o ${app_scene} --faces 5000 --size 60 --photos 5
+  add_test(NAME app_scene.synth COMMAND gpvc synth city -o ${app_scene} --faces 5000 --size 50 --photos 5
                                         --photo-size 240x160 --force --quiet)
   set_tests_properties(app_scene.synth PROPERTIES FIXTURES_SETUP app_scene LABELS gpu)
   add_executable(app_test app_test.cpp)
