@@ -13,7 +13,7 @@ namespace {
 
 /// Edge of the squares in which a texel row's photo positions are interpolated, texels.
 int block_texels(const Chart& chart, int step) {
-  return std::clamp(static_cast<int>(step * chart.scale), 1, kBandRows);
+  return std::clamp(static_cast<int>(step * chart.scale), 1, kStripRow);
 }
 
 /// A band of a chart on its way to its page.
@@ -66,17 +66,20 @@ class PlainBaker {
     return false;
   }
 
-  void put(const Band& band, int x, int y, Color color, std::span<const StripSample> near, Page& page) const {
+  void put(const Band& band, int x, int y, Color color, const Color& strip, Page& page) const {
     const std::size_t i = band.raster.at(x, y);
     if (!correction_.identity()) {
       const std::uint32_t owner = band.raster.owner[i];
       color = correction_.expose(color, id_, band.chart.frame_position(x + 0.5, y + 0.5)) +
-              correction_.face_offset(owner, band.corners[owner], x + 0.5, y + 0.5);
-      if (!near.empty()) color = color + strip_offset(near, x + 0.5, y + 0.5);
+              correction_.face_offset(owner, band.corners[owner], x + 0.5, y + 0.5) + strip;
     }
     const auto texel = band.place.texel(x, y);
     page.put(texel.x, texel.y, color,
              band.raster.reach[i] == TexelReach::ring ? TexelState::ring : TexelState::chart);
+  }
+
+  static std::array<Color, kStripRow> strip_row(std::span<const StripSample> near, int x, int y) {
+    return near.empty() ? std::array<Color, kStripRow>{} : strip_offsets(near, x + 0.5, y + 0.5);
   }
 
   void copy_block(const Band& band, const CellBox& part, std::span<const StripSample> near,
@@ -84,11 +87,12 @@ class PlainBaker {
     const int shift_x = static_cast<int>(band.chart.origin_x),
               shift_y = static_cast<int>(band.chart.origin_y);
     for (int y = part.y0; y < part.y1; ++y) {
+      const auto strip = strip_row(near, part.x0, y);
       for (int x = part.x0; x < part.x1; ++x) {
         const int px = shift_x + x, py = shift_y + y;
         if (!wanted(band.raster, x, y) || px < 0 || py < 0 || px >= photo_.width || py >= photo_.height)
           continue;
-        put(band, x, y, load(photo_.at(px, py)), near, page);
+        put(band, x, y, load(photo_.at(px, py)), strip[static_cast<std::size_t>(x - part.x0)], page);
       }
     }
   }
@@ -99,9 +103,11 @@ class PlainBaker {
     const PixelPoint high = band.chart.frame_position(part.x1, part.y1);
     const PhotoPositions positions(view_.camera, low.x, low.y, high.x, high.y);
     for (int y = part.y0; y < part.y1; ++y) {
+      const auto strip = strip_row(near, part.x0, y);
       for (int x = part.x0; x < part.x1; ++x) {
         if (!wanted(band.raster, x, y)) continue;
-        if (const auto color = sample(band.chart, positions, x, y)) put(band, x, y, *color, near, page);
+        if (const auto color = sample(band.chart, positions, x, y))
+          put(band, x, y, *color, strip[static_cast<std::size_t>(x - part.x0)], page);
       }
     }
   }

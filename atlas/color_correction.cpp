@@ -49,23 +49,33 @@ void gather_strip(const ChartStrip& strip, const CellBox& box, std::vector<Strip
   }
 }
 
-Color strip_offset(std::span<const StripSample> near, double x, double y) {
-  const float px = static_cast<float>(x), py = static_cast<float>(y);
-  Color sum;
-  float weights = 0, nearest2 = kStripWidth * kStripWidth;
+std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, double x, double y) {
+  // Arrays over the row's texels, so that the inner loop becomes vector code without reordering any sum.
+  using Row = std::array<float, kStripRow>;
+  Row px, red{}, green{}, blue{}, weights{}, nearest2;
+  for (std::size_t i = 0; i < kStripRow; ++i) px[i] = static_cast<float>(x) + static_cast<float>(i);
+  nearest2.fill(kStripWidth * kStripWidth);
   for (const StripSample& s : near) {
-    const float dx = s.x - px, dy = s.y - py, d2 = dx * dx + dy * dy;
-    nearest2 = std::min(nearest2, d2);
-    const float rest = 1 - d2 * (1 / (kReach * kReach));
-    if (rest <= 0) continue;
-    const float w = rest * rest / (d2 + kSoftening);
-    sum = sum + w * s.step;
-    weights += w;
+    const float dy = s.y - static_cast<float>(y), dy2 = dy * dy;
+    for (std::size_t i = 0; i < kStripRow; ++i) {
+      const float dx = s.x - px[i], d2 = dx * dx + dy2;
+      nearest2[i] = d2 < nearest2[i] ? d2 : nearest2[i];
+      const float left = 1 - d2 * (1 / (kReach * kReach)), rest = left > 0 ? left : 0;
+      const float w = rest * rest / (d2 + kSoftening);
+      red[i] += w * s.step.r;
+      green[i] += w * s.step.g;
+      blue[i] += w * s.step.b;
+      weights[i] += w;
+    }
   }
-  const float distance = std::sqrt(nearest2) / kStripWidth;
-  if (distance >= 1 || weights <= 0) return {};
-  const float fade = (1 - distance) * (1 - distance) * (1 + 2 * distance);
-  return (fade / weights) * sum;
+  std::array<Color, kStripRow> result{};
+  for (std::size_t i = 0; i < kStripRow; ++i) {
+    const float distance = std::sqrt(nearest2[i]) / kStripWidth;
+    if (distance >= 1 || weights[i] <= 0) continue;
+    const float fade = (1 - distance) * (1 - distance) * (1 + 2 * distance);
+    result[i] = (fade / weights[i]) * Color{red[i], green[i], blue[i]};
+  }
+  return result;
 }
 
 float ViewExposure::falloff_gain(const PixelPoint& frame) const {

@@ -244,8 +244,7 @@ PartialChart start_chart(const AtlasInput& input, const ChartSet& set, std::uint
 }
 
 void take_texel(PartialChart& part, const ChartSet& set, const View& view, ViewId id, const Image& photo,
-                const ColorCorrection& correction, bool own, std::span<const StripSample> near, int x,
-                int y) {
+                const ColorCorrection& correction, const Color* strip, int x, int y) {
   const std::size_t i = part.raster.at(x, y);
   for (const bool first : {true, false}) {
     const std::uint8_t k = first ? part.best[i] : part.second[i];
@@ -257,10 +256,10 @@ void take_texel(PartialChart& part, const ChartSet& set, const View& view, ViewI
       continue;
     }
     Color c = correction.expose(sample_bicubic(photo, q->x, q->y), id, *p);
-    if (own) {
+    // Offsets and strips belong to the chart's own view; of other views the exposure alone is corrected.
+    if (strip) {
       const std::uint32_t owner = part.raster.owner[i];
-      c = c + correction.face_offset(owner, set.corners[owner], x + 0.5, y + 0.5);
-      if (!near.empty()) c = c + strip_offset(near, x + 0.5, y + 0.5);
+      c = c + correction.face_offset(owner, set.corners[owner], x + 0.5, y + 0.5) + *strip;
     }
     const float second_weight = part.second_weight[i];
     part.color[i] = part.color[i] + (first ? 1 - second_weight : second_weight) * c;
@@ -345,20 +344,22 @@ std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet
 
 void take_view(PartialChart& part, const ChartSet& set, const View& view, ViewId id, const Image& photo,
                const ColorCorrection& correction) {
-  constexpr int kEdge = 16;
   const CellBox& box = part.raster.box;
-  // Offsets and strips belong to the chart's own view; of other views the exposure is corrected.
   const bool own = set.charts[part.chart].view == id;
   std::vector<StripSample> near;
-  for (int y = box.y0; y < box.y1; y += kEdge) {
-    for (int x = box.x0; x < box.x1; x += kEdge) {
-      const CellBox block{x, y, std::min(x + kEdge, box.x1), std::min(y + kEdge, box.y1)};
+  for (int y = box.y0; y < box.y1; y += kStripRow) {
+    for (int x = box.x0; x < box.x1; x += kStripRow) {
+      const CellBox block{x, y, std::min(x + kStripRow, box.x1), std::min(y + kStripRow, box.y1)};
       near.clear();
-      const ChartStrip* strip = own ? correction.strip(part.chart) : nullptr;
-      if (strip) gather_strip(*strip, block, near);
-      for (int ty = block.y0; ty < block.y1; ++ty)
+      if (const ChartStrip* strip = own ? correction.strip(part.chart) : nullptr)
+        gather_strip(*strip, block, near);
+      for (int ty = block.y0; ty < block.y1; ++ty) {
+        std::array<Color, kStripRow> row{};
+        if (!near.empty()) row = strip_offsets(near, x + 0.5, ty + 0.5);
         for (int tx = block.x0; tx < block.x1; ++tx)
-          take_texel(part, set, view, id, photo, correction, own, near, tx, ty);
+          take_texel(part, set, view, id, photo, correction,
+                     own ? &row[static_cast<std::size_t>(tx - x)] : nullptr, tx, ty);
+      }
     }
   }
 }
