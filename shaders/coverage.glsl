@@ -2,8 +2,9 @@
 
 const uint kEdgeOn = 0u, kFront = 1u, kBack = 2u;
 
-const double kRoundoff = 1.0LF / 9007199254740992.0LF;     // 2^-53
-const double kEdgeOnFactor = 1.0LF / 17592186044416.0LF;  // 512 * 2^-53
+const double kRoundoff = 1.0LF / 9007199254740992.0LF;  // 2^-53
+
+uniform dvec2 projection_rounding;  // u_per_z, z_per_u
 
 struct RasterFace {
   ProjectedVertex vertex[3];
@@ -12,14 +13,39 @@ struct RasterFace {
 
 double largest(double a, double b, double c) { return max(max(abs(a), abs(b)), abs(c)); }
 
-RasterFace raster_face(const ProjectedVertex a, const ProjectedVertex b, const ProjectedVertex c) {
+double cofactors(const ProjectedVertex p, const ProjectedVertex q) {
+  precise double sum = abs(p.v * q.z - p.z * q.v) + abs(p.z * q.u - p.u * q.z) +
+                       abs(p.u * q.v - p.v * q.u) * projection_rounding.y;
+  return sum;
+}
+
+double size_of(const ProjectedVertex p) {
+  precise double sum = abs(p.u) + abs(p.v) + projection_rounding.x * abs(p.z);
+  return sum;
+}
+
+RasterFace raster_face(ProjectedVertex a, ProjectedVertex b, ProjectedVertex c) {
+  double za = abs(a.z), zb = abs(b.z), zc = abs(c.z);
+  ProjectedVertex given_a = a, given_b = b, given_c = c;
+  if (zb < za && zb <= zc) {
+    a = given_b;
+    b = given_c;
+    c = given_a;
+  } else if (zc < za && zc < zb) {
+    a = given_c;
+    b = given_a;
+    c = given_b;
+  }
   precise double du1 = b.u - a.u, dv1 = b.v - a.v, dz1 = b.z - a.z;
   precise double du2 = c.u - a.u, dv2 = c.v - a.v, dz2 = c.z - a.z;
-  precise double determinant = a.u * (dz1 * dv2 - dv1 * dz2) + a.v * (du1 * dz2 - dz1 * du2) +
-                               a.z * (dv1 * du2 - du1 * dv2);
-  double u = largest(a.u, b.u, c.u), v = largest(a.v, b.v, c.v), z = largest(a.z, b.z, c.z);
-  double du = max(abs(du1), abs(du2)), dv = max(abs(dv1), abs(dv2)), dz = max(abs(dz1), abs(dz2));
-  precise double margin = kEdgeOnFactor * (u * (v * dz + z * dv) + v * (z * du) + dv * dz * u + du * dz * v);
+  precise double pu1 = dz1 * dv2, pu2 = dv1 * dz2, pv1 = du1 * dz2, pv2 = dz1 * du2;
+  precise double pz1 = dv1 * du2, pz2 = du1 * dv2;
+  precise double determinant = a.u * (pu1 - pu2) + a.v * (pv1 - pv2) + a.z * (pz1 - pz2);
+  precise double input_error =
+      size_of(a) * cofactors(b, c) + size_of(b) * cofactors(c, a) + size_of(c) * cofactors(a, b);
+  precise double terms = abs(a.u) * (abs(pu1) + abs(pu2)) + abs(a.v) * (abs(pv1) + abs(pv2)) +
+                         abs(a.z) * (abs(pz1) + abs(pz2));
+  precise double margin = 16.0LF * kRoundoff * (input_error + terms);
   RasterFace face;
   face.vertex[0] = a;
   face.vertex[1] = b;

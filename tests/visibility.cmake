@@ -1,2 +1,6 @@
+gpvc_test(classify_test gpvc_visibility)
 gpvc_test(device_gl_test gpvc_visibility)
+gpvc_test(ivm_gl_test gpvc_visibility)
+gpvc_test(raster_test gpvc_visibility)
+gpvc_test(render_model_gl_test gpvc_visibility)
 gpvc_test(visibility_gl_test gpvc_visibility)

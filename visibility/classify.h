@@ -22,6 +22,7 @@ struct ClassifyView {
   const PhotoMask& mask;
   std::span<const ProjectedVertex> projected;
   std::span<const FaceId> ivm;  ///< pixels outside the photo hold kNoFace
+  ProjectionRounding rounding;
 
   FaceId owner(std::int32_t x, std::int32_t y) const {
     return ivm[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
@@ -29,7 +30,7 @@ struct ClassifyView {
   }
   RasterFace raster(FaceId face) const {
     const Triangle& t = mesh.faces[index(face)];
-    return raster_face(projected[t[0]], projected[t[1]], projected[t[2]]);
+    return raster_face(projected[t[0]], projected[t[1]], projected[t[2]], rounding);
   }
   PixelBox frame() const { return {0, 0, camera.width, camera.height}; }
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "visibility/raster.h"
+
 namespace gpvc {
 namespace {
 
@@ -102,6 +104,8 @@ void GpuClassifier::set_view(const Camera& camera, const Pose& pose) {
   glUniform1dv(uniform_location(hivers_program_, "pose"), 12, pose_values.data());
   glUniform1dv(uniform_location(hivers_program_, "intrinsics"), 4, intrinsics.data());
   glUniform2i(uniform_location(hivers_program_, "size"), camera.width, camera.height);
+  const ProjectionRounding rounding = projection_rounding(camera);
+  glUniform2d(uniform_location(hivers_program_, "projection_rounding"), rounding.u_per_z, rounding.z_per_u);
   glUniform1i(uniform_location(hivers_program_, "sampling"), static_cast<GLint>(options_.sampling));
   glUniform1i(uniform_location(hivers_program_, "correction"),
               options_.correction == CoverageCorrection::off ? 0 : 1);

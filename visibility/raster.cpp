@@ -10,23 +10,57 @@ constexpr double kRoundoff = 0x1p-53;
 
 double largest(double a, double b, double c) { return std::max({std::abs(a), std::abs(b), std::abs(c)}); }
 
+/// |coordinates of p x q|, weighted by how far a coordinate of the third vertex can be off, relative to its
+/// size.
+double cofactors(const ProjectedVertex& p, const ProjectedVertex& q, const ProjectionRounding& rounding) {
+  return std::abs(p.v * q.z - p.z * q.v) + std::abs(p.z * q.u - p.u * q.z) +
+         std::abs(p.u * q.v - p.v * q.u) * rounding.z_per_u;
+}
+
+double size(const ProjectedVertex& p, const ProjectionRounding& rounding) {
+  return std::abs(p.u) + std::abs(p.v) + rounding.u_per_z * std::abs(p.z);
+}
+
 }  // namespace
 
-RasterFace raster_face(const ProjectedVertex& a, const ProjectedVertex& b, const ProjectedVertex& c) {
+ProjectionRounding projection_rounding(const Camera& camera) {
+  return {camera.fx + camera.fy + std::abs(camera.cx) + std::abs(camera.cy),
+          1 / std::min(camera.fx, camera.fy)};
+}
+
+RasterFace raster_face(ProjectedVertex a, ProjectedVertex b, ProjectedVertex c,
+                       const ProjectionRounding& rounding) {
+  // The vertex of least depth comes first: differences from it are no larger than the other two vertices.
+  const double za = std::abs(a.z), zb = std::abs(b.z), zc = std::abs(c.z);
+  if (zb < za && zb <= zc) {
+    const ProjectedVertex first = a;
+    a = b;
+    b = c;
+    c = first;
+  } else if (zc < za && zc < zb) {
+    const ProjectedVertex first = a;
+    a = c;
+    c = b;
+    b = first;
+  }
   const double du1 = b.u - a.u, dv1 = b.v - a.v, dz1 = b.z - a.z;
   const double du2 = c.u - a.u, dv2 = c.v - a.v, dz2 = c.z - a.z;
   // Front faces wind clockwise in (u, v) because v runs down: hence the order of the factors.
-  const double determinant =
-      a.u * (dz1 * dv2 - dv1 * dz2) + a.v * (du1 * dz2 - dz1 * du2) + a.z * (dv1 * du2 - du1 * dv2);
-  // u, v and z carry rounding errors of at most 8 kRoundoff times the size of their terms, which
-  // is no more than 4 U for a principal point inside the image and pixels up to four image sizes away, where
-  // U = max |u| + max |z|. An edge component has twice that error. To first order the determinant then moves
-  // by the error of one component times the cofactor it meets, for each of nine components; 512 covers
-  // 8 * 4 * 2 * 6 terms and the rounding of the expression itself.
-  const double u = largest(a.u, b.u, c.u), v = largest(a.v, b.v, c.v), z = largest(a.z, b.z, c.z);
-  const double du = std::max(std::abs(du1), std::abs(du2)), dv = std::max(std::abs(dv1), std::abs(dv2));
-  const double dz = std::max(std::abs(dz1), std::abs(dz2));
-  const double margin = 512 * kRoundoff * (u * (v * dz + z * dv) + v * (z * du) + dv * dz * u + du * dz * v);
+  const double pu1 = dz1 * dv2, pu2 = dv1 * dz2, pv1 = du1 * dz2, pv2 = dz1 * du2, pz1 = dv1 * du2,
+               pz2 = du1 * dv2;
+  const double determinant = a.u * (pu1 - pu2) + a.v * (pv1 - pv2) + a.z * (pz1 - pz2);
+  // A rotated coordinate is off by at most 4 r (|x| + |y| + |z|), r = 2^-53, and u = fx x + cx z by
+  // 8 r (|u| + |v| + (fx + fy + |cx| + |cy|) |z|) = 8 r size, as long as fx and fy differ by no more than a
+  // factor of two; z by 4 r size / min(fx, fy). To first order the determinant moves by the error of a
+  // coordinate times its cofactor. Its own evaluation is off by 8 r times the sum of its terms, all taken
+  // positive. Twice all that is the margin.
+  const double input = size(a, rounding) * cofactors(b, c, rounding) +
+                       size(b, rounding) * cofactors(c, a, rounding) +
+                       size(c, rounding) * cofactors(a, b, rounding);
+  const double terms = std::abs(a.u) * (std::abs(pu1) + std::abs(pu2)) +
+                       std::abs(a.v) * (std::abs(pv1) + std::abs(pv2)) +
+                       std::abs(a.z) * (std::abs(pz1) + std::abs(pz2));
+  const double margin = 16 * kRoundoff * (input + terms);
   RasterFace face{{a, b, c}, Facing::edge_on};
   if (determinant > margin) {
     face.facing = Facing::front;

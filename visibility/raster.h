@@ -25,13 +25,22 @@ namespace gpvc {
 enum class Facing : std::uint8_t { edge_on, front, back };
 
 struct RasterFace {
-  std::array<ProjectedVertex, 3> vertex;  ///< inside positive
+  std::array<ProjectedVertex, 3> vertex;  ///< inside positive; the first has the least |z|
   Facing facing = Facing::edge_on;
 };
 
+/// How far projecting rounds u, v and z, in units of their sizes.
+struct ProjectionRounding {
+  double u_per_z = 0;  ///< fx + fy + |cx| + |cy|: what multiplies depth in u and v
+  double z_per_u = 0;  ///< 1 / min(fx, fy)
+};
+
+ProjectionRounding projection_rounding(const Camera& camera);
+
 /// A face whose determinant cannot be told from zero, given that u, v and z are rounded values, is edge-on:
 /// it is thinner than about 1e-11 px, covers nothing and is never seen. Degenerate faces always are.
-RasterFace raster_face(const ProjectedVertex& a, const ProjectedVertex& b, const ProjectedVertex& c);
+RasterFace raster_face(ProjectedVertex a, ProjectedVertex b, ProjectedVertex c,
+                       const ProjectionRounding& rounding);
 
 /// Edge values of a face at a pixel centre; e[k] belongs to the edge opposite vertex k.
 struct EdgeValues {

@@ -78,7 +78,13 @@ void VisibilityStage::classify(const View& view, ViewId id, ViewVisibility& resu
   if (state.mask.camera() != view.camera) state.mask = PhotoMask(view.camera);
   state.mask.clear_outside(result.ivm.faces);
   project_vertices(state.mesh, view.camera, view.pose, state.projected);
-  const ClassifyView prepared{state.mesh, view.camera, id, state.mask, state.projected, result.ivm.faces};
+  const ClassifyView prepared{state.mesh,
+                              view.camera,
+                              id,
+                              state.mask,
+                              state.projected,
+                              result.ivm.faces,
+                              projection_rounding(view.camera)};
   // Shaders see the last tile alone: an image of several tiles is classified on the CPU, with the same bits.
   if (state.gpu && state.renderer.tiles(view.camera) == 1) {
     state.gpu->classify(view.camera, view.pose, state.mask, state.codes, result.statistics);

@@ -1,0 +1,180 @@
+// The CPU classifier on item buffers made by hand: no graphics.
+#include "visibility/classify.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/visibility_oracle.h"
+#include "tests/visibility_scenes.h"
+#include "visibility/lpcc.h"
+
+namespace gpvc {
+namespace {
+
+/// A view with its vertices projected and an item buffer to be filled.
+struct Bench {
+  Bench(const Mesh& given, const View& seen)
+      : mesh(given),
+        view(seen),
+        mask(seen.camera),
+        ivm(static_cast<std::size_t>(seen.camera.width) * static_cast<std::size_t>(seen.camera.height),
+            kNoFace) {
+    project_vertices(mesh, view.camera, view.pose, projected);
+  }
+  ClassifyView prepared() const {
+    return {mesh, view.camera, ViewId{0}, mask, projected, ivm, projection_rounding(view.camera)};
+  }
+  ViewVisibility classify(CoverageCorrection correction, Sampling sampling = Sampling::hivers) const {
+    ViewVisibility result;
+    CpuClassifier({sampling, correction, Classifier::cpu, true}).classify(prepared(), result);
+    return result;
+  }
+  const Mesh& mesh;
+  const View& view;
+  PhotoMask mask;
+  std::vector<ProjectedVertex> projected;
+  std::vector<FaceId> ivm;
+};
+
+TEST(Exact, DoesNotTrustTheItemBuffer) {
+  // Whatever the item buffer says, the exact classes are the oracle's.
+  const View view = scenes::view_of(120, 90, 100);
+  for (const double size : {0.6, 5.0, 40.0}) {
+    const Mesh mesh = scenes::soup(view.camera, size > 10 ? 150 : 900, size, 12);
+    const oracle::Answer expected = oracle::classify(mesh, view);
+    Bench bench(mesh, view);
+    std::mt19937 random(1);
+    std::vector<std::vector<FaceId>> buffers(3, bench.ivm);
+    for (FaceId& face : buffers[1]) face = FaceId{static_cast<std::uint32_t>(random() % mesh.faces.size())};
+    for (std::size_t p = 0; p < bench.ivm.size(); ++p) {
+      buffers[2][p] = FaceId{expected.owners[p]};
+      if (random() % 4 == 0) buffers[2][p] = FaceId{static_cast<std::uint32_t>(random() % mesh.faces.size())};
+    }
+    for (const std::vector<FaceId>& buffer : buffers) {
+      bench.ivm = buffer;
+      const ViewVisibility found = bench.classify(CoverageCorrection::exact);
+      for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+        ASSERT_TRUE(expected.tied[f] || found.classes[f] == expected.classes[f]) << "face " << f;
+      std::size_t owned = 0, seen = 0;
+      for (const FaceCoverage& entry : found.coverage.entries)
+        if (entry.width > 0) {
+          seen += entry.visible;
+          for (const std::uint32_t owner : expected.owners) owned += owner == index(entry.face);
+        }
+      EXPECT_EQ(seen, owned);
+    }
+  }
+}
+
+/// Two faces of a square and a third behind them.
+///     0 0 0 1
+///     0 0 1 1
+///     0 1 1 1
+struct Square {
+  Square() {
+    scenes::add_at_pixels(mesh, view.camera, {{{2, 2, 5}, {2, 10, 5}, {10, 2, 5}}});
+    scenes::add_at_pixels(mesh, view.camera, {{{10, 2, 5}, {2, 10, 5}, {10, 10, 5}}});
+    scenes::add_at_pixels(mesh, view.camera, {{{1, 1, 8}, {1, 40, 8}, {40, 1, 8}}});
+  }
+  View view = scenes::view_of(16, 16, 16);
+  Mesh mesh;
+};
+
+/// What a perfect rasterizer stores.
+void fill(Bench& bench) {
+  const oracle::Answer answer = oracle::classify(bench.mesh, bench.view);
+  for (std::size_t p = 0; p < bench.ivm.size(); ++p) bench.ivm[p] = FaceId{answer.owners[p]};
+  // The diagonal of the square runs through pixel centres; it is the left edge of face 1.
+  for (int i = 0; i < 8; ++i) bench.ivm[static_cast<std::size_t>((9 - i) * 16 + 2 + i)] = FaceId{1};
+}
+
+TEST(Lpcc, RestoresAFragmentThatANeighbourDoesNotCover) {
+  const Square square;
+  Bench bench(square.mesh, square.view);
+  fill(bench);
+  EXPECT_EQ(bench.classify(CoverageCorrection::paper).classes[0], FaceClass::full);
+  // Figure 11a: a pixel at the diagonal of face 0 given to face 1, which does not cover its centre.
+  const std::size_t pixel = 5 * 16 + 5;
+  ASSERT_EQ(bench.ivm[pixel], FaceId{0});
+  bench.ivm[pixel] = FaceId{1};
+  EXPECT_EQ(bench.classify(CoverageCorrection::off).classes[0], FaceClass::partial);
+  const ViewVisibility paper = bench.classify(CoverageCorrection::paper);
+  EXPECT_EQ(paper.classes[0], FaceClass::full);
+  EXPECT_EQ(paper.classes[1], FaceClass::full);
+  EXPECT_EQ(paper.statistics.corrected_samples, 1U);
+  EXPECT_EQ(bench.classify(CoverageCorrection::exact).classes[0], FaceClass::full);
+}
+
+TEST(Lpcc, RestoresAFragmentLostToAFartherFace) {
+  const Square square;
+  Bench bench(square.mesh, square.view);
+  fill(bench);
+  // Figure 11b: the face behind covers the centre too, but is farther there.
+  bench.ivm[2 * 16 + 2] = FaceId{2};
+  EXPECT_EQ(bench.classify(CoverageCorrection::off).classes[0], FaceClass::partial);
+  EXPECT_EQ(bench.classify(CoverageCorrection::paper).classes[0], FaceClass::full);
+}
+
+TEST(Lpcc, LeavesTheInsideAlone) {
+  // An interior pixel stored wrongly: beyond LPCC, not beyond the exact correction.
+  View view = scenes::view_of(16, 16, 16);
+  Mesh mesh;
+  scenes::add_at_pixels(mesh, view.camera, {{{1, 1, 5}, {1, 15, 5}, {15, 8, 5}}});
+  scenes::add_at_pixels(mesh, view.camera, {{{0, 0, 8}, {0, 40, 8}, {40, 0, 8}}});
+  Bench bench(mesh, view);
+  const oracle::Answer answer = oracle::classify(mesh, view);
+  for (std::size_t p = 0; p < bench.ivm.size(); ++p) bench.ivm[p] = FaceId{answer.owners[p]};
+  bench.ivm[8 * 16 + 5] = FaceId{1};
+  EXPECT_EQ(bench.classify(CoverageCorrection::paper).classes[0], FaceClass::partial);
+  EXPECT_EQ(bench.classify(CoverageCorrection::exact).classes[0], FaceClass::full);
+}
+
+TEST(Classify, UnstoredFacesAreNotLookedAt) {
+  // Lazy projection: a face that owns no pixel of the buffer stays hidden without the exact correction.
+  const Square square;
+  Bench bench(square.mesh, square.view);
+  EXPECT_EQ(bench.classify(CoverageCorrection::paper).statistics.processed_faces, 0U);
+  EXPECT_EQ(bench.classify(CoverageCorrection::paper).classes[0], FaceClass::hidden);
+  EXPECT_EQ(bench.classify(CoverageCorrection::exact).classes[0], FaceClass::full);
+}
+
+TEST(Classify, ShareCountsSamplesOutsideTheFrame) {
+  // A quarter of a square's samples lie in the frame, all of them seen.
+  View view = scenes::view_of(20, 20, 20);
+  Mesh mesh;
+  scenes::add_at_pixels(mesh, view.camera, {{{-10, -10, 5}, {-10, 10, 5}, {30, -10, 5}}});
+  Bench bench(mesh, view);
+  const ViewVisibility found = bench.classify(CoverageCorrection::exact);
+  ASSERT_EQ(found.coverage.entries.size(), 1U);
+  const FaceCoverage& entry = found.coverage.entries[0];
+  std::size_t all = 0, inside = 0;
+  for (int y = -10; y < 10; ++y)
+    for (int x = -10; x < 30; ++x) {
+      // Left of the line from (-10, 10) to (30, -10).
+      if (!(20 * (x + 10 + 0.5) + 40 * (y + 10 + 0.5) < 800)) continue;
+      ++all;
+      inside += x >= 0 && y >= 0;
+    }
+  EXPECT_EQ(entry.visible, inside);
+  EXPECT_FLOAT_EQ(entry.visible_share, static_cast<float>(inside) / static_cast<float>(all));
+}
+
+TEST(PhotoMask, AgreesWithTheLensModelAtEveryPixel) {
+  Camera camera = scenes::view_of(203, 131, 140).camera;
+  for (const double k1 : {-0.4, -0.1, 0.25})
+    for (const double p1 : {0.0, 0.02}) {
+      camera.distortion = {};
+      camera.distortion.k1 = k1;
+      camera.distortion.p1 = p1;
+      camera.distortion.k2 = 0.05;
+      limit_distortion(camera);
+      const PhotoMask mask(camera);
+      for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x)
+          ASSERT_EQ(mask.contains(x, y), in_photo(camera, {x + 0.5, y + 0.5})) << x << ", " << y;
+    }
+}
+
+}  // namespace
+}  // namespace gpvc
