@@ -13,6 +13,36 @@ constexpr float kReach = kStripWidth + 8;
 /// Added to squared distances: half a texel, so that a texel on the seam takes the mean of a few samples.
 constexpr float kSoftening = 0.5f;
 
+/// Arrays over a row of texels, so that the inner loop becomes vector code without reordering any sum.
+template <std::size_t kTexels>
+std::array<Color, kTexels> weigh(std::span<const StripSample> near, double x, double y) {
+  using Row = std::array<float, kTexels>;
+  Row px, red{}, green{}, blue{}, weights{}, nearest2;
+  for (std::size_t i = 0; i < kTexels; ++i) px[i] = static_cast<float>(x) + static_cast<float>(i);
+  nearest2.fill(kStripWidth * kStripWidth);
+  for (const StripSample& s : near) {
+    const float dy = s.y - static_cast<float>(y), dy2 = dy * dy;
+    for (std::size_t i = 0; i < kTexels; ++i) {
+      const float dx = s.x - px[i], d2 = dx * dx + dy2;
+      nearest2[i] = d2 < nearest2[i] ? d2 : nearest2[i];
+      const float left = 1 - d2 * (1 / (kReach * kReach)), rest = left > 0 ? left : 0;
+      const float w = rest * rest / (d2 + kSoftening);
+      red[i] += w * s.step.r;
+      green[i] += w * s.step.g;
+      blue[i] += w * s.step.b;
+      weights[i] += w;
+    }
+  }
+  std::array<Color, kTexels> result{};
+  for (std::size_t i = 0; i < kTexels; ++i) {
+    const float distance = std::sqrt(nearest2[i]) / kStripWidth;
+    if (distance >= 1 || weights[i] <= 0) continue;
+    const float fade = (1 - distance) * (1 - distance) * (1 + 2 * distance);
+    result[i] = (fade / weights[i]) * Color{red[i], green[i], blue[i]};
+  }
+  return result;
+}
+
 }  // namespace
 
 ChartStrip make_strip(const Chart& chart, std::span<const StripSample> samples) {
@@ -39,44 +69,30 @@ void gather_strip(const ChartStrip& strip, const CellBox& box, std::vector<Strip
   const int x0 = std::max(0, (box.x0 - reach) / kStripCell), y0 = std::max(0, (box.y0 - reach) / kStripCell);
   const int x1 = std::min(strip.columns - 1, (box.x1 + reach) / kStripCell);
   const int y1 = std::min(strip.rows - 1, (box.y1 + reach) / kStripCell);
+  bool inside = false;
   for (int y = y0; y <= y1; ++y) {
     for (int x = x0; x <= x1; ++x) {
       const auto cell =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(strip.columns) + static_cast<std::size_t>(x);
-      near.insert(near.end(), strip.samples.begin() + strip.first[cell],
-                  strip.samples.begin() + strip.first[cell + 1]);
+      for (std::uint32_t k = strip.first[cell]; k < strip.first[cell + 1]; ++k) {
+        const StripSample& s = strip.samples[k];
+        const float dx = s.x - std::clamp(s.x, static_cast<float>(box.x0), static_cast<float>(box.x1));
+        const float dy = s.y - std::clamp(s.y, static_cast<float>(box.y0), static_cast<float>(box.y1));
+        const float d2 = dx * dx + dy * dy;
+        if (d2 >= kReach * kReach) continue;
+        near.push_back(s);
+        inside = inside || d2 < kStripWidth * kStripWidth;
+      }
     }
   }
+  if (!inside) near.clear();
 }
 
 std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, double x, double y) {
-  // Arrays over the row's texels, so that the inner loop becomes vector code without reordering any sum.
-  using Row = std::array<float, kStripRow>;
-  Row px, red{}, green{}, blue{}, weights{}, nearest2;
-  for (std::size_t i = 0; i < kStripRow; ++i) px[i] = static_cast<float>(x) + static_cast<float>(i);
-  nearest2.fill(kStripWidth * kStripWidth);
-  for (const StripSample& s : near) {
-    const float dy = s.y - static_cast<float>(y), dy2 = dy * dy;
-    for (std::size_t i = 0; i < kStripRow; ++i) {
-      const float dx = s.x - px[i], d2 = dx * dx + dy2;
-      nearest2[i] = d2 < nearest2[i] ? d2 : nearest2[i];
-      const float left = 1 - d2 * (1 / (kReach * kReach)), rest = left > 0 ? left : 0;
-      const float w = rest * rest / (d2 + kSoftening);
-      red[i] += w * s.step.r;
-      green[i] += w * s.step.g;
-      blue[i] += w * s.step.b;
-      weights[i] += w;
-    }
-  }
-  std::array<Color, kStripRow> result{};
-  for (std::size_t i = 0; i < kStripRow; ++i) {
-    const float distance = std::sqrt(nearest2[i]) / kStripWidth;
-    if (distance >= 1 || weights[i] <= 0) continue;
-    const float fade = (1 - distance) * (1 - distance) * (1 + 2 * distance);
-    result[i] = (fade / weights[i]) * Color{red[i], green[i], blue[i]};
-  }
-  return result;
+  return weigh<kStripRow>(near, x, y);
 }
+
+Color strip_offset(std::span<const StripSample> near, double x, double y) { return weigh<1>(near, x, y)[0]; }
 
 float ViewExposure::falloff_gain(const PixelPoint& frame) const {
   const double dx = frame.x - centre_x, dy = frame.y - centre_y;

@@ -33,16 +33,19 @@ inline constexpr float kStripWidth = 20;
 /// Sorts a chart's samples into cells.
 ChartStrip make_strip(const Chart& chart, std::span<const StripSample> samples);
 
-/// The strip's samples that reach a box of texels.
+/// The strip's samples that matter to a box of texels; none when it lies outside the strip.
 void gather_strip(const ChartStrip& strip, const CellBox& box, std::vector<StripSample>& near);
 
 /// Texels whose strip offsets are computed together.
-inline constexpr int kStripRow = 16;
+inline constexpr int kStripRow = 8;
 
 /// Offsets at positions (x + i, y), 0 <= i < kStripRow: the harmonic continuation of the steps along the
 /// seam, faded out over kStripWidth. For a straight seam the weights 1 / distance^2 are the half-plane's
 /// Poisson kernel: what is fine along the seam stays close to it, so no streaks run into the chart.
 std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, double x, double y);
+
+/// The same at one position.
+Color strip_offset(std::span<const StripSample> near, double x, double y);
 
 /// Exposure of a view: factors a channel and a fall-off towards the corners that all views of a camera share.
 struct ViewExposure {

@@ -121,7 +121,7 @@ void add_strips(const AtlasInput& input, const ChartSet& set, const ColorCorrect
         const TexelPoint p = position.at((k + 0.5) / edge.samples, seams.frame[i][s]);
         const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
         gather_strip(*strip, {x, y, x + 1, y + 1}, near);
-        seams.colors[i][s] = seams.colors[i][s] + strip_offsets(near, p.x, p.y)[0];
+        seams.colors[i][s] = seams.colors[i][s] + strip_offset(near, p.x, p.y);
       }
     }
   });

@@ -23,8 +23,8 @@ constexpr double kSmooth = 1.0, kAnchor = 1e-3;
 /// Differences beyond this many grey levels are no matter of brightness but of content, and count less.
 constexpr double kOutlier = 40;
 constexpr double kMostOffset = 80;
-/// Offsets farther from a seam, in edges, than this are zero: exp(-96 / 32) = 5 % of what the seam has.
-constexpr int kRings = 96;
+/// Offsets farther from a seam than this, in edges, are zero; those nearer fade towards it.
+constexpr int kRings = 48;
 
 /// A node is a vertex as one view shows it. Fills correction.nodes; returns the number of nodes.
 std::size_t make_nodes(const AtlasInput& input, const ChartSet& set, ColorCorrection& correction) {
