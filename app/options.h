@@ -78,6 +78,19 @@ struct EvaluateCommandOptions {
   int reduction = 4;
 };
 
+struct LabelOptions {
+  CommonOptions common;
+  std::filesystem::path costs, mesh, out;
+  bool force = false;
+  SolverOptions solver;
+};
+
+struct InspectOptions {
+  CommonOptions common;
+  SceneInput input;
+  bool with_mesh = false;
+};
+
 /// Bad usage found after parsing: exit code 2. what() is one sentence.
 class UsageError : public std::runtime_error {
  public:
@@ -88,6 +101,8 @@ class UsageError : public std::runtime_error {
 void run_texture(const TextureOptions& options, Console& console);
 void run_visibility(const VisibilityCommandOptions& options, Console& console);
 void run_evaluate(const EvaluateCommandOptions& options, Console& console);
+void run_label(const LabelOptions& options, Console& console);
+void run_inspect(const InspectOptions& options, Console& console);
 void run_synth_city(const SynthCityOptions& options, Console& console);
 
 /// "0.1.0 (ab12cd3)".

@@ -125,6 +125,14 @@ fs::path OutputFolder::file(const fs::path& relative) {
   return path;
 }
 
+void OutputFolder::promise_all() {
+  promised_.clear();
+  for (const auto& entry : fs::recursive_directory_iterator(unfinished_))
+    if (entry.is_regular_file())
+      promised_.push_back(entry.path().lexically_relative(unfinished_).generic_string());
+  std::sort(promised_.begin(), promised_.end());
+}
+
 void OutputFolder::publish() {
   for (const std::string& name : promised_)
     if (!fs::is_regular_file(unfinished_ / name)) throw OutputError(out_ / name, "was not written");

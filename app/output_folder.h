@@ -24,6 +24,9 @@ class OutputFolder {
   /// Where to write the file that will be OUT/`relative`; parents are made. The file is promised from now on.
   /// Throws OutputError when `relative` would leave OUT.
   std::filesystem::path file(const std::filesystem::path& relative);
+  /// Where file() leads; what a stage leaves here on its own is promised by promise_all().
+  const std::filesystem::path& in_making() const { return unfinished_; }
+  void promise_all();
   /// Promised so far, in the order of file().
   const std::vector<std::string>& promised() const { return promised_; }
   const std::filesystem::path& path() const { return out_; }

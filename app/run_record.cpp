@@ -30,11 +30,12 @@ std::size_t peak_resident_bytes() {
   return static_cast<std::size_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
 }
 
-Stage::Stage(Console& console, RunRecord& record, std::string name, std::string unit)
+Stage::Stage(Console& console, RunRecord& record, std::string name, std::string unit, bool ends_early)
     : console_(console),
       record_(record),
       name_(std::move(name)),
       unit_(std::move(unit)),
+      ends_early_(ends_early),
       start_(std::chrono::steady_clock::now()),
       start_cpu_s_(process_cpu_seconds()) {
   throw_if_interrupted();
@@ -49,8 +50,9 @@ double Stage::wall_s() const {
 void Stage::progress(std::size_t done, std::size_t total) {
   throw_if_interrupted();
   const double elapsed = wall_s();
-  std::string text = fmt::format("{}: {}/{} {}", name_, done, total, unit_);
-  if (done > 0 && total >= done && elapsed > 0) {
+  std::string text = ends_early_ ? fmt::format("{}: {} {}, {} at most", name_, done, unit_, total)
+                                 : fmt::format("{}: {}/{} {}", name_, done, total, unit_);
+  if (!ends_early_ && done > 0 && total >= done && elapsed > 0) {
     const double rate = static_cast<double>(done) / elapsed;
     text += rate >= 1 ? fmt::format(", {:.3g}/s", rate) : fmt::format(", {:.3g} s each", 1 / rate);
     text += ", " + readable_duration(static_cast<double>(total - done) / rate) + " left";

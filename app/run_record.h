@@ -27,8 +27,10 @@ struct RunRecord {
 /// A stage of a command from construction to finish(): progress on the console, time into the record.
 class Stage {
  public:
-  /// `unit`: what progress counts ("views"), plural.
-  Stage(Console& console, RunRecord& record, std::string name, std::string unit = "");
+  /// `unit`: what progress counts ("views"), plural. `ends_early`: the total is a limit, not an estimate of
+  /// the work.
+  Stage(Console& console, RunRecord& record, std::string name, std::string unit = "",
+        bool ends_early = false);
 
   /// Throws Cancelled after Ctrl-C.
   void progress(std::size_t done, std::size_t total);
@@ -45,6 +47,7 @@ class Stage {
   Console& console_;
   RunRecord& record_;
   std::string name_, unit_;
+  bool ends_early_;
   std::chrono::steady_clock::time_point start_;
   double start_cpu_s_;
   Json extra_ = Json::object();

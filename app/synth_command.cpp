@@ -14,8 +14,8 @@ Json city_json(const SynthCityOptions& options) {
           {"distorted", c.distorted}, {"quality", options.quality}};
 }
 
-void take_photos(CityRenderer& renderer, const std::vector<View>& views,
-                 const SynthCityOptions& options, OutputFolder& folder, Console& console, RunRecord& record) {
+void take_photos(CityRenderer& renderer, const std::vector<View>& views, const SynthCityOptions& options,
+                 OutputFolder& folder, Console& console, RunRecord& record) {
   Stage stage(console, record, "photos", "photos");
   for (std::size_t v = 0; v < views.size(); ++v) {
     stage.progress(v, views.size());

@@ -126,7 +126,7 @@ void count_tags(const Candidates& candidates, Console& console, RunRecord& recor
 
 Selection choose_views(const SeenScene& seen, const FaceGraph& graph, const TextureOptions& options,
                        Console& console, RunRecord& record) {
-  Stage stage(console, record, "view selection", "labels");
+  Stage stage(console, record, "view selection", "sweeps", true);
   Selection selection = select_views(seen.candidates.table, graph, options.solver, stage.reporter());
   for (const SweepReport& sweep : selection.sweeps)
     console.detail(

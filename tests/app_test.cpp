@@ -15,6 +15,7 @@
 #include <set>
 #include <thread>
 
+#include "labeling/labeling.h"
 #include "temporary_folder.h"
 #include "visibility/visibility.h"
 
