@@ -149,8 +149,7 @@ std::map<std::string, std::string> files_of(const fs::path& folder) {
   return files;
 }
 
-// --- usage
-// ---------------------------------------------------------------------------------------------------
+// --- usage ---
 
 TEST(AppUsage, HelpAndVersionEndWell) {
   EXPECT_TRUE(contains(run({"--version"}).out, "gpvc 0."));
@@ -205,8 +204,7 @@ TEST_F(App, UnknownViewGivesTwoAndNamesNearOnes) {
   EXPECT_FALSE(fs::exists(out_));
 }
 
-// --- results
-// -------------------------------------------------------------------------------------------------
+// --- results ---
 
 TEST_F(App, TextureKeepsEveryPromise) {
   const Outcome outcome = run(texture(out_));
@@ -321,8 +319,36 @@ TEST_F(App, CameraInsideABuildingIsNoError) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
-// --- bad input
-// -----------------------------------------------------------------------------------------------
+TEST_F(App, LabelSolvesStoredCosts) {
+  // A strip of four faces; the outer ones have one candidate each, the inner ones both at a small difference:
+  // with smoothness 1 one cut is needed, cheapest between the second and the third face.
+  const fs::path mesh = folder_.write("strip.obj",
+                                      "v 0 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\nv 2 0 0\nv 2 1 0\n"
+                                      "f 1 3 2\nf 2 3 4\nf 3 5 4\nf 4 5 6\n");
+  const CostTable table{{0, 1, 3, 5, 6}, {7, 7, 9, 7, 9, 9}, {0.5f, 0.1f, 0.2f, 0.3f, 0.1f, 0.5f}};
+  write_costs(folder_.path() / "costs", table);
+  const Outcome outcome =
+      run({"label", (folder_.path() / "costs").string(), mesh.string(), "-o", out_.string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(npy<std::int32_t>(out_ / "labels.npy"), (std::vector<std::int32_t>{7, 7, 9, 9}));
+  EXPECT_TRUE(contains(outcome.out, "energy 2.200, 1 differing pairs, 2 patches"));
+  // Costs of another mesh.
+  const fs::path other = out_.parent_path() / "other";
+  expect_one_sentence(run({"label", (folder_.path() / "costs").string(), (scene_ / "mesh.ply").string(), "-o",
+                           other.string()}),
+                      "costs", "4 faces");
+  EXPECT_FALSE(fs::exists(other));
+}
+
+TEST_F(App, InspectSaysWhatItUnderstood) {
+  const Outcome outcome = run({"inspect", (scene_ / "colmap").string(), (scene_ / "mesh.ply").string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* words :
+       {"views    5", "240 x 160 px", "fx 200.00", "k1 -0.06", "up       +z", "x -25.000 .. 25.000"})
+    EXPECT_TRUE(contains(outcome.out, words));
+}
+
+// --- bad input ---
 
 TEST_F(App, RefusesAMissingImage) {
   fs::remove(scene_ / "images" / "nadir_001.jpg");
@@ -387,8 +413,7 @@ TEST_F(App, ExplainsAMeshInAnotherFrame) {
   EXPECT_FALSE(fs::exists(out_));
 }
 
-// --- the output folder
-// ---------------------------------------------------------------------------------------
+// --- the output folder ---
 
 TEST_F(App, RefusesAnOutputThatCannotBeWritten) {
   const fs::path file = folder_.write("file", "x");
