@@ -2,6 +2,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <future>
 
 #include "app/interrupt.h"
@@ -68,23 +70,26 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
   SeenScene seen;
   ViewTimes times;
   std::size_t full = 0, partial = 0;
+  std::array<ViewVisibility, 2> buffers;  // one is filled while the costs of the other are taken
   std::future<void> costs;
   for (std::size_t n = 0; n < in.used.size(); ++n) {
     stage.progress(n, in.used.size());
     const ViewId id = in.used[n];
+    const View& view = in.scene.views[index(id)];
     auto decoded = std::async(policy, [&photos, id] { return photos.photo(id); });
-    ViewVisibility view = visibility.classify(in.scene.views[index(id)], id);
-    times.render_s += view.statistics.render_s;
-    times.transfer_s += view.statistics.transfer_s;
-    times.classify_s += view.statistics.classify_s;
-    full += view.statistics.full;
-    partial += view.statistics.partial;
-    append_coverage(seen.coverage, view.coverage);
+    ViewVisibility& visible = buffers[n % 2];
+    visibility.classify(view, id, visible);
+    times.render_s += visible.statistics.render_s;
+    times.transfer_s += visible.statistics.transfer_s;
+    times.classify_s += visible.statistics.classify_s;
+    full += visible.statistics.full;
+    partial += visible.statistics.partial;
+    append_coverage(seen.coverage, visible.coverage);
     if (costs.valid()) costs.get();
-    costs = std::async(policy, [&, id, photo = decoded.share(), view = std::move(view)] {
-      const auto photo_pixels = photo.get();
+    costs = std::async(policy, [&, id, photo = decoded.share()] {
+      const auto pixels = photo.get();
       const auto start = std::chrono::steady_clock::now();
-      collector.add_view(id, in.scene.views[index(id)], *photo_pixels, view);
+      collector.add_view(id, view, *pixels, visible);
       times.costs_s += since(start);
     });
   }

@@ -95,7 +95,7 @@ double quantile(std::vector<double> values, double q) {
 // of it stays empty left, right, above and below, in tangents.
 Viewpoint framed(const std::vector<WorldPoint>& points, const WorldPoint& forward, const WorldPoint& up,
                  int width, int height) {
-  constexpr double kTail = 0.002, kMargin = 1.04;
+  constexpr double kTail = 0.002, kMargin = 1.08;
   const WorldPoint z = unit(forward), x = unit(cross(z, up)), y = cross(z, x);
   Viewpoint v;
   v.camera.width = width;

@@ -15,6 +15,7 @@
 #include <set>
 #include <thread>
 
+#include "app/city.h"
 #include "labeling/labeling.h"
 #include "temporary_folder.h"
 #include "visibility/visibility.h"
@@ -317,6 +318,52 @@ TEST_F(App, CameraInsideABuildingIsNoError) {
   std::ofstream(scene_ / "colmap" / "images.txt") << text;
   const Outcome outcome = run(texture(out_));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+}
+
+TEST_F(App, SceneInUtmCoordinatesGivesTheSameTexture) {
+  ASSERT_EQ(run(texture(folder_.path() / "near")).exit_code, 0);
+  // The same scene, 500 km east and 5000 km north. COLMAP stores translations, so camera centres come back
+  // with a rounding of 5e6 * 2^-52 = 1e-9 m, about 1e-8 px: hardly a class may change.
+  const WorldPoint shift{500000, 5000000, 128};
+  Scene scene = read_scene(scene_ / "colmap", {});
+  for (View& view : scene.views) {
+    WorldPoint& c = view.pose.centre;
+    c = {c.x + shift.x, c.y + shift.y, c.z + shift.z};
+  }
+  CityOptions options;
+  options.size_m = 40;
+  options.faces = 1000;
+  const City city = make_city(options);
+  write_city_cameras(scene_ / "colmap", city, scene.views, CityRenderer(city));
+  const Mesh mesh = read_mesh(scene_ / "mesh.ply");
+  std::ostringstream obj;
+  obj.precision(17);
+  for (const WorldPoint& p : mesh.positions)
+    obj << "v " << p.x + shift.x << ' ' << p.y + shift.y << ' ' << p.z + shift.z << '\n';
+  for (const Triangle& t : mesh.faces) obj << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+  folder_.write("scene/mesh.ply", obj.str());  // an OBJ by content
+
+  const Outcome outcome = run(texture(out_));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(read_file(out_ / "offset.txt"), "500000 5000000 130\n");
+  const auto near = npy<std::int32_t>(folder_.path() / "near" / "labels.npy"),
+             far = npy<std::int32_t>(out_ / "labels.npy");
+  ASSERT_EQ(near.size(), far.size());
+  std::size_t different = 0;
+  for (std::size_t f = 0; f < near.size(); ++f) different += near[f] != far[f] ? 1 : 0;
+  EXPECT_LE(different, near.size() / 200);
+  // Local coordinates in the OBJ: small, and exact when the offset is added again.
+  std::istringstream lines(read_file(out_ / "model.obj"));
+  std::size_t vertex = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("v ")) continue;
+    double x = 0, y = 0, z = 0;
+    ASSERT_EQ(std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z), 3);
+    const WorldPoint& p = mesh.positions[vertex++];
+    EXPECT_EQ((WorldPoint{x + 500000, y + 5000000, z + 130}),
+              (WorldPoint{p.x + shift.x, p.y + shift.y, p.z + shift.z}));
+  }
+  EXPECT_EQ(vertex, mesh.positions.size());
 }
 
 TEST_F(App, LabelSolvesStoredCosts) {
