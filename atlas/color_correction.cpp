@@ -18,6 +18,9 @@ template <std::size_t kTexels>
 std::array<Color, kTexels> weigh(std::span<const StripSample> near, double x, double y) {
   using Row = std::array<float, kTexels>;
   Row px, red{}, green{}, blue{}, weights{}, nearest2;
+  // Where all samples are doubtful, less of the step is taken for one of brightness: half of it when their
+  // mean weight is this.
+  constexpr float kDoubt = 0.05f;
   for (std::size_t i = 0; i < kTexels; ++i) px[i] = static_cast<float>(x) + static_cast<float>(i);
   nearest2.fill(kStripWidth * kStripWidth);
   for (const StripSample& s : near) {
@@ -26,11 +29,11 @@ std::array<Color, kTexels> weigh(std::span<const StripSample> near, double x, do
       const float dx = s.x - px[i], d2 = dx * dx + dy2;
       nearest2[i] = d2 < nearest2[i] ? d2 : nearest2[i];
       const float left = 1 - d2 * (1 / (kReach * kReach)), rest = left > 0 ? left : 0;
-      const float w = rest * rest / (d2 + kSoftening);
+      const float kernel = rest * rest / (d2 + kSoftening), w = kernel * s.weight;
       red[i] += w * s.step.r;
       green[i] += w * s.step.g;
       blue[i] += w * s.step.b;
-      weights[i] += w;
+      weights[i] += w + kDoubt * kernel;
     }
   }
   std::array<Color, kTexels> result{};

@@ -15,6 +15,7 @@ namespace gpvc {
 /// other.
 struct StripSample {
   float x = 0, y = 0;
+  float weight = 1;  ///< as in SeamSamples
   Color step;
 };
 

@@ -37,17 +37,13 @@ double mean_abs(const Color& c) {
 double mean_step(const SeamSamples& seams) {
   double sum = 0, weight = 0;
   for (const SeamEdge& edge : seams.edges) {
+    // The edge's weight times the absolute value of its mean.
     Color difference;
-    int count = 0;
     for (std::size_t i = edge.first_sample; i < edge.first_sample + edge.samples; ++i) {
-      if (!seams.valid[i]) continue;
-      difference = difference + (seams.colors[i][0] - seams.colors[i][1]);
-      ++count;
+      difference = difference + seams.weight[i] * (seams.colors[i][0] - seams.colors[i][1]);
+      weight += double{seams.weight[i]};
     }
-    if (!count) continue;
-    // count * |difference / count|
     sum += mean_abs(difference);
-    weight += count;
   }
   return weight > 0 ? sum / weight : 0;
 }
@@ -57,7 +53,8 @@ void for_samples(SeamSamples& seams, const Body& body) {
   tbb::parallel_for(std::size_t{0}, seams.edges.size(), [&](std::size_t e) {
     const SeamEdge& edge = seams.edges[e];
     for (std::uint32_t i = 0; i < edge.samples; ++i)
-      if (seams.valid[edge.first_sample + i]) body(edge, edge.first_sample + i, (i + 0.5) / edge.samples);
+      if (seams.weight[edge.first_sample + i] > 0)
+        body(edge, edge.first_sample + i, (i + 0.5) / edge.samples);
   });
 }
 
@@ -91,12 +88,14 @@ void lay_strips(const AtlasInput& input, const ChartSet& set, const SeamSamples&
       auto& mine = samples[set.face_chart[edge.faces[s]]];
       for (std::uint32_t k = 0; k < edge.samples; ++k) {
         const std::size_t i = edge.first_sample + k;
-        if (!seams.valid[i]) continue;
+        if (!(seams.weight[i] > 0)) continue;
         const TexelPoint p = position.at((k + 0.5) / edge.samples, seams.frame[i][s]);
         const Color d = 0.5f * (seams.colors[i][1 - s] - seams.colors[i][s]);
         const auto limited = [=](float v) { return std::clamp(v, -kMostStep, kMostStep); };
-        mine.push_back(
-            {static_cast<float>(p.x), static_cast<float>(p.y), {limited(d.r), limited(d.g), limited(d.b)}});
+        mine.push_back({static_cast<float>(p.x),
+                        static_cast<float>(p.y),
+                        seams.weight[i],
+                        {limited(d.r), limited(d.g), limited(d.b)}});
       }
     }
   }
@@ -117,7 +116,7 @@ void add_strips(const AtlasInput& input, const ChartSet& set, const ColorCorrect
       const SidePosition position(input.mesh, set, edge, s);
       for (std::uint32_t k = 0; k < edge.samples; ++k) {
         const std::size_t i = edge.first_sample + k;
-        if (!seams.valid[i]) continue;
+        if (!(seams.weight[i] > 0)) continue;
         const TexelPoint p = position.at((k + 0.5) / edge.samples, seams.frame[i][s]);
         const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
         gather_strip(*strip, {x, y, x + 1, y + 1}, near);

@@ -37,6 +37,13 @@ std::optional<PixelPoint> project(const View& view, const WorldPoint& p) {
   return pixel_from_camera(view.camera, c);
 }
 
+/// Squared gradient, central differences, of the channel where it is largest.
+float steepness2(const Image& photo, const PhotoPoint& q) {
+  const Color dx = 0.5f * (sample_bilinear(photo, q.x + 1, q.y) - sample_bilinear(photo, q.x - 1, q.y));
+  const Color dy = 0.5f * (sample_bilinear(photo, q.x, q.y + 1) - sample_bilinear(photo, q.x, q.y - 1));
+  return std::max({dx.r * dx.r + dy.r * dy.r, dx.g * dx.g + dy.g * dy.g, dx.b * dx.b + dy.b * dy.b});
+}
+
 class Sampler {
  public:
   Sampler(const AtlasInput& input, const CoverageIndex& coverage) : input_(input), coverage_(coverage) {}
@@ -44,7 +51,7 @@ class Sampler {
   SeamSamples sample() {
     find_edges();
     const std::size_t count = result_.colors.size();
-    valid_[0].assign(count, 0), valid_[1].assign(count, 0);
+    for (auto& side : steepness2_) side.assign(count, kNotShown);
     std::vector<std::vector<std::pair<std::uint32_t, int>>> sides(input_.scene.views.size());
     for (std::uint32_t e = 0; e < result_.edges.size(); ++e)
       for (int side = 0; side < 2; ++side)
@@ -58,8 +65,13 @@ class Sampler {
         sample_side(sides[v][i].first, static_cast<std::size_t>(sides[v][i].second), ViewId{v}, photo);
       });
     });
-    result_.valid.resize(count);
-    for (std::size_t i = 0; i < count; ++i) result_.valid[i] = valid_[0][i] & valid_[1][i];
+    result_.weight.assign(count, 0.0f);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (steepness2_[0][i] == kNotShown || steepness2_[1][i] == kNotShown) continue;
+      const float noise2 = kPhotoNoise * kPhotoNoise;
+      const float shift2 = kMisregistration_px * kMisregistration_px;
+      result_.weight[i] = noise2 / (noise2 + shift2 * (steepness2_[0][i] + steepness2_[1][i]));
+    }
     return std::move(result_);
   }
 
@@ -108,7 +120,7 @@ class Sampler {
       const std::size_t at = edge.first_sample + i;
       result_.colors[at][side] = sample_bilinear(photo, q->x, q->y);
       result_.frame[at][side] = *p;
-      valid_[side][at] = 1;
+      steepness2_[side][at] = steepness2(photo, *q);
     }
   }
 
@@ -121,7 +133,8 @@ class Sampler {
   const AtlasInput& input_;
   const CoverageIndex& coverage_;
   SeamSamples result_;
-  std::array<std::vector<std::uint8_t>, 2> valid_;
+  static constexpr float kNotShown = -1;
+  std::array<std::vector<float>, 2> steepness2_;  ///< squared gradient, grey levels a pixel
 };
 
 }  // namespace

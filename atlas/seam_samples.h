@@ -20,11 +20,17 @@ struct SeamEdge {
   std::uint32_t samples = 0;
 };
 
+inline constexpr float kMisregistration_px = 0.5f;
+/// Grey levels by which the same place differs between photos for other reasons (noise, highlights).
+inline constexpr float kPhotoNoise = 3;
+
 struct SeamSamples {
   std::vector<SeamEdge> edges;
   std::vector<std::array<Color, 2>> colors;  ///< per sample: as the photos of faces[0] and faces[1] show it
   std::vector<std::array<PixelPoint, 2>> frame;  ///< where, in the views' frames
-  std::vector<std::uint8_t> valid;               ///< per sample: both photos show this place of the surface
+  /// Per sample, 0 to 1: how much of a difference is one of brightness. Photos and mesh disagree by about
+  /// kMisregistration_px, which on a steep gradient alone makes a step; 0 where a photo does not show the place.
+  std::vector<float> weight;
 };
 
 /// Samples every seam edge between faces that have views. Photos are fetched once each, at most. A partial

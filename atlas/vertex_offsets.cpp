@@ -22,6 +22,8 @@ using Offsets = std::vector<Offset>;
 constexpr double kSmooth = 1.0, kAnchor = 1e-3;
 /// Differences beyond this many grey levels are no matter of brightness but of content, and count less.
 constexpr double kOutlier = 40;
+/// Sum of sample weights at an edge's end from which its difference counts in full.
+constexpr double kSufficient = 2;
 constexpr double kMostOffset = 80;
 /// Offsets farther from a seam than this, in edges, are zero; those nearer fade towards it.
 constexpr int kRings = 48;
@@ -95,8 +97,7 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
       double weight = 0;
       for (std::uint32_t i = 0; i < edge.samples; ++i) {
         const std::size_t at = edge.first_sample + i;
-        if (!seams.valid[at]) continue;
-        const double t = (i + 0.5) / edge.samples, w = end ? t : 1 - t;
+        const double t = (i + 0.5) / edge.samples, w = double{seams.weight[at]} * (end ? t : 1 - t);
         const Color d = seams.colors[at][0] - seams.colors[at][1];
         difference += w * Offset(d.r, d.g, d.b);
         weight += w;
@@ -104,8 +105,7 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
       if (!(weight > 0)) continue;
       difference /= weight;
       const double size = std::sqrt(difference.square().mean()) / kOutlier;
-      // A sound edge's samples add up to half their number at each end.
-      const double w = std::min(1.0, weight / (0.5 * edge.samples)) / (1 + size * size);
+      const double w = std::min(1.0, weight / kSufficient) / (1 + size * size);
       const std::uint32_t a = node_of(edge.faces[0], edge.vertices[end]);
       const std::uint32_t b = node_of(edge.faces[1], edge.vertices[end]);
       links.push_back({a, b, static_cast<float>(w)});

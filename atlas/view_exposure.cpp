@@ -35,24 +35,25 @@ std::vector<Ratio> ratios_across(const AtlasInput& input, const SeamSamples& sea
   for (const SeamEdge& edge : seams.edges) {
     std::array<Color, 2> sum;
     std::array<PixelPoint, 2> middle;
-    int count = 0;
+    float total = 0;
     for (std::size_t i = edge.first_sample; i < edge.first_sample + edge.samples; ++i) {
-      if (!seams.valid[i]) continue;
+      const float w = seams.weight[i];
       for (std::size_t s = 0; s < 2; ++s) {
-        sum[s] = sum[s] + seams.colors[i][s];
-        middle[s].x += seams.frame[i][s].x, middle[s].y += seams.frame[i][s].y;
+        sum[s] = sum[s] + w * seams.colors[i][s];
+        middle[s].x += double{w} * seams.frame[i][s].x, middle[s].y += double{w} * seams.frame[i][s].y;
       }
-      ++count;
+      total += w;
     }
-    if (!count) continue;
+    if (!(total > 0)) continue;
     Ratio ratio;
-    ratio.weight = std::min(count, 64);
+    ratio.weight = double{std::min(total, 64.0f)};
     bool usable = true;
     for (std::size_t s = 0; s < 2; ++s) {
-      const Color c = (1.0f / static_cast<float>(count)) * sum[s];
+      const Color c = (1.0f / total) * sum[s];
       ratio.views[s] = static_cast<std::uint32_t>(input.labels[edge.faces[s]]);
       const ViewExposure& e = neutral[ratio.views[s]];
-      const double dx = middle[s].x / count - e.centre_x, dy = middle[s].y / count - e.centre_y;
+      const double dx = middle[s].x / double{total} - e.centre_x,
+                   dy = middle[s].y / double{total} - e.centre_y;
       ratio.r2[s] = (dx * dx + dy * dy) * e.inverse_radius2;
       std::size_t k = 0;
       for (const float value : {c.r, c.g, c.b}) {
