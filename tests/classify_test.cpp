@@ -33,7 +33,7 @@ struct Bench {
   const Mesh& mesh;
   const View& view;
   PhotoMask mask;
-  std::vector<ProjectedVertex> projected;
+  ProjectedMesh projected;
   std::vector<FaceId> ivm;
 };
 

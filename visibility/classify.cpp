@@ -133,16 +133,18 @@ void CpuClassifier::scan_block(const ClassifyView& view, std::size_t number) {
 
 CpuClassifier::State CpuClassifier::scan_face(const ClassifyView& view, FaceId face, Block& block) {
   const bool exact = options_.correction == CoverageCorrection::exact;
+  const FaceBounds bounds = view.bounds(face);
+  if (outside(bounds, view.camera.width, view.camera.height)) return State::hidden;
   const RasterFace raster = view.raster(face);
-  const PixelBox bounds = pixel_bounds(raster, view.frame());
-  if (raster.facing == Facing::edge_on || misses_frame(view.camera, raster)) return State::hidden;
+  if (raster.facing == Facing::edge_on) return State::hidden;
   block.touched = united(block.touched, touched_pixels(bounds, view.frame()));
   const bool front = raster.facing == Facing::front;
   if (!exact && !front) return State::hidden;
-  const SpanWalker walker(raster, bounds);
+  const SpanWalker walker(raster, pixel_bounds(raster, bounds, view.frame()));
   collect_spans(raster, walker, exact, block.spans);
   if (block.spans.empty()) {
-    if (!front || (!inside_frame(view.camera, raster) && covers_a_pixel(raster))) return State::hidden;
+    if (!front || misses_frame(view.camera, raster)) return State::hidden;
+    if (!inside_frame(view.camera, raster) && covers_a_pixel(raster)) return State::hidden;
     if (!options_.subpixel) return State::unresolved;
     block.subpixel_faces.push_back(face);
     return State::subpixel;

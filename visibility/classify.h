@@ -20,7 +20,7 @@ struct ClassifyView {
   const Camera& camera;
   ViewId id;
   const PhotoMask& mask;
-  std::span<const ProjectedVertex> projected;
+  const ProjectedMesh& projected;
   std::span<const FaceId> ivm;  ///< pixels outside the photo hold kNoFace
   ProjectionRounding rounding;
 
@@ -30,7 +30,13 @@ struct ClassifyView {
   }
   RasterFace raster(FaceId face) const {
     const Triangle& t = mesh.faces[index(face)];
-    return raster_face(projected[t[0]], projected[t[1]], projected[t[2]], rounding);
+    const auto& v = projected.vertices;
+    return raster_face(v[t[0]], v[t[1]], v[t[2]], rounding);
+  }
+  FaceBounds bounds(FaceId face) const {
+    const Triangle& t = mesh.faces[index(face)];
+    const auto& p = projected.positions;
+    return face_bounds(p[t[0]], p[t[1]], p[t[2]]);
   }
   PixelBox frame() const { return {0, 0, camera.width, camera.height}; }
 };

@@ -25,4 +25,18 @@ inline ProjectedVertex project(const Camera& camera, const Pose& pose, const Wor
 void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose,
                       std::vector<ProjectedVertex>& projected);
 
+/// The pixel position of a vertex, rounded: good for bounds only. NaN when it is not in front of the camera.
+struct RoundedPosition {
+  float x, y;
+};
+
+/// All vertices of a mesh in one view.
+struct ProjectedMesh {
+  std::vector<ProjectedVertex> vertices;
+  std::vector<RoundedPosition> positions;
+};
+
+/// Fills `projected`, using its memory again. O(positions), TBB.
+void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose, ProjectedMesh& projected);
+
 }  // namespace gpvc

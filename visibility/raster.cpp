@@ -1,6 +1,7 @@
 #include "visibility/raster.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace gpvc {
@@ -71,29 +72,38 @@ RasterFace raster_face(ProjectedVertex a, ProjectedVertex b, ProjectedVertex c,
   return face;
 }
 
-PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window) {
-  const auto& v = face.vertex;
-  if (face.facing == Facing::edge_on) return {};
-  if (!(v[0].z > 0 && v[1].z > 0 && v[2].z > 0)) {
-    if (!(v[0].z > 0 || v[1].z > 0 || v[2].z > 0)) return {};
-    return window;
-  }
-  const double u0 = v[0].u / v[0].z, u1 = v[1].u / v[1].z, u2 = v[2].u / v[2].z;
-  const double v0 = v[0].v / v[0].z, v1 = v[1].v / v[1].z, v2 = v[2].v / v[2].z;
-  // A quotient is rounded by at most 2^-53 of itself: below 2^-20 px for every position that matters.
-  constexpr double kMargin = 0x1p-20;
+PixelBox pixel_bounds(const RasterFace& face, const FaceBounds& bounds, const PixelBox& window) {
+  if (face.facing == Facing::edge_on || !bounds.ahead) return {};
+  if (!bounds.bounded) return window;
   const auto first = [](double low, std::int32_t from, std::int32_t to) {
-    return static_cast<std::int32_t>(
-        std::ceil(std::clamp(low - 0.5 - kMargin, static_cast<double>(from), static_cast<double>(to))));
+    return static_cast<std::int32_t>(std::ceil(std::clamp<double>(low - 0.5, from, to)));
   };
   const auto end = [](double high, std::int32_t from, std::int32_t to) {
-    return static_cast<std::int32_t>(
-        std::floor(std::clamp(high + 0.5 + kMargin, static_cast<double>(from), static_cast<double>(to))));
+    return static_cast<std::int32_t>(std::floor(std::clamp<double>(high + 0.5, from, to)));
   };
-  return {first(std::min({u0, u1, u2}), window.x0, window.x1),
-          first(std::min({v0, v1, v2}), window.y0, window.y1),
-          end(std::max({u0, u1, u2}), window.x0, window.x1),
-          end(std::max({v0, v1, v2}), window.y0, window.y1)};
+  return {first(bounds.x0, window.x0, window.x1), first(bounds.y0, window.y0, window.y1),
+          end(bounds.x1, window.x0, window.x1), end(bounds.y1, window.y0, window.y1)};
+}
+
+PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window) {
+  const auto position = [](const ProjectedVertex& v) {
+    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+    return v.z > 0 ? RoundedPosition{static_cast<float>(v.u / v.z), static_cast<float>(v.v / v.z)}
+                   : RoundedPosition{kNowhere, kNowhere};
+  };
+  const auto& v = face.vertex;
+  return pixel_bounds(face, face_bounds(position(v[0]), position(v[1]), position(v[2])), window);
+}
+
+PixelBox touched_pixels(const FaceBounds& bounds, const PixelBox& window) {
+  if (!bounds.ahead) return {};
+  if (!bounds.bounded) return window;
+  const auto pixel = [](double position, std::int32_t from, std::int32_t to) {
+    return static_cast<std::int32_t>(std::floor(std::clamp<double>(position, from, to)));
+  };
+  return {pixel(bounds.x0, window.x0, window.x1), pixel(bounds.y0, window.y0, window.y1),
+          std::min(pixel(bounds.x1, window.x0, window.x1) + 1, window.x1),
+          std::min(pixel(bounds.y1, window.y0, window.y1) + 1, window.y1)};
 }
 
 SpanWalker::SpanWalker(const RasterFace& face, const PixelBox& bounds) : box_(bounds) {

@@ -123,14 +123,44 @@ struct PixelBox {
   bool empty() const { return x0 >= x1 || y0 >= y1; }
 };
 
-/// The pixels of `window` whose centres may lie in the projection of the face.
+/// Where a face may lie on the unbounded grid.
+struct FaceBounds {
+  double x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels
+  bool ahead = false;                     ///< some of the face is in front of the camera
+  bool bounded = false;                   ///< all of it is; else the rectangle is not set
+};
+
+/// From rounded positions: a rectangle that contains the projection for certain.
+inline FaceBounds face_bounds(const RoundedPosition& a, const RoundedPosition& b, const RoundedPosition& c) {
+  const bool ahead_a = a.x == a.x, ahead_b = b.x == b.x, ahead_c = c.x == c.x;  // not NaN
+  if (!(ahead_a && ahead_b && ahead_c)) return {0, 0, 0, 0, ahead_a || ahead_b || ahead_c, false};
+  // A float is off by 2^-24 of itself, a position below 2^-100 by less than that.
+  const auto below = [](float v) {
+    return static_cast<double>(v) - 0x1p-23 * std::abs(static_cast<double>(v)) - 0x1p-99;
+  };
+  const auto above = [](float v) {
+    return static_cast<double>(v) + 0x1p-23 * std::abs(static_cast<double>(v)) + 0x1p-99;
+  };
+  return {below(std::min({a.x, b.x, c.x})),
+          below(std::min({a.y, b.y, c.y})),
+          above(std::max({a.x, b.x, c.x})),
+          above(std::max({a.y, b.y, c.y})),
+          true,
+          true};
+}
+
+/// True when the face certainly has no point in [0, width] x [0, height].
+inline bool outside(const FaceBounds& bounds, double width, double height) {
+  return !bounds.ahead ||
+         (bounds.bounded && (bounds.x1 < 0 || bounds.y1 < 0 || bounds.x0 > width || bounds.y0 > height));
+}
+
+/// The pixels of `window` whose centres may lie in the projection of the face; empty for an edge-on face.
+PixelBox pixel_bounds(const RasterFace& face, const FaceBounds& bounds, const PixelBox& window);
 PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window);
 
-/// The pixels of `window` that the projection of the face may touch at all, given pixel_bounds.
-inline PixelBox touched_pixels(const PixelBox& bounds, const PixelBox& window) {
-  return {std::max(bounds.x0 - 1, window.x0), std::max(bounds.y0 - 1, window.y0),
-          std::min(bounds.x1 + 1, window.x1), std::min(bounds.y1 + 1, window.y1)};
-}
+/// The pixels of `window` that the face may touch.
+PixelBox touched_pixels(const FaceBounds& bounds, const PixelBox& window);
 
 /// Walks the rows of a face. Edges are linear along a row, so the ends of its run of pixels are computed and
 /// then confirmed: the pixel inside and the pixel outside of an end must differ from zero by more than

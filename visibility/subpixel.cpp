@@ -72,10 +72,13 @@ bool SubpixelResolver::any_in(const PixelBox& pixels) const {
 }
 
 void SubpixelResolver::hide_in_pixel(const ClassifyView& view, FaceId face, const RasterFace& raster,
-                                     std::size_t pixel) {
+                                     const FaceBounds& bounds, std::size_t pixel) {
   for (std::uint32_t number = first_[pixel]; number != kNone; number = samples_[number].next) {
     const Sample& sample = samples_[number];
     if (sample.face == face) continue;
+    if (bounds.bounded &&
+        (sample.x < bounds.x0 || sample.x > bounds.x1 || sample.y < bounds.y0 || sample.y > bounds.y1))
+      continue;
     if (std::atomic_ref(visible_[number]).load(std::memory_order_relaxed) == 0) continue;
     const FacePoint here = face_point(raster, sample.x, sample.y);
     if (!covers_exactly(here)) continue;
@@ -87,21 +90,30 @@ void SubpixelResolver::hide_in_pixel(const ClassifyView& view, FaceId face, cons
 }
 
 void SubpixelResolver::hide_behind(const ClassifyView& view, FaceId face) {
-  const RasterFace raster = view.raster(face);
-  const PixelBox pixels = touched_pixels(pixel_bounds(raster, view.frame()), view.frame());
-  if (raster.facing == Facing::edge_on || pixels.empty()) return;
+  const FaceBounds bounds = view.bounds(face);
+  if (outside(bounds, width_, height_)) return;
+  const PixelBox pixels = touched_pixels(bounds, view.frame());
+  if (pixels.empty()) return;
   const auto first_word = static_cast<std::size_t>(pixels.x0) / 64;
   const auto last_word = static_cast<std::size_t>(pixels.x1 - 1) / 64;
+  const std::uint64_t first_bits = ~std::uint64_t{0} << (pixels.x0 % 64);
+  const std::uint64_t last_bits = ~std::uint64_t{0} >> (63 - (pixels.x1 - 1) % 64);
+  RasterFace raster;
+  bool prepared = false;
   for (std::int32_t y = pixels.y0; y < pixels.y1; ++y)
     for (std::size_t word = first_word; word <= last_word; ++word) {
       std::uint64_t bits = occupied_[static_cast<std::size_t>(y) * stride_ + word];
+      if (word == first_word) bits &= first_bits;
+      if (word == last_word) bits &= last_bits;
       for (; bits != 0; bits &= bits - 1) {
-        const auto x = static_cast<std::int32_t>(word * 64) + std::countr_zero(bits);
-        if (x < pixels.x0) continue;
-        if (x >= pixels.x1) break;
-        hide_in_pixel(
-            view, face, raster,
-            static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x));
+        if (!prepared) {
+          raster = view.raster(face);
+          if (raster.facing == Facing::edge_on) return;
+          prepared = true;
+        }
+        hide_in_pixel(view, face, raster, bounds,
+                      static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + word * 64 +
+                          static_cast<std::size_t>(std::countr_zero(bits)));
       }
     }
 }

@@ -36,7 +36,8 @@ class SubpixelResolver {
   void place(const ClassifyView& view, std::size_t number, FaceId face);
   bool any_in(const PixelBox& pixels) const;
   void hide_behind(const ClassifyView& view, FaceId face);
-  void hide_in_pixel(const ClassifyView& view, FaceId face, const RasterFace& raster, std::size_t pixel);
+  void hide_in_pixel(const ClassifyView& view, FaceId face, const RasterFace& raster,
+                     const FaceBounds& bounds, std::size_t pixel);
 
   std::vector<Sample> samples_;
   std::vector<std::uint8_t> visible_;    ///< per sample

@@ -33,7 +33,7 @@ struct VisibilityStage::State {
   std::optional<GpuClassifier> gpu;
   std::string note;
   PhotoMask mask;
-  std::vector<ProjectedVertex> projected;
+  ProjectedMesh projected;
   std::vector<FaceCode> codes;
 };
 
