@@ -49,6 +49,9 @@ enum class Outliers { none, damp, clamp };
 struct CostOptions {
   DataTerm term = DataTerm::gmi;
   Outliers outliers = Outliers::clamp;
+  /// Cost of the data term's worst against its best, where a pair of differing neighbours costs 1 (the
+  /// solver's smoothness): less means larger patches. Chosen by held-out error.
+  double data_weight = 0.5;
   /// Width of the strip along depth discontinuities of the IVM in which candidates cost more (photos and mesh
   /// disagree there by a few pixels); 0 = off.
   int margin_px = 3;

@@ -93,8 +93,8 @@ Gaussian fit(std::span<const ColourSample> samples, const std::vector<std::uint8
 
 }  // namespace
 
-void agreement(std::span<const ColourSample> samples, std::vector<float>& result) {
-  result.assign(samples.size(), 1.0f);
+void disagreement(std::span<const ColourSample> samples, std::vector<double>& result) {
+  result.assign(samples.size(), 0.0);
   const auto votes = static_cast<std::size_t>(
       std::count_if(samples.begin(), samples.end(), [](const ColourSample& sample) { return sample.votes; }));
   if (votes < 3) return;
@@ -106,12 +106,12 @@ void agreement(std::span<const ColourSample> samples, std::vector<float>& result
     std::size_t inliers = 0;
     before = inlier;
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      result[i] = static_cast<float>(std::exp(-consensus.squared_distance(samples[i]) / 2));
-      inlier[i] = samples[i].votes && result[i] >= kOutlierBelow;
+      result[i] = std::sqrt(consensus.squared_distance(samples[i]));
+      inlier[i] = samples[i].votes && result[i] <= kOutlierDistance;
       inliers += inlier[i];
     }
     if (2 * inliers <= votes) {
-      result.assign(samples.size(), 1.0f);
+      result.assign(samples.size(), 0.0);
       return;
     }
     if (inlier == before) return;

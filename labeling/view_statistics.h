@@ -23,7 +23,8 @@ struct FaceRecord {
   float quality = 0;  ///< of the data term chosen, >= 0, more is better; px^2 or grey levels px
   std::array<std::uint16_t, 3> colour{};  ///< mean R, G, B of the pixels that show the face, times 256
   Share16 margin = 0;                     ///< of those pixels, the share within the silhouette margin
-  Share16 visible = 0;  ///< share of the face's samples that see it; whole when class is full
+  Share16 visible = 0;             ///< share of the face's samples that see it; whole when class is full
+  std::uint16_t disagreement = 0;  ///< with the other photos of the face: fixed_distance()
   bool is_full() const { return visible == kWholeShare; }
 };
 static_assert(sizeof(FaceRecord) == 20);

@@ -1,0 +1,524 @@
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "labeling/labeling.h"
+#include "labeling/photo_consistency.h"
+#include "labeling/photo_lookup.h"
+#include "labeling/silhouettes.h"
+#include "labeling/view_statistics.h"
+
+namespace gpvc {
+namespace {
+
+constexpr int kWidth = 64, kHeight = 48;
+
+/// 64 x 48 pixels, f = 64 px, looking along +z from `x` to the right of the origin: at z = 8 a pixel is 1/8
+/// wide.
+View view_from(double x) {
+  View view;
+  view.camera = {kWidth, kHeight, 64, 64, 32, 24, {}};
+  view.pose.centre = {x, 0, 0};
+  return view;
+}
+
+/// Adds the rectangle as cells of two triangles each, facing a camera that looks along +z.
+void add_rectangle(Mesh& mesh, double x0, double y0, double x1, double y1, double z, int cells) {
+  const auto base = static_cast<std::uint32_t>(mesh.positions.size());
+  const auto stride = static_cast<std::uint32_t>(cells + 1);
+  for (int j = 0; j <= cells; ++j)
+    for (int i = 0; i <= cells; ++i)
+      mesh.positions.push_back({x0 + (x1 - x0) * i / cells, y0 + (y1 - y0) * j / cells, z});
+  for (std::uint32_t j = 0; j + 1 < stride; ++j)
+    for (std::uint32_t i = 0; i + 1 < stride; ++i) {
+      const std::uint32_t a = base + j * stride + i, b = a + 1, c = a + stride, d = c + 1;
+      mesh.faces.push_back({a, c, b});
+      mesh.faces.push_back({b, c, d});
+    }
+}
+
+/// Visibility by definition: every pixel centre against every triangle.
+ViewVisibility look(const Mesh& mesh, const View& view, ViewId id = {}) {
+  ViewVisibility result;
+  result.ivm = {kWidth, kHeight, std::vector<FaceId>(kWidth * kHeight, kNoFace)};
+  std::vector<double> nearest(kWidth * kHeight, 1e300);
+  std::vector<std::uint32_t> samples(mesh.faces.size()), seen(mesh.faces.size());
+  const auto depth_at = [&](std::uint32_t face, double px, double py) -> double {
+    PixelPoint p[3];
+    CameraPoint c[3];
+    for (std::size_t i = 0; i < 3; ++i) {
+      c[i] = camera_from_world(view.pose, mesh.positions[mesh.faces[face][i]]);
+      p[i] = pixel_from_camera(view.camera, c[i]);
+    }
+    double inverse = 0, area = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const PixelPoint &a = p[(i + 1) % 3], &b = p[(i + 2) % 3];
+      const double edge = (b.x - a.x) * (py - a.y) - (b.y - a.y) * (px - a.x);
+      if (edge >= 0) return 0;  // counter-clockwise from outside is clockwise with y down
+      inverse += edge / c[i].z;
+      area += edge;
+    }
+    return area / inverse;
+  };
+  // Samples lie on the unbounded grid; 40 pixels beyond the image is unbounded enough for these scenes.
+  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
+    for (int y = -40; y < kHeight + 40; ++y)
+      for (int x = -40; x < kWidth + 40; ++x) {
+        const double depth = depth_at(face, x + 0.5, y + 0.5);
+        if (depth == 0) continue;
+        ++samples[face];
+        if (x < 0 || y < 0 || x >= kWidth || y >= kHeight) continue;
+        const auto pixel = static_cast<std::size_t>(y * kWidth + x);
+        if (depth < nearest[pixel]) {
+          nearest[pixel] = depth;
+          result.ivm.faces[pixel] = FaceId{face};
+        }
+      }
+  for (const FaceId face : result.ivm.faces)
+    if (face != kNoFace) ++seen[index(face)];
+  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
+    const bool full = samples[face] > 0 && seen[face] == samples[face];
+    result.classes.push_back(full             ? FaceClass::full
+                             : seen[face] > 0 ? FaceClass::partial
+                                              : FaceClass::hidden);
+    if (result.classes.back() != FaceClass::partial) continue;
+    FaceCoverage entry;
+    entry.face = FaceId{face};
+    entry.view = id;
+    entry.visible = seen[face];
+    entry.visible_share = static_cast<float>(seen[face]) / static_cast<float>(samples[face]);
+    result.coverage.entries.push_back(entry);
+  }
+  return result;
+}
+
+using Colour = std::array<int, 3>;
+
+Image paint(const std::function<Colour(int, int)>& colour) {
+  Image image{kWidth, kHeight, 3, std::vector<std::uint8_t>(kWidth * kHeight * 3)};
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<std::uint8_t>(colour(x, y)[c]);
+  return image;
+}
+
+Image grey(int level) {
+  return paint([=](int, int) { return Colour{level, level, level}; });
+}
+
+float cost_of(const CostTable& table, std::size_t face, std::uint32_t view) {
+  for (std::size_t i = table.first[face]; i < table.first[face + 1]; ++i)
+    if (table.views[i] == view) return table.costs[i];
+  return -1;
+}
+
+bool is_candidate(const CostTable& table, std::size_t face, std::uint32_t view) {
+  return cost_of(table, face, view) >= 0;
+}
+
+// --- statistics -------------------------------------------------------------------------------------------
+
+// A square of 24 x 24 pixels before a ramp of 2 grey levels a pixel, in two triangles of 288 px.
+TEST(ViewStatistics, AreaGradientAndColour) {
+  Mesh mesh;
+  add_rectangle(mesh, -1.5, -1.5, 1.5, 1.5, 8, 1);
+  const View view = view_from(0);
+  const ViewVisibility visibility = look(mesh, view);
+  const Image ramp = paint([](int x, int) { return Colour{2 * x, 2 * x, 2 * x}; });
+  CostOptions options;
+  options.margin_px = 0;
+  for (const auto& [term, expected] : {std::pair{DataTerm::area, 288.0}, {DataTerm::gmi, 576.0}}) {
+    options.term = term;
+    const auto records = view_statistics(mesh, view, ramp, visibility, options);
+    ASSERT_EQ(records.size(), 2u);
+    for (const FaceRecord& record : records) {
+      EXPECT_NEAR(static_cast<double>(record.quality), expected, 1e-3);
+      EXPECT_TRUE(record.is_full());
+      EXPECT_EQ(record.margin, 0);
+    }
+    // Columns 20 to 43; the first triangle has the left upper half of them, 24 pixels in the first column,
+    // one less in each of the next: the centres on the diagonal belong to neither here, so 23.
+    double sum = 0, count = 0;
+    for (int column = 0; column < 24; ++column) {
+      sum += (23 - column) * 2.0 * (20 + column);
+      count += 23 - column;
+    }
+    EXPECT_NEAR(records[0].colour[1] / 256.0, sum / count, 1.0 / 256);
+  }
+}
+
+TEST(ViewStatistics, AngleCountsByItsSquaredCosine) {
+  // The plane z = 8 + x tan(60 deg), seen at its centre under 60 degrees.
+  Mesh mesh;
+  add_rectangle(mesh, -0.05, -0.05, 0.05, 0.05, 8, 1);
+  for (WorldPoint& p : mesh.positions) p.z += p.x * std::sqrt(3.0);
+  const View view = view_from(0);
+  ViewVisibility visibility = look(mesh, view);
+  visibility.classes.assign(2, FaceClass::full);
+  const Image ramp = paint([](int x, int) { return Colour{2 * x, 2 * x, 2 * x}; });
+  CostOptions options;
+  options.term = DataTerm::gmi;
+  const float gmi = view_statistics(mesh, view, ramp, visibility, options)[0].quality;
+  options.term = DataTerm::gmi_angle;
+  const float with_angle = view_statistics(mesh, view, ramp, visibility, options)[0].quality;
+  EXPECT_NEAR(static_cast<double>(with_angle / gmi), 0.25, 0.01);
+}
+
+TEST(ViewStatistics, FaceWithoutAPixelIsLookedUpAtItsCentroid) {
+  // A face of 0.2 px in pixel (40, 10), between four centres.
+  Mesh mesh;
+  mesh.positions = {{8.1 / 8, -13.9 / 8, 8}, {8.1 / 8, -13.7 / 8, 8}, {8.3 / 8, -13.9 / 8, 8}};
+  mesh.faces = {{0, 1, 2}};
+  const View view = view_from(0);
+  ViewVisibility visibility = look(mesh, view);
+  visibility.classes = {FaceClass::full};
+  const Image photo = paint([](int x, int y) { return Colour{x, y, 7}; });
+  CostOptions options;
+  options.term = DataTerm::area;
+  const auto records = view_statistics(mesh, view, photo, visibility, options);
+  ASSERT_EQ(records.size(), 1u);
+  EXPECT_EQ(records[0].colour, (std::array<std::uint16_t, 3>{40 * 256, 10 * 256, 7 * 256}));
+  EXPECT_NEAR(static_cast<double>(records[0].quality), 0.02, 1e-6);
+}
+
+TEST(PhotoLookup, AgreesWithTheLensModel) {
+  Camera camera{900, 700, 800, 810, 440, 360, {}};
+  camera.distortion.k1 = -0.15;
+  camera.distortion.k2 = 0.03;
+  camera.distortion.p1 = 1e-3;
+  limit_distortion(camera);
+  const PhotoLookup lookup(camera);
+  for (int y = 0; y < camera.height; y += 7) {
+    const PhotoLookup::Row row = lookup.row(y);
+    for (int x = 0; x < camera.width; ++x) {
+      const auto exact = photo_from_pixel(camera, {x + 0.5, y + 0.5});
+      ASSERT_TRUE(exact.has_value());
+      const auto found = row.pixel(x);
+      ASSERT_TRUE(found.has_value());
+      // The exact point lies in the pixel found, or outside by no more than the lattice's error.
+      const double px = static_cast<double>(*found % 900), py = static_cast<double>(*found / 900);
+      const double ex = std::clamp(exact->x, 0.0, 900.0), ey = std::clamp(exact->y, 0.0, 700.0);
+      EXPECT_LE(std::max({px - ex, ex - (px + 1), py - ey, ey - (py + 1)}), 0.03) << x << ' ' << y;
+    }
+  }
+}
+
+// --- silhouettes ------------------------------------------------------------------------------------------
+
+std::vector<std::uint8_t> margin_of(const Mesh& mesh, const View& view, int margin_px) {
+  const ViewVisibility visibility = look(mesh, view);
+  return silhouette_margin(view.camera, visibility.ivm, margin_px, [&](FaceId face) {
+    CameraPoint corners[3];
+    for (std::size_t i = 0; i < 3; ++i)
+      corners[i] = camera_from_world(view.pose, mesh.positions[mesh.faces[index(face)][i]]);
+    return inverse_depth(view.camera, corners);
+  });
+}
+
+TEST(Silhouettes, StripOnBothSidesOfAnOccluder) {
+  // A board at z = 4 covers columns 24..39 and rows 16..31 of a wall at z = 8 (no centre on the wall's
+  // diagonal).
+  Mesh mesh;
+  add_rectangle(mesh, -8.1, -8.2, 8.3, 8.4, 8, 1);
+  add_rectangle(mesh, -0.5, -0.5, 0.5, 0.505, 4, 1);
+  for (const int margin_px : {1, 3, 5}) {
+    const auto margin = margin_of(mesh, view_from(0), margin_px);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        // Distances to the board's outline, counted in pixels from 1, inside positive.
+        const int inside = std::min(std::min(x - 23, 40 - x), std::min(y - 15, 32 - y));
+        const int outside = std::max(std::max(24 - x, x - 39), std::max(16 - y, y - 31));
+        const bool expected = inside > 0 ? inside <= margin_px : outside <= margin_px;
+        // Beyond the outline's corners the strip is round or square, as one likes: not tested.
+        if (inside <= 0 && (x < 24 || x > 39) && (y < 16 || y > 31)) continue;
+        ASSERT_EQ(margin[static_cast<std::size_t>(y * kWidth + x)] != 0, expected)
+            << x << ' ' << y << " margin " << margin_px;
+      }
+  }
+}
+
+TEST(Silhouettes, FoldAndSlopeAreNone) {
+  // A roof: two steep planes that meet in the middle, each in several triangles.
+  Mesh mesh;
+  add_rectangle(mesh, -8, -8, 0, 8, 8, 2);
+  add_rectangle(mesh, 0, -8, 8, 8, 8, 2);
+  for (WorldPoint& p : mesh.positions) p.z += 0.6 * std::abs(p.x);
+  const auto margin = margin_of(mesh, view_from(0), 3);
+  EXPECT_EQ(std::count(margin.begin(), margin.end(), 1), 0);
+}
+
+TEST(Silhouettes, StepOfLessThanTheMarginsFootprintsIsNone) {
+  // A pixel is 1/8 at z = 8; a step of 0.3 is 2.4 of them.
+  Mesh mesh;
+  add_rectangle(mesh, -8, -8, 0, 8, 8, 1);
+  add_rectangle(mesh, 0, -8, 8, 8, 7.7, 1);
+  for (const auto& [margin_px, found] : {std::pair{2, true}, {3, false}}) {
+    const auto margin = margin_of(mesh, view_from(0), margin_px);
+    EXPECT_EQ(std::count(margin.begin(), margin.end(), 1) > 0, found) << margin_px;
+  }
+}
+
+TEST(Silhouettes, SkyIsADiscontinuityAndThePhotosBorderIsNot) {
+  // A board before nothing, columns 16..47 from the top to the bottom of the image.
+  Mesh mesh;
+  add_rectangle(mesh, -2, -8, 2, 8, 8, 1);
+  const auto margin = margin_of(mesh, view_from(0), 2);
+  for (int x = 0; x < kWidth; ++x)
+    EXPECT_EQ(margin[static_cast<std::size_t>(20 * kWidth + x)] != 0,
+              (x >= 14 && x < 18) || (x >= 46 && x < 50))
+        << x;
+  // The same through a lens whose model ends 8 px from the centre: what was cleared beyond is no sky.
+  View view = view_from(0);
+  view.camera.distortion.k1 = 1e-9;
+  view.camera.distortion.max_r2 = 0.125 * 0.125;
+  ViewVisibility visibility = look(mesh, view);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      if (!in_photo(view.camera, {x + 0.5, y + 0.5}))
+        visibility.ivm.faces[static_cast<std::size_t>(y * kWidth + x)] = kNoFace;
+  const auto cleared =
+      silhouette_margin(view.camera, visibility.ivm, 2, [](FaceId) { return InverseDepth{}; });
+  EXPECT_EQ(std::count(cleared.begin(), cleared.end(), 1), 0);
+}
+
+// --- photo-consistency
+// --------------------------------------------------------------------------------------
+
+TEST(PhotoConsistency, OneOfFewIsFound) {
+  for (std::size_t count = 3; count <= 12; ++count) {
+    std::vector<ColourSample> samples(count);
+    for (std::size_t i = 0; i < count; ++i)
+      samples[i].rgb = {100.0f + static_cast<float>(i % 3), 110, 120.0f - static_cast<float>(i % 2)};
+    samples[count / 2].rgb = {200, 40, 30};
+    std::vector<double> distance;
+    disagreement(samples, distance);
+    for (std::size_t i = 0; i < count; ++i)
+      EXPECT_EQ(distance[i] > kOutlierDistance, i == count / 2) << i << " of " << count;
+  }
+}
+
+TEST(PhotoConsistency, NoMajorityNoVerdict) {
+  std::vector<double> distance;
+  const std::vector<ColourSample> two{{{10, 10, 10}}, {{200, 200, 200}}};
+  disagreement(two, distance);
+  EXPECT_EQ(distance, (std::vector<double>{0, 0}));
+  const std::vector<ColourSample> all_different{{{10, 10, 10}}, {{200, 10, 10}}, {{10, 200, 200}}};
+  disagreement(all_different, distance);
+  EXPECT_EQ(distance, (std::vector<double>{0, 0, 0}));
+}
+
+TEST(PhotoConsistency, ThoseWithoutAVoteAreJudged) {
+  std::vector<ColourSample> samples{
+      {{100, 100, 100}}, {{101, 100, 100}}, {{99, 100, 101}}, {{250, 0, 0}, false}};
+  std::vector<double> distance;
+  disagreement(samples, distance);
+  EXPECT_LT(distance[0], kOutlierDistance);
+  EXPECT_GT(distance[3], kOutlierDistance);
+}
+
+// --- candidates
+// ---------------------------------------------------------------------------------------------
+
+/// A wall in 12 x 12 x 2 faces that five cameras see as a whole, and what each photo shows.
+struct Wall {
+  Mesh mesh;
+  std::vector<View> views;
+  Wall() {
+    add_rectangle(mesh, -2, -2, 2, 2, 8, 12);
+    for (int i = 0; i < 5; ++i) views.push_back(view_from(0.25 * (i - 2)));
+  }
+
+  Candidates collect(const std::vector<Image>& photos, const CostOptions& options,
+                     bool backwards = false) const {
+    CandidateCollector collector(mesh, options);
+    for (std::uint32_t i = 0; i < views.size(); ++i) {
+      const std::uint32_t view = backwards ? static_cast<std::uint32_t>(views.size()) - 1 - i : i;
+      collector.add_view(ViewId{view}, views[view], photos[view], look(mesh, views[view], ViewId{view}));
+    }
+    return collector.finish();
+  }
+
+  WorldPoint centroid(std::size_t face) const {
+    WorldPoint sum;
+    for (const std::uint32_t v : mesh.faces[face]) {
+      sum.x += mesh.positions[v].x / 3;
+      sum.y += mesh.positions[v].y / 3;
+    }
+    return sum;
+  }
+};
+
+/// Photos of a wall of vertical stripes; in photo 1 something red covers columns 20..39 of rows 14..33.
+std::vector<Image> photos_with_a_visitor(const Wall& wall, const std::vector<double>& gains) {
+  std::vector<Image> photos;
+  for (std::size_t i = 0; i < wall.views.size(); ++i)
+    photos.push_back(paint([&](int x, int y) {
+      if (i == 1 && x >= 20 && x < 40 && y >= 14 && y < 34) return Colour{200, 20, 20};
+      const double world_x = (x + 0.5 - 32) / 8 + wall.views[i].pose.centre.x;
+      const int level = static_cast<int>(gains[i] * (110 + 20 * std::sin(3 * world_x)));
+      return Colour{level, level, level};
+    }));
+  return photos;
+}
+
+/// Columns and rows of face centroids in photo 1, inward from the visitor's outline.
+double depth_in_visitor(const Wall& wall, std::size_t face) {
+  const WorldPoint p = wall.centroid(face);
+  const double x = (p.x - wall.views[1].pose.centre.x) * 8 + 32, y = p.y * 8 + 24;
+  return std::min(std::min(x - 20, 40 - x), std::min(y - 14, 34 - y));
+}
+
+TEST(Candidates, VisitorInOnePhotoIsRejectedAndNothingElse) {
+  const Wall wall;
+  for (const std::vector<double>& gains : {std::vector<double>{1, 1, 1, 1, 1}, {0.7, 1.0, 1.2, 1.4, 0.9}}) {
+    const Candidates candidates = wall.collect(photos_with_a_visitor(wall, gains), {});
+    std::size_t inside = 0;
+    for (std::size_t face = 0; face < wall.mesh.faces.size(); ++face) {
+      const double depth = depth_in_visitor(wall, face);
+      if (depth > 2) {
+        EXPECT_FALSE(is_candidate(candidates.table, face, 1)) << face;
+        ++inside;
+      }
+      // Six rounds of averaging blur the verdict by a few faces of 2.7 px.
+      if (depth < -12) {
+        EXPECT_TRUE(is_candidate(candidates.table, face, 1)) << face;
+      }
+      for (const std::uint32_t view : {0u, 2u, 3u, 4u})
+        EXPECT_TRUE(is_candidate(candidates.table, face, view)) << face << " in " << view;
+      EXPECT_EQ(candidates.tags[face], FaceTag::seen);
+    }
+    EXPECT_GT(inside, 60u);
+    EXPECT_GE(candidates.rejected, inside);
+  }
+}
+
+TEST(Candidates, NoneKeepsAndDampWeakens) {
+  const Wall wall;
+  const auto photos = photos_with_a_visitor(wall, {1, 1, 1, 1, 1});
+  CostOptions options;
+  options.term = DataTerm::area;
+  options.outliers = Outliers::none;
+  const Candidates all = wall.collect(photos, options);
+  EXPECT_EQ(all.full, 5 * wall.mesh.faces.size());
+  EXPECT_EQ(all.rejected, 0u);
+  options.outliers = Outliers::damp;
+  const Candidates damped = wall.collect(photos, options);
+  EXPECT_EQ(damped.full, all.full);
+  for (std::size_t face = 0; face < wall.mesh.faces.size(); ++face)
+    if (depth_in_visitor(wall, face) > 2) {
+      EXPECT_GT(cost_of(damped.table, face, 1), cost_of(all.table, face, 1) + 0.1f);
+    }
+}
+
+TEST(Candidates, FacesThatEveryPhotoDisputesKeepTheirViews) {
+  const Wall wall;
+  std::vector<Image> photos;
+  for (int i = 0; i < 5; ++i)
+    photos.push_back(paint([=](int x, int y) {
+      // Noise of eight pixels that differs from photo to photo.
+      const int cell = (x / 8 * 31 + y / 8 * 17 + i * 101) * 2654435761u % 200;
+      return Colour{20 + cell, 220 - cell, (cell * 7) % 200};
+    }));
+  const Candidates candidates = wall.collect(photos, {});
+  for (std::size_t face = 0; face < wall.mesh.faces.size(); ++face)
+    EXPECT_LT(candidates.table.first[face], candidates.table.first[face + 1]);
+}
+
+TEST(Candidates, OrderOfViewsAndThreadsDoNotMatter) {
+  const Wall wall;
+  const auto photos = photos_with_a_visitor(wall, {1, 0.9, 1.1, 1, 1.2});
+  const Candidates forwards = wall.collect(photos, {});
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const Candidates backwards = wall.collect(photos, {}, true);
+  EXPECT_EQ(forwards.table.first, backwards.table.first);
+  EXPECT_EQ(forwards.table.views, backwards.table.views);
+  EXPECT_EQ(forwards.table.costs, backwards.table.costs);
+  EXPECT_TRUE(std::is_sorted(forwards.table.views.begin(), forwards.table.views.begin() + 5));
+}
+
+// A wall of two triangles behind a board, from two cameras: each sees the wall partially, and differently.
+TEST(Candidates, PartialViewsOnlyWhereNoneIsFullAndByHiddenShare) {
+  Mesh mesh;
+  add_rectangle(mesh, -2, -2, 2, 2, 8, 1);
+  add_rectangle(mesh, -1, -1, 0.5, 0.5, 4, 1);
+  CostOptions options;
+  options.term = DataTerm::area;
+  options.margin_px = 0;
+  CandidateCollector collector(mesh, options);
+  std::vector<ViewVisibility> seen;
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    const View view = view_from(i == 0 ? 0 : -1.5);
+    seen.push_back(look(mesh, view, ViewId{i}));
+    collector.add_view(ViewId{i}, view, grey(100), seen.back());
+  }
+  const Candidates candidates = collector.finish();
+  for (std::size_t face = 0; face < 4; ++face) {
+    bool any_full = false;
+    for (const ViewVisibility& view : seen) any_full |= view.classes[face] == FaceClass::full;
+    EXPECT_EQ(candidates.tags[face], any_full ? FaceTag::seen : FaceTag::partial);
+    for (std::uint32_t view = 0; view < 2; ++view)
+      EXPECT_EQ(is_candidate(candidates.table, face, view),
+                seen[view].classes[face] == (any_full ? FaceClass::full : FaceClass::partial));
+  }
+  ASSERT_EQ(candidates.tags[0], FaceTag::partial);
+  const auto share = [&](std::uint32_t view) {
+    for (const FaceCoverage& entry : seen[view].coverage.entries)
+      if (index(entry.face) == 0) return static_cast<double>(entry.visible_share);
+    return 1.0;
+  };
+  ASSERT_NE(share(0), share(1));
+  // The hidden share counts at hidden_cost, and again in the quality, which is that of the visible part.
+  const double difference = static_cast<double>(cost_of(candidates.table, 0, 0)) -
+                            static_cast<double>(cost_of(candidates.table, 0, 1));
+  EXPECT_GE(std::abs(difference), options.hidden_cost * std::abs(share(0) - share(1)) - 1e-4);
+  EXPECT_EQ(difference > 0, share(0) < share(1));
+}
+
+TEST(Candidates, MarginCostsItsShare) {
+  Mesh mesh;
+  add_rectangle(mesh, -4, -4, 4, 4, 8, 16);
+  add_rectangle(mesh, -0.5, -0.5, 0.5, 0.5, 4, 1);
+  const View view = view_from(0);
+  const ViewVisibility visibility = look(mesh, view);
+  std::array<Candidates, 2> result;
+  CostOptions options;
+  options.margin_px = 4;
+  for (const std::size_t with : {0u, 1u}) {
+    options.margin_cost = with == 1 ? 2.0 : 0.0;
+    CandidateCollector collector(mesh, options);
+    collector.add_view(ViewId{0}, view, grey(100), visibility);
+    result[with] = collector.finish();
+  }
+  const auto margin = margin_of(mesh, view, 4);
+  std::size_t costly = 0;
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    if (result[0].table.first[face] == result[0].table.first[face + 1]) continue;
+    double inside = 0, pixels = 0;
+    for (std::size_t i = 0; i < margin.size(); ++i)
+      if (visibility.ivm.faces[i] == FaceId{static_cast<std::uint32_t>(face)}) {
+        ++pixels;
+        inside += margin[i];
+      }
+    const double rise = static_cast<double>(cost_of(result[1].table, face, 0)) -
+                        static_cast<double>(cost_of(result[0].table, face, 0));
+    EXPECT_NEAR(rise, 2 * inside / pixels, 1e-4) << face;
+    costly += rise > 0;
+  }
+  EXPECT_GT(costly, 8u);
+}
+
+TEST(Candidates, FaceThatNoViewSeesIsFilled) {
+  Mesh mesh;
+  add_rectangle(mesh, -1, -1, 1, 1, -8, 1);
+  CandidateCollector collector(mesh, {});
+  collector.add_view(ViewId{3}, view_from(0), grey(9), look(mesh, view_from(100)));
+  const Candidates candidates = collector.finish();
+  EXPECT_EQ(candidates.tags, (std::vector{FaceTag::filled, FaceTag::filled}));
+  EXPECT_EQ(candidates.table.first, (std::vector<std::size_t>{0, 0, 0}));
+}
+
+}  // namespace
+}  // namespace gpvc
