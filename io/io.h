@@ -32,6 +32,19 @@ using Progress = std::function<void(std::size_t done, std::size_t total)>;
 /// size).
 Mesh read_mesh(const std::filesystem::path& file);
 
+/// How a mesh hangs together, as far as a halfedge structure can hold it.
+struct MeshTopology {
+  std::size_t components = 0;  ///< connected over edges, of the faces held
+  std::size_t boundary_edges = 0, boundary_loops = 0;
+  std::size_t nonmanifold_faces =
+      0;  ///< not held: on an edge that has two faces already, or turned against them
+  std::size_t degenerate_faces = 0;  ///< not held: name a vertex twice
+  std::size_t unused_vertices = 0;   ///< in no face held
+};
+
+/// Through OpenMesh. Only a report: the arrays of Mesh stay the truth. O(faces).
+MeshTopology mesh_topology(const Mesh& mesh);
+
 struct SceneOptions {
   /// Where the photos lie; default: `images` in the model's folder, beside it, or one level further up.
   std::optional<std::filesystem::path> images_dir{};
