@@ -58,6 +58,13 @@ void print_mesh(const SceneInputData& in, Console& console) {
   for (const WorldPoint& p : mesh.positions) box.add(p);
   console.result(fmt::format("mesh     {} faces, {} vertices", readable_count(mesh.faces.size()),
                              readable_count(mesh.positions.size())));
+  const MeshTopology topology = mesh_topology(mesh);
+  console.result(fmt::format(
+      "topology {} components, {} boundary edges in {} loops, {} non-manifold faces, {} degenerate faces, {} "
+      "unused vertices",
+      readable_count(topology.components), readable_count(topology.boundary_edges),
+      readable_count(topology.boundary_loops), readable_count(topology.nonmanifold_faces),
+      readable_count(topology.degenerate_faces), readable_count(topology.unused_vertices)));
   console.result("extent   " + box_text(box));
 
   constexpr std::size_t kVertices = 20000;
