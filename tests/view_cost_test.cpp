@@ -46,13 +46,15 @@ ViewVisibility look(const Mesh& mesh, const View& view, ViewId id = {}) {
   result.ivm = {kWidth, kHeight, std::vector<FaceId>(kWidth * kHeight, kNoFace)};
   std::vector<double> nearest(kWidth * kHeight, 1e300);
   std::vector<std::uint32_t> samples(mesh.faces.size()), seen(mesh.faces.size());
-  const auto depth_at = [&](std::uint32_t face, double px, double py) -> double {
-    PixelPoint p[3];
-    CameraPoint c[3];
+  PixelPoint p[3];
+  CameraPoint c[3];
+  const auto load = [&](std::uint32_t face) {
     for (std::size_t i = 0; i < 3; ++i) {
       c[i] = camera_from_world(view.pose, mesh.positions[mesh.faces[face][i]]);
       p[i] = pixel_from_camera(view.camera, c[i]);
     }
+  };
+  const auto depth_at = [&](double px, double py) -> double {
     double inverse = 0, area = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       const PixelPoint &a = p[(i + 1) % 3], &b = p[(i + 2) % 3];
@@ -64,10 +66,11 @@ ViewVisibility look(const Mesh& mesh, const View& view, ViewId id = {}) {
     return area / inverse;
   };
   // Samples lie on the unbounded grid; 40 pixels beyond the image is unbounded enough for these scenes.
-  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
+  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
+    load(face);
     for (int y = -40; y < kHeight + 40; ++y)
       for (int x = -40; x < kWidth + 40; ++x) {
-        const double depth = depth_at(face, x + 0.5, y + 0.5);
+        const double depth = depth_at(x + 0.5, y + 0.5);
         if (depth == 0) continue;
         ++samples[face];
         if (x < 0 || y < 0 || x >= kWidth || y >= kHeight) continue;
@@ -77,6 +80,7 @@ ViewVisibility look(const Mesh& mesh, const View& view, ViewId id = {}) {
           result.ivm.faces[pixel] = FaceId{face};
         }
       }
+  }
   for (const FaceId face : result.ivm.faces)
     if (face != kNoFace) ++seen[index(face)];
   for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
