@@ -68,6 +68,11 @@ ViewVisibility VisibilityStage::classify(const View& view, ViewId id) {
 void VisibilityStage::classify(const View& view, ViewId id, ViewVisibility& result) {
   State& state = *state_;
   state.device.make_current();
+  const auto pixels =
+      static_cast<std::uint64_t>(view.camera.width) * static_cast<std::uint64_t>(view.camera.height);
+  if (view.camera.width <= 0 || view.camera.height <= 0 || pixels > 0xFFFFFFFFU)
+    throw GpuError("an image of " + std::to_string(view.camera.width) + " x " +
+                   std::to_string(view.camera.height) + " pixels cannot be drawn");
   result.statistics = {};
   result.ivm.width = view.camera.width;
   result.ivm.height = view.camera.height;

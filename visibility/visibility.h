@@ -12,6 +12,8 @@
 // edge), taken on the unbounded pixel grid after clipping at z > 0. When there is none, and sub-pixel
 // resolution is on: the centroid and the midpoints from the centroid to the three vertices. A pixel is in the
 // image when it lies on the W x H grid and its centre, distorted, lies in the photo.
+// A degenerate face, or one seen edge-on to the accuracy of doubles (thinner than about 1e-11 px), is hidden
+// and hides nothing.
 #pragma once
 
 #include <cstddef>
@@ -79,6 +81,8 @@ enum class Sampling { hivers, ves, dense };
 /// off: the IVM as drawn. paper: LPCC alone. exact: every face that covers a pixel centre contests its stored
 /// owner, in real arithmetic on the projected vertices; ties go to the lower face index.
 enum class CoverageCorrection { off, paper, exact };
+/// gpu: compute shaders, for `off` and `paper` in images of one tile; everything else is classified on the
+/// CPU, with the same bits. automatic: the CPU beside a software renderer, shaders on hardware.
 enum class Classifier { automatic, cpu, gpu };
 
 struct VisibilityOptions {
