@@ -6,6 +6,8 @@
 // 16 * 2^-53 * (|fx| + |cx| + ...) px, about 1e-11 px for a photo of 8000 px.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <vector>
 
 #include "io/scene.h"
@@ -29,6 +31,15 @@ void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose,
 struct RoundedPosition {
   float x, y;
 };
+
+inline RoundedPosition rounded_position(const ProjectedVertex& v) {
+  constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+  if (!(v.z > 0)) return {kNowhere, kNowhere};
+  // Far beyond any image, but within the range of a float.
+  constexpr double kFar = 1e38;
+  return {static_cast<float>(std::clamp(v.u / v.z, -kFar, kFar)),
+          static_cast<float>(std::clamp(v.v / v.z, -kFar, kFar))};
+}
 
 /// All vertices of a mesh in one view.
 struct ProjectedMesh {

@@ -1,7 +1,6 @@
 #include "visibility/raster.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace gpvc {
@@ -86,13 +85,9 @@ PixelBox pixel_bounds(const RasterFace& face, const FaceBounds& bounds, const Pi
 }
 
 PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window) {
-  const auto position = [](const ProjectedVertex& v) {
-    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-    return v.z > 0 ? RoundedPosition{static_cast<float>(v.u / v.z), static_cast<float>(v.v / v.z)}
-                   : RoundedPosition{kNowhere, kNowhere};
-  };
   const auto& v = face.vertex;
-  return pixel_bounds(face, face_bounds(position(v[0]), position(v[1]), position(v[2])), window);
+  return pixel_bounds(
+      face, face_bounds(rounded_position(v[0]), rounded_position(v[1]), rounded_position(v[2])), window);
 }
 
 PixelBox touched_pixels(const FaceBounds& bounds, const PixelBox& window) {

@@ -134,12 +134,13 @@ struct FaceBounds {
 inline FaceBounds face_bounds(const RoundedPosition& a, const RoundedPosition& b, const RoundedPosition& c) {
   const bool ahead_a = a.x == a.x, ahead_b = b.x == b.x, ahead_c = c.x == c.x;  // not NaN
   if (!(ahead_a && ahead_b && ahead_c)) return {0, 0, 0, 0, ahead_a || ahead_b || ahead_c, false};
-  // A float is off by 2^-24 of itself, a position below 2^-100 by less than that.
+  // A float is off by 2^-24 of itself, a position below 2^-100 by less than that; four times as much leaves
+  // room for other positions rounded likewise.
   const auto below = [](float v) {
-    return static_cast<double>(v) - 0x1p-23 * std::abs(static_cast<double>(v)) - 0x1p-99;
+    return static_cast<double>(v) - 0x1p-22 * std::abs(static_cast<double>(v)) - 0x1p-99;
   };
   const auto above = [](float v) {
-    return static_cast<double>(v) + 0x1p-23 * std::abs(static_cast<double>(v)) + 0x1p-99;
+    return static_cast<double>(v) + 0x1p-22 * std::abs(static_cast<double>(v)) + 0x1p-99;
   };
   return {below(std::min({a.x, b.x, c.x})),
           below(std::min({a.y, b.y, c.y})),

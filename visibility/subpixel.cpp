@@ -12,8 +12,6 @@
 namespace gpvc {
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-
 /// A sample sees the face only if it is in the image: on the frame, and in the photo once distorted.
 bool in_image(const ClassifyView& view, double x, double y) {
   const double w = view.camera.width, h = view.camera.height;
@@ -28,12 +26,25 @@ void SubpixelResolver::start(const ClassifyView& view, std::size_t faces) {
     width_ = view.camera.width;
     height_ = view.camera.height;
     stride_ = (static_cast<std::size_t>(width_) + 63) / 64;
-    first_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), kNone);
+    end_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
     occupied_.assign(stride_ * static_cast<std::size_t>(height_), 0);
     tiles_.assign(stride_ * ((static_cast<std::size_t>(height_) + 63) / 64), 0);
   }
   samples_.resize(faces * kSubpixelSamples);
   visible_.assign(faces * kSubpixelSamples, 0);
+}
+
+/// Calls back for every pixel with samples, tile by tile.
+template <class Callback>
+void SubpixelResolver::for_each_occupied(Callback&& callback) const {
+  for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
+    if (tiles_[tile] == 0) continue;
+    const std::size_t word = tile % stride_, row = tile / stride_ * 64;
+    for (std::size_t y = row; y < std::min(row + 64, static_cast<std::size_t>(height_)); ++y)
+      for (std::uint64_t bits = occupied_[y * stride_ + word]; bits != 0; bits &= bits - 1)
+        callback(y * static_cast<std::size_t>(width_) + word * 64 +
+                 static_cast<std::size_t>(std::countr_zero(bits)));
+  }
 }
 
 void SubpixelResolver::place(const ClassifyView& view, std::size_t number, FaceId face) {
@@ -45,6 +56,7 @@ void SubpixelResolver::place(const ClassifyView& view, std::size_t number, FaceI
     if (k < 3) q = {q.u + 3 * v[k].u, q.v + 3 * v[k].v, q.z + 3 * v[k].z};
     const auto sample = static_cast<std::uint32_t>(number * kSubpixelSamples + k);
     const double x = q.u / q.z, y = q.v / q.z;
+    samples_[sample] = {x, y, face, kNoPixel};
     if (!in_image(view, x, y)) continue;
     visible_[sample] = 1;
     const int column = std::min(static_cast<int>(x), width_ - 1);
@@ -52,14 +64,31 @@ void SubpixelResolver::place(const ClassifyView& view, std::size_t number, FaceI
     const std::size_t word = static_cast<std::size_t>(column) / 64;
     const std::size_t pixel =
         static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column);
-    // The order within a list depends on the threads; what is done with it does not.
-    const std::uint32_t next = std::atomic_ref(first_[pixel]).exchange(sample, std::memory_order_relaxed);
-    samples_[sample] = {x, y, face, next};
+    samples_[sample].pixel = static_cast<std::uint32_t>(pixel);
+    std::atomic_ref(end_[pixel]).fetch_add(1, std::memory_order_relaxed);
     std::atomic_ref(occupied_[static_cast<std::size_t>(row) * stride_ + word])
         .fetch_or(std::uint64_t{1} << (column % 64), std::memory_order_relaxed);
     std::atomic_ref(tiles_[static_cast<std::size_t>(row) / 64 * stride_ + word])
         .store(1, std::memory_order_relaxed);
   }
+}
+
+/// Counting sort. The order within a pixel depends on the threads; what is done with the samples does not.
+void SubpixelResolver::sort_by_pixel() {
+  std::uint32_t begin = 0;
+  for_each_occupied([&](std::size_t pixel) {
+    const std::uint32_t count = end_[pixel];
+    end_[pixel] = begin;
+    begin += count;
+  });
+  placed_.resize(begin);
+  tbb::parallel_for(std::size_t{0}, samples_.size(), [&](std::size_t number) {
+    const Sample& sample = samples_[number];
+    if (sample.pixel == kNoPixel) return;
+    const std::uint32_t at = std::atomic_ref(end_[sample.pixel]).fetch_add(1, std::memory_order_relaxed);
+    placed_[at] = {static_cast<float>(sample.x), static_cast<float>(sample.y),
+                   static_cast<std::uint32_t>(number), sample.pixel};
+  });
 }
 
 bool SubpixelResolver::any_in(const PixelBox& pixels) const {
@@ -73,19 +102,21 @@ bool SubpixelResolver::any_in(const PixelBox& pixels) const {
 
 void SubpixelResolver::hide_in_pixel(const ClassifyView& view, FaceId face, const RasterFace& raster,
                                      const FaceBounds& bounds, std::size_t pixel) {
-  for (std::uint32_t number = first_[pixel]; number != kNone; number = samples_[number].next) {
-    const Sample& sample = samples_[number];
-    if (sample.face == face) continue;
+  for (std::uint32_t i = end_[pixel]; i > 0 && placed_[i - 1].pixel == pixel; --i) {
+    const Placed& placed = placed_[i - 1];
+    // Rounded by 2^-24 of its position; the bounds are wider than the face by three times that.
     if (bounds.bounded &&
-        (sample.x < bounds.x0 || sample.x > bounds.x1 || sample.y < bounds.y0 || sample.y > bounds.y1))
+        (placed.x < bounds.x0 || placed.x > bounds.x1 || placed.y < bounds.y0 || placed.y > bounds.y1))
       continue;
-    if (std::atomic_ref(visible_[number]).load(std::memory_order_relaxed) == 0) continue;
+    const Sample& sample = samples_[placed.sample];
+    if (sample.face == face) continue;
+    if (std::atomic_ref(visible_[placed.sample]).load(std::memory_order_relaxed) == 0) continue;
     const FacePoint here = face_point(raster, sample.x, sample.y);
     if (!covers_exactly(here)) continue;
     const RasterFace own = view.raster(sample.face);
     const int order = compare_depth_exactly(here, face_point(own, sample.x, sample.y));
     if (order < 0 || (order == 0 && face < sample.face))
-      std::atomic_ref(visible_[number]).store(0, std::memory_order_relaxed);
+      std::atomic_ref(visible_[placed.sample]).store(0, std::memory_order_relaxed);
   }
 }
 
@@ -123,6 +154,7 @@ void SubpixelResolver::resolve(const ClassifyView& view, std::span<const FaceId>
   start(view, faces.size());
   if (faces.empty()) return;
   tbb::parallel_for(std::size_t{0}, faces.size(), [&](std::size_t i) { place(view, i, faces[i]); });
+  sort_by_pixel();
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
     if (!any_in(blocks[block])) return;
     const std::size_t last = std::min((block + 1) * faces_per_block, view.mesh.faces.size());
@@ -130,16 +162,13 @@ void SubpixelResolver::resolve(const ClassifyView& view, std::span<const FaceId>
       hide_behind(view, FaceId{static_cast<std::uint32_t>(f)});
   });
   // Only what was written is cleared: the tables are as large as the image.
+  for_each_occupied([&](std::size_t pixel) { end_[pixel] = 0; });
   for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
     if (tiles_[tile] == 0) continue;
     tiles_[tile] = 0;
-    const std::size_t word = tile % stride_, row = tile / stride_ * 64;
-    for (std::size_t y = row; y < std::min(row + 64, static_cast<std::size_t>(height_)); ++y) {
-      std::uint64_t& bits = occupied_[y * stride_ + word];
-      for (; bits != 0; bits &= bits - 1)
-        first_[y * static_cast<std::size_t>(width_) + word * 64 +
-               static_cast<std::size_t>(std::countr_zero(bits))] = kNone;
-    }
+    for (std::size_t y = tile / stride_ * 64;
+         y < std::min(tile / stride_ * 64 + 64, static_cast<std::size_t>(height_)); ++y)
+      occupied_[y * stride_ + tile % stride_] = 0;
   }
 }
 

@@ -1,7 +1,7 @@
 // Faces whose projection contains no pixel centre: their samples are the centroid and the midpoints from it
 // to the three vertices, and each is decided against every face that covers it, exactly.
 //
-// The samples are kept in lists, one a pixel. Every face of the mesh then visits the pixels its projection
+// The samples are sorted by pixel. Every face of the mesh then visits the pixels its projection
 // touches and hides the samples there that it covers and lies in front of. Marking commutes, so the result
 // does not depend on the order. Cost: O(faces + pixels touched + pairs of a sample and a face in one pixel).
 #pragma once
@@ -29,11 +29,20 @@ class SubpixelResolver {
   struct Sample {
     double x, y;
     FaceId face;
-    std::uint32_t next;  ///< in the list of its pixel
+    std::uint32_t pixel;  ///< kNoPixel when it is not in the image
   };
+  /// A sample as the faces that pass over its pixel meet it.
+  struct Placed {
+    float x, y;  ///< rounded
+    std::uint32_t sample, pixel;
+  };
+  static constexpr std::uint32_t kNoPixel = 0xFFFFFFFFU;
 
   void start(const ClassifyView& view, std::size_t faces);
   void place(const ClassifyView& view, std::size_t number, FaceId face);
+  void sort_by_pixel();
+  template <class Callback>
+  void for_each_occupied(Callback&& callback) const;
   bool any_in(const PixelBox& pixels) const;
   void hide_behind(const ClassifyView& view, FaceId face);
   void hide_in_pixel(const ClassifyView& view, FaceId face, const RasterFace& raster,
@@ -41,7 +50,8 @@ class SubpixelResolver {
 
   std::vector<Sample> samples_;
   std::vector<std::uint8_t> visible_;    ///< per sample
-  std::vector<std::uint32_t> first_;     ///< sample of each pixel
+  std::vector<Placed> placed_;           ///< by pixel
+  std::vector<std::uint32_t> end_;       ///< of each pixel's samples in placed_; 0 where there are none
   std::vector<std::uint64_t> occupied_;  ///< a bit a pixel with samples, rows padded to whole words
   std::vector<std::uint8_t> tiles_;      ///< words of 64 rows with samples
   std::size_t stride_ = 0;               ///< words a row
