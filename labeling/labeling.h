@@ -47,14 +47,14 @@ enum class DataTerm { area, gmi, gmi_angle };
 enum class Outliers { none, damp, clamp };
 
 struct CostOptions {
-  DataTerm term = DataTerm::gmi;
+  DataTerm term = DataTerm::area;
   Outliers outliers = Outliers::clamp;
   /// Cost of the data term's worst against its best, where a pair of differing neighbours costs 1 (the
   /// solver's smoothness): less means larger patches. Chosen by held-out error.
-  double data_weight = 0.5;
+  double data_weight = 0.25;
   /// Width of the strip along depth discontinuities of the IVM in which candidates cost more (photos and mesh
   /// disagree there by a few pixels); 0 = off.
-  int margin_px = 3;
+  int margin_px = 5;
   /// Added to the cost of a face that lies in that strip as a whole, in proportion otherwise. The default
   /// outweighs the three neighbours that a face can disagree with, so that a clean view wins even for a
   /// single face.

@@ -103,8 +103,10 @@ struct Neighbours {
   }
 };
 
-/// Rounds of averaging over a face and those it shares edges with: some twenty faces count.
-constexpr int kRounds = 6;
+/// Rounds of averaging over a face and those it shares edges with: some thirty faces count. Chosen by
+/// held-out error and by patches, of which none, 3 and 10 rounds leave 2801, 559 and 459 on a park with
+/// trees.
+constexpr int kRounds = 10;
 /// A single wild colour must not outvote its surroundings.
 constexpr double kMostPerFace = 2 * kOutlierDistance;
 

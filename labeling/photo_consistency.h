@@ -19,10 +19,10 @@ struct ColourSample {
 /// falls to 6e-3, the threshold of Waechter, Moehrle, Goesele 2014, section 4.1.
 inline constexpr double kOutlierDistance = 3.2;
 
-/// Averaged over the faces around, distances scatter less (a face of the consensus has 1.6 on average), and
-/// less is suspicious. Chosen by held-out error: 3.2 keeps leaves of trees that are not in the mesh, 2 does
-/// not.
-inline constexpr double kOutlierMeanDistance = 2.0;
+/// The same for distances averaged over the faces around, which scatter less (a face of the consensus has 1.6
+/// on average). Chosen by held-out error: 3.2 keeps leaves of trees that are not in the mesh, 2 rejects more
+/// for no better error.
+inline constexpr double kOutlierMeanDistance = 2.2;
 
 /// Distances as records keep them: steps of 1/1024, at most 63.
 constexpr std::uint16_t fixed_distance(double distance) {
