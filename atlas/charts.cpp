@@ -9,27 +9,16 @@
 #include <optional>
 #include <unordered_set>
 
+#include "atlas/chart_merging.h"
 #include "atlas/coverage_index.h"
 #include "atlas/flat_chart.h"
+#include "atlas/texel_set.h"
 
 namespace gpvc {
 
 namespace {
 
 enum class FaceUse : std::uint8_t { plain, partial, flat, unseen };
-
-struct FrameBox {
-  double x0 = std::numeric_limits<double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
-  void add(const TexelTriangle& t) {
-    for (const auto& p : t) {
-      x0 = std::min(x0, p.x), x1 = std::max(x1, p.x);
-      y0 = std::min(y0, p.y), y1 = std::max(y1, p.y);
-    }
-  }
-  /// Texels from the one that holds the lowest coordinate to the one that holds the highest.
-  int width() const { return std::max(1, static_cast<int>(std::ceil(x1) - std::floor(x0))); }
-  int height() const { return std::max(1, static_cast<int>(std::ceil(y1) - std::floor(y0))); }
-};
 
 class ChartMaker {
  public:
@@ -38,6 +27,7 @@ class ChartMaker {
       : input_(input),
         coverage_(coverage),
         neighbours_(neighbours),
+        padding_(options.padding),
         room_(options.page_size - 2 * options.padding),
         uses_(input.mesh.faces.size()),
         group_(input.mesh.faces.size(), 0) {
@@ -47,7 +37,7 @@ class ChartMaker {
 
   ChartSet make() {
     project();
-    add_components(FaceUse::plain);
+    add_plain();
     add_partial();
     add_flat();
     add_blocks();
@@ -57,11 +47,12 @@ class ChartMaker {
  private:
   void project();
   FaceUse use_of(std::size_t face, TexelTriangle& corners) const;
-  void add_components(FaceUse use);
+  void add_plain();
   void add_partial();
   void add_flat();
   void add_blocks();
-  void split_or_add(std::vector<std::uint32_t> faces);
+  void split(std::vector<std::uint32_t> faces, std::vector<FramePart>& parts);
+  void add_merged(ChartKind kind, TexelSharing sharing, std::vector<FramePart> parts);
   void add_projected(ChartKind kind, std::vector<std::uint32_t> faces, const FrameBox& box, double scale);
   std::vector<std::vector<std::uint32_t>> connected_parts(std::span<const std::uint32_t> faces);
   std::vector<std::uint32_t> grow_without_overlap(std::uint32_t seed, std::vector<char>& taken) const;
@@ -79,6 +70,7 @@ class ChartMaker {
   const AtlasInput& input_;
   const CoverageIndex& coverage_;
   const FaceNeighbours& neighbours_;
+  int padding_;
   int room_;  ///< texels of a page's edge left for a chart
   std::vector<FaceUse> uses_;
   std::vector<std::uint32_t> group_;  ///< marks of the sets being flooded
@@ -138,22 +130,23 @@ std::vector<std::vector<std::uint32_t>> ChartMaker::connected_parts(std::span<co
   return parts;
 }
 
-void ChartMaker::add_components(FaceUse use) {
+void ChartMaker::add_plain() {
   std::vector<std::uint32_t> faces;
   for (std::uint32_t face = 0; face < uses_.size(); ++face)
-    if (uses_[face] == use) faces.push_back(face);
-  for (auto& part : connected_parts(faces)) split_or_add(std::move(part));
+    if (uses_[face] == FaceUse::plain) faces.push_back(face);
+  std::vector<FramePart> parts;
+  for (auto& part : connected_parts(faces)) split(std::move(part), parts);
+  // Texels of fully visible faces are the photo's, whichever face reads them.
+  add_merged(ChartKind::plain, TexelSharing::allowed, std::move(parts));
 }
 
-/// Halves a set that exceeds a page across its longer axis by face centroids, until each connected part fits.
-void ChartMaker::split_or_add(std::vector<std::uint32_t> faces) {
+/// Halves a set that exceeds a page across its longer axis by face centroids, until each connected part fits;
+/// a single face that does not is left to be reduced.
+void ChartMaker::split(std::vector<std::uint32_t> faces, std::vector<FramePart>& parts) {
   const FrameBox box = box_of(faces);
-  if (fits(box)) return add_projected(ChartKind::plain, std::move(faces), box, 1.0);
-  if (faces.size() == 1) {
-    // Nothing left to split: the one place where texels are coarser than pixels. One texel of slack covers
-    // the rounding of the box to whole texels on both sides.
-    const double scale = (room_ - 1) / std::max(box.x1 - box.x0, box.y1 - box.y0);
-    return add_projected(ChartKind::plain, std::move(faces), box, scale);
+  if (fits(box) || faces.size() == 1) {
+    parts.push_back({input_.labels[faces.front()], std::move(faces), box});
+    return;
   }
   const bool along_x = box.x1 - box.x0 >= box.y1 - box.y0;
   const auto centroid = [&](std::uint32_t face) {
@@ -171,7 +164,18 @@ void ChartMaker::split_or_add(std::vector<std::uint32_t> faces) {
   std::vector<std::uint32_t> low(faces.begin(), half), high(half, faces.end());
   for (auto* side : {&low, &high}) {
     std::sort(side->begin(), side->end());
-    for (auto& part : connected_parts(*side)) split_or_add(std::move(part));
+    for (auto& part : connected_parts(*side)) split(std::move(part), parts);
+  }
+}
+
+void ChartMaker::add_merged(ChartKind kind, TexelSharing sharing, std::vector<FramePart> parts) {
+  const auto fit = [this](const FrameBox& box) { return fits(box); };
+  for (auto& part : merge_close_parts(std::move(parts), result_.corners, padding_, sharing, fit)) {
+    // The one place where texels are coarser than pixels. One texel of slack covers the rounding of the box
+    // to whole texels on both sides.
+    const double scale =
+        fits(part.box) ? 1.0 : (room_ - 1) / std::max(part.box.x1 - part.box.x0, part.box.y1 - part.box.y0);
+    add_projected(kind, std::move(part.faces), part.box, scale);
   }
 }
 
@@ -197,51 +201,41 @@ void ChartMaker::add_projected(ChartKind kind, std::vector<std::uint32_t> faces,
   result_.charts.push_back(std::move(chart));
 }
 
-/// Partial faces hide behind others, so two of one component can project onto the same place. A chart grows
+/// Partial faces hide behind others, so two of one component can project onto the same place. A part grows
 /// over neighbours as long as no texel centre is covered twice.
 void ChartMaker::add_partial() {
   std::vector<char> taken(uses_.size(), 0);
+  std::vector<FramePart> parts;
   for (std::uint32_t face = 0; face < uses_.size(); ++face) {
     if (uses_[face] != FaceUse::partial || taken[face]) continue;
     auto faces = grow_without_overlap(face, taken);
     std::sort(faces.begin(), faces.end());
     const FrameBox box = box_of(faces);
-    add_projected(ChartKind::partial, std::move(faces), box, 1.0);
+    parts.push_back({input_.labels[face], std::move(faces), box});
   }
+  add_merged(ChartKind::partial, TexelSharing::forbidden, std::move(parts));
 }
 
 std::vector<std::uint32_t> ChartMaker::grow_without_overlap(std::uint32_t seed,
                                                             std::vector<char>& taken) const {
-  constexpr CellBox kEverywhere{-(1 << 28), -(1 << 28), 1 << 28, 1 << 28};
-  // A centre exactly on an edge belongs to both faces that share it and is no overlap; projections carry
-  // errors around 1e-9 px, far below this.
-  constexpr double kStrictlyInside = -1.0 / 4096;
-  const auto key = [](int x, int y) {
-    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) | static_cast<std::uint32_t>(x);
-  };
-  std::unordered_set<std::uint64_t> covered;
+  TexelSet covered;
   std::unordered_set<std::uint32_t> refused;
   FrameBox box;
   const auto try_add = [&](std::uint32_t face) {
     FrameBox grown = box;
     grown.add(result_.corners[face]);
     if (!fits(grown)) return false;
-    std::vector<std::uint64_t> texels;
     bool free = true;
-    triangle_spans(result_.corners[face], kStrictlyInside, kEverywhere, [&](int y, int first, int last) {
-      for (int x = first; x <= last && free; ++x) {
-        free = !covered.contains(key(x, y));
-        texels.push_back(key(x, y));
-      }
-    });
+    covered_spans(result_.corners[face],
+                  [&](int y, int first, int last) { free = free && !covered.meets(y, first, last); });
     if (!free) return false;
-    covered.insert(texels.begin(), texels.end());
+    covered_spans(result_.corners[face], [&](int y, int first, int last) { covered.add(y, first, last); });
     box = grown;
     return true;
   };
-  std::vector<std::uint32_t> faces;
-  if (try_add(seed)) faces.push_back(seed);
+  std::vector<std::uint32_t> faces{seed};
   taken[seed] = 1;
+  try_add(seed);
   for (std::size_t next = 0; next < faces.size(); ++next) {
     for (std::size_t k = neighbours_.first[faces[next]]; k < neighbours_.first[faces[next] + 1]; ++k) {
       const std::uint32_t other = neighbours_.faces[k];

@@ -12,7 +12,9 @@
 namespace gpvc {
 
 enum class ChartKind : std::uint8_t {
-  /// Connected faces of one view, their texels copied from it: frame = origin + texel / scale.
+  /// Faces of one view, their texels copied from it: frame = origin + texel / scale. Connected, but for
+  /// pieces
+  /// of the photo whose paddings would overlap: these keep their places and share a chart.
   plain,
   /// As plain, but every texel comes from the best view that shows it; no texel centre lies in two faces.
   partial,

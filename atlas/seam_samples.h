@@ -29,7 +29,8 @@ struct SeamSamples {
   std::vector<std::array<Color, 2>> colors;  ///< per sample: as the photos of faces[0] and faces[1] show it
   std::vector<std::array<PixelPoint, 2>> frame;  ///< where, in the views' frames
   /// Per sample, 0 to 1: how much of a difference is one of brightness. Photos and mesh disagree by about
-  /// kMisregistration_px, which on a steep gradient alone makes a step; 0 where a photo does not show the place.
+  /// kMisregistration_px, which on a steep gradient alone makes a step; 0 where a photo does not show the
+  /// place.
   std::vector<float> weight;
 };
 

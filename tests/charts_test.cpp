@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <set>
 
 #include "atlas/chart_raster.h"
 #include "atlas/pages.h"
+#include "atlas/texel_set.h"
 #include "atlas_scene.h"
 
 namespace gpvc {
@@ -160,6 +162,43 @@ TEST_F(Charts, UnseenFacesGetSmallBlocks) {
   std::size_t texels = 0;
   for (const Chart& chart : set.charts) texels += static_cast<std::size_t>(chart.width * chart.height);
   EXPECT_LE(texels, 5 * scene_.mesh.faces.size());
+}
+
+TEST_F(Charts, PiecesOfAPhotoCloserThanTheirPaddingShareAChart) {
+  /* squares of 10 px in view 0, the rest is seen by nobody:  0 . 0 . . . . 0 */
+  scene_.add_plane(8, 1, 1.0);
+  scene_.add_view(4, 0.5, 10, 200, 100, 100);
+  for (std::size_t f = 0; f < 16; ++f)
+    if (f / 2 != 0 && f / 2 != 2 && f / 2 != 7) scene_.labels[f] = kNoView, scene_.tags[f] = FaceTag::filled;
+  const ChartSet set = make(1024);
+  expect_sound(set, 1024);
+  ASSERT_EQ(set.charts.size(), 3u);
+  EXPECT_EQ(set.charts[0].faces, (std::vector<std::uint32_t>{0, 1, 4, 5}));
+  EXPECT_EQ(set.charts[0].width, 30);
+  EXPECT_EQ(set.charts[1].faces, (std::vector<std::uint32_t>{14, 15}));
+}
+
+TEST(TexelSet, AgreesWithAPlainSetOfTexels) {
+  std::mt19937 random(5);
+  for (int n = 0; n < 200; ++n) {
+    TexelSet a, b;
+    std::set<std::pair<int, int>> plain_a, plain_b;
+    for (int i = 0; i < 12; ++i) {
+      const int y = static_cast<int>(random() % 3), first = static_cast<int>(random() % 40) - 20;
+      const int last = first + static_cast<int>(random() % 4);
+      bool meets = false;
+      for (int x = first; x <= last; ++x) meets = meets || plain_a.contains({x, y});
+      EXPECT_EQ(a.meets(y, first, last), meets);
+      (i % 2 ? a : b).add(y, first, last);
+      for (int x = first; x <= last; ++x) (i % 2 ? plain_a : plain_b).emplace(x, y);
+    }
+    const bool meet = std::any_of(plain_a.begin(), plain_a.end(),
+                                  [&](const auto& texel) { return plain_b.contains(texel); });
+    EXPECT_EQ(a.meets(b), meet);
+    a.take(b);
+    for (const auto& [x, y] : plain_b) EXPECT_TRUE(a.meets(y, x, x));
+    for (const auto& [x, y] : plain_a) EXPECT_TRUE(a.meets(y, x, x));
+  }
 }
 
 TEST(TriangleSpans, AgreeWithASeparatingAxisTestOfEveryCell) {
