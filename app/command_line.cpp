@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
-#include <iterator>
 #include <new>
 #include <optional>
 
@@ -13,6 +12,7 @@
 #include "app/command_options.h"
 #include "app/help.h"
 #include "app/interrupt.h"
+#include "app/near_words.h"
 #include "app/options.h"
 
 namespace gpvc {
@@ -72,14 +72,38 @@ int run_guarded(const CommonOptions& common, const std::function<void(Console&)>
   return kFailed;
 }
 
-// The command the user got to, for the hint where help is.
-std::string reached_command(const CLI::App& app) {
-  std::string name = app.get_name();
-  for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
-    at = at->get_subcommands().front();
-    name += " " + at->get_name();
-  }
-  return name;
+// The command the user got to.
+const CLI::App& reached_command(const CLI::App& app) {
+  const CLI::App* at = &app;
+  while (!at->get_subcommands().empty()) at = at->get_subcommands().front();
+  return *at;
+}
+
+std::string full_name(const CLI::App& app) {
+  return (app.get_parent() == nullptr ? "" : full_name(*app.get_parent()) + " ") + app.get_name();
+}
+
+// What is wrong with the words, where CLI11's own sentence would be less clear.
+std::string usage_complaint(const CLI::App& reached, const CLI::ParseError& error) {
+  const auto meant = [](const std::string& word, const std::vector<std::string>& words) {
+    const auto near = near_words(word, words, 1, 1 + word.size() / 4);
+    return near.empty() ? std::string() : fmt::format("; did you mean '{}'?", near.front());
+  };
+  std::vector<std::string> commands, options;
+  for (const CLI::App* command : reached.get_subcommands([](const CLI::App*) { return true; }))
+    commands.push_back(command->get_name());
+  for (const CLI::Option* option : reached.get_options())
+    for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+  const std::vector<std::string> left = reached.remaining(true);
+  for (const std::string& word : left)
+    if (word.starts_with("-") && word.size() > 1)
+      return fmt::format("there is no option '{}'{}", word, meant(word.substr(0, word.find('=')), options));
+  if (!commands.empty())
+    return left.empty()
+               ? "a command is missing"
+               : fmt::format("there is no command '{}'{}", left.front(), meant(left.front(), commands));
+  if (!left.empty()) return fmt::format("'{}' is one argument too many", left.front());
+  return error.what();
 }
 
 }  // namespace
@@ -121,7 +145,9 @@ int run_command_line(int argc, char** argv) {
   } catch (const CLI::Success& e) {  // --help, --version
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
-    std::fprintf(stderr, "gpvc: error: %s\nTry '%s --help'.\n", e.what(), reached_command(app).c_str());
+    const CLI::App& reached = reached_command(app);
+    std::fprintf(stderr, "gpvc: error: %s\nTry '%s --help'.\n", usage_complaint(reached, e).c_str(),
+                 full_name(reached).c_str());
     return kBadUsage;
   }
   const std::vector<std::string> given(argv, argv + argc);

@@ -7,7 +7,8 @@
 #include <algorithm>
 #include <fstream>
 #include <future>
-#include <numeric>
+
+#include "app/near_words.h"
 
 namespace gpvc {
 namespace {
@@ -31,31 +32,11 @@ std::vector<std::string> listed(const std::string& list) {
   return names;
 }
 
-// Levenshtein's distance, O(|a| |b|).
-std::size_t edits(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t next =
-          std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      diagonal = row[j];
-      row[j] = next;
-    }
-  }
-  return row.back();
-}
-
 std::string near_names(const Scene& scene, const std::string& name) {
-  std::vector<std::pair<std::size_t, std::string>> near;
-  for (const View& view : scene.views) near.emplace_back(edits(name, view.name), view.name);
-  constexpr std::size_t kShown = 3;
-  const auto shown = std::min(kShown, near.size());
-  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(shown), near.end());
+  std::vector<std::string> names;
+  for (const View& view : scene.views) names.push_back(view.name);
   std::string text;
-  for (std::size_t i = 0; i < shown; ++i) text += (i == 0 ? "" : ", ") + near[i].second;
+  for (const std::string& near : near_words(name, names, 3)) text += (text.empty() ? "" : ", ") + near;
   return text;
 }
 

@@ -192,6 +192,14 @@ TEST(AppUsage, WrongWordsGiveTwoAndAHint) {
   }
 }
 
+TEST(AppUsage, MistypedWordsAreGuessed) {
+  EXPECT_TRUE(contains(run({"textre", "a"}).err, "no command 'textre'; did you mean 'texture'?"));
+  EXPECT_TRUE(contains(run({"texture", "a", "b", "-o", "c", "--view=x"}).err,
+                       "no option '--view=x'; did you mean '--views'?"));
+  EXPECT_TRUE(contains(run({"texture", "a", "b", "x", "-o", "c"}).err, "'x' is one argument too many"));
+  EXPECT_TRUE(contains(run({"synth"}).err, "a command is missing"));
+}
+
 TEST_F(App, ListsDevicesWithoutAScene) {
   const Outcome outcome = run({"texture", "--device", "list"});
   EXPECT_EQ(outcome.exit_code, 0);
