@@ -26,10 +26,11 @@ struct AtlasOptions {
 
 struct AtlasStatistics {
   std::size_t charts = 0, filled_faces = 0;
-  std::size_t chart_texels = 0;                      ///< inside charts, padding not counted
-  std::size_t page_texels = 0;                       ///< of all pages after cropping
-  std::size_t seam_edges = 0;                        ///< mesh edges between faces of different views
-  double seam_step_before = 0, seam_step_after = 0;  ///< mean grey-level step across seams (0..255)
+  std::size_t chart_texels = 0;  ///< inside charts, padding not counted
+  std::size_t page_texels = 0;   ///< of all pages after cropping
+  std::size_t seam_edges = 0;    ///< mesh edges between faces of different views
+  double seam_step_before = 0,
+         seam_step_after = 0;  ///< mean grey-level step across seams (0..255); zero without leveling
   double layout_s = 0, leveling_s = 0, baking_s = 0;
 };
 
@@ -51,10 +52,12 @@ struct AtlasInput {
   const CoverageTable& coverage;   ///< which pixels of those views see the partial faces
 };
 
-/// Charts are connected faces with one view; their texture coordinates are the exact projections into that
-/// view's undistorted frame, so photo texels are copied at full resolution. Faces tagged partial take each
-/// texel from the best view whose coverage shows it. Each photo is decoded a bounded number of times. Throws
-/// InputError from photos.
+/// Charts are faces of one view, connected or so close in its photo that their paddings would overlap; their
+/// texture coordinates are the exact projections into that view's undistorted frame, so photo texels are
+/// copied at full resolution. Faces tagged partial take each texel from the best view whose coverage shows
+/// it. Each photo is fetched from the cache at most twice, once for its seams and once to bake. Throws
+/// InputError from photos and std::invalid_argument where options and input do not fit together. Progress
+/// counts photos baked.
 TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& options, const Progress& progress);
 
 }  // namespace gpvc
