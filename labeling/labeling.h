@@ -59,6 +59,11 @@ struct CostOptions {
   /// outweighs the three neighbours that a face can disagree with, so that a clean view wins even for a
   /// single face.
   double margin_cost = 3.0;
+  /// Added per halving of a view's quality against the face's best candidate, beyond the first two, at most
+  /// twice: a grazing view smears, and in the data term alone, which compares with the best faces of the
+  /// whole scene, a small face's views hardly differ. Two halvings are free because patches are worth that
+  /// much.
+  double coarse_cost = 0.5;
   /// Added to the cost of a partial view, times the share of the face that it does not see.
   double hidden_cost = 1.0;
 };

@@ -96,6 +96,14 @@ float quantile_of(const std::vector<float>& values, double quantile) {
   return std::bit_cast<float>(high << 16 | find());
 }
 
+/// Halvings of quality from the best of the face to this one, those that CostOptions::coarse_cost counts.
+double coarse_halvings(float quality, float best) {
+  constexpr double kFree = 2, kMost = 2;
+  if (!(best > 0)) return 0;
+  if (!(quality > 0)) return kMost;
+  return std::clamp(std::log2(static_cast<double>(best) / static_cast<double>(quality)) - kFree, 0.0, kMost);
+}
+
 /// A chunk's part of the table.
 struct TablePart {
   std::vector<std::uint32_t> views;
@@ -105,6 +113,8 @@ struct TablePart {
   std::size_t full = 0, partial = 0, rejected = 0;
 
   void add(const Choice& choice, const CostOptions& options) {
+    const float best =
+        choice.quality.empty() ? 0 : *std::max_element(choice.quality.begin(), choice.quality.end());
     counts.push_back(static_cast<std::uint32_t>(choice.taken.size()));
     tags.push_back(choice.tag);
     rejected += choice.rejected;
@@ -115,7 +125,8 @@ struct TablePart {
       quality.push_back(choice.quality[i]);
       penalty.push_back(
           static_cast<float>(options.margin_cost * record.margin / kWholeShare +
-                             options.hidden_cost * (kWholeShare - record.visible) / kWholeShare));
+                             options.hidden_cost * (kWholeShare - record.visible) / kWholeShare +
+                             options.coarse_cost * coarse_halvings(choice.quality[i], best)));
     }
   }
 };

@@ -514,6 +514,34 @@ TEST(Candidates, MarginCostsItsShare) {
   EXPECT_GT(costly, 8u);
 }
 
+// The same square in views of ever shorter focal length: areas 1, 1/4, 1/8 and 1/64, that is 0, 2, 3 and 6
+// halvings of which two are free and two count at most.
+TEST(Candidates, CoarseViewsCostByTheirHalvings) {
+  Mesh mesh;
+  add_rectangle(mesh, -2, -2, 2, 2, 8, 1);
+  const std::array<double, 4> area{1, 1.0 / 4, 1.0 / 8, 1.0 / 64}, counted{0, 0, 1, 2};
+  std::array<Candidates, 2> result;
+  CostOptions options;
+  options.margin_px = 0;
+  options.outliers = Outliers::none;
+  for (const std::size_t with : {0u, 1u}) {
+    options.coarse_cost = with == 1 ? 0.5 : 0.0;
+    CandidateCollector collector(mesh, options);
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      View view = view_from(0);
+      view.camera.fx *= std::sqrt(area[i]);
+      view.camera.fy *= std::sqrt(area[i]);
+      collector.add_view(ViewId{i}, view, grey(100), look(mesh, view, ViewId{i}));
+    }
+    result[with] = collector.finish();
+  }
+  for (const std::size_t face : {0u, 1u})
+    for (std::uint32_t i = 0; i < 4; ++i)
+      EXPECT_NEAR(cost_of(result[1].table, face, i) - cost_of(result[0].table, face, i), 0.5 * counted[i],
+                  1e-4)
+          << face << " " << i;
+}
+
 // A thin pole before the wall, which the photos show two pixels further to the right than the mesh has it:
 // next to it faces look clear of the pole and have its colour.
 TEST(Candidates, MarginKeepsAMisplacedPoleOffTheWall) {
