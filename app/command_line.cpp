@@ -42,6 +42,9 @@ bool asks_for_devices(int argc, char** argv) {
   return false;
 }
 
+// What went to standard output did not all arrive (a full disk behind a redirection).
+bool results_were_lost() { return std::fflush(stdout) != 0 || std::ferror(stdout) != 0; }
+
 int run_guarded(const CommonOptions& common, const std::function<void(Console&)>& command) {
   std::optional<Console> console;
   try {
@@ -57,6 +60,7 @@ int run_guarded(const CommonOptions& common, const std::function<void(Console&)>
       setenv("LP_NUM_THREADS", std::to_string(common.threads).c_str(), 0);  // llvmpipe, the software OpenGL
     }
     command(*console);
+    if (results_were_lost()) throw std::runtime_error("standard output: cannot be written");
     return 0;
   } catch (const Cancelled&) {
     console->error("interrupted; nothing was written");

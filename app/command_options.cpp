@@ -17,10 +17,23 @@ struct Choice {
   Value value;
 };
 
-// CLI::Range, which would also print itself into the help.
+// A number of the type within bounds. Unlike CLI::Range it refuses NaN, says what it wanted, and keeps out of
+// the help.
 template <class Value>
 CLI::Validator in_range(Value least, Value most) {
-  return CLI::Range(least, most).description("");
+  const std::string kind = std::is_integral_v<Value> ? "a whole number" : "a number";
+  return CLI::Validator(
+      [least, most, kind](std::string& given) {
+        Value value{};
+        if (CLI::detail::lexical_cast(given, value) && value >= least && value <= most) return std::string();
+        return fmt::format("'{}' is not {} from {} to {}", given, kind, least, most);
+      },
+      "");
+}
+
+CLI::Validator not_empty() {
+  return CLI::Validator(
+      [](std::string& given) { return given.empty() ? std::string("is empty") : std::string(); }, "");
 }
 
 // An option that takes one of a few words.
@@ -107,6 +120,7 @@ void add_output(CLI::App& app, std::filesystem::path& out, bool& force) {
   app.add_option("-o,--output", out, "Folder for the result; made when missing")
       ->type_name("OUT")
       ->required()
+      ->check(not_empty())
       ->group(kGroup);
   app.add_flag("--force", force, "Replace an earlier result in OUT once the new one is complete")
       ->group(kGroup);
@@ -242,8 +256,10 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
   CLI::App* app = parent.add_subcommand("visibility", "say which faces of a mesh each photo sees");
   add_scene_input(*app, options.input);
   add_output(*app, options.out, options.force);
-  app->add_flag("--ivm", options.ivm,
-                "Also write ivm/NAME.npy: per pixel the face seen, 0xFFFFFFFF where none")
+  app->add_flag(
+         "--ivm", options.ivm,
+         "Also write ivm/NAME.npy: per pixel the face drawn there, before any correction, 0xFFFFFFFF where "
+         "none")
       ->group("Output");
   add_visibility(*app, options.visibility);
   add_common(*app, options.common);
@@ -314,6 +330,10 @@ CLI::App* add_label(CLI::App& parent, LabelOptions& options) {
   add_common(*app, options.common);
   app->footer(
       std::string(
+          "COSTS as a folder: counts.npy (uint32 per face: how many candidates), then views.npy (uint32) "
+          "and\n"
+          "costs.npy (float32, from 0, which is best), candidate after candidate in face order, views\n"
+          "ascending within a face.\n\n"
           "Writes labels.npy (int32 per face: its view, -1 without candidates) and run.json to OUT; prints "
           "the\n"
           "energy: the sum of the chosen costs and of the smoothness over differing neighbours.\n\n") +
@@ -356,6 +376,7 @@ CLI::App* add_synth_city(CLI::App& parent, SynthCityOptions& options) {
   app->add_option("-o,--output", options.out, "Folder for the scene; made when missing")
       ->type_name("DIR")
       ->required()
+      ->check(not_empty())
       ->group("Output");
   app->add_flag("--force", options.force, "Replace an earlier scene in DIR")->group("Output");
   app->add_option("--faces", options.city.faces,

@@ -6,8 +6,10 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 
 namespace gpvc {
 namespace {
@@ -21,15 +23,35 @@ std::size_t terminal_columns() {
   return 80;
 }
 
+// A log may replace an earlier log, never a file of another kind: --log takes a path as easily as the mesh
+// does.
+void refuse_other_files(const std::filesystem::path& file) {
+  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder)) throw OutputError(file, "its folder does not exist");
+  if (!std::filesystem::is_regular_file(file) || std::filesystem::file_size(file) == 0) return;
+  std::string begin(11, ' ');  // 2026-01-31T
+  std::ifstream(file).read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  for (std::size_t i = 0; i < begin.size(); ++i) {
+    const char wanted = i == 4 || i == 7 ? '-' : i == 10 ? 'T' : '0';
+    if (wanted == '0' ? std::isdigit(static_cast<unsigned char>(begin[i])) == 0 : begin[i] != wanted)
+      throw OutputError(file, "exists and is no earlier log; it is not replaced by one");
+  }
+}
+
 std::shared_ptr<spdlog::logger> open_log(const std::filesystem::path& file) {
   if (file.empty()) return nullptr;
+  refuse_other_files(file);
   try {
     auto sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string(), true);
     auto log = std::make_shared<spdlog::logger>("gpvc", sink);
     log->set_level(spdlog::level::trace);
     log->flush_on(spdlog::level::trace);
     log->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
-    log->set_error_handler([](const std::string&) {});  // a full disk must not end a run for its log's sake
+    // A full disk must not end a run for its log's sake, but is not kept quiet either.
+    log->set_error_handler([warned = false](const std::string& reason) mutable {
+      if (!warned) std::fprintf(stderr, "gpvc: warning: the log is incomplete: %s\n", reason.c_str());
+      warned = true;
+    });
     return log;
   } catch (const spdlog::spdlog_ex&) {
     throw OutputError(file, "cannot be opened for writing as the log");

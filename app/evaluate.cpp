@@ -81,6 +81,10 @@ Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache
                           const EvaluateOptions& options, const Progress& progress) {
   LoadedModel model = read_textured_model(options.model);
   model.model.mesh = &model.mesh;
+  if (std::all_of(model.model.face_page.begin(), model.model.face_page.end(),
+                  [](std::uint32_t page) { return page == kNoPage; }))
+    throw InputError(options.model, "",
+                     "has no textured face (an OBJ needs its MTL, with map_Kd, beside it)");
   const Mesh wanted = options.mesh ? read_mesh(*options.mesh) : Mesh{};
   VisibilityOptions coverage_only;
   coverage_only.correction = CoverageCorrection::off;
@@ -111,6 +115,9 @@ Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache
     progress(v + 1, scene.views.size());
   }
   evaluation.mean = mean_score(evaluation.views);
+  if (evaluation.mean.windows == 0)
+    throw InputError(options.model, "",
+                     "no view shows enough of it to compare; is it in the cameras' frame?");
   if (options.out) write_report(*options.out, evaluation);
   return evaluation;
 }

@@ -64,7 +64,8 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
                     const TextureOptions& options, Console& console, RunRecord& record) {
   Stage stage(console, record, "visibility and costs", "views");
   VisibilityStage visibility(device, in.mesh, options.visibility);
-  console.detail(visibility.classifier_note());
+  console.note("classifier: " + visibility.classifier_note());
+  record.counts["classifier"] = visibility.classifier_note();
   CandidateCollector collector(in.mesh, options.costs);
   const auto policy = options.common.threads == 1 ? std::launch::deferred : std::launch::async;
   SeenScene seen;

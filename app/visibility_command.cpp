@@ -57,7 +57,8 @@ void classify_views(const SceneInputData& in, const VisibilityCommandOptions& op
                     OutputFolder& folder, Console& console, RunRecord& record) {
   Stage stage(console, record, "visibility", "views");
   VisibilityStage visibility(device, in.mesh, options.visibility);
-  console.detail(visibility.classifier_note());
+  console.note("classifier: " + visibility.classifier_note());
+  record.counts["classifier"] = visibility.classifier_note();
   std::size_t name_width = 5;
   for (const ViewId id : in.used) name_width = std::max(name_width, in.scene.views[index(id)].name.size());
   console.result(table_head(name_width));
