@@ -181,7 +181,8 @@ void bake_photos(const AtlasInput& input, const ChartSet& set, std::span<const C
   each_photo(input.photos, views, [&](std::uint32_t v, const Image& photo) {
     const View& view = input.scene.views[v];
     const PlainBaker baker(ViewId{v}, view, photo, correction, padding);
-    const auto& [plain_bands, partial_charts] = work[v];
+    const auto& plain_bands = work[v].bands;
+    const auto& partial_charts = work[v].partial;
     tbb::parallel_for(std::size_t{0}, plain_bands.size() + partial_charts.size(), [&](std::size_t i) {
       if (i >= plain_bands.size())
         return take_view(partial[partial_charts[i - plain_bands.size()]], set, view, ViewId{v}, photo,

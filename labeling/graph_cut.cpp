@@ -71,7 +71,7 @@ struct CutGraph::Arrays {
   std::vector<std::uint8_t> source_side;
   Forest forest;
 
-  void build(const Topology& topology);
+  void build(const Topology& problem);
 };
 
 namespace {
@@ -144,17 +144,17 @@ void CutGraph::Topology::link_reverse() {
     }
 }
 
-void CutGraph::Arrays::build(const Topology& topology) {
-  const auto nodes = static_cast<std::uint32_t>(topology.terminal.size());
+void CutGraph::Arrays::build(const Topology& problem) {
+  const auto nodes = static_cast<std::uint32_t>(problem.terminal.size());
   const std::uint32_t source_node = nodes, sink_node = nodes + 1;
   first.resize(nodes + 3);
   std::uint32_t terminals = 0, source_arcs = 0;
   for (std::uint32_t node = 0; node < nodes; ++node) {
-    first[node] = topology.first[node] + terminals;
-    terminals += topology.terminal[node] != 0;
-    source_arcs += topology.terminal[node] > 0;
+    first[node] = problem.first[node] + terminals;
+    terminals += problem.terminal[node] != 0;
+    source_arcs += problem.terminal[node] > 0;
   }
-  const auto inner_arcs = static_cast<std::uint32_t>(topology.target.size());
+  const auto inner_arcs = static_cast<std::uint32_t>(problem.target.size());
   first[source_node] = inner_arcs + terminals;
   first[sink_node] = first[source_node] + source_arcs;
   first[sink_node + 1] = inner_arcs + 2 * terminals;
@@ -165,7 +165,7 @@ void CutGraph::Arrays::build(const Topology& topology) {
   std::uint32_t next_source = first[source_node], next_sink = first[sink_node];
   for (std::uint32_t node = 0; node < nodes; ++node) {
     std::uint32_t arc = first[node];
-    if (const Capacity terminal = topology.terminal[node]; terminal != 0) {
+    if (const Capacity terminal = problem.terminal[node]; terminal != 0) {
       const std::uint32_t back = terminal > 0 ? next_source++ : next_sink++;
       target[arc] = terminal > 0 ? source_node : sink_node;
       residual[arc] = terminal > 0 ? 0 : -terminal;
@@ -175,12 +175,12 @@ void CutGraph::Arrays::build(const Topology& topology) {
       reverse[back] = arc;
       ++arc;
     }
-    for (std::uint32_t from = topology.first[node]; from < topology.first[node + 1]; ++from, ++arc) {
-      const std::uint32_t other = topology.target[from];
+    for (std::uint32_t from = problem.first[node]; from < problem.first[node + 1]; ++from, ++arc) {
+      const std::uint32_t other = problem.target[from];
       target[arc] = other;
-      residual[arc] = topology.capacity[from];
-      reverse[arc] = topology.reverse[from] - topology.first[other] + first[other] +
-                     (topology.terminal[other] != 0 ? 1u : 0u);
+      residual[arc] = problem.capacity[from];
+      reverse[arc] = problem.reverse[from] - problem.first[other] + first[other] +
+                     (problem.terminal[other] != 0 ? 1u : 0u);
     }
   }
 }
