@@ -154,6 +154,19 @@ void add_visibility(CLI::App& app, VisibilityOptions& options) {
       ->group(kVisibilityGroup);
 }
 
+void add_edge_weights(CLI::App& app, EdgeWeights& weights) {
+  constexpr Choice<EdgeWeights> kWeights[] = {{"uniform", EdgeWeights::uniform},
+                                              {"length", EdgeWeights::length},
+                                              {"dihedral", EdgeWeights::dihedral},
+                                              {"both", EdgeWeights::length_dihedral}};
+  add_choice<EdgeWeights>(
+      app, "--edge-weights", kWeights, [&](EdgeWeights v) { weights = v; }, "uniform",
+      "What the smoothness counts: neighbours, the length of their edge, its flatness (seams hide in folds), "
+      "or "
+      "both")
+      ->group("View selection");
+}
+
 void add_selection(CLI::App& app, TextureOptions& options) {
   constexpr const char* kGroup = "View selection";
   constexpr Choice<DataTerm> kTerms[] = {
@@ -180,6 +193,7 @@ void add_selection(CLI::App& app, TextureOptions& options) {
       ->check(in_range(0.0, 1e6))
       ->default_str(fmt::format("{}", SolverOptions{}.smoothness))
       ->group(kGroup);
+  add_edge_weights(app, options.edge_weights);
   app.add_option(
          "--margin", options.costs.margin_px,
          "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there; 0 is off")
@@ -321,6 +335,7 @@ CLI::App* add_label(CLI::App& parent, LabelOptions& options) {
       ->check(in_range(0.0, 1e6))
       ->default_str(fmt::format("{}", SolverOptions{}.smoothness))
       ->group("View selection");
+  add_edge_weights(*app, options.edge_weights);
   app->add_option("--sweeps", options.solver.max_sweeps,
                   "Sweeps over all labels at most; it stops where none helps")
       ->type_name("N")

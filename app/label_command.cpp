@@ -15,7 +15,8 @@ void run_label(const LabelOptions& options, Console& console) {
       throw InputError(
           options.costs, "",
           fmt::format("has costs for {} faces, the mesh has {}", table.faces(), mesh.faces.size()));
-    const FaceGraph graph = face_graph(mesh);
+    FaceGraph graph = face_graph(mesh);
+    weigh_edges(mesh, options.edge_weights, graph);
     reading.finish(fmt::format("{} faces, {} candidates", readable_count(table.faces()),
                                readable_count(table.costs.size())));
 
@@ -41,6 +42,7 @@ void run_label(const LabelOptions& options, Console& console) {
     const Json facts = {{"costs", options.costs.string()},
                         {"mesh", options.mesh.string()},
                         {"smoothness", options.solver.smoothness},
+                        {"edge_weights", edge_weights_name(options.edge_weights)},
                         {"max_sweeps", options.solver.max_sweeps}};
     write_run_json(folder, {"label", options.common, facts}, record);
     folder.publish();

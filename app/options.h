@@ -47,6 +47,7 @@ struct TextureOptions {
   bool force = false;
   VisibilityOptions visibility;
   CostOptions costs;
+  EdgeWeights edge_weights = EdgeWeights::uniform;
   SolverOptions solver;
   AtlasOptions atlas;
   ImageFormat texture = ImageFormat::jpg;
@@ -82,6 +83,7 @@ struct LabelOptions {
   CommonOptions common;
   std::filesystem::path costs, mesh, out;
   bool force = false;
+  EdgeWeights edge_weights = EdgeWeights::uniform;
   SolverOptions solver;
 };
 

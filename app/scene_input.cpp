@@ -148,6 +148,11 @@ Json visibility_json(const VisibilityOptions& options) {
           {"subpixel", options.subpixel}};
 }
 
+const char* edge_weights_name(EdgeWeights weights) {
+  constexpr const char* kNames[] = {"uniform", "length", "dihedral", "both"};
+  return kNames[static_cast<std::size_t>(weights)];
+}
+
 Json scene_json(const SceneInput& input) {
   Json json = {{"scene", input.scene.string()}, {"mesh", input.mesh.string()}};
   json["images"] = input.images_dir ? Json(input.images_dir->string()) : Json(nullptr);

@@ -39,6 +39,7 @@ void write_run_json(OutputFolder& folder, const RunFacts& facts, const RunRecord
 
 Json device_json(const DeviceInfo& device);
 Json visibility_json(const VisibilityOptions& options);
+const char* edge_weights_name(EdgeWeights weights);
 Json scene_json(const SceneInput& input);
 
 /// Throws OutputError when a file that OUT will hold under `names` is one of the inputs.

@@ -180,6 +180,7 @@ Json options_json(const TextureOptions& o) {
   json["outliers"] = kOutliers[static_cast<std::size_t>(o.costs.outliers)];
   json["margin_px"] = o.costs.margin_px;
   json["smoothness"] = o.solver.smoothness;
+  json["edge_weights"] = edge_weights_name(o.edge_weights);
   json["max_sweeps"] = o.solver.max_sweeps;
   json["page_size"] = o.atlas.page_size;
   json["padding"] = o.atlas.padding;
@@ -198,7 +199,8 @@ void texture(const TextureOptions& options, OutputFolder& folder, Console& conso
   PhotoCache photos(in.scene, options.input.reader_options(), photo_cache_bytes());
 
   Stage adjacency(console, record, "face graph");
-  const FaceGraph graph = face_graph(in.mesh);
+  FaceGraph graph = face_graph(in.mesh);
+  weigh_edges(in.mesh, options.edge_weights, graph);
   adjacency.finish(readable_count(graph.edges.size()) + " edges");
   const SeenScene seen = see_views(in, photos, device, options, console, record);
   count_tags(seen.candidates, console, record);

@@ -26,10 +26,20 @@ namespace gpvc {
 /// linear.
 struct FaceGraph {
   std::vector<std::array<std::uint32_t, 2>> edges;
+  std::vector<float> weights = {};  ///< per pair, >= 0; empty: all 1
 };
 
 /// O(faces log faces), deterministic for any number of threads.
 FaceGraph face_graph(const Mesh& mesh);
+
+/// What a seam between two faces costs: the same everywhere (Potts), in proportion to the shared edge's
+/// length (mean 1, so that tessellation does not matter; at most 4, so that one long edge does not rule),
+/// less across a fold
+/// ((1 + cos) / 2 of the angle between the normals, at least 0.05, where seams hide), or length and fold.
+enum class EdgeWeights { uniform, length, dihedral, length_dihedral };
+
+/// Fills graph.weights. O(pairs), TBB.
+void weigh_edges(const Mesh& mesh, EdgeWeights weights, FaceGraph& graph);
 
 // --- data costs
 // -------------------------------------------------------------------------------------------------
@@ -125,7 +135,8 @@ struct SweepReport {
 struct Selection {
   std::vector<ViewId> labels;      ///< per face; kNoView where the table has no candidate
   std::size_t merged_patches = 0;  ///< small ones, after the last sweep
-  double energy = 0;  ///< sum of chosen costs + smoothness * differing pairs (both with candidates)
+  double energy =
+      0;  ///< sum of chosen costs + smoothness * weights of differing pairs (both with candidates)
   std::size_t differing_pairs = 0;
   std::size_t patches = 0;  ///< connected components of equal label
   std::vector<SweepReport> sweeps;

@@ -29,6 +29,10 @@ std::size_t count_differing_pairs(const FaceGraph& graph, std::span<const ViewId
   return differing;
 }
 
+double pair_weight(const FaceGraph& graph, std::size_t pair) {
+  return graph.weights.empty() ? 1.0 : static_cast<double>(graph.weights[pair]);
+}
+
 /// Solves a chain of smaller problems, the smallest first, each from the one before.
 std::vector<std::uint32_t> coarse_start(const LabelProblem& problem) {
   if (problem.nodes() <= kSmallEnough) return cheapest_labels(problem);
@@ -56,7 +60,15 @@ double labeling_energy(const CostTable& table, const FaceGraph& graph, std::span
   for (std::size_t face = 0; face < table.faces(); ++face)
     for (std::size_t i = table.first[face]; i < table.first[face + 1]; ++i)
       if (table.views[i] == index(labels[face])) energy += static_cast<double>(table.costs[i]);
-  return energy + smoothness * static_cast<double>(count_differing_pairs(graph, labels));
+  if (graph.weights.empty())
+    return energy + smoothness * static_cast<double>(count_differing_pairs(graph, labels));
+  double seams = 0;
+  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
+    const auto [a, b] = graph.edges[i];
+    if (labels[a] != kNoView && labels[b] != kNoView && labels[a] != labels[b])
+      seams += pair_weight(graph, i);
+  }
+  return energy + smoothness * seams;
 }
 
 Selection select_views(const CostTable& table, const FaceGraph& graph, const SolverOptions& options,
@@ -67,7 +79,9 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
   };
   std::vector<WeightedPair> pairs;
   pairs.reserve(graph.edges.size());
-  for (const auto& [a, b] : graph.edges) pairs.push_back({a, b, static_cast<float>(options.smoothness)});
+  for (std::size_t i = 0; i < graph.edges.size(); ++i)
+    pairs.push_back({graph.edges[i][0], graph.edges[i][1],
+                     static_cast<float>(options.smoothness * pair_weight(graph, i))});
   const LabelProblem problem = make_problem(table.first, table.views, table.costs, pairs);
   pairs = {};
   std::vector<std::uint32_t> labels = coarse_start(problem);
