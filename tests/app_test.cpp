@@ -181,6 +181,8 @@ TEST(AppUsage, WrongWordsGiveTwoAndAHint) {
                                                     {"texture", "a", "b", "-o", "c", "--seams", "some"},
                                                     {"texture", "a", "b", "-o", "c", "--threads", "-1"},
                                                     {"texture", "a", "b", "-o", "c", "-q", "-v"},
+                                                    {"texture", "a", "b", "-o", "c", "--smoothness", "nan"},
+                                                    {"texture", "a", "b", "-o", ""},
                                                     {"synth"},
                                                     {"synth", "city", "-o", "c", "--photo-size", "12"}};
   for (const auto& words : wrong) {
@@ -580,6 +582,35 @@ TEST_F(App, LogFileGetsEverything) {
   for (const char* stage : {"read", "visibility and costs", "view selection", "atlas", "write"})
     EXPECT_TRUE(contains(read_file(log), stage));
   expect_one_sentence(run(texture(folder_.path() / "b", {"--log", "/proc/none/log"})), "/proc/none/log", "");
+}
+
+TEST_F(App, LogReplacesOnlyLogs) {
+  const fs::path mesh = scene_ / "mesh.ply", log = folder_.path() / "run.log";
+  const std::string before = read_file(mesh);
+  expect_one_sentence(run(texture(out_, {"--log", mesh.string()})), "mesh.ply", "no earlier log");
+  EXPECT_EQ(read_file(mesh), before);
+  const std::vector<std::string> inspect{"inspect", (scene_ / "colmap").string(), "--log", log.string()};
+  EXPECT_EQ(run(inspect).exit_code, 0);
+  EXPECT_EQ(run(inspect).exit_code, 0) << "its own log may be replaced";
+}
+
+TEST_F(App, LostOutputIsAFailure) {
+  const auto full = [] { ASSERT_NE(freopen("/dev/full", "w", stdout), nullptr); };
+  const Outcome outcome = run({"inspect", (scene_ / "colmap").string()}, full);
+  expect_one_sentence(outcome, "standard output", "cannot be written");
+}
+
+TEST_F(App, EvaluateWantsATexturedModel) {
+  ASSERT_EQ(run(texture(out_, {"--quiet"})).exit_code, 0);
+  const std::vector<std::string> evaluate{"evaluate", (out_ / "model.obj").string(),
+                                          (scene_ / "colmap").string()};
+  const Outcome scored = run(evaluate);
+  EXPECT_EQ(scored.exit_code, 0) << scored.err;
+  EXPECT_TRUE(contains(scored.out, "mean"));
+  fs::remove(out_ / "model.mtl");
+  expect_one_sentence(run(evaluate), "model.obj", "no textured face");
+  std::ofstream(out_ / "model.obj", std::ios::trunc).close();
+  expect_one_sentence(run(evaluate), "model.obj", "no textured face");
 }
 
 }  // namespace
