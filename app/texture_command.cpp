@@ -83,6 +83,10 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
     times.render_s += visible.statistics.render_s;
     times.transfer_s += visible.statistics.transfer_s;
     times.classify_s += visible.statistics.classify_s;
+    if (visible.statistics.full + visible.statistics.partial == 0)
+      console.warning(fmt::format(
+          "{}: sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong",
+          view.name));
     full += visible.statistics.full;
     partial += visible.statistics.partial;
     append_coverage(seen.coverage, visible.coverage);
@@ -112,7 +116,8 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
 }
 
 // What the tags say, and a word where hardly anything is seen: cameras and mesh in two frames.
-void count_tags(const Candidates& candidates, Console& console, RunRecord& record) {
+void count_tags(const Candidates& candidates, const std::filesystem::path& mesh, Console& console,
+                RunRecord& record) {
   std::array<std::size_t, 3> counts{};
   for (const FaceTag tag : candidates.tags) ++counts[static_cast<std::size_t>(tag)];
   record.counts["tags"] = {{"seen", counts[0]}, {"partial", counts[1]}, {"filled", counts[2]}};
@@ -124,8 +129,10 @@ void count_tags(const Candidates& candidates, Console& console, RunRecord& recor
                            100 * static_cast<double>(counts[1]) / total,
                            100 * static_cast<double>(counts[2]) / total));
   if (counts[0] + counts[1] == 0)
-    throw std::runtime_error(
-        "no photo sees any face of the mesh: are mesh and cameras in the same coordinates?");
+    throw InputError(
+        mesh, "",
+        "no photo sees any face of the mesh: are mesh and cameras in the same coordinates, and the "
+        "cameras outside the mesh?");
   if (20 * (counts[0] + counts[1]) < candidates.tags.size())
     console.warning("photos see less than 5 % of the faces; are mesh and cameras in the same coordinates?");
 }
@@ -203,7 +210,7 @@ void texture(const TextureOptions& options, OutputFolder& folder, Console& conso
   weigh_edges(in.mesh, options.edge_weights, graph);
   adjacency.finish(readable_count(graph.edges.size()) + " edges");
   const SeenScene seen = see_views(in, photos, device, options, console, record);
-  count_tags(seen.candidates, console, record);
+  count_tags(seen.candidates, options.input.mesh, console, record);
   const Selection selection = choose_views(seen, graph, options, console, record);
   const TextureAtlas atlas = make_atlas({in.mesh, in.scene, photos, graph, selection.labels,
                                          seen.candidates.tags, seen.candidates.table, seen.coverage},

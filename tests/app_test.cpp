@@ -330,6 +330,20 @@ TEST_F(App, CameraInsideABuildingIsNoError) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
+TEST_F(App, PhotoThatSeesNothingIsNamed) {
+  // From ten metres under the ground, looking down.
+  std::string text = read_file(scene_ / "colmap" / "images.txt");
+  const std::size_t line = text.find("\n1 ") + 1;
+  text.replace(line, text.find('\n', line) - line, "1 0 1 0 0 0 0 -10 1 east_001.jpg");
+  std::ofstream(scene_ / "colmap" / "images.txt") << text;
+  const Outcome outcome = run(texture(out_));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "east_001.jpg: sees no face")) << outcome.err;
+  // With no other view there is nothing to texture with.
+  expect_one_sentence(run(texture(folder_.path() / "alone", {"--views", "east_001.jpg"})), "mesh.ply",
+                      "no photo sees any face");
+}
+
 TEST_F(App, SceneInUtmCoordinatesGivesTheSameTexture) {
   ASSERT_EQ(run(texture(folder_.path() / "near")).exit_code, 0);
   // The same scene, 500 km east and 5000 km north. COLMAP stores translations, so camera centres come back
