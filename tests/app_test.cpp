@@ -125,6 +125,15 @@ class App : public testing::Test {
     std::ofstream(file, std::ios::binary) << text;
   }
 
+  // The first view's line in images.txt: quaternion and translation, as COLMAP writes them.
+  void move_first_camera(const std::string& pose) const {
+    const fs::path file = scene_ / "colmap" / "images.txt";
+    std::string text = read_file(file);
+    const std::size_t line = text.find("\n1 ") + 1;
+    text.replace(line, text.find('\n', line) - line, "1 " + pose + " 1 east_001.jpg");
+    std::ofstream(file) << text;
+  }
+
   TemporaryFolder folder_;
   fs::path scene_ = folder_.path() / "scene", out_ = folder_.path() / "some" / "out";
 };
@@ -322,20 +331,14 @@ TEST_F(App, VisibilityLeavesOneArrayAView) {
 
 TEST_F(App, CameraInsideABuildingIsNoError) {
   // Looks up from inside the house in the middle: every face around crosses or lies behind its plane.
-  std::string text = read_file(scene_ / "colmap" / "images.txt");
-  const std::size_t line = text.find("\n1 ") + 1;
-  text.replace(line, text.find('\n', line) - line, "1 1 0 0 0 0 6.5 -2 1 east_001.jpg");
-  std::ofstream(scene_ / "colmap" / "images.txt") << text;
+  move_first_camera("1 0 0 0 0 6.5 -2");
   const Outcome outcome = run(texture(out_));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
 TEST_F(App, PhotoThatSeesNothingIsNamed) {
   // From ten metres under the ground, looking down.
-  std::string text = read_file(scene_ / "colmap" / "images.txt");
-  const std::size_t line = text.find("\n1 ") + 1;
-  text.replace(line, text.find('\n', line) - line, "1 0 1 0 0 0 0 -10 1 east_001.jpg");
-  std::ofstream(scene_ / "colmap" / "images.txt") << text;
+  move_first_camera("0 1 0 0 0 0 -10");
   const Outcome outcome = run(texture(out_));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "east_001.jpg: sees no face")) << outcome.err;
