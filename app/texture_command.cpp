@@ -51,7 +51,7 @@ struct SeenScene {
 };
 
 struct ViewTimes {
-  double render_s = 0, transfer_s = 0, classify_s = 0, costs_s = 0;
+  double render_s = 0, upload_s = 0, readback_s = 0, classify_s = 0, costs_s = 0;
 };
 
 double since(std::chrono::steady_clock::time_point start) {
@@ -81,7 +81,8 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
     ViewVisibility& visible = buffers[n % 2];
     visibility.classify(view, id, visible);
     times.render_s += visible.statistics.render_s;
-    times.transfer_s += visible.statistics.transfer_s;
+    times.upload_s += visible.statistics.upload_s;
+    times.readback_s += visible.statistics.readback_s;
     times.classify_s += visible.statistics.classify_s;
     if (visible.statistics.full + visible.statistics.partial == 0)
       console.warning(fmt::format(
@@ -104,7 +105,8 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
   times.costs_s += since(start);
   seen.coverage = of_partial_faces(seen.coverage, seen.candidates.tags);
   for (const auto& [name, value] : {std::pair{"render_s", times.render_s},
-                                    {"transfer_s", times.transfer_s},
+                                    {"upload_s", times.upload_s},
+                                    {"readback_s", times.readback_s},
                                     {"classify_s", times.classify_s},
                                     {"costs_s", times.costs_s}})
     stage.add(name, value);

@@ -28,7 +28,7 @@ struct Totals {
 
 std::string table_head(std::size_t name_width) {
   return fmt::format("{:{}}  {:>9} {:>9} {:>9} {:>10} {:>11} {:>9} {:>8} {:>8} {:>8}", "view", name_width,
-                     "full", "partial", "hidden", "unresolved", "samples", "corrected", "render s", "move s",
+                     "full", "partial", "hidden", "unresolved", "samples", "corrected", "render s", "read s",
                      "class s");
 }
 
@@ -36,7 +36,7 @@ std::string table_row(const std::string& name, std::size_t name_width, const Tot
                       const VisibilityStatistics& s) {
   return fmt::format("{:{}}  {:>9} {:>9} {:>9} {:>10} {:>11} {:>9} {:>8.3f} {:>8.3f} {:>8.3f}", name,
                      name_width, t.full, t.partial, t.hidden, t.unresolved, t.samples, t.corrected,
-                     s.render_s, s.transfer_s, s.classify_s);
+                     s.render_s, s.readback_s, s.classify_s);
 }
 
 Totals totals_of(const ViewVisibility& view) {
@@ -81,12 +81,14 @@ void classify_views(const SceneInputData& in, const VisibilityCommandOptions& op
     all.samples += t.samples;
     all.corrected += t.corrected;
     times.render_s += seen.statistics.render_s;
-    times.transfer_s += seen.statistics.transfer_s;
+    times.upload_s += seen.statistics.upload_s;
+    times.readback_s += seen.statistics.readback_s;
     times.classify_s += seen.statistics.classify_s;
   }
   console.result(table_row("all", name_width, all, times));
   stage.add("render_s", times.render_s);
-  stage.add("transfer_s", times.transfer_s);
+  stage.add("upload_s", times.upload_s);
+  stage.add("readback_s", times.readback_s);
   stage.add("classify_s", times.classify_s);
   record.counts.update({{"full", all.full},
                         {"partial", all.partial},

@@ -99,7 +99,7 @@ IvmRenderer::Times IvmRenderer::render(const Camera& camera, const Pose& pose, s
       glReadPixels(0, 0, std::min(tile_width_, camera.width - x0), std::min(tile_height_, camera.height - y0),
                    GL_RED_INTEGER, GL_UNSIGNED_INT, faces.data() + first);
       glPixelStorei(GL_PACK_ROW_LENGTH, 0);
-      times.transfer_s += seconds_since(drawn);
+      times.readback_s += seconds_since(drawn);
     }
   }
   glBindFramebuffer(GL_FRAMEBUFFER, 0);

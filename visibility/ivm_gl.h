@@ -16,7 +16,7 @@ class IvmRenderer {
   explicit IvmRenderer(const Mesh& mesh, int largest_tile = 0);
 
   struct Times {
-    double render_s = 0, transfer_s = 0;
+    double render_s = 0, readback_s = 0;
   };
   /// Draws every face, front and back, in order; depth ties keep the lower face. `faces` (width * height,
   /// row-major from the top-left) receives face indices and kNoFace. Distortion is not looked at.

@@ -78,7 +78,7 @@ void VisibilityStage::classify(const View& view, ViewId id, ViewVisibility& resu
   result.ivm.height = view.camera.height;
   const IvmRenderer::Times times = state.renderer.render(view.camera, view.pose, result.ivm.faces);
   result.statistics.render_s = times.render_s;
-  result.statistics.transfer_s = times.transfer_s;
+  result.statistics.readback_s = times.readback_s;
   const Clock::time_point start = Clock::now();
   if (state.mask.camera() != view.camera) state.mask = PhotoMask(view.camera);
   state.mask.clear_outside(result.ivm.faces);

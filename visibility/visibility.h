@@ -21,6 +21,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/io.h"
@@ -77,7 +78,16 @@ enum class FaceClass : std::uint8_t {
   unresolved = 3,  ///< no pixel centre in the projection, and sub-pixel resolution is off
 };
 
+/// How visibility is decided. gpvc: the paper, without a bias. The others are what it is compared with
+/// (sections 1 and 3): a depth map compared with a bias, rays with a bias, and no test at all (every front
+/// face inside the image is fully visible).
+enum class Method { gpvc, shadow_map, ray, none };
 enum class Sampling { hivers, ves, dense };
+/// sparse: one ray per vertex; dense: one per covered pixel centre (figure 19).
+enum class Rays { sparse, dense };
+/// apc: reversed depth, near plane at zero (formula 5). spc: symmetric, with near and far planes adapted to
+/// the mesh (formulas 3 and 4, figure 6).
+enum class Projection { apc, spc };
 /// off: the IVM as drawn. paper: LPCC alone. exact: every face that covers a pixel centre contests its stored
 /// owner, in real arithmetic on the projected vertices; ties go to the lower face index.
 enum class CoverageCorrection { off, paper, exact };
@@ -86,11 +96,26 @@ enum class CoverageCorrection { off, paper, exact };
 enum class Classifier { automatic, cpu, gpu };
 
 struct VisibilityOptions {
-  Sampling sampling = Sampling::hivers;
+  Method method = Method::gpvc;
+  Sampling sampling = Sampling::hivers;     ///< gpvc
+  Rays rays = Rays::dense;                  ///< ray
+  Projection projection = Projection::apc;  ///< gpvc and shadow_map
+  /// The bias. shadow_map: of window depth in [0, 1]; ray: world units, a sample is visible when the first
+  /// intersection lies within it of the tested point. > 0, finite.
+  double epsilon = 0;
   CoverageCorrection correction = CoverageCorrection::exact;
   Classifier classifier = Classifier::automatic;
   bool subpixel = true;
 };
+
+/// `gpvc`, `gpvc:ves`, `gpvc:dense`, `shadow-map:spc:EPS`, `shadow-map:apc:EPS`, `ray:sparse:EPS`,
+/// `ray:dense:EPS` or `none` into `options` (method, sampling, rays, epsilon, and a shadow map's projection;
+/// the rest stays). Throws std::invalid_argument: one sentence that quotes the mode and says what was
+/// expected.
+void set_visibility_mode(std::string_view mode, VisibilityOptions& options);
+
+/// The inverse: epsilon as short as reads back exactly.
+std::string visibility_mode_name(const VisibilityOptions& options);
 
 /// The item buffer of one view. Row-major from the top-left; kNoFace where nothing (or no photo) is.
 struct Ivm {
@@ -133,7 +158,8 @@ struct VisibilityStatistics {
   std::size_t contested_samples = 0;  ///< exact: samples of any face compared with a stored owner
   std::size_t full = 0, partial = 0;
   double render_s = 0;    ///< IVM
-  double transfer_s = 0;  ///< upload and readback
+  double upload_s = 0;    ///< to the device, this view's share (a mesh is uploaded once)
+  double readback_s = 0;  ///< from the device
   double classify_s = 0;
 };
 
@@ -166,6 +192,23 @@ class VisibilityStage {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+// --- the oracle
+// ------------------------------------------------------------------------------------------------
+
+/// What the definition above says, by brute force: every sample of every face against every triangle that
+/// covers it, in doubles with error bounds and in exact arithmetic where these cannot tell. No OpenGL, no
+/// code shared with the stage.
+struct OracleView {
+  std::vector<FaceClass> classes;  ///< per face
+  std::vector<std::uint8_t> tied;  ///< per face: 1 when an exact tie had a say: a sample within 1e-9 px of
+                                   ///< an edge, or two depths within 1e-12 relative (design: reported apart)
+  std::size_t samples = 0;         ///< pixel centres and sub-pixel samples decided
+};
+
+/// O(faces + the pixels that their projections cover), TBB, about 16 bytes a pixel. Deterministic for any
+/// number of threads.
+OracleView oracle_visibility(const Mesh& mesh, const View& view);
 
 // --- a picture of a textured model
 // ------------------------------------------------------------------------------

@@ -1,0 +1,132 @@
+#include "app/option_parts.h"
+
+#include "app/command_options.h"
+
+namespace gpvc {
+namespace {
+
+constexpr const char* kVisibilityGroup = "Visibility";
+
+}  // namespace
+
+CLI::Validator not_empty() {
+  return CLI::Validator(
+      [](std::string& given) { return given.empty() ? std::string("is empty") : std::string(); }, "");
+}
+
+void add_common(CLI::App& app, CommonOptions& common) {
+  app.add_option("--threads", common.threads, "Threads to use, 1 to 4096")
+      ->type_name("N")
+      ->check(in_range(1, 4096))
+      ->default_str("all")
+      ->group(kCommonGroup);
+  app.add_option("--device", common.device, "EGL device to render on; --device list prints them and ends")
+      ->type_name("N|list")
+      ->check(in_range(0, 255))
+      ->default_str("0, hardware first")
+      ->group(kCommonGroup);
+  app.add_option("--log", common.log, "Also write everything that happens, with times, to FILE")
+      ->type_name("FILE")
+      ->group(kCommonGroup);
+  auto* quiet = app.add_flag("-q,--quiet", common.quiet, "Print warnings, errors and results alone");
+  auto* verbose = app.add_flag("-v,--verbose", common.verbose, "Print more about each stage");
+  quiet->excludes(verbose)->group(kCommonGroup);
+  verbose->group(kCommonGroup);
+  app.set_version_flag("--version", "gpvc " + program_version())
+      ->description("Print the version and end")
+      ->group(kCommonGroup);
+  app.set_help_flag("-h,--help", "Print this help and end")->group(kCommonGroup);
+}
+
+CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh) {
+  return app.add_option("MESH", mesh, "Triangle mesh in the cameras' frame, PLY or OBJ");
+}
+
+void add_scene(CLI::App& app, SceneInput& input) {
+  app.add_option("SCENE", input.scene,
+                 "COLMAP model: a folder with cameras and images as .bin or .txt (PINHOLE, SIMPLE_PINHOLE, "
+                 "SIMPLE_RADIAL, "
+                 "RADIAL, OPENCV)")
+      ->required();
+}
+
+void add_photos(CLI::App& app, SceneInput& input) {
+  constexpr const char* kGroup = "Input";
+  app.add_option("--images", input.images_dir, "Folder of the photos")
+      ->type_name("DIR")
+      ->default_str("'images' beside the model")
+      ->group(kGroup);
+  app.add_option("--views", input.views,
+                 "Use only these views: names or globs, separated by commas, or @FILE with one a line")
+      ->type_name("LIST")
+      ->group(kGroup);
+  app.add_option("--exclude-views", input.exclude_views, "Leave these views out; they keep their index")
+      ->type_name("LIST")
+      ->group(kGroup);
+  app.add_option("--downscale", input.downscale,
+                 "Reduce the photos N times in width and height, for a quick look; 1 to 64")
+      ->type_name("N")
+      ->check(in_range(1, 64))
+      ->default_str("1")
+      ->group(kGroup);
+}
+
+void add_scene_input(CLI::App& app, SceneInput& input) {
+  add_scene(app, input);
+  add_mesh(app, input.mesh)->required();
+  add_photos(app, input);
+}
+
+void add_output(CLI::App& app, std::filesystem::path& out, bool& force) {
+  constexpr const char* kGroup = "Output";
+  app.add_option("-o,--output", out, "Folder for the result; made when missing")
+      ->type_name("OUT")
+      ->required()
+      ->check(not_empty())
+      ->group(kGroup);
+  app.add_flag("--force", force, "Replace an earlier result in OUT once the new one is complete")
+      ->group(kGroup);
+}
+
+void add_visibility(CLI::App& app, VisibilityOptions& options) {
+  constexpr Choice<Sampling> kSamplings[] = {
+      {"gpvc", Sampling::hivers}, {"gpvc:ves", Sampling::ves}, {"gpvc:dense", Sampling::dense}};
+  constexpr Choice<CoverageCorrection> kCorrections[] = {{"off", CoverageCorrection::off},
+                                                         {"paper", CoverageCorrection::paper},
+                                                         {"exact", CoverageCorrection::exact}};
+  constexpr Choice<Classifier> kClassifiers[] = {
+      {"auto", Classifier::automatic}, {"cpu", Classifier::cpu}, {"gpu", Classifier::gpu}};
+  add_choice<Sampling>(
+      app, "--visibility", kSamplings, [&](Sampling v) { options.sampling = v; }, "gpvc",
+      "How faces are sampled: hierarchically (same classes as dense), at vertices and edges only, or at "
+      "every pixel")
+      ->group(kVisibilityGroup);
+  std::string fallback;
+  for (const auto& choice : kCorrections)
+    if (choice.value == VisibilityOptions{}.correction) fallback = choice.name;
+  add_choice<CoverageCorrection>(
+      app, "--coverage-correction", kCorrections, [&](CoverageCorrection v) { options.correction = v; },
+      fallback, "Repair of what the rasterizer's snapping and rounding got wrong")
+      ->group(kVisibilityGroup);
+  add_choice<Classifier>(
+      app, "--classifier", kClassifiers, [&](Classifier v) { options.classifier = v; }, "auto",
+      "Where faces are classified; the result is the same")
+      ->group(kVisibilityGroup);
+  app.add_flag("!--no-subpixel", options.subpixel, "Do not resolve faces smaller than a pixel")
+      ->group(kVisibilityGroup);
+}
+
+void add_edge_weights(CLI::App& app, EdgeWeights& weights) {
+  constexpr Choice<EdgeWeights> kWeights[] = {{"uniform", EdgeWeights::uniform},
+                                              {"length", EdgeWeights::length},
+                                              {"dihedral", EdgeWeights::dihedral},
+                                              {"both", EdgeWeights::length_dihedral}};
+  add_choice<EdgeWeights>(
+      app, "--edge-weights", kWeights, [&](EdgeWeights v) { weights = v; }, "uniform",
+      "What the smoothness counts: neighbours, the length of their edge, its flatness (seams hide in folds), "
+      "or "
+      "both")
+      ->group("View selection");
+}
+
+}  // namespace gpvc

@@ -1,0 +1,106 @@
+#include "app/command_options.h"
+#include "app/option_parts.h"
+
+namespace gpvc {
+namespace {
+
+void add_selection(CLI::App& app, TextureOptions& options) {
+  constexpr const char* kGroup = "View selection";
+  constexpr Choice<DataTerm> kTerms[] = {
+      {"area", DataTerm::area}, {"gmi", DataTerm::gmi}, {"gmi-angle", DataTerm::gmi_angle}};
+  constexpr Choice<Outliers> kOutliers[] = {
+      {"none", Outliers::none}, {"damp", Outliers::damp}, {"clamp", Outliers::clamp}};
+  constexpr const char* kTermNames[] = {"area", "gmi", "gmi-angle"};
+  constexpr const char* kOutlierNames[] = {"none", "damp", "clamp"};
+  add_choice<DataTerm>(
+      app, "--data-term", kTerms, [&](DataTerm v) { options.costs.term = v; },
+      kTermNames[static_cast<std::size_t>(CostOptions{}.term)],
+      "What makes a view good for a face: its area in pixels, the image gradient integrated over it, or that "
+      "weighted by "
+      "the viewing angle")
+      ->group(kGroup);
+  add_choice<Outliers>(
+      app, "--outliers", kOutliers, [&](Outliers v) { options.costs.outliers = v; },
+      kOutlierNames[static_cast<std::size_t>(CostOptions{}.outliers)],
+      "Views that disagree in colour with the others (cars, people): keep, make dearer, or drop")
+      ->group(kGroup);
+  app.add_option("--smoothness", options.solver.smoothness,
+                 "Price of two neighbouring faces with different views; 0 and up")
+      ->type_name("X")
+      ->check(in_range(0.0, 1e6))
+      ->default_str(fmt::format("{}", SolverOptions{}.smoothness))
+      ->group(kGroup);
+  add_edge_weights(app, options.edge_weights);
+  app.add_option(
+         "--margin", options.costs.margin_px,
+         "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there; 0 is off")
+      ->type_name("PX")
+      ->check(in_range(0, 64))
+      ->default_str(std::to_string(CostOptions{}.margin_px))
+      ->group(kGroup);
+}
+
+void add_texture_output(CLI::App& app, TextureOptions& options) {
+  constexpr const char* kGroup = "Texture";
+  constexpr Choice<SeamLeveling> kSeams[] = {
+      {"none", SeamLeveling::none}, {"global", SeamLeveling::global}, {"full", SeamLeveling::full}};
+  constexpr Choice<ImageFormat> kFormats[] = {{"jpg", ImageFormat::jpg}, {"png", ImageFormat::png}};
+  constexpr Choice<std::optional<UpAxis>> kUps[] = {
+      {"auto", std::nullopt}, {"+x", UpAxis::pos_x}, {"-x", UpAxis::neg_x}, {"+y", UpAxis::pos_y},
+      {"-y", UpAxis::neg_y},  {"+z", UpAxis::pos_z}, {"-z", UpAxis::neg_z}};
+  app.add_option("--page-size", options.atlas.page_size,
+                 "Largest edge of a texture page, 256 to 32768 texels")
+      ->type_name("N")
+      ->check(in_range(256, 32768))
+      ->default_str(std::to_string(AtlasOptions{}.page_size))
+      ->group(kGroup);
+  app.add_option("--padding", options.atlas.padding,
+                 "Texels around a chart that carry its colours on, 1 to 64")
+      ->type_name("N")
+      ->check(in_range(1, 64))
+      ->default_str(std::to_string(AtlasOptions{}.padding))
+      ->group(kGroup);
+  add_choice<SeamLeveling>(
+      app, "--seams", kSeams, [&](SeamLeveling v) { options.atlas.seams = v; }, "full",
+      "Levelling of colour across seams: none, one correction per chart and vertex, or that and a blend near "
+      "the seam")
+      ->group(kGroup);
+  add_choice<ImageFormat>(
+      app, "--texture", kFormats, [&](ImageFormat v) { options.texture = v; }, "jpg",
+      "Format of the pages: jpg is what photos were and quick to write and load, png loses nothing more")
+      ->group(kGroup);
+  app.add_option("--quality", options.quality, "Of jpg pages, 1 to 100")
+      ->type_name("N")
+      ->check(in_range(1, 100))
+      ->default_str("95")
+      ->group(kGroup);
+  add_choice<std::optional<UpAxis>>(
+      app, "--up", kUps, [&](std::optional<UpAxis> v) { options.up = v; }, "auto",
+      "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction")
+      ->group(kGroup);
+}
+
+}  // namespace
+
+CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
+  CLI::App* app = parent.add_subcommand("texture", "texture a triangle mesh from calibrated photos");
+  add_scene_input(*app, options.input);
+  add_output(*app, options.out, options.force);
+  add_texture_output(*app, options);
+  add_selection(*app, options);
+  add_visibility(*app, options.visibility);
+  add_common(*app, options.common);
+  app->footer(
+      std::string(
+          "Examples:\n"
+          "  gpvc texture colmap/sparse/0 mesh.ply --images photos -o out\n"
+          "  gpvc texture colmap mesh.ply -o look --downscale 4 --views 'DJI_00[12]*'\n"
+          "  gpvc texture colmap mesh.ply -o out --texture png --page-size 4096 --force\n\n"
+          "Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb, preview.png, views.json,\n"
+          "labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled), faces.npy (GLB triangle\n"
+          "to input face), offset.txt where coordinates are large, run.json.\n\n") +
+      kExitStatus);
+  return app;
+}
+
+}  // namespace gpvc
