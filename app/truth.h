@@ -1,0 +1,116 @@
+// What a synthetic scene is known to show, and how much of a textured model agrees with it.
+//
+// A scene's folder DIR holds, besides photos, cameras and mesh.ply:
+//   surfaces.npy   per face of mesh.ply, its surface
+//   surfaces.json  per surface its material, frame and seed
+//   truth.json     gains of the photos
+//   true_mesh.ply  where mesh.ply was written with noise: the geometry that the photos show
+//   ids/NAME.png   per photo, the surface that each pixel shows, as a colour of its own (id_colour)
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/io.h"
+#include "io/scene.h"
+#include "visibility/visibility.h"
+
+namespace gpvc {
+
+/// Pixels of an id picture whose samples see several surfaces.
+inline constexpr std::uint32_t kMixedSurfaces = 0xFFFFFFFEu;
+/// Pixels that see the sky or nothing.
+inline constexpr std::uint32_t kNoSurface = 0xFFFFFFFFu;
+
+/// A colour for each surface below 2^20 and for kMixedSurfaces (white) and kNoSurface (black), far apart for
+/// near numbers.
+std::array<std::uint8_t, 3> id_colour(std::uint32_t surface);
+/// The inverse; kMixedSurfaces for colours that belong to no surface below `surfaces`.
+std::uint32_t surface_of_colour(const std::uint8_t* rgb, std::size_t surfaces);
+
+struct Truth {
+  std::filesystem::path dir;
+  Mesh mesh;                                ///< true geometry, in the coordinates of the scene's files
+  std::vector<std::uint32_t> face_surface;  ///< per face, of mesh.ply too
+  std::size_t surfaces = 0;                 ///< of the mesh; moving cars have numbers from here on
+  std::size_t all_surfaces = 0;             ///< cars included
+  double least_gain = 1, most_gain = 1;     ///< of photo pixels, vignetting included
+};
+
+/// Throws InputError.
+Truth read_truth(const std::filesystem::path& dir);
+
+/// The id picture of a photo, at the photo's size: per pixel a surface, kMixedSurfaces or kNoSurface. Throws
+/// InputError.
+std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string& view, int width,
+                                           int height);
+
+/// Per face of the given mesh, the best class any used view has, by the oracle (brute force, exact).
+std::vector<FaceClass> best_classes(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
+
+/// A textured model brought together with the faces of the mesh that was to be textured. A face is found by
+/// its three corners, so that models of programs that drop, split or reorder faces are found too.
+struct MatchedModel {
+  const TexturedModel* model = nullptr;   ///< borrowed; its mesh need not be the given one
+  std::span<const Image> pages;           ///< borrowed
+  std::vector<std::uint32_t> model_face;  ///< per face of the given mesh; kNoModelFace where there is none
+  /// Per face: which corner of the model's face is the given face's first, second and third.
+  std::vector<std::array<std::uint8_t, 3>> corners;
+  std::size_t strangers = 0;  ///< faces of the model that are none of the given mesh's
+};
+inline constexpr std::uint32_t kNoModelFace = 0xFFFFFFFFu;
+
+/// `offset` is added to the model's positions. Corners may differ by rounding to floats and to printed
+/// digits: by at most half the shortest distance between two positions of the mesh, and 2^-20 of its extent.
+MatchedModel match_model(const Mesh& mesh, const TexturedModel& model, std::span<const Image> pages,
+                         const WorldPoint& offset);
+
+/// Shares of one kind of faces, by area.
+struct TruthShares {
+  double seen_area = 0;  ///< that some used photo shows clear of any other surface, in units of the mesh
+  double textured = 0;   ///< of the seen area
+  double wrong = 0;      ///< of the textured seen area: it carries another surface's colour
+  double strange = 0;    ///< of it: colours that neither its surface nor one beside or before it shows there
+  double untold = 0;     ///< of it: the surfaces before it look too much like it to tell
+};
+
+struct TruthScore {
+  TruthShares all, full, partial;  ///< faces some used view sees fully; only partially
+  double mesh_area = 0;
+  std::array<std::size_t, 3> faces{};      ///< by best class: full, partial, neither
+  std::array<std::size_t, 3> textured{};   ///< faces of each that the model textures
+  std::size_t samples = 0;                 ///< points of which `all` speaks
+  std::vector<std::uint32_t> wrong_faces;  ///< by wrong area, falling; at most 100000
+};
+
+/// Sample points on every face of `mesh` (as it was given to the texturing) and what the used photos show
+/// there. To be made once for any number of models.
+class TruthScorer {
+ public:
+  /// Borrows all. `best` from best_classes(). Throws InputError from photos and id pictures. Takes a few
+  /// bytes for each point and used view. \pre truth.mesh and mesh have the same faces
+  TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const FaceClass> best, const Scene& scene,
+              std::span<const ViewId> used, PhotoCache& photos);
+  ~TruthScorer();
+  TruthScorer(const TruthScorer&) = delete;
+  TruthScorer& operator=(const TruthScorer&) = delete;
+
+  /// O(points x views), TBB; reads every photo once.
+  TruthScore score(const MatchedModel& model, const Progress& progress) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// A table for people.
+std::string truth_table(const TruthScore& score);
+
+}  // namespace gpvc
