@@ -3,58 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/lens.h"
+
 namespace gpvc {
-
-namespace {
-
-/// The normalized plane after distortion, and how it changes there.
-struct Distorted {
-  double x, y;
-  double dx_dx, dx_dy, dy_dx, dy_dy;
-};
-
-Distorted distort(const Distortion& d, double x, double y) {
-  const double r2 = x * x + y * y;
-  const double radial = 1 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3));
-  const double radial_slope = d.k1 + r2 * (2 * d.k2 + r2 * 3 * d.k3);  // d radial / d r2
-  Distorted out;
-  out.x = x * radial + 2 * d.p1 * x * y + d.p2 * (r2 + 2 * x * x);
-  out.y = y * radial + d.p1 * (r2 + 2 * y * y) + 2 * d.p2 * x * y;
-  out.dx_dx = radial + 2 * x * x * radial_slope + 2 * d.p1 * y + 6 * d.p2 * x;
-  out.dx_dy = 2 * x * y * radial_slope + 2 * d.p1 * x + 2 * d.p2 * y;
-  out.dy_dx = out.dx_dy;
-  out.dy_dy = radial + 2 * y * y * radial_slope + 6 * d.p1 * y + 2 * d.p2 * x;
-  return out;
-}
-
-/// First s in (low, high] with profile(s) <= 0, when profile falls through zero once between them. The answer
-/// is the smaller neighbour of the sign change: everything up to it still grows.
-template <typename Profile>
-double first_zero(const Profile& profile, double low, double high) {
-  for (;;) {
-    const double middle = low + (high - low) / 2;
-    if (!(middle > low && middle < high)) return low;
-    (profile(middle) > 0 ? low : high) = middle;
-  }
-}
-
-/// Positive roots of a + b s + c s^2, ascending; cancellation-free.
-std::array<double, 2> positive_roots(double a, double b, double c, int& count) {
-  count = 0;
-  std::array<double, 2> roots{};
-  const auto keep = [&](double root) {
-    if (std::isfinite(root) && root > 0) roots[static_cast<std::size_t>(count++)] = root;
-  };
-  const double discriminant = b * b - 4 * a * c;
-  if (discriminant < 0) return roots;
-  const double q = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
-  if (c != 0) keep(q / c);
-  if (q != 0) keep(a / q);
-  if (count == 2 && roots[0] > roots[1]) std::swap(roots[0], roots[1]);
-  return roots;
-}
-
-}  // namespace
 
 std::optional<PhotoPoint> photo_from_pixel(const Camera& camera, const PixelPoint& p) {
   if (camera.distortion.is_identity()) return PhotoPoint{p.x, p.y};
@@ -71,11 +22,18 @@ std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoin
   double x = target_x, y = target_y;
   const double start_r2 = x * x + y * y;
   if (!std::isfinite(start_r2)) return std::nullopt;
-  if (start_r2 > distortion.max_r2) {
-    // Start inside the part of the plane where the radial profile grows.
-    const double shrink = 0.9 * std::sqrt(distortion.max_r2 / start_r2);
-    x *= shrink;
-    y *= shrink;
+  double guess_r2 = start_r2;
+  if (distortion.model != LensModel::brown) {
+    // A fisheye's radius says little about that of the plane: undo its factor, not beyond 85 degrees.
+    constexpr double kFarthest = 130;  // tan(85 degrees)^2
+    guess_r2 = std::min(undo_lens_factor(distortion, start_r2), kFarthest);
+  }
+  // Start inside the part of the plane where the radial profile grows.
+  if (guess_r2 > distortion.max_r2) guess_r2 = 0.81 * distortion.max_r2;
+  if (guess_r2 != start_r2) {
+    const double scale = std::sqrt(guess_r2 / start_r2);
+    x *= scale;
+    y *= scale;
   }
   const auto miss_px = [&](const Distorted& d) {
     return std::hypot(camera.fx * (d.x - target_x), camera.fy * (d.y - target_y));
@@ -112,31 +70,6 @@ std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoin
 bool in_photo(const Camera& camera, const PixelPoint& p) {
   const std::optional<PhotoPoint> q = photo_from_pixel(camera, p);
   return q && q->x >= 0 && q->x <= camera.width && q->y >= 0 && q->y <= camera.height;
-}
-
-void limit_distortion(Camera& camera) {
-  Distortion& d = camera.distortion;
-  d.max_r2 = Distortion{}.max_r2;
-  // d/dr of r * radial(r2), in s = r2. It is 1 at s = 0 and monotone between the zeros of its own derivative,
-  // so the first zero lies in the first of those stretches that ends at or below zero.
-  const auto profile = [&](double s) { return 1 + s * (3 * d.k1 + s * (5 * d.k2 + s * 7 * d.k3)); };
-  int turns = 0;
-  const std::array<double, 2> turn = positive_roots(3 * d.k1, 10 * d.k2, 21 * d.k3, turns);
-  double low = 0;
-  for (int i = 0; i < turns; ++i) {
-    const double high = turn[static_cast<std::size_t>(i)];
-    if (profile(high) <= 0) {
-      d.max_r2 = first_zero(profile, low, high);
-      return;
-    }
-    low = high;
-  }
-  // Past the last turn the highest power decides.
-  const double leading = d.k3 != 0 ? d.k3 : (d.k2 != 0 ? d.k2 : d.k1);
-  if (!(leading < 0)) return;
-  double high = std::max(2 * low, 1e-3);
-  while (profile(high) > 0 && high < 1e100) high *= 2;
-  if (profile(high) <= 0) d.max_r2 = first_zero(profile, low, high);
 }
 
 }  // namespace gpvc

@@ -61,18 +61,40 @@ using Triangle = std::array<std::uint32_t, 3>;
 struct Mesh {
   std::vector<WorldPoint> positions;
   std::vector<Triangle> faces;
+  /// Per face, the face of the file it was cut from; empty when the file's faces are all triangles, and so
+  /// the same.
+  std::vector<std::uint32_t> source_face{};
 };
 
-/// Brown-Conrady lens distortion on the normalized plane (x = X/Z, y = Y/Z), coefficients named as in OpenCV:
-/// r2 = x*x + y*y, radial = 1 + k1 r2 + k2 r2^2 + k3 r2^3,
-/// x' = x radial + 2 p1 x y + p2 (r2 + 2 x x), y' = y radial + p1 (r2 + 2 y y) + 2 p2 x y.
+/// How a direction meets the plane on which the terms of Distortion act, as a factor on (X/Z, Y/Z) by its
+/// radius r = tan(theta).
+enum class LensModel : std::uint8_t {
+  brown,           ///< factor 1, and of the terms k1 k2 p1 p2 k3 alone: OpenCV's five
+  perspective,     ///< factor 1
+  equidistant,     ///< theta / r: fisheye of OpenCV, COLMAP, OpenSfM, Metashape
+  equisolid,       ///< 2 sin(theta / 2) / r
+  fov,             ///< atan(2 r tan(omega / 2)) / (omega r): Devernay and Faugeras 2001; no further term
+  inverse_radial,  ///< q / r where q + k1 q^3 = r: VisualSFM; no further term
+};
+
+/// Lens distortion. With (x, y) the point that LensModel makes of (X/Z, Y/Z), and r2 = x*x + y*y:
+/// radial = (1 + k1 r2 + k2 r2^2 + k3 r2^3 + k4 r2^4) / (1 + d1 r2 + d2 r2^2 + d3 r2^3),
+/// more = 1 + p3 r2 + p4 r2^2,
+/// x' = x radial + (2 p1 x y + p2 (r2 + 2 x x)) more + s1 r2,
+/// y' = y radial + (p1 (r2 + 2 y y) + 2 p2 x y) more + s2 r2,
+/// and the photo shows it at (fx (x' + skew y') + cx, fy y' + cy). k1 k2 p1 p2 k3 are named as in OpenCV
+/// (whose k4 k5 k6 are d1 d2 d3 here); p3 and p4 are Metashape's, s1 and s2 the thin prism.
 struct Distortion {
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
   /// Beyond this squared radius of the undistorted plane the model folds back on itself and means nothing:
   /// photo_from_pixel answers nullopt there. Set by limit_distortion; infinity where the model never folds.
   double max_r2 = 1e300;
+  LensModel model = LensModel::brown;
+  double k4 = 0, d1 = 0, d2 = 0, d3 = 0, p3 = 0, p4 = 0, s1 = 0, s2 = 0, skew = 0, omega = 0;
   bool operator==(const Distortion&) const = default;
-  bool is_identity() const { return k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0; }
+  bool is_identity() const {
+    return model == LensModel::brown && k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0;
+  }
 };
 
 /// Intrinsics of a photo and, without the distortion, of its undistorted frame. Pixels; fx, fy > 0.
@@ -99,6 +121,13 @@ struct View {
 struct Scene {
   std::filesystem::path source;  ///< as given by the user
   std::vector<View> views;       ///< by name, bytewise
+  /// Spatial reference system as the format states it (EPSG:2154, a PROJ string, WKT,
+  /// ENU:LATITUDE,LONGITUDE); empty when it states none.
+  std::string srs{};
+  /// To be added to the scene's coordinates to get those of `srs`.
+  WorldPoint offset{};
+  std::string format{};                 ///< which reader read it: "COLMAP"
+  std::vector<std::string> warnings{};  ///< what was left out or assumed, a sentence each
 };
 
 /// +, - and x alone, in this order, so that a shader can repeat it bit for bit.
@@ -123,7 +152,14 @@ std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoin
 /// True when the frame position `p` shows something of the photo: photo_from_pixel lies in [0,W] x [0,H].
 bool in_photo(const Camera& camera, const PixelPoint& p);
 
-/// Fills Distortion::max_r2: the first r2 > 0 at which the radial profile r * radial(r2) stops growing.
+/// To be called once all terms are set. Fills Distortion::max_r2: the first r2 > 0 at which the radial
+/// profile r * radial(r2) stops growing or its divisor vanishes. A perspective lens that needs no more than
+/// the five terms of LensModel::brown becomes one.
 void limit_distortion(Camera& camera);
+
+/// An upper bound of |d photo / d pixel| where the squared radius of the undistorted plane is at most r2,
+/// from the derivative of every term with all signs taken positive; infinity where the bound knows none. \pre
+/// r2 <= Distortion::max_r2
+double largest_stretch(const Camera& camera, double r2);
 
 }  // namespace gpvc

@@ -12,17 +12,6 @@ namespace {
 /// Blocks are one word wide, so that no two tasks write the same word.
 constexpr int kBlock = 64;
 
-/// An upper bound of |d photo / d pixel| where the squared radius is at most r2, from the derivative of every
-/// term of the model with all signs taken positive; anisotropic pixels stretch it by fx / fy.
-double largest_stretch(const Camera& camera, double r2) {
-  const Distortion& d = camera.distortion;
-  const double r = std::sqrt(r2);
-  const double radial =
-      1 + 3 * std::abs(d.k1) * r2 + 5 * std::abs(d.k2) * r2 * r2 + 7 * std::abs(d.k3) * r2 * r2 * r2;
-  const double tangential = 12 * (std::abs(d.p1) + std::abs(d.p2)) * r;
-  return (radial + tangential) * std::max(camera.fx / camera.fy, camera.fy / camera.fx);
-}
-
 }  // namespace
 
 PhotoMask::PhotoMask(const Camera& camera) : camera_(camera) {
