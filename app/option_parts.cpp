@@ -89,17 +89,43 @@ void add_output(CLI::App& app, std::filesystem::path& out, bool& force) {
 }
 
 void add_visibility(CLI::App& app, VisibilityOptions& options) {
-  constexpr Choice<Sampling> kSamplings[] = {
-      {"gpvc", Sampling::hivers}, {"gpvc:ves", Sampling::ves}, {"gpvc:dense", Sampling::dense}};
   constexpr Choice<CoverageCorrection> kCorrections[] = {{"off", CoverageCorrection::off},
                                                          {"paper", CoverageCorrection::paper},
                                                          {"exact", CoverageCorrection::exact}};
   constexpr Choice<Classifier> kClassifiers[] = {
       {"auto", Classifier::automatic}, {"cpu", Classifier::cpu}, {"gpu", Classifier::gpu}};
-  add_choice<Sampling>(
-      app, "--visibility", kSamplings, [&](Sampling v) { options.sampling = v; }, "gpvc",
-      "How faces are sampled: hierarchically (same classes as dense), at vertices and edges only, or at "
-      "every pixel")
+  const auto set_mode = [&options](const std::string& mode) {
+    try {
+      set_visibility_mode(mode, options);
+    } catch (const std::invalid_argument& error) {
+      throw CLI::ValidationError("--visibility", error.what());
+    }
+  };
+  app.add_option_function<std::string>(
+         "--visibility", set_mode,
+         "How visibility is decided. gpvc: without a bias, faces sampled hierarchically, gpvc:ves at their "
+         "vertices and edges only, gpvc:dense at every pixel (same classes as gpvc). For comparison: "
+         "shadow-map:apc:EPS and shadow-map:spc:EPS, a depth map with a bias in window depth, 0 to 1 (apc: "
+         "depth is " +
+             fmt::format("{}", kShadowMapNear) +
+             " / z); ray:sparse:EPS and ray:dense:EPS, rays to vertices or pixel centres with a bias in "
+             "units "
+             "of the mesh; none, all that is in the image")
+      ->type_name("MODE")
+      ->default_str("gpvc")
+      ->group(kVisibilityGroup);
+  // Options take effect in the order they are added: the mode is known here.
+  const auto set_projection = [&options](Projection projection) {
+    if (options.method != Method::gpvc)
+      throw CLI::ValidationError(
+          "--projection", fmt::format("belongs to the gpvc modes, not to {}", visibility_mode_name(options)));
+    options.projection = projection;
+  };
+  constexpr Choice<Projection> kProjections[] = {{"apc", Projection::apc}, {"spc", Projection::spc}};
+  add_choice<Projection>(
+      app, "--projection", kProjections, set_projection, "apc",
+      "Depth that gpvc draws with: reversed with the near plane at zero, or symmetric with planes that fit "
+      "the mesh")
       ->group(kVisibilityGroup);
   std::string fallback;
   for (const auto& choice : kCorrections)

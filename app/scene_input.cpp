@@ -139,10 +139,10 @@ Json device_json(const DeviceInfo& device) {
 }
 
 Json visibility_json(const VisibilityOptions& options) {
-  constexpr const char* kSamplings[] = {"gpvc", "gpvc:ves", "gpvc:dense"};
   constexpr const char* kCorrections[] = {"off", "paper", "exact"};
   constexpr const char* kClassifiers[] = {"auto", "cpu", "gpu"};
-  return {{"visibility", kSamplings[static_cast<std::size_t>(options.sampling)]},
+  return {{"visibility", visibility_mode_name(options)},
+          {"projection", options.projection == Projection::spc ? "spc" : "apc"},
           {"coverage_correction", kCorrections[static_cast<std::size_t>(options.correction)]},
           {"classifier", kClassifiers[static_cast<std::size_t>(options.classifier)]},
           {"subpixel", options.subpixel}};

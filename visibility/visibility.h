@@ -88,6 +88,12 @@ enum class Rays { sparse, dense };
 /// apc: reversed depth, near plane at zero (formula 5). spc: symmetric, with near and far planes adapted to
 /// the mesh (formulas 3 and 4, figure 6).
 enum class Projection { apc, spc };
+
+/// Near plane N of formula 5 in units of the mesh for Method::shadow_map with Projection::apc: window depth
+/// is N / z, which gives the bias its meaning. The value that reproduces table 2. (gpvc, which compares no
+/// depths with a bias, draws with a smaller one.)
+inline constexpr double kShadowMapNear = 1e-6;
+
 /// off: the IVM as drawn. paper: LPCC alone. exact: every face that covers a pixel centre contests its stored
 /// owner, in real arithmetic on the projected vertices; ties go to the lower face index.
 enum class CoverageCorrection { off, paper, exact };

@@ -1,0 +1,98 @@
+// What the methods that test samples one by one share: the samples of the front faces of a view, and the
+// coverage of the partial ones.
+#pragma once
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "visibility/classify.h"
+#include "visibility/face_sampler.h"
+#include "visibility/subpixel.h"
+
+namespace gpvc {
+
+/// A front face before a view.
+struct FrontFace {
+  FaceId face = kNoFace;
+  RasterFace raster;
+  std::vector<Span> spans;  ///< runs of samples on the frame; empty: no pixel centre, sub-pixel samples
+  bool inside = false;      ///< all vertices in front of the camera and in [0, W] x [0, H]
+};
+
+/// Whether the face faces the camera and has a sample on the frame. Fills `found`, whose memory is used
+/// again.
+bool find_front_face(const ClassifyView& view, FaceId face, FrontFace& found);
+
+/// Where the sub-pixel samples of a face lie: the centroid last, the midpoints from it to the vertices first.
+struct SubpixelSample {
+  double x = 0, y = 0, z = 0;
+  bool in_image = false;
+};
+std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView& view,
+                                                              const RasterFace& raster);
+
+/// Faces in blocks of a fixed size, so that what a block yields does not depend on the number of threads.
+struct FaceBlock {
+  CoverageTable coverage;
+  SampleCounts counts;
+  std::size_t full = 0;
+  FrontFace front;  ///< scratch
+
+  /// The class of the front face when `sees(x, y)` says which of its samples see it: hidden when none, full
+  /// when all and the face is inside, else partial, with its coverage.
+  template <class Sees>
+  FaceClass cover(const ClassifyView& view, const Sees& sees);
+  /// Likewise without pixel centre, `visible` of the sub-pixel samples seeing it.
+  FaceClass cover_subpixel(const ClassifyView& view, std::uint32_t visible);
+
+ private:
+  FaceCoverage empty_entry(const ClassifyView& view);
+  FaceClass finish(const ClassifyView& view, FaceCoverage entry);
+};
+
+class FaceBlocks {
+ public:
+  /// classes[f] = classify(FaceId, FaceBlock&) for every face; joins what the blocks counted and covered.
+  template <class Classify>
+  void run(const ClassifyView& view, ViewVisibility& result, const Classify& classify) {
+    const std::size_t faces = view.mesh.faces.size();
+    result.classes.resize(faces);
+    blocks_.resize((faces + kFacesPerBlock - 1) / kFacesPerBlock);
+    tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t number) {
+      FaceBlock& block = start(number);
+      const std::size_t first = number * kFacesPerBlock;
+      for (std::size_t f = first; f < std::min(first + kFacesPerBlock, faces); ++f) {
+        result.classes[f] = classify(FaceId{static_cast<std::uint32_t>(f)}, block);
+        block.full += result.classes[f] == FaceClass::full;
+      }
+    });
+    join(result);
+  }
+
+ private:
+  static constexpr std::size_t kFacesPerBlock = 2048;
+  FaceBlock& start(std::size_t number);
+  void join(ViewVisibility& result) const;
+
+  std::vector<FaceBlock> blocks_;
+};
+
+template <class Sees>
+FaceClass FaceBlock::cover(const ClassifyView& view, const Sees& sees) {
+  FaceCoverage entry = empty_entry(view);
+  const auto width = static_cast<std::size_t>(entry.width);
+  for (const Span& span : front.spans)
+    for (std::int32_t x = span.x0; x < span.x1; ++x) {
+      if (!sees(x, span.y)) continue;
+      const std::size_t bit =
+          static_cast<std::size_t>(span.y - entry.y0) * width + static_cast<std::size_t>(x - entry.x0);
+      coverage.words[entry.first_word + bit / 64] |= std::uint64_t{1} << (bit % 64);
+      ++entry.visible;
+    }
+  return finish(view, entry);
+}
+
+}  // namespace gpvc

@@ -1,0 +1,48 @@
+// What VisibilityStage puts before a view: one tester a method, all starting from the same drawn view.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "visibility/classify.h"
+#include "visibility/ivm_gl.h"
+#include "visibility/photo_mask.h"
+#include "visibility/projection.h"
+
+namespace gpvc {
+
+/// One mesh on the device, drawn and projected view after view. Borrows the mesh.
+class ViewSource {
+ public:
+  ViewSource(const Mesh& mesh, const VisibilityOptions& options);
+  /// Draws the IVM into `result`, starts its statistics, projects the vertices. What is returned borrows from
+  /// both and from the view.
+  ClassifyView prepare(const View& view, ViewId id, ViewVisibility& result);
+
+  const Mesh& mesh() const { return mesh_; }
+  const IvmRenderer& renderer() const { return renderer_; }
+  const PhotoMask& mask() const { return mask_; }
+
+ private:
+  const Mesh& mesh_;
+  IvmRenderer renderer_;
+  PhotoMask mask_;
+  ProjectedMesh projected_;
+};
+
+class ViewTester {
+ public:
+  virtual ~ViewTester() = default;
+  /// Fills classes, coverage and the counts of the statistics. The same for any number of threads.
+  virtual void classify(const ClassifyView& view, const View& of, ViewVisibility& result) = 0;
+  /// Which processor classifies, and why.
+  virtual std::string note() const = 0;
+};
+
+/// Borrows `source`. Throws GpuError.
+std::unique_ptr<ViewTester> make_gpvc_tester(const ViewSource& source, const DeviceInfo& device,
+                                             const VisibilityOptions& options);
+std::unique_ptr<ViewTester> make_no_test(const VisibilityOptions& options);
+
+}  // namespace gpvc
