@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# install_packages.sh [build|test]: installs the Debian packages of packages.txt that are missing, and nothing else.
+# install_packages.sh [build|test|fuzz]: installs the Debian packages of packages.txt that are missing, and nothing else.
 # Quiet and quick when all are there.
 set -euo pipefail
 list=$(dirname "$0")/packages.txt
@@ -7,7 +7,8 @@ wanted=${1:-build}
 case $wanted in
   build) sections=build ;;
   test) sections='build|test' ;;
-  *) echo "install_packages.sh: expected build or test, got '$wanted'" >&2; exit 2 ;;
+  fuzz) sections='build|fuzz' ;;
+  *) echo "install_packages.sh: expected build, test or fuzz, got '$wanted'" >&2; exit 2 ;;
 esac
 
 packages=$(awk -v sections="^($sections)\$" '

@@ -27,6 +27,22 @@ WorldPoint read_offset(const fs::path& file) {
 }
 
 // Pages in order of first use; several materials may share one file.
+/// What a library says, as the end of our sentence: on one line, without the file's name and the library's
+/// full stops.
+std::string reason_of(const fs::path& file, std::string said) {
+  const std::string name = file.string();
+  for (std::size_t at; (at = said.find(name)) != std::string::npos;) said.erase(at, name.size());
+  std::string reason;
+  for (const char c : said) {
+    const bool blank = static_cast<unsigned char>(c) <= ' ';
+    if (!blank) reason += c;
+    if (blank && !reason.empty() && reason.back() != ' ') reason += ' ';
+  }
+  reason.erase(reason.find_last_not_of(" .:") + 1);
+  constexpr std::size_t kLongest = 300;
+  return reason.size() <= kLongest ? reason : reason.substr(0, kLongest) + "...";
+}
+
 class PageList {
  public:
   std::uint32_t page(const fs::path& file) {
@@ -47,7 +63,7 @@ LoadedModel read_textured_obj(const fs::path& file) {
   config.vertex_color = false;
   tinyobj::ObjReader reader;
   if (!reader.ParseFromFile(file.string(), config))
-    throw InputError(file, "", "expected an OBJ model: " + reader.Error());
+    throw InputError(file, "", "expected an OBJ model: " + reason_of(file, reader.Error()));
 
   LoadedModel result;
   const tinyobj::attrib_t& attributes = reader.GetAttrib();
@@ -96,7 +112,7 @@ LoadedModel read_textured_obj(const fs::path& file) {
 // Typed read access to one accessor, checked against its buffer.
 class AccessorView {
  public:
-  AccessorView(const fs::path& file, const tinygltf::Model& model, int accessor_index) {
+  AccessorView(const fs::path& file, const tinygltf::Model& model, int accessor_index, int type) {
     const auto fail = [&](const std::string& reason) {
       throw InputError(file, "accessor " + std::to_string(accessor_index), reason);
     };
@@ -106,13 +122,22 @@ class AccessorView {
     if (accessor.bufferView < 0 || static_cast<std::size_t>(accessor.bufferView) >= model.bufferViews.size())
       fail("expected a buffer view");
     const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
-    const std::vector<unsigned char>& buffer = model.buffers.at(static_cast<std::size_t>(view.buffer)).data;
-    const int stride = accessor.ByteStride(view);
-    const std::size_t first = view.byteOffset + accessor.byteOffset;
+    if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
+      fail("expected a buffer that exists");
+    if (accessor.type != type) fail("expected another number of components");
+    const std::vector<unsigned char>& buffer = model.buffers[static_cast<std::size_t>(view.buffer)].data;
     component_ = accessor.componentType;
     count = accessor.count;
-    if (stride <= 0 || first > buffer.size() ||
-        (count > 0 && (buffer.size() - first) / static_cast<std::size_t>(stride) < count))
+    const int stride = accessor.ByteStride(view);
+    const int element = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_)) *
+                        tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+    if (stride <= 0 || element <= 0 || stride < element || view.byteOffset > buffer.size() ||
+        accessor.byteOffset > buffer.size() - view.byteOffset)
+      fail("reaches beyond its buffer");
+    const std::size_t first = view.byteOffset + accessor.byteOffset;
+    // The last element need not be followed by its stride's padding.
+    const std::size_t room = buffer.size() - first, last = static_cast<std::size_t>(element);
+    if (count > 0 && (room < last || (room - last) / static_cast<std::size_t>(stride) < count - 1))
       fail("reaches beyond its buffer");
     stride_ = static_cast<std::size_t>(stride);
     data_ = buffer.data() + first;
@@ -134,6 +159,11 @@ class AccessorView {
     std::memcpy(&value, at, sizeof value);
     return value;
   }
+  bool is_index() const {
+    return component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+           component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
+           component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+  }
   bool is_float() const { return component_ == TINYGLTF_COMPONENT_TYPE_FLOAT; }
   std::size_t count = 0;
 
@@ -143,21 +173,33 @@ class AccessorView {
   int component_ = 0;
 };
 
+/// The image that a material shows, kNoPage for none.
+std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, int material) {
+  const auto within = [&](int number, std::size_t count, const char* what) {
+    if (number < 0 || static_cast<std::size_t>(number) >= count)
+      throw InputError(file, what + (" " + std::to_string(number)),
+                       "does not exist, expected one of " + std::to_string(count));
+    return static_cast<std::size_t>(number);
+  };
+  const int texture = model.materials[within(material, model.materials.size(), "material")]
+                          .pbrMetallicRoughness.baseColorTexture.index;
+  if (texture < 0) return kNoPage;
+  const int image = model.textures[within(texture, model.textures.size(), "texture")].source;
+  return static_cast<std::uint32_t>(within(image, model.images.size(), "image"));
+}
+
 void append_primitive(const fs::path& file, const tinygltf::Model& model,
                       const tinygltf::Primitive& primitive, LoadedModel& result) {
   if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1) return;
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end()) throw InputError(file, "mesh", "expected a POSITION attribute");
-  const AccessorView positions(file, model, position->second);
+  const AccessorView positions(file, model, position->second, TINYGLTF_TYPE_VEC3);
   if (!positions.is_float()) throw InputError(file, "mesh", "expected float positions");
 
   std::uint32_t page = kNoPage;
   const auto texcoord = primitive.attributes.find("TEXCOORD_0");
   if (primitive.material >= 0 && texcoord != primitive.attributes.end()) {
-    const int texture = model.materials.at(static_cast<std::size_t>(primitive.material))
-                            .pbrMetallicRoughness.baseColorTexture.index;
-    if (texture >= 0)
-      page = static_cast<std::uint32_t>(model.textures.at(static_cast<std::size_t>(texture)).source);
+    page = page_of(file, model, primitive.material);
   }
   const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
   for (std::size_t i = 0; i < positions.count; ++i) {
@@ -166,7 +208,7 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model,
     result.model.texcoords.push_back({0, 0});
   }
   if (page != kNoPage) {
-    const AccessorView texcoords(file, model, texcoord->second);
+    const AccessorView texcoords(file, model, texcoord->second, TINYGLTF_TYPE_VEC2);
     if (!texcoords.is_float()) throw InputError(file, "mesh", "expected float texture coordinates");
     for (std::size_t i = 0; i < std::min(positions.count, texcoords.count); ++i)
       result.model.texcoords[base + i] = {texcoords.component(i, 0), texcoords.component(i, 1)};
@@ -179,7 +221,8 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model,
     result.model.face_page.push_back(page);
   };
   if (primitive.indices >= 0) {
-    const AccessorView indices(file, model, primitive.indices);
+    const AccessorView indices(file, model, primitive.indices, TINYGLTF_TYPE_SCALAR);
+    if (!indices.is_index()) throw InputError(file, "mesh", "expected unsigned indices");
     for (std::size_t i = 0; i + 2 < indices.count; i += 3)
       append_face(indices.integer(i), indices.integer(i + 1), indices.integer(i + 2));
   } else {
@@ -218,7 +261,7 @@ LoadedModel read_textured_glb(const fs::path& file) {
   tinygltf::Model model;
   std::string error, warning;
   if (!loader.LoadBinaryFromFile(&model, &error, &warning, file.string()))
-    throw InputError(file, "", "expected a GLB: " + error);
+    throw InputError(file, "", "expected a GLB: " + reason_of(file, error));
   LoadedModel result;
   for (const tinygltf::Mesh& mesh : model.meshes)
     for (const tinygltf::Primitive& primitive : mesh.primitives)

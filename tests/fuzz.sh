@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# fuzz.sh [SECONDS [NAME...]]: runs each parser's libFuzzer target for SECONDS (default 10), as many at once as there
+# are processors, from the seeds in tests/fuzz/corpus. Inputs that reach new code are kept in build/fuzz/found/NAME and
+# used again by the next run; a finding is left in build/fuzz/artifacts/NAME and ends the run with its report.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+export seconds=${1:-10}
+shift || true
+"$root/app/install_packages.sh" fuzz
+
+export build=$root/build/fuzz corpus=$root/tests/fuzz/corpus
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" \
+  -DGPVC_FUZZ=ON -DGPVC_TESTS=OFF -DGPVC_BENCHMARKS=OFF -DGPVC_WERROR=OFF >/dev/null
+cmake --build "$build"
+
+run_one() {
+  local name=$1 log=$build/log/$1
+  mkdir -p "$build/found/$name" "$build/artifacts/$name" "$build/log" "$corpus/$name"
+  # 256 MB in one piece for inputs of at most 64 KiB: a count in a header was believed.
+  if ! ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=0 UBSAN_OPTIONS=print_stacktrace=1 \
+    "$build/fuzz/fuzz_$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=3000 -malloc_limit_mb=256 -max_len=65536 \
+    -print_final_stats=1 -artifact_prefix="$build/artifacts/$name/" "$build/found/$name" "$corpus/$name" >"$log" 2>&1; then
+    tail -n 60 "$log" >&2
+    echo "fuzz.sh: $name: a finding, kept in $build/artifacts/$name" >&2
+    return 1
+  fi
+  awk -v name="$name" '/stat::number_of_executed_units/ { units = $2 } / cov: / { for (i = 1; i < NF; ++i) if ($i == "cov:") cov = $(i + 1) }
+    END { printf "%-16s %9d inputs, %5d edges, no finding\n", name, units, cov }' "$log"
+}
+export -f run_one
+names=("$@")
+if [ ${#names[@]} = 0 ]; then
+  for source in "$root"/tests/fuzz/fuzz_*.cpp; do
+    name=$(basename "$source" .cpp)
+    names+=("${name#fuzz_}")
+  done
+fi
+printf '%s\n' "${names[@]}" | xargs -P "$(nproc)" -I{} bash -c 'run_one {}'

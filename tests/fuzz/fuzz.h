@@ -1,0 +1,72 @@
+// What the libFuzzer targets share. A target hands bytes to a reader as the file or folder a user would; the
+// reader returns, or throws InputError with one sentence. Anything else (a crash, a sanitizer's finding,
+// another exception, a huge allocation, a hang) is a finding.
+#pragma once
+
+#include <unistd.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "io/error.h"
+
+namespace gpvc::fuzz {
+
+/// A folder of this process alone, in memory where the system has such a place.
+inline const std::filesystem::path& folder() {
+  static const std::filesystem::path kFolder = [] {
+    const std::filesystem::path shm = "/dev/shm";
+    const std::filesystem::path base =
+        access(shm.c_str(), W_OK) == 0 ? shm : std::filesystem::temp_directory_path();
+    const std::filesystem::path made = base / ("gpvc-fuzz-" + std::to_string(getpid()));
+    std::filesystem::create_directories(made);
+    std::atexit([] { std::filesystem::remove_all(folder()); });
+    return made;
+  }();
+  return kFolder;
+}
+
+inline std::filesystem::path write(const std::string& name, std::string_view bytes) {
+  const std::filesystem::path file = folder() / name;
+  std::FILE* out = std::fopen(file.c_str(), "wb");
+  if (out == nullptr || std::fwrite(bytes.data(), 1, bytes.size(), out) != bytes.size() ||
+      std::fclose(out) != 0)
+    std::abort();
+  return file;
+}
+
+inline std::string_view view(const std::uint8_t* data, std::size_t size) {
+  return {reinterpret_cast<const char*>(data), size};
+}
+
+/// Two files in one input: what precedes and what follows the first "\n====\n".
+inline std::array<std::string_view, 2> halves(std::string_view bytes) {
+  constexpr std::string_view kBorder = "\n====\n";
+  const std::size_t at = bytes.find(kBorder);
+  if (at == std::string_view::npos) return {bytes, {}};
+  return {bytes.substr(0, at), bytes.substr(at + kBorder.size())};
+}
+
+/// Calls `read` and demands that it succeeds or refuses in one sentence that names the input.
+template <class Read>
+int reads_or_refuses(Read&& read) {
+  try {
+    read();
+  } catch (const InputError& error) {
+    const std::string_view sentence = error.what();
+    if (sentence.find(folder().string()) == std::string_view::npos ||
+        sentence.find('\n') != std::string_view::npos || sentence.size() > 2000) {
+      std::fprintf(stderr, "not one sentence about the file: %s\n", error.what());
+      std::abort();
+    }
+  }
+  return 0;
+}
+
+}  // namespace gpvc::fuzz
