@@ -27,7 +27,11 @@ struct Bench {
   }
   ViewVisibility classify(CoverageCorrection correction, Sampling sampling = Sampling::hivers) const {
     ViewVisibility result;
-    CpuClassifier({sampling, correction, Classifier::cpu, true}).classify(prepared(), result);
+    VisibilityOptions options;
+    options.sampling = sampling;
+    options.correction = correction;
+    options.classifier = Classifier::cpu;
+    CpuClassifier(options).classify(prepared(), result);
     return result;
   }
   const Mesh& mesh;

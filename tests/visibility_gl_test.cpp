@@ -24,7 +24,11 @@ Counts count(const std::vector<FaceClass>& classes) {
 
 VisibilityOptions options(CoverageCorrection correction, Sampling sampling = Sampling::hivers,
                           Classifier classifier = Classifier::automatic) {
-  return {sampling, correction, classifier, true};
+  VisibilityOptions given;
+  given.sampling = sampling;
+  given.correction = correction;
+  given.classifier = classifier;
+  return given;
 }
 
 class VisibilityGl : public testing::Test {
