@@ -75,13 +75,32 @@ Names promise_files(OutputFolder& folder, std::size_t pages, ImageFormat format)
   return names;
 }
 
-void write_preview(const fs::path& file, const TexturedScene& scene, UpAxis up, GraphicsDevice& device) {
+// The picture's camera and background, so that another renderer can be held against it.
+Json preview_json(const Viewpoint& view) {
+  const Camera& c = view.camera;
+  const auto& r = view.pose.rotation;
+  const WorldPoint& at = view.pose.centre;
+  constexpr double kSamples = kPreviewSamples;
+  return {{"width", kPreviewWidth},
+          {"height", kPreviewHeight},
+          {"fx", c.fx / kSamples},
+          {"fy", c.fy / kSamples},
+          {"cx", c.cx / kSamples},
+          {"cy", c.cy / kSamples},
+          {"rotation", Json::array({Json::array({r[0], r[1], r[2]}), Json::array({r[3], r[4], r[5]}),
+                                    Json::array({r[6], r[7], r[8]})})},
+          {"centre", Json::array({at.x, at.y, at.z})},
+          {"background", kBackground}};
+}
+
+Json write_preview(const fs::path& file, const TexturedScene& scene, UpAxis up, GraphicsDevice& device) {
   const SceneInputData& in = scene.input;
   const Viewpoint view = overview(in.mesh, scene.selection.labels, in.scene, in.used, up,
                                   kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
   const RenderResult render = render_model(device, scene.atlas.model, scene.atlas.pages, view.camera,
                                            view.pose, true, true, kBackground);
   write_image(file, reduced(render.image, kPreviewSamples), ImageFormat::png, 0);
+  return preview_json(view);
 }
 
 }  // namespace
@@ -111,7 +130,7 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
     });
     write_faces(names.faces, write_glb(names.glb, atlas.model, names.pages, model));
   });
-  write_preview(names.preview, scene, model.up, device);
+  record.counts["preview"] = write_preview(names.preview, scene, model.up, device);
   obj.get();
   arrays.get();
   glb.get();

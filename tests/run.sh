@@ -15,11 +15,11 @@ fi
 
 "$root/app/install_packages.sh" test
 
-# Khronos' glTF validator comes from the npm registry; everything else from Debian.
+# Khronos' glTF validator and three.js come from the npm registry; everything else from Debian.
 node_modules=$root/build/node/node_modules
-if [ ! -d "$node_modules/gltf-validator" ]; then
+if [ ! -d "$node_modules/gltf-validator" ] || [ ! -d "$node_modules/three" ]; then
   mkdir -p "$root/build/node"
-  npm install --silent --no-audit --no-fund --prefix "$root/build/node" gltf-validator@2.0.0-dev.3.10
+  npm install --silent --no-audit --no-fund --prefix "$root/build/node" gltf-validator@2.0.0-dev.3.10 three@0.170.0
 fi
 
 cmake -S "$root" -B "$build" -G Ninja "${options[@]}" -DGPVC_TESTS=ON "-DGPVC_NODE_MODULES=$node_modules" >/dev/null
