@@ -1,6 +1,7 @@
 gpvc_test(classify_test gpvc_visibility)
 gpvc_test(device_gl_test gpvc_visibility)
 gpvc_test(ivm_gl_test gpvc_visibility)
+gpvc_test(oracle_test gpvc_visibility)
 gpvc_test(raster_test gpvc_visibility)
 gpvc_test(render_model_gl_test gpvc_visibility)
 gpvc_test(visibility_mode_test gpvc_visibility)
