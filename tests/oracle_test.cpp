@@ -35,8 +35,8 @@ OracleView expect_rays(const Mesh& mesh, const View& view) {
 TEST(Oracle, AgreesWithRaysOnRandomSoups) {
   const View view = scenes::view_of(160, 120, 150);
   std::uint32_t seed = 100;
-  for (const double size : {0.05, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0, 80.0, 200.0}) {
-    const std::size_t faces = size < 5 ? 3000 : (size < 50 ? 500 : 40);
+  for (const double size : {0.05, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0, 80.0, 120.0}) {
+    const std::size_t faces = size < 5 ? 3000 : (size < 50 ? 500 : 80);
     const OracleView found = expect_rays(scenes::soup(view.camera, faces, size, seed++), view);
     EXPECT_EQ(tied(found), 0U) << "size " << size;
     EXPECT_LT(count(found, FaceClass::hidden), faces);
