@@ -46,18 +46,22 @@ struct MeshTopology {
 MeshTopology mesh_topology(const Mesh& mesh);
 
 struct SceneOptions {
-  /// Where the photos lie; default: `images` in the model's folder, beside it, or one level further up.
+  /// Where the photos lie, at any depth; matched by the longest common tail of their paths. Default: where
+  /// the scene's file says, then the format's usual folders.
   std::optional<std::filesystem::path> images_dir{};
+  /// Views whose photo is not found keep an empty View::photo (and, in formats that leave the size to the
+  /// photo, a camera of width 0) instead of being an error.
+  bool allow_missing_photos = false;
   /// Photos are reduced by this factor (box average) and cameras with them; >= 1.
   int downscale = 1;
 };
 
-/// A COLMAP model: a folder with cameras and images (points3D is ignored) as .bin or .txt, .bin first, as
-/// COLMAP itself looks; or a folder that holds one as 0, sparse/0, sparse or colmap. COLMAP's pixel
-/// convention is ours (first centre at 0.5, 0.5). Checks that every photo exists and that its header has the
-/// camera's size, without decoding it; the error names the missing photos up to a handful. A reduced camera
-/// is width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N, which is exact in this convention. Throws
-/// InputError.
+/// A scene of any format that a NAME_scene.cpp of this folder reads, told by what `source` (a file or a
+/// folder) is or plainly holds; each of those files states its format's pixel and axis conventions, which are
+/// converted to ours. Checks that every photo exists and that its header has the camera's size, without
+/// decoding it: a photo of another size but the same shape scales its camera; the error names missing photos
+/// up to a handful. A reduced camera is width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N, which is
+/// exact in this convention. What was left out or assumed is in Scene::warnings. Throws InputError.
 Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);
 
 /// 8 bits a channel, row-major from the top-left, interleaved.
@@ -157,11 +161,14 @@ struct TexturedModel {
   const Mesh* mesh = nullptr;
   std::vector<TexCoord> texcoords;
   std::vector<Triangle> face_texcoords;  ///< per face, indices into texcoords
-  std::vector<std::uint32_t> face_page;  ///< per face, index into page files
+  std::vector<std::uint32_t> face_page;  ///< per face, index into page files, or kNoPage
 };
 
+/// face_page of a face without texture, whose face_texcoords mean nothing.
+inline constexpr std::uint32_t kNoPage = 0xFFFFFFFFu;
+
 /// Throws std::invalid_argument unless every face has a page below `page_count` and texture coordinates that
-/// exist; both writers ask it first. O(faces).
+/// exist, or kNoPage; both writers ask it first. O(faces).
 void check_model(const TexturedModel& model, std::size_t page_count);
 
 /// Pages that an OBJ or GLB refers to.
@@ -175,18 +182,33 @@ enum class UpAxis { pos_x, neg_x, pos_y, neg_y, pos_z, neg_z };
 struct ModelOptions {
   WorldPoint offset;  ///< subtracted from every position (in double) before printing or rounding to float
   UpAxis up = UpAxis::pos_y;  ///< world axis that points up; becomes the root node's rotation in glTF (+y up)
+  bool normals = false;       ///< with smooth vertex normals, weighted by the faces' angles
+  /// Of a .bin beside a .gltf, unless a single page's triangles are more: lengths that 31 bits hold.
+  std::size_t buffer_limit_bytes = 0x7FFFFFFF;
 };
 
 /// `NAME.obj` with NAME.mtl beside it: positions in the input's order, faces in the input's order, usemtl
 /// where the page changes; coordinates less the offset are printed so that they read back exactly. v runs
-/// upwards in OBJ.
+/// upwards in OBJ. Faces without a page are listed without texture coordinates, under a grey material.
 void write_obj(const std::filesystem::path& obj_file, const TexturedModel& model,
                std::span<const PageFile> pages, const ModelOptions& options);
 
-/// A self-contained GLB: KHR_materials_unlit, one primitive a page, 32-bit indices, offset in the root node's
-/// extras. Returns the input face of every GLB triangle, in the GLB's order.
-std::vector<FaceId> write_glb(const std::filesystem::path& glb_file, const TexturedModel& model,
-                              std::span<const PageFile> pages, const ModelOptions& options);
+/// One self-contained binary file, or a description with buffers and pages beside it.
+enum class GltfContainer { glb, files };
+
+struct GltfFiles {
+  std::filesystem::path file;                  ///< STEM.glb or STEM.gltf
+  std::vector<std::filesystem::path> buffers;  ///< STEM.bin, STEM_1.bin, ...; none beside a GLB
+  std::vector<FaceId> faces;                   ///< input face of every triangle, in the file's order
+  std::size_t glb_bytes = 0;                   ///< of the GLB written, or of the one that was too large
+};
+
+/// glTF 2.0: KHR_materials_unlit, one primitive a page, 32-bit indices, offset in the root node's extras. Faces
+/// without a page are left out. A GLB ends at 4 GiB: what would be larger becomes files. With files, the pages
+/// stay where they are and are referred to relative to STEM. Throws OutputError when no face has a page or a
+/// local coordinate exceeds 32-bit floats.
+GltfFiles write_gltf(const std::filesystem::path& stem, GltfContainer container, const TexturedModel& model,
+                     std::span<const PageFile> pages, const ModelOptions& options);
 
 /// A textured model from a file: ours or another program's.
 struct LoadedModel {
@@ -197,10 +219,7 @@ struct LoadedModel {
       offset;  ///< to be added to positions: `offset.txt` beside an OBJ, a GLB root node's extras; else 0
 };
 
-/// face_page of a face without texture.
-inline constexpr std::uint32_t kNoPage = 0xFFFFFFFFu;
-
-/// OBJ + MTL (map_Kd, any writer's) or GLB (triangles with a baseColorTexture; rotations of nodes are not
+/// OBJ + MTL (map_Kd, any writer's), GLB or glTF (triangles with a baseColorTexture; rotations of nodes are not
 /// applied: our writer's root rotation only says which way is up). Faces without a texture get kNoPage.
 /// Throws InputError.
 LoadedModel read_textured_model(const std::filesystem::path& file);

@@ -164,28 +164,51 @@ TEST_P(Colmap, ProjectsKnownPointsToKnownPixels) {
   expect_point(scene.views[0], {-19, 9, -10}, 50 * dx + 33, 51 * dy + 25);
 }
 
-// Every model, the point (0.4, -0.3, 1) of the camera: r2 = 0.25.
+// Every model, the point (0.4, -0.3, 1) of the camera: r = 0.5. Formulas from COLMAP's list of camera models.
 TEST_P(Colmap, ReadsEveryCameraModel) {
-  const double x = 0.4, y = -0.3;
-  const double k1 = 0.2, k2 = -0.3;
-  const std::vector<TestCamera> models{{1, 0, "SIMPLE_PINHOLE", {50, 33, 25}},
-                                       {1, 1, "PINHOLE", {50, 60, 33, 25}},
-                                       {1, 2, "SIMPLE_RADIAL", {50, 33, 25, k1}},
-                                       {1, 3, "RADIAL", {50, 33, 25, k1, k2}},
-                                       {1, 4, "OPENCV", {50, 60, 33, 25, k1, k2, 0.01, 0.02}}};
+  const double x = 0.4, y = -0.3, k1 = 0.2, k2 = -0.3, p1 = 0.01, p2 = 0.02, r2 = 0.25;
+  const double theta = std::atan(0.5), t2 = theta * theta, u = x * theta / 0.5, v = y * theta / 0.5;
+  struct Expected {
+    TestCamera camera;
+    double fy, x, y;
+  };
+  const auto radial = [&](double a, double b) { return 1 + a * r2 + b * r2 * r2; };
+  const auto angular = [&](double a, double b) { return 1 + a * t2 + b * t2 * t2; };
+  const double rational =
+      (1 + k1 * r2 + k2 * r2 * r2 + 0.1 * r2 * r2 * r2) / (1 + 0.4 * r2 + 0.5 * r2 * r2 + 0.6 * r2 * r2 * r2);
+  const double fisheye = angular(k1, k2) + 0.1 * t2 * t2 * t2 + 0.4 * t2 * t2 * t2 * t2;
+  const double fov = std::atan(2 * 0.5 * std::tan(0.45)) / 0.9 / 0.5;
+  const double tx = 2 * p1 * x * y + p2 * (r2 + 2 * x * x), ty = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
+  const double tu = 2 * p1 * u * v + p2 * (t2 + 2 * u * u), tv = p1 * (t2 + 2 * v * v) + 2 * p2 * u * v;
+  const std::vector<Expected> models{
+      {{1, 0, "SIMPLE_PINHOLE", {50, 33, 25}}, 50, x, y},
+      {{1, 1, "PINHOLE", {50, 60, 33, 25}}, 60, x, y},
+      {{1, 2, "SIMPLE_RADIAL", {50, 33, 25, k1}}, 50, x * radial(k1, 0), y * radial(k1, 0)},
+      {{1, 3, "RADIAL", {50, 33, 25, k1, k2}}, 50, x * radial(k1, k2), y * radial(k1, k2)},
+      {{1, 4, "OPENCV", {50, 60, 33, 25, k1, k2, p1, p2}},
+       60,
+       x * radial(k1, k2) + tx,
+       y * radial(k1, k2) + ty},
+      {{1, 5, "OPENCV_FISHEYE", {50, 60, 33, 25, k1, k2, 0.1, 0.4}}, 60, u * fisheye, v * fisheye},
+      {{1, 6, "FULL_OPENCV", {50, 60, 33, 25, k1, k2, p1, p2, 0.1, 0.4, 0.5, 0.6}},
+       60,
+       x * rational + tx,
+       y * rational + ty},
+      {{1, 7, "FOV", {50, 60, 33, 25, 0.9}}, 60, x * fov, y * fov},
+      {{1, 8, "SIMPLE_RADIAL_FISHEYE", {50, 33, 25, k1}}, 50, u * angular(k1, 0), v * angular(k1, 0)},
+      {{1, 9, "RADIAL_FISHEYE", {50, 33, 25, k1, k2}}, 50, u * angular(k1, k2), v * angular(k1, k2)},
+      {{1, 10, "THIN_PRISM_FISHEYE", {50, 60, 33, 25, k1, k2, p1, p2, 0.1, 0.4, 0.03, 0.05}},
+       60,
+       u * fisheye + tu + 0.03 * t2,
+       v * fisheye + tv + 0.05 * t2},
+      {{1, 14, "SIMPLE_FISHEYE", {50, 33, 25}}, 50, u, v},
+      {{1, 15, "FISHEYE", {50, 60, 33, 25}}, 60, u, v}};
   const std::vector<TestImage> one{{1, {1, 0, 0, 0}, {0, 0, 0}, 1, "one.png"}};
-  for (const TestCamera& model : models) {
-    const double radial = 1 + (model.model >= 2 ? k1 * 0.25 : 0) + (model.model >= 3 ? k2 * 0.0625 : 0);
-    double dx = x * radial, dy = y * radial;
-    if (model.model == 4) {
-      dx += 2 * 0.01 * x * y + 0.02 * (0.25 + 2 * x * x);
-      dy += 0.01 * (0.25 + 2 * y * y) + 2 * 0.02 * x * y;
-    }
-    const double fy = model.model == 1 || model.model == 4 ? 60 : 50;
+  for (const Expected& model : models) {
     ColmapFolder files(one);
-    const Scene scene = read_scene(files.model(GetParam(), {model}, one), {});
-    SCOPED_TRACE(model.model_name);
-    expect_point(scene.views[0], {x, y, 1}, 50 * dx + 33, fy * dy + 25);
+    const Scene scene = read_scene(files.model(GetParam(), {model.camera}, one), {});
+    SCOPED_TRACE(model.camera.model_name);
+    expect_point(scene.views[0], {x, y, 1}, 50 * model.x + 33, model.fy * model.y + 25);
   }
 }
 
@@ -286,10 +309,15 @@ TEST_P(Colmap, RefusesWhatIsNoScene) {
     change(values.back());
     return values;
   };
-  EXPECT_TRUE(
-      contains(refused({{7, 5, "OPENCV_FISHEYE", {1, 1, 1, 1, 0, 0, 0, 0}}}, kImages), "is not supported"));
-  EXPECT_TRUE(
-      contains(refused({{7, 5, "OPENCV_FISHEYE", {1, 1, 1, 1, 0, 0, 0, 0}}}, kImages), "RADIAL and OPENCV"));
+  const std::vector<TestCamera> newer{{7, 13, "DIVISION", {1, 1, 1, 1, 0}}};
+  EXPECT_TRUE(contains(refused(newer, kImages), "camera model DIVISION is not supported; supported are"));
+  EXPECT_TRUE(contains(refused(newer, kImages), "THIN_PRISM_FISHEYE"));
+  EXPECT_TRUE(contains(refused(with(kCameras,
+                                    [](TestCamera& c) {
+                                      c = {3, 7, "FOV", {50, 51, 33, 25, 0}};
+                                    }),
+                               kImages),
+                       "omega"));
   EXPECT_TRUE(contains(refused({{7, 99, "KALEIDOSCOPE", {1}}}, kImages), "is unknown"));
   EXPECT_TRUE(contains(refused({kCameras[0]}, kImages), "refers to camera 3"));
   EXPECT_TRUE(
@@ -311,7 +339,7 @@ TEST_P(Colmap, RefusesWhatIsNoScene) {
   // Cameras no image uses need not be understood.
   EXPECT_NO_THROW(read_scene(files.model(GetParam(), with(kCameras, [](TestCamera&) {}), kImages), {}));
   std::vector<TestCamera> more = kCameras;
-  more.push_back({8, 7, "FOV", {1, 1, 1, 1, 1}});
+  more.push_back({8, 16, "EUCM", {1, 1, 1, 1, 1, 1}});
   EXPECT_NO_THROW(read_scene(files.model(GetParam(), more, kImages), {}));
 }
 

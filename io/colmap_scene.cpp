@@ -6,9 +6,9 @@
 #include <map>
 #include <span>
 
+#include "io/colmap_scene.h"
 #include "io/error.h"
 #include "io/file_bytes.h"
-#include "io/scene_file.h"
 #include "io/text_scan.h"
 
 namespace gpvc {
@@ -17,25 +17,75 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// COLMAP's camera models by their number; those without a conversion are known only to be skipped.
+/// COLMAP's camera models in the order of their numbers. `terms` says which parameter is which: f (both focal
+/// lengths), x y (one each), c d (principal point), the rest as in term_of; '?' marks a model that is known
+/// only to be skipped and refused by name.
 struct Model {
-  std::string_view name;
-  std::size_t parameters;
-  bool supported;
+  std::string_view name, terms;
 };
-constexpr std::array<Model, 12> kModels{{{"SIMPLE_PINHOLE", 3, true},
-                                         {"PINHOLE", 4, true},
-                                         {"SIMPLE_RADIAL", 4, true},
-                                         {"RADIAL", 5, true},
-                                         {"OPENCV", 8, true},
-                                         {"OPENCV_FISHEYE", 8, false},
-                                         {"FULL_OPENCV", 12, false},
-                                         {"FOV", 5, false},
-                                         {"SIMPLE_RADIAL_FISHEYE", 4, false},
-                                         {"RADIAL_FISHEYE", 5, false},
-                                         {"THIN_PRISM_FISHEYE", 12, false},
-                                         {"RAD_TAN_THIN_PRISM_FISHEYE", 16, false}}};
-constexpr const char* kSupported = "supported are SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV";
+constexpr std::array<Model, 18> kModels{{{"SIMPLE_PINHOLE", "fcd"},
+                                         {"PINHOLE", "xycd"},
+                                         {"SIMPLE_RADIAL", "fcd1"},
+                                         {"RADIAL", "fcd12"},
+                                         {"OPENCV", "xycd12pq"},
+                                         {"OPENCV_FISHEYE", "xycd1234"},
+                                         {"FULL_OPENCV", "xycd12pq3789"},
+                                         {"FOV", "xycdo"},
+                                         {"SIMPLE_RADIAL_FISHEYE", "fcd1"},
+                                         {"RADIAL_FISHEYE", "fcd12"},
+                                         {"THIN_PRISM_FISHEYE", "xycd12pq34st"},
+                                         {"RAD_TAN_THIN_PRISM_FISHEYE", "????????????????"},
+                                         {"SIMPLE_DIVISION", "????"},
+                                         {"DIVISION", "?????"},
+                                         {"SIMPLE_FISHEYE", "fcd"},
+                                         {"FISHEYE", "xycd"},
+                                         {"EUCM", "??????"},
+                                         {"EQUIRECTANGULAR", "??"}}};
+
+std::string supported_models() {
+  std::string names;
+  for (const Model& model : kModels)
+    if (!model.terms.starts_with('?')) names += (names.empty() ? "" : ", ") + std::string(model.name);
+  return "supported are " + names;
+}
+
+double& term_of(Camera& camera, char name) {
+  Distortion& d = camera.distortion;
+  switch (name) {
+    case 'x':
+      return camera.fx;
+    case 'y':
+      return camera.fy;
+    case 'c':
+      return camera.cx;
+    case 'd':
+      return camera.cy;
+    case '1':
+      return d.k1;
+    case '2':
+      return d.k2;
+    case '3':
+      return d.k3;
+    case '4':
+      return d.k4;
+    case 'p':
+      return d.p1;
+    case 'q':
+      return d.p2;
+    case '7':
+      return d.d1;
+    case '8':
+      return d.d2;
+    case '9':
+      return d.d3;
+    case 's':
+      return d.s1;
+    case 't':
+      return d.s2;
+    default:
+      return d.omega;
+  }
+}
 
 struct ColmapCamera {
   const Model* model = nullptr;
@@ -46,56 +96,46 @@ struct ColmapCamera {
 
 using ColmapCameras = std::map<std::uint64_t, ColmapCamera>;
 
+LensModel lens_of(std::string_view model) {
+  if (model == "FOV") return LensModel::fov;
+  return model.ends_with("FISHEYE") ? LensModel::equidistant : LensModel::perspective;
+}
+
 Camera camera_from(const fs::path& file, const ColmapCamera& in) {
-  const auto fail = [&](const std::string& reason) { throw InputError(file, in.place, reason); };
-  if (!in.model->supported)
-    fail("camera model " + std::string(in.model->name) + " is not supported; " + kSupported);
-  constexpr std::uint64_t kMaxSide =
-      1u << 24;  // far beyond any sensor, and safe in every int product of two sides
+  const std::string_view terms = in.model->terms;
+  if (terms.starts_with('?'))
+    throw InputError(
+        file, in.place,
+        "camera model " + std::string(in.model->name) + " is not supported; " + supported_models());
+  constexpr std::uint64_t kMaxSide = 1u << 24;  // finish_camera's, before it becomes an int
   if (in.width < 1 || in.height < 1 || in.width > kMaxSide || in.height > kMaxSide)
-    fail("an image size of " + std::to_string(in.width) + " x " + std::to_string(in.height));
-  const std::vector<double>& p = in.parameters;
-  for (const double parameter : p)
-    if (!std::isfinite(parameter)) fail("a camera parameter is not finite");
+    throw InputError(file, in.place,
+                     "an image size of " + std::to_string(in.width) + " x " + std::to_string(in.height));
   Camera out;
   out.width = static_cast<int>(in.width);
   out.height = static_cast<int>(in.height);
-  const bool two_focal = in.model->name == "PINHOLE" || in.model->name == "OPENCV";
-  const std::size_t c = two_focal ? 2 : 1;
-  out.fx = p[0];
-  out.fy = p[two_focal ? 1 : 0];
-  out.cx = p[c];
-  out.cy = p[c + 1];
-  if (p.size() > c + 2) out.distortion.k1 = p[c + 2];
-  if (p.size() > c + 3) out.distortion.k2 = p[c + 3];
-  if (p.size() > c + 5) {
-    out.distortion.p1 = p[c + 4];
-    out.distortion.p2 = p[c + 5];
+  out.distortion.model = lens_of(in.model->name);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (terms[i] == 'f')
+      out.fx = out.fy = in.parameters[i];
+    else
+      term_of(out, terms[i]) = in.parameters[i];
   }
-  if (!(out.fx > 0 && out.fy > 0)) fail("the focal length is not positive");
-  limit_distortion(out);
+  finish_camera(file, in.place, out);
   return out;
 }
 
-/// \throws std::string (the reason) when the quaternion is none
-Pose pose_from(const std::array<double, 4>& quaternion, const std::array<double, 3>& t) {
-  const double norm =
-      std::hypot(std::hypot(quaternion[0], quaternion[1]), std::hypot(quaternion[2], quaternion[3]));
-  if (!(norm > 0) || !std::isfinite(norm)) throw std::string("the rotation quaternion has no direction");
+/// x_camera = R x_world + t.
+Pose pose_from(const fs::path& file, const std::string& place, const std::array<double, 4>& quaternion,
+               const std::array<double, 3>& t) {
+  const std::optional<Matrix3> rotation = rotation_from_quaternion(quaternion);
+  if (!rotation) throw InputError(file, place, "the rotation quaternion has no direction");
   if (!std::isfinite(t[0]) || !std::isfinite(t[1]) || !std::isfinite(t[2]))
-    throw std::string("the translation is not finite");
-  const double w = quaternion[0] / norm, x = quaternion[1] / norm, y = quaternion[2] / norm,
-               z = quaternion[3] / norm;
-  Pose pose;
-  pose.rotation = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
-                   2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-                   2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
-  const auto& r = pose.rotation;
-  pose.centre = {-(r[0] * t[0] + r[3] * t[1] + r[6] * t[2]), -(r[1] * t[0] + r[4] * t[1] + r[7] * t[2]),
-                 -(r[2] * t[0] + r[5] * t[1] + r[8] * t[2])};
-  if (!std::isfinite(pose.centre.x) || !std::isfinite(pose.centre.y) || !std::isfinite(pose.centre.z))
-    throw std::string("the camera centre is not finite");
-  return pose;
+    throw InputError(file, place, "the translation is not finite");
+  const auto& r = *rotation;
+  return finish_pose(file, place, r,
+                     {-(r[0] * t[0] + r[3] * t[1] + r[6] * t[2]), -(r[1] * t[0] + r[4] * t[1] + r[7] * t[2]),
+                      -(r[2] * t[0] + r[5] * t[1] + r[8] * t[2])});
 }
 
 struct ColmapImage {
@@ -117,48 +157,43 @@ View view_from(const fs::path& images_file, const std::string& place, const Colm
                          std::to_string(image.camera_id) + ", which " + cameras_file.filename().string() +
                          " does not list");
   view.camera = camera_from(cameras_file, camera->second);
-  try {
-    view.pose = pose_from(image.quaternion, image.translation);
-  } catch (const std::string& reason) {
-    throw InputError(images_file, place, "image " + in_quotes(image.name) + ": " + reason);
-  }
+  view.pose =
+      pose_from(images_file, place + ": image " + in_quotes(image.name), image.quaternion, image.translation);
   return view;
 }
 
 // --- binary
 
-ColmapCameras read_cameras_bin(const fs::path& file) {
-  const FileBytes bytes(file);
-  ByteReader reader(file, bytes.view());
+ColmapCameras read_cameras_bin(const fs::path& file, std::string_view bytes) {
+  ByteReader reader(file, bytes);
   constexpr const char* kWhat = "the camera list";
   const auto count = reader.read<std::uint64_t>(kWhat);
   ColmapCameras cameras;
   for (std::uint64_t i = 0; i < count; ++i) {
     ColmapCamera camera;
-    camera.place = "byte " + std::to_string(bytes.view().size() - reader.remaining());
+    camera.place = "byte " + std::to_string(bytes.size() - reader.remaining());
     const auto id = reader.read<std::uint32_t>(kWhat);
     const auto model = reader.read<std::int32_t>(kWhat);
     if (model < 0 || static_cast<std::size_t>(model) >= kModels.size())
-      reader.fail("camera model number " + std::to_string(model) + " is unknown; " + kSupported);
+      reader.fail("camera model number " + std::to_string(model) + " is unknown; " + supported_models());
     camera.model = &kModels[static_cast<std::size_t>(model)];
     camera.width = reader.read<std::uint64_t>(kWhat);
     camera.height = reader.read<std::uint64_t>(kWhat);
-    for (std::size_t p = 0; p < camera.model->parameters; ++p)
+    for (std::size_t p = 0; p < camera.model->terms.size(); ++p)
       camera.parameters.push_back(reader.read<double>(kWhat));
     cameras[id] = std::move(camera);
   }
   return cameras;
 }
 
-std::vector<View> read_images_bin(const fs::path& file, const fs::path& cameras_file,
+std::vector<View> read_images_bin(const fs::path& file, std::string_view bytes, const fs::path& cameras_file,
                                   const ColmapCameras& cameras) {
-  const FileBytes bytes(file);
-  ByteReader reader(file, bytes.view());
+  ByteReader reader(file, bytes);
   constexpr const char* kWhat = "the image list";
   const auto count = reader.read<std::uint64_t>(kWhat);
   std::vector<View> views;
   for (std::uint64_t i = 0; i < count; ++i) {
-    const std::string place = "byte " + std::to_string(bytes.view().size() - reader.remaining());
+    const std::string place = "byte " + std::to_string(bytes.size() - reader.remaining());
     ColmapImage image;
     reader.read<std::uint32_t>(kWhat);  // the image's number: views are ordered by name
     for (double& q : image.quaternion) q = reader.read<double>(kWhat);
@@ -232,9 +267,8 @@ class ModelLines {
   std::optional<std::uint64_t> announced_;
 };
 
-ColmapCameras read_cameras_txt(const fs::path& file) {
-  const FileBytes bytes(file);
-  ModelLines lines(file, bytes.view(), "cameras");
+ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text) {
+  ModelLines lines(file, text, "cameras");
   ColmapCameras cameras;
   for (std::string_view line; lines.next(line);) {
     ColmapCamera camera;
@@ -243,13 +277,14 @@ ColmapCameras read_cameras_txt(const fs::path& file) {
     const std::string_view name = next_word(line);
     for (const Model& model : kModels)
       if (model.name == name) camera.model = &model;
-    if (camera.model == nullptr) lines.fail("camera model " + in_quotes(name) + " is unknown; " + kSupported);
+    if (camera.model == nullptr)
+      lines.fail("camera model " + in_quotes(name) + " is unknown; " + supported_models());
     camera.width = lines.integer(line, "an image width");
     camera.height = lines.integer(line, "an image height");
-    for (std::size_t p = 0; p < camera.model->parameters; ++p)
+    for (std::size_t p = 0; p < camera.model->terms.size(); ++p)
       camera.parameters.push_back(lines.number(line, "a camera parameter"));
     if (const std::string_view extra = next_word(line); !extra.empty())
-      lines.fail("camera model " + std::string(name) + " has " + std::to_string(camera.model->parameters) +
+      lines.fail("camera model " + std::string(name) + " has " + std::to_string(camera.model->terms.size()) +
                  " parameters, found a further " + in_quotes(extra));
     cameras[id] = std::move(camera);
   }
@@ -267,10 +302,9 @@ void check_points(const ModelLines& lines, std::string_view line) {
     lines.fail("expected the points of the image above (X Y POINT3D_ID triples) or an empty line");
 }
 
-std::vector<View> read_images_txt(const fs::path& file, const fs::path& cameras_file,
+std::vector<View> read_images_txt(const fs::path& file, std::string_view text, const fs::path& cameras_file,
                                   const ColmapCameras& cameras) {
-  const FileBytes bytes(file);
-  ModelLines lines(file, bytes.view(), "images");
+  ModelLines lines(file, text, "images");
   std::vector<View> views;
   for (std::string_view line; lines.next(line);) {
     ColmapImage image;
@@ -294,30 +328,60 @@ bool holds_model(const fs::path& folder, const char* extension) {
          fs::exists(folder / (std::string("images") + extension), ignored);
 }
 
-}  // namespace
-
-std::optional<SceneFile> read_colmap(const fs::path& source) {
-  // A model itself, or a data set's root as COLMAP and its users lay it out.
+/// A model itself, one of its files, or a data set's root as COLMAP and its users lay it out.
+std::optional<fs::path> find(const fs::path& source) {
+  std::error_code ignored;
+  if (fs::is_regular_file(source, ignored)) {
+    const std::string name = source.stem().string(), extension = source.extension().string();
+    if ((name != "cameras" && name != "images") || (extension != ".bin" && extension != ".txt"))
+      return std::nullopt;
+    const fs::path folder = folder_of(source);
+    return holds_model(folder, extension.c_str()) ? std::optional(folder) : std::nullopt;
+  }
   for (const char* below : {"", "0", "sparse/0", "sparse", "colmap"}) {
-    fs::path folder = fs::absolute(source / below).lexically_normal();
-    if (!folder.has_filename()) folder = folder.parent_path();
-    for (const char* extension : {".bin", ".txt"}) {
-      if (!holds_model(folder, extension)) continue;
-      const bool binary = std::string_view(extension) == ".bin";
-      const fs::path shown = below[0] == '\0' ? source : source / below;
-      const fs::path cameras_file = shown / (std::string("cameras") + extension);
-      SceneFile scene;
-      scene.listing = shown / (std::string("images") + extension);
-      const ColmapCameras cameras = binary ? read_cameras_bin(cameras_file) : read_cameras_txt(cameras_file);
-      scene.views = binary ? read_images_bin(scene.listing, cameras_file, cameras)
-                           : read_images_txt(scene.listing, cameras_file, cameras);
-      for (int level = 0; level <= 2; ++level, folder = folder.parent_path())
-        if (scene.image_folders.empty() || folder / "images" != scene.image_folders.back())
-          scene.image_folders.push_back(folder / "images");
-      return scene;
-    }
+    const fs::path folder = below[0] == '\0' ? source : source / below;
+    if (holds_model(folder, ".bin") || holds_model(folder, ".txt")) return folder;
   }
   return std::nullopt;
+}
+
+SceneFile read(const fs::path& found) {
+  const bool binary = holds_model(found, ".bin");
+  const std::string extension = binary ? ".bin" : ".txt";
+  const fs::path cameras = found / ("cameras" + extension), images = found / ("images" + extension);
+  SceneFile scene;
+  {
+    const FileBytes camera_bytes(cameras), image_bytes(images);
+    scene = parse_colmap(binary, cameras, camera_bytes.view(), images, image_bytes.view());
+  }
+  fs::path folder = fs::absolute(found).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
+  for (int level = 0; level <= 2; ++level, folder = folder.parent_path())
+    if (scene.image_folders.empty() || folder / "images" != scene.image_folders.back())
+      scene.image_folders.push_back(folder / "images");
+  return scene;
+}
+
+}  // namespace
+
+SceneFile parse_colmap(bool binary, const fs::path& cameras_file, std::string_view cameras_bytes,
+                       const fs::path& images_file, std::string_view images_bytes) {
+  SceneFile scene;
+  scene.listing = images_file;
+  const ColmapCameras cameras =
+      binary ? read_cameras_bin(cameras_file, cameras_bytes) : read_cameras_txt(cameras_file, cameras_bytes);
+  scene.views = binary ? read_images_bin(images_file, images_bytes, cameras_file, cameras)
+                       : read_images_txt(images_file, images_bytes, cameras_file, cameras);
+  return scene;
+}
+
+const SceneFormat& colmap_scene() {
+  static constexpr SceneFormat kFormat{
+      "COLMAP",
+      "a COLMAP model (a folder with cameras.bin and images.bin or cameras.txt and images.txt, there or in "
+      "sparse/0, sparse or colmap below it)",
+      find, read};
+  return kFormat;
 }
 
 }  // namespace gpvc

@@ -1,0 +1,26 @@
+// Which file on disk is which photo of a scene.
+#pragma once
+
+#include "io/io.h"
+#include "io/scene_file.h"
+
+namespace gpvc {
+
+/// Turns names that are whole paths into names relative to the folder they share; orders views by name.
+/// Throws InputError when two are the same.
+void settle_names(SceneFile& scene);
+
+/// Sets View::photo, empty where there is none. Looked at in this order: the path that the file states
+/// (unless SceneOptions::images_dir is given), the view's name below the folder of the photos, and the files
+/// in and under that folder by the longest common tail of their paths: as it stands, then in any case of
+/// letters, then, for a name without an image's extension, with any. Throws InputError when no folder is
+/// found, when several files share the longest tail, and when two views are one file. Returns the folder
+/// searched last.
+std::filesystem::path find_photos(SceneFile& scene, const SceneOptions& options);
+
+/// Reads the size of every photo found and fits its camera to it: cameras without a size get their pixels,
+/// cameras calibrated at another size of the same shape are scaled, and a photo of another shape is an
+/// InputError.
+void fit_cameras(SceneFile& scene);
+
+}  // namespace gpvc
