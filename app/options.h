@@ -52,6 +52,8 @@ struct TextureOptions {
   AtlasOptions atlas;
   ImageFormat texture = ImageFormat::jpg;
   int quality = 95;
+  GltfContainer gltf = GltfContainer::glb;
+  bool normals = false;
   std::optional<UpAxis> up;  ///< nullopt: auto
 };
 

@@ -22,11 +22,12 @@ constexpr const char* kUnfinished = ".gpvc-unfinished-";
 
 // What some command of ours leaves behind; enough to know an earlier result by, not enough to remove it for.
 bool is_result_name(const std::string& name) {
-  constexpr const char* kNames[] = {"run.json",    "model.obj",  "model.mtl",  "model.glb",
-                                    "preview.png", "views.json", "labels.npy", "tags.npy",
-                                    "faces.npy",   "visibility", "ivm"};
+  constexpr const char* kNames[] = {"run.json",  "model.obj",   "model.mtl",  "model.glb",  "model.gltf",
+                                    "model.bin", "preview.png", "views.json", "labels.npy", "tags.npy",
+                                    "faces.npy", "visibility",  "ivm"};
   const bool named = std::find(std::begin(kNames), std::end(kNames), name) != std::end(kNames);
-  return named || (name.starts_with("model_") && (name.ends_with(".png") || name.ends_with(".jpg")));
+  return named || (name.starts_with("model_") &&
+                   (name.ends_with(".png") || name.ends_with(".jpg") || name.ends_with(".bin")));
 }
 
 std::vector<std::string> earlier_result(const fs::path& out) {

@@ -196,6 +196,8 @@ Json options_json(const TextureOptions& o) {
   json["seams"] = kSeams[static_cast<std::size_t>(o.atlas.seams)];
   json["texture"] = o.texture == ImageFormat::png ? "png" : "jpg";
   json["quality"] = o.quality;
+  json["gltf"] = o.gltf == GltfContainer::glb ? "glb" : "files";
+  json["normals"] = o.normals;
   json["up"] = o.up ? "given" : "auto";
   return json;
 }
@@ -233,8 +235,8 @@ void run_texture(const TextureOptions& options, Console& console) {
   } catch (const OutputError& e) {
     throw std::runtime_error(folder.with_final_names(e.what()));
   }
-  for (const char* name : {"model.obj", "model.glb", "preview.png"})
-    console.result((options.out / name).string());
+  for (const char* name : {"model.obj", "model.glb", "model.gltf", "preview.png"})
+    if (std::filesystem::exists(options.out / name)) console.result((options.out / name).string());
 }
 
 }  // namespace gpvc

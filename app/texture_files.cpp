@@ -55,7 +55,7 @@ void write_labels(const fs::path& labels_file, const fs::path& tags_file, const 
 }
 
 struct Names {
-  fs::path obj, glb, faces, labels, tags, views, preview;
+  fs::path obj, faces, labels, tags, views, preview;
   std::vector<PageFile> pages;
 };
 
@@ -66,7 +66,6 @@ Names promise_files(OutputFolder& folder, std::size_t pages, ImageFormat format)
   const char* extension = format == ImageFormat::png ? "png" : "jpg";
   for (std::size_t n = 0; n < pages; ++n)
     names.pages.push_back({folder.file(fmt::format("model_{}.{}", n, extension)), format});
-  names.glb = folder.file("model.glb");
   names.preview = folder.file("preview.png");
   names.views = folder.file("views.json");
   names.labels = folder.file("labels.npy");
@@ -103,6 +102,17 @@ Json write_preview(const fs::path& file, const TexturedScene& scene, UpAxis up, 
   return preview_json(view);
 }
 
+// Which files a glTF takes is known once it is written.
+void promise_gltf(const GltfFiles& files, GltfContainer wanted, OutputFolder& folder, Console& console) {
+  folder.file(files.file.filename());
+  for (const fs::path& buffer : files.buffers) folder.file(buffer.filename());
+  if (wanted == GltfContainer::glb && !files.buffers.empty())
+    console.warning(
+        fmt::format("model.glb would be {:.2f} GiB and a GLB ends at 4: wrote model.gltf instead, "
+                    "which needs the .bin files and the pages beside it",
+                    static_cast<double>(files.glb_bytes) / 0x1p30));
+}
+
 }  // namespace
 
 void write_textured_scene(const TexturedScene& scene, const TextureOptions& options, GraphicsDevice& device,
@@ -113,6 +123,7 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
   const Names names = promise_files(folder, atlas.pages.size(), options.texture);
   ModelOptions model;
   model.offset = local_origin(in.mesh, in.scene, in.used);
+  model.normals = options.normals;
   model.up = options.up ? *options.up : scene_up(in.scene, in.used);
   if (!(model.offset == WorldPoint{}))
     write_text_file(folder.file("offset.txt"),
@@ -123,17 +134,20 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
     write_views_json(names.views, in);
     write_labels(names.labels, names.tags, scene);
   });
-  auto glb = std::async(std::launch::async, [&] {
+  auto gltf = std::async(std::launch::async, [&] {
     tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) {
       throw_if_interrupted();
       write_image(names.pages[n].file, atlas.pages[n], options.texture, options.quality);
     });
-    write_faces(names.faces, write_glb(names.glb, atlas.model, names.pages, model));
+    GltfFiles files = write_gltf(folder.in_making() / "model", options.gltf, atlas.model, names.pages, model);
+    write_faces(names.faces, files.faces);
+    files.faces = {};
+    return files;
   });
   record.counts["preview"] = write_preview(names.preview, scene, model.up, device);
   obj.get();
   arrays.get();
-  glb.get();
+  promise_gltf(gltf.get(), options.gltf, folder, console);
   record.counts["up"] = up_name(model.up);
   record.counts["offset"] = Json::array({model.offset.x, model.offset.y, model.offset.z});
   stage.finish(fmt::format("{} {}", atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages"));

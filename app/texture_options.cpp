@@ -45,6 +45,8 @@ void add_texture_output(CLI::App& app, TextureOptions& options) {
   constexpr Choice<SeamLeveling> kSeams[] = {
       {"none", SeamLeveling::none}, {"global", SeamLeveling::global}, {"full", SeamLeveling::full}};
   constexpr Choice<ImageFormat> kFormats[] = {{"jpg", ImageFormat::jpg}, {"png", ImageFormat::png}};
+  constexpr Choice<GltfContainer> kContainers[] = {{"glb", GltfContainer::glb},
+                                                   {"files", GltfContainer::files}};
   constexpr Choice<std::optional<UpAxis>> kUps[] = {
       {"auto", std::nullopt}, {"+x", UpAxis::pos_x}, {"-x", UpAxis::neg_x}, {"+y", UpAxis::pos_y},
       {"-y", UpAxis::neg_y},  {"+z", UpAxis::pos_z}, {"-z", UpAxis::neg_z}};
@@ -74,6 +76,15 @@ void add_texture_output(CLI::App& app, TextureOptions& options) {
       ->check(in_range(1, 100))
       ->default_str("95")
       ->group(kGroup);
+  add_choice<GltfContainer>(
+      app, "--gltf", kContainers, [&](GltfContainer v) { options.gltf = v; }, "glb",
+      "glb: one file, model.glb; files: model.gltf with model.bin and the pages beside it, which is what a "
+      "model "
+      "beyond the 4 GiB of a GLB becomes in any case")
+      ->group(kGroup);
+  app.add_flag("--normals", options.normals,
+               "Write smooth normals too: vn in the OBJ, NORMAL in the GLB; nothing is shaded by default")
+      ->group(kGroup);
   add_choice<std::optional<UpAxis>>(
       app, "--up", kUps, [&](std::optional<UpAxis> v) { options.up = v; }, "auto",
       "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction")
@@ -98,7 +109,11 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
           "  gpvc texture colmap mesh.ply -o out --texture png --page-size 4096 --force\n\n"
           "Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb, preview.png, views.json,\n"
           "labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled), faces.npy (GLB triangle\n"
-          "to input face), offset.txt where coordinates are large, run.json.\n\n") +
+          "to input face), offset.txt where coordinates are large, run.json.\n\n"
+          "Where floats would round coordinates noticeably (UTM, say), model.obj and model.glb are local:\n"
+          "add the three numbers of offset.txt, which the GLB's root node carries as extras.offset, for the\n"
+          "mesh's own coordinates. The root node's rotation only turns the scene's up axis to glTF's "
+          "+y.\n\n") +
       kExitStatus);
   return app;
 }

@@ -1,5 +1,5 @@
-// A binary glTF 2.0: tinygltf describes the asset, the buffer behind the description is streamed, so that
-// neither the geometry nor a page is held twice.
+// glTF 2.0, in one binary file or in several: tinygltf describes the asset, the buffers behind the
+// description are streamed, so that neither the geometry nor a page is held twice.
 // https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
 #include <tiny_gltf.h>
 
@@ -12,7 +12,9 @@
 #include <utility>
 
 #include "io/file_bytes.h"
+#include "io/gltf_geometry.h"
 #include "io/io.h"
+#include "io/normals.h"
 
 namespace gpvc {
 
@@ -20,76 +22,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Vertex {
-  std::uint32_t position, texcoord;
+using Float3 = std::array<float, 3>;
+
+/// What is written; borrowed.
+struct Asset {
+  const fs::path& file;
+  const TexturedModel& model;
+  std::span<const PageFile> pages;
+  const ModelOptions& options;
+  const GltfGeometry& geometry;
+  const std::vector<Float3>& normals;  ///< per position, or empty
 };
 
-/// What one page shows: ranges of the vertex and index arrays.
-struct Primitive {
-  std::uint32_t page = 0;
-  std::size_t first_vertex = 0, vertex_count = 0;
-  std::size_t first_index = 0, index_count = 0;
-};
-
-struct Geometry {
-  std::vector<Vertex> vertices;
-  std::vector<std::uint32_t> indices;  ///< within their primitive
-  std::vector<Primitive> primitives;
-  std::vector<FaceId> faces;  ///< of every triangle
-};
-
-/// Faces by page, in input order within a page: a counting sort.
-std::vector<FaceId> faces_by_page(const TexturedModel& model, std::size_t page_count,
-                                  std::vector<std::size_t>& page_begin) {
-  page_begin.assign(page_count + 1, 0);
-  for (const std::uint32_t page : model.face_page) ++page_begin[page + 1];
-  for (std::size_t page = 0; page < page_count; ++page) page_begin[page + 1] += page_begin[page];
-  std::vector<std::size_t> next(page_begin.begin(), page_begin.end() - 1);
-  std::vector<FaceId> faces(model.face_page.size());
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    faces[next[model.face_page[f]]++] = FaceId{static_cast<std::uint32_t>(f)};
-  return faces;
-}
-
-/// One vertex for every distinct (position, texture coordinate) of a page, numbered in the order of first
-/// use. Vertices with one texture coordinate form a list, newest first; charts share few, so lists are short.
-Geometry split_by_page(const TexturedModel& model, std::size_t page_count) {
-  constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-  Geometry out;
-  std::vector<std::size_t> page_begin;
-  out.faces = faces_by_page(model, page_count, page_begin);
-  out.indices.reserve(3 * out.faces.size());
-  std::vector<std::uint32_t> newest(model.texcoords.size(),
-                                    kNone);  // by texture coordinate: last vertex with it
-  std::vector<std::uint32_t> older;          // by vertex: the one before it in that list
-  for (std::size_t page = 0; page < page_count; ++page) {
-    if (page_begin[page] == page_begin[page + 1]) continue;
-    Primitive primitive{static_cast<std::uint32_t>(page), out.vertices.size(), 0, out.indices.size(), 0};
-    for (std::size_t i = page_begin[page]; i < page_begin[page + 1]; ++i) {
-      const std::size_t face = index(out.faces[i]);
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        const std::uint32_t position = model.mesh->faces[face][corner];
-        const std::uint32_t texcoord = model.face_texcoords[face][corner];
-        std::uint32_t vertex = newest[texcoord];
-        while (vertex != kNone && vertex >= primitive.first_vertex &&
-               out.vertices[vertex].position != position)
-          vertex = older[vertex];
-        if (vertex == kNone || vertex < primitive.first_vertex) {
-          vertex = static_cast<std::uint32_t>(out.vertices.size());
-          out.vertices.push_back({position, texcoord});
-          older.push_back(std::exchange(newest[texcoord], vertex));
-        }
-        out.indices.push_back(vertex - static_cast<std::uint32_t>(primitive.first_vertex));
-      }
-    }
-    primitive.vertex_count = out.vertices.size() - primitive.first_vertex;
-    primitive.index_count = out.indices.size() - primitive.first_index;
-    out.primitives.push_back(primitive);
-  }
-  return out;
-}
-
-std::array<float, 3> local_position(const WorldPoint& p, const WorldPoint& offset) {
+Float3 local_position(const WorldPoint& p, const WorldPoint& offset) {
   return {static_cast<float>(p.x - offset.x), static_cast<float>(p.y - offset.y),
           static_cast<float>(p.z - offset.z)};
 }
@@ -114,56 +59,71 @@ std::vector<double> rotation_from(UpAxis up) {
   return {};
 }
 
-/// Where the parts of the buffer lie: indices, positions, texture coordinates, then the pages' files, each
-/// part at a multiple of four.
+/// A stretch of a buffer; offsets are multiples of four.
+struct Part {
+  std::size_t buffer = 0, offset = 0, bytes = 0;
+};
+
+/// Where everything lies: primitive after primitive, its indices, positions, texture coordinates and normals
+/// one after the other; behind them, in a GLB, the pages' files. Every buffer is written front to back.
 struct Layout {
-  std::size_t indices = 0, positions = 0, texcoords = 0;
-  std::vector<std::size_t> pages;       ///< one a primitive
-  std::vector<std::size_t> page_bytes;  ///< one a primitive
-  std::size_t size = 0;
+  enum Array { indices, positions, texcoords, normals, kArrays };
+  std::vector<std::array<Part, kArrays>> primitives;
+  std::vector<Part> pages;  ///< one a primitive; empty when pages stay files
+  std::vector<std::size_t> buffer_bytes;
 };
 
 constexpr std::size_t padded(std::size_t bytes) { return (bytes + 3) / 4 * 4; }
 
-Layout lay_out(const Geometry& geometry, std::span<const PageFile> pages) {
+std::size_t size_of_page(const fs::path& file) {
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(file, error);
+  if (error) throw InputError(file, "", "cannot be read: " + error.message());
+  return bytes;
+}
+
+/// A new buffer begins where a primitive would grow one beyond `buffer_limit`.
+Layout lay_out(const Asset& asset, bool embed_pages, std::size_t buffer_limit) {
   Layout layout;
-  layout.positions = geometry.indices.size() * sizeof(std::uint32_t);
-  layout.texcoords = layout.positions + geometry.vertices.size() * sizeof(std::array<float, 3>);
-  layout.size = layout.texcoords + geometry.vertices.size() * sizeof(TexCoord);
-  for (const Primitive& primitive : geometry.primitives) {
-    std::error_code error;
-    const fs::path& file = pages[primitive.page].file;
-    const std::uintmax_t bytes = fs::file_size(file, error);
-    if (error) throw InputError(file, "", "cannot be read: " + error.message());
-    layout.pages.push_back(layout.size);
-    layout.page_bytes.push_back(bytes);
-    layout.size = padded(layout.size + bytes);
+  layout.buffer_bytes = {0};
+  const auto place = [&](std::size_t bytes) {
+    std::size_t& size = layout.buffer_bytes.back();
+    const Part part{layout.buffer_bytes.size() - 1, size, bytes};
+    size = padded(size + bytes);
+    return part;
+  };
+  for (const GltfPrimitive& p : asset.geometry.primitives) {
+    const std::array<std::size_t, Layout::kArrays> bytes{
+        p.index_count * sizeof(std::uint32_t), p.vertex_count * sizeof(Float3),
+        p.vertex_count * sizeof(TexCoord), asset.normals.empty() ? 0 : p.vertex_count * sizeof(Float3)};
+    const std::size_t sum = bytes[0] + bytes[1] + bytes[2] + bytes[3];
+    if (layout.buffer_bytes.back() > 0 && layout.buffer_bytes.back() + sum > buffer_limit)
+      layout.buffer_bytes.push_back(0);
+    auto& parts = layout.primitives.emplace_back();
+    for (std::size_t i = 0; i < Layout::kArrays; ++i) parts[i] = place(bytes[i]);
   }
+  if (embed_pages)
+    for (const GltfPrimitive& p : asset.geometry.primitives)
+      layout.pages.push_back(place(size_of_page(asset.pages[p.page].file)));
   return layout;
 }
 
-void add_views(tinygltf::Model& gltf, const Geometry& geometry, const Layout& layout) {
-  const auto add = [&](std::size_t offset, std::size_t bytes, int target, std::size_t stride) {
-    tinygltf::BufferView view;
-    view.buffer = 0;
-    view.byteOffset = offset;
-    view.byteLength = bytes;
-    view.byteStride = stride;
-    view.target = target;
-    gltf.bufferViews.push_back(std::move(view));
-  };
-  // A view a primitive: tinygltf writes offsets of accessors as int, those of views at full width.
-  for (const Primitive& p : geometry.primitives) {
-    add(layout.indices + p.first_index * 4, p.index_count * 4, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, 0);
-    add(layout.positions + p.first_vertex * 12, p.vertex_count * 12, TINYGLTF_TARGET_ARRAY_BUFFER, 0);
-    add(layout.texcoords + p.first_vertex * 8, p.vertex_count * 8, TINYGLTF_TARGET_ARRAY_BUFFER, 0);
-  }
-  for (std::size_t i = 0; i < layout.pages.size(); ++i) add(layout.pages[i], layout.page_bytes[i], 0, 0);
+int add_view(tinygltf::Model& gltf, const Part& part, int target) {
+  tinygltf::BufferView view;
+  view.buffer = static_cast<int>(part.buffer);
+  view.byteOffset = part.offset;
+  view.byteLength = part.bytes;
+  view.target = target;
+  gltf.bufferViews.push_back(std::move(view));
+  return static_cast<int>(gltf.bufferViews.size()) - 1;
 }
 
-int add_accessor(tinygltf::Model& gltf, std::size_t view, std::size_t count, int component, int type) {
+// A view an accessor: tinygltf writes offsets of accessors as int, those of views at full width.
+int add_accessor(tinygltf::Model& gltf, const Part& part, std::size_t count, int component, int type) {
+  const bool is_index = type == TINYGLTF_TYPE_SCALAR;
   tinygltf::Accessor accessor;
-  accessor.bufferView = static_cast<int>(view);
+  accessor.bufferView =
+      add_view(gltf, part, is_index ? TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER : TINYGLTF_TARGET_ARRAY_BUFFER);
   accessor.count = count;
   accessor.componentType = component;
   accessor.type = type;
@@ -172,13 +132,12 @@ int add_accessor(tinygltf::Model& gltf, std::size_t view, std::size_t count, int
 }
 
 /// Bounds of exactly the floats in the buffer.
-void set_bounds(tinygltf::Accessor& accessor, const fs::path& file, const Geometry& geometry,
-                const Primitive& range, const TexturedModel& model, const WorldPoint& offset) {
+void set_bounds(tinygltf::Accessor& accessor, const Asset& asset, const GltfPrimitive& range) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  std::array<float, 3> low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
+  Float3 low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
   for (std::size_t v = 0; v < range.vertex_count; ++v) {
-    const Vertex& vertex = geometry.vertices[range.first_vertex + v];
-    const std::array<float, 3> p = local_position(model.mesh->positions[vertex.position], offset);
+    const GltfVertex& vertex = asset.geometry.vertices[range.first_vertex + v];
+    const Float3 p = local_position(asset.model.mesh->positions[vertex.position], asset.options.offset);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       low[axis] = std::min(low[axis], p[axis]);
       high[axis] = std::max(high[axis], p[axis]);
@@ -186,16 +145,37 @@ void set_bounds(tinygltf::Accessor& accessor, const fs::path& file, const Geomet
   }
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (!std::isfinite(low[axis]) || !std::isfinite(high[axis]))
-      throw OutputError(file, "cannot be written: a coordinate is beyond the range of glTF's 32-bit floats");
+      throw OutputError(asset.file,
+                        "cannot be written: a coordinate is beyond the range of glTF's 32-bit floats");
   accessor.minValues.assign(low.begin(), low.end());
   accessor.maxValues.assign(high.begin(), high.end());
 }
 
-void add_material(tinygltf::Model& gltf, const PageFile& page, std::size_t view) {
+/// A path as a URI: everything but letters, digits and a few marks as %XX.
+std::string uri_of(const fs::path& path) {
+  constexpr std::string_view kPlain = "-._~/", kHex = "0123456789ABCDEF";
+  std::string uri;
+  for (const char c : path.generic_string()) {
+    const auto byte = static_cast<unsigned char>(c);
+    if ((byte < 0x80 && std::isalnum(byte)) || kPlain.find(c) != std::string_view::npos)
+      uri += c;
+    else
+      uri.append({'%', kHex[byte >> 4], kHex[byte & 15]});
+  }
+  return uri;
+}
+
+/// `page` inside the buffer, or as a file beside the asset where it has no place there.
+void add_material(tinygltf::Model& gltf, const fs::path& file, const PageFile& page, const Part* part) {
   const int number = static_cast<int>(gltf.materials.size());
   tinygltf::Image image;
-  image.bufferView = static_cast<int>(view);
-  image.mimeType = page.format == ImageFormat::png ? "image/png" : "image/jpeg";
+  if (part) {
+    image.bufferView = add_view(gltf, *part, 0);
+    image.mimeType = page.format == ImageFormat::png ? "image/png" : "image/jpeg";
+  } else {
+    const fs::path folder = fs::absolute(file).lexically_normal().parent_path();
+    image.uri = uri_of(fs::absolute(page.file).lexically_normal().lexically_relative(folder));
+  }
   gltf.images.push_back(std::move(image));
   tinygltf::Texture texture;
   texture.source = number;
@@ -227,10 +207,9 @@ void add_scene(tinygltf::Model& gltf, tinygltf::Mesh&& mesh, const ModelOptions&
   gltf.defaultScene = 0;
 }
 
-/// The JSON chunk. The buffer is described without its bytes, which tinygltf would want in memory.
-std::string describe(const fs::path& file, const Geometry& geometry, const Layout& layout,
-                     const TexturedModel& model, std::span<const PageFile> pages,
-                     const ModelOptions& options) {
+/// The JSON. Buffers are described without their bytes, which tinygltf would want in memory; `buffer_files`
+/// is empty for a GLB.
+std::string describe(const Asset& asset, const Layout& layout, const std::vector<fs::path>& buffer_files) {
   tinygltf::Model gltf;
   gltf.asset.version = "2.0";
   gltf.asset.generator = "gpvc " GPVC_VERSION;
@@ -240,35 +219,41 @@ std::string describe(const fs::path& file, const Geometry& geometry, const Layou
   sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
   sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
   gltf.samplers.push_back(std::move(sampler));
-  add_views(gltf, geometry, layout);
   tinygltf::Mesh mesh;
-  const std::size_t first_page_view = 3 * geometry.primitives.size();
-  for (std::size_t i = 0; i < geometry.primitives.size(); ++i) {
-    const Primitive& range = geometry.primitives[i];
+  for (std::size_t i = 0; i < asset.geometry.primitives.size(); ++i) {
+    const GltfPrimitive& range = asset.geometry.primitives[i];
+    const auto& parts = layout.primitives[i];
+    const auto floats = [&](Layout::Array array, int type) {
+      return add_accessor(gltf, parts[array], range.vertex_count, TINYGLTF_COMPONENT_TYPE_FLOAT, type);
+    };
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.indices = add_accessor(gltf, 3 * i, range.index_count, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
-                                     TINYGLTF_TYPE_SCALAR);
-    primitive.attributes["POSITION"] =
-        add_accessor(gltf, 3 * i + 1, range.vertex_count, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3);
-    set_bounds(gltf.accessors.back(), file, geometry, range, model, options.offset);
-    primitive.attributes["TEXCOORD_0"] =
-        add_accessor(gltf, 3 * i + 2, range.vertex_count, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC2);
+    primitive.indices = add_accessor(gltf, parts[Layout::indices], range.index_count,
+                                     TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR);
+    primitive.attributes["POSITION"] = floats(Layout::positions, TINYGLTF_TYPE_VEC3);
+    set_bounds(gltf.accessors.back(), asset, range);
+    primitive.attributes["TEXCOORD_0"] = floats(Layout::texcoords, TINYGLTF_TYPE_VEC2);
+    if (!asset.normals.empty()) primitive.attributes["NORMAL"] = floats(Layout::normals, TINYGLTF_TYPE_VEC3);
     primitive.material = static_cast<int>(i);
-    add_material(gltf, pages[range.page], first_page_view + i);
+    add_material(gltf, asset.file, asset.pages[range.page],
+                 layout.pages.empty() ? nullptr : &layout.pages[i]);
     mesh.primitives.push_back(std::move(primitive));
   }
-  add_scene(gltf, std::move(mesh), options);
+  add_scene(gltf, std::move(mesh), asset.options);
   std::ostringstream stream;
   tinygltf::TinyGLTF writer;
-  if (!writer.WriteGltfSceneToStream(&gltf, stream, false, false))
-    throw OutputError(file, "cannot be described");
+  if (!writer.WriteGltfSceneToStream(&gltf, stream, !buffer_files.empty(), false))
+    throw OutputError(asset.file, "cannot be described");
   std::string json = std::move(stream).str();
   while (!json.empty() && json.back() != '}') json.pop_back();
   json.back() = ',';
-  json += "\"buffers\":[{\"byteLength\":" + std::to_string(layout.size) + "}]}";
-  json.append(padded(json.size()) - json.size(), ' ');
-  return json;
+  json += "\"buffers\":[";
+  for (std::size_t i = 0; i < layout.buffer_bytes.size(); ++i) {
+    json += (i == 0 ? "{" : ",{");
+    if (!buffer_files.empty()) json += "\"uri\":\"" + uri_of(buffer_files[i].filename()) + "\",";
+    json += "\"byteLength\":" + std::to_string(layout.buffer_bytes[i]) + "}";
+  }
+  return json + "]}";
 }
 
 template <typename T>
@@ -277,54 +262,104 @@ void write_block(OutputFile& out, std::vector<T>& block) {
   block.clear();
 }
 
-void write_buffer(OutputFile& out, const Geometry& geometry, const Layout& layout, const TexturedModel& model,
-                  std::span<const PageFile> pages, const WorldPoint& offset) {
+/// `value_of(vertex)` of a primitive's vertices, block by block, and what aligns the next array.
+template <typename Value>
+void write_vertices(OutputFile& out, const Asset& asset, const GltfPrimitive& range, const Value& value_of) {
   constexpr std::size_t kBlock = std::size_t{1} << 15;
-  out.write(geometry.indices.data(), geometry.indices.size() * sizeof(std::uint32_t));
-  std::vector<std::array<float, 3>> positions;
-  for (const Vertex& vertex : geometry.vertices) {
-    positions.push_back(local_position(model.mesh->positions[vertex.position], offset));
-    if (positions.size() == kBlock) write_block(out, positions);
+  std::vector<decltype(value_of(asset.geometry.vertices.front()))> values;
+  for (std::size_t v = 0; v < range.vertex_count; ++v) {
+    values.push_back(value_of(asset.geometry.vertices[range.first_vertex + v]));
+    if (values.size() == kBlock) write_block(out, values);
   }
-  write_block(out, positions);
-  std::vector<TexCoord> texcoords;
-  for (const Vertex& vertex : geometry.vertices) {
-    texcoords.push_back(model.texcoords[vertex.texcoord]);
-    if (texcoords.size() == kBlock) write_block(out, texcoords);
-  }
-  write_block(out, texcoords);
-  for (std::size_t i = 0; i < geometry.primitives.size(); ++i) {
-    const fs::path& file = pages[geometry.primitives[i].page].file;
-    const FileBytes bytes(file);
-    if (bytes.view().size() != layout.page_bytes[i]) throw InputError(file, "", "changed while it was read");
-    out.write(bytes.view().data(), bytes.view().size());
-    out.write("\0\0\0", padded(bytes.view().size()) - bytes.view().size());
+  write_block(out, values);
+}
+
+void write_primitive(OutputFile& out, const Asset& asset, const GltfPrimitive& range) {
+  const TexturedModel& model = asset.model;
+  out.write(asset.geometry.indices.data() + range.first_index, range.index_count * sizeof(std::uint32_t));
+  write_vertices(out, asset, range, [&](const GltfVertex& v) {
+    return local_position(model.mesh->positions[v.position], asset.options.offset);
+  });
+  write_vertices(out, asset, range, [&](const GltfVertex& v) { return model.texcoords[v.texcoord]; });
+  if (!asset.normals.empty())
+    write_vertices(out, asset, range, [&](const GltfVertex& v) { return asset.normals[v.position]; });
+}
+
+void write_page(OutputFile& out, const fs::path& file, std::size_t expected_bytes) {
+  const FileBytes bytes(file);
+  if (bytes.view().size() != expected_bytes) throw InputError(file, "", "changed while it was read");
+  out.write(bytes.view().data(), bytes.view().size());
+  out.write("\0\0\0", padded(bytes.view().size()) - bytes.view().size());
+}
+
+std::size_t glb_bytes(const std::string& json, const Layout& layout) {
+  return 12 + 8 + padded(json.size()) + 8 + layout.buffer_bytes.front();
+}
+
+void write_binary(const Asset& asset, const Layout& layout, std::string json) {
+  const auto word = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
+  constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBin = 0x004E4942;
+  const std::size_t length = glb_bytes(json, layout);
+  json.append(padded(json.size()) - json.size(), ' ');
+  OutputFile out(asset.file);
+  const std::array<std::uint32_t, 5> head{kMagic, 2, word(length), word(json.size()), kJson};
+  out.write(head.data(), sizeof head);
+  out.write(json);
+  const std::array<std::uint32_t, 2> chunk{word(layout.buffer_bytes.front()), kBin};
+  out.write(chunk.data(), sizeof chunk);
+  for (const GltfPrimitive& primitive : asset.geometry.primitives) write_primitive(out, asset, primitive);
+  for (std::size_t i = 0; i < layout.pages.size(); ++i)
+    write_page(out, asset.pages[asset.geometry.primitives[i].page].file, layout.pages[i].bytes);
+  out.commit();
+}
+
+void write_buffers(const Asset& asset, const Layout& layout, const std::vector<fs::path>& files) {
+  for (std::size_t buffer = 0; buffer < files.size(); ++buffer) {
+    OutputFile out(files[buffer]);
+    for (std::size_t i = 0; i < layout.primitives.size(); ++i)
+      if (layout.primitives[i].front().buffer == buffer)
+        write_primitive(out, asset, asset.geometry.primitives[i]);
+    out.commit();
   }
 }
 
 }  // namespace
 
-std::vector<FaceId> write_glb(const fs::path& glb_file, const TexturedModel& model,
-                              std::span<const PageFile> pages, const ModelOptions& options) {
+GltfFiles write_gltf(const fs::path& stem, GltfContainer container, const TexturedModel& model,
+                     std::span<const PageFile> pages, const ModelOptions& options) {
   check_model(model, pages.size());
-  Geometry geometry = split_by_page(model, pages.size());
-  const Layout layout = lay_out(geometry, pages);
-  const std::string json = describe(glb_file, geometry, layout, model, pages, options);
-  const std::size_t length = 12 + 8 + json.size() + 8 + layout.size;
-  if (length > 0xFFFFFFFFu)
-    throw OutputError(glb_file, "would be " + std::to_string(length) +
-                                    " bytes, a GLB ends at 4 GiB; use fewer or smaller pages");
-  const auto word = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
-  constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBin = 0x004E4942;
-  OutputFile out(glb_file);
-  const std::array<std::uint32_t, 5> head{kMagic, 2, word(length), word(json.size()), kJson};
-  out.write(head.data(), sizeof head);
-  out.write(json);
-  const std::array<std::uint32_t, 2> chunk{word(layout.size), kBin};
-  out.write(chunk.data(), sizeof chunk);
-  write_buffer(out, geometry, layout, model, pages, options.offset);
+  GltfGeometry geometry = split_by_page(model, pages.size());
+  const std::vector<Float3> normals = options.normals ? vertex_normals(*model.mesh) : std::vector<Float3>{};
+  const auto with_suffix = [&](const std::string& suffix) {
+    fs::path file = stem;
+    return file += suffix;
+  };
+  GltfFiles result;
+  result.file = with_suffix(".glb");
+  if (geometry.faces.empty()) throw OutputError(result.file, "cannot be written: no face has a texture");
+  if (container == GltfContainer::glb) {
+    const Asset asset{result.file, model, pages, options, geometry, normals};
+    const Layout layout = lay_out(asset, true, std::numeric_limits<std::size_t>::max());
+    std::string json = describe(asset, layout, {});
+    constexpr std::size_t kLargest = 0xFFFFFFFFu;
+    result.glb_bytes = glb_bytes(json, layout);
+    if (result.glb_bytes <= kLargest) {
+      write_binary(asset, layout, std::move(json));
+      result.faces = std::move(geometry.faces);
+      return result;
+    }
+  }
+  result.file = with_suffix(".gltf");
+  const Asset asset{result.file, model, pages, options, geometry, normals};
+  const Layout layout = lay_out(asset, false, options.buffer_limit_bytes);
+  for (std::size_t i = 0; i < layout.buffer_bytes.size(); ++i)
+    result.buffers.push_back(with_suffix(i == 0 ? ".bin" : "_" + std::to_string(i) + ".bin"));
+  write_buffers(asset, layout, result.buffers);
+  OutputFile out(result.file);
+  out.write(describe(asset, layout, result.buffers));
   out.commit();
-  return std::move(geometry.faces);
+  result.faces = std::move(geometry.faces);
+  return result;
 }
 
 }  // namespace gpvc

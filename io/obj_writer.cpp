@@ -1,10 +1,12 @@
 // Wavefront OBJ with its MTL. Texture origin is the lower left corner there, so v is turned over.
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <stdexcept>
 #include <string_view>
 
 #include "io/io.h"
+#include "io/normals.h"
 
 namespace gpvc {
 
@@ -53,7 +55,8 @@ std::string name_beside(const fs::path& page, const fs::path& obj_file) {
   return (relative.empty() ? page : relative).generic_string();
 }
 
-void write_mtl(const fs::path& mtl_file, const fs::path& obj_file, std::span<const PageFile> pages) {
+void write_mtl(const fs::path& mtl_file, const fs::path& obj_file, std::span<const PageFile> pages,
+               bool with_untextured) {
   TextOut out(mtl_file);
   for (std::size_t page = 0; page < pages.size(); ++page) {
     if (page > 0) out.text("\n");
@@ -63,31 +66,41 @@ void write_mtl(const fs::path& mtl_file, const fs::path& obj_file, std::span<con
         .text(name_beside(pages[page].file, obj_file));
     out.text("\n");
   }
+  if (with_untextured) out.text("\nnewmtl untextured\nKa 1 1 1\nKd 0.5 0.5 0.5\nKs 0 0 0\nillum 0\n");
   out.commit();
 }
 
-void write_vertices(TextOut& out, const TexturedModel& model, const WorldPoint& offset) {
+void write_vertices(TextOut& out, const TexturedModel& model, const ModelOptions& options) {
+  const WorldPoint& offset = options.offset;
   for (const WorldPoint& p : model.mesh->positions) {
     out.text("v ").number(p.x - offset.x).text(" ").number(p.y - offset.y).text(" ").number(p.z - offset.z);
     out.text("\n");
   }
   for (const TexCoord& t : model.texcoords)
     out.text("vt ").number(t.u).text(" ").number(1.0f - t.v).text("\n");
+  if (!options.normals) return;
+  for (const auto& n : vertex_normals(*model.mesh))
+    out.text("vn ").number(n[0]).text(" ").number(n[1]).text(" ").number(n[2]).text("\n");
 }
 
-void write_faces(TextOut& out, const TexturedModel& model) {
+/// Normals are numbered as positions are.
+void write_faces(TextOut& out, const TexturedModel& model, bool normals) {
   std::uint32_t page = 0;
   for (std::size_t f = 0; f < model.mesh->faces.size(); ++f) {
     if (f == 0 || model.face_page[f] != page) {
       page = model.face_page[f];
-      out.text("usemtl page_").number(page).text("\n");
+      if (page == kNoPage)
+        out.text("usemtl untextured\n");
+      else
+        out.text("usemtl page_").number(page).text("\n");
     }
     out.text("f");
-    for (std::size_t corner = 0; corner < 3; ++corner)
-      out.text(" ")
-          .number(std::uint64_t{model.mesh->faces[f][corner]} + 1)
-          .text("/")
-          .number(std::uint64_t{model.face_texcoords[f][corner]} + 1);
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const std::uint64_t position = std::uint64_t{model.mesh->faces[f][corner]} + 1;
+      out.text(" ").number(position);
+      if (page != kNoPage) out.text("/").number(std::uint64_t{model.face_texcoords[f][corner]} + 1);
+      if (normals) out.text(page == kNoPage ? "//" : "/").number(position);
+    }
     out.text("\n");
   }
 }
@@ -100,10 +113,12 @@ void write_obj(const fs::path& obj_file, const TexturedModel& model, std::span<c
   fs::path mtl_file = obj_file;
   mtl_file.replace_extension(".mtl");
   TextOut out(obj_file);
-  write_mtl(mtl_file, obj_file, pages);
+  const auto& face_page = model.face_page;
+  write_mtl(mtl_file, obj_file, pages,
+            std::find(face_page.begin(), face_page.end(), kNoPage) != face_page.end());
   out.text("mtllib ").text(mtl_file.filename().string()).text("\n");
-  write_vertices(out, model, options.offset);
-  write_faces(out, model);
+  write_vertices(out, model, options);
+  write_faces(out, model, options.normals);
   out.commit();
 }
 
@@ -112,6 +127,7 @@ void check_model(const TexturedModel& model, std::size_t page_count) {
   if (model.face_texcoords.size() != faces || model.face_page.size() != faces)
     throw std::invalid_argument("TexturedModel: face_texcoords and face_page must have one entry a face");
   for (std::size_t f = 0; f < faces; ++f) {
+    if (model.face_page[f] == kNoPage) continue;
     if (model.face_page[f] >= page_count)
       throw std::invalid_argument("TexturedModel: a face's page does not exist");
     for (const std::uint32_t t : model.face_texcoords[f])

@@ -1,7 +1,9 @@
 find_package(OpenImageIO REQUIRED)
+find_package(OpenMesh REQUIRED)
 find_package(TinyGLTF REQUIRED)
 
 gpvc_test(camera_file_test gpvc_io)
+gpvc_test(gltf_files_test gpvc_io TinyGLTF::TinyGLTF OpenMeshCore)
 gpvc_test(image_file_test gpvc_io OpenImageIO::OpenImageIO)
 gpvc_test(mesh_file_test gpvc_io)
 gpvc_test(model_file_test gpvc_io TinyGLTF::TinyGLTF)

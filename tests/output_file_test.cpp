@@ -120,7 +120,7 @@ TEST(FullDisk, StopsEveryWriterWithNothingLeft) {
     model.face_page.push_back(0);
   }
   const std::vector<PageFile> pages{{elsewhere.path() / "page.png", ImageFormat::png}};
-  full([&] { write_glb(folder / "a.glb", model, pages, {}); });
+  full([&] { write_gltf(folder / "a", GltfContainer::glb, model, pages, {}); });
   EXPECT_TRUE(
       contains(output_error([&] { write_obj(folder / "a.obj", model, pages, {}); }), "No space left"));
   EXPECT_FALSE(std::filesystem::exists(folder / "a.obj"));
