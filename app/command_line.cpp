@@ -139,6 +139,8 @@ int run_command_line(int argc, char** argv) {
   CLI::App* label_app = add_label(app, label);
   InspectOptions inspect;
   CLI::App* inspect_app = add_inspect(app, inspect);
+  ConvertOptions convert;
+  CLI::App* convert_app = add_convert(app, convert);
   CLI::App* synth_app = app.add_subcommand("synth", "make a synthetic scene of known truth");
   synth_app->require_subcommand(1);
   synth_app->set_help_flag("-h,--help", "Print this help and end")->group(kCommonGroup);
@@ -156,7 +158,7 @@ int run_command_line(int argc, char** argv) {
   }
   const std::vector<std::string> given(argv, argv + argc);
   for (CommonOptions* common :
-       {&texture.common, &visibility.common, &evaluate.common, &label.common, &inspect.common, &city.common})
+       {&texture.common, &visibility.common, &evaluate.common, &label.common, &inspect.common, &convert.common, &city.common})
     common->command_line = given;
   if (texture_app->parsed())
     return run_guarded(texture.common, [&](Console& console) { run_texture(texture, console); });
@@ -170,6 +172,8 @@ int run_command_line(int argc, char** argv) {
     inspect.with_mesh = !inspect.input.mesh.empty();
     return run_guarded(inspect.common, [&](Console& console) { run_inspect(inspect, console); });
   }
+  if (convert_app->parsed())
+    return run_guarded(convert.common, [&](Console& console) { run_convert(convert, console); });
   if (city_app->parsed())
     return run_guarded(city.common, [&](Console& console) { run_synth_city(city, console); });
   return kBadUsage;

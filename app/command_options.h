@@ -17,6 +17,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options);
 CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& options);
 CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options);
 CLI::App* add_label(CLI::App& parent, LabelOptions& options);
+CLI::App* add_convert(CLI::App& parent, ConvertOptions& options);
 CLI::App* add_inspect(CLI::App& parent, InspectOptions& options);
 CLI::App* add_synth_city(CLI::App& parent, SynthCityOptions& options);
 

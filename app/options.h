@@ -95,6 +95,15 @@ struct InspectOptions {
   bool with_mesh = false;
 };
 
+struct ConvertOptions {
+  CommonOptions common;
+  SceneInput input;  ///< no mesh
+  std::filesystem::path out;
+  bool force = false, undistort = false;
+  SceneTarget target = SceneTarget::colmap;
+  int quality = 98;
+};
+
 /// Bad usage found after parsing: exit code 2. what() is one sentence.
 class UsageError : public std::runtime_error {
  public:
@@ -106,6 +115,7 @@ void run_texture(const TextureOptions& options, Console& console);
 void run_visibility(const VisibilityCommandOptions& options, Console& console);
 void run_evaluate(const EvaluateCommandOptions& options, Console& console);
 void run_label(const LabelOptions& options, Console& console);
+void run_convert(const ConvertOptions& options, Console& console);
 void run_inspect(const InspectOptions& options, Console& console);
 void run_synth_city(const SynthCityOptions& options, Console& console);
 

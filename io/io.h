@@ -203,10 +203,10 @@ struct GltfFiles {
   std::size_t glb_bytes = 0;                   ///< of the GLB written, or of the one that was too large
 };
 
-/// glTF 2.0: KHR_materials_unlit, one primitive a page, 32-bit indices, offset in the root node's extras. Faces
-/// without a page are left out. A GLB ends at 4 GiB: what would be larger becomes files. With files, the pages
-/// stay where they are and are referred to relative to STEM. Throws OutputError when no face has a page or a
-/// local coordinate exceeds 32-bit floats.
+/// glTF 2.0: KHR_materials_unlit, one primitive a page, 32-bit indices, offset in the root node's extras.
+/// Faces without a page are left out. A GLB ends at 4 GiB: what would be larger becomes files. With files,
+/// the pages stay where they are and are referred to relative to STEM. Throws OutputError when no face has a
+/// page or a local coordinate exceeds 32-bit floats.
 GltfFiles write_gltf(const std::filesystem::path& stem, GltfContainer container, const TexturedModel& model,
                      std::span<const PageFile> pages, const ModelOptions& options);
 
@@ -219,9 +219,31 @@ struct LoadedModel {
       offset;  ///< to be added to positions: `offset.txt` beside an OBJ, a GLB root node's extras; else 0
 };
 
-/// OBJ + MTL (map_Kd, any writer's), GLB or glTF (triangles with a baseColorTexture; rotations of nodes are not
-/// applied: our writer's root rotation only says which way is up). Faces without a texture get kNoPage.
+/// OBJ + MTL (map_Kd, any writer's), GLB or glTF (triangles with a baseColorTexture; rotations of nodes are
+/// not applied: our writer's root rotation only says which way is up). Faces without a texture get kNoPage.
 /// Throws InputError.
 LoadedModel read_textured_model(const std::filesystem::path& file);
+
+// --- scenes for other programs
+// --------------------------------------------------------------------------------
+
+/// colmap: sparse/{cameras,images,points3D}.txt; cam: mvs-texturing's NAME.cam beside each photo; mvs:
+/// OpenMVS' scene.mvs.
+enum class SceneTarget { colmap, cam, mvs };
+
+/// The first thing of a lens that the format cannot state ("p1", "the equisolid (fisheye) projection");
+/// nullopt when it can state all of it.
+std::optional<std::string> lost_term(SceneTarget target, const Camera& camera);
+
+/// Where the format looks for the photo of each used view, relative to its folder. Throws OutputError where
+/// two views would meet in one file.
+std::vector<std::filesystem::path> photo_places(SceneTarget target, const Scene& scene,
+                                                std::span<const ViewId> used);
+
+/// Writes cameras and poses, and the names in `places`, below `folder`, whose sub-folder `sparse` exists for
+/// colmap; no photo is touched. Numbers read back exactly, and so do positions in world and pixels to the
+/// rounding of t = -R C. Throws OutputError, also for a lens with a lost_term.
+void write_scene(SceneTarget target, const Scene& scene, std::span<const ViewId> used,
+                 std::span<const std::filesystem::path> places, const std::filesystem::path& folder);
 
 }  // namespace gpvc

@@ -1,0 +1,37 @@
+#include "app/command_options.h"
+#include "app/option_parts.h"
+
+namespace gpvc {
+
+CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
+  constexpr Choice<SceneTarget> kTargets[] = {
+      {"colmap", SceneTarget::colmap}, {"cam", SceneTarget::cam}, {"mvs", SceneTarget::mvs}};
+  CLI::App* app = parent.add_subcommand("convert", "write a scene for another program");
+  add_scene(*app, options.input);
+  add_photos(*app, options.input);
+  add_output(*app, options.out, options.force);
+  add_choice<SceneTarget>(
+      *app, "--format", kTargets, [&](SceneTarget v) { options.target = v; }, "colmap",
+      "COLMAP's text model, mvs-texturing's .cam files, or OpenMVS' scene.mvs")
+      ->group("Output");
+  app->add_flag("--undistort", options.undistort,
+                "Write photos without lens distortion, and cameras that say so")
+      ->group("Output");
+  app->add_option("--quality", options.quality, "Of jpg photos that are written anew, 1 to 100")
+      ->type_name("N")
+      ->check(in_range(1, 100))
+      ->default_str("98")
+      ->group("Output");
+  add_common(*app, options.common);
+  app->footer(
+      std::string(
+          "Examples:\n"
+          "  gpvc convert colmap -o for-openmvs --format mvs --undistort\n"
+          "  gpvc convert reconstruction.json --images photos -o for-colmap --format colmap\n\n"
+          "Photos are copied as they are unless --undistort or --downscale changes them. A lens that\n"
+          "the format cannot state is refused with the name of the term it would lose.\n\n") +
+      kExitStatus);
+  return app;
+}
+
+}  // namespace gpvc

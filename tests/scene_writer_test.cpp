@@ -1,0 +1,173 @@
+// Scenes written for other programs are read back by our readers of those formats, which have tests of their
+// own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "io/io.h"
+#include "temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TemporaryFolder;
+
+constexpr WorldPoint kUtm{430000.125, 4587000.5, 212.25};
+
+std::array<double, 9> rotation_about(double x, double y, double z, double angle) {
+  const double n = std::sqrt(x * x + y * y + z * z), c = std::cos(angle), s = std::sin(angle), d = 1 - c;
+  x /= n, y /= n, z /= n;
+  return {c + x * x * d,     x * y * d - z * s, x * z * d + y * s, y * x * d + z * s, c + y * y * d,
+          y * z * d - x * s, z * x * d - y * s, z * y * d + x * s, c + z * z * d};
+}
+
+/// Views of all rotations (each branch of the quaternion), landscape and portrait, in UTM coordinates.
+Scene scene_of(const std::vector<Camera>& cameras) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Scene scene;
+  for (std::size_t i = 0; i < 12; ++i) {
+    View view;
+    view.name = (i % 2 == 0 ? "north/photo " : "south/photo ") + std::to_string(10 + i) + ".jpg";
+    view.camera = cameras[i % cameras.size()];
+    limit_distortion(view.camera);
+    view.pose.rotation = i < 4 ? rotation_about(i == 1, i == 2, i == 0 || i == 3, i == 0 ? 0.0 : 3.14)
+                               : rotation_about(unit(random), unit(random), unit(random), 3 * unit(random));
+    view.pose.centre = {kUtm.x + 100 * unit(random), kUtm.y + 100 * unit(random), kUtm.z + 50 * unit(random)};
+    scene.views.push_back(view);
+  }
+  std::sort(scene.views.begin(), scene.views.end(),
+            [](const View& a, const View& b) { return a.name < b.name; });
+  return scene;
+}
+
+std::vector<ViewId> all_views(const Scene& scene) {
+  std::vector<ViewId> used;
+  for (std::uint32_t i = 0; i < scene.views.size(); ++i) used.push_back(ViewId{i});
+  return used;
+}
+
+/// Written with blank photos, and read.
+Scene written_and_read(SceneTarget target, const Scene& scene, const TemporaryFolder& folder) {
+  const std::vector<ViewId> used = all_views(scene);
+  const std::vector<fs::path> places = photo_places(target, scene, used);
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    Image blank;
+    blank.width = scene.views[i].camera.width;
+    blank.height = scene.views[i].camera.height;
+    blank.pixels.assign(static_cast<std::size_t>(blank.width) * static_cast<std::size_t>(blank.height) * 3,
+                        90);
+    fs::create_directories((folder.path() / places[i]).parent_path());
+    write_image(folder.path() / places[i], blank, ImageFormat::jpg, 50);
+  }
+  if (target == SceneTarget::colmap) fs::create_directories(folder.path() / "sparse");
+  write_scene(target, scene, used, places, folder.path());
+  return read_scene(folder.path(), {});
+}
+
+void expect_same(const Scene& scene, const Scene& read) {
+  ASSERT_EQ(scene.views.size(), read.views.size());
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const View &a = scene.views[i], &b = read.views[i];
+    SCOPED_TRACE(a.name + " / " + b.name);
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(a.pose.rotation[k], b.pose.rotation[k], 1e-9);
+    // t = -R C and back rounds at the size of UTM coordinates, 1e-9 m.
+    EXPECT_NEAR(a.pose.centre.x, b.pose.centre.x, 4e-9);
+    EXPECT_NEAR(a.pose.centre.y, b.pose.centre.y, 4e-9);
+    EXPECT_NEAR(a.pose.centre.z, b.pose.centre.z, 4e-9);
+    for (const PixelPoint p : {PixelPoint{20, 10}, PixelPoint{31, 60}, PixelPoint{70.5, 33.25}}) {
+      // The frame may differ in nothing that a direction's place in the photo shows.
+      const PixelPoint same{(p.x - a.camera.cx) / a.camera.fx * b.camera.fx + b.camera.cx,
+                            (p.y - a.camera.cy) / a.camera.fy * b.camera.fy + b.camera.cy};
+      const auto pa = photo_from_pixel(a.camera, p), pb = photo_from_pixel(b.camera, same);
+      ASSERT_TRUE(pa && pb);
+      EXPECT_NEAR(pa->x, pb->x, 1e-6);
+      EXPECT_NEAR(pa->y, pb->y, 1e-6);
+    }
+  }
+}
+
+Camera pinhole() { return {96, 72, 80.25, 81.5, 47.125, 36.75, {}}; }
+Camera portrait() { return {72, 96, 80.25, 79, 37.5, 46.25, {}}; }
+
+Camera with(LensModel model, void (*set)(Distortion&)) {
+  Camera camera = pinhole();
+  camera.distortion.model = model;
+  set(camera.distortion);
+  return camera;
+}
+
+TEST(SceneWriter, ColmapStatesItsLenses) {
+  const std::vector<Camera> cameras{
+      pinhole(),
+      portrait(),
+      with(LensModel::brown, [](Distortion& d) { d.k1 = -0.1, d.k2 = 0.02, d.p1 = 1e-3, d.p2 = -2e-3; }),
+      with(LensModel::perspective,
+           [](Distortion& d) { d.k1 = 0.1, d.k2 = 0.02, d.p1 = 1e-3, d.k3 = 0.01, d.d1 = 0.1, d.d3 = 0.01; }),
+      with(LensModel::equidistant,
+           [](Distortion& d) { d.k1 = 0.05, d.k2 = -0.01, d.k3 = 0.002, d.k4 = 0.001; }),
+      with(LensModel::equidistant, [](Distortion& d) { d.k1 = 0.05, d.p1 = 1e-3, d.p2 = 2e-3, d.s1 = 1e-3; }),
+      with(LensModel::fov, [](Distortion& d) { d.omega = 0.8; })};
+  const Scene scene = scene_of(cameras);
+  const TemporaryFolder folder;
+  expect_same(scene, written_and_read(SceneTarget::colmap, scene, folder));
+}
+
+TEST(SceneWriter, MvsStatesPinholes) {
+  const Scene scene = scene_of({pinhole(), portrait()});
+  const TemporaryFolder folder;
+  expect_same(scene, written_and_read(SceneTarget::mvs, scene, folder));
+}
+
+TEST(SceneWriter, CamStatesPinholesAndRadialTerms) {
+  Camera radial{96, 72, 80, 80, 48, 36, {}};
+  radial.distortion.k1 = -0.1;
+  radial.distortion.k2 = 0.02;
+  Camera inverse = radial;
+  inverse.distortion = {};
+  inverse.distortion.model = LensModel::inverse_radial;
+  inverse.distortion.k1 = -0.05;
+  const Scene scene = scene_of({pinhole(), portrait(), radial, inverse});
+  const TemporaryFolder folder;
+  expect_same(scene, written_and_read(SceneTarget::cam, scene, folder));
+}
+
+TEST(SceneWriter, NamesTheTermThatWouldBeLost) {
+  const auto lost = [](SceneTarget target, const Camera& camera) {
+    return lost_term(target, camera).value_or("nothing");
+  };
+  const Camera brown = with(LensModel::brown, [](Distortion& d) { d.p1 = 1e-3; });
+  EXPECT_EQ(lost(SceneTarget::mvs, brown), "p1");
+  EXPECT_EQ(lost(SceneTarget::cam, brown), "p1");
+  EXPECT_EQ(lost(SceneTarget::colmap, brown), "nothing");
+  const Camera k1 = with(LensModel::brown, [](Distortion& d) { d.k1 = 1e-3; });
+  EXPECT_EQ(lost(SceneTarget::cam, k1), "k1 without k2");
+  const Camera metashape = with(LensModel::perspective, [](Distortion& d) { d.k1 = 0.1, d.p3 = 1e-3; });
+  EXPECT_EQ(lost(SceneTarget::colmap, metashape), "p3");
+  const Camera equisolid = with(LensModel::equisolid, [](Distortion&) {});
+  EXPECT_EQ(lost(SceneTarget::colmap, equisolid), "the equisolid (fisheye) projection");
+
+  const Scene scene = scene_of({brown});
+  const TemporaryFolder folder;
+  const std::vector<ViewId> used = all_views(scene);
+  EXPECT_THROW(
+      write_scene(SceneTarget::mvs, scene, used, photo_places(SceneTarget::mvs, scene, used), folder.path()),
+      OutputError);
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+TEST(SceneWriter, CamRefusesPhotosThatMeetInOneName) {
+  Scene scene = scene_of({pinhole()});
+  scene.views.resize(2);
+  scene.views[0].name = "a/b.jpg";
+  scene.views[1].name = "a_b.png";
+  const std::vector<ViewId> used = all_views(scene);
+  EXPECT_THROW(photo_places(SceneTarget::cam, scene, used), OutputError);
+  EXPECT_NO_THROW(photo_places(SceneTarget::mvs, scene, used));
+}
+
+}  // namespace
+}  // namespace gpvc
