@@ -1,0 +1,157 @@
+#include "scene_folder.h"
+
+namespace gpvc {
+namespace {
+
+using test::contains;
+using test::expect_photo_point;
+using test::input_error;
+using test::replaced;
+using test::view_named;
+
+// One camera of each kind. Rotation: half a turn about x, the camera looks down; written from the
+// documentation.
+const std::string kReconstruction = R"([
+ {"cameras": {"few": {"projection_type": "spherical", "width": 8, "height": 4}},
+  "shots": {"lone.jpg": {"camera": "few", "rotation": [0, 0, 0], "translation": [0, 0, 0]}}, "points": {}},
+ {
+  "cameras": {
+   "p": {"projection_type": "perspective", "width": 400, "height": 300, "focal": 0.9, "k1": -0.1, "k2": 0.02},
+   "b": {"projection_type": "brown", "width": 300, "height": 400, "focal_x": 0.9, "focal_y": 0.91,
+         "c_x": 0.01, "c_y": -0.02, "k1": -0.1, "k2": 0.02, "k3": 0.003, "p1": 0.004, "p2": -0.002},
+   "f": {"projection_type": "fisheye", "width": 400, "height": 400, "focal": 0.4, "k1": 0.01, "k2": -0.002},
+   "o": {"projection_type": "fisheye_opencv", "width": 400, "height": 400, "focal_x": 0.4, "focal_y": 0.41,
+         "c_x": 0.01, "c_y": 0, "k1": 0.01, "k2": -0.002, "k3": 0.003, "k4": -0.0004},
+   "unused": {"projection_type": "dual"}
+  },
+  "reference_lla": {"latitude": 46.5, "longitude": 8.25, "altitude": 600.5},
+  "shots": {
+   "p.jpg": {"camera": "p", "rotation": [3.141592653589793, 0, 0], "translation": [-10, 20, 100]},
+   "b c.jpg": {"camera": "b", "rotation": [3.141592653589793, 0, 0], "translation": [-10, 20, 100]},
+   "f.jpg": {"camera": "f", "rotation": [3.141592653589793, 0, 0], "translation": [-10, 20, 100]},
+   "o.jpg": {"camera": "o", "rotation": [3.141592653589793, 0, 0], "translation": [-10, 20, 100]},
+   "lost.jpg": {"camera": "p"}
+  },
+  "points": {"0": {"coordinates": [0, 0, 0], "color": [1, 2, 3]}}
+ }
+]
+)";
+
+SceneFile parse(const std::string& text) { return test::parse_as("OpenSfM", text); }
+
+/// x_camera = (X, -Y, -Z) + (-10, 20, 100): the camera hangs at (10, 20, 100).
+WorldPoint world_of(double x, double y) { return {10 + 50 * x, 20 - 50 * y, 50}; }
+
+TEST(OpenSfm, ProjectsAKnownPointWithEveryLens) {
+  const SceneFile scene = parse(kReconstruction);
+  const double x = 0.3, y = -0.2, r2 = 0.13, radial = 1 - 0.1 * r2 + 0.02 * r2 * r2;
+  expect_photo_point(view_named(scene, "p.jpg"), world_of(x, y), 400 * 0.9 * x * radial + 200,
+                     400 * 0.9 * y * radial + 150);
+  const double more = radial + 0.003 * r2 * r2 * r2;
+  const double u = x * more + 2 * 0.004 * x * y - 0.002 * (r2 + 2 * x * x);
+  const double v = y * more + 2 * -0.002 * x * y + 0.004 * (r2 + 2 * y * y);
+  expect_photo_point(view_named(scene, "b c.jpg"), world_of(x, y), 400 * (0.9 * u + 0.01) + 150,
+                     400 * (0.91 * v - 0.02) + 200);
+  const double r = std::sqrt(r2), t = std::atan(r), t2 = t * t;
+  const double bent = t * (1 + 0.01 * t2 - 0.002 * t2 * t2) / r;
+  expect_photo_point(view_named(scene, "f.jpg"), world_of(x, y), 400 * 0.4 * x * bent + 200,
+                     400 * 0.4 * y * bent + 200);
+  const double opencv = bent + t * (0.003 * t2 * t2 * t2 - 0.0004 * t2 * t2 * t2 * t2) / r;
+  expect_photo_point(view_named(scene, "o.jpg"), world_of(x, y), 400 * (0.4 * x * opencv + 0.01) + 200,
+                     400 * 0.41 * y * opencv + 200);
+}
+
+TEST(OpenSfm, TakesTheLargestReconstruction) {
+  const SceneFile scene = parse(kReconstruction);
+  EXPECT_EQ(scene.views.size(), 4);
+  ASSERT_EQ(scene.warnings.size(), 2);
+  EXPECT_TRUE(contains(scene.warnings[0], "2 reconstructions"));
+  EXPECT_TRUE(contains(scene.warnings[1], "1 shots without a pose"));
+  EXPECT_EQ(scene.srs, "ENU:46.5,8.25");
+  EXPECT_EQ(scene.offset, (WorldPoint{0, 0, 600.5}));
+}
+
+TEST(OpenSfm, TurnsBySmallAndZeroAngles) {
+  const std::string half = "[3.141592653589793, 0, 0], \"translation\": [-10, 20, 100]";
+  for (const double angle : {0.0, 1e-300, 1e-9, 0.5}) {
+    char text[80];
+    std::snprintf(text, sizeof text, "[0, 0, %.17g], \"translation\": [0, 0, 0]", angle);
+    const auto& r = view_named(parse(replaced(kReconstruction, half, text)), "p.jpg").pose.rotation;
+    EXPECT_NEAR(r[0], std::cos(angle), 1e-15);
+    EXPECT_NEAR(r[1], -std::sin(angle), 1e-15);
+    EXPECT_NEAR(r[3], std::sin(angle), 1e-15);
+  }
+}
+
+class OdmProject {
+ public:
+  explicit OdmProject(const std::string& reconstruction = kReconstruction) {
+    folder.write("opensfm/reconstruction.json", reconstruction);
+    test::write_photo(folder.path() / "images/p.jpg", 400, 300);
+    test::write_photo(folder.path() / "images/b c.jpg", 300, 400);
+    test::write_photo(folder.path() / "images/f.jpg", 400, 400);
+    test::write_photo(folder.path() / "images/o.jpg", 400, 400);
+  }
+  test::TemporaryFolder folder;
+};
+
+TEST(OpenSfm, ReadsAnOpenDroneMapProject) {
+  const OdmProject project;
+  const auto root = project.folder.path();
+  for (const auto& source : {root, root / "opensfm", root / "opensfm/reconstruction.json"}) {
+    const Scene scene = read_scene(source, {});
+    EXPECT_EQ(scene.views.size(), 4) << source;
+    EXPECT_EQ(scene.format, "OpenSfM");
+    EXPECT_EQ(scene.srs, "ENU:46.5,8.25");
+  }
+  // With the topocentric model kept aside, the one read is in UTM less an offset.
+  project.folder.write("opensfm/reconstruction.topocentric.json", "[]");
+  EXPECT_TRUE(contains(read_scene(root, {}).warnings.back(), "coords.txt is missing"));
+  project.folder.write("odm_georeferencing/coords.txt", "WGS84 UTM 32N\n567000 5150000\n");
+  EXPECT_EQ(read_scene(root, {}).srs, "WGS84 UTM 32N");
+  EXPECT_EQ(read_scene(root, {}).offset, (WorldPoint{567000, 5150000, 0}));
+  project.folder.write("odm_georeferencing/proj.txt", "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs");
+  EXPECT_EQ(read_scene(root, {}).srs, "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs");
+  project.folder.write("odm_georeferencing/coords.txt", "WGS84 UTM 32N\n567000 north\n");
+  EXPECT_TRUE(contains(input_error([&] { read_scene(root, {}); }), "coords.txt: line 2: expected easting"));
+}
+
+TEST(OpenSfm, ReadsTheReferenceBesideTheReconstruction) {
+  const std::string embedded =
+      "  \"reference_lla\": {\"latitude\": 46.5, \"longitude\": 8.25, \"altitude\": 600.5},\n";
+  const OdmProject project(replaced(kReconstruction, embedded, ""));
+  EXPECT_EQ(read_scene(project.folder.path(), {}).srs, "");
+  project.folder.write("opensfm/reference_lla.json",
+                       "{\"latitude\": -33.125, \"longitude\": 151, \"altitude\": 0}");
+  EXPECT_EQ(read_scene(project.folder.path(), {}).srs, "ENU:-33.125,151");
+  project.folder.write("opensfm/reference_lla.json", "{\"latitude\": \"south\"}");
+  EXPECT_TRUE(contains(input_error([&] { read_scene(project.folder.path(), {}); }), "reference_lla"));
+}
+
+TEST(OpenSfm, RefusesWithPlaceAndExpectation) {
+  const auto error = [](std::string_view from, std::string_view to) {
+    return input_error([&] { parse(replaced(kReconstruction, from, to)); });
+  };
+  EXPECT_TRUE(contains(error("\"brown\"", "\"dual\""),
+                       "camera 'b': projection type 'dual' is not supported; supported are perspective"));
+  EXPECT_TRUE(contains(error("\"k3\": 0.003, \"p1\"", "\"p1\""), "camera 'b': has no 'k3'"));
+  EXPECT_TRUE(
+      contains(error("\"focal\": 0.9", "\"focal\": \"0.9\""), "camera 'p': expected a number as 'focal'"));
+  EXPECT_TRUE(contains(error("\"focal\": 0.9", "\"focal\": 0"), "camera 'p': the focal length"));
+  EXPECT_TRUE(contains(error("\"width\": 400", "\"width\": 1e18"), "camera 'p': expected a whole number"));
+  EXPECT_TRUE(contains(error("\"camera\": \"p\", \"rot", "\"camera\": \"q\", \"rot"), "its camera 'q'"));
+  EXPECT_TRUE(contains(error("[-10, 20, 100]", "[-10, 20]"), "three numbers as 'translation'"));
+  EXPECT_TRUE(contains(error("[-10, 20, 100]", "[-10, 20, 1e999]"), "scene.file"));
+  EXPECT_TRUE(contains(input_error([] { parse("[1]"); }), "reconstruction 0: expected the objects"));
+  EXPECT_TRUE(contains(input_error([] { parse("{}"); }), "list of reconstructions"));
+  EXPECT_TRUE(contains(input_error([] { parse("[{]"); }), "byte 3: expected well-formed JSON"));
+  EXPECT_TRUE(contains(input_error([] { parse(std::string(100000, '[')); }), "well-formed JSON"));
+}
+
+TEST(OpenSfm, SurvivesCutsAndChanges) {
+  test::expect_cuts_refused("OpenSfM", kReconstruction, 1);
+  test::expect_changes_survived("OpenSfM", kReconstruction);
+}
+
+}  // namespace
+}  // namespace gpvc

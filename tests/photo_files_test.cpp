@@ -1,0 +1,144 @@
+#include "scene_folder.h"
+
+namespace gpvc {
+namespace {
+
+using test::contains;
+using test::input_error;
+
+// A COLMAP text model of pinhole cameras, 40 x 30.
+class Photos {
+ public:
+  explicit Photos(const std::vector<std::string>& names, int width = 40, int height = 30) {
+    folder.write("model/cameras.txt",
+                 "1 PINHOLE " + std::to_string(width) + " " + std::to_string(height) + " 50 51 21 14\n");
+    std::string images;
+    for (std::size_t i = 0; i < names.size(); ++i)
+      images += std::to_string(i) + " 1 0 0 0 " + std::to_string(i) + " 0 0 1 " + names[i] + "\n\n";
+    folder.write("model/images.txt", images);
+  }
+  void photo(const std::string& name, int width = 40, int height = 30) const {
+    test::write_photo(folder.path() / "photos" / name, width, height);
+  }
+  Scene read(bool allow_missing = false) const {
+    return read_scene(folder.path() / "model",
+                      {.images_dir = folder.path() / "photos", .allow_missing_photos = allow_missing});
+  }
+  std::string found(std::size_t view) const {
+    return read().views[view].photo.lexically_relative(folder.path() / "photos").string();
+  }
+  test::TemporaryFolder folder;
+};
+
+TEST(PhotoFiles, PrefersTheLongestCommonTail) {
+  const Photos files({"flight one/north/a b.jpg", "flight one/süd/ä.jpg"});
+  files.photo("2024/north/a b.jpg");
+  files.photo("2024/south/a b.jpg");
+  files.photo("a b.jpg");
+  files.photo("deep/er/süd/ä.jpg");
+  EXPECT_EQ(files.found(0), "2024/north/a b.jpg");
+  EXPECT_EQ(files.found(1), "deep/er/süd/ä.jpg");
+  files.photo("flight one/north/a b.jpg");
+  EXPECT_EQ(files.found(0), "flight one/north/a b.jpg");
+}
+
+TEST(PhotoFiles, ListsAmbiguousMatches) {
+  const Photos files({"old/a.jpg"});
+  files.photo("x/a.jpg");
+  files.photo("y/a.jpg");
+  EXPECT_TRUE(contains(input_error([&] { files.read(); }),
+                       "the photo 'old/a.jpg' could be any of 2 files in " +
+                           (files.folder.path() / "photos").string() + ": x/a.jpg, y/a.jpg"));
+  files.photo("old/a.jpg");
+  EXPECT_EQ(files.found(0), "old/a.jpg");
+}
+
+TEST(PhotoFiles, RefusesOnePhotoForTwoViews) {
+  const Photos files({"one/a.jpg", "two/a.jpg"});
+  files.photo("a.jpg");
+  EXPECT_TRUE(contains(input_error([&] { files.read(); }),
+                       "the images 'one/a.jpg' and 'two/a.jpg' are the same photo"));
+}
+
+TEST(PhotoFiles, FallsBackToOtherCaseAndForNamesWithoutExtensionToAny) {
+  const Photos files({"A.JPG", "b", "c.jpg"});
+  files.photo("a.jpg");
+  files.photo("B.tif");
+  files.photo("c.png");
+  const std::string error = input_error([&] { files.read(); });
+  EXPECT_TRUE(contains(error, "1 of 3 photos are not in"));
+  EXPECT_TRUE(contains(error, ": c.jpg"));  // a photo of another kind is another photo
+  files.photo("c.jpg");
+  EXPECT_EQ(files.found(0), "a.jpg");
+  EXPECT_EQ(files.found(1), "B.tif");
+  files.photo("A.JPG");
+  EXPECT_EQ(files.found(0), "A.JPG");
+}
+
+TEST(PhotoFiles, LeavesMissingPhotosEmptyWhenAsked) {
+  const Photos files({"a.jpg", "b.jpg"});
+  files.photo("b.jpg");
+  const Scene scene = files.read(true);
+  ASSERT_EQ(scene.views.size(), 2);
+  EXPECT_TRUE(scene.views[0].photo.empty());
+  EXPECT_FALSE(scene.views[1].photo.empty());
+}
+
+TEST(PhotoFiles, ScalesCamerasToPhotosOfTheSameShape) {
+  const Photos files({"a.jpg"}, 4000, 2250);
+  files.photo("a.jpg", 1333, 750);  // a third, rounded
+  const Scene scene = files.read();
+  const Camera& camera = scene.views[0].camera;
+  EXPECT_EQ(camera.width, 1333);
+  EXPECT_EQ(camera.height, 750);
+  EXPECT_DOUBLE_EQ(camera.fx, 50 * 1333 / 4000.0);
+  EXPECT_DOUBLE_EQ(camera.fy, 51 * 750 / 2250.0);
+  EXPECT_DOUBLE_EQ(camera.cx, 21 * 1333 / 4000.0);
+  EXPECT_TRUE(contains(scene.warnings.at(0), "a.jpg is 1333 x 750 pixels"));
+  EXPECT_TRUE(contains(scene.warnings.at(0), "calibrated for 4000 x 2250"));
+}
+
+TEST(PhotoFiles, RefusesPhotosOfAnotherShape) {
+  const Photos files({"a.jpg"}, 4000, 2250);
+  files.photo("a.jpg", 1333, 748);
+  EXPECT_TRUE(contains(input_error([&] { files.read(); }), "which is of another shape"));
+  files.photo("a.jpg", 750, 1333);
+  EXPECT_TRUE(contains(input_error([&] { files.read(); }), "it has been turned by a quarter"));
+}
+
+TEST(PhotoFiles, MakesNamesFitToNameOutputs) {
+  const Photos files({"/home/a/one/x.jpg", "/home/a/two/x.jpg"});
+  files.photo("one/x.jpg");
+  files.photo("two/x.jpg");
+  const Scene scene = files.read();
+  EXPECT_EQ(scene.views[0].name, "one/x.jpg");
+  EXPECT_EQ(scene.views[1].name, "two/x.jpg");
+  const Photos outside({"../../etc/x.jpg", "../y.jpg"});
+  outside.photo("x.jpg");
+  outside.photo("y.jpg");
+  for (const View& view : outside.read().views) {
+    EXPECT_EQ(view.name.find(".."), std::string::npos);
+    EXPECT_NE(view.name.front(), '/');
+  }
+}
+
+TEST(SceneFormats, RefusesAFolderOfTwo) {
+  const Photos files({"a.jpg"});
+  files.photo("a.jpg");
+  files.folder.write("model/a.cam", "0 0 0 1 0 0 0 1 0 0 0 1\n1\n");
+  const std::string error = input_error([&] { files.read(); });
+  EXPECT_TRUE(contains(error, "holds both a mvs-texturing scene"));
+  EXPECT_TRUE(contains(error, "and a COLMAP scene"));
+  EXPECT_NO_THROW(
+      read_scene(files.folder.path() / "model/images.txt", {.images_dir = files.folder.path() / "photos"}));
+}
+
+TEST(SceneFormats, EachSaysWhatItExpects) {
+  const test::TemporaryFolder folder;
+  const std::string error = input_error([&] { read_scene(folder.path(), {}); });
+  EXPECT_GE(scene_formats().size(), 6);
+  for (const SceneFormat* format : scene_formats()) EXPECT_TRUE(contains(error, format->expects));
+}
+
+}  // namespace
+}  // namespace gpvc
