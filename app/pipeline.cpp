@@ -1,0 +1,185 @@
+#include "app/pipeline.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <future>
+
+namespace gpvc {
+namespace {
+
+void append_coverage(CoverageTable& all, const CoverageTable& more) {
+  for (FaceCoverage entry : more.entries) {
+    const std::size_t bits = static_cast<std::size_t>(entry.width) * static_cast<std::size_t>(entry.height);
+    const auto first = more.words.begin() + static_cast<std::ptrdiff_t>(entry.first_word);
+    entry.first_word = all.words.size();
+    all.words.insert(all.words.end(), first, first + static_cast<std::ptrdiff_t>((bits + 63) / 64));
+    all.entries.push_back(entry);
+  }
+}
+
+// Only faces that no view sees whole are pieced together from partial ones.
+CoverageTable of_partial_faces(const CoverageTable& table, std::span<const FaceTag> tags) {
+  CoverageTable kept;
+  for (const FaceCoverage& entry : table.entries) {
+    if (tags[index(entry.face)] != FaceTag::partial) continue;
+    const std::size_t bits = static_cast<std::size_t>(entry.width) * static_cast<std::size_t>(entry.height);
+    const auto first = table.words.begin() + static_cast<std::ptrdiff_t>(entry.first_word);
+    FaceCoverage moved = entry;
+    moved.first_word = kept.words.size();
+    kept.words.insert(kept.words.end(), first, first + static_cast<std::ptrdiff_t>((bits + 63) / 64));
+    kept.entries.push_back(moved);
+  }
+  return kept;
+}
+
+double since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void add_times(const VisibilityStatistics& one, ViewTimes& sum) {
+  sum.render_s += one.render_s;
+  sum.build_s += one.build_s;
+  sum.upload_s += one.upload_s;
+  sum.readback_s += one.readback_s;
+  sum.classify_s += one.classify_s;
+}
+
+}  // namespace
+
+std::size_t photo_cache_bytes() {
+  const auto memory =
+      static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGE_SIZE));
+  return std::min(memory / 4, std::size_t{1} << 30);
+}
+
+FaceGraph weighed_graph(const Mesh& mesh, const TextureOptions& options, Console& console,
+                        RunRecord& record) {
+  Stage adjacency(console, record, "face graph");
+  FaceGraph graph = face_graph(mesh);
+  weigh_edges(mesh, options.edge_weights, graph);
+  adjacency.finish(readable_count(graph.edges.size()) + " edges");
+  return graph;
+}
+
+SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice& device,
+                    const TextureOptions& options, Console& console, RunRecord& record,
+                    const ViewObserver& observe) {
+  Stage stage(console, record, "visibility and costs", "views");
+  VisibilityStage visibility(device, in.mesh, options.visibility);
+  console.note("classifier: " + visibility.classifier_note());
+  record.counts["classifier"] = visibility.classifier_note();
+  CandidateCollector collector(in.mesh, options.costs);
+  const auto policy = options.common.threads == 1 ? std::launch::deferred : std::launch::async;
+  SeenScene seen;
+  ViewTimes& times = seen.times;
+  std::array<ViewVisibility, 2> buffers;  // one is filled while the costs of the other are taken
+  std::future<void> costs;
+  for (std::size_t n = 0; n < in.used.size(); ++n) {
+    stage.progress(n, in.used.size());
+    const ViewId id = in.used[n];
+    const View& view = in.scene.views[index(id)];
+    auto decoded = std::async(policy, [&photos, id] { return photos.photo(id); });
+    ViewVisibility& visible = buffers[n % 2];
+    visibility.classify(view, id, visible);
+    add_times(visible.statistics, times);
+    if (observe) observe(id, visible);
+    if (visible.statistics.full + visible.statistics.partial == 0)
+      console.warning(fmt::format(
+          "{}: sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong",
+          view.name));
+    seen.full += visible.statistics.full;
+    seen.partial += visible.statistics.partial;
+    append_coverage(seen.coverage, visible.coverage);
+    if (costs.valid()) costs.get();
+    costs = std::async(policy, [&, id, photo = decoded.share()] {
+      const auto pixels = photo.get();
+      const auto start = std::chrono::steady_clock::now();
+      collector.add_view(id, view, *pixels, visible);
+      times.costs_s += since(start);
+    });
+  }
+  costs.get();
+  const auto start = std::chrono::steady_clock::now();
+  seen.candidates = collector.finish();
+  times.costs_s += since(start);
+  seen.coverage = of_partial_faces(seen.coverage, seen.candidates.tags);
+  for (const auto& [name, value] : {std::pair{"render_s", times.render_s},
+                                    {"build_s", times.build_s},
+                                    {"upload_s", times.upload_s},
+                                    {"readback_s", times.readback_s},
+                                    {"classify_s", times.classify_s},
+                                    {"costs_s", times.costs_s}})
+    stage.add(name, value);
+  record.counts["full"] = seen.full;
+  record.counts["partial"] = seen.partial;
+  record.counts["hidden"] = in.used.size() * in.mesh.faces.size() - seen.full - seen.partial;
+  stage.finish(fmt::format("{} views", in.used.size()));
+  return seen;
+}
+
+void count_tags(const Candidates& candidates, const std::filesystem::path& mesh, Console& console,
+                RunRecord& record) {
+  std::array<std::size_t, 3> counts{};
+  for (const FaceTag tag : candidates.tags) ++counts[static_cast<std::size_t>(tag)];
+  record.counts["tags"] = {{"seen", counts[0]}, {"partial", counts[1]}, {"filled", counts[2]}};
+  record.counts["candidates"] = {
+      {"full", candidates.full}, {"partial", candidates.partial}, {"rejected", candidates.rejected}};
+  const double total = static_cast<double>(candidates.tags.size());
+  console.note(fmt::format("faces: {:.1f} % seen whole by some view, {:.1f} % in parts, {:.1f} % filled",
+                           100 * static_cast<double>(counts[0]) / total,
+                           100 * static_cast<double>(counts[1]) / total,
+                           100 * static_cast<double>(counts[2]) / total));
+  if (counts[0] + counts[1] == 0)
+    throw InputError(
+        mesh, "",
+        "no photo sees any face of the mesh: are mesh and cameras in the same coordinates, and the "
+        "cameras outside the mesh?");
+  if (20 * (counts[0] + counts[1]) < candidates.tags.size())
+    console.warning("photos see less than 5 % of the faces; are mesh and cameras in the same coordinates?");
+}
+
+Selection choose_views(const SeenScene& seen, const FaceGraph& graph, const TextureOptions& options,
+                       Console& console, RunRecord& record) {
+  Stage stage(console, record, "view selection", "sweeps", true);
+  Selection selection = select_views(seen.candidates.table, graph, options.solver, stage.reporter());
+  for (const SweepReport& sweep : selection.sweeps)
+    console.detail(
+        fmt::format("  sweep {}: energy {:.1f}, {:.2f} s", sweep.sweep, sweep.energy, sweep.seconds));
+  record.counts["energy"] = selection.energy;
+  record.counts["differing_pairs"] = selection.differing_pairs;
+  record.counts["patches"] = selection.patches;
+  record.counts["sweeps"] = selection.sweeps.size();
+  stage.finish(fmt::format("{} patches, energy {:.0f}", readable_count(selection.patches), selection.energy));
+  return selection;
+}
+
+TextureAtlas make_atlas(const AtlasInput& input, const TextureOptions& options, Console& console,
+                        RunRecord& record) {
+  Stage stage(console, record, "atlas", "steps");
+  TextureAtlas atlas = build_atlas(input, options.atlas, stage.reporter());
+  const AtlasStatistics& s = atlas.statistics;
+  stage.add("layout_s", s.layout_s);
+  stage.add("leveling_s", s.leveling_s);
+  stage.add("baking_s", s.baking_s);
+  record.counts["charts"] = s.charts;
+  record.counts["filled_faces"] = s.filled_faces;
+  record.counts["pages"] = atlas.pages.size();
+  record.counts["chart_texels"] = s.chart_texels;
+  record.counts["page_texels"] = s.page_texels;
+  record.counts["seam_edges"] = s.seam_edges;
+  record.counts["seam_step_before"] = s.seam_step_before;
+  record.counts["seam_step_after"] = s.seam_step_after;
+  const double fill =
+      s.page_texels == 0 ? 0 : static_cast<double>(s.chart_texels) / static_cast<double>(s.page_texels);
+  stage.finish(fmt::format("{} charts on {} {} ({:.0f} % full), seam step {:.1f} to {:.1f}",
+                           readable_count(s.charts), atlas.pages.size(),
+                           atlas.pages.size() == 1 ? "page" : "pages", 100 * fill, s.seam_step_before,
+                           s.seam_step_after));
+  return atlas;
+}
+
+}  // namespace gpvc
