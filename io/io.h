@@ -27,9 +27,10 @@ using Progress = std::function<void(std::size_t done, std::size_t total)>;
 // ---------------------------------------------------------------------------------------------------------
 
 /// PLY (ascii, binary little and big endian, float or double, any extra properties) or OBJ, by content, not
-/// by extension. Polygons of more than three vertices are split as a fan. Throws InputError on NaN or
-/// infinite coordinates, on indices out of range, on a truncated file, and on a mesh without faces. O(file
-/// size).
+/// by extension. Polygons of more than three vertices are split, as a fan where that turns no triangle over,
+/// else by cutting off ears; Mesh::source_face leads back to them. OBJ's groups, texture coordinates and
+/// normals are passed over, as are its lines and points. Throws InputError on NaN or infinite coordinates, on
+/// indices out of range, on a truncated file, and on a mesh without faces. O(file size).
 Mesh read_mesh(const std::filesystem::path& file);
 
 /// How a mesh hangs together, as far as a halfedge structure can hold it.
@@ -41,6 +42,18 @@ struct MeshTopology {
   std::size_t degenerate_faces = 0;  ///< not held: name a vertex twice
   std::size_t unused_vertices = 0;   ///< in no face held
 };
+
+/// What is odd about a mesh's elements; all of them are kept in their place.
+struct MeshFlaws {
+  std::size_t degenerate_faces = 0;       ///< name a vertex twice
+  std::size_t flat_faces = 0;             ///< three vertices in a line, or two at one place
+  std::size_t duplicate_faces = 0;        ///< name the same vertices as an earlier face, in any order
+  std::size_t unreferenced_vertices = 0;  ///< in no face
+  std::size_t duplicate_vertices = 0;     ///< at the place of an earlier vertex
+};
+
+/// O(n log n).
+MeshFlaws mesh_flaws(const Mesh& mesh);
 
 /// Through OpenMesh. Only a report: the arrays of Mesh stay the truth. O(faces).
 MeshTopology mesh_topology(const Mesh& mesh);

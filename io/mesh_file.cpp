@@ -14,6 +14,7 @@ Mesh read_mesh(const std::filesystem::path& file) {
           ? read_ply(file, text)
           : read_obj(file, text);
   if (mesh.faces.empty()) throw InputError(file, "", "has no faces");
+  recut_concave(mesh);
   return mesh;
 }
 

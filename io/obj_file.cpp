@@ -87,6 +87,7 @@ class ObjParser {
       previous = corner;
       ++corners;
     }
+    if (corners >= 3) note_source(mesh_, corners - 2, file_faces_++);
     if (corners < 3) fail(at, "a face needs three vertices, found " + std::to_string(corners));
   }
 
@@ -120,6 +121,7 @@ class ObjParser {
   std::string joined_;
   std::uint64_t highest_forward_ = 0;
   std::size_t highest_forward_line_ = 0;
+  std::size_t file_faces_ = 0;
   Mesh mesh_;
 };
 

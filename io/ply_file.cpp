@@ -356,6 +356,7 @@ class MeshReader {
       mesh_.faces.push_back({first, previous, next});
       previous = next;
     }
+    note_source(mesh_, static_cast<std::size_t>(count - 2), face);
   }
 
   std::uint32_t corner(Scalar type, std::uint64_t face) {

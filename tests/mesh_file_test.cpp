@@ -151,6 +151,83 @@ TEST(MeshFile, SplitsPolygonsAsFans) {
       fan);
 }
 
+// A triangle, a square, a triangle, a pentagon: the map back begins with the square and covers all.
+TEST(MeshFile, MapsTrianglesBackToTheFilesFaces) {
+  const TemporaryFolder folder;
+  const std::string vertices = "0 0 0\n1 0 0\n2 1 0\n1 2 0\n0 2 0\n";
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 4\nproperty list ushort uint vertex_indices\nend_header\n" +
+      vertices + "3 0 1 2\n4 0 1 2 3\n3 0 1 3\n5 0 1 2 3 4\n";
+  const std::string obj =
+      "v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 2 0\nf 1 2 3\ng x\nf 1 2 3 4\nl 1 2\nf 1 2 4\nf 1/1 2/2 3/3 "
+      "4/4 5/5\n";
+  for (const std::string& text : {ply, obj}) {
+    const Mesh mesh = read_mesh(folder.write("a", text));
+    EXPECT_EQ(mesh.faces.size(), 7);
+    EXPECT_EQ(mesh.source_face, (std::vector<std::uint32_t>{0, 1, 1, 2, 3, 3, 3}));
+  }
+  EXPECT_TRUE(read_mesh(folder.write("a", obj_text())).source_face.empty());
+}
+
+// An arrowhead at UTM coordinates. From some corners a fan would turn a triangle over:
+//   3
+//   |.
+//   | 2 .       2 is the concave corner
+//   |.    .
+//   0-------1
+TEST(MeshFile, CutsConcavePolygonsWithoutTurningATriangleOver) {
+  const TemporaryFolder folder;
+  const auto area = [](const Mesh& mesh, const Triangle& f) {
+    const WorldPoint &a = mesh.positions[f[0]], &b = mesh.positions[f[1]], &c = mesh.positions[f[2]];
+    return ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)) / 2;
+  };
+  // The concave corner at every position of the loop.
+  const double x[] = {0, 4, 1, 0}, y[] = {0, 0, 1, 4};  // area 4
+  for (int shift = 0; shift < 4; ++shift) {
+    std::string text;
+    for (int i = 0; i < 4; ++i)
+      text +=
+          "v " + exact(500000.25 + x[(i + shift) % 4]) + " " + exact(5000000.5 + y[(i + shift) % 4]) + " 7\n";
+    const Mesh mesh = read_mesh(folder.write("a.obj", text + "f 1 2 3 4\n"));
+    ASSERT_EQ(mesh.faces.size(), 2);
+    EXPECT_GT(area(mesh, mesh.faces[0]), 0) << shift;
+    EXPECT_GT(area(mesh, mesh.faces[1]), 0) << shift;
+    EXPECT_DOUBLE_EQ(area(mesh, mesh.faces[0]) + area(mesh, mesh.faces[1]), 4) << shift;
+  }
+  // A comb of nine corners.
+  const Mesh comb = read_mesh(folder.write("b.obj",
+                                           "v 0 0 0\nv 6 0 0\nv 6 3 0\nv 5 1 0\nv 4 3 0\nv 3 1 0\nv 2 3 0\nv "
+                                           "1 1 0\nv 0 3 0\nf 1 2 3 4 5 6 7 8 9\n"));
+  ASSERT_EQ(comb.faces.size(), 7);
+  double sum = 0;
+  for (const Triangle& face : comb.faces) {
+    EXPECT_GT(area(comb, face), 0);
+    sum += area(comb, face);
+  }
+  EXPECT_DOUBLE_EQ(sum, 18 - 3 * 2);
+  // A bow tie has no ears to cut: the fan stays, every corner is named.
+  EXPECT_EQ(read_mesh(folder.write("c.obj", "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n")).faces.size(),
+            2);
+}
+
+TEST(MeshFlaws, CountsWhatIsOddAndKeepsIt) {
+  Mesh mesh;
+  mesh.positions = kPositions;
+  mesh.faces = kFaces;
+  mesh.positions.push_back(kPositions[0]);
+  mesh.positions.push_back({0.1, 0.2, 1.3});
+  mesh.positions.push_back({0.1, 0.2, 9.3});
+  mesh.faces.push_back({2, 0, 1});  // an earlier face's vertices in another order
+  mesh.faces.push_back({0, 6, 7});  // in a line
+  const MeshFlaws flaws = mesh_flaws(mesh);
+  EXPECT_EQ(flaws.degenerate_faces, 1);
+  EXPECT_EQ(flaws.flat_faces, 1);
+  EXPECT_EQ(flaws.duplicate_faces, 2);
+  EXPECT_EQ(flaws.unreferenced_vertices, 2);
+  EXPECT_EQ(flaws.duplicate_vertices, 1);
+}
+
 TEST(MeshFile, ReadsObjPeculiarities) {
   const TemporaryFolder folder;
   const Mesh mesh = read_mesh(folder.write("a.obj",
