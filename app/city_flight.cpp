@@ -21,7 +21,7 @@ Pose look(const WorldPoint& centre, const WorldPoint& forward, const WorldPoint&
   return {{x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z}, centre};
 }
 
-Camera city_camera(const CityOptions& options) {
+Camera flight_camera(const FlightOptions& options) {
   Camera camera;
   camera.width = options.width;
   camera.height = options.height;
@@ -47,10 +47,10 @@ struct Heading {
 
 }  // namespace
 
-std::vector<View> city_flight(const CityOptions& options) {
+std::vector<View> synth_flight(const FlightOptions& options) {
   constexpr Heading kHeadings[5] = {
       {"east", 1, 0}, {"nadir", 0, 0}, {"north", 0, 1}, {"south", 0, -1}, {"west", -1, 0}};
-  const Camera camera = city_camera(options);
+  const Camera camera = flight_camera(options);
   std::vector<View> views;
   for (int group = 0; group < 5; ++group) {
     // The remainder goes to nadir first.
@@ -64,11 +64,11 @@ std::vector<View> city_flight(const CityOptions& options) {
       const int row = n / columns, in_row = row + 1 < rows ? columns : count - columns * row;
       const double gx = (n % columns + 0.5) / in_row - 0.5, gy = (row + 0.5) / rows - 0.5;
       const auto wobble = [&](std::uint32_t what) {
-        return city_chance(options.seed * 31 + 7, static_cast<std::uint32_t>(group * 4096 + n), what) - 0.5;
+        return synth_chance(options.seed * 31 + 7, static_cast<std::uint32_t>(group * 4096 + n), what) - 0.5;
       };
       const WorldPoint target{options.size_m * (gx + 0.06 * wobble(1)),
-                              options.size_m * (gy + 0.06 * wobble(2)), 0};
-      const double range = options.size_m * (0.80 + 0.06 * wobble(3));
+                              options.size_m * (gy + 0.06 * wobble(2)), options.target_m};
+      const double range = options.size_m * (options.range + 0.06 * wobble(3));
       // Oblique cameras look down by about 45 degrees; a strip flown back looks the other way up in nadir
       // photos.
       const WorldPoint forward = nadir ? WorldPoint{0.05 * wobble(4), 0.05 * wobble(5), -1}

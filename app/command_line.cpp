@@ -131,7 +131,8 @@ int run_command_line(int argc, char** argv) {
   TextureOptions texture;
   VisibilityCommandOptions visibility;
   EvaluateCommandOptions evaluate;
-  SynthCityOptions city;
+  SynthOptions city = synth_defaults(SynthKind::city), terrain = synth_defaults(SynthKind::terrain),
+               slits = synth_defaults(SynthKind::slits);
   CLI::App* texture_app = add_texture(app, texture);
   CLI::App* visibility_app = add_visibility_command(app, visibility);
   CLI::App* evaluate_app = add_evaluate(app, evaluate);
@@ -144,7 +145,9 @@ int run_command_line(int argc, char** argv) {
   CLI::App* synth_app = app.add_subcommand("synth", "make a synthetic scene of known truth");
   synth_app->require_subcommand(1);
   synth_app->set_help_flag("-h,--help", "Print this help and end")->group(kCommonGroup);
-  CLI::App* city_app = add_synth_city(*synth_app, city);
+  const std::vector<std::pair<CLI::App*, SynthOptions*>> synths{{add_synth(*synth_app, city), &city},
+                                                                {add_synth(*synth_app, terrain), &terrain},
+                                                                {add_synth(*synth_app, slits), &slits}};
 
   try {
     app.parse(argc, argv);
@@ -158,7 +161,8 @@ int run_command_line(int argc, char** argv) {
   }
   const std::vector<std::string> given(argv, argv + argc);
   for (CommonOptions* common :
-       {&texture.common, &visibility.common, &evaluate.common, &label.common, &inspect.common, &convert.common, &city.common})
+       {&texture.common, &visibility.common, &evaluate.common, &label.common, &inspect.common,
+        &convert.common, &city.common, &terrain.common, &slits.common})
     common->command_line = given;
   if (texture_app->parsed())
     return run_guarded(texture.common, [&](Console& console) { run_texture(texture, console); });
@@ -174,8 +178,11 @@ int run_command_line(int argc, char** argv) {
   }
   if (convert_app->parsed())
     return run_guarded(convert.common, [&](Console& console) { run_convert(convert, console); });
-  if (city_app->parsed())
-    return run_guarded(city.common, [&](Console& console) { run_synth_city(city, console); });
+  for (const auto& [synth, options] : synths)
+    if (synth->parsed()) {
+      const SynthOptions& asked = *options;
+      return run_guarded(asked.common, [&asked](Console& console) { run_synth(asked, console); });
+    }
   return kBadUsage;
 }
 

@@ -38,6 +38,13 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
       ->group(kGroup);
   app->add_option("--views", options.input.views, "Only these views: names or globs, separated by commas")
       ->type_name("LIST")
+      ->default_str("those that views.json beside MODEL marks as held out, else all")
+      ->group(kGroup);
+  app->add_option(
+         "--truth", options.truth,
+         "Folder of the synthetic scene (gpvc synth) that MODEL was textured from: print which share "
+         "of the surfaces photos see is textured, and which carries another surface's colour")
+      ->type_name("DIR")
       ->group(kGroup);
   app->add_option("--reduction", options.reduction, "Compare at 1/N of the photos' size, 1 to 64")
       ->type_name("N")
@@ -45,16 +52,25 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
       ->default_str("4")
       ->group(kGroup);
   app->add_option("-o,--output", options.out,
-                  "Folder for photo, render and error side by side, and evaluate.json")
+                  "Folder for photo, render and error side by side, evaluate.json and run.json")
       ->type_name("OUT")
+      ->check(not_empty())
       ->group("Output");
+  app->add_flag("--force", options.force, "Replace an earlier result in OUT")->group("Output");
   add_common(*app, options.common);
   app->footer(
-      std::string("Example, with views the texture was made without:\n"
-                  "  gpvc texture colmap mesh.ply -o out --exclude-views a.jpg,b.jpg\n"
-                  "  gpvc evaluate out/model.obj colmap --mesh mesh.ply --views a.jpg,b.jpg\n\n"
-                  "Virtual rephotography (Waechter et al. 2017): completeness, PSNR after one gain per\n"
-                  "channel, SSIM, and 1 - NCC, per view and in the mean.\n\n") +
+      std::string(
+          "Example, with views the texture was made without:\n"
+          "  gpvc texture colmap mesh.ply -o out --hold-out 6\n"
+          "  gpvc evaluate out/model.obj colmap --mesh mesh.ply -o scores\n"
+          "A synthetic scene against its truth:\n"
+          "  gpvc evaluate out/model.obj city/colmap --truth city\n\n"
+          "Virtual rephotography (Waechter et al. 2017): completeness, PSNR after one gain per\n"
+          "channel, SSIM, and 1 - NCC, per view and in the mean. With --truth, photos are compared only\n"
+          "when --views or -o is given; seen is what shows in a photo that views.json beside MODEL\n"
+          "marks as used (all photos where there is none), clear of other surfaces by 2 pixels. A texel\n"
+          "is wrong when it is 24 grey levels off the colours such photos show around the point and\n"
+          "nearer to one that a photo shows there of another surface; strange when off and near none.\n\n") +
       kExitStatus);
   return app;
 }

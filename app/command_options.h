@@ -19,6 +19,7 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options);
 CLI::App* add_label(CLI::App& parent, LabelOptions& options);
 CLI::App* add_convert(CLI::App& parent, ConvertOptions& options);
 CLI::App* add_inspect(CLI::App& parent, InspectOptions& options);
-CLI::App* add_synth_city(CLI::App& parent, SynthCityOptions& options);
+/// Of the kind that `options` holds.
+CLI::App* add_synth(CLI::App& parent, SynthOptions& options);
 
 }  // namespace gpvc

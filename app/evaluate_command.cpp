@@ -1,33 +1,117 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
 #include "app/evaluate.h"
 #include "app/scene_input.h"
+#include "app/truth.h"
 
 namespace gpvc {
 namespace {
 
-// The scene with only the views asked for.
-Scene chosen_views(const Scene& scene, const SceneInput& input) {
-  Scene chosen{scene.source, {}};
-  for (const ViewId id : used_views(scene, input.views, "")) chosen.views.push_back(scene.views[index(id)]);
+// Views by name; all where there are no names, or none of the scene's.
+std::vector<ViewId> named_views(const Scene& scene, const std::vector<std::string>& names) {
+  std::vector<ViewId> some, all;
+  for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
+    all.push_back(ViewId{v});
+    if (std::find(names.begin(), names.end(), scene.views[v].name) != names.end()) some.push_back(ViewId{v});
+  }
+  return some.empty() ? all : some;
+}
+
+Scene with_views(const Scene& scene, const std::vector<ViewId>& views) {
+  Scene chosen = scene;
+  chosen.views.clear();
+  for (const ViewId id : views) chosen.views.push_back(scene.views[index(id)]);
   return chosen;
+}
+
+Json shares_json(const TruthShares& shares) {
+  return {{"area", shares.area},   {"seen_area", shares.seen_area}, {"textured", shares.textured},
+          {"wrong", shares.wrong}, {"strange", shares.strange},     {"untold", shares.untold}};
+}
+
+Json truth_json(const TruthScore& score) {
+  return {{"all", shares_json(score.all)},
+          {"seen_whole", shares_json(score.full)},
+          {"seen_in_parts", shares_json(score.partial)},
+          {"faces", score.faces},
+          {"textured_faces", score.textured},
+          {"samples", score.samples}};
+}
+
+void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Console& console,
+                 RunRecord& record) {
+  Stage stage(console, record, "truth", "views");
+  const Truth truth = read_truth(options.truth);
+  const Mesh mesh = read_mesh(options.input.mesh.empty() ? options.truth / "mesh.ply" : options.input.mesh);
+  LoadedModel model = read_textured_model(options.model);
+  model.model.mesh = &model.mesh;
+  const MatchedModel matched = match_model(mesh, model.model, model.pages, model.offset);
+  if (matched.strangers > 0)
+    console.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out",
+                                matched.strangers, model.mesh.faces.size()));
+  const std::vector<ViewId> used = named_views(scene, marked_views(options.model, "used"));
+  PhotoCache photos(scene, options.input.reader_options(), 0);
+  const TruthScorer scorer(truth, mesh, best_classes(mesh, scene, used), scene, used, photos);
+  const TruthScore score = scorer.score(matched, stage.reporter());
+  record.counts["truth"] = truth_json(score);
+  stage.finish(fmt::format("{} points in {} views", score.samples, used.size()));
+  console.result(truth_table(score));
+}
+
+void compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
+                    std::optional<OutputFolder>& folder, Console& console, RunRecord& record) {
+  Stage stage(console, record, "evaluate", "views");
+  std::vector<ViewId> views;
+  if (!options.input.views.empty()) {
+    views = used_views(scene, options.input.views, "");
+  } else {
+    views = named_views(scene, marked_views(options.model, "held_out"));
+    if (views.size() < scene.views.size())
+      console.note(fmt::format(
+          "comparing with the {} views that views.json beside the model marks as held out", views.size()));
+  }
+  const Scene chosen = with_views(scene, views);
+  PhotoCache photos(chosen, options.input.reader_options(), 0);
+  GraphicsDevice device(options.common.device);
+  EvaluateOptions evaluate;
+  evaluate.model = options.model;
+  if (!options.input.mesh.empty()) evaluate.mesh = options.input.mesh;
+  if (folder) evaluate.out = folder->in_making();
+  evaluate.reduction = options.reduction;
+  const Evaluation evaluation = evaluate_model(device, chosen, photos, evaluate, stage.reporter());
+  stage.finish(fmt::format("{} views", chosen.views.size()));
+  console.result(evaluation_table(evaluation));
+}
+
+Json options_json(const EvaluateCommandOptions& options) {
+  Json json = scene_json(options.input);
+  json["model"] = options.model.string();
+  json["truth"] = options.truth.string();
+  json["reduction"] = options.reduction;
+  return json;
 }
 
 }  // namespace
 
 void run_evaluate(const EvaluateCommandOptions& options, Console& console) {
   RunRecord record;
-  Stage stage(console, record, "evaluate", "views");
-  const SceneOptions reader = options.input.reader_options();
-  const Scene scene = chosen_views(read_scene(options.input.scene, reader), options.input);
-  PhotoCache photos(scene, reader, 0);
-  GraphicsDevice device(options.common.device);
-  EvaluateOptions evaluate;
-  evaluate.model = options.model;
-  if (!options.input.mesh.empty()) evaluate.mesh = options.input.mesh;
-  if (!options.out.empty()) evaluate.out = options.out;
-  evaluate.reduction = options.reduction;
-  const Evaluation evaluation = evaluate_model(device, scene, photos, evaluate, stage.reporter());
-  stage.finish(std::to_string(scene.views.size()) + " views");
-  console.result(evaluation_table(evaluation));
+  std::optional<OutputFolder> folder;
+  if (!options.out.empty()) folder.emplace(options.out, options.force);
+  try {
+    const Scene scene = read_scene(options.input.scene, options.input.reader_options());
+    if (!options.truth.empty()) score_truth(options, scene, console, record);
+    if (options.truth.empty() || folder || !options.input.views.empty())
+      compare_photos(options, scene, folder, console, record);
+    if (!folder) return;
+    folder->promise_all();
+    write_run_json(*folder, {"evaluate", options.common, options_json(options)}, record);
+    folder->publish();
+  } catch (const OutputError& e) {
+    throw std::runtime_error(folder ? folder->with_final_names(e.what()) : e.what());
+  }
 }
 
 }  // namespace gpvc

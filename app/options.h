@@ -31,6 +31,7 @@ struct SceneInput {
   std::filesystem::path scene, mesh;
   std::optional<std::filesystem::path> images_dir;
   std::string views, exclude_views;  ///< lists as given; empty: all, none
+  std::string hold_out;              ///< a number (every so many views) or a list
   int downscale = 1;
   SceneOptions reader_options() const {
     SceneOptions options;
@@ -65,19 +66,35 @@ struct VisibilityCommandOptions {
   VisibilityOptions visibility;
 };
 
-struct SynthCityOptions {
+enum class SynthKind { city, terrain, slits };
+
+struct SynthOptions {
   CommonOptions common;
-  CityOptions city;
+  SynthKind kind = SynthKind::city;
+  FlightOptions flight;
+  std::size_t faces = 60000;
+  double gap_m = 20;        ///< terrain: between the two layers
+  double mesh_noise_m = 0;  ///< each coordinate of the written mesh is off by up to this
+  bool exposure = false;    ///< a gain and vignetting for each photo
+  int cars = 0;             ///< moving, in each photo
+  bool ids = true;          ///< write ids/NAME.png
+  WorldPoint offset;        ///< added to all coordinates
   std::filesystem::path out;
   bool force = false;
   int quality = 95;
 };
 
+/// What `gpvc synth KIND` makes when told nothing.
+SynthOptions synth_defaults(SynthKind kind);
+const char* synth_name(SynthKind kind);
+
 struct EvaluateCommandOptions {
   CommonOptions common;
   std::filesystem::path model;
-  SceneInput input;           ///< input.mesh: what should be textured; empty: the model's own faces
-  std::filesystem::path out;  ///< empty: no pictures
+  SceneInput input;             ///< input.mesh: what should be textured; empty: the model's own faces
+  std::filesystem::path truth;  ///< a synthetic scene's folder; empty: none
+  std::filesystem::path out;    ///< empty: no pictures
+  bool force = false;
   int reduction = 4;
 };
 
@@ -117,7 +134,7 @@ void run_evaluate(const EvaluateCommandOptions& options, Console& console);
 void run_label(const LabelOptions& options, Console& console);
 void run_convert(const ConvertOptions& options, Console& console);
 void run_inspect(const InspectOptions& options, Console& console);
-void run_synth_city(const SynthCityOptions& options, Console& console);
+void run_synth(const SynthOptions& options, Console& console);
 
 /// "0.1.0 (ab12cd3)".
 std::string program_version();

@@ -5,6 +5,7 @@
 #include <tbb/info.h>
 
 #include <algorithm>
+#include <charconv>
 #include <fstream>
 #include <future>
 
@@ -76,17 +77,60 @@ std::vector<ViewId> used_views(const Scene& scene, const std::string& views,
   return used;
 }
 
+std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> used,
+                                   const std::string& hold_out) {
+  std::vector<ViewId> held;
+  if (hold_out.empty()) return held;
+  const bool named = std::any_of(scene.views.begin(), scene.views.end(),
+                                 [&](const View& view) { return view.name == hold_out; });
+  std::size_t every = 0;
+  const char* end = hold_out.data() + hold_out.size();
+  const auto [parsed, failed] = std::from_chars(hold_out.data(), end, every);
+  if (!named && failed == std::errc{} && parsed == end) {
+    if (every < 2)
+      throw UsageError(
+          fmt::format("--hold-out {}: every K-th view is held out, and K is 2 or more", hold_out));
+    for (std::size_t n = every - 1; n < used.size(); n += every) held.push_back(used[n]);
+    if (held.empty())
+      throw UsageError(fmt::format("--hold-out {}: there are only {} views", hold_out, used.size()));
+    return held;
+  }
+  const std::vector<bool> hit = matched(scene, "--hold-out", hold_out);
+  std::copy_if(used.begin(), used.end(), std::back_inserter(held), [&](ViewId id) { return hit[index(id)]; });
+  if (held.empty())
+    throw UsageError("--hold-out names only views that --views and --exclude-views leave out");
+  if (held.size() == used.size()) throw UsageError("--hold-out leaves no view to texture from");
+  return held;
+}
+
+std::vector<std::string> marked_views(const std::filesystem::path& model, const std::string& mark) {
+  std::vector<std::string> names;
+  std::ifstream in(model.parent_path() / "views.json");
+  const Json json = Json::parse(in, nullptr, false);
+  if (!json.is_object() || !json.contains("views") || !json["views"].is_array()) return names;
+  for (const Json& view : json["views"])
+    if (view.is_object() && view.contains("name") && view["name"].is_string() && view.contains(mark) &&
+        view[mark] == true)
+      names.push_back(view["name"].get<std::string>());
+  return names;
+}
+
 SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRecord& record) {
   Stage stage(console, record, "read");
   SceneInputData data;
   auto mesh = std::async(std::launch::async, [&] { return read_mesh(input.mesh); });
   data.scene = read_scene(input.scene, input.reader_options());
   data.used = used_views(data.scene, input.views, input.exclude_views);
+  data.held_out = held_out_views(data.scene, data.used, input.hold_out);
+  std::erase_if(data.used, [&](ViewId id) {
+    return std::binary_search(data.held_out.begin(), data.held_out.end(), id);
+  });
   data.mesh = mesh.get();
   record.counts["faces"] = data.mesh.faces.size();
   record.counts["vertices"] = data.mesh.positions.size();
   record.counts["views"] = data.scene.views.size();
   record.counts["used_views"] = data.used.size();
+  record.counts["held_out_views"] = data.held_out.size();
   const std::string views = data.used.size() == data.scene.views.size()
                                 ? readable_count(data.used.size())
                                 : fmt::format("{} of {}", data.used.size(), data.scene.views.size());
@@ -98,14 +142,15 @@ void write_views_json(const std::filesystem::path& file, const SceneInputData& i
   Json views = Json::array();
   for (std::size_t v = 0; v < input.scene.views.size(); ++v) {
     const View& view = input.scene.views[v];
+    const ViewId id{static_cast<std::uint32_t>(v)};
     const Camera& c = view.camera;
     const auto& r = view.pose.rotation;
     views.push_back(
         {{"index", v},
          {"name", view.name},
          {"photo", view.photo.string()},
-         {"used",
-          std::binary_search(input.used.begin(), input.used.end(), ViewId{static_cast<std::uint32_t>(v)})},
+         {"used", std::binary_search(input.used.begin(), input.used.end(), id)},
+         {"held_out", std::binary_search(input.held_out.begin(), input.held_out.end(), id)},
          {"width", c.width},
          {"height", c.height},
          {"fx", c.fx},
@@ -158,6 +203,7 @@ Json scene_json(const SceneInput& input) {
   json["images"] = input.images_dir ? Json(input.images_dir->string()) : Json(nullptr);
   json["views"] = input.views;
   json["exclude_views"] = input.exclude_views;
+  json["hold_out"] = input.hold_out;
   json["downscale"] = input.downscale;
   return json;
 }

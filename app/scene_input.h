@@ -1,6 +1,7 @@
 // What the commands share about their input and about what they write of it.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace gpvc {
 struct SceneInputData {
   Mesh mesh;
   Scene scene;
-  std::vector<ViewId> used;  ///< ascending; the views --views and --exclude-views leave
+  std::vector<ViewId> used;      ///< ascending; the views --views, --exclude-views and --hold-out leave
+  std::vector<ViewId> held_out;  ///< ascending
 };
 
 /// Reads mesh and scene at the same time and resolves the view lists. Throws InputError, UsageError.
@@ -24,7 +26,16 @@ SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRe
 std::vector<ViewId> used_views(const Scene& scene, const std::string& views,
                                const std::string& exclude_views);
 
-/// views.json: every view in order, with `used`.
+/// Which of `used` a --hold-out names: every K-th (the K-th, the 2 K-th, ...) for a whole number from 2, else
+/// names and globs. Throws UsageError for names among none of them, and when nothing would be left.
+std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> used,
+                                   const std::string& hold_out);
+
+/// Names of the views that the views.json beside a model marks with `mark` ("held_out", "used"); empty where
+/// there is no such file.
+std::vector<std::string> marked_views(const std::filesystem::path& model, const std::string& mark);
+
+/// views.json: every view in order, with `used` and `held_out`.
 void write_views_json(const std::filesystem::path& file, const SceneInputData& input);
 
 struct RunFacts {

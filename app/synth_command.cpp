@@ -1,54 +1,170 @@
 #include <fmt/format.h>
 
-#include "app/city.h"
+#include <cmath>
+
 #include "app/interrupt.h"
 #include "app/scene_input.h"
+#include "app/terrain.h"
+#include "app/truth.h"
 
 namespace gpvc {
 namespace {
 
-Json city_json(const SynthCityOptions& options) {
-  const CityOptions& c = options.city;
-  return {{"faces", c.faces},         {"photos", c.photos},        {"width", c.width},
-          {"height", c.height},       {"size_m", c.size_m},        {"seed", c.seed},
-          {"distorted", c.distorted}, {"quality", options.quality}};
+// Gains of photos lie between these two, and corners lose up to this share.
+constexpr double kLeastGain = 0.7, kMostGain = 1.4, kVignetting = 0.3;
+
+Exposure exposure_of(const SynthOptions& options, std::size_t view) {
+  if (!options.exposure) return {};
+  const double t = synth_chance(options.flight.seed, static_cast<std::uint32_t>(view), 8101);
+  return {kLeastGain + (kMostGain - kLeastGain) * t * t,  // more below the middle: the mean is about 1
+          kVignetting * synth_chance(options.flight.seed, static_cast<std::uint32_t>(view), 8102)};
 }
 
-void take_photos(CityRenderer& renderer, const std::vector<View>& views, const SynthCityOptions& options,
+Json options_json(const SynthOptions& o) {
+  return {{"faces", o.faces},
+          {"photos", o.flight.photos},
+          {"width", o.flight.width},
+          {"height", o.flight.height},
+          {"size_m", o.flight.size_m},
+          {"range", o.flight.range},
+          {"gap_m", o.gap_m},
+          {"seed", o.flight.seed},
+          {"distorted", o.flight.distorted},
+          {"mesh_noise_m", o.mesh_noise_m},
+          {"exposure", o.exposure},
+          {"cars", o.cars},
+          {"ids", o.ids},
+          {"offset", Json::array({o.offset.x, o.offset.y, o.offset.z})},
+          {"quality", o.quality}};
+}
+
+SynthScene make_scene(const SynthOptions& options) {
+  if (options.kind == SynthKind::city) return make_city({options.flight, options.faces});
+  const LayerOptions layers{options.faces, options.flight.size_m, options.gap_m, options.flight.seed};
+  return options.kind == SynthKind::terrain ? make_terrain(layers) : make_slits(layers);
+}
+
+// Every coordinate off by up to `noise_m`, rounded to 2^-20 m.
+Mesh noisy(Mesh mesh, double noise_m, std::uint32_t seed) {
+  constexpr double kGrid = 1048576;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    WorldPoint& p = mesh.positions[v];
+    const auto n = static_cast<std::uint32_t>(v);
+    const auto moved = [&](double at, std::uint32_t axis) {
+      return std::round((at + noise_m * (2 * synth_chance(seed, n, axis + 70) - 1)) * kGrid) / kGrid;
+    };
+    p = {moved(p.x, 0), moved(p.y, 1), moved(p.z, 2)};
+  }
+  return mesh;
+}
+
+Image id_picture(const std::vector<std::uint32_t>& surfaces, int width, int height) {
+  Image picture;
+  picture.width = width;
+  picture.height = height;
+  picture.pixels.reserve(surfaces.size() * 3);
+  for (const std::uint32_t surface : surfaces)
+    for (const std::uint8_t c : id_colour(surface)) picture.pixels.push_back(c);
+  return picture;
+}
+
+void take_photos(SynthRenderer& renderer, const std::vector<View>& views, const SynthOptions& options,
                  OutputFolder& folder, Console& console, RunRecord& record) {
   Stage stage(console, record, "photos", "photos");
   for (std::size_t v = 0; v < views.size(); ++v) {
     stage.progress(v, views.size());
-    const Image photo = renderer.photo(views[v].camera, views[v].pose);
-    write_image(folder.file("images/" + views[v].name), photo, ImageFormat::jpg, options.quality);
+    const View& view = views[v];
+    SynthScene moving;
+    if (options.cars > 0)
+      moving = make_cars({options.flight, 0}, static_cast<std::uint32_t>(v), options.cars);
+    const SynthPhoto photo =
+        renderer.photo(view.camera, view.pose, exposure_of(options, v), options.cars > 0 ? &moving : nullptr);
+    write_image(folder.file("images/" + view.name), photo.image, ImageFormat::jpg, options.quality);
+    if (!options.ids) continue;
+    write_image(folder.file("ids/" + view.name + ".png"),
+                id_picture(photo.surfaces, view.camera.width, view.camera.height), ImageFormat::png, 0);
   }
-  stage.finish(fmt::format("{} of {} x {}", views.size(), options.city.width, options.city.height));
+  stage.finish(fmt::format("{} of {} x {}", views.size(), options.flight.width, options.flight.height));
+}
+
+void write_truth(const SynthOptions& options, const SynthScene& scene, const std::vector<View>& views,
+                 OutputFolder& folder) {
+  const std::size_t faces = scene.face_surface.size();
+  write_npy(folder.file("surfaces.npy"), scene.face_surface, std::span(&faces, 1));
+  write_synth_surfaces(folder.file("surfaces.json"), scene);
+  double least = 1, most = 1;
+  Json photos = Json::object();
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Exposure e = exposure_of(options, v);
+    photos[views[v].name] = {{"gain", e.gain}, {"vignetting", e.vignetting}};
+    least = std::min(least, e.at(1));
+    most = std::max(most, e.gain);
+  }
+  // A car is two boxes: eleven surfaces.
+  const std::size_t moving = options.cars > 0 ? 11 * static_cast<std::size_t>(options.cars) : 0;
+  const Json truth = {{"surfaces", scene.surfaces.size()},
+                      {"moving_surfaces", moving},
+                      {"least_gain", least},
+                      {"most_gain", most},
+                      {"photos", photos}};
+  write_text_file(folder.file("truth.json"), truth.dump(1) + "\n");
+  if (options.mesh_noise_m > 0) write_synth_mesh(folder.file("true_mesh.ply"), scene.mesh, options.offset);
 }
 
 }  // namespace
 
-void run_synth_city(const SynthCityOptions& options, Console& console) {
+SynthOptions synth_defaults(SynthKind kind) {
+  SynthOptions options;
+  options.kind = kind;
+  if (kind == SynthKind::terrain) {
+    options.faces = 40000;
+    options.flight.size_m = 4000;
+    options.flight.range = 1.5;
+    options.flight.target_m = 160;
+  }
+  if (kind == SynthKind::slits) {
+    options.faces = 60000;
+    options.flight.size_m = 1;
+    options.flight.range = 0.9;
+    options.flight.width = 1600;
+    options.flight.height = 1200;
+  }
+  return options;
+}
+
+const char* synth_name(SynthKind kind) {
+  constexpr const char* kNames[] = {"city", "terrain", "slits"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+void run_synth(const SynthOptions& options, Console& console) {
   RunRecord record;
   OutputFolder folder(options.out, options.force);
   try {
-    Stage building(console, record, "city");
-    const City city = make_city(options.city);
-    const std::vector<View> views = city_flight(options.city);
-    CityRenderer renderer(city);
-    record.counts = {{"faces", city.mesh.faces.size()},
-                     {"vertices", city.mesh.positions.size()},
-                     {"surfaces", city.surfaces.size()},
+    Stage building(console, record, synth_name(options.kind));
+    const SynthScene scene = make_scene(options);
+    const std::vector<View> views = synth_flight(options.flight);
+    SynthRenderer renderer(scene);
+    record.counts = {{"faces", scene.mesh.faces.size()},
+                     {"vertices", scene.mesh.positions.size()},
+                     {"surfaces", scene.surfaces.size()},
                      {"views", views.size()}};
-    write_city_mesh(folder.file("mesh.ply"), city.mesh);
+    if (options.mesh_noise_m > 0)
+      write_synth_mesh(folder.file("mesh.ply"), noisy(scene.mesh, options.mesh_noise_m, options.flight.seed),
+                       options.offset);
+    else
+      write_synth_mesh(folder.file("mesh.ply"), scene.mesh, options.offset);
     for (const char* name : {"colmap/cameras.txt", "colmap/images.txt"}) folder.file(name);
-    write_city_cameras(folder.file("colmap/points3D.txt").parent_path(), city, views, renderer);
-    const std::size_t faces = city.face_surface.size();
-    write_npy(folder.file("surfaces.npy"), city.face_surface, std::span(&faces, 1));
-    write_city_surfaces(folder.file("surfaces.json"), city);
-    building.finish(fmt::format("{} faces of {} surfaces", readable_count(faces), city.surfaces.size()));
+    write_synth_cameras(folder.file("colmap/points3D.txt").parent_path(), scene, views, renderer,
+                        options.offset);
+    write_truth(options, scene, views, folder);
+    building.finish(fmt::format("{} faces of {} surfaces", readable_count(scene.mesh.faces.size()),
+                                scene.surfaces.size()));
 
     take_photos(renderer, views, options, folder, console, record);
-    write_run_json(folder, {"synth city", options.common, city_json(options)}, record);
+    write_run_json(folder,
+                   {fmt::format("synth {}", synth_name(options.kind)), options.common, options_json(options)},
+                   record);
     folder.publish();
   } catch (const OutputError& e) {
     throw std::runtime_error(folder.with_final_names(e.what()));

@@ -96,6 +96,11 @@ void add_texture_output(CLI::App& app, TextureOptions& options) {
 CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   CLI::App* app = parent.add_subcommand("texture", "texture a triangle mesh from calibrated photos");
   add_scene_input(*app, options.input);
+  app->add_option("--hold-out", options.input.hold_out,
+                  "Texture without every K-th view, or without these (names or globs), and mark them in "
+                  "views.json, so that gpvc evaluate compares with them")
+      ->type_name("K|LIST")
+      ->group("Input");
   add_output(*app, options.out, options.force);
   add_texture_output(*app, options);
   add_selection(*app, options);

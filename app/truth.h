@@ -12,22 +12,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "app/synth_scene.h"
 #include "io/io.h"
 #include "io/scene.h"
 #include "visibility/visibility.h"
 
 namespace gpvc {
-
-/// Pixels of an id picture whose samples see several surfaces.
-inline constexpr std::uint32_t kMixedSurfaces = 0xFFFFFFFEu;
-/// Pixels that see the sky or nothing.
-inline constexpr std::uint32_t kNoSurface = 0xFFFFFFFFu;
 
 /// A colour for each surface below 2^20 and for kMixedSurfaces (white) and kNoSurface (black), far apart for
 /// near numbers.
@@ -37,11 +34,12 @@ std::uint32_t surface_of_colour(const std::uint8_t* rgb, std::size_t surfaces);
 
 struct Truth {
   std::filesystem::path dir;
-  Mesh mesh;                                ///< true geometry, in the coordinates of the scene's files
-  std::vector<std::uint32_t> face_surface;  ///< per face, of mesh.ply too
-  std::size_t surfaces = 0;                 ///< of the mesh; moving cars have numbers from here on
-  std::size_t all_surfaces = 0;             ///< cars included
-  double least_gain = 1, most_gain = 1;     ///< of photo pixels, vignetting included
+  Mesh mesh;                                  ///< true geometry, in the coordinates of the scene's files
+  std::vector<std::uint32_t> face_surface;    ///< per face, of mesh.ply too
+  std::size_t surfaces = 0;                   ///< of the mesh; moving cars have numbers from here on
+  std::size_t all_surfaces = 0;               ///< cars included
+  double least_gain = 1, most_gain = 1;       ///< of photo pixels, vignetting included
+  std::map<std::string, Exposure> exposures;  ///< by photo
 };
 
 /// Throws InputError.
@@ -67,27 +65,35 @@ struct MatchedModel {
 };
 inline constexpr std::uint32_t kNoModelFace = 0xFFFFFFFFu;
 
-/// `offset` is added to the model's positions. Corners may differ by rounding to floats and to printed
-/// digits: by at most half the shortest distance between two positions of the mesh, and 2^-20 of its extent.
+/// `offset` is added to the model's positions. Corners may differ by what rounding to six printed digits or
+/// to floats does to the model's numbers, as long as that is below a 4096th of the mesh's extent.
 MatchedModel match_model(const Mesh& mesh, const TexturedModel& model, std::span<const Image> pages,
                          const WorldPoint& offset);
 
-/// Shares of one kind of faces, by area.
+/// Shares of one kind of faces, by area. A point of a face is seen when a used photo shows it and the 4 x 4
+/// pixels around it show no other surface. Its own colours are those between the least and the most, channel
+/// by channel, that these photos show within 2 px of it. A texel that lies more than kTold grey levels
+/// outside of them is wrong when some used photo shows, within 3 px of where the point would be, a colour of
+/// another surface that is nearer to the texel than its own colours; else it is strange.
 struct TruthShares {
-  double seen_area = 0;  ///< that some used photo shows clear of any other surface, in units of the mesh
+  double area = 0;       ///< of the faces
+  double seen_area = 0;  ///< that some used photo shows clear of any other surface
   double textured = 0;   ///< of the seen area
   double wrong = 0;      ///< of the textured seen area: it carries another surface's colour
-  double strange = 0;    ///< of it: colours that neither its surface nor one beside or before it shows there
-  double untold = 0;     ///< of it: the surfaces before it look too much like it to tell
+  double strange = 0;    ///< of it: colours of nothing that photos show there
+  double untold = 0;     ///< of it: a surface before it looks like it, so that wrong would not be noticed
 };
 
+/// Twice the rounding of JPEG photos and pages at quality 95 (tables of up to 10 levels a coefficient: 5 off
+/// in each of two encodings) and what levelling of seams leaves.
+inline constexpr double kTold = 24;
+
 struct TruthScore {
-  TruthShares all, full, partial;  ///< faces some used view sees fully; only partially
-  double mesh_area = 0;
+  TruthShares all, full, partial;          ///< faces some used view sees fully; only partially
   std::array<std::size_t, 3> faces{};      ///< by best class: full, partial, neither
   std::array<std::size_t, 3> textured{};   ///< faces of each that the model textures
   std::size_t samples = 0;                 ///< points of which `all` speaks
-  std::vector<std::uint32_t> wrong_faces;  ///< by wrong area, falling; at most 100000
+  std::vector<std::uint32_t> wrong_faces;  ///< ascending: with a wrong point
 };
 
 /// Sample points on every face of `mesh` (as it was given to the texturing) and what the used photos show

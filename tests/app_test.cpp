@@ -358,10 +358,10 @@ TEST_F(App, SceneInUtmCoordinatesGivesTheSameTexture) {
     c = {c.x + shift.x, c.y + shift.y, c.z + shift.z};
   }
   CityOptions options;
-  options.size_m = 40;
+  options.flight.size_m = 40;
   options.faces = 1000;
-  const City city = make_city(options);
-  write_city_cameras(scene_ / "colmap", city, scene.views, CityRenderer(city));
+  const SynthScene city = make_city(options);
+  write_synth_cameras(scene_ / "colmap", city, scene.views, SynthRenderer(city), {});
   const Mesh mesh = read_mesh(scene_ / "mesh.ply");
   std::ostringstream obj;
   obj.precision(17);

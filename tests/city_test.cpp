@@ -14,10 +14,10 @@ namespace {
 CityOptions small_city() {
   CityOptions options;
   options.faces = 8000;
-  options.size_m = 60;
-  options.photos = 7;
-  options.width = 120;
-  options.height = 80;
+  options.flight.size_m = 60;
+  options.flight.photos = 7;
+  options.flight.width = 120;
+  options.flight.height = 80;
   return options;
 }
 
@@ -25,7 +25,7 @@ TEST(City, ComesNearTheFacesAskedFor) {
   for (const std::size_t faces : {20000, 60000}) {
     CityOptions options;
     options.faces = faces;
-    const City city = make_city(options);
+    const SynthScene city = make_city(options);
     EXPECT_NEAR(static_cast<double>(city.mesh.faces.size()), static_cast<double>(faces),
                 0.05 * static_cast<double>(faces));
     EXPECT_EQ(city.face_surface.size(), city.mesh.faces.size());
@@ -34,10 +34,10 @@ TEST(City, ComesNearTheFacesAskedFor) {
 
 TEST(City, IsTheSameEveryTimeAndAnotherForAnotherSeed) {
   CityOptions options = small_city();
-  const City a = make_city(options), b = make_city(options);
+  const SynthScene a = make_city(options), b = make_city(options);
   EXPECT_EQ(a.mesh.positions, b.mesh.positions);
   EXPECT_EQ(a.mesh.faces, b.mesh.faces);
-  options.seed = 2;
+  options.flight.seed = 2;
   EXPECT_NE(make_city(options).mesh.positions, a.mesh.positions);
 }
 
@@ -48,7 +48,7 @@ TEST(City, CoordinatesSurviveFloats) {
 
 TEST(City, FacesOfASurfaceWindAlike) {
   // Neighbours run through their common edge in opposite directions.
-  const City city = make_city(small_city());
+  const SynthScene city = make_city(small_city());
   std::map<std::array<std::uint32_t, 3>, int> uses;
   for (std::size_t f = 0; f < city.mesh.faces.size(); ++f)
     for (std::size_t i = 0; i < 3; ++i) {
@@ -59,7 +59,7 @@ TEST(City, FacesOfASurfaceWindAlike) {
 }
 
 TEST(City, RoofsAndGroundFaceUpAndWindowedWallsAreUpright) {
-  const City city = make_city(small_city());
+  const SynthScene city = make_city(small_city());
   std::map<Material, int> seen;
   for (std::size_t f = 0; f < city.mesh.faces.size(); ++f) {
     const Surface& surface = city.surfaces[city.face_surface[f]];
@@ -80,7 +80,7 @@ TEST(City, RoofsAndGroundFaceUpAndWindowedWallsAreUpright) {
 }
 
 TEST(City, CrownsAreClosedAndWindOutwards) {
-  const City city = make_city(small_city());
+  const SynthScene city = make_city(small_city());
   std::map<std::uint32_t, double> volume;
   std::map<std::uint32_t, std::multiset<std::pair<std::uint32_t, std::uint32_t>>> edges;
   for (std::size_t f = 0; f < city.mesh.faces.size(); ++f) {
@@ -104,8 +104,8 @@ TEST(City, CrownsAreClosedAndWindOutwards) {
 
 TEST(City, FlightLooksDownAndFromFourSides) {
   CityOptions options = small_city();
-  options.photos = 23;
-  const std::vector<View> views = city_flight(options);
+  options.flight.photos = 23;
+  const std::vector<View> views = synth_flight(options.flight);
   ASSERT_EQ(views.size(), 23u);
   std::map<std::string, int> groups;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -133,22 +133,24 @@ TEST(City, FlightLooksDownAndFromFourSides) {
   EXPECT_EQ(groups["nadir"], 5);
 }
 
-TEST(CityRenderer, PhotoShowsAKnownPointWhereTheCameraPutsIt) {
+TEST(SynthRenderer, PhotoShowsAKnownPointWhereTheCameraPutsIt) {
   // The centre line of the street along y = 18 m: white dashes on asphalt, 1.5 m long, from x = 0 on.
   // Straight above the first dash, the middle of the picture is white and 2 m to the side it is dark.
   CityOptions options;
   options.faces = 8000;
-  const City city = make_city(options);
-  CityRenderer renderer(city);
-  View view = city_flight(options).front();
+  const SynthScene city = make_city(options);
+  SynthRenderer renderer(city);
+  View view = synth_flight(options.flight).front();
   view.camera = {};
   view.camera.width = view.camera.height = 101;
   view.camera.fx = view.camera.fy = 400;  // 10 m above: 4 cm a pixel
   view.camera.cx = view.camera.cy = 50.5;
   view.pose.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
   view.pose.centre = {0.75, 18, 16};
-  const Image photo = renderer.photo(view.camera, view.pose);
-  ASSERT_TRUE(renderer.sees(view.pose, {0.75, 18, 0}));
+  const Image photo = renderer.photo(view.camera, view.pose).image;
+  // The ground is surface 0, and its faces come first.
+  ASSERT_EQ(city.face_surface[0], 0u);
+  ASSERT_TRUE(renderer.sees(view.pose, {0.75, 18, 0}, 0));
   const auto brightness = [&](int x, int y) {
     return photo.at(x, y)[0] + photo.at(x, y)[1] + photo.at(x, y)[2];
   };
@@ -160,13 +162,13 @@ TEST(CityRenderer, PhotoShowsAKnownPointWhereTheCameraPutsIt) {
   EXPECT_NEAR(white, 6, 1);
 }
 
-TEST(CityRenderer, DistortedPhotoIsThePinholePhotoBent) {
+TEST(SynthRenderer, DistortedPhotoIsThePinholePhotoBent) {
   CityOptions options = small_city();
-  const City city = make_city(options);
-  CityRenderer renderer(city);
-  const View view = city_flight(options).front();
+  const SynthScene city = make_city(options);
+  SynthRenderer renderer(city);
+  const View view = synth_flight(options.flight).front();
   ASSERT_FALSE(view.camera.distortion.is_identity());
-  const Image bent = renderer.photo(view.camera, view.pose);
+  const Image bent = renderer.photo(view.camera, view.pose).image;
   // A ray through a photo's pixel is the ray through the undistorted frame's pixel that the lens sends there:
   // render a pinhole camera of one pixel around that place.
   for (const PhotoPoint at : {PhotoPoint{10.5, 12.5}, {60.5, 40.5}, {109.5, 70.5}}) {
@@ -177,7 +179,7 @@ TEST(CityRenderer, DistortedPhotoIsThePinholePhotoBent) {
     single.width = single.height = 1;
     single.cx -= pixel->x - 0.5;
     single.cy -= pixel->y - 0.5;
-    const Image straight = renderer.photo(single, view.pose);
+    const Image straight = renderer.photo(single, view.pose).image;
     const std::uint8_t* expected = bent.at(static_cast<int>(at.x), static_cast<int>(at.y));
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(straight.at(0, 0)[c], expected[c], 12) << at.x;
   }
@@ -186,16 +188,16 @@ TEST(CityRenderer, DistortedPhotoIsThePinholePhotoBent) {
 TEST(CityFiles, CamerasReadBackWithTheirPoses) {
   const test::TemporaryFolder folder;
   CityOptions options = small_city();
-  const City city = make_city(options);
-  CityRenderer renderer(city);
-  std::vector<View> views = city_flight(options);
+  const SynthScene city = make_city(options);
+  SynthRenderer renderer(city);
+  std::vector<View> views = synth_flight(options.flight);
   std::filesystem::create_directories(folder.path() / "colmap");
   std::filesystem::create_directories(folder.path() / "images");
   for (const View& view : views)
-    write_image(folder.path() / "images" / view.name, renderer.photo(view.camera, view.pose),
+    write_image(folder.path() / "images" / view.name, renderer.photo(view.camera, view.pose).image,
                 ImageFormat::jpg, 95);
-  write_city_cameras(folder.path() / "colmap", city, views, renderer);
-  write_city_mesh(folder.path() / "mesh.ply", city.mesh);
+  write_synth_cameras(folder.path() / "colmap", city, views, renderer, {});
+  write_synth_mesh(folder.path() / "mesh.ply", city.mesh, {});
 
   const Scene scene = read_scene(folder.path() / "colmap", {});
   ASSERT_EQ(scene.views.size(), views.size());

@@ -1,10 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "app/city.h"
+#include "app/synth_scene.h"
 
 namespace gpvc {
 namespace {
@@ -39,22 +40,22 @@ struct TiePoint {
 };
 
 // Some face centroids that at least two views see: what a feature matcher would have left.
-std::vector<TiePoint> tie_points(const City& city, const std::vector<View>& views,
-                                 const CityRenderer& renderer,
+std::vector<TiePoint> tie_points(const SynthScene& scene, const std::vector<View>& views,
+                                 const SynthRenderer& renderer,
                                  std::vector<std::vector<Observation>>& observations) {
   constexpr std::size_t kPoints = 1500;
   std::vector<TiePoint> points;
   observations.resize(views.size());
   for (std::uint32_t n = 0; n < kPoints; ++n) {
-    const std::size_t face = city_hash(n, 4711) % city.mesh.faces.size();
-    const Triangle& t = city.mesh.faces[face];
+    const std::size_t face = synth_hash(n, 4711) % scene.mesh.faces.size();
+    const Triangle& t = scene.mesh.faces[face];
     TiePoint point;
     for (const std::uint32_t v : t) {
-      point.position.x += city.mesh.positions[v].x / 3;
-      point.position.y += city.mesh.positions[v].y / 3;
-      point.position.z += city.mesh.positions[v].z / 3;
+      point.position.x += scene.mesh.positions[v].x / 3;
+      point.position.y += scene.mesh.positions[v].y / 3;
+      point.position.z += scene.mesh.positions[v].z / 3;
     }
-    point.colour = city_albedo(city.surfaces[city.face_surface[face]], point.position);
+    point.colour = surface_albedo(scene.surfaces[scene.face_surface[face]], point.position);
     std::vector<std::pair<std::size_t, PhotoPoint>> seen;
     for (std::size_t v = 0; v < views.size(); ++v) {
       const CameraPoint c = camera_from_world(views[v].pose, point.position);
@@ -62,7 +63,8 @@ std::vector<TiePoint> tie_points(const City& city, const std::vector<View>& view
       const auto at = photo_from_pixel(views[v].camera, pixel_from_camera(views[v].camera, c));
       if (!at || at->x < 0 || at->y < 0 || at->x > views[v].camera.width || at->y > views[v].camera.height)
         continue;
-      if (renderer.sees(views[v].pose, point.position)) seen.emplace_back(v, *at);
+      if (renderer.sees(views[v].pose, point.position, static_cast<std::uint32_t>(face)))
+        seen.emplace_back(v, *at);
     }
     if (seen.size() < 2) continue;
     for (const auto& [v, at] : seen) {
@@ -82,29 +84,54 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
 
 }  // namespace
 
-void write_city_mesh(const std::filesystem::path& file, const Mesh& mesh) {
+void write_synth_mesh(const std::filesystem::path& file, const Mesh& mesh, const WorldPoint& offset) {
+  const auto moved = [&](const WorldPoint& p) {
+    return std::array<double, 3>{p.x + offset.x, p.y + offset.y, p.z + offset.z};
+  };
+  const bool floats = std::all_of(mesh.positions.begin(), mesh.positions.end(), [&](const WorldPoint& p) {
+    const auto at = moved(p);
+    return std::all_of(at.begin(), at.end(),
+                       [](double v) { return static_cast<double>(static_cast<float>(v)) == v; });
+  });
+  OutputFile out(file);
+  const char* type = floats ? "float" : "double";
   std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
-      "property float z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-      mesh.positions.size(), mesh.faces.size());
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty {} x\nproperty {} y\n"
+      "property {} z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+      mesh.positions.size(), type, type, type, mesh.faces.size());
   const auto append = [&](auto value) {
     char raw[sizeof value];
     std::memcpy(raw, &value, sizeof value);
     bytes.append(raw, sizeof value);
   };
-  for (const WorldPoint& p : mesh.positions)
-    for (const double v : {p.x, p.y, p.z}) append(static_cast<float>(v));
+  const auto flush = [&](std::size_t beyond) {
+    if (bytes.size() <= beyond) return;
+    out.write(bytes);
+    bytes.clear();
+  };
+  constexpr std::size_t kBuffer = std::size_t{1} << 20;
+  for (const WorldPoint& p : mesh.positions) {
+    for (const double v : moved(p))
+      if (floats)
+        append(static_cast<float>(v));
+      else
+        append(v);
+    flush(kBuffer);
+  }
   for (const Triangle& t : mesh.faces) {
     bytes.push_back(3);
     for (const std::uint32_t v : t) append(v);
+    flush(kBuffer);
   }
-  write_text(file, bytes);
+  flush(0);
+  out.commit();
 }
 
-void write_city_cameras(const std::filesystem::path& dir, const City& city, const std::vector<View>& views,
-                        const CityRenderer& renderer) {
+void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& scene,
+                         const std::vector<View>& views, const SynthRenderer& renderer,
+                         const WorldPoint& offset) {
   std::vector<std::vector<Observation>> observations;
-  const std::vector<TiePoint> points = tie_points(city, views, renderer, observations);
+  const std::vector<TiePoint> points = tie_points(scene, views, renderer, observations);
 
   const Camera& camera = views.front().camera;
   std::string cameras = "# Camera list: CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
@@ -123,7 +150,9 @@ void write_city_cameras(const std::filesystem::path& dir, const City& city, cons
       "POINT3D_ID\n";
   for (std::size_t v = 0; v < views.size(); ++v) {
     const auto q = quaternion(views[v].pose.rotation);
-    const CameraPoint t = camera_from_world(views[v].pose, {});
+    Pose moved = views[v].pose;
+    moved.centre = {moved.centre.x + offset.x, moved.centre.y + offset.y, moved.centre.z + offset.z};
+    const CameraPoint t = camera_from_world(moved, {});
     images += fmt::format("{} {} {} {} {} {} {} {} 1 {}\n", v + 1, q[0], q[1], q[2], q[3], t.x, t.y, t.z,
                           views[v].name);
     for (std::size_t i = 0; i < observations[v].size(); ++i)
@@ -137,8 +166,8 @@ void write_city_cameras(const std::filesystem::path& dir, const City& city, cons
       "# 3D point list: POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as IMAGE_ID, POINT2D_IDX\n";
   for (std::size_t n = 0; n < points.size(); ++n) {
     const TiePoint& p = points[n];
-    text += fmt::format("{} {} {} {} {} {} {} 0", n + 1, p.position.x, p.position.y, p.position.z,
-                        static_cast<int>(p.colour[0]), static_cast<int>(p.colour[1]),
+    text += fmt::format("{} {} {} {} {} {} {} 0", n + 1, p.position.x + offset.x, p.position.y + offset.y,
+                        p.position.z + offset.z, static_cast<int>(p.colour[0]), static_cast<int>(p.colour[1]),
                         static_cast<int>(p.colour[2]));
     for (const auto& [view, i] : p.track) text += fmt::format(" {} {}", view + 1, i);
     text += "\n";
@@ -146,18 +175,20 @@ void write_city_cameras(const std::filesystem::path& dir, const City& city, cons
   write_text(dir / "points3D.txt", text);
 }
 
-void write_city_surfaces(const std::filesystem::path& file, const City& city) {
-  constexpr const char* kNames[] = {"ground", "plaster",  "brick", "tiles",
-                                    "gravel", "concrete", "bark",  "leaves"};
+void write_synth_surfaces(const std::filesystem::path& file, const SynthScene& scene) {
+  constexpr const char* kNames[] = {"ground", "plaster", "brick", "tiles", "gravel", "concrete",
+                                    "bark",   "leaves",  "metal", "paint", "meadow"};
   const auto triple = [](const WorldPoint& p) { return nlohmann::ordered_json::array({p.x, p.y, p.z}); };
   nlohmann::ordered_json surfaces = nlohmann::ordered_json::array();
-  for (const Surface& s : city.surfaces)
+  for (const Surface& s : scene.surfaces)
     surfaces.push_back({{"material", kNames[static_cast<std::size_t>(s.material)]},
                         {"origin", triple(s.origin)},
                         {"u_axis", triple(s.u_axis)},
                         {"v_axis", triple(s.v_axis)},
                         {"seed", s.seed},
-                        {"windows", s.windows}});
+                        {"windows", s.windows},
+                        {"tint", s.tint},
+                        {"scale", s.scale}});
   write_text(file, nlohmann::ordered_json{{"surfaces", surfaces}}.dump(1) + "\n");
 }
 
