@@ -37,6 +37,21 @@ bool find_front_face(const ClassifyView& view, FaceId face, FrontFace& found) {
   return !misses_frame(view.camera, found.raster) && (found.inside || !covers_a_pixel(found.raster));
 }
 
+InverseDepth::InverseDepth(const RasterFace& raster, const Span& near) : x0_(near.x0), y0_(near.y) {
+  const EdgeValues values = edge_values(raster, x0_ + 0.5, y0_ + 0.5);
+  double sum = 0, determinant = 0, sum_per_x = 0, sum_per_y = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Gradient gradient = edge_gradient(raster, values, k);
+    sum += values.e[k];
+    determinant += values.e[k] * raster.vertex[k].z;
+    sum_per_x += gradient.x;
+    sum_per_y += gradient.y;
+  }
+  first_ = sum / determinant;
+  per_x_ = sum_per_x / determinant;
+  per_y_ = sum_per_y / determinant;
+}
+
 std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView& view,
                                                               const RasterFace& raster) {
   const auto& v = raster.vertex;

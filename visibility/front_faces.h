@@ -26,6 +26,17 @@ struct FrontFace {
 /// again.
 bool find_front_face(const ClassifyView& view, FaceId face, FrontFace& found);
 
+/// 1 / z of a face's plane at pixel centres, which is linear over the image: with e the edge values of a
+/// centre, z = (sum of e z) / (sum of e), and the numerator is the same everywhere.
+struct InverseDepth {
+  InverseDepth(const RasterFace& raster, const Span& near);
+  double at(std::int32_t x, std::int32_t y) const { return first_ + per_x_ * (x - x0_) + per_y_ * (y - y0_); }
+
+ private:
+  std::int32_t x0_, y0_;
+  double first_, per_x_, per_y_;
+};
+
 /// Where the sub-pixel samples of a face lie: the centroid last, the midpoints from it to the vertices first.
 struct SubpixelSample {
   double x = 0, y = 0, z = 0;
@@ -45,10 +56,20 @@ struct FaceBlock {
   /// when all and the face is inside, else partial, with its coverage.
   template <class Sees>
   FaceClass cover(const ClassifyView& view, const Sees& sees);
+  /// The same class, found as HIVERS finds it: ends of the rows first, until a sample does not see the face;
+  /// those looked at are counted. What is partial is then covered, sample by sample.
+  template <class Sees>
+  FaceClass sample(const ClassifyView& view, const Sees& sees);
   /// Likewise without pixel centre, `visible` of the sub-pixel samples seeing it.
   FaceClass cover_subpixel(const ClassifyView& view, std::uint32_t visible);
 
  private:
+  template <class Sees>
+  bool sees_run(const Sees& sees, std::int32_t y, std::int32_t x0, std::int32_t x1);
+  template <class Sees>
+  bool sees_all(const Sees& sees);
+  template <class Sees>
+  bool sees_rows_between(const Sees& sees, std::size_t first, std::size_t last);
   FaceCoverage empty_entry(const ClassifyView& view);
   FaceClass finish(const ClassifyView& view, FaceCoverage entry);
 };
@@ -93,6 +114,44 @@ FaceClass FaceBlock::cover(const ClassifyView& view, const Sees& sees) {
       ++entry.visible;
     }
   return finish(view, entry);
+}
+
+template <class Sees>
+FaceClass FaceBlock::sample(const ClassifyView& view, const Sees& sees) {
+  return front.inside && sees_all(sees) ? FaceClass::full : cover(view, sees);
+}
+
+template <class Sees>
+bool FaceBlock::sees_run(const Sees& sees, std::int32_t y, std::int32_t x0, std::int32_t x1) {
+  for (std::int32_t x = x0; x < x1; ++x) {
+    ++counts.samples;
+    if (!sees(x, y)) return false;
+  }
+  return true;
+}
+
+template <class Sees>
+bool FaceBlock::sees_all(const Sees& sees) {
+  const std::vector<Span>& spans = front.spans;
+  const Span &top = spans.front(), &bottom = spans.back();
+  if (!sees_run(sees, top.y, top.x0, top.x1)) return false;
+  if (spans.size() == 1) return true;
+  if (!sees_run(sees, bottom.y, bottom.x0, bottom.x1)) return false;
+  for (std::size_t i = 1; i + 1 < spans.size(); ++i) {
+    const Span& span = spans[i];
+    if (!sees_run(sees, span.y, span.x0, span.x0 + 1)) return false;
+    if (span.x1 - span.x0 > 1 && !sees_run(sees, span.y, span.x1 - 1, span.x1)) return false;
+  }
+  return sees_rows_between(sees, 1, spans.size() - 1);
+}
+
+template <class Sees>
+bool FaceBlock::sees_rows_between(const Sees& sees, std::size_t first, std::size_t last) {
+  if (first >= last) return true;
+  const std::size_t middle = first + (last - first) / 2;
+  const Span& span = front.spans[middle];
+  return sees_run(sees, span.y, span.x0 + 1, span.x1 - 1) && sees_rows_between(sees, first, middle) &&
+         sees_rows_between(sees, middle + 1, last);
 }
 
 }  // namespace gpvc

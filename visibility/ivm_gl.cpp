@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace gpvc {
 namespace {
@@ -12,11 +13,6 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
-
-/// N of formula 5. Depth is N / z in a float, whose relative step is the same at any scale, so N may be as
-/// small as the exponent range allows: nothing beyond 2^-64 m of the camera plane is clipped away, and depths
-/// up to 2^62 m stay normal numbers.
-constexpr float kNear = 0x1p-64F;
 
 /// Faces a draw call: keeps gl_PrimitiveID and the index count below 2^31.
 constexpr std::size_t kFacesPerDraw = std::size_t{1} << 28;
@@ -31,9 +27,10 @@ int texture_limit() {
 
 }  // namespace
 
-IvmRenderer::IvmRenderer(const Mesh& mesh, int largest_tile) : mesh_(mesh) {
+IvmRenderer::IvmRenderer(const Mesh& mesh, const Options& options)
+    : mesh_(mesh), options_(options), box_(box_around(mesh)) {
   const int limit = texture_limit();
-  largest_tile_ = largest_tile > 0 ? std::min(largest_tile, limit) : limit;
+  options_.largest_tile = options.largest_tile > 0 ? std::min(options.largest_tile, limit) : limit;
   const std::array<ShaderStage, 2> stages{
       ShaderStage{GL_VERTEX_SHADER, {"raster.glsl", "ivm.vert"}},
       ShaderStage{GL_FRAGMENT_SHADER, {"ivm.frag"}},
@@ -43,12 +40,15 @@ IvmRenderer::IvmRenderer(const Mesh& mesh, int largest_tile) : mesh_(mesh) {
   intrinsics_ = uniform_location(program_, "intrinsics");
   tile_origin_ = uniform_location(program_, "tile_origin");
   clip_from_pixel_ = uniform_location(program_, "clip_from_pixel");
+  clip_from_depth_ = uniform_location(program_, "clip_from_depth");
   first_face_ = uniform_location(program_, "first_face");
-  glProgramUniform1f(program_.name(), uniform_location(program_, "near_m"), kNear);
   vertices_ = make_vertex_array();
   if (mesh.faces.empty() || mesh.positions.empty()) return;
+  const Clock::time_point start = Clock::now();
   positions_ = make_buffer(std::span(mesh.positions), 0, "uploading the vertices");
   faces_ = make_buffer(std::span(mesh.faces), 0, "uploading the faces");
+  glFinish();
+  pending_upload_s_ = seconds_since(start);
   const GLuint array = vertices_.name();
   glVertexArrayVertexBuffer(array, 0, positions_.name(), 0, sizeof(WorldPoint));
   glVertexArrayElementBuffer(array, faces_.name());
@@ -59,8 +59,8 @@ IvmRenderer::IvmRenderer(const Mesh& mesh, int largest_tile) : mesh_(mesh) {
 }
 
 int IvmRenderer::tiles(const Camera& camera) const {
-  return ((camera.width + largest_tile_ - 1) / largest_tile_) *
-         ((camera.height + largest_tile_ - 1) / largest_tile_);
+  return ((camera.width + options_.largest_tile - 1) / options_.largest_tile) *
+         ((camera.height + options_.largest_tile - 1) / options_.largest_tile);
 }
 
 void IvmRenderer::make_target(int width, int height) {
@@ -74,18 +74,16 @@ void IvmRenderer::make_target(int width, int height) {
   tile_height_ = height;
 }
 
-IvmRenderer::Times IvmRenderer::render(const Camera& camera, const Pose& pose, std::vector<FaceId>& faces) {
+IvmRenderer::Times IvmRenderer::render(const Camera& camera, const Pose& pose, const Output& output) {
   Times times;
-  faces.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-  make_target(std::min(camera.width, largest_tile_), std::min(camera.height, largest_tile_));
-  std::array<double, 12> pose_values{};
-  std::copy(pose.rotation.begin(), pose.rotation.end(), pose_values.begin());
-  pose_values[9] = pose.centre.x;
-  pose_values[10] = pose.centre.y;
-  pose_values[11] = pose.centre.z;
-  const std::array<double, 4> intrinsics{camera.fx, camera.fy, camera.cx, camera.cy};
-  glProgramUniform1dv(program_.name(), pose_, 12, pose_values.data());
-  glProgramUniform1dv(program_.name(), intrinsics_, 4, intrinsics.data());
+  times.upload_s = std::exchange(pending_upload_s_, 0);
+  const std::size_t pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  if (output.faces != nullptr) output.faces->resize(pixels);
+  if (output.depths != nullptr) output.depths->resize(pixels);
+  make_target(std::min(camera.width, options_.largest_tile), std::min(camera.height, options_.largest_tile));
+  const Clock::time_point begin = Clock::now();
+  set_view(camera, pose);
+  times.upload_s += seconds_since(begin);
   for (int y0 = 0; y0 < camera.height; y0 += tile_height_) {
     for (int x0 = 0; x0 < camera.width; x0 += tile_width_) {
       const Clock::time_point start = Clock::now();
@@ -95,9 +93,13 @@ IvmRenderer::Times IvmRenderer::render(const Camera& camera, const Pose& pose, s
       const Clock::time_point drawn = Clock::now();
       const std::size_t first = static_cast<std::size_t>(y0) * static_cast<std::size_t>(camera.width) +
                                 static_cast<std::size_t>(x0);
+      const int width = std::min(tile_width_, camera.width - x0);
+      const int height = std::min(tile_height_, camera.height - y0);
       glPixelStorei(GL_PACK_ROW_LENGTH, camera.width);
-      glReadPixels(0, 0, std::min(tile_width_, camera.width - x0), std::min(tile_height_, camera.height - y0),
-                   GL_RED_INTEGER, GL_UNSIGNED_INT, faces.data() + first);
+      if (output.faces != nullptr)
+        glReadPixels(0, 0, width, height, GL_RED_INTEGER, GL_UNSIGNED_INT, output.faces->data() + first);
+      if (output.depths != nullptr)
+        glReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, output.depths->data() + first);
       glPixelStorei(GL_PACK_ROW_LENGTH, 0);
       times.readback_s += seconds_since(drawn);
     }
@@ -105,6 +107,37 @@ IvmRenderer::Times IvmRenderer::render(const Camera& camera, const Pose& pose, s
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   check_gl("reading the IVM");
   return times;
+}
+
+void IvmRenderer::set_view(const Camera& camera, const Pose& pose) {
+  std::array<double, 12> pose_values{};
+  std::copy(pose.rotation.begin(), pose.rotation.end(), pose_values.begin());
+  pose_values[9] = pose.centre.x;
+  pose_values[10] = pose.centre.y;
+  pose_values[11] = pose.centre.z;
+  const std::array<double, 4> intrinsics{camera.fx, camera.fy, camera.cx, camera.cy};
+  mapping_ = depth_mapping(options_.projection, options_.near, box_, pose);
+  const WindowDepth& window = mapping_.window;
+  glProgramUniform1dv(program_.name(), pose_, 12, pose_values.data());
+  glProgramUniform1dv(program_.name(), intrinsics_, 4, intrinsics.data());
+  // Window depth times w; twice that less w where clip space is symmetric.
+  if (mapping_.projection == Projection::spc) {
+    glProgramUniform2d(program_.name(), clip_from_depth_, 2 * window.at_infinity - 1,
+                       2 * window.per_inverse_z);
+  } else {
+    glProgramUniform2d(program_.name(), clip_from_depth_, window.at_infinity, window.per_inverse_z);
+  }
+}
+
+void IvmRenderer::set_depth_state() const {
+  const bool symmetric = mapping_.projection == Projection::spc;
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(symmetric ? GL_LESS : GL_GREATER);
+  // Pixel row 0 is window row 0 and comes first when read back: no flip.
+  glClipControl(GL_LOWER_LEFT, symmetric ? GL_NEGATIVE_ONE_TO_ONE : GL_ZERO_TO_ONE);
+  const GLfloat farthest = symmetric ? 1 : 0;
+  glClearBufferfv(GL_DEPTH, 0, &farthest);
 }
 
 void IvmRenderer::draw_tile(int x0, int y0) {
@@ -115,19 +148,23 @@ void IvmRenderer::draw_tile(int x0, int y0) {
   glDisable(GL_CULL_FACE);
   glDisable(GL_BLEND);
   glDisable(GL_MULTISAMPLE);
-  glEnable(GL_DEPTH_TEST);
-  glDepthMask(GL_TRUE);
-  glDepthFunc(GL_GREATER);
-  // Pixel row 0 is window row 0 and comes first when read back: no flip.
-  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  set_depth_state();
   const std::array<GLuint, 4> nothing{index(kNoFace), 0, 0, 0};
-  const GLfloat farthest = 0;
   glClearBufferuiv(GL_COLOR, 0, nothing.data());
-  glClearBufferfv(GL_DEPTH, 0, &farthest);
-  if (mesh_.faces.empty()) return;
-  glUseProgram(program_.name());
-  glUniform2d(tile_origin_, x0, y0);
-  glUniform2d(clip_from_pixel_, 2.0 / tile_width_, 2.0 / tile_height_);
+  if (!mesh_.faces.empty()) {
+    glUseProgram(program_.name());
+    glUniform2d(tile_origin_, x0, y0);
+    glUniform2d(clip_from_pixel_, 2.0 / tile_width_, 2.0 / tile_height_);
+    draw_faces();
+    glUseProgram(0);
+  }
+  glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+  glDisable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  check_gl("drawing the IVM");
+}
+
+void IvmRenderer::draw_faces() {
   glBindVertexArray(vertices_.name());
   for (std::size_t first = 0; first < mesh_.faces.size(); first += kFacesPerDraw) {
     const std::size_t count = std::min(kFacesPerDraw, mesh_.faces.size() - first);
@@ -136,11 +173,6 @@ void IvmRenderer::draw_tile(int x0, int y0) {
                    reinterpret_cast<const void*>(first * sizeof(Triangle)));
   }
   glBindVertexArray(0);
-  glUseProgram(0);
-  glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
-  glDisable(GL_DEPTH_TEST);
-  glDepthFunc(GL_LESS);
-  check_gl("drawing the IVM");
 }
 
 }  // namespace gpvc

@@ -3,8 +3,19 @@
 #include "visibility/view_tester.h"
 
 namespace gpvc {
+namespace {
 
-ViewSource::ViewSource(const Mesh& mesh, const VisibilityOptions&) : mesh_(mesh), renderer_(mesh) {}
+IvmRenderer::Options renderer_options(const VisibilityOptions& options) {
+  IvmRenderer::Options given;
+  given.projection = options.projection;
+  if (options.method == Method::shadow_map) given.near = kShadowMapNear;
+  return given;
+}
+
+}  // namespace
+
+ViewSource::ViewSource(const Mesh& mesh, const VisibilityOptions& options)
+    : mesh_(mesh), options_(options), renderer_(mesh, renderer_options(options)) {}
 
 ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& result) {
   const auto pixels =
@@ -15,12 +26,19 @@ ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& re
   result.statistics = {};
   result.ivm.width = view.camera.width;
   result.ivm.height = view.camera.height;
-  const IvmRenderer::Times times = renderer_.render(view.camera, view.pose, result.ivm.faces);
-  result.statistics.render_s = times.render_s;
-  result.statistics.readback_s = times.readback_s;
+  const bool draw_ivm = options_.draw_ivm || options_.method == Method::gpvc;
+  const bool read_depths = options_.method == Method::shadow_map;
+  if (!draw_ivm) result.ivm.faces.clear();
+  if (draw_ivm || read_depths) {
+    const IvmRenderer::Times times = renderer_.render(
+        view.camera, view.pose, {draw_ivm ? &result.ivm.faces : nullptr, read_depths ? &depths_ : nullptr});
+    result.statistics.upload_s = times.upload_s;
+    result.statistics.render_s = times.render_s;
+    result.statistics.readback_s = times.readback_s;
+  }
   const auto start = std::chrono::steady_clock::now();
   if (mask_.camera() != view.camera) mask_ = PhotoMask(view.camera);
-  mask_.clear_outside(result.ivm.faces);
+  if (draw_ivm) mask_.clear_outside(result.ivm.faces);
   project_vertices(mesh_, view.camera, view.pose, projected_);
   result.statistics.classify_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

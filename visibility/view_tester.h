@@ -23,12 +23,16 @@ class ViewSource {
   const Mesh& mesh() const { return mesh_; }
   const IvmRenderer& renderer() const { return renderer_; }
   const PhotoMask& mask() const { return mask_; }
+  /// Window depths of the last view, for Method::shadow_map; 0 or 1 where nothing is, whichever is farthest.
+  std::span<const float> depths() const { return depths_; }
 
  private:
   const Mesh& mesh_;
+  const VisibilityOptions options_;
   IvmRenderer renderer_;
   PhotoMask mask_;
   ProjectedMesh projected_;
+  std::vector<float> depths_;
 };
 
 class ViewTester {
@@ -43,6 +47,9 @@ class ViewTester {
 /// Borrows `source`. Throws GpuError.
 std::unique_ptr<ViewTester> make_gpvc_tester(const ViewSource& source, const DeviceInfo& device,
                                              const VisibilityOptions& options);
+std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source,
+                                                   const VisibilityOptions& options);
+std::unique_ptr<ViewTester> make_ray_tester(const ViewSource& source, const VisibilityOptions& options);
 std::unique_ptr<ViewTester> make_no_test(const VisibilityOptions& options);
 
 }  // namespace gpvc

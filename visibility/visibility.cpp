@@ -16,8 +16,8 @@ struct VisibilityStage::State {
         !(options.epsilon > 0 && std::isfinite(options.epsilon)))
       throw std::invalid_argument("the bias of a visibility test must be above 0 and finite");
     if (options.method == Method::none) return make_no_test(options);
-    if (options.method != Method::gpvc)
-      throw std::invalid_argument(visibility_mode_name(options) + " is not built in");
+    if (options.method == Method::shadow_map) return make_shadow_map_tester(source, options);
+    if (options.method == Method::ray) return make_ray_tester(source, options);
     return make_gpvc_tester(source, device.info(), options);
   }
 

@@ -107,11 +107,14 @@ struct VisibilityOptions {
   Rays rays = Rays::dense;                  ///< ray
   Projection projection = Projection::apc;  ///< gpvc and shadow_map
   /// The bias. shadow_map: of window depth in [0, 1]; ray: world units, a sample is visible when the first
-  /// intersection lies within it of the tested point. > 0, finite.
+  /// intersection from the camera lies within it of the tested point (or behind that point, where a ray of
+  /// floats slipped past the edge of its own face). > 0, finite.
   double epsilon = 0;
   CoverageCorrection correction = CoverageCorrection::exact;
   Classifier classifier = Classifier::automatic;
   bool subpixel = true;
+  /// false: methods that can do without leave ViewVisibility::ivm empty, to be measured on their own.
+  bool draw_ivm = true;
 };
 
 /// `gpvc`, `gpvc:ves`, `gpvc:dense`, `shadow-map:spc:EPS`, `shadow-map:apc:EPS`, `ray:sparse:EPS`,
@@ -160,11 +163,13 @@ struct VisibilityStatistics {
   std::size_t processed_faces =
       0;                    ///< faces classified by sampling (recorded by the fragment shader, paper table 9)
   std::size_t samples = 0;  ///< IVM look-ups made (paper: sampling count)
+  std::size_t rays = 0;     ///< ray: traced; samples that lie on the same ray share it
   std::size_t corrected_samples = 0;  ///< samples whose stored owner LPCC overruled
   std::size_t contested_samples = 0;  ///< exact: samples of any face compared with a stored owner
   std::size_t full = 0, partial = 0;
   double render_s = 0;    ///< IVM
-  double upload_s = 0;    ///< to the device, this view's share (a mesh is uploaded once)
+  double build_s = 0;     ///< ray: the hierarchy around the mesh, built once and counted for the first view
+  double upload_s = 0;    ///< to the device; of the mesh once, counted for the first view
   double readback_s = 0;  ///< from the device
   double classify_s = 0;
 };
