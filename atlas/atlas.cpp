@@ -10,12 +10,24 @@
 #include "atlas/charts.h"
 #include "atlas/coverage_index.h"
 #include "atlas/fill.h"
-#include "atlas/packing.h"
+#include "atlas/layout.h"
 #include "atlas/pages.h"
 #include "atlas/partial.h"
 #include "atlas/seam_leveling.h"
 
 namespace gpvc {
+
+struct AtlasPlan::State {
+  State(const AtlasInput& input, const AtlasOptions& wanted)
+      : options(wanted),
+        coverage(input.coverage),
+        neighbours(face_neighbours(input.graph, input.mesh.faces.size())) {}
+  AtlasOptions options;  ///< the page size in whole blocks
+  CoverageIndex coverage;
+  FaceNeighbours neighbours;
+  Layout layout;
+  double seconds = 0;
+};
 
 namespace {
 
@@ -81,67 +93,93 @@ void write_texcoords(const Mesh& mesh, const ChartSet& set, std::span<const Char
   });
 }
 
-void count_texels(std::span<const Page> pages, AtlasStatistics& statistics) {
-  for (const Page& page : pages) {
-    statistics.page_texels += page.state.size();
-    statistics.chart_texels +=
-        static_cast<std::size_t>(std::count(page.state.begin(), page.state.end(), TexelState::chart));
-  }
-}
-
 void check(const AtlasInput& input, const AtlasOptions& options) {
   const std::size_t faces = input.mesh.faces.size();
   if (input.labels.size() != faces || input.tags.size() != faces)
     throw std::invalid_argument("labels and tags must have one entry per face");
   if (options.padding < 0) throw std::invalid_argument("padding must not be negative");
-  if (options.page_size / kCell * kCell < 2 * options.padding + kLeastRoom)
+  if (options.page_size < 2 * options.padding + kLeastRoom)
     throw std::invalid_argument("page size leaves no room within the padding");
+  if (!(options.texel_size >= 0)) throw std::invalid_argument("texel size must not be negative");
+}
+
+std::size_t seam_edges(const AtlasInput& input) {
+  std::size_t count = 0;
+  for (const auto& edge : input.graph.edges) {
+    const ViewId a = input.labels[edge[0]], b = input.labels[edge[1]];
+    if (a != b && a != kNoView && b != kNoView) ++count;
+  }
+  return count;
 }
 
 }  // namespace
 
-TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& wanted, const Progress& progress) {
-  check(input, wanted);
-  AtlasOptions options = wanted;
-  options.page_size = wanted.page_size / kCell * kCell;
+TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress) {
+  const AtlasPlan::State& state = plan.state();
+  const AtlasOptions& options = state.options;
+  const ChartSet& set = state.layout.set;
+  const int edge = block_edge(options.padding);
   TextureAtlas atlas;
   AtlasStatistics& statistics = atlas.statistics;
   atlas.model.mesh = &input.mesh;
-  Stopwatch watch;
-
-  const CoverageIndex coverage(input.coverage);
-  const FaceNeighbours neighbours = face_neighbours(input.graph, input.mesh.faces.size());
-  const ChartSet set = make_charts(input, options, neighbours, coverage);
-  const Packing packing = pack_shapes(pack_shapes_of(set, options.padding), options.page_size);
-  const std::vector<ChartPlace> places = chart_places(set.charts, packing, options.padding);
-  std::vector<Page> pages(packing.pages.begin(), packing.pages.end());
   statistics.charts = set.charts.size();
   statistics.filled_faces = set.filled_faces;
-  statistics.layout_s = watch.lap();
+  statistics.reduction = state.layout.reduction;
+  statistics.layout_s = state.seconds;
+  statistics.seam_edges = seam_edges(input);
+  Stopwatch watch;
 
-  for (const auto& edge : input.graph.edges) {
-    const ViewId a = input.labels[edge[0]], b = input.labels[edge[1]];
-    if (a != b && a != kNoView && b != kNoView) ++statistics.seam_edges;
-  }
-  const LevelingResult leveling = level_seams(input, set, coverage, options.seams);
+  const LevelingResult leveling = level_seams(input, set, state.coverage, options.seams);
   statistics.seam_step_before = leveling.step_before;
   statistics.seam_step_after = leveling.step_after;
   statistics.leveling_s = watch.lap();
 
-  auto parts = choose_sources(input, set, coverage, options.margin_px);
+  const auto places = chart_places(state.layout.shapes, state.layout.packing, edge);
+  std::vector<Page> pages = make_pages(state.layout.shapes, state.layout.packing, edge);
+  auto parts = choose_sources(input, set, state.coverage, options.margin_px);
   bake_photos(input, set, places, leveling.correction, options.padding, pages, parts, progress);
-  finish_partial(parts, input, set, neighbours, places, options.padding, pages);
+  finish_partial(parts, input, set, state.neighbours, places, options.padding, pages);
   parts.clear();
-  fill_unseen(input, set, places, pages);
-  count_texels(pages, statistics);
+  if (options.unseen == UnseenFaces::fill)
+    fill_unseen(input, set, places, pages);
+  else
+    paint_unseen(set, places, options.unseen_color, pages);
   for (Page& page : pages) {
-    pad_charts(page, options.padding);
+    statistics.page_texels += page.state.size();
+    statistics.chart_texels +=
+        static_cast<std::size_t>(std::count(page.state.begin(), page.state.end(), TexelState::chart));
+    statistics.padded_texels += pad_charts(page, options.padding);
     fill_background(page);
   }
   write_texcoords(input.mesh, set, places, pages, atlas.model);
   for (Page& page : pages) atlas.pages.push_back(std::move(page.image));
   statistics.baking_s = watch.lap();
   return atlas;
+}
+
+AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options) {
+  check(input, options);
+  Stopwatch watch;
+  auto state = std::make_unique<AtlasPlan::State>(input, options);
+  const int edge = block_edge(options.padding);
+  state->options.page_size = options.page_size / edge * edge;
+  state->layout = lay_out(input, state->options, state->neighbours, state->coverage);
+  state->seconds = watch.lap();
+  return AtlasPlan(std::move(state));
+}
+
+TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& options, const Progress& progress) {
+  return bake_atlas(plan_atlas(input, options), input, progress);
+}
+
+AtlasPlan::AtlasPlan(std::unique_ptr<State> state) : state_(std::move(state)) {}
+AtlasPlan::~AtlasPlan() = default;
+AtlasPlan::AtlasPlan(AtlasPlan&&) noexcept = default;
+
+AtlasEstimate AtlasPlan::estimate() const {
+  const Layout& layout = state_->layout;
+  return {layout.set.charts.size(), layout.packing.pages.size(),
+          page_texels(layout.packing, block_edge(state_->options.padding)), layout.reduction};
 }
 
 }  // namespace gpvc

@@ -1,8 +1,10 @@
 // From one view per face to texture pages: charts, packing, seam leveling, baking.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -15,22 +17,37 @@ namespace gpvc {
 
 enum class SeamLeveling { none, global, full };
 
+/// What faces that no view shows are painted with: colours from around the hole, or one colour.
+enum class UnseenFaces { fill, color };
+
 struct AtlasOptions {
   int page_size = 8192;  ///< largest page edge, texels; pages are cropped to their content
-  int padding = 8;       ///< texels around a chart that carry extended colour
+  /// Texels around a chart that carry extended colour. With 8, mip levels down to 1/8 hold only one chart's
+  /// colours wherever a face touches them: charts lie in blocks of 8 texels that they share with none (of the
+  /// largest power of two up to the padding).
+  int padding = 8;
   SeamLeveling seams = SeamLeveling::full;
   /// Texels of partial faces prefer views in which nothing hides the face within this many pixels: photo and
   /// mesh disagree by a few pixels along silhouettes.
   int margin_px = 3;
+  /// Charts whose texels would be smaller than this, in world units, are reduced to it; 0: none. Steps of an
+  /// eighth of an octave, never coarser.
+  double texel_size = 0;
+  /// Limits on pages and on their texels after cropping, met by one reduction of all charts; 0: none.
+  std::size_t max_pages = 0, max_texels = 0;
+  UnseenFaces unseen = UnseenFaces::fill;
+  std::array<std::uint8_t, 3> unseen_color{128, 128, 128};
 };
 
 struct AtlasStatistics {
   std::size_t charts = 0, filled_faces = 0;
-  std::size_t chart_texels = 0;  ///< inside charts, padding not counted
-  std::size_t page_texels = 0;   ///< of all pages after cropping
-  std::size_t seam_edges = 0;    ///< mesh edges between faces of different views
+  std::size_t chart_texels = 0;   ///< inside charts, padding not counted
+  std::size_t padded_texels = 0;  ///< inside charts or within the padding of one, each counted once
+  std::size_t page_texels = 0;    ///< of all pages after cropping
+  std::size_t seam_edges = 0;     ///< mesh edges between faces of different views
   double seam_step_before = 0,
          seam_step_after = 0;  ///< mean grey-level step across seams (0..255); zero without leveling
+  double reduction = 1;        ///< of all charts, to meet the limits
   double layout_s = 0, leveling_s = 0, baking_s = 0;
 };
 
@@ -52,12 +69,39 @@ struct AtlasInput {
   const CoverageTable& coverage;   ///< which pixels of those views see the partial faces
 };
 
+/// What pages will take, before any photo is read.
+struct AtlasEstimate {
+  std::size_t charts = 0, pages = 0;
+  std::size_t page_texels = 0;  ///< of all pages after cropping; exact
+  double reduction = 1;         ///< of all charts, to meet the limits
+};
+
+/// Charts and where they lie on pages.
+class AtlasPlan {
+ public:
+  struct State;
+  explicit AtlasPlan(std::unique_ptr<State> state);
+  ~AtlasPlan();
+  AtlasPlan(AtlasPlan&&) noexcept;
+  AtlasEstimate estimate() const;
+  const State& state() const { return *state_; }
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
 /// Charts are faces of one view, connected or so close in its photo that their paddings would overlap; their
 /// texture coordinates are the exact projections into that view's undistorted frame, so photo texels are
 /// copied at full resolution. Faces tagged partial take each texel from the best view whose coverage shows
-/// it. Each photo is fetched from the cache at most twice, once for its seams and once to bake. Throws
-/// InputError from photos and std::invalid_argument where options and input do not fit together. Progress
-/// counts photos baked.
+/// it. Reads no photo. Throws std::invalid_argument where options and input do not fit together, or where the
+/// smallest charts there can be exceed a limit.
+AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
+
+/// Levels and bakes. Each photo is fetched from the cache at most twice, once for its seams and once to bake.
+/// `input` is what the plan was made from. Throws InputError from photos. Progress counts photos baked.
+TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress);
+
+/// Both in one.
 TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& options, const Progress& progress);
 
 }  // namespace gpvc

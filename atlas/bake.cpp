@@ -185,8 +185,8 @@ void bake_photos(const AtlasInput& input, const ChartSet& set, std::span<const C
     const auto& partial_charts = work[v].partial;
     tbb::parallel_for(std::size_t{0}, plain_bands.size() + partial_charts.size(), [&](std::size_t i) {
       if (i >= plain_bands.size())
-        return take_view(partial[partial_charts[i - plain_bands.size()]], set, view, ViewId{v}, photo,
-                         correction);
+        return take_view(partial[partial_charts[i - plain_bands.size()]], set, input.coverage, view,
+                         ViewId{v}, photo, correction);
       const auto [c, b] = plain_bands[i];
       const Chart& chart = set.charts[c];
       const ChartRaster raster = rasterize(bands[c].band(b), set.corners, band_box(chart, b));

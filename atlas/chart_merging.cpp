@@ -7,22 +7,27 @@
 #include <numeric>
 #include <set>
 
-#include "atlas/packing.h"
 #include "atlas/texel_set.h"
 
 namespace gpvc {
 
 namespace {
 
+constexpr int kCell = 4;  ///< texels, edge of the cells in which closeness is judged
 constexpr std::uint32_t kFree = 0xFFFFFFFFu;
 
 /// Unites the parts of one view.
 class ViewMerger {
  public:
   ViewMerger(std::vector<FramePart>& parts, std::span<const std::uint32_t> mine,
-             std::span<const TexelTriangle> corners, int padding, TexelSharing sharing,
+             std::span<const TexelTriangle> corners, int closeness, TexelSharing sharing,
              const std::function<bool(const FrameBox&)>& fits)
-      : parts_(parts), mine_(mine), corners_(corners), padding_(padding), fits_(fits), parent_(mine.size()) {
+      : parts_(parts),
+        mine_(mine),
+        corners_(corners),
+        closeness_(closeness),
+        fits_(fits),
+        parent_(mine.size()) {
     std::iota(parent_.begin(), parent_.end(), 0u);
     if (sharing == TexelSharing::allowed) return;
     covered_.resize(mine.size());
@@ -35,12 +40,12 @@ class ViewMerger {
   void merge() {
     FrameBox all;
     for (const auto p : mine_) all.add(parts_[p].box);
-    const double x0 = all.x0 - padding_ - kCell, y0 = all.y0 - padding_ - kCell;
-    const CellBox grid{0, 0, static_cast<int>((all.x1 - x0 + padding_) / kCell) + 2,
-                       static_cast<int>((all.y1 - y0 + padding_) / kCell) + 2};
+    const double x0 = all.x0 - closeness_ - kCell, y0 = all.y0 - closeness_ - kCell;
+    const CellBox grid{0, 0, static_cast<int>((all.x1 - x0 + closeness_) / kCell) + 2,
+                       static_cast<int>((all.y1 - y0 + closeness_) / kCell) + 2};
     std::vector<std::uint32_t> owner(static_cast<std::size_t>(grid.x1) * static_cast<std::size_t>(grid.y1),
                                      kFree);
-    const double half = (padding_ + kCell / 2.0) / kCell;
+    const double half = (closeness_ + kCell / 2.0) / kCell;
     for (std::uint32_t k = 0; k < mine_.size(); ++k) {
       // Faces may move while the list is read: those of this part alone count.
       const std::vector<std::uint32_t> faces = parts_[mine_[k]].faces;
@@ -99,7 +104,7 @@ class ViewMerger {
   std::vector<FramePart>& parts_;
   std::span<const std::uint32_t> mine_;
   std::span<const TexelTriangle> corners_;
-  int padding_;
+  int closeness_;
   const std::function<bool(const FrameBox&)>& fits_;
   std::vector<std::uint32_t> parent_;
   std::vector<TexelSet> covered_;  ///< empty where texels may be shared
@@ -109,20 +114,21 @@ class ViewMerger {
 }  // namespace
 
 std::vector<FramePart> merge_close_parts(std::vector<FramePart> parts, std::span<const TexelTriangle> corners,
-                                         int padding, TexelSharing sharing,
+                                         int closeness, TexelSharing sharing,
                                          const std::function<bool(const FrameBox&)>& fits) {
   std::vector<std::uint32_t> order(parts.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return parts[a].view < parts[b].view; });
+  const auto key = [&](std::uint32_t p) { return std::pair(parts[p].view, parts[p].scale); };
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return key(a) < key(b); });
   std::vector<std::span<const std::uint32_t>> views;
   for (std::size_t first = 0; first < order.size();) {
     std::size_t last = first;
-    while (last < order.size() && parts[order[last]].view == parts[order[first]].view) ++last;
+    while (last < order.size() && key(order[last]) == key(order[first])) ++last;
     views.push_back(std::span<const std::uint32_t>(order).subspan(first, last - first));
     first = last;
   }
   tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t v) {
-    ViewMerger(parts, views[v], corners, padding, sharing, fits).merge();
+    ViewMerger(parts, views[v], corners, closeness, sharing, fits).merge();
   });
   std::erase_if(parts, [](const FramePart& part) { return part.faces.empty(); });
   std::sort(parts.begin(), parts.end(),

@@ -1,4 +1,4 @@
-// Pieces of one photo that lie so close together that their paddings would overlap share a chart.
+// Pieces of one photo that lie so close together that their margins would overlap share a chart.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace gpvc {
 
-/// Box of frame positions.
+/// Box of positions in a frame's texels.
 struct FrameBox {
   double x0 = std::numeric_limits<double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
   void add(const TexelTriangle& t) {
@@ -36,6 +36,7 @@ struct FrameBox {
 /// Faces of one view that keep their places relative to one another.
 struct FramePart {
   ViewId view{};
+  double scale = 1;
   std::vector<std::uint32_t> faces;  ///< ascending
   FrameBox box;
 };
@@ -52,12 +53,12 @@ void covered_spans(const TexelTriangle& corners, Visit&& visit) {
   triangle_spans(corners, kStrictlyInside, kEverywhere, visit);
 }
 
-/// Unites parts of the same view that have a packing cell within `padding` in common, as long as the union's
-/// box `fits`, and, where sharing is forbidden, no texel centre lies in two of them. `corners` are frame
-/// positions. The result is ordered by first face. O(texels / cell area) and, where sharing is forbidden,
-/// O(texels).
+/// Unites parts of the same view and scale that come within about twice `closeness` texels of one another, as
+/// long as the union's box `fits`, and, where sharing is forbidden, no texel centre lies in two of them.
+/// `corners` are positions in the texels of the whole frame at the part's scale. The result is ordered by
+/// first face. O(texels / 16) and, where sharing is forbidden, O(texels).
 std::vector<FramePart> merge_close_parts(std::vector<FramePart> parts, std::span<const TexelTriangle> corners,
-                                         int padding, TexelSharing sharing,
+                                         int closeness, TexelSharing sharing,
                                          const std::function<bool(const FrameBox&)>& fits);
 
 }  // namespace gpvc

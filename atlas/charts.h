@@ -36,8 +36,11 @@ struct Chart {
   ViewId view = kNoView;  ///< of the corners' projection; kNoView for blocks
   std::vector<std::uint32_t> faces;
   double origin_x = 0, origin_y = 0;  ///< frame position of the top-left corner of the first texel; integral
-  double scale = 1;                   ///< texels a frame pixel; 1 unless a single face exceeds a page
-  int width = 0, height = 0;          ///< texels touched by faces lie in [0, width) x [0, height)
+                                      ///< at scale 1
+  double scale = 1;  ///< texels a frame pixel; 1 unless texels are limited or a single face exceeds a page
+  int width = 0, height = 0;  ///< texels touched by faces lie in [0, width) x [0, height)
+  /// Charts cut from one piece of a photo have the number of the first of them; others their own.
+  std::uint32_t piece = 0;
 
   PixelPoint frame_position(double x, double y) const { return {origin_x + x / scale, origin_y + y / scale}; }
 };
@@ -58,9 +61,10 @@ struct FaceNeighbours {
 FaceNeighbours face_neighbours(const FaceGraph& graph, std::size_t faces);
 
 /// Every face lands in exactly one chart whose box, with the padding, fits a page. Charts are ordered by kind
-/// and then by their first face. O(faces log faces + texels of partial faces).
-/// \pre options.page_size >= 2 * options.padding + kLeastRoom
+/// and then by their first piece's first face. `reduction` scales all charts below what options.texel_size
+/// asks, but for blocks. O(faces log faces + texels of partial faces).
+/// \pre options.page_size >= 2 * options.padding + kLeastRoom, 0 < reduction <= 1
 ChartSet make_charts(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
-                     const CoverageIndex& coverage);
+                     const CoverageIndex& coverage, double reduction);
 
 }  // namespace gpvc

@@ -48,6 +48,11 @@ std::array<Color, kTexels> weigh(std::span<const StripSample> near, double x, do
 
 }  // namespace
 
+bool strip_reaches(const Chart& chart, const StripSample& s) {
+  return s.x > -kReach && s.y > -kReach && s.x < static_cast<float>(chart.width) + kReach &&
+         s.y < static_cast<float>(chart.height) + kReach;
+}
+
 ChartStrip make_strip(const Chart& chart, std::span<const StripSample> samples) {
   ChartStrip strip;
   strip.columns = chart.width / kStripCell + 1, strip.rows = chart.height / kStripCell + 1;

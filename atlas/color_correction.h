@@ -31,6 +31,9 @@ inline constexpr int kStripCell = 16;
 /// Texels over which a step at a seam fades.
 inline constexpr float kStripWidth = 20;
 
+/// False where a sample lies too far from a chart to matter.
+bool strip_reaches(const Chart& chart, const StripSample& sample);
+
 /// Sorts a chart's samples into cells.
 ChartStrip make_strip(const Chart& chart, std::span<const StripSample> samples);
 

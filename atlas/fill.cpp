@@ -186,4 +186,14 @@ void fill_unseen(const AtlasInput& input, const ChartSet& set, std::span<const C
   });
 }
 
+void paint_unseen(const ChartSet& set, std::span<const ChartPlace> places,
+                  const std::array<std::uint8_t, 3>& color, std::span<Page> pages) {
+  const Color flat = load(color.data());
+  for (std::size_t c = 0; c < set.charts.size(); ++c) {
+    if (set.charts[c].kind != ChartKind::blocks) continue;
+    for (const auto face : set.charts[c].faces)
+      write_block({flat, flat, flat}, set.corners[face], places[c], pages[places[c].page]);
+  }
+}
+
 }  // namespace gpvc

@@ -16,4 +16,8 @@ namespace gpvc {
 void fill_unseen(const AtlasInput& input, const ChartSet& set, std::span<const ChartPlace> places,
                  std::span<Page> pages);
 
+/// The same in one colour.
+void paint_unseen(const ChartSet& set, std::span<const ChartPlace> places,
+                  const std::array<std::uint8_t, 3>& color, std::span<Page> pages);
+
 }  // namespace gpvc

@@ -72,7 +72,7 @@ bool is_grazing(const TexelTriangle& p, const Mesh& mesh, std::size_t face) {
 }
 
 FlatFace flatten(const Mesh& mesh, std::uint32_t face, const Scene& scene, ViewId label,
-                 const CoverageIndex& coverage, int room) {
+                 const CoverageIndex& coverage, const FlatLimits& limits) {
   const auto& t = mesh.faces[face];
   // The longest edge runs along x, so that the box is at most twice the triangle.
   std::array<std::size_t, 3> turn{0, 1, 2};
@@ -95,9 +95,11 @@ FlatFace flatten(const Mesh& mesh, std::uint32_t face, const Scene& scene, ViewI
   const double area = flat.bx * flat.cy;  // of the box
   const double most_texels = kTexelsPerSeenPixel * (entry ? std::max(4.0, double(entry->visible)) : 64.0);
   if (area * texels_per_m * texels_per_m > most_texels) texels_per_m = std::sqrt(most_texels / area);
+  if (limits.texel_size > 0) texels_per_m = std::min(texels_per_m, 1 / limits.texel_size);
+  texels_per_m *= limits.reduction;
   // Two texels of slack: half a texel of border on each side and the rounding up of the box.
   const double extent = std::max(flat.bx, flat.cy) * texels_per_m;
-  if (extent > room - 2) texels_per_m *= (room - 2) / extent;
+  if (extent > limits.room - 2) texels_per_m *= (limits.room - 2) / extent;
 
   FlatFace result;
   const double width = flat.bx * texels_per_m, height = flat.cy * texels_per_m;

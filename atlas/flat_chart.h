@@ -18,10 +18,16 @@ struct FlatFace {
 /// views may show better.
 bool is_grazing(const TexelTriangle& frame_corners, const Mesh& mesh, std::size_t face);
 
+struct FlatLimits {
+  int room = 0;           ///< largest edge of the box, texels
+  double texel_size = 0;  ///< smallest, world units; 0: none
+  double reduction = 1;   ///< of what is left
+};
+
 /// Texels are as fine as the label's view is where its coverage shows the face, but no more than
-/// kTexelsPerSeenPixel a pixel that view sees, and the box fits `room`.
+/// kTexelsPerSeenPixel a pixel that view sees, nor than the limits allow.
 FlatFace flatten(const Mesh& mesh, std::uint32_t face, const Scene& scene, ViewId label,
-                 const CoverageIndex& coverage, int room);
+                 const CoverageIndex& coverage, const FlatLimits& limits);
 
 inline constexpr double kTexelsPerSeenPixel = 16;
 

@@ -12,9 +12,7 @@ constexpr int kWordBits = 64;
 
 }  // namespace
 
-CellShape upright(const PackShape& shape) {
-  return {whole_cells(shape.width) / kCell, whole_cells(shape.height) / kCell, shape.runs, {}};
-}
+CellShape upright(const PackShape& shape) { return {shape.width, shape.height, shape.runs, {}}; }
 
 CellShape quarter_turn(const CellShape& shape) {
   CellShape result{shape.height, shape.width, {}, {}};

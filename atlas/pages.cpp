@@ -54,120 +54,149 @@ void copy_from_coarser(const MipLevel& coarse, int x, int y, std::uint8_t* rgb) 
   std::copy_n(coarse.rgb.data() + 3 * coarse.at(x / 2, y / 2), 3, rgb);
 }
 
-PackShape shape_of(const Chart& chart, std::span<const TexelTriangle> corners, int padding) {
-  const int width = chart.width + 2 * padding, height = chart.height + 2 * padding;
-  if (chart.kind == ChartKind::blocks) return box_shape(width, height);
-  const CellBox box{0, 0, (width + kCell - 1) / kCell, (height + kCell - 1) / kCell};
-  std::vector<std::uint8_t> bits(static_cast<std::size_t>(box.x1) * static_cast<std::size_t>(box.y1), 0);
-  // A texel is in when the triangle comes within padding + 0.5 of its centre; a cell's outer centres lie
-  // kCell / 2 - 0.5 from its own centre.
-  const double half = (padding + kCell / 2.0) / kCell;
-  for (const auto face : chart.faces) {
-    TexelTriangle t = corners[face];
-    for (auto& p : t) p = {(p.x + padding) / kCell, (p.y + padding) / kCell};
-    triangle_spans(t, half, box, [&](int y, int first, int last) {
-      const std::size_t line = static_cast<std::size_t>(y) * static_cast<std::size_t>(box.x1);
-      std::fill(bits.begin() + static_cast<std::ptrdiff_t>(line + static_cast<std::size_t>(first)),
-                bits.begin() + static_cast<std::ptrdiff_t>(line + static_cast<std::size_t>(last) + 1),
-                std::uint8_t{1});
-    });
-  }
-  PackShape shape{width, height, {}};
-  for (int y = 0; y < box.y1; ++y) {
-    const std::uint8_t* line = bits.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(box.x1);
-    for (int x = 0; x < box.x1;) {
-      const int first = static_cast<int>(std::find(line + x, line + box.x1, 1) - line);
-      x = static_cast<int>(std::find(line + first, line + box.x1, 0) - line);
-      if (first < x) shape.runs.push_back({y, first, x - first});
-    }
-  }
-  return shape;
-}
-
 }  // namespace
 
-Page::Page(const PageSize& size) {
-  image.width = size.width, image.height = size.height;
-  const std::size_t texels = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
+Page::Page(const PageSize& blocks, int edge) : block(edge) {
+  image.width = edge * blocks.width, image.height = edge * blocks.height;
+  const std::size_t texels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   image.pixels.assign(texels * 3, 0);
   state.assign(texels, TexelState::empty);
+  block_owner.assign(static_cast<std::size_t>(blocks.width) * static_cast<std::size_t>(blocks.height),
+                     kNoOwner);
 }
 
-std::vector<ChartPlace> chart_places(std::span<const Chart> charts, const Packing& packing, int padding) {
-  std::vector<ChartPlace> places(charts.size());
-  for (std::size_t i = 0; i < charts.size(); ++i) {
+std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const Packing& packing, int edge) {
+  std::vector<ChartPlace> places(shapes.size());
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
     const Placement& p = packing.placements[i];
-    places[i] = {p.page,
-                 p.x,
-                 p.y,
-                 p.turns,
-                 whole_cells(charts[i].width + 2 * padding),
-                 whole_cells(charts[i].height + 2 * padding),
-                 padding};
+    const ChartShape& s = shapes[i];
+    places[i] = {p.page,    edge * p.x, edge * p.y, p.turns, edge * s.blocks.width, edge * s.blocks.height,
+                 s.inset_x, s.inset_y};
   }
   return places;
 }
 
-std::vector<PackShape> pack_shapes_of(const ChartSet& set, int padding) {
-  std::vector<PackShape> shapes(set.charts.size());
-  tbb::parallel_for(std::size_t{0}, shapes.size(),
-                    [&](std::size_t i) { shapes[i] = shape_of(set.charts[i], set.corners, padding); });
-  return shapes;
+std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge) {
+  std::vector<Page> pages;
+  for (const PageSize& size : packing.pages) pages.emplace_back(size, edge);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const PackShape& shape = shapes[i].blocks;
+    const Placement& p = packing.placements[i];
+    const ChartPlace in_blocks{p.page, p.x, p.y, p.turns, shape.width, shape.height, 0, 0};
+    Page& page = pages[p.page];
+    const auto columns = static_cast<std::size_t>(packing.pages[p.page].width);
+    for (const CellRun& run : shape.runs) {
+      for (int x = run.first; x < run.first + run.length; ++x) {
+        const auto at = in_blocks.texel(x, run.row);
+        page.block_owner[static_cast<std::size_t>(at.y) * columns + static_cast<std::size_t>(at.x)] =
+            static_cast<std::uint32_t>(i);
+      }
+    }
+  }
+  return pages;
 }
 
-void pad_charts(Page& page, int padding) {
-  const int width = page.image.width, height = page.image.height;
-  std::vector<std::uint32_t> frontier;
-  // A round's texels turn from empty to padding only when all of them have been computed, so none reads
-  // another and the order does not matter.
-  std::vector<std::uint8_t> queued(page.state.size(), 0);
-  const auto for_neighbours = [&](std::uint32_t i, auto&& visit) {
-    const int x = static_cast<int>(i % static_cast<std::uint32_t>(width));
-    const int y = static_cast<int>(i / static_cast<std::uint32_t>(width));
+namespace {
+
+/// Grows the padding round by round. A round's texels turn from empty to padding only when all of them have
+/// been computed, so none reads another and the order does not matter.
+class Padder {
+ public:
+  explicit Padder(Page& page)
+      : page_(page), width_(page.image.width), height_(page.image.height), queued_(page.state.size(), 0) {}
+
+  std::size_t pad(int padding) {
+    std::vector<std::uint32_t> frontier = first_layer();
+    std::size_t padded = 0;
+    for (int round = 0; !frontier.empty(); ++round) {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, frontier.size(), 4096), [&](const auto& range) {
+        for (std::size_t k = range.begin(); k < range.end(); ++k) take_mean(frontier[k]);
+      });
+      for (const auto i : frontier) page_.state[i] = TexelState::padding;
+      if (round < padding) padded += frontier.size();
+      frontier = next_layer(frontier, round + 1 < padding);
+    }
+    return padded;
+  }
+
+ private:
+  std::uint32_t owner(std::uint32_t i) const {
+    return page_.owner(static_cast<int>(i % static_cast<std::uint32_t>(width_)),
+                       static_cast<int>(i / static_cast<std::uint32_t>(width_)));
+  }
+
+  template <typename Visit>
+  void for_neighbours(std::uint32_t i, const Visit& visit) const {
+    const int x = static_cast<int>(i % static_cast<std::uint32_t>(width_));
+    const int y = static_cast<int>(i / static_cast<std::uint32_t>(width_));
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx)
-        if ((dx || dy) && x + dx >= 0 && x + dx < width && y + dy >= 0 && y + dy < height)
-          visit(static_cast<std::uint32_t>(page.at(x + dx, y + dy)), dx && dy);
-  };
-  // The first layer: ring texels, which have their colour, and empty texels beside a chart's.
-  std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>(height));
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      const auto i = static_cast<std::uint32_t>(page.at(x, y));
-      bool first_layer = page.state[i] == TexelState::ring;
-      if (page.state[i] == TexelState::empty)
-        for_neighbours(i, [&](std::uint32_t n, bool) { first_layer |= page.state[n] == TexelState::chart; });
-      if (first_layer) rows[static_cast<std::size_t>(y)].push_back(i);
-    }
-  });
-  for (const auto& row : rows) frontier.insert(frontier.end(), row.begin(), row.end());
-  for (const auto i : frontier) queued[i] = 1;
-  for (int round = 0; round < padding && !frontier.empty(); ++round) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, frontier.size(), 4096), [&](const auto& range) {
-      for (std::size_t k = range.begin(); k < range.end(); ++k) {
-        if (page.state[frontier[k]] == TexelState::ring) continue;
-        Color sum;
-        float weight = 0;
-        for_neighbours(frontier[k], [&](std::uint32_t n, bool diagonal) {
-          if (page.state[n] == TexelState::empty) return;
-          const float w = diagonal ? 0.5f : 1.0f;
-          sum = sum + w * load(page.image.pixels.data() + std::size_t{3} * n);
-          weight += w;
-        });
-        store(page.image.pixels.data() + std::size_t{3} * frontier[k], (1 / weight) * sum);
+        if ((dx || dy) && x + dx >= 0 && x + dx < width_ && y + dy >= 0 && y + dy < height_)
+          visit(static_cast<std::uint32_t>(page_.at(x + dx, y + dy)), dx && dy);
+  }
+
+  /// A block that a chart owns takes nobody else's colour.
+  bool may_pass(std::uint32_t from, std::uint32_t to) const {
+    const std::uint32_t there = owner(to);
+    return there == kNoOwner || there == owner(from);
+  }
+
+  /// Ring texels, which have their colour, and empty texels beside a chart's.
+  std::vector<std::uint32_t> first_layer() {
+    std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>(height_));
+    tbb::parallel_for(0, height_, [&](int y) {
+      for (int x = 0; x < width_; ++x) {
+        const auto i = static_cast<std::uint32_t>(page_.at(x, y));
+        bool first = page_.state[i] == TexelState::ring;
+        if (page_.state[i] == TexelState::empty)
+          for_neighbours(i, [&](std::uint32_t n, bool) {
+            first |= page_.state[n] == TexelState::chart && may_pass(n, i);
+          });
+        if (first) rows[static_cast<std::size_t>(y)].push_back(i);
       }
     });
-    for (const auto i : frontier) page.state[i] = TexelState::padding;
+    std::vector<std::uint32_t> layer;
+    for (const auto& row : rows) layer.insert(layer.end(), row.begin(), row.end());
+    for (const auto i : layer) queued_[i] = 1;
+    return layer;
+  }
+
+  std::vector<std::uint32_t> next_layer(const std::vector<std::uint32_t>& layer, bool into_free_blocks) {
     std::vector<std::uint32_t> next;
-    for (const auto i : frontier) {
+    for (const auto i : layer) {
       for_neighbours(i, [&](std::uint32_t n, bool) {
-        if (page.state[n] != TexelState::empty || queued[n]) return;
-        queued[n] = 1;
+        if (page_.state[n] != TexelState::empty || queued_[n] || !may_pass(i, n)) return;
+        if (!into_free_blocks && owner(n) == kNoOwner) return;
+        queued_[n] = 1;
         next.push_back(n);
       });
     }
-    frontier = std::move(next);
+    return next;
   }
+
+  void take_mean(std::uint32_t i) {
+    if (page_.state[i] == TexelState::ring) return;
+    Color sum;
+    float weight = 0;
+    for_neighbours(i, [&](std::uint32_t n, bool diagonal) {
+      if (page_.state[n] == TexelState::empty || !may_pass(n, i)) return;
+      const float w = diagonal ? 0.5f : 1.0f;
+      sum = sum + w * load(page_.image.pixels.data() + std::size_t{3} * n);
+      weight += w;
+    });
+    store(page_.image.pixels.data() + std::size_t{3} * i, (1 / weight) * sum);
+  }
+
+  Page& page_;
+  int width_, height_;
+  std::vector<std::uint8_t> queued_;
+};
+
+}  // namespace
+
+std::size_t pad_charts(Page& page, int padding) {
+  const auto inside = std::count(page.state.begin(), page.state.end(), TexelState::chart);
+  return static_cast<std::size_t>(inside) + Padder(page).pad(padding);
 }
 
 void fill_background(Page& page) {

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "atlas/chart_raster.h"
+#include "atlas/chart_shape.h"
 #include "atlas/charts.h"
 #include "atlas/packing.h"
 #include "atlas/sampling.h"
@@ -16,9 +18,16 @@ enum class TexelState : std::uint8_t { empty = 0, chart = 1, ring = 2, padding =
 
 struct Page {
   Image image;
-  std::vector<TexelState> state;  ///< per texel
+  std::vector<TexelState> state;           ///< per texel
+  int block = 1;                           ///< edge of the blocks that charts have to themselves
+  std::vector<std::uint32_t> block_owner;  ///< per block, row-major: a chart, or kNoOwner
 
-  explicit Page(const PageSize& size);
+  /// \param blocks size in blocks
+  Page(const PageSize& blocks, int edge);
+  std::uint32_t owner(int x, int y) const {
+    return block_owner[static_cast<std::size_t>(y / block) * static_cast<std::size_t>(image.width / block) +
+                       static_cast<std::size_t>(x / block)];
+  }
   std::size_t at(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
   }
@@ -31,16 +40,16 @@ struct Page {
 /// Maps a chart's texels to its page.
 struct ChartPlace {
   std::uint32_t page = 0;
-  int x = 0, y = 0;           ///< page texel of the top-left corner of the turned box
-  int turns = 0;              ///< quarter turns clockwise
-  int width = 0, height = 0;  ///< of the upright box, padding and all
-  int padding = 0;            ///< texels from the box's edge to the chart
+  int x = 0, y = 0;              ///< page texel of the top-left corner of the turned box
+  int turns = 0;                 ///< quarter turns clockwise
+  int width = 0, height = 0;     ///< of the upright box of whole blocks
+  int inset_x = 0, inset_y = 0;  ///< texels from the box's corner to the chart's first texel
 
   struct Texel {
     int x, y;
   };
   Texel texel(int i, int j) const {
-    const int u = i + padding, v = j + padding;
+    const int u = i + inset_x, v = j + inset_y;
     switch (turns) {
       case 1:
         return {x + height - 1 - v, y + u};
@@ -54,7 +63,7 @@ struct ChartPlace {
   }
   /// The same for positions in the chart's texel coordinates.
   TexelPoint point(const TexelPoint& p) const {
-    const double u = p.x + padding, v = p.y + padding;
+    const double u = p.x + inset_x, v = p.y + inset_y;
     switch (turns) {
       case 1:
         return {x + height - v, y + u};
@@ -68,14 +77,15 @@ struct ChartPlace {
   }
 };
 
-std::vector<ChartPlace> chart_places(std::span<const Chart> charts, const Packing& packing, int padding);
+std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const Packing& packing, int edge);
 
-/// The cells that each chart needs on a page: those within `padding` texels of a texel it touches.
-std::vector<PackShape> pack_shapes_of(const ChartSet& set, int padding);
+/// Empty pages whose blocks know their owners.
+std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge);
 
-/// Extends charts outwards by up to `padding` texels, each taking the mean of the neighbours nearer to the
-/// chart. O(page texels + perimeters * padding).
-void pad_charts(Page& page, int padding);
+/// Extends charts outwards, each texel taking the mean of the neighbours nearer to the chart: all over the
+/// chart's own blocks, and up to `padding` texels over blocks that nobody owns. Returns how many texels lie
+/// in charts or within `padding` of one. O(page texels + perimeters * padding).
+std::size_t pad_charts(Page& page, int padding);
 
 /// Gives every empty texel a colour from the nearest filled ones, coarser the farther away, so that averages
 /// over any power-of-two cell hold only colours of charts. A page without a filled texel stays black.

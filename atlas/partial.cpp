@@ -201,7 +201,7 @@ void choose_second(PartialChart& part, const CoverageTable& table) {
               if (sources[k].view != other || shown(table, sources[k], x + 0.5, y + 0.5) != Shown::clear)
                 continue;
               part.second[i] = k;
-              part.second_weight[i] = d == 1 ? 1.0f / 3 : 1.0f / 6;
+              part.second_sixths[i] = d == 1 ? 2 : 1;
             }
           }
         }
@@ -230,7 +230,7 @@ PartialChart start_chart(const AtlasInput& input, const ChartSet& set, std::uint
           chart.faces.begin());
   part.best.assign(texels, PartialChart::kNone);
   part.second.assign(texels, PartialChart::kNone);
-  part.second_weight.assign(texels, 0.0f);
+  part.second_sixths.assign(texels, 0);
   choose_best(part, coverage.table());
   choose_second(part, coverage.table());
   for (std::size_t i = 0; i < texels; ++i)
@@ -243,26 +243,59 @@ PartialChart start_chart(const AtlasInput& input, const ChartSet& set, std::uint
   return part;
 }
 
-void take_texel(PartialChart& part, const ChartSet& set, const View& view, ViewId id, const Image& photo,
-                const ColorCorrection& correction, const Color* strip, int x, int y) {
+/// Pixels of a view that a texel spans, at most: the edge of its footprint.
+int footprint_px(const TexelSource& source, int x, int y) {
+  constexpr int kMost = 64;
+  const auto a = frame_position(source, x, y), b = frame_position(source, x + 1, y),
+             c = frame_position(source, x, y + 1);
+  if (!a || !b || !c) return 1;
+  const double edge = std::max(std::hypot(b->x - a->x, b->y - a->y), std::hypot(c->x - a->x, c->y - a->y));
+  // A texel as fine as the photo takes one sample, though rounding puts its edge above a pixel.
+  return static_cast<int>(std::ceil(std::clamp(edge - 0.01, 1.0, double{kMost})));
+}
+
+/// Colour of the view over a texel: one sample where texels are as fine as pixels, else the mean of those
+/// that show the face.
+std::optional<Color> sample_texel(const TexelSource& source, const CoverageTable& table, const View& view,
+                                  ViewId id, const Image& photo, const ColorCorrection& correction, int x,
+                                  int y) {
+  const int taps = footprint_px(source, x, y);
+  Color sum;
+  int count = 0;
+  for (int j = 0; j < taps; ++j) {
+    for (int i = 0; i < taps; ++i) {
+      const double tx = x + (i + 0.5) / taps, ty = y + (j + 0.5) / taps;
+      if (taps > 1 && shown(table, source, tx, ty) == Shown::no) continue;
+      const auto p = frame_position(source, tx, ty);
+      const auto q = p ? photo_from_pixel(view.camera, *p) : std::nullopt;
+      if (!q) continue;
+      sum = sum + correction.expose(sample_bicubic(photo, q->x, q->y), id, *p);
+      ++count;
+    }
+  }
+  if (count == 0) return std::nullopt;
+  return (1.0f / static_cast<float>(count)) * sum;
+}
+
+void take_texel(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view,
+                ViewId id, const Image& photo, const ColorCorrection& correction, const Color* strip, int x,
+                int y) {
   const std::size_t i = part.raster.at(x, y);
   for (const bool first : {true, false}) {
     const std::uint8_t k = first ? part.best[i] : part.second[i];
     if (k == PartialChart::kNone || sources_at(part, i)[k].view != id) continue;
-    const auto p = frame_position(sources_at(part, i)[k], x + 0.5, y + 0.5);
-    const auto q = p ? photo_from_pixel(view.camera, *p) : std::nullopt;
-    if (!q) {
+    auto color = sample_texel(sources_at(part, i)[k], table, view, id, photo, correction, x, y);
+    if (!color) {
       part.best[i] = PartialChart::kNone;
       continue;
     }
-    Color c = correction.expose(sample_bicubic(photo, q->x, q->y), id, *p);
     // Offsets and strips belong to the chart's own view; of other views the exposure alone is corrected.
     if (strip) {
       const std::uint32_t owner = part.raster.owner[i];
-      c = c + correction.face_offset(owner, set.corners[owner], x + 0.5, y + 0.5) + *strip;
+      *color = *color + correction.face_offset(owner, set.corners[owner], x + 0.5, y + 0.5) + *strip;
     }
-    const float second_weight = part.second_weight[i];
-    part.color[i] = part.color[i] + (first ? 1 - second_weight : second_weight) * c;
+    const float second_weight = static_cast<float>(part.second_sixths[i]) / 6;
+    part.color[i] = part.color[i] + (first ? 1 - second_weight : second_weight) * *color;
   }
 }
 
@@ -342,8 +375,8 @@ std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet
   return parts;
 }
 
-void take_view(PartialChart& part, const ChartSet& set, const View& view, ViewId id, const Image& photo,
-               const ColorCorrection& correction) {
+void take_view(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view,
+               ViewId id, const Image& photo, const ColorCorrection& correction) {
   const CellBox& box = part.raster.box;
   const bool own = set.charts[part.chart].view == id;
   std::vector<StripSample> near;
@@ -357,7 +390,7 @@ void take_view(PartialChart& part, const ChartSet& set, const View& view, ViewId
         std::array<Color, kStripRow> row{};
         if (!near.empty()) row = strip_offsets(near, x + 0.5, ty + 0.5);
         for (int tx = block.x0; tx < block.x1; ++tx)
-          take_texel(part, set, view, id, photo, correction,
+          take_texel(part, set, table, view, id, photo, correction,
                      own ? &row[static_cast<std::size_t>(tx - x)] : nullptr, tx, ty);
       }
     }

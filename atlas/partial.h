@@ -26,14 +26,14 @@ struct TexelSource {
 struct PartialChart {
   std::uint32_t chart = 0;
   ChartRaster raster;
-  std::vector<std::uint32_t> views;       ///< that give it texels, ascending
-  std::vector<std::size_t> first_source;  ///< per face of the chart, into sources
-  std::vector<TexelSource> sources;       ///< per face, best first
-  std::vector<std::uint32_t> face_slot;   ///< per texel: the owner's place in the chart's faces
-  std::vector<std::uint8_t> best;         ///< per texel: which source of its owner, or kNone
-  std::vector<std::uint8_t> second;       ///< blended in near the border to another view's texels, or kNone
-  std::vector<float> second_weight;
-  std::vector<Color> color;  ///< sum so far
+  std::vector<std::uint32_t> views;         ///< that give it texels, ascending
+  std::vector<std::size_t> first_source;    ///< per face of the chart, into sources
+  std::vector<TexelSource> sources;         ///< per face, best first
+  std::vector<std::uint32_t> face_slot;     ///< per texel: the owner's place in the chart's faces
+  std::vector<std::uint8_t> best;           ///< per texel: which source of its owner, or kNone
+  std::vector<std::uint8_t> second;         ///< blended in near the border to another view's texels, or kNone
+  std::vector<std::uint8_t> second_sixths;  ///< its share, in sixths
+  std::vector<Color> color;                 ///< sum so far
 
   static constexpr std::uint8_t kNone = 255;
 };
@@ -44,8 +44,8 @@ std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet
                                          const CoverageIndex& coverage, int margin_px);
 
 /// Adds the texels that `view` gives.
-void take_view(PartialChart& part, const ChartSet& set, const View& view, ViewId id, const Image& photo,
-               const ColorCorrection& correction);
+void take_view(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view,
+               ViewId id, const Image& photo, const ColorCorrection& correction);
 
 /// Writes the charts to their pages. Texels that no view shows take their colour from those around them, on
 /// the same chart and, along its border, on the plain charts beside it. \pre plain charts are baked

@@ -77,6 +77,19 @@ void add_offsets(const AtlasInput& input, const ChartSet& set, const ColorCorrec
   });
 }
 
+/// A strip runs on over the cuts between charts of one piece.
+void add_to_piece(const ChartSet& set, std::uint32_t own, const StripSample& sample,
+                  std::vector<std::vector<StripSample>>& samples) {
+  const Chart& from = set.charts[own];
+  for (std::uint32_t c = from.piece; c < set.charts.size() && set.charts[c].piece == from.piece; ++c) {
+    const Chart& chart = set.charts[c];
+    StripSample moved = sample;
+    moved.x += static_cast<float>((from.origin_x - chart.origin_x) * chart.scale);
+    moved.y += static_cast<float>((from.origin_y - chart.origin_y) * chart.scale);
+    if (strip_reaches(chart, moved)) samples[c].push_back(moved);
+  }
+}
+
 void lay_strips(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams,
                 ColorCorrection& correction) {
   // Larger steps are different things on both sides; spreading them would smear one over the other.
@@ -85,17 +98,18 @@ void lay_strips(const AtlasInput& input, const ChartSet& set, const SeamSamples&
   for (const SeamEdge& edge : seams.edges) {
     for (std::size_t s = 0; s < 2; ++s) {
       const SidePosition position(input.mesh, set, edge, s);
-      auto& mine = samples[set.face_chart[edge.faces[s]]];
+      const std::uint32_t own = set.face_chart[edge.faces[s]];
       for (std::uint32_t k = 0; k < edge.samples; ++k) {
         const std::size_t i = edge.first_sample + k;
         if (!(seams.weight[i] > 0)) continue;
         const TexelPoint p = position.at((k + 0.5) / edge.samples, seams.frame[i][s]);
         const Color d = 0.5f * (seams.colors[i][1 - s] - seams.colors[i][s]);
         const auto limited = [=](float v) { return std::clamp(v, -kMostStep, kMostStep); };
-        mine.push_back({static_cast<float>(p.x),
-                        static_cast<float>(p.y),
-                        seams.weight[i],
-                        {limited(d.r), limited(d.g), limited(d.b)}});
+        const StripSample sample{static_cast<float>(p.x),
+                                 static_cast<float>(p.y),
+                                 seams.weight[i],
+                                 {limited(d.r), limited(d.g), limited(d.b)}};
+        add_to_piece(set, own, sample, samples);
       }
     }
   }

@@ -25,7 +25,8 @@ class Charts : public testing::Test {
     AtlasOptions options;
     options.page_size = page_size, options.padding = padding;
     const CoverageIndex coverage(scene_.coverage);
-    return make_charts(input, options, face_neighbours(scene_.graph, scene_.mesh.faces.size()), coverage);
+    return make_charts(input, options, face_neighbours(scene_.graph, scene_.mesh.faces.size()), coverage,
+                       1.0);
   }
   static Image grey(const View& view) {
     Image image{view.camera.width, view.camera.height, 3, {}};
@@ -164,18 +165,43 @@ TEST_F(Charts, UnseenFacesGetSmallBlocks) {
   EXPECT_LE(texels, 5 * scene_.mesh.faces.size());
 }
 
-TEST_F(Charts, PiecesOfAPhotoCloserThanTheirPaddingShareAChart) {
-  /* squares of 10 px in view 0, the rest is seen by nobody:  0 . 0 . . . . 0 */
-  scene_.add_plane(8, 1, 1.0);
+TEST_F(Charts, PiecesOfAPhotoCloserThanTheirMarginsShareAChart) {
+  /* squares of 10 px in view 0, the rest, 6 or 40 px wide, is seen by nobody:  0 . 0 .... 0 */
+  scene_.add_plane(5, 1, 1.0);
+  for (auto& p : scene_.mesh.positions) {
+    constexpr double kColumns[] = {0, 1, 1.6, 2.6, 6.6, 7.6};
+    p.x = kColumns[static_cast<int>(p.x)];
+  }
   scene_.add_view(4, 0.5, 10, 200, 100, 100);
-  for (std::size_t f = 0; f < 16; ++f)
-    if (f / 2 != 0 && f / 2 != 2 && f / 2 != 7) scene_.labels[f] = kNoView, scene_.tags[f] = FaceTag::filled;
+  for (std::size_t f = 0; f < 10; ++f)
+    if (f / 2 % 2) scene_.labels[f] = kNoView, scene_.tags[f] = FaceTag::filled;
   const ChartSet set = make(1024);
   expect_sound(set, 1024);
   ASSERT_EQ(set.charts.size(), 3u);
   EXPECT_EQ(set.charts[0].faces, (std::vector<std::uint32_t>{0, 1, 4, 5}));
-  EXPECT_EQ(set.charts[0].width, 30);
-  EXPECT_EQ(set.charts[1].faces, (std::vector<std::uint32_t>{14, 15}));
+  EXPECT_EQ(set.charts[0].width, 26);
+  EXPECT_EQ(set.charts[1].faces, (std::vector<std::uint32_t>{8, 9}));
+}
+
+/// An L of 600 px fills half its box: it is cut, and the parts know that they are one piece.
+TEST_F(Charts, LargeRaggedPiecesAreCut) {
+  scene_.add_plane(24, 24, 0.25);
+  scene_.add_view(3, 3, 10, 620, 620, 1000);
+  for (std::size_t f = 0; f < scene_.labels.size(); ++f) {
+    const WorldPoint p = point_at(scene_.mesh, f, 1.0 / 3, 1.0 / 3);
+    if (p.x > 1.5 && p.y > 1.5) scene_.labels[f] = kNoView, scene_.tags[f] = FaceTag::filled;
+  }
+  const ChartSet set = make(4096);
+  expect_sound(set, 4096);
+  std::size_t plain = 0;
+  for (const Chart& chart : set.charts) {
+    if (chart.kind != ChartKind::plain) continue;
+    ++plain;
+    EXPECT_EQ(chart.piece, 0u);
+    EXPECT_EQ(chart.scale, 1);
+  }
+  EXPECT_GE(plain, 2u);
+  EXPECT_LE(plain, 4u);
 }
 
 TEST(TexelSet, AgreesWithAPlainSetOfTexels) {
