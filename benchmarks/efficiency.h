@@ -1,0 +1,49 @@
+// What the parts of the efficiency benchmark share.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "visibility/visibility.h"
+
+namespace gpvc::efficiency {
+
+struct BenchScene {
+  std::string name;
+  Mesh mesh;
+  std::vector<View> views;
+};
+
+/// A manifold height field of 611,618 faces, 400 m wide: uneven ground with blocks of buildings, and 43 views
+/// of 4000 x 3000 pixels, 11 nadir and 8 oblique from each of four sides, that see about half of it each.
+BenchScene generated_scene();
+
+/// `MODE[/off|/paper|/exact][/cpu|/gpu]`: a visibility mode, and for the gpvc modes what else to set.
+struct Row {
+  std::string name;
+  VisibilityOptions options;
+};
+Row parse_row(const std::string& name);
+
+/// What one mode did to all views.
+struct Measured {
+  Row row;
+  std::string processor;  ///< "cpu" or "gpu"
+  VisibilityStatistics sum;
+  double total_s = 0;  ///< wall, all in: making the stage, then every view
+  /// Classes unlike those of the first row.
+  std::size_t unlike_first = 0;
+};
+
+/// Runs every row over every view; progress on stderr. `differing`: faces whose class under HIVERS is not
+/// that under dense sampling with the same correction and processor, over all views.
+std::vector<Measured> measure(GraphicsDevice& device, const BenchScene& scene, const std::vector<Row>& rows,
+                              std::size_t& differing);
+
+/// Tables 7 to 9 as Markdown on stdout, and table7.csv to table9.csv in `folder` unless that is empty.
+void print_tables(const BenchScene& scene, const std::vector<Measured>& measured,
+                  const std::filesystem::path& folder);
+
+}  // namespace gpvc::efficiency

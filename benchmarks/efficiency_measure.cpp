@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <map>
+#include <stdexcept>
+
+#include "efficiency.h"
+
+namespace gpvc::efficiency {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Classes = std::vector<std::vector<FaceClass>>;  // per view
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+void add(VisibilityStatistics& sum, const VisibilityStatistics& s) {
+  sum.processed_faces += s.processed_faces;
+  sum.samples += s.samples;
+  sum.rays += s.rays;
+  sum.corrected_samples += s.corrected_samples;
+  sum.contested_samples += s.contested_samples;
+  sum.full += s.full;
+  sum.partial += s.partial;
+  sum.render_s += s.render_s;
+  sum.build_s += s.build_s;
+  sum.upload_s += s.upload_s;
+  sum.readback_s += s.readback_s;
+  sum.classify_s += s.classify_s;
+}
+
+std::size_t unlike(const std::vector<FaceClass>& a, const std::vector<FaceClass>& b) {
+  std::size_t count = 0;
+  for (std::size_t f = 0; f < a.size(); ++f) count += a[f] != b[f];
+  return count;
+}
+
+/// Rows whose classes must agree on every face have the same key: HIVERS and dense sampling, on either
+/// processor, once corrected in the same way.
+std::string agreement(const VisibilityOptions& options) {
+  if (options.method != Method::gpvc || options.sampling == Sampling::ves) return {};
+  return fmt::format("{}", static_cast<int>(options.correction));
+}
+
+}  // namespace
+
+Row parse_row(const std::string& name) {
+  Row row{name, {}};
+  std::size_t at = name.find('/');
+  set_visibility_mode(std::string_view(name).substr(0, at), row.options);
+  while (at != std::string::npos) {
+    const std::size_t next = name.find('/', at + 1);
+    const std::string word = name.substr(at + 1, next == std::string::npos ? next : next - at - 1);
+    const std::map<std::string, CoverageCorrection> corrections{{"off", CoverageCorrection::off},
+                                                                {"paper", CoverageCorrection::paper},
+                                                                {"exact", CoverageCorrection::exact}};
+    const std::map<std::string, Classifier> classifiers{{"cpu", Classifier::cpu}, {"gpu", Classifier::gpu}};
+    if (const auto correction = corrections.find(word); correction != corrections.end()) {
+      row.options.correction = correction->second;
+    } else if (const auto classifier = classifiers.find(word); classifier != classifiers.end()) {
+      row.options.classifier = classifier->second;
+    } else {
+      throw std::invalid_argument("'" + word + "' in '" + name + "' is none of off, paper, exact, cpu, gpu");
+    }
+    at = next;
+  }
+  row.options.draw_ivm = false;  // what a method needs, and no more
+  return row;
+}
+
+std::vector<Measured> measure(GraphicsDevice& device, const BenchScene& scene, const std::vector<Row>& rows,
+                              std::size_t& differing) {
+  std::vector<Measured> measured;
+  Classes first;
+  std::map<std::string, Classes> must_agree;
+  ViewVisibility seen;
+  for (const Row& row : rows) {
+    Measured result{row, {}, {}, 0, 0};
+    Clock::time_point start = Clock::now();
+    VisibilityStage stage(device, scene.mesh, row.options);
+    result.total_s = seconds_since(start);
+    result.processor = stage.classifier_note().substr(0, 3);
+    const std::string key = agreement(row.options);
+    Classes* others = key.empty() ? nullptr : &must_agree[key];
+    for (std::size_t v = 0; v < scene.views.size(); ++v) {
+      start = Clock::now();
+      stage.classify(scene.views[v], ViewId{static_cast<std::uint32_t>(v)}, seen);
+      result.total_s += seconds_since(start);
+      add(result.sum, seen.statistics);
+      std::fprintf(stderr, "\r%s: %zu of %zu views, %.2f s ", row.name.c_str(), v + 1, scene.views.size(),
+                   result.total_s);
+      if (measured.empty()) first.push_back(seen.classes);
+      result.unlike_first += unlike(seen.classes, first[v]);
+      if (others == nullptr) continue;
+      if (others->size() <= v) {
+        others->push_back(seen.classes);
+      } else {
+        differing += unlike(seen.classes, (*others)[v]);
+      }
+    }
+    std::fputc('\n', stderr);
+    measured.push_back(result);
+  }
+  return measured;
+}
+
+}  // namespace gpvc::efficiency
