@@ -43,18 +43,20 @@ CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh) {
 }
 
 void add_scene(CLI::App& app, SceneInput& input) {
-  app.add_option("SCENE", input.scene,
-                 "COLMAP model: a folder with cameras and images as .bin or .txt (PINHOLE, SIMPLE_PINHOLE, "
-                 "SIMPLE_RADIAL, "
-                 "RADIAL, OPENCV)")
+  app.add_option(
+         "SCENE", input.scene,
+         "Cameras and photos, told by what is there: a COLMAP model, an OpenSfM or OpenDroneMap "
+         "reconstruction, a ContextCapture BlocksExchange or Agisoft Metashape XML file, an OpenMVS scene "
+         "or a folder of photos with mvs-texturing's .cam files; the file or its folder")
       ->required();
 }
 
 void add_photos(CLI::App& app, SceneInput& input) {
   constexpr const char* kGroup = "Input";
-  app.add_option("--images", input.images_dir, "Folder of the photos")
+  app.add_option("--images", input.images_dir,
+                 "Folder of the photos, at any depth; matched by the longest common tail of their paths")
       ->type_name("DIR")
-      ->default_str("'images' beside the model")
+      ->default_str("where the scene says, or 'images' beside it")
       ->group(kGroup);
   app.add_option("--views", input.views,
                  "Use only these views: names or globs, separated by commas, or @FILE with one a line")

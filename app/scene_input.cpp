@@ -9,6 +9,8 @@
 #include <fstream>
 #include <future>
 
+#include "app/frame_check.h"
+#include "app/lens_json.h"
 #include "app/near_words.h"
 
 namespace gpvc {
@@ -126,6 +128,7 @@ SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRe
     return std::binary_search(data.held_out.begin(), data.held_out.end(), id);
   });
   data.mesh = mesh.get();
+  check_frames(data.mesh, input.mesh, data.scene, data.used);
   record.counts["faces"] = data.mesh.faces.size();
   record.counts["vertices"] = data.mesh.positions.size();
   record.counts["views"] = data.scene.views.size();
@@ -135,6 +138,7 @@ SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRe
                                 ? readable_count(data.used.size())
                                 : fmt::format("{} of {}", data.used.size(), data.scene.views.size());
   stage.finish(fmt::format("{} faces, {} views", readable_count(data.mesh.faces.size()), views));
+  for (const std::string& warning : data.scene.warnings) console.warning(warning);
   return data;
 }
 
@@ -157,12 +161,7 @@ void write_views_json(const std::filesystem::path& file, const SceneInputData& i
          {"fy", c.fy},
          {"cx", c.cx},
          {"cy", c.cy},
-         {"distortion",
-          {{"k1", c.distortion.k1},
-           {"k2", c.distortion.k2},
-           {"p1", c.distortion.p1},
-           {"p2", c.distortion.p2},
-           {"k3", c.distortion.k3}}},
+         {"distortion", lens_json(c.distortion)},
          {"rotation", Json::array({Json::array({r[0], r[1], r[2]}), Json::array({r[3], r[4], r[5]}),
                                    Json::array({r[6], r[7], r[8]})})},
          {"centre", point_json(view.pose.centre)}});
@@ -171,7 +170,10 @@ void write_views_json(const std::filesystem::path& file, const SceneInputData& i
       {"scene", input.scene.source.string()},
       {"convention",
        "x_camera = rotation * (x_world - centre); x right, y down, z forward; pixels from the top-left "
-       "corner, first centre at (0.5, 0.5); distortion as in OpenCV"},
+       "corner, first centre at (0.5, 0.5); distortion as in OpenCV, further models as in io/scene.h"},
+      {"format", input.scene.format},
+      {"srs", input.scene.srs.empty() ? Json(nullptr) : Json(input.scene.srs)},
+      {"srs_offset", point_json(input.scene.offset)},
       {"views", views}};
   write_text_file(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }

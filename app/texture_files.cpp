@@ -113,6 +113,28 @@ void promise_gltf(const GltfFiles& files, GltfContainer wanted, OutputFolder& fo
                     static_cast<double>(files.glb_bytes) / 0x1p30));
 }
 
+// A system's definition may run over several lines.
+std::string one_line(const std::string& text) {
+  std::string line;
+  for (const char c : text) {
+    const bool blank = static_cast<unsigned char>(c) <= ' ';
+    if (!blank) line += c;
+    if (blank && !line.empty() && line.back() != ' ') line += ' ';
+  }
+  return line;
+}
+
+// First what leads from the model's coordinates to the scene's, then what leads from there to its reference
+// system.
+std::string offset_text(const ModelOptions& model) {
+  const auto numbers = [](const WorldPoint& p) { return fmt::format("{} {} {}\n", p.x, p.y, p.z); };
+  std::string text = numbers(model.offset);
+  if (!model.srs.empty() || !(model.srs_offset == WorldPoint{}))
+    text += "srs_offset " + numbers(model.srs_offset);
+  if (!model.srs.empty()) text += "srs " + model.srs + "\n";
+  return text;
+}
+
 }  // namespace
 
 void write_textured_scene(const TexturedScene& scene, const TextureOptions& options, GraphicsDevice& device,
@@ -125,9 +147,14 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
   model.offset = local_origin(in.mesh, in.scene, in.used);
   model.normals = options.normals;
   model.up = options.up ? *options.up : scene_up(in.scene, in.used);
-  if (!(model.offset == WorldPoint{}))
-    write_text_file(folder.file("offset.txt"),
-                    fmt::format("{} {} {}\n", model.offset.x, model.offset.y, model.offset.z));
+  model.srs = one_line(in.scene.srs);
+  model.srs_offset = in.scene.offset;
+  if (!(model.offset == WorldPoint{}) || !model.srs.empty() || !(model.srs_offset == WorldPoint{}))
+    write_text_file(folder.file("offset.txt"), offset_text(model));
+  if (!in.mesh.source_face.empty()) {
+    const std::size_t shape = in.mesh.source_face.size();
+    write_npy(folder.file("source_faces.npy"), in.mesh.source_face, std::span(&shape, 1));
+  }
 
   auto obj = std::async(std::launch::async, [&] { write_obj(names.obj, atlas.model, names.pages, model); });
   auto arrays = std::async(std::launch::async, [&] {

@@ -199,6 +199,10 @@ void add_scene(tinygltf::Model& gltf, tinygltf::Mesh&& mesh, const ModelOptions&
   tinygltf::Value::Object extras;
   extras["offset"] = tinygltf::Value(
       tinygltf::Value::Array{tinygltf::Value(o.x), tinygltf::Value(o.y), tinygltf::Value(o.z)});
+  if (!options.srs.empty()) extras["srs"] = tinygltf::Value(options.srs);
+  if (const WorldPoint& s = options.srs_offset; !options.srs.empty() || !(s == WorldPoint{}))
+    extras["srs_offset"] = tinygltf::Value(
+        tinygltf::Value::Array{tinygltf::Value(s.x), tinygltf::Value(s.y), tinygltf::Value(s.z)});
   node.extras = tinygltf::Value(std::move(extras));
   gltf.nodes.push_back(std::move(node));
   tinygltf::Scene scene;

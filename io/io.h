@@ -195,6 +195,8 @@ enum class UpAxis { pos_x, neg_x, pos_y, neg_y, pos_z, neg_z };
 struct ModelOptions {
   WorldPoint offset;  ///< subtracted from every position (in double) before printing or rounding to float
   UpAxis up = UpAxis::pos_y;  ///< world axis that points up; becomes the root node's rotation in glTF (+y up)
+  std::string srs{};          ///< Scene::srs and Scene::offset: for the root node's extras
+  WorldPoint srs_offset{};
   bool normals = false;       ///< with smooth vertex normals, weighted by the faces' angles
   /// Of a .bin beside a .gltf, unless a single page's triangles are more: lengths that 31 bits hold.
   std::size_t buffer_limit_bytes = 0x7FFFFFFF;

@@ -1,4 +1,5 @@
 gpvc_test(city_test gpvc_app)
+gpvc_test(frame_check_test gpvc_app)
 
 # The program itself, on a small scene that it makes once.
 if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/app_test.cpp)
