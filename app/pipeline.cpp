@@ -157,10 +157,25 @@ Selection choose_views(const SeenScene& seen, const FaceGraph& graph, const Text
   return selection;
 }
 
+namespace {
+
+// Before photos are read: who finds this too much can stop here and set limits.
+void note_estimate(const AtlasEstimate& e, Console& console) {
+  std::string text = fmt::format("estimate: {} {} with {:.1f} megatexels in all, {} charts", e.pages,
+                                 e.pages == 1 ? "page" : "pages", static_cast<double>(e.page_texels) * 1e-6,
+                                 readable_count(e.charts));
+  if (e.reduction < 1) text += fmt::format("; reduced to {:.1f} % to meet the limits", 100 * e.reduction);
+  console.note(text);
+}
+
+}  // namespace
+
 TextureAtlas make_atlas(const AtlasInput& input, const TextureOptions& options, Console& console,
                         RunRecord& record) {
   Stage stage(console, record, "atlas", "steps");
-  TextureAtlas atlas = build_atlas(input, options.atlas, stage.reporter());
+  const AtlasPlan plan = plan_atlas(input, options.atlas);
+  note_estimate(plan.estimate(), console);
+  TextureAtlas atlas = bake_atlas(plan, input, stage.reporter());
   const AtlasStatistics& s = atlas.statistics;
   stage.add("layout_s", s.layout_s);
   stage.add("leveling_s", s.leveling_s);
@@ -169,7 +184,9 @@ TextureAtlas make_atlas(const AtlasInput& input, const TextureOptions& options, 
   record.counts["filled_faces"] = s.filled_faces;
   record.counts["pages"] = atlas.pages.size();
   record.counts["chart_texels"] = s.chart_texels;
+  record.counts["padded_texels"] = s.padded_texels;
   record.counts["page_texels"] = s.page_texels;
+  record.counts["reduction"] = s.reduction;
   record.counts["seam_edges"] = s.seam_edges;
   record.counts["seam_step_before"] = s.seam_step_before;
   record.counts["seam_step_after"] = s.seam_step_after;

@@ -9,6 +9,7 @@ namespace {
 Json options_json(const TextureOptions& o) {
   constexpr const char* kTerms[] = {"area", "gmi", "gmi-angle"};
   constexpr const char* kOutliers[] = {"none", "damp", "clamp"};
+  constexpr const char* kUnseen[] = {"fill", "drop", "color"};
   constexpr const char* kSeams[] = {"none", "global", "full"};
   Json json = scene_json(o.input);
   json.update(visibility_json(o.visibility));
@@ -20,6 +21,11 @@ Json options_json(const TextureOptions& o) {
   json["max_sweeps"] = o.solver.max_sweeps;
   json["page_size"] = o.atlas.page_size;
   json["padding"] = o.atlas.padding;
+  json["texel_size"] = o.atlas.texel_size;
+  json["max_pages"] = o.atlas.max_pages;
+  json["max_texels"] = o.atlas.max_texels;
+  json["unseen"] = kUnseen[static_cast<std::size_t>(o.atlas.unseen)];
+  json["unseen_color"] = o.atlas.unseen_color;
   json["seams"] = kSeams[static_cast<std::size_t>(o.atlas.seams)];
   json["texture"] = o.texture == ImageFormat::png ? "png" : "jpg";
   json["quality"] = o.quality;

@@ -40,6 +40,44 @@ void add_selection(CLI::App& app, TextureOptions& options) {
       ->group(kGroup);
 }
 
+void add_density(CLI::App& app, AtlasOptions& atlas) {
+  constexpr const char* kGroup = "Texture";
+  app.add_option("--texel-size", atlas.texel_size,
+                 "Reduce charts that photos show finer than this, in the mesh's units, to it")
+      ->type_name("X")
+      ->check(in_range(1e-9, 1e9))
+      ->group(kGroup);
+  app.add_option("--max-pages", atlas.max_pages, "Reduce all charts alike until so many pages suffice")
+      ->type_name("N")
+      ->check(in_range(1, 1000000))
+      ->group(kGroup);
+  app.add_option("--max-texels", atlas.max_texels, "The same until all pages together have no more texels")
+      ->type_name("N")
+      ->check(in_range(4096.0, 1e15))
+      ->group(kGroup);
+}
+
+void add_unseen(CLI::App& app, AtlasOptions& atlas) {
+  constexpr const char* kGroup = "Texture";
+  constexpr Choice<UnseenFaces> kUnseen[] = {
+      {"fill", UnseenFaces::fill}, {"drop", UnseenFaces::drop}, {"color", UnseenFaces::color}};
+  add_choice<UnseenFaces>(
+      app, "--unseen", kUnseen, [&](UnseenFaces v) { atlas.unseen = v; }, "fill",
+      "Faces that no photo shows: fill takes colours from around them, drop leaves them out of the GLB (the "
+      "OBJ keeps every face), color paints them")
+      ->group(kGroup);
+  const auto take = [&](const std::vector<int>& channels) {
+    for (std::size_t c = 0; c < 3; ++c) atlas.unseen_color[c] = static_cast<std::uint8_t>(channels[c]);
+  };
+  app.add_option_function<std::vector<int>>("--unseen-color", take, "For --unseen color, 0 to 255 each")
+      ->type_name("R,G,B")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(in_range(0, 255))
+      ->default_str("128,128,128")
+      ->group(kGroup);
+}
+
 void add_texture_output(CLI::App& app, TextureOptions& options) {
   constexpr const char* kGroup = "Texture";
   constexpr Choice<SeamLeveling> kSeams[] = {
@@ -56,12 +94,16 @@ void add_texture_output(CLI::App& app, TextureOptions& options) {
       ->check(in_range(256, 32768))
       ->default_str(std::to_string(AtlasOptions{}.page_size))
       ->group(kGroup);
-  app.add_option("--padding", options.atlas.padding,
-                 "Texels around a chart that carry its colours on, 1 to 64")
+  app.add_option(
+         "--padding", options.atlas.padding,
+         "Texels around a chart that carry its colours on, 1 to 64; with 8, mip levels down to an eighth "
+         "keep charts apart, with 4 down to a quarter")
       ->type_name("N")
       ->check(in_range(1, 64))
       ->default_str(std::to_string(AtlasOptions{}.padding))
       ->group(kGroup);
+  add_density(app, options.atlas);
+  add_unseen(app, options.atlas);
   add_choice<SeamLeveling>(
       app, "--seams", kSeams, [&](SeamLeveling v) { options.atlas.seams = v; }, "full",
       "Levelling of colour across seams: none, one correction per chart and vertex, or that and a blend near "
@@ -111,7 +153,8 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
           "Examples:\n"
           "  gpvc texture colmap/sparse/0 mesh.ply --images photos -o out\n"
           "  gpvc texture colmap mesh.ply -o look --downscale 4 --views 'DJI_00[12]*'\n"
-          "  gpvc texture colmap mesh.ply -o out --texture png --page-size 4096 --force\n\n"
+          "  gpvc texture colmap mesh.ply -o out --texture png --page-size 4096 --force\n"
+          "  gpvc texture colmap mesh.ply -o web --max-pages 1 --page-size 4096 --unseen drop\n\n"
           "Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb, preview.png, views.json,\n"
           "labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled), faces.npy (GLB triangle\n"
           "to input face), offset.txt where coordinates are large, run.json.\n\n"

@@ -140,10 +140,10 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   bake_photos(input, set, places, leveling.correction, options.padding, pages, parts, progress);
   finish_partial(parts, input, set, state.neighbours, places, options.padding, pages);
   parts.clear();
-  if (options.unseen == UnseenFaces::fill)
-    fill_unseen(input, set, places, pages);
-  else
+  if (options.unseen == UnseenFaces::color)
     paint_unseen(set, places, options.unseen_color, pages);
+  else
+    fill_unseen(input, set, places, pages);
   for (Page& page : pages) {
     statistics.page_texels += page.state.size();
     statistics.chart_texels +=

@@ -17,8 +17,9 @@ namespace gpvc {
 
 enum class SeamLeveling { none, global, full };
 
-/// What faces that no view shows are painted with: colours from around the hole, or one colour.
-enum class UnseenFaces { fill, color };
+/// What becomes of faces that no view shows: painted with the colours from around the hole, the same but left
+/// out where the output can do without them, or painted in one colour.
+enum class UnseenFaces { fill, drop, color };
 
 struct AtlasOptions {
   int page_size = 8192;  ///< largest page edge, texels; pages are cropped to their content

@@ -45,7 +45,8 @@ double excess(const Packing& packing, int edge, const Limits& limits) {
 
 std::string limits_text(const AtlasOptions& options) {
   std::string text;
-  if (options.max_pages) text += std::to_string(options.max_pages) + " pages";
+  if (options.max_pages)
+    text += std::to_string(options.max_pages) + (options.max_pages == 1 ? " page" : " pages");
   if (options.max_texels)
     text += (text.empty() ? "" : " and ") + std::to_string(options.max_texels) + " texels";
   return text;
