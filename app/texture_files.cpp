@@ -135,6 +135,14 @@ std::string offset_text(const ModelOptions& model) {
   return text;
 }
 
+// The model without the faces that no photo shows: faces without a page are left out of a glTF.
+TexturedModel without_unseen(const TexturedScene& scene) {
+  TexturedModel model = scene.atlas.model;
+  for (std::size_t face = 0; face < model.face_page.size(); ++face)
+    if (scene.candidates.tags[face] == FaceTag::filled) model.face_page[face] = kNoPage;
+  return model;
+}
+
 }  // namespace
 
 void write_textured_scene(const TexturedScene& scene, const TextureOptions& options, GraphicsDevice& device,
@@ -166,7 +174,9 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
       throw_if_interrupted();
       write_image(names.pages[n].file, atlas.pages[n], options.texture, options.quality);
     });
-    GltfFiles files = write_gltf(folder.in_making() / "model", options.gltf, atlas.model, names.pages, model);
+    const bool drop = options.atlas.unseen == UnseenFaces::drop;
+    GltfFiles files = write_gltf(folder.in_making() / "model", options.gltf,
+                                 drop ? without_unseen(scene) : atlas.model, names.pages, model);
     write_faces(names.faces, files.faces);
     files.faces = {};
     return files;
