@@ -10,9 +10,9 @@ std::uint32_t SynthBuilder::add_surface(Material material, const WorldPoint& p, 
   const WorldPoint u = unit(du);
   const WorldPoint v = unit(dv - u * dot(u, dv));
   Surface surface{material, p, u, v, synth_hash(seed_, id, 77)};
-  // Neighbouring surfaces of one material differ by a quarter of their colour at most.
+  // Surfaces that meet or hide one another are to be told apart by colour.
   for (std::uint32_t c = 0; c < 3 && id > 0; ++c)
-    surface.tint[c] = 0.82 + 0.36 * synth_chance(surface.seed, 500 + c);
+    surface.tint[c] = 0.7 + 0.6 * synth_chance(surface.seed, 500 + c);
   scene_.surfaces.push_back(surface);
   return id;
 }

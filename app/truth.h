@@ -81,12 +81,13 @@ struct TruthShares {
   double textured = 0;   ///< of the seen area
   double wrong = 0;      ///< of the textured seen area: it carries another surface's colour
   double strange = 0;    ///< of it: colours of nothing that photos show there
-  double untold = 0;     ///< of it: a surface before it looks like it, so that wrong would not be noticed
+  double untold = 0;     ///< of the photos that show another surface there, those whose colour is the point's
+                         ///< own as well: that share of what is wrong goes unnoticed
 };
 
 /// Twice the rounding of JPEG photos and pages at quality 95 (tables of up to 10 levels a coefficient: 5 off
 /// in each of two encodings) and what levelling of seams leaves.
-inline constexpr double kTold = 24;
+inline constexpr double kTold = 16;
 
 struct TruthScore {
   TruthShares all, full, partial;          ///< faces some used view sees fully; only partially

@@ -171,11 +171,11 @@ struct TruthScorer::State {
   const Scene& scene;
   std::vector<ViewId> used;
   PhotoCache& photos;
-  std::vector<Sample> samples;       // the seen ones, in face order
-  std::vector<double> areas;         // of each
-  std::vector<OwnColours> own;       // of each
-  std::vector<std::uint8_t> untold;  // of each
-  std::vector<float> gains{1.0F};    // by which a texel may differ from photos at gain 1
+  std::vector<Sample> samples;     // the seen ones, in face order
+  std::vector<double> areas;       // of each
+  std::vector<OwnColours> own;     // of each
+  std::vector<float> untold;       // of each
+  std::vector<float> gains{1.0F};  // by which a texel may differ from photos at gain 1
 
   State(const Truth& t, const Mesh& m, std::span<const FaceClass> b, const Scene& s,
         std::span<const ViewId> u, PhotoCache& p)
@@ -292,19 +292,23 @@ void TruthScorer::State::keep_seen() {
 }
 
 void TruthScorer::State::find_untold() {
-  untold.assign(samples.size(), 0);
+  std::vector<std::uint16_t> hiding(samples.size(), 0), alike(samples.size(), 0);
   for (std::size_t n = 0; n < used.size(); ++n) {
     const Shown photo = shown(used[n]);
     each([&](std::size_t i) {
-      if (untold[i] != 0 || is_clear(i, n)) return;
+      if (is_clear(i, n)) return;
       const auto at = photo.project(point_of(truth.mesh, samples[i]));
       if (!at) return;
       const int x = static_cast<int>(at->x), y = static_cast<int>(at->y);
       const std::uint32_t there = photo.surface(x, y);
       if (there == kMixedSurfaces || there == truth.face_surface[samples[i].face]) return;
-      if (own_distance(i, photo.colour(x, y)) <= kTold) untold[i] = 1;
+      ++hiding[i];
+      if (own_distance(i, photo.colour(x, y)) <= kTold) ++alike[i];
     });
   }
+  untold.resize(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    untold[i] = hiding[i] == 0 ? 0.0F : static_cast<float>(alike[i]) / static_cast<float>(hiding[i]);
 }
 
 TruthScorer::TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const FaceClass> best,
@@ -390,7 +394,7 @@ TruthScore TruthScorer::score(const MatchedModel& model, const Progress& progres
       shares->textured += s.areas[i];
       shares->wrong += wrong ? s.areas[i] : 0;
       shares->strange += off && !wrong ? s.areas[i] : 0;
-      shares->untold += s.untold[i] != 0 && !wrong ? s.areas[i] : 0;
+      shares->untold += s.areas[i] * static_cast<double>(s.untold[i]);
     }
   }
   for (TruthShares* shares : {&score.all, &score.full, &score.partial}) {

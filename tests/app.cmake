@@ -1,4 +1,6 @@
 gpvc_test(city_test gpvc_app)
+gpvc_test(synth_test gpvc_app)
+gpvc_test(truth_test gpvc_app)
 gpvc_test(frame_check_test gpvc_app)
 
 # The program itself, on a small scene that it makes once.
@@ -7,7 +9,7 @@ if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/app_test.cpp)
   add_test(NAME app_scene.synth COMMAND gpvc synth city -o ${app_scene} --faces 5000 --size 50 --photos 5
                                         --photo-size 240x160 --force --quiet)
   set_tests_properties(app_scene.synth PROPERTIES FIXTURES_SETUP app_scene LABELS gpu)
-  add_executable(app_test app_test.cpp)
+  add_executable(app_test app_test.cpp app_evaluate_test.cpp app_input_test.cpp app_output_test.cpp)
   target_link_libraries(app_test PRIVATE gpvc_app gpvc_options GTest::gtest_main)
   target_compile_definitions(app_test PRIVATE GPVC_BINARY="$<TARGET_FILE:gpvc>" GPVC_APP_SCENE="${app_scene}")
   add_dependencies(app_test gpvc)

@@ -1,0 +1,164 @@
+// Scenes of layers, and what spoils scenes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "app/city.h"
+#include "app/synth_builder.h"
+#include "app/terrain.h"
+#include "temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+void expect_exact_in_floats(const Mesh& mesh) {
+  for (const WorldPoint& p : mesh.positions)
+    for (const double v : {p.x, p.y, p.z}) ASSERT_EQ(static_cast<double>(static_cast<float>(v)), v);
+}
+
+TEST(Terrain, SheetsFollowTheHillsAtTheGap) {
+  LayerOptions low, high;
+  low.faces = high.faces = 5000;
+  low.gap_m = 1;
+  high.gap_m = 9;
+  const SynthScene a = make_terrain(low), b = make_terrain(high);
+  EXPECT_NEAR(static_cast<double>(a.mesh.faces.size()), 5000, 500);
+  ASSERT_EQ(a.mesh.faces.size(), b.mesh.faces.size());
+  ASSERT_EQ(a.face_surface, b.face_surface);
+  expect_exact_in_floats(a.mesh);
+  std::size_t above = 0;
+  for (std::size_t f = 0; f < a.mesh.faces.size(); ++f)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const WorldPoint &p = a.mesh.positions[a.mesh.faces[f][i]], &q = b.mesh.positions[b.mesh.faces[f][i]];
+      EXPECT_EQ(q.z - p.z, a.face_surface[f] == 0 ? 0 : 8);
+      above += a.face_surface[f] != 0;
+    }
+  EXPECT_GT(above, a.mesh.faces.size() / 2);
+}
+
+TEST(Slits, GapsHalveFromAQuarterToAnEightThousandth) {
+  LayerOptions options;
+  options.faces = 20000;
+  options.size_m = 1;
+  const SynthScene scene = make_slits(options);
+  expect_exact_in_floats(scene.mesh);
+  // A stand is a board of brick and, after it, its slats: the nearest surface above the board is the gap off.
+  std::vector<WorldPoint> middle(scene.surfaces.size());
+  std::vector<double> corners(scene.surfaces.size(), 0);
+  for (std::size_t f = 0; f < scene.mesh.faces.size(); ++f)
+    for (const std::uint32_t v : scene.mesh.faces[f]) {
+      middle[scene.face_surface[f]] = middle[scene.face_surface[f]] + scene.mesh.positions[v];
+      ++corners[scene.face_surface[f]];
+    }
+  std::vector<double> gaps;
+  const Surface* board = nullptr;
+  for (std::size_t s = 0; s < scene.surfaces.size(); ++s) {
+    if (scene.surfaces[s].material == Material::brick) {
+      board = &scene.surfaces[s];
+      gaps.push_back(1e9);
+    } else if (board != nullptr) {
+      const WorldPoint &u = board->u_axis, &v = board->v_axis;
+      const WorldPoint normal{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
+      gaps.back() = std::min(gaps.back(), dot(normal, middle[s] * (1 / corners[s]) - board->origin));
+    }
+  }
+  ASSERT_EQ(gaps.size(), 16u);
+  std::sort(gaps.begin(), gaps.end());
+  EXPECT_NEAR(gaps.front(), 1.0 / 8192, 4e-6);  // vertices lie on a grid of 2^-20
+  EXPECT_NEAR(gaps.back(), 0.25, 4e-6);
+  for (std::size_t i = 1; i < gaps.size(); ++i) EXPECT_LT(gaps[i], 2.1 * gaps[i - 1]);
+}
+
+// Straight down from 25 m on two squares, the upper one 2^-13 m (an eighth of a millimetre) above the lower.
+TEST(SynthRenderer, TellsLayersAnEighthOfAMillimetreApart) {
+  SynthBuilder builder(10, 1048576, 1);
+  builder.quad(Material::gravel, {-2, -2, 0}, {4, 0, 0}, {0, 4, 0});
+  builder.quad(Material::paint, {-1, -1, 1.0 / 8192}, {2, 0, 0}, {0, 2, 0});
+  const SynthScene scene = builder.take();
+  SynthRenderer renderer(scene);
+  Camera camera;
+  camera.width = camera.height = 41;
+  camera.fx = camera.fy = 200;
+  camera.cx = camera.cy = 20.5;
+  Pose pose;
+  pose.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
+  pose.centre = {0, 0, 25};
+  const SynthPhoto photo = renderer.photo(camera, pose);
+  const auto at = [&](int x, int y) { return photo.surfaces[static_cast<std::size_t>(y * 41 + x)]; };
+  EXPECT_EQ(at(20, 20), 1u);
+  EXPECT_EQ(at(20 - 7, 20), 1u);  // 8 px a metre: the paint ends 8 px from the middle
+  EXPECT_EQ(at(20 - 10, 20), 0u);
+  EXPECT_EQ(at(0, 0), kNoSurface);
+  EXPECT_FALSE(renderer.sees(pose, {0.5, 0.25, 0}, 1)) << "under the paint";
+  EXPECT_TRUE(renderer.sees(pose, {1.5, 0.25, 0}, 1));
+  EXPECT_TRUE(renderer.sees(pose, {0.5, 0.25, 1.0 / 8192}, 2));
+}
+
+struct Overhead {
+  CityOptions options;
+  View view;
+  Overhead() {
+    options.faces = 6000;
+    options.flight.size_m = 60;
+    options.flight.photos = 1;
+    options.flight.width = 160;
+    options.flight.height = 120;
+    view = synth_flight(options.flight).front();
+  }
+};
+
+TEST(SynthRenderer, CarsAreInTheirPhotoAlone) {
+  const Overhead at;
+  const SynthScene city = make_city(at.options), cars = make_cars(at.options, 0, 30);
+  ASSERT_EQ(cars.surfaces.size(), 30u * 11);
+  SynthRenderer renderer(city);
+  const SynthPhoto before = renderer.photo(at.view.camera, at.view.pose),
+                   with = renderer.photo(at.view.camera, at.view.pose, {}, &cars),
+                   after = renderer.photo(at.view.camera, at.view.pose);
+  EXPECT_EQ(before.image.pixels, after.image.pixels);
+  std::size_t car_pixels = 0;
+  for (std::size_t i = 0; i < with.surfaces.size(); ++i) {
+    const std::uint32_t s = with.surfaces[i];
+    const bool car = s < kMixedSurfaces && s >= city.surfaces.size();
+    car_pixels += car;
+    if (car) {
+      EXPECT_LT(s, city.surfaces.size() + cars.surfaces.size());
+    } else if (s != kMixedSurfaces) {
+      EXPECT_EQ(s, before.surfaces[i]);
+    }
+  }
+  EXPECT_GT(car_pixels, 20u);
+  EXPECT_NE(make_cars(at.options, 1, 30).mesh.positions, cars.mesh.positions);
+}
+
+TEST(SynthRenderer, ExposureScalesColoursAndDarkensCorners) {
+  const Overhead at;
+  const SynthScene city = make_city(at.options);
+  SynthRenderer renderer(city);
+  const Image plain = renderer.photo(at.view.camera, at.view.pose).image,
+              dark = renderer.photo(at.view.camera, at.view.pose, {0.5, 0.4}).image;
+  for (const auto& [x, y, share] : {std::array<double, 3>{80, 60, 0}, {0, 0, 1}, {159, 119, 1}})
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(dark.at(static_cast<int>(x), static_cast<int>(y))[c],
+                  plain.at(static_cast<int>(x), static_cast<int>(y))[c] * 0.5 * (1 - 0.4 * share), 2.5);
+}
+
+TEST(SynthFiles, MeshesFarOffAreWrittenExactly) {
+  const test::TemporaryFolder folder;
+  LayerOptions options;
+  options.faces = 2000;
+  const Mesh mesh = make_terrain(options).mesh;
+  const WorldPoint utm{448192, 5411328, 256};
+  write_synth_mesh(folder.path() / "mesh.ply", mesh, utm);
+  const Mesh back = read_mesh(folder.path() / "mesh.ply");
+  ASSERT_EQ(back.positions.size(), mesh.positions.size());
+  EXPECT_EQ(back.faces, mesh.faces);
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    ASSERT_EQ(back.positions[v], mesh.positions[v] + utm);
+}
+
+}  // namespace
+}  // namespace gpvc

@@ -1,0 +1,252 @@
+// Models whose every texel's origin is known, against the truth of the scene they were made from.
+#include "app/truth.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/options.h"
+#include "temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+TEST(IdColour, NamesItsSurface) {
+  for (const std::uint32_t s : {0u, 1u, 2u, 77u, 4095u, 65536u, (1u << 20) - 1}) {
+    const auto colour = id_colour(s);
+    EXPECT_EQ(surface_of_colour(colour.data(), 1u << 20), s);
+    EXPECT_EQ(surface_of_colour(colour.data(), s), kMixedSurfaces) << "a scene of fewer surfaces";
+  }
+  EXPECT_EQ(surface_of_colour(id_colour(kNoSurface).data(), 1u << 20), kNoSurface);
+  EXPECT_EQ(surface_of_colour(id_colour(kMixedSurfaces).data(), 1u << 20), kMixedSurfaces);
+}
+
+Mesh quad_mesh() {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0.333333333}, {10, 10, 10}};
+  mesh.faces = {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}};
+  return mesh;
+}
+
+TEST(MatchModel, FindsFacesThatWereDroppedTurnedAndRounded) {
+  const Mesh mesh = quad_mesh();
+  // Another program's: the last face first and turned, the second left out, each face with vertices of its
+  // own, six digits; and a face that is not the mesh's.
+  Mesh theirs;
+  theirs.positions = {{10, 10, 10}, {0, 1, 0}, {1, 1, 0.333333}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  theirs.faces = {{0, 1, 2}, {3, 4, 5}, {0, 3, 4}};
+  TexturedModel model;
+  model.mesh = &theirs;
+  model.face_page.assign(3, 0);
+  const MatchedModel matched = match_model(mesh, model, {}, {});
+  EXPECT_EQ(matched.model_face, (std::vector<std::uint32_t>{1, kNoModelFace, 0}));
+  EXPECT_EQ(matched.corners[0], (std::array<std::uint8_t, 3>{0, 1, 2}));
+  EXPECT_EQ(matched.corners[2], (std::array<std::uint8_t, 3>{1, 2, 0}));
+  EXPECT_EQ(matched.strangers, 1u);
+}
+
+TEST(MatchModel, AddsTheOffset) {
+  const Mesh mesh = quad_mesh();
+  Mesh theirs = mesh;
+  for (WorldPoint& p : theirs.positions) p.x -= 4096;
+  TexturedModel model;
+  model.mesh = &theirs;
+  model.face_page.assign(3, 0);
+  EXPECT_EQ(match_model(mesh, model, {}, {4096, 0, 0}).model_face, (std::vector<std::uint32_t>{0, 1, 2}));
+  EXPECT_EQ(match_model(mesh, model, {}, {}).strangers, 3u);
+}
+
+// A small city, and models of it whose pages are the photos: a face's texture is its projection into one.
+class TruthOfACity : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new test::TemporaryFolder;
+    SynthOptions options = synth_defaults(SynthKind::city);
+    options.faces = 9000;
+    options.flight.size_m = 50;
+    options.flight.photos = 10;
+    options.flight.width = 480;
+    options.flight.height = 320;
+    options.flight.distorted = false;
+    options.out = folder_->path() / "city";
+    Console console(Loudness::quiet, {});
+    run_synth(options, console);
+    scene_ = new Scene(read_scene(options.out / "colmap", {}));
+    truth_ = new Truth(read_truth(options.out));
+    for (std::uint32_t v = 0; v < scene_->views.size(); ++v) {
+      used_->push_back(ViewId{v});
+      oracle_->push_back(oracle_visibility(truth_->mesh, scene_->views[v]));
+      pages_->push_back(read_image(scene_->views[v].photo));
+      ids_->push_back(
+          read_id_picture(*truth_, scene_->views[v].name, options.flight.width, options.flight.height));
+    }
+  }
+  static void TearDownTestSuite() {
+    delete scene_;
+    delete truth_;
+    delete folder_;
+  }
+
+  // Textures face f from view `views[f]`; none for kNoView.
+  TexturedModel textured(const std::vector<ViewId>& views) const {
+    TexturedModel model;
+    model.mesh = &truth_->mesh;
+    for (std::size_t f = 0; f < views.size(); ++f) {
+      Triangle corners{};
+      model.face_page.push_back(views[f] == kNoView ? kNoPage : static_cast<std::uint32_t>(index(views[f])));
+      for (std::size_t i = 0; i < 3; ++i) {
+        corners[i] = static_cast<std::uint32_t>(model.texcoords.size());
+        model.texcoords.emplace_back();
+        if (views[f] == kNoView) continue;
+        const View& view = scene_->views[index(views[f])];
+        const CameraPoint c = camera_from_world(view.pose, truth_->mesh.positions[truth_->mesh.faces[f][i]]);
+        const PixelPoint p = pixel_from_camera(view.camera, c);
+        model.texcoords.back() = {static_cast<float>(p.x / view.camera.width),
+                                  static_cast<float>(p.y / view.camera.height)};
+      }
+      model.face_texcoords.push_back(corners);
+    }
+    return model;
+  }
+  TruthScore score(const std::vector<ViewId>& views) const {
+    const TexturedModel model = textured(views);
+    PhotoCache photos(*scene_, {}, 0);
+    const TruthScorer scorer(*truth_, truth_->mesh, best_classes(truth_->mesh, *scene_, *used_), *scene_,
+                             *used_, photos);
+    return scorer.score(match_model(truth_->mesh, model, *pages_, {}), [](std::size_t, std::size_t) {});
+  }
+  // Where a face lies in a view, in pixels, and whether all of it is in the picture.
+  struct Box {
+    double x0 = 1e9, y0 = 1e9, x1 = -1e9, y1 = -1e9;
+    bool inside = true;
+  };
+  static Box box(std::size_t f, ViewId v) {
+    const View& view = scene_->views[index(v)];
+    Box box;
+    for (const std::uint32_t corner : truth_->mesh.faces[f]) {
+      const CameraPoint c = camera_from_world(view.pose, truth_->mesh.positions[corner]);
+      if (c.z <= 0) return {0, 0, 0, 0, false};
+      const PixelPoint p = pixel_from_camera(view.camera, c);
+      box = {std::min(box.x0, p.x), std::min(box.y0, p.y), std::max(box.x1, p.x), std::max(box.y1, p.y),
+             true};
+    }
+    box.inside =
+        box.x0 >= 3 && box.y0 >= 3 && box.x1 <= view.camera.width - 3 && box.y1 <= view.camera.height - 3;
+    return box;
+  }
+  // Whether the face's box and 2 px around it show its surface alone.
+  static bool alone(std::size_t f, ViewId v) {
+    const Box at = box(f, v);
+    if (!at.inside) return false;
+    for (int y = static_cast<int>(at.y0) - 2; y <= static_cast<int>(at.y1) + 2; ++y)
+      for (int x = static_cast<int>(at.x0) - 2; x <= static_cast<int>(at.x1) + 2; ++x)
+        if ((*ids_)[index(v)][static_cast<std::size_t>(y * scene_->views[0].camera.width + x)] !=
+            truth_->face_surface[f])
+          return false;
+    return true;
+  }
+  // The first view that sees a face whole and, by its id picture, well away from other surfaces.
+  static std::vector<ViewId> good_views() {
+    std::vector<ViewId> views(truth_->mesh.faces.size(), kNoView);
+    for (const ViewId v : *used_)
+      for (std::size_t f = 0; f < views.size(); ++f)
+        if (views[f] == kNoView && (*oracle_)[index(v)].classes[f] == FaceClass::full && alone(f, v))
+          views[f] = v;
+    return views;
+  }
+  static double area(std::size_t f) {
+    const Triangle& t = truth_->mesh.faces[f];
+    const WorldPoint &a = truth_->mesh.positions[t[0]], &b = truth_->mesh.positions[t[1]],
+                     &c = truth_->mesh.positions[t[2]];
+    const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z, vx = c.x - a.x, vy = c.y - a.y,
+                 vz = c.z - a.z;
+    const double x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+    return std::sqrt(x * x + y * y + z * z) / 2;
+  }
+
+  static inline test::TemporaryFolder* folder_ = nullptr;
+  static inline Scene* scene_ = nullptr;
+  static inline Truth* truth_ = nullptr;
+  static inline std::vector<ViewId>* used_ = new std::vector<ViewId>;
+  static inline std::vector<OracleView>* oracle_ = new std::vector<OracleView>;
+  static inline std::vector<std::vector<std::uint32_t>>* ids_ = new std::vector<std::vector<std::uint32_t>>;
+  static inline std::vector<Image>* pages_ = new std::vector<Image>;
+};
+
+TEST_F(TruthOfACity, IdPicturesShowWhatTheOracleSees) {
+  // A face of some pixels that the oracle sees whole shows its surface at its middle; samples of the picture
+  // are a quarter of a pixel off the centre.
+  const View& view = scene_->views[0];
+  std::size_t shown = 0;
+  for (std::size_t f = 0; f < truth_->mesh.faces.size(); ++f) {
+    if ((*oracle_)[0].classes[f] != FaceClass::full) continue;
+    std::array<PixelPoint, 3> at;
+    for (std::size_t i = 0; i < 3; ++i)
+      at[i] = pixel_from_camera(
+          view.camera, camera_from_world(view.pose, truth_->mesh.positions[truth_->mesh.faces[f][i]]));
+    const auto edge = [&](std::size_t i, std::size_t j) {
+      return std::hypot(at[j].x - at[i].x, at[j].y - at[i].y);
+    };
+    const double twice_area =
+        std::abs((at[1].x - at[0].x) * (at[2].y - at[0].y) - (at[2].x - at[0].x) * (at[1].y - at[0].y));
+    if (twice_area / (edge(0, 1) + edge(1, 2) + edge(2, 0)) < 1.5) continue;  // the inscribed circle's radius
+    WorldPoint centre;
+    for (const std::uint32_t v : truth_->mesh.faces[f]) {
+      const WorldPoint& p = truth_->mesh.positions[v];
+      centre = {centre.x + p.x / 3, centre.y + p.y / 3, centre.z + p.z / 3};
+    }
+    const PixelPoint p = pixel_from_camera(view.camera, camera_from_world(view.pose, centre));
+    const std::uint32_t id =
+        (*ids_)[0]
+               [static_cast<std::size_t>(static_cast<int>(p.y) * view.camera.width + static_cast<int>(p.x))];
+    if (id == kMixedSurfaces) continue;
+    EXPECT_EQ(id, truth_->face_surface[f]) << f;
+    ++shown;
+  }
+  EXPECT_GT(shown, 300u);
+}
+
+TEST_F(TruthOfACity, GoodModelHasNothingWrong) {
+  const std::vector<ViewId> views = good_views();
+  const TruthScore result = score(views);
+  const auto textured = static_cast<std::size_t>(
+      std::count_if(views.begin(), views.end(), [](ViewId v) { return v != kNoView; }));
+  EXPECT_EQ(result.textured[0], textured);
+  EXPECT_GE(result.faces[0], textured);
+  EXPECT_EQ(result.textured[1] + result.textured[2], 0u);
+  EXPECT_GT(result.full.textured, 0.5);
+  EXPECT_EQ(result.partial.textured, 0);
+  EXPECT_GT(result.full.seen_area, 0.5 * result.all.area);
+  EXPECT_LT(result.all.wrong, 1e-4);
+  EXPECT_LT(result.all.strange, 1e-3);
+}
+
+// Every fifth face that can be is painted from a photo in which another surface hides it entirely.
+TEST_F(TruthOfACity, WrongColoursAreFoundUpToThoseThatCannotBeTold) {
+  std::vector<ViewId> views = good_views();
+  double spoilt = 0, sound = 0;
+  for (std::size_t f = 0; f < views.size(); ++f) {
+    if (views[f] == kNoView) continue;
+    bool hidden = false;
+    for (const ViewId v : *used_) {
+      if (f % 5 != 0 || hidden || (*oracle_)[index(v)].classes[f] != FaceClass::hidden) continue;
+      hidden = box(f, v).inside;
+      if (hidden) views[f] = v;
+    }
+    (hidden ? spoilt : sound) += area(f);
+  }
+  const double share = spoilt / (spoilt + sound);
+  ASSERT_GT(share, 0.02);
+  const TruthScore result = score(views);
+  // A face turned away from the camera shows its own surface's other side where nothing else hides it, and
+  // colours of some surfaces are alike: two thirds are found at least.
+  EXPECT_GT(result.full.wrong + result.full.strange, 0.6 * share);
+  EXPECT_LT(result.full.wrong, 1.2 * share);
+  std::size_t found = 0;
+  for (const std::uint32_t f : result.wrong_faces) found += f % 5 == 0;
+  EXPECT_GT(static_cast<double>(found), 0.97 * static_cast<double>(result.wrong_faces.size()));
+}
+
+}  // namespace
+}  // namespace gpvc
