@@ -10,6 +10,7 @@
 
 #include "app/app.h"
 #include "app/command_options.h"
+#include "app/compare.h"
 #include "app/help.h"
 #include "app/interrupt.h"
 #include "app/near_words.h"
@@ -136,6 +137,8 @@ int run_command_line(int argc, char** argv) {
   CLI::App* texture_app = add_texture(app, texture);
   CLI::App* visibility_app = add_visibility_command(app, visibility);
   CLI::App* evaluate_app = add_evaluate(app, evaluate);
+  CompareOptions compare;
+  CLI::App* compare_app = add_compare(app, compare);
   LabelOptions label;
   CLI::App* label_app = add_label(app, label);
   InspectOptions inspect;
@@ -161,8 +164,8 @@ int run_command_line(int argc, char** argv) {
   }
   const std::vector<std::string> given(argv, argv + argc);
   for (CommonOptions* common :
-       {&texture.common, &visibility.common, &evaluate.common, &label.common, &inspect.common,
-        &convert.common, &city.common, &terrain.common, &slits.common})
+       {&texture.common, &visibility.common, &evaluate.common, &compare.texture.common, &label.common,
+        &inspect.common, &convert.common, &city.common, &terrain.common, &slits.common})
     common->command_line = given;
   if (texture_app->parsed())
     return run_guarded(texture.common, [&](Console& console) { run_texture(texture, console); });
@@ -170,6 +173,8 @@ int run_command_line(int argc, char** argv) {
     return run_guarded(visibility.common, [&](Console& console) { run_visibility(visibility, console); });
   if (evaluate_app->parsed())
     return run_guarded(evaluate.common, [&](Console& console) { run_evaluate(evaluate, console); });
+  if (compare_app->parsed())
+    return run_guarded(compare.texture.common, [&](Console& console) { run_compare(compare, console); });
   if (label_app->parsed())
     return run_guarded(label.common, [&](Console& console) { run_label(label, console); });
   if (inspect_app->parsed()) {

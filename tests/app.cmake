@@ -16,3 +16,5 @@ if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/app_test.cpp)
   gtest_discover_tests(app_test DISCOVERY_TIMEOUT 60
     PROPERTIES LABELS gpu TIMEOUT 600 FIXTURES_REQUIRED app_scene)
 endif()
+
+include(${CMAKE_CURRENT_LIST_DIR}/compare.cmake)

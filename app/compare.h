@@ -1,0 +1,38 @@
+// `gpvc compare`: one scene textured once per visibility mode, everything else equal, in figures and
+// pictures.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/options.h"
+
+namespace CLI {
+class App;
+}
+
+namespace gpvc {
+
+struct CompareOptions {
+  TextureOptions texture;              ///< what all modes share; its visibility is replaced by each mode's
+  std::string modes;                   ///< list; empty: default_modes()
+  std::vector<double> epsilons;        ///< of modes given without one; empty: those of figures 21 to 24
+  std::vector<std::string> externals;  ///< NAME=MODEL
+  std::optional<std::filesystem::path> truth;
+  int crops = 8, crop_views = 6;
+  int oracle_views = 3, score_views = 12;
+  int reduction = 4;  ///< photos and renders are scored at 1/reduction of their size
+  bool keep_models = false;
+  std::vector<std::filesystem::path> summarize;  ///< report.json files: no scene is textured
+};
+
+CLI::App* add_compare(CLI::App& parent, CompareOptions& options);
+void run_compare(const CompareOptions& options, Console& console);
+
+/// Reads report.json files and writes summary.md, summary.html and summary.json: how close each bias comes to
+/// gpvc on all of the scenes. Throws InputError, OutputError.
+void summarize_reports(const CompareOptions& options, Console& console);
+
+}  // namespace gpvc

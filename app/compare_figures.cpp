@@ -1,0 +1,154 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "app/compare_report.h"
+
+namespace gpvc {
+
+const std::vector<Figure>& compared_figures() {
+  static const std::vector<Figure> figures{
+      {"oracle.agreement", "Agreement with the oracle", "%", 3, 1,
+       "Share of pairs of view and face whose class (full, partial, hidden) is that of the exact brute-force "
+       "oracle; exact ties are left out."},
+      {"oracle.false_full", "Falsely full", "%", 3, -1,
+       "Of the pairs called fully visible, the share that are not: another surface's colour gets in."},
+      {"oracle.missed_full", "Missed full", "%", 3, -1,
+       "Of the pairs that are fully visible, the share not called so: good photos are not used."},
+      {"truth.all.textured", "Seen area textured", "%", 2, 1,
+       "Of the area that some used photo shows clear of any other surface, the share with texture; known for "
+       "synthetic scenes."},
+      {"truth.all.wrong", "Wrong surface", "%", 3, -1,
+       "Of that textured area, the share that carries another surface's colour."},
+      {"score.one_minus_ncc", "1 - NCC", "", 4, -1,
+       "Error of renders against photos (virtual rephotography, Waechter et al. 2017): one less the "
+       "normalized cross-correlation of 11 x 11 windows."},
+      {"score.ssim", "SSIM", "", 4, 1, "Structural similarity of renders and photos, 1 at best."},
+      {"score.psnr_db", "PSNR", "dB", 2, 1, "Peak signal-to-noise ratio after one gain per channel."},
+      {"score.completeness", "Complete", "%", 2, 1,
+       "Share of the pixels that the mesh covers and the model textures, over the scored views."},
+      {"visible.full", "V: full", "pairs", 0, 0,
+       "Pairs of view and face called fully visible (V of the paper's tables)."},
+      {"visible.partial", "Partial", "pairs", 0, 0, "Pairs called partially visible."},
+      {"visible.occluded", "O: not full", "pairs", 0, 0,
+       "All other pairs, partial ones included (O of the paper's tables)."},
+      {"tags.seen_share", "Faces seen whole", "%", 2, 0,
+       "Faces for which some view was found fully visible."},
+      {"tags.filled_share", "Faces filled", "%", 2, 0,
+       "Faces for which no view was found, filled from their neighbours."},
+      {"patches", "Patches", "", 0, 0,
+       "Connected groups of faces textured from one photo; fewer mean fewer seams."},
+      {"time.visibility_s", "Visibility", "s", 2, -1,
+       "Wall time inside the visibility stage over all views, costs and atlas not counted; other work ran "
+       "beside it."},
+      {"time.total_s", "Texturing", "s", 1, -1,
+       "Wall time of all that this mode did for itself: visibility, costs, view selection, atlas."},
+  };
+  return figures;
+}
+
+Json figure_of(const Json& mode, const Figure& figure) {
+  const Json* at = &mode;
+  std::string path = figure.path;
+  for (std::size_t begin = 0; begin <= path.size();) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    const auto found = at->is_object() ? at->find(path.substr(begin, end - begin)) : at->end();
+    if (!at->is_object() || found == at->end()) return nullptr;
+    at = &*found;
+    begin = end + 1;
+  }
+  return at->is_number() ? *at : Json(nullptr);
+}
+
+std::string printed_figure(const Json& value, const Figure& figure) {
+  if (!value.is_number()) return "";
+  if (figure.digits == 0) return readable_count(value.get<std::size_t>());
+  const double factor = std::string(figure.unit) == "%" ? 100 : 1;
+  return fmt::format("{:.{}f}", factor * value.get<double>(), figure.digits);
+}
+
+namespace {
+
+const Json* mode_called(const Json& report, const std::string& name) {
+  for (const Json& mode : report["modes"])
+    if (mode["name"] == name && mode["status"] == "ok") return &mode;
+  return nullptr;
+}
+
+// The two figures by which modes are told apart: classes, and the texture's truth.
+Json right_share(const Json& mode) {
+  if (!mode.contains("truth")) return nullptr;
+  const Json& all = mode["truth"]["all"];
+  return all["textured"].get<double>() * (1 - all["wrong"].get<double>());
+}
+
+std::string percent(double share, int digits) { return fmt::format("{:.{}f} %", 100 * share, digits); }
+
+// "shadow-map:spc at 0.001 (97.100 %)": the best epsilon of a family by a figure.
+std::vector<std::string> best_of_families(const Json& report, const std::function<Json(const Json&)>& value) {
+  std::map<std::string, const Json*> best;
+  std::vector<std::string> order;
+  for (const Json& mode : report["modes"]) {
+    if (!mode["epsilon"].is_number() || value(mode).is_null()) continue;
+    const std::string family = mode["family"];
+    if (!best.contains(family)) order.push_back(family);
+    const Json*& at = best[family];
+    if (at == nullptr || value(mode).get<double>() > value(*at).get<double>()) at = &mode;
+  }
+  std::vector<std::string> sentences;
+  for (const std::string& family : order)
+    sentences.push_back(fmt::format("{} at its best epsilon, {:g}: {}", family,
+                                    (*best[family])["epsilon"].get<double>(),
+                                    percent(value(*best[family]).get<double>(), 3)));
+  return sentences;
+}
+
+std::string joined(const std::vector<std::string>& parts) {
+  std::string all;
+  for (const std::string& part : parts) all += (all.empty() ? "" : "; ") + part;
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::string> findings_of(const Json& report) {
+  std::vector<std::string> findings;
+  const Json* gpvc = mode_called(report, "gpvc");
+  const auto agreement = [](const Json& mode) -> Json {
+    return mode.contains("oracle") ? mode["oracle"]["agreement"] : Json(nullptr);
+  };
+  const auto add = [&](const std::string& what, const std::function<Json(const Json&)>& value) {
+    if (gpvc == nullptr || value(*gpvc).is_null()) return;
+    const std::vector<std::string> others = best_of_families(report, value);
+    findings.push_back(fmt::format("{}: gpvc {}{}{}.", what, percent(value(*gpvc).get<double>(), 3),
+                                   others.empty() ? "" : "; ", joined(others)));
+  };
+  add("Classes that agree with the exact oracle", agreement);
+  add("Seen area that is textured with its own surface's colour", right_share);
+  if (gpvc != nullptr && gpvc->contains("truth")) {
+    std::vector<std::string> better;
+    for (const Json& mode : report["modes"])
+      if (mode["epsilon"].is_number() && !right_share(mode).is_null() &&
+          right_share(mode).get<double>() > right_share(*gpvc).get<double>())
+        better.push_back(
+            fmt::format("{} by {:.4f} points", mode["name"].get<std::string>(),
+                        100 * (right_share(mode).get<double>() - right_share(*gpvc).get<double>())));
+    findings.push_back(better.empty()
+                           ? "No mode with a bias textures more of the seen area rightly than gpvc."
+                           : "Better than gpvc here, by seen area textured rightly: " + joined(better) + ".");
+  }
+  std::vector<std::string> failed;
+  for (const Json& mode : report["modes"])
+    if (mode["status"] != "ok") failed.push_back(mode["name"].get<std::string>());
+  if (!failed.empty())
+    findings.push_back("Failed, with what is known of it in the table: " + joined(failed) + ".");
+  if (!report["settings"]["scored"]["held_out"].get<bool>())
+    findings.push_back(
+        "No view was held out: the errors are over views that the texture was made from, and favour modes "
+        "that copy a photo back to where it came from.");
+  return findings;
+}
+
+}  // namespace gpvc

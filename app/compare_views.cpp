@@ -1,0 +1,221 @@
+#include "app/compare_views.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace gpvc {
+namespace {
+
+constexpr int kCropWidth = 480, kCropHeight = 360;
+constexpr int kThumbnailWidth = 500;  ///< about; windows are looked for in renders of this size
+constexpr int kRenderQuality = 95;
+
+int thumbnail_factor(int width) { return std::max(1, width / kThumbnailWidth); }
+
+// Luma of blocks of factor x factor pixels.
+Image thumbnail(const Image& image) {
+  const int factor = thumbnail_factor(image.width);
+  Image small;
+  small.width = image.width / factor;
+  small.height = image.height / factor;
+  small.channels = 1;
+  small.pixels.resize(static_cast<std::size_t>(small.width) * static_cast<std::size_t>(small.height));
+  for (int y = 0; y < small.height; ++y)
+    for (int x = 0; x < small.width; ++x) {
+      int sum = 0;
+      for (int n = 0; n < factor * factor; ++n) {
+        const std::uint8_t* rgb = image.at(x * factor + n % factor, y * factor + n / factor);
+        sum += 299 * rgb[0] + 587 * rgb[1] + 114 * rgb[2];
+      }
+      *small.at(x, y) = static_cast<std::uint8_t>(sum / (1000 * factor * factor));
+    }
+  return small;
+}
+
+// Per pixel the mean deviation of the models from their mean.
+std::vector<double> disagreement(const std::vector<std::vector<Image>>& thumbnails, std::size_t view) {
+  const Image& first = thumbnails.front()[view];
+  const auto models = static_cast<double>(thumbnails.size());
+  std::vector<double> result(first.pixels.size());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    double mean = 0, deviation = 0;
+    for (const auto& model : thumbnails) mean += model[view].pixels[i] / models;
+    for (const auto& model : thumbnails) deviation += std::abs(model[view].pixels[i] - mean) / models;
+    result[i] = deviation;
+  }
+  return result;
+}
+
+Image cut_out(const Image& image, int x0, int y0, int width, int height) {
+  Image part;
+  part.width = width;
+  part.height = height;
+  part.channels = 3;
+  part.pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
+  for (int y = 0; y < height; ++y)
+    std::copy_n(image.at(x0, y0 + y), static_cast<std::size_t>(width) * 3, part.at(0, y));
+  return part;
+}
+
+// Mean absolute difference over the channels, each of the render's brought to the photo's mean.
+double mean_difference(const Image& photo, const Image& render) {
+  double sum = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    double taken = 0, made = 0;
+    for (std::size_t i = c; i < photo.pixels.size(); i += 3) {
+      taken += photo.pixels[i];
+      made += render.pixels[i];
+    }
+    const double gain = made > 0 ? taken / made : 1.0;
+    for (std::size_t i = c; i < photo.pixels.size(); i += 3)
+      sum += std::abs(photo.pixels[i] - gain * render.pixels[i]);
+  }
+  return sum / static_cast<double>(photo.pixels.size());
+}
+
+bool overlap(int a, int a_length, int b, int b_length) { return a < b + b_length && b < a + a_length; }
+
+void add_score(const RephotographyScore& one, RephotographyScore& sum) {
+  sum.completeness += one.completeness;
+  sum.psnr += one.psnr;
+  sum.ssim += one.ssim;
+  sum.ncc_error += one.ncc_error;
+  sum.windows += one.windows;
+}
+
+}  // namespace
+
+ModelViews::ModelViews(GraphicsDevice& device, const Mesh& mesh, const Scene& scene, PhotoCache& photos,
+                       ModelViewsOptions options, const Progress& progress)
+    : device_(device), scene_(scene), photos_(photos), options_(std::move(options)) {
+  VisibilityOptions outline;
+  outline.correction = CoverageCorrection::off;
+  outline.subpixel = false;
+  VisibilityStage stage(device, mesh, outline);
+  for (const ViewId id : options_.scored) {
+    progress(frames_.size(), options_.scored.size());
+    const View& view = scene.views[index(id)];
+    Frame frame;
+    frame.photo = undistort_photo(*photos.photo(id), view.camera, frame.inside);
+    const Ivm ivm = stage.classify(view, id).ivm;
+    frame.covered.resize(ivm.faces.size());
+    std::transform(ivm.faces.begin(), ivm.faces.end(), frame.covered.begin(),
+                   [](FaceId face) -> std::uint8_t { return face == kNoFace ? 0 : 255; });
+    frames_.push_back(std::move(frame));
+  }
+}
+
+std::filesystem::path ModelViews::render_file(std::size_t model, std::size_t view) const {
+  return options_.renders / fmt::format("{}_{}.jpg", model, view);
+}
+
+RephotographyScore ModelViews::show(const TexturedModel& model, const std::vector<Image>& pages,
+                                    const WorldPoint& offset, const Progress& progress) {
+  std::set<ViewId> all(options_.scored.begin(), options_.scored.end());
+  all.insert(options_.cropped.begin(), options_.cropped.end());
+  std::vector<Image> small;
+  RephotographyScore sum;
+  double count = 0;
+  std::size_t done = 0;
+  for (const ViewId id : all) {
+    progress(done++, all.size());
+    const View& view = scene_.views[index(id)];
+    Pose pose = view.pose;
+    pose.centre = {pose.centre.x - offset.x, pose.centre.y - offset.y, pose.centre.z - offset.z};
+    const RenderResult render =
+        render_model(device_, model, pages, view.camera, pose, false, false, {0, 0, 0});
+    if (std::binary_search(options_.cropped.begin(), options_.cropped.end(), id)) {
+      write_image(render_file(thumbnails_.size(), small.size()), render.image, ImageFormat::jpg,
+                  kRenderQuality);
+      small.push_back(thumbnail(render.image));
+    }
+    const auto at = std::lower_bound(options_.scored.begin(), options_.scored.end(), id);
+    if (at == options_.scored.end() || *at != id) continue;
+    const Frame& frame = frames_[static_cast<std::size_t>(at - options_.scored.begin())];
+    const RephotographyScore score = compare_with_photo(frame.photo, frame.inside, render.image,
+                                                        render.textured, frame.covered, options_.reduction)
+                                         .score;
+    if (score.windows == 0) continue;
+    add_score(score, sum);
+    ++count;
+  }
+  thumbnails_.push_back(std::move(small));
+  if (count > 0)
+    for (double* value : {&sum.completeness, &sum.psnr, &sum.ssim, &sum.ncc_error}) *value /= count;
+  return sum;
+}
+
+std::vector<ModelViews::Window> ModelViews::windows(std::size_t view) const {
+  const Camera& camera = scene_.views[index(options_.cropped[view])].camera;
+  const int factor = thumbnail_factor(camera.width);
+  const Image& small = thumbnails_.front()[view];
+  const int width = std::min(kCropWidth, camera.width / 2), height = std::min(kCropHeight, camera.height / 2);
+  const int w = std::max(1, width / factor), h = std::max(1, height / factor);
+  const std::vector<double> values = disagreement(thumbnails_, view);
+  // Sums over all rectangles from the corner.
+  const auto columns = static_cast<std::size_t>(small.width) + 1;
+  std::vector<double> sums(columns * (static_cast<std::size_t>(small.height) + 1), 0.0);
+  const auto at = [&](int x, int y) -> double& {
+    return sums[static_cast<std::size_t>(y) * columns + static_cast<std::size_t>(x)];
+  };
+  for (int y = 0; y < small.height; ++y)
+    for (int x = 0; x < small.width; ++x)
+      at(x + 1, y + 1) =
+          values[static_cast<std::size_t>(y * small.width + x)] + at(x, y + 1) + at(x + 1, y) - at(x, y);
+  std::vector<Window> found;
+  for (int y = 0; y + h <= small.height; y += std::max(1, h / 8))
+    for (int x = 0; x + w <= small.width; x += std::max(1, w / 8))
+      found.push_back({view, std::min(x * factor, camera.width - width),
+                       std::min(y * factor, camera.height - height), width, height,
+                       (at(x + w, y + h) - at(x, y + h) - at(x + w, y) + at(x, y)) / (w * h)});
+  return found;
+}
+
+std::vector<Crop> ModelViews::crops(std::size_t count) const {
+  if (thumbnails_.empty()) return {};
+  std::vector<Window> all, chosen;
+  for (std::size_t view = 0; view < options_.cropped.size(); ++view) {
+    const std::vector<Window> some = windows(view);
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Window& a, const Window& b) { return a.disagreement > b.disagreement; });
+  for (const std::size_t most : {std::size_t{2}, count})
+    for (const Window& window : all) {
+      if (chosen.size() == count) break;
+      std::size_t of_view = 0;
+      bool apart = true;
+      for (const Window& other : chosen) {
+        if (other.view != window.view) continue;
+        ++of_view;
+        apart = apart && !(overlap(other.x, other.width, window.x, window.width) &&
+                           overlap(other.y, other.height, window.y, window.height));
+      }
+      if (apart && of_view < most) chosen.push_back(window);
+    }
+  std::stable_sort(chosen.begin(), chosen.end(),
+                   [](const Window& a, const Window& b) { return a.disagreement > b.disagreement; });
+  std::vector<Crop> result;
+  for (const Window& window : chosen) result.push_back(cut(window));
+  return result;
+}
+
+Crop ModelViews::cut(const Window& window) const {
+  const ViewId id = options_.cropped[window.view];
+  const View& view = scene_.views[index(id)];
+  Crop crop{view.name, window.x, window.y, window.width, window.height, window.disagreement, {}, {}, {}};
+  std::vector<std::uint8_t> inside;
+  const Image photo = undistort_photo(*photos_.photo(id), view.camera, inside);
+  crop.photo = cut_out(photo, window.x, window.y, window.width, window.height);
+  for (std::size_t model = 0; model < thumbnails_.size(); ++model) {
+    const Image render = read_image(render_file(model, window.view));
+    crop.renders.push_back(cut_out(render, window.x, window.y, window.width, window.height));
+    crop.errors.push_back(mean_difference(crop.photo, crop.renders.back()));
+  }
+  return crop;
+}
+
+}  // namespace gpvc

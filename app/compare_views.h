@@ -1,0 +1,70 @@
+// A comparison's models seen from photos' viewpoints: scored against the photos, and kept for the crops.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/rephotography.h"
+#include "app/run_record.h"
+#include "io/io.h"
+#include "visibility/visibility.h"
+
+namespace gpvc {
+
+/// A place that the modes show differently, cut from the photo and from each model's render.
+struct Crop {
+  std::string view;
+  int x = 0, y = 0, width = 0, height = 0;  ///< in the view's undistorted frame
+  double disagreement = 0;                  ///< mean deviation of the models from one another, grey levels
+  Image photo;
+  std::vector<Image> renders;  ///< of the models, in the order they were shown
+  std::vector<double> errors;  ///< per model: mean difference from the photo after its gain, grey levels
+};
+
+struct ModelViewsOptions {
+  std::vector<ViewId> scored, cropped;  ///< ascending
+  int reduction = 4;
+  std::filesystem::path renders;  ///< an existing folder for renders until the crops are cut
+};
+
+class ModelViews {
+ public:
+  /// Borrows all. Draws the mesh once from each scored view. Keeps a few bytes a pixel of each scored view.
+  ModelViews(GraphicsDevice& device, const Mesh& mesh, const Scene& scene, PhotoCache& photos,
+             ModelViewsOptions options, const Progress& progress);
+
+  /// Renders a model from every view, keeps the renders of the cropped ones, returns the mean score over the
+  /// scored ones. `offset` is to be added to the model's positions.
+  RephotographyScore show(const TexturedModel& model, const std::vector<Image>& pages,
+                          const WorldPoint& offset, const Progress& progress);
+
+  /// The windows in which the models shown so far differ most, at most `count`, two of a view until all views
+  /// have theirs.
+  std::vector<Crop> crops(std::size_t count) const;
+
+ private:
+  struct Frame {
+    Image photo;
+    std::vector<std::uint8_t> inside, covered;
+  };
+  struct Window {
+    std::size_t view = 0;  ///< index into cropped
+    int x = 0, y = 0, width = 0, height = 0;
+    double disagreement = 0;
+  };
+  std::filesystem::path render_file(std::size_t model, std::size_t view) const;
+  std::vector<Window> windows(std::size_t view) const;
+  Crop cut(const Window& window) const;
+
+  GraphicsDevice& device_;
+  const Scene& scene_;
+  PhotoCache& photos_;
+  ModelViewsOptions options_;
+  std::vector<Frame> frames_;                   ///< per scored view
+  std::vector<std::vector<Image>> thumbnails_;  ///< per model shown and cropped view
+};
+
+}  // namespace gpvc

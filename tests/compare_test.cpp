@@ -1,0 +1,115 @@
+// What `gpvc compare` makes of its arguments and of its figures.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "app/compare_modes.h"
+#include "app/compare_oracle.h"
+#include "app/compare_report.h"
+#include "app/options.h"
+
+namespace gpvc {
+namespace {
+
+std::vector<std::string> names_of(const std::string& list, const std::vector<double>& epsilons) {
+  std::vector<std::string> names;
+  for (const ComparedMode& mode : compared_modes(list, epsilons, {})) names.push_back(mode.name);
+  return names;
+}
+
+TEST(CompareModes, RunsBiasedModesOncePerEpsilon) {
+  EXPECT_EQ(names_of("none, ray:dense,gpvc", {1e-5, 0.01}),
+            (std::vector<std::string>{"none", "ray:dense:1e-05", "ray:dense:0.01", "gpvc"}));
+  EXPECT_EQ(names_of("shadow-map:spc:0.5,shadow-map:spc", {0.5, 0.25}),
+            (std::vector<std::string>{"shadow-map:spc:0.5", "shadow-map:spc:0.25"}));
+  EXPECT_EQ(names_of(default_modes(), default_epsilons()).size(), 4u * 4u + 4u);
+}
+
+TEST(CompareModes, TellsFamilyEpsilonAndCorrection) {
+  const auto modes = compared_modes("shadow-map:apc:0.001,gpvc:uncorrected,gpvc:paper,gpvc:ves", {}, {});
+  ASSERT_EQ(modes.size(), 4u);
+  EXPECT_EQ(modes[0].family, "shadow-map:apc");
+  EXPECT_EQ(modes[0].epsilon, 0.001);
+  EXPECT_EQ(modes[0].visibility.method, Method::shadow_map);
+  EXPECT_EQ(modes[0].visibility.projection, Projection::apc);
+  EXPECT_EQ(modes[1].visibility.correction, CoverageCorrection::off);
+  EXPECT_EQ(modes[2].visibility.correction, CoverageCorrection::paper);
+  EXPECT_EQ(modes[3].visibility.correction, CoverageCorrection::exact);
+  EXPECT_EQ(modes[3].visibility.sampling, Sampling::ves);
+  EXPECT_FALSE(modes[3].epsilon);
+}
+
+TEST(CompareModes, RefusesWhatIsNoMode) {
+  EXPECT_THROW(names_of("gpvc,shadow", {1e-3}), UsageError);
+  EXPECT_THROW(names_of(" , ", {1e-3}), UsageError);
+  EXPECT_THROW(names_of("none:1e-3", {1e-3}), UsageError);
+}
+
+TEST(Agreement, CountsByTheOraclesClass) {
+  Agreement agreement;
+  agreement.pairs = {{{90, 6, 4}, {1, 8, 1}, {2, 0, 18}}};  // rows hidden, partial, full
+  EXPECT_DOUBLE_EQ(agreement.share(FaceClass::hidden), 0.9);
+  EXPECT_DOUBLE_EQ(agreement.share(FaceClass::partial), 0.8);
+  EXPECT_DOUBLE_EQ(agreement.share(FaceClass::full), 0.9);
+  EXPECT_DOUBLE_EQ(agreement.missed_full(), 1 - 0.9);
+  EXPECT_DOUBLE_EQ(agreement.false_full(), 5.0 / 23.0);
+  EXPECT_DOUBLE_EQ(agreement.accuracy(), 116.0 / 130.0);
+}
+
+Json small_report() {
+  const auto mode = [](const char* name, const char* family, Json epsilon, double agreement, double wrong) {
+    return Json{{"name", name},
+                {"kind", "mode"},
+                {"family", family},
+                {"epsilon", std::move(epsilon)},
+                {"status", "ok"},
+                {"oracle", {{"agreement", agreement}}},
+                {"truth", {{"all", {{"textured", 1.0}, {"wrong", wrong}}}}}};
+  };
+  Json report{{"scene", {{"name", "here"}, {"faces", 1234567}, {"views", 5}, {"used_views", 4}}},
+              {"program", {{"version", "1"}, {"device", {{"renderer", "a </script> device"}}}}},
+              {"settings", {{"scored", {{"held_out", true}}}}},
+              {"findings", Json::array()}};
+  report["modes"] = Json::array({mode("ray:dense:0.1", "ray:dense", 0.1, 0.5, 0.25),
+                                 mode("ray:dense:0.01", "ray:dense", 0.01, 0.75, 0.5),
+                                 mode("gpvc", "gpvc", nullptr, 1.0, 0.0)});
+  return report;
+}
+
+TEST(Findings, NameEachFamilysBestEpsilon) {
+  Json report = small_report();
+  auto findings = findings_of(report);
+  ASSERT_EQ(findings.size(), 3u);
+  EXPECT_EQ(findings[0],
+            "Classes that agree with the exact oracle: gpvc 100.000 %; ray:dense at its best epsilon, 0.01: "
+            "75.000 %.");
+  EXPECT_NE(findings[1].find("ray:dense at its best epsilon, 0.1: 75.000 %"), std::string::npos)
+      << findings[1];
+  EXPECT_EQ(findings[2], "No mode with a bias textures more of the seen area rightly than gpvc.");
+  report["modes"][2]["truth"]["all"]["wrong"] = 0.3;
+  findings = findings_of(report);
+  EXPECT_NE(findings[2].find("Better than gpvc here"), std::string::npos) << findings[2];
+  EXPECT_NE(findings[2].find("ray:dense:0.1 by 5.0000 points"), std::string::npos) << findings[2];
+}
+
+TEST(ReportMarkdown, GivesEveryModeARowAndLeavesOutWhatIsUnknown) {
+  Json report = small_report();
+  report["modes"][0]["status"] = "failed";
+  report["modes"][0]["error"] = "a | b";
+  report["findings"] = findings_of(report);
+  const std::string text = report_markdown(report);
+  EXPECT_NE(text.find("1 234 567 faces"), std::string::npos) << text;
+  EXPECT_NE(text.find("| ray:dense:0.1 (failed: a \\| b) | 50.000 |"), std::string::npos) << text;
+  EXPECT_NE(text.find("| gpvc | 100.000 |"), std::string::npos) << text;
+  EXPECT_EQ(text.find("PSNR"), std::string::npos) << text;
+}
+
+TEST(ReportPage, KeepsDataInsideItsElement) {
+  const std::string page = page_with(small_report());
+  EXPECT_NE(page.find("a \\u003c/script> device"), std::string::npos);
+  EXPECT_EQ(page.find("placed here"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gpvc
