@@ -17,8 +17,17 @@ namespace {
 /// Fixed, so that what a block yields does not depend on the number of threads.
 constexpr std::size_t kFacesPerBlock = 2048;
 
-PixelBox united(const PixelBox& a, const PixelBox& b) {
-  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+FaceBounds united(const FaceBounds& a, const FaceBounds& b) {
+  if (!a.ahead) return b;
+  return {std::min(a.x0, b.x0),  std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1), true,
+          a.bounded && b.bounded};
+}
+
+/// How many of the entries are not `face`. Without an early end, so that it runs several at a time.
+std::size_t count_others(const FaceId* entries, std::size_t count, FaceId face) {
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < count; ++i) others += entries[i] != face;
+  return others;
 }
 
 }  // namespace
@@ -35,7 +44,7 @@ enum class CpuClassifier::State : std::uint8_t {
 
 /// What one block of consecutive faces yields; joined in face order at the end.
 struct CpuClassifier::Block {
-  PixelBox touched;  ///< pixels
+  FaceBounds touched;  ///< what its faces touch
   std::vector<Claim> claims;
   std::vector<FaceId> subpixel_faces;
   std::size_t first_subpixel = 0;  ///< number of the first of them among all
@@ -67,6 +76,7 @@ void CpuClassifier::start(const ClassifyView& view, ViewVisibility& result) {
   result.classes.resize(view.mesh.faces.size());
   states_.resize(view.mesh.faces.size());
   blocks_.resize((view.mesh.faces.size() + kFacesPerBlock - 1) / kFacesPerBlock);
+  quick_ = view.quick_limits();
 }
 
 void CpuClassifier::classify(const ClassifyView& view, ViewVisibility& result) {
@@ -83,7 +93,7 @@ void CpuClassifier::complete(const ClassifyView& view, std::span<const FaceCode>
   for (std::size_t number = 0; number < blocks_.size(); ++number) {
     Block& block = blocks_[number];
     block.clear();
-    block.touched = view.frame();
+    block.touched = {0, 0, 0, 0, true, false};
     const std::size_t first = number * kFacesPerBlock;
     for (std::size_t f = first; f < std::min(first + kFacesPerBlock, codes.size()); ++f) {
       constexpr std::array kStates{State::hidden, State::sampled, State::full, State::subpixel};
@@ -132,12 +142,43 @@ void CpuClassifier::scan_block(const ClassifyView& view, std::size_t number) {
 }
 
 CpuClassifier::State CpuClassifier::scan_face(const ClassifyView& view, FaceId face, Block& block) {
-  const bool exact = options_.correction == CoverageCorrection::exact;
   const FaceBounds bounds = view.bounds(face);
   if (outside(bounds, view.camera.width, view.camera.height)) return State::hidden;
+  block.touched = united(block.touched, bounds);
+  if (options_.correction == CoverageCorrection::exact && quick_.inside(bounds)) {
+    const QuickFace quick = view.quick(quick_, face, bounds);
+    if (quick.spans(pixel_centres(bounds, view.frame()), block.spans))
+      return scan_quick(view, face, quick.facing() == Facing::front, block);
+  }
+  return scan_raster(view, face, bounds, block);
+}
+
+/// For a face inside the frame whose spans are known.
+CpuClassifier::State CpuClassifier::scan_quick(const ClassifyView& view, FaceId face, bool front,
+                                               Block& block) const {
+  if (!front) return contest(view, face, false, block);
+  if (block.spans.empty()) {
+    if (!options_.subpixel) return State::unresolved;
+    block.subpixel_faces.push_back(face);
+    return State::subpixel;
+  }
+  std::size_t samples = 0, others = 0;
+  for (const Span& span : block.spans) {
+    const auto count = static_cast<std::size_t>(span.x1 - span.x0);
+    samples += count;
+    others += count_others(view.row(span.y) + span.x0, count, face);
+    if (others > 0) return contest(view, face, true, block);
+  }
+  block.counts.samples += samples;
+  ++block.counts.processed_faces;
+  return State::full;
+}
+
+CpuClassifier::State CpuClassifier::scan_raster(const ClassifyView& view, FaceId face,
+                                                const FaceBounds& bounds, Block& block) {
+  const bool exact = options_.correction == CoverageCorrection::exact;
   const RasterFace raster = view.raster(face);
   if (raster.facing == Facing::edge_on) return State::hidden;
-  block.touched = united(block.touched, touched_pixels(bounds, view.frame()));
   const bool front = raster.facing == Facing::front;
   if (!exact && !front) return State::hidden;
   const SpanWalker walker(raster, pixel_bounds(raster, bounds, view.frame()));
@@ -156,10 +197,7 @@ CpuClassifier::State CpuClassifier::scan_face(const ClassifyView& view, FaceId f
     return State::full;
   }
   block.counts.samples = samples;
-  if (!exact) return State::sampled;
-  const std::size_t stored = contest(view, face, raster, block);
-  if (!front) return State::hidden;
-  return stored == 0 ? State::unstored : State::sampled;
+  return exact ? contest(view, face, front, block) : State::sampled;
 }
 
 /// The common case, without corrections: every sample that the sampling mode asks for is stored as the
@@ -182,25 +220,30 @@ bool CpuClassifier::stores_everywhere(const ClassifyView& view, FaceId face, con
   return true;
 }
 
-/// Claims the pixels whose stored owner the face beats. Returns how many are stored as its own.
-std::size_t CpuClassifier::contest(const ClassifyView& view, FaceId face, const RasterFace& raster,
-                                   Block& block) const {
+/// Claims the pixels whose stored owner the face beats. What becomes of the face unless somebody corrects an
+/// owner.
+CpuClassifier::State CpuClassifier::contest(const ClassifyView& view, FaceId face, bool front,
+                                            Block& block) const {
   const auto width = static_cast<std::size_t>(view.camera.width);
-  std::size_t stored = 0;
-  for (const Span& span : block.spans)
+  Contender contender(view, face);
+  bool stored = false;
+  for (const Span& span : block.spans) {
+    const FaceId* owners = view.row(span.y);
     for (std::int32_t x = span.x0; x < span.x1; ++x) {
-      if (view.owner(x, span.y) == face) {
-        ++stored;
+      if (owners[x] == face) {
+        stored = true;
         continue;
       }
       if (!view.mask.contains(x, span.y)) continue;
       ++block.counts.contested_samples;
-      if (block.owners.wins(view, face, raster, x, span.y))
+      if (block.owners.wins(view, quick_, contender, owners[x], x, span.y))
         block.claims.push_back({static_cast<std::uint32_t>(static_cast<std::size_t>(span.y) * width +
                                                            static_cast<std::size_t>(x)),
                                 face});
     }
-  return stored;
+  }
+  if (!front) return State::hidden;
+  return stored ? State::sampled : State::unstored;
 }
 
 void CpuClassifier::correct_owners(const ClassifyView& view) {
@@ -230,7 +273,7 @@ void CpuClassifier::resolve_subpixel(const ClassifyView& view) {
   for (Block& block : blocks_) {
     block.first_subpixel = faces.size();
     faces.insert(faces.end(), block.subpixel_faces.begin(), block.subpixel_faces.end());
-    touched.push_back(block.touched);
+    touched.push_back(touched_pixels(block.touched, view.frame()));
   }
   subpixel_->resolve(view, faces, touched, kFacesPerBlock);
 }

@@ -1,6 +1,7 @@
 // Visibility classification (section 2.2) on the CPU: which faces own all, some or none of their samples.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,10 +10,15 @@
 #include "visibility/face_code.h"
 #include "visibility/photo_mask.h"
 #include "visibility/projection.h"
+#include "visibility/quick_face.h"
 #include "visibility/raster.h"
 #include "visibility/visibility.h"
 
 namespace gpvc {
+
+struct DepthRange {
+  double nearest = 0, farthest = 0;
+};
 
 /// One view, ready to be classified. Everything is borrowed.
 struct ClassifyView {
@@ -28,6 +34,9 @@ struct ClassifyView {
     return ivm[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
                static_cast<std::size_t>(x)];
   }
+  const FaceId* row(std::int32_t y) const {
+    return ivm.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width);
+  }
   RasterFace raster(FaceId face) const {
     const Triangle& t = mesh.faces[index(face)];
     const auto& v = projected.vertices;
@@ -38,12 +47,20 @@ struct ClassifyView {
     const auto& p = projected.positions;
     return face_bounds(p[t[0]], p[t[1]], p[t[2]]);
   }
+  QuickLimits quick_limits() const { return {camera.width, camera.height, rounding, projected.moderate}; }
+  QuickFace quick(const QuickLimits& limits, FaceId face, const FaceBounds& of_face) const {
+    const Triangle& t = mesh.faces[index(face)];
+    const auto& p = projected.positions;
+    return {limits, p[t[0]], p[t[1]], p[t[2]], of_face};
+  }
+  /// The least and the greatest depth of its vertices.
+  DepthRange depths(FaceId face) const {
+    const Triangle& t = mesh.faces[index(face)];
+    const double a = projected.vertices[t[0]].z, b = projected.vertices[t[1]].z,
+                 c = projected.vertices[t[2]].z;
+    return {std::min(a, std::min(b, c)), std::max(a, std::max(b, c))};
+  }
   PixelBox frame() const { return {0, 0, camera.width, camera.height}; }
-};
-
-/// A run of covered pixels.
-struct Span {
-  std::int32_t y, x0, x1;
 };
 
 class OwnerOverlay;
@@ -71,14 +88,17 @@ class CpuClassifier {
   void find_candidates(const ClassifyView& view);
   void scan_block(const ClassifyView& view, std::size_t number);
   State scan_face(const ClassifyView& view, FaceId face, Block& block);
+  State scan_raster(const ClassifyView& view, FaceId face, const FaceBounds& bounds, Block& block);
+  State scan_quick(const ClassifyView& view, FaceId face, bool front, Block& block) const;
   bool stores_everywhere(const ClassifyView& view, FaceId face, const SpanWalker& walker, Block& block) const;
-  std::size_t contest(const ClassifyView& view, FaceId face, const RasterFace& raster, Block& block) const;
+  State contest(const ClassifyView& view, FaceId face, bool front, Block& block) const;
   void correct_owners(const ClassifyView& view);
   void resolve_subpixel(const ClassifyView& view);
   void finish_block(const ClassifyView& view, std::size_t number, ViewVisibility& result);
   void join_blocks(ViewVisibility& result) const;
 
   VisibilityOptions options_;
+  QuickLimits quick_;                          ///< of the view at hand
   std::vector<std::uint8_t> candidate_faces_;  ///< owns a pixel of the IVM
   std::vector<State> states_;                  ///< per face, after the scan
   std::vector<Block> blocks_;

@@ -6,20 +6,30 @@
 
 namespace gpvc {
 
-void OwnerContest::start() { owners_.fill({}); }
+void OwnerContest::start() {
+  for (Owner& owner : owners_) owner.face = kNoFace;
+}
 
-bool OwnerContest::wins(const ClassifyView& view, FaceId face, const RasterFace& raster, std::int32_t x,
-                        std::int32_t y) {
-  const FaceId stored = view.owner(x, y);
+bool OwnerContest::wins(const ClassifyView& view, const QuickLimits& limits, Contender& contender,
+                        FaceId stored, std::int32_t x, std::int32_t y) {
   if (stored == kNoFace) return true;
   Owner& owner = owners_[index(stored) % owners_.size()];
-  if (owner.face != stored) owner = {stored, view.raster(stored)};
-  if (owner.raster.facing == Facing::edge_on) return true;
+  if (owner.face != stored) {
+    owner.face = stored;
+    owner.quick = view.quick(limits, stored, view.bounds(stored));
+    owner.farthest = view.depths(stored).farthest;
+    owner.prepared = false;
+  }
   const double px = x + 0.5, py = y + 0.5;
+  // Most owners are right, and a layer nearer.
+  if (owner.farthest < contender.nearest() && owner.quick.contains(px, py)) return false;
+  if (!owner.prepared) owner.raster = view.raster(stored);
+  owner.prepared = true;
+  if (owner.raster.facing == Facing::edge_on) return true;
   const FacePoint there = face_point(owner.raster, px, py);
   if (!covers_exactly(there)) return true;
-  const int order = compare_depth_exactly(face_point(raster, px, py), there);
-  return order < 0 || (order == 0 && face < stored);
+  const int order = compare_depth_exactly(face_point(contender.raster(), px, py), there);
+  return order < 0 || (order == 0 && contender.face() < stored);
 }
 
 void OwnerOverlay::resolve(const ClassifyView& view, std::vector<Claim>& claims) {

@@ -8,7 +8,9 @@
 // nothing is assumed about the rasterizer: neither its snapping nor its depth buffer needs an error bound.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "visibility/classify.h"
@@ -21,17 +23,42 @@ struct Claim {
   FaceId face;
 };
 
+/// A face that contests owners; made ready for the exact predicates when they are first needed.
+class Contender {
+ public:
+  Contender(const ClassifyView& view, FaceId face)
+      : view_(view), face_(face), nearest_(view.depths(face).nearest) {}
+  FaceId face() const { return face_; }
+  double nearest() const { return nearest_; }
+  const RasterFace& raster() {
+    if (!prepared_) raster_ = view_.raster(face_);
+    prepared_ = true;
+    return raster_;
+  }
+
+ private:
+  const ClassifyView& view_;
+  FaceId face_;
+  double nearest_;
+  bool prepared_ = false;
+  RasterFace raster_;
+};
+
 /// Contests stored owners, remembering the last few of them; one a thread.
 class OwnerContest {
  public:
   /// Forgets the view before.
   void start();
-  /// Whether `face`, which covers pixel (x, y), beats its stored owner there.
-  bool wins(const ClassifyView& view, FaceId face, const RasterFace& raster, std::int32_t x, std::int32_t y);
+  /// Whether the contender, which covers pixel (x, y), beats its stored owner there.
+  bool wins(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored,
+            std::int32_t x, std::int32_t y);
 
  private:
   struct Owner {
     FaceId face = kNoFace;
+    QuickFace quick;
+    double farthest = 0;
+    bool prepared = false;
     RasterFace raster;
   };
   std::array<Owner, 16> owners_;

@@ -29,22 +29,22 @@ void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose,
 
 /// The pixel position of a vertex, rounded: good for bounds only. NaN when it is not in front of the camera.
 struct RoundedPosition {
-  float x, y;
+  double x, y;
 };
 
 inline RoundedPosition rounded_position(const ProjectedVertex& v) {
-  constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+  constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
   if (!(v.z > 0)) return {kNowhere, kNowhere};
-  // Far beyond any image, but within the range of a float.
+  // Far beyond any image, but finite.
   constexpr double kFar = 1e38;
-  return {static_cast<float>(std::clamp(v.u / v.z, -kFar, kFar)),
-          static_cast<float>(std::clamp(v.v / v.z, -kFar, kFar))};
+  return {std::clamp(v.u / v.z, -kFar, kFar), std::clamp(v.v / v.z, -kFar, kFar)};
 }
 
 /// All vertices of a mesh in one view.
 struct ProjectedMesh {
   std::vector<ProjectedVertex> vertices;
   std::vector<RoundedPosition> positions;
+  bool moderate = false;  ///< depths in front lie in [1e-60, 1e60]: no product of three overflows or vanishes
 };
 
 /// Fills `projected`, using its memory again. O(positions), TBB.

@@ -134,14 +134,9 @@ struct FaceBounds {
 inline FaceBounds face_bounds(const RoundedPosition& a, const RoundedPosition& b, const RoundedPosition& c) {
   const bool ahead_a = a.x == a.x, ahead_b = b.x == b.x, ahead_c = c.x == c.x;  // not NaN
   if (!(ahead_a && ahead_b && ahead_c)) return {0, 0, 0, 0, ahead_a || ahead_b || ahead_c, false};
-  // A float is off by 2^-24 of itself, a position below 2^-100 by less than that; four times as much leaves
-  // room for other positions rounded likewise.
-  const auto below = [](float v) {
-    return static_cast<double>(v) - 0x1p-22 * std::abs(static_cast<double>(v)) - 0x1p-99;
-  };
-  const auto above = [](float v) {
-    return static_cast<double>(v) + 0x1p-22 * std::abs(static_cast<double>(v)) + 0x1p-99;
-  };
+  // A quotient is off by 2^-53 of itself, a position below 2^-100 by less than that.
+  const auto below = [](double v) { return v - 0x1p-50 * std::abs(v) - 0x1p-99; };
+  const auto above = [](double v) { return v + 0x1p-50 * std::abs(v) + 0x1p-99; };
   return {below(std::min({a.x, b.x, c.x})),
           below(std::min({a.y, b.y, c.y})),
           above(std::max({a.x, b.x, c.x})),
@@ -158,7 +153,19 @@ inline bool outside(const FaceBounds& bounds, double width, double height) {
 
 /// The pixels of `window` whose centres may lie in the projection of the face; empty for an edge-on face.
 PixelBox pixel_bounds(const RasterFace& face, const FaceBounds& bounds, const PixelBox& window);
+/// The same for the bounds of any face.
+PixelBox pixel_centres(const FaceBounds& bounds, const PixelBox& window);
 PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window);
+
+/// floor() and ceil() of what an int32 holds; the library's are calls where SSE4 is not assumed.
+inline std::int32_t floor_int(double v) {
+  const auto truncated = static_cast<std::int32_t>(v);
+  return truncated - (static_cast<double>(truncated) > v ? 1 : 0);
+}
+inline std::int32_t ceil_int(double v) {
+  const auto truncated = static_cast<std::int32_t>(v);
+  return truncated + (static_cast<double>(truncated) < v ? 1 : 0);
+}
 
 /// The pixels of `window` that the face may touch.
 PixelBox touched_pixels(const FaceBounds& bounds, const PixelBox& window);

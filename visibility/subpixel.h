@@ -1,11 +1,13 @@
 // Faces whose projection contains no pixel centre: their samples are the centroid and the midpoints from it
 // to the three vertices, and each is decided against every face that covers it, exactly.
 //
-// The samples are sorted by pixel. Every face of the mesh then visits the pixels its projection
-// touches and hides the samples there that it covers and lies in front of. Marking commutes, so the result
-// does not depend on the order. Cost: O(faces + pixels touched + pairs of a sample and a face in one pixel).
+// The samples are sorted by pixel, and within a crowded pixel by the cells of a grid as fine as it takes for
+// about two a cell. Every face of the mesh then visits the cells that its rectangle touches and hides the
+// samples there that it covers and lies in front of. Marking commutes, so the result does not depend on the
+// order. Cost: O(faces + pixels touched + pairs of a sample and a face in one cell).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,33 +30,43 @@ class SubpixelResolver {
  private:
   struct Sample {
     double x, y;
-    FaceId face;
-    std::uint32_t pixel;  ///< kNoPixel when it is not in the image
+    std::uint32_t pixel;  ///< kNowhere when it is not in the image
+    std::uint32_t at;     ///< its number in placed_; first its cell
   };
-  /// A sample as the faces that pass over its pixel meet it.
+  /// A sample as the faces that pass over its cell meet it.
   struct Placed {
-    float x, y;  ///< rounded
-    std::uint32_t sample, pixel;
+    double x, y;
+    FaceId face;
+    std::uint32_t number;  ///< of the face among those to be resolved
   };
-  static constexpr std::uint32_t kNoPixel = 0xFFFFFFFFU;
+  struct Occluder;
+  static constexpr std::uint32_t kNowhere = 0xFFFFFFFFU;
 
   void start(const ClassifyView& view, std::size_t faces);
-  void place(const ClassifyView& view, std::size_t number, FaceId face);
-  void sort_by_pixel();
+  void make_samples(const ClassifyView& view, std::size_t number, FaceId face);
+  void make_cells();
+  void place(std::span<const FaceId> faces);
   template <class Callback>
   void for_each_occupied(Callback&& callback) const;
   bool any_in(const PixelBox& pixels) const;
+  std::uint64_t occupied(std::size_t word, std::int32_t y, std::int32_t x0, std::int32_t x1) const;
   void hide_behind(const ClassifyView& view, FaceId face);
-  void hide_in_pixel(const ClassifyView& view, FaceId face, const RasterFace& raster,
-                     const FaceBounds& bounds, std::size_t pixel);
+  void hide_in_row(Occluder& occluder, const FaceBounds& bounds, std::int32_t y);
+  void hide_in_pixel(Occluder& occluder, const FaceBounds& bounds, std::int32_t x, std::int32_t y);
+  void hide_in_cells(Occluder& occluder, const FaceBounds& bounds, std::size_t first, std::size_t last);
+  void clear();
 
+  QuickLimits limits_;
   std::vector<Sample> samples_;
-  std::vector<std::uint8_t> visible_;    ///< per sample
-  std::vector<Placed> placed_;           ///< by pixel
-  std::vector<std::uint32_t> end_;       ///< of each pixel's samples in placed_; 0 where there are none
-  std::vector<std::uint64_t> occupied_;  ///< a bit a pixel with samples, rows padded to whole words
-  std::vector<std::uint8_t> tiles_;      ///< words of 64 rows with samples
-  std::size_t stride_ = 0;               ///< words a row
+  std::vector<DepthRange> depths_;          ///< of the faces to be resolved
+  std::vector<Placed> placed_;              ///< by cell
+  std::vector<std::uint8_t> visible_;       ///< per placed sample
+  std::vector<std::uint32_t> cell_end_;     ///< in placed_, of cells that follow one another
+  std::vector<std::uint32_t> first_cell_;   ///< of a pixel; first the number of its samples
+  std::vector<std::uint8_t> cells_a_side_;  ///< of a pixel
+  std::vector<std::uint64_t> occupied_;     ///< a bit a pixel with samples, rows padded to whole words
+  std::vector<std::uint8_t> tiles_;         ///< words of 64 rows with samples
+  std::size_t stride_ = 0;                  ///< words a row
   int width_ = 0, height_ = 0;
 };
 
