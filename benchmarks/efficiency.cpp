@@ -115,7 +115,8 @@ int run(const Arguments& arguments) {
   const std::vector<Measured> measured = measure(device, scene, rows, differing);
   print_tables(scene, measured, arguments.folder);
   fmt::print(
-      "\nTime consumption: all in. Sampling count: look-ups until a face is known to be fully visible or "
+      "\nTime consumption: all in, wall; CPU time: of all threads, the software renderer's included. "
+      "Sampling count: look-ups until a face is known to be fully visible or "
       "not.\n"
       "Rows other than GPVC do without the IVM, which texturing needs from them as well. Faces whose class\n"
       "under HIVERS differs from dense sampling's: {}\n",

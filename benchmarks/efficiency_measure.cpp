@@ -1,8 +1,10 @@
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <chrono>
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <stdexcept>
 
 #include "efficiency.h"
@@ -16,6 +18,28 @@ using Classes = std::vector<std::vector<FaceClass>>;  // per view
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
+
+double cpu_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+/// Adds up wall and CPU time of what runs while it lives.
+class Watch {
+ public:
+  explicit Watch(Measured& into) : into_(into), start_(Clock::now()), cpu_(cpu_seconds()) {}
+  ~Watch() {
+    into_.total_s += seconds_since(start_);
+    into_.cpu_s += cpu_seconds() - cpu_;
+  }
+
+ private:
+  Measured& into_;
+  Clock::time_point start_;
+  double cpu_;
+};
 
 void add(VisibilityStatistics& sum, const VisibilityStatistics& s) {
   sum.processed_faces += s.processed_faces;
@@ -78,17 +102,19 @@ std::vector<Measured> measure(GraphicsDevice& device, const BenchScene& scene, c
   std::map<std::string, Classes> must_agree;
   ViewVisibility seen;
   for (const Row& row : rows) {
-    Measured result{row, {}, {}, 0, 0};
-    Clock::time_point start = Clock::now();
-    VisibilityStage stage(device, scene.mesh, row.options);
-    result.total_s = seconds_since(start);
-    result.processor = stage.classifier_note().substr(0, 3);
+    Measured result{row, {}, {}, 0, 0, 0};
+    const auto stage = [&] {
+      const Watch watch(result);
+      return std::make_unique<VisibilityStage>(device, scene.mesh, row.options);
+    }();
+    result.processor = stage->classifier_note().substr(0, 3);
     const std::string key = agreement(row.options);
     Classes* others = key.empty() ? nullptr : &must_agree[key];
     for (std::size_t v = 0; v < scene.views.size(); ++v) {
-      start = Clock::now();
-      stage.classify(scene.views[v], ViewId{static_cast<std::uint32_t>(v)}, seen);
-      result.total_s += seconds_since(start);
+      {
+        const Watch watch(result);
+        stage->classify(scene.views[v], ViewId{static_cast<std::uint32_t>(v)}, seen);
+      }
       add(result.sum, seen.statistics);
       std::fprintf(stderr, "\r%s: %zu of %zu views, %.2f s ", row.name.c_str(), v + 1, scene.views.size(),
                    result.total_s);
