@@ -317,6 +317,38 @@ TEST_F(ModesGl, AMethodMeasuredAloneDrawsNoItemBuffer) {
   }
 }
 
+TEST_F(ModesGl, DepthsOfATiledImageAreThoseOfAWholeOne) {
+  const View view = scenes::view_of(200, 150, 150);
+  const Mesh mesh = scenes::soup(view.camera, 400, 25, 14);
+  for (const Projection projection : {Projection::apc, Projection::spc}) {
+    IvmRenderer::Options options;
+    options.projection = projection;
+    options.near = kShadowMapNear;
+    std::vector<FaceId> faces, tiled_faces;
+    std::vector<float> depths, tiled_depths;
+    IvmRenderer whole(mesh, options);
+    whole.render(view.camera, view.pose, {&faces, &depths});
+    options.largest_tile = 64;
+    IvmRenderer tiled(mesh, options);
+    ASSERT_EQ(tiled.tiles(view.camera), 12);
+    tiled.render(view.camera, view.pose, {&tiled_faces, &tiled_depths});
+    const float farthest = projection == Projection::apc ? 0 : 1;
+    std::size_t covered = 0, differ = 0;
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+      EXPECT_EQ(faces[i] == kNoFace, depths[i] == farthest) << i;
+      covered += faces[i] != kNoFace;
+      if (faces[i] != tiled_faces[i]) {  // an edge that snaps the other way
+        ++differ;
+        continue;
+      }
+      // Another viewport rounds otherwise: floats of coordinates up to the tile's size.
+      EXPECT_NEAR(depths[i], tiled_depths[i], 1e-4F * (farthest + depths[i])) << i;
+    }
+    EXPECT_GT(covered, 10000U);
+    EXPECT_LT(differ, covered / 200);
+  }
+}
+
 TEST_F(ModesGl, ABiasIsRefusedWhereItMeansNothing) {
   VisibilityOptions options;
   for (const Method method : {Method::shadow_map, Method::ray})
