@@ -4,23 +4,17 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <array>
-#include <map>
 #include <memory>
 
-#include "tests/visibility_oracle.h"
+#include "tests/visibility_check.h"
 #include "tests/visibility_scenes.h"
 
 namespace gpvc {
 namespace {
 
-using Counts = std::array<std::size_t, 4>;
+using Counts = ClassCounts;
 
-Counts count(const std::vector<FaceClass>& classes) {
-  Counts counts{};
-  for (const FaceClass c : classes) ++counts[static_cast<std::size_t>(c)];
-  return counts;
-}
+Counts count(const std::vector<FaceClass>& classes) { return count_classes(classes); }
 
 VisibilityOptions options(CoverageCorrection correction, Sampling sampling = Sampling::hivers,
                           Classifier classifier = Classifier::automatic) {
@@ -42,49 +36,6 @@ class VisibilityGl : public testing::Test {
                           const VisibilityOptions& given = options(CoverageCorrection::exact)) {
     VisibilityStage stage(*device_, mesh, given);
     return stage.classify(view, ViewId{7});
-  }
-
-  /// Every face without a tie has the oracle's class, and every partial face the oracle's coverage. Returns
-  /// how many faces are tied.
-  std::size_t expect_oracle(const Mesh& mesh, const View& view, const ViewVisibility& found) {
-    const oracle::Answer expected = oracle::classify(mesh, view);
-    std::size_t tied = 0;
-    for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-      if (expected.tied[f]) {
-        ++tied;
-        continue;
-      }
-      EXPECT_EQ(static_cast<int>(found.classes[f]), static_cast<int>(expected.classes[f]))
-          << "face " << f << " of " << mesh.faces.size();
-    }
-    expect_coverage(view, found, expected);
-    return tied;
-  }
-
-  /// Bits are the oracle's owners; entries are those of the partial faces, in order.
-  static void expect_coverage(const View& view, const ViewVisibility& found, const oracle::Answer& expected) {
-    std::map<std::uint32_t, std::uint32_t> owned;
-    for (const std::uint32_t owner : expected.owners) ++owned[owner];
-    std::size_t entry = 0;
-    for (std::size_t f = 0; f < found.classes.size(); ++f) {
-      if (found.classes[f] != FaceClass::partial) continue;
-      ASSERT_LT(entry, found.coverage.entries.size());
-      const FaceCoverage& coverage = found.coverage.entries[entry++];
-      ASSERT_EQ(index(coverage.face), f);
-      EXPECT_EQ(index(coverage.view), 7U);
-      EXPECT_GT(coverage.visible_share, 0);
-      EXPECT_LE(coverage.visible_share, 1);
-      if (expected.tied[f] || coverage.width == 0) continue;
-      EXPECT_EQ(coverage.visible, owned[static_cast<std::uint32_t>(f)]) << "face " << f;
-      for (int y = coverage.y0 - 1; y <= coverage.y0 + coverage.height; ++y)
-        for (int x = coverage.x0 - 1; x <= coverage.x0 + coverage.width; ++x) {
-          const bool in_frame = x >= 0 && y >= 0 && x < view.camera.width && y < view.camera.height;
-          const bool owns =
-              in_frame && expected.owners[static_cast<std::size_t>(y * view.camera.width + x)] == f;
-          ASSERT_EQ(found.coverage.sees(coverage, x, y), owns) << "face " << f << " pixel " << x << ", " << y;
-        }
-    }
-    EXPECT_EQ(entry, found.coverage.entries.size());
   }
 
   std::unique_ptr<GraphicsDevice> device_;

@@ -1,0 +1,214 @@
+// Scenes that each provoke one thing that drawing, or drawing with LPCC, gets wrong; the exact correction
+// must agree with the oracle on every face, and the others must be seen to fail, or the scene provokes
+// nothing.
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "tests/visibility_check.h"
+#include "tests/visibility_scenes.h"
+#include "visibility/classify.h"
+#include "visibility/ivm_gl.h"
+
+namespace gpvc {
+namespace {
+
+VisibilityOptions with(CoverageCorrection correction, Classifier classifier = Classifier::automatic) {
+  VisibilityOptions options;
+  options.correction = correction;
+  options.classifier = classifier;
+  return options;
+}
+
+class ExactGl : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (list_devices().empty()) GTEST_SKIP() << "no EGL device makes an OpenGL 4.5 context here";
+    device_ = std::make_unique<GraphicsDevice>();
+  }
+
+  ViewVisibility classify(const Mesh& mesh, const View& view, CoverageCorrection correction) {
+    VisibilityStage stage(*device_, mesh, with(correction));
+    return stage.classify(view, ViewId{7});
+  }
+
+  /// The exact correction agrees with the oracle; `paper` and `off` are wrong about at least so many faces.
+  void expect_provoked(const Mesh& mesh, const View& view, std::size_t paper, std::size_t off) {
+    const oracle::Answer expected = oracle::classify(mesh, view);
+    EXPECT_EQ(expect_answer(view, classify(mesh, view, CoverageCorrection::exact), expected), 0U);
+    EXPECT_GE(count_wrong(classify(mesh, view, CoverageCorrection::paper), expected), paper);
+    EXPECT_GE(count_wrong(classify(mesh, view, CoverageCorrection::off), expected), off);
+  }
+
+  std::unique_ptr<GraphicsDevice> device_;
+};
+
+/// A rectangle of two front faces, corners in pixels.
+void add_rectangle(Mesh& mesh, const Camera& camera, double x0, double y0, double x1, double y1, double z) {
+  scenes::add_at_pixels(mesh, camera, {{{x0, y0, z}, {x0, y1, z}, {x1, y0, z}}});
+  scenes::add_at_pixels(mesh, camera, {{{x1, y0, z}, {x0, y1, z}, {x1, y1, z}}});
+}
+
+/// Less than half of the rasterizer's step of 1/256 px: an edge this far from a pixel centre is drawn on it.
+constexpr double kSnapped = 0.0013;
+
+TEST_F(ExactGl, AFaceWhoseOnlyPixelWasStolenBySnapping) {
+  // The right edge lies just beyond the centre and is drawn on it, which leaves the centre to what is behind.
+  const View view = scenes::view_of(120, 90, 100);
+  Mesh mesh;
+  for (int y = 10; y < 80; y += 5)
+    for (int x = 10; x < 110; x += 5)
+      scenes::add_at_pixels(
+          mesh, view.camera,
+          {{{x - 0.3, y + 0.53, 5}, {x + 0.5 + kSnapped, y + 0.9, 5}, {x + 0.5 + kSnapped, y + 0.17, 5}}});
+  const std::size_t small = mesh.faces.size();
+  ASSERT_EQ(small, 280U);
+  add_rectangle(mesh, view.camera, 1.3, 1.4, 118.7, 88.2, 9);
+  expect_provoked(mesh, view, small, small);
+}
+
+TEST_F(ExactGl, AThirdLayerUnderAnEdge) {
+  // Nearest, a sliver that covers no centre but is drawn over one; next, the face that owns it; farthest, a
+  // face whose edge runs through the same pixel: LPCC compares it with the sliver alone and gives it the
+  // pixel.
+  const View view = scenes::view_of(120, 90, 100);
+  Mesh mesh;
+  std::vector<std::size_t> farthest;
+  for (int y = 4; y < 80; y += 12)
+    for (int x = 4; x < 105; x += 12) {
+      const double cx = x + 0.5, cy = y + 4.5;
+      farthest.push_back(mesh.faces.size());
+      scenes::add_at_pixels(mesh, view.camera,
+                            {{{cx - 0.3, cy - 4.2, 12}, {cx - 0.3, cy + 4.3, 12}, {cx + 8.31, cy - 4.2, 12}}});
+      scenes::add_at_pixels(
+          mesh, view.camera,
+          {{{cx - 0.31, cy - 0.32, 10}, {cx - 0.22, cy + 0.41, 10}, {cx + 0.37, cy + 0.02, 10}}});
+      scenes::add_at_pixels(
+          mesh, view.camera,
+          {{{cx + kSnapped, cy - 0.41, 8}, {cx + kSnapped, cy + 0.43, 8}, {cx + 0.4, cy, 8}}});
+    }
+  expect_provoked(mesh, view, farthest.size(), 1);
+  const ViewVisibility paper = classify(mesh, view, CoverageCorrection::paper);
+  const ViewVisibility exact = classify(mesh, view, CoverageCorrection::exact);
+  for (const std::size_t f : farthest) {
+    EXPECT_EQ(paper.classes[f], FaceClass::full) << "face " << f;
+    EXPECT_EQ(exact.classes[f], FaceClass::partial) << "face " << f;
+  }
+}
+
+TEST_F(ExactGl, ADepthFightInsideAFace) {
+  // Two tilted sheets 1e-8 of their depth apart, the nearer one later in the mesh: the depth buffer cannot
+  // tell them apart anywhere, and LPCC looks at edges alone.
+  const View view = scenes::view_of(160, 120, 120);
+  const auto sheet = [](double lift) {
+    return [lift](int i, int j) { return (9 + 0.31 * i - 0.17 * j) * (1 + lift); };
+  };
+  Mesh mesh = scenes::terrain(view.camera, 5, 4, 12.3, 9.1, 21.7, 10, sheet(1e-8));
+  scenes::append(mesh, scenes::terrain(view.camera, 5, 4, 12.3, 9.1, 21.7, 10, sheet(0)));
+  expect_provoked(mesh, view, 20, 20);
+}
+
+TEST_F(ExactGl, SoupsProvokeWhatTheyAreFor) {
+  const View view = scenes::view_of(160, 120, 150);
+  std::size_t off = 0, paper = 0;
+  for (const double size : {0.4, 1.5, 4.0, 12.0}) {
+    const Mesh mesh = scenes::soup(view.camera, 4000, size, 1001);
+    const oracle::Answer expected = oracle::classify(mesh, view);
+    EXPECT_EQ(expect_answer(view, classify(mesh, view, CoverageCorrection::exact), expected), 0U) << size;
+    off += count_wrong(classify(mesh, view, CoverageCorrection::off), expected);
+    paper += count_wrong(classify(mesh, view, CoverageCorrection::paper), expected);
+  }
+  EXPECT_GT(off, 3U);
+  EXPECT_GT(paper, 0U);
+}
+
+TEST_F(ExactGl, AgreesWithTheOracleFarFromTheOrigin) {
+  // UTM and ECEF: the positions are rounded there, and what is rounded is the truth.
+  for (const WorldPoint& offset :
+       {WorldPoint{447321.7, 5412876.3, 311.9}, WorldPoint{4194411.3, 627912.1, 4748234.9}}) {
+    View view = scenes::view_of(160, 120, 150, 66, 71);
+    Mesh mesh = scenes::soup(view.camera, 2500, 5, 404);
+    for (WorldPoint& p : mesh.positions) p = {p.x + offset.x, p.y + offset.y, p.z + offset.z};
+    view.pose.rotation = scenes::rotation(0.02, -0.03, 0.4);
+    view.pose.centre = offset;
+    EXPECT_EQ(expect_oracle(mesh, view, classify(mesh, view, CoverageCorrection::exact)), 0U);
+  }
+}
+
+TEST_F(ExactGl, PrincipalPointsFarOffCentre) {
+  // Up to outside the image.
+  for (const auto& [cx, cy] : {std::pair{16.0, 108.0}, std::pair{152.0, 3.0}, std::pair{-40.0, 190.0}}) {
+    View view = scenes::view_of(160, 120, 140, cx, cy);
+    const Mesh mesh = scenes::soup(view.camera, 2000, 5, 42);
+    EXPECT_EQ(expect_oracle(mesh, view, classify(mesh, view, CoverageCorrection::exact)), 0U) << cx;
+  }
+}
+
+TEST_F(ExactGl, FansOfManyFacesOnOneEdgeSeenFromInside) {
+  // Forty faces on one edge that passes close by the camera: most cross the camera plane.
+  const View view = scenes::view_of(120, 90, 60);
+  Mesh mesh;
+  for (int i = 0; i < 40; ++i) {
+    const double angle = 0.03 + i * 6.2831 / 40;
+    scenes::add_face(mesh, {0.3137, 0.2, -3}, {0.4, -0.1, 9},
+                     {5 * std::cos(angle), 5 * std::sin(angle), 2.1 + std::cos(3 * angle)});
+  }
+  scenes::append(mesh, scenes::soup(view.camera, 300, 9, 6));
+  EXPECT_EQ(expect_oracle(mesh, view, classify(mesh, view, CoverageCorrection::exact)), 0U);
+}
+
+TEST_F(ExactGl, TilesChangeNothing) {
+  // An image above the GL limit is drawn in tiles; here the limit is made small.
+  const View view = scenes::view_of(203, 131, 150, 90, 71);
+  for (const double size : {0.7, 6.0, 70.0}) {
+    const Mesh mesh = scenes::soup(view.camera, size > 50 ? 80 : 2500, size, 303);
+    const oracle::Answer expected = oracle::classify(mesh, view);
+    const PhotoMask mask(view.camera);
+    ProjectedMesh projected;
+    project_vertices(mesh, view.camera, view.pose, projected);
+    std::vector<ViewVisibility> found;
+    for (const int tile : {0, 128, 37, 16}) {
+      device_->make_current();
+      IvmRenderer renderer(mesh, tile);
+      EXPECT_EQ(renderer.tiles(view.camera) > 1, tile > 0);
+      ViewVisibility& result = found.emplace_back();
+      result.ivm.width = view.camera.width;
+      result.ivm.height = view.camera.height;
+      renderer.render(view.camera, view.pose, {.faces = &result.ivm.faces});
+      CpuClassifier classifier(with(CoverageCorrection::exact));
+      classifier.classify(
+          {mesh, view.camera, ViewId{7}, mask, projected, result.ivm.faces, projection_rounding(view.camera)},
+          result);
+      EXPECT_EQ(expect_answer(view, result, expected), 0U) << "tile " << tile;
+      EXPECT_EQ(result.classes, found[0].classes) << "tile " << tile;
+      EXPECT_EQ(result.coverage.words, found[0].coverage.words) << "tile " << tile;
+    }
+  }
+}
+
+TEST_F(ExactGl, MeshesAboveTheStorageBufferLimit) {
+  // 128 MiB, which llvmpipe allows a storage buffer, are 11.2 million faces or 5.6 million vertices. Most lie
+  // behind the camera; those that matter come last, beyond the limit.
+  const View view = scenes::view_of(160, 120, 150);
+  const Mesh soup = scenes::soup(view.camera, 1000, 8, 77);
+  constexpr std::uint32_t kVertices = 5'700'000, kFaces = 11'300'000;
+  Mesh mesh;
+  mesh.positions.reserve(kVertices + soup.positions.size());
+  mesh.faces.reserve(kFaces + soup.faces.size());
+  for (std::uint32_t v = 0; v < kVertices; ++v)
+    mesh.positions.push_back({v % 2381 - 1200.0, v % 1201 - 600.0, -5.0 - v % 17});
+  for (std::uint32_t f = 0; f < kFaces; ++f) {
+    const std::uint32_t v = f % (kVertices - 2);
+    mesh.faces.push_back({v, v + 1, v + 2});
+  }
+  scenes::append(mesh, soup);
+  const ViewVisibility alone = classify(soup, view, CoverageCorrection::exact);
+  const ViewVisibility found = classify(mesh, view, CoverageCorrection::exact);
+  EXPECT_EQ(count_classes(found.classes)[0], kFaces + count_classes(alone.classes)[0]);
+  for (std::size_t f = 0; f < soup.faces.size(); ++f)
+    EXPECT_EQ(found.classes[kFaces + f], alone.classes[f]) << "face " << f;
+  EXPECT_EQ(found.coverage.words, alone.coverage.words);
+}
+
+}  // namespace
+}  // namespace gpvc
