@@ -57,7 +57,7 @@ class BlocksReader {
   SceneFile read() {
     const pugi::xml_node root = xml_.root();
     if (std::string_view(root.name()) != "BlocksExchange")
-      xml_.fail(root, "expected <BlocksExchange>, found <" + std::string(root.name()) + ">");
+      xml_.fail(root, "expected <BlocksExchange>, found " + in_quotes(root.name()));
     base_ = slashed(XmlFile::text(root, "BaseImagePath"));
     pugi::xml_node best;
     std::size_t most = 0, blocks = 0;

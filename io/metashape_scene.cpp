@@ -42,7 +42,7 @@ class MetashapeReader {
   SceneFile read() {
     const pugi::xml_node root = xml_.root();
     if (std::string_view(root.name()) != "document")
-      xml_.fail(root, "expected <document>, found <" + std::string(root.name()) + ">");
+      xml_.fail(root, "expected <document>, found " + in_quotes(root.name()));
     const pugi::xml_node chunk = chunk_of(root);
     for (const pugi::xml_node sensor : chunk.child("sensors").children("sensor"))
       sensors_[sensor.attribute("id").as_string()] = sensor;

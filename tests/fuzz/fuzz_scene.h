@@ -1,0 +1,28 @@
+// Scene formats of a single file, from bytes.
+#pragma once
+
+#include <cmath>
+#include <string_view>
+
+#include "fuzz.h"
+#include "io/scene_file.h"
+
+namespace gpvc::fuzz {
+
+/// The format's parser accepts with sound cameras and poses, or refuses.
+inline int parse_scene(std::string_view format, const char* name, const std::uint8_t* data,
+                       std::size_t size) {
+  for (const SceneFormat* candidate : scene_formats()) {
+    if (candidate->name != format) continue;
+    return reads_or_refuses([&] {
+      for (const View& view : candidate->parse(folder() / name, fuzz::view(data, size)).views) {
+        const bool sound = view.camera.fx > 0 && view.camera.fy > 0 && std::isfinite(view.pose.centre.x) &&
+                           std::isfinite(view.pose.rotation[0]) && !view.name.empty();
+        if (!sound) std::abort();
+      }
+    });
+  }
+  std::abort();
+}
+
+}  // namespace gpvc::fuzz
