@@ -75,6 +75,23 @@ void write_report(const fs::path& out, const Evaluation& evaluation) {
   file.commit();
 }
 
+/// Pixels whose photo is masked are not compared.
+void leave_out_excluded(const View& view, std::vector<std::uint8_t>& inside) {
+  const std::optional<PhotoExclusion> exclusion = read_exclusion(view);
+  if (!exclusion) return;
+  const Camera& camera = view.camera;
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      std::uint8_t& pixel = inside[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+                                   static_cast<std::size_t>(x)];
+      if (pixel == 0) continue;
+      const PhotoPoint p = *photo_from_pixel(camera, {x + 0.5, y + 0.5});
+      if (exclusion->excludes(std::min(static_cast<int>(p.x), exclusion->width - 1),
+                              std::min(static_cast<int>(p.y), exclusion->height - 1)))
+        pixel = 0;
+    }
+}
+
 }  // namespace
 
 Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache& photos,
@@ -105,6 +122,7 @@ Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache
                          view.pose.centre.z - model.offset.z};
     std::vector<std::uint8_t> inside;
     const Image photo = undistort_photo(*photos.photo(id), view.camera, inside);
+    leave_out_excluded(view, inside);
     const RenderResult render =
         render_model(device, model.model, model.pages, view.camera, local.pose, false, false, {0, 0, 0});
     const std::vector<std::uint8_t> covered = covered_pixels(stage, options.mesh ? view : local, id);

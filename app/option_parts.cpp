@@ -51,6 +51,20 @@ void add_scene(CLI::App& app, SceneInput& input) {
       ->required();
 }
 
+void add_masks(CLI::App& app, SceneInput& input) {
+  constexpr const char* kGroup = "Input";
+  auto* masks_dir =
+      app.add_option("--masks", input.masks_dir,
+                     "Folder of masks of the photos' size, black where a pixel must not be used: "
+                     "NAME.mask.png, NAME without its extension likewise, or NAME.png")
+          ->type_name("DIR")
+          ->default_str("NAME.mask.png beside the photos")
+          ->group(kGroup);
+  app.add_flag("!--no-masks", input.masks, "Use every pixel, whatever masks and alpha channels say")
+      ->excludes(masks_dir)
+      ->group(kGroup);
+}
+
 void add_photos(CLI::App& app, SceneInput& input) {
   constexpr const char* kGroup = "Input";
   app.add_option("--images", input.images_dir,
@@ -65,6 +79,7 @@ void add_photos(CLI::App& app, SceneInput& input) {
   app.add_option("--exclude-views", input.exclude_views, "Leave these views out; they keep their index")
       ->type_name("LIST")
       ->group(kGroup);
+  add_masks(app, input);
   app.add_option("--downscale", input.downscale,
                  "Reduce the photos N times in width and height, for a quick look; 1 to 64")
       ->type_name("N")

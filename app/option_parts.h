@@ -56,6 +56,7 @@ CLI::Validator not_empty();
 void add_common(CLI::App& app, CommonOptions& common);
 CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh);
 void add_scene(CLI::App& app, SceneInput& input);
+void add_masks(CLI::App& app, SceneInput& input);
 void add_photos(CLI::App& app, SceneInput& input);
 /// Scene, mesh and photos.
 void add_scene_input(CLI::App& app, SceneInput& input);

@@ -33,10 +33,14 @@ struct SceneInput {
   std::string views, exclude_views;  ///< lists as given; empty: all, none
   std::string hold_out;              ///< a number (every so many views) or a list
   int downscale = 1;
+  std::optional<std::filesystem::path> masks_dir;
+  bool masks = true;
   SceneOptions reader_options() const {
     SceneOptions options;
     options.images_dir = images_dir;
     options.downscale = downscale;
+    options.masks_dir = masks_dir;
+    options.masks = masks;
     return options;
   }
 };

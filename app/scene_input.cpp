@@ -16,6 +16,17 @@
 namespace gpvc {
 namespace {
 
+void note_masks(const SceneInputData& data, Console& console, RunRecord& record) {
+  const auto masked = std::count_if(data.used.begin(), data.used.end(), [&](ViewId id) {
+    const View& view = data.scene.views[index(id)];
+    return !view.mask.empty() || view.uses_alpha;
+  });
+  record.counts["masked_views"] = masked;
+  if (masked > 0)
+    console.note(
+        fmt::format("masks: {} of {} photos have a mask or an alpha channel", masked, data.used.size()));
+}
+
 std::vector<std::string> listed(const std::string& list) {
   std::vector<std::string> names;
   if (list.starts_with("@")) {
@@ -133,6 +144,7 @@ SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRe
   record.counts["vertices"] = data.mesh.positions.size();
   record.counts["views"] = data.scene.views.size();
   record.counts["used_views"] = data.used.size();
+  note_masks(data, console, record);
   record.counts["held_out_views"] = data.held_out.size();
   const std::string views = data.used.size() == data.scene.views.size()
                                 ? readable_count(data.used.size())
@@ -207,6 +219,7 @@ Json scene_json(const SceneInput& input) {
   json["exclude_views"] = input.exclude_views;
   json["hold_out"] = input.hold_out;
   json["downscale"] = input.downscale;
+  json["masks"] = !input.masks ? Json(false) : input.masks_dir ? Json(input.masks_dir->string()) : Json(true);
   return json;
 }
 

@@ -8,6 +8,7 @@
 #include <future>
 
 #include "app/interrupt.h"
+#include "app/photo_profile.h"
 #include "app/viewpoint.h"
 
 namespace gpvc {
@@ -92,13 +93,14 @@ Json preview_json(const Viewpoint& view) {
           {"background", kBackground}};
 }
 
-Json write_preview(const fs::path& file, const TexturedScene& scene, UpAxis up, GraphicsDevice& device) {
+Json write_preview(const fs::path& file, const TexturedScene& scene, UpAxis up, const ColourProfile& profile,
+                   GraphicsDevice& device) {
   const SceneInputData& in = scene.input;
   const Viewpoint view = overview(in.mesh, scene.selection.labels, in.scene, in.used, up,
                                   kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
   const RenderResult render = render_model(device, scene.atlas.model, scene.atlas.pages, view.camera,
                                            view.pose, true, true, kBackground);
-  write_image(file, reduced(render.image, kPreviewSamples), ImageFormat::png, 0);
+  write_image(file, reduced(render.image, kPreviewSamples), ImageFormat::png, 0, profile);
   return preview_json(view);
 }
 
@@ -150,6 +152,8 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
   Stage stage(console, record, "write");
   const SceneInputData& in = scene.input;
   const TextureAtlas& atlas = scene.atlas;
+  const ColourProfile profile = profile_of_photos(in, console);
+  record.counts["colour_profile_bytes"] = profile.size();
   const Names names = promise_files(folder, atlas.pages.size(), options.texture);
   ModelOptions model;
   model.offset = local_origin(in.mesh, in.scene, in.used);
@@ -172,7 +176,7 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
   auto gltf = std::async(std::launch::async, [&] {
     tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) {
       throw_if_interrupted();
-      write_image(names.pages[n].file, atlas.pages[n], options.texture, options.quality);
+      write_image(names.pages[n].file, atlas.pages[n], options.texture, options.quality, profile);
     });
     const bool drop = options.atlas.unseen == UnseenFaces::drop;
     GltfFiles files = write_gltf(folder.in_making() / "model", options.gltf,
@@ -181,7 +185,7 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
     files.faces = {};
     return files;
   });
-  record.counts["preview"] = write_preview(names.preview, scene, model.up, device);
+  record.counts["preview"] = write_preview(names.preview, scene, model.up, profile, device);
   obj.get();
   arrays.get();
   promise_gltf(gltf.get(), options.gltf, folder, console);

@@ -121,6 +121,36 @@ Image to_rgb(Image&& in) {
   return out;
 }
 
+/// Decodes the first channels; throws unless all is there.
+void decode(const fs::path& file, OIIO::ImageInput& input, int channels, OIIO::TypeDesc type, void* pixels) {
+  const bool good = input.read_image(0, 0, 0, channels, type, pixels);
+  const std::string message = input.geterror();
+  if (!good || (!message.empty() && !is_harmless(message)))
+    throw InputError(file, "", "cannot be decoded whole: " + one_line(message));
+}
+
+/// One mark a pixel: alpha is 0, or, where `colours` count, all of those are.
+template <typename Sample>
+std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& input, OIIO::TypeDesc type,
+                                     bool colours) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const auto channels = static_cast<std::size_t>(spec.nchannels);
+  const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+  std::vector<Sample> samples(count * channels);
+  decode(file, input, spec.nchannels, type, samples.data());
+  const bool alpha = spec.alpha_channel >= 0;
+  const auto alpha_channel = static_cast<std::size_t>(std::max(spec.alpha_channel, 0));
+  std::vector<std::uint8_t> marks(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Sample* pixel = samples.data() + i * channels;
+    bool black = colours;
+    for (std::size_t c = 0; c < channels && black; ++c)
+      black = pixel[c] == Sample{0} || (alpha && c == alpha_channel);
+    marks[i] = black || (alpha && pixel[alpha_channel] == Sample{0}) ? 1 : 0;
+  }
+  return marks;
+}
+
 /// Hands what a codec writes to an OutputFile, so that a full disk is noticed and the name appears at the
 /// end.
 class OutputProxy final : public OIIO::Filesystem::IOProxy {
@@ -145,10 +175,14 @@ class OutputProxy final : public OIIO::Filesystem::IOProxy {
   std::vector<std::uint8_t> bytes_;
 };
 
-void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality) {
+void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality,
+                const ColourProfile& profile) {
   OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
   spec["Compression"] = "jpeg:" + std::to_string(std::clamp(quality, 1, 100));
   spec["jpeg:subsampling"] = "4:4:4";
+  if (!profile.empty())
+    spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())),
+                   profile.data());
   OutputProxy proxy(file.string());
   const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("jpeg");
   if (!output) throw OutputError(file, "cannot be encoded: " + one_line(OIIO::geterror()));
@@ -169,6 +203,29 @@ ImageSize read_image_size(const fs::path& file) {
   return size;
 }
 
+bool has_alpha(const fs::path& file) { return open_image(file)->spec().alpha_channel >= 0; }
+
+namespace {
+
+PixelMarks zero_pixels(const fs::path& file, bool colours) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  check_jpeg_ends(file);
+  input->threads(1);
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) throw InputError(file, "", "has no pixels");
+  if (!colours && spec.alpha_channel < 0) throw InputError(file, "", "has lost its alpha channel");
+  // Deeper samples keep their depth: zero alone is zero.
+  const bool bytes = spec.format == OIIO::TypeDesc::UINT8;
+  return {spec.width, spec.height,
+          bytes ? zero_marks<std::uint8_t>(file, *input, OIIO::TypeDesc::UINT8, colours)
+                : zero_marks<float>(file, *input, OIIO::TypeDesc::FLOAT, colours)};
+}
+
+}  // namespace
+
+PixelMarks black_pixels(const fs::path& file) { return zero_pixels(file, true); }
+PixelMarks transparent_pixels(const fs::path& file) { return zero_pixels(file, false); }
+
 Image read_image(const fs::path& file) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
   check_jpeg_ends(file);
@@ -183,11 +240,23 @@ Image read_image(const fs::path& file) {
   image.channels = std::min(spec.nchannels, 4);
   image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
                       static_cast<std::size_t>(image.channels));
-  const bool good = input->read_image(0, 0, 0, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
-  const std::string message = input->geterror();
-  if (!good || (!message.empty() && !is_harmless(message)))
-    throw InputError(file, "", "cannot be decoded whole: " + one_line(message));
+  decode(file, *input, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
   return to_rgb(std::move(image));
+}
+
+ColourProfile read_colour_profile(const fs::path& file) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  const OIIO::ParamValue* found = input->spec().find_attribute("ICCProfile");
+  if (!found || found->type().basetype != OIIO::TypeDesc::UINT8) return {};
+  const auto* bytes = static_cast<const std::uint8_t*>(found->data());
+  ColourProfile profile(bytes, bytes + found->datasize());
+  // ICC.1: a header of 128 bytes with the size at 0, the data's colour space at 16, the signature at 36.
+  constexpr std::size_t kHeader = 128, kSpace = 16, kSignature = 36;
+  const auto reads = [&](std::size_t at, std::string_view word) {
+    return std::equal(word.begin(), word.end(), profile.begin() + static_cast<std::ptrdiff_t>(at));
+  };
+  if (profile.size() < kHeader || !reads(kSpace, "RGB ") || !reads(kSignature, "acsp")) return {};
+  return profile;
 }
 
 Image reduce_image(const Image& image, int factor) {
@@ -215,16 +284,17 @@ Image reduce_image(const Image& image, int factor) {
   return out;
 }
 
-void write_image(const fs::path& file, const Image& image, ImageFormat format, int quality) {
+void write_image(const fs::path& file, const Image& image, ImageFormat format, int quality,
+                 const ColourProfile& profile) {
   if (image.width < 1 || image.height < 1 || image.channels < 1 || image.channels > 4 ||
       image.pixels.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
                                  static_cast<std::size_t>(image.channels))
     throw std::invalid_argument("write_image: the pixels do not fit the size");
   OutputFile out(file);
   if (format == ImageFormat::png)
-    write_png(out, image);
+    write_png(out, image, profile);
   else
-    write_jpeg(out, file, image, quality);
+    write_jpeg(out, file, image, quality, profile);
   out.commit();
 }
 

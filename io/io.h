@@ -67,6 +67,9 @@ struct SceneOptions {
   bool allow_missing_photos = false;
   /// Photos are reduced by this factor (box average) and cameras with them; >= 1.
   int downscale = 1;
+  /// Where masks lie, by the views' names; default: beside the photos.
+  std::optional<std::filesystem::path> masks_dir{};
+  bool masks = true;  ///< look for masks, and use alpha channels
 };
 
 /// A scene of any format that a NAME_scene.cpp of this folder reads, told by what `source` (a file or a
@@ -76,6 +79,24 @@ struct SceneOptions {
 /// up to a handful. A reduced camera is width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N, which is
 /// exact in this convention. What was left out or assumed is in Scene::warnings. Throws InputError.
 Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);
+
+/// Pixels of a photo that must not be used: one bit a pixel, `stride` words a row. What they show counts as
+/// outside the photo.
+struct PhotoExclusion {
+  int width = 0, height = 0;
+  std::size_t stride = 0;
+  std::vector<std::uint64_t> words;
+  bool excludes(int x, int y) const {
+    const auto column = static_cast<std::size_t>(x);
+    return (words[static_cast<std::size_t>(y) * stride + column / 64] >> (column % 64)) & 1u;
+  }
+};
+
+/// At the view's camera size: pixels that are black in the view's mask (NAME.mask.png with the photo's whole
+/// name or its name without extension, the former first; in SceneOptions::masks_dir also NAME.png) or of
+/// alpha 0 in mask or photo; of a reduced photo, blocks that contain one. nullopt when nothing is excluded.
+/// Throws InputError.
+std::optional<PhotoExclusion> read_exclusion(const View& view);
 
 /// 8 bits a channel, row-major from the top-left, interleaved.
 struct Image {
@@ -97,6 +118,13 @@ struct Image {
 /// is an error.
 Image read_image(const std::filesystem::path& file);
 
+/// An ICC profile, byte for byte as image files embed it; empty: none.
+using ColourProfile = std::vector<std::uint8_t>;
+
+/// From the header alone. Empty also for what is no profile of RGB colours (grey and CMYK photos come
+/// converted). Throws InputError.
+ColourProfile read_colour_profile(const std::filesystem::path& file);
+
 template <typename T>
 struct NpyArray {
   std::vector<std::size_t> shape;
@@ -110,7 +138,8 @@ NpyArray<T> read_npy(const std::filesystem::path& file);
 
 /// Decoded photos of a scene under a byte limit, least recently used out first. Thread-safe; a photo asked
 /// for by two threads is decoded once, on one of them and without parallel loops. Photos come at their view's
-/// camera size. Photos handed out live on outside the limit until released. `scene` must outlive the cache.
+/// camera size, with excluded pixels painted over from their surroundings, so that no filter picks them up.
+/// Photos handed out live on outside the limit until released. `scene` must outlive the cache.
 class PhotoCache {
  public:
   PhotoCache(const Scene& scene, const SceneOptions& options, std::size_t limit_bytes);
@@ -160,8 +189,10 @@ void write_npy(const std::filesystem::path& file, std::span<const double> values
 
 enum class ImageFormat { png, jpg };
 
-/// `quality` 1..100 applies to jpg (chroma is not subsampled).
-void write_image(const std::filesystem::path& file, const Image& image, ImageFormat format, int quality);
+/// `quality` 1..100 applies to jpg (chroma is not subsampled). `profile` is embedded; without one, PNG says
+/// sRGB and JPEG nothing, which means the same.
+void write_image(const std::filesystem::path& file, const Image& image, ImageFormat format, int quality,
+                 const ColourProfile& profile = {});
 
 /// Texture coordinates in page units: (0,0) top-left corner of the page, (1,1) bottom-right; glTF's
 /// convention.
@@ -197,7 +228,7 @@ struct ModelOptions {
   UpAxis up = UpAxis::pos_y;  ///< world axis that points up; becomes the root node's rotation in glTF (+y up)
   std::string srs{};          ///< Scene::srs and Scene::offset: for the root node's extras
   WorldPoint srs_offset{};
-  bool normals = false;       ///< with smooth vertex normals, weighted by the faces' angles
+  bool normals = false;  ///< with smooth vertex normals, weighted by the faces' angles
   /// Of a .bin beside a .gltf, unless a single page's triangles are more: lengths that 31 bits hold.
   std::size_t buffer_limit_bytes = 0x7FFFFFFF;
 };

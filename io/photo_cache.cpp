@@ -6,6 +6,7 @@
 
 #include "io/image_file.h"
 #include "io/io.h"
+#include "io/mask_file.h"
 
 namespace gpvc {
 
@@ -21,6 +22,8 @@ Photo decode(const View& view, int downscale) {
     throw InputError(view.photo, "",
                      "is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
                          " pixels, which does not fit its camera any more");
+  if (const std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view))
+    paint_over(image, *exclusion);
   return std::make_shared<const Image>(downscale == 1 ? std::move(image) : reduce_image(image, downscale));
 }
 

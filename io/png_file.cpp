@@ -105,9 +105,20 @@ std::string header_of(const Image& image) {
   return header + std::string{8, colour, 0, 0, 0};  // bits; deflate, adaptive filters, not interlaced
 }
 
+/// A name, the compression's number, the profile as a zlib stream.
+std::string profile_chunk(const ColourProfile& profile) {
+  uLongf size = compressBound(static_cast<uLong>(profile.size()));
+  std::string deflated(size, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &size, profile.data(),
+                static_cast<uLong>(profile.size()), Z_BEST_COMPRESSION) != Z_OK)
+    throw std::bad_alloc();
+  deflated.resize(size);
+  return std::string("ICC profile\0\0", 13) + deflated;
+}
+
 }  // namespace
 
-void write_png(OutputFile& out, const Image& image) {
+void write_png(OutputFile& out, const Image& image, const ColourProfile& profile) {
   const std::size_t line =
       static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels) + 1;
   const auto height = static_cast<std::size_t>(image.height);
@@ -118,7 +129,10 @@ void write_png(OutputFile& out, const Image& image) {
   });
   out.write(std::string("\x89PNG\r\n\x1a\n", 8));
   write_chunk(out, "IHDR", header_of(image));
-  write_chunk(out, "sRGB", std::string(1, '\0'));        // perceptual
+  if (profile.empty())
+    write_chunk(out, "sRGB", std::string(1, '\0'));  // perceptual
+  else
+    write_chunk(out, "iCCP", profile_chunk(profile));
   write_chunk(out, "IDAT", std::string("\x78\x01", 2));  // zlib: deflate with a 32 KiB window, fastest
   uLong adler = adler32_z(0, nullptr, 0);
   for (const Block& block : blocks) {

@@ -116,6 +116,10 @@ struct View {
   std::filesystem::path photo;  ///< where the photo lies on disk
   Camera camera;                ///< at the size the stages work in (already reduced by --downscale)
   Pose pose;
+  std::filesystem::path
+      mask{};               ///< image of the photo's size whose black pixels exclude the photo's; or empty
+  bool uses_alpha = false;  ///< pixels of the photo with alpha 0 are excluded
+  int reduction = 1;        ///< pixels of the photo and the mask to one of the camera, each way
 };
 
 struct Scene {

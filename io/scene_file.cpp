@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "io/io.h"
+#include "io/mask_file.h"
 #include "io/photo_files.h"
 
 namespace gpvc {
@@ -78,11 +79,14 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   const fs::path folder = find_photos(file, options);
   if (!options.allow_missing_photos) refuse_missing(file, folder);
   fit_cameras(file);
+  find_masks(file.views, options);
   Scene scene;
   scene.source = source;
   scene.views = std::move(file.views);
-  for (View& view : scene.views)
+  for (View& view : scene.views) {
     if (view.camera.width != 0) view.camera = reduced(view, options.downscale);
+    view.reduction = options.downscale;
+  }
   scene.srs = std::move(file.srs);
   scene.offset = file.offset;
   scene.format = found.format->name;

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "io/io.h"
+#include "io/text_scan.h"
 
 namespace gpvc {
 namespace {
@@ -256,12 +257,14 @@ WorldPoint offset_of(const tinygltf::Model& model) {
   return {};
 }
 
-LoadedModel read_textured_glb(const fs::path& file) {
+LoadedModel read_textured_gltf(const fs::path& file) {
   tinygltf::TinyGLTF loader;
   tinygltf::Model model;
   std::string error, warning;
-  if (!loader.LoadBinaryFromFile(&model, &error, &warning, file.string()))
-    throw InputError(file, "", "expected a GLB: " + reason_of(file, error));
+  const bool binary = lower_case(file.extension().string()) == ".glb";
+  if (!(binary ? loader.LoadBinaryFromFile(&model, &error, &warning, file.string())
+               : loader.LoadASCIIFromFile(&model, &error, &warning, file.string())))
+    throw InputError(file, "", (binary ? "expected a GLB: " : "expected a glTF: ") + reason_of(file, error));
   LoadedModel result;
   for (const tinygltf::Mesh& mesh : model.meshes)
     for (const tinygltf::Primitive& primitive : mesh.primitives)
@@ -274,12 +277,10 @@ LoadedModel read_textured_glb(const fs::path& file) {
 }  // namespace
 
 LoadedModel read_textured_model(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_case(file.extension().string());
   if (extension == ".obj") return read_textured_obj(file);
-  if (extension == ".glb") return read_textured_glb(file);
-  throw InputError(file, "", "expected a textured model, .obj or .glb");
+  if (extension == ".glb" || extension == ".gltf") return read_textured_gltf(file);
+  throw InputError(file, "", "expected a textured model, .obj, .glb or .gltf");
 }
 
 }  // namespace gpvc

@@ -1,3 +1,4 @@
+gpvc_test(mask_gl_test gpvc_visibility)
 gpvc_test(classify_test gpvc_visibility)
 gpvc_test(device_gl_test gpvc_visibility)
 gpvc_test(ivm_gl_test gpvc_visibility)

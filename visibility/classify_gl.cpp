@@ -58,8 +58,8 @@ GpuClassifier::GpuClassifier(const Mesh& mesh, const IvmRenderer& renderer, cons
 }
 
 void GpuClassifier::upload_mask(const PhotoMask& mask) {
-  if (photo_mask_.name() != 0 && mask_camera_ == mask.camera()) return;
-  mask_camera_ = mask.camera();
+  if (photo_mask_.name() != 0 && mask_number_ == mask.number()) return;
+  mask_number_ = mask.number();
   const std::span<const std::uint64_t> words = mask.words();
   if (words.empty()) {
     photo_mask_ = make_texture_2d(GL_R32UI, 1, 1, 1, "making the photo mask");

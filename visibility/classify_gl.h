@@ -36,7 +36,7 @@ class GpuClassifier {
   GlProgram candidates_program_, hivers_program_;
   GlTexture positions_, corners_, photo_mask_;
   GlBuffer candidate_faces_, codes_, counts_;
-  Camera mask_camera_;
+  std::uint64_t mask_number_ = 0;
   std::size_t faces_per_dispatch_ = 0;
 };
 

@@ -63,8 +63,7 @@ std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView
     SubpixelSample& sample = samples[k];
     sample = {q.u / q.z, q.v / q.z, q.z / (k < 3 ? 6 : 3), false};
     sample.in_image = sample.x >= 0 && sample.y >= 0 && sample.x <= view.camera.width &&
-                      sample.y <= view.camera.height &&
-                      (view.mask.whole() || in_photo(view.camera, {sample.x, sample.y}));
+                      sample.y <= view.camera.height && view.mask.contains(PixelPoint{sample.x, sample.y});
   }
   return samples;
 }

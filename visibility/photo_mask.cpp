@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace gpvc {
@@ -12,9 +13,43 @@ namespace {
 /// Blocks are one word wide, so that no two tasks write the same word.
 constexpr int kBlock = 64;
 
+std::uint64_t next_number() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+/// \pre the point lies in the photo
+bool is_excluded(const PhotoExclusion& exclusion, const PhotoPoint& p) {
+  return exclusion.excludes(std::min(static_cast<int>(p.x), exclusion.width - 1),
+                            std::min(static_cast<int>(p.y), exclusion.height - 1));
+}
+
 }  // namespace
 
-PhotoMask::PhotoMask(const Camera& camera) : camera_(camera) {
+PhotoMask::PhotoMask(const PhotoMask& lens, const PhotoExclusion& exclusion)
+    : camera_(lens.camera_),
+      exclusion_(&exclusion),
+      number_(next_number()),
+      stride_((static_cast<std::size_t>(lens.camera_.width) + 63) / 64) {
+  words_.assign(stride_ * static_cast<std::size_t>(camera_.height), 0);
+  tbb::parallel_for(0, camera_.height, [&](int y) {
+    for (int x = 0; x < camera_.width; ++x) {
+      if (!lens.contains(x, y) || !contains(PixelPoint{x + 0.5, y + 0.5})) continue;
+      const auto column = static_cast<std::size_t>(x);
+      words_[static_cast<std::size_t>(y) * stride_ + column / 64] |= std::uint64_t{1} << (column % 64);
+    }
+  });
+}
+
+bool PhotoMask::contains(const PixelPoint& position) const {
+  if (whole()) return true;
+  const std::optional<PhotoPoint> photo = photo_from_pixel(camera_, position);
+  if (!photo || !(photo->x >= 0 && photo->y >= 0 && photo->x <= camera_.width && photo->y <= camera_.height))
+    return false;
+  return exclusion_ == nullptr || !is_excluded(*exclusion_, *photo);
+}
+
+PhotoMask::PhotoMask(const Camera& camera) : camera_(camera), number_(next_number()) {
   if (camera.distortion.is_identity()) return;
   stride_ = (static_cast<std::size_t>(camera.width) + 63) / 64;
   words_.assign(stride_ * static_cast<std::size_t>(camera.height), 0);

@@ -1,21 +1,26 @@
-// Which pixels of the undistorted frame show something of the photo.
+// Which pixels of the undistorted frame show something of the photo that may be used.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "io/io.h"
 #include "io/scene.h"
 
 namespace gpvc {
 
-/// One bit a pixel: its centre, distorted, lies in the photo.
+/// One bit a pixel: its centre, distorted, lies in the photo, and not on an excluded pixel.
 class PhotoMask {
  public:
   PhotoMask() = default;
   /// O(pixels) at worst, TBB; nothing is stored for a camera without distortion.
   explicit PhotoMask(const Camera& camera);
+  /// The same less what is excluded, at the camera's size; borrows it. O(pixels), TBB.
+  PhotoMask(const PhotoMask& lens, const PhotoExclusion& exclusion);
 
+  /// Differs between any two masks that may differ.
+  std::uint64_t number() const { return number_; }
   const Camera& camera() const { return camera_; }
   /// True when every pixel of the frame is in the photo.
   bool whole() const { return words_.empty(); }
@@ -25,6 +30,8 @@ class PhotoMask {
     const auto column = static_cast<std::size_t>(x);
     return (words_[static_cast<std::size_t>(y) * stride_ + column / 64] >> (column % 64)) & 1U;
   }
+  /// Likewise for any position on the frame.
+  bool contains(const PixelPoint& position) const;
   /// 64 pixels a word, stride() words a row; empty when whole().
   std::span<const std::uint64_t> words() const { return words_; }
   std::size_t stride() const { return stride_; }
@@ -35,6 +42,8 @@ class PhotoMask {
   void fill_block(int x0, int y0, int x1, int y1);
 
   Camera camera_;
+  const PhotoExclusion* exclusion_ = nullptr;
+  std::uint64_t number_ = 0;
   std::size_t stride_ = 0;  ///< words a row
   std::vector<std::uint64_t> words_;
 };

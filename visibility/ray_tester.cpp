@@ -152,7 +152,7 @@ void SparseRays::want_vertices(const ClassifyView& view) {
 bool SparseRays::in_image(const ClassifyView& view, const ProjectedVertex& v) const {
   const double w = view.camera.width, h = view.camera.height;
   if (!(v.z > 0 && v.u >= 0 && v.v >= 0 && v.u <= w * v.z && v.v <= h * v.z)) return false;
-  return view.mask.whole() || in_photo(view.camera, {v.u / v.z, v.v / v.z});
+  return view.mask.contains(PixelPoint{v.u / v.z, v.v / v.z});
 }
 
 std::size_t SparseRays::trace_vertices(const ClassifyView& view, const View& of) {

@@ -17,7 +17,7 @@ namespace {
 bool in_image(const ClassifyView& view, double x, double y) {
   const double w = view.camera.width, h = view.camera.height;
   if (!(x >= 0 && y >= 0 && x <= w && y <= h)) return false;
-  return view.mask.whole() || in_photo(view.camera, {x, y});
+  return view.mask.contains(PixelPoint{x, y});
 }
 
 /// About two samples a cell, up to 16 x 16 cells.

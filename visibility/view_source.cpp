@@ -37,7 +37,9 @@ ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& re
     result.statistics.readback_s = times.readback_s;
   }
   const auto start = std::chrono::steady_clock::now();
-  if (mask_.camera() != view.camera) mask_ = PhotoMask(view.camera);
+  if (lens_mask_.camera() != view.camera) lens_mask_ = PhotoMask(view.camera);
+  exclusion_ = read_exclusion(view);
+  mask_ = exclusion_ ? PhotoMask(lens_mask_, *exclusion_) : lens_mask_;
   if (draw_ivm) mask_.clear_outside(result.ivm.faces);
   project_vertices(mesh_, view.camera, view.pose, projected_);
   result.statistics.classify_s =

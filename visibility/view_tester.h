@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,8 @@ class ViewSource {
   const Mesh& mesh_;
   const VisibilityOptions options_;
   IvmRenderer renderer_;
-  PhotoMask mask_;
+  PhotoMask lens_mask_, mask_;
+  std::optional<PhotoExclusion> exclusion_;
   ProjectedMesh projected_;
   std::vector<float> depths_;
 };

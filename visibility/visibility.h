@@ -11,7 +11,8 @@
 // Samples of a face in a view: the pixels whose centres lie in its projection (TLR for centres exactly on an
 // edge), taken on the unbounded pixel grid after clipping at z > 0. When there is none, and sub-pixel
 // resolution is on: the centroid and the midpoints from the centroid to the three vertices. A pixel is in the
-// image when it lies on the W x H grid and its centre, distorted, lies in the photo.
+// image when it lies on the W x H grid and its centre, distorted, lies in the photo, on a pixel that neither
+// the view's mask nor the photo's alpha excludes.
 // A degenerate face, or one seen edge-on to the accuracy of doubles (thinner than about 1e-11 px), is hidden
 // and hides nothing.
 #pragma once
@@ -192,7 +193,7 @@ class VisibilityStage {
   VisibilityStage(const VisibilityStage&) = delete;
   VisibilityStage& operator=(const VisibilityStage&) = delete;
   /// O(faces + pixels). `view` is stamped into the coverage entries. Images above the GL viewport limit are
-  /// tiled.
+  /// tiled. Reads the view's mask or alpha channel, if it has one: throws InputError.
   ViewVisibility classify(const View& view, ViewId id);
   /// The same into `result`, whose memory is used again.
   void classify(const View& view, ViewId id, ViewVisibility& result);

@@ -1,0 +1,25 @@
+// Parts of reading masks that only io/ needs.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "io/io.h"
+
+namespace gpvc {
+
+/// Fills View::mask and View::uses_alpha of views whose photos are known and whose cameras are at full size.
+/// Throws InputError for a mask of another size than its photo, and for a given folder without a single mask.
+void find_masks(std::vector<View>& views, const SceneOptions& options);
+
+/// read_exclusion before the reduction. \pre camera size times View::reduction is at most the photo's
+std::optional<PhotoExclusion> read_whole_exclusion(const View& view);
+
+/// Every `factor` x `factor` block, as reduce_image cuts them: excluded when one of its pixels is.
+PhotoExclusion reduce_exclusion(const PhotoExclusion& exclusion, int factor);
+
+/// Gives excluded pixels the colours of their surroundings, ever coarser means of what is left, so that no
+/// filter picks up what was there. O(pixels).
+void paint_over(Image& image, const PhotoExclusion& exclusion);
+
+}  // namespace gpvc
