@@ -6,7 +6,7 @@ import { fileURLToPath } from 'node:url';
 import { withPage } from './browser.mjs';
 
 const [modules, out, model, screenshot] = process.argv.slice(2);
-const { preview, tags } = JSON.parse(readFileSync(`${out}/run.json`)).counts;
+const { preview } = JSON.parse(readFileSync(`${out}/run.json`)).counts;
 
 // Both pictures are means of 2 x 2 samples a pixel, of the same pages, with trilinear lookups, so what remains is
 // this: three.js filters in linear light and preview.png does not, renderers choose mip levels differently, and
