@@ -78,8 +78,9 @@ TEST_F(ExactGl, AThirdLayerUnderAnEdge) {
     for (int x = 4; x < 105; x += 12) {
       const double cx = x + 0.5, cy = y + 4.5;
       farthest.push_back(mesh.faces.size());
-      scenes::add_at_pixels(mesh, view.camera,
-                            {{{cx - 0.3, cy - 4.2, 12}, {cx - 0.3, cy + 4.3, 12}, {cx + 8.31, cy - 4.2, 12}}});
+      scenes::add_at_pixels(
+          mesh, view.camera,
+          {{{cx - 0.3, cy - 4.2, 12}, {cx - 0.3, cy + 4.3, 12}, {cx + 8.31, cy - 4.2, 12}}});
       scenes::add_at_pixels(
           mesh, view.camera,
           {{{cx - 0.31, cy - 0.32, 10}, {cx - 0.22, cy + 0.41, 10}, {cx + 0.37, cy + 0.02, 10}}});

@@ -1,0 +1,161 @@
+// What plain doubles call certain, against the exact predicates: on faces drawn at random, on faces whose
+// corners and edges keep to pixel centres, and on slivers down to nothing.
+#include "visibility/quick_face.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "visibility/exact.h"
+#include "visibility/face_sampler.h"
+
+namespace gpvc {
+namespace {
+
+constexpr int kWidth = 60, kHeight = 50;
+constexpr ProjectionRounding kRounding{250, 0.01};
+
+/// Random corners: how far apart, how coarse the grid of positions that they keep to (0: none), and how flat.
+struct Kind {
+  double size, grid, thickness;
+};
+
+class Corners {
+ public:
+  explicit Corners(std::uint32_t seed) : random_(seed) {}
+  double uniform(double low, double high) {
+    return low + (high - low) * (static_cast<double>(random_()) / 4294967296.0);
+  }
+  std::array<ProjectedVertex, 3> make(const Kind& kind) {
+    const double x = uniform(2, kWidth - 2), y = uniform(2, kHeight - 2);
+    const double angle = uniform(0, 6.2831853), along_x = std::cos(angle), along_y = std::sin(angle);
+    std::array<ProjectedVertex, 3> corners;
+    for (ProjectedVertex& v : corners) {
+      const double a = uniform(-1, 1) * kind.size, b = uniform(-1, 1) * kind.size * kind.thickness;
+      double px = x + a * along_x - b * along_y, py = y + a * along_y + b * along_x;
+      if (kind.grid > 0) {
+        px = std::round(px / kind.grid) * kind.grid;
+        py = std::round(py / kind.grid) * kind.grid;
+      }
+      const double z = uniform(0.01, 100);
+      v = {px * z, py * z, z};
+    }
+    return corners;
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+struct Prepared {
+  explicit Prepared(const std::array<ProjectedVertex, 3>& c)
+      : raster(raster_face(c[0], c[1], c[2], kRounding)),
+        bounds(face_bounds(rounded_position(c[0]), rounded_position(c[1]), rounded_position(c[2]))),
+        quick(QuickLimits(kWidth, kHeight, kRounding, true), rounded_position(c[0]), rounded_position(c[1]),
+              rounded_position(c[2]), bounds) {}
+  RasterFace raster;
+  FaceBounds bounds;
+  QuickFace quick;
+};
+
+constexpr PixelBox kFrame{0, 0, kWidth, kHeight};
+
+/// Pixels from spans that may be in pieces.
+std::vector<std::pair<int, int>> pixels(const std::vector<Span>& spans) {
+  std::vector<std::pair<int, int>> found;
+  for (const Span& span : spans)
+    for (std::int32_t x = span.x0; x < span.x1; ++x) found.emplace_back(span.y, x);
+  return found;
+}
+
+TEST(QuickFace, WhatIsCertainIsWhatTheExactPredicatesSay) {
+  Corners corners(7);
+  std::vector<Span> quick, exact;
+  std::size_t certain = 0, ordinary = 0;
+  for (const Kind& kind : {Kind{0.3, 0, 1}, Kind{2, 0, 1}, Kind{15, 0, 1}, Kind{60, 0, 1}, Kind{4, 0.5, 1},
+                           Kind{4, 0.25, 1}, Kind{10, 0, 1e-3}, Kind{10, 0, 1e-9}, Kind{10, 0, 1e-13}})
+    for (int repeat = 0; repeat < 3000; ++repeat) {
+      const Prepared face(corners.make(kind));
+      const bool plain = kind.grid == 0 && kind.thickness == 1;
+      ordinary += plain;
+      if (face.quick.facing() != Facing::edge_on) {
+        ASSERT_EQ(face.quick.facing(), face.raster.facing);
+      }
+      if (!face.quick.spans(pixel_centres(face.bounds, kFrame), quick)) continue;
+      certain += plain;
+      const SpanWalker walker(face.raster, pixel_bounds(face.raster, face.bounds, kFrame));
+      collect_spans(face.raster, walker, true, exact);
+      ASSERT_EQ(pixels(quick), pixels(exact)) << "size " << kind.size << " grid " << kind.grid;
+      for (const Span& span : quick) ASSERT_LT(span.x0, span.x1);
+    }
+  EXPECT_GT(certain, ordinary * 99 / 100) << "quick answers are there for nearly all faces";
+}
+
+TEST(QuickFace, PointsAreInsideOrOutsideAsTheExactPredicatesSay) {
+  Corners corners(8);
+  std::size_t inside = 0, outside = 0;
+  for (const Kind& kind : {Kind{0.5, 0, 1}, Kind{8, 0, 1}, Kind{8, 0.5, 1}, Kind{8, 0, 1e-6}})
+    for (int repeat = 0; repeat < 4000; ++repeat) {
+      const Prepared face(corners.make(kind));
+      if (face.raster.facing == Facing::edge_on || !face.quick.usable()) continue;
+      for (int k = 0; k < 8; ++k) {
+        const double px = k < 4 ? corners.uniform(face.bounds.x0, face.bounds.x1)
+                                : std::floor(corners.uniform(face.bounds.x0, face.bounds.x1)) + 0.5;
+        const double py = k < 4 ? corners.uniform(face.bounds.y0, face.bounds.y1)
+                                : std::floor(corners.uniform(face.bounds.y0, face.bounds.y1)) + 0.5;
+        const bool covered = covers_exactly(face_point(face.raster, px, py));
+        if (face.quick.contains(px, py)) {
+          ASSERT_TRUE(covered);
+          ++inside;
+        }
+        const bool in_rectangle =
+            px >= face.bounds.x0 && px <= face.bounds.x1 && py >= face.bounds.y0 && py <= face.bounds.y1;
+        if (in_rectangle && face.quick.excludes(px, py)) {
+          ASSERT_FALSE(covered);
+          ++outside;
+        }
+      }
+    }
+  EXPECT_GT(inside, 10000U);
+  EXPECT_GT(outside, 10000U);
+}
+
+TEST(QuickFace, RowsHoldEveryPointOfTheFace) {
+  Corners corners(9);
+  for (const Kind& kind : {Kind{0.5, 0, 1}, Kind{20, 0, 1}, Kind{20, 0, 1e-4}, Kind{8, 1, 1}})
+    for (int repeat = 0; repeat < 3000; ++repeat) {
+      const std::array<ProjectedVertex, 3> c = corners.make(kind);
+      const Prepared face(c);
+      ASSERT_TRUE(face.quick.usable());
+      for (int k = 0; k < 6; ++k) {
+        // A point of the face, corners and edges included.
+        const double a = k == 0 ? 0 : corners.uniform(0, 1), b = k < 3 ? 0 : corners.uniform(0, 1 - a);
+        const auto mix = [&](double p, double q, double r) { return p + a * (q - p) + b * (r - p); };
+        const double x = mix(c[0].u / c[0].z, c[1].u / c[1].z, c[2].u / c[2].z);
+        const double y = mix(c[0].v / c[0].z, c[1].v / c[1].z, c[2].v / c[2].z);
+        const FaceBounds row = face.quick.in_row(floor_int(y));
+        EXPECT_LE(row.x0, x + 1e-9);
+        EXPECT_GE(row.x1, x - 1e-9);
+        EXPECT_LE(row.y0, y + 1e-9);
+        EXPECT_GE(row.y1, y - 1e-9);
+      }
+    }
+}
+
+TEST(QuickFace, NothingIsCertainBeyondItsReach) {
+  const std::array<ProjectedVertex, 3> c{ProjectedVertex{-1000, 3, 1}, ProjectedVertex{5, 40, 1},
+                                         ProjectedVertex{9, 2, 1}};
+  EXPECT_FALSE(Prepared(c).quick.usable());
+  EXPECT_FALSE(Prepared({c[1], c[2], ProjectedVertex{4, 4, -1}}).quick.usable());
+  const QuickLimits immoderate(kWidth, kHeight, kRounding, false);
+  const Prepared near({ProjectedVertex{5, 4, 1}, ProjectedVertex{5, 40, 1}, ProjectedVertex{9, 2, 1}});
+  EXPECT_TRUE(near.quick.usable());
+  EXPECT_FALSE(immoderate.holds(near.bounds));
+}
+
+}  // namespace
+}  // namespace gpvc
