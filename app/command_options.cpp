@@ -2,10 +2,26 @@
 #include "app/option_parts.h"
 
 namespace gpvc {
+namespace {
+
+// One mesh or more, seen together.
+void add_meshes(CLI::App& app, SceneInput& input) {
+  const auto take = [&input](const std::vector<std::string>& files) {
+    input.mesh = files.front();
+    input.more_meshes.assign(files.begin() + 1, files.end());
+  };
+  app.add_option_function<std::vector<std::string>>(
+         "MESH...", take, "Triangle mesh in the cameras' frame, PLY or OBJ; several hide one another")
+      ->required();
+}
+
+}  // namespace
 
 CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& options) {
   CLI::App* app = parent.add_subcommand("visibility", "say which faces of a mesh each photo sees");
-  add_scene_input(*app, options.input);
+  add_scene(*app, options.input);
+  add_meshes(*app, options.input);
+  add_photos(*app, options.input);
   add_output(*app, options.out, options.force);
   app->add_flag(
          "--ivm", options.ivm,
@@ -13,11 +29,19 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
          "none")
       ->group("Output");
   add_visibility(*app, options.visibility);
+  app->add_option("--oracle-check", options.oracle_check,
+                  "Compare N views, drawn at random but always the same, with a brute-force oracle that "
+                  "shares no code with the rest; fails where gpvc with the exact correction is wrong")
+      ->type_name("N")
+      ->check(in_range(1, 1000000))
+      ->group("Visibility");
   add_common(*app, options.common);
   app->footer(std::string("Example:\n"
                           "  gpvc visibility colmap/sparse/0 mesh.ply --images photos -o seen --ivm\n\n"
                           "Writes to OUT: visibility/NAME.npy (uint8 per face: 0 hidden, 1 partial, 2 full,\n"
-                          "3 unresolved), views.json, run.json; prints a line of figures per view.\n\n") +
+                          "3 unresolved), views.json, run.json; prints a line of figures per view. With\n"
+                          "several meshes visibility/0/NAME.npy, visibility/1/NAME.npy and so on; the faces\n"
+                          "of ivm/NAME.npy follow one another. --oracle-check adds oracle.json.\n\n") +
               kExitStatus);
   return app;
 }

@@ -29,6 +29,7 @@ struct CommonOptions {
 
 struct SceneInput {
   std::filesystem::path scene, mesh;
+  std::vector<std::filesystem::path> more_meshes;  ///< follow `mesh`, their faces after its faces
   std::optional<std::filesystem::path> images_dir;
   std::string views, exclude_views;  ///< lists as given; empty: all, none
   std::string hold_out;              ///< a number (every so many views) or a list
@@ -68,6 +69,7 @@ struct VisibilityCommandOptions {
   std::filesystem::path out;
   bool force = false, ivm = false;
   VisibilityOptions visibility;
+  int oracle_check = 0;  ///< views to compare with the oracle
 };
 
 enum class SynthKind { city, terrain, slits };

@@ -74,6 +74,24 @@ std::vector<bool> matched(const Scene& scene, const std::string& option, const s
   return hit;
 }
 
+// Appends a mesh, its vertices and faces following those there.
+void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData& data) {
+  Mesh& all = data.mesh;
+  const std::size_t vertices = all.positions.size(), faces = all.faces.size();
+  // One index below the largest means "no face".
+  constexpr std::size_t kMost = 0xFFFFFFFFU;
+  if (vertices + more.positions.size() > kMost || faces + more.faces.size() > kMost)
+    throw InputError(file, "", "with the meshes before it, has more than 4 294 967 295 vertices or faces");
+  data.parts.push_back({file, faces, more.faces.size(), vertices, more.positions.size()});
+  if (faces == 0 && vertices == 0) {
+    all = std::move(more);
+    return;
+  }
+  all.positions.insert(all.positions.end(), more.positions.begin(), more.positions.end());
+  const auto first = static_cast<std::uint32_t>(vertices);
+  for (const Triangle& t : more.faces) all.faces.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
 Json point_json(const WorldPoint& p) { return Json::array({p.x, p.y, p.z}); }
 
 }  // namespace
@@ -131,14 +149,18 @@ std::vector<std::string> marked_views(const std::filesystem::path& model, const 
 SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRecord& record) {
   Stage stage(console, record, "read");
   SceneInputData data;
-  auto mesh = std::async(std::launch::async, [&] { return read_mesh(input.mesh); });
+  std::vector<std::filesystem::path> files{input.mesh};
+  files.insert(files.end(), input.more_meshes.begin(), input.more_meshes.end());
+  std::vector<std::future<Mesh>> meshes;
+  for (const auto& file : files)
+    meshes.push_back(std::async(std::launch::async, [&file] { return read_mesh(file); }));
   data.scene = read_scene(input.scene, input.reader_options());
   data.used = used_views(data.scene, input.views, input.exclude_views);
   data.held_out = held_out_views(data.scene, data.used, input.hold_out);
   std::erase_if(data.used, [&](ViewId id) {
     return std::binary_search(data.held_out.begin(), data.held_out.end(), id);
   });
-  data.mesh = mesh.get();
+  for (std::size_t m = 0; m < files.size(); ++m) append_mesh(files[m], meshes[m].get(), data);
   check_frames(data.mesh, input.mesh, data.scene, data.used);
   record.counts["faces"] = data.mesh.faces.size();
   record.counts["vertices"] = data.mesh.positions.size();
@@ -149,7 +171,8 @@ SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRe
   const std::string views = data.used.size() == data.scene.views.size()
                                 ? readable_count(data.used.size())
                                 : fmt::format("{} of {}", data.used.size(), data.scene.views.size());
-  stage.finish(fmt::format("{} faces, {} views", readable_count(data.mesh.faces.size()), views));
+  const std::string of_meshes = data.parts.size() == 1 ? "" : fmt::format(" of {} meshes", data.parts.size());
+  stage.finish(fmt::format("{} faces{}, {} views", readable_count(data.mesh.faces.size()), of_meshes, views));
   for (const std::string& warning : data.scene.warnings) console.warning(warning);
   return data;
 }
@@ -214,6 +237,10 @@ const char* edge_weights_name(EdgeWeights weights) {
 
 Json scene_json(const SceneInput& input) {
   Json json = {{"scene", input.scene.string()}, {"mesh", input.mesh.string()}};
+  if (!input.more_meshes.empty()) {
+    json["more_meshes"] = Json::array();
+    for (const auto& mesh : input.more_meshes) json["more_meshes"].push_back(mesh.string());
+  }
   json["images"] = input.images_dir ? Json(input.images_dir->string()) : Json(nullptr);
   json["views"] = input.views;
   json["exclude_views"] = input.exclude_views;
@@ -221,6 +248,17 @@ Json scene_json(const SceneInput& input) {
   json["downscale"] = input.downscale;
   json["masks"] = !input.masks ? Json(false) : input.masks_dir ? Json(input.masks_dir->string()) : Json(true);
   return json;
+}
+
+Json meshes_json(const SceneInputData& input) {
+  Json meshes = Json::array();
+  for (const MeshPart& part : input.parts)
+    meshes.push_back({{"file", part.file.string()},
+                      {"first_face", part.first_face},
+                      {"faces", part.faces},
+                      {"first_vertex", part.first_vertex},
+                      {"vertices", part.vertices}});
+  return meshes;
 }
 
 void write_run_json(OutputFolder& folder, const RunFacts& facts, const RunRecord& record) {

@@ -11,14 +11,21 @@
 
 namespace gpvc {
 
+/// One of the meshes given: a run of the faces and vertices of all.
+struct MeshPart {
+  std::filesystem::path file;
+  std::size_t first_face = 0, faces = 0, first_vertex = 0, vertices = 0;
+};
+
 struct SceneInputData {
-  Mesh mesh;
+  Mesh mesh;                    ///< all meshes, one after the other
+  std::vector<MeshPart> parts;  ///< in the order given
   Scene scene;
   std::vector<ViewId> used;      ///< ascending; the views --views, --exclude-views and --hold-out leave
   std::vector<ViewId> held_out;  ///< ascending
 };
 
-/// Reads mesh and scene at the same time and resolves the view lists. Throws InputError, UsageError.
+/// Reads meshes and scene at the same time and resolves the view lists. Throws InputError, UsageError.
 SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRecord& record);
 
 /// Which views LISTs of names and globs, or @FILE, leave. Throws UsageError for a name or glob that matches
@@ -52,6 +59,8 @@ Json device_json(const DeviceInfo& device);
 Json visibility_json(const VisibilityOptions& options);
 const char* edge_weights_name(EdgeWeights weights);
 Json scene_json(const SceneInput& input);
+/// For run.json: which faces and vertices are whose.
+Json meshes_json(const SceneInputData& input);
 
 /// Throws OutputError when a file that OUT will hold under `names` is one of the inputs.
 void refuse_overwriting(const SceneInput& input, const std::filesystem::path& out,

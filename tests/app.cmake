@@ -17,4 +17,13 @@ if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/app_test.cpp)
     PROPERTIES LABELS gpu TIMEOUT 600 FIXTURES_REQUIRED app_scene)
 endif()
 
+# gpvc visibility on that scene.
+add_executable(visibility_command_test visibility_command_test.cpp)
+target_link_libraries(visibility_command_test PRIVATE gpvc_app gpvc_options GTest::gtest_main)
+target_compile_definitions(visibility_command_test PRIVATE GPVC_BINARY="$<TARGET_FILE:gpvc>"
+                                                           GPVC_APP_SCENE="${app_scene}")
+add_dependencies(visibility_command_test gpvc)
+gtest_discover_tests(visibility_command_test DISCOVERY_TIMEOUT 60
+  PROPERTIES LABELS gpu TIMEOUT 600 FIXTURES_REQUIRED app_scene)
+
 include(${CMAKE_CURRENT_LIST_DIR}/compare.cmake)
