@@ -104,22 +104,21 @@ inline void append(Mesh& mesh, const Mesh& other) {
   for (const Triangle& t : other.faces) mesh.faces.push_back({t[0] + first, t[1] + first, t[2] + first});
 }
 
-/// The paper's synthetic models A, B, C: two uneven terrain layers of 4802 faces, the lower one `gap_m` below
-/// the upper, the viewpoint 6100 m above. The upper layer is perforated: its triangles are shrunk towards
-/// their centroids, so that gaps run all around them. A triangle of the lower layer is larger than the
-/// perforated ones and wider than the gaps: it is neither wholly hidden nor wholly seen, whatever the
-/// parallax.
-inline Mesh two_layers(const Camera& camera, double gap_m) {
-  constexpr double kViewpoint = 6100, kShrink = 0.7;
-  constexpr int kCells = 49;
+/// Two uneven terrain layers of 2 cells^2 faces each, the lower one `gap_m` below the upper, seen from
+/// `distance_m` above. The upper layer is perforated: its triangles are shrunk towards their centroids, so
+/// that gaps run all around them. A triangle of the lower layer is larger than the perforated ones and wider
+/// than the gaps: it is neither wholly hidden nor wholly seen, whatever the parallax.
+inline Mesh layers(const Camera& camera, double distance_m, double gap_m, int cells) {
+  constexpr double kShrink = 0.7;
+  const double relief = 8 * (distance_m / 6100);
   std::mt19937 random(4802);
   std::vector<double> heights;
-  for (int i = 0; i < (kCells + 1) * (kCells + 1); ++i)
-    heights.push_back(kViewpoint + 8 * (static_cast<double>(random()) / 4294967296.0 - 0.5));
-  const double cell = 0.9 * camera.width / kCells;
-  const auto height = [&](int i, int j) { return heights[static_cast<std::size_t>(j * (kCells + 1) + i)]; };
+  for (int i = 0; i < (cells + 1) * (cells + 1); ++i)
+    heights.push_back(distance_m + relief * (static_cast<double>(random()) / 4294967296.0 - 0.5));
+  const double cell = 0.9 * camera.width / cells;
+  const auto height = [&](int i, int j) { return heights[static_cast<std::size_t>(j * (cells + 1) + i)]; };
   const Mesh whole =
-      terrain(camera, kCells, kCells, 0.05 * camera.width, 0.05 * camera.height, cell, kViewpoint, height);
+      terrain(camera, cells, cells, 0.05 * camera.width, 0.05 * camera.height, cell, distance_m, height);
   Mesh mesh;
   for (const Triangle& t : whole.faces) {
     const WorldPoint &a = whole.positions[t[0]], &b = whole.positions[t[1]], &c = whole.positions[t[2]];
@@ -135,5 +134,8 @@ inline Mesh two_layers(const Camera& camera, double gap_m) {
   append(mesh, lower);
   return mesh;
 }
+
+/// The paper's synthetic models A, B, C: two layers of 4802 faces, the viewpoint 6100 m above.
+inline Mesh two_layers(const Camera& camera, double gap_m) { return layers(camera, 6100, gap_m, 49); }
 
 }  // namespace gpvc::scenes

@@ -1,0 +1,71 @@
+// What the two parts of the accuracy benchmark share: scenes whose truth the oracle knows, modes, tables.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "visibility/visibility.h"
+
+namespace gpvc::accuracy {
+
+/// A mesh and a view, with what the oracle says of them.
+struct TrueScene {
+  std::string name;
+  Mesh mesh;
+  View view;
+  OracleView truth;
+};
+
+TrueScene with_truth(std::string name, Mesh mesh, View view);
+
+/// How many faces a mode calls fully visible, and how many it gets right. "Visible" is class full, "occluded"
+/// everything else, as in the paper's tables; ties count as right.
+struct Score {
+  std::size_t visible = 0, occluded = 0, right = 0;
+  std::size_t wrong_classes = 0;  ///< untied faces whose class is not exactly the oracle's
+  double percent() const {
+    return 100.0 * static_cast<double>(right) / static_cast<double>(visible + occluded);
+  }
+  bool operator==(const Score&) const = default;
+};
+
+Score score(GraphicsDevice& device, const TrueScene& scene, const VisibilityOptions& options);
+
+/// Options of a mode by name, with all else at its default. Throws std::invalid_argument.
+VisibilityOptions mode(const std::string& name);
+
+/// 0.1, halved down to 1e-13: 40 values; every `step`th of them.
+std::vector<double> epsilons(std::size_t step);
+
+/// Table as Markdown; first the columns' names. Also leaves NAME.csv in `folder`, unless that is empty.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> columns) : rows_{std::move(columns)} {}
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  std::string markdown() const;
+  void write_csv(const std::filesystem::path& file) const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+struct Setup {
+  GraphicsDevice& device;
+  std::filesystem::path folder;  ///< for CSV files; exists
+  bool quick = false;
+};
+
+struct Part {
+  std::string markdown;
+  bool perfect = true;  ///< gpvc with the exact correction erred nowhere, nor did LPCC on the paper's models
+};
+
+/// Tables 1 to 6: the models A, B, C. Throws std::logic_error when a model is not what the paper says of it.
+Part paper_tables(const Setup& setup);
+
+/// Layers 1 m to 10 um apart, 10 m to 10 km away, at three places of the world.
+Part layer_table(const Setup& setup);
+
+}  // namespace gpvc::accuracy
