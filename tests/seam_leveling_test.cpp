@@ -182,5 +182,40 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
     EXPECT_NEAR(std::log(exposure[v].gain.g) + std::log(gain(v)) - logs, 0, 0.015) << v;
 }
 
+/// Nine photos of a plane, gains from 0.7 to 1.4 and a fall-off towards the corners: seams disappear and
+/// colours stay where they are.
+TEST(SeamLeveling, ExposureAndVignettingOfManyPhotosAreRemoved) {
+  AtlasScene s;
+  s.add_plane(36, 36, 0.5);
+  for (int v = 0; v < 9; ++v) s.add_view(3 + 6 * (v % 3), 3 + 6 * (v / 3), 10, 400, 400, 300);
+  // Their geometric mean is one: brightness as a whole cannot be known from the photos.
+  constexpr double kGains[] = {0.7, 1.4, 1.0, 1.19, 0.85, 1.3, 0.77, 0.92, 1.075};
+  for (std::size_t v = 0; v < 9; ++v) {
+    s.photograph(v, waves, [&](int x, int y, Color c) {
+      const double dx = x + 0.5 - 200, dy = y + 0.5 - 200, r2 = (dx * dx + dy * dy) / (2 * 200 * 200);
+      return static_cast<float>(kGains[v] * (1 - 0.3 * r2)) * c;
+    });
+  }
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+    const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
+    const double x = p.x + 0.7 * std::sin(1.9 * p.y), y = p.y + 0.6 * std::sin(2.3 * p.x);
+    const auto third = [](double t) { return static_cast<std::uint32_t>(std::clamp(t / 6, 0.0, 2.0)); };
+    s.labels[f] = ViewId{third(x) + 3 * third(y)};
+  }
+  const TextureAtlas atlas = s.build(with(SeamLeveling::full));
+  const Colours c = measure(atlas, s, waves);
+  EXPECT_GT(measure(s.build(with(SeamLeveling::none)), s).step, 15);
+  EXPECT_LT(c.step, 2);
+  EXPECT_LT(atlas.statistics.seam_step_after, 2);
+  Color truth;
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+    const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
+    truth = truth + (1.0f / static_cast<float>(s.mesh.faces.size())) * waves(p.x, p.y);
+  }
+  EXPECT_NEAR(c.mean.r, truth.r, 3);
+  EXPECT_NEAR(c.mean.g, truth.g, 3);
+  EXPECT_NEAR(c.mean.b, truth.b, 3);
+}
+
 }  // namespace
 }  // namespace gpvc
