@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <numbers>
 #include <sstream>
@@ -75,11 +76,30 @@ struct Layout {
 
 constexpr std::size_t padded(std::size_t bytes) { return (bytes + 3) / 4 * 4; }
 
-std::size_t size_of_page(const fs::path& file) {
+/// glTF's readers ignore a PNG's colour profile, and its validator warns of it: it is left out of GLBs.
+/// write_image puts it behind the signature and the IHDR.
+constexpr std::size_t kProfileAt = 33;
+
+/// Of the chunk with the profile, 0 without; `page` may be the file's beginning alone.
+std::size_t profile_bytes(std::string_view page) {
+  constexpr std::size_t kAround = 12;  // length, name and check sum
+  if (!page.starts_with("\x89PNG") || page.size() < kProfileAt + kAround ||
+      page.substr(kProfileAt + 4, 4) != "iCCP")
+    return 0;
+  std::size_t length = kAround;
+  for (std::size_t i = 0, shift = 24; i < 4; ++i, shift -= 8)
+    length += std::size_t{static_cast<unsigned char>(page[kProfileAt + i])} << shift;
+  return length;
+}
+
+/// From the file's first bytes and its size.
+std::size_t embedded_bytes(const fs::path& file) {
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(file, error);
   if (error) throw InputError(file, "", "cannot be read: " + error.message());
-  return bytes;
+  std::array<char, 64> head{};
+  std::ifstream(file, std::ios::binary).read(head.data(), head.size());
+  return bytes - profile_bytes({head.data(), head.size()});
 }
 
 /// A new buffer begins where a primitive would grow one beyond `buffer_limit`.
@@ -104,7 +124,7 @@ Layout lay_out(const Asset& asset, bool embed_pages, std::size_t buffer_limit) {
   }
   if (embed_pages)
     for (const GltfPrimitive& p : asset.geometry.primitives)
-      layout.pages.push_back(place(size_of_page(asset.pages[p.page].file)));
+      layout.pages.push_back(place(embedded_bytes(asset.pages[p.page].file)));
   return layout;
 }
 
@@ -291,9 +311,14 @@ void write_primitive(OutputFile& out, const Asset& asset, const GltfPrimitive& r
 
 void write_page(OutputFile& out, const fs::path& file, std::size_t expected_bytes) {
   const FileBytes bytes(file);
-  if (bytes.view().size() != expected_bytes) throw InputError(file, "", "changed while it was read");
-  out.write(bytes.view().data(), bytes.view().size());
-  out.write("\0\0\0", padded(bytes.view().size()) - bytes.view().size());
+  const std::string_view page = bytes.view();
+  const std::size_t profile = profile_bytes(page), size = page.size() - profile;
+  if (profile > page.size() || size != expected_bytes)
+    throw InputError(file, "", "changed while it was read");
+  const std::size_t head = profile > 0 ? kProfileAt : 0;
+  out.write(page.data(), head);
+  out.write(page.data() + head + profile, size - head);
+  out.write("\0\0\0", padded(size) - size);
 }
 
 std::size_t glb_bytes(const std::string& json, const Layout& layout) {

@@ -163,6 +163,19 @@ TEST(WriteGltf, EscapesNamesAsUris) {
   EXPECT_TRUE(contains(json, "\"m%201.bin\""));
 }
 
+// glTF has readers ignore profiles, and its validator warns of a PNG's.
+TEST(WriteGltf, EmbedsPngPagesWithoutTheirProfile) {
+  const StripModel test;
+  const Image page = read_image(test.pages[0].file);
+  write_glb(test.folder.path() / "plain.glb", test.model, test.pages, {});
+  write_image(test.pages[0].file, page, ImageFormat::png, 0, ColourProfile(700, 'x'));
+  EXPECT_TRUE(contains(test::read_file(test.pages[0].file), "iCCP"));
+  write_glb(test.folder.path() / "profile.glb", test.model, test.pages, {});
+  EXPECT_FALSE(contains(test::read_file(test.folder.path() / "profile.glb"), "iCCP"));
+  EXPECT_EQ(load(test.folder.path() / "profile.glb").images[0].image,
+            load(test.folder.path() / "plain.glb").images[0].image);
+}
+
 TEST(WriteGltf, LeavesOutFacesWithoutAPage) {
   StripModel test;
   test.model.face_page = {1, kNoPage, kNoPage, 1};

@@ -169,7 +169,9 @@ TEST_F(OutputOptions, PagesKeepThePhotosProfile) {
     EXPECT_EQ(read_colour_profile(out_ / ("model_0." + format)), any_profile(1));
     EXPECT_EQ(read_colour_profile(out_ / "preview.png"), any_profile(1));
     EXPECT_FALSE(contains(said_, "warning")) << said_;
-    EXPECT_TRUE(contains(read_file(out_ / "model.glb"), read_file(out_ / ("model_0." + format))));
+    if (format == "jpg") {
+      EXPECT_TRUE(contains(read_file(out_ / "model.glb"), read_file(out_ / "model_0.jpg")));
+    }
   }
   write_image(photos[2], read_image(photos[2]), ImageFormat::jpg, 95);
   write_image(photos[1], read_image(photos[1]), ImageFormat::jpg, 95, any_profile(2));
