@@ -49,6 +49,9 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
   LoadedModel model = read_textured_model(options.model);
   model.model.mesh = &model.mesh;
   const MatchedModel matched = match_model(mesh, model.model, model.pages, model.offset);
+  if (matched.strangers == model.mesh.faces.size())
+    throw InputError(options.model, "",
+                     "none of its faces is a face of the scene's mesh: was it made from another mesh?");
   if (matched.strangers > 0)
     console.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out",
                                 matched.strangers, model.mesh.faces.size()));
