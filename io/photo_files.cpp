@@ -129,7 +129,7 @@ class PhotoIndex {
 };
 
 /// Of the usual folders the first in which a photo lies under its name, else the first that exists.
-fs::path usual_folder(const SceneFile& scene) {
+fs::path usual_folder(const SceneFile& scene, bool allow_none) {
   fs::path existing;
   std::string looked;
   for (const fs::path& folder : scene.image_folders) {
@@ -139,6 +139,7 @@ fs::path usual_folder(const SceneFile& scene) {
     for (const View& view : scene.views)
       if (is_file(folder / view.name)) return folder;
   }
+  if (existing.empty() && allow_none) return folder_of(scene.listing);
   if (existing.empty())
     throw InputError(scene.listing, "", "the folder of the photos was not found; looked for " + looked);
   return existing;
@@ -219,7 +220,7 @@ fs::path find_photos(SceneFile& scene, const SceneOptions& options) {
   if (open > 0) {
     if (options.images_dir && !is_folder(*options.images_dir))
       throw InputError(*options.images_dir, "", "is not a folder; it was given as the folder of the photos");
-    folder = options.images_dir ? *options.images_dir : usual_folder(scene);
+    folder = options.images_dir ? *options.images_dir : usual_folder(scene, options.allow_missing_photos);
     std::optional<PhotoIndex> index;
     for (std::size_t i = 0; i < scene.views.size(); ++i) {
       View& view = scene.views[i];

@@ -82,6 +82,10 @@ TEST(PhotoFiles, LeavesMissingPhotosEmptyWhenAsked) {
   ASSERT_EQ(scene.views.size(), 2);
   EXPECT_TRUE(scene.views[0].photo.empty());
   EXPECT_FALSE(scene.views[1].photo.empty());
+  // Without a folder for photos at all.
+  const auto model = files.folder.path() / "model";
+  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "folder of the photos was not found"));
+  EXPECT_TRUE(read_scene(model, {.allow_missing_photos = true}).views[1].photo.empty());
 }
 
 TEST(PhotoFiles, ScalesCamerasToPhotosOfTheSameShape) {

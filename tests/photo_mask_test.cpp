@@ -1,0 +1,43 @@
+#include "visibility/photo_mask.h"
+
+#include <gtest/gtest.h>
+
+namespace gpvc {
+namespace {
+
+// Every pixel against the lens itself, where whole blocks are decided by the bound on its stretch.
+TEST(PhotoMask, AgreesWithEveryLensAtEveryPixel) {
+  const std::vector<Distortion> lenses{
+      {.k1 = 0.3},
+      {.k1 = -0.3},
+      {.k1 = 0.3, .k2 = -0.05, .model = LensModel::perspective, .d1 = 0.4, .d2 = 0.02},
+      {.p1 = 0.02,
+       .p2 = -0.01,
+       .k3 = 0.1,
+       .model = LensModel::perspective,
+       .k4 = 0.1,
+       .p3 = 0.2,
+       .skew = 0.01},
+      {.k1 = 0.4, .model = LensModel::equidistant},
+      {.k1 = 0.4, .model = LensModel::equidistant, .s1 = 0.05, .s2 = -0.02},
+      {.k1 = 0.5, .model = LensModel::equisolid},
+      {.model = LensModel::fov, .omega = 1.2},
+      {.k1 = 0.3, .model = LensModel::inverse_radial},
+      {.k1 = -0.1, .model = LensModel::inverse_radial}};
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    Camera camera{401, 297, 300, 310, 195, 152, lenses[i]};
+    limit_distortion(camera);
+    const PhotoMask mask(camera);
+    std::size_t outside = 0;
+    for (int y = 0; y < camera.height; ++y)
+      for (int x = 0; x < camera.width; ++x) {
+        const bool in = in_photo(camera, {x + 0.5, y + 0.5});
+        outside += in ? 0 : 1;
+        ASSERT_EQ(mask.contains(x, y), in) << "lens " << i << " at " << x << ' ' << y;
+      }
+    EXPECT_EQ(mask.whole(), outside == 0) << "lens " << i;
+  }
+}
+
+}  // namespace
+}  // namespace gpvc
