@@ -129,15 +129,20 @@ std::vector<std::string> findings_of(const Json& report) {
   add("Seen area that is textured with its own surface's colour", right_share);
   if (gpvc != nullptr && gpvc->contains("truth")) {
     std::vector<std::string> better;
-    for (const Json& mode : report["modes"])
-      if (mode["epsilon"].is_number() && !right_share(mode).is_null() &&
-          right_share(mode).get<double>() > right_share(*gpvc).get<double>())
-        better.push_back(
-            fmt::format("{} by {:.4f} points", mode["name"].get<std::string>(),
-                        100 * (right_share(mode).get<double>() - right_share(*gpvc).get<double>())));
-    findings.push_back(better.empty()
-                           ? "No mode with a bias textures more of the seen area rightly than gpvc."
-                           : "Better than gpvc here, by seen area textured rightly: " + joined(better) + ".");
+    const double samples = (*gpvc)["truth"].value("samples", 0.0);
+    for (const Json& mode : report["modes"]) {
+      if (!mode["epsilon"].is_number() || right_share(mode).is_null()) continue;
+      const double ahead = right_share(mode).get<double>() - right_share(*gpvc).get<double>();
+      if (ahead <= 0) continue;
+      const std::string points =
+          samples > 0 ? fmt::format(" (some {:.0f} of {:.0f} sample points)", ahead * samples, samples) : "";
+      better.push_back(fmt::format("{} by {:.4f} percentage points{}", mode["name"].get<std::string>(),
+                                   100 * ahead, points));
+    }
+    findings.push_back(
+        better.empty()
+            ? std::string("No mode with a bias textures more of the seen area rightly than gpvc.")
+            : fmt::format("Better than gpvc here, by seen area textured rightly: {}.", joined(better)));
   }
   std::vector<std::string> failed;
   for (const Json& mode : report["modes"])

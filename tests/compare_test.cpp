@@ -90,7 +90,7 @@ TEST(Findings, NameEachFamilysBestEpsilon) {
   report["modes"][2]["truth"]["all"]["wrong"] = 0.3;
   findings = findings_of(report);
   EXPECT_NE(findings[2].find("Better than gpvc here"), std::string::npos) << findings[2];
-  EXPECT_NE(findings[2].find("ray:dense:0.1 by 5.0000 points"), std::string::npos) << findings[2];
+  EXPECT_NE(findings[2].find("ray:dense:0.1 by 5.0000 percentage points"), std::string::npos) << findings[2];
 }
 
 TEST(ReportMarkdown, GivesEveryModeARowAndLeavesOutWhatIsUnknown) {
