@@ -21,7 +21,9 @@ class GpuClassifier {
   static std::string obstacle(const Mesh& mesh);
 
   /// Classifies from the IVM that the renderer drew last, in one tile. `codes`: per face. Adds processed
-  /// faces, samples and corrected samples to the statistics.
+  /// faces, samples and corrected samples to the statistics. These agree with the CPU's on fully visible
+  /// faces alone: of the others a shader looks at samples until one sees the face and one does not, the ends
+  /// of all rows first; the CPU stops at the first that does not, and leaves its pass for the coverage out.
   void classify(const Camera& camera, const Pose& pose, const PhotoMask& mask, std::vector<FaceCode>& codes,
                 VisibilityStatistics& statistics);
 
