@@ -139,7 +139,7 @@ biases() {
     at && index($2, family) == 1 { split(substr($2, length(family) + 1), words, " "); print words[1], $at }' \
     "$out/$1/report.md" | sort -g
 }
-listed() { awk '{ printf "%s%s at %s", NR > 1 ? ", " : "", $2 == "" ? "none" : $2 " %", $1 }'; }
+listed() { awk '{ printf("%s%s at %s", (NR > 1 ? ", " : ""), ($2 == "" ? "none" : $2 " %"), $1) }'; }
 # over SCENES FAMILY PAPER_TREND: the family's agreement by epsilon on every scene, and whether it moves as in the paper.
 by_epsilon() {
   local family=$1 rule=$2 scene
@@ -189,14 +189,14 @@ for name in figure_15 figure_15_terrain; do
   [ -f "$out/$name/report.md" ] || continue
   spc=$(figure $name gpvc:uncorrected:spc "Agreement with the oracle")
   apc=$(figure $name gpvc:uncorrected "Agreement with the oracle")
-  verdict=$(awk -v a="$spc" -v b="$apc" 'BEGIN { print b > a ? "As in the paper the reversed buffer is better." : b == a ? "It differs from the paper: both are the same here." : "It differs from the paper: the symmetric buffer is better here." }')
+  verdict=$(awk -v a="$spc" -v b="$apc" 'BEGIN { print((b > a ? "As in the paper the reversed buffer is better." : b == a ? "It differs from the paper: both are the same here." : "It differs from the paper: the symmetric buffer is better here.")) }')
   says "Here, $([ $name = figure_15 ] && echo slits || echo terrain)" "uncorrected classes agree with the exact oracle on $spc % in the symmetric and $apc % in the reversed buffer; $(figure $name gpvc "Agreement with the oracle") % corrected. $verdict [Report]($name/report.html)"
 done
 head2 "Figure 17: off-centre projection"
 says "Paper" "the default rendering puts the principal point into the middle and dislocates objects, by more than 50 and 90 pixels in an 8176 x 6132 photo; the shader-based one keeps them aligned."
 if [ -d "$out/figure_17" ]; then
   error() { awk '$1 == "mean" { print $5 }' "$out/figure_17/$1.txt"; }
-  verdict=$(awk -v a="$(error default)" -v b="$(error shader)" 'BEGIN { print a > b ? "As in the paper the centred rendering is dislocated." : "It differs from the paper: centring costs nothing here." }')
+  verdict=$(awk -v a="$(error default)" -v b="$(error shader)" 'BEGIN { print((a > b ? "As in the paper the centred rendering is dislocated." : "It differs from the paper: centring costs nothing here.")) }')
   says "Here, city" "principal point $(head -1 "$out/figure_17/offset.txt") pixels off the middle; 1 - NCC of renders against photos $(error default) when it is put into the middle, $(error shader) as calibrated. $verdict Photo, render and error side by side: [centred](figure_17/default/), [calibrated](figure_17/shader/)"
 fi
 head2 "Figure 21: shadow map with symmetric projection"
@@ -217,7 +217,7 @@ for scene in "${scenes[@]}"; do
   row=
   for mode in none gpvc:uncorrected gpvc gpvc:ves; do row+="${row:+, }$mode $(figure "compare_$scene" $mode "Agreement with the oracle") %"; done
   verdict=$(awk -v n="$(figure "compare_$scene" none "Agreement with the oracle")" -v u="$(figure "compare_$scene" gpvc:uncorrected "Agreement with the oracle")" \
-    -v g="$(figure "compare_$scene" gpvc "Agreement with the oracle")" 'BEGIN { print n < u && u < g ? "The order is the paper'"'"'s." : "The order differs from the paper'"'"'s." }')
+    -v g="$(figure "compare_$scene" gpvc "Agreement with the oracle")" 'BEGIN { print((n < u && u < g) ? "The order is the paper'"'"'s." : "The order differs from the paper'"'"'s.") }')
   wrong=$(figure "compare_$scene" gpvc "Wrong surface")
   [ -n "$wrong" ] && row+="; wrong surface: none $(figure "compare_$scene" none "Wrong surface") %, uncorrected $(figure "compare_$scene" gpvc:uncorrected "Wrong surface") %, gpvc $wrong %"
   says "Here, $scene" "agreement with the exact oracle: $row. $verdict [Report](compare_$scene/report.html)"
