@@ -126,7 +126,8 @@ TEST_F(VisibilityCommand, OracleCheckOfAnotherModeReportsAndSucceeds) {
   EXPECT_EQ(check["views"].size(), 5U) << "there are no more";
   EXPECT_GT(check["disagreements"], 100) << "what is behind something is called full";
   EXPECT_EQ(check["first_disagreements"].size(), 10U);
-  EXPECT_EQ(check["first_disagreements"][0]["found"], "full");
+  for (const auto& disagreement : check["first_disagreements"])
+    EXPECT_NE(disagreement["found"], "hidden") << "no test hides a face, it only sees too much";
 }
 
 TEST_F(VisibilityCommand, WrongUseEndsWithOneSentence) {
