@@ -50,7 +50,8 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
   constexpr const char* kGroup = "Input";
   CLI::App* app = parent.add_subcommand("evaluate", "compare renders of a textured model with photos");
   app->add_option("MODEL", options.model, "Textured model of any program, OBJ or GLB")->required();
-  app->add_option("SCENE", options.input.scene, "COLMAP model whose photos the renders are compared with")
+  app->add_option("SCENE", options.input.scene,
+                  "Scene whose photos the renders are compared with, as texture takes it")
       ->required();
   app->add_option("--mesh", options.input.mesh, "Mesh that was to be textured, for completeness")
       ->type_name("MESH")
