@@ -76,7 +76,7 @@ TEST(OpenSfm, TurnsBySmallAndZeroAngles) {
   for (const double angle : {0.0, 1e-300, 1e-9, 0.5}) {
     char text[80];
     std::snprintf(text, sizeof text, "[0, 0, %.17g], \"translation\": [0, 0, 0]", angle);
-    const auto& r = view_named(parse(replaced(kReconstruction, half, text)), "p.jpg").pose.rotation;
+    const auto r = view_named(parse(replaced(kReconstruction, half, text)), "p.jpg").pose.rotation;
     EXPECT_NEAR(r[0], std::cos(angle), 1e-15);
     EXPECT_NEAR(r[1], -std::sin(angle), 1e-15);
     EXPECT_NEAR(r[3], std::sin(angle), 1e-15);
