@@ -13,11 +13,16 @@ namespace {
 // Gains of photos lie between these two, and corners lose up to this share.
 constexpr double kLeastGain = 0.7, kMostGain = 1.4, kVignetting = 0.3;
 
+/// Every second photo takes the gain that makes the product of two of them kLeastGain * kMostGain, about 1:
+/// how bright a scene is as a whole cannot be seen in its photos, so levelled colours are expected at their
+/// mean.
 Exposure exposure_of(const SynthOptions& options, std::size_t view) {
   if (!options.exposure) return {};
-  const double t = synth_chance(options.flight.seed, static_cast<std::uint32_t>(view), 8101);
-  return {kLeastGain + (kMostGain - kLeastGain) * t * t,  // more below the middle: the mean is about 1
-          kVignetting * synth_chance(options.flight.seed, static_cast<std::uint32_t>(view), 8102)};
+  const std::uint32_t seed = options.flight.seed, number = static_cast<std::uint32_t>(view);
+  const double t = synth_chance(seed, number / 2, 8101);
+  const double first = kLeastGain + (kMostGain - kLeastGain) * t;
+  return {number % 2 == 0 ? first : kLeastGain * kMostGain / first,
+          kVignetting * synth_chance(seed, number, 8102)};
 }
 
 Json options_json(const SynthOptions& o) {
