@@ -5,12 +5,12 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
 
 #include "io/file_bytes.h"
+#include "io/image_bounds.h"
 #include "io/io.h"
 
 namespace gpvc {
@@ -26,72 +26,35 @@ std::string one_line(std::string text) {
   return text.empty() ? "unknown error" : text;
 }
 
-/// Follows a PNG's chunks to its end. libpng finds a cut too, but prints a line of its own and leaves by
-/// longjmp, which leaks in OpenImageIO.
-void check_png_ends(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::array<unsigned char, 8> head{};
-  const auto read_head = [&] { return bool(in.read(reinterpret_cast<char*>(head.data()), head.size())); };
-  constexpr std::array<unsigned char, 8> kSignature{0x89, 'P', 'N', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
-  in.read(reinterpret_cast<char*>(head.data()), head.size());
-  const auto got = static_cast<std::size_t>(in.gcount());
-  if (got < 4 ||
-      !std::equal(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(got), kSignature.begin()))
-    return;
-  std::error_code error;
-  const std::uintmax_t size = fs::file_size(file, error);
-  for (std::uintmax_t at = head.size();;) {
-    const bool whole = got == head.size() && read_head();
-    const std::uintmax_t length = std::uintmax_t{head[0]} << 24 | std::uintmax_t{head[1]} << 16 |
-                                  std::uintmax_t{head[2]} << 8 | std::uintmax_t{head[3]};
-    constexpr std::uintmax_t kAround = 12;  // length, name and check sum
-    if (!whole || at + length + kAround > size)
-      throw InputError(file, "byte " + std::to_string(size),
-                       "cannot be decoded whole: the PNG ends too early");
-    if (std::equal(head.begin() + 4, head.end(), "IEND")) return;
-    at += length + kAround;
-    in.seekg(static_cast<std::streamoff>(at));
-  }
+/// Room for the largest image is refused before it is asked for.
+void check_claims(const fs::path& file, const std::string& part, const OIIO::ImageSpec& spec) {
+  check_size(file, part, spec.width, spec.height, spec.nchannels);
+  if (spec.depth > 1) throw InputError(file, part, "is a volume, expected an image");
 }
 
-/// Follows a JPEG's markers to the end of its image. libjpeg reports its first warning alone, so that a stray
-/// byte somewhere would hide that the rest of the picture is missing.
-void check_jpeg_ends(const fs::path& file) {
-  const FileBytes bytes(file);
-  const std::string_view text = bytes.view();
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  if (!text.starts_with("\xFF\xD8\xFF")) return;
-  for (std::size_t at = 2;;) {
-    // Entropy-coded data and stray bytes lie between markers; a marker is 0xFF and neither 0x00 (a data
-    // byte), 0xFF (fill), a restart D0 .. D7 nor 01. All but the end of the image carry their length.
-    at = text.find('\xFF', at);
-    if (at == std::string_view::npos || at + 1 >= text.size()) break;
-    const unsigned marker = byte(at + 1);
-    constexpr unsigned kEnd = 0xD9;
-    if (marker == kEnd) return;
-    const bool bare = marker <= 1 || (marker >= 0xD0 && marker <= 0xD8);
-    if (marker == 0xFF) {
-      ++at;
-    } else if (bare) {
-      at += 2;
-    } else {
-      if (at + 3 >= text.size()) break;
-      at += 2 + (std::size_t{byte(at + 2)} << 8 | byte(at + 3));
-      if (at >= text.size()) break;
-    }
-  }
-  throw InputError(file, "byte " + std::to_string(text.size()),
-                   "cannot be decoded whole: the JPEG ends too early");
+OIIO::ImageSpec reader_options() {
+  OIIO::ImageSpec config;
+  config["oiio:UnassociatedAlpha"] = 1;  // or colours come multiplied by the alpha that is dropped
+  return config;
 }
 
 std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   std::error_code error;
-  if (!fs::exists(file, error)) throw InputError(file, "", "does not exist");
-  check_png_ends(file);
-  OIIO::ImageSpec config;
-  config["oiio:UnassociatedAlpha"] = 1;  // or colours come multiplied by the alpha that is dropped
+  const fs::file_status status = fs::status(file, error);
+  if (!fs::exists(status)) throw InputError(file, "", "does not exist");
+  if (fs::is_directory(status)) throw InputError(file, "", "is a folder, expected an image");
+  const std::uintmax_t size = fs::file_size(file, error);
+  if (!error && size == 0) throw InputError(file, "", "is empty, expected an image");
+  std::ifstream in(file, std::ios::binary);
+  check_png({file, "", error ? 0 : size, [&in](std::uint64_t at, std::span<unsigned char> to) {
+               in.clear();
+               in.seekg(static_cast<std::streamoff>(at));
+               return bool(in.read(reinterpret_cast<char*>(to.data()), std::ssize(to)));
+             }});
+  const OIIO::ImageSpec config = reader_options();
   std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file.string(), &config);
   if (!input) throw InputError(file, "", "is no image that can be read: " + one_line(OIIO::geterror()));
+  check_claims(file, "", input->spec());
   return input;
 }
 
@@ -122,11 +85,26 @@ Image to_rgb(Image&& in) {
 }
 
 /// Decodes the first channels; throws unless all is there.
-void decode(const fs::path& file, OIIO::ImageInput& input, int channels, OIIO::TypeDesc type, void* pixels) {
+void decode(const fs::path& file, const std::string& part, OIIO::ImageInput& input, int channels,
+            OIIO::TypeDesc type, void* pixels) {
   const bool good = input.read_image(0, 0, 0, channels, type, pixels);
   const std::string message = input.geterror();
   if (!good || (!message.empty() && !is_harmless(message)))
-    throw InputError(file, "", "cannot be decoded whole: " + one_line(message));
+    throw InputError(file, part, "cannot be decoded whole: " + one_line(message));
+}
+
+Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput& input) {
+  // No threads of the codec's own: photos are decoded side by side, inside tasks.
+  input.threads(1);
+  const OIIO::ImageSpec& spec = input.spec();
+  Image image;
+  image.width = spec.width;
+  image.height = spec.height;
+  image.channels = std::min(spec.nchannels, 4);
+  image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+                      static_cast<std::size_t>(image.channels));
+  decode(file, part, input, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
+  return to_rgb(std::move(image));
 }
 
 /// One mark a pixel: alpha is 0, or, where `colours` count, all of those are.
@@ -137,7 +115,7 @@ std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& inp
   const auto channels = static_cast<std::size_t>(spec.nchannels);
   const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
   std::vector<Sample> samples(count * channels);
-  decode(file, input, spec.nchannels, type, samples.data());
+  decode(file, "", input, spec.nchannels, type, samples.data());
   const bool alpha = spec.alpha_channel >= 0;
   const auto alpha_channel = static_cast<std::size_t>(std::max(spec.alpha_channel, 0));
   std::vector<std::uint8_t> marks(count);
@@ -198,9 +176,7 @@ void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int q
 
 ImageSize read_image_size(const fs::path& file) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  const ImageSize size{input->spec().width, input->spec().height};
-  if (size.width < 1 || size.height < 1) throw InputError(file, "", "has no pixels");
-  return size;
+  return {input->spec().width, input->spec().height};
 }
 
 bool has_alpha(const fs::path& file) { return open_image(file)->spec().alpha_channel >= 0; }
@@ -209,10 +185,9 @@ namespace {
 
 PixelMarks zero_pixels(const fs::path& file, bool colours) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  check_jpeg_ends(file);
+  check_jpeg(file, "", FileBytes(file).view());
   input->threads(1);
   const OIIO::ImageSpec& spec = input->spec();
-  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) throw InputError(file, "", "has no pixels");
   if (!colours && spec.alpha_channel < 0) throw InputError(file, "", "has lost its alpha channel");
   // Deeper samples keep their depth: zero alone is zero.
   const bool bytes = spec.format == OIIO::TypeDesc::UINT8;
@@ -228,20 +203,23 @@ PixelMarks transparent_pixels(const fs::path& file) { return zero_pixels(file, f
 
 Image read_image(const fs::path& file) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  check_jpeg_ends(file);
-  // No threads of the codec's own: photos are decoded side by side, inside tasks.
-  input->threads(1);
-  const OIIO::ImageSpec& spec = input->spec();
-  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) throw InputError(file, "", "has no pixels");
-  if (spec.depth > 1) throw InputError(file, "", "is a volume, expected an image");
-  Image image;
-  image.width = spec.width;
-  image.height = spec.height;
-  image.channels = std::min(spec.nchannels, 4);
-  image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
-                      static_cast<std::size_t>(image.channels));
-  decode(file, *input, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
-  return to_rgb(std::move(image));
+  check_jpeg(file, "", FileBytes(file).view());
+  return decode_rgb(file, "", *input);
+}
+
+Image decode_image(const fs::path& file, const std::string& part, std::string_view bytes) {
+  const bool png = bytes.starts_with("\x89PNG"), jpeg = bytes.starts_with("\xFF\xD8\xFF");
+  if (!png && !jpeg) throw InputError(file, part, "expected a PNG or a JPEG");
+  check_png(bytes_in_memory(file, part, bytes));
+  check_jpeg(file, part, bytes);
+  OIIO::Filesystem::IOMemReader reader(const_cast<char*>(bytes.data()), bytes.size());
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(png ? "png" : "jpeg");
+  if (!input) throw InputError(file, part, "cannot be decoded: " + one_line(OIIO::geterror()));
+  OIIO::ImageSpec spec;
+  if (!input->set_ioproxy(&reader) || !input->open(part, spec, reader_options()))
+    throw InputError(file, part, "is no image that can be read: " + one_line(input->geterror()));
+  check_claims(file, part, spec);
+  return decode_rgb(file, part, *input);
 }
 
 ColourProfile read_colour_profile(const fs::path& file) {

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/io.h"
@@ -18,6 +20,9 @@ ImageSize read_image_size(const std::filesystem::path& file);
 
 /// From the header alone. Throws InputError.
 bool has_alpha(const std::filesystem::path& file);
+
+/// read_image of a PNG or JPEG in memory, `part` of `file`, which are only named. Throws InputError.
+Image decode_image(const std::filesystem::path& file, const std::string& part, std::string_view bytes);
 
 struct PixelMarks {
   int width = 0, height = 0;

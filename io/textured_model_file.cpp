@@ -8,8 +8,12 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 
+#include "io/file_bytes.h"
+#include "io/image_file.h"
 #include "io/io.h"
 #include "io/text_scan.h"
 
@@ -27,7 +31,6 @@ WorldPoint read_offset(const fs::path& file) {
   return offset;
 }
 
-// Pages in order of first use; several materials may share one file.
 /// What a library says, as the end of our sentence: on one line, without the file's name and the library's
 /// full stops.
 std::string reason_of(const fs::path& file, std::string said) {
@@ -44,6 +47,7 @@ std::string reason_of(const fs::path& file, std::string said) {
   return reason.size() <= kLongest ? reason : reason.substr(0, kLongest) + "...";
 }
 
+/// Pages in order of first use; several materials may share one file.
 class PageList {
  public:
   std::uint32_t page(const fs::path& file) {
@@ -231,19 +235,51 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model,
   }
 }
 
-Image rgb_of(const fs::path& file, const tinygltf::Image& source) {
-  if (source.image.empty() || source.component < 1 || source.bits != 8)
-    throw InputError(file, "image " + source.name, "expected 8-bit PNG or JPEG data");
-  Image image;
-  image.width = source.width;
-  image.height = source.height;
-  const auto channels = static_cast<std::size_t>(source.component);
-  const std::size_t pixels = source.image.size() / channels;
-  image.pixels.resize(pixels * 3);
-  for (std::size_t i = 0; i < pixels; ++i)
-    for (std::size_t c = 0; c < 3; ++c)
-      image.pixels[3 * i + c] = source.image[i * channels + (channels >= 3 ? c : 0)];
-  return image;
+/// Keeps the bytes of images in files and in the JSON. Those in a buffer stay there: tinygltf asks for them
+/// before it has held their place against the buffer's size, and its own decoder believes every length that a
+/// PNG claims.
+bool keep_bytes(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes,
+                int size, void*) {
+  if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
+  return true;
+}
+
+std::string_view bytes_of(const fs::path& file, const tinygltf::Model& model, const tinygltf::Image& image,
+                          const std::string& part) {
+  if (image.bufferView < 0) {
+    if (image.image.empty())
+      throw InputError(
+          file, part,
+          "cannot be read, expected " + (image.uri.empty() ? "its bytes" : "a file " + image.uri));
+    return {reinterpret_cast<const char*>(image.image.data()), image.image.size()};
+  }
+  if (static_cast<std::size_t>(image.bufferView) >= model.bufferViews.size())
+    throw InputError(file, part, "expected a buffer view that exists");
+  const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(image.bufferView)];
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
+    throw InputError(file, part, "expected a buffer that exists");
+  const std::vector<unsigned char>& buffer = model.buffers[static_cast<std::size_t>(view.buffer)].data;
+  if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset)
+    throw InputError(file, part, "reaches beyond its buffer");
+  return {reinterpret_cast<const char*>(buffer.data()) + view.byteOffset, view.byteLength};
+}
+
+/// Decodes the images that faces show, and no others; face_page becomes their place among the pages.
+void add_pages(const fs::path& file, const tinygltf::Model& model, LoadedModel& result) {
+  std::vector<std::uint32_t> page_of_image(model.images.size(), kNoPage);
+  for (std::uint32_t& page : result.model.face_page) {
+    if (page == kNoPage) continue;
+    std::uint32_t& known = page_of_image[page];
+    if (known == kNoPage) {
+      known = static_cast<std::uint32_t>(result.pages.size());
+      const tinygltf::Image& image = model.images[page];
+      std::string part = "image " + std::to_string(page);
+      if (const std::string& name = image.name.empty() ? image.uri : image.name; !name.empty())
+        part += " (" + reason_of(file, name) + ")";
+      result.pages.push_back(decode_image(file, part, bytes_of(file, model, image, part)));
+    }
+    page = known;
+  }
 }
 
 WorldPoint offset_of(const tinygltf::Model& model) {
@@ -257,30 +293,132 @@ WorldPoint offset_of(const tinygltf::Model& model) {
   return {};
 }
 
-LoadedModel read_textured_gltf(const fs::path& file) {
+/// tinygltf and the JSON library below it go one call deeper per bracket.
+void check_depth(const fs::path& file, std::string_view json) {
+  constexpr int kDeepest = 200;
+  int depth = 0;
+  bool quoted = false;
+  for (std::size_t at = 0; at < json.size(); ++at) {
+    const char c = json[at];
+    if (quoted) {
+      if (c == '\\') ++at;
+      if (c == '"') quoted = false;
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > kDeepest) throw InputError(file, "", "expected a glTF, whose JSON nests less deeply");
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+}
+
+/// The JSON chunk of a GLB. What tinygltf does not hold against the file's size is checked here: it passes a
+/// BIN chunk that ends up to 8 bytes behind the file.
+std::string_view json_of(const fs::path& file, std::string_view glb) {
+  ByteReader reader(file, glb);
+  constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A;
+  const auto word = [&](const char* what) { return reader.read<std::uint32_t>(what); };
+  if (word("the GLB's header") != kMagic)
+    throw InputError(file, "byte 0", "expected a GLB, which begins with 'glTF'");
+  if (const std::uint32_t version = word("the GLB's header"); version != 2)
+    throw InputError(file, "byte 4", "expected a GLB of version 2, found " + std::to_string(version));
+  word("the GLB's header");  // the length of all, which tinygltf compares
+  const std::uint32_t json_bytes = word("the GLB's JSON chunk");
+  if (word("the GLB's JSON chunk") != kJson) throw InputError(file, "byte 16", "expected a GLB's JSON chunk");
+  const std::string_view json = reader.take(json_bytes, "the GLB's JSON chunk");
+  if (reader.remaining() > 0) {
+    const std::uint32_t binary_bytes = word("the GLB's binary chunk");
+    word("the GLB's binary chunk");
+    reader.take(binary_bytes, "the GLB's binary chunk");
+  }
+  return json;
+}
+
+/// Buffers and images in files, read like all other files here.
+tinygltf::FsCallbacks file_callbacks() {
+  tinygltf::FsCallbacks callbacks{};
+  callbacks.FileExists = [](const std::string& name, void*) {
+    std::error_code error;
+    return fs::is_regular_file(name, error);
+  };
+  callbacks.ExpandFilePath = [](const std::string& name, void*) { return name; };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name,
+                               void*) {
+    try {
+      const FileBytes bytes(name);
+      out->assign(bytes.view().begin(), bytes.view().end());
+      return true;
+    } catch (const InputError& found) {
+      *error += found.what();
+      return false;
+    }
+  };
+  return callbacks;
+}
+
+tinygltf::Model parse_gltf(const fs::path& file) {
+  const bool binary = lower_case(file.extension().string()) == ".glb";
+  const std::string expected = binary ? "expected a GLB" : "expected a glTF";
+  const FileBytes bytes(file);
+  const std::string_view view = bytes.view();
+  if (view.empty()) throw InputError(file, "", "is empty, " + expected);
+  if (view.size() > 0xFFFFFFFFu) throw InputError(file, "", expected + " of less than 4 GiB");
+  check_depth(file, binary ? json_of(file, view) : view);
   tinygltf::TinyGLTF loader;
+  loader.SetImageLoader(keep_bytes, nullptr);
+  loader.SetFsCallbacks(file_callbacks());
   tinygltf::Model model;
   std::string error, warning;
-  const bool binary = lower_case(file.extension().string()) == ".glb";
-  if (!(binary ? loader.LoadBinaryFromFile(&model, &error, &warning, file.string())
-               : loader.LoadASCIIFromFile(&model, &error, &warning, file.string())))
-    throw InputError(file, "", (binary ? "expected a GLB: " : "expected a glTF: ") + reason_of(file, error));
+  bool good = false;
+  try {
+    const std::string folder = file.parent_path().string();
+    const auto size = static_cast<unsigned>(view.size());
+    good = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
+                                                reinterpret_cast<const unsigned char*>(view.data()), size,
+                                                folder)
+                  : loader.LoadASCIIFromString(&model, &error, &warning, view.data(), size, folder);
+  } catch (const std::logic_error& found) {  // of a standard container, at what is empty or out of range
+    error += found.what();
+  } catch (const std::runtime_error& found) {
+    error += found.what();
+  }
+  if (!good) throw InputError(file, "", expected + ": " + reason_of(file, error));
+  return model;
+}
+
+LoadedModel read_textured_gltf(const fs::path& file) {
+  const tinygltf::Model model = parse_gltf(file);
   LoadedModel result;
   for (const tinygltf::Mesh& mesh : model.meshes)
     for (const tinygltf::Primitive& primitive : mesh.primitives)
       append_primitive(file, model, primitive, result);
-  for (const tinygltf::Image& image : model.images) result.pages.push_back(rgb_of(file, image));
+  add_pages(file, model, result);
   result.offset = offset_of(model);
   return result;
+}
+
+void check_numbers(const fs::path& file, const LoadedModel& loaded) {
+  for (std::size_t i = 0; i < loaded.mesh.positions.size(); ++i) {
+    const WorldPoint& p = loaded.mesh.positions[i];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+      throw InputError(file, "vertex " + std::to_string(i), "a coordinate is not finite");
+  }
+  for (std::size_t i = 0; i < loaded.model.texcoords.size(); ++i)
+    if (!std::isfinite(loaded.model.texcoords[i].u) || !std::isfinite(loaded.model.texcoords[i].v))
+      throw InputError(file, "texture coordinate " + std::to_string(i), "is not finite");
 }
 
 }  // namespace
 
 LoadedModel read_textured_model(const fs::path& file) {
   const std::string extension = lower_case(file.extension().string());
-  if (extension == ".obj") return read_textured_obj(file);
-  if (extension == ".glb" || extension == ".gltf") return read_textured_gltf(file);
-  throw InputError(file, "", "expected a textured model, .obj, .glb or .gltf");
+  const bool gltf = extension == ".glb" || extension == ".gltf";
+  if (!gltf && extension != ".obj")
+    throw InputError(file, "", "expected a textured model, .obj, .glb or .gltf");
+  LoadedModel loaded = gltf ? read_textured_gltf(file) : read_textured_obj(file);
+  check_numbers(file, loaded);
+  return loaded;
 }
 
 }  // namespace gpvc

@@ -164,7 +164,39 @@ TEST(ReadImage, SaysWhatIsWrong) {
       contains(input_error([&] { read_image(folder.path() / "absent.jpg"); }), "absent.jpg: does not exist"));
   EXPECT_TRUE(
       contains(input_error([&] { read_image(folder.write("a.jpg", "no jpeg")); }), "a.jpg: is no image"));
-  EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("a", "")); }), "a: is no image"));
+  EXPECT_TRUE(
+      contains(input_error([&] { read_image(folder.write("a", "")); }), "a: is empty, expected an image"));
+  std::filesystem::create_directory(folder.path() / "b.jpg");
+  EXPECT_TRUE(contains(input_error([&] { read_image(folder.path() / "b.jpg"); }), "b.jpg: is a folder"));
+}
+
+// Before room for the pixels is asked for: the header alone is changed.
+TEST(ReadImage, HoldsClaimedSizesAgainstTheBytes) {
+  const TemporaryFolder folder;
+  using namespace std::string_view_literals;
+  const Image image = picture(24, 20);
+  const auto changed = [&](const std::string& name, std::string_view mark, std::size_t behind,
+                           std::string_view size) {
+    std::string bytes = test::read_file(store(folder, name, 24, 20, 3, OIIO::TypeUInt8, image.pixels));
+    bytes.replace(bytes.find(mark) + behind, size.size(), size);
+    return input_error([&] { read_image(folder.write("big" + name, bytes)); });
+  };
+  EXPECT_TRUE(contains(changed("a.png", "IHDR", 4, "\0\0\x40\0\0\0\x40\0"sv),
+                       "biga.png: claims 16384 x 16384 pixels, more than its "));
+  EXPECT_TRUE(contains(changed("a.png", "IHDR", 4, "\0\1\0\0\0\1\0\0"sv), "expected at most 2^30"));
+  EXPECT_TRUE(contains(changed("a.png", "IHDR", 4, "\0\0\0\0\0\0\0\1"sv), "has no pixels"));
+  EXPECT_TRUE(contains(changed("a.jpg", "\xFF\xC0"sv, 5, "\x40\0\x40\0"sv),
+                       "biga.jpg: claims 16384 x 16384 pixels, more than its "));
+}
+
+// The densest there is: a single colour compresses to 1 of 1028 bytes.
+TEST(ReadImage, TakesThePlainestPng) {
+  const TemporaryFolder folder;
+  const Bytes black(4000 * 4000);
+  const auto file =
+      store(folder, "a.png", 4000, 4000, 1, OIIO::TypeUInt8, black, {{"png:compressionLevel", 9}});
+  EXPECT_LT(std::filesystem::file_size(file), black.size() / 900);
+  EXPECT_EQ(read_image(file).width, 4000);
 }
 
 TEST(WriteImage, PngReadsBackExactly) {

@@ -226,5 +226,98 @@ TEST(WriteModel, RefusesIndicesThatDoNotExist) {
   refused([](TexturedModel& model) { model.face_page.assign(4, kNoPage - 1); });
 }
 
+// --- and back
+
+/// `text` with `to` in place of `from`, which it holds once.
+std::string exchanged(std::string text, std::string_view from, std::string_view to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  EXPECT_EQ(text.find(from, at + 1), std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string refusal(const StripModel& test, const std::string& glb) {
+  const auto file = test.folder.write("changed.glb", glb);
+  return test::input_error([&] { read_textured_model(file); });
+}
+
+TEST(ReadTexturedModel, ReadsBothOwnContainersBack) {
+  const StripModel test;
+  const auto faces = write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, {});
+  for (const char* name : {"m.glb", "m.gltf"}) {
+    const LoadedModel back = read_textured_model(test.folder.path() / name);
+    ASSERT_EQ(back.pages.size(), 2u);
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+      const std::uint32_t page = test.model.face_page[index(faces[i])];
+      EXPECT_EQ(back.pages[back.model.face_page[i]].pixels, read_image(test.pages[page].file).pixels) << name;
+    }
+  }
+}
+
+TEST(ReadTexturedModel, RefusesAGlbCutAnywhere) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  const std::string good = test::read_file(test.folder.path() / "m.glb");
+  for (std::size_t size = 0; size < good.size(); ++size)
+    EXPECT_TRUE(contains(refusal(test, good.substr(0, size)), "changed.glb: ")) << size;
+}
+
+// Widths and heights stand behind the name IHDR, big endian, and behind a JPEG's SOF0 marker; a chunk's
+// length before its name.
+TEST(ReadTexturedModel, HoldsImagesClaimsAgainstTheirBytes) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  const std::string good = test::read_file(test.folder.path() / "m.glb");
+  const auto with = [&](std::string_view name, std::ptrdiff_t from, std::string_view bytes) {
+    std::string changed = good;
+    const auto at = static_cast<std::ptrdiff_t>(good.find(name)) + from;
+    return changed.replace(static_cast<std::size_t>(at), bytes.size(), bytes);
+  };
+  using namespace std::string_view_literals;
+  EXPECT_TRUE(contains(refusal(test, with("IHDR", 4, "\0\0\x75\x30\0\0\x75\x30"sv)),
+                       "changed.glb: image 0: claims 30000 x 30000 pixels, more than its "));
+  EXPECT_TRUE(contains(refusal(test, with("IHDR", 4, "\x7F\xFF\xFF\xFF\x7F\xFF\xFF\xFF"sv)),
+                       "claims 2147483647 x 2147483647 pixels, expected at most 2^30"));
+  EXPECT_TRUE(contains(refusal(test, with("IDAT", -4, "\x7F\0\0\0"sv)), "the PNG ends too early"));
+  EXPECT_TRUE(contains(refusal(test, with("\xFF\xC0"sv, 5, "\x40\0\x40\0"sv)),
+                       "image 1: claims 16384 x 16384 pixels, more than its "));
+  EXPECT_TRUE(contains(refusal(test, with("\x89PNG", 0, "GIF8")), "image 0: expected a PNG or a JPEG"));
+}
+
+TEST(ReadTexturedModel, RefusesImagesBeyondTheirBuffer) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+  const auto& view = gltf.bufferViews[static_cast<std::size_t>(gltf.images[1].bufferView)];
+  const std::string length = "\"byteLength\":" + std::to_string(view.byteLength);
+  std::string longer = length;
+  longer[longer.find(':') + 1] = '9';
+  EXPECT_TRUE(
+      contains(refusal(test, exchanged(test::read_file(test.folder.path() / "m.glb"), length, longer)),
+               "image 1: reaches beyond its buffer"));
+}
+
+TEST(ReadTexturedModel, RefusesJsonThatNestsWithoutEnd) {
+  const StripModel test;
+  std::string json = R"({"asset":{"version":"2.0"},"extras":)";
+  json.append(1000000, '[').append(1000000, ']') += '}';
+  const auto file = test.folder.write("deep.gltf", json);
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(file); }), "nests less deeply"));
+}
+
+TEST(ReadTexturedModel, NamesPagesThatAreMissing) {
+  const StripModel test;
+  const GltfFiles files =
+      write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, {});
+  std::filesystem::remove(test.pages[1].file);
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(files.file); }),
+                       "m.gltf: image 1 (model_1.jpg): cannot be read, expected a file model_1.jpg"));
+  std::filesystem::create_directory(test.pages[1].file);
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(files.file); }), "expected a file"));
+  std::filesystem::remove(files.buffers[0]);
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(files.file); }), "m.bin"));
+}
+
 }  // namespace
 }  // namespace gpvc
