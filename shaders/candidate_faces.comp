@@ -1,17 +1,14 @@
 // Lazy projection: a bit for every face that owns a pixel of the IVM inside the photo.
 layout(local_size_x = 16, local_size_y = 16) in;
 
-layout(binding = 0) uniform usampler2D ivm;
-layout(binding = 1) uniform usampler2D photo_mask;
 layout(std430, binding = 0) buffer CandidateFaces { uint candidate_faces[]; };
-uniform ivec2 size;
 
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (any(greaterThanEqual(pixel, size)) || !in_photo(pixel)) return;
-  uint face = texelFetch(ivm, pixel, 0).r;
+  uint face = stored_at(pixel);
   if (face == kNoFace) return;
   // Neighbours mostly belong to the same face: one of them suffices.
-  if (pixel.x > 0 && in_photo(pixel - ivec2(1, 0)) && texelFetch(ivm, pixel - ivec2(1, 0), 0).r == face) return;
+  if (pixel.x > 0 && in_photo(pixel - ivec2(1, 0)) && stored_at(pixel - ivec2(1, 0)) == face) return;
   atomicOr(candidate_faces[face / 32u], 1u << (face % 32u));
 }

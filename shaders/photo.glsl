@@ -1,8 +1,9 @@
-// One bit a pixel, 32 pixels a texel: the pixel's centre, distorted, lies in the photo.
+// One bit a pixel, 32 pixels a texel, rows of whole texels: the pixel's centre, distorted, lies in the photo.
 const uint kNoFace = 0xFFFFFFFFu;
 
-uniform bool photo_is_whole;
+layout(binding = 1) uniform usamplerBuffer photo_mask;
+uniform int photo_stride;  // texels a row; 0: every pixel is in the photo
 
-#define in_photo(pixel) \
-  (photo_is_whole ||    \
-   ((texelFetch(photo_mask, ivec2((pixel).x / 32, (pixel).y), 0).r >> uint((pixel).x % 32)) & 1u) != 0u)
+#define in_photo(pixel)  \
+  (photo_stride == 0 ||  \
+   ((texelFetch(photo_mask, (pixel).y * photo_stride + (pixel).x / 32).r >> uint((pixel).x % 32)) & 1u) != 0u)

@@ -3,12 +3,14 @@
 // nothing.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
+#include <tuple>
 
 #include "tests/visibility_check.h"
 #include "tests/visibility_scenes.h"
-#include "visibility/classify.h"
-#include "visibility/ivm_gl.h"
+#include "visibility/classify_gl.h"
+#include "visibility/view_tester.h"
 
 namespace gpvc {
 namespace {
@@ -27,9 +29,52 @@ class ExactGl : public testing::Test {
     device_ = std::make_unique<GraphicsDevice>();
   }
 
-  ViewVisibility classify(const Mesh& mesh, const View& view, CoverageCorrection correction) {
-    VisibilityStage stage(*device_, mesh, with(correction));
+  ViewVisibility classify(const Mesh& mesh, const View& view, const VisibilityOptions& options) {
+    VisibilityStage stage(*device_, mesh, options);
+    EXPECT_EQ(stage.classifier_note().substr(0, 3), options.classifier == Classifier::gpu ? "gpu" : "cpu");
     return stage.classify(view, ViewId{7});
+  }
+
+  /// The exact correction runs on the CPU and in shaders, which must agree on every bit.
+  ViewVisibility classify(const Mesh& mesh, const View& view, CoverageCorrection correction) {
+    const ViewVisibility cpu = classify(mesh, view, with(correction, Classifier::cpu));
+    if (correction == CoverageCorrection::exact)
+      expect_same(classify(mesh, view, with(correction, Classifier::gpu)), cpu);
+    return cpu;
+  }
+
+  /// As a stage does it, with less of the device.
+  ViewVisibility classify_within(const Mesh& mesh, const View& view, const GpuLimits& limits,
+                                 std::string_view note) {
+    device_->make_current();
+    const VisibilityOptions options = with(CoverageCorrection::exact, Classifier::gpu);
+    ViewSource source(mesh, options);
+    const auto tester = make_gpvc_tester(source, device_->info(), options, limits);
+    EXPECT_EQ(tester->note(), note);
+    ViewVisibility result;
+    const ClassifyView prepared = source.prepare(view, ViewId{7}, result);
+    tester->classify(prepared, view, result);
+    return result;
+  }
+
+  static void expect_same(const ViewVisibility& found, const ViewVisibility& expected) {
+    EXPECT_EQ(found.classes, expected.classes);
+    EXPECT_EQ(found.coverage.words, expected.coverage.words);
+    ASSERT_EQ(found.coverage.entries.size(), expected.coverage.entries.size());
+    for (std::size_t i = 0; i < expected.coverage.entries.size(); ++i) {
+      const FaceCoverage &a = found.coverage.entries[i], &b = expected.coverage.entries[i];
+      ASSERT_EQ(
+          std::tie(a.face, a.view, a.x0, a.y0, a.width, a.height, a.visible, a.visible_share, a.first_word),
+          std::tie(b.face, b.view, b.x0, b.y0, b.width, b.height, b.visible, b.visible_share, b.first_word))
+          << "face " << index(b.face);
+    }
+    const VisibilityStatistics &a = found.statistics, &b = expected.statistics;
+    EXPECT_EQ(a.processed_faces, b.processed_faces);
+    EXPECT_EQ(a.samples, b.samples);
+    EXPECT_EQ(a.corrected_samples, b.corrected_samples);
+    EXPECT_EQ(a.contested_samples, b.contested_samples);
+    EXPECT_EQ(a.full, b.full);
+    EXPECT_EQ(a.partial, b.partial);
   }
 
   /// The exact correction agrees with the oracle; `paper` and `off` are wrong about at least so many faces.
@@ -158,31 +203,55 @@ TEST_F(ExactGl, FansOfManyFacesOnOneEdgeSeenFromInside) {
   EXPECT_EQ(expect_oracle(mesh, view, classify(mesh, view, CoverageCorrection::exact)), 0U);
 }
 
-TEST_F(ExactGl, TilesChangeNothing) {
-  // An image above the GL limit is drawn in tiles; here the limit is made small.
+TEST_F(ExactGl, TilesAndMasksChangeNothing) {
+  // An image above the GL limit is drawn in tiles, and shaders look at it in tiles; here the limits are made
+  // small. A mask takes out half of what lies in stripes; the oracle knows none, so only the first answers
+  // it.
   const View view = scenes::view_of(203, 131, 150, 90, 71);
+  PhotoExclusion stripes{203, 131, 4, std::vector<std::uint64_t>(4 * 131)};
+  for (std::size_t i = 0; i < stripes.words.size(); ++i)
+    stripes.words[i] = i % 7 < 3 ? 0x00FFF0000F00FFFF : 0;
+  const PhotoMask whole(view.camera), striped(whole, stripes);
+  device_->make_current();
   for (const double size : {0.7, 6.0, 70.0}) {
     const Mesh mesh = scenes::soup(view.camera, size > 50 ? 80 : 2500, size, 303);
     const oracle::Answer expected = oracle::classify(mesh, view);
-    const PhotoMask mask(view.camera);
     ProjectedMesh projected;
     project_vertices(mesh, view.camera, view.pose, projected);
-    std::vector<ViewVisibility> found;
-    for (const int tile : {0, 128, 37, 16}) {
-      device_->make_current();
-      IvmRenderer renderer(mesh, tile);
-      EXPECT_EQ(renderer.tiles(view.camera) > 1, tile > 0);
-      ViewVisibility& result = found.emplace_back();
-      result.ivm.width = view.camera.width;
-      result.ivm.height = view.camera.height;
-      renderer.render(view.camera, view.pose, {.faces = &result.ivm.faces});
-      CpuClassifier classifier(with(CoverageCorrection::exact));
-      classifier.classify(
-          {mesh, view.camera, ViewId{7}, mask, projected, result.ivm.faces, projection_rounding(view.camera)},
-          result);
-      EXPECT_EQ(expect_answer(view, result, expected), 0U) << "tile " << tile;
-      EXPECT_EQ(result.classes, found[0].classes) << "tile " << tile;
-      EXPECT_EQ(result.coverage.words, found[0].coverage.words) << "tile " << tile;
+    for (const PhotoMask* mask : {&whole, &striped}) {
+      std::vector<ViewVisibility> found;
+      for (const int tile : {0, 128, 37, 16}) {
+        IvmRenderer renderer(mesh, tile);
+        EXPECT_EQ(renderer.tiles(view.camera) > 1, tile > 0);
+        ViewVisibility& result = found.emplace_back();
+        result.ivm.width = view.camera.width;
+        result.ivm.height = view.camera.height;
+        renderer.render(view.camera, view.pose, {.faces = &result.ivm.faces});
+        mask->clear_outside(result.ivm.faces);
+        const ClassifyView prepared{mesh,
+                                    view.camera,
+                                    ViewId{7},
+                                    *mask,
+                                    projected,
+                                    result.ivm.faces,
+                                    projection_rounding(view.camera)};
+        const VisibilityOptions options = with(CoverageCorrection::exact);
+        CpuClassifier(options).classify(prepared, result);
+        if (mask == &whole) {
+          EXPECT_EQ(expect_answer(view, result, expected), 0U) << "tile " << tile;
+        }
+        EXPECT_EQ(result.classes, found[0].classes) << "tile " << tile;
+        EXPECT_EQ(result.coverage.words, found[0].coverage.words) << "tile " << tile;
+        if (tile == 128 || tile == 16) continue;  // shaders do not see the renderer's tiles, but their own
+        GpuLimits limits = gpu_limits();
+        limits.texture_side = 64;
+        GpuClassifier gpu(mesh, renderer, options, limits);
+        FaceScan scan;
+        ViewVisibility scanned;
+        ASSERT_TRUE(gpu.scan(prepared, view.pose, scan, scanned.statistics));
+        ScanFinisher(options).finish(prepared, scan, scanned);
+        expect_same(scanned, result);
+      }
     }
   }
 }
@@ -209,6 +278,86 @@ TEST_F(ExactGl, MeshesAboveTheStorageBufferLimit) {
   for (std::size_t f = 0; f < soup.faces.size(); ++f)
     EXPECT_EQ(found.classes[kFaces + f], alone.classes[f]) << "face " << f;
   EXPECT_EQ(found.coverage.words, alone.coverage.words);
+}
+
+TEST_F(ExactGl, ShadersTakeWhatADeviceAllows) {
+  // Less and less storage: vertices and faces in several dispatches, then no room for the claims, then for
+  // the candidates.
+  const View view = scenes::view_of(160, 120, 150);
+  Mesh mesh = scenes::soup(view.camera, 3000, 9, 77);
+  scenes::append(mesh, mesh);  // every sample ties, and is claimed
+  const ViewVisibility expected = classify(mesh, view, with(CoverageCorrection::exact, Classifier::cpu));
+  GpuLimits limits = gpu_limits();
+  limits.first_claims = 16;  // made larger
+  expect_same(classify_within(mesh, view, limits, "gpu: asked for"), expected);
+  limits.storage_bytes = 6144;
+  ASSERT_LT(limits.storage_bytes / sizeof(Claim), expected.statistics.contested_samples);
+  expect_same(classify_within(mesh, view, limits, "gpu: asked for"), expected);
+  limits.first_claims = 1 << 20;
+  expect_same(classify_within(mesh, view, limits, "gpu: asked for"), expected);
+  limits.storage_bytes = 6143;
+  expect_same(classify_within(mesh, view, limits, "cpu: the mesh exceeds the storage buffers of this device"),
+              expected);
+  limits = gpu_limits();
+  limits.texels = 3 * mesh.positions.size() - 1;
+  expect_same(classify_within(mesh, view, limits, "cpu: the mesh exceeds the texture buffers of this device"),
+              expected);
+  limits.texels += 1;
+  expect_same(classify_within(mesh, view, limits, "gpu: asked for"), expected);
+}
+
+TEST_F(ExactGl, SeveralDispatchesScanAMesh) {
+  // 6144 bytes hold 256 vertices or 1536 faces; few enough claims to stay within.
+  const View view = scenes::view_of(160, 120, 150);
+  const auto hill = [](int i, int j) { return 10 + 0.5 * std::sin(0.11 * i) * std::cos(0.13 * j); };
+  Mesh mesh = scenes::terrain(view.camera, 50, 38, 3.2, 7.3, 2.9, 10, hill);
+  scenes::append(mesh, scenes::terrain(view.camera, 2, 2, 33.3, 21.7, 30.4, 9, [](int, int) { return 9.0; }));
+  ASSERT_GT(mesh.faces.size(), 2 * 1536U);
+  const ViewVisibility expected = classify(mesh, view, with(CoverageCorrection::exact, Classifier::cpu));
+  ASSERT_GT(count_classes(expected.classes)[1], 0U);
+  GpuLimits limits = gpu_limits();
+  limits.storage_bytes = 6144;
+  device_->make_current();
+  const VisibilityOptions options = with(CoverageCorrection::exact, Classifier::gpu);
+  ViewSource source(mesh, options);
+  GpuClassifier gpu(mesh, source.renderer(), options, limits);
+  ViewVisibility result;
+  const ClassifyView prepared = source.prepare(view, ViewId{7}, result);
+  FaceScan scan;
+  ASSERT_TRUE(gpu.scan(prepared, view.pose, scan, result.statistics));
+  const auto unsure = std::count(scan.codes.begin(), scan.codes.end(), FaceCode::unsure);
+  EXPECT_LT(unsure, 10) << "shaders leave little open";
+  EXPECT_LT(scan.claims.size(), expected.statistics.contested_samples / 4);
+  ScanFinisher(options).finish(prepared, scan, result);
+  expect_same(result, expected);
+}
+
+TEST_F(ExactGl, ShadersAgreeInEveryModeOnSoups) {
+  View view = scenes::view_of(150, 110, 110, 60, 70);
+  view.camera.distortion.k1 = 0.2;
+  limit_distortion(view.camera);
+  view.pose.rotation = scenes::rotation(0.1, -0.2, 0.3);
+  for (const double size : {0.2, 0.7, 4.0, 30.0, 200.0}) {
+    Mesh mesh = scenes::soup(view.camera, size > 100 ? 60 : 900, size, 21);
+    // Some cross the camera plane, some lie in one plane, some are slivers, some there twice.
+    for (std::size_t i = 0; i < mesh.positions.size(); i += 40) mesh.positions[i].z -= 14;
+    for (std::size_t i = 0; i + 3 <= mesh.positions.size() / 4; i += 3) {
+      const WorldPoint &a = mesh.positions[i], b = mesh.positions[i + 1];
+      mesh.positions[i + 2] = {b.x + (b.x - a.x) * 0.5, b.y + (b.y - a.y) * 0.5 + 1e-4, b.z};
+    }
+    for (std::size_t f = 0; f < 40; ++f) mesh.faces.push_back(mesh.faces[7 * f % mesh.faces.size()]);
+    for (const Projection projection : {Projection::apc, Projection::spc})
+      for (const Sampling sampling : {Sampling::hivers, Sampling::ves, Sampling::dense}) {
+        VisibilityOptions options = with(CoverageCorrection::exact, Classifier::cpu);
+        options.projection = projection;
+        options.sampling = sampling;
+        options.subpixel = sampling != Sampling::dense;
+        const ViewVisibility cpu = classify(mesh, view, options);
+        options.classifier = Classifier::gpu;
+        SCOPED_TRACE(testing::Message() << "size " << size << " mode " << visibility_mode_name(options));
+        expect_same(classify(mesh, view, options), cpu);
+      }
+  }
 }
 
 }  // namespace

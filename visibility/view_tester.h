@@ -46,9 +46,11 @@ class ViewTester {
   virtual std::string note() const = 0;
 };
 
-/// Borrows `source`. Throws GpuError.
+struct GpuLimits;  // classify_gl.h
+
+/// All borrow `source`. They throw GpuError.
 std::unique_ptr<ViewTester> make_gpvc_tester(const ViewSource& source, const DeviceInfo& device,
-                                             const VisibilityOptions& options);
+                                             const VisibilityOptions& options, const GpuLimits& limits);
 std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source,
                                                    const VisibilityOptions& options);
 std::unique_ptr<ViewTester> make_ray_tester(const ViewSource& source, const VisibilityOptions& options);

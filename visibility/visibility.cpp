@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "visibility/classify_gl.h"
 #include "visibility/view_tester.h"
 
 namespace gpvc {
@@ -18,7 +19,7 @@ struct VisibilityStage::State {
     if (options.method == Method::none) return make_no_test(options);
     if (options.method == Method::shadow_map) return make_shadow_map_tester(source, options);
     if (options.method == Method::ray) return make_ray_tester(source, options);
-    return make_gpvc_tester(source, device.info(), options);
+    return make_gpvc_tester(source, device.info(), options, gpu_limits());
   }
 
   GraphicsDevice& device;
@@ -43,10 +44,12 @@ void VisibilityStage::classify(const View& view, ViewId id, ViewVisibility& resu
   State& state = *state_;
   state.device.make_current();
   const ClassifyView prepared = state.source.prepare(view, id, result);
+  VisibilityStatistics& statistics = result.statistics;
+  const double moved = statistics.upload_s + statistics.readback_s;
   const auto start = std::chrono::steady_clock::now();
   state.tester->classify(prepared, view, result);
-  result.statistics.classify_s +=
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  statistics.classify_s += elapsed.count() - (statistics.upload_s + statistics.readback_s - moved);
 }
 
 std::string VisibilityStage::classifier_note() const { return state_->tester->note(); }

@@ -98,8 +98,8 @@ inline constexpr double kShadowMapNear = 1e-6;
 /// off: the IVM as drawn. paper: LPCC alone. exact: every face that covers a pixel centre contests its stored
 /// owner, in real arithmetic on the projected vertices; ties go to the lower face index.
 enum class CoverageCorrection { off, paper, exact };
-/// gpu: compute shaders, for `off` and `paper` in images of one tile; everything else is classified on the
-/// CPU, with the same bits. automatic: the CPU beside a software renderer, shaders on hardware.
+/// gpu: compute shaders; what they cannot tell for certain, and meshes above the device's limits, the CPU
+/// decides, with the same bits. automatic: the CPU beside a software renderer, shaders on hardware.
 enum class Classifier { automatic, cpu, gpu };
 
 struct VisibilityOptions {
@@ -173,6 +173,9 @@ struct VisibilityStatistics {
   double upload_s = 0;    ///< to the device; of the mesh once, counted for the first view
   double readback_s = 0;  ///< from the device
   double classify_s = 0;
+  double shader_s = 0;  ///< of classify_s: until the compute shaders are done
+  double claims_s = 0;  ///< exact, of classify_s: deciding on the CPU what shaders leave open, but for
+                        ///< sub-pixel samples and coverage
 };
 
 struct ViewVisibility {
