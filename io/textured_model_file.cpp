@@ -15,6 +15,7 @@
 #include "io/file_bytes.h"
 #include "io/image_file.h"
 #include "io/io.h"
+#include "io/scene_file.h"
 #include "io/text_scan.h"
 
 namespace gpvc {
@@ -47,17 +48,28 @@ std::string reason_of(const fs::path& file, std::string said) {
   return reason.size() <= kLongest ? reason : reason.substr(0, kLongest) + "...";
 }
 
-/// Pages in order of first use; several materials may share one file.
+/// Pages in order of first use; several materials may share one file. A path of another machine is looked for
+/// by its last name beside the model.
 class PageList {
  public:
-  std::uint32_t page(const fs::path& file) {
+  explicit PageList(const fs::path& model) : model_(model) {}
+  std::uint32_t page(const std::string& name) {
+    const fs::path folder = model_.parent_path(), path = slashed(name);
+    std::error_code error;
+    const fs::path file = fs::exists(folder / path, error) ? folder / path : folder / path.filename();
     const auto [place, fresh] = pages_.try_emplace(file, static_cast<std::uint32_t>(images_.size()));
-    if (fresh) images_.push_back(read_image(file));
+    if (!fresh) return place->second;
+    try {
+      images_.push_back(read_image(file));
+    } catch (const InputError& found) {
+      throw InputError(model_, "texture", reason_of(model_, found.what()));
+    }
     return place->second;
   }
   std::vector<Image> take() { return std::move(images_); }
 
  private:
+  fs::path model_;
   std::map<fs::path, std::uint32_t> pages_;
   std::vector<Image> images_;
 };
@@ -81,12 +93,11 @@ LoadedModel read_textured_obj(const fs::path& file) {
   const auto unused = static_cast<std::uint32_t>(result.model.texcoords.size());
   result.model.texcoords.push_back({0, 0});
 
-  PageList pages;
+  PageList pages(file);
   std::vector<std::uint32_t> page_of_material;
   for (const tinyobj::material_t& material : reader.GetMaterials())
-    page_of_material.push_back(material.diffuse_texname.empty()
-                                   ? kNoPage
-                                   : pages.page(file.parent_path() / material.diffuse_texname));
+    page_of_material.push_back(material.diffuse_texname.empty() ? kNoPage
+                                                                : pages.page(material.diffuse_texname));
   for (const tinyobj::shape_t& shape : reader.GetShapes()) {
     for (std::size_t f = 0; 3 * f + 2 < shape.mesh.indices.size(); ++f) {
       Triangle face{}, texcoords{};

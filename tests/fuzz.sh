@@ -9,16 +9,18 @@ shift || true
 "$root/app/install_packages.sh" fuzz
 
 export build=$root/build/fuzz corpus=$root/tests/fuzz/corpus
+launcher=()
+command -v ccache >/dev/null && launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" \
-  -DGPVC_FUZZ=ON -DGPVC_TESTS=OFF -DGPVC_BENCHMARKS=OFF -DGPVC_WERROR=OFF >/dev/null
-cmake --build "$build"
+  -DGPVC_FUZZ=ON -DGPVC_TESTS=OFF -DGPVC_BENCHMARKS=OFF -DGPVC_WERROR=OFF "${launcher[@]}" >/dev/null
+cmake --build "$build" --target fuzz
 
 run_one() {
   local name=$1 log=$build/log/$1
   mkdir -p "$build/found/$name" "$build/artifacts/$name" "$build/log" "$corpus/$name"
   # 256 MB in one piece for inputs of at most 64 KiB: a count in a header was believed.
   if ! ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=0 UBSAN_OPTIONS=print_stacktrace=1 \
-    "$build/fuzz/fuzz_$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=3000 -malloc_limit_mb=256 -max_len=65536 \
+    GPVC_FUZZ_TARGET=$name "$build/fuzz/fuzz" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=3000 -malloc_limit_mb=256 -max_len=65536 \
     -print_final_stats=1 -artifact_prefix="$build/artifacts/$name/" "$build/found/$name" "$corpus/$name" >"$log" 2>&1; then
     tail -n 60 "$log" >&2
     echo "fuzz.sh: $name: a finding, kept in $build/artifacts/$name" >&2

@@ -319,5 +319,18 @@ TEST(ReadTexturedModel, NamesPagesThatAreMissing) {
   EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(files.file); }), "m.bin"));
 }
 
+// Another machine's path is looked for beside the model by its last name.
+TEST(ReadTexturedModel, FindsAnObjsPagesOrNamesThem) {
+  const StripModel test;
+  write_obj(test.folder.path() / "m.obj", test.model, test.pages, {});
+  const std::string mtl = test::read_file(test.folder.path() / "m.mtl");
+  test.folder.write("m.mtl", exchanged(mtl, "map_Kd model_1.jpg", "map_Kd C:\\out\\model_1.jpg"));
+  EXPECT_EQ(read_textured_model(test.folder.path() / "m.obj").pages.size(), 2u);
+  test.folder.write("m.mtl", exchanged(mtl, "map_Kd model_1.jpg", "map_Kd /no such/\x01 place.jpg"));
+  const std::string error = test::input_error([&] { read_textured_model(test.folder.path() / "m.obj"); });
+  EXPECT_TRUE(contains(error, "m.obj: texture: "));
+  EXPECT_TRUE(contains(error, " place.jpg: does not exist"));
+}
+
 }  // namespace
 }  // namespace gpvc

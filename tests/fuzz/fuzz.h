@@ -1,4 +1,5 @@
-// What the libFuzzer targets share. A target hands bytes to a reader as the file or folder a user would; the
+// What the libFuzzer targets share. All are in one program, which links once; GPVC_FUZZ_TARGET in the
+// environment names the one to run. A target hands bytes to a reader as the file or folder a user would; the
 // reader returns, or throws InputError with one sentence. Anything else (a crash, a sanitizer's finding,
 // another exception, a huge allocation, a hang) is a finding.
 #pragma once
@@ -11,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -69,4 +71,18 @@ int reads_or_refuses(Read&& read) {
   return 0;
 }
 
+/// Data and its size, as libFuzzer hands them over; returns 0.
+using Target = int (*)(const std::uint8_t*, std::size_t);
+
+inline std::map<std::string, Target>& targets() {
+  static std::map<std::string, Target> known;
+  return known;
+}
+
 }  // namespace gpvc::fuzz
+
+/// GPVC_FUZZ_TARGET(name) { ... } defines a target, which sees `data` and `size`.
+#define GPVC_FUZZ_TARGET(name)                                                    \
+  static int run_##name(const std::uint8_t* data, std::size_t size);              \
+  static const bool kListed_##name = targets().emplace(#name, run_##name).second; \
+  static int run_##name([[maybe_unused]] const std::uint8_t* data, [[maybe_unused]] std::size_t size)

@@ -1,5 +1,7 @@
 #include "fuzz_scene.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  return gpvc::fuzz::parse_scene("mvs-texturing", "one.cam", data, size);
-}
+namespace gpvc::fuzz {
+
+GPVC_FUZZ_TARGET(cam) { return parse_scene("mvs-texturing", "one.cam", data, size); }
+
+}  // namespace gpvc::fuzz

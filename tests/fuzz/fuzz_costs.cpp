@@ -1,8 +1,11 @@
 #include "fuzz.h"
 #include "labeling/labeling.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace gpvc;
-  const auto file = fuzz::write("costs.spt", fuzz::view(data, size));
-  return fuzz::reads_or_refuses([&] { read_costs(file); });
+namespace gpvc::fuzz {
+
+GPVC_FUZZ_TARGET(costs) {
+  const auto file = write("costs.spt", view(data, size));
+  return reads_or_refuses([&] { read_costs(file); });
 }
+
+}  // namespace gpvc::fuzz

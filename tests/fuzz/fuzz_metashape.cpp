@@ -1,5 +1,7 @@
 #include "fuzz_scene.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  return gpvc::fuzz::parse_scene("Metashape", "cameras.xml", data, size);
-}
+namespace gpvc::fuzz {
+
+GPVC_FUZZ_TARGET(metashape) { return parse_scene("Metashape", "cameras.xml", data, size); }
+
+}  // namespace gpvc::fuzz

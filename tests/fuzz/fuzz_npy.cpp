@@ -1,8 +1,11 @@
 #include "fuzz.h"
 #include "io/io.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace gpvc;
-  const auto file = fuzz::write("array.npy", fuzz::view(data, size));
-  return fuzz::reads_or_refuses([&] { read_npy<std::uint32_t>(file); });
+namespace gpvc::fuzz {
+
+GPVC_FUZZ_TARGET(npy) {
+  const auto file = write("array.npy", view(data, size));
+  return reads_or_refuses([&] { read_npy<std::uint32_t>(file); });
 }
+
+}  // namespace gpvc::fuzz

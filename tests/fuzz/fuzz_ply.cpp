@@ -1,8 +1,11 @@
 #include "fuzz.h"
 #include "io/io.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace gpvc;
-  const auto file = fuzz::write("mesh.ply", fuzz::view(data, size));
-  return fuzz::reads_or_refuses([&] { read_mesh(file); });
+namespace gpvc::fuzz {
+
+GPVC_FUZZ_TARGET(ply) {
+  const auto file = write("mesh.ply", view(data, size));
+  return reads_or_refuses([&] { read_mesh(file); });
 }
+
+}  // namespace gpvc::fuzz

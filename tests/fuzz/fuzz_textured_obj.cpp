@@ -1,10 +1,13 @@
 #include "fuzz.h"
 #include "io/io.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace gpvc;
-  const auto parts = fuzz::halves(fuzz::view(data, size));
-  const auto file = fuzz::write("model.obj", parts[0]);
-  fuzz::write("model.mtl", parts[1]);
-  return fuzz::reads_or_refuses([&] { read_textured_model(file); });
+namespace gpvc::fuzz {
+
+GPVC_FUZZ_TARGET(textured_obj) {
+  const auto parts = halves(view(data, size));
+  const auto file = write("model.obj", parts[0]);
+  write("model.mtl", parts[1]);
+  return reads_or_refuses([&] { read_textured_model(file); });
 }
+
+}  // namespace gpvc::fuzz
