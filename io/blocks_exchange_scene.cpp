@@ -7,10 +7,11 @@
 //          frame; only XRightYDown is ours, the others are turned into it.
 // Pose     Rotation takes world to camera axes, as a matrix or as Omega, Phi, Kappa in degrees:
 //          (Rx(omega) Ry(phi) Rz(kappa))^T. Center is the camera's centre.
-// Lens     Brown's, on the normalized plane with y down whatever the orientation, P1 and P2 in the other
-// order than
-//          OpenCV's: x' = x (1 + K1 r2 + K2 r4 + K3 r6) + 2 P2 x y + P1 (r2 + 2 x x). The focal matrix is
-//          [f Skew; 0 AspectRatio f].
+// Lens     Brown's, on the normalized plane with y down whatever the orientation. P1 and P2 are in the
+//          other order than OpenCV's ("in some other conventions, the roles are reversed", says the guide):
+//          x' = x (1 + K1 r2 + K2 r4 + K3 r6) + P1 (r2 + 2 x x) + 2 P2 x y. The focal matrix is
+//          [f Skew; 0 AspectRatio f], so u = cx + f x' + Skew y'. StOriJimmy/libBATools reads both the
+//          same.
 #include <algorithm>
 #include <cmath>
 #include <map>

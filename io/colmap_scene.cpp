@@ -96,6 +96,8 @@ struct ColmapCamera {
 
 using ColmapCameras = std::map<std::uint64_t, ColmapCamera>;
 
+/// SIMPLE_FISHEYE and FISHEYE are equidistant, too, without terms (https://colmap.github.io/cameras.html); no
+/// model is equisolid.
 LensModel lens_of(std::string_view model) {
   if (model == "FOV") return LensModel::fov;
   return model.ends_with("FISHEYE") ? LensModel::equidistant : LensModel::perspective;

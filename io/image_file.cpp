@@ -5,6 +5,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
@@ -12,6 +13,7 @@
 #include "io/file_bytes.h"
 #include "io/image_bounds.h"
 #include "io/io.h"
+#include "io/text_scan.h"
 
 namespace gpvc {
 
@@ -35,6 +37,7 @@ void check_claims(const fs::path& file, const std::string& part, const OIIO::Ima
 OIIO::ImageSpec reader_options() {
   OIIO::ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;  // or colours come multiplied by the alpha that is dropped
+  config["raw:user_flip"] = 0;           // or raw photos come turned by their orientation tag
   return config;
 }
 
@@ -55,6 +58,14 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file.string(), &config);
   if (!input) throw InputError(file, "", "is no image that can be read: " + one_line(OIIO::geterror()));
   check_claims(file, "", input->spec());
+  // A raw photo is a TIFF, too: one sample a pixel behind a filter of colours, or linear. TIFF/EP and DNG.
+  constexpr int kFilterArray = 32803, kLinearRaw = 34892;
+  const int meaning = input->spec().get_int_attribute("tiff:PhotometricInterpretation");
+  if (meaning == kFilterArray || meaning == kLinearRaw)
+    throw InputError(
+        file, "",
+        "is a camera's raw photo, which OpenImageIO reads only when it is built with LibRaw and the "
+        "name ends like .dng; expected that, or a JPEG, PNG or TIFF made of it");
   return input;
 }
 
@@ -93,6 +104,20 @@ void decode(const fs::path& file, const std::string& part, OIIO::ImageInput& inp
     throw InputError(file, part, "cannot be decoded whole: " + one_line(message));
 }
 
+/// EXR and HDR files hold light, not what a screen is told.
+bool holds_linear_light(const OIIO::ImageSpec& spec) {
+  const std::string space = lower_case(std::string(spec.get_string_attribute("oiio:ColorSpace")));
+  return spec.format.is_floating_point() && (space == "linear" || space == "scene_linear");
+}
+
+/// sRGB's curve, IEC 61966-2-1; what is brighter than white is white, and no number is black.
+std::uint8_t srgb_from_linear(float light) {
+  if (!(light > 0)) return 0;
+  if (light >= 1) return 255;
+  const float value = light <= 0.0031308f ? 12.92f * light : 1.055f * std::pow(light, 1 / 2.4f) - 0.055f;
+  return static_cast<std::uint8_t>(255 * value + 0.5f);
+}
+
 Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput& input) {
   // No threads of the codec's own: photos are decoded side by side, inside tasks.
   input.threads(1);
@@ -103,7 +128,13 @@ Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput
   image.channels = std::min(spec.nchannels, 4);
   image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
                       static_cast<std::size_t>(image.channels));
-  decode(file, part, input, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
+  if (holds_linear_light(spec)) {
+    std::vector<float> light(image.pixels.size());
+    decode(file, part, input, image.channels, OIIO::TypeDesc::FLOAT, light.data());
+    std::transform(light.begin(), light.end(), image.pixels.begin(), srgb_from_linear);
+  } else {
+    decode(file, part, input, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
+  }
   return to_rgb(std::move(image));
 }
 

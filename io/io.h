@@ -114,8 +114,10 @@ struct Image {
 };
 
 /// Decodes a photo to 3 channels of 8 bits: grey is repeated, alpha dropped, deeper samples scaled with
-/// rounding. EXIF orientation is not applied (cameras are calibrated on the stored pixels). A truncated file
-/// is an error.
+/// rounding; linear light (EXR, HDR) gets sRGB's curve, with 1 as white. EXIF orientation is not applied, to
+/// raw photos (DNG) neither (cameras are calibrated on the stored pixels). A truncated file is an error, and
+/// so is a claim of more pixels than the file can hold, or than 2^30. Raw photos need an OpenImageIO with
+/// LibRaw.
 Image read_image(const std::filesystem::path& file);
 
 /// An ICC profile, byte for byte as image files embed it; empty: none.

@@ -1,6 +1,9 @@
 // What kinds of photos there are: depths, channels, colour spaces, orientation tags, embedded profiles.
 #include <OpenImageIO/imageio.h>
 
+#include <initializer_list>
+#include <limits>
+
 #include "io/io.h"
 #include "strip_model.h"
 
@@ -65,23 +68,115 @@ TEST(PhotoKinds, SixteenBitsInOneToFourChannels) {
   }
 }
 
-TEST(PhotoKinds, FloatsAndHalvesFromZeroToOne) {
+std::filesystem::path store_exr(const TemporaryFolder& folder, const OIIO::TypeDesc& type,
+                                const std::vector<float>& samples) {
+  OIIO::ImageSpec spec(static_cast<int>(samples.size()) / 3, 1, 3, type);
+  const auto file = folder.path() / "a.exr";
+  const auto out = OIIO::ImageOutput::create(file.string());
+  EXPECT_TRUE(out && out->open(file.string(), spec) && out->write_image(OIIO::TypeFloat, samples.data()) &&
+              out->close());
+  return file;
+}
+
+// An EXR's samples are light: sRGB's curve makes 0.2140 middle grey, and a fifth 123.6. What is no number is
+// black, what is brighter than white is white.
+TEST(PhotoKinds, LightInFloatsAndHalvesGetsTheScreensCurve) {
   const TemporaryFolder folder;
+  const float nan = std::numeric_limits<float>::quiet_NaN(),
+              infinity = std::numeric_limits<float>::infinity();
   for (const OIIO::TypeDesc& type : {OIIO::TypeFloat, OIIO::TypeHalf}) {
-    OIIO::ImageSpec spec;
-    spec.set_format(type);
-    const auto file = folder.path() / "a.exr";
-    const std::vector<float> samples{0, 0.2f, 1};
-    spec.width = spec.full_width = spec.height = spec.full_height = spec.depth = 1;
-    spec.nchannels = 3;
-    spec.default_channel_names();
-    const auto out = OIIO::ImageOutput::create(file.string());
-    ASSERT_TRUE(out && out->open(file.string(), spec) && out->write_image(OIIO::TypeFloat, samples.data()) &&
-                out->close());
-    EXPECT_EQ(read_image(file).pixels, (Bytes{0, 51, 255}));
+    const auto file = store_exr(folder, type, {0, 0.2f, 1, 0.0021f, 0.2140f, 16, -3, nan, infinity});
+    EXPECT_EQ(read_image(file).pixels, (Bytes{0, 124, 255, 7, 127, 255, 0, 0, 255}));
   }
-  EXPECT_EQ(read_image(store(folder, "a.tif", 1, OIIO::TypeFloat, std::vector<float>{0, 1})).pixels,
-            (Bytes{0, 0, 0, 255, 255, 255}));
+  // A TIFF's floats are not said to be light.
+  EXPECT_EQ(read_image(store(folder, "a.tif", 1, OIIO::TypeFloat, std::vector<float>{0, 0.2f, 1})).pixels,
+            (Bytes{0, 0, 0, 51, 51, 51, 255, 255, 255}));
+}
+
+/// A DNG of 64 x 48 sensor elements, white light left of the middle and a fifth of it right, with a tag that
+/// says that the camera was held upright.
+std::string tiny_dng() {
+  struct Entry {
+    std::uint16_t tag, type;
+    std::uint32_t count;
+    std::string bytes;
+  };
+  std::vector<Entry> entries;
+  const auto add = [&]<typename T>(unsigned tag, unsigned type, std::initializer_list<T> values,
+                                   std::size_t parts = 1) {
+    std::string bytes;
+    for (const T value : values) bytes += test::bytes_of(value);
+    entries.push_back({static_cast<std::uint16_t>(tag), static_cast<std::uint16_t>(type),
+                       static_cast<std::uint32_t>(values.size() / parts), bytes});
+  };
+  using Byte = std::uint8_t;
+  using Word = std::uint16_t;
+  using Long = std::uint32_t;
+  constexpr Long kWidth = 64, kHeight = 48, kOrientation = 274, kStrip = 273;
+  constexpr unsigned kByte = 1, kAscii = 2, kShort = 3, kLong = 4, kRational = 5, kSigned = 10;
+  add(256, kLong, {kWidth});
+  add(257, kLong, {kHeight});
+  add(258, kShort, {Word{16}});
+  add(259, kShort, {Word{1}});      // not compressed
+  add(262, kShort, {Word{32803}});  // a colour filter array
+  add(271, kAscii, {'T', 'i', 'n', 'y', '\0'});
+  add(272, kAscii, {'T', 'i', 'n', 'y', '\0'});
+  add(kStrip, kLong, {Long{0}});
+  add(kOrientation, kShort, {Word{6}});
+  add(277, kShort, {Word{1}});
+  add(278, kLong, {kHeight});
+  add(279, kLong, {2 * kWidth * kHeight});
+  add(33421, kShort, {Word{2}, Word{2}});
+  add(33422, kByte, {Byte{0}, Byte{1}, Byte{1}, Byte{2}});  // red, green; green, blue
+  add(50706, kByte, {Byte{1}, Byte{4}, Byte{0}, Byte{0}});
+  add(50717, kLong, {Long{65535}});
+  add(50721, kSigned, {1, 1, 0, 1, 0, 1, 0, 1, 1, 1, 0, 1, 0, 1, 0, 1, 1, 1}, 2);
+  add(50728, kRational, {Long{1}, Long{1}, Long{1}, Long{1}, Long{1}, Long{1}}, 2);
+  add(50778, kShort, {Word{21}});  // lit by D65
+  constexpr std::size_t kHeader = 8;
+  const std::size_t behind = kHeader + 2 + 12 * entries.size() + 4;
+  std::size_t strip = behind;
+  for (const Entry& entry : entries) strip += entry.bytes.size() > 4 ? entry.bytes.size() : 0;
+  std::string file = std::string("II*\0", 4) + test::bytes_of(Long{kHeader}) +
+                     test::bytes_of(static_cast<Word>(entries.size()));
+  std::string far;
+  for (const Entry& entry : entries) {
+    file += test::bytes_of(entry.tag) + test::bytes_of(entry.type) + test::bytes_of(entry.count);
+    std::string field = entry.bytes;
+    if (entry.tag == kStrip) field = test::bytes_of(static_cast<Long>(strip));
+    if (field.size() > 4) {
+      const auto place = static_cast<Long>(behind + far.size());
+      far += field;
+      field = test::bytes_of(place);
+    }
+    field.resize(4, '\0');
+    file += field;
+  }
+  file += test::bytes_of(Long{0}) + far;
+  for (Long y = 0; y < kHeight; ++y)
+    for (Long x = 0; x < kWidth; ++x) file += test::bytes_of(Word{x < kWidth / 2 ? Word{40000} : Word{8000}});
+  return file;
+}
+
+// As it lies on the sensor, whatever its orientation says. A name that does not say DNG leads to the TIFF
+// reader, as does an OpenImageIO without LibRaw: it would take the sensor's elements for grey pixels.
+TEST(PhotoKinds, RawPhotosWhereLibRawIsThere) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a.dng", tiny_dng());
+  const auto tiff = folder.write("a.tif", tiny_dng());
+  EXPECT_TRUE(contains(test::input_error([&] { read_image(tiff); }), "a.tif: is a camera's raw photo"));
+  if (!OIIO::ImageInput::create("raw")) {
+    EXPECT_TRUE(contains(test::input_error([&] { read_image(file); }), "a.dng: is "));
+    return;
+  }
+  const Image image = read_image(file);
+  ASSERT_EQ(image.width, 64);
+  ASSERT_EQ(image.height, 48);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_GT(image.at(10, 20)[c], 190);
+    EXPECT_NEAR(image.at(54, 20)[c], image.at(54, 40)[c], 1);
+    EXPECT_NEAR(image.at(54, 20)[c], 98, 12);
+  }
 }
 
 // Adobe's CMYK JPEG, whose samples count what is left of white: 200, 40, 80, 255 everywhere.
