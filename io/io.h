@@ -33,6 +33,11 @@ using Progress = std::function<void(std::size_t done, std::size_t total)>;
 /// indices out of range, on a truncated file, and on a mesh without faces. O(file size).
 Mesh read_mesh(const std::filesystem::path& file);
 
+/// Puts `more` behind `all`: its vertices and faces count on, and so do the polygons that Mesh::source_face
+/// leads to, as if one file held both meshes. \pre together at most 2^32 - 2 vertices, faces and polygons.
+/// O(more), and O(all) where the first polygons come.
+void append_mesh(Mesh& all, const Mesh& more);
+
 /// How a mesh hangs together, as far as a halfedge structure can hold it.
 struct MeshTopology {
   std::size_t components = 0;  ///< connected over edges, of the faces held

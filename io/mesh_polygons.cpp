@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "io/io.h"
 #include "io/mesh_file.h"
 
 namespace gpvc {
@@ -69,6 +70,22 @@ void note_source(Mesh& mesh, std::size_t triangles, std::size_t face) {
   }
   if (triangles > 1 || !mesh.source_face.empty())
     mesh.source_face.insert(mesh.source_face.end(), triangles, static_cast<std::uint32_t>(face));
+}
+
+void append_mesh(Mesh& all, const Mesh& more) {
+  const auto vertices = static_cast<std::uint32_t>(all.positions.size());
+  if (!all.source_face.empty() || !more.source_face.empty()) {
+    if (all.source_face.empty()) {
+      all.source_face.resize(all.faces.size());
+      std::iota(all.source_face.begin(), all.source_face.end(), 0u);
+    }
+    const std::uint32_t polygons = all.source_face.empty() ? 0 : all.source_face.back() + 1;
+    for (std::uint32_t f = 0; f < more.faces.size(); ++f)
+      all.source_face.push_back(polygons + (more.source_face.empty() ? f : more.source_face[f]));
+  }
+  all.positions.insert(all.positions.end(), more.positions.begin(), more.positions.end());
+  for (const Triangle& t : more.faces)
+    all.faces.push_back({t[0] + vertices, t[1] + vertices, t[2] + vertices});
 }
 
 void recut_concave(Mesh& mesh) {

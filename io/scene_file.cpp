@@ -5,6 +5,8 @@
 #include "io/io.h"
 #include "io/mask_file.h"
 #include "io/photo_files.h"
+#include "io/text_scan.h"
+#include "io/xml_file.h"
 
 namespace gpvc {
 
@@ -16,6 +18,26 @@ struct Found {
   const SceneFormat* format;
   fs::path path;
 };
+
+/// What a file that is no scene seems to be instead; empty for what tells nothing.
+std::string looks_of(const fs::path& source) {
+  std::error_code error;
+  if (fs::is_directory(source, error)) return {};
+  const std::string head = first_bytes(source, 256);
+  const std::size_t text = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (head.empty()) return "is empty";
+  if (head.starts_with("ply")) return "is a mesh; the scene goes before it";
+  if (head.starts_with("\xFF\xD8\xFF") || head.starts_with("\x89PNG") || head.starts_with("II*") ||
+      head.starts_with("MM"))
+    return "is a photo";
+  if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF"))
+    return "is text in UTF-16, expected UTF-8";
+  if (const std::string root = xml_root(source); !root.empty() && head[text] == '<')
+    return "is XML of another program, whose root is " + in_quotes(root);
+  if (text != std::string::npos && (head[text] == '[' || head[text] == '{'))
+    return "is JSON of another program, or not named .json";
+  return {};
+}
 
 Found format_of(const fs::path& source) {
   std::optional<Found> found;
@@ -33,7 +55,8 @@ Found format_of(const fs::path& source) {
   std::string expected;
   for (const SceneFormat* format : scene_formats())
     expected += (expected.empty() ? "" : "; ") + std::string(format->expects);
-  throw InputError(source, "", "is no scene: expected " + expected);
+  const std::string looks = looks_of(source);
+  throw InputError(source, "", (looks.empty() ? "is no scene" : looks) + ": expected " + expected);
 }
 
 void refuse_missing(const SceneFile& scene, const fs::path& folder) {

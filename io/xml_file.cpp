@@ -65,8 +65,8 @@ int XmlFile::side(const pugi::xml_node& parent, const char* child) const {
   return static_cast<int>(value);
 }
 
-bool has_xml_root(const std::filesystem::path& file, std::string_view root) {
-  std::string head = first_bytes(file, 1u << 14);
+std::string xml_root(const std::filesystem::path& file) {
+  const std::string head = first_bytes(file, 1u << 14);
   // Past the declaration, comments and a document type, the first '<' opens the root.
   for (std::size_t at = head.find('<'); at != std::string::npos; at = head.find('<', at)) {
     const std::string_view rest = std::string_view(head).substr(at + 1);
@@ -75,12 +75,14 @@ bool has_xml_root(const std::filesystem::path& file, std::string_view root) {
     } else if (rest.starts_with("?") || rest.starts_with("!")) {
       at = head.find('>', at);
     } else {
-      return rest.starts_with(root) && rest.size() > root.size() &&
-             (is_blank(rest[root.size()]) || rest[root.size()] == '>' || rest[root.size()] == '/');
+      const std::size_t end = rest.find_first_of(" \t\r\n/>");
+      return end == std::string_view::npos ? std::string() : std::string(rest.substr(0, end));
     }
     if (at == std::string::npos) break;
   }
-  return false;
+  return {};
 }
+
+bool has_xml_root(const std::filesystem::path& file, std::string_view root) { return xml_root(file) == root; }
 
 }  // namespace gpvc

@@ -350,6 +350,21 @@ TEST(ColmapFolders, SaysWhatItExpected) {
   EXPECT_TRUE(contains(input_error([&] { read_scene(folder.write("file", "x"), {}); }), "is no scene"));
 }
 
+TEST(SceneFiles, SaysWhatAFileThatIsNoSceneLooksLike) {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const std::string& name, std::string_view bytes) {
+    return input_error([&] { read_scene(folder.write(name, bytes), {}); });
+  };
+  EXPECT_TRUE(contains(refusal("a.xml", ""), "a.xml: is empty: expected "));
+  EXPECT_TRUE(contains(refusal("a.xml", "<?xml version='1.0'?><!-- x --><kml><Document/></kml>"),
+                       "a.xml: is XML of another program, whose root is 'kml': expected "));
+  EXPECT_TRUE(
+      contains(refusal("a.json", "\n {\"type\": \"FeatureCollection\"}"), "is JSON of another program"));
+  EXPECT_TRUE(contains(refusal("a.ply", "ply\nformat ascii 1.0\n"), "is a mesh; the scene goes before it"));
+  EXPECT_TRUE(contains(refusal("a.jpg", "\xFF\xD8\xFF\xE0"), "is a photo"));
+  EXPECT_TRUE(contains(refusal("a.xml", std::string_view("\xFF\xFE<\0k\0", 6)), "is text in UTF-16"));
+}
+
 TEST_P(Colmap, RefusesFilesCutAtEveryByte) {
   ColmapFolder files;
   const auto model = files.model(GetParam());

@@ -365,5 +365,27 @@ TEST(MeshFile, RefusesWhatIsNoMeshAndSaysWhere) {
   EXPECT_TRUE(contains(input_error([&] { read_mesh(folder.path()); }), "is a folder"));
 }
 
+// A triangle, a quad and a triangle behind two triangles: polygons 0, 1, then 2, 3, 3, 4; in either order.
+TEST(AppendMesh, CountsVerticesFacesAndPolygonsOn) {
+  const Mesh plain{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}, {1, 3, 2}}, {}};
+  const Mesh cut{{{5, 0, 0}, {6, 0, 0}, {6, 1, 0}, {5, 1, 0}},
+                 {{0, 1, 2}, {0, 1, 2}, {0, 2, 3}, {3, 2, 1}},
+                 {0, 1, 1, 2}};
+  Mesh all;
+  append_mesh(all, plain);
+  EXPECT_TRUE(all.source_face.empty());
+  append_mesh(all, cut);
+  EXPECT_EQ(all.positions.size(), 8u);
+  EXPECT_EQ(all.positions[4], cut.positions[0]);
+  EXPECT_EQ(all.faces[4], (Triangle{4, 6, 7}));
+  EXPECT_EQ(all.source_face, (std::vector<std::uint32_t>{0, 1, 2, 3, 3, 4}));
+  Mesh turned = cut;
+  append_mesh(turned, plain);
+  EXPECT_EQ(turned.faces[5], (Triangle{5, 7, 6}));
+  EXPECT_EQ(turned.source_face, (std::vector<std::uint32_t>{0, 1, 1, 2, 3, 4}));
+  append_mesh(turned, cut);
+  EXPECT_EQ(turned.source_face, (std::vector<std::uint32_t>{0, 1, 1, 2, 3, 4, 5, 6, 6, 7}));
+}
+
 }  // namespace
 }  // namespace gpvc

@@ -103,6 +103,16 @@ TEST(Metashape, BendsAFisheye) {
                      200 + 120 * v);
 }
 
+// 36.87 degrees off the axis: 2 sin(18.43) is 2 / sqrt(10).
+TEST(Metashape, BendsAnEquisolidFisheye) {
+  const double x0 = 0.45, y0 = 0.6, r = 2 / std::sqrt(10), x = x0 * r / 0.75, y = y0 * r / 0.75;
+  const double r2 = x * x + y * y, radial = 1 + 0.01 * r2;
+  const double u = x * radial + 0.003 * (r2 + 2 * x * x), v = y * radial + 2 * 0.003 * x * y;
+  const SceneFile scene =
+      parse(replaced(kCameras, "<calibration type=\"fisheye\"", "<calibration type=\"equisolid_fisheye\""));
+  expect_photo_point(view_named(scene, "fish eye.png"), world_of(x0, y0, 4), 200 + 120 * u, 200 + 120 * v);
+}
+
 TEST(Metashape, ReadsCalibrationsOfOldFiles) {
   const double x = 0.3, y = -0.2, r2 = 0.13;
   const double u = x + 2 * 0.004 * x * y - 0.002 * (r2 + 2 * x * x);
