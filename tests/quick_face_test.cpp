@@ -146,6 +146,93 @@ TEST(QuickFace, RowsHoldEveryPointOfTheFace) {
     }
 }
 
+TEST(QuickFace, ManyPointsAreJudgedAsOne) {
+  Corners corners(10);
+  std::size_t possible = 0, all = 0;
+  for (const Kind& kind : {Kind{0.5, 0, 1}, Kind{8, 0, 1}, Kind{8, 0.5, 1}, Kind{8, 0, 1e-6}})
+    for (int repeat = 0; repeat < 1000; ++repeat) {
+      const Prepared face(corners.make(kind));
+      if (!face.quick.usable()) continue;
+      FaceBounds part = face.bounds;
+      if (repeat % 2 == 0) part.x1 = corners.uniform(part.x0, part.x1);
+      const auto count = static_cast<std::size_t>(1 + repeat % 64);
+      std::vector<double> x(count + 3), y(count + 3);
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        x[i] = corners.uniform(face.bounds.x0 - 0.1, face.bounds.x1 + 0.1);
+        y[i] = corners.uniform(face.bounds.y0 - 0.1, face.bounds.y1 + 0.1);
+      }
+      const std::uint64_t found = face.quick.possible(x.data(), y.data(), count, part);
+      for (std::size_t i = 0; i < 64; ++i) {
+        const bool expected = i < count && x[i] >= part.x0 && x[i] <= part.x1 && y[i] >= part.y0 &&
+                              y[i] <= part.y1 && !face.quick.excludes(x[i], y[i]);
+        ASSERT_EQ(((found >> i) & 1U) != 0, expected);
+        possible += expected;
+      }
+      all += count;
+    }
+  EXPECT_GT(possible, all / 10);
+  EXPECT_LT(possible, all / 2);
+}
+
+TEST(QuickFace, DepthsThatAreCertainAreThoseOfTheExactPredicates) {
+  Corners corners(11);
+  std::size_t certain = 0, compared = 0, close = 0;
+  for (const Kind& kind : {Kind{2, 0, 1}, Kind{15, 0, 1}, Kind{15, 0.5, 1}, Kind{15, 0, 1e-4}})
+    for (int repeat = 0; repeat < 4000; ++repeat) {
+      const std::array<ProjectedVertex, 3> c = corners.make(kind);
+      std::array<ProjectedVertex, 3> d = corners.make(kind);
+      // Every other time the same face a little farther away, down to less than a rounding.
+      const double apart = 1 + std::pow(2, -corners.uniform(1, 60));
+      if (repeat % 2 == 0)
+        for (std::size_t k = 0; k < 3; ++k) d[k] = {c[k].u * apart, c[k].v * apart, c[k].z * apart};
+      const Prepared f(c), g(d);
+      const QuickDepth of_f = f.quick.depth(c[0].z, c[1].z, c[2].z);
+      const QuickDepth of_g = g.quick.depth(d[0].z, d[1].z, d[2].z);
+      for (int k = 0; k < 4; ++k) {
+        const double px = corners.uniform(f.bounds.x0, f.bounds.x1);
+        const double py = corners.uniform(f.bounds.y0, f.bounds.y1);
+        if (!f.quick.contains(px, py) || !g.quick.contains(px, py)) continue;
+        const int order = compare_depth_exactly(face_point(f.raster, px, py), face_point(g.raster, px, py));
+        ++compared;
+        if (of_f.before(of_g, px, py)) {
+          ASSERT_LT(order, 0);
+        }
+        if (of_g.before(of_f, px, py)) {
+          ASSERT_GT(order, 0);
+        }
+        const bool told = of_f.before(of_g, px, py) || of_g.before(of_f, px, py);
+        certain += told;
+        close += !told;
+      }
+    }
+  EXPECT_GT(compared, 4000U);
+  EXPECT_GT(certain, compared / 2);
+  EXPECT_GT(close, 100U) << "the smallest distances cannot be told";
+}
+
+TEST(QuickFace, EntriesOfSpansAreReadToTheLast) {
+  constexpr FaceId kOwn{7}, kOther{8};
+  Corners corners(12);
+  for (int width = 1; width <= 70; ++width) {
+    std::vector<FaceId> ivm(static_cast<std::size_t>(width) * 4, kOther);
+    const auto x0 = static_cast<std::int32_t>(corners.uniform(0, width));
+    std::vector<Span> spans;
+    for (std::int32_t y = 0; y < 4; ++y) {
+      spans.push_back({y, y == 3 ? 0 : x0, width});
+      for (std::int32_t x = spans.back().x0; x < width; ++x)
+        ivm[static_cast<std::size_t>(y * width + x)] = kOwn;
+    }
+    EXPECT_TRUE(all_stored(ivm, width, spans, kOwn));
+    for (const Span& span : spans)
+      for (std::int32_t x = span.x0; x < span.x1; ++x) {
+        FaceId& entry = ivm[static_cast<std::size_t>(span.y * width + x)];
+        entry = kNoFace;
+        EXPECT_FALSE(all_stored(ivm, width, spans, kOwn)) << width << ": " << span.y << ", " << x;
+        entry = kOwn;
+      }
+  }
+}
+
 TEST(QuickFace, NothingIsCertainBeyondItsReach) {
   const std::array<ProjectedVertex, 3> c{ProjectedVertex{-1000, 3, 1}, ProjectedVertex{5, 40, 1},
                                          ProjectedVertex{9, 2, 1}};

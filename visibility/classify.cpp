@@ -23,14 +23,6 @@ FaceBounds united(const FaceBounds& a, const FaceBounds& b) {
           a.bounded && b.bounded};
 }
 
-/// Whether all entries are `face`. Rows are mostly short: no early end, nothing to predict.
-bool all_are(const FaceId* entries, std::size_t count, FaceId face) {
-  std::uint32_t differences = 0;
-  for (std::size_t i = 0; i < count; ++i)
-    differences |= static_cast<std::uint32_t>(entries[i]) ^ static_cast<std::uint32_t>(face);
-  return differences == 0;
-}
-
 }  // namespace
 
 /// What the scan finds out about a face.
@@ -44,25 +36,19 @@ enum class CpuClassifier::State : std::uint8_t {
 };
 
 /// What one block of consecutive faces yields; joined in face order at the end.
-struct CpuClassifier::Block {
+struct CpuClassifier::Block : BlockYield {
   FaceBounds touched;  ///< what its faces touch
   std::vector<Claim> claims;
   std::vector<FaceId> subpixel_faces;
   std::size_t first_subpixel = 0;  ///< number of the first of them among all
-  CoverageTable coverage;
-  SampleCounts counts;
-  std::size_t full = 0;
-  std::vector<Span> spans;  ///< of the face at hand
+  std::vector<Span> spans;         ///< of the face at hand
   OwnerContest owners;
 
-  void clear() {
+  void start() {
+    clear();
     touched = {};
     claims.clear();
     subpixel_faces.clear();
-    coverage.entries.clear();
-    coverage.words.clear();
-    counts = {};
-    full = 0;
     owners.start();
   }
 };
@@ -93,7 +79,7 @@ void CpuClassifier::complete(const ClassifyView& view, std::span<const FaceCode>
   start(view, result);
   for (std::size_t number = 0; number < blocks_.size(); ++number) {
     Block& block = blocks_[number];
-    block.clear();
+    block.start();
     block.touched = {0, 0, 0, 0, true, false};
     const std::size_t first = number * kFacesPerBlock;
     for (std::size_t f = first; f < std::min(first + kFacesPerBlock, codes.size()); ++f) {
@@ -114,7 +100,7 @@ void CpuClassifier::finish(const ClassifyView& view, ViewVisibility& result) {
   if (options_.subpixel) resolve_subpixel(view);
   tbb::parallel_for(std::size_t{0}, blocks_.size(),
                     [&](std::size_t number) { finish_block(view, number, result); });
-  join_blocks(result);
+  join(blocks_, result);
 }
 
 void CpuClassifier::find_candidates(const ClassifyView& view) {
@@ -135,7 +121,7 @@ void CpuClassifier::find_candidates(const ClassifyView& view) {
 
 void CpuClassifier::scan_block(const ClassifyView& view, std::size_t number) {
   Block& block = blocks_[number];
-  block.clear();
+  block.start();
   const std::size_t first = number * kFacesPerBlock;
   const std::size_t last = std::min(first + kFacesPerBlock, view.mesh.faces.size());
   for (std::size_t f = first; f < last; ++f)
@@ -164,11 +150,8 @@ CpuClassifier::State CpuClassifier::scan_quick(const ClassifyView& view, FaceId 
     return State::subpixel;
   }
   std::size_t samples = 0;
-  for (const Span& span : block.spans) {
-    const auto count = static_cast<std::size_t>(span.x1 - span.x0);
-    samples += count;
-    if (!all_are(view.row(span.y) + span.x0, count, face)) return contest(view, face, true, block);
-  }
+  if (!all_stored(view.ivm, view.camera.width, block.spans, face)) return contest(view, face, true, block);
+  for (const Span& span : block.spans) samples += static_cast<std::size_t>(span.x1 - span.x0);
   block.counts.samples += samples;
   ++block.counts.processed_faces;
   return State::full;
@@ -229,17 +212,26 @@ CpuClassifier::State CpuClassifier::contest(const ClassifyView& view, FaceId fac
   bool stored = false;
   for (const Span& span : block.spans) {
     const FaceId* owners = view.row(span.y);
-    for (std::int32_t x = span.x0; x < span.x1; ++x) {
-      if (owners[x] == face) {
+    for (std::int32_t end = 0, x0 = span.x0; x0 < span.x1; x0 = end) {
+      const FaceId owner = owners[x0];
+      end = x0 + 1;
+      while (end < span.x1 && owners[end] == owner) ++end;
+      if (owner == face) {
         stored = true;
         continue;
       }
-      if (!view.mask.contains(x, span.y)) continue;
-      ++block.counts.contested_samples;
-      if (block.owners.wins(view, quick_, contender, owners[x], x, span.y))
-        block.claims.push_back({static_cast<std::uint32_t>(static_cast<std::size_t>(span.y) * width +
-                                                           static_cast<std::size_t>(x)),
-                                face});
+      if (owner != kNoFace && block.owners.keeps(view, quick_, contender, owner, {span.y, x0, end})) {
+        block.counts.contested_samples += static_cast<std::size_t>(end - x0);
+        continue;
+      }
+      for (std::int32_t x = x0; x < end; ++x) {
+        if (!view.mask.contains(x, span.y)) continue;
+        ++block.counts.contested_samples;
+        if (block.owners.wins(view, quick_, contender, owner, x, span.y))
+          block.claims.push_back({static_cast<std::uint32_t>(static_cast<std::size_t>(span.y) * width +
+                                                             static_cast<std::size_t>(x)),
+                                  face});
+      }
     }
   }
   if (!front) return State::hidden;
@@ -306,27 +298,6 @@ void CpuClassifier::finish_block(const ClassifyView& view, std::size_t number, V
     }
     result.classes[f] = found;
     block.full += found == FaceClass::full;
-  }
-}
-
-void CpuClassifier::join_blocks(ViewVisibility& result) const {
-  CoverageTable& coverage = result.coverage;
-  VisibilityStatistics& statistics = result.statistics;
-  coverage.entries.clear();
-  coverage.words.clear();
-  for (const Block& block : blocks_) {
-    const std::size_t words = coverage.words.size();
-    for (FaceCoverage entry : block.coverage.entries) {
-      entry.first_word += words;
-      coverage.entries.push_back(entry);
-    }
-    coverage.words.insert(coverage.words.end(), block.coverage.words.begin(), block.coverage.words.end());
-    statistics.processed_faces += block.counts.processed_faces;
-    statistics.samples += block.counts.samples;
-    statistics.corrected_samples += block.counts.corrected_samples;
-    statistics.contested_samples += block.counts.contested_samples;
-    statistics.full += block.full;
-    statistics.partial += block.coverage.entries.size();
   }
 }
 

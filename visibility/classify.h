@@ -53,6 +53,11 @@ struct ClassifyView {
     const auto& p = projected.positions;
     return {limits, p[t[0]], p[t[1]], p[t[2]], of_face};
   }
+  QuickDepth quick_depth(const QuickFace& quick, FaceId face) const {
+    const Triangle& t = mesh.faces[index(face)];
+    const auto& v = projected.vertices;
+    return quick.depth(v[t[0]].z, v[t[1]].z, v[t[2]].z);
+  }
   /// The least and the greatest depth of its vertices.
   DepthRange depths(FaceId face) const {
     const Triangle& t = mesh.faces[index(face)];
@@ -95,7 +100,6 @@ class CpuClassifier {
   void correct_owners(const ClassifyView& view);
   void resolve_subpixel(const ClassifyView& view);
   void finish_block(const ClassifyView& view, std::size_t number, ViewVisibility& result);
-  void join_blocks(ViewVisibility& result) const;
 
   VisibilityOptions options_;
   QuickLimits quick_;                          ///< of the view at hand

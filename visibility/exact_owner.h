@@ -30,6 +30,11 @@ class Contender {
       : view_(view), face_(face), nearest_(view.depths(face).nearest) {}
   FaceId face() const { return face_; }
   double nearest() const { return nearest_; }
+  const QuickDepth& depth(const QuickLimits& limits) {
+    if (!measured_) depth_ = view_.quick_depth(view_.quick(limits, face_, view_.bounds(face_)), face_);
+    measured_ = true;
+    return depth_;
+  }
   const RasterFace& raster() {
     if (!prepared_) raster_ = view_.raster(face_);
     prepared_ = true;
@@ -40,7 +45,8 @@ class Contender {
   const ClassifyView& view_;
   FaceId face_;
   double nearest_;
-  bool prepared_ = false;
+  bool measured_ = false, prepared_ = false;
+  QuickDepth depth_;
   RasterFace raster_;
 };
 
@@ -49,6 +55,10 @@ class OwnerContest {
  public:
   /// Forgets the view before.
   void start();
+  /// True when the contender, which covers the run, certainly beats its stored owner nowhere in it: both are
+  /// convex and their 1 / z linear, so what is certain of the ends is certain of all between.
+  bool keeps(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored,
+             const Span& run);
   /// Whether the contender, which covers pixel (x, y), beats its stored owner there.
   bool wins(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored,
             std::int32_t x, std::int32_t y);
@@ -58,10 +68,13 @@ class OwnerContest {
     FaceId face = kNoFace;
     QuickFace quick;
     double farthest = 0;
-    bool prepared = false;
+    bool measured = false, prepared = false;
+    QuickDepth depth;
     RasterFace raster;
   };
-  std::array<Owner, 16> owners_;
+  Owner& owner_of(const ClassifyView& view, const QuickLimits& limits, FaceId stored);
+
+  std::array<Owner, 64> owners_;
 };
 
 /// The pixels whose owner is not the stored one.
@@ -70,6 +83,8 @@ class OwnerOverlay {
   /// Sorts the claims and keeps the nearest claimant of each pixel. O(claims log claims).
   void resolve(const ClassifyView& view, std::vector<Claim>& claims);
   std::span<const Claim> entries() const { return entries_; }
+  /// Whether it holds any of a run of pixels.
+  bool touches(std::size_t first, std::size_t end) const;
   bool contains(std::size_t pixel) const { return (corrected_[pixel / 64] >> (pixel % 64)) & 1U; }
   /// \pre contains(pixel). O(log entries).
   FaceId owner(std::size_t pixel) const;

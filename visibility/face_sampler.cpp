@@ -17,6 +17,30 @@ bool covers_plainly(const RasterFace& face, std::int32_t x, std::int32_t y) {
 
 }  // namespace
 
+void BlockYield::clear() {
+  coverage.entries.clear();
+  coverage.words.clear();
+  counts = {};
+  full = 0;
+}
+
+void append(const BlockYield& block, ViewVisibility& result) {
+  CoverageTable& coverage = result.coverage;
+  const std::size_t words = coverage.words.size();
+  for (FaceCoverage entry : block.coverage.entries) {
+    entry.first_word += words;
+    coverage.entries.push_back(entry);
+  }
+  coverage.words.insert(coverage.words.end(), block.coverage.words.begin(), block.coverage.words.end());
+  VisibilityStatistics& statistics = result.statistics;
+  statistics.processed_faces += block.counts.processed_faces;
+  statistics.samples += block.counts.samples;
+  statistics.corrected_samples += block.counts.corrected_samples;
+  statistics.contested_samples += block.counts.contested_samples;
+  statistics.full += block.full;
+  statistics.partial += block.coverage.entries.size();
+}
+
 bool inside_frame(const Camera& camera, const RasterFace& face) {
   return std::all_of(face.vertex.begin(), face.vertex.end(), [&](const ProjectedVertex& v) {
     return v.z > 0 && v.u >= 0 && v.v >= 0 && v.u <= camera.width * v.z && v.v <= camera.height * v.z;
@@ -60,28 +84,38 @@ void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact,
 
 FaceClass FaceSampler::classify(FaceId face) {
   face_ = face;
-  raster_ = view_.raster(face);
-  const SpanWalker walker(raster_, pixel_bounds(raster_, view_.frame()));
-  collect_spans(raster_, walker, exact(), spans_);
   ++counts_.processed_faces;
   restored_ = 0;
-  if (inside_frame(view_.camera, raster_)) {
-    const bool full = options_.sampling == Sampling::dense ? sees_all_dense()
-                      : options_.sampling == Sampling::ves ? sees_all_ves(walker)
-                                                           : sees_all_hivers();
-    if (full) {
-      counts_.corrected_samples += restored_;
-      return FaceClass::full;
-    }
+  bool full = false;
+  quick_ = find_spans_quickly();
+  if (quick_) {
+    full = options_.sampling == Sampling::dense ? sees_all_dense() : sees_all_hivers();
+  } else {
+    raster_ = view_.raster(face);
+    const SpanWalker walker(raster_, pixel_bounds(raster_, view_.frame()));
+    collect_spans(raster_, walker, exact(), spans_);
+    if (inside_frame(view_.camera, raster_))
+      full = options_.sampling == Sampling::dense ? sees_all_dense()
+             : options_.sampling == Sampling::ves ? sees_all_ves(walker)
+                                                  : sees_all_hivers();
   }
-  return cover();
+  if (!full) return cover();
+  counts_.corrected_samples += restored_;
+  return FaceClass::full;
+}
+
+/// Where samples are decided exactly, the certain spans are the same. VES asks for the edges as well.
+bool FaceSampler::find_spans_quickly() {
+  if (!exact() || options_.sampling == Sampling::ves) return false;
+  const FaceBounds bounds = view_.bounds(face_);
+  return limits_.inside(bounds) &&
+         view_.quick(limits_, face_, bounds).spans(pixel_centres(bounds, view_.frame()), spans_);
 }
 
 bool FaceSampler::sees(std::int32_t x, std::int32_t y) {
   const FaceId stored = view_.owner(x, y);
   if (exact()) {
-    const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(view_.camera.width) +
-                              static_cast<std::size_t>(x);
+    const std::size_t pixel = pixel_number(x, y);
     if (!overlay_.contains(pixel)) return stored == face_;
     if (overlay_.owner(pixel) != face_) return false;
     ++restored_;
@@ -172,8 +206,12 @@ FaceClass FaceSampler::cover() {
   restored_ = 0;
   for (const Span& span : spans) {
     in_image += static_cast<std::size_t>(span.x1 - span.x0);
+    const FaceId* stored = view_.row(span.y);
+    const std::size_t row = pixel_number(0, span.y);
+    const bool as_stored = exact() && !overlay_.touches(row + static_cast<std::size_t>(span.x0),
+                                                        row + static_cast<std::size_t>(span.x1));
     for (std::int32_t x = span.x0; x < span.x1; ++x) {
-      if (!sees(x, span.y)) continue;
+      if (as_stored ? stored[x] != face_ : !sees(x, span.y)) continue;
       const std::size_t bit =
           static_cast<std::size_t>(span.y - entry.y0) * width + static_cast<std::size_t>(x - entry.x0);
       coverage_.words[entry.first_word + bit / 64] |= std::uint64_t{1} << (bit % 64);
@@ -185,7 +223,7 @@ FaceClass FaceSampler::cover() {
     return FaceClass::hidden;
   }
   counts_.corrected_samples += restored_;
-  const std::size_t all = inside_frame(view_.camera, raster_) ? in_image : samples_around();
+  const std::size_t all = quick_ || inside_frame(view_.camera, raster_) ? in_image : samples_around();
   entry.visible_share = static_cast<float>(static_cast<double>(entry.visible) / static_cast<double>(all));
   coverage_.entries.push_back(entry);
   return FaceClass::partial;

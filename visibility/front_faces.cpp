@@ -112,32 +112,4 @@ FaceClass FaceBlock::cover_subpixel(const ClassifyView& view, std::uint32_t visi
   return FaceClass::partial;
 }
 
-FaceBlock& FaceBlocks::start(std::size_t number) {
-  FaceBlock& block = blocks_[number];
-  block.coverage.entries.clear();
-  block.coverage.words.clear();
-  block.counts = {};
-  block.full = 0;
-  return block;
-}
-
-void FaceBlocks::join(ViewVisibility& result) const {
-  CoverageTable& coverage = result.coverage;
-  VisibilityStatistics& statistics = result.statistics;
-  coverage.entries.clear();
-  coverage.words.clear();
-  for (const FaceBlock& block : blocks_) {
-    const std::size_t words = coverage.words.size();
-    for (FaceCoverage entry : block.coverage.entries) {
-      entry.first_word += words;
-      coverage.entries.push_back(entry);
-    }
-    coverage.words.insert(coverage.words.end(), block.coverage.words.begin(), block.coverage.words.end());
-    statistics.processed_faces += block.counts.processed_faces;
-    statistics.samples += block.counts.samples;
-    statistics.full += block.full;
-    statistics.partial += block.coverage.entries.size();
-  }
-}
-
 }  // namespace gpvc

@@ -46,10 +46,7 @@ std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView
                                                               const RasterFace& raster);
 
 /// Faces in blocks of a fixed size, so that what a block yields does not depend on the number of threads.
-struct FaceBlock {
-  CoverageTable coverage;
-  SampleCounts counts;
-  std::size_t full = 0;
+struct FaceBlock : BlockYield {
   FrontFace front;  ///< scratch
 
   /// The class of the front face when `sees(x, y)` says which of its samples see it: hidden when none, full
@@ -83,21 +80,19 @@ class FaceBlocks {
     result.classes.resize(faces);
     blocks_.resize((faces + kFacesPerBlock - 1) / kFacesPerBlock);
     tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t number) {
-      FaceBlock& block = start(number);
+      FaceBlock& block = blocks_[number];
+      block.clear();
       const std::size_t first = number * kFacesPerBlock;
       for (std::size_t f = first; f < std::min(first + kFacesPerBlock, faces); ++f) {
         result.classes[f] = classify(FaceId{static_cast<std::uint32_t>(f)}, block);
         block.full += result.classes[f] == FaceClass::full;
       }
     });
-    join(result);
+    join(blocks_, result);
   }
 
  private:
   static constexpr std::size_t kFacesPerBlock = 2048;
-  FaceBlock& start(std::size_t number);
-  void join(ViewVisibility& result) const;
-
   std::vector<FaceBlock> blocks_;
 };
 

@@ -1,8 +1,138 @@
 #include "visibility/quick_face.h"
 
-#include <limits>
+#include <cstring>
+
+// Two versions of a function, chosen when the program starts. Both do the same operations in the same order.
+#if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__)
+#define GPVC_WIDE_CLONES __attribute__((target_clones("avx2", "default")))
+#else
+#define GPVC_WIDE_CLONES
+#endif
 
 namespace gpvc {
+namespace {
+
+using FourRows = double __attribute__((vector_size(32)));
+using FourInts = std::int32_t __attribute__((vector_size(16)));
+using FourFlags = std::int64_t __attribute__((vector_size(32)));
+using EightIds = std::uint32_t __attribute__((vector_size(32)));
+
+/// Where the lines of the edges cross the rows of a box, in pixels from the centre of its first.
+struct RowCrossings {
+  std::array<double, 3> at, slope;            ///< in the first row, and from row to row
+  std::array<double, 3> not_left, not_right;  ///< -infinity or infinity where an
+                                              ///< edge does not bound that end
+  double width;                               ///< of the box
+  double tolerance;                           ///< what a crossing may be off
+};
+
+/// Fills `found`, one span a row at most; how many, or -1 when some row is not certain.
+GPVC_WIDE_CLONES std::ptrdiff_t find_spans(const RowCrossings& edges, const PixelBox& box, Span* found) {
+  const std::int32_t rows = box.y1 - box.y0;
+  const FourRows zero{}, lanes{0, 1, 2, 3};
+  const FourRows at0 = zero + edges.at[0], at1 = zero + edges.at[1], at2 = zero + edges.at[2];
+  // Half a pixel beyond the box is as good as any further.
+  const FourRows least = zero - 0.5, most_low = zero + (edges.width + 0.5),
+                 most_high = zero + (edges.width - 0.5);
+  std::ptrdiff_t count = 0;
+  for (std::int32_t first = 0; first < rows; first += 4) {
+    const FourRows row = lanes + static_cast<double>(first);
+    const FourRows a = at0 + edges.slope[0] * row, b = at1 + edges.slope[1] * row,
+                   c = at2 + edges.slope[2] * row;
+    FourRows low = a + edges.not_left[0], high = a + edges.not_right[0];
+    const FourRows low_b = b + edges.not_left[1], high_b = b + edges.not_right[1];
+    const FourRows low_c = c + edges.not_left[2], high_c = c + edges.not_right[2];
+    low = low < low_b ? low_b : low;
+    low = low < low_c ? low_c : low;
+    low = low < least ? least : low;
+    low = most_low < low ? most_low : low;
+    high = high_b < high ? high_b : high;
+    high = high_c < high ? high_c : high;
+    high = high < least ? least : high;
+    high = most_high < high ? most_high : high;
+    const FourInts begins = __builtin_convertvector(low + 1.0, FourInts);
+    const FourInts ends = __builtin_convertvector(high + 1.0, FourInts);
+    // How far the crossings are from the pixel centres on either side of them.
+    const FourRows begin = __builtin_convertvector(begins, FourRows) - low;
+    const FourRows end = __builtin_convertvector(ends, FourRows) - high;
+    const FourFlags sure = (begin > edges.tolerance) & (1.0 - begin > edges.tolerance) &
+                           (end > edges.tolerance) & (1.0 - end > edges.tolerance);
+    const FourFlags unsure = ~sure & (row < static_cast<double>(rows));
+    if ((unsure[0] | unsure[1] | unsure[2] | unsure[3]) != 0) return -1;
+    const std::int32_t last = std::min(rows - first, 4);
+    for (std::int32_t lane = 0; lane < last; ++lane) {
+      found[count] = {box.y0 + first + lane, box.x0 + begins[lane], box.x0 + ends[lane]};
+      count += begins[lane] < ends[lane];
+    }
+  }
+  return count;
+}
+
+/// Whether the runs hold nothing but `face`.
+GPVC_WIDE_CLONES bool runs_hold(const FaceId* entries, std::size_t total, std::size_t width,
+                                const Span* spans, std::size_t count, FaceId face) {
+  const auto wanted = static_cast<std::uint32_t>(face);
+  const EightIds lanes{0, 1, 2, 3, 4, 5, 6, 7};
+  EightIds differences{};
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t first =
+        static_cast<std::size_t>(spans[i].y) * width + static_cast<std::size_t>(spans[i].x0);
+    const auto length = static_cast<std::uint32_t>(spans[i].x1 - spans[i].x0);
+    const FaceId* run = entries + first;
+    if (first + length + 8 > total) {  // too near to the end to read eight at a time
+      for (std::uint32_t x = 0; x < length; ++x)
+        differences[0] |= static_cast<std::uint32_t>(run[x]) ^ wanted;
+      continue;
+    }
+    for (std::uint32_t x = 0; x < length; x += 8) {
+      static_assert(sizeof(FaceId) == sizeof(std::uint32_t));
+      EightIds eight;
+      std::memcpy(&eight, run + x, sizeof(eight));
+      const EightIds in_run = reinterpret_cast<EightIds>(lanes < length - x);
+      differences |= (eight ^ wanted) & in_run;
+    }
+    if (length > 32 && !(differences[0] == 0)) return false;
+  }
+  std::uint32_t any = 0;
+  for (std::size_t lane = 0; lane < 8; ++lane) any |= differences[lane];
+  return any == 0;
+}
+
+struct Corners {
+  std::array<double, 3> x, y;
+};
+
+/// See QuickFace::possible().
+GPVC_WIDE_CLONES std::uint64_t find_possible(const Corners& face, double margin, const FaceBounds& bounds,
+                                             const double* x, const double* y, std::size_t count) {
+  const double ax = face.x[1] - face.x[0], ay = face.y[1] - face.y[0];
+  const double bx = face.x[2] - face.x[1], by = face.y[2] - face.y[1];
+  const double cx = face.x[0] - face.x[2], cy = face.y[0] - face.y[2];
+  std::uint64_t found = 0;
+  for (std::size_t i = 0; i < count; i += 4) {
+    FourRows px, py;
+    std::memcpy(&px, x + i, sizeof(px));
+    std::memcpy(&py, y + i, sizeof(py));
+    const FourRows a = ax * (py - face.y[0]) - ay * (px - face.x[0]);
+    const FourRows b = bx * (py - face.y[1]) - by * (px - face.x[1]);
+    const FourRows c = cx * (py - face.y[2]) - cy * (px - face.x[2]);
+    const FourFlags left = (a < -margin) | (b < -margin) | (c < -margin);
+    const FourFlags right = (a > margin) | (b > margin) | (c > margin);
+    const FourFlags keep =
+        ~(left & right) & (px >= bounds.x0) & (px <= bounds.x1) & (py >= bounds.y0) & (py <= bounds.y1);
+    const FourFlags bit = keep & FourFlags{1, 2, 4, 8};
+    found |= static_cast<std::uint64_t>((bit[0] | bit[1]) | (bit[2] | bit[3])) << i;
+  }
+  return count == 64 ? found : found & ~(~std::uint64_t{0} << count);
+}
+
+}  // namespace
+
+std::uint64_t QuickFace::possible(const double* x, const double* y, std::size_t count,
+                                  const FaceBounds& bounds) const {
+  return find_possible({x_, y_}, margin_, bounds, x, y, count);
+}
 
 /// Each edge, cut to the row. A position and the point where an edge is cut are off by a few roundings of a
 /// coordinate below 2^20 px, far less than the 2^-24 px that are added.
@@ -31,6 +161,28 @@ FaceBounds QuickFace::in_row(std::int32_t y) const {
           true};
 }
 
+/// With e the margin, r = 2^-53, d what a position is off by and w as there: e is above 32 d w + 32 r w^2.
+/// Let D be the largest 1 / z of a vertex; at a point of the projection 1 / z is no larger, and lies in the
+/// rectangle, no further than w from the first vertex. A numerator n of a gradient is no larger than 2 D w
+/// and off by D (4 d + 14 r w); its product with the way to the point by D (6 d w + 16 r w^2) more or less,
+/// so the sum of both is off by at most 2 D e. Dividing by the area A, which is off by e, makes that 3 D e /
+/// |A|; rounding the gradients, their products and the sums adds 2 D e / |A| + 8 r D. Twice that and more is
+/// the error, which also pays for rounding the difference of two.
+QuickDepth QuickFace::depth(double za, double zb, double zc) const {
+  QuickDepth plane;
+  if (facing_ == Facing::edge_on) return plane;
+  const double wa = 1 / za, wb = 1 / zb, wc = 1 / zc;
+  const double dx1 = x_[1] - x_[0], dy1 = y_[1] - y_[0], dx2 = x_[2] - x_[0], dy2 = y_[2] - y_[0];
+  const double per_area = 1 / (dx1 * dy2 - dy1 * dx2);
+  plane.x = x_[0];
+  plane.y = y_[0];
+  plane.first = wa;
+  plane.per_x = ((wb - wa) * dy2 - (wc - wa) * dy1) * per_area;
+  plane.per_y = ((wc - wa) * dx1 - (wb - wa) * dx2) * per_area;
+  plane.error = std::max(wa, std::max(wb, wc)) * (16 * margin_ * std::abs(per_area) + 0x1p-48);
+  return plane;
+}
+
 /// Where a row crosses the line of an edge is known to margin / |height of the edge|, twice that with the
 /// rounding of the division. Edges that have the face on their right bound the run from the left.
 bool QuickFace::spans(const PixelBox& box, std::vector<Span>& found) const {
@@ -40,39 +192,36 @@ bool QuickFace::spans(const PixelBox& box, std::vector<Span>& found) const {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   const double turn = facing_ == Facing::front ? -1 : 1;
   const double first_x = box.x0 + 0.5, first_y = box.y0 + 0.5;
-  std::array<double, 3> at{}, slope{}, not_left{}, not_right{};
+  RowCrossings edges;
   double least = kNever;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
     const double height = y_[j] - y_[i];
     least = std::min(least, std::abs(height));
-    slope[i] = (x_[j] - x_[i]) / height;
-    at[i] = (x_[i] - first_x) + slope[i] * (first_y - y_[i]);
+    edges.slope[i] = (x_[j] - x_[i]) / height;
+    edges.at[i] = (x_[i] - first_x) + edges.slope[i] * (first_y - y_[i]);
     const bool left = turn * height < 0;
-    not_left[i] = left ? 0 : -kNever;
-    not_right[i] = left ? kNever : 0;
+    edges.not_left[i] = left ? 0 : -kNever;
+    edges.not_right[i] = left ? kNever : 0;
   }
   if (!(least > 8 * margin_)) return false;
-  const double tolerance = 2 * margin_ / least;
-  const double width = box.x1 - box.x0;
+  edges.tolerance = 2 * margin_ / least;
+  edges.width = box.x1 - box.x0;
   found.resize(static_cast<std::size_t>(box.y1 - box.y0));
-  std::size_t count = 0;
-  for (std::int32_t row = 0; row < box.y1 - box.y0; ++row) {
-    const double a = at[0] + slope[0] * row, b = at[1] + slope[1] * row, c = at[2] + slope[2] * row;
-    double low = std::max(std::max(a + not_left[0], b + not_left[1]), c + not_left[2]);
-    double high = std::min(std::min(a + not_right[0], b + not_right[1]), c + not_right[2]);
-    // Half a pixel beyond the box is as good as any further.
-    low = std::min(std::max(low, -0.5), width + 0.5);
-    high = std::min(std::max(high, -0.5), width - 0.5);
-    const auto begin = static_cast<std::int32_t>(low + 1), end = static_cast<std::int32_t>(high + 1);
-    const double nearest =
-        std::min(std::min(begin - low, low - (begin - 1)), std::min(end - high, high - (end - 1)));
-    if (!(nearest > tolerance)) return false;
-    found[count] = {box.y0 + row, box.x0 + begin, box.x0 + end};
-    count += begin < end;
-  }
-  found.resize(count);
+  const std::ptrdiff_t count = find_spans(edges, box, found.data());
+  if (count < 0) return false;
+  found.resize(static_cast<std::size_t>(count));
   return true;
+}
+
+bool all_stored(std::span<const FaceId> ivm, std::int32_t width, std::span<const Span> spans, FaceId face) {
+  if (spans.empty()) return true;
+  const auto stride = static_cast<std::size_t>(width);
+  // Most faces that are hidden show it here.
+  const Span& middle = spans[spans.size() / 2];
+  if (ivm[static_cast<std::size_t>(middle.y) * stride + static_cast<std::size_t>(middle.x0)] != face)
+    return false;
+  return runs_hold(ivm.data(), ivm.size(), stride, spans.data(), spans.size(), face);
 }
 
 }  // namespace gpvc

@@ -11,6 +11,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <vector>
 
 #include "visibility/raster.h"
@@ -62,6 +64,18 @@ class QuickLimits {
   double flat_ = 0, flat_per_w_ = 0;
 };
 
+/// 1 / z of a face's plane over its rectangle: linear, and known to within error.
+struct QuickDepth {
+  double x = 0, y = 0, first = 0, per_x = 0, per_y = 0;
+  double error = std::numeric_limits<double>::infinity();
+
+  double at(double px, double py) const { return first + per_x * (px - x) + per_y * (py - y); }
+  /// Whether its face certainly lies in front of the other's at a point of both projections.
+  bool before(const QuickDepth& other, double px, double py) const {
+    return at(px, py) - other.at(px, py) > error + other.error;
+  }
+};
+
 class QuickFace {
  public:
   QuickFace() = default;
@@ -94,11 +108,20 @@ class QuickFace {
     return low < -margin_ && high > margin_;
   }
 
+  /// Of up to 64 points, those that lie in `bounds` and that excludes() does not rule out: a bit each, the
+  /// first lowest. Reads three doubles beyond the end of both. \pre usable(); bounds lie in the rectangle
+  std::uint64_t possible(const double* x, const double* y, std::size_t count, const FaceBounds& bounds) const;
+
+  /// From the depths of the three vertices, in the order of their positions. Its error is infinite where
+  /// nothing is known.
+  QuickDepth depth(double za, double zb, double zc) const;
+
   /// The rectangle around the part of the projection that lies in the rows of pixels y: x0 and x1 may be out
   /// of order when there is none. \pre usable()
   FaceBounds in_row(std::int32_t y) const;
 
-  /// The runs of the box's pixels whose centres are covered; false when some row is not certain.
+  /// The runs of the box's pixels whose centres are covered; false when some row is not certain. Four rows at
+  /// a time.
   bool spans(const PixelBox& box, std::vector<Span>& found) const;
 
  private:
@@ -123,5 +146,8 @@ class QuickFace {
   bool usable_ = false;
   Facing facing_ = Facing::edge_on;
 };
+
+/// Whether all entries that the spans name, in rows of `width` entries, are `face`. Eight at a time.
+bool all_stored(std::span<const FaceId> ivm, std::int32_t width, std::span<const Span> spans, FaceId face);
 
 }  // namespace gpvc

@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 
 namespace gpvc {
@@ -33,7 +32,6 @@ void ScanFinisher::finish(const ClassifyView& view, FaceScan& scan, ViewVisibili
   result.statistics.claims_s +=
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   resolve_subpixel(view, scan);
-  std::atomic<std::size_t> corrected{0};
   blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
     const FaceCode code = scan.codes[index(face)];
     if (code == FaceCode::full) return FaceClass::full;
@@ -41,14 +39,10 @@ void ScanFinisher::finish(const ClassifyView& view, FaceScan& scan, ViewVisibili
     if (code == FaceCode::no_centre && !options_.subpixel) return FaceClass::unresolved;
     FaceSampler sampler(view, options_, overlay_, block.coverage, block.counts);
     if (code == FaceCode::no_centre) return sampler.classify_subpixel(face, subpixel_visible(face));
-    const std::size_t before = block.counts.corrected_samples;
-    const FaceClass found = sampler.classify(face);
-    if (block.counts.corrected_samples != before) corrected += block.counts.corrected_samples - before;
-    return found;
+    return sampler.classify(face);
   });
   result.statistics.processed_faces += scan.counts.processed_faces;
   result.statistics.samples += scan.counts.samples;
-  result.statistics.corrected_samples += corrected;
   result.statistics.contested_samples += scan.counts.contested_samples;
 }
 

@@ -2,7 +2,7 @@
 // to the three vertices, and each is decided against every face that covers it, exactly.
 //
 // The samples are sorted by pixel, and within a crowded pixel by the cells of a grid as fine as it takes for
-// about two a cell. Every face of the mesh then visits the cells that its rectangle touches and hides the
+// about eight a cell. Every face of the mesh then visits the cells that its rectangle touches and hides the
 // samples there that it covers and lies in front of. Marking commutes, so the result does not depend on the
 // order. Cost: O(faces + pixels touched + pairs of a sample and a face in one cell).
 #pragma once
@@ -35,7 +35,6 @@ class SubpixelResolver {
   };
   /// A sample as the faces that pass over its cell meet it.
   struct Placed {
-    double x, y;
     FaceId face;
     std::uint32_t number;  ///< of the face among those to be resolved
   };
@@ -54,12 +53,14 @@ class SubpixelResolver {
   void hide_in_row(Occluder& occluder, const FaceBounds& bounds, std::int32_t y);
   void hide_in_pixel(Occluder& occluder, const FaceBounds& bounds, std::int32_t x, std::int32_t y);
   void hide_in_cells(Occluder& occluder, const FaceBounds& bounds, std::size_t first, std::size_t last);
+  void hide(Occluder& occluder, std::size_t at);
   void clear();
 
   QuickLimits limits_;
   std::vector<Sample> samples_;
   std::vector<DepthRange> depths_;          ///< of the faces to be resolved
   std::vector<Placed> placed_;              ///< by cell
+  std::vector<double> x_, y_;               ///< where they lie, and a few more for reading four at a time
   std::vector<std::uint8_t> visible_;       ///< per placed sample
   std::vector<std::uint32_t> cell_end_;     ///< in placed_, of cells that follow one another
   std::vector<std::uint32_t> first_cell_;   ///< of a pixel; first the number of its samples
