@@ -32,10 +32,22 @@ class VisibilityGl : public testing::Test {
     device_ = std::make_unique<GraphicsDevice>();
   }
 
-  ViewVisibility classify(const Mesh& mesh, const View& view,
-                          const VisibilityOptions& given = options(CoverageCorrection::exact)) {
+  ViewVisibility classify(const Mesh& mesh, const View& view, const VisibilityOptions& given) {
     VisibilityStage stage(*device_, mesh, given);
     return stage.classify(view, ViewId{7});
+  }
+  /// Exact, and the same in shaders.
+  ViewVisibility classify(const Mesh& mesh, const View& view) {
+    const auto on = [&](Classifier classifier) {
+      return classify(mesh, view, options(CoverageCorrection::exact, Sampling::hivers, classifier));
+    };
+    const ViewVisibility gpu = on(Classifier::gpu), cpu = on(Classifier::cpu);
+    EXPECT_EQ(gpu.classes, cpu.classes);
+    EXPECT_EQ(gpu.coverage.words, cpu.coverage.words);
+    EXPECT_EQ(gpu.statistics.samples, cpu.statistics.samples);
+    EXPECT_EQ(gpu.statistics.processed_faces, cpu.statistics.processed_faces);
+    EXPECT_EQ(gpu.statistics.contested_samples, cpu.statistics.contested_samples);
+    return cpu;
   }
 
   std::unique_ptr<GraphicsDevice> device_;

@@ -302,6 +302,25 @@ TEST_F(ModesGl, StatisticsSayWhatWasDone) {
   }
 }
 
+TEST_F(ModesGl, SecondsOfShadersAreToldApart) {
+  const View view = scenes::view_of(400, 300, 300);
+  const Mesh mesh = scenes::soup(view.camera, 3000, 12, 12);
+  for (const CoverageCorrection correction : {CoverageCorrection::paper, CoverageCorrection::exact}) {
+    VisibilityOptions options;
+    options.correction = correction;
+    options.classifier = Classifier::cpu;
+    const VisibilityStatistics cpu = classify(mesh, view, options).statistics;
+    options.classifier = Classifier::gpu;
+    const VisibilityStatistics gpu = classify(mesh, view, options).statistics;
+    EXPECT_EQ(cpu.shader_s, 0);
+    EXPECT_EQ(cpu.claims_s, 0);
+    EXPECT_GT(gpu.shader_s, 0);
+    EXPECT_EQ(gpu.claims_s > 0, correction == CoverageCorrection::exact);
+    EXPECT_LE(gpu.shader_s + gpu.claims_s, gpu.classify_s);
+    EXPECT_GT(gpu.upload_s, 0);
+  }
+}
+
 TEST_F(ModesGl, AMethodMeasuredAloneDrawsNoItemBuffer) {
   const View view = scenes::view_of(200, 150, 150);
   const Mesh mesh = scenes::soup(view.camera, 500, 12, 4);

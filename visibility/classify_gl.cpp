@@ -151,27 +151,29 @@ void GpuClassifier::upload_mask(const PhotoMask& mask) {
   check_gl("uploading the photo mask");
 }
 
-/// The renderer keeps its last tile alone, so the view's item buffer goes back to the device.
+/// The renderer keeps its last tile alone, so the view's item buffer goes back to the device, in as few tiles
+/// of one size as there can be.
 void GpuClassifier::upload_tiles(const ClassifyView& view) {
-  tile_side_ = 0;
+  tile_width_ = tile_height_ = 0;
   if (renderer_.tiles(view.camera) == 1) return;
-  const int width = view.camera.width, height = view.camera.height;
-  tile_side_ = std::min(limits_.texture_side, std::max(width, height));
-  const int across = (width + tile_side_ - 1) / tile_side_, down = (height + tile_side_ - 1) / tile_side_;
+  const int width = view.camera.width, height = view.camera.height, most = limits_.texture_side;
+  const int across = (width + most - 1) / most, down = (height + most - 1) / most;
+  tile_width_ = (width + across - 1) / across;
+  tile_height_ = (height + down - 1) / down;
   if (width != tiles_width_ || height != tiles_height_) {
     GLuint name = 0;
     glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);
     tiles_texture_ = GlTexture(name);
-    glTextureStorage3D(name, 1, GL_R32UI, tile_side_, tile_side_, across * down);
+    glTextureStorage3D(name, 1, GL_R32UI, tile_width_, tile_height_, across * down);
     set_nearest(tiles_texture_);
     tiles_width_ = width;
     tiles_height_ = height;
   }
   glPixelStorei(GL_UNPACK_ROW_LENGTH, width);
   for (int tile = 0; tile < across * down; ++tile) {
-    const int x0 = tile % across * tile_side_, y0 = tile / across * tile_side_;
-    glTextureSubImage3D(tiles_texture_.name(), 0, 0, 0, tile, std::min(tile_side_, width - x0),
-                        std::min(tile_side_, height - y0), 1, GL_RED_INTEGER, GL_UNSIGNED_INT,
+    const int x0 = tile % across * tile_width_, y0 = tile / across * tile_height_;
+    glTextureSubImage3D(tiles_texture_.name(), 0, 0, 0, tile, std::min(tile_width_, width - x0),
+                        std::min(tile_height_, height - y0), 1, GL_RED_INTEGER, GL_UNSIGNED_INT,
                         view.row(y0) + x0);
   }
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
@@ -181,7 +183,7 @@ void GpuClassifier::upload_tiles(const ClassifyView& view) {
 void GpuClassifier::set_image(const GlProgram& program, const ClassifyView& view) const {
   glProgramUniform2i(program.name(), uniform_location(program, "size"), view.camera.width,
                      view.camera.height);
-  set_int(program, "tile_side", tile_side_);
+  glProgramUniform2i(program.name(), uniform_location(program, "tile_size"), tile_width_, tile_height_);
   set_int(program, "photo_stride", view.mask.whole() ? 0 : static_cast<int>(2 * view.mask.stride()));
   if (program.name() == candidates_program_.name()) return;
   glProgramUniform2d(program.name(), uniform_location(program, "projection_rounding"), view.rounding.u_per_z,
@@ -219,10 +221,10 @@ void GpuClassifier::begin(const ClassifyView& view, const Pose& pose, Visibility
   upload_mask(view.mask);
   upload_tiles(view);
   statistics.upload_s += seconds_since(start);
-  glBindTextureUnit(kIvm, tile_side_ == 0 ? renderer_.ivm_texture() : 0);
+  glBindTextureUnit(kIvm, tile_width_ == 0 ? renderer_.ivm_texture() : 0);
   glBindTextureUnit(kMask, mask_texture_.name());
   glBindTextureUnit(kCorners, corners_texture_.name());
-  glBindTextureUnit(kTiles, tile_side_ == 0 ? 0 : tiles_texture_.name());
+  glBindTextureUnit(kTiles, tile_width_ == 0 ? 0 : tiles_texture_.name());
   project(pose, view.camera);
 }
 

@@ -81,7 +81,7 @@ class GpuClassifier {
   std::size_t vertices_per_dispatch_ = 0, faces_per_dispatch_ = 0, claim_capacity_ = 0;
   std::uint64_t mask_number_ = 0;
   std::size_t mask_words_ = 0;
-  int tile_side_ = 0;                       ///< 0: the view at hand is one tile
+  int tile_width_ = 0, tile_height_ = 0;    ///< 0: the view at hand is one tile
   int tiles_width_ = 0, tiles_height_ = 0;  ///< of the image that tiles_texture_ is made for
 };
 

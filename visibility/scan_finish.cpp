@@ -10,8 +10,30 @@ namespace gpvc {
 namespace {
 
 constexpr std::size_t kFacesPerBlock = 2048;
+/// Few enough that they mostly lie beside each other: where sub-pixel faces are few, most rectangles around
+/// the others hold no sample of them.
+constexpr std::size_t kFacesPerRectangle = 64;
 
-std::size_t block_count(std::size_t items) { return (items + kFacesPerBlock - 1) / kFacesPerBlock; }
+std::size_t block_count(std::size_t items, std::size_t per_block = kFacesPerBlock) {
+  return (items + per_block - 1) / per_block;
+}
+
+/// What faces first .. end - 1 may touch.
+PixelBox pixels_around(const ClassifyView& view, std::size_t first, std::size_t end) {
+  FaceBounds all;
+  for (std::size_t f = first; f < end; ++f) {
+    const FaceBounds bounds = view.bounds(FaceId{static_cast<std::uint32_t>(f)});
+    if (outside(bounds, view.camera.width, view.camera.height)) continue;
+    all = !all.ahead ? bounds
+                     : FaceBounds{std::min(all.x0, bounds.x0),
+                                  std::min(all.y0, bounds.y0),
+                                  std::max(all.x1, bounds.x1),
+                                  std::max(all.y1, bounds.y1),
+                                  true,
+                                  all.bounded && bounds.bounded};
+  }
+  return touched_pixels(all, view.frame());
+}
 
 }  // namespace
 
@@ -141,25 +163,12 @@ void ScanFinisher::resolve_subpixel(const ClassifyView& view, const FaceScan& sc
   for (std::size_t f = 0; f < scan.codes.size(); ++f)
     if (scan.codes[f] == FaceCode::no_centre)
       subpixel_faces_.push_back(FaceId{static_cast<std::uint32_t>(f)});
-  std::vector<PixelBox> touched(block_count(scan.codes.size()), view.frame());
-  if (!subpixel_faces_.empty())
-    tbb::parallel_for(std::size_t{0}, touched.size(), [&](std::size_t block) {
-      FaceBounds all;
-      const std::size_t end = std::min((block + 1) * kFacesPerBlock, scan.codes.size());
-      for (std::size_t f = block * kFacesPerBlock; f < end; ++f) {
-        const FaceBounds bounds = view.bounds(FaceId{static_cast<std::uint32_t>(f)});
-        if (outside(bounds, view.camera.width, view.camera.height)) continue;
-        all = !all.ahead ? bounds
-                         : FaceBounds{std::min(all.x0, bounds.x0),
-                                      std::min(all.y0, bounds.y0),
-                                      std::max(all.x1, bounds.x1),
-                                      std::max(all.y1, bounds.y1),
-                                      true,
-                                      all.bounded && bounds.bounded};
-      }
-      touched[block] = touched_pixels(all, view.frame());
-    });
-  subpixel_.resolve(view, subpixel_faces_, touched, kFacesPerBlock);
+  touched_.resize(subpixel_faces_.empty() ? 0 : block_count(scan.codes.size(), kFacesPerRectangle));
+  tbb::parallel_for(std::size_t{0}, touched_.size(), [&](std::size_t block) {
+    touched_[block] = pixels_around(view, block * kFacesPerRectangle,
+                                    std::min((block + 1) * kFacesPerRectangle, scan.codes.size()));
+  });
+  subpixel_.resolve(view, subpixel_faces_, touched_, kFacesPerRectangle);
 }
 
 std::uint32_t ScanFinisher::subpixel_visible(FaceId face) const {

@@ -40,6 +40,7 @@ class ScanFinisher {
   OwnerOverlay overlay_;
   SubpixelResolver subpixel_;
   std::vector<FaceId> subpixel_faces_;  ///< ascending
+  std::vector<PixelBox> touched_;       ///< by faces that follow one another
   FaceBlocks blocks_;
 };
 
