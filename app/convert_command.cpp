@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "app/interrupt.h"
 #include "app/rephotography.h"
@@ -34,6 +35,34 @@ void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, Scen
                       *lost, target_name(target)));
 }
 
+/// The photos and the scene that are read must never be replaced by what is made of them, and what is there
+/// of somebody else's not without --force.
+void refuse_overwriting(const ConvertOptions& options, const Scene& scene,
+                        const std::vector<fs::path>& places) {
+  std::vector<fs::path> made = places;
+  if (options.target == SceneTarget::cam)
+    for (fs::path place : places) made.push_back(place.replace_extension(".cam"));
+  if (options.target == SceneTarget::mvs) made.emplace_back("scene.mvs");
+  if (options.target == SceneTarget::colmap)
+    for (const char* name : {"cameras.txt", "images.txt", "points3D.txt"})
+      made.push_back(fs::path("sparse") / name);
+  std::set<fs::path> sources{fs::weakly_canonical(scene.source)};
+  for (const View& view : scene.views) {
+    sources.insert(fs::weakly_canonical(view.photo));
+    if (!view.mask.empty()) sources.insert(fs::weakly_canonical(view.mask));
+  }
+  for (const fs::path& place : made) {
+    const fs::path file = options.out / place;
+    std::error_code ignored;
+    if (!fs::exists(file, ignored)) continue;
+    if (sources.contains(fs::weakly_canonical(file)))
+      throw OutputError(
+          file, "belongs to the scene that is converted; choose another folder than " + options.out.string());
+    if (!options.force)
+      throw OutputError(file, "exists already; choose another folder, or give --force to replace it");
+  }
+}
+
 void copy_photo(const fs::path& from, const fs::path& to) {
   std::error_code failed;
   fs::copy_file(from, to, failed);
@@ -65,6 +94,7 @@ void convert(const ConvertOptions& options, OutputFolder& folder, Console& conso
   if (decoded)
     for (fs::path& place : places)
       if (!is_jpeg(place)) place.replace_extension(".png");
+  refuse_overwriting(options, scene, places);
 
   Stage photos(console, record, "photos", "photos");
   PhotoCache cache(scene, reader, 0);

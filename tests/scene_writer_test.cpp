@@ -6,7 +6,10 @@
 #include <cmath>
 #include <random>
 
+#include "app/console.h"
+#include "app/options.h"
 #include "io/io.h"
+#include "scene_folder.h"
 #include "temporary_folder.h"
 
 namespace gpvc {
@@ -167,6 +170,77 @@ TEST(SceneWriter, CamRefusesPhotosThatMeetInOneName) {
   const std::vector<ViewId> used = all_views(scene);
   EXPECT_THROW(photo_places(SceneTarget::cam, scene, used), OutputError);
   EXPECT_NO_THROW(photo_places(SceneTarget::mvs, scene, used));
+}
+
+// --- gpvc convert
+
+/// A COLMAP model with a distorted lens and its photos.
+struct SmallProject {
+  SmallProject() {
+    folder.write("colmap/cameras.txt", "1 RADIAL 40 30 35 20 15 -0.1 0.01\n");
+    folder.write("colmap/images.txt", "1 1 0 0 0 0 0 0 1 a.png\n\n2 1 0 0 0 1 0 0 1 b c.png\n\n");
+    for (const char* name : {"a.png", "b c.png"}) test::write_photo(folder.path() / "images" / name, 40, 30);
+  }
+  /// What the command says; empty when it succeeds.
+  std::string convert(SceneTarget target, bool undistort, const fs::path& out, bool force = false) {
+    ConvertOptions options;
+    options.input.scene = folder.path() / "colmap";
+    options.input.images_dir = folder.path() / "images";
+    options.out = folder.path() / out;
+    options.target = target;
+    options.undistort = undistort;
+    options.force = force;
+    Console console(Loudness::quiet, {});
+    try {
+      run_convert(options, console);
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return {};
+  }
+  TemporaryFolder folder;
+};
+
+TEST(Convert, WritesScenesThatReadBackWithoutDistortion) {
+  SmallProject project;
+  EXPECT_EQ(project.convert(SceneTarget::colmap, true, "for colmap"), "");
+  EXPECT_EQ(project.convert(SceneTarget::cam, true, "for cam"), "");
+  EXPECT_EQ(project.convert(SceneTarget::mvs, true, "for mvs"), "");
+  for (const char* out : {"for colmap", "for cam", "for mvs"}) {
+    const Scene scene = read_scene(project.folder.path() / out, {});
+    ASSERT_EQ(scene.views.size(), 2u) << out;
+    EXPECT_TRUE(scene.views[1].camera.distortion.is_identity()) << out;
+    EXPECT_NEAR(scene.views[1].camera.fx, 35, 1e-6) << out;
+    EXPECT_NEAR(scene.views[1].pose.centre.x, -1, 1e-9) << out;
+    EXPECT_EQ(read_image(scene.views[1].photo).width, 40) << out;
+  }
+  EXPECT_TRUE(test::contains(project.convert(SceneTarget::mvs, false, "other"), "cannot state"));
+  EXPECT_FALSE(fs::exists(project.folder.path() / "other"));
+}
+
+// The photos keep their names, so that a folder of the scene itself would lose its own.
+TEST(Convert, ReplacesNothingThatItReads) {
+  SmallProject project;
+  const fs::path photo = project.folder.path() / "images" / "a.png";
+  const std::string before = test::read_file(photo);
+  const std::size_t files = project.folder.count();
+  for (const bool force : {false, true}) {
+    EXPECT_TRUE(
+        test::contains(project.convert(SceneTarget::cam, true, "images", force), "belongs to the scene"));
+    EXPECT_TRUE(
+        test::contains(project.convert(SceneTarget::colmap, true, "", force), "belongs to the scene"));
+  }
+  EXPECT_EQ(test::read_file(photo), before);
+  EXPECT_EQ(project.folder.count(), files);
+}
+
+TEST(Convert, ReplacesSomebodysFilesOnRequestAlone) {
+  SmallProject project;
+  const fs::path theirs = project.folder.write("out/scene.mvs", "theirs");
+  EXPECT_TRUE(test::contains(project.convert(SceneTarget::mvs, true, "out"), "scene.mvs: exists already"));
+  EXPECT_EQ(test::read_file(theirs), "theirs");
+  EXPECT_EQ(project.convert(SceneTarget::mvs, true, "out", true), "");
+  EXPECT_NE(test::read_file(theirs), "theirs");
 }
 
 }  // namespace
