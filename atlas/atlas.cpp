@@ -168,6 +168,40 @@ AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options) {
   return AtlasPlan(std::move(state));
 }
 
+struct TextureOrigins::State {
+  const AtlasPlan::State& plan;
+  std::vector<PartialChart> parts;
+  std::vector<std::uint32_t> part_of;  ///< per chart; those that are not pieced together have none
+};
+
+TextureOrigins::TextureOrigins(const AtlasPlan& plan, const AtlasInput& input)
+    : state_(new State{plan.state(), {}, {}}) {
+  const AtlasPlan::State& state = plan.state();
+  const ChartSet& set = state.layout.set;
+  state_->parts = choose_sources(input, set, state.coverage, state.options.margin_px);
+  state_->part_of.assign(set.charts.size(), 0);
+  for (std::uint32_t p = 0; p < state_->parts.size(); ++p) state_->part_of[state_->parts[p].chart] = p;
+}
+
+TextureOrigins::~TextureOrigins() = default;
+
+PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
+  const ChartSet& set = state_->plan.layout.set;
+  const std::uint32_t number = set.face_chart[index(face)];
+  const Chart& chart = set.charts[number];
+  const TexelTriangle& t = set.corners[index(face)];
+  const double a = 1 - b - c;
+  const TexelPoint p{a * t[0].x + b * t[1].x + c * t[2].x, a * t[0].y + b * t[1].y + c * t[2].y};
+  switch (chart.kind) {
+    case ChartKind::plain:
+      return {chart.view, chart.frame_position(p.x, p.y), kNoView, {}, 0};
+    case ChartKind::blocks:
+      return {};
+    default:
+      return origin_at(state_->parts[state_->part_of[number]], p);
+  }
+}
+
 TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& options, const Progress& progress) {
   return bake_atlas(plan_atlas(input, options), input, progress);
 }

@@ -102,7 +102,34 @@ AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 /// `input` is what the plan was made from. Throws InputError from photos. Progress counts photos baked.
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress);
 
-/// Both in one.
+/// Whose photos give a point of the texture its colour.
+struct PointOrigin {
+  ViewId first = kNoView;  ///< kNoView: nobody's; filled from around, or painted
+  PixelPoint first_at;     ///< where in its undistorted frame
+  /// Blended in with this share near the border to another view's texels; kNoView: nothing.
+  ViewId second = kNoView;
+  PixelPoint second_at;
+  double second_share = 0;
+};
+
+/// What bake_atlas takes each point of the texture from, leveling aside: for measuring. Reads no photo.
+class TextureOrigins {
+ public:
+  /// Borrows both. `input` is what the plan was made from. O(texels of partial faces x candidates), TBB;
+  /// keeps some bytes for each of these texels.
+  TextureOrigins(const AtlasPlan& plan, const AtlasInput& input);
+  ~TextureOrigins();
+  TextureOrigins(const TextureOrigins&) = delete;
+  TextureOrigins& operator=(const TextureOrigins&) = delete;
+  /// Of the point A + b (B - A) + c (C - A) of a face, by way of its texture coordinates.
+  PointOrigin at(FaceId face, double b, double c) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// plan_atlas and bake_atlas in one.
 TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& options, const Progress& progress);
 
 }  // namespace gpvc

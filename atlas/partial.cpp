@@ -75,9 +75,10 @@ std::optional<PixelPoint> frame_position(const TexelSource& source, double x, do
   return PixelPoint{(m[0] * x + m[1] * y + m[2]) / w, (m[3] * x + m[4] * y + m[5]) / w};
 }
 
-/// Pixels of the coverage's box within margin_px (chessboard distance) of one where the face is hidden.
-std::vector<bool> hidden_margin(const CoverageTable& table, const FaceCoverage& entry, const Mesh& mesh,
-                                const View& view, int margin_px) {
+/// Pixels of the coverage's box within margin_px (chessboard distance) of one where the face is hidden: 1,
+/// and 2 for its neighbours, which any resampling blends with it.
+std::vector<std::uint8_t> hidden_margin(const CoverageTable& table, const FaceCoverage& entry,
+                                        const Mesh& mesh, const View& view, int margin_px) {
   if (margin_px <= 0) return {};
   TexelTriangle projected;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -87,22 +88,25 @@ std::vector<bool> hidden_margin(const CoverageTable& table, const FaceCoverage& 
     projected[i] = {q.x - entry.x0, q.y - entry.y0};
   }
   const std::size_t width = static_cast<std::size_t>(entry.width);
-  std::vector<bool> margin(width * static_cast<std::size_t>(entry.height), false);
+  std::vector<std::uint8_t> margin(width * static_cast<std::size_t>(entry.height), 0);
   bool any = false;
   triangle_spans(projected, 0.0, {0, 0, entry.width, entry.height}, [&](int y, int first, int last) {
     for (int x = first; x <= last; ++x) {
       if (table.sees(entry, entry.x0 + x, entry.y0 + y)) continue;
       any = true;
       for (int my = std::max(0, y - margin_px); my <= std::min(entry.height - 1, y + margin_px); ++my)
-        for (int mx = std::max(0, x - margin_px); mx <= std::min(entry.width - 1, x + margin_px); ++mx)
-          margin[static_cast<std::size_t>(my) * width + static_cast<std::size_t>(mx)] = true;
+        for (int mx = std::max(0, x - margin_px); mx <= std::min(entry.width - 1, x + margin_px); ++mx) {
+          std::uint8_t& level = margin[static_cast<std::size_t>(my) * width + static_cast<std::size_t>(mx)];
+          const bool beside = std::abs(mx - x) <= 1 && std::abs(my - y) <= 1;
+          level = std::max<std::uint8_t>(level, beside ? 2 : 1);
+        }
     }
   });
   if (!any) margin.clear();
   return margin;
 }
 
-enum class Shown { no, near_occluder, clear };
+enum class Shown { no, beside_occluder, near_occluder, clear };
 
 Shown shown(const CoverageTable& table, const TexelSource& source, double x, double y) {
   const auto p = frame_position(source, x, y);
@@ -116,7 +120,8 @@ Shown shown(const CoverageTable& table, const TexelSource& source, double x, dou
   if (source.margin.empty()) return Shown::clear;
   const std::size_t i = static_cast<std::size_t>(py - c.y0) * static_cast<std::size_t>(c.width) +
                         static_cast<std::size_t>(px - c.x0);
-  return source.margin[i] ? Shown::near_occluder : Shown::clear;
+  constexpr Shown kLevels[] = {Shown::clear, Shown::near_occluder, Shown::beside_occluder};
+  return kLevels[source.margin[i]];
 }
 
 /// Candidate views of a face, the label's first, then by cost.
@@ -167,12 +172,12 @@ void choose_best(PartialChart& part, const CoverageTable& table) {
       const std::size_t i = part.raster.at(x, y);
       if (part.raster.owner[i] == kNoOwner) continue;
       const auto sources = sources_at(part, i);
-      for (std::uint8_t k = 0; k < sources.size(); ++k) {
+      Shown best = Shown::no;
+      for (std::uint8_t k = 0; k < sources.size() && best != Shown::clear; ++k) {
         const Shown how = shown(table, sources[k], x + 0.5, y + 0.5);
-        if (how != Shown::no && part.best[i] == PartialChart::kNone) part.best[i] = k;
-        if (how != Shown::clear) continue;
+        if (how <= best) continue;
+        best = how;
         part.best[i] = k;
-        break;
       }
     }
   }
@@ -373,6 +378,26 @@ std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet
     parts[i] = start_chart(input, set, charts[i], coverage, margin_px);
   });
   return parts;
+}
+
+PointOrigin origin_at(const PartialChart& part, const TexelPoint& p) {
+  const CellBox& box = part.raster.box;
+  const int x = std::clamp(static_cast<int>(std::floor(p.x)), box.x0, box.x1 - 1),
+            y = std::clamp(static_cast<int>(std::floor(p.y)), box.y0, box.y1 - 1);
+  const std::size_t i = part.raster.at(x, y);
+  if (part.best[i] == PartialChart::kNone) return {};
+  const auto sources = sources_at(part, i);
+  const auto place = [&](const TexelSource& source) {
+    return frame_position(source, p.x, p.y).value_or(PixelPoint{-1, -1});  // behind: off the photo
+  };
+  PointOrigin origin;
+  origin.first = sources[part.best[i]].view;
+  origin.first_at = place(sources[part.best[i]]);
+  if (part.second[i] == PartialChart::kNone) return origin;
+  origin.second = sources[part.second[i]].view;
+  origin.second_at = place(sources[part.second[i]]);
+  origin.second_share = part.second_sixths[i] / 6.0;
+  return origin;
 }
 
 void take_view(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view,

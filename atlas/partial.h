@@ -19,7 +19,8 @@ struct TexelSource {
   ViewId view{};
   const FaceCoverage* coverage = nullptr;  ///< nullptr: shows all of it
   std::array<double, 9> frame_from_texel{};
-  std::vector<bool> margin;  ///< over the coverage's box: seen, but close to something in front
+  /// Over the coverage's box: 0 clear, 1 seen, but close to something in front, 2 right beside it.
+  std::vector<std::uint8_t> margin;
 };
 
 /// A chart of kind partial or flat while its texels are collected.
@@ -42,6 +43,9 @@ struct PartialChart {
 /// candidates).
 std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set,
                                          const CoverageIndex& coverage, int margin_px);
+
+/// What the texel around a position of the chart is to be taken from.
+PointOrigin origin_at(const PartialChart& part, const TexelPoint& p);
 
 /// Adds the texels that `view` gives.
 void take_view(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view,

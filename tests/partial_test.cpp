@@ -77,10 +77,29 @@ struct HiddenGround {
     s.coverage.entries.push_back(entry);
   }
 
+  /// Squares' diagonals: face 0 is (0,0) (8,0) (8,8), face 1 is (0,0) (8,8) (0,8).
+  static std::array<double, 2> first_weights(const WorldPoint& p) {
+    return p.y <= p.x ? std::array{1 - p.x / 8, (p.x - p.y) / 8} : std::array{1 - p.y / 8, p.x / 8};
+  }
+
+  /// Where each of the points takes its colour from.
+  std::vector<PointOrigin> origins(std::span<const WorldPoint> points, const AtlasOptions& options) {
+    s.graph = face_graph(s.mesh);
+    PhotoCache photos(s.scene, SceneOptions{}, 0);
+    const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
+    const AtlasPlan plan = plan_atlas(input, options);
+    const TextureOrigins all(plan, input);
+    std::vector<PointOrigin> result;
+    for (const WorldPoint& p : points) {
+      const auto [a, b] = first_weights(p);
+      result.push_back(all.at(FaceId{p.y > p.x ? 1u : 0u}, b, 1 - a - b));
+    }
+    return result;
+  }
+
   Color texture_at(const TextureAtlas& atlas, const WorldPoint& p) const {
     const std::size_t face = p.y > p.x ? 1 : 0;
-    // Squares' diagonals: face 0 is (0,0) (8,0) (8,8), face 1 is (0,0) (8,8) (0,8).
-    const double a = face == 0 ? 1 - p.x / 8 : 1 - p.y / 8, b = face == 0 ? (p.x - p.y) / 8 : p.x / 8;
+    const auto [a, b] = first_weights(p);
     return lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, a, b));
   }
 };
@@ -114,6 +133,47 @@ TEST(Partial, OccluderColourNeverAppearsNorDoesBackground) {
       ASSERT_GT(page.pixels[i + 1], 85) << "occluder or black";
     }
   }
+}
+
+TEST(Partial, OriginsAreThePlacesThatColoursComeFrom) {
+  HiddenGround g({{{3, 1, 5, 3}, {6, 1, 7, 2}}, {{1, 5, 3, 7}, {6, 1, 7, 2}}});
+  std::vector<WorldPoint> points;
+  for (double x = 0.15; x < 8; x += 0.2)
+    for (double y = 0.1; y < 8; y += 0.2)
+      if (std::abs(x - y) > 0.07) points.push_back({x, y, 0});
+  const std::vector<PointOrigin> origins = g.origins(points, AtlasOptions{});
+  const TextureAtlas atlas = g.s.build(AtlasOptions{});
+  std::array<int, 3> of{};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const WorldPoint& p = points[i];
+    const bool in_both = in_rectangle(p, 6.1, 1.1, 6.9, 1.9);
+    EXPECT_TRUE(!in_both || origins[i].first == kNoView) << p.x << ' ' << p.y;
+    for (const auto& [view, at] :
+         {std::pair(origins[i].first, origins[i].first_at), {origins[i].second, origins[i].second_at}}) {
+      if (view == kNoView) continue;
+      EXPECT_FALSE(g.is_hidden(index(view), static_cast<int>(at.x), static_cast<int>(at.y)));
+      const WorldPoint q = AtlasScene::on_ground(g.s.scene.views[index(view)], at);
+      EXPECT_NEAR(q.x, p.x, 1e-3);
+      EXPECT_NEAR(q.y, p.y, 1e-3);
+    }
+    ++of[origins[i].first == kNoView ? 2 : index(origins[i].first)];
+  }
+  EXPECT_GT(of[0], 100);
+  EXPECT_GT(of[1], 30);
+  EXPECT_GT(of[2], 10);
+}
+
+/// Of views that all have something close by, the one in which no neighbouring pixel is hidden: that pixel is
+/// blended in.
+TEST(Partial, TexelsBesideAnOccluderComeFromAViewWhereItIsAPixelOrTwoAway) {
+  // A pixel is a thirtieth of a unit wide. The first view is the cheaper one.
+  HiddenGround g({{{3, 1, 5, 3}}, {{5.12, 1, 6, 3}}});
+  const std::vector<WorldPoint> points{{5.02, 2, 0}, {5.06, 2, 0}, {4.9, 2, 0}, {5.2, 2, 0}};
+  const auto origins = g.origins(points, AtlasOptions{});
+  EXPECT_EQ(origins[0].first, ViewId{1})
+      << "beside the occluder in one, two or three pixels off in the other";
+  EXPECT_EQ(origins[2].first, ViewId{1}) << "hidden in the first";
+  EXPECT_EQ(origins[3].first, ViewId{0}) << "hidden in the second";
 }
 
 /// What no view shows is filled from around it: smooth, near the truth of a smooth ground.
