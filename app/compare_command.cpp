@@ -259,45 +259,79 @@ class Comparison {
                     {"partial_share", tag_share("partial")},
                     {"filled_share", tag_share("filled")}};
     const Selection selection = choose_views(seen, graph_, options, console_, record);
-    const TextureAtlas atlas = make_atlas({in_.mesh, in_.scene, photos_, graph_, selection.labels,
-                                           seen.candidates.tags, seen.candidates.table, seen.coverage},
-                                          options, console_, record);
+    const AtlasInput atlas_input{in_.mesh,
+                                 in_.scene,
+                                 photos_,
+                                 graph_,
+                                 selection.labels,
+                                 seen.candidates.tags,
+                                 seen.candidates.table,
+                                 seen.coverage};
+    const TextureAtlas atlas = make_atlas(atlas_input, options, console_, record);
     json["time"]["total_s"] = since(start);
     json["patches"] = selection.patches;
     json["counts"] = record.counts;
     if (options_.keep_models) keep(mode, {in_, selection, seen.candidates, atlas}, options, record);
-    measure(mode.name, atlas.model, atlas.pages, {}, json);
+    std::optional<AtlasPlan> plan;  // the one the atlas was made from, once more: reads no photo
+    std::optional<TextureOrigins> origins;
+    if (truth_) origins.emplace(plan.emplace(plan_atlas(atlas_input, options.atlas)), atlas_input);
+    measure(mode.name, atlas.model, atlas.pages, {}, origins ? &*origins : nullptr, json);
+    if (truth_ && options_.keep_models)
+      write_text_file(mode_folder(mode) / "wrong.json", truth_->wrong_points().dump(1) + "\n");
   }
 
   void load(const External& external, Json& json) {
     LoadedModel loaded = read_textured_model(external.model);
     loaded.model.mesh = &loaded.mesh;
-    measure(external.name, loaded.model, loaded.pages, loaded.offset, json);
+    measure(external.name, loaded.model, loaded.pages, loaded.offset, nullptr, json);
   }
 
   void measure(const std::string& name, const TexturedModel& model, const std::vector<Image>& pages,
-               const WorldPoint& offset, Json& json) {
+               const WorldPoint& offset, const TextureOrigins* origins, Json& json) {
     RunRecord unused;
     Stage stage(console_, unused, "scores", "views");
     json["score"] = score_json(views_->show(model, pages, offset, stage.reporter()));
     report_.shown.push_back(name);
     if (truth_)
-      json["truth"] =
-          truth_->score(model, pages, offset, [](std::size_t, std::size_t) { throw_if_interrupted(); });
+      json["truth"] = truth_->score(model, pages, offset, origins,
+                                    [](std::size_t, std::size_t) { throw_if_interrupted(); });
     stage.finish(fmt::format("1-NCC {:.4f}", json["score"]["one_minus_ncc"].get<double>()));
+  }
+
+  fs::path mode_folder(const ComparedMode& mode) const {
+    std::string name = mode.name;
+    std::replace(name.begin(), name.end(), ':', '-');
+    return folder_.in_making() / "modes" / name;
   }
 
   void keep(const ComparedMode& mode, const TexturedScene& scene, const TextureOptions& options,
             RunRecord& record) {
-    std::string name = mode.name;
-    std::replace(name.begin(), name.end(), ':', '-');
-    OutputFolder folder(folder_.in_making() / "modes" / name, true);
+    OutputFolder folder(mode_folder(mode), true);
     write_textured_scene(scene, options, device_, folder, console_, record);
     folder.publish();
   }
 
+  // How each mode stands to gpvc, with what chance could do to that.
+  void hold_against_gpvc() {
+    const auto at = [&](const std::string& name) {
+      return static_cast<std::size_t>(std::find(report_.shown.begin(), report_.shown.end(), name) -
+                                      report_.shown.begin());
+    };
+    const std::size_t gpvc = at("gpvc");
+    if (gpvc == report_.shown.size()) return;
+    for (Json& mode : report_.json["modes"]) {
+      const std::size_t n = at(mode["name"]);
+      if (n == report_.shown.size() || n == gpvc) continue;
+      const ErrorDifference error = views_->difference(n, gpvc);
+      if (error.known) mode["against_gpvc"]["error"] = {{"ahead", error.less}, {"noise", error.noise}};
+      const Json right = truth_ ? truth_->ahead(n, gpvc) : Json(nullptr);
+      if (!right.is_null()) mode["against_gpvc"]["right"] = right;
+    }
+  }
+
   void write() {
     Stage stage(console_, record_, "report");
+    hold_against_gpvc();
     Json& json = report_.json;
     report_.crops = views_->crops(static_cast<std::size_t>(options_.crops));
     for (const Crop& crop : report_.crops) {

@@ -88,6 +88,23 @@ std::string escaped_cell(const std::string& text) {
 
 }  // namespace
 
+std::string markdown_table(const Json& table) {
+  std::string text =
+      fmt::format("\n## {}\n\n{}\n\n", table["title"].get<std::string>(), table["note"].get<std::string>());
+  std::vector<std::string> cells, rule;
+  for (const Json& column : table["columns"]) {
+    cells.push_back(escaped_cell(column.get<std::string>()));
+    rule.push_back(rule.empty() ? "---" : "---:");
+  }
+  text += table_row(cells) + table_row(rule);
+  for (const Json& row : table["rows"]) {
+    cells.clear();
+    for (const Json& cell : row) cells.push_back(escaped_cell(cell.get<std::string>()));
+    text += table_row(cells);
+  }
+  return text;
+}
+
 std::string page_with(const Json& data) {
   // "<" never appears in the script element, so no text in the data can end it.
   std::string text = data.dump(-1, ' ', false, Json::error_handler_t::replace), safe;
@@ -114,6 +131,7 @@ std::string report_page(const ComparisonReport& report, const std::filesystem::p
                        {"better", f.better},
                        {"meaning", f.meaning}});
   data["figures"] = figures;
+  if (Json contest = contest_table(report.json); !contest.is_null()) data["contest"] = std::move(contest);
   const std::vector<CropPictures> pictures = pictures_of(report.crops, scratch);
   for (std::size_t c = 0; c < pictures.size(); ++c) {
     Json& crop = data["crops"][c];
@@ -153,6 +171,7 @@ std::string report_markdown(const Json& report) {
     for (const Figure* figure : figures) cells.push_back(printed_figure(figure_of(mode, *figure), *figure));
     text += table_row(cells);
   }
+  if (const Json contest = contest_table(report); !contest.is_null()) text += markdown_table(contest);
   text += "\n";
   for (const Figure* figure : figures) text += fmt::format("- **{}**: {}\n", figure->name, figure->meaning);
   return text;

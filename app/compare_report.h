@@ -34,6 +34,14 @@ std::string printed_figure(const Json& value, const Figure& figure);
 /// What the figures say, in sentences.
 std::vector<std::string> findings_of(const Json& report);
 
+/// Whether a mode with a bias is ahead of gpvc, by each measure the report has: a sentence each.
+std::vector<std::string> contest_findings(const Json& report);
+/// The same mode by mode: {title, note, columns, rows}; null without gpvc or a bias.
+Json contest_table(const Json& report);
+
+/// A {title, note, columns, rows} under a heading.
+std::string markdown_table(const Json& table);
+
 std::string report_markdown(const Json& report);
 /// One self-contained page: the template of report.html with the figures and the crops as data URIs, below
 /// 25 MB. `scratch` is an existing folder for a file in between.

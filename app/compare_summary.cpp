@@ -24,7 +24,8 @@ struct Measure {
 const std::vector<Measure>& measures() {
   static const std::vector<Measure> all{
       {"classes that agree with the exact oracle", {"oracle", "agreement"}},
-      {"seen area textured with its own surface's colour", {"truth", "all", "right"}}};
+      {"seen area textured from photos' pixels of its own surface", {"truth", "origin", "all", "right"}},
+      {"seen area textured, filled or not, in no colour of another surface", {"truth", "all", "right"}}};
   return all;
 }
 
@@ -155,21 +156,7 @@ Json table_json(const Table& table, const Measure& measure) {
 
 std::string markdown(const Json& summary) {
   std::string text = "# Biases against gpvc, over all scenes\n";
-  for (const Json& table : summary["tables"]) {
-    text +=
-        fmt::format("\n## {}\n\n{}\n\n", table["title"].get<std::string>(), table["note"].get<std::string>());
-    std::string head = "|", rule = "|";
-    for (const Json& column : table["columns"]) {
-      head += fmt::format(" {} |", column.get<std::string>());
-      rule += rule.size() == 1 ? " --- |" : " ---: |";
-    }
-    text += fmt::format("{}\n{}\n", head, rule);
-    for (const Json& row : table["rows"]) {
-      text += "|";
-      for (const Json& cell : row) text += fmt::format(" {} |", cell.get<std::string>());
-      text += "\n";
-    }
-  }
+  for (const Json& table : summary["tables"]) text += markdown_table(table);
   return text;
 }
 

@@ -60,20 +60,30 @@ Image cut_out(const Image& image, int x0, int y0, int width, int height) {
   return part;
 }
 
-// Mean absolute difference over the channels, each of the render's brought to the photo's mean.
-double mean_difference(const Image& photo, const Image& render) {
+// Mean absolute difference over the channels, each of the render's brought to the photo's mean, where both
+// can show something: `counted` marks these pixels.
+double mean_difference(const Image& photo, const Image& render, const std::vector<bool>& counted) {
   double sum = 0;
+  const auto pixels = static_cast<double>(std::count(counted.begin(), counted.end(), true));
   for (std::size_t c = 0; c < 3; ++c) {
     double taken = 0, made = 0;
-    for (std::size_t i = c; i < photo.pixels.size(); i += 3) {
-      taken += photo.pixels[i];
-      made += render.pixels[i];
+    for (std::size_t i = 0; i < counted.size(); ++i) {
+      if (!counted[i]) continue;
+      taken += photo.pixels[3 * i + c];
+      made += render.pixels[3 * i + c];
     }
     const double gain = made > 0 ? taken / made : 1.0;
-    for (std::size_t i = c; i < photo.pixels.size(); i += 3)
-      sum += std::abs(photo.pixels[i] - gain * render.pixels[i]);
+    for (std::size_t i = 0; i < counted.size(); ++i)
+      if (counted[i]) sum += std::abs(photo.pixels[3 * i + c] - gain * render.pixels[3 * i + c]);
   }
-  return sum / static_cast<double>(photo.pixels.size());
+  return pixels > 0 ? sum / (3 * pixels) : 0;
+}
+
+std::vector<std::uint8_t> covered_pixels(const Ivm& ivm) {
+  std::vector<std::uint8_t> covered(ivm.faces.size());
+  std::transform(ivm.faces.begin(), ivm.faces.end(), covered.begin(),
+                 [](FaceId face) -> std::uint8_t { return face == kNoFace ? 0 : 255; });
+  return covered;
 }
 
 bool overlap(int a, int a_length, int b, int b_length) { return a < b + b_length && b < a + a_length; }
@@ -100,12 +110,11 @@ ModelViews::ModelViews(GraphicsDevice& device, const Mesh& mesh, const Scene& sc
     const View& view = scene.views[index(id)];
     Frame frame;
     frame.photo = undistort_photo(*photos.photo(id), view.camera, frame.inside);
-    const Ivm ivm = stage.classify(view, id).ivm;
-    frame.covered.resize(ivm.faces.size());
-    std::transform(ivm.faces.begin(), ivm.faces.end(), frame.covered.begin(),
-                   [](FaceId face) -> std::uint8_t { return face == kNoFace ? 0 : 255; });
+    frame.covered = covered_pixels(stage.classify(view, id).ivm);
     frames_.push_back(std::move(frame));
   }
+  for (const ViewId id : options_.cropped)
+    covered_.push_back(covered_pixels(stage.classify(scene.views[index(id)], id).ivm));
 }
 
 std::filesystem::path ModelViews::render_file(std::size_t model, std::size_t view) const {
@@ -117,6 +126,7 @@ RephotographyScore ModelViews::show(const TexturedModel& model, const std::vecto
   std::set<ViewId> all(options_.scored.begin(), options_.scored.end());
   all.insert(options_.cropped.begin(), options_.cropped.end());
   std::vector<Image> small;
+  std::vector<std::vector<TileError>> tiles;
   RephotographyScore sum;
   double count = 0;
   std::size_t done = 0;
@@ -135,17 +145,58 @@ RephotographyScore ModelViews::show(const TexturedModel& model, const std::vecto
     const auto at = std::lower_bound(options_.scored.begin(), options_.scored.end(), id);
     if (at == options_.scored.end() || *at != id) continue;
     const Frame& frame = frames_[static_cast<std::size_t>(at - options_.scored.begin())];
-    const RephotographyScore score = compare_with_photo(frame.photo, frame.inside, render.image,
-                                                        render.textured, frame.covered, options_.reduction)
-                                         .score;
+    Rephotography compared = compare_with_photo(frame.photo, frame.inside, render.image, render.textured,
+                                                frame.covered, options_.reduction);
+    const RephotographyScore score = compared.score;
+    tiles.push_back(std::move(compared.tiles));
     if (score.windows == 0) continue;
     add_score(score, sum);
     ++count;
   }
   thumbnails_.push_back(std::move(small));
+  tiles_.push_back(std::move(tiles));
   if (count > 0)
     for (double* value : {&sum.completeness, &sum.psnr, &sum.ssim, &sum.ncc_error}) *value /= count;
   return sum;
+}
+
+ErrorDifference ModelViews::difference(std::size_t model, std::size_t from) const {
+  ErrorDifference result;
+  double variance = 0, views = 0;
+  for (std::size_t v = 0; v < tiles_[model].size(); ++v) {
+    const std::vector<TileError>&mine = tiles_[model][v], &theirs = tiles_[from][v];
+    const auto mean = [](const std::vector<TileError>& tiles, double& windows) {
+      double sum = 0;
+      windows = 0;
+      for (const TileError& tile : tiles) {
+        sum += tile.sum;
+        windows += static_cast<double>(tile.windows);
+      }
+      return windows > 0 ? sum / windows : 0.0;
+    };
+    double my_windows = 0, their_windows = 0;
+    const double my_mean = mean(mine, my_windows), their_mean = mean(theirs, their_windows);
+    if (my_windows == 0 || their_windows == 0) continue;
+    ++views;
+    result.less += their_mean - my_mean;
+    // A mean is a ratio of sums over tiles: what each tile adds to its deviation (Cochran 1977, 6.3).
+    double squares = 0, tiles = 0;
+    for (std::size_t t = 0; t < mine.size(); ++t) {
+      const auto of = [](const TileError& tile, double m, double windows) {
+        return (tile.sum - m * static_cast<double>(tile.windows)) / windows;
+      };
+      if (mine[t].windows + theirs[t].windows == 0) continue;
+      const double residual = of(theirs[t], their_mean, their_windows) - of(mine[t], my_mean, my_windows);
+      squares += residual * residual;
+      ++tiles;
+    }
+    if (tiles > 1) variance += squares * tiles / (tiles - 1);
+  }
+  if (views == 0) return result;
+  result.less /= views;
+  result.noise = std::sqrt(variance) / views;
+  result.known = true;
+  return result;
 }
 
 std::vector<ModelViews::Window> ModelViews::windows(std::size_t view) const {
@@ -210,10 +261,17 @@ Crop ModelViews::cut(const Window& window) const {
   std::vector<std::uint8_t> inside;
   const Image photo = undistort_photo(*photos_.photo(id), view.camera, inside);
   crop.photo = cut_out(photo, window.x, window.y, window.width, window.height);
+  std::vector<bool> counted;  // the mesh ends where the photo may go on
+  for (int y = window.y; y < window.y + window.height; ++y)
+    for (int x = window.x; x < window.x + window.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) +
+                            static_cast<std::size_t>(x);
+      counted.push_back(inside[i] != 0 && covered_[window.view][i] != 0);
+    }
   for (std::size_t model = 0; model < thumbnails_.size(); ++model) {
     const Image render = read_image(render_file(model, window.view));
     crop.renders.push_back(cut_out(render, window.x, window.y, window.width, window.height));
-    crop.errors.push_back(mean_difference(crop.photo, crop.renders.back()));
+    crop.errors.push_back(mean_difference(crop.photo, crop.renders.back(), counted));
   }
   return crop;
 }

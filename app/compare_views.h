@@ -21,13 +21,21 @@ struct Crop {
   double disagreement = 0;                  ///< mean deviation of the models from one another, grey levels
   Image photo;
   std::vector<Image> renders;  ///< of the models, in the order they were shown
-  std::vector<double> errors;  ///< per model: mean difference from the photo after its gain, grey levels
+  std::vector<double>
+      errors;  ///< per model: mean difference from the photo where the mesh is, after a gain, grey levels
 };
 
 struct ModelViewsOptions {
   std::vector<ViewId> scored, cropped;  ///< ascending
   int reduction = 4;
   std::filesystem::path renders;  ///< an existing folder for renders until the crops are cut
+};
+
+/// How much lower one model's mean 1 - NCC is than another's, and what chance could do to that.
+struct ErrorDifference {
+  double less = 0;
+  double noise = 0;  ///< one standard error
+  bool known = false;
 };
 
 class ModelViews {
@@ -40,6 +48,11 @@ class ModelViews {
   /// scored ones. `offset` is to be added to the model's positions.
   RephotographyScore show(const TexturedModel& model, const std::vector<Image>& pages,
                           const WorldPoint& offset, const Progress& progress);
+
+  /// Of models in the order they were shown. The standard error of the mean over views of paired differences,
+  /// as if the kErrorTiles x kErrorTiles tiles of each view were drawn from many. Tiles that show the same
+  /// place are not independent, so that it is rather too small.
+  ErrorDifference difference(std::size_t model, std::size_t from) const;
 
   /// The windows in which the models shown so far differ most, at most `count`, two of a view until all views
   /// have theirs.
@@ -63,8 +76,10 @@ class ModelViews {
   const Scene& scene_;
   PhotoCache& photos_;
   ModelViewsOptions options_;
-  std::vector<Frame> frames_;                   ///< per scored view
-  std::vector<std::vector<Image>> thumbnails_;  ///< per model shown and cropped view
+  std::vector<Frame> frames_;                               ///< per scored view
+  std::vector<std::vector<std::uint8_t>> covered_;          ///< per cropped view
+  std::vector<std::vector<Image>> thumbnails_;              ///< per model shown and cropped view
+  std::vector<std::vector<std::vector<TileError>>> tiles_;  ///< per model shown and scored view
 };
 
 }  // namespace gpvc

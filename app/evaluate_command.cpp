@@ -32,6 +32,29 @@ Json shares_json(const TruthShares& shares) {
           {"wrong", shares.wrong}, {"strange", shares.strange},     {"untold", shares.untold}};
 }
 
+Json origin_json(const OriginShares& shares) {
+  return {{"seen_area", shares.seen_area}, {"photo", shares.photo}, {"right", shares.right},
+          {"wrong", shares.wrong},         {"edge", shares.edge},   {"unknown", shares.unknown}};
+}
+
+// What gpvc leaves beside its models says whose photo each face shows; models of other programs have nothing
+// of the kind, and a folder where it belongs to another scene is as good as none.
+std::optional<OriginOf> known_origins(const std::filesystem::path& model, const Mesh& mesh,
+                                      const Scene& scene) {
+  const std::filesystem::path folder = model.parent_path();
+  for (const char* name : {"views.json", "labels.npy", "tags.npy"})
+    if (!std::filesystem::exists(folder / name)) return std::nullopt;
+  std::vector<std::int32_t> labels = read_npy<std::int32_t>(folder / "labels.npy").values;
+  std::vector<std::uint8_t> tags = read_npy<std::uint8_t>(folder / "tags.npy").values;
+  if (labels.size() != mesh.faces.size() || tags.size() != mesh.faces.size()) return std::nullopt;
+  const std::vector<std::string> used = marked_views(model, "used");
+  const auto known = [&](const std::string& name) {
+    return std::any_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return v.name == name; });
+  };
+  if (used.empty() || !std::all_of(used.begin(), used.end(), known)) return std::nullopt;
+  return origins_of_labels(mesh, scene, std::move(labels), std::move(tags));
+}
+
 Json truth_json(const TruthScore& score) {
   return {{"all", shares_json(score.all)},
           {"seen_whole", shares_json(score.full)},
@@ -60,8 +83,15 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
   const TruthScorer scorer(truth, mesh, best_classes(mesh, scene, used), scene, used, photos);
   const TruthScore score = scorer.score(matched, stage.reporter());
   record.counts["truth"] = truth_json(score);
+  std::optional<OriginScore> origins;
+  if (const std::optional<OriginOf> origin = known_origins(options.model, mesh, scene)) {
+    origins = scorer.score(*origin);
+    record.counts["truth"]["origin"] = {{"all", origin_json(origins->all)},
+                                        {"seen_whole", origin_json(origins->full)},
+                                        {"seen_in_parts", origin_json(origins->partial)}};
+  }
   stage.finish(fmt::format("{} points in {} views", score.samples, used.size()));
-  console.result(truth_table(score));
+  console.result(truth_table(score, origins ? &*origins : nullptr));
 }
 
 void compare_photos(const EvaluateCommandOptions& options, const Scene& scene,

@@ -120,6 +120,19 @@ Image to_image(const cv::Mat& rgb) {
   return image;
 }
 
+std::vector<TileError> tile_errors(const cv::Mat& errors, const cv::Mat& windows) {
+  std::vector<TileError> tiles(static_cast<std::size_t>(kErrorTiles) * kErrorTiles);
+  for (int y = 0; y < errors.rows; ++y)
+    for (int x = 0; x < errors.cols; ++x) {
+      if (windows.at<std::uint8_t>(y, x) == 0) continue;
+      TileError& tile = tiles[static_cast<std::size_t>(y * kErrorTiles / errors.rows * kErrorTiles +
+                                                       x * kErrorTiles / errors.cols)];
+      tile.sum += errors.at<double>(y, x);
+      ++tile.windows;
+    }
+  return tiles;
+}
+
 Image error_picture(const cv::Mat& errors, const cv::Mat& windows) {
   cv::Mat picture(errors.size(), CV_8UC3, cv::Scalar(60, 70, 90));
   for (int y = 0; y < errors.rows; ++y)
@@ -200,6 +213,7 @@ Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_
     result.score.ssim = mean_ssim(luma(taken), luma(made), windows);
     result.score.ncc_error = cv::mean(errors, windows)[0];
   }
+  result.tiles = tile_errors(errors, windows);
   result.photo = to_image(taken);
   result.render = to_image(made);
   result.error = error_picture(errors, windows);

@@ -18,9 +18,18 @@ struct RephotographyScore {
   std::size_t windows = 0;  ///< windows scored; 0: nothing could be compared
 };
 
+/// A part of a picture: the sum of 1 - NCC over the windows whose middles lie in it.
+struct TileError {
+  double sum = 0;
+  std::size_t windows = 0;
+};
+/// A picture is cut into so many tiles each way, for telling differences from noise.
+inline constexpr int kErrorTiles = 8;
+
 struct Rephotography {
   RephotographyScore score;
-  Image photo, render;  ///< as compared: reduced, the render after its gain
+  std::vector<TileError> tiles;  ///< kErrorTiles x kErrorTiles, row-major
+  Image photo, render;           ///< as compared: reduced, the render after its gain
   Image error;  ///< 1 - NCC of the window around each pixel, black 0 to white 1; grey-blue where not scored
 };
 

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -20,6 +21,7 @@
 #include <vector>
 
 #include "app/synth_scene.h"
+#include "atlas/atlas.h"
 #include "io/io.h"
 #include "io/scene.h"
 #include "visibility/visibility.h"
@@ -97,6 +99,40 @@ struct TruthScore {
   std::vector<std::uint32_t> wrong_faces;  ///< ascending: with a wrong point
 };
 
+/// Whose photo gives the texture its colour at A + b (B - A) + c (C - A) of a face; nullopt where that is not
+/// known.
+using OriginOf = std::function<std::optional<PointOrigin>(std::uint32_t face, double b, double c)>;
+
+/// What the photos show where a texture was taken from, in shares of the area seen (see TruthShares). No
+/// colour is compared: every pixel of a photo belongs to surfaces that the id pictures name. A point is
+/// - filled where no photo gives it a colour;
+/// - wrong where the pixel it comes from shows another surface alone, and none of the four pixels around its
+///   place in the photo shows its own;
+/// - an edge where one of these four shows another surface and it is not wrong: up to a pixel from its own
+///   surface's outline, where any resampling blends;
+/// - else right. Where two photos are blended, the worse counts.
+struct OriginShares {
+  double seen_area = 0;  ///< of the points whose origin is known
+  double photo = 0;      ///< of it, textured from a photo; the rest is filled
+  double right = 0;      ///< of it, textured from a photo and not wrong: edges included
+  double wrong = 0;      ///< of the area textured from photos
+  double edge = 0;       ///< of the area textured from photos
+  double unknown = 0;    ///< of the seen area: whose origin is not known, left out of all others
+};
+
+struct WrongPoint {
+  std::uint32_t face = 0;
+  ViewId view{};
+  PhotoPoint at;                       ///< where in its photo the point took its colour
+  std::uint32_t surface = kNoSurface;  ///< what is there instead
+};
+
+struct OriginScore {
+  OriginShares all, full, partial;  ///< faces some used view sees fully; only partially
+  std::vector<float> right_area;    ///< per face, of its seen area
+  std::vector<WrongPoint> wrong;    ///< by face
+};
+
 /// Sample points on every face of `mesh` (as it was given to the texturing) and what the used photos show
 /// there. To be made once for any number of models.
 class TruthScorer {
@@ -111,13 +147,21 @@ class TruthScorer {
 
   /// O(points x views), TBB; reads every photo once.
   TruthScore score(const MatchedModel& model, const Progress& progress) const;
+  /// O(points), TBB; reads no photo.
+  OriginScore score(const OriginOf& origin) const;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
+/// The origins of faces textured from one photo each, as their exact projection into it: what our labels.npy
+/// and tags.npy say of faces tagged seen. Filled faces have none, and of faces pieced together from several
+/// photos it is not known. Borrows the mesh and the scene. \pre one label and tag per face
+OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std::int32_t> labels,
+                           std::vector<std::uint8_t> tags);
+
 /// A table for people.
-std::string truth_table(const TruthScore& score);
+std::string truth_table(const TruthScore& score, const OriginScore* origins = nullptr);
 
 }  // namespace gpvc

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "app/truth.h"
+#include "app/truth_origin.h"
 
 namespace gpvc {
 namespace {
@@ -21,6 +22,9 @@ struct Sample {
 };
 
 using Pixel = std::array<float, 3>;
+using IdPicture = std::shared_ptr<const std::vector<std::uint32_t>>;
+// Decoding an id picture costs a tenth of a second for 6 megapixels, and every model asks for all of them.
+constexpr std::size_t kKeptBytes = std::size_t{1} << 30;
 
 // What photos show of a sample, at a gain of 1.
 struct OwnColours {
@@ -67,7 +71,7 @@ WorldPoint point_of(const Mesh& mesh, const Sample& s) {
 struct Shown {
   const View& view;
   std::shared_ptr<const Image> photo;
-  std::vector<std::uint32_t> surfaces;
+  IdPicture surfaces;
   Exposure exposure;
 
   std::optional<PhotoPoint> project(const WorldPoint& p) const {
@@ -79,8 +83,8 @@ struct Shown {
     return at;
   }
   std::uint32_t surface(int x, int y) const {
-    return surfaces[static_cast<std::size_t>(y) * static_cast<std::size_t>(photo->width) +
-                    static_cast<std::size_t>(x)];
+    return (*surfaces)[static_cast<std::size_t>(y) * static_cast<std::size_t>(photo->width) +
+                       static_cast<std::size_t>(x)];
   }
   Pixel colour(int x, int y) const {
     const double dx = (x + 0.5) / photo->width * 2 - 1, dy = (y + 0.5) / photo->height * 2 - 1;
@@ -171,11 +175,13 @@ struct TruthScorer::State {
   const Scene& scene;
   std::vector<ViewId> used;
   PhotoCache& photos;
-  std::vector<Sample> samples;     // the seen ones, in face order
-  std::vector<double> areas;       // of each
-  std::vector<OwnColours> own;     // of each
-  std::vector<float> untold;       // of each
-  std::vector<float> gains{1.0F};  // by which a texel may differ from photos at gain 1
+  std::vector<Sample> samples;                   // the seen ones, in face order
+  std::vector<double> areas;                     // of each
+  std::vector<OwnColours> own;                   // of each
+  std::vector<float> untold;                     // of each
+  std::vector<float> gains{1.0F};                // by which a texel may differ from photos at gain 1
+  mutable std::map<ViewId, IdPicture> pictures;  // id pictures, as far as kKeptBytes reach
+  mutable std::size_t kept_bytes = 0;
 
   State(const Truth& t, const Mesh& m, std::span<const FaceClass> b, const Scene& s,
         std::span<const ViewId> u, PhotoCache& p)
@@ -185,6 +191,7 @@ struct TruthScorer::State {
   void collect_own();
   void find_untold();
   Shown shown(ViewId id) const;
+  IdPicture surfaces(ViewId id) const;
   template <class Visit>
   void each(const Visit& visit) const {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 1024),
@@ -212,11 +219,21 @@ struct TruthScorer::State {
 
 Shown TruthScorer::State::shown(ViewId id) const {
   const View& view = scene.views[index(id)];
-  Shown s{view, photos.photo(id), {}, {}};
-  s.surfaces = read_id_picture(truth, view.name, s.photo->width, s.photo->height);
+  Shown s{view, photos.photo(id), surfaces(id), {}};
   const auto exposure = truth.exposures.find(view.name);
   if (exposure != truth.exposures.end()) s.exposure = exposure->second;
   return s;
+}
+
+IdPicture TruthScorer::State::surfaces(ViewId id) const {
+  if (const auto found = pictures.find(id); found != pictures.end()) return found->second;
+  const View& view = scene.views[index(id)];
+  auto picture = std::make_shared<const std::vector<std::uint32_t>>(
+      read_id_picture(truth, view.name, view.camera.width, view.camera.height));
+  const std::size_t bytes = picture->size() * sizeof(std::uint32_t);
+  if (kept_bytes + bytes > kKeptBytes) return picture;
+  kept_bytes += bytes;
+  return pictures[id] = std::move(picture);
 }
 
 // In proportion to area, at least one a face, spread by Roberts' two-dimensional golden ratio sequence.
@@ -406,7 +423,53 @@ TruthScore TruthScorer::score(const MatchedModel& model, const Progress& progres
   return score;
 }
 
-std::string truth_table(const TruthScore& score) {
+OriginScore TruthScorer::score(const OriginOf& origin) const {
+  const State& s = *state_;
+  std::vector<std::optional<PointOrigin>> origins(s.samples.size());
+  s.each([&](std::size_t i) {
+    const Sample& sample = s.samples[i];
+    origins[i] = origin(sample.face, static_cast<double>(sample.b), static_cast<double>(sample.c));
+  });
+  std::vector<OriginVerdict> verdicts(s.samples.size(), OriginVerdict::filled);
+  std::vector<WrongPoint> places(s.samples.size());
+  for (const ViewId id : s.used) {
+    const IdPicture picture = s.surfaces(id);
+    const Camera& camera = s.scene.views[index(id)].camera;
+    s.each([&](std::size_t i) {
+      if (!origins[i]) return;
+      const std::uint32_t own = s.truth.face_surface[s.samples[i].face];
+      for (const auto& [view, at] : {std::pair(origins[i]->first, origins[i]->first_at),
+                                     {origins[i]->second, origins[i]->second_at}}) {
+        if (view != id) continue;
+        WrongPoint place{s.samples[i].face, id, {}, kNoSurface};
+        const OriginVerdict verdict = origin_verdict(camera, *picture, at, own, place);
+        if (verdict <= verdicts[i]) continue;
+        verdicts[i] = verdict;
+        places[i] = place;
+      }
+    });
+  }
+  OriginScore score;
+  score.right_area.assign(s.mesh.faces.size(), 0.0F);
+  for (std::size_t i = 0; i < s.samples.size(); ++i) {
+    const std::uint32_t face = s.samples[i].face;
+    for (OriginShares* shares :
+         {&score.all, s.best[face] == FaceClass::full ? &score.full : &score.partial}) {
+      if (!origins[i])
+        shares->unknown += s.areas[i];
+      else
+        add_origin(verdicts[i], s.areas[i], *shares);
+    }
+    if (!origins[i]) continue;
+    if (verdicts[i] == OriginVerdict::wrong) score.wrong.push_back(places[i]);
+    if (verdicts[i] == OriginVerdict::right || verdicts[i] == OriginVerdict::edge)
+      score.right_area[face] += static_cast<float>(s.areas[i]);
+  }
+  for (OriginShares* shares : {&score.all, &score.full, &score.partial}) make_shares(*shares);
+  return score;
+}
+
+std::string truth_table(const TruthScore& score, const OriginScore* origins) {
   std::string table =
       "faces                     count  textured   of all area, seen   of that textured   wrong   strange   "
       "untold\n";
@@ -421,7 +484,7 @@ std::string truth_table(const TruthScore& score) {
   line("seen whole by a view", score.faces[0], score.textured[0], score.full);
   line("seen only in parts", score.faces[1], score.textured[1], score.partial);
   table += fmt::format("{:<22}{:>9}{:>10}\n", "seen by none", score.faces[2], score.textured[2]);
-  return table;
+  return origins == nullptr ? table : table + origin_table(*origins);
 }
 
 }  // namespace gpvc

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/options.h"
+#include "app/truth_origin.h"
 #include "temporary_folder.h"
 
 namespace gpvc {
@@ -246,6 +247,76 @@ TEST_F(TruthOfACity, WrongColoursAreFoundUpToThoseThatCannotBeTold) {
   std::size_t found = 0;
   for (const std::uint32_t f : result.wrong_faces) found += f % 5 == 0;
   EXPECT_GT(static_cast<double>(found), 0.97 * static_cast<double>(result.wrong_faces.size()));
+}
+
+// What the photos' pixels say needs no colours: nothing goes unnoticed.
+TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
+  std::vector<ViewId> views = good_views();
+  std::vector<std::int32_t> labels(views.size(), -1);
+  std::vector<std::uint8_t> tags(views.size(), static_cast<std::uint8_t>(FaceTag::filled));
+  std::vector<bool> hidden(views.size(), false);
+  for (std::size_t f = 0; f < views.size(); ++f) {
+    if (views[f] == kNoView) continue;
+    for (const ViewId v : *used_) {
+      if (f % 5 != 0 || hidden[f] || (*oracle_)[index(v)].classes[f] != FaceClass::hidden) continue;
+      hidden[f] = box(f, v).inside;
+      if (hidden[f]) views[f] = v;
+    }
+    labels[f] = static_cast<std::int32_t>(index(views[f]));
+    tags[f] = static_cast<std::uint8_t>(f % 7 == 0 ? FaceTag::partial : FaceTag::seen);
+  }
+  PhotoCache photos(*scene_, {}, 0);
+  const TruthScorer scorer(*truth_, truth_->mesh, best_classes(truth_->mesh, *scene_, *used_), *scene_,
+                           *used_, photos);
+  const OriginScore score = scorer.score(origins_of_labels(truth_->mesh, *scene_, labels, tags));
+
+  double seen = 0, taken = 0, away = 0;
+  for (const WrongPoint& p : score.wrong) {
+    EXPECT_TRUE(hidden[p.face]) << p.face;
+    EXPECT_EQ(p.view, views[p.face]);
+    EXPECT_NE(p.surface, truth_->face_surface[p.face]);
+    const auto at = static_cast<std::size_t>(static_cast<int>(p.at.y) * scene_->views[0].camera.width +
+                                             static_cast<int>(p.at.x));
+    EXPECT_EQ(p.surface, (*ids_)[index(p.view)][at]);
+  }
+  for (std::size_t f = 0; f < views.size(); ++f) {
+    if (tags[f] != static_cast<std::uint8_t>(FaceTag::seen)) {
+      EXPECT_EQ(score.right_area[f], 0.0F) << "nothing is known of it, or it is filled";
+      continue;
+    }
+    seen += area(f);
+    if (hidden[f]) away += area(f);
+    if (score.right_area[f] > 0 || !hidden[f]) taken += area(f);
+  }
+  ASSERT_GT(away, 0.02 * seen);
+  // Hidden by its own surface, as at the far side of a crown, a face is where the picture says its surface
+  // is.
+  EXPECT_GT(score.all.wrong, 0.6 * away / seen);
+  EXPECT_LT(score.all.wrong, 1.1 * away / seen);
+  EXPECT_GT(score.all.unknown, 0.05);
+  EXPECT_LT(score.all.photo, 1.0) << "some are filled";
+  EXPECT_NEAR(score.all.right, score.all.photo * (1 - score.all.wrong), 1e-9);
+  EXPECT_GT(taken, 0.9 * (seen - away));
+}
+
+TEST(OriginVerdict, CallsAnEdgeWhatLiesLessThanAPixelFromItsOwnSurface) {
+  // Four by four pixels: surface 1 left, 2 right, a mixed one at (1, 3).
+  std::vector<std::uint32_t> picture{1, 1, 2, 2, 1, 1, 2, 2, 1, 1, 2, 2, 1, kMixedSurfaces, 2, 2};
+  Camera camera;
+  camera.width = camera.height = 4;
+  camera.fx = camera.fy = 1;
+  WrongPoint place;
+  const auto verdict = [&](double x, double y, std::uint32_t own) {
+    return origin_verdict(camera, picture, {x, y}, own, place);
+  };
+  EXPECT_EQ(verdict(1.0, 1.0, 1), OriginVerdict::right);
+  EXPECT_EQ(verdict(1.6, 1.0, 1), OriginVerdict::edge) << "reads a pixel of the other";
+  EXPECT_EQ(verdict(2.4, 1.0, 1), OriginVerdict::edge) << "lies in the other, beside its own";
+  EXPECT_EQ(verdict(2.6, 1.0, 1), OriginVerdict::wrong);
+  EXPECT_EQ(place.surface, 2u);
+  EXPECT_EQ(verdict(1.5, 3.5, 7), OriginVerdict::edge) << "a pixel of several surfaces";
+  EXPECT_EQ(verdict(0.5, 0.5, 2), OriginVerdict::wrong);
+  EXPECT_EQ(verdict(9.0, 0.5, 2), OriginVerdict::wrong) << "off the photo";
 }
 
 }  // namespace

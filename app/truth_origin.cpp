@@ -1,0 +1,86 @@
+#include "app/truth_origin.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace gpvc {
+
+OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t> surfaces,
+                             const PixelPoint& at, std::uint32_t own, WrongPoint& place) {
+  const auto q = photo_from_pixel(camera, at);
+  // Half a pixel beyond the border still reads the border's pixels, as the atlas does.
+  if (!q || q->x < -0.5 || q->y < -0.5 || q->x > camera.width + 0.5 || q->y > camera.height + 0.5)
+    return OriginVerdict::wrong;
+  const auto shown = [&](int x, int y) {
+    const auto column = static_cast<std::size_t>(std::clamp(x, 0, camera.width - 1)),
+               row = static_cast<std::size_t>(std::clamp(y, 0, camera.height - 1));
+    return surfaces[row * static_cast<std::size_t>(camera.width) + column];
+  };
+  place.at = *q;
+  place.surface = shown(static_cast<int>(std::floor(q->x)), static_cast<int>(std::floor(q->y)));
+  const int x = static_cast<int>(std::floor(q->x - 0.5)), y = static_cast<int>(std::floor(q->y - 0.5));
+  const std::array<std::uint32_t, 4> around{shown(x, y), shown(x + 1, y), shown(x, y + 1),
+                                            shown(x + 1, y + 1)};
+  const auto mine = std::count(around.begin(), around.end(), own);
+  if (mine == 4) return OriginVerdict::right;
+  return mine > 0 || place.surface == kMixedSurfaces ? OriginVerdict::edge : OriginVerdict::wrong;
+}
+
+void add_origin(OriginVerdict verdict, double area, OriginShares& sums) {
+  sums.seen_area += area;
+  if (verdict == OriginVerdict::filled) return;
+  sums.photo += area;
+  if (verdict == OriginVerdict::wrong) sums.wrong += area;
+  if (verdict == OriginVerdict::edge) sums.edge += area;
+}
+
+void make_shares(OriginShares& sums) {
+  const double known = sums.seen_area, seen = known + sums.unknown, photo = sums.photo, wrong = sums.wrong;
+  sums.right = known > 0 ? (photo - wrong) / known : 0;
+  sums.photo = known > 0 ? photo / known : 0;
+  sums.wrong = photo > 0 ? wrong / photo : 0;
+  sums.edge = photo > 0 ? sums.edge / photo : 0;
+  sums.unknown = seen > 0 ? sums.unknown / seen : 0;
+}
+
+OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std::int32_t> labels,
+                           std::vector<std::uint8_t> tags) {
+  return [&mesh, &scene, labels = std::move(labels), tags = std::move(tags)](
+             std::uint32_t face, double b, double c) -> std::optional<PointOrigin> {
+    if (tags[face] == static_cast<std::uint8_t>(FaceTag::filled)) return PointOrigin{};
+    if (tags[face] != static_cast<std::uint8_t>(FaceTag::seen) || labels[face] < 0 ||
+        static_cast<std::size_t>(labels[face]) >= scene.views.size())
+      return std::nullopt;
+    const View& view = scene.views[static_cast<std::size_t>(labels[face])];
+    const std::array<double, 3> weights{1 - b - c, b, c};
+    PointOrigin origin;
+    origin.first = ViewId{static_cast<std::uint32_t>(labels[face])};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const CameraPoint corner = camera_from_world(view.pose, mesh.positions[mesh.faces[face][i]]);
+      if (!(corner.z > 0)) return std::nullopt;
+      const PixelPoint p = pixel_from_camera(view.camera, corner);
+      origin.first_at.x += weights[i] * p.x;
+      origin.first_at.y += weights[i] * p.y;
+    }
+    return origin;
+  };
+}
+
+std::string origin_table(const OriginScore& score) {
+  std::string table =
+      "\nby the photos' pixels      of area seen: from a photo    right   of that from photos:   wrong   "
+      "blended edge   unknown\n";
+  const auto line = [&](const char* name, const OriginShares& s) {
+    table += fmt::format("{:<22}{:>32.3f} %{:>7.3f} %{:>28.4f} %{:>13.3f} %{:>8.2f} %\n", name, 100 * s.photo,
+                         100 * s.right, 100 * s.wrong, 100 * s.edge, 100 * s.unknown);
+  };
+  line("all", score.all);
+  line("seen whole by a view", score.full);
+  line("seen only in parts", score.partial);
+  return table;
+}
+
+}  // namespace gpvc
