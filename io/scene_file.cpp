@@ -31,7 +31,7 @@ std::string looks_of(const fs::path& source) {
       head.starts_with("MM"))
     return "is a photo";
   if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF"))
-    return "is text in UTF-16, expected UTF-8";
+    return "is text in UTF-16, not in UTF-8";
   if (const std::string root = xml_root(source); !root.empty() && head[text] == '<')
     return "is XML of another program, whose root is " + in_quotes(root);
   if (text != std::string::npos && (head[text] == '[' || head[text] == '{'))
