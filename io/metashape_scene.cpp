@@ -10,7 +10,8 @@
 //          those to the world: rotation, scale, translation. In a chunk that is georeferenced the world is
 //          geocentric; otherwise local.
 // Lens     on the normalized plane (frame) or on it bent to theta / r (fisheye, equidistant_fisheye) or
-//          2 sin(theta / 2) / r (equisolid_fisheye):
+//          2 sin(theta / 2) / r (equisolid_fisheye; the manual of 2.3 has both, and for the first the formula
+//          that earlier ones have for "fisheye"):
 //          x' = x (1 + K1 r2 + .. + K4 r8) + (P1 (r2 + 2 x x) + 2 P2 x y) (1 + P3 r2 + P4 r4),
 //          and y' likewise: P1 and P2 in the other order than OpenCV's;
 //          u = w / 2 + cx + x' f + x' B1 + y' B2, v = h / 2 + cy + y' f.

@@ -30,12 +30,11 @@ std::string looks_of(const fs::path& source) {
   if (head.starts_with("\xFF\xD8\xFF") || head.starts_with("\x89PNG") || head.starts_with("II*") ||
       head.starts_with("MM"))
     return "is a photo";
-  if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF"))
-    return "is text in UTF-16, not in UTF-8";
-  if (const std::string root = xml_root(source); !root.empty() && head[text] == '<')
+  if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF")) return "is text in UTF-16, not in UTF-8";
+  const char first = text == std::string::npos ? '\0' : head[text];
+  if (const std::string root = xml_root(source); !root.empty() && first == '<')
     return "is XML of another program, whose root is " + in_quotes(root);
-  if (text != std::string::npos && (head[text] == '[' || head[text] == '{'))
-    return "is JSON of another program, or not named .json";
+  if (first == '[' || first == '{') return "is JSON of another program, or not named .json";
   return {};
 }
 
