@@ -228,6 +228,7 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
       const VisibilityOptions options = with(CoverageCorrection::exact);
       GpuLimits limits = gpu_limits();
       limits.texture_side = 64;
+      limits.storage_bytes = 1 << 13;  // two dispatches of 2500 faces
       std::optional<GpuClassifier> gpu;
       // Shaders do not see the renderer's tiles, but their own.
       if (tile == 0 || tile == 37) gpu.emplace(mesh, renderer, options, limits);
@@ -251,6 +252,15 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
           ASSERT_TRUE(gpu->scan(prepared, view.pose, scan, scanned.statistics));
           ScanFinisher(options).finish(prepared, scan, scanned);
           expect_same(scanned, result);
+          const VisibilityOptions lazy = with(CoverageCorrection::paper);
+          std::vector<FaceCode> codes;
+          ViewVisibility completed, paper;
+          GpuClassifier(mesh, renderer, lazy, limits)
+              .classify(prepared, view.pose, codes, completed.statistics);
+          CpuClassifier(lazy).complete(prepared, codes, completed);
+          CpuClassifier(lazy).classify(prepared, paper);
+          EXPECT_EQ(completed.classes, paper.classes) << "tile " << tile;
+          EXPECT_EQ(completed.coverage.words, paper.coverage.words) << "tile " << tile;
         }
         found.push_back(std::move(result));
       }
