@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <iterator>
+#include <limits>
 #include <stdexcept>
 
 #include "io/file_bytes.h"
@@ -28,10 +30,38 @@ std::string one_line(std::string text) {
   return text.empty() ? "unknown error" : text;
 }
 
-/// Room for the largest image is refused before it is asked for.
-void check_claims(const fs::path& file, const std::string& part, const OIIO::ImageSpec& spec) {
+/// The formats that photos, masks and pages come in. OpenImageIO tries all of its own on a file, some of
+/// which (Targa, above all) take any bytes for theirs and claim whatever size these say.
+struct Codec {
+  std::string_view name;
+  std::int64_t most_from_byte;  ///< samples that a byte can hold; 0: see check_png, check_jpeg
+};
+// Deflate and what is plainer make at most 1032 bytes of one, each of 8 samples of a bit; zstd's densest
+// block makes 128 KiB of four bytes, and fax codes a white row of a bit.
+constexpr std::int64_t kPlain = 8 * 1032, kDense = 1 << 20;
+constexpr Codec kCodecs[] = {{"jpeg", 0},     {"png", 0},       {"tiff", kDense}, {"openexr", kDense},
+                             {"raw", kDense}, {"webp", kDense}, {"heif", kDense}, {"jpeg2000", kDense},
+                             {"bmp", kPlain}, {"hdr", kPlain},  {"pnm", kPlain},  {"psd", kPlain},
+                             {"dpx", kPlain}};
+
+/// Room for more than the file can hold is refused before it is asked for.
+void check_claims(const fs::path& file, const std::string& part, const OIIO::ImageInput& input,
+                  std::uintmax_t bytes) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const std::string_view format = input.format_name();
+  const auto* codec = std::find_if(std::begin(kCodecs), std::end(kCodecs),
+                                   [&](const Codec& known) { return known.name == format; });
+  if (codec == std::end(kCodecs))
+    throw InputError(file, part,
+                     "is no image that can be read, at most a " + std::string(format) +
+                         " by chance; expected JPEG, PNG, TIFF, EXR or the like");
   check_size(file, part, spec.width, spec.height, spec.nchannels);
   if (spec.depth > 1) throw InputError(file, part, "is a volume, expected an image");
+  const std::int64_t samples = std::int64_t{spec.width} * spec.height * spec.nchannels;
+  if (codec->most_from_byte > 0 && static_cast<std::uintmax_t>(samples / codec->most_from_byte) > bytes)
+    throw InputError(file, part,
+                     "claims " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+                         " pixels, more than its " + std::to_string(bytes) + " bytes can hold");
 }
 
 OIIO::ImageSpec reader_options() {
@@ -57,7 +87,7 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   const OIIO::ImageSpec config = reader_options();
   std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file.string(), &config);
   if (!input) throw InputError(file, "", "is no image that can be read: " + one_line(OIIO::geterror()));
-  check_claims(file, "", input->spec());
+  check_claims(file, "", *input, error ? std::numeric_limits<std::uintmax_t>::max() : size);
   // A raw photo is a TIFF, too: one sample a pixel behind a filter of colours, or linear. TIFF/EP and DNG.
   constexpr int kFilterArray = 32803, kLinearRaw = 34892;
   const int meaning = input->spec().get_int_attribute("tiff:PhotometricInterpretation");
@@ -249,7 +279,7 @@ Image decode_image(const fs::path& file, const std::string& part, std::string_vi
   OIIO::ImageSpec spec;
   if (!input->set_ioproxy(&reader) || !input->open(part, spec, reader_options()))
     throw InputError(file, part, "is no image that can be read: " + one_line(input->geterror()));
-  check_claims(file, part, spec);
+  check_claims(file, part, *input, bytes.size());
   return decode_rgb(file, part, *input);
 }
 

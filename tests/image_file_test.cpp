@@ -189,6 +189,23 @@ TEST(ReadImage, HoldsClaimedSizesAgainstTheBytes) {
                        "biga.jpg: claims 16384 x 16384 pixels, more than its "));
 }
 
+// A Targa has no signature: 18 bytes of anything are one. A BMP's size stands at byte 18, little endian, a
+// PNM's in its first line.
+TEST(ReadImage, TakesNoChanceImages) {
+  const TemporaryFolder folder;
+  using namespace std::string_view_literals;
+  const auto targa = store(folder, "a.tga", 24, 20, 3, OIIO::TypeUInt8, picture(24, 20).pixels);
+  EXPECT_TRUE(contains(input_error([&] { read_image(targa); }), "a.tga: is no image that can be read"));
+  std::string bmp =
+      test::read_file(store(folder, "a.bmp", 24, 20, 3, OIIO::TypeUInt8, picture(24, 20).pixels));
+  bmp.replace(18, 8, "\0\x40\0\0\0\x40\0\0"sv);
+  EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("b.bmp", bmp)); }),
+                       "b.bmp: claims 16384 x 16384 pixels, more than its "));
+  EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("c.ppm", "P6 20000 20000 255\n12345")); }),
+                       "c.ppm: "));
+  EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("d.null", "x")); }), "d.null: is no image"));
+}
+
 // The densest there is: a single colour compresses to 1 of 1028 bytes.
 TEST(ReadImage, TakesThePlainestPng) {
   const TemporaryFolder folder;
