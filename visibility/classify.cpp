@@ -16,6 +16,8 @@ namespace {
 
 /// Fixed, so that what a block yields does not depend on the number of threads.
 constexpr std::size_t kFacesPerBlock = 2048;
+/// Few enough that they mostly lie beside each other: most rectangles then hold no sub-pixel sample.
+constexpr std::size_t kFacesPerRectangle = 64;
 
 FaceBounds united(const FaceBounds& a, const FaceBounds& b) {
   if (!a.ahead) return b;
@@ -37,24 +39,24 @@ enum class CpuClassifier::State : std::uint8_t {
 
 /// What one block of consecutive faces yields; joined in face order at the end.
 struct CpuClassifier::Block : BlockYield {
-  FaceBounds touched;  ///< what its faces touch
+  std::array<FaceBounds, kFacesPerBlock / kFacesPerRectangle> touched;  ///< what its faces touch
   std::vector<Claim> claims;
   std::vector<FaceId> subpixel_faces;
   std::size_t first_subpixel = 0;  ///< number of the first of them among all
   std::vector<Span> spans;         ///< of the face at hand
-  OwnerContest owners;
+  OwnerContest* owners = nullptr;  ///< of the thread at hand
 
   void start() {
     clear();
-    touched = {};
+    touched.fill({});
     claims.clear();
     subpixel_faces.clear();
-    owners.start();
   }
 };
 
 CpuClassifier::CpuClassifier(const VisibilityOptions& options)
     : options_(options),
+      contests_([] { return std::make_unique<OwnerContest>(); }),
       overlay_(std::make_unique<OwnerOverlay>()),
       subpixel_(std::make_unique<SubpixelResolver>()) {}
 CpuClassifier::~CpuClassifier() = default;
@@ -64,6 +66,7 @@ void CpuClassifier::start(const ClassifyView& view, ViewVisibility& result) {
   states_.resize(view.mesh.faces.size());
   blocks_.resize((view.mesh.faces.size() + kFacesPerBlock - 1) / kFacesPerBlock);
   quick_ = view.quick_limits();
+  for (const std::unique_ptr<OwnerContest>& contest : contests_) contest->start();
 }
 
 void CpuClassifier::classify(const ClassifyView& view, ViewVisibility& result) {
@@ -80,7 +83,7 @@ void CpuClassifier::complete(const ClassifyView& view, std::span<const FaceCode>
   for (std::size_t number = 0; number < blocks_.size(); ++number) {
     Block& block = blocks_[number];
     block.start();
-    block.touched = {0, 0, 0, 0, true, false};
+    block.touched.fill({0, 0, 0, 0, true, false});
     const std::size_t first = number * kFacesPerBlock;
     for (std::size_t f = first; f < std::min(first + kFacesPerBlock, codes.size()); ++f) {
       constexpr std::array kStates{State::hidden, State::sampled, State::full, State::subpixel};
@@ -122,6 +125,7 @@ void CpuClassifier::find_candidates(const ClassifyView& view) {
 void CpuClassifier::scan_block(const ClassifyView& view, std::size_t number) {
   Block& block = blocks_[number];
   block.start();
+  block.owners = contests_.local().get();
   const std::size_t first = number * kFacesPerBlock;
   const std::size_t last = std::min(first + kFacesPerBlock, view.mesh.faces.size());
   for (std::size_t f = first; f < last; ++f)
@@ -131,7 +135,8 @@ void CpuClassifier::scan_block(const ClassifyView& view, std::size_t number) {
 CpuClassifier::State CpuClassifier::scan_face(const ClassifyView& view, FaceId face, Block& block) {
   const FaceBounds bounds = view.bounds(face);
   if (outside(bounds, view.camera.width, view.camera.height)) return State::hidden;
-  block.touched = united(block.touched, bounds);
+  FaceBounds& touched = block.touched[index(face) % kFacesPerBlock / kFacesPerRectangle];
+  touched = united(touched, bounds);
   if (options_.correction == CoverageCorrection::exact && quick_.inside(bounds)) {
     const QuickFace quick = view.quick(quick_, face, bounds);
     if (quick.spans(pixel_centres(bounds, view.frame()), block.spans))
@@ -143,6 +148,8 @@ CpuClassifier::State CpuClassifier::scan_face(const ClassifyView& view, FaceId f
 /// For a face inside the frame whose spans are known.
 CpuClassifier::State CpuClassifier::scan_quick(const ClassifyView& view, FaceId face, bool front,
                                                Block& block) const {
+  // The rows lie far apart in memory.
+  for (const Span& span : block.spans) __builtin_prefetch(view.row(span.y) + span.x0);
   if (!front) return contest(view, face, false, block);
   if (block.spans.empty()) {
     if (!options_.subpixel) return State::unresolved;
@@ -220,14 +227,14 @@ CpuClassifier::State CpuClassifier::contest(const ClassifyView& view, FaceId fac
         stored = true;
         continue;
       }
-      if (owner != kNoFace && block.owners.keeps(view, quick_, contender, owner, {span.y, x0, end})) {
+      if (owner != kNoFace && block.owners->keeps(view, quick_, contender, owner, {span.y, x0, end})) {
         block.counts.contested_samples += static_cast<std::size_t>(end - x0);
         continue;
       }
       for (std::int32_t x = x0; x < end; ++x) {
         if (!view.mask.contains(x, span.y)) continue;
         ++block.counts.contested_samples;
-        if (block.owners.wins(view, quick_, contender, owner, x, span.y))
+        if (block.owners->wins(view, quick_, contender, owner, x, span.y))
           block.claims.push_back({static_cast<std::uint32_t>(static_cast<std::size_t>(span.y) * width +
                                                              static_cast<std::size_t>(x)),
                                   face});
@@ -265,9 +272,9 @@ void CpuClassifier::resolve_subpixel(const ClassifyView& view) {
   for (Block& block : blocks_) {
     block.first_subpixel = faces.size();
     faces.insert(faces.end(), block.subpixel_faces.begin(), block.subpixel_faces.end());
-    touched.push_back(touched_pixels(block.touched, view.frame()));
+    for (const FaceBounds& bounds : block.touched) touched.push_back(touched_pixels(bounds, view.frame()));
   }
-  subpixel_->resolve(view, faces, touched, kFacesPerBlock);
+  subpixel_->resolve(view, faces, touched, kFacesPerRectangle);
 }
 
 void CpuClassifier::finish_block(const ClassifyView& view, std::size_t number, ViewVisibility& result) {

@@ -1,6 +1,8 @@
 // Visibility classification (section 2.2) on the CPU: which faces own all, some or none of their samples.
 #pragma once
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -68,6 +70,7 @@ struct ClassifyView {
   PixelBox frame() const { return {0, 0, camera.width, camera.height}; }
 };
 
+class OwnerContest;
 class OwnerOverlay;
 class SubpixelResolver;
 
@@ -106,6 +109,7 @@ class CpuClassifier {
   std::vector<std::uint8_t> candidate_faces_;  ///< owns a pixel of the IVM
   std::vector<State> states_;                  ///< per face, after the scan
   std::vector<Block> blocks_;
+  tbb::enumerable_thread_specific<std::unique_ptr<OwnerContest>> contests_;
   std::unique_ptr<OwnerOverlay> overlay_;
   std::unique_ptr<SubpixelResolver> subpixel_;
 };

@@ -74,7 +74,7 @@ class OwnerContest {
   };
   Owner& owner_of(const ClassifyView& view, const QuickLimits& limits, FaceId stored);
 
-  std::array<Owner, 64> owners_;
+  std::array<Owner, 256> owners_;
 };
 
 /// The pixels whose owner is not the stored one.
