@@ -122,7 +122,11 @@ uint classify(bool candidate) {
   return all_seen && inside_frame() ? kFull : kPartial;
 }
 
+// Of the work group: one invocation adds up for all, as atomics on one address are served one after the other.
+shared uint group_faces, group_samples, group_corrected;
+
 void main() {
+  if (gl_LocalInvocationID.x == 0u) group_faces = group_samples = group_corrected = 0u;
   uint code = kHidden;
   if (gl_GlobalInvocationID.x < face_count) {
     face = first_face + gl_GlobalInvocationID.x;
@@ -130,8 +134,14 @@ void main() {
     code = classify((candidate_faces[face / 32u] >> (face % 32u) & 1u) != 0u);
   }
   store_code(code);
-  if (looked_at == 0u) return;
-  atomicAdd(processed_faces, 1u);
-  atomicAdd(samples, looked_at);
-  atomicAdd(corrected_samples, restored);
+  if (looked_at != 0u) {
+    atomicAdd(group_faces, 1u);
+    atomicAdd(group_samples, looked_at);
+    atomicAdd(group_corrected, restored);
+  }
+  barrier();
+  if (gl_LocalInvocationID.x != 0u || group_faces == 0u) return;
+  atomicAdd(processed_faces, group_faces);
+  atomicAdd(samples, group_samples);
+  atomicAdd(corrected_samples, group_corrected);
 }
