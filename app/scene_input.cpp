@@ -87,10 +87,7 @@ void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData&
     all = std::move(more);
     return;
   }
-  all.source_face.clear();  // it counts the faces of one file
-  all.positions.insert(all.positions.end(), more.positions.begin(), more.positions.end());
-  const auto first = static_cast<std::uint32_t>(vertices);
-  for (const Triangle& t : more.faces) all.faces.push_back({t[0] + first, t[1] + first, t[2] + first});
+  gpvc::append_mesh(all, more);
 }
 
 Json point_json(const WorldPoint& p) { return Json::array({p.x, p.y, p.z}); }

@@ -1,5 +1,6 @@
 gpvc_test(city_test gpvc_app)
 gpvc_test(modes_texture_gl_test gpvc_app)
+gpvc_test(scene_writer_test gpvc_app)
 gpvc_test(synth_test gpvc_app)
 gpvc_test(truth_test gpvc_app)
 gpvc_test(frame_check_test gpvc_app)
