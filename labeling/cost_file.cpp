@@ -97,13 +97,13 @@ CostTable read_sparse_table(const fs::path& file) {
   if ((size - header) / kEntryBytes < entries)
     throw InputError(file, "byte " + std::to_string(size),
                      "the file ends before its " + std::to_string(entries) + " entries");
-  // Faces without an entry take no byte of the file, so that its size alone bounds nothing: a table that has an
-  // entry for less than one face in 1024 is a number misread, not a mesh.
+  // Faces without an entry take no byte of the file, so that its size alone bounds nothing: a table that has
+  // an entry for less than one face in 1024 is a number misread, not a mesh.
   constexpr std::uint64_t kMostFacesPerEntry = 1024, kAlways = 1u << 20;
   if (faces > 0xFFFFFFFEu || faces > kAlways + kMostFacesPerEntry * entries)
     throw InputError(file, "line 1",
-                     "claims " + std::to_string(faces) + " faces, too many for its " + std::to_string(entries) +
-                         " entries");
+                     "claims " + std::to_string(faces) + " faces, too many for its " +
+                         std::to_string(entries) + " entries");
   std::string bytes(entries * kEntryBytes, '\0');
   if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
     throw InputError(file, "", "cannot be read");
