@@ -75,22 +75,26 @@ std::optional<PixelPoint> frame_position(const TexelSource& source, double x, do
   return PixelPoint{(m[0] * x + m[1] * y + m[2]) / w, (m[3] * x + m[4] * y + m[5]) / w};
 }
 
-/// Pixels of the coverage's box within margin_px (chessboard distance) of one where the face is hidden: 1,
-/// and 2 for its neighbours, which any resampling blends with it.
-std::vector<std::uint8_t> hidden_margin(const CoverageTable& table, const FaceCoverage& entry,
-                                        const Mesh& mesh, const View& view, int margin_px) {
-  if (margin_px <= 0) return {};
+std::optional<TexelTriangle> outline_from(const FaceCoverage& entry, const Mesh& mesh, const View& view) {
   TexelTriangle projected;
   for (std::size_t i = 0; i < 3; ++i) {
     const CameraPoint p = camera_from_world(view.pose, mesh.positions[mesh.faces[index(entry.face)][i]]);
-    if (!(p.z > 0)) return {};
+    if (!(p.z > 0)) return std::nullopt;
     const PixelPoint q = pixel_from_camera(view.camera, p);
     projected[i] = {q.x - entry.x0, q.y - entry.y0};
   }
+  return projected;
+}
+
+/// Pixels of the coverage's box within margin_px (chessboard distance) of one where the face is hidden: 1,
+/// and 2 for its neighbours, which any resampling blends with it.
+std::vector<std::uint8_t> hidden_margin(const CoverageTable& table, const FaceCoverage& entry,
+                                        const std::optional<TexelTriangle>& outline, int margin_px) {
+  if (margin_px <= 0 || !outline) return {};
   const std::size_t width = static_cast<std::size_t>(entry.width);
   std::vector<std::uint8_t> margin(width * static_cast<std::size_t>(entry.height), 0);
   bool any = false;
-  triangle_spans(projected, 0.0, {0, 0, entry.width, entry.height}, [&](int y, int first, int last) {
+  triangle_spans(*outline, 0.0, {0, 0, entry.width, entry.height}, [&](int y, int first, int last) {
     for (int x = first; x <= last; ++x) {
       if (table.sees(entry, entry.x0 + x, entry.y0 + y)) continue;
       any = true;
@@ -106,6 +110,39 @@ std::vector<std::uint8_t> hidden_margin(const CoverageTable& table, const FaceCo
   return margin;
 }
 
+bool contains(const TexelTriangle& t, double x, double y) {
+  int left = 0, right = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const TexelPoint &a = t[i], &b = t[(i + 1) % 3];
+    const double side = (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
+    left += side > 0;
+    right += side < 0;
+  }
+  return left == 3 || right == 3;  // a centre on the edge may be the neighbour's
+}
+
+/// The pixel whose visibility speaks for a place on the face: the one it lies in, or, where that pixel's
+/// centre lies beyond the face's edge and so says nothing of the face, the nearest of its neighbours whose
+/// does not.
+std::array<int, 2> deciding_pixel(const TexelSource& source, const PixelPoint& p) {
+  const int px = static_cast<int>(std::floor(p.x)), py = static_cast<int>(std::floor(p.y));
+  const FaceCoverage& c = *source.coverage;
+  const auto in_face = [&](int x, int y) {
+    return contains(*source.outline, x + 0.5 - c.x0, y + 0.5 - c.y0);
+  };
+  if (!source.outline || in_face(px, py)) return {px, py};
+  std::array<int, 2> nearest{px, py};
+  double least = 1e9;
+  for (int y = py - 1; y <= py + 1; ++y)
+    for (int x = px - 1; x <= px + 1; ++x) {
+      const double away = std::hypot(x + 0.5 - p.x, y + 0.5 - p.y);
+      if (away >= least || !in_face(x, y)) continue;
+      least = away;
+      nearest = {x, y};
+    }
+  return nearest;
+}
+
 enum class Shown { no, beside_occluder, near_occluder, clear };
 
 Shown shown(const CoverageTable& table, const TexelSource& source, double x, double y) {
@@ -113,10 +150,12 @@ Shown shown(const CoverageTable& table, const TexelSource& source, double x, dou
   if (!p) return Shown::no;
   if (!source.coverage) return Shown::clear;
   const FaceCoverage& c = *source.coverage;
-  // Outside the box before the cast, which must not overflow.
-  if (!(p->x >= c.x0 && p->y >= c.y0 && p->x < c.x0 + c.width && p->y < c.y0 + c.height)) return Shown::no;
-  const int px = static_cast<int>(std::floor(p->x)), py = static_cast<int>(std::floor(p->y));
-  if (!table.sees(c, px, py)) return Shown::no;
+  // Far outside the box before the cast, which must not overflow.
+  if (!(p->x >= c.x0 - 1 && p->y >= c.y0 - 1 && p->x < c.x0 + c.width + 1 && p->y < c.y0 + c.height + 1))
+    return Shown::no;
+  const auto [px, py] = deciding_pixel(source, *p);
+  if (px < c.x0 || py < c.y0 || px >= c.x0 + c.width || py >= c.y0 + c.height || !table.sees(c, px, py))
+    return Shown::no;
   if (source.margin.empty()) return Shown::clear;
   const std::size_t i = static_cast<std::size_t>(py - c.y0) * static_cast<std::size_t>(c.width) +
                         static_cast<std::size_t>(px - c.x0);
@@ -149,13 +188,14 @@ void add_sources(PartialChart& part, const AtlasInput& input, const ChartSet& se
                        : map_projected(input.mesh, face, chart, input.scene.views[index(chart.view)]);
   if (!map) return;
   for (const ViewId view : ordered_candidates(input, face)) {
-    TexelSource source{view, coverage.find(FaceId{face}, view), {}, {}};
+    TexelSource source{view, coverage.find(FaceId{face}, view), {}, {}, {}};
     // A face some view sees whole needs no coverage there; a partial one without shows nothing.
     if (!source.coverage && !(input.tags[face] == FaceTag::seen && view == input.labels[face])) continue;
     source.frame_from_texel = frame_from_texel(*map, input.scene.views[index(view)]);
-    if (source.coverage)
-      source.margin = hidden_margin(coverage.table(), *source.coverage, input.mesh,
-                                    input.scene.views[index(view)], margin_px);
+    if (source.coverage) {
+      source.outline = outline_from(*source.coverage, input.mesh, input.scene.views[index(view)]);
+      source.margin = hidden_margin(coverage.table(), *source.coverage, source.outline, margin_px);
+    }
     part.sources.push_back(std::move(source));
   }
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct TexelSource {
   ViewId view{};
   const FaceCoverage* coverage = nullptr;  ///< nullptr: shows all of it
   std::array<double, 9> frame_from_texel{};
+  /// The face in the view's frame, from the coverage's corner; nullopt where a part lies behind the camera.
+  std::optional<TexelTriangle> outline;
   /// Over the coverage's box: 0 clear, 1 seen, but close to something in front, 2 right beside it.
   std::vector<std::uint8_t> margin;
 };

@@ -25,11 +25,11 @@ struct HiddenGround {
   };
   std::vector<std::vector<Box>> hidden;
 
-  explicit HiddenGround(std::vector<std::vector<Box>> boxes) : hidden(std::move(boxes)) {
+  explicit HiddenGround(std::vector<std::vector<Box>> boxes, double shift = 0) : hidden(std::move(boxes)) {
     s.add_plane(1, 1, 8.0);
     s.tags.assign(2, FaceTag::partial);
     for (std::size_t v = 0; v < hidden.size(); ++v) {
-      s.add_view(3.5 + double(v), 4.2, kHeight, 420, 400, kFocal);
+      s.add_view(3.5 + double(v), 4.2 + (v == 0 ? 2 * shift : -shift), kHeight, 420, 400, kFocal);
       s.photograph(v, ground, [&, v](int x, int y, Color c) { return is_hidden(v, x, y) ? kOccluder : c; });
       for (std::uint32_t face = 0; face < 2; ++face) cover(face, v);
     }
@@ -174,6 +174,17 @@ TEST(Partial, TexelsBesideAnOccluderComeFromAViewWhereItIsAPixelOrTwoAway) {
       << "beside the occluder in one, two or three pixels off in the other";
   EXPECT_EQ(origins[2].first, ViewId{1}) << "hidden in the first";
   EXPECT_EQ(origins[3].first, ViewId{0}) << "hidden in the second";
+}
+
+/// A pixel that the face's edge crosses with its centre beyond says nothing of the face; its neighbour does.
+TEST(Partial, TexelsUpToTheEdgeOfAFaceAreNotFilled) {
+  // Centres lie 0.2 of a pixel off the diagonal in the first view and 0.1 beyond it in the second. Hidden in
+  // the first: a piece of the diagonal.
+  HiddenGround g({{{3, 3, 5, 5}}, {}}, 0.1 * kHeight / kFocal);
+  std::vector<WorldPoint> points;
+  for (const double off : {-0.012, -0.006, 0.006, 0.012})
+    for (double x = 3.2; x < 4.8; x += 0.0137) points.push_back({x, x + off, 0});
+  for (const PointOrigin& origin : g.origins(points, AtlasOptions{})) EXPECT_EQ(origin.first, ViewId{1});
 }
 
 /// What no view shows is filled from around it: smooth, near the truth of a smooth ground.
