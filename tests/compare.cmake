@@ -4,7 +4,6 @@ gpvc_test(compare_test gpvc_app)
 find_program(GPVC_NODE node)
 find_program(GPVC_CHROMIUM chromium)
 set(compared ${CMAKE_CURRENT_BINARY_DIR}/compared)
-set(app_scene ${CMAKE_CURRENT_BINARY_DIR}/app_scene)
 add_test(NAME compare.scene
          COMMAND gpvc compare ${app_scene}/colmap ${app_scene}/mesh.ply -o ${compared} --force --quiet --keep-models
                  --modes none,shadow-map:spc,gpvc:uncorrected,gpvc --eps 1e-5,1e-2 --hold-out 5 --oracle-views 2

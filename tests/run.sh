@@ -10,7 +10,7 @@ options=(-DCMAKE_BUILD_TYPE=Release -DGPVC_SANITIZE=OFF)
 if [ "${1:-}" = --sanitize ]; then
   shift
   build=$root/build/sanitize
-  options=(-DCMAKE_BUILD_TYPE=Debug -DGPVC_SANITIZE=ON "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
+  options=(-DCMAKE_BUILD_TYPE=Debug -DGPVC_SANITIZE=ON -DGPVC_BENCHMARKS=OFF "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
 fi
 
 "$root/app/install_packages.sh" test
