@@ -22,6 +22,7 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
   add_scene(*app, options.input);
   add_meshes(*app, options.input);
   add_photos(*app, options.input);
+  add_masks(*app, options.input);
   add_output(*app, options.out, options.force);
   app->add_flag(
          "--ivm", options.ivm,
@@ -140,6 +141,7 @@ CLI::App* add_inspect(CLI::App& parent, InspectOptions& options) {
   add_scene(*app, options.input);
   add_mesh(*app, options.input.mesh);
   add_photos(*app, options.input);
+  add_masks(*app, options.input);
   add_common(*app, options.common);
   app->footer(kExitStatus);
   return app;

@@ -75,6 +75,7 @@ CLI::App* add_compare(CLI::App& parent, CompareOptions& options) {
   app->add_option("SCENE", options.texture.input.scene, "Scene, as texture takes it");
   add_mesh(*app, options.texture.input.mesh);
   add_photos(*app, options.texture.input);
+  add_masks(*app, options.texture.input);
   add_compared(*app, options);
   add_output(*app, options.texture.out, options.texture.force);
   app->add_flag("--keep-models", options.keep_models, "Also write each mode's model, to modes/NAME")

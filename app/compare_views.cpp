@@ -49,6 +49,34 @@ std::vector<double> disagreement(const std::vector<std::vector<Image>>& thumbnai
   return result;
 }
 
+// Means over rectangles of a picture, each in O(1).
+class RectangleSums {
+ public:
+  template <typename Value>
+  RectangleSums(int width, int height, const Value& value)
+      : columns_(static_cast<std::size_t>(width) + 1),
+        sums_(columns_ * (static_cast<std::size_t>(height) + 1), 0.0) {
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        sums_[place(x + 1, y + 1)] =
+            value(x, y) + sums_[place(x, y + 1)] + sums_[place(x + 1, y)] - sums_[place(x, y)];
+  }
+
+  double mean(int x, int y, int width, int height) const {
+    return (sums_[place(x + width, y + height)] - sums_[place(x, y + height)] - sums_[place(x + width, y)] +
+            sums_[place(x, y)]) /
+           (width * height);
+  }
+
+ private:
+  std::size_t place(int x, int y) const {
+    return static_cast<std::size_t>(y) * columns_ + static_cast<std::size_t>(x);
+  }
+
+  std::size_t columns_;
+  std::vector<double> sums_;  // over the rectangle from the corner
+};
+
 Image cut_out(const Image& image, int x0, int y0, int width, int height) {
   Image part;
   part.width = width;
@@ -206,22 +234,28 @@ std::vector<ModelViews::Window> ModelViews::windows(std::size_t view) const {
   const int width = std::min(kCropWidth, camera.width / 2), height = std::min(kCropHeight, camera.height / 2);
   const int w = std::max(1, width / factor), h = std::max(1, height / factor);
   const std::vector<double> values = disagreement(thumbnails_, view);
-  // Sums over all rectangles from the corner.
-  const auto columns = static_cast<std::size_t>(small.width) + 1;
-  std::vector<double> sums(columns * (static_cast<std::size_t>(small.height) + 1), 0.0);
-  const auto at = [&](int x, int y) -> double& {
-    return sums[static_cast<std::size_t>(y) * columns + static_cast<std::size_t>(x)];
-  };
-  for (int y = 0; y < small.height; ++y)
-    for (int x = 0; x < small.width; ++x)
-      at(x + 1, y + 1) =
-          values[static_cast<std::size_t>(y * small.width + x)] + at(x, y + 1) + at(x + 1, y) - at(x, y);
+  const std::vector<std::uint8_t>& covered = covered_[view];
+  const RectangleSums disagreeing(small.width, small.height, [&](int x, int y) {
+    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(small.width) +
+                  static_cast<std::size_t>(x)];
+  });
+  const RectangleSums differing(small.width, small.height, [&](int x, int y) {
+    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(small.width) +
+                  static_cast<std::size_t>(x)] > 0;
+  });
+  const RectangleSums shown(small.width, small.height, [&](int x, int y) {
+    return covered[static_cast<std::size_t>(y * factor) * static_cast<std::size_t>(camera.width) +
+                   static_cast<std::size_t>(x * factor)];
+  });
   std::vector<Window> found;
   for (int y = 0; y + h <= small.height; y += std::max(1, h / 8))
-    for (int x = 0; x + w <= small.width; x += std::max(1, w / 8))
+    for (int x = 0; x + w <= small.width; x += std::max(1, w / 8)) {
+      // Where all agree, or the mesh leaves most of the picture empty, there is nothing to look at.
+      if (differing.mean(x, y, w, h) == 0 || shown.mean(x, y, w, h) < 0.5) continue;
       found.push_back({view, std::min(x * factor, camera.width - width),
                        std::min(y * factor, camera.height - height), width, height,
-                       (at(x + w, y + h) - at(x, y + h) - at(x + w, y) + at(x, y)) / (w * h)});
+                       disagreeing.mean(x, y, w, h)});
+    }
   return found;
 }
 

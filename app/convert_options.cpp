@@ -9,6 +9,7 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
   CLI::App* app = parent.add_subcommand("convert", "write a scene for another program");
   add_scene(*app, options.input);
   add_photos(*app, options.input);
+  options.input.masks = false;  // photos are written whole, and no format here states a mask
   add_output(*app, options.out, options.force);
   add_choice<SceneTarget>(
       *app, "--format", kTargets, [&](SceneTarget v) { options.target = v; }, "colmap",

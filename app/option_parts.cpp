@@ -79,7 +79,6 @@ void add_photos(CLI::App& app, SceneInput& input) {
   app.add_option("--exclude-views", input.exclude_views, "Leave these views out; they keep their index")
       ->type_name("LIST")
       ->group(kGroup);
-  add_masks(app, input);
   app.add_option("--downscale", input.downscale,
                  "Reduce the photos N times in width and height, for a quick look; 1 to 64")
       ->type_name("N")
@@ -92,6 +91,7 @@ void add_scene_input(CLI::App& app, SceneInput& input) {
   add_scene(app, input);
   add_mesh(app, input.mesh)->required();
   add_photos(app, input);
+  add_masks(app, input);
 }
 
 void add_output(CLI::App& app, std::filesystem::path& out, bool& force) {
