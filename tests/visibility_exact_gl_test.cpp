@@ -332,7 +332,7 @@ TEST_F(ExactGl, ShadersTakeWhatADeviceAllows) {
   // the candidates.
   const View view = scenes::view_of(160, 120, 150);
   Mesh mesh = scenes::soup(view.camera, 3000, 9, 77);
-  scenes::append(mesh, mesh);  // every sample ties, and is claimed
+  scenes::append(mesh, Mesh(mesh));  // every sample ties, and is claimed
   const ViewVisibility expected = classify(mesh, view, with(CoverageCorrection::exact, Classifier::cpu));
   GpuLimits limits = gpu_limits();
   limits.first_claims = 16;  // made larger
