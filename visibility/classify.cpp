@@ -19,12 +19,6 @@ constexpr std::size_t kFacesPerBlock = 2048;
 /// Few enough that they mostly lie beside each other: most rectangles then hold no sub-pixel sample.
 constexpr std::size_t kFacesPerRectangle = 64;
 
-FaceBounds united(const FaceBounds& a, const FaceBounds& b) {
-  if (!a.ahead) return b;
-  return {std::min(a.x0, b.x0),  std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1), true,
-          a.bounded && b.bounded};
-}
-
 }  // namespace
 
 /// What the scan finds out about a face.

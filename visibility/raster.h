@@ -130,6 +130,13 @@ struct FaceBounds {
   bool bounded = false;                   ///< all of it is; else the rectangle is not set
 };
 
+/// A rectangle that contains both. \pre b.ahead.
+inline FaceBounds united(const FaceBounds& a, const FaceBounds& b) {
+  if (!a.ahead) return b;
+  return {std::min(a.x0, b.x0),  std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1), true,
+          a.bounded && b.bounded};
+}
+
 /// From rounded positions: a rectangle that contains the projection for certain.
 inline FaceBounds face_bounds(const RoundedPosition& a, const RoundedPosition& b, const RoundedPosition& c) {
   const bool ahead_a = a.x == a.x, ahead_b = b.x == b.x, ahead_c = c.x == c.x;  // not NaN

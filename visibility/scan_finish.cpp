@@ -24,13 +24,7 @@ PixelBox pixels_around(const ClassifyView& view, std::size_t first, std::size_t 
   for (std::size_t f = first; f < end; ++f) {
     const FaceBounds bounds = view.bounds(FaceId{static_cast<std::uint32_t>(f)});
     if (outside(bounds, view.camera.width, view.camera.height)) continue;
-    all = !all.ahead ? bounds
-                     : FaceBounds{std::min(all.x0, bounds.x0),
-                                  std::min(all.y0, bounds.y0),
-                                  std::max(all.x1, bounds.x1),
-                                  std::max(all.y1, bounds.y1),
-                                  true,
-                                  all.bounded && bounds.bounded};
+    all = united(all, bounds);
   }
   return touched_pixels(all, view.frame());
 }
