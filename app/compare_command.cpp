@@ -324,8 +324,8 @@ class Comparison {
       if (n == report_.shown.size() || n == gpvc) continue;
       const ErrorDifference error = views_->difference(n, gpvc);
       if (error.known) mode["against_gpvc"]["error"] = {{"ahead", error.less}, {"noise", error.noise}};
-      const Json right = truth_ ? truth_->ahead(n, gpvc) : Json(nullptr);
-      if (!right.is_null()) mode["against_gpvc"]["right"] = right;
+      const Json areas = truth_ ? truth_->ahead(n, gpvc) : Json(nullptr);
+      if (!areas.is_null()) mode["against_gpvc"].update(areas);
     }
   }
 

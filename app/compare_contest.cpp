@@ -40,6 +40,8 @@ std::optional<Result> against(const Json& mode, const char* key) {
 const Discipline kDisciplines[] = {
     {"seen area textured rightly", "Textured rightly, points", 100, 4,
      [](const Json& mode, const Json&) { return against(mode, "right"); }},
+    {"area textured faithfully", "Textured faithfully, points", 100, 4,
+     [](const Json& mode, const Json&) { return against(mode, "faithful"); }},
     {"classes that agree with the oracle", "Oracle, points", 100, 4,
      [](const Json& mode, const Json& gpvc) -> std::optional<Result> {
        if (!mode.contains("oracle") || !gpvc.contains("oracle")) return std::nullopt;

@@ -29,6 +29,14 @@ const std::vector<Figure>& compared_figures() {
        "Of the area textured from photos, the share whose pixel shows another surface, a pixel or more from "
        "its "
        "own in that photo."},
+      {"truth.origin.all.ghost", "Ghosts where hidden", "%", 3, -1,
+       "Of the area that no used photo sees, the share textured all the same from a photo's pixel of another "
+       "surface: the bridge's deck painted on the ground below."},
+      {"truth.origin.all.foreign", "Foreign texture", "%", 4, -1,
+       "Of all area textured from photos, seen by one or not, the share whose pixel shows another surface."},
+      {"truth.origin.all.faithful", "Textured faithfully", "%", 3, 1,
+       "Of all area, the share textured as it ought to be: where a photo sees it, from a pixel of its own "
+       "surface; where none does, not from another surface's."},
       {"truth.origin.all.edge", "Blended edge", "%", 3, 0,
        "Of the area textured from photos, the share whose place in the photo lies less than a pixel from "
        "another "

@@ -24,6 +24,8 @@ struct Measure {
 const std::vector<Measure>& measures() {
   static const std::vector<Measure> all{
       {"classes that agree with the exact oracle", {"oracle", "agreement"}},
+      {"area textured faithfully: seen, from pixels of its own surface; hidden, from no other's",
+       {"truth", "origin", "all", "faithful"}},
       {"seen area textured from photos' pixels of its own surface", {"truth", "origin", "all", "right"}},
       {"seen area textured, filled or not, in no colour of another surface", {"truth", "all", "right"}}};
   return all;

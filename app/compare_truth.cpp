@@ -13,8 +13,17 @@ Json shares_json(const TruthShares& s) {
 }
 
 Json origin_json(const OriginShares& s) {
-  return {{"seen_area", s.seen_area}, {"photo", s.photo}, {"right", s.right},
-          {"wrong", s.wrong},         {"edge", s.edge},   {"filled", 1 - s.photo}};
+  return {{"seen_area", s.seen_area},
+          {"photo", s.photo},
+          {"right", s.right},
+          {"wrong", s.wrong},
+          {"edge", s.edge},
+          {"filled", 1 - s.photo},
+          {"hidden_area", s.hidden_area},
+          {"hidden_photo", s.hidden_photo},
+          {"ghost", s.ghost},
+          {"foreign", s.foreign},
+          {"faithful", s.faithful}};
 }
 
 }  // namespace
@@ -29,8 +38,11 @@ struct TruthComparison::State {
   Truth truth;
   std::vector<FaceClass> best;
   TruthScorer scorer;
-  std::vector<std::vector<float>> right_areas;  // per model scored; empty where origins are not known
-  double seen_area = 0;
+  struct Areas {  // per face; empty where origins are not known
+    std::vector<float> right, faithful;
+  };
+  std::vector<Areas> areas;  // per model scored
+  double seen_area = 0, hidden_area = 0;
   std::vector<WrongPoint> wrong;
 };
 
@@ -42,7 +54,7 @@ TruthComparison::~TruthComparison() = default;
 Json TruthComparison::score(const TexturedModel& model, std::span<const Image> pages,
                             const WorldPoint& offset, const TextureOrigins* origins,
                             const Progress& progress) {
-  state_->right_areas.emplace_back();  // models count from the first, scored or failed
+  state_->areas.emplace_back();  // models count from the first, scored or failed
   const MatchedModel matched = match_model(state_->input.mesh, model, pages, offset);
   const TruthScore score = state_->scorer.score(matched, progress);
   Json json = {{"all", shares_json(score.all)},
@@ -57,23 +69,37 @@ Json TruthComparison::score(const TexturedModel& model, std::span<const Image> p
   json["origin"] = {{"all", origin_json(by_pixel.all)},
                     {"full", origin_json(by_pixel.full)},
                     {"partial", origin_json(by_pixel.partial)},
+                    {"none", origin_json(by_pixel.none)},
                     {"wrong_points", by_pixel.wrong.size()}};
-  state_->right_areas.back() = std::move(by_pixel.right_area);
+  state_->areas.back() = {std::move(by_pixel.right_area), std::move(by_pixel.faithful_area)};
   state_->seen_area = by_pixel.all.seen_area;
+  state_->hidden_area = by_pixel.all.hidden_area;
   state_->wrong = std::move(by_pixel.wrong);
   return json;
 }
 
-Json TruthComparison::ahead(std::size_t model, std::size_t of) const {
-  const std::vector<float>&a = state_->right_areas[model], &b = state_->right_areas[of];
-  if (a.empty() || b.empty() || state_->seen_area <= 0) return nullptr;
+namespace {
+
+// The paired difference of two models' areas, in shares of `whole`, with its standard error.
+Json difference(const std::vector<float>& a, const std::vector<float>& b, double whole) {
+  if (a.empty() || b.empty() || whole <= 0) return nullptr;
   double sum = 0, squares = 0;
   for (std::size_t f = 0; f < a.size(); ++f) {
     const double d = static_cast<double>(a[f]) - static_cast<double>(b[f]);
     sum += d;
     squares += d * d;
   }
-  return {{"ahead", sum / state_->seen_area}, {"noise", std::sqrt(squares) / state_->seen_area}};
+  return {{"ahead", sum / whole}, {"noise", std::sqrt(squares) / whole}};
+}
+
+}  // namespace
+
+Json TruthComparison::ahead(std::size_t model, std::size_t of) const {
+  const State::Areas &a = state_->areas[model], &b = state_->areas[of];
+  const Json right = difference(a.right, b.right, state_->seen_area);
+  if (right.is_null()) return nullptr;
+  return {{"right", right},
+          {"faithful", difference(a.faithful, b.faithful, state_->seen_area + state_->hidden_area)}};
 }
 
 Json TruthComparison::wrong_points() const {

@@ -33,8 +33,17 @@ Json shares_json(const TruthShares& shares) {
 }
 
 Json origin_json(const OriginShares& shares) {
-  return {{"seen_area", shares.seen_area}, {"photo", shares.photo}, {"right", shares.right},
-          {"wrong", shares.wrong},         {"edge", shares.edge},   {"unknown", shares.unknown}};
+  return {{"seen_area", shares.seen_area},
+          {"photo", shares.photo},
+          {"right", shares.right},
+          {"wrong", shares.wrong},
+          {"edge", shares.edge},
+          {"unknown", shares.unknown},
+          {"hidden_area", shares.hidden_area},
+          {"hidden_photo", shares.hidden_photo},
+          {"ghost", shares.ghost},
+          {"foreign", shares.foreign},
+          {"faithful", shares.faithful}};
 }
 
 // What gpvc leaves beside its models says whose photo each face shows; models of other programs have nothing
@@ -88,7 +97,8 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
     origins = scorer.score(*origin);
     record.counts["truth"]["origin"] = {{"all", origin_json(origins->all)},
                                         {"seen_whole", origin_json(origins->full)},
-                                        {"seen_in_parts", origin_json(origins->partial)}};
+                                        {"seen_in_parts", origin_json(origins->partial)},
+                                        {"seen_by_none", origin_json(origins->none)}};
   }
   stage.finish(fmt::format("{} points in {} views", score.samples, used.size()));
   console.result(truth_table(score, origins ? &*origins : nullptr));

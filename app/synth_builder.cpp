@@ -33,11 +33,12 @@ void SynthBuilder::face(std::uint32_t surface, std::uint32_t a, std::uint32_t b,
   scene_.face_surface.push_back(surface);
 }
 
-void SynthBuilder::cells(std::uint32_t surface, const std::vector<std::uint32_t>& grid, int nu, int nv) {
+void SynthBuilder::cells(std::uint32_t surface, const std::vector<std::uint32_t>& grid, int nu, int nv,
+                         bool odd) {
   for (int j = 0; j < nv; ++j)
     for (int i = 0; i < nu; ++i) {
       const auto at = [&](int x, int y) { return grid[static_cast<std::size_t>(y * (nu + 1) + x)]; };
-      if ((i + j) % 2 == 0) {
+      if (((i + j) % 2 != 0) == odd) {
         face(surface, at(i, j), at(i + 1, j), at(i + 1, j + 1));
         face(surface, at(i, j), at(i + 1, j + 1), at(i, j + 1));
       } else {
@@ -101,17 +102,30 @@ void SynthBuilder::box(Material material, const Placement& place, const WorldPoi
 
 std::uint32_t SynthBuilder::relief(Material material, const WorldPoint& lo, const WorldPoint& hi,
                                    const std::function<double(double x, double y)>& height) {
-  const std::uint32_t surface = add_surface(material, lo, {1, 0, 0}, {0, 1, 0});
+  return *relief_part(material, lo, hi, lo, hi, height);
+}
+
+std::optional<std::uint32_t> SynthBuilder::relief_part(
+    Material material, const WorldPoint& lo, const WorldPoint& hi, const WorldPoint& from,
+    const WorldPoint& to, const std::function<double(double x, double y)>& height) {
   const int nu = pieces(hi.x - lo.x), nv = pieces(hi.y - lo.y);
-  counted_ += 2 * static_cast<std::size_t>(nu) * static_cast<std::size_t>(nv);
+  const auto lines = [](double low, double high, double begin, double end, int n) {
+    return std::pair{static_cast<int>(std::ceil((begin - low) / (high - low) * n)),
+                     static_cast<int>(std::floor((end - low) / (high - low) * n))};
+  };
+  const auto [i0, i1] = lines(lo.x, hi.x, from.x, to.x, nu);
+  const auto [j0, j1] = lines(lo.y, hi.y, from.y, to.y, nv);
+  if (i1 <= i0 || j1 <= j0) return std::nullopt;
+  const std::uint32_t surface = add_surface(material, from, {1, 0, 0}, {0, 1, 0});
+  counted_ += 2 * static_cast<std::size_t>(i1 - i0) * static_cast<std::size_t>(j1 - j0);
   if (count_only_) return surface;
   std::vector<std::uint32_t> grid;
-  for (int j = 0; j <= nv; ++j)
-    for (int i = 0; i <= nu; ++i) {
+  for (int j = j0; j <= j1; ++j)
+    for (int i = i0; i <= i1; ++i) {
       const double x = lo.x + (hi.x - lo.x) * i / nu, y = lo.y + (hi.y - lo.y) * j / nv;
       grid.push_back(vertex({x, y, height(x, y)}));
     }
-  cells(surface, grid, nu, nv);
+  cells(surface, grid, i1 - i0, j1 - j0, (i0 + j0) % 2 != 0);
   return surface;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <unordered_map>
 
 #include "app/synth_scene.h"
@@ -55,6 +56,11 @@ class SynthBuilder {
   /// Ground of the height that `height` gives, over a rectangle of the map, seen from above.
   std::uint32_t relief(Material material, const WorldPoint& lo, const WorldPoint& hi,
                        const std::function<double(double x, double y)>& height);
+  /// The cells of relief(lo, hi) that lie between `from` and `to` entirely, in a surface of their own: what
+  /// follows the same heights follows them facet by facet. Nothing where there are no such cells.
+  std::optional<std::uint32_t> relief_part(Material material, const WorldPoint& lo, const WorldPoint& hi,
+                                           const WorldPoint& from, const WorldPoint& to,
+                                           const std::function<double(double x, double y)>& height);
 
  private:
   int pieces(double length_m) const { return std::max(1, static_cast<int>(std::ceil(length_m / edge_m_))); }
@@ -62,8 +68,9 @@ class SynthBuilder {
                             const WorldPoint& dv);
   std::uint32_t vertex(const WorldPoint& p);
   void face(std::uint32_t surface, std::uint32_t a, std::uint32_t b, std::uint32_t c);
-  /// Two triangles a cell; diagonals alternate, so that no direction is preferred.
-  void cells(std::uint32_t surface, const std::vector<std::uint32_t>& grid, int nu, int nv);
+  /// Two triangles a cell; diagonals alternate, so that no direction is preferred, and `odd` says with which
+  /// of the two the first cell begins.
+  void cells(std::uint32_t surface, const std::vector<std::uint32_t>& grid, int nu, int nv, bool odd = false);
 
   struct Key {
     std::int64_t x, y, z;

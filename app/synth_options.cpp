@@ -49,8 +49,8 @@ Kind kind_of(SynthKind kind) {
               "As models A, B and C of the paper: --gap 0.01, 1 and 100.",
               "Edge of the ground, 10 to 16000 metres", 10, 16000};
     default:
-      return {"boards, roofs and walls under slats, from wide gaps to less than a millimetre",
-              "From stand to stand the gap halves: from a quarter of the size to an 8192nd.",
+      return {"boards, roofs and walls under slats, from wide gaps to some micrometres",
+              "From stand to stand the gap halves: from a quarter of the size to a 65536th.",
               "Edge of the ground, 0.25 to 8 metres", 0.25, 8};
   }
 }

@@ -54,21 +54,23 @@ SynthScene make_terrain(const LayerOptions& options) {
            (0.07 * synth_noise(u, v, options.seed + 3) + 0.02 * synth_noise(3 * u, 3 * v, options.seed + 4));
   };
   const auto build = [&](SynthBuilder& builder) {
-    builder.surface(builder.relief(Material::meadow, {-half, -half, 0}, {half, half, 0}, hills)).scale =
-        scale;
+    const WorldPoint south_west{-half, -half, 0}, north_east{half, half, 0};
+    builder.surface(builder.relief(Material::meadow, south_west, north_east, hills)).scale = scale;
     for (int j = 0; j < kFields; ++j)
       for (int i = 0; i < kFields; ++i) {
         const std::uint32_t seed =
             builder.chance_seed(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
         if (((i + j) % 2 == 0) == (synth_hash(seed, 1) % 5 == 0)) continue;
-        // Sheets stay off one another, so that none has its border on a neighbour's.
-        const auto margin = [&](std::uint32_t n) { return field * (0.02 + 0.2 * synth_chance(seed, n)); };
+        // Rounded to the cells inside, so that no sheet has its border on a neighbour's.
+        const auto margin = [&](std::uint32_t n) { return 0.15 * field * synth_chance(seed, n); };
         const WorldPoint lo{-half + i * field + margin(2), -half + j * field + margin(3), 0};
         const WorldPoint hi{-half + (i + 1) * field - margin(4), -half + (j + 1) * field - margin(5), 0};
-        const std::uint32_t sheet = builder.relief(
-            Material::gravel, lo, hi, [&](double x, double y) { return hills(x, y) + options.gap_m; });
-        builder.surface(sheet).scale = scale;
-        builder.surface(sheet).tint = vivid(synth_hash(seed, 6));
+        const auto sheet =
+            builder.relief_part(Material::gravel, south_west, north_east, lo, hi,
+                                [&](double x, double y) { return hills(x, y) + options.gap_m; });
+        if (!sheet) continue;  // fields smaller than a cell
+        builder.surface(*sheet).scale = scale;
+        builder.surface(*sheet).tint = vivid(synth_hash(seed, 6));
       }
   };
   return built(options, kTerrainGrid, build);
@@ -124,7 +126,7 @@ SynthScene make_slits(const LayerOptions& options) {
     for (int n = 0; n < kStands * kStands; ++n) {
       const auto seed = static_cast<std::uint32_t>(n);
       // Shuffled, so that wide and narrow gaps meet all kinds of stands.
-      const int halvings = (n * 7) % (kStands * kStands) * 11 / 15;
+      const int halvings = (n * 7) % (kStands * kStands) * 14 / 15;
       const double gap = options.size_m / 4 / static_cast<double>(1u << halvings);
       const double x = -half + (n % kStands + 0.17) * cell, y = -half + (n / kStands + 0.17) * cell;
       const double low = 0.04 * cell, scale = options.size_m / 20;

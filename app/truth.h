@@ -103,21 +103,32 @@ struct TruthScore {
 /// known.
 using OriginOf = std::function<std::optional<PointOrigin>(std::uint32_t face, double b, double c)>;
 
-/// What the photos show where a texture was taken from, in shares of the area seen (see TruthShares). No
-/// colour is compared: every pixel of a photo belongs to surfaces that the id pictures name. A point is
+/// What the photos show where a texture was taken from. No colour is compared: every pixel of a photo belongs
+/// to surfaces that the id pictures name. A point is
 /// - filled where no photo gives it a colour;
 /// - wrong where the pixel it comes from shows another surface alone, and none of the four pixels around its
 ///   place in the photo shows its own;
 /// - an edge where one of these four shows another surface and it is not wrong: up to a pixel from its own
 ///   surface's outline, where any resampling blends;
 /// - else right. Where two photos are blended, the worse counts.
+/// Points are seen ones (see TruthShares) and hidden ones: a ray from no used photo meets them, so that a
+/// photo has nothing to give them, and what it gives them from another surface is a ghost. Points that are
+/// neither lie within pixels of an outline in every photo and are left out.
 struct OriginShares {
-  double seen_area = 0;  ///< of the points whose origin is known
-  double photo = 0;      ///< of it, textured from a photo; the rest is filled
-  double right = 0;      ///< of it, textured from a photo and not wrong: edges included
-  double wrong = 0;      ///< of the area textured from photos
-  double edge = 0;       ///< of the area textured from photos
-  double unknown = 0;    ///< of the seen area: whose origin is not known, left out of all others
+  double seen_area = 0;     ///< of the points whose origin is known
+  double photo = 0;         ///< of it, textured from a photo; the rest is filled
+  double right = 0;         ///< of it, textured from a photo and not wrong: edges included
+  double wrong = 0;         ///< of the seen area textured from photos
+  double edge = 0;          ///< of the seen area textured from photos
+  double unknown = 0;       ///< of the seen area: whose origin is not known, left out of all others
+  double hidden_area = 0;   ///< of the points that no photo sees and whose origin is known
+  double hidden_photo = 0;  ///< of the hidden area: textured from a photo
+  double ghost = 0;         ///< of the hidden area: textured from another surface's pixels
+  /// Of all area textured from photos, seen or hidden: textured from another surface's pixels.
+  double foreign = 0;
+  /// Of all area, seen or hidden: textured as it ought to be, which is from pixels of its own surface where
+  /// it is seen, and not from another surface's where it is hidden.
+  double faithful = 0;
 };
 
 struct WrongPoint {
@@ -128,9 +139,10 @@ struct WrongPoint {
 };
 
 struct OriginScore {
-  OriginShares all, full, partial;  ///< faces some used view sees fully; only partially
-  std::vector<float> right_area;    ///< per face, of its seen area
-  std::vector<WrongPoint> wrong;    ///< by face
+  OriginShares all, full, partial, none;  ///< faces some used view sees fully; only partially; not at all
+  std::vector<float> right_area;          ///< per face, of its seen area
+  std::vector<float> faithful_area;       ///< per face, of its seen and its hidden area
+  std::vector<WrongPoint> wrong;          ///< by face, seen points alone
 };
 
 /// Sample points on every face of `mesh` (as it was given to the texturing) and what the used photos show

@@ -37,8 +37,22 @@ void add_origin(OriginVerdict verdict, double area, OriginShares& sums) {
   if (verdict == OriginVerdict::edge) sums.edge += area;
 }
 
+void add_hidden_origin(OriginVerdict verdict, double area, OriginShares& sums) {
+  sums.hidden_area += area;
+  if (verdict == OriginVerdict::filled) return;
+  sums.hidden_photo += area;
+  if (verdict == OriginVerdict::wrong) sums.ghost += area;
+}
+
 void make_shares(OriginShares& sums) {
   const double known = sums.seen_area, seen = known + sums.unknown, photo = sums.photo, wrong = sums.wrong;
+  const double all = known + sums.hidden_area, from_photos = photo + sums.hidden_photo;
+  sums.foreign = from_photos > 0 ? (wrong + sums.ghost) / from_photos : 0;
+  sums.faithful = all > 0 ? (photo - wrong + sums.hidden_area - sums.ghost) / all : 0;
+  if (sums.hidden_area > 0) {
+    sums.hidden_photo /= sums.hidden_area;
+    sums.ghost /= sums.hidden_area;
+  }
   sums.right = known > 0 ? (photo - wrong) / known : 0;
   sums.photo = known > 0 ? photo / known : 0;
   sums.wrong = photo > 0 ? wrong / photo : 0;
@@ -71,15 +85,22 @@ OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std
 
 std::string origin_table(const OriginScore& score) {
   std::string table =
-      "\nby the photos' pixels      of area seen: from a photo    right   of that from photos:   wrong   "
-      "blended edge   unknown\n";
+      fmt::format("\n{:<24}{:^44}{:^30}{:^21}\n{:<24}{:>10}{:>10}{:>12}{:>12}{:>15}{:>15}{:>12}{:>9}\n",
+                  "by the photos' pixels", "of the area seen", "of the area hidden", "of both", "",
+                  "a photo's", "right", "wrong", "edge", "a photo's", "ghost", "foreign", "faithful");
   const auto line = [&](const char* name, const OriginShares& s) {
-    table += fmt::format("{:<22}{:>32.3f} %{:>7.3f} %{:>28.4f} %{:>13.3f} %{:>8.2f} %\n", name, 100 * s.photo,
-                         100 * s.right, 100 * s.wrong, 100 * s.edge, 100 * s.unknown);
+    table += fmt::format(
+        "{:<24}{:>8.3f} %{:>8.3f} %{:>10.4f} %{:>10.3f} %{:>13.3f} %{:>13.4f} %{:>10.4f} %{:>7.3f} %\n", name,
+        100 * s.photo, 100 * s.right, 100 * s.wrong, 100 * s.edge, 100 * s.hidden_photo, 100 * s.ghost,
+        100 * s.foreign, 100 * s.faithful);
   };
   line("all", score.all);
   line("seen whole by a view", score.full);
   line("seen only in parts", score.partial);
+  line("seen by none", score.none);
+  if (score.all.unknown > 0)
+    table += fmt::format("of {:.2f} % of the area seen it is not known which photos it comes from\n",
+                         100 * score.all.unknown);
   return table;
 }
 

@@ -19,6 +19,8 @@ OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t
 
 /// Adds a point's area to the sums that make_shares() divides.
 void add_origin(OriginVerdict verdict, double area, OriginShares& sums);
+/// The same for a point that no photo sees.
+void add_hidden_origin(OriginVerdict verdict, double area, OriginShares& sums);
 void make_shares(OriginShares& sums);
 
 std::string origin_table(const OriginScore& score);

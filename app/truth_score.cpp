@@ -103,15 +103,22 @@ struct Shown {
     for (int y = std::max(0, cy - reach); y <= std::min(photo->height - 1, cy + reach); ++y)
       for (int x = std::max(0, cx - reach); x <= std::min(photo->width - 1, cx + reach); ++x) visit(x, y);
   }
-  // Whether the 4 x 4 pixels around `at` show that surface alone.
-  bool clear(const PhotoPoint& at, std::uint32_t of) const {
+  struct Window {
+    bool alone = true;  ///< the 4 x 4 pixels around a place are all there and show that surface alone
+    bool any = false;   ///< one of them shows it, or several surfaces
+  };
+  Window window(const PhotoPoint& at, std::uint32_t of) const {
     const int x0 = static_cast<int>(std::floor(at.x - 0.5)) - 1,
               y0 = static_cast<int>(std::floor(at.y - 0.5)) - 1;
-    if (x0 < 0 || y0 < 0 || x0 + 3 >= photo->width || y0 + 3 >= photo->height) return false;
+    Window found;
     for (int y = y0; y < y0 + 4; ++y)
-      for (int x = x0; x < x0 + 4; ++x)
-        if (surface(x, y) != of) return false;
-    return true;
+      for (int x = x0; x < x0 + 4; ++x) {
+        const bool there = x >= 0 && y >= 0 && x < photo->width && y < photo->height;
+        const std::uint32_t shows = there ? surface(x, y) : kNoSurface;
+        if (shows != of) found.alone = false;
+        if (shows == of || shows == kMixedSurfaces) found.any = true;
+      }
+    return found;
   }
 };
 
@@ -177,6 +184,8 @@ struct TruthScorer::State {
   PhotoCache& photos;
   std::vector<Sample> samples;                   // the seen ones, in face order
   std::vector<double> areas;                     // of each
+  std::vector<Sample> hidden;                    // those that no used photo sees, in face order
+  std::vector<double> hidden_areas;              // of each
   std::vector<OwnColours> own;                   // of each
   std::vector<float> untold;                     // of each
   std::vector<float> gains{1.0F};                // by which a texel may differ from photos at gain 1
@@ -187,17 +196,27 @@ struct TruthScorer::State {
         std::span<const ViewId> u, PhotoCache& p)
       : truth(t), mesh(m), best(b.begin(), b.end()), scene(s), used(u.begin(), u.end()), photos(p) {}
   void sample_faces();
-  void keep_seen();
+  void part_seen_from_hidden();
   void collect_own();
   void find_untold();
   Shown shown(ViewId id) const;
   IdPicture surfaces(ViewId id) const;
+  struct Judged {
+    std::vector<std::optional<PointOrigin>> origins;
+    std::vector<OriginVerdict> verdicts;
+    std::vector<WrongPoint> places;
+  };
+  Judged judged(const std::vector<Sample>& points, const OriginOf& origin) const;
   template <class Visit>
-  void each(const Visit& visit) const {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 1024),
+  static void each_of(std::size_t count, const Visit& visit) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1024),
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (std::size_t i = range.begin(); i < range.end(); ++i) visit(i);
                       });
+  }
+  template <class Visit>
+  void each(const Visit& visit) const {
+    each_of(samples.size(), visit);
   }
   double own_distance(std::size_t i, const Pixel& texel) const {
     double least = std::numeric_limits<double>::infinity();
@@ -212,6 +231,7 @@ struct TruthScorer::State {
   // Per sample, a bit for each used view that shows it clear of other surfaces.
   std::vector<std::uint64_t> clear;
   std::size_t words = 0;
+  std::vector<std::uint8_t> met;  // per sample: some used photo sees it, or its surface right beside it
   bool is_clear(std::size_t i, std::size_t view) const {
     return (clear[i * words + view / 64] >> (view % 64)) & 1u;
   }
@@ -271,6 +291,7 @@ void TruthScorer::State::collect_own() {
   words = (used.size() + 63) / 64;
   clear.assign(samples.size() * words, 0);
   own.resize(samples.size());
+  met.assign(samples.size(), 0);
   for (std::size_t n = 0; n < used.size(); ++n) {
     const Shown photo = shown(used[n]);
     Pose pose = photo.view.pose;
@@ -281,7 +302,12 @@ void TruthScorer::State::collect_own() {
       const std::uint32_t surface = truth.face_surface[s.face];
       if (product(twice_area_normal(truth.mesh, s.face), minus(photo.view.pose.centre, p)) <= 0) return;
       const auto at = photo.project(p);
-      if (!at || !photo.clear(*at, surface) || !renderer.sees(pose, minus(p, origin), s.face)) return;
+      if (!at) return;
+      const Shown::Window around = photo.window(*at, surface);
+      if (around.any) met[i] = 1;
+      if ((!around.alone && met[i] != 0) || !renderer.sees(pose, minus(p, origin), s.face)) return;
+      met[i] = 1;
+      if (!around.alone) return;
       clear[i * words + n / 64] |= std::uint64_t{1} << (n % 64);
       photo.around(*at, kOwnReach_px, [&](int x, int y) {
         if (photo.surface(x, y) == surface) own[i].add(photo.colour(x, y));
@@ -290,12 +316,18 @@ void TruthScorer::State::collect_own() {
   }
 }
 
-void TruthScorer::State::keep_seen() {
+void TruthScorer::State::part_seen_from_hidden() {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto bits = clear.begin() + static_cast<std::ptrdiff_t>(i * words);
-    if (std::all_of(bits, bits + static_cast<std::ptrdiff_t>(words), [](std::uint64_t w) { return w == 0; }))
+    if (std::all_of(bits, bits + static_cast<std::ptrdiff_t>(words),
+                    [](std::uint64_t w) { return w == 0; })) {
+      if (met[i] == 0) {
+        hidden.push_back(samples[i]);
+        hidden_areas.push_back(areas[i]);
+      }
       continue;
+    }
     samples[kept] = samples[i];
     areas[kept] = areas[i];
     own[kept] = own[i];
@@ -306,6 +338,7 @@ void TruthScorer::State::keep_seen() {
   areas.resize(kept);
   own.resize(kept);
   clear.resize(kept * words);
+  met = {};
 }
 
 void TruthScorer::State::find_untold() {
@@ -345,7 +378,7 @@ TruthScorer::TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const F
   }
   state_->sample_faces();
   state_->collect_own();
-  state_->keep_seen();
+  state_->part_seen_from_hidden();
   state_->find_untold();
 }
 
@@ -423,49 +456,71 @@ TruthScore TruthScorer::score(const MatchedModel& model, const Progress& progres
   return score;
 }
 
-OriginScore TruthScorer::score(const OriginOf& origin) const {
-  const State& s = *state_;
-  std::vector<std::optional<PointOrigin>> origins(s.samples.size());
-  s.each([&](std::size_t i) {
-    const Sample& sample = s.samples[i];
-    origins[i] = origin(sample.face, static_cast<double>(sample.b), static_cast<double>(sample.c));
+TruthScorer::State::Judged TruthScorer::State::judged(const std::vector<Sample>& points,
+                                                      const OriginOf& origin) const {
+  Judged result{std::vector<std::optional<PointOrigin>>(points.size()),
+                std::vector<OriginVerdict>(points.size(), OriginVerdict::filled),
+                std::vector<WrongPoint>(points.size())};
+  each_of(points.size(), [&](std::size_t i) {
+    result.origins[i] =
+        origin(points[i].face, static_cast<double>(points[i].b), static_cast<double>(points[i].c));
   });
-  std::vector<OriginVerdict> verdicts(s.samples.size(), OriginVerdict::filled);
-  std::vector<WrongPoint> places(s.samples.size());
-  for (const ViewId id : s.used) {
-    const IdPicture picture = s.surfaces(id);
-    const Camera& camera = s.scene.views[index(id)].camera;
-    s.each([&](std::size_t i) {
-      if (!origins[i]) return;
-      const std::uint32_t own = s.truth.face_surface[s.samples[i].face];
-      for (const auto& [view, at] : {std::pair(origins[i]->first, origins[i]->first_at),
-                                     {origins[i]->second, origins[i]->second_at}}) {
+  for (const ViewId id : used) {
+    const IdPicture picture = surfaces(id);
+    const Camera& camera = scene.views[index(id)].camera;
+    each_of(points.size(), [&](std::size_t i) {
+      const std::optional<PointOrigin>& from = result.origins[i];
+      if (!from) return;
+      const std::uint32_t surface = truth.face_surface[points[i].face];
+      for (const auto& [view, at] :
+           {std::pair(from->first, from->first_at), {from->second, from->second_at}}) {
         if (view != id) continue;
-        WrongPoint place{s.samples[i].face, id, {}, kNoSurface};
-        const OriginVerdict verdict = origin_verdict(camera, *picture, at, own, place);
-        if (verdict <= verdicts[i]) continue;
-        verdicts[i] = verdict;
-        places[i] = place;
+        WrongPoint place{points[i].face, id, {}, kNoSurface};
+        const OriginVerdict verdict = origin_verdict(camera, *picture, at, surface, place);
+        if (verdict <= result.verdicts[i]) continue;
+        result.verdicts[i] = verdict;
+        result.places[i] = place;
       }
     });
   }
+  return result;
+}
+
+OriginScore TruthScorer::score(const OriginOf& origin) const {
+  const State& s = *state_;
   OriginScore score;
   score.right_area.assign(s.mesh.faces.size(), 0.0F);
+  score.faithful_area.assign(s.mesh.faces.size(), 0.0F);
+  const auto kind = [&](std::uint32_t face) -> OriginShares& {
+    return s.best[face] == FaceClass::full      ? score.full
+           : s.best[face] == FaceClass::partial ? score.partial
+                                                : score.none;
+  };
+  const State::Judged seen = s.judged(s.samples, origin);
   for (std::size_t i = 0; i < s.samples.size(); ++i) {
     const std::uint32_t face = s.samples[i].face;
-    for (OriginShares* shares :
-         {&score.all, s.best[face] == FaceClass::full ? &score.full : &score.partial}) {
-      if (!origins[i])
+    for (OriginShares* shares : {&score.all, &kind(face)}) {
+      if (!seen.origins[i])
         shares->unknown += s.areas[i];
       else
-        add_origin(verdicts[i], s.areas[i], *shares);
+        add_origin(seen.verdicts[i], s.areas[i], *shares);
     }
-    if (!origins[i]) continue;
-    if (verdicts[i] == OriginVerdict::wrong) score.wrong.push_back(places[i]);
-    if (verdicts[i] == OriginVerdict::right || verdicts[i] == OriginVerdict::edge)
-      score.right_area[face] += static_cast<float>(s.areas[i]);
+    if (!seen.origins[i]) continue;
+    if (seen.verdicts[i] == OriginVerdict::wrong) score.wrong.push_back(seen.places[i]);
+    if (seen.verdicts[i] != OriginVerdict::right && seen.verdicts[i] != OriginVerdict::edge) continue;
+    score.right_area[face] += static_cast<float>(s.areas[i]);
+    score.faithful_area[face] += static_cast<float>(s.areas[i]);
   }
-  for (OriginShares* shares : {&score.all, &score.full, &score.partial}) make_shares(*shares);
+  const State::Judged hidden = s.judged(s.hidden, origin);
+  for (std::size_t i = 0; i < s.hidden.size(); ++i) {
+    if (!hidden.origins[i]) continue;
+    const std::uint32_t face = s.hidden[i].face;
+    for (OriginShares* shares : {&score.all, &kind(face)})
+      add_hidden_origin(hidden.verdicts[i], s.hidden_areas[i], *shares);
+    if (hidden.verdicts[i] != OriginVerdict::wrong)
+      score.faithful_area[face] += static_cast<float>(s.hidden_areas[i]);
+  }
+  for (OriginShares* shares : {&score.all, &score.full, &score.partial, &score.none}) make_shares(*shares);
   return score;
 }
 

@@ -99,22 +99,28 @@ TEST(Contest, CallsATieWhatChanceCanDo) {
                                         {"error", {{"ahead", 0.005}, {"noise", 0.002}}}};
   report["modes"][1]["against_gpvc"] = {{"right", {{"ahead", -0.0005}, {"noise", 0.0002}}},
                                         {"error", {{"ahead", -0.0001}, {"noise", 0.002}}}};
+  for (Json& mode : report["modes"])
+    if (mode["epsilon"].is_number())
+      mode["against_gpvc"]["faithful"] = {{"ahead", -0.25}, {"noise", 0.001}};
   const auto findings = contest_findings(report);
-  ASSERT_EQ(findings.size(), 3u);
+  ASSERT_EQ(findings.size(), 4u);
+  EXPECT_EQ(findings[1],
+            "By area textured faithfully no mode with a bias is ahead of gpvc at any epsilon; 2 of 2 behind.");
   EXPECT_EQ(findings[0],
             "By seen area textured rightly no mode with a bias is ahead of gpvc at any epsilon; a tie: "
             "ray:dense:0.1; 1 of 2 behind.");
-  EXPECT_EQ(findings[2],
+  EXPECT_EQ(findings[3],
             "By error of renders ahead of gpvc: ray:dense:0.1 (+0.0050 \u00b1 0.0020, ahead); a tie: "
             "ray:dense:0.01; 0 of 2 behind.");
   const Json table = contest_table(report);
-  EXPECT_EQ(table["columns"].size(), 4u);
+  EXPECT_EQ(table["columns"].size(), 5u);
   ASSERT_EQ(table["rows"].size(), 2u) << "modes with a bias alone";
   EXPECT_EQ(table["rows"][1][1], "-0.0500 \u00b1 0.0200, behind");
-  EXPECT_EQ(table["rows"][0][2], "-50.0000, behind");
+  EXPECT_EQ(table["rows"][0][2], "-25.0000 \u00b1 0.1000, behind");
+  EXPECT_EQ(table["rows"][0][3], "-50.0000, behind");
   // An agreement that is the same to the last pair is a tie; one pair more is not.
   report["modes"][0]["oracle"]["agreement"] = 1.0;
-  EXPECT_NE(contest_findings(report)[1].find("a tie: ray:dense:0.1"), std::string::npos);
+  EXPECT_NE(contest_findings(report)[2].find("a tie: ray:dense:0.1"), std::string::npos);
   report["modes"].erase(2);
   EXPECT_TRUE(contest_table(report).is_null()) << "without gpvc there is nothing to hold them against";
 }

@@ -299,6 +299,53 @@ TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
   EXPECT_GT(taken, 0.9 * (seen - away));
 }
 
+// Faces that no photo sees, painted from one where another surface lies before them.
+TEST_F(TruthOfACity, GhostsAreWhatHiddenFacesTakeFromOthers) {
+  const std::vector<ViewId> good = good_views();
+  const std::vector<FaceClass> best = best_classes(truth_->mesh, *scene_, *used_);
+  std::vector<std::int32_t> labels(good.size(), -1), painted;
+  std::vector<std::uint8_t> tags(good.size(), static_cast<std::uint8_t>(FaceTag::filled)), painted_tags;
+  for (std::size_t f = 0; f < good.size(); ++f) {
+    if (good[f] == kNoView) continue;
+    labels[f] = static_cast<std::int32_t>(index(good[f]));
+    tags[f] = static_cast<std::uint8_t>(FaceTag::seen);
+  }
+  painted = labels;
+  painted_tags = tags;
+  double area_painted = 0;
+  for (std::size_t f = 0; f < good.size(); ++f) {
+    if (best[f] != FaceClass::hidden) continue;
+    for (const ViewId v : *used_) {
+      if (painted[f] >= 0 || !box(f, v).inside) continue;
+      painted[f] = static_cast<std::int32_t>(index(v));
+      painted_tags[f] = static_cast<std::uint8_t>(FaceTag::seen);
+      area_painted += area(f);
+    }
+  }
+  PhotoCache photos(*scene_, {}, 0);
+  const TruthScorer scorer(*truth_, truth_->mesh, best, *scene_, *used_, photos);
+  const OriginShares clean = scorer.score(origins_of_labels(truth_->mesh, *scene_, labels, tags)).all;
+  const OriginScore score = scorer.score(origins_of_labels(truth_->mesh, *scene_, painted, painted_tags));
+  const OriginShares& all = score.all;
+  EXPECT_GT(clean.hidden_area, 0.1 * clean.seen_area);
+  EXPECT_EQ(clean.ghost, 0);
+  EXPECT_EQ(clean.hidden_area, all.hidden_area);
+  EXPECT_EQ(clean.right, all.right) << "what is seen is the same";
+  ASSERT_GT(area_painted, 0.1 * all.seen_area);
+  EXPECT_GT(score.none.hidden_photo, 0.5);
+  // The rest takes its own surface's near side, as at a crown.
+  EXPECT_GT(score.none.ghost, 0.7 * score.none.hidden_photo);
+  const double photos_area = all.photo * all.seen_area + all.hidden_photo * all.hidden_area;
+  EXPECT_NEAR(all.foreign * photos_area, all.wrong * all.photo * all.seen_area + all.ghost * all.hidden_area,
+              1e-9 * photos_area);
+  EXPECT_NEAR(all.faithful * (all.seen_area + all.hidden_area),
+              all.right * all.seen_area + (1 - all.ghost) * all.hidden_area, 1e-9 * all.seen_area);
+  EXPECT_GT(clean.faithful, all.faithful + 0.05);
+  double faithful = 0;
+  for (const float a : score.faithful_area) faithful += static_cast<double>(a);
+  EXPECT_NEAR(faithful, all.faithful * (all.seen_area + all.hidden_area), 1e-4 * all.seen_area);
+}
+
 TEST(OriginVerdict, CallsAnEdgeWhatLiesLessThanAPixelFromItsOwnSurface) {
   // Four by four pixels: surface 1 left, 2 right, a mixed one at (1, 3).
   std::vector<std::uint32_t> picture{1, 1, 2, 2, 1, 1, 2, 2, 1, 1, 2, 2, 1, kMixedSurfaces, 2, 2};
