@@ -7,6 +7,9 @@
 #include <string>
 #include <vector>
 
+#include <algorithm>
+#include <optional>
+
 #include "app/options.h"
 
 namespace CLI {
@@ -23,7 +26,9 @@ struct CompareOptions {
   std::optional<std::filesystem::path> truth;
   int crops = 8, crop_views = 6;
   int oracle_views = 3, score_views = 12;
-  int reduction = 4;  ///< photos and renders are scored at 1/reduction of their size
+  std::optional<int> reduction;  ///< by which photos and renders are scored smaller than textured
+  /// A quarter of the photo as taken, where nothing else was asked for.
+  int scored_reduction() const { return reduction.value_or(std::max(1, 4 / texture.input.downscale)); }
   bool keep_models = false;
   std::vector<std::filesystem::path> summarize;  ///< report.json files: no scene is textured
 };

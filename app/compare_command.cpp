@@ -150,7 +150,7 @@ class Comparison {
     views.scored = in_.held_out.empty() ? spread(in_.used, score_views) : in_.held_out;
     const std::size_t crop_views = options_.crops == 0 ? 0 : static_cast<std::size_t>(options_.crop_views);
     views.cropped = spread(in_.held_out.size() >= crop_views ? in_.held_out : in_.used, crop_views);
-    views.reduction = options_.reduction;
+    views.reduction = options_.scored_reduction();
     views.renders = folder_.in_making() / "renders";
     fs::create_directories(views.renders);
     scored_ = views.scored;
@@ -209,7 +209,7 @@ class Comparison {
             {"settings",
              {{"held_out", names_json(in_.scene, in_.held_out)},
               {"scored", {{"held_out", !in_.held_out.empty()}, {"views", names_json(in_.scene, scored_)}}},
-              {"reduction", options_.reduction},
+              {"reduction", options_.scored_reduction()},
               {"oracle", oracle_->json(in_.scene)},
               {"truth", truth_ ? Json(truth_dir_.string()) : Json(nullptr)}}},
             {"findings", Json::array()},

@@ -52,10 +52,10 @@ void add_compared(CLI::App& app, CompareOptions& options) {
       ->check(in_range(1, 1000000))
       ->default_str("12")
       ->group(kGroup);
-  app.add_option("--reduction", options.reduction, "Score at 1/N of the photos' size, 1 to 64")
+  app.add_option("--reduction", options.reduction, "Score at 1/N of the size that was textured from, 1 to 64")
       ->type_name("N")
       ->check(in_range(1, 64))
-      ->default_str("4")
+      ->default_str("4 without --downscale, so a quarter of the photos")
       ->group(kGroup);
   app.add_option("--crops", options.crops, "Places to show, where the models differ most, 0 to 40")
       ->type_name("N")
