@@ -2,13 +2,11 @@
 // pictures.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <algorithm>
-#include <optional>
 
 #include "app/options.h"
 
