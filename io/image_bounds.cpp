@@ -41,27 +41,6 @@ void check_png_claim(const ImageBytes& bytes, const PngHeader& header, std::uint
                          " bytes of data can hold");
 }
 
-/// The frame header behind marker 0xC0 .. 0xCF at `at`; tells nothing of what it does not know.
-void check_jpeg_claim(const ImageBytes& bytes, std::uint64_t at, unsigned marker) {
-  constexpr unsigned kHuffmanTables = 0xC4, kReserved = 0xC8, kArithmetic = 0xC9;
-  if (marker < 0xC0 || marker > 0xCF || marker == kHuffmanTables || marker == kReserved || marker == 0xCC)
-    return;
-  std::array<unsigned char, 6> frame{};  // bits a sample, height, width, components
-  if (!bytes.read(at + 4, frame)) return;
-  const std::span<const unsigned char> fields = frame;
-  const std::uint64_t height = big_endian(fields.subspan(1, 2)), width = big_endian(fields.subspan(3, 2));
-  check_size(bytes.file, bytes.part, static_cast<std::int64_t>(width), static_cast<std::int64_t>(height),
-             std::max<unsigned char>(frame[5], 1));
-  // Every block of 8 x 8 samples has a Huffman code of a bit or more, and components of 4 x 1 and 1 x 4
-  // sampling have the fewest blocks together, half of one a full block: 8 * 64 * 2 pixels from a byte.
-  // Arithmetic coding knows no such bound.
-  constexpr std::uint64_t kMostFromByte = 1024;
-  if (marker < kArithmetic && width * height > kMostFromByte * bytes.size)
-    throw InputError(bytes.file, bytes.part,
-                     claim(static_cast<std::int64_t>(width), static_cast<std::int64_t>(height)) +
-                         ", more than its " + std::to_string(bytes.size) + " bytes can hold");
-}
-
 }  // namespace
 
 void ImageBytes::fail(std::uint64_t at, const std::string& reason) const {
@@ -101,33 +80,6 @@ void check_png(const ImageBytes& bytes) {
     at += length + kAround;
   }
   check_png_claim(bytes, header, data_bytes);
-}
-
-void check_jpeg(const std::filesystem::path& file, const std::string& part, std::string_view view) {
-  if (!view.starts_with("\xFF\xD8\xFF")) return;
-  const ImageBytes bytes = bytes_in_memory(file, part, view);
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(view[i]); };
-  for (std::size_t at = 2;;) {
-    // Entropy-coded data and stray bytes lie between markers; a marker is 0xFF and neither 0x00 (a data
-    // byte), 0xFF (fill), a restart D0 .. D7 nor 01. All but the end of the image carry their length.
-    at = view.find('\xFF', at);
-    if (at == std::string_view::npos || at + 1 >= view.size()) break;
-    const unsigned marker = byte(at + 1);
-    constexpr unsigned kEnd = 0xD9;
-    if (marker == kEnd) return;
-    const bool bare = marker <= 1 || (marker >= 0xD0 && marker <= 0xD8);
-    if (marker == 0xFF) {
-      ++at;
-    } else if (bare) {
-      at += 2;
-    } else {
-      check_jpeg_claim(bytes, at, marker);
-      if (at + 3 >= view.size()) break;
-      at += 2 + (std::size_t{byte(at + 2)} << 8 | byte(at + 3));
-      if (at >= view.size()) break;
-    }
-  }
-  bytes.fail(view.size(), "cannot be decoded whole: the JPEG ends too early");
 }
 
 void check_size(const std::filesystem::path& file, const std::string& place, std::int64_t width,

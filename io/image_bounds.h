@@ -32,7 +32,9 @@ ImageBytes bytes_in_memory(const std::filesystem::path& file, std::string part, 
 void check_png(const ImageBytes& bytes);
 
 /// The same for a JPEG, by its markers. libjpeg reports its first warning alone, so that a stray byte
-/// somewhere would hide that the rest of the picture is missing. Throws InputError.
+/// somewhere would hide that the rest of the picture is missing. Nor does it report zeros in the place of
+/// data, as a failing disk or an interrupted copy leaves them: runs of them that no picture is coded in are
+/// an error. Throws InputError. O(size).
 void check_jpeg(const std::filesystem::path& file, const std::string& part, std::string_view view);
 
 /// Throws InputError at `place` unless 1 <= width, height and there are at most 2^30 pixels and 2^32 samples.

@@ -99,10 +99,17 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   return input;
 }
 
-/// libjpeg counts oddities that lose no pixel among its warnings.
+/// libjpeg counts oddities that lose no pixel among its warnings. Stray bytes are padding while they are few:
+/// no encoder aligns what it writes to more than this. More of them are data that the picture had no place
+/// for, because what stood before them is damaged.
 bool is_harmless(const std::string& message) {
-  for (const char* oddity :
-       {"extraneous bytes before marker", "unknown JFIF revision", "Invalid SOS parameters"})
+  constexpr std::int64_t kMostPadding = 1 << 16;
+  if (const std::size_t at = message.find(" extraneous bytes before marker"); at != std::string::npos) {
+    const std::size_t space = message.find_last_of(' ', at - 1);
+    const auto stray = integer_from(std::string_view(message).substr(space + 1, at - space - 1));
+    return stray && *stray <= kMostPadding;
+  }
+  for (const char* oddity : {"unknown JFIF revision", "Invalid SOS parameters"})
     if (message.find(oddity) != std::string::npos) return true;
   return false;
 }

@@ -158,6 +158,33 @@ TEST(ReadImage, ToleratesStrayBytesInJpegButNoCutBehindThem) {
         "ends too early"));
 }
 
+// Zeros decode to something under nearly all tables, and libjpeg is content; flat pictures, whose data may
+// hold many zeros, and padding before a marker are no damage.
+TEST(ReadImage, RefusesJpegWithZerosInThePlaceOfData) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "a.jpg";
+  write_image(file, picture(400, 300), ImageFormat::jpg, 95);
+  const std::string good = test::read_file(file);
+  const std::size_t middle = good.size() / 2;
+  // A data unit of zeros has 3 blocks of at most 2 + 63 * 3 bits under the tables of T.81, K.3.
+  for (const std::size_t count : {200u, 2000u, 10000u}) {
+    std::string damaged = good;
+    damaged.replace(middle, count, count, '\0');
+    const std::string said = input_error([&] { read_image(folder.write("zeros.jpg", damaged)); });
+    EXPECT_TRUE(contains(said, "zeros.jpg: byte " + std::to_string(middle))) << count;
+    EXPECT_TRUE(contains(said, std::to_string(count) + " bytes")) << count;
+    EXPECT_TRUE(contains(said, "overwritten with zeros")) << count;
+  }
+  const std::size_t end = good.rfind("\xFF\xD9");
+  ASSERT_NE(end, std::string::npos);
+  const std::string padded = good.substr(0, end) + std::string(4096, '\0') + good.substr(end);
+  EXPECT_EQ(read_image(folder.write("padded.jpg", padded)).pixels, read_image(file).pixels);
+  for (const std::uint8_t grey : Bytes{0, 127, 128, 255}) {
+    write_image(folder.path() / "flat.jpg", {800, 600, 3, Bytes(3 * 800 * 600, grey)}, ImageFormat::jpg, 90);
+    EXPECT_EQ(read_image(folder.path() / "flat.jpg").at(400, 300)[1], grey);
+  }
+}
+
 TEST(ReadImage, SaysWhatIsWrong) {
   const TemporaryFolder folder;
   EXPECT_TRUE(

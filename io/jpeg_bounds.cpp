@@ -1,0 +1,172 @@
+// What a JPEG's markers and tables say, held against its bytes. ITU-T T.81, whose tables and figures are
+// cited.
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "io/error.h"
+#include "io/image_bounds.h"
+
+namespace gpvc {
+namespace {
+
+constexpr unsigned kHuffmanTables = 0xC4, kReserved = 0xC8, kArithmetic = 0xC9, kArithmeticTables = 0xCC;
+constexpr unsigned kBaseline = 0xC0, kExtended = 0xC1, kScan = 0xDA, kEnd = 0xD9;
+
+bool is_frame(unsigned marker) {
+  return marker >= 0xC0 && marker <= 0xCF && marker != kHuffmanTables && marker != kReserved &&
+         marker != kArithmeticTables;
+}
+
+/// The frame header behind marker 0xC0 .. 0xCF at `at`; tells nothing of what it does not know.
+void check_jpeg_claim(const ImageBytes& bytes, std::uint64_t at, unsigned marker) {
+  std::array<unsigned char, 6> frame{};  // bits a sample, height, width, components
+  if (!bytes.read(at + 4, frame)) return;
+  const int height = frame[1] << 8 | frame[2], width = frame[3] << 8 | frame[4];
+  check_size(bytes.file, bytes.part, width, height, std::max<unsigned char>(frame[5], 1));
+  // Every block of 8 x 8 samples has a Huffman code of a bit or more, and components of 4 x 1 and 1 x 4
+  // sampling have the fewest blocks together, half of one a full block: 8 * 64 * 2 pixels from a byte.
+  // Arithmetic coding knows no such bound.
+  constexpr std::uint64_t kMostFromByte = 1024;
+  const std::uint64_t pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+  if (marker < kArithmetic && pixels > kMostFromByte * bytes.size)
+    throw InputError(bytes.file, bytes.part,
+                     "claims " + std::to_string(width) + " x " + std::to_string(height) +
+                         " pixels, more than its " + std::to_string(bytes.size) + " bytes can hold");
+}
+
+/// What zero bits alone decode to by a Huffman table: its first code, which is all zeros (T.81, C.2).
+struct ZeroCode {
+  unsigned bits = 0, symbol = 0;
+};
+
+/// Finds bytes that were overwritten with zeros, which libjpeg may decode to something without a word.
+///
+/// Where the first code of a component's AC table is a coefficient without a run before it (0x01 in the
+/// tables of T.81, K.3, that nearly all cameras use), a block of zero bits is one whose 63 coefficients all
+/// are there and all have the same, negative value. No picture has a data unit of such blocks. Where the
+/// first code ends the block, zeros are a flat picture, and nothing is said; nor is it of progressive and
+/// arithmetic coding.
+class ZeroRuns {
+ public:
+  void frame(std::string_view header, unsigned marker) {
+    components_.clear();
+    if ((marker != kBaseline && marker != kExtended) || header.size() < 6) return;
+    for (std::size_t at = 6; at + 2 < header.size(); at += 3)
+      components_.push_back({byte(header, at), (byte(header, at + 1) >> 4) * (byte(header, at + 1) & 15u)});
+  }
+
+  void tables(std::string_view header) {
+    constexpr std::size_t kLengths = 16;
+    while (header.size() > kLengths + 1) {
+      std::size_t symbols = 0;
+      ZeroCode code;
+      for (unsigned length = 1; length <= kLengths; ++length) {
+        if (symbols == 0 && byte(header, length) > 0) code.bits = length;
+        symbols += byte(header, length);
+      }
+      if (symbols == 0 || symbols > header.size() - kLengths - 1) return;
+      code.symbol = byte(header, kLengths + 1);
+      const unsigned place = byte(header, 0);
+      if (place / 16 < 2 && place % 16 < 4) codes_[place / 16][place % 16] = code;
+      header.remove_prefix(kLengths + 1 + symbols);
+    }
+  }
+
+  /// The bits of a data unit of the scan in zeros; 0 where zeros may mean something.
+  std::size_t unit_bits(std::string_view header) const {
+    if (header.empty()) return 0;
+    const std::size_t count = byte(header, 0);
+    if (count == 0 || header.size() < 1 + 2 * count) return 0;
+    std::size_t bits = 0;
+    bool impossible = false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto component = std::find_if(components_.begin(), components_.end(), [&](const Component& c) {
+        return c.id == byte(header, 1 + 2 * i);
+      });
+      const unsigned places = byte(header, 2 + 2 * i);
+      if (component == components_.end() || places / 16 > 3 || places % 16 > 3) return 0;
+      const ZeroCode dc = codes_[0][places / 16], ac = codes_[1][places % 16];
+      if (dc.bits == 0 || ac.bits == 0 || dc.symbol > 15) return 0;
+      const unsigned run = ac.symbol / 16, size = ac.symbol % 16;
+      constexpr unsigned kCoefficients = 63, kEndOfBlock = 0;
+      if (size == 0 && ac.symbol != kEndOfBlock) return 0;
+      const std::size_t codes = size == 0 ? 1 : kCoefficients / (run + 1);
+      const std::size_t block = dc.bits + dc.symbol + codes * (ac.bits + size);
+      impossible = impossible || (size > 0 && run == 0);
+      bits += block * (count == 1 ? 1 : component->blocks);  // a scan of one component has no units (A.2.2)
+    }
+    return impossible ? bits : 0;
+  }
+
+ private:
+  struct Component {
+    unsigned id, blocks;  ///< blocks in a data unit
+  };
+  static unsigned byte(std::string_view bytes, std::size_t i) { return static_cast<unsigned char>(bytes[i]); }
+
+  std::vector<Component> components_;
+  std::array<std::array<ZeroCode, 4>, 2> codes_{};  ///< DC, AC
+};
+
+/// Throws where `data`, which begins at byte `start` of the file, holds a whole data unit of zero bits.
+void check_zero_runs(const ImageBytes& bytes, std::string_view data, std::size_t start, std::size_t bits) {
+  // A run may begin within a unit: the code begun takes at most 16 + 15 more bits, the rest of the unit no
+  // more than a unit of zeros, and the next unit is one of zeros alone.
+  const std::size_t run = (2 * bits + 32) / 8 + 1;
+  for (std::size_t at = run - 1; at < data.size(); at += run) {  // a run this long covers one of these
+    if (data[at] != '\0') continue;
+    const std::size_t before = data.find_last_not_of('\0', at), begin = before + 1;  // npos + 1 is 0
+    const std::size_t end = std::min(data.find_first_not_of('\0', at), data.size());
+    // Zeros before a marker may be an encoder's padding.
+    const bool padding =
+        end == data.size() || (data[end] == '\xFF' && end + 1 < data.size() && data[end + 1] != '\0');
+    if (end - begin >= run && !padding)
+      bytes.fail(start + begin, "cannot be decoded whole: " + std::to_string(end - begin) +
+                                    " bytes of the JPEG's picture have been overwritten with zeros");
+  }
+}
+
+}  // namespace
+
+void check_jpeg(const std::filesystem::path& file, const std::string& part, std::string_view view) {
+  if (!view.starts_with("\xFF\xD8\xFF")) return;
+  const ImageBytes bytes = bytes_in_memory(file, part, view);
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(view[i]); };
+  ZeroRuns zeros;
+  std::size_t data = 0, unit_bits = 0;  // of the scan, once there is one
+  for (std::size_t at = 2;;) {
+    // Entropy-coded data and stray bytes lie between markers; a marker is 0xFF and neither 0x00 (a data
+    // byte), 0xFF (fill), a restart D0 .. D7 nor 01. All but the end of the image carry their length.
+    at = view.find('\xFF', at);
+    if (at == std::string_view::npos || at + 1 >= view.size()) break;
+    const unsigned marker = byte(at + 1);
+    const bool bare = marker <= 1 || (marker >= 0xD0 && marker <= 0xD8);
+    if (marker == 0xFF) {
+      ++at;
+      continue;
+    }
+    if (bare) {
+      at += 2;
+      continue;
+    }
+    if (unit_bits > 0) check_zero_runs(bytes, view.substr(data, at - data), data, unit_bits);
+    unit_bits = 0;
+    if (marker == kEnd) return;
+    if (is_frame(marker)) check_jpeg_claim(bytes, at, marker);
+    if (at + 3 >= view.size()) break;
+    const std::size_t next = at + 2 + (std::size_t{byte(at + 2)} << 8 | byte(at + 3));
+    if (next >= view.size()) break;
+    const std::string_view header = next > at + 4 ? view.substr(at + 4, next - at - 4) : std::string_view();
+    if (is_frame(marker)) zeros.frame(header, marker);
+    if (marker == kHuffmanTables) zeros.tables(header);
+    if (marker == kScan) {
+      unit_bits = zeros.unit_bits(header);
+      data = next;
+    }
+    at = next;
+  }
+  bytes.fail(view.size(), "cannot be decoded whole: the JPEG ends too early");
+}
+
+}  // namespace gpvc
