@@ -16,6 +16,7 @@
 #include "app/interrupt.h"
 #include "app/pipeline.h"
 #include "app/texture_files.h"
+#include "app/texture_islands.h"
 
 namespace gpvc {
 namespace {
@@ -283,6 +284,7 @@ class Comparison {
   void load(const External& external, Json& json) {
     LoadedModel loaded = read_textured_model(external.model);
     loaded.model.mesh = &loaded.mesh;
+    json["patches"] = texture_islands(loaded.model);
     measure(external.name, loaded.model, loaded.pages, loaded.offset, nullptr, json);
   }
 

@@ -66,7 +66,9 @@ const std::vector<Figure>& compared_figures() {
       {"tags.filled_share", "Faces filled", "%", 2, 0,
        "Faces for which no view was found, filled from their neighbours."},
       {"patches", "Patches", "", 0, 0,
-       "Connected groups of faces textured from one photo; fewer mean fewer seams."},
+       "Connected groups of faces textured from one photo; of other programs' models, connected pieces of "
+       "their "
+       "texture. Fewer mean fewer seams."},
       {"time.visibility_s", "Visibility", "s", 2, -1,
        "Wall time inside the visibility stage over all views, costs and atlas not counted; other work ran "
        "beside it."},

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/options.h"
+#include "app/texture_islands.h"
 #include "app/truth_origin.h"
 #include "temporary_folder.h"
 
@@ -56,6 +57,25 @@ TEST(MatchModel, AddsTheOffset) {
   model.face_page.assign(3, 0);
   EXPECT_EQ(match_model(mesh, model, {}, {4096, 0, 0}).model_face, (std::vector<std::uint32_t>{0, 1, 2}));
   EXPECT_EQ(match_model(mesh, model, {}, {}).strangers, 3u);
+}
+
+TEST(TextureIslands, EndWhereTextureCoordinatesOrPagesDiffer) {
+  // A strip of six faces along which coordinates jump once, a page changes once and one face has no texture.
+  Mesh strip;
+  for (int i = 0; i < 8; ++i) strip.positions.push_back({i / 2 * 1.0, i % 2 * 1.0, 0});
+  TexturedModel model;
+  for (std::uint32_t f = 0; f < 6; ++f) {
+    strip.faces.push_back(f % 2 == 0 ? Triangle{f, f + 2, f + 1} : Triangle{f, f + 1, f + 2});
+    for (const std::uint32_t v : strip.faces.back())
+      model.texcoords.push_back(
+          {static_cast<float>(v) / 16 + (f >= 2 ? 0.5F : 0.0F), v % 2 == 0 ? 0.0F : 0.25F});
+    model.face_texcoords.push_back({3 * f, 3 * f + 1, 3 * f + 2});
+  }
+  model.mesh = &strip;
+  model.face_page = {0, 0, 0, 0, 1, kNoPage};
+  EXPECT_EQ(texture_islands(model), 3u);
+  model.face_page = {0, 0, 0, 0, 0, 0};
+  EXPECT_EQ(texture_islands(model), 2u);
 }
 
 // A small city, and models of it whose pages are the photos: a face's texture is its projection into one.
