@@ -54,22 +54,32 @@ std::string near_names(const Scene& scene, const std::string& name) {
   return text;
 }
 
-// A name as it stands wins over the same characters read as a glob.
+// What a LIST's entry may be, the plainest reading that fits winning: a name as it stands, a glob, a name
+// without its extension.
+enum class Reading { name, glob, stem };
+
+bool fits(const std::string& entry, const std::string& view, Reading reading) {
+  if (reading == Reading::name) return view == entry;
+  if (reading == Reading::glob) return fnmatch(entry.c_str(), view.c_str(), 0) == 0;
+  return std::filesystem::path(view).replace_extension() == std::filesystem::path(entry);
+}
+
 std::vector<bool> matched(const Scene& scene, const std::string& option, const std::string& list) {
   std::vector<bool> hit(scene.views.size(), false);
-  for (const std::string& name : listed(list)) {
-    bool any = false;
-    for (const bool as_glob : {false, true}) {
-      if (any) break;
-      for (std::size_t v = 0; v < scene.views.size(); ++v) {
-        const std::string& view = scene.views[v].name;
-        if (as_glob ? fnmatch(name.c_str(), view.c_str(), 0) != 0 : view != name) continue;
-        hit[v] = any = true;
-      }
+  for (const std::string& entry : listed(list)) {
+    std::vector<std::size_t> found;
+    for (const Reading reading : {Reading::name, Reading::glob, Reading::stem}) {
+      if (!found.empty()) break;
+      for (std::size_t v = 0; v < scene.views.size(); ++v)
+        if (fits(entry, scene.views[v].name, reading)) found.push_back(v);
+      if (reading == Reading::stem && found.size() > 1)
+        throw UsageError(fmt::format("{}: '{}' may be {} or {}; give the extension", option, entry,
+                                     scene.views[found[0]].name, scene.views[found[1]].name));
     }
-    if (!any)
-      throw UsageError(
-          fmt::format("{}: the scene has no view '{}'; near are {}", option, name, near_names(scene, name)));
+    if (found.empty())
+      throw UsageError(fmt::format("{}: the scene has no view '{}'; near are {}", option, entry,
+                                   near_names(scene, entry)));
+    for (const std::size_t v : found) hit[v] = true;
   }
   return hit;
 }

@@ -28,8 +28,9 @@ struct SceneInputData {
 /// Reads meshes and scene at the same time and resolves the view lists. Throws InputError, UsageError.
 SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRecord& record);
 
-/// Which views LISTs of names and globs, or @FILE, leave. Throws UsageError for a name or glob that matches
-/// none, with the names that come near.
+/// Which views LISTs of names and globs, or @FILE, leave; a name may lack its extension where one view alone
+/// has it without. Throws UsageError for an entry that matches none, with the names that come near, and for a
+/// name without extension that two views have.
 std::vector<ViewId> used_views(const Scene& scene, const std::string& views,
                                const std::string& exclude_views);
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "app/lens_json.h"
+#include "app/scene_input.h"
 #include "temporary_folder.h"
 
 namespace gpvc {
@@ -85,6 +86,50 @@ TEST(LensJson, WritesTheModelAndAllItsTerms) {
   EXPECT_EQ(json["skew"], 0.125);
   EXPECT_EQ(json.size(), 16);
   EXPECT_EQ(lens_text(lens), "k1 -0.1 p2 0.5 k4 0.25 skew 0.125");
+}
+
+// --- lists of views
+
+Scene scene_with(const std::vector<std::string>& names) {
+  Scene scene;
+  for (const std::string& name : names) {
+    scene.views.push_back(scene_above().views[0]);
+    scene.views.back().name = name;
+  }
+  return scene;
+}
+
+std::vector<std::size_t> listed(const Scene& scene, const std::string& list) {
+  std::vector<std::size_t> found;
+  for (const ViewId id : used_views(scene, list, "")) found.push_back(index(id));
+  return found;
+}
+
+std::string list_refusal(const Scene& scene, const std::string& list) {
+  try {
+    used_views(scene, list, "");
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(ViewLists, TakeNamesWithoutTheirExtensionWhereOneViewHasThem) {
+  using Indices = std::vector<std::size_t>;
+  const Scene scene =
+      scene_with({"DJI_0018.JPG", "DJI_0020.JPG", "a", "a.jpg", "b.1.jpg", "c.jpg", "c.png", "north/d.jpg"});
+  EXPECT_EQ(listed(scene, "DJI_0020"), Indices{1});
+  EXPECT_EQ(listed(scene, "DJI_0020.JPG"), Indices{1});
+  EXPECT_EQ(listed(scene, "DJI_00*,b.1"), (Indices{0, 1, 4}));
+  EXPECT_EQ(listed(scene, "a"), Indices{2}) << "as it stands";
+  EXPECT_EQ(listed(scene, "north/d"), Indices{7});
+  EXPECT_EQ(listed(scene, "c.png"), Indices{6});
+  EXPECT_TRUE(contains(list_refusal(scene, "c"), "'c' may be c.jpg or c.png; give the extension"));
+  EXPECT_TRUE(contains(list_refusal(scene, "DJI_0021"), "no view 'DJI_0021'; near are DJI_0020.JPG"));
+  EXPECT_TRUE(contains(list_refusal(scene, "d"), "no view 'd'"));
+  const std::vector<ViewId> used = used_views(scene, "", "");
+  EXPECT_EQ(held_out_views(scene, used, "DJI_0018"), std::vector{ViewId{0}});
+  EXPECT_EQ(held_out_views(scene, used, "4"), (std::vector{ViewId{3}, ViewId{7}}));
 }
 
 }  // namespace
