@@ -7,7 +7,10 @@
 
 #include "tests/visibility_oracle.h"
 #include "tests/visibility_scenes.h"
+#include "visibility/exact.h"
+#include "visibility/front_faces.h"
 #include "visibility/lpcc.h"
+#include "visibility/subpixel.h"
 
 namespace gpvc {
 namespace {
@@ -69,6 +72,77 @@ TEST(Exact, DoesNotTrustTheItemBuffer) {
       EXPECT_EQ(seen, owned);
     }
   }
+}
+
+/// Which of the sub-pixel samples of `faces` no face hides, by asking the exact predicates about every pair.
+std::vector<std::uint32_t> visible_by_brute_force(const ClassifyView& view,
+                                                  const std::vector<FaceId>& faces) {
+  std::vector<RasterFace> rasters;
+  for (std::uint32_t f = 0; f < view.mesh.faces.size(); ++f) rasters.push_back(view.raster(FaceId{f}));
+  std::vector<std::uint32_t> visible;
+  for (const FaceId face : faces) {
+    visible.push_back(0);
+    for (const SubpixelSample& sample : subpixel_samples(view, rasters[index(face)])) {
+      if (!sample.in_image) continue;
+      const FacePoint own = face_point(rasters[index(face)], sample.x, sample.y);
+      bool hidden = false;
+      for (std::size_t f = 0; f < rasters.size() && !hidden; ++f) {
+        if (f == index(face) || rasters[f].facing == Facing::edge_on) continue;
+        const FacePoint there = face_point(rasters[f], sample.x, sample.y);
+        if (!covers_exactly(there)) continue;
+        const int order = compare_depth_exactly(there, own);
+        hidden = order < 0 || (order == 0 && f < index(face));
+      }
+      visible.back() += !hidden;
+    }
+  }
+  return visible;
+}
+
+/// Checks the front faces among `first` .. `end` - 1, and that some samples see them and some do not.
+void expect_brute_force(const Mesh& mesh, const View& view, std::uint32_t first, std::uint32_t end) {
+  const Bench bench(mesh, view);
+  const ClassifyView prepared = bench.prepared();
+  std::vector<FaceId> faces;
+  for (std::uint32_t f = first; f < end; ++f)
+    if (prepared.raster(FaceId{f}).facing == Facing::front) faces.push_back(FaceId{f});
+  constexpr std::size_t kTogether = 64;
+  const std::vector<PixelBox> everywhere((mesh.faces.size() + kTogether - 1) / kTogether, prepared.frame());
+  SubpixelResolver resolver;
+  const std::vector<std::uint32_t> expected = visible_by_brute_force(prepared, faces);
+  std::size_t all = 0;
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    resolver.resolve(prepared, faces, everywhere, kTogether);
+    for (std::size_t i = 0; i < faces.size(); ++i)
+      ASSERT_EQ(resolver.visible(i), expected[i]) << "face " << index(faces[i]);
+  }
+  for (const std::uint32_t samples : expected) all += samples;
+  EXPECT_GT(all, faces.size() / 2);
+  EXPECT_LT(all, faces.size() * 4 * 9 / 10);
+}
+
+TEST(Subpixel, TilesDecideAsThePredicatesDo) {
+  // Small faces everywhere and heaped up in one pixel, behind small and middling ones, slivers across the
+  // image, one over all of it and one that crosses the camera plane.
+  const View view = scenes::view_of(1100, 1060, 1000);
+  Mesh mesh = scenes::soup(view.camera, 400, 0.4, 3);
+  Mesh heap = scenes::soup(scenes::view_of(1, 1, 1000).camera, 400, 0.2, 4);
+  for (WorldPoint& p : heap.positions) p = {p.x + 0.2 * p.z, p.y + 0.1 * p.z, p.z};
+  scenes::append(mesh, heap);
+  scenes::append(mesh, scenes::soup(view.camera, 60, 80, 5));
+  for (int i = 0; i < 6; ++i)
+    scenes::add_at_pixels(mesh, view.camera,
+                          {{{10.0 + 60 * i, 5, 6}, {1000, 1050.0 - 90 * i, 7}, {1003, 1058.0 - 90 * i, 7}}});
+  scenes::add_at_pixels(mesh, view.camera, {{{-300, -200, 12}, {700, 2300, 14}, {2300, 100, 13}}});
+  scenes::add_face(mesh, {-3, 1, -2}, {0.5, 2, 8}, {2, -3, 9});
+  expect_brute_force(mesh, view, 0, 800);
+}
+
+TEST(Subpixel, ThreadsThatShareATileDecideAsThePredicatesDo) {
+  // So many faces in a few pixels that one thread is not left alone with them.
+  const View view = scenes::view_of(8, 6, 1000);
+  const Mesh mesh = scenes::soup(view.camera, 90000, 0.02, 6);
+  expect_brute_force(mesh, view, 500, 620);
 }
 
 /// Two faces of a square and a third behind them.

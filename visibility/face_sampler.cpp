@@ -244,7 +244,9 @@ FaceClass FaceSampler::classify_subpixel(FaceId face, std::uint32_t visible) {
   ++counts_.processed_faces;
   counts_.samples += kSubpixelSamples;
   if (visible == 0) return FaceClass::hidden;
-  if (visible == kSubpixelSamples && inside_frame(view_.camera, view_.raster(face))) return FaceClass::full;
+  if (visible == kSubpixelSamples &&
+      (limits_.inside(view_.bounds(face)) || inside_frame(view_.camera, view_.raster(face))))
+    return FaceClass::full;
   FaceCoverage entry;
   entry.face = face;
   entry.view = view_.id;

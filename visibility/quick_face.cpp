@@ -2,21 +2,10 @@
 
 #include <cstring>
 
-// Two versions of a function, chosen when the program starts. Both do the same operations in the same order.
-#if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__)
-#define GPVC_WIDE_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define GPVC_WIDE_CLONES
-#endif
+#include "visibility/wide.h"
 
 namespace gpvc {
 namespace {
-
-using FourRows = double __attribute__((vector_size(32)));
-using FourInts = std::int32_t __attribute__((vector_size(16)));
-using FourFlags = std::int64_t __attribute__((vector_size(32)));
-using EightIds = std::uint32_t __attribute__((vector_size(32)));
 
 /// Where the lines of the edges cross the rows of a box, in pixels from the centre of its first.
 struct RowCrossings {
@@ -30,19 +19,19 @@ struct RowCrossings {
 /// Fills `found`, one span a row at most; how many, or -1 when some row is not certain.
 GPVC_WIDE_CLONES std::ptrdiff_t find_spans(const RowCrossings& edges, const PixelBox& box, Span* found) {
   const std::int32_t rows = box.y1 - box.y0;
-  const FourRows zero{}, lanes{0, 1, 2, 3};
-  const FourRows at0 = zero + edges.at[0], at1 = zero + edges.at[1], at2 = zero + edges.at[2];
+  const FourDoubles zero{}, lanes{0, 1, 2, 3};
+  const FourDoubles at0 = zero + edges.at[0], at1 = zero + edges.at[1], at2 = zero + edges.at[2];
   // Half a pixel beyond the box is as good as any further.
-  const FourRows least = zero - 0.5, most_low = zero + (edges.width + 0.5),
-                 most_high = zero + (edges.width - 0.5);
+  const FourDoubles least = zero - 0.5, most_low = zero + (edges.width + 0.5),
+                    most_high = zero + (edges.width - 0.5);
   std::ptrdiff_t count = 0;
   for (std::int32_t first = 0; first < rows; first += 4) {
-    const FourRows row = lanes + static_cast<double>(first);
-    const FourRows a = at0 + edges.slope[0] * row, b = at1 + edges.slope[1] * row,
-                   c = at2 + edges.slope[2] * row;
-    FourRows low = a + edges.not_left[0], high = a + edges.not_right[0];
-    const FourRows low_b = b + edges.not_left[1], high_b = b + edges.not_right[1];
-    const FourRows low_c = c + edges.not_left[2], high_c = c + edges.not_right[2];
+    const FourDoubles row = lanes + static_cast<double>(first);
+    const FourDoubles a = at0 + edges.slope[0] * row, b = at1 + edges.slope[1] * row,
+                      c = at2 + edges.slope[2] * row;
+    FourDoubles low = a + edges.not_left[0], high = a + edges.not_right[0];
+    const FourDoubles low_b = b + edges.not_left[1], high_b = b + edges.not_right[1];
+    const FourDoubles low_c = c + edges.not_left[2], high_c = c + edges.not_right[2];
     low = low < low_b ? low_b : low;
     low = low < low_c ? low_c : low;
     low = low < least ? least : low;
@@ -54,8 +43,8 @@ GPVC_WIDE_CLONES std::ptrdiff_t find_spans(const RowCrossings& edges, const Pixe
     const FourInts begins = __builtin_convertvector(low + 1.0, FourInts);
     const FourInts ends = __builtin_convertvector(high + 1.0, FourInts);
     // How far the crossings are from the pixel centres on either side of them.
-    const FourRows begin = __builtin_convertvector(begins, FourRows) - low;
-    const FourRows end = __builtin_convertvector(ends, FourRows) - high;
+    const FourDoubles begin = __builtin_convertvector(begins, FourDoubles) - low;
+    const FourDoubles end = __builtin_convertvector(ends, FourDoubles) - high;
     const FourFlags sure = (begin > edges.tolerance) & (1.0 - begin > edges.tolerance) &
                            (end > edges.tolerance) & (1.0 - end > edges.tolerance);
     const FourFlags unsure = ~sure & (row < static_cast<double>(rows));
@@ -99,46 +88,34 @@ GPVC_WIDE_CLONES bool runs_hold(const FaceId* entries, std::size_t total, std::s
   return any == 0;
 }
 
-struct Corners {
-  std::array<double, 3> x, y;
-};
-
-/// See QuickFace::possible().
-GPVC_WIDE_CLONES std::uint64_t find_possible(const Corners& face, double margin, const FaceBounds& bounds,
-                                             const double* x, const double* y, std::size_t count) {
-  const double ax = face.x[1] - face.x[0], ay = face.y[1] - face.y[0];
-  const double bx = face.x[2] - face.x[1], by = face.y[2] - face.y[1];
-  const double cx = face.x[0] - face.x[2], cy = face.y[0] - face.y[2];
-  std::uint64_t found = 0;
-  for (std::size_t i = 0; i < count; i += 4) {
-    FourRows px, py;
-    std::memcpy(&px, x + i, sizeof(px));
-    std::memcpy(&py, y + i, sizeof(py));
-    const FourRows a = ax * (py - face.y[0]) - ay * (px - face.x[0]);
-    const FourRows b = bx * (py - face.y[1]) - by * (px - face.x[1]);
-    const FourRows c = cx * (py - face.y[2]) - cy * (px - face.x[2]);
-    const FourFlags left = (a < -margin) | (b < -margin) | (c < -margin);
-    const FourFlags right = (a > margin) | (b > margin) | (c > margin);
-    const FourFlags keep =
-        ~(left & right) & (px >= bounds.x0) & (px <= bounds.x1) & (py >= bounds.y0) & (py <= bounds.y1);
-    const FourFlags bit = keep & FourFlags{1, 2, 4, 8};
-    found |= static_cast<std::uint64_t>((bit[0] | bit[1]) | (bit[2] | bit[3])) << i;
-  }
-  return count == 64 ? found : found & ~(~std::uint64_t{0} << count);
-}
-
 }  // namespace
 
-std::uint64_t QuickFace::possible(const double* x, const double* y, std::size_t count,
-                                  const FaceBounds& bounds) const {
-  return find_possible({x_, y_}, margin_, bounds, x, y, count);
+/// With o the origin, X the extent and r = 2^-24, a value is a x + b y + c with c = -(a (v - o)x + b (v -
+/// o)y) from a vertex v: of floats it is off by at most 6 r (|a| + |b|) X + 3 r |c|, and |c| is no more than
+/// the sum of its terms. What the projection holds is above -margin_ before that; another margin_ is more
+/// than c less all that loses when it is rounded.
+HalfPlanes QuickFace::half_planes(double x, double y, double extent) const {
+  HalfPlanes planes;
+  if (!usable_ || facing_ == Facing::edge_on) return planes;
+  const double turn = facing_ == Facing::front ? -1 : 1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const double a = turn * (y_[i] - y_[j]), b = turn * (x_[j] - x_[i]);
+    const double from_x = x_[i] - x, from_y = y_[i] - y;
+    planes.a[i] = a;
+    planes.b[i] = b;
+    planes.c[i] =
+        2 * margin_ - (a * from_x + b * from_y) +
+        0x1p-21 * (std::abs(a) * (extent + std::abs(from_x)) + std::abs(b) * (extent + std::abs(from_y)));
+  }
+  return planes;
 }
 
-/// Each edge, cut to the row. A position and the point where an edge is cut are off by a few roundings of a
+/// Each edge, cut to the rows. A position and the point where an edge is cut are off by a few roundings of a
 /// coordinate below 2^20 px, far less than the 2^-24 px that are added.
-FaceBounds QuickFace::in_row(std::int32_t y) const {
+FaceBounds QuickFace::in_rows(std::int32_t y0, std::int32_t y1) const {
   constexpr double kSlack = 0x1p-24;
-  const double top = y - kSlack, bottom = y + 1 + kSlack;
+  const double top = y0 - kSlack, bottom = y1 + kSlack;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;

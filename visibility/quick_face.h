@@ -76,6 +76,11 @@ struct QuickDepth {
   }
 };
 
+/// Where a x + b y + c >= 0 three times over.
+struct HalfPlanes {
+  std::array<double, 3> a{}, b{}, c{1, 1, 1};  ///< everywhere, to begin with
+};
+
 class QuickFace {
  public:
   QuickFace() = default;
@@ -101,24 +106,18 @@ class QuickFace {
     const auto [low, high] = sides(px, py);
     return facing_ == Facing::front ? high < -margin_ : low > margin_;
   }
-  /// True when the point, which lies in the rectangle, certainly lies outside the projection and not on its
-  /// border: its sides have both signs. \pre usable()
-  bool excludes(double px, double py) const {
-    const auto [low, high] = sides(px, py);
-    return low < -margin_ && high > margin_;
-  }
-
-  /// Of up to 64 points, those that lie in `bounds` and that excludes() does not rule out: a bit each, the
-  /// first lowest. Reads three doubles beyond the end of both. \pre usable(); bounds lie in the rectangle
-  std::uint64_t possible(const double* x, const double* y, std::size_t count, const FaceBounds& bounds) const;
+  /// For positions less (x, y), neither further than `extent` from there along either axis: all that the
+  /// projection holds satisfies them, also when they and positions are rounded to floats and the sums of
+  /// products computed in floats. They hold everywhere where nothing is known.
+  HalfPlanes half_planes(double x, double y, double extent) const;
 
   /// From the depths of the three vertices, in the order of their positions. Its error is infinite where
   /// nothing is known.
   QuickDepth depth(double za, double zb, double zc) const;
 
-  /// The rectangle around the part of the projection that lies in the rows of pixels y: x0 and x1 may be out
-  /// of order when there is none. \pre usable()
-  FaceBounds in_row(std::int32_t y) const;
+  /// The rectangle around the part of the projection that lies in the rows of pixels y0 .. y1 - 1: x0 and x1
+  /// may be out of order when there is none. \pre usable()
+  FaceBounds in_rows(std::int32_t y0, std::int32_t y1) const;
 
   /// The runs of the box's pixels whose centres are covered; false when some row is not certain. Four rows at
   /// a time.

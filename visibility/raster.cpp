@@ -28,21 +28,10 @@ ProjectionRounding projection_rounding(const Camera& camera) {
           1 / std::min(camera.fx, camera.fy)};
 }
 
-RasterFace raster_face(ProjectedVertex a, ProjectedVertex b, ProjectedVertex c,
+RasterFace raster_face(ProjectedVertex first, ProjectedVertex second, ProjectedVertex third,
                        const ProjectionRounding& rounding) {
-  // The vertex of least depth comes first: differences from it are no larger than the other two vertices.
-  const double za = std::abs(a.z), zb = std::abs(b.z), zc = std::abs(c.z);
-  if (zb < za && zb <= zc) {
-    const ProjectedVertex first = a;
-    a = b;
-    b = c;
-    c = first;
-  } else if (zc < za && zc < zb) {
-    const ProjectedVertex first = a;
-    a = c;
-    c = b;
-    b = first;
-  }
+  // Differences from the nearest vertex are no larger than the other two.
+  const auto [a, b, c] = nearest_first(first, second, third);
   const double du1 = b.u - a.u, dv1 = b.v - a.v, dz1 = b.z - a.z;
   const double du2 = c.u - a.u, dv2 = c.v - a.v, dz2 = c.z - a.z;
   // Front faces wind clockwise in (u, v) because v runs down: hence the order of the factors.

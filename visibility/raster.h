@@ -37,6 +37,15 @@ struct ProjectionRounding {
 
 ProjectionRounding projection_rounding(const Camera& camera);
 
+/// The same corners in the same turn, the one of least |z| first.
+inline std::array<ProjectedVertex, 3> nearest_first(const ProjectedVertex& a, const ProjectedVertex& b,
+                                                    const ProjectedVertex& c) {
+  const double za = std::abs(a.z), zb = std::abs(b.z), zc = std::abs(c.z);
+  if (zb < za && zb <= zc) return {b, c, a};
+  if (zc < za && zc < zb) return {c, a, b};
+  return {a, b, c};
+}
+
 /// A face whose determinant cannot be told from zero, given that u, v and z are rounded values, is edge-on:
 /// it is thinner than about 1e-11 px, covers nothing and is never seen. Degenerate faces always are.
 RasterFace raster_face(ProjectedVertex a, ProjectedVertex b, ProjectedVertex c,

@@ -4,14 +4,29 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cmath>
-#include <optional>
+#include <cstring>
+#include <limits>
 
-#include "visibility/exact.h"
+#include "visibility/wide.h"
 
 namespace gpvc {
 namespace {
+
+/// Few enough pixels that the samples of a tile fit a processor's cache where there are a dozen a pixel,
+/// enough that most faces smaller than pixels touch one tile.
+constexpr std::int32_t kTileSide = 32;
+constexpr std::size_t kTilesPerRegion = 4;  ///< along each axis
+constexpr std::size_t kFacesPerBlock = 2048;
+/// More tiles than this, a megapixel, few faces touch: they need no lists.
+constexpr std::int64_t kVast = 1024;
+/// From so many occluders on threads share a tile.
+constexpr std::size_t kCrowd = 1 << 16;
+
+/// How far ahead memory is asked for: what a tile needs lies in many places.
+constexpr std::size_t kAhead = 8;
+
+constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
 
 /// A sample sees the face only if it is in the image: on the frame, and in the photo once distorted.
 bool in_image(const ClassifyView& view, double x, double y) {
@@ -20,251 +35,225 @@ bool in_image(const ClassifyView& view, double x, double y) {
   return view.mask.contains(PixelPoint{x, y});
 }
 
-/// About eight samples a cell, two steps of QuickFace::possible(), up to 16 x 16 cells.
-std::uint8_t cells_for(std::uint32_t samples) {
-  std::uint32_t side = 1;
-  while (side < 16 && 8 * side * side < samples) ++side;
-  return static_cast<std::uint8_t>(side);
+/// The midpoints from the centroid to the vertices, and the centroid.
+GPVC_WIDE_CLONES void place_samples(const std::array<ProjectedVertex, 3>& v, double* x, double* y) {
+  const FourDoubles all{1, 1, 1, 1};
+  const FourDoubles u = all * (v[0].u + v[1].u + v[2].u) + 3 * FourDoubles{v[0].u, v[1].u, v[2].u, 0};
+  const FourDoubles w = all * (v[0].v + v[1].v + v[2].v) + 3 * FourDoubles{v[0].v, v[1].v, v[2].v, 0};
+  const FourDoubles z = all * (v[0].z + v[1].z + v[2].z) + 3 * FourDoubles{v[0].z, v[1].z, v[2].z, 0};
+  const FourDoubles px = u / z, py = w / z;
+  std::memcpy(x, &px, sizeof(px));
+  std::memcpy(y, &py, sizeof(py));
 }
 
-/// Column or row of cells; grows with the position, whatever the rounding.
-std::uint32_t cell_of(double position, std::int32_t pixel, std::uint32_t side) {
-  const double cell = (position - pixel) * side;
-  return static_cast<std::uint32_t>(std::min(std::max(cell, 0.0), side - 1.0));
+/// The corners of a face to come, and the face that comes after as many again.
+void prefetch(const ClassifyView& view, std::span<const std::uint32_t> faces, std::size_t at) {
+  if (at + 2 * kAhead >= faces.size()) return;
+  __builtin_prefetch(&view.mesh.faces[faces[at + 2 * kAhead]]);
+  for (const std::uint32_t vertex : view.mesh.faces[faces[at + kAhead]])
+    __builtin_prefetch(&view.projected.positions[vertex]);
 }
 
 }  // namespace
 
-/// A face that may hide samples; made ready for the exact predicates when they are first needed.
-struct SubpixelResolver::Occluder {
-  Occluder(const ClassifyView& seen, const QuickLimits& limits, FaceId occluding, const FaceBounds& bounds)
-      : view(seen),
-        face(occluding),
-        quick(seen.quick(limits, occluding, bounds)),
-        depths(seen.depths(occluding)) {}
-
-  /// Whether it covers the sample of a face, whose depths are given, and is nearer there.
-  bool hides(double x, double y, FaceId sampled, const DepthRange& other) {
-    if (depths.nearest > other.farthest) return false;
-    if (depths.farthest < other.nearest && quick.contains(x, y)) return true;
-    if (!exact) raster = view.raster(face);
-    exact = true;
-    if (raster.facing == Facing::edge_on) return false;
-    const FacePoint here = face_point(raster, x, y);
-    if (!covers_exactly(here)) return false;
-    const RasterFace own = view.raster(sampled);
-    const int order = compare_depth_exactly(here, face_point(own, x, y));
-    return order < 0 || (order == 0 && face < sampled);
-  }
-
-  const ClassifyView& view;
-  FaceId face;
-  QuickFace quick;
-  DepthRange depths;
-  bool exact = false;  ///< raster is set
-  RasterFace raster;
-};
-
-void SubpixelResolver::start(const ClassifyView& view, std::size_t faces) {
-  if (width_ != view.camera.width || height_ != view.camera.height) {
-    width_ = view.camera.width;
-    height_ = view.camera.height;
-    stride_ = (static_cast<std::size_t>(width_) + 63) / 64;
-    const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
-    first_cell_.assign(pixels, 0);
-    cells_a_side_.assign(pixels, 0);
-    occupied_.assign(stride_ * static_cast<std::size_t>(height_), 0);
-    tiles_.assign(stride_ * ((static_cast<std::size_t>(height_) + 63) / 64), 0);
-  }
-  limits_ = view.quick_limits();
-  samples_.resize(faces * kSubpixelSamples);
-  depths_.resize(faces);
+void SubpixelResolver::TileLists::start(std::size_t blocks, std::size_t tiles) {
+  blocks_.resize(blocks);
+  end_.assign(tiles, 0);
 }
 
-/// Calls back for every pixel with samples, tile by tile.
-template <class Callback>
-void SubpixelResolver::for_each_occupied(Callback&& callback) const {
-  for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
-    if (tiles_[tile] == 0) continue;
-    const std::size_t word = tile % stride_, row = tile / stride_ * 64;
-    for (std::size_t y = row; y < std::min(row + 64, static_cast<std::size_t>(height_)); ++y)
-      for (std::uint64_t bits = occupied_[y * stride_ + word]; bits != 0; bits &= bits - 1)
-        callback(y * static_cast<std::size_t>(width_) + word * 64 +
-                 static_cast<std::size_t>(std::countr_zero(bits)));
-  }
-}
-
-void SubpixelResolver::make_samples(const ClassifyView& view, std::size_t number, FaceId face) {
-  const auto& v = view.raster(face).vertex;
-  depths_[number] = view.depths(face);
-  const ProjectedVertex centroid{v[0].u + v[1].u + v[2].u, v[0].v + v[1].v + v[2].v,
-                                 v[0].z + v[1].z + v[2].z};
-  for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
-    ProjectedVertex q = centroid;
-    if (k < 3) q = {q.u + 3 * v[k].u, q.v + 3 * v[k].v, q.z + 3 * v[k].z};
-    const double x = q.u / q.z, y = q.v / q.z;
-    Sample& sample = samples_[number * kSubpixelSamples + k];
-    sample = {x, y, kNowhere, kNowhere};
-    if (!in_image(view, x, y)) continue;
-    const int column = std::min(static_cast<int>(x), width_ - 1);
-    const int row = std::min(static_cast<int>(y), height_ - 1);
-    const std::size_t word = static_cast<std::size_t>(column) / 64;
-    const std::size_t pixel =
-        static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column);
-    sample.pixel = static_cast<std::uint32_t>(pixel);
-    std::atomic_ref(first_cell_[pixel]).fetch_add(1, std::memory_order_relaxed);
-    // Mostly set by a sample before: looking is cheaper than a locked write.
-    const std::uint64_t bit = std::uint64_t{1} << (column % 64);
-    std::atomic_ref bits(occupied_[static_cast<std::size_t>(row) * stride_ + word]);
-    if ((bits.load(std::memory_order_relaxed) & bit) == 0) bits.fetch_or(bit, std::memory_order_relaxed);
-    std::atomic_ref tile(tiles_[static_cast<std::size_t>(row) / 64 * stride_ + word]);
-    if (tile.load(std::memory_order_relaxed) == 0) tile.store(1, std::memory_order_relaxed);
-  }
-}
-
-void SubpixelResolver::make_cells() {
-  std::uint32_t cells = 0;
-  for_each_occupied([&](std::size_t pixel) {
-    const std::uint32_t side = cells_for(first_cell_[pixel]);
-    cells_a_side_[pixel] = static_cast<std::uint8_t>(side);
-    first_cell_[pixel] = cells;
-    cells += side * side;
+void SubpixelResolver::TileLists::sort() {
+  // Entries that follow one another mostly share a tile: one atomic operation for all of them.
+  const auto for_each_run = [&](auto&& run) {
+    tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t number) {
+      const auto& found = blocks_[number].found_;
+      for (std::size_t first = 0, next = 0; first < found.size(); first = next) {
+        while (next < found.size() && found[next].tile == found[first].tile) ++next;
+        run(std::atomic_ref(end_[found[first].tile]), std::span(found).subspan(first, next - first));
+      }
+    });
+  };
+  for_each_run([](std::atomic_ref<std::size_t> count, auto entries) {
+    count.fetch_add(entries.size(), std::memory_order_relaxed);
   });
-  cell_end_.assign(cells, 0);
-  tbb::parallel_for(std::size_t{0}, samples_.size(), [&](std::size_t number) {
-    Sample& sample = samples_[number];
-    if (sample.pixel == kNowhere) return;
-    const std::uint32_t side = cells_a_side_[sample.pixel];
-    sample.at = first_cell_[sample.pixel];
-    if (side > 1) {
-      const auto width = static_cast<std::uint32_t>(width_);
-      const auto x = static_cast<std::int32_t>(sample.pixel % width);
-      const auto y = static_cast<std::int32_t>(sample.pixel / width);
-      sample.at += cell_of(sample.y, y, side) * side + cell_of(sample.x, x, side);
-    }
-    std::atomic_ref(cell_end_[sample.at]).fetch_add(1, std::memory_order_relaxed);
-  });
-}
-
-/// Counting sort. The order within a cell depends on the threads; what is done with the samples does not.
-void SubpixelResolver::place(std::span<const FaceId> faces) {
-  std::uint32_t begin = 0;
-  for (std::uint32_t& cell : cell_end_) {
-    const std::uint32_t count = cell;
-    cell = begin;
+  std::size_t begin = 0;
+  for (std::size_t& tile : end_) {
+    const std::size_t count = tile;
+    tile = begin;
     begin += count;
   }
-  placed_.resize(begin);
-  x_.resize(begin + 3);
-  y_.resize(begin + 3);
-  visible_.assign(begin, 1);
-  tbb::parallel_for(std::size_t{0}, samples_.size(), [&](std::size_t number) {
-    Sample& sample = samples_[number];
-    if (sample.pixel == kNowhere) return;
-    const std::size_t face = number / kSubpixelSamples;
-    sample.at = std::atomic_ref(cell_end_[sample.at]).fetch_add(1, std::memory_order_relaxed);
-    placed_[sample.at] = {faces[face], static_cast<std::uint32_t>(face)};
-    x_[sample.at] = sample.x;
-    y_[sample.at] = sample.y;
+  numbers_.resize(begin);
+  for_each_run([&](std::atomic_ref<std::size_t> end, auto entries) {
+    std::size_t at = end.fetch_add(entries.size(), std::memory_order_relaxed);
+    for (const auto& entry : entries) numbers_[at++] = entry.number;
   });
+}
+
+void SubpixelResolver::start(const ClassifyView& view, std::size_t faces) {
+  width_ = view.camera.width;
+  height_ = view.camera.height;
+  const auto squares = [](std::size_t length, std::size_t side) { return (length + side - 1) / side; };
+  tiles_across_ = squares(static_cast<std::size_t>(width_), kTileSide);
+  tiles_down_ = squares(static_cast<std::size_t>(height_), kTileSide);
+  regions_across_ = squares(tiles_across_, kTilesPerRegion);
+  limits_ = view.quick_limits();
+  samples_.resize(faces);
+  visible_.assign(faces, 0);
+  vast_.clear();
+}
+
+/// \pre on the frame. A position on its right or lower border belongs to the last tile.
+std::uint32_t SubpixelResolver::tile_of(double x, double y) const {
+  const auto column = static_cast<std::size_t>(std::min(static_cast<std::int32_t>(x), width_ - 1));
+  const auto row = static_cast<std::size_t>(std::min(static_cast<std::int32_t>(y), height_ - 1));
+  return static_cast<std::uint32_t>(row / kTileSide * tiles_across_ + column / kTileSide);
+}
+
+void SubpixelResolver::make_samples(const ClassifyView& view, std::span<const FaceId> faces) {
+  samples_by_tile_.start((faces.size() + kFacesPerBlock - 1) / kFacesPerBlock, tiles_across_ * tiles_down_);
+  tbb::parallel_for(
+      std::size_t{0}, (faces.size() + kFacesPerBlock - 1) / kFacesPerBlock, [&](std::size_t number) {
+        TileLists::Block& block = samples_by_tile_.block(number);
+        block.clear();
+        const std::size_t end = std::min((number + 1) * kFacesPerBlock, faces.size());
+        for (std::size_t i = number * kFacesPerBlock; i < end; ++i) {
+          const Triangle& t = view.mesh.faces[index(faces[i])];
+          const auto& v = view.projected.vertices;
+          Samples& samples = samples_[i];
+          place_samples(nearest_first(v[t[0]], v[t[1]], v[t[2]]), samples.x.data(), samples.y.data());
+          std::array<std::uint32_t, kSubpixelSamples> tiles{};
+          std::size_t listed = 0;
+          for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
+            if (!in_image(view, samples.x[k], samples.y[k])) {
+              samples.x[k] = kNowhere;
+              continue;
+            }
+            const std::uint32_t tile = tile_of(samples.x[k], samples.y[k]);
+            auto* const last = tiles.data() + listed;
+            if (std::find(tiles.data(), last, tile) != last) continue;
+            tiles[listed++] = tile;
+            block.add(tile, static_cast<std::uint32_t>(i));
+          }
+        }
+      });
+  samples_by_tile_.sort();
+}
+
+void SubpixelResolver::find_tiles() {
+  tiles_.clear();
+  occupied_.assign(tiles_across_ * tiles_down_, 0);
+  regions_.assign(regions_across_ * ((tiles_down_ + kTilesPerRegion - 1) / kTilesPerRegion), 0);
+  for (std::size_t tile = 0; tile < occupied_.size(); ++tile) {
+    if (samples_by_tile_.of(tile).empty()) continue;
+    tiles_.push_back(static_cast<std::uint32_t>(tile));
+    occupied_[tile] = 1;
+    regions_[tile / tiles_across_ / kTilesPerRegion * regions_across_ +
+             tile % tiles_across_ / kTilesPerRegion] = 1;
+  }
 }
 
 bool SubpixelResolver::any_in(const PixelBox& pixels) const {
   if (pixels.empty()) return false;
-  for (std::int32_t row = pixels.y0 / 64; row <= (pixels.y1 - 1) / 64; ++row)
-    for (std::int32_t column = pixels.x0 / 64; column <= (pixels.x1 - 1) / 64; ++column)
-      if (tiles_[static_cast<std::size_t>(row) * stride_ + static_cast<std::size_t>(column)] != 0)
+  constexpr auto kSide = static_cast<std::int32_t>(kTilesPerRegion) * kTileSide;
+  for (std::int32_t row = pixels.y0 / kSide; row <= (pixels.y1 - 1) / kSide; ++row)
+    for (std::int32_t column = pixels.x0 / kSide; column <= (pixels.x1 - 1) / kSide; ++column)
+      if (regions_[static_cast<std::size_t>(row) * regions_across_ + static_cast<std::size_t>(column)] != 0)
         return true;
   return false;
 }
 
-void SubpixelResolver::hide(Occluder& occluder, std::size_t at) {
-  std::atomic_ref visible(visible_[at]);
-  const Placed& sample = placed_[at];
-  if (sample.face == occluder.face || visible.load(std::memory_order_relaxed) == 0) return;
-  if (occluder.hides(x_[at], y_[at], sample.face, depths_[sample.number]))
-    visible.store(0, std::memory_order_relaxed);
-}
-
-/// The samples of cells first .. last that lie in the bounds.
-void SubpixelResolver::hide_in_cells(Occluder& occluder, const FaceBounds& bounds, std::size_t first,
-                                     std::size_t last) {
-  const std::size_t end = cell_end_[last];
-  for (std::size_t i = first == 0 ? 0 : cell_end_[first - 1]; i < end; i += 64) {
-    const std::size_t count = std::min<std::size_t>(end - i, 64);
-    if (occluder.quick.usable()) {
-      std::uint64_t bits = occluder.quick.possible(x_.data() + i, y_.data() + i, count, bounds);
-      for (; bits != 0; bits &= bits - 1)
-        hide(occluder, i + static_cast<std::size_t>(std::countr_zero(bits)));
-    } else {
-      for (std::size_t k = i; k < i + count; ++k)
-        if (!bounds.bounded ||
-            (x_[k] >= bounds.x0 && x_[k] <= bounds.x1 && y_[k] >= bounds.y0 && y_[k] <= bounds.y1))
-          hide(occluder, k);
+void SubpixelResolver::list_occluders(const ClassifyView& view, std::span<const PixelBox> blocks,
+                                      std::size_t faces_per_block) {
+  const std::size_t together = std::max<std::size_t>(kFacesPerBlock / faces_per_block, 1);
+  const std::size_t lists = (blocks.size() + together - 1) / together;
+  occluders_by_tile_.start(lists, occupied_.size());
+  tbb::parallel_for(std::size_t{0}, lists, [&](std::size_t number) {
+    TileLists::Block& list = occluders_by_tile_.block(number);
+    list.clear();
+    for (std::size_t b = number * together; b < std::min((number + 1) * together, blocks.size()); ++b) {
+      if (!any_in(blocks[b])) continue;
+      const std::size_t end = std::min((b + 1) * faces_per_block, view.mesh.faces.size());
+      for (std::size_t f = b * faces_per_block; f < end; ++f)
+        list_occluder(view, FaceId{static_cast<std::uint32_t>(f)}, list);
     }
-  }
+  });
+  occluders_by_tile_.sort();
 }
 
-void SubpixelResolver::hide_in_pixel(Occluder& occluder, const FaceBounds& bounds, std::int32_t x,
-                                     std::int32_t y) {
-  const std::size_t pixel =
-      static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
-  const std::size_t first = first_cell_[pixel], side = cells_a_side_[pixel];
-  if (side == 1 || !bounds.bounded) return hide_in_cells(occluder, bounds, first, first + side * side - 1);
-  const auto cells = static_cast<std::uint32_t>(side);
-  const std::uint32_t x0 = cell_of(bounds.x0, x, cells), x1 = cell_of(bounds.x1, x, cells);
-  const std::uint32_t y0 = cell_of(bounds.y0, y, cells), y1 = cell_of(bounds.y1, y, cells);
-  for (std::size_t row = y0; row <= y1; ++row)
-    hide_in_cells(occluder, bounds, first + row * side + x0, first + row * side + x1);
-}
-
-/// Of a word of pixels of a row, those of x0 .. x1 - 1 that have samples.
-std::uint64_t SubpixelResolver::occupied(std::size_t word, std::int32_t y, std::int32_t x0,
-                                         std::int32_t x1) const {
-  std::uint64_t bits = occupied_[static_cast<std::size_t>(y) * stride_ + word];
-  if (word == static_cast<std::size_t>(x0) / 64) bits &= ~std::uint64_t{0} << (x0 % 64);
-  if (word == static_cast<std::size_t>(x1 - 1) / 64) bits &= ~std::uint64_t{0} >> (63 - (x1 - 1) % 64);
-  return bits;
-}
-
-void SubpixelResolver::hide_in_row(Occluder& occluder, const FaceBounds& bounds, std::int32_t y) {
-  const PixelBox pixels = touched_pixels(bounds, {0, y, width_, y + 1});
-  if (pixels.x0 >= pixels.x1) return;
-  const auto last_word = static_cast<std::size_t>(pixels.x1 - 1) / 64;
-  for (std::size_t word = static_cast<std::size_t>(pixels.x0) / 64; word <= last_word; ++word)
-    for (std::uint64_t bits = occupied(word, y, pixels.x0, pixels.x1); bits != 0; bits &= bits - 1)
-      hide_in_pixel(occluder, bounds, static_cast<std::int32_t>(word * 64) + std::countr_zero(bits), y);
-}
-
-void SubpixelResolver::hide_behind(const ClassifyView& view, FaceId face) {
+void SubpixelResolver::list_occluder(const ClassifyView& view, FaceId face, TileLists::Block& block) {
   const FaceBounds bounds = view.bounds(face);
   if (outside(bounds, width_, height_)) return;
   const PixelBox pixels = touched_pixels(bounds, view.frame());
   if (pixels.empty()) return;
-  // A sliver across many rows fills little of its rectangle.
-  const bool narrow = pixels.x1 - pixels.x0 > 2 && pixels.y1 - pixels.y0 > 2 && limits_.holds(bounds);
-  const auto first_word = static_cast<std::size_t>(pixels.x0) / 64;
-  const auto last_word = static_cast<std::size_t>(pixels.x1 - 1) / 64;
-  std::optional<Occluder> occluder;
-  for (std::int32_t y = pixels.y0; y < pixels.y1; ++y) {
-    std::uint64_t any = 0;
-    for (std::size_t word = first_word; word <= last_word; ++word)
-      any |= occupied(word, y, pixels.x0, pixels.x1);
-    if (any == 0) continue;
-    if (!occluder) occluder.emplace(view, limits_, face, bounds);
-    hide_in_row(*occluder, narrow ? occluder->quick.in_row(y) : bounds, y);
+  const std::int32_t first_row = pixels.y0 / kTileSide, last_row = (pixels.y1 - 1) / kTileSide;
+  std::int32_t first = pixels.x0 / kTileSide, last = (pixels.x1 - 1) / kTileSide;
+  if (std::int64_t{last - first + 1} * (last_row - first_row + 1) > kVast) {
+    vast_.push_back(face);
+    return;
+  }
+  // A sliver across many tiles fills little of its rectangle.
+  const bool narrow = last - first > 1 && last_row - first_row > 1 && limits_.holds(bounds);
+  const QuickFace quick = narrow ? view.quick(limits_, face, bounds) : QuickFace();
+  for (std::int32_t row = first_row; row <= last_row; ++row) {
+    if (narrow) {
+      const FaceBounds part = quick.in_rows(row * kTileSide, (row + 1) * kTileSide);
+      const PixelBox touched = touched_pixels(part, view.frame());
+      first = touched.x0 / kTileSide;
+      last = touched.x0 < touched.x1 ? (touched.x1 - 1) / kTileSide : first - 1;
+    }
+    for (std::int32_t column = first; column <= last; ++column) {
+      const std::size_t tile =
+          static_cast<std::size_t>(row) * tiles_across_ + static_cast<std::size_t>(column);
+      if (occupied_[tile] != 0) block.add(static_cast<std::uint32_t>(tile), static_cast<std::uint32_t>(face));
+    }
   }
 }
 
-/// Only what was written is cleared: the tables are as large as the image.
-void SubpixelResolver::clear() {
-  for_each_occupied([&](std::size_t pixel) { first_cell_[pixel] = 0; });
-  for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
-    if (tiles_[tile] == 0) continue;
-    tiles_[tile] = 0;
-    const std::size_t row = tile / stride_ * 64;
-    for (std::size_t y = row; y < std::min(row + 64, static_cast<std::size_t>(height_)); ++y)
-      occupied_[y * stride_ + tile % stride_] = 0;
+void SubpixelResolver::fill(std::size_t tile, std::span<const FaceId> faces, SubpixelTile& samples) const {
+  const std::span<const std::uint32_t> numbers = samples_by_tile_.of(tile);
+  samples.start(numbers.size() * kSubpixelSamples);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::uint32_t number = numbers[i];
+    __builtin_prefetch(&samples_[numbers[std::min(i + kAhead, numbers.size() - 1)]]);
+    const Samples& of = samples_[number];
+    for (std::size_t k = 0; k < kSubpixelSamples; ++k)
+      if (of.x[k] == of.x[k] && tile_of(of.x[k], of.y[k]) == tile)
+        samples.add(faces[number], number, of.x[k], of.y[k]);
+  }
+  samples.sort();
+}
+
+void SubpixelResolver::count_visible(const SubpixelTile& samples) {
+  samples.for_each_visible([&](std::uint32_t number) {
+    std::atomic_ref(visible_[number]).fetch_add(1, std::memory_order_relaxed);
+  });
+}
+
+void SubpixelResolver::resolve_tiles(const ClassifyView& view, std::span<const FaceId> faces) {
+  const auto hide = [&](FaceId face, Scratch& scratch, SubpixelTile& samples) {
+    samples.hide_behind(view, limits_, face, scratch.found);
+  };
+  tbb::parallel_for(std::size_t{0}, tiles_.size(), [&](std::size_t i) {
+    const std::span<const std::uint32_t> occluders = occluders_by_tile_.of(tiles_[i]);
+    if (occluders.size() >= kCrowd) return;
+    Scratch& scratch = scratch_.local();
+    fill(tiles_[i], faces, scratch.tile);
+    for (std::size_t at = 0; at < occluders.size(); ++at) {
+      prefetch(view, occluders, at);
+      hide(FaceId{occluders[at]}, scratch, scratch.tile);
+    }
+    for (const FaceId face : vast_) hide(face, scratch, scratch.tile);
+    count_visible(scratch.tile);
+  });
+  // One after the other: threads that wait in a loop within a loop would take up other tiles meanwhile.
+  SubpixelTile samples;
+  for (const std::uint32_t tile : tiles_) {
+    const std::span<const std::uint32_t> occluders = occluders_by_tile_.of(tile);
+    if (occluders.size() < kCrowd) continue;
+    fill(tile, faces, samples);
+    tbb::parallel_for(std::size_t{0}, occluders.size(),
+                      [&](std::size_t i) { hide(FaceId{occluders[i]}, scratch_.local(), samples); });
+    for (const FaceId face : vast_) hide(face, scratch_.local(), samples);
+    count_visible(samples);
   }
 }
 
@@ -272,25 +261,10 @@ void SubpixelResolver::resolve(const ClassifyView& view, std::span<const FaceId>
                                std::span<const PixelBox> blocks, std::size_t faces_per_block) {
   start(view, faces.size());
   if (faces.empty()) return;
-  tbb::parallel_for(std::size_t{0}, faces.size(), [&](std::size_t i) { make_samples(view, i, faces[i]); });
-  make_cells();
-  place(faces);
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
-    if (!any_in(blocks[block])) return;
-    const std::size_t last = std::min((block + 1) * faces_per_block, view.mesh.faces.size());
-    for (std::size_t f = block * faces_per_block; f < last; ++f)
-      hide_behind(view, FaceId{static_cast<std::uint32_t>(f)});
-  });
-  clear();
-}
-
-std::uint32_t SubpixelResolver::visible(std::size_t number) const {
-  std::uint32_t count = 0;
-  for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
-    const std::uint32_t at = samples_[number * kSubpixelSamples + k].at;
-    count += at == kNowhere ? 0U : visible_[at];
-  }
-  return count;
+  make_samples(view, faces);
+  find_tiles();
+  list_occluders(view, blocks, faces_per_block);
+  resolve_tiles(view, faces);
 }
 
 }  // namespace gpvc

@@ -1,11 +1,15 @@
 // Faces whose projection contains no pixel centre: their samples are the centroid and the midpoints from it
 // to the three vertices, and each is decided against every face that covers it, exactly.
 //
-// The samples are sorted by pixel, and within a crowded pixel by the cells of a grid as fine as it takes for
-// about eight a cell. Every face of the mesh then visits the cells that its rectangle touches and hides the
-// samples there that it covers and lies in front of. Marking commutes, so the result does not depend on the
-// order. Cost: O(faces + pixels touched + pairs of a sample and a face in one cell).
+// Samples and the faces that may hide them are sorted by tile of the image, and within a tile the samples by
+// cell (SubpixelTile), so that what a thread works on stays near it. Every face of the mesh that may touch a
+// tile with samples hides those of its samples that it covers and lies in front of. Marking commutes, so the
+// result does not depend on the order. Cost: O(faces + tiles touched + pairs of a sample and a face in one
+// row of cells).
 #pragma once
+
+#include <tbb/concurrent_vector.h>
+#include <tbb/enumerable_thread_specific.h>
 
 #include <array>
 #include <cstdint>
@@ -13,6 +17,7 @@
 #include <vector>
 
 #include "visibility/classify.h"
+#include "visibility/subpixel_tile.h"
 
 namespace gpvc {
 
@@ -25,50 +30,74 @@ class SubpixelResolver {
   void resolve(const ClassifyView& view, std::span<const FaceId> faces, std::span<const PixelBox> blocks,
                std::size_t faces_per_block);
   /// How many of its samples see the `number`th face of the last resolve().
-  std::uint32_t visible(std::size_t number) const;
+  std::uint32_t visible(std::size_t number) const { return visible_[number]; }
 
  private:
-  struct Sample {
-    double x, y;
-    std::uint32_t pixel;  ///< kNowhere when it is not in the image
-    std::uint32_t at;     ///< its number in placed_; first its cell
+  /// Of one face; NaN where it is not in the image.
+  struct Samples {
+    std::array<double, kSubpixelSamples> x, y;
   };
-  /// A sample as the faces that pass over its cell meet it.
-  struct Placed {
-    FaceId face;
-    std::uint32_t number;  ///< of the face among those to be resolved
+  /// Numbers by tile: what blocks list at once, sorted by counting.
+  class TileLists {
+   public:
+    /// What a block lists.
+    class Block {
+     public:
+      void clear() { found_.clear(); }
+      void add(std::uint32_t tile, std::uint32_t number) { found_.push_back({tile, number}); }
+
+     private:
+      friend class TileLists;
+      struct Entry {
+        std::uint32_t tile, number;
+      };
+      std::vector<Entry> found_;
+    };
+
+    /// Forgets everything.
+    void start(std::size_t blocks, std::size_t tiles);
+    Block& block(std::size_t number) { return blocks_[number]; }
+    /// After all blocks have listed. The order within a tile depends on the threads. TBB.
+    void sort();
+    std::span<const std::uint32_t> of(std::size_t tile) const {
+      const std::size_t first = tile == 0 ? 0 : end_[tile - 1];
+      return std::span(numbers_).subspan(first, end_[tile] - first);
+    }
+
+   private:
+    std::vector<Block> blocks_;
+    std::vector<std::size_t> end_;  ///< of each tile in numbers_
+    std::vector<std::uint32_t> numbers_;
   };
-  struct Occluder;
-  static constexpr std::uint32_t kNowhere = 0xFFFFFFFFU;
 
   void start(const ClassifyView& view, std::size_t faces);
-  void make_samples(const ClassifyView& view, std::size_t number, FaceId face);
-  void make_cells();
-  void place(std::span<const FaceId> faces);
-  template <class Callback>
-  void for_each_occupied(Callback&& callback) const;
+  void make_samples(const ClassifyView& view, std::span<const FaceId> faces);
+  void find_tiles();
+  void list_occluders(const ClassifyView& view, std::span<const PixelBox> blocks,
+                      std::size_t faces_per_block);
+  void list_occluder(const ClassifyView& view, FaceId face, TileLists::Block& block);
+  void resolve_tiles(const ClassifyView& view, std::span<const FaceId> faces);
+  void fill(std::size_t tile, std::span<const FaceId> faces, SubpixelTile& samples) const;
+  void count_visible(const SubpixelTile& samples);
+  std::uint32_t tile_of(double x, double y) const;
   bool any_in(const PixelBox& pixels) const;
-  std::uint64_t occupied(std::size_t word, std::int32_t y, std::int32_t x0, std::int32_t x1) const;
-  void hide_behind(const ClassifyView& view, FaceId face);
-  void hide_in_row(Occluder& occluder, const FaceBounds& bounds, std::int32_t y);
-  void hide_in_pixel(Occluder& occluder, const FaceBounds& bounds, std::int32_t x, std::int32_t y);
-  void hide_in_cells(Occluder& occluder, const FaceBounds& bounds, std::size_t first, std::size_t last);
-  void hide(Occluder& occluder, std::size_t at);
-  void clear();
 
   QuickLimits limits_;
-  std::vector<Sample> samples_;
-  std::vector<DepthRange> depths_;          ///< of the faces to be resolved
-  std::vector<Placed> placed_;              ///< by cell
-  std::vector<double> x_, y_;               ///< where they lie, and a few more for reading four at a time
-  std::vector<std::uint8_t> visible_;       ///< per placed sample
-  std::vector<std::uint32_t> cell_end_;     ///< in placed_, of cells that follow one another
-  std::vector<std::uint32_t> first_cell_;   ///< of a pixel; first the number of its samples
-  std::vector<std::uint8_t> cells_a_side_;  ///< of a pixel
-  std::vector<std::uint64_t> occupied_;     ///< a bit a pixel with samples, rows padded to whole words
-  std::vector<std::uint8_t> tiles_;         ///< words of 64 rows with samples
-  std::size_t stride_ = 0;                  ///< words a row
   int width_ = 0, height_ = 0;
+  std::size_t tiles_across_ = 0, tiles_down_ = 0;
+  std::vector<Samples> samples_;
+  std::vector<std::uint8_t> visible_;
+  TileLists samples_by_tile_, occluders_by_tile_;
+  std::vector<std::uint32_t> tiles_;    ///< that hold samples
+  std::vector<std::uint8_t> occupied_;  ///< per tile: whether it does
+  std::vector<std::uint8_t> regions_;   ///< squares of tiles with one that does
+  std::size_t regions_across_ = 0;
+  tbb::concurrent_vector<FaceId> vast_;  ///< occluders of so many tiles that they are not listed
+  struct Scratch {
+    SubpixelTile tile;
+    std::vector<std::uint32_t> found;
+  };
+  tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 
 }  // namespace gpvc
