@@ -80,7 +80,8 @@ std::vector<Row> rows_of(const std::string& list) {
 /// classifier does, and slower.
 std::string usual_modes(bool software) {
   std::string list = "gpvc,gpvc:ves,gpvc:dense,gpvc/paper/cpu,gpvc:ves/paper/cpu,gpvc:dense/paper/cpu,";
-  if (!software) list += "gpvc/paper/gpu,gpvc:ves/paper/gpu,gpvc:dense/paper/gpu,";
+  if (!software)
+    list += "gpvc/exact/gpu,gpvc/exact/cpu,gpvc/paper/gpu,gpvc:ves/paper/gpu,gpvc:dense/paper/gpu,";
   return list + "shadow-map:spc:0.001,shadow-map:apc:1e-12,ray:sparse:0.01,ray:dense:0.01";
 }
 
@@ -115,7 +116,10 @@ int run(const Arguments& arguments) {
   const std::vector<Measured> measured = measure(device, scene, rows, differing);
   print_tables(scene, measured, arguments.folder);
   fmt::print(
-      "\nTime consumption: all in, wall; CPU time: of all threads, the software renderer's included. "
+      "\nTime consumption: all in, wall, start included: compiling shaders, making buffers. Shaders and "
+      "claims "
+      "are\nparts of classification: what compute shaders take, and deciding what they leave open on the CPU "
+      "(exact).\nCPU time: of all threads, the software renderer's included. "
       "Sampling count: look-ups until a face is known to be fully visible or "
       "not.\n"
       "Rows other than GPVC do without the IVM, which texturing needs from them as well. Faces whose class\n"

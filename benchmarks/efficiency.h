@@ -33,6 +33,7 @@ struct Measured {
   std::string processor;  ///< "cpu" or "gpu"
   VisibilityStatistics sum;
   double total_s = 0;  ///< wall, all in: making the stage, then every view
+  double start_s = 0;  ///< of that, making the stage
   double cpu_s = 0;    ///< of all threads meanwhile
   /// Classes unlike those of the first row.
   std::size_t unlike_first = 0;

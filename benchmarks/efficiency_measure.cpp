@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
@@ -54,6 +55,8 @@ void add(VisibilityStatistics& sum, const VisibilityStatistics& s) {
   sum.upload_s += s.upload_s;
   sum.readback_s += s.readback_s;
   sum.classify_s += s.classify_s;
+  sum.shader_s += s.shader_s;
+  sum.claims_s += s.claims_s;
 }
 
 std::size_t unlike(const std::vector<FaceClass>& a, const std::vector<FaceClass>& b) {
@@ -101,12 +104,14 @@ std::vector<Measured> measure(GraphicsDevice& device, const BenchScene& scene, c
   Classes first;
   std::map<std::string, Classes> must_agree;
   ViewVisibility seen;
+  const bool terminal = isatty(STDERR_FILENO) != 0;
   for (const Row& row : rows) {
-    Measured result{row, {}, {}, 0, 0, 0};
+    Measured result{row, {}, {}, 0, 0, 0, 0};
     const auto stage = [&] {
       const Watch watch(result);
       return std::make_unique<VisibilityStage>(device, scene.mesh, row.options);
     }();
+    result.start_s = result.total_s;
     result.processor = stage->classifier_note().substr(0, 3);
     const std::string key = agreement(row.options);
     Classes* others = key.empty() ? nullptr : &must_agree[key];
@@ -116,8 +121,9 @@ std::vector<Measured> measure(GraphicsDevice& device, const BenchScene& scene, c
         stage->classify(scene.views[v], ViewId{static_cast<std::uint32_t>(v)}, seen);
       }
       add(result.sum, seen.statistics);
-      std::fprintf(stderr, "\r%s: %zu of %zu views, %.2f s ", row.name.c_str(), v + 1, scene.views.size(),
-                   result.total_s);
+      if (terminal || v + 1 == scene.views.size())
+        std::fprintf(stderr, "%s%s: %zu of %zu views, %.2f s", terminal ? "\r" : "", row.name.c_str(), v + 1,
+                     scene.views.size(), result.total_s);
       if (measured.empty()) first.push_back(seen.classes);
       result.unlike_first += unlike(seen.classes, first[v]);
       if (others == nullptr) continue;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 
@@ -119,6 +120,25 @@ TEST_F(IvmGl, TilesFitTogether) {
   std::size_t wrong = 0;
   for (std::size_t p = 0; p < whole.size(); ++p) wrong += index(whole[p]) != expected.owners[p];
   EXPECT_LT(wrong, whole.size() / 200);
+}
+
+TEST_F(IvmGl, StagedReadsBringTheSameBits) {
+  // Views of two sizes with one renderer, so that its memory grows and is used again.
+  const View small = scenes::view_of(61, 40, 50), large = scenes::view_of(150, 101, 100);
+  const Mesh mesh = scenes::soup(large.camera, 400, 12, 4);
+  for (const int tile : {0, 64, 33}) {
+    IvmRenderer direct(mesh, {.largest_tile = tile}),
+        staged(mesh, {.largest_tile = tile, .staged_reads = true});
+    for (const View* view : {&small, &large, &small}) {
+      std::vector<FaceId> faces, staged_faces;
+      std::vector<float> depths, staged_depths;
+      direct.render(view->camera, view->pose, {&faces, &depths});
+      staged.render(view->camera, view->pose, {&staged_faces, &staged_depths});
+      ASSERT_NE(std::count(faces.begin(), faces.end(), kNoFace), static_cast<std::ptrdiff_t>(faces.size()));
+      EXPECT_EQ(staged_faces, faces) << tile;
+      EXPECT_EQ(staged_depths, depths) << tile;
+    }
+  }
 }
 
 TEST_F(IvmGl, ImagesAboveTheViewportLimitAreTiled) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <chrono>
+#include <cstring>
 
 namespace gpvc {
 namespace {
@@ -240,14 +241,22 @@ void GpuClassifier::dispatch_faces(const GlProgram& program, std::size_t first, 
   glDispatchCompute(groups(count), 1, 1);
 }
 
-void GpuClassifier::read_codes(std::vector<FaceCode>& codes) const {
-  codes.resize(mesh_.faces.size());
-  glGetNamedBufferSubData(codes_.name(), 0, static_cast<GLsizeiptr>(codes.size()), codes.data());
+void GpuClassifier::read(const GlBuffer& from, std::size_t bytes, void* to) {
+  const auto size = static_cast<GLsizeiptr>(bytes);
+  if (!limits_.staged_reads) return glGetNamedBufferSubData(from.name(), 0, size, to);
+  staging_.reserve(bytes);
+  glCopyNamedBufferSubData(from.name(), staging_.name(), 0, 0, size);
+  std::memcpy(to, staging_.wait(), bytes);
 }
 
-GpuClassifier::Counts GpuClassifier::read_counts() const {
+void GpuClassifier::read_codes(std::vector<FaceCode>& codes) {
+  codes.resize(mesh_.faces.size());
+  read(codes_, codes.size(), codes.data());
+}
+
+GpuClassifier::Counts GpuClassifier::read_counts() {
   Counts counts{};
-  glGetNamedBufferSubData(counts_.name(), 0, sizeof counts, &counts);
+  read(counts_, sizeof counts, &counts);
   return counts;
 }
 
@@ -352,9 +361,7 @@ bool GpuClassifier::scan(const ClassifyView& view, const Pose& pose, FaceScan& s
   const Clock::time_point done = Clock::now();
   read_codes(scan.codes);
   scan.claims.resize(counts.claims);
-  if (counts.claims > 0)
-    glGetNamedBufferSubData(claims_.name(), 0, static_cast<GLsizeiptr>(counts.claims * sizeof(Claim)),
-                            scan.claims.data());
+  if (counts.claims > 0) read(claims_, counts.claims * sizeof(Claim), scan.claims.data());
   statistics.readback_s += seconds_since(done);
   check_gl("reading what the scan found");
   scan.counts.processed_faces = counts.processed_faces;

@@ -27,6 +27,7 @@ struct GpuLimits {
   std::size_t storage_bytes = 0;                    ///< of a storage buffer
   int texture_side = 0;                             ///< pixels
   std::size_t first_claims = std::size_t{1} << 16;  ///< capacity for claims to begin with
+  bool staged_reads = false;                        ///< through a GlReadBuffer
 };
 
 /// Of the current context.
@@ -67,8 +68,9 @@ class GpuClassifier {
   void scan_faces(const ClassifyView& view);
   void dispatch_faces(const GlProgram& program, std::size_t first, std::size_t count) const;
   void bind_codes(std::size_t first, std::size_t count) const;
-  void read_codes(std::vector<FaceCode>& codes) const;
-  Counts read_counts() const;
+  void read(const GlBuffer& from, std::size_t bytes, void* to);
+  void read_codes(std::vector<FaceCode>& codes);
+  Counts read_counts();
   void make_claims(std::size_t capacity);
 
   const Mesh& mesh_;
@@ -79,6 +81,7 @@ class GpuClassifier {
   GlTexture positions_texture_, projected_texture_, corners_texture_, tiles_texture_, mask_texture_;
   GlBuffer projected_, candidate_faces_, codes_, counts_, claims_, large_faces_, mask_;
   std::size_t vertices_per_dispatch_ = 0, faces_per_dispatch_ = 0, claim_capacity_ = 0;
+  GlReadBuffer staging_;
   std::uint64_t mask_number_ = 0;
   std::size_t mask_words_ = 0;
   int tile_width_ = 0, tile_height_ = 0;    ///< 0: the view at hand is one tile

@@ -77,6 +77,23 @@ GlBuffer make_buffer(std::size_t bytes, const void* data, GLbitfield flags, std:
   return buffer;
 }
 
+void GlReadBuffer::reserve(std::size_t bytes) {
+  if (bytes <= bytes_) return;
+  *this = {};
+  constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+  buffer_ = make_buffer(bytes, nullptr, kAccess | GL_CLIENT_STORAGE_BIT, "making memory to read from");
+  mapped_ = static_cast<const std::byte*>(
+      glMapNamedBufferRange(buffer_.name(), 0, static_cast<GLsizeiptr>(bytes), kAccess));
+  check_gl("mapping memory to read from");
+  if (mapped_ == nullptr) throw GpuError("the driver maps no buffer of " + std::to_string(bytes) + " bytes");
+  bytes_ = bytes;
+}
+
+const std::byte* GlReadBuffer::wait() const {
+  glFinish();
+  return mapped_;
+}
+
 GlTexture make_texture_2d(GLenum internal_format, int width, int height, int levels, std::string_view stage) {
   GLuint name = 0;
   glCreateTextures(GL_TEXTURE_2D, 1, &name);

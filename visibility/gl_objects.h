@@ -62,6 +62,23 @@ GlBuffer make_buffer(std::span<const T> values, GLbitfield flags, std::string_vi
   return make_buffer(values.size_bytes(), values.data(), flags, stage);
 }
 
+/// Memory that the device copies to and the host reads, mapped as long as it lives. On a graphics card that
+/// is the bus's pace, without a driver's detours by memory that may be paged out, and what shaders write to
+/// stays on the card; a software renderer is faster without.
+class GlReadBuffer {
+ public:
+  /// Room for so many bytes; what it held is lost when it grows. Throws GpuError.
+  void reserve(std::size_t bytes);
+  GLuint name() const { return buffer_.name(); }
+  /// What it holds once all commands up to here are done; waits for them.
+  const std::byte* wait() const;
+
+ private:
+  GlBuffer buffer_;
+  const std::byte* mapped_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
 /// An immutable 2D texture of `levels` levels. Throws GpuError (out of memory, above GL_MAX_TEXTURE_SIZE).
 GlTexture make_texture_2d(GLenum internal_format, int width, int height, int levels, std::string_view stage);
 

@@ -1,9 +1,13 @@
 #include "visibility/ivm_gl.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace gpvc {
@@ -91,22 +95,50 @@ IvmRenderer::Times IvmRenderer::render(const Camera& camera, const Pose& pose, c
       glFinish();
       times.render_s += seconds_since(start);
       const Clock::time_point drawn = Clock::now();
-      const std::size_t first = static_cast<std::size_t>(y0) * static_cast<std::size_t>(camera.width) +
-                                static_cast<std::size_t>(x0);
-      const int width = std::min(tile_width_, camera.width - x0);
-      const int height = std::min(tile_height_, camera.height - y0);
-      glPixelStorei(GL_PACK_ROW_LENGTH, camera.width);
-      if (output.faces != nullptr)
-        glReadPixels(0, 0, width, height, GL_RED_INTEGER, GL_UNSIGNED_INT, output.faces->data() + first);
-      if (output.depths != nullptr)
-        glReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, output.depths->data() + first);
-      glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+      read_tile(camera, x0, y0, output);
       times.readback_s += seconds_since(drawn);
     }
   }
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   check_gl("reading the IVM");
   return times;
+}
+
+void IvmRenderer::read_tile(const Camera& camera, int x0, int y0, const Output& output) {
+  const PixelBox tile{x0, y0, std::min(x0 + tile_width_, camera.width),
+                      std::min(y0 + tile_height_, camera.height)};
+  if (output.faces != nullptr)
+    read_pixels(GL_RED_INTEGER, GL_UNSIGNED_INT, tile, camera.width, output.faces->data());
+  if (output.depths != nullptr)
+    read_pixels(GL_DEPTH_COMPONENT, GL_FLOAT, tile, camera.width, output.depths->data());
+}
+
+/// Four bytes a pixel into rows of `stride` of them.
+void IvmRenderer::read_pixels(GLenum format, GLenum type, const PixelBox& tile, int stride, void* pixels) {
+  constexpr std::size_t kBytes = 4;
+  const int width = tile.x1 - tile.x0, height = tile.y1 - tile.y0;
+  const auto row_bytes = kBytes * static_cast<std::size_t>(width);
+  const auto row_at = [&](int row) {
+    return static_cast<std::byte*>(pixels) +
+           kBytes * (static_cast<std::size_t>(tile.y0 + row) * static_cast<std::size_t>(stride) +
+                     static_cast<std::size_t>(tile.x0));
+  };
+  if (!options_.staged_reads) {
+    glPixelStorei(GL_PACK_ROW_LENGTH, stride);
+    glReadPixels(0, 0, width, height, format, type, row_at(0));
+    glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+    return;
+  }
+  staging_.reserve(row_bytes * static_cast<std::size_t>(height));
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, staging_.name());
+  glReadPixels(0, 0, width, height, format, type, nullptr);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  const std::byte* from = staging_.wait();
+  // One thread alone does not keep up with the bus.
+  tbb::parallel_for(tbb::blocked_range<int>(0, height, 64), [&](const tbb::blocked_range<int>& rows) {
+    for (int row = rows.begin(); row < rows.end(); ++row)
+      std::memcpy(row_at(row), from + row_bytes * static_cast<std::size_t>(row), row_bytes);
+  });
 }
 
 void IvmRenderer::set_view(const Camera& camera, const Pose& pose) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "visibility/gl_objects.h"
+#include "visibility/raster.h"
 #include "visibility/visibility.h"
 
 namespace gpvc {
@@ -40,7 +41,8 @@ class IvmRenderer {
     /// as small as the exponent range allows: nothing beyond 2^-64 m of the camera plane is clipped away, and
     /// depths up to 2^62 m stay normal numbers.
     double near = 0x1p-64;
-    int largest_tile = 0;  ///< pixels in width and height; 0: what the driver allows
+    int largest_tile = 0;       ///< pixels in width and height; 0: what the driver allows
+    bool staged_reads = false;  ///< through a GlReadBuffer
   };
   /// Uploads the mesh, which is borrowed. Throws GpuError.
   IvmRenderer(const Mesh& mesh, const Options& options);
@@ -79,6 +81,8 @@ class IvmRenderer {
   void draw_tile(int x0, int y0);
   void set_depth_state() const;
   void draw_faces();
+  void read_tile(const Camera& camera, int x0, int y0, const Output& output);
+  void read_pixels(GLenum format, GLenum type, const PixelBox& tile, int stride, void* pixels);
 
   const Mesh& mesh_;
   Options options_;
@@ -93,6 +97,7 @@ class IvmRenderer {
         first_face_ = -1;
   GlTexture colour_, depth_;
   GlFramebuffer target_;
+  GlReadBuffer staging_;
 };
 
 }  // namespace gpvc

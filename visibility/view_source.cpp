@@ -5,8 +5,9 @@
 namespace gpvc {
 namespace {
 
-IvmRenderer::Options renderer_options(const VisibilityOptions& options) {
+IvmRenderer::Options renderer_options(const VisibilityOptions& options, bool staged_reads) {
   IvmRenderer::Options given;
+  given.staged_reads = staged_reads;
   given.projection = options.projection;
   if (options.method == Method::shadow_map) given.near = kShadowMapNear;
   return given;
@@ -14,8 +15,8 @@ IvmRenderer::Options renderer_options(const VisibilityOptions& options) {
 
 }  // namespace
 
-ViewSource::ViewSource(const Mesh& mesh, const VisibilityOptions& options)
-    : mesh_(mesh), options_(options), renderer_(mesh, renderer_options(options)) {}
+ViewSource::ViewSource(const Mesh& mesh, const VisibilityOptions& options, bool staged_reads)
+    : mesh_(mesh), options_(options), renderer_(mesh, renderer_options(options, staged_reads)) {}
 
 ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& result) {
   const auto pixels =

@@ -16,7 +16,8 @@ namespace gpvc {
 /// One mesh on the device, drawn and projected view after view. Borrows the mesh.
 class ViewSource {
  public:
-  ViewSource(const Mesh& mesh, const VisibilityOptions& options);
+  /// `staged_reads`: see IvmRenderer::Options.
+  ViewSource(const Mesh& mesh, const VisibilityOptions& options, bool staged_reads = false);
   /// Draws the IVM into `result`, starts its statistics, projects the vertices. What is returned borrows from
   /// both and from the view.
   ClassifyView prepare(const View& view, ViewId id, ViewVisibility& result);

@@ -10,7 +10,7 @@ namespace gpvc {
 
 struct VisibilityStage::State {
   State(GraphicsDevice& graphics, const Mesh& mesh, const VisibilityOptions& options)
-      : device(graphics), source(mesh, options), tester(make_tester(options)) {}
+      : device(graphics), source(mesh, options, !graphics.info().software), tester(make_tester(options)) {}
 
   std::unique_ptr<ViewTester> make_tester(const VisibilityOptions& options) const {
     if ((options.method == Method::shadow_map || options.method == Method::ray) &&
@@ -19,7 +19,9 @@ struct VisibilityStage::State {
     if (options.method == Method::none) return make_no_test(options);
     if (options.method == Method::shadow_map) return make_shadow_map_tester(source, options);
     if (options.method == Method::ray) return make_ray_tester(source, options);
-    return make_gpvc_tester(source, device.info(), options, gpu_limits());
+    GpuLimits limits = gpu_limits();
+    limits.staged_reads = !device.info().software;
+    return make_gpvc_tester(source, device.info(), options, limits);
   }
 
   GraphicsDevice& device;
