@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <set>
 
-#include "app/interrupt.h"
-#include "app/rephotography.h"
+#include "app/convert_frame.h"
 #include "app/scene_input.h"
 
 namespace gpvc {
@@ -35,92 +35,236 @@ void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, Scen
                       *lost, target_name(target)));
 }
 
-/// The photos and the scene that are read must never be replaced by what is made of them, and what is there
-/// of somebody else's not without --force.
+/// Names in OUT that a run replaces: its own and, when it succeeds, those of the result before it.
+std::set<fs::path> replaced_names(const fs::path& out, const std::vector<fs::path>& made) {
+  std::set<fs::path> names(made.begin(), made.end());
+  std::ifstream in(out / "run.json");
+  const Json json = Json::parse(in, nullptr, false);
+  if (json.is_object() && json.contains("outputs") && json["outputs"].is_array())
+    for (const Json& name : json["outputs"])
+      if (name.is_string()) names.insert(name.get<std::string>());
+  return names;
+}
+
+/// The scene's own files, photos and masks, with links resolved.
+std::set<fs::path> files_of(const Scene& scene) {
+  std::set<fs::path> files;
+  std::error_code ignored;
+  if (fs::is_directory(scene.read_from, ignored)) {
+    for (const auto& entry : fs::directory_iterator(scene.read_from, ignored))
+      if (entry.is_regular_file(ignored)) files.insert(fs::weakly_canonical(entry.path()));
+  } else {
+    files.insert(fs::weakly_canonical(scene.read_from));
+  }
+  for (const View& view : scene.views) {
+    files.insert(fs::weakly_canonical(view.photo));
+    if (!view.mask.empty()) files.insert(fs::weakly_canonical(view.mask));
+  }
+  return files;
+}
+
+/// What is read must never be replaced by what is made of it, nor stand beside it in a folder that is read as
+/// a whole; and what is there of somebody else's not without --force.
 void refuse_overwriting(const ConvertOptions& options, const Scene& scene,
-                        const std::vector<fs::path>& places) {
-  std::vector<fs::path> made = places;
+                        const std::vector<fs::path>& places, const std::vector<fs::path>& masks) {
+  std::vector<fs::path> listings;
   if (options.target == SceneTarget::cam)
-    for (fs::path place : places) made.push_back(place.replace_extension(".cam"));
-  if (options.target == SceneTarget::mvs) made.emplace_back("scene.mvs");
+    for (fs::path place : places) listings.push_back(place.replace_extension(".cam"));
+  if (options.target == SceneTarget::mvs) listings.emplace_back("scene.mvs");
   if (options.target == SceneTarget::colmap)
     for (const char* name : {"cameras.txt", "images.txt", "points3D.txt"})
-      made.push_back(fs::path("sparse") / name);
-  std::set<fs::path> sources{fs::weakly_canonical(scene.source)};
-  for (const View& view : scene.views) {
-    sources.insert(fs::weakly_canonical(view.photo));
-    if (!view.mask.empty()) sources.insert(fs::weakly_canonical(view.mask));
-  }
-  for (const fs::path& place : made) {
+      listings.push_back(fs::path("sparse") / name);
+  const std::string advice = "; choose another folder than " + options.out.string();
+  const fs::path source = fs::weakly_canonical(scene.read_from);
+  for (const fs::path& listing : listings)
+    if (fs::weakly_canonical(options.out / listing).parent_path() == source)
+      throw OutputError(options.out / listing,
+                        "would stand in the folder of the scene that is converted" + advice);
+  std::vector<fs::path> made = listings;
+  made.insert(made.end(), places.begin(), places.end());
+  made.insert(made.end(), masks.begin(), masks.end());
+  const std::set<fs::path> sources = files_of(scene);
+  for (const fs::path& place : replaced_names(options.out, made)) {
     const fs::path file = options.out / place;
     std::error_code ignored;
     if (!fs::exists(file, ignored)) continue;
     if (sources.contains(fs::weakly_canonical(file)))
-      throw OutputError(
-          file, "belongs to the scene that is converted; choose another folder than " + options.out.string());
+      throw OutputError(file, "belongs to the scene that is converted" + advice);
     if (!options.force)
       throw OutputError(file, "exists already; choose another folder, or give --force to replace it");
   }
 }
 
-void copy_photo(const fs::path& from, const fs::path& to) {
+void copy_whole(const fs::path& from, const fs::path& to) {
   std::error_code failed;
   fs::copy_file(from, to, failed);
   if (failed) throw OutputError(to, "cannot be copied from " + from.string() + ": " + failed.message());
 }
 
-// The frame's photo; the frame shows all that a rectilinear photo of its size can.
-void write_undistorted(const Image& photo, const Camera& camera, const fs::path& file, int quality) {
-  std::vector<std::uint8_t> inside;
-  const Image image = undistort_photo(photo, camera, inside);
-  write_image(file, image, is_jpeg(file) ? ImageFormat::jpg : ImageFormat::png, quality);
+struct Frame {
+  FrameWindow window;
+  bool blank = false;  ///< some of it shows nothing of the photo
+};
+
+/// What is made of each view, and what of its photo and its mask.
+class Conversion {
+ public:
+  Conversion(const ConvertOptions& options, OutputFolder& folder, Console& console)
+      : options_(options), folder_(folder), console_(console) {}
+  void run();
+
+ private:
+  void read();
+  void choose_frames();
+  void choose_places();
+  void write_photo(std::size_t i, PhotoCache& photos);
+  void write_mask(std::size_t i);
+  void warn_of_lost_masks() const;
+  Json options_json() const;
+
+  const ConvertOptions& options_;
+  OutputFolder& folder_;
+  Console& console_;
+  RunRecord record_;
+  Scene scene_, written_;
+  std::vector<ViewId> used_;
+  std::vector<Frame> frames_;                   ///< per used view
+  std::vector<fs::path> places_;                ///< per used view
+  std::vector<std::optional<fs::path>> masks_;  ///< per used view; nullopt where it has none, or the format
+};
+
+const View& view_of(const Scene& scene, ViewId id) { return scene.views[index(id)]; }
+
+void Conversion::read() {
+  Stage reading(console_, record_, "read");
+  scene_ = read_scene(options_.input.scene, options_.input.reader_options());
+  for (const std::string& warning : scene_.warnings) console_.warning(warning);
+  used_ = used_views(scene_, options_.input.views, options_.input.exclude_views);
+  reading.finish(fmt::format("{} views", used_.size()));
 }
 
-void convert(const ConvertOptions& options, OutputFolder& folder, Console& console) {
-  RunRecord record;
-  Stage reading(console, record, "read");
-  const SceneOptions reader = options.input.reader_options();
-  Scene scene = read_scene(options.input.scene, reader);
-  for (const std::string& warning : scene.warnings) console.warning(warning);
-  const std::vector<ViewId> used = used_views(scene, options.input.views, options.input.exclude_views);
-  reading.finish(fmt::format("{} views", used.size()));
-
-  Scene written = scene;
-  if (options.undistort)
-    for (View& view : written.views) view.camera.distortion = {};
-  refuse_lost_terms(written, used, options.target);
-  std::vector<fs::path> places = photo_places(options.target, written, used);
-  const bool decoded = options.undistort || options.input.downscale > 1;
-  if (decoded)
-    for (fs::path& place : places)
-      if (!is_jpeg(place)) place.replace_extension(".png");
-  refuse_overwriting(options, scene, places);
-
-  Stage photos(console, record, "photos", "photos");
-  PhotoCache cache(scene, reader, 0);
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    photos.progress(i, used.size());
-    const View& view = scene.views[index(used[i])];
-    const fs::path file = folder.file(places[i]);
-    if (options.undistort)
-      write_undistorted(*cache.photo(used[i]), view.camera, file, options.quality);
-    else if (decoded)
-      write_image(file, *cache.photo(used[i]), is_jpeg(file) ? ImageFormat::jpg : ImageFormat::png,
-                  options.quality);
-    else
-      copy_photo(view.photo, file);
+/// Views with the same camera get the same frame.
+void Conversion::choose_frames() {
+  written_ = scene_;
+  std::vector<std::pair<Camera, Frame>> known;
+  for (const ViewId id : used_) {
+    const Camera& camera = view_of(scene_, id).camera;
+    Frame frame{{0, 0, camera.width, camera.height}, false};
+    const auto same =
+        std::find_if(known.begin(), known.end(), [&](const auto& k) { return k.first == camera; });
+    if (same != known.end()) {
+      frame = same->second;
+    } else if (options_.undistort) {
+      frame.window = frame_window(camera, options_.frame);
+      frame.blank = shows_blank(camera, frame.window);
+      known.emplace_back(camera, frame);
+      constexpr std::size_t kHandful = 5;
+      if (!camera.distortion.is_identity() && known.size() <= kHandful)
+        console_.note(fmt::format("frame: {} x {} pixels become {} x {}", camera.width, camera.height,
+                                  frame.window.width, frame.window.height));
+    }
+    if (options_.undistort) written_.views[index(id)].camera = framed(camera, frame.window);
+    frames_.push_back(frame);
   }
-  photos.finish(options.undistort ? "undistorted" : decoded ? "reduced" : "copied");
+}
 
-  if (options.target == SceneTarget::colmap) folder.file("sparse/cameras.txt");
-  write_scene(options.target, written, used, places, folder.in_making());
-  folder.promise_all();
-  Json json = {{"scene", options.input.scene.string()},
-               {"format", target_name(options.target)},
-               {"undistort", options.undistort},
-               {"downscale", options.input.downscale}};
-  record.counts = {{"views", used.size()}};
-  write_run_json(folder, {"convert", options.common, json}, record);
+bool has_mask(const View& view) { return !view.mask.empty() || view.uses_alpha; }
+
+void Conversion::choose_places() {
+  places_ = photo_places(options_.target, written_, used_);
+  if (options_.undistort || options_.input.downscale > 1)
+    for (fs::path& place : places_)
+      if (!is_jpeg(place)) place.replace_extension(".png");
+  std::set<fs::path> taken;
+  std::vector<fs::path> masks;
+  for (std::size_t i = 0; i < used_.size(); ++i) {
+    const bool masked = has_mask(view_of(scene_, used_[i])) || frames_[i].blank;
+    masks_.push_back(masked ? mask_place(options_.target, places_[i]) : std::nullopt);
+    if (!masks_.back()) continue;
+    masks.push_back(*masks_.back());
+    if (!taken.insert(masks.back()).second)
+      throw OutputError(masks.back(), "two photos that differ in their extension alone would need this mask");
+  }
+  refuse_overwriting(options_, scene_, places_, masks);
+}
+
+void Conversion::warn_of_lost_masks() const {
+  if (options_.target != SceneTarget::cam) return;
+  const auto masked =
+      std::count_if(used_.begin(), used_.end(), [&](ViewId id) { return has_mask(view_of(scene_, id)); });
+  if (masked > 0)
+    console_.warning(
+        fmt::format("mvs-texturing knows no masks: it will use what those of {} photos exclude", masked));
+  if (std::any_of(frames_.begin(), frames_.end(), [](const Frame& frame) { return frame.blank; }))
+    console_.warning(
+        "mvs-texturing takes what the frame leaves blank for picture; --frame inside leaves nothing blank");
+}
+
+void Conversion::write_photo(std::size_t i, PhotoCache& photos) {
+  const View& view = view_of(scene_, used_[i]);
+  const fs::path file = folder_.file(places_[i]);
+  if (!options_.undistort && options_.input.downscale == 1) return copy_whole(view.photo, file);
+  const ImageFormat format = is_jpeg(file) ? ImageFormat::jpg : ImageFormat::png;
+  const ColourProfile profile = read_colour_profile(view.photo);
+  const auto photo = photos.photo(used_[i]);
+  std::vector<std::uint8_t> inside;
+  if (options_.undistort)
+    write_image(file, undistort_photo(*photo, view.camera, frames_[i].window, inside), format,
+                options_.quality, profile);
+  else
+    write_image(file, *photo, format, options_.quality, profile);
+}
+
+void Conversion::write_mask(std::size_t i) {
+  const View& view = view_of(scene_, used_[i]);
+  if (!masks_[i]) return;
+  const bool as_it_is = !options_.undistort && options_.input.downscale == 1 && !view.uses_alpha;
+  if (as_it_is) return copy_whole(view.mask, folder_.file(*masks_[i]));
+  const std::optional<PhotoExclusion> exclusion = read_exclusion(view);
+  if (!exclusion && !options_.undistort) return;
+  const Image mask = options_.undistort
+                         ? undistort_mask(exclusion ? &*exclusion : nullptr, view.camera, frames_[i].window)
+                         : mask_image(*exclusion);
+  const bool excludes = std::find(mask.pixels.begin(), mask.pixels.end(), 0) != mask.pixels.end();
+  if (excludes) write_image(folder_.file(*masks_[i]), mask, ImageFormat::png, 0);
+}
+
+void Conversion::run() {
+  read();
+  choose_frames();
+  refuse_lost_terms(written_, used_, options_.target);
+  choose_places();
+  warn_of_lost_masks();
+
+  Stage stage(console_, record_, "photos", "photos");
+  // Photos are written whole: what masks exclude is not painted over.
+  Scene whole = scene_;
+  for (View& view : whole.views) {
+    view.mask.clear();
+    view.uses_alpha = false;
+  }
+  PhotoCache photos(whole, options_.input.reader_options(), 0);
+  for (std::size_t i = 0; i < used_.size(); ++i) {
+    stage.progress(i, used_.size());
+    write_photo(i, photos);
+    write_mask(i);
+  }
+  stage.finish(options_.undistort ? "undistorted" : options_.input.downscale > 1 ? "reduced" : "copied");
+
+  if (options_.target == SceneTarget::colmap) folder_.file("sparse/cameras.txt");
+  write_scene(options_.target, written_, used_, places_, folder_.in_making());
+  folder_.promise_all();
+  record_.counts = {{"views", used_.size()}};
+  write_run_json(folder_, {"convert", options_.common, options_json()}, record_);
+}
+
+Json Conversion::options_json() const {
+  constexpr const char* kFrames[] = {"inside", "keep", "all"};
+  return {{"scene", options_.input.scene.string()},
+          {"format", target_name(options_.target)},
+          {"undistort", options_.undistort},
+          {"frame", kFrames[static_cast<std::size_t>(options_.frame)]},
+          {"downscale", options_.input.downscale}};
 }
 
 }  // namespace
@@ -128,7 +272,7 @@ void convert(const ConvertOptions& options, OutputFolder& folder, Console& conso
 void run_convert(const ConvertOptions& options, Console& console) {
   OutputFolder folder(options.out, options.force);
   try {
-    convert(options, folder, console);
+    Conversion(options, folder, console).run();
     folder.publish();
   } catch (const OutputError& e) {
     throw std::runtime_error(folder.with_final_names(e.what()));

@@ -9,7 +9,7 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
   CLI::App* app = parent.add_subcommand("convert", "write a scene for another program");
   add_scene(*app, options.input);
   add_photos(*app, options.input);
-  options.input.masks = false;  // photos are written whole, and no format here states a mask
+  add_masks(*app, options.input);
   add_output(*app, options.out, options.force);
   add_choice<SceneTarget>(
       *app, "--format", kTargets, [&](SceneTarget v) { options.target = v; }, "colmap",
@@ -17,6 +17,13 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
       ->group("Output");
   app->add_flag("--undistort", options.undistort,
                 "Write photos without lens distortion, and cameras that say so")
+      ->group("Output");
+  constexpr Choice<FrameRule> kFrames[] = {
+      {"inside", FrameRule::inside}, {"keep", FrameRule::keep}, {"all", FrameRule::all}};
+  add_choice<FrameRule>(
+      *app, "--frame", kFrames, [&](FrameRule v) { options.frame = v; }, "inside",
+      "How far undistorted photos reach, at the same focal length: as far as nothing is blank; the photo's "
+      "size; or all of the photo, up to twice its width and height. What is blank is masked")
       ->group("Output");
   app->add_option("--quality", options.quality, "Of jpg photos that are written anew, 1 to 100")
       ->type_name("N")
@@ -30,7 +37,10 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
           "  gpvc convert colmap -o for-openmvs --format mvs --undistort\n"
           "  gpvc convert reconstruction.json --images photos -o for-colmap --format colmap\n\n"
           "Photos are copied as they are unless --undistort or --downscale changes them. A lens that\n"
-          "the format cannot state is refused with the name of the term it would lose.\n\n") +
+          "the format cannot state is refused with the name of the term it would lose.\n"
+          "Masks and alpha channels become masks/NAME.EXT.png for COLMAP (its ImageReader.mask_path, our\n"
+          "--masks) and NAME.mask.png beside the photo for OpenMVS (--ignore-mask-label 0);\n"
+          "mvs-texturing knows none.\n\n") +
       kExitStatus);
   return app;
 }

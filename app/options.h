@@ -118,11 +118,19 @@ struct InspectOptions {
   bool with_mesh = false;
 };
 
+/// How far an undistorted photo reaches; the focal length stays.
+enum class FrameRule {
+  inside,  ///< the largest rectangle that shows the photo everywhere
+  keep,    ///< the photo's own size
+  all,     ///< every pixel of the photo
+};
+
 struct ConvertOptions {
   CommonOptions common;
   SceneInput input;  ///< no mesh
   std::filesystem::path out;
   bool force = false, undistort = false;
+  FrameRule frame = FrameRule::inside;
   SceneTarget target = SceneTarget::colmap;
   int quality = 98;
 };

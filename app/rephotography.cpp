@@ -153,17 +153,22 @@ double squared_error_over_channels(const cv::Mat& a, const cv::Mat& b, const cv:
 }  // namespace
 
 Image undistort_photo(const Image& photo, const Camera& camera, std::vector<std::uint8_t>& inside) {
+  return undistort_photo(photo, camera, {0, 0, camera.width, camera.height}, inside);
+}
+
+Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,
+                      std::vector<std::uint8_t>& inside) {
   Image frame;
-  frame.width = camera.width;
-  frame.height = camera.height;
+  frame.width = window.width;
+  frame.height = window.height;
   frame.channels = 3;
-  const auto width = static_cast<std::size_t>(camera.width);
-  frame.pixels.assign(width * static_cast<std::size_t>(camera.height) * 3, 0);
-  inside.assign(width * static_cast<std::size_t>(camera.height), 0);
-  tbb::parallel_for(tbb::blocked_range<int>(0, camera.height), [&](const tbb::blocked_range<int>& rows) {
+  const auto width = static_cast<std::size_t>(window.width);
+  frame.pixels.assign(width * static_cast<std::size_t>(window.height) * 3, 0);
+  inside.assign(width * static_cast<std::size_t>(window.height), 0);
+  tbb::parallel_for(tbb::blocked_range<int>(0, window.height), [&](const tbb::blocked_range<int>& rows) {
     for (int y = rows.begin(); y < rows.end(); ++y)
-      for (int x = 0; x < camera.width; ++x) {
-        const PixelPoint centre{x + 0.5, y + 0.5};
+      for (int x = 0; x < window.width; ++x) {
+        const PixelPoint centre{window.x + x + 0.5, window.y + y + 0.5};
         if (!in_photo(camera, centre)) continue;
         const PhotoPoint p = *photo_from_pixel(camera, centre);
         const double u = std::clamp(p.x - 0.5, 0.0, photo.width - 1.0);

@@ -33,8 +33,17 @@ struct Rephotography {
   Image error;  ///< 1 - NCC of the window around each pixel, black 0 to white 1; grey-blue where not scored
 };
 
-/// The photo without its distortion, on the camera's frame, bilinear; `outside` gets 0 where the frame shows
-/// nothing of the photo, else 255.
+/// Pixels of a camera's undistorted frame, and beyond its borders; x and y are those of the first.
+struct FrameWindow {
+  int x = 0, y = 0, width = 0, height = 0;
+  bool operator==(const FrameWindow&) const = default;
+};
+
+/// The photo without its distortion, in a window of the camera's frame, bilinear; `inside` gets 0 where that
+/// shows nothing of the photo, else 255.
+Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,
+                      std::vector<std::uint8_t>& inside);
+/// In the camera's own frame.
 Image undistort_photo(const Image& photo, const Camera& camera, std::vector<std::uint8_t>& inside);
 
 /// Compares a render with a photo on the same frame. Both are reduced by `reduction` with area averaging;

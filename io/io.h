@@ -293,6 +293,12 @@ std::optional<std::string> lost_term(SceneTarget target, const Camera& camera);
 std::vector<std::filesystem::path> photo_places(SceneTarget target, const Scene& scene,
                                                 std::span<const ViewId> used);
 
+/// Where the format's programs look for the mask of a photo at one of `photo_places`, as their manuals have it:
+/// COLMAP's ImageReader.mask_path has NAME.EXT.png (colmap.github.io/faq, "Mask image regions"), here in
+/// masks/; OpenMVS takes NAME.mask.png beside the photo (with --ignore-mask-label 0). nullopt for cam:
+/// mvs-texturing knows no masks, and would take one beside a PNG for its photo.
+std::optional<std::filesystem::path> mask_place(SceneTarget target, const std::filesystem::path& photo_place);
+
 /// Writes cameras and poses, and the names in `places`, below `folder`, whose sub-folder `sparse` exists for
 /// colmap; no photo is touched. Numbers read back exactly, and so do positions in world and pixels to the
 /// rounding of t = -R C. Throws OutputError, also for a lens with a lost_term.

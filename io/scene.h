@@ -132,6 +132,8 @@ struct Scene {
   WorldPoint offset{};
   std::string format{};                 ///< which reader read it: "COLMAP"
   std::vector<std::string> warnings{};  ///< what was left out or assumed, a sentence each
+  /// What the cameras were read from: a file, or a folder of files that belong together.
+  std::filesystem::path read_from{};
 };
 
 /// +, - and x alone, in this order, so that a shader can repeat it bit for bit.

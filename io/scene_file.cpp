@@ -112,6 +112,7 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   scene.srs = std::move(file.srs);
   scene.offset = file.offset;
   scene.format = found.format->name;
+  scene.read_from = found.path;
   scene.warnings = std::move(file.warnings);
   return scene;
 }

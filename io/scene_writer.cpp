@@ -346,6 +346,12 @@ std::vector<fs::path> photo_places(SceneTarget target, const Scene& scene, std::
   return places;
 }
 
+std::optional<fs::path> mask_place(SceneTarget target, const fs::path& photo_place) {
+  if (target == SceneTarget::cam) return std::nullopt;
+  if (target == SceneTarget::mvs) return fs::path(photo_place).replace_extension(".mask.png");
+  return fs::path("masks") / (photo_place.lexically_relative("images").string() + ".png");
+}
+
 void write_scene(SceneTarget target, const Scene& scene, std::span<const ViewId> used,
                  std::span<const fs::path> places, const fs::path& folder) {
   for (const ViewId id : used)

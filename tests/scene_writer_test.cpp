@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "app/console.h"
+#include "app/convert_frame.h"
 #include "app/options.h"
 #include "io/io.h"
 #include "scene_folder.h"
@@ -184,8 +186,10 @@ struct SmallProject {
   /// What the command says; empty when it succeeds.
   std::string convert(SceneTarget target, bool undistort, const fs::path& out, bool force = false) {
     ConvertOptions options;
-    options.input.scene = folder.path() / "colmap";
-    options.input.images_dir = folder.path() / "images";
+    options.input.scene = folder.path() / scene;
+    if (scene == "colmap") options.input.images_dir = folder.path() / "images";
+    options.frame = frame;
+    options.input.downscale = downscale;
     options.out = folder.path() / out;
     options.target = target;
     options.undistort = undistort;
@@ -199,6 +203,9 @@ struct SmallProject {
     return {};
   }
   TemporaryFolder folder;
+  fs::path scene = "colmap";
+  FrameRule frame = FrameRule::keep;
+  int downscale = 1;
 };
 
 TEST(Convert, WritesScenesThatReadBackWithoutDistortion) {
@@ -241,6 +248,207 @@ TEST(Convert, ReplacesSomebodysFilesOnRequestAlone) {
   EXPECT_EQ(test::read_file(theirs), "theirs");
   EXPECT_EQ(project.convert(SceneTarget::mvs, true, "out", true), "");
   EXPECT_NE(test::read_file(theirs), "theirs");
+}
+
+/// Name and bytes of every file below a folder.
+std::map<std::string, std::string> files_below(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) files[entry.path().string()] = test::read_file(entry.path());
+  return files;
+}
+
+// Neither by files of the same name, nor by the removal of what an earlier run has listed, nor by a second
+// model in the folder of the first.
+TEST(Convert, LeavesTheSceneItReadsAsItIs) {
+  SmallProject project;
+  ASSERT_EQ(project.convert(SceneTarget::mvs, true, "mvs"), "");
+  ASSERT_EQ(project.convert(SceneTarget::cam, true, "cam"), "");
+  ASSERT_EQ(project.convert(SceneTarget::colmap, true, "model"), "");
+  const auto before = files_below(project.folder.path());
+  const auto refused = [&](const fs::path& scene, SceneTarget target, const fs::path& out) {
+    project.scene = scene;
+    return project.convert(target, true, out, true);
+  };
+  EXPECT_TRUE(test::contains(refused("mvs/scene.mvs", SceneTarget::mvs, "mvs"), "belongs to the scene"));
+  EXPECT_TRUE(test::contains(refused("mvs", SceneTarget::colmap, "mvs"), "belongs to the scene"));
+  EXPECT_TRUE(test::contains(refused("cam", SceneTarget::cam, "cam"), "would stand in the folder"));
+  EXPECT_TRUE(test::contains(refused("cam", SceneTarget::mvs, "cam"), "would stand in the folder"));
+  EXPECT_TRUE(test::contains(refused("model", SceneTarget::mvs, "model"), "belongs to the scene"));
+  EXPECT_TRUE(test::contains(refused("model/sparse", SceneTarget::colmap, "model"), "would stand in"));
+  project.scene = "colmap";
+  fs::create_directory_symlink(project.folder.path() / "colmap", project.folder.path() / "sparse");
+  EXPECT_TRUE(test::contains(project.convert(SceneTarget::colmap, true, "", true), "would stand in"));
+  fs::remove(project.folder.path() / "sparse");
+  EXPECT_EQ(files_below(project.folder.path()), before);
+}
+
+// --- frames of undistorted photos
+
+std::vector<Camera> distorted_cameras() {
+  std::vector<Camera> cameras;
+  const auto add = [&](LensModel model, void (*set)(Distortion&)) {
+    cameras.push_back({400, 300, 350, 355, 210, 144, {}});
+    cameras.back().distortion.model = model;
+    set(cameras.back().distortion);
+    limit_distortion(cameras.back());
+  };
+  add(LensModel::brown, [](Distortion& d) { d.k1 = -0.2, d.k2 = 0.05; });
+  add(LensModel::brown, [](Distortion& d) { d.k1 = 0.15; });
+  add(LensModel::brown, [](Distortion& d) { d.k1 = -0.1, d.p1 = 0.01, d.p2 = -0.02; });
+  add(LensModel::brown, [](Distortion& d) { d.k1 = -0.9; });  // folds within the photo
+  add(LensModel::perspective, [](Distortion& d) { d.k1 = -0.1, d.d1 = 0.05, d.skew = 0.01; });
+  add(LensModel::equidistant, [](Distortion& d) { d.k1 = 0.02; });
+  add(LensModel::fov, [](Distortion& d) { d.omega = 0.9; });
+  return cameras;
+}
+
+TEST(FrameWindow, InsideShowsThePhotoEverywhereAndNoMoreFits) {
+  for (const Camera& camera : distorted_cameras()) {
+    const FrameWindow w = frame_window(camera, FrameRule::inside);
+    ASSERT_GT(w.width, camera.width / 2);
+    ASSERT_GT(w.height, camera.height / 2);
+    for (int y = w.y; y < w.y + w.height; ++y)
+      for (int x = w.x; x < w.x + w.width; ++x)
+        ASSERT_TRUE(in_photo(camera, {x + 0.5, y + 0.5})) << x << ", " << y;
+  }
+  const Camera barrel = distorted_cameras()[0], pincushion = distorted_cameras()[1];
+  const FrameWindow wide = frame_window(barrel, FrameRule::inside),
+                    narrow = frame_window(pincushion, FrameRule::inside);
+  EXPECT_GT(wide.width, barrel.width);
+  EXPECT_LT(narrow.width, pincushion.width);
+  // One more column to the left is blank somewhere, though not at the corners alone.
+  bool blank = false;
+  for (int y = 0; y < barrel.height; ++y) blank = blank || !in_photo(barrel, {wide.x - 0.5, y + 0.5});
+  EXPECT_TRUE(blank);
+}
+
+TEST(FrameWindow, AllKeepsEveryPixelOfThePhotoWithinBounds) {
+  for (const Camera& camera : distorted_cameras()) {
+    const FrameWindow w = frame_window(camera, FrameRule::all);
+    EXPECT_LE(w.width, 2 * camera.width);
+    EXPECT_LE(w.height, 2 * camera.height);
+    std::size_t beyond = 0;
+    for (int y = 0; y < camera.height; ++y)
+      for (int x = 0; x < camera.width; ++x) {
+        const auto p = pixel_from_photo(camera, {x + 0.5, y + 0.5});
+        beyond += !p || p->x < w.x || p->y < w.y || p->x > w.x + w.width || p->y > w.y + w.height;
+      }
+    // Only what the model shows nowhere, behind its fold, is left out.
+    if (camera.distortion.k1 > -0.5) {
+      EXPECT_EQ(beyond, 0u);
+    }
+  }
+}
+
+TEST(FrameWindow, IsThePhotosOwnOtherwise) {
+  const Camera camera = distorted_cameras()[0];
+  const FrameWindow own{0, 0, camera.width, camera.height};
+  EXPECT_EQ(frame_window(camera, FrameRule::keep), own);
+  for (const FrameRule rule : {FrameRule::inside, FrameRule::keep, FrameRule::all}) {
+    const FrameWindow window = frame_window(pinhole(), rule);
+    EXPECT_EQ(window, (FrameWindow{0, 0, 96, 72}));
+    EXPECT_EQ(framed(pinhole(), window), pinhole());
+  }
+}
+
+// The same direction lies at the same place of the scene, whichever frame shows it.
+TEST(Convert, FramesMoveThePrincipalPointAlone) {
+  SmallProject project;
+  for (const FrameRule rule : {FrameRule::keep, FrameRule::inside, FrameRule::all}) {
+    project.frame = rule;
+    const std::string out = "frame " + std::to_string(static_cast<int>(rule));
+    ASSERT_EQ(project.convert(SceneTarget::colmap, true, out), "");
+    const Scene scene = read_scene(project.folder.path() / out, {});
+    const Camera& camera = scene.views[0].camera;
+    EXPECT_EQ(camera.fx, 35);
+    Camera lens{40, 30, 35, 35, 20, 15, {}};
+    lens.distortion.k1 = -0.1, lens.distortion.k2 = 0.01;
+    limit_distortion(lens);
+    const FrameWindow window = frame_window(lens, rule);
+    EXPECT_EQ(camera, framed(lens, window));
+    EXPECT_EQ(read_image(scene.views[0].photo).width, window.width);
+    // A barrel leaves the middles of the sides blank when its corners are kept.
+    EXPECT_EQ(shows_blank(lens, window), rule == FrameRule::all);
+    EXPECT_EQ(fs::exists(project.folder.path() / out / "masks/a.png.png"), rule == FrameRule::all);
+  }
+}
+
+// --- masks
+
+/// A project whose first photo has a mask with a block that excludes.
+struct MaskedProject : SmallProject {
+  MaskedProject() {
+    Image mask{40, 30, 1, std::vector<std::uint8_t>(40 * 30, 255)};
+    for (int y = 8; y < 19; ++y)
+      for (int x = 5; x < 17; ++x) *mask.at(x, y) = 0;
+    write_image(folder.path() / "images" / "a.mask.png", mask, ImageFormat::png, 0);
+    // What is excluded differs in colour, so that painting over or mixing would show.
+    Image photo{40, 30, 3, std::vector<std::uint8_t>(3 * 40 * 30, 100)};
+    for (int y = 8; y < 19; ++y)
+      for (int x = 5; x < 17; ++x) std::fill_n(photo.at(x, y), 3, std::uint8_t{250});
+    write_image(folder.path() / "images" / "a.png", photo, ImageFormat::png, 0);
+  }
+};
+
+TEST(Convert, CarriesMasksToWhereProgramsLookForThem) {
+  MaskedProject project;
+  const fs::path root = project.folder.path();
+  const std::string mask = test::read_file(root / "images/a.mask.png");
+  ASSERT_EQ(project.convert(SceneTarget::colmap, false, "copied"), "");
+  EXPECT_EQ(test::read_file(root / "copied/masks/a.png.png"), mask);
+  EXPECT_FALSE(fs::exists(root / "copied/masks/b c.png.png"));
+  EXPECT_EQ(test::read_file(root / "copied/images/a.png"), test::read_file(root / "images/a.png"));
+
+  ASSERT_EQ(project.convert(SceneTarget::mvs, true, "mvs"), "");
+  EXPECT_TRUE(read_exclusion(read_scene(root / "mvs", {}).views[0]));
+  EXPECT_TRUE(fs::exists(root / "mvs/images/a.mask.png"));
+  EXPECT_FALSE(fs::exists(root / "mvs/images/b c.mask.png"));
+
+  ASSERT_EQ(project.convert(SceneTarget::cam, true, "cam"), "");
+  for (const auto& entry : fs::directory_iterator(root / "cam"))
+    EXPECT_EQ(entry.path().string().find("mask"), std::string::npos) << entry.path();
+}
+
+TEST(Convert, UndistortsMasksSoThatNoExcludedColourIsLeft) {
+  for (const FrameRule rule : {FrameRule::keep, FrameRule::inside, FrameRule::all}) {
+    MaskedProject project;
+    project.frame = rule;
+    ASSERT_EQ(project.convert(SceneTarget::colmap, true, "out"), "");
+    SceneOptions options;
+    options.masks_dir = project.folder.path() / "out/masks";
+    const View view = read_scene(project.folder.path() / "out", options).views[0];
+    const auto exclusion = read_exclusion(view);
+    ASSERT_TRUE(exclusion);
+    const Image photo = read_image(view.photo);
+    std::size_t used = 0, bright = 0;
+    for (int y = 0; y < photo.height; ++y)
+      for (int x = 0; x < photo.width; ++x) {
+        bright += photo.at(x, y)[0] == 250;
+        if (exclusion->excludes(x, y)) continue;
+        ++used;
+        ASSERT_EQ(photo.at(x, y)[0], 100) << x << ", " << y;
+      }
+    EXPECT_GT(used, 40u * 30u / 2);
+    EXPECT_GT(bright, 80u) << "photos are written whole, not painted over";
+  }
+}
+
+TEST(Convert, MakesMasksOfAlphaAndOfReducedPhotos) {
+  MaskedProject project;
+  Image alpha{40, 30, 4, std::vector<std::uint8_t>(4 * 40 * 30, 200)};
+  for (int x = 0; x < 40; ++x) alpha.at(x, 29)[3] = 0;
+  write_image(project.folder.path() / "images" / "b c.png", alpha, ImageFormat::png, 0);
+  ASSERT_EQ(project.convert(SceneTarget::colmap, false, "copied"), "");
+  const Image mask = read_image(project.folder.path() / "copied/masks/b c.png.png");
+  EXPECT_EQ(mask.at(20, 28)[0], 255);
+  EXPECT_EQ(mask.at(20, 29)[0], 0);
+  project.downscale = 2;
+  ASSERT_EQ(project.convert(SceneTarget::colmap, false, "reduced"), "");
+  const Image reduced = read_image(project.folder.path() / "reduced/masks/a.png.png");
+  ASSERT_EQ(reduced.width, 20);
+  EXPECT_EQ(reduced.at(2, 4)[0], 0) << "of a block that the mask touches";
+  EXPECT_EQ(reduced.at(1, 4)[0], 255);
 }
 
 }  // namespace
