@@ -1,6 +1,6 @@
-// First look at the faces of one view for the exact correction: the twin of CpuClassifier's scan, with the same
+// First look at the faces of one view for the exact correction: the twin of ExactScan, with the same
 // outcome for every face it is sure about; the others, and the pixels that faces claim, the CPU decides
-// (visibility/scan_finish.cpp). Compiled twice: an invocation a face, which leaves faces of many pixels to the
+// (visibility/exact_scan.cpp). Compiled twice: an invocation a face, which leaves faces of many pixels to the
 // second variant (LARGE), a work group a face, its invocations side by side in a row.
 //
 // What is certain is so by error bounds on doubles (r = 2^-53), for which it does not matter whether the compiler

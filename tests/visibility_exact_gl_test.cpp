@@ -280,7 +280,7 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
           FaceScan scan;
           ViewVisibility scanned;
           ASSERT_TRUE(gpu->scan(prepared, view.pose, scan, scanned.statistics));
-          ScanFinisher(options).finish(prepared, scan, scanned);
+          CpuClassifier(options).complete(prepared, scan, scanned);
           expect_same(scanned, result);
           const VisibilityOptions lazy = with(CoverageCorrection::paper);
           std::vector<FaceCode> codes;
@@ -377,7 +377,7 @@ TEST_F(ExactGl, SeveralDispatchesScanAMesh) {
   const auto unsure = std::count(scan.codes.begin(), scan.codes.end(), FaceCode::unsure);
   EXPECT_LT(unsure, 10) << "shaders leave little open";
   EXPECT_LT(scan.claims.size(), expected.statistics.contested_samples / 4);
-  ScanFinisher(options).finish(prepared, scan, result);
+  CpuClassifier(options).complete(prepared, scan, result);
   expect_same(result, expected);
 }
 

@@ -1,7 +1,7 @@
 // Visibility classification (section 2.2) on the CPU: which faces own all, some or none of their samples.
 #pragma once
 
-#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -70,9 +70,21 @@ struct ClassifyView {
   PixelBox frame() const { return {0, 0, camera.width, camera.height}; }
 };
 
-class OwnerContest;
-class OwnerOverlay;
-class SubpixelResolver;
+/// Faces in blocks of a fixed size, so that what a block yields does not depend on the number of threads.
+inline constexpr std::size_t kFacesPerBlock = 2048;
+inline std::size_t block_count(std::size_t items) { return (items + kFacesPerBlock - 1) / kFacesPerBlock; }
+/// block(number, first, end) for each block of items first .. end - 1. TBB.
+template <class Callback>
+void for_each_block(std::size_t items, const Callback& block) {
+  tbb::parallel_for(std::size_t{0}, block_count(items), [&](std::size_t number) {
+    const std::size_t first = number * kFacesPerBlock;
+    block(number, first, std::min(first + kFacesPerBlock, items));
+  });
+}
+
+class ExactScan;
+class ScanFinisher;
+struct FaceScan;
 
 /// Scratch memory that views share. Results do not depend on what was classified before.
 class CpuClassifier {
@@ -83,35 +95,24 @@ class CpuClassifier {
   /// Fills classes, coverage and the counts of the statistics. O(faces + pixels), TBB; the same bits for any
   /// number of threads.
   void classify(const ClassifyView& view, ViewVisibility& result);
+  /// The same, for CoverageCorrection::exact, when shaders have scanned the faces; `scan` is used up. Adds to
+  /// claims_s what deciding takes that they leave open.
+  void complete(const ClassifyView& view, FaceScan& scan, ViewVisibility& result);
   /// The same when shaders have looked at the samples already: the codes are kept, and what they do not hold
   /// is added: coverage, and the classes of faces without pixel centre. Not for CoverageCorrection::exact.
   void complete(const ClassifyView& view, std::span<const FaceCode> codes, ViewVisibility& result);
 
  private:
-  struct Block;
-  enum class State : std::uint8_t;
-
-  void start(const ClassifyView& view, ViewVisibility& result);
-  void finish(const ClassifyView& view, ViewVisibility& result);
   void find_candidates(const ClassifyView& view);
-  void scan_block(const ClassifyView& view, std::size_t number);
-  State scan_face(const ClassifyView& view, FaceId face, Block& block);
-  State scan_raster(const ClassifyView& view, FaceId face, const FaceBounds& bounds, Block& block);
-  State scan_quick(const ClassifyView& view, FaceId face, bool front, Block& block) const;
-  bool stores_everywhere(const ClassifyView& view, FaceId face, const SpanWalker& walker, Block& block) const;
-  State contest(const ClassifyView& view, FaceId face, bool front, Block& block) const;
-  void correct_owners(const ClassifyView& view);
-  void resolve_subpixel(const ClassifyView& view);
-  void finish_block(const ClassifyView& view, std::size_t number, ViewVisibility& result);
+  void scan_faces(const ClassifyView& view);
+  FaceCode scan_face(const ClassifyView& view, FaceId face, std::vector<Span>& spans,
+                     std::size_t& samples) const;
 
   VisibilityOptions options_;
-  QuickLimits quick_;                          ///< of the view at hand
   std::vector<std::uint8_t> candidate_faces_;  ///< owns a pixel of the IVM
-  std::vector<State> states_;                  ///< per face, after the scan
-  std::vector<Block> blocks_;
-  tbb::enumerable_thread_specific<std::unique_ptr<OwnerContest>> contests_;
-  std::unique_ptr<OwnerOverlay> overlay_;
-  std::unique_ptr<SubpixelResolver> subpixel_;
+  std::unique_ptr<FaceScan> scan_;
+  std::unique_ptr<ExactScan> exact_;
+  std::unique_ptr<ScanFinisher> finisher_;
 };
 
 }  // namespace gpvc

@@ -335,9 +335,7 @@ void GpuClassifier::scan_faces(const ClassifyView& view) {
 
 bool GpuClassifier::scan(const ClassifyView& view, const Pose& pose, FaceScan& scan,
                          VisibilityStatistics& statistics) {
-  scan.codes.resize(mesh_.faces.size());
-  scan.claims.clear();
-  scan.counts = {};
+  scan.start(mesh_.faces.size());
   if (faces_per_dispatch_ == 0) return true;
   if (!view.projected.moderate) return false;
   begin(view, pose, statistics);

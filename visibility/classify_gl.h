@@ -2,7 +2,7 @@
 //
 // For CoverageCorrection::off and ::paper shaders classify. For ::exact they scan (shaders/scan.comp): they
 // find the samples of every face, tell where all of them are stored as its own, and list the samples whose
-// stored owner is not certainly the nearer one; ScanFinisher goes on from there.
+// stored owner is not certainly the nearer one; CpuClassifier::complete() goes on from there.
 //
 // What a view moves on the device, F faces, V vertices, P pixels: 48 V bytes to project, 12 F for corners,
 // some 72 F for vertices (mostly from caches: neighbours share them), 4 P of item buffer and P / 8 of mask
@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "visibility/classify.h"
+#include "visibility/exact_scan.h"
 #include "visibility/gl_objects.h"
 #include "visibility/ivm_gl.h"
-#include "visibility/scan_finish.h"
 
 namespace gpvc {
 

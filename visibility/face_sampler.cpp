@@ -71,6 +71,10 @@ bool covers_a_pixel(const RasterFace& face) {
   return found;
 }
 
+bool lacks_centre(const Camera& camera, const RasterFace& face) {
+  return !misses_frame(camera, face) && (inside_frame(camera, face) || !covers_a_pixel(face));
+}
+
 void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact, std::vector<Span>& spans) {
   spans.clear();
   walker.walk(

@@ -15,6 +15,14 @@ struct SampleCounts {
   std::size_t samples = 0;
   std::size_t corrected_samples = 0;
   std::size_t contested_samples = 0;
+
+  SampleCounts& operator+=(const SampleCounts& other) {
+    processed_faces += other.processed_faces;
+    samples += other.samples;
+    corrected_samples += other.corrected_samples;
+    contested_samples += other.contested_samples;
+    return *this;
+  }
 };
 
 /// What a block of consecutive faces yields.
@@ -47,6 +55,10 @@ bool misses_frame(const Camera& camera, const RasterFace& face);
 
 /// Whether the projection contains a pixel centre, anywhere on the unbounded grid.
 bool covers_a_pixel(const RasterFace& face);
+
+/// For a front face without sample on the frame: whether it has sub-pixel samples, that is, contains no pixel
+/// centre beyond the frame either and does not certainly lie there.
+bool lacks_centre(const Camera& camera, const RasterFace& face);
 
 /// The runs of pixels in the frame whose centres the face covers. Exact where `exact`, else by edge values as
 /// the shaders compute them.

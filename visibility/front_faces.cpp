@@ -34,7 +34,7 @@ bool find_front_face(const ClassifyView& view, FaceId face, FrontFace& found) {
   collect_spans(found.raster, walker, true, found.spans);
   found.inside = inside_frame(view.camera, found.raster);
   if (!found.spans.empty()) return true;
-  return !misses_frame(view.camera, found.raster) && (found.inside || !covers_a_pixel(found.raster));
+  return lacks_centre(view.camera, found.raster);
 }
 
 InverseDepth::InverseDepth(const RasterFace& raster, const Span& near) : x0_(near.x0), y0_(near.y) {

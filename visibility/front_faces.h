@@ -2,8 +2,6 @@
 // coverage of the partial ones.
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <vector>
@@ -78,12 +76,11 @@ class FaceBlocks {
   void run(const ClassifyView& view, ViewVisibility& result, const Classify& classify) {
     const std::size_t faces = view.mesh.faces.size();
     result.classes.resize(faces);
-    blocks_.resize((faces + kFacesPerBlock - 1) / kFacesPerBlock);
-    tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t number) {
+    blocks_.resize(block_count(faces));
+    for_each_block(faces, [&](std::size_t number, std::size_t first, std::size_t end) {
       FaceBlock& block = blocks_[number];
       block.clear();
-      const std::size_t first = number * kFacesPerBlock;
-      for (std::size_t f = first; f < std::min(first + kFacesPerBlock, faces); ++f) {
+      for (std::size_t f = first; f < end; ++f) {
         result.classes[f] = classify(FaceId{static_cast<std::uint32_t>(f)}, block);
         block.full += result.classes[f] == FaceClass::full;
       }
@@ -92,7 +89,6 @@ class FaceBlocks {
   }
 
  private:
-  static constexpr std::size_t kFacesPerBlock = 2048;
   std::vector<FaceBlock> blocks_;
 };
 

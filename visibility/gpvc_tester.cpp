@@ -11,7 +11,7 @@ class GpvcTester : public ViewTester {
  public:
   GpvcTester(const ViewSource& source, const DeviceInfo& device, const VisibilityOptions& options,
              const GpuLimits& limits)
-      : source_(source), options_(options), cpu_(options), finisher_(options) {
+      : source_(source), options_(options), cpu_(options) {
     choose_classifier(device, limits);
   }
   void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
@@ -24,7 +24,6 @@ class GpvcTester : public ViewTester {
   const ViewSource& source_;
   VisibilityOptions options_;
   CpuClassifier cpu_;
-  ScanFinisher finisher_;
   std::optional<GpuClassifier> gpu_;
   std::string note_;
   std::vector<FaceCode> codes_;
@@ -49,7 +48,7 @@ void GpvcTester::classify(const ClassifyView& view, const View& of, ViewVisibili
   if (!gpu_) return cpu_.classify(view, result);
   if (options_.correction != CoverageCorrection::exact) return classify_codes(view, of, result);
   if (!gpu_->scan(view, of.pose, scan_, result.statistics)) return cpu_.classify(view, result);
-  finisher_.finish(view, scan_, result);
+  cpu_.complete(view, scan_, result);
 }
 
 /// Statistics are those of the shaders, which have looked at the samples.

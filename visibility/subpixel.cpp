@@ -17,7 +17,6 @@ namespace {
 /// enough that most faces smaller than pixels touch one tile.
 constexpr std::int32_t kTileSide = 32;
 constexpr std::size_t kTilesPerRegion = 4;  ///< along each axis
-constexpr std::size_t kFacesPerBlock = 2048;
 /// More tiles than this, a megapixel, few faces touch: they need no lists.
 constexpr std::int64_t kVast = 1024;
 /// From so many occluders on threads share a tile.
@@ -109,32 +108,30 @@ std::uint32_t SubpixelResolver::tile_of(double x, double y) const {
 }
 
 void SubpixelResolver::make_samples(const ClassifyView& view, std::span<const FaceId> faces) {
-  samples_by_tile_.start((faces.size() + kFacesPerBlock - 1) / kFacesPerBlock, tiles_across_ * tiles_down_);
-  tbb::parallel_for(
-      std::size_t{0}, (faces.size() + kFacesPerBlock - 1) / kFacesPerBlock, [&](std::size_t number) {
-        TileLists::Block& block = samples_by_tile_.block(number);
-        block.clear();
-        const std::size_t end = std::min((number + 1) * kFacesPerBlock, faces.size());
-        for (std::size_t i = number * kFacesPerBlock; i < end; ++i) {
-          const Triangle& t = view.mesh.faces[index(faces[i])];
-          const auto& v = view.projected.vertices;
-          Samples& samples = samples_[i];
-          place_samples(nearest_first(v[t[0]], v[t[1]], v[t[2]]), samples.x.data(), samples.y.data());
-          std::array<std::uint32_t, kSubpixelSamples> tiles{};
-          std::size_t listed = 0;
-          for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
-            if (!in_image(view, samples.x[k], samples.y[k])) {
-              samples.x[k] = kNowhere;
-              continue;
-            }
-            const std::uint32_t tile = tile_of(samples.x[k], samples.y[k]);
-            auto* const last = tiles.data() + listed;
-            if (std::find(tiles.data(), last, tile) != last) continue;
-            tiles[listed++] = tile;
-            block.add(tile, static_cast<std::uint32_t>(i));
-          }
+  samples_by_tile_.start(block_count(faces.size()), tiles_across_ * tiles_down_);
+  for_each_block(faces.size(), [&](std::size_t number, std::size_t begin, std::size_t end) {
+    TileLists::Block& block = samples_by_tile_.block(number);
+    block.clear();
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle& t = view.mesh.faces[index(faces[i])];
+      const auto& v = view.projected.vertices;
+      Samples& samples = samples_[i];
+      place_samples(nearest_first(v[t[0]], v[t[1]], v[t[2]]), samples.x.data(), samples.y.data());
+      std::array<std::uint32_t, kSubpixelSamples> tiles{};
+      std::size_t listed = 0;
+      for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
+        if (!in_image(view, samples.x[k], samples.y[k])) {
+          samples.x[k] = kNowhere;
+          continue;
         }
-      });
+        const std::uint32_t tile = tile_of(samples.x[k], samples.y[k]);
+        auto* const last = tiles.data() + listed;
+        if (std::find(tiles.data(), last, tile) != last) continue;
+        tiles[listed++] = tile;
+        block.add(tile, static_cast<std::uint32_t>(i));
+      }
+    }
+  });
   samples_by_tile_.sort();
 }
 
