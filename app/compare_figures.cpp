@@ -106,10 +106,10 @@ const Json* mode_called(const Json& report, const std::string& name) {
   return nullptr;
 }
 
-// The two figures by which modes are told apart: classes, and the texture's truth.
-Json right_share(const Json& mode) {
-  return mode.contains("truth") && mode["truth"].contains("origin") ? mode["truth"]["origin"]["all"]["right"]
-                                                                    : Json(nullptr);
+// The figures by which modes are told apart: classes, and the texture's truth.
+Json origin_share(const Json& mode, const char* key) {
+  if (!mode.contains("truth") || !mode["truth"].contains("origin")) return nullptr;
+  return mode["truth"]["origin"]["all"].value(key, Json(nullptr));
 }
 
 std::string percent(double share, int digits) { return fmt::format("{:.{}f} %", 100 * share, digits); }
@@ -154,7 +154,10 @@ std::vector<std::string> findings_of(const Json& report) {
                                    others.empty() ? "" : "; ", joined(others)));
   };
   add("Classes that agree with the exact oracle", agreement);
-  add("Seen area textured from photos' pixels of its own surface", right_share);
+  add("Seen area textured from photos' pixels of its own surface",
+      [](const Json& mode) { return origin_share(mode, "right"); });
+  add("All area textured as it ought to be, what no photo sees from no other surface",
+      [](const Json& mode) { return origin_share(mode, "faithful"); });
   for (std::string& sentence : contest_findings(report)) findings.push_back(std::move(sentence));
   std::vector<std::string> failed;
   for (const Json& mode : report["modes"])
