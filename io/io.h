@@ -120,9 +120,9 @@ struct Image {
 
 /// Decodes a photo to 3 channels of 8 bits: grey is repeated, alpha dropped, deeper samples scaled with
 /// rounding; linear light (EXR, HDR) gets sRGB's curve, with 1 as white. EXIF orientation is not applied, to
-/// raw photos (DNG) neither (cameras are calibrated on the stored pixels). A truncated file is an error, and
-/// so is a claim of more pixels than the file can hold, or than 2^30. Raw photos need an OpenImageIO with
-/// LibRaw.
+/// raw photos (DNG) neither (cameras are calibrated on the stored pixels). A truncated file is an error, a
+/// JPEG with zeros in the place of data (where its tables tell) as well, and so is a claim of more pixels
+/// than the file can hold, or than 2^30. Raw photos need an OpenImageIO with LibRaw.
 Image read_image(const std::filesystem::path& file);
 
 /// An ICC profile, byte for byte as image files embed it; empty: none.
@@ -293,8 +293,8 @@ std::optional<std::string> lost_term(SceneTarget target, const Camera& camera);
 std::vector<std::filesystem::path> photo_places(SceneTarget target, const Scene& scene,
                                                 std::span<const ViewId> used);
 
-/// Where the format's programs look for the mask of a photo at one of `photo_places`, as their manuals have it:
-/// COLMAP's ImageReader.mask_path has NAME.EXT.png (colmap.github.io/faq, "Mask image regions"), here in
+/// Where the format's programs look for the mask of a photo at one of `photo_places`, as their manuals have
+/// it: COLMAP's ImageReader.mask_path has NAME.EXT.png (colmap.github.io/faq, "Mask image regions"), here in
 /// masks/; OpenMVS takes NAME.mask.png beside the photo (with --ignore-mask-label 0). nullopt for cam:
 /// mvs-texturing knows no masks, and would take one beside a PNG for its photo.
 std::optional<std::filesystem::path> mask_place(SceneTarget target, const std::filesystem::path& photo_place);

@@ -124,6 +124,7 @@ void check_zero_runs(const ImageBytes& bytes, std::string_view data, std::size_t
     if (end - begin >= run && !padding)
       bytes.fail(start + begin, "cannot be decoded whole: " + std::to_string(end - begin) +
                                     " bytes of the JPEG's picture have been overwritten with zeros");
+    at = end - 1;  // what lies before has been looked at: O(size)
   }
 }
 
