@@ -120,9 +120,9 @@ struct Image {
 
 /// Decodes a photo to 3 channels of 8 bits: grey is repeated, alpha dropped, deeper samples scaled with
 /// rounding; linear light (EXR, HDR) gets sRGB's curve, with 1 as white. EXIF orientation is not applied, to
-/// raw photos (DNG) neither (cameras are calibrated on the stored pixels). A truncated file is an error, a
-/// JPEG with zeros in the place of data (where its tables tell) as well, and so is a claim of more pixels
-/// than the file can hold, or than 2^30. Raw photos need an OpenImageIO with LibRaw.
+/// raw photos (DNG) neither (cameras are calibrated on the stored pixels). Errors are a truncated file, a
+/// JPEG with zeros in the place of data (where its tables tell), and a claim of more pixels than the file can
+/// hold, or than 2^30. Raw photos need an OpenImageIO with LibRaw.
 Image read_image(const std::filesystem::path& file);
 
 /// An ICC profile, byte for byte as image files embed it; empty: none.
