@@ -117,11 +117,11 @@ int run(const Arguments& arguments) {
   print_tables(scene, measured, arguments.folder);
   fmt::print(
       "\nTime consumption: all in, wall, start included: compiling shaders, making buffers. Shaders and "
-      "claims "
-      "are\nparts of classification: what compute shaders take, and deciding what they leave open on the CPU "
-      "(exact).\nCPU time: of all threads, the software renderer's included. "
-      "Sampling count: look-ups until a face is known to be fully visible or "
-      "not.\n"
+      "claims\n"
+      "are parts of classification: what compute shaders take, and deciding what they leave open on the CPU\n"
+      "(exact). CPU time: of all threads, the software renderer's included. Sampling count: look-ups until "
+      "a\n"
+      "face is known to be fully visible or not.\n"
       "Rows other than GPVC do without the IVM, which texturing needs from them as well. Faces whose class\n"
       "under HIVERS differs from dense sampling's: {}\n",
       differing);

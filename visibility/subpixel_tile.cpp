@@ -51,9 +51,9 @@ struct RowEnds {
   RowEnds(const HalfPlanes& planes, double top, double height) {
     constexpr double kNever = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < 3; ++k) {
-      const double slope = -planes.b[k] / planes.a[k];
+      const double per_a = 1 / planes.a[k], slope = -planes.b[k] * per_a;
       step[k] = slope * height;
-      const double here = slope * top - planes.c[k] / planes.a[k];
+      const double here = slope * top - planes.c[k] * per_a;
       low[k] = planes.a[k] > 0 ? here + std::min(step[k], 0.0) : -kNever;
       high[k] = planes.a[k] < 0 ? here + std::max(step[k], 0.0) : kNever;
     }
@@ -137,14 +137,17 @@ void SubpixelTile::start(std::size_t most) {
 }
 
 void SubpixelTile::lay_grid() {
-  const auto [left, right] =
-      std::minmax_element(x_.begin(), x_.begin() + static_cast<std::ptrdiff_t>(count_));
-  const auto [top, bottom] =
-      std::minmax_element(y_.begin(), y_.begin() + static_cast<std::ptrdiff_t>(count_));
-  left_ = *left;
-  top_ = *top;
-  width_ = *right - left_;
-  height_ = *bottom - top_;
+  left_ = x_[0];
+  top_ = y_[0];
+  double right = left_, bottom = top_;
+  for (std::size_t i = 1; i < count_; ++i) {
+    left_ = std::min(left_, x_[i]);
+    right = std::max(right, x_[i]);
+    top_ = std::min(top_, y_[i]);
+    bottom = std::max(bottom, y_[i]);
+  }
+  width_ = right - left_;
+  height_ = bottom - top_;
   // Of a narrow rectangle too no more cells than samples.
   const double per_cell = kSamplesPerCell / static_cast<double>(count_);
   const double side = std::max(std::sqrt(width_ * height_ * per_cell), std::max(width_, height_) * per_cell);
