@@ -5,11 +5,13 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 
 #include "io/file_bytes.h"
@@ -71,6 +73,27 @@ OIIO::ImageSpec reader_options() {
   return config;
 }
 
+/// Held while OpenImageIO opens a file. Up to its 2.4.7 the headers of JPEGs (ICC profiles) and TIFFs are
+/// decoded with the help of static tables that opening itself adds to (its issue 3756, its pull request
+/// 3767). Pixels are decoded outside of it.
+std::mutex& opening() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+/// The format of most photos and masks, whatever their name says; null for all others. OpenImageIO tries the
+/// name's format first and then all of its own, which fails now and then when several threads do so at once.
+const char* format_by_signature(std::istream& in) {
+  std::array<char, 8> begin{};
+  in.clear();
+  in.seekg(0);
+  in.read(begin.data(), std::ssize(begin));
+  const std::string_view bytes(begin.data(), static_cast<std::size_t>(in.gcount()));
+  if (bytes.starts_with("\xFF\xD8\xFF")) return "jpeg";
+  if (bytes == "\x89PNG\r\n\x1A\n") return "png";
+  return nullptr;
+}
+
 std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
@@ -85,8 +108,18 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
                return bool(in.read(reinterpret_cast<char*>(to.data()), std::ssize(to)));
              }});
   const OIIO::ImageSpec config = reader_options();
-  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file.string(), &config);
+  std::unique_lock lock(opening());
+  std::unique_ptr<OIIO::ImageInput> input;
+  if (const char* format = format_by_signature(in)) {
+    input = OIIO::ImageInput::create(format);
+    OIIO::ImageSpec spec;
+    if (input && !input->open(file.string(), spec, config))
+      throw InputError(file, "", "is no image that can be read: " + one_line(input->geterror()));
+  } else {
+    input = OIIO::ImageInput::open(file.string(), &config);
+  }
   if (!input) throw InputError(file, "", "is no image that can be read: " + one_line(OIIO::geterror()));
+  lock.unlock();
   check_claims(file, "", *input, error ? std::numeric_limits<std::uintmax_t>::max() : size);
   // A raw photo is a TIFF, too: one sample a pixel behind a filter of colours, or linear. TIFF/EP and DNG.
   constexpr int kFilterArray = 32803, kLinearRaw = 34892;
@@ -281,11 +314,13 @@ Image decode_image(const fs::path& file, const std::string& part, std::string_vi
   check_png(bytes_in_memory(file, part, bytes));
   check_jpeg(file, part, bytes);
   OIIO::Filesystem::IOMemReader reader(const_cast<char*>(bytes.data()), bytes.size());
+  std::unique_lock lock(opening());
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(png ? "png" : "jpeg");
   if (!input) throw InputError(file, part, "cannot be decoded: " + one_line(OIIO::geterror()));
   OIIO::ImageSpec spec;
   if (!input->set_ioproxy(&reader) || !input->open(part, spec, reader_options()))
     throw InputError(file, part, "is no image that can be read: " + one_line(input->geterror()));
+  lock.unlock();
   check_claims(file, part, *input, bytes.size());
   return decode_rgb(file, part, *input);
 }

@@ -1,7 +1,9 @@
 #include <OpenImageIO/imageio.h>
 #include <tbb/global_control.h>
 
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 #include "io/io.h"
 #include "temporary_folder.h"
@@ -183,6 +185,29 @@ TEST(ReadImage, RefusesJpegWithZerosInThePlaceOfData) {
     write_image(folder.path() / "flat.jpg", {800, 600, 3, Bytes(3 * 800 * 600, grey)}, ImageFormat::jpg, 90);
     EXPECT_EQ(read_image(folder.path() / "flat.jpg").at(400, 300)[1], grey);
   }
+}
+
+// Left to OpenImageIO, which would try all its readers in turn, one in some hundred of these fails.
+TEST(ReadImage, GoesByTheBytesNotTheNameInManyThreads) {
+  const TemporaryFolder folder;
+  const auto named = folder.path() / "in truth a PNG.jpg", other = folder.path() / "in truth a JPEG.png";
+  const Image image = picture(40, 30);
+  write_image(named, image, ImageFormat::png, 0);
+  write_image(other, image, ImageFormat::jpg, 95);
+  std::atomic<int> failed = 0, equal = 0;
+  std::vector<std::jthread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&] {
+      for (int n = 0; n < 100; ++n) try {
+          equal += read_image(named).pixels == image.pixels;
+          if (read_image(other).width != 40) ++failed;
+        } catch (const InputError&) {
+          ++failed;
+        }
+    });
+  threads.clear();
+  EXPECT_EQ(failed, 0);
+  EXPECT_EQ(equal, 400);
 }
 
 TEST(ReadImage, SaysWhatIsWrong) {
