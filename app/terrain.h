@@ -12,8 +12,8 @@ struct LayerOptions {
   std::uint32_t seed = 1;
 };
 
-/// Two uneven layers, as in the paper's models A, B and C: hills, and over about 0.4 of them sheets that follow
-/// the hills' facets `gap_m` higher, however small that is. Seen from afar: floats of the size of the
+/// Two uneven layers, as in the paper's models A, B and C: hills, and over about 0.4 of them sheets that
+/// follow the hills' facets `gap_m` higher, however small that is. Seen from afar: floats of the size of the
 /// flight's height are steps of a millimetre.
 SynthScene make_terrain(const LayerOptions& options);
 

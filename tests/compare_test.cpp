@@ -100,12 +100,12 @@ TEST(Contest, CallsATieWhatChanceCanDo) {
   report["modes"][1]["against_gpvc"] = {{"right", {{"ahead", -0.0005}, {"noise", 0.0002}}},
                                         {"error", {{"ahead", -0.0001}, {"noise", 0.002}}}};
   for (Json& mode : report["modes"])
-    if (mode["epsilon"].is_number())
-      mode["against_gpvc"]["faithful"] = {{"ahead", -0.25}, {"noise", 0.001}};
+    if (mode["epsilon"].is_number()) mode["against_gpvc"]["faithful"] = {{"ahead", -0.25}, {"noise", 0.001}};
   const auto findings = contest_findings(report);
   ASSERT_EQ(findings.size(), 4u);
-  EXPECT_EQ(findings[1],
-            "By area textured faithfully no mode with a bias is ahead of gpvc at any epsilon; 2 of 2 behind.");
+  EXPECT_EQ(
+      findings[1],
+      "By area textured faithfully no mode with a bias is ahead of gpvc at any epsilon; 2 of 2 behind.");
   EXPECT_EQ(findings[0],
             "By seen area textured rightly no mode with a bias is ahead of gpvc at any epsilon; a tie: "
             "ray:dense:0.1; 1 of 2 behind.");
