@@ -21,7 +21,7 @@ set_tests_properties(compare.summary PROPERTIES FIXTURES_REQUIRED compared
                      PASS_REGULAR_EXPRESSION "percentage points of gpvc on all of app_scene")
 if(GPVC_NODE AND GPVC_CHROMIUM)
   add_test(NAME browser.report COMMAND ${GPVC_NODE} ${CMAKE_CURRENT_SOURCE_DIR}/report_browser.mjs ${compared}
-                                       ${CMAKE_CURRENT_BINARY_DIR}/report_browser)
+                                       ${CMAKE_CURRENT_BINARY_DIR}/report_browser ${compared}/external)
   set_tests_properties(browser.report PROPERTIES FIXTURES_REQUIRED "compared;compared_external" LABELS browser
                        ENVIRONMENT "CHROMIUM=${GPVC_CHROMIUM}" TIMEOUT 600)
 endif()

@@ -1,14 +1,16 @@
 // Opens the page of `gpvc compare` from disk in headless Chromium and uses it: other modes, the slider, the keyboard,
 // the table, a narrow window. Then breaks the page in one place after another and insists that this is noticed.
 //
-//   node report_browser.mjs FOLDER_OF_REPORT SCRATCH
+//   node report_browser.mjs FOLDER_OF_REPORT SCRATCH [FOLDER_OF_ANOTHER]
+//
+// FOLDER_OF_ANOTHER: a report in which the gpvc model of the first one is an external one called 'again'.
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 
 import { withPage } from './browser.mjs';
 
-const [folder, scratch] = process.argv.slice(2).map((path) => resolve(path));
+const [folder, scratch, other] = process.argv.slice(2).map((path) => resolve(path));
 mkdirSync(scratch, { recursive: true });
 const report = JSON.parse(readFileSync(join(folder, 'report.json'), 'utf8'));
 const html = readFileSync(join(folder, 'report.html'), 'utf8');
@@ -139,12 +141,14 @@ await withPage({ width: 1280, height: 900 }, async (page) => {
   for (const width of [360, 1280, 2200]) await fits(page, file, width);
 });
 
-// A model of another program: our own of the same scene, read from its file, scores what it scored before.
 const modeOf = (json, name) => json.modes.find((mode) => mode.name === name);
-const again = JSON.parse(readFileSync(join(folder, 'external', 'report.json'), 'utf8'));
-const before = modeOf(report, 'gpvc').score, after = modeOf(again, 'again').score;
-for (const key of Object.keys(before))
-  insist(Math.abs(before[key] - after[key]) <= 0.02 * Math.abs(before[key]), `${key}: ${before[key]} became ${after[key]}`);
+if (other) {
+  // A model of another program: our own of the same scene, read from its file, scores what it scored before.
+  const again = JSON.parse(readFileSync(join(other, 'report.json'), 'utf8'));
+  const before = modeOf(report, 'gpvc').score, after = modeOf(again, 'again').score;
+  for (const key of Object.keys(before))
+    insist(Math.abs(before[key] - after[key]) <= 0.02 * Math.abs(before[key]), `${key}: ${before[key]} became ${after[key]}`);
+}
 insist(modeOf(report, 'gpvc').oracle.agreement === 1, `gpvc agrees with the oracle in ${modeOf(report, 'gpvc').oracle.agreement}`);
 insist(modeOf(report, 'none').oracle.agreement < 1, 'a mode without a test agrees with the oracle');
 console.log(`${report.modes.length} modes, ${report.crops.length} crops, ${(html.length / 1e6).toFixed(1)} MB`);
