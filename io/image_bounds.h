@@ -37,6 +37,11 @@ void check_png(const ImageBytes& bytes);
 /// an error. Throws InputError. O(size).
 void check_jpeg(const std::filesystem::path& file, const std::string& part, std::string_view view);
 
+/// Holds the sizes in a JPEG's IPTC metadata against its segment, to be asked before OpenImageIO opens it,
+/// which up to its 2.4.7 reads beyond the segment; passes what is no JPEG. Throws InputError. O(bytes before
+/// the first scan).
+void check_jpeg_metadata(const std::filesystem::path& file, const std::string& part, std::string_view view);
+
 /// Throws InputError at `place` unless 1 <= width, height and there are at most 2^30 pixels and 2^32 samples.
 void check_size(const std::filesystem::path& file, const std::string& place, std::int64_t width,
                 std::int64_t height, std::int64_t channels);

@@ -111,6 +111,7 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   std::unique_lock lock(opening());
   std::unique_ptr<OIIO::ImageInput> input;
   if (const char* format = format_by_signature(in)) {
+    check_jpeg_metadata(file, "", FileBytes(file).view());
     input = OIIO::ImageInput::create(format);
     OIIO::ImageSpec spec;
     if (input && !input->open(file.string(), spec, config))
@@ -313,6 +314,7 @@ Image decode_image(const fs::path& file, const std::string& part, std::string_vi
   if (!png && !jpeg) throw InputError(file, part, "expected a PNG or a JPEG");
   check_png(bytes_in_memory(file, part, bytes));
   check_jpeg(file, part, bytes);
+  check_jpeg_metadata(file, part, bytes);
   OIIO::Filesystem::IOMemReader reader(const_cast<char*>(bytes.data()), bytes.size());
   std::unique_lock lock(opening());
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(png ? "png" : "jpeg");

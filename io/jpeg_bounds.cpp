@@ -128,7 +128,52 @@ void check_zero_runs(const ImageBytes& bytes, std::string_view data, std::size_t
   }
 }
 
+/// An APP13 segment as OpenImageIO reads it: IPTC records in Photoshop's first resource.
+void check_iptc(const ImageBytes& bytes, std::size_t at, std::string_view segment) {
+  constexpr std::string_view kPhotoshop("Photoshop 3.0\0", 14), kIptc("8BIM\x04\x04", 6);
+  if (!segment.starts_with(kPhotoshop.substr(0, 13))) return;
+  const auto fail = [&] {
+    bytes.fail(at,
+               "the IPTC metadata in segment APP13 of the JPEG reaches beyond its end; metadata tools can "
+               "remove it");
+  };
+  if (segment.size() < kPhotoshop.size()) fail();
+  segment.remove_prefix(kPhotoshop.size());
+  if (!segment.starts_with(kIptc)) return;
+  segment.remove_prefix(kIptc.size());
+  // An empty name and the size, of which the upper half is not looked at.
+  const auto word = [&](std::size_t i) {
+    return std::size_t{static_cast<unsigned char>(segment[i])} << 8 |
+           static_cast<unsigned char>(segment[i + 1]);
+  };
+  if (segment.size() < 6 || word(4) > segment.size() - 6) fail();
+  segment = segment.substr(6, word(4));
+  constexpr std::size_t kRecord = 5;  // a mark, record, number and size
+  for (std::size_t i = 0; i < segment.size() && segment[i] == '\x1C';) {
+    if (segment.size() - i < kRecord || word(i + 3) > segment.size() - i - kRecord) fail();
+    i += kRecord + word(i + 3);
+  }
+}
+
 }  // namespace
+
+void check_jpeg_metadata(const std::filesystem::path& file, const std::string& part, std::string_view view) {
+  if (!view.starts_with("\xFF\xD8\xFF")) return;
+  const ImageBytes bytes = bytes_in_memory(file, part, view);
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(view[i]); };
+  constexpr unsigned kApp13 = 0xED;
+  for (std::size_t at = 2; (at = view.find('\xFF', at)) != std::string_view::npos && at + 3 < view.size();) {
+    const unsigned marker = byte(at + 1);
+    if (marker == 0xFF || marker <= 1 || (marker >= 0xD0 && marker <= 0xD8)) {
+      at += marker == 0xFF ? 1 : 2;
+      continue;
+    }
+    if (marker == kScan || marker == kEnd) return;
+    const std::size_t length = std::size_t{byte(at + 2)} << 8 | byte(at + 3);
+    if (marker == kApp13 && length > 2) check_iptc(bytes, at, view.substr(at + 4, length - 2));
+    at += 2 + length;
+  }
+}
 
 void check_jpeg(const std::filesystem::path& file, const std::string& part, std::string_view view) {
   if (!view.starts_with("\xFF\xD8\xFF")) return;

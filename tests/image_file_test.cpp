@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "io/image_file.h"
 #include "io/io.h"
 #include "temporary_folder.h"
 
@@ -184,6 +185,44 @@ TEST(ReadImage, RefusesJpegWithZerosInThePlaceOfData) {
   for (const std::uint8_t grey : Bytes{0, 127, 128, 255}) {
     write_image(folder.path() / "flat.jpg", {800, 600, 3, Bytes(3 * 800 * 600, grey)}, ImageFormat::jpg, 90);
     EXPECT_EQ(read_image(folder.path() / "flat.jpg").at(400, 300)[1], grey);
+  }
+}
+
+// OpenImageIO reads beyond the segment where its sizes say so; the sanitizers see it.
+TEST(ReadImage, HoldsIptcAgainstItsSegment) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "photo.jpg";
+  write_image(file, picture(40, 30), ImageFormat::jpg, 95);
+  const std::string plain = test::read_file(file);
+  // The title "abc", the resource's size and the record's as they are, and as they are not.
+  const auto with_iptc = [&](char resource, char record, std::size_t cut) {
+    std::string segment(
+        "Photoshop 3.0\0"
+        "8BIM\x04\x04\0\0\0\0\0",
+        25);
+    segment += resource;
+    segment += std::string("\x1C\x02\x05\0", 4) + record + "abc";
+    segment.resize(segment.size() - cut);
+    const std::size_t length = segment.size() + 2;
+    std::string marker("\xFF\xED");
+    marker += static_cast<char>(length >> 8);
+    marker += static_cast<char>(length & 0xFF);
+    std::ofstream(file, std::ios::binary) << plain.substr(0, 2) + marker + segment + plain.substr(2);
+  };
+  with_iptc(8, 3, 0);
+  EXPECT_EQ(read_image(file).width, 40);
+  for (const auto& [resource, record, cut] : {std::array<int, 3>{9, 3, 0},
+                                              {127, 3, 0},
+                                              {8, 4, 0},
+                                              {8, 127, 0},
+                                              {8, 3, 1},
+                                              {8, 3, 5},
+                                              {8, 3, 9},
+                                              {8, 3, 21}}) {
+    with_iptc(static_cast<char>(resource), static_cast<char>(record), static_cast<std::size_t>(cut));
+    EXPECT_TRUE(contains(input_error([&] { read_image(file); }), "the IPTC metadata in segment APP13"))
+        << resource << ' ' << record << ' ' << cut;
+    EXPECT_TRUE(contains(input_error([&] { read_image_size(file); }), "APP13"));
   }
 }
 
