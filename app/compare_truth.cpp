@@ -3,27 +3,21 @@
 #include <cmath>
 
 #include "app/truth.h"
+#include "app/truth_origin.h"
 
 namespace gpvc {
 namespace {
 
-Json shares_json(const TruthShares& s) {
-  return {{"seen_area", s.seen_area}, {"textured", s.textured}, {"wrong", s.wrong},
-          {"strange", s.strange},     {"untold", s.untold},     {"right", s.textured * (1 - s.wrong)}};
-}
-
-Json origin_json(const OriginShares& s) {
-  return {{"seen_area", s.seen_area},
-          {"photo", s.photo},
-          {"right", s.right},
-          {"wrong", s.wrong},
-          {"edge", s.edge},
-          {"filled", 1 - s.photo},
-          {"hidden_area", s.hidden_area},
-          {"hidden_photo", s.hidden_photo},
-          {"ghost", s.ghost},
-          {"foreign", s.foreign},
-          {"faithful", s.faithful}};
+// The paired difference of two models' areas, in shares of `whole`, with its standard error.
+Json difference(const std::vector<float>& a, const std::vector<float>& b, double whole) {
+  if (a.empty() || b.empty() || whole <= 0) return nullptr;
+  double sum = 0, squares = 0;
+  for (std::size_t f = 0; f < a.size(); ++f) {
+    const double d = static_cast<double>(a[f]) - static_cast<double>(b[f]);
+    sum += d;
+    squares += d * d;
+  }
+  return {{"ahead", sum / whole}, {"noise", std::sqrt(squares) / whole}};
 }
 
 }  // namespace
@@ -66,10 +60,10 @@ Json TruthComparison::score(const TexturedModel& model, std::span<const Image> p
   if (origins == nullptr) return json;
   OriginScore by_pixel = state_->scorer.score(
       [&](std::uint32_t face, double b, double c) { return std::optional(origins->at(FaceId{face}, b, c)); });
-  json["origin"] = {{"all", origin_json(by_pixel.all)},
-                    {"full", origin_json(by_pixel.full)},
-                    {"partial", origin_json(by_pixel.partial)},
-                    {"none", origin_json(by_pixel.none)},
+  json["origin"] = {{"all", shares_json(by_pixel.all)},
+                    {"full", shares_json(by_pixel.full)},
+                    {"partial", shares_json(by_pixel.partial)},
+                    {"none", shares_json(by_pixel.none)},
                     {"wrong_points", by_pixel.wrong.size()}};
   state_->areas.back() = {std::move(by_pixel.right_area), std::move(by_pixel.faithful_area)};
   state_->seen_area = by_pixel.all.seen_area;
@@ -77,22 +71,6 @@ Json TruthComparison::score(const TexturedModel& model, std::span<const Image> p
   state_->wrong = std::move(by_pixel.wrong);
   return json;
 }
-
-namespace {
-
-// The paired difference of two models' areas, in shares of `whole`, with its standard error.
-Json difference(const std::vector<float>& a, const std::vector<float>& b, double whole) {
-  if (a.empty() || b.empty() || whole <= 0) return nullptr;
-  double sum = 0, squares = 0;
-  for (std::size_t f = 0; f < a.size(); ++f) {
-    const double d = static_cast<double>(a[f]) - static_cast<double>(b[f]);
-    sum += d;
-    squares += d * d;
-  }
-  return {{"ahead", sum / whole}, {"noise", std::sqrt(squares) / whole}};
-}
-
-}  // namespace
 
 Json TruthComparison::ahead(std::size_t model, std::size_t of) const {
   const State::Areas &a = state_->areas[model], &b = state_->areas[of];

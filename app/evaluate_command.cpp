@@ -6,6 +6,7 @@
 #include "app/evaluate.h"
 #include "app/scene_input.h"
 #include "app/truth.h"
+#include "app/truth_origin.h"
 
 namespace gpvc {
 namespace {
@@ -25,25 +26,6 @@ Scene with_views(const Scene& scene, const std::vector<ViewId>& views) {
   chosen.views.clear();
   for (const ViewId id : views) chosen.views.push_back(scene.views[index(id)]);
   return chosen;
-}
-
-Json shares_json(const TruthShares& shares) {
-  return {{"area", shares.area},   {"seen_area", shares.seen_area}, {"textured", shares.textured},
-          {"wrong", shares.wrong}, {"strange", shares.strange},     {"untold", shares.untold}};
-}
-
-Json origin_json(const OriginShares& shares) {
-  return {{"seen_area", shares.seen_area},
-          {"photo", shares.photo},
-          {"right", shares.right},
-          {"wrong", shares.wrong},
-          {"edge", shares.edge},
-          {"unknown", shares.unknown},
-          {"hidden_area", shares.hidden_area},
-          {"hidden_photo", shares.hidden_photo},
-          {"ghost", shares.ghost},
-          {"foreign", shares.foreign},
-          {"faithful", shares.faithful}};
 }
 
 // What gpvc leaves beside its models says whose photo each face shows; models of other programs have nothing
@@ -95,10 +77,10 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
   std::optional<OriginScore> origins;
   if (const std::optional<OriginOf> origin = known_origins(options.model, mesh, scene)) {
     origins = scorer.score(*origin);
-    record.counts["truth"]["origin"] = {{"all", origin_json(origins->all)},
-                                        {"seen_whole", origin_json(origins->full)},
-                                        {"seen_in_parts", origin_json(origins->partial)},
-                                        {"seen_by_none", origin_json(origins->none)}};
+    record.counts["truth"]["origin"] = {{"all", shares_json(origins->all)},
+                                        {"seen_whole", shares_json(origins->full)},
+                                        {"seen_in_parts", shares_json(origins->partial)},
+                                        {"seen_by_none", shares_json(origins->none)}};
   }
   stage.finish(fmt::format("{} points in {} views", score.samples, used.size()));
   console.result(truth_table(score, origins ? &*origins : nullptr));

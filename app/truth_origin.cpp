@@ -104,4 +104,29 @@ std::string origin_table(const OriginScore& score) {
   return table;
 }
 
+Json shares_json(const TruthShares& s) {
+  return {{"area", s.area},
+          {"seen_area", s.seen_area},
+          {"textured", s.textured},
+          {"wrong", s.wrong},
+          {"strange", s.strange},
+          {"untold", s.untold},
+          {"right", s.textured * (1 - s.wrong)}};
+}
+
+Json shares_json(const OriginShares& s) {
+  return {{"seen_area", s.seen_area},
+          {"photo", s.photo},
+          {"filled", 1 - s.photo},
+          {"right", s.right},
+          {"wrong", s.wrong},
+          {"edge", s.edge},
+          {"unknown", s.unknown},
+          {"hidden_area", s.hidden_area},
+          {"hidden_photo", s.hidden_photo},
+          {"ghost", s.ghost},
+          {"foreign", s.foreign},
+          {"faithful", s.faithful}};
+}
+
 }  // namespace gpvc

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "app/run_record.h"
 #include "app/truth.h"
 
 namespace gpvc {
@@ -24,5 +25,8 @@ void add_hidden_origin(OriginVerdict verdict, double area, OriginShares& sums);
 void make_shares(OriginShares& sums);
 
 std::string origin_table(const OriginScore& score);
+/// The shares as run.json, evaluate's and compare's reports have them.
+Json shares_json(const TruthShares& shares);
+Json shares_json(const OriginShares& shares);
 
 }  // namespace gpvc

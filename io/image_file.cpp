@@ -107,11 +107,12 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
                in.seekg(static_cast<std::streamoff>(at));
                return bool(in.read(reinterpret_cast<char*>(to.data()), std::ssize(to)));
              }});
+  const char* format = format_by_signature(in);
+  if (format) check_jpeg_metadata(file, "", FileBytes(file).view());
   const OIIO::ImageSpec config = reader_options();
   std::unique_lock lock(opening());
   std::unique_ptr<OIIO::ImageInput> input;
-  if (const char* format = format_by_signature(in)) {
-    check_jpeg_metadata(file, "", FileBytes(file).view());
+  if (format) {
     input = OIIO::ImageInput::create(format);
     OIIO::ImageSpec spec;
     if (input && !input->open(file.string(), spec, config))

@@ -2,6 +2,7 @@
 // cited.
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "io/error.h"
@@ -16,6 +17,35 @@ constexpr unsigned kBaseline = 0xC0, kExtended = 0xC1, kScan = 0xDA, kEnd = 0xD9
 bool is_frame(unsigned marker) {
   return marker >= 0xC0 && marker <= 0xCF && marker != kHuffmanTables && marker != kReserved &&
          marker != kArithmeticTables;
+}
+
+struct Segment {
+  unsigned marker = 0;
+  std::size_t at = 0;       ///< of the marker
+  std::string_view header;  ///< behind marker and length, as far as there are bytes
+  std::size_t next = 0;     ///< where it ends; no less than the file's size where that cuts it
+};
+
+/// The first marker at `at` or later with what belongs to it; nothing where there is none. Entropy-coded data
+/// and stray bytes lie between markers; a marker is 0xFF and neither 0x00 (a data byte), 0xFF (fill), a
+/// restart D0 .. D7, the start D8 nor 01. All but the end of the image carry their length.
+std::optional<Segment> next_segment(std::string_view view, std::size_t at) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(view[i]); };
+  while ((at = view.find('\xFF', at)) != std::string_view::npos && at + 1 < view.size()) {
+    const unsigned marker = byte(at + 1);
+    if (marker == 0xFF) {
+      ++at;
+    } else if (marker <= 1 || (marker >= 0xD0 && marker <= 0xD8)) {
+      at += 2;
+    } else if (marker == kEnd || at + 3 >= view.size()) {
+      return Segment{marker, at, {}, view.size()};
+    } else {
+      const std::size_t length = std::size_t{byte(at + 2)} << 8 | byte(at + 3);
+      return Segment{marker, at, length > 2 ? view.substr(at + 4, length - 2) : std::string_view(),
+                     at + 2 + length};
+    }
+  }
+  return std::nullopt;
 }
 
 /// The frame header behind marker 0xC0 .. 0xCF at `at`; tells nothing of what it does not know.
@@ -160,57 +190,30 @@ void check_iptc(const ImageBytes& bytes, std::size_t at, std::string_view segmen
 void check_jpeg_metadata(const std::filesystem::path& file, const std::string& part, std::string_view view) {
   if (!view.starts_with("\xFF\xD8\xFF")) return;
   const ImageBytes bytes = bytes_in_memory(file, part, view);
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(view[i]); };
   constexpr unsigned kApp13 = 0xED;
-  for (std::size_t at = 2; (at = view.find('\xFF', at)) != std::string_view::npos && at + 3 < view.size();) {
-    const unsigned marker = byte(at + 1);
-    if (marker == 0xFF || marker <= 1 || (marker >= 0xD0 && marker <= 0xD8)) {
-      at += marker == 0xFF ? 1 : 2;
-      continue;
-    }
-    if (marker == kScan || marker == kEnd) return;
-    const std::size_t length = std::size_t{byte(at + 2)} << 8 | byte(at + 3);
-    if (marker == kApp13 && length > 2) check_iptc(bytes, at, view.substr(at + 4, length - 2));
-    at += 2 + length;
+  for (auto segment = next_segment(view, 2); segment; segment = next_segment(view, segment->next)) {
+    if (segment->marker == kScan || segment->marker == kEnd) return;
+    if (segment->marker == kApp13) check_iptc(bytes, segment->at, segment->header);
   }
 }
 
 void check_jpeg(const std::filesystem::path& file, const std::string& part, std::string_view view) {
   if (!view.starts_with("\xFF\xD8\xFF")) return;
   const ImageBytes bytes = bytes_in_memory(file, part, view);
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(view[i]); };
   ZeroRuns zeros;
   std::size_t data = 0, unit_bits = 0;  // of the scan, once there is one
-  for (std::size_t at = 2;;) {
-    // Entropy-coded data and stray bytes lie between markers; a marker is 0xFF and neither 0x00 (a data
-    // byte), 0xFF (fill), a restart D0 .. D7 nor 01. All but the end of the image carry their length.
-    at = view.find('\xFF', at);
-    if (at == std::string_view::npos || at + 1 >= view.size()) break;
-    const unsigned marker = byte(at + 1);
-    const bool bare = marker <= 1 || (marker >= 0xD0 && marker <= 0xD8);
-    if (marker == 0xFF) {
-      ++at;
-      continue;
-    }
-    if (bare) {
-      at += 2;
-      continue;
-    }
-    if (unit_bits > 0) check_zero_runs(bytes, view.substr(data, at - data), data, unit_bits);
+  for (auto segment = next_segment(view, 2); segment; segment = next_segment(view, segment->next)) {
+    if (unit_bits > 0) check_zero_runs(bytes, view.substr(data, segment->at - data), data, unit_bits);
     unit_bits = 0;
-    if (marker == kEnd) return;
-    if (is_frame(marker)) check_jpeg_claim(bytes, at, marker);
-    if (at + 3 >= view.size()) break;
-    const std::size_t next = at + 2 + (std::size_t{byte(at + 2)} << 8 | byte(at + 3));
-    if (next >= view.size()) break;
-    const std::string_view header = next > at + 4 ? view.substr(at + 4, next - at - 4) : std::string_view();
-    if (is_frame(marker)) zeros.frame(header, marker);
-    if (marker == kHuffmanTables) zeros.tables(header);
-    if (marker == kScan) {
-      unit_bits = zeros.unit_bits(header);
-      data = next;
+    if (segment->marker == kEnd) return;
+    if (is_frame(segment->marker)) check_jpeg_claim(bytes, segment->at, segment->marker);
+    if (segment->next >= view.size()) break;
+    if (is_frame(segment->marker)) zeros.frame(segment->header, segment->marker);
+    if (segment->marker == kHuffmanTables) zeros.tables(segment->header);
+    if (segment->marker == kScan) {
+      unit_bits = zeros.unit_bits(segment->header);
+      data = segment->next;
     }
-    at = next;
   }
   bytes.fail(view.size(), "cannot be decoded whole: the JPEG ends too early");
 }
