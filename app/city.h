@@ -5,6 +5,9 @@
 
 namespace gpvc {
 
+/// Blocks repeat around the middle of the scene; a street and its pavements lie between them.
+inline constexpr double kBlockPitch_m = 36, kStreet_m = 8, kWalk_m = 2;
+
 struct FlightOptions {
   int photos = 20;  ///< a fifth nadir, the rest oblique from four sides
   int width = 1200, height = 800;

@@ -2,17 +2,10 @@
 #include <cstdio>
 
 #include "app/city.h"
+#include "io/world_vector.h"
 
 namespace gpvc {
 namespace {
-
-WorldPoint cross(const WorldPoint& a, const WorldPoint& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-WorldPoint unit(const WorldPoint& a) {
-  const double s = 1 / std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z);
-  return {a.x * s, a.y * s, a.z * s};
-}
 
 // Looks along `forward`, the picture's right hand level or, for a camera that looks straight down, `right`.
 Pose look(const WorldPoint& centre, const WorldPoint& forward, const WorldPoint& right) {

@@ -7,7 +7,6 @@ namespace gpvc {
 namespace {
 
 constexpr double kGrid = 1024;  // 1 mm
-constexpr double kBlockPitch_m = 36, kStreet_m = 8, kWalk_m = 2;
 
 struct Building {
   Placement place;          // origin: the middle of the footprint, on the ground

@@ -84,10 +84,6 @@ const CLI::App& reached_command(const CLI::App& app) {
   return *at;
 }
 
-std::string full_name(const CLI::App& app) {
-  return (app.get_parent() == nullptr ? "" : full_name(*app.get_parent()) + " ") + app.get_name();
-}
-
 // What is wrong with the words, where CLI11's own sentence would be less clear.
 std::string usage_complaint(const CLI::App& reached, const CLI::ParseError& error) {
   const auto meant = [](const std::string& word, const std::vector<std::string>& words) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <ctime>
 #include <fstream>
 #include <thread>
@@ -17,6 +16,7 @@
 #include "app/pipeline.h"
 #include "app/texture_files.h"
 #include "app/texture_islands.h"
+#include "io/clock.h"
 
 namespace gpvc {
 namespace {
@@ -91,10 +91,6 @@ Json names_json(const Scene& scene, const std::vector<ViewId>& views) {
   return names;
 }
 
-double since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 /// A comparison under way: what all modes share, and what is known of each so far.
 class Comparison {
  public:
@@ -113,16 +109,17 @@ class Comparison {
 
   void run() {
     prepare();
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = Clock::now();
     const std::size_t all = modes_.size() + externals_.size();
     for (std::size_t n = 0; n < all; ++n) {
       throw_if_interrupted();
       const std::string& name = n < modes_.size() ? modes_[n].name : externals_[n - modes_.size()].name;
       std::string left;
       if (n > 0)
-        left = ", " +
-               readable_duration(since(start) / static_cast<double>(n) * static_cast<double>(all - n)) +
-               " left";
+        left =
+            ", " +
+            readable_duration(seconds_since(start) / static_cast<double>(n) * static_cast<double>(all - n)) +
+            " left";
       console_.note(fmt::format("{} of {}: {}{}", n + 1, all, name, left));
       Json mode = n < modes_.size() ? described(modes_[n]) : described(externals_[n - modes_.size()]);
       try {
@@ -236,7 +233,7 @@ class Comparison {
     RunRecord record;
     TextureOptions options = options_.texture;
     options.visibility = mode.visibility;
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = Clock::now();
     Agreement agreement;
     const SeenScene seen = see_views(
         in_, photos_, device_, options, console_, record,
@@ -269,7 +266,7 @@ class Comparison {
                                  seen.candidates.table,
                                  seen.coverage};
     const TextureAtlas atlas = make_atlas(atlas_input, options, console_, record);
-    json["time"]["total_s"] = since(start);
+    json["time"]["total_s"] = seconds_since(start);
     json["patches"] = selection.patches;
     json["counts"] = record.counts;
     if (options_.keep_models) keep(mode, {in_, selection, seen.candidates, atlas}, options, record);

@@ -65,12 +65,6 @@ const Json* gpvc_of(const Json& report) {
   return nullptr;
 }
 
-std::string listed(const std::vector<std::string>& names) {
-  std::string all;
-  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
-  return all;
-}
-
 }  // namespace
 
 std::vector<std::string> contest_findings(const Json& report) {
@@ -95,8 +89,9 @@ std::vector<std::string> contest_findings(const Json& report) {
     std::string text =
         ahead.empty()
             ? fmt::format("By {} no mode with a bias is ahead of gpvc at any epsilon", discipline.name)
-            : fmt::format("By {} ahead of gpvc: {}", discipline.name, listed(ahead));
-    if (!ties.empty()) text += fmt::format("; {} {}", ties.size() == 1 ? "a tie:" : "ties:", listed(ties));
+            : fmt::format("By {} ahead of gpvc: {}", discipline.name, fmt::join(ahead, ", "));
+    if (!ties.empty())
+      text += fmt::format("; {} {}", ties.size() == 1 ? "a tie:" : "ties:", fmt::join(ties, ", "));
     findings.push_back(fmt::format("{}; {} of {} behind.", text, behind, all));
   }
   return findings;

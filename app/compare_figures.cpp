@@ -100,7 +100,7 @@ std::string printed_figure(const Json& value, const Figure& figure) {
 
 namespace {
 
-const Json* mode_called(const Json& report, const std::string& name) {
+const Json* finished_mode(const Json& report, const std::string& name) {
   for (const Json& mode : report["modes"])
     if (mode["name"] == name && mode["status"] == "ok") return &mode;
   return nullptr;
@@ -133,17 +133,11 @@ std::vector<std::string> best_of_families(const Json& report, const std::functio
   return sentences;
 }
 
-std::string joined(const std::vector<std::string>& parts) {
-  std::string all;
-  for (const std::string& part : parts) all += (all.empty() ? "" : "; ") + part;
-  return all;
-}
-
 }  // namespace
 
 std::vector<std::string> findings_of(const Json& report) {
   std::vector<std::string> findings;
-  const Json* gpvc = mode_called(report, "gpvc");
+  const Json* gpvc = finished_mode(report, "gpvc");
   const auto agreement = [](const Json& mode) -> Json {
     return mode.contains("oracle") ? mode["oracle"]["agreement"] : Json(nullptr);
   };
@@ -151,7 +145,7 @@ std::vector<std::string> findings_of(const Json& report) {
     if (gpvc == nullptr || value(*gpvc).is_null()) return;
     const std::vector<std::string> others = best_of_families(report, value);
     findings.push_back(fmt::format("{}: gpvc {}{}{}.", what, percent(value(*gpvc).get<double>(), 3),
-                                   others.empty() ? "" : "; ", joined(others)));
+                                   others.empty() ? "" : "; ", fmt::join(others, "; ")));
   };
   add("Classes that agree with the exact oracle", agreement);
   add("Seen area textured from photos' pixels of its own surface",
@@ -163,7 +157,8 @@ std::vector<std::string> findings_of(const Json& report) {
   for (const Json& mode : report["modes"])
     if (mode["status"] != "ok") failed.push_back(mode["name"].get<std::string>());
   if (!failed.empty())
-    findings.push_back("Failed, with what is known of it in the table: " + joined(failed) + ".");
+    findings.push_back(
+        fmt::format("Failed, with what is known of it in the table: {}.", fmt::join(failed, "; ")));
   if (!report["settings"]["scored"]["held_out"].get<bool>())
     findings.push_back(
         "No view was held out: the errors are over views that the texture was made from, and favour modes "

@@ -126,9 +126,8 @@ std::string verdict(const Table& table, const Measure& measure) {
         best
             ? fmt::format("; the nearest, {}, stays {:.3f} behind on one of them", best->mode, *best->worst())
             : "");
-  std::string all;
-  for (const std::string& mode : near) all += (all.empty() ? "" : ", ") + mode;
-  return fmt::format("{}, within {} percentage points of gpvc on all of {}: {}.", what, kNear, scenes, all);
+  return fmt::format("{}, within {} percentage points of gpvc on all of {}: {}.", what, kNear, scenes,
+                     fmt::join(near, ", "));
 }
 
 std::string points(const std::optional<double>& value) {

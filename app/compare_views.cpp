@@ -6,6 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "app/evaluate.h"
+
 namespace gpvc {
 namespace {
 
@@ -105,13 +107,6 @@ double mean_difference(const Image& photo, const Image& render, const std::vecto
       if (counted[i]) sum += std::abs(photo.pixels[3 * i + c] - gain * render.pixels[3 * i + c]);
   }
   return pixels > 0 ? sum / (3 * pixels) : 0;
-}
-
-std::vector<std::uint8_t> covered_pixels(const Ivm& ivm) {
-  std::vector<std::uint8_t> covered(ivm.faces.size());
-  std::transform(ivm.faces.begin(), ivm.faces.end(), covered.begin(),
-                 [](FaceId face) -> std::uint8_t { return face == kNoFace ? 0 : 255; });
-  return covered;
 }
 
 bool overlap(int a, int a_length, int b, int b_length) { return a < b + b_length && b < a + a_length; }

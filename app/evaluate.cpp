@@ -24,14 +24,6 @@ Image side_by_side(const Rephotography& r) {
   return row;
 }
 
-std::vector<std::uint8_t> covered_pixels(VisibilityStage& stage, const View& view, ViewId id) {
-  const Ivm ivm = stage.classify(view, id).ivm;
-  std::vector<std::uint8_t> covered(ivm.faces.size());
-  std::transform(ivm.faces.begin(), ivm.faces.end(), covered.begin(),
-                 [](FaceId face) -> std::uint8_t { return face == kNoFace ? 0 : 255; });
-  return covered;
-}
-
 void accumulate(const RephotographyScore& score, RephotographyScore& sum) {
   sum.completeness += score.completeness;
   sum.psnr += score.psnr;
@@ -94,6 +86,13 @@ void leave_out_excluded(const View& view, std::vector<std::uint8_t>& inside) {
 
 }  // namespace
 
+std::vector<std::uint8_t> covered_pixels(const Ivm& ivm) {
+  std::vector<std::uint8_t> covered(ivm.faces.size());
+  std::transform(ivm.faces.begin(), ivm.faces.end(), covered.begin(),
+                 [](FaceId face) -> std::uint8_t { return face == kNoFace ? 0 : 255; });
+  return covered;
+}
+
 Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache& photos,
                           const EvaluateOptions& options, const Progress& progress) {
   LoadedModel model = read_textured_model(options.model);
@@ -125,7 +124,8 @@ Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache
     leave_out_excluded(view, inside);
     const RenderResult render =
         render_model(device, model.model, model.pages, view.camera, local.pose, false, false, {0, 0, 0});
-    const std::vector<std::uint8_t> covered = covered_pixels(stage, options.mesh ? view : local, id);
+    const std::vector<std::uint8_t> covered =
+        covered_pixels(stage.classify(options.mesh ? view : local, id).ivm);
     const Rephotography result =
         compare_with_photo(photo, inside, render.image, render.textured, covered, options.reduction);
     evaluation.views.push_back({view.name, result.score});

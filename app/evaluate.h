@@ -1,6 +1,7 @@
 // `gpvc evaluate`: how well a textured model, ours or another program's, reproduces photos.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -33,6 +34,9 @@ struct Evaluation {
 /// compared are listed and left out of the mean.
 Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache& photos,
                           const EvaluateOptions& options, const Progress& progress);
+
+/// 255 where the mesh is, else 0.
+std::vector<std::uint8_t> covered_pixels(const Ivm& ivm);
 
 /// A table for people, one line a view and the mean.
 std::string evaluation_table(const Evaluation& evaluation);

@@ -59,17 +59,14 @@ std::string usage_line(const CLI::App& app, const std::string& full_name) {
   return line + "\n";
 }
 
-std::string full_name(const CLI::App* app) {
-  std::string name = app->get_name();
-  for (const CLI::App* parent = app->get_parent(); parent != nullptr; parent = parent->get_parent())
-    name = parent->get_name() + " " + name;
-  return name;
-}
-
 }  // namespace
 
+std::string full_name(const CLI::App& app) {
+  return (app.get_parent() == nullptr ? "" : full_name(*app.get_parent()) + " ") + app.get_name();
+}
+
 std::string HelpFormatter::make_help(const CLI::App* app, std::string, CLI::AppFormatMode) const {
-  const std::string name = full_name(app);
+  const std::string name = full_name(*app);
   std::string help = wrapped(name + ": " + app->get_description(), 0) + "\n" + usage_line(*app, name);
 
   std::string positionals;

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <memory>
+#include <string>
 
 namespace gpvc {
+
+/// The command as users type it: "gpvc synth city".
+std::string full_name(const CLI::App& app);
 
 /// Purpose, usage, options by group with their defaults, then the footer (examples, exit status).
 class HelpFormatter : public CLI::FormatterBase {

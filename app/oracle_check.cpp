@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "app/console.h"
+#include "io/clock.h"
 
 namespace gpvc {
 namespace {
@@ -43,9 +43,9 @@ OracleCheck::OracleCheck(const std::vector<ViewId>& used, std::size_t count) : d
 bool OracleCheck::wants(ViewId view) const { return std::binary_search(drawn_.begin(), drawn_.end(), view); }
 
 void OracleCheck::compare(const Mesh& mesh, const View& view, std::span<const FaceClass> classes) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   const OracleView truth = oracle_visibility(mesh, view);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = seconds_since(start);
   Matrix matrix{};
   std::size_t tied = 0, wrong = 0;
   for (std::size_t f = 0; f < classes.size(); ++f) {

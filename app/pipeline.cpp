@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <future>
+
+#include "io/clock.h"
 
 namespace gpvc {
 namespace {
@@ -34,10 +35,6 @@ CoverageTable of_partial_faces(const CoverageTable& table, std::span<const FaceT
     kept.entries.push_back(moved);
   }
   return kept;
-}
-
-double since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 void add_times(const VisibilityStatistics& one, ViewTimes& sum) {
@@ -97,15 +94,15 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
     if (costs.valid()) costs.get();
     costs = std::async(policy, [&, id, photo = decoded.share()] {
       const auto pixels = photo.get();
-      const auto start = std::chrono::steady_clock::now();
+      const auto start = Clock::now();
       collector.add_view(id, view, *pixels, visible);
-      times.costs_s += since(start);
+      times.costs_s += seconds_since(start);
     });
   }
   costs.get();
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   seen.candidates = collector.finish();
-  times.costs_s += since(start);
+  times.costs_s += seconds_since(start);
   seen.coverage = of_partial_faces(seen.coverage, seen.candidates.tags);
   for (const auto& [name, value] : {std::pair{"render_s", times.render_s},
                                     {"build_s", times.build_s},

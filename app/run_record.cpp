@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/interrupt.h"
+#include "io/clock.h"
 
 namespace gpvc {
 namespace {
@@ -36,16 +37,14 @@ Stage::Stage(Console& console, RunRecord& record, std::string name, std::string 
       name_(std::move(name)),
       unit_(std::move(unit)),
       ends_early_(ends_early),
-      start_(std::chrono::steady_clock::now()),
+      start_(Clock::now()),
       start_cpu_s_(process_cpu_seconds()) {
   throw_if_interrupted();
   console_.clear_status();
   console_.status(name_ + " ...");
 }
 
-double Stage::wall_s() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-}
+double Stage::wall_s() const { return seconds_since(start_); }
 
 void Stage::progress(std::size_t done, std::size_t total) {
   throw_if_interrupted();

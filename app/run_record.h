@@ -1,7 +1,6 @@
 // What a run did and what it cost: the stages as the user sees them, and run.json.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "app/console.h"
+#include "io/clock.h"
 
 namespace gpvc {
 
@@ -48,7 +48,7 @@ class Stage {
   RunRecord& record_;
   std::string name_, unit_;
   bool ends_early_;
-  std::chrono::steady_clock::time_point start_;
+  Clock::time_point start_;
   double start_cpu_s_;
   Json extra_ = Json::object();
 };

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/city.h"
 #include "app/synth_scene.h"
 
 namespace gpvc {
@@ -30,8 +31,6 @@ double rough(double u, double v, double frequency, std::uint32_t seed) {
                c = synth_noise(u * frequency * 4, v * frequency * 4, seed + 2);
   return (a * 4 + b * 2 + c) * (2.0 / 7) - 1;
 }
-
-constexpr double kBlockPitch_m = 36, kStreet_m = 8, kWalk_m = 2;
 
 // Blocks repeat around the middle of the scene, also beyond the mesh.
 Colour ground(double x, double y) {

@@ -1,25 +1,14 @@
 // Builds a synthetic scene from planes, boxes and balls, tessellated at a given edge length.
 #pragma once
 
-#include <cmath>
 #include <functional>
 #include <optional>
 #include <unordered_map>
 
 #include "app/synth_scene.h"
+#include "io/world_vector.h"
 
 namespace gpvc {
-
-inline WorldPoint operator+(const WorldPoint& a, const WorldPoint& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-inline WorldPoint operator-(const WorldPoint& a, const WorldPoint& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-inline WorldPoint operator*(const WorldPoint& a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-inline double dot(const WorldPoint& a, const WorldPoint& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline double length(const WorldPoint& a) { return std::sqrt(dot(a, a)); }
-inline WorldPoint unit(const WorldPoint& a) { return a * (1 / length(a)); }
 
 /// Turns and moves what is built in axes of its own: x along the ridge, y across, z up.
 struct Placement {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "app/synth_scene.h"
+#include "io/world_vector.h"
 
 namespace gpvc {
 namespace {
@@ -44,8 +45,6 @@ void set_ray(Packet& packet, std::size_t i, const Ray& ray, float far) {
   packet.flags[i] = 0;
 }
 
-double product(const WorldPoint& a, const WorldPoint& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
 // A scene as Embree holds it, and what its floats cannot say.
 struct TracedScene {
   const SynthScene& scene;
@@ -64,8 +63,8 @@ struct TracedScene {
   double distance(const Ray& ray, std::uint32_t face) const {
     const WorldPoint& n = normals[face];
     const WorldPoint& a = scene.mesh.positions[scene.mesh.faces[face][0]];
-    const double above = product(n, {a.x - ray.origin.x, a.y - ray.origin.y, a.z - ray.origin.z});
-    const double facing = product(n, ray.direction);
+    const double above = dot(n, a - ray.origin);
+    const double facing = dot(n, ray.direction);
     return facing == 0 ? std::numeric_limits<double>::quiet_NaN() : above / facing;
   }
 
@@ -75,7 +74,7 @@ struct TracedScene {
     const WorldPoint& n = normals[face];
     const WorldPoint p{ray.origin.x + t * ray.direction.x, ray.origin.y + t * ray.direction.y,
                        ray.origin.z + t * ray.direction.z};
-    const WorldPoint seen = product(n, ray.direction) < 0 ? n : WorldPoint{-n.x, -n.y, -n.z};
+    const WorldPoint seen = dot(n, ray.direction) < 0 ? n : WorldPoint{-n.x, -n.y, -n.z};
     const std::uint32_t surface = scene.face_surface[face];
     return {false, p, seen, surface_albedo(scene.surfaces[surface], p), first_surface + surface};
   }
@@ -175,7 +174,7 @@ struct SynthRenderer::State {
   std::array<int, kSamples> in_the_sun(const Points& points, const std::array<bool, kSamples>& valid) const {
     alignas(16) std::array<int, kSamples> lit{};
     for (std::size_t i = 0; i < kSamples; ++i)
-      lit[i] = valid[i] && !points[i].sky && product(points[i].normal, kSun) > 0 ? -1 : 0;
+      lit[i] = valid[i] && !points[i].sky && dot(points[i].normal, kSun) > 0 ? -1 : 0;
     for (const auto* part : {&still, &moving}) {
       if (!*part) continue;
       RTCIntersectContext context;
@@ -206,7 +205,7 @@ struct SynthRenderer::State {
       if (!valid[i]) continue;
       const SurfacePoint& p = points[i];
       double light = p.sky ? 1 : 0.42 + 0.13 * p.normal.z;
-      if (lit[i] != 0) light += 0.55 * product(p.normal, kSun);
+      if (lit[i] != 0) light += 0.55 * dot(p.normal, kSun);
       for (std::size_t c = 0; c < 3; ++c) sum[c] += p.albedo[c] * light * (1.0 / kSamples);
     }
     return sum;

@@ -9,13 +9,13 @@
 namespace gpvc {
 namespace {
 
-using Corner = std::array<double, 3>;
+using Place = std::array<double, 3>;
 
-Corner corner(const WorldPoint& p, const WorldPoint& offset = {}) {
+Place corner(const WorldPoint& p, const WorldPoint& offset = {}) {
   return {p.x + offset.x, p.y + offset.y, p.z + offset.z};
 }
 
-double distance(const Corner& a, const Corner& b) {
+double distance(const Place& a, const Place& b) {
   return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
 }
 
@@ -25,7 +25,7 @@ double tolerance_of(const Mesh& mesh, const Mesh& model) {
   double largest = 0;
   for (const WorldPoint& p : model.positions)
     largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  Corner lo, hi;
+  Place lo, hi;
   lo.fill(std::numeric_limits<double>::infinity());
   hi.fill(-std::numeric_limits<double>::infinity());
   for (const WorldPoint& p : mesh.positions)
@@ -53,7 +53,7 @@ class Corners {
   }
   std::uint32_t first(std::uint32_t vertex) const { return first_[vertex]; }
   // The nearest position within the tolerance; kNoModelFace where there is none.
-  std::uint32_t nearest(const Corner& p) const {
+  std::uint32_t nearest(const Place& p) const {
     std::uint32_t best = kNoModelFace;
     double best_distance = tolerance_;
     const Cell low = cell_of({p[0] - tolerance_, p[1] - tolerance_, p[2] - tolerance_}),
@@ -76,7 +76,7 @@ class Corners {
 
  private:
   using Cell = std::array<std::int64_t, 3>;
-  Cell cell_of(const Corner& p) const {
+  Cell cell_of(const Place& p) const {
     Cell cell{};
     for (std::size_t i = 0; i < 3; ++i)
       cell[i] = static_cast<std::int64_t>(std::floor(p[i] / (2 * tolerance_)));

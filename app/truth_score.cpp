@@ -8,6 +8,7 @@
 
 #include "app/truth.h"
 #include "app/truth_origin.h"
+#include "io/world_vector.h"
 
 namespace gpvc {
 namespace {
@@ -47,22 +48,14 @@ double distance(const Pixel& a, const Pixel& b) {
   return static_cast<double>(std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])}));
 }
 
-WorldPoint minus(const WorldPoint& a, const WorldPoint& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-WorldPoint cross(const WorldPoint& a, const WorldPoint& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-double product(const WorldPoint& a, const WorldPoint& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
 WorldPoint twice_area_normal(const Mesh& mesh, std::size_t face) {
   const Triangle& t = mesh.faces[face];
-  return cross(minus(mesh.positions[t[1]], mesh.positions[t[0]]),
-               minus(mesh.positions[t[2]], mesh.positions[t[0]]));
+  return cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
 }
 
 WorldPoint point_of(const Mesh& mesh, const Sample& s) {
   const Triangle& t = mesh.faces[s.face];
-  const WorldPoint &p = mesh.positions[t[0]], u = minus(mesh.positions[t[1]], p),
-                   v = minus(mesh.positions[t[2]], p);
+  const WorldPoint &p = mesh.positions[t[0]], u = mesh.positions[t[1]] - p, v = mesh.positions[t[2]] - p;
   const double b = s.b, c = s.c;
   return {p.x + b * u.x + c * v.x, p.y + b * u.y + c * v.y, p.z + b * u.z + c * v.z};
 }
@@ -138,7 +131,7 @@ SynthScene traced_scene(const Truth& truth, WorldPoint& origin) {
   SynthScene scene;
   scene.mesh.faces = truth.mesh.faces;
   scene.mesh.positions.reserve(truth.mesh.positions.size());
-  for (const WorldPoint& p : truth.mesh.positions) scene.mesh.positions.push_back(minus(p, origin));
+  for (const WorldPoint& p : truth.mesh.positions) scene.mesh.positions.push_back(p - origin);
   return scene;
 }
 
@@ -262,7 +255,7 @@ void TruthScorer::State::sample_faces() {
   std::vector<double> face_area(mesh.faces.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const WorldPoint n = twice_area_normal(mesh, f);
-    face_area[f] = std::sqrt(product(n, n)) / 2;
+    face_area[f] = length(n) / 2;
     total += face_area[f];
   }
   const double cell = total / static_cast<double>(kAimedSamples);
@@ -295,17 +288,17 @@ void TruthScorer::State::collect_own() {
   for (std::size_t n = 0; n < used.size(); ++n) {
     const Shown photo = shown(used[n]);
     Pose pose = photo.view.pose;
-    pose.centre = minus(pose.centre, origin);
+    pose.centre = pose.centre - origin;
     each([&](std::size_t i) {
       const Sample& s = samples[i];
       const WorldPoint p = point_of(truth.mesh, s);
       const std::uint32_t surface = truth.face_surface[s.face];
-      if (product(twice_area_normal(truth.mesh, s.face), minus(photo.view.pose.centre, p)) <= 0) return;
+      if (dot(twice_area_normal(truth.mesh, s.face), photo.view.pose.centre - p) <= 0) return;
       const auto at = photo.project(p);
       if (!at) return;
       const Shown::Window around = photo.window(*at, surface);
       if (around.any) met[i] = 1;
-      if ((!around.alone && met[i] != 0) || !renderer.sees(pose, minus(p, origin), s.face)) return;
+      if ((!around.alone && met[i] != 0) || !renderer.sees(pose, p - origin, s.face)) return;
       met[i] = 1;
       if (!around.alone) return;
       clear[i * words + n / 64] |= std::uint64_t{1} << (n % 64);
@@ -426,7 +419,7 @@ TruthScore TruthScorer::score(const MatchedModel& model, const Progress& progres
   };
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
     const WorldPoint normal = twice_area_normal(s.mesh, f);
-    const double area = std::sqrt(product(normal, normal)) / 2;
+    const double area = length(normal) / 2;
     score.all.area += area;
     if (kind(f) < 2) (kind(f) == 0 ? score.full : score.partial).area += area;
     ++score.faces[kind(f)];

@@ -5,21 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "io/world_vector.h"
+
 namespace gpvc {
 namespace {
-
-WorldPoint operator+(const WorldPoint& a, const WorldPoint& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-WorldPoint operator-(const WorldPoint& a, const WorldPoint& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-WorldPoint operator*(const WorldPoint& a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-double dot(const WorldPoint& a, const WorldPoint& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-WorldPoint cross(const WorldPoint& a, const WorldPoint& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-double length(const WorldPoint& a) { return std::sqrt(dot(a, a)); }
-WorldPoint unit(const WorldPoint& a) {
-  const double l = length(a);
-  return l > 0 ? a * (1 / l) : a;
-}
 
 struct MeanCamera {
   WorldPoint forward, up, centre;

@@ -11,11 +11,11 @@ namespace gpvc {
 namespace {
 
 /// The face laid flat: first corner at the origin, second on the x axis.
-struct Layout {
+struct FlatTriangle {
   double bx, cx, cy;
 };
 
-Layout lay_flat(const WorldPoint& a, const WorldPoint& b, const WorldPoint& c) {
+FlatTriangle lay_flat(const WorldPoint& a, const WorldPoint& b, const WorldPoint& c) {
   const Vector3 ab = b - a, ac = c - a;
   const double length = norm(ab);
   if (!(length > 0)) return {0, norm(ac), 0};
@@ -59,7 +59,7 @@ double nearest_vertex_depth(const Mesh& mesh, std::uint32_t face, const View& vi
 
 bool is_grazing(const TexelTriangle& p, const Mesh& mesh, std::size_t face) {
   const auto& t = mesh.faces[face];
-  const Layout flat = lay_flat(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
+  const FlatTriangle flat = lay_flat(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
   if (!(flat.bx > 0) || !(flat.cy > 0)) return false;
   // Columns of the Jacobian pixels per metre: along the first edge, and across it.
   const double ux = (p[1].x - p[0].x) / flat.bx, uy = (p[1].y - p[0].y) / flat.bx;
@@ -83,7 +83,7 @@ FlatFace flatten(const Mesh& mesh, std::uint32_t face, const Scene& scene, ViewI
   for (std::size_t i = 1; i < 3; ++i)
     if (edge(i) > edge(longest)) longest = i;
   for (std::size_t i = 0; i < 3; ++i) turn[i] = (longest + i) % 3;
-  const Layout flat =
+  const FlatTriangle flat =
       lay_flat(mesh.positions[t[turn[0]]], mesh.positions[t[turn[1]]], mesh.positions[t[turn[2]]]);
 
   const View& view = scene.views[index(label)];

@@ -21,7 +21,7 @@ using Offsets = std::vector<Offset>;
 /// seam, and of a constant step a few per cent remain, for the strips.
 constexpr double kSmooth = 1.0, kAnchor = 1e-3;
 /// Differences beyond this many grey levels are no matter of brightness but of content, and count less.
-constexpr double kOutlier = 40;
+constexpr double kOutlyingStep = 40;
 /// Sum of sample weights at an edge's end from which its difference counts in full.
 constexpr double kSufficient = 2;
 constexpr double kMostOffset = 80;
@@ -104,7 +104,7 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
       }
       if (!(weight > 0)) continue;
       difference /= weight;
-      const double size = std::sqrt(difference.square().mean()) / kOutlier;
+      const double size = std::sqrt(difference.square().mean()) / kOutlyingStep;
       const double w = std::min(1.0, weight / kSufficient) / (1 + size * size);
       const std::uint32_t a = node_of(edge.faces[0], edge.vertices[end]);
       const std::uint32_t b = node_of(edge.faces[1], edge.vertices[end]);

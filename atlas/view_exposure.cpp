@@ -134,7 +134,7 @@ Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, const
   // thousand is the least share, so that no view is free.
   const double anchor = 1e-3 * total;
   // Cauchy weights: ratios off by more than 10 % are parallax, highlights or moving things.
-  constexpr double kOutlier = 0.1;
+  constexpr double kOutlyingRatio = 0.1;
   constexpr int kRounds = 10;
   Eigen::VectorXd x = Eigen::VectorXd::Zero(u.count());
   for (int round = 0; round < kRounds; ++round) {
@@ -148,7 +148,7 @@ Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, const
     for (const Ratio& ratio : ratios) {
       for (std::size_t c = 0; c < 3; ++c) {
         const Row row = row_of(ratio, u, c);
-        const double r = residual(row, x) / kOutlier;
+        const double r = residual(row, x) / kOutlyingRatio;
         const double w = round == 0 ? ratio.weight / (1 + std::abs(r)) : ratio.weight / (1 + r * r);
         for (const auto& [i, a] : row.entries) {
           right[i] -= w * a * row.rest;

@@ -2,23 +2,18 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdio>
 #include <map>
 #include <memory>
 #include <stdexcept>
 
 #include "efficiency.h"
+#include "io/clock.h"
 
 namespace gpvc::efficiency {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Classes = std::vector<std::vector<FaceClass>>;  // per view
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 double cpu_seconds() {
   rusage usage{};

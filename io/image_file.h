@@ -14,6 +14,10 @@ namespace gpvc {
 struct ImageSize {
   int width = 0, height = 0;
 };
+/// "WIDTH x HEIGHT".
+inline std::string size_text(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
 
 /// From the header alone, as stored (orientation not applied). Throws InputError.
 ImageSize read_image_size(const std::filesystem::path& file);

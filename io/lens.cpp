@@ -1,13 +1,10 @@
 #include "io/lens.h"
 
-#include <limits>
 #include <numbers>
 
 namespace gpvc {
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// q with q + k q^3 = r. Newton's method from r runs towards the root from one side, for k > 0 because the
 /// cubic is convex and r lies beyond its root, for k < 0 because it is concave and r lies short of it.
@@ -61,12 +58,12 @@ double undo_lens_factor(const Distortion& d, double s) {
   const auto squared = [](double v) { return v * v; };
   switch (d.model) {
     case LensModel::equidistant:
-      return q < std::numbers::pi / 2 ? squared(std::tan(q)) : kInfinity;
+      return q < std::numbers::pi / 2 ? squared(std::tan(q)) : kUnbounded;
     case LensModel::equisolid:
-      return q < std::numbers::sqrt2 ? squared(std::tan(2 * std::asin(q / 2))) : kInfinity;
+      return q < std::numbers::sqrt2 ? squared(std::tan(2 * std::asin(q / 2))) : kUnbounded;
     case LensModel::fov:
       return q * d.omega < std::numbers::pi / 2 ? squared(std::tan(q * d.omega) / (2 * std::tan(d.omega / 2)))
-                                                : kInfinity;
+                                                : kUnbounded;
     case LensModel::inverse_radial:
       return squared(q + d.k1 * q * s);
     default:

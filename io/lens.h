@@ -2,10 +2,14 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "io/scene.h"
 
 namespace gpvc {
+
+/// Where a lens model has no bound.
+inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 /// A point of the normalized plane after distortion, and how it changes there.
 struct Distorted {

@@ -1,6 +1,5 @@
 // How far a lens model holds, and how much it can stretch.
 #include <algorithm>
-#include <limits>
 #include <vector>
 
 #include "io/lens.h"
@@ -8,8 +7,6 @@
 namespace gpvc {
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Coefficients by ascending power.
 using Polynomial = std::vector<double>;
@@ -70,7 +67,7 @@ double first_fall(const Polynomial& p) {
     if (!(value(p, high) > 0)) return last_before_change(p, low, high);
     low = high;
   }
-  return kInfinity;
+  return kUnbounded;
 }
 
 Polynomial above(const Distortion& d) { return {1, d.k1, d.k2, d.k3, d.k4}; }
@@ -89,7 +86,7 @@ void limit_distortion(Camera& camera) {
   if (d.model == LensModel::perspective && d.k4 == 0 && d.d1 == 0 && d.d2 == 0 && d.d3 == 0 && d.p3 == 0 &&
       d.p4 == 0 && d.s1 == 0 && d.s2 == 0 && d.skew == 0)
     d.model = LensModel::brown;
-  double fold = kInfinity;  // squared radius after the lens model's factor
+  double fold = kUnbounded;  // squared radius after the lens model's factor
   if (d.model == LensModel::inverse_radial) {
     // r = q + k1 q^3 grows up to q^2 = -1 / (3 k1).
     if (d.k1 < 0) fold = -1 / (3 * d.k1);
@@ -127,7 +124,7 @@ double largest_stretch(const Camera& camera, double r2) {
     const Polynomial m = absolute(below(d));
     low = 2 - value(m, s);
     low_slope = value(derivative(m), s);
-    if (!(low > 0)) return kInfinity;
+    if (!(low > 0)) return kUnbounded;
   }
   const double radial = high / low + 2 * s * (high_slope / low + high * low_slope / (low * low));
   // Each entry of the tangential part's derivative is at most 6 (|p1| + |p2|) q, the part itself at most

@@ -14,10 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string size_text(int width, int height) {
-  return std::to_string(width) + " x " + std::to_string(height);
-}
-
 /// Beside the photo, or in the folder of masks under the view's name, whose last spelling is COLMAP's. The
 /// first that exists.
 fs::path mask_of(const View& view, const SceneOptions& options) {

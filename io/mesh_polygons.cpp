@@ -6,22 +6,17 @@
 
 #include "io/io.h"
 #include "io/mesh_file.h"
+#include "io/world_vector.h"
 
 namespace gpvc {
 
 namespace {
 
-WorldPoint minus(const WorldPoint& a, const WorldPoint& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-WorldPoint cross(const WorldPoint& a, const WorldPoint& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-double dot(const WorldPoint& a, const WorldPoint& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
 /// Twice the area vector of a polygon: that of its fan, summed.
 WorldPoint area_vector(const std::vector<WorldPoint>& corners) {
   WorldPoint sum;
   for (std::size_t i = 2; i < corners.size(); ++i) {
-    const WorldPoint n = cross(minus(corners[i - 1], corners[0]), minus(corners[i], corners[0]));
+    const WorldPoint n = cross(corners[i - 1] - corners[0], corners[i] - corners[0]);
     sum = {sum.x + n.x, sum.y + n.y, sum.z + n.z};
   }
   return sum;
@@ -34,7 +29,7 @@ std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const 
   std::vector<std::size_t> left(corners.size());
   std::iota(left.begin(), left.end(), std::size_t{0});
   const auto side = [&](std::size_t a, std::size_t b, std::size_t c) {
-    return dot(cross(minus(at[b], at[a]), minus(at[c], at[a])), normal);
+    return dot(cross(at[b] - at[a], at[c] - at[a]), normal);
   };
   std::vector<Triangle> triangles;
   while (left.size() > 3) {
@@ -97,11 +92,11 @@ void recut_concave(Mesh& mesh) {
     for (std::size_t f = begin; f < end; ++f) corners.push_back(mesh.faces[f][2]);
     std::vector<WorldPoint> at;
     // Relative to the first corner: georeferenced coordinates would drown the products in rounding.
-    for (const std::uint32_t v : corners) at.push_back(minus(mesh.positions[v], mesh.positions[corners[0]]));
+    for (const std::uint32_t v : corners) at.push_back(mesh.positions[v] - mesh.positions[corners[0]]);
     const WorldPoint normal = area_vector(at);
     bool turned = false;
     for (std::size_t i = 2; i < at.size(); ++i)
-      turned |= dot(cross(minus(at[i - 1], at[0]), minus(at[i], at[0])), normal) < 0;
+      turned |= dot(cross(at[i - 1] - at[0], at[i] - at[0]), normal) < 0;
     if (!turned) continue;
     const std::vector<Triangle> triangles = cut_ears(corners, at);
     if (triangles.size() == end - begin)

@@ -165,10 +165,6 @@ void scale(Camera& camera, int width, int height) {
   camera.height = height;
 }
 
-std::string size_text(int width, int height) {
-  return std::to_string(width) + " x " + std::to_string(height);
-}
-
 }  // namespace
 
 void settle_names(SceneFile& scene) {

@@ -7,7 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <utility>
+
+#include "labeling/offsets.h"
 
 namespace gpvc {
 namespace {
@@ -17,12 +18,6 @@ constexpr std::uint32_t kNotHere = 0xFFFFFFFFu;
 /// How far around a change a label is tried again before the whole graph has its turn. Only speed depends on
 /// it.
 constexpr int kReach = 12;
-
-std::size_t offsets_from_counts(std::vector<std::size_t>& counts) {
-  std::size_t sum = 0;
-  for (std::size_t& count : counts) sum += std::exchange(count, sum);
-  return sum;
-}
 
 void add_neighbours(LabelProblem& problem, std::span<const WeightedPair> pairs) {
   const auto has_candidates = [&](std::uint32_t node) {

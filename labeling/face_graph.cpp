@@ -4,9 +4,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "labeling/labeling.h"
+#include "labeling/offsets.h"
 
 namespace gpvc {
 namespace {
@@ -28,12 +28,6 @@ void for_each_edge(const Triangle& triangle, Visit visit) {
 }
 
 /// Turns counts (one bucket each, a spare at the end) into the buckets' first offsets.
-std::size_t offsets_from_counts(std::vector<std::size_t>& counts) {
-  std::size_t sum = 0;
-  for (std::size_t& count : counts) sum += std::exchange(count, sum);
-  return sum;
-}
-
 template <class Body>
 void parallel_over(std::size_t count, Body body) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4096),

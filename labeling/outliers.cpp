@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "labeling/offsets.h"
 #include "labeling/photo_consistency.h"
 
 namespace gpvc {
@@ -93,8 +94,7 @@ struct Neighbours {
       ++first[a];
       ++first[b];
     }
-    std::size_t sum = 0;
-    for (std::size_t& count : first) sum += std::exchange(count, sum);
+    offsets_from_counts(first);
     std::vector<std::size_t> next = first;
     for (const auto& [a, b] : graph.edges) {
       faces[next[a]++] = b;

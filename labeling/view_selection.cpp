@@ -1,7 +1,7 @@
 // select_views: from costs to labels, coarse to fine, and what is to be said about the result.
 #include <algorithm>
-#include <chrono>
 
+#include "io/clock.h"
 #include "labeling/coarsening.h"
 #include "labeling/expansion.h"
 #include "labeling/labeling.h"
@@ -73,10 +73,7 @@ double labeling_energy(const CostTable& table, const FaceGraph& graph, std::span
 
 Selection select_views(const CostTable& table, const FaceGraph& graph, const SolverOptions& options,
                        const Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
+  const auto start = Clock::now();
   std::vector<WeightedPair> pairs;
   pairs.reserve(graph.edges.size());
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
@@ -90,7 +87,7 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
   const auto report = [&](int sweep) {
     result.labels = view_ids(labels);
     result.sweeps.push_back(
-        {sweep, labeling_energy(table, graph, result.labels, options.smoothness), seconds()});
+        {sweep, labeling_energy(table, graph, result.labels, options.smoothness), seconds_since(start)});
     if (progress) progress(static_cast<std::size_t>(sweep), static_cast<std::size_t>(options.max_sweeps));
   };
   report(0);

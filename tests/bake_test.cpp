@@ -7,7 +7,7 @@ namespace gpvc {
 namespace {
 
 /// Smooth and colourful, no period below 1.5 m.
-Color waves(double x, double y) {
+Color strong_waves(double x, double y) {
   return {static_cast<float>(128 + 80 * std::sin(2 * x) * std::cos(1.7 * y)),
           static_cast<float>(128 + 80 * std::cos(1.3 * x + y)), static_cast<float>(60 + 12 * x + 3 * y)};
 }
@@ -49,11 +49,11 @@ TEST(Bake, TextureOfAnUndistortedPhotoIsTheAlbedo) {
   AtlasScene s;
   s.add_plane(8, 8, 1.0);
   s.add_view(4, 4, 10, 640, 640, 640);  // 64 px a metre
-  s.photograph(0, waves);
+  s.photograph(0, strong_waves);
   const TextureAtlas atlas = s.build(options_with(SeamLeveling::none));
   ASSERT_EQ(atlas.pages.size(), 1u);
   EXPECT_EQ(atlas.statistics.charts, 1u);
-  const auto d = compare(atlas, s.mesh, waves);
+  const auto d = compare(atlas, s.mesh, strong_waves);
   EXPECT_LE(d.worst, 1.0);
 }
 
@@ -88,10 +88,10 @@ TEST(Bake, DistortedPhotosAreSampledOnceThroughTheLens) {
   View& view = s.add_view(4, 4, 10, 640, 640, 640);
   view.camera.distortion = {-0.12, 0.03, 0.001, -0.0015, 0.002};
   limit_distortion(view.camera);
-  s.photograph(0, waves);
+  s.photograph(0, strong_waves);
   const TextureAtlas atlas = s.build(options_with(SeamLeveling::none));
   // Half a level from rounding the photo, half from rounding the texel, the rest from both interpolations.
-  const auto d = compare(atlas, s.mesh, waves);
+  const auto d = compare(atlas, s.mesh, strong_waves);
   EXPECT_LE(d.worst, 1.6);
   EXPECT_LE(d.mean, 0.6);
 }
@@ -193,7 +193,7 @@ TEST(Bake, SameBytesForAnyNumberOfThreads) {
       limit_distortion(view.camera);
     }
     for (std::size_t v = 0; v < 2; ++v)
-      s.photograph(v, waves, [v](int, int, Color c) { return (v ? 1.1f : 1.0f) * c; });
+      s.photograph(v, strong_waves, [v](int, int, Color c) { return (v ? 1.1f : 1.0f) * c; });
     return s.build(AtlasOptions{});
   };
   const TextureAtlas one = bake(1), many = bake(4);
@@ -207,7 +207,7 @@ TEST(Bake, RefusesOptionsThatLeaveNoRoom) {
   AtlasScene s;
   s.add_plane(1, 1, 1.0);
   s.add_view(0.5, 0.5, 10, 100, 100, 100);
-  s.photograph(0, waves);
+  s.photograph(0, strong_waves);
   AtlasOptions options;
   options.page_size = 16, options.padding = 8;
   EXPECT_THROW(s.build(options), std::invalid_argument);

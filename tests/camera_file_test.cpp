@@ -30,7 +30,7 @@ struct TestImage {
   std::string name;
 };
 
-constexpr int kWidth = 64, kHeight = 48;
+constexpr int kFrameWidth = 64, kFrameHeight = 48;
 
 // A quarter turn about the camera's forward axis: x_camera = (-y, x, z) + t. Not normalized on purpose.
 const std::array<double, 4> kQuarterTurn{2, 0, 0, 2};
@@ -44,8 +44,8 @@ const std::vector<TestImage> kImages{{5, {1, 0, 0, 0}, {1, 2, 3}, 7, "b/two.png"
 std::string cameras_bin(const std::vector<TestCamera>& cameras) {
   std::string bytes = bytes_of<std::uint64_t>(cameras.size());
   for (const TestCamera& camera : cameras) {
-    bytes += bytes_of(camera.id) + bytes_of(camera.model) + bytes_of<std::uint64_t>(kWidth) +
-             bytes_of<std::uint64_t>(kHeight);
+    bytes += bytes_of(camera.id) + bytes_of(camera.model) + bytes_of<std::uint64_t>(kFrameWidth) +
+             bytes_of<std::uint64_t>(kFrameHeight);
     for (const double p : camera.parameters) bytes += bytes_of(p);
   }
   return bytes;
@@ -79,8 +79,8 @@ std::string cameras_txt(const std::vector<TestCamera>& cameras) {
       "# Number of cameras: " +
       std::to_string(cameras.size()) + "\n";
   for (const TestCamera& camera : cameras) {
-    text += std::to_string(camera.id) + " " + camera.model_name + " " + std::to_string(kWidth) + " " +
-            std::to_string(kHeight);
+    text += std::to_string(camera.id) + " " + camera.model_name + " " + std::to_string(kFrameWidth) + " " +
+            std::to_string(kFrameHeight);
     for (const double p : camera.parameters) text += spaced(p);
     text += "\n";
   }
@@ -107,7 +107,7 @@ std::string images_txt(const std::vector<TestImage>& images) {
 class ColmapFolder {
  public:
   explicit ColmapFolder(const std::vector<TestImage>& images = kImages) {
-    for (const TestImage& image : images) photo(image.name, kWidth, kHeight);
+    for (const TestImage& image : images) photo(image.name, kFrameWidth, kFrameHeight);
   }
   void photo(const std::string& name, int width, int height) {
     Image image{width, height, 3, {}};
@@ -292,7 +292,7 @@ TEST_P(Colmap, NamesMissingPhotosUpToAHandful) {
 TEST_P(Colmap, RefusesPhotosOfAnotherSizeAndBrokenOnes) {
   ColmapFolder files;
   const auto model = files.model(GetParam());
-  files.photo("b/two.png", kWidth, kHeight + 1);
+  files.photo("b/two.png", kFrameWidth, kFrameHeight + 1);
   const std::string error = input_error([&] { read_scene(model, {}); });
   EXPECT_TRUE(contains(error, "images/b/two.png: is 64 x 49 pixels"));
   EXPECT_TRUE(contains(error, "64 x 48"));
@@ -398,7 +398,7 @@ TEST_P(Colmap, SurvivesEveryByteChanged) {
         for (const View& view : read_scene(model, {}).views) {
           ASSERT_TRUE(view.camera.fx > 0 && view.camera.fy > 0);
           ASSERT_TRUE(std::isfinite(view.pose.centre.x + view.pose.centre.y + view.pose.centre.z));
-          ASSERT_EQ(view.camera.width, kWidth);
+          ASSERT_EQ(view.camera.width, kFrameWidth);
         }
       } catch (const InputError&) {
       }

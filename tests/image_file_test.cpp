@@ -91,10 +91,10 @@ TEST(ReadImage, ScalesAndClampsFloats) {
 TEST(ReadImage, LeavesOrientationToTheCameras) {
   const TemporaryFolder folder;
   const Image image = picture(64, 40);
-  constexpr int kQuarterTurn = 6;
+  constexpr int kTurnedRight = 6;
   const auto file =
-      store(folder, "a.jpg", 64, 40, 3, OIIO::TypeUInt8, image.pixels, {{"Orientation", kQuarterTurn}});
-  EXPECT_EQ(OIIO::ImageInput::open(file.string())->spec().get_int_attribute("Orientation"), kQuarterTurn);
+      store(folder, "a.jpg", 64, 40, 3, OIIO::TypeUInt8, image.pixels, {{"Orientation", kTurnedRight}});
+  EXPECT_EQ(OIIO::ImageInput::open(file.string())->spec().get_int_attribute("Orientation"), kTurnedRight);
   const Image back = read_image(file);
   EXPECT_EQ(back.width, 64);
   EXPECT_EQ(back.height, 40);

@@ -12,7 +12,7 @@ using test::contains;
 using test::input_error;
 using test::TemporaryFolder;
 
-constexpr int kWidth = 70, kHeight = 50;  // more than a word a row
+constexpr int kMaskWidth = 70, kMaskHeight = 50;  // more than a word a row
 using Bytes = std::vector<std::uint8_t>;
 
 template <typename T>
@@ -32,24 +32,25 @@ class Masks : public testing::Test {
   void SetUp() override {
     folder_.write("sparse/cameras.txt", "1 PINHOLE 70 50 60 60 35 25\n");
     folder_.write("sparse/images.txt", "1 1 0 0 0 0 0 0 1 a/p.tif\n\n2 1 0 0 0 0 0 0 1 a/q.jpg\n\n");
-    store(photo("p.tif"), kWidth, kHeight, 3, OIIO::TypeUInt8, Bytes(3 * kWidth * kHeight, 128));
-    write_image(photo("q.jpg"), {kWidth, kHeight, 3, Bytes(3 * kWidth * kHeight, 128)}, ImageFormat::jpg,
-                100);
+    store(photo("p.tif"), kMaskWidth, kMaskHeight, 3, OIIO::TypeUInt8,
+          Bytes(3 * kMaskWidth * kMaskHeight, 128));
+    write_image(photo("q.jpg"), {kMaskWidth, kMaskHeight, 3, Bytes(3 * kMaskWidth * kMaskHeight, 128)},
+                ImageFormat::jpg, 100);
   }
   std::filesystem::path photo(const std::string& name) const {
     return folder_.path() / "images" / "a" / name;
   }
   /// White but for a black block.
   static Bytes block(int x0, int y0, int x1, int y1, int channels = 1) {
-    Bytes samples(static_cast<std::size_t>(kWidth * kHeight * channels), 255);
+    Bytes samples(static_cast<std::size_t>(kMaskWidth * kMaskHeight * channels), 255);
     for (int y = y0; y < y1; ++y)
       for (int x = x0; x < x1; ++x)
         for (int c = 0; c < channels; ++c)
-          samples[static_cast<std::size_t>((y * kWidth + x) * channels + c)] = 0;
+          samples[static_cast<std::size_t>((y * kMaskWidth + x) * channels + c)] = 0;
     return samples;
   }
   void mask(const std::filesystem::path& file, const Bytes& samples, int channels = 1) const {
-    store(file, kWidth, kHeight, channels, OIIO::TypeUInt8, samples);
+    store(file, kMaskWidth, kMaskHeight, channels, OIIO::TypeUInt8, samples);
   }
   Scene scene(const SceneOptions& options = {}) const {
     return read_scene(folder_.path() / "sparse", options);
@@ -110,23 +111,23 @@ TEST_F(Masks, BlackIsZeroInEveryColourAndNothingElse) {
     if (i % 3 != 0) red[i] = 0;
   mask(file, red, 3);
   expect_block(read_exclusion(scene().views[0]), 7, 7, 9, 9);
-  std::vector<std::uint16_t> deep(kWidth * kHeight, 1);
+  std::vector<std::uint16_t> deep(kMaskWidth * kMaskHeight, 1);
   deep[0] = 0;
-  store(file, kWidth, kHeight, 1, OIIO::TypeUInt16, deep);
+  store(file, kMaskWidth, kMaskHeight, 1, OIIO::TypeUInt16, deep);
   expect_block(read_exclusion(scene().views[0]), 0, 0, 1, 1);
   // White where opaque, anything where transparent.
-  Bytes with_alpha(4 * kWidth * kHeight, 255);
+  Bytes with_alpha(4 * kMaskWidth * kMaskHeight, 255);
   with_alpha[3] = 0;
   mask(file, with_alpha, 4);
   expect_block(read_exclusion(scene().views[0]), 0, 0, 1, 1);
-  mask(file, Bytes(kWidth * kHeight, 255));
+  mask(file, Bytes(kMaskWidth * kMaskHeight, 255));
   EXPECT_FALSE(read_exclusion(scene().views[0]));
 }
 
 TEST_F(Masks, AlphaOfAPhotoExcludesAndJoinsItsMask) {
-  Bytes rgba(4 * kWidth * kHeight, 200);
+  Bytes rgba(4 * kMaskWidth * kMaskHeight, 200);
   for (int x = 0; x < 10; ++x) rgba[static_cast<std::size_t>(4 * x + 3)] = 0;
-  store(photo("p.tif"), kWidth, kHeight, 4, OIIO::TypeUInt8, rgba);
+  store(photo("p.tif"), kMaskWidth, kMaskHeight, 4, OIIO::TypeUInt8, rgba);
   EXPECT_TRUE(scene().views[0].uses_alpha);
   expect_block(read_exclusion(scene().views[0]), 0, 0, 10, 1);
   mask(photo("p.mask.png"), block(10, 0, 20, 1));
@@ -151,13 +152,13 @@ TEST_F(Masks, ReduceWithThePhotoToBlocksWithAnExcludedPixel) {
 // A photo of a gradient with a block of magenta: masked, no trace of it is left at any reduction.
 TEST_F(Masks, ExcludedColoursAreNeverHandedOut) {
   Bytes rgb;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 0; y < kMaskHeight; ++y)
+    for (int x = 0; x < kMaskWidth; ++x) {
       const bool marked = x >= 20 && y >= 10 && x < 45 && y < 37;
       for (const int value : {marked ? 255 : 2 * x, marked ? 0 : 100 + y, marked ? 255 : 30})
         rgb.push_back(static_cast<std::uint8_t>(value));
     }
-  store(photo("p.tif"), kWidth, kHeight, 3, OIIO::TypeUInt8, rgb);
+  store(photo("p.tif"), kMaskWidth, kMaskHeight, 3, OIIO::TypeUInt8, rgb);
   mask(photo("p.tif.mask.png"), block(20, 10, 45, 37));
   for (const int factor : {1, 2, 5}) {
     SceneOptions options;
@@ -180,11 +181,11 @@ TEST_F(Masks, ExcludedColoursAreNeverHandedOut) {
 }
 
 TEST_F(Masks, OfAWholePhotoLeaveItAsItIs) {
-  mask(photo("p.tif.mask.png"), Bytes(kWidth * kHeight, 0));
+  mask(photo("p.tif.mask.png"), Bytes(kMaskWidth * kMaskHeight, 0));
   const Scene made = scene();
   PhotoCache cache(made, {}, 1 << 20);
-  EXPECT_EQ(cache.photo(ViewId{0})->pixels, Bytes(3 * kWidth * kHeight, 128));
-  expect_block(read_exclusion(made.views[0]), 0, 0, kWidth, kHeight);
+  EXPECT_EQ(cache.photo(ViewId{0})->pixels, Bytes(3 * kMaskWidth * kMaskHeight, 128));
+  expect_block(read_exclusion(made.views[0]), 0, 0, kMaskWidth, kMaskHeight);
 }
 
 TEST_F(Masks, ThatCannotBeReadAreNamed) {

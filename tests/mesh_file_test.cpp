@@ -11,6 +11,7 @@ namespace {
 using test::bytes_of;
 using test::contains;
 using test::input_error;
+using test::replaced;
 using test::TemporaryFolder;
 
 // Two triangles over a quad; a third of no area, a duplicate, a vertex nobody uses: all of it must survive.
@@ -291,12 +292,6 @@ TEST(MeshFile, SurvivesEveryByteChanged) {
       } catch (const InputError&) {
       }
     }
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
 }
 
 TEST(MeshFile, RefusesHostileCountsWithoutAllocatingThem) {

@@ -11,20 +11,21 @@ using test::contains;
 using test::input_error;
 using test::TemporaryFolder;
 
-constexpr int kWidth = 40, kHeight = 30;
-constexpr std::size_t kPhotoBytes = 3 * kWidth * kHeight;
+constexpr int kPhotoWidth = 40, kPhotoHeight = 30;
+constexpr std::size_t kPhotoBytes = 3 * kPhotoWidth * kPhotoHeight;
 
 /// Photos of one colour each: view i is all i.
-struct Photos {
-  explicit Photos(int count) {
+struct CachedPhotos {
+  explicit CachedPhotos(int count) {
     for (int i = 0; i < count; ++i) {
       View view;
       view.name = std::string("p").append(std::to_string(i)).append(".png");
       view.photo = folder.path() / view.name;
-      view.camera.width = kWidth;
-      view.camera.height = kHeight;
+      view.camera.width = kPhotoWidth;
+      view.camera.height = kPhotoHeight;
       write_image(view.photo,
-                  {kWidth, kHeight, 3, std::vector<std::uint8_t>(kPhotoBytes, static_cast<std::uint8_t>(i))},
+                  {kPhotoWidth, kPhotoHeight, 3,
+                   std::vector<std::uint8_t>(kPhotoBytes, static_cast<std::uint8_t>(i))},
                   ImageFormat::png, 0);
       scene.views.push_back(std::move(view));
     }
@@ -36,7 +37,7 @@ struct Photos {
 ViewId view(int i) { return ViewId{static_cast<std::uint32_t>(i)}; }
 
 TEST(PhotoCache, KeepsWhatFitsAndDropsTheLeastRecentlyUsed) {
-  const Photos photos(3);
+  const CachedPhotos photos(3);
   PhotoCache cache(photos.scene, {}, 2 * kPhotoBytes);
   // Without a reference elsewhere, a weak pointer lives exactly as long as the photo is cached.
   std::weak_ptr<const Image> zero = cache.photo(view(0)), one = cache.photo(view(1));
@@ -50,7 +51,7 @@ TEST(PhotoCache, KeepsWhatFitsAndDropsTheLeastRecentlyUsed) {
 }
 
 TEST(PhotoCache, HoldsNothingBeyondItsLimit) {
-  const Photos photos(2);
+  const CachedPhotos photos(2);
   PhotoCache cache(photos.scene, {}, kPhotoBytes - 1);
   const std::weak_ptr<const Image> zero = cache.photo(view(0));
   EXPECT_TRUE(zero.expired());
@@ -58,7 +59,7 @@ TEST(PhotoCache, HoldsNothingBeyondItsLimit) {
 }
 
 TEST(PhotoCache, GivesEveryThreadTheSamePhoto) {
-  const Photos photos(4);
+  const CachedPhotos photos(4);
   PhotoCache cache(photos.scene, {}, 4 * kPhotoBytes);
   for (int i = 0; i < 4; ++i) {
     std::vector<std::shared_ptr<const Image>> got(8);
@@ -72,7 +73,7 @@ TEST(PhotoCache, GivesEveryThreadTheSamePhoto) {
 }
 
 TEST(PhotoCache, StaysRightWhileThreadsCompeteForALittleRoom) {
-  const Photos photos(6);
+  const CachedPhotos photos(6);
   PhotoCache cache(photos.scene, {}, 2 * kPhotoBytes);
   std::atomic<int> wrong = 0;
   {
@@ -91,7 +92,7 @@ TEST(PhotoCache, StaysRightWhileThreadsCompeteForALittleRoom) {
 }
 
 TEST(PhotoCache, PassesErrorsToEveryoneAndTriesAgainLater) {
-  const Photos photos(1);
+  const CachedPhotos photos(1);
   const std::string good = test::read_file(photos.scene.views[0].photo);
   photos.folder.write("p0.png", good.substr(0, good.size() / 2));
   PhotoCache cache(photos.scene, {}, 10 * kPhotoBytes);
@@ -109,7 +110,7 @@ TEST(PhotoCache, PassesErrorsToEveryoneAndTriesAgainLater) {
   }
   EXPECT_EQ(errors, 6);
   photos.folder.write("p0.png", good);
-  EXPECT_EQ(cache.photo(view(0))->width, kWidth);
+  EXPECT_EQ(cache.photo(view(0))->width, kPhotoWidth);
 }
 
 TEST(PhotoCache, ReducesPhotosByBoxes) {
@@ -136,8 +137,8 @@ TEST(PhotoCache, ReducesPhotosByBoxes) {
 }
 
 TEST(PhotoCache, RefusesAPhotoThatChangedItsSize) {
-  Photos photos(1);
-  photos.scene.views[0].camera.width = kWidth + 1;
+  CachedPhotos photos(1);
+  photos.scene.views[0].camera.width = kPhotoWidth + 1;
   PhotoCache cache(photos.scene, {}, 1000);
   EXPECT_TRUE(contains(input_error([&] { cache.photo(view(0)); }), "40 x 30"));
 }

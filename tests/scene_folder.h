@@ -73,10 +73,4 @@ inline void expect_changes_survived(std::string_view format, const std::string& 
     }
 }
 
-inline std::string replaced(std::string text, std::string_view from, std::string_view to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
-}
-
 }  // namespace gpvc::test

@@ -6,7 +6,7 @@
 namespace gpvc {
 namespace {
 
-Color waves(double x, double y) {
+Color weak_waves(double x, double y) {
   return {static_cast<float>(110 + 40 * std::sin(2 * x) * std::cos(1.7 * y)),
           static_cast<float>(100 + 30 * std::cos(1.3 * x + y)), static_cast<float>(70 + 5 * x + 3 * y)};
 }
@@ -70,8 +70,8 @@ AtlasOptions with(SeamLeveling seams) {
 TEST(SeamLeveling, NoneLeavesPhotosAsTheyAre) {
   AtlasScene s;
   two_views(s);
-  s.photograph(0, waves);
-  s.photograph(1, waves, [](int, int, Color c) { return 0.7f * c; });
+  s.photograph(0, weak_waves);
+  s.photograph(1, weak_waves, [](int, int, Color c) { return 0.7f * c; });
   const TextureAtlas atlas = s.build(with(SeamLeveling::none));
   EXPECT_GT(measure(atlas, s).step, 20);
   EXPECT_EQ(atlas.statistics.seam_step_before, 0);
@@ -81,11 +81,11 @@ TEST(SeamLeveling, NoneLeavesPhotosAsTheyAre) {
 TEST(SeamLeveling, ExposureDifferenceDisappearsAndBrightnessStays) {
   AtlasScene s;
   two_views(s);
-  s.photograph(0, waves, [](int, int, Color c) { return 0.8f * c; });
-  s.photograph(1, waves, [](int, int, Color c) { return 1.25f * c; });
+  s.photograph(0, weak_waves, [](int, int, Color c) { return 0.8f * c; });
+  s.photograph(1, weak_waves, [](int, int, Color c) { return 1.25f * c; });
   for (const auto mode : {SeamLeveling::global, SeamLeveling::full}) {
     const TextureAtlas atlas = s.build(with(mode));
-    const Colours c = measure(atlas, s, waves);
+    const Colours c = measure(atlas, s, weak_waves);
     EXPECT_LT(c.step, 1.0);
     EXPECT_LT(c.worst, 3.0);
     EXPECT_GT(atlas.statistics.seam_step_before, 30);
@@ -97,10 +97,10 @@ TEST(SeamLeveling, ExposureDifferenceDisappearsAndBrightnessStays) {
 TEST(SeamLeveling, ColourCastIsRemovedPerChannel) {
   AtlasScene s;
   two_views(s);
-  s.photograph(0, waves, [](int, int, Color c) { return Color{1.1f, 1.0f, 0.85f} * c; });
-  s.photograph(1, waves, [](int, int, Color c) { return Color{1 / 1.1f, 1.0f, 1 / 0.85f} * c; });
+  s.photograph(0, weak_waves, [](int, int, Color c) { return Color{1.1f, 1.0f, 0.85f} * c; });
+  s.photograph(1, weak_waves, [](int, int, Color c) { return Color{1 / 1.1f, 1.0f, 1 / 0.85f} * c; });
   const TextureAtlas atlas = s.build(with(SeamLeveling::full));
-  EXPECT_LT(measure(atlas, s, waves).worst, 3.0);
+  EXPECT_LT(measure(atlas, s, weak_waves).worst, 3.0);
 }
 
 /// A fall-off towards the corners that both views share shows as a step that changes sign along the seam.
@@ -111,8 +111,8 @@ TEST(SeamLeveling, VignettingIsRemoved) {
     const double dx = x + 0.5 - 360, dy = y + 0.5 - 200, r2 = (dx * dx + dy * dy) / (360 * 360 + 200 * 200);
     return static_cast<float>(1 / (1 + 0.5 * r2)) * c;
   };
-  s.photograph(0, waves, vignette);
-  s.photograph(1, waves, vignette);
+  s.photograph(0, weak_waves, vignette);
+  s.photograph(1, weak_waves, vignette);
   const TextureAtlas leveled = s.build(with(SeamLeveling::full));
   const Colours c = measure(leveled, s);
   EXPECT_LT(c.step, 1.0);
@@ -122,15 +122,15 @@ TEST(SeamLeveling, VignettingIsRemoved) {
 TEST(SeamLeveling, StepsThatNoGainExplainsAreSpreadAndBounded) {
   AtlasScene s;
   two_views(s);
-  s.photograph(0, waves);
+  s.photograph(0, weak_waves);
   // Brighter along a stripe that crosses the border once.
-  s.photograph(1, waves, [](int, int y, Color c) {
+  s.photograph(1, weak_waves, [](int, int y, Color c) {
     return c + (y > 150 && y < 250 ? Color{12, 12, 12} : Color{});
   });
   const Colours none = measure(s.build(with(SeamLeveling::none)), s);
   const Colours global = measure(s.build(with(SeamLeveling::global)), s);
   const TextureAtlas atlas = s.build(with(SeamLeveling::full));
-  const Colours full = measure(atlas, s, waves);
+  const Colours full = measure(atlas, s, weak_waves);
   EXPECT_GT(none.step, 3);
   EXPECT_LT(global.step, 0.5 * none.step);
   EXPECT_LT(full.step, 1.5);
@@ -141,7 +141,7 @@ TEST(SeamLeveling, StepsThatNoGainExplainsAreSpreadAndBounded) {
 TEST(SeamLeveling, ClippedPhotosDoNotMislead) {
   AtlasScene s;
   two_views(s);
-  const Albedo bright = [](double x, double y) { return 1.5f * waves(x, y); };
+  const Albedo bright = [](double x, double y) { return 1.5f * weak_waves(x, y); };
   s.photograph(0, bright);
   s.photograph(1, bright, [](int, int, Color c) { return 1.4f * c; });  // much of it above 255
   const TextureAtlas atlas = s.build(with(SeamLeveling::full));
@@ -152,7 +152,7 @@ TEST(SeamLeveling, FacesWithoutSeamsKeepTheirColours) {
   AtlasScene s;
   s.add_plane(4, 4, 1.0);
   s.add_view(2, 2, 10, 500, 500, 500);
-  s.photograph(0, waves);
+  s.photograph(0, weak_waves);
   EXPECT_EQ(s.build(with(SeamLeveling::full)).pages.at(0).pixels,
             s.build(with(SeamLeveling::none)).pages.at(0).pixels);
 }
@@ -168,7 +168,7 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
   for (std::size_t v = 0; v < kViews; ++v) logs += std::log(gain(v)) / double(kViews);
   for (std::size_t v = 0; v < kViews; ++v) {
     s.add_view(1.25 + 2.5 * double(v), 2, 10, 400, 300, 400);
-    s.photograph(v, waves, [&](int, int, Color c) { return gain(v) * c; });
+    s.photograph(v, weak_waves, [&](int, int, Color c) { return gain(v) * c; });
   }
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f)
     s.labels[f] = ViewId{static_cast<std::uint32_t>(point_at(s.mesh, f, 0.3, 0.3).x / 2.5)};
@@ -191,7 +191,7 @@ TEST(SeamLeveling, ExposureAndVignettingOfManyPhotosAreRemoved) {
   // Their geometric mean is one: brightness as a whole cannot be known from the photos.
   constexpr double kGains[] = {0.7, 1.4, 1.0, 1.19, 0.85, 1.3, 0.77, 0.92, 1.075};
   for (std::size_t v = 0; v < 9; ++v) {
-    s.photograph(v, waves, [&](int x, int y, Color c) {
+    s.photograph(v, weak_waves, [&](int x, int y, Color c) {
       const double dx = x + 0.5 - 200, dy = y + 0.5 - 200, r2 = (dx * dx + dy * dy) / (2 * 200 * 200);
       return static_cast<float>(kGains[v] * (1 - 0.3 * r2)) * c;
     });
@@ -203,14 +203,14 @@ TEST(SeamLeveling, ExposureAndVignettingOfManyPhotosAreRemoved) {
     s.labels[f] = ViewId{third(x) + 3 * third(y)};
   }
   const TextureAtlas atlas = s.build(with(SeamLeveling::full));
-  const Colours c = measure(atlas, s, waves);
+  const Colours c = measure(atlas, s, weak_waves);
   EXPECT_GT(measure(s.build(with(SeamLeveling::none)), s).step, 15);
   EXPECT_LT(c.step, 2);
   EXPECT_LT(atlas.statistics.seam_step_after, 2);
   Color truth;
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
     const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
-    truth = truth + (1.0f / static_cast<float>(s.mesh.faces.size())) * waves(p.x, p.y);
+    truth = truth + (1.0f / static_cast<float>(s.mesh.faces.size())) * weak_waves(p.x, p.y);
   }
   EXPECT_NEAR(c.mean.r, truth.r, 3);
   EXPECT_NEAR(c.mean.g, truth.g, 3);

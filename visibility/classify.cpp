@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 
+#include "io/clock.h"
 #include "visibility/scan_finish.h"
 
 namespace gpvc {
@@ -50,10 +50,9 @@ void CpuClassifier::classify(const ClassifyView& view, ViewVisibility& result) {
 }
 
 void CpuClassifier::complete(const ClassifyView& view, FaceScan& scan, ViewVisibility& result) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   exact_->settle(view, scan);
-  const std::chrono::duration<double> settled = std::chrono::steady_clock::now() - start;
-  result.statistics.claims_s += settled.count();
+  result.statistics.claims_s += seconds_since(start);
   finisher_->finish(view, scan, result);
 }
 

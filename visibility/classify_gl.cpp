@@ -3,16 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <chrono>
 #include <cstring>
+
+#include "io/clock.h"
 
 namespace gpvc {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 constexpr GLuint kGroup = 64;  // local_size_x of all programs but candidate_faces.comp
 constexpr GLuint kTile = 16;   // local_size of that

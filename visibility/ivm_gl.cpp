@@ -5,18 +5,14 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <utility>
 
+#include "io/clock.h"
+
 namespace gpvc {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Faces a draw call: keeps gl_PrimitiveID and the index count below 2^31.
 constexpr std::size_t kFacesPerDraw = std::size_t{1} << 28;

@@ -6,7 +6,7 @@
 namespace gpvc {
 namespace {
 
-constexpr double kRoundoff = 0x1p-53;
+constexpr double kDoubleRoundoff = 0x1p-53;
 
 double largest(double a, double b, double c) { return std::max({std::abs(a), std::abs(b), std::abs(c)}); }
 
@@ -49,7 +49,7 @@ RasterFace raster_face(ProjectedVertex first, ProjectedVertex second, ProjectedV
   const double terms = std::abs(a.u) * (std::abs(pu1) + std::abs(pu2)) +
                        std::abs(a.v) * (std::abs(pv1) + std::abs(pv2)) +
                        std::abs(a.z) * (std::abs(pz1) + std::abs(pz2));
-  const double margin = 16 * kRoundoff * (input + terms);
+  const double margin = 16 * kDoubleRoundoff * (input + terms);
   RasterFace face{{a, b, c}, Facing::edge_on};
   if (determinant > margin) {
     face.facing = Facing::front;
@@ -113,8 +113,8 @@ SpanWalker::SpanWalker(const RasterFace& face, const PixelBox& bounds) : box_(bo
   const double b = largest(values.b[0], values.b[1], values.b[2]) + height * z;
   const double farthest_x = std::max(std::abs(box_.x0), std::abs(box_.x1)) + 1.0;
   const double farthest_y = std::max(std::abs(box_.y0), std::abs(box_.y1)) + 1.0;
-  const double da = kRoundoff * (farthest_x * z + a), db = kRoundoff * (farthest_y * z + b);
-  tolerance_ = 8 * (a * db + b * da) + 64 * kRoundoff * (a * b);
+  const double da = kDoubleRoundoff * (farthest_x * z + a), db = kDoubleRoundoff * (farthest_y * z + b);
+  tolerance_ = 8 * (a * db + b * da) + 64 * kDoubleRoundoff * (a * b);
 }
 
 }  // namespace gpvc

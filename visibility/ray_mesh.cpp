@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 
+#include "io/clock.h"
 #include "visibility/ivm_gl.h"
 
 namespace gpvc {
@@ -79,7 +79,7 @@ struct RayMesh::Scene {
 };
 
 RayMesh::RayMesh(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   const MeshBox box = box_around(mesh);
   origin_ = {0.5 * (box.low.x + box.high.x), 0.5 * (box.low.y + box.high.y), 0.5 * (box.low.z + box.high.z)};
   scene_->device = rtcNewDevice(nullptr);
@@ -104,7 +104,7 @@ RayMesh::RayMesh(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
   rtcReleaseGeometry(geometry);
   rtcCommitScene(scene_->scene);
   scene_->check();
-  build_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  build_s_ = seconds_since(start);
 }
 
 RayMesh::~RayMesh() = default;

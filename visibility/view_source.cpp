@@ -1,5 +1,5 @@
-#include <chrono>
 
+#include "io/clock.h"
 #include "visibility/view_tester.h"
 
 namespace gpvc {
@@ -37,14 +37,13 @@ ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& re
     result.statistics.render_s = times.render_s;
     result.statistics.readback_s = times.readback_s;
   }
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   if (lens_mask_.camera() != view.camera) lens_mask_ = PhotoMask(view.camera);
   exclusion_ = read_exclusion(view);
   mask_ = exclusion_ ? PhotoMask(lens_mask_, *exclusion_) : lens_mask_;
   if (draw_ivm) mask_.clear_outside(result.ivm.faces);
   project_vertices(mesh_, view.camera, view.pose, projected_);
-  result.statistics.classify_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.statistics.classify_s = seconds_since(start);
   return {mesh_, view.camera, id, mask_, projected_, result.ivm.faces, projection_rounding(view.camera)};
 }
 

@@ -1,8 +1,8 @@
 #include "visibility/visibility.h"
 
-#include <chrono>
 #include <cmath>
 
+#include "io/clock.h"
 #include "visibility/classify_gl.h"
 #include "visibility/view_tester.h"
 
@@ -48,10 +48,9 @@ void VisibilityStage::classify(const View& view, ViewId id, ViewVisibility& resu
   const ClassifyView prepared = state.source.prepare(view, id, result);
   VisibilityStatistics& statistics = result.statistics;
   const double moved = statistics.upload_s + statistics.readback_s;
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   state.tester->classify(prepared, view, result);
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-  statistics.classify_s += elapsed.count() - (statistics.upload_s + statistics.readback_s - moved);
+  statistics.classify_s += seconds_since(start) - (statistics.upload_s + statistics.readback_s - moved);
 }
 
 std::string VisibilityStage::classifier_note() const { return state_->tester->note(); }
