@@ -17,7 +17,7 @@ std::array<Term, 5> first_terms(const Distortion& d) {
   return {{{"k1", d.k1}, {"k2", d.k2}, {"p1", d.p1}, {"p2", d.p2}, {"k3", d.k3}}};
 }
 
-std::array<Term, 10> further_terms(const Distortion& d) {
+std::array<Term, 16> further_terms(const Distortion& d) {
   return {{{"k4", d.k4},
            {"d1", d.d1},
            {"d2", d.d2},
@@ -27,14 +27,21 @@ std::array<Term, 10> further_terms(const Distortion& d) {
            {"s1", d.s1},
            {"s2", d.s2},
            {"skew", d.skew},
-           {"omega", d.omega}}};
+           {"omega", d.omega},
+           {"k5", d.k5},
+           {"k6", d.k6},
+           {"s3", d.s3},
+           {"s4", d.s4},
+           {"alpha", d.alpha},
+           {"beta", d.beta}}};
 }
 
 }  // namespace
 
 const char* lens_model_name(LensModel model) {
-  constexpr std::array<const char*, 6> kNames{"opencv",    "perspective", "equidistant",
-                                              "equisolid", "fov",         "inverse_radial"};
+  constexpr std::array<const char*, 9> kNames{"opencv",    "perspective", "equidistant",
+                                              "equisolid", "fov",         "inverse_radial",
+                                              "division",  "unified",     "fisheye_624"};
   return kNames[static_cast<std::size_t>(model)];
 }
 

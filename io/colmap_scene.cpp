@@ -34,12 +34,12 @@ constexpr std::array<Model, 18> kModels{{{"SIMPLE_PINHOLE", "fcd"},
                                          {"SIMPLE_RADIAL_FISHEYE", "fcd1"},
                                          {"RADIAL_FISHEYE", "fcd12"},
                                          {"THIN_PRISM_FISHEYE", "xycd12pq34st"},
-                                         {"RAD_TAN_THIN_PRISM_FISHEYE", "????????????????"},
-                                         {"SIMPLE_DIVISION", "????"},
-                                         {"DIVISION", "?????"},
+                                         {"RAD_TAN_THIN_PRISM_FISHEYE", "xycd123456qpsutv"},
+                                         {"SIMPLE_DIVISION", "fcd1"},
+                                         {"DIVISION", "xycd1"},
                                          {"SIMPLE_FISHEYE", "fcd"},
                                          {"FISHEYE", "xycd"},
-                                         {"EUCM", "??????"},
+                                         {"EUCM", "xycdab"},
                                          {"EQUIRECTANGULAR", "??"}}};
 
 std::string supported_models() {
@@ -78,10 +78,22 @@ double& term_of(Camera& camera, char name) {
       return d.d2;
     case '9':
       return d.d3;
+    case '5':
+      return d.k5;
+    case '6':
+      return d.k6;
     case 's':
       return d.s1;
     case 't':
       return d.s2;
+    case 'u':
+      return d.s3;
+    case 'v':
+      return d.s4;
+    case 'a':
+      return d.alpha;
+    case 'b':
+      return d.beta;
     default:
       return d.omega;
   }
@@ -100,6 +112,9 @@ using ColmapCameras = std::map<std::uint64_t, ColmapCamera>;
 /// model is equisolid.
 LensModel lens_of(std::string_view model) {
   if (model == "FOV") return LensModel::fov;
+  if (model == "EUCM") return LensModel::unified;
+  if (model == "RAD_TAN_THIN_PRISM_FISHEYE") return LensModel::fisheye_624;
+  if (model.ends_with("DIVISION")) return LensModel::division;
   return model.ends_with("FISHEYE") ? LensModel::equidistant : LensModel::perspective;
 }
 

@@ -39,6 +39,12 @@ inline Distorted distort(const Distortion& d, double x, double y) {
   return d.model == LensModel::brown ? distort_brown(d, x, y) : distort_any(d, x, y);
 }
 
+/// LensModel's factor is all there is: none of the terms that act behind it.
+inline bool is_bare(LensModel model) {
+  return model == LensModel::fov || model == LensModel::inverse_radial || model == LensModel::division ||
+         model == LensModel::unified;
+}
+
 /// The factor of LensModel at squared radius r2, and its derivative by r divided by r.
 struct LensFactor {
   double factor, slope;

@@ -70,7 +70,7 @@ double first_fall(const Polynomial& p) {
   return kUnbounded;
 }
 
-Polynomial above(const Distortion& d) { return {1, d.k1, d.k2, d.k3, d.k4}; }
+Polynomial above(const Distortion& d) { return {1, d.k1, d.k2, d.k3, d.k4, d.k5, d.k6}; }
 Polynomial below(const Distortion& d) { return {1, d.d1, d.d2, d.d3}; }
 
 Polynomial absolute(Polynomial p) {
@@ -84,13 +84,16 @@ void limit_distortion(Camera& camera) {
   Distortion& d = camera.distortion;
   d.max_r2 = Distortion{}.max_r2;
   if (d.model == LensModel::perspective && d.k4 == 0 && d.d1 == 0 && d.d2 == 0 && d.d3 == 0 && d.p3 == 0 &&
-      d.p4 == 0 && d.s1 == 0 && d.s2 == 0 && d.skew == 0)
+      d.p4 == 0 && d.s1 == 0 && d.s2 == 0 && d.skew == 0 && d.k5 == 0 && d.k6 == 0 && d.s3 == 0 && d.s4 == 0)
     d.model = LensModel::brown;
   double fold = kUnbounded;  // squared radius after the lens model's factor
   if (d.model == LensModel::inverse_radial) {
     // r = q + k1 q^3 grows up to q^2 = -1 / (3 k1).
     if (d.k1 < 0) fold = -1 / (3 * d.k1);
-  } else if (d.model != LensModel::fov) {
+  } else if (d.model == LensModel::division) {
+    // r = q / (1 + k1 q^2) grows up to q^2 = 1 / k1.
+    if (d.k1 > 0) fold = 1 / d.k1;
+  } else if (!is_bare(d.model)) {
     // With s = q^2, d/dq of q N(s) / D(s) is ((N + 2 s N') D - 2 s N D') / D^2.
     const Polynomial n = above(d), m = d.model == LensModel::brown ? Polynomial{1} : below(d);
     Polynomial grown = n;
@@ -109,12 +112,12 @@ double largest_stretch(const Camera& camera, double r2) {
   const Distortion& d = camera.distortion;
   const double pixels = std::max(camera.fx / camera.fy, camera.fy / camera.fx);
   const LensFactor lens = lens_factor(d, r2);
-  const double s = r2 * lens.factor * lens.factor, q = std::sqrt(s);
+  const double s = r2 * lens.factor * lens.factor;
   // The factor bends a step across by `factor` and a step outwards by factor + r2 slope. Both are largest at
-  // the centre, but for inverse_radial with k1 < 0, where they are at the rim.
+  // the centre, but for inverse_radial with k1 < 0 and division with k1 > 0, where they are at the rim.
   const LensFactor centre = lens_factor(d, 0);
   const double bent = std::max({centre.factor, lens.factor, lens.factor + r2 * lens.slope});
-  if (d.model == LensModel::fov || d.model == LensModel::inverse_radial) return bent * pixels;
+  if (is_bare(d.model)) return std::isfinite(bent) ? bent * pixels : kUnbounded;
 
   const bool all = d.model != LensModel::brown;
   const Polynomial n = absolute(above(d));
@@ -127,17 +130,21 @@ double largest_stretch(const Camera& camera, double r2) {
     if (!(low > 0)) return kUnbounded;
   }
   const double radial = high / low + 2 * s * (high_slope / low + high * low_slope / (low * low));
+  // Where the further terms act: on the point itself, or on what the radial ones make of it.
+  const bool behind = d.model == LensModel::fisheye_624;
+  const double fs = behind ? s * high * high : s, fq = std::sqrt(fs);
   // Each entry of the tangential part's derivative is at most 6 (|p1| + |p2|) q, the part itself at most
   // sqrt(10) (|p1| + |p2|) s.
   const double p = std::abs(d.p1) + std::abs(d.p2);
-  double tangential = 12 * p * q, prism = 0, skew = 0;
+  double further = 12 * p * fq, skew = 0;
   if (all) {
-    tangential = tangential * (1 + std::abs(d.p3) * s + std::abs(d.p4) * s * s) +
-                 4 * p * s * 2 * q * (std::abs(d.p3) + 2 * std::abs(d.p4) * s);
-    prism = 2 * q * std::hypot(d.s1, d.s2);
+    further = further * (1 + std::abs(d.p3) * fs + std::abs(d.p4) * fs * fs) +
+              4 * p * fs * 2 * fq * (std::abs(d.p3) + 2 * std::abs(d.p4) * fs) +
+              2 * fq * (std::hypot(d.s1, d.s2) + 2 * fs * std::hypot(d.s3, d.s4));
     skew = std::abs(d.skew);
   }
-  return bent * (radial + tangential + prism) * (1 + skew) * pixels;
+  const double both = behind ? radial * (1 + further) : radial + further;
+  return bent * both * (1 + skew) * pixels;
 }
 
 }  // namespace gpvc

@@ -75,15 +75,19 @@ enum class LensModel : std::uint8_t {
   equisolid,       ///< 2 sin(theta / 2) / r
   fov,             ///< atan(2 r tan(omega / 2)) / (omega r): Devernay and Faugeras 2001; no further term
   inverse_radial,  ///< q / r where q + k1 q^3 = r: VisualSFM; no further term
+  division,        ///< q / r where q = r (1 + k1 q^2): Fitzgibbon 2001; no further term
+  unified,         ///< 1 / (alpha sqrt(beta r^2 + 1) + 1 - alpha): Khomutenko et al. 2016; no further term
+  fisheye_624,     ///< theta / r; tangential and prism terms act on what the radial ones make: Project Aria
 };
 
 /// Lens distortion. With (x, y) the point that LensModel makes of (X/Z, Y/Z), and r2 = x*x + y*y:
-/// radial = (1 + k1 r2 + k2 r2^2 + k3 r2^3 + k4 r2^4) / (1 + d1 r2 + d2 r2^2 + d3 r2^3),
+/// radial = (1 + k1 r2 + k2 r2^2 + k3 r2^3 + k4 r2^4 + k5 r2^5 + k6 r2^6) / (1 + d1 r2 + d2 r2^2 + d3 r2^3),
 /// more = 1 + p3 r2 + p4 r2^2,
-/// x' = x radial + (2 p1 x y + p2 (r2 + 2 x x)) more + s1 r2,
-/// y' = y radial + (p1 (r2 + 2 y y) + 2 p2 x y) more + s2 r2,
-/// and the photo shows it at (fx (x' + skew y') + cx, fy y' + cy). k1 k2 p1 p2 k3 are named as in OpenCV
-/// (whose k4 k5 k6 are d1 d2 d3 here); p3 and p4 are Metashape's, s1 and s2 the thin prism.
+/// x' = x radial + (2 p1 x y + p2 (r2 + 2 x x)) more + s1 r2 + s3 r2^2,
+/// y' = y radial + (p1 (r2 + 2 y y) + 2 p2 x y) more + s2 r2 + s4 r2^2,
+/// and the photo shows it at (fx (x' + skew y') + cx, fy y' + cy); fisheye_624 takes x radial for x, y radial
+/// for y and their r2 in all but the radial term. k1 k2 p1 p2 k3 are named as in OpenCV (whose k4 k5 k6 are
+/// d1 d2 d3 here); p3 and p4 are Metashape's, s1 to s4 the thin prism.
 struct Distortion {
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
   /// Beyond this squared radius of the undistorted plane the model folds back on itself and means nothing:
@@ -91,6 +95,7 @@ struct Distortion {
   double max_r2 = 1e300;
   LensModel model = LensModel::brown;
   double k4 = 0, d1 = 0, d2 = 0, d3 = 0, p3 = 0, p4 = 0, s1 = 0, s2 = 0, skew = 0, omega = 0;
+  double k5 = 0, k6 = 0, s3 = 0, s4 = 0, alpha = 0, beta = 0;
   bool operator==(const Distortion&) const = default;
   bool is_identity() const {
     return model == LensModel::brown && k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0;

@@ -59,12 +59,16 @@ void finish_camera(const fs::path& file, const std::string& place, Camera& camer
                            std::to_string(camera.height) + ", expected 1 to 2^24 pixels a side");
   }
   const Distortion& d = camera.distortion;
-  for (const double term : {camera.fx, camera.fy, camera.cx, camera.cy, d.k1, d.k2, d.k3, d.k4, d.p1, d.p2,
-                            d.p3, d.p4, d.d1, d.d2, d.d3, d.s1, d.s2, d.skew, d.omega})
+  for (const double term : {camera.fx, camera.fy, camera.cx, camera.cy, d.k1, d.k2,    d.k3,  d.k4, d.p1,
+                            d.p2,      d.p3,      d.p4,      d.d1,      d.d2, d.d3,    d.s1,  d.s2, d.skew,
+                            d.omega,   d.k5,      d.k6,      d.s3,      d.s4, d.alpha, d.beta})
     if (!std::isfinite(term)) throw InputError(file, place, "a camera parameter is not finite");
   if (!(camera.fx > 0 && camera.fy > 0)) throw InputError(file, place, "the focal length is not positive");
   if (d.model == LensModel::fov && !(d.omega > 0 && d.omega < 3.14159))
     throw InputError(file, place, "the field of view is not between 0 and pi, its parameter omega");
+  if (d.model == LensModel::unified && !(d.alpha >= 0 && d.alpha <= 1 && d.beta > 0))
+    throw InputError(file, place,
+                     "the unified model's alpha is not between 0 and 1, or its beta not positive");
   limit_distortion(camera);
 }
 

@@ -77,6 +77,12 @@ const char* projection_name(LensModel model) {
       return "field-of-view";
     case LensModel::inverse_radial:
       return "inverse radial";
+    case LensModel::division:
+      return "division";
+    case LensModel::unified:
+      return "unified";
+    case LensModel::fisheye_624:
+      return "equidistant (fisheye)";
   }
   return "unknown";
 }
@@ -121,6 +127,11 @@ std::optional<ColmapLens> colmap_lens(const Camera& c, std::string& lost) {
     if (refuse(first_of({{"skew", d.skew}}))) return std::nullopt;
     return with("FOV", {d.omega});
   }
+  if (d.model == LensModel::division) return with("DIVISION", {d.k1});
+  if (d.model == LensModel::unified) return with("EUCM", {d.alpha, d.beta});
+  if (d.model == LensModel::fisheye_624)
+    return with("RAD_TAN_THIN_PRISM_FISHEYE",
+                {d.k1, d.k2, d.k3, d.k4, d.k5, d.k6, d.p2, d.p1, d.s1, d.s3, d.s2, d.s4});
   lost = std::string("the ") + projection_name(d.model) + " projection";
   return std::nullopt;
 }

@@ -180,6 +180,10 @@ TEST_P(Colmap, ReadsEveryCameraModel) {
   const double fov = std::atan(2 * 0.5 * std::tan(0.45)) / 0.9 / 0.5;
   const double tx = 2 * p1 * x * y + p2 * (r2 + 2 * x * x), ty = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
   const double tu = 2 * p1 * u * v + p2 * (t2 + 2 * u * u), tv = p1 * (t2 + 2 * v * v) + 2 * p2 * u * v;
+  const double divided = 2 / (1 + std::sqrt(1 - 4 * k1 * r2)),
+               unified = 1 / (0.6 * std::sqrt(1.1 * r2 + 1) + 0.4);
+  const double six = fisheye + 0.5 * std::pow(t2, 5) + 0.6 * std::pow(t2, 6), a = u * six, b = v * six,
+               b2 = a * a + b * b;
   const std::vector<Expected> models{
       {{1, 0, "SIMPLE_PINHOLE", {50, 33, 25}}, 50, x, y},
       {{1, 1, "PINHOLE", {50, 60, 33, 25}}, 60, x, y},
@@ -201,6 +205,16 @@ TEST_P(Colmap, ReadsEveryCameraModel) {
        60,
        u * fisheye + tu + 0.03 * t2,
        v * fisheye + tv + 0.05 * t2},
+      {{1,
+        11,
+        "RAD_TAN_THIN_PRISM_FISHEYE",
+        {50, 60, 33, 25, k1, k2, 0.1, 0.4, 0.5, 0.6, p1, p2, 0.03, 0.05, 0.07, 0.02}},
+       60,
+       a + p1 * (b2 + 2 * a * a) + 2 * p2 * a * b + 0.03 * b2 + 0.05 * b2 * b2,
+       b + p2 * (b2 + 2 * b * b) + 2 * p1 * a * b + 0.07 * b2 + 0.02 * b2 * b2},
+      {{1, 12, "SIMPLE_DIVISION", {50, 33, 25, k1}}, 50, x * divided, y * divided},
+      {{1, 13, "DIVISION", {50, 60, 33, 25, k1}}, 60, x * divided, y * divided},
+      {{1, 16, "EUCM", {50, 60, 33, 25, 0.6, 1.1}}, 60, x * unified, y * unified},
       {{1, 14, "SIMPLE_FISHEYE", {50, 33, 25}}, 50, u, v},
       {{1, 15, "FISHEYE", {50, 60, 33, 25}}, 60, u, v}};
   const std::vector<TestImage> one{{1, {1, 0, 0, 0}, {0, 0, 0}, 1, "one.png"}};
@@ -309,9 +323,16 @@ TEST_P(Colmap, RefusesWhatIsNoScene) {
     change(values.back());
     return values;
   };
-  const std::vector<TestCamera> newer{{7, 13, "DIVISION", {1, 1, 1, 1, 0}}};
-  EXPECT_TRUE(contains(refused(newer, kImages), "camera model DIVISION is not supported; supported are"));
-  EXPECT_TRUE(contains(refused(newer, kImages), "THIN_PRISM_FISHEYE"));
+  const std::vector<TestCamera> sphere{{7, 17, "EQUIRECTANGULAR", {64, 48}}};
+  EXPECT_TRUE(
+      contains(refused(sphere, kImages), "camera model EQUIRECTANGULAR is not supported; supported are"));
+  EXPECT_TRUE(contains(refused(sphere, kImages), "THIN_PRISM_FISHEYE"));
+  EXPECT_TRUE(contains(refused(with(kCameras,
+                                    [](TestCamera& c) {
+                                      c = {3, 16, "EUCM", {50, 51, 33, 25, 1.5, 1}};
+                                    }),
+                               kImages),
+                       "alpha"));
   EXPECT_TRUE(contains(refused(with(kCameras,
                                     [](TestCamera& c) {
                                       c = {3, 7, "FOV", {50, 51, 33, 25, 0}};
@@ -339,7 +360,7 @@ TEST_P(Colmap, RefusesWhatIsNoScene) {
   // Cameras no image uses need not be understood.
   EXPECT_NO_THROW(read_scene(files.model(GetParam(), with(kCameras, [](TestCamera&) {}), kImages), {}));
   std::vector<TestCamera> more = kCameras;
-  more.push_back({8, 16, "EUCM", {1, 1, 1, 1, 1, 1}});
+  more.push_back({8, 17, "EQUIRECTANGULAR", {1, 1}});
   EXPECT_NO_THROW(read_scene(files.model(GetParam(), more, kImages), {}));
 }
 

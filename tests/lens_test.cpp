@@ -52,6 +52,23 @@ const std::vector<Named> kLenses{
     {"fov", {.model = LensModel::fov, .omega = 0.92}},
     {"inverse, barrel", {.k1 = 0.15, .model = LensModel::inverse_radial}},
     {"inverse, pincushion", {.k1 = -0.05, .model = LensModel::inverse_radial}},
+    {"division, barrel", {.k1 = -0.3, .model = LensModel::division}},
+    {"division, pincushion", {.k1 = 0.1, .model = LensModel::division}},
+    {"unified", {.model = LensModel::unified, .alpha = 0.6, .beta = 1.1}},
+    {"fisheye 624",
+     {.k1 = 0.02,
+      .k2 = -0.01,
+      .p1 = 1e-3,
+      .p2 = -2e-3,
+      .k3 = 0.004,
+      .model = LensModel::fisheye_624,
+      .k4 = -0.0007,
+      .s1 = 0.003,
+      .s2 = -0.002,
+      .k5 = 2e-4,
+      .k6 = -1e-5,
+      .s3 = -0.001,
+      .s4 = 5e-4}},
 };
 
 Camera camera_with(const Distortion& lens) {
@@ -116,6 +133,28 @@ TEST(Lens, InvertsTheRadialTermOfVisualSfm) {
   expect_at(kLenses[7].lens, 0.36 * from, -0.48 * from, 0.36, -0.48);
 }
 
+TEST(Lens, DividesByTheDistortedRadius) {
+  // The distorted radius 0.6 comes from 0.6 / (1 - 0.3 * 0.36), that of 0.5 from 0.5 / (1 + 0.1 * 0.25).
+  const double barrel = 1 / (1 - 0.3 * 0.36), pincushion = 1 / (1 + 0.1 * 0.25);
+  expect_at(kLenses[9].lens, 0.36 * barrel, -0.48 * barrel, 0.36, -0.48);
+  expect_at(kLenses[10].lens, 0.3 * pincushion, 0.4 * pincushion, 0.3, 0.4);
+}
+
+TEST(Lens, ProjectsByTheUnifiedModel) {
+  const double scale = 1 / (0.6 * std::sqrt(1.1 * 0.25 + 1) + 0.4);
+  expect_at(kLenses[11].lens, 0.3, -0.4, 0.3 * scale, -0.4 * scale);
+}
+
+TEST(Lens, BendsAndTiltsBehindTheRadialTermsOfFisheye624) {
+  const double a = std::atan(0.5), s = a * a;  // (0.3, -0.4): r = 0.5
+  const double radial = 1 + 0.02 * s - 0.01 * s * s + 0.004 * std::pow(s, 3) - 0.0007 * std::pow(s, 4) +
+                        2e-4 * std::pow(s, 5) - 1e-5 * std::pow(s, 6);
+  const double x = 0.6 * a * radial, y = -0.8 * a * radial, r2 = x * x + y * y;
+  expect_at(kLenses[12].lens, 0.3, -0.4,
+            x + 2 * 1e-3 * x * y - 2e-3 * (r2 + 2 * x * x) + 0.003 * r2 - 0.001 * r2 * r2,
+            y + 1e-3 * (r2 + 2 * y * y) + 2 * -2e-3 * x * y - 0.002 * r2 + 5e-4 * r2 * r2);
+}
+
 TEST(Lens, InverseReturnsToTheSamePixel) {
   for (const auto& [name, lens] : kLenses) {
     const Camera c = camera_with(lens);
@@ -152,6 +191,11 @@ TEST(Lens, FindsFoldsAndPoles) {
   EXPECT_NEAR(limit({.model = LensModel::perspective, .k4 = -1.0 / 9}), 1, 1e-12);
   // r = q - q^3 / 3 grows up to q = 1, where r = 2/3.
   EXPECT_NEAR(limit({.k1 = -1.0 / 3, .model = LensModel::inverse_radial}), 4.0 / 9, 1e-12);
+  // r = q / (1 + q^2 / 10) grows up to q^2 = 10; with the other sign there is no end.
+  EXPECT_NEAR(limit({.k1 = 0.1, .model = LensModel::division}), 2.5, 1e-12);
+  EXPECT_EQ(limit({.k1 = -0.1, .model = LensModel::division}), Distortion{}.max_r2);
+  EXPECT_EQ(limit({.model = LensModel::unified, .alpha = 0.6, .beta = 1.1}), Distortion{}.max_r2);
+  EXPECT_NEAR(limit({.model = LensModel::fisheye_624, .k6 = -1.0 / 13}), std::pow(std::tan(1), 2), 1e-11);
   // Between the last turn and infinity: (1 - s / 100)^2 ... and a lone far zero.
   EXPECT_NEAR(limit({.k1 = -1.0 / 3e6}), 1e6, 1e-3);
 }

@@ -23,7 +23,11 @@ TEST(PhotoMask, AgreesWithEveryLensAtEveryPixel) {
       {.k1 = 0.5, .model = LensModel::equisolid},
       {.model = LensModel::fov, .omega = 1.2},
       {.k1 = 0.3, .model = LensModel::inverse_radial},
-      {.k1 = -0.1, .model = LensModel::inverse_radial}};
+      {.k1 = -0.1, .model = LensModel::inverse_radial},
+      {.k1 = -0.5, .model = LensModel::division},
+      {.k1 = 0.1, .model = LensModel::division},
+      {.model = LensModel::unified, .alpha = 0.7, .beta = 1.2},
+      {.k1 = 0.4, .model = LensModel::fisheye_624, .s1 = 0.05, .k6 = 0.02, .s4 = -0.03}};
   for (std::size_t i = 0; i < lenses.size(); ++i) {
     Camera camera{401, 297, 300, 310, 195, 152, lenses[i]};
     limit_distortion(camera);

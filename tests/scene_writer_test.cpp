@@ -115,7 +115,13 @@ TEST(SceneWriter, ColmapStatesItsLenses) {
       with(LensModel::equidistant,
            [](Distortion& d) { d.k1 = 0.05, d.k2 = -0.01, d.k3 = 0.002, d.k4 = 0.001; }),
       with(LensModel::equidistant, [](Distortion& d) { d.k1 = 0.05, d.p1 = 1e-3, d.p2 = 2e-3, d.s1 = 1e-3; }),
-      with(LensModel::fov, [](Distortion& d) { d.omega = 0.8; })};
+      with(LensModel::fov, [](Distortion& d) { d.omega = 0.8; }),
+      with(LensModel::division, [](Distortion& d) { d.k1 = -0.2; }),
+      with(LensModel::unified, [](Distortion& d) { d.alpha = 0.6, d.beta = 1.1; }),
+      with(LensModel::fisheye_624, [](Distortion& d) {
+        d.k1 = 0.05, d.k2 = -0.01, d.k3 = 0.002, d.k4 = 0.001, d.k5 = 0.003, d.k6 = -0.004;
+        d.p1 = 1e-3, d.p2 = 2e-3, d.s1 = 3e-3, d.s2 = 4e-3, d.s3 = 5e-3, d.s4 = 6e-3;
+      })};
   const Scene scene = scene_of(cameras);
   const TemporaryFolder folder;
   expect_same(scene, written_and_read(SceneTarget::colmap, scene, folder));
@@ -154,6 +160,8 @@ TEST(SceneWriter, NamesTheTermThatWouldBeLost) {
   EXPECT_EQ(lost(SceneTarget::colmap, metashape), "p3");
   const Camera equisolid = with(LensModel::equisolid, [](Distortion&) {});
   EXPECT_EQ(lost(SceneTarget::colmap, equisolid), "the equisolid (fisheye) projection");
+  const Camera division = with(LensModel::division, [](Distortion& d) { d.k1 = -0.2; });
+  EXPECT_EQ(lost(SceneTarget::cam, division), "the division projection");
 
   const Scene scene = scene_of({brown});
   const TemporaryFolder folder;
