@@ -27,7 +27,6 @@ void ScanFinisher::finish(const ClassifyView& view, FaceScan& scan, ViewVisibili
     BlockYield& block = blocks_[number];
     block.clear();
     FaceSampler sampler(view, options_, overlay_, block.coverage, block.counts);
-    std::size_t subpixel = first_subpixel_[number];
     for (std::size_t f = first; f < end; ++f) {
       const FaceId face{static_cast<std::uint32_t>(f)};
       FaceClass& found = result.classes[f];
@@ -37,7 +36,7 @@ void ScanFinisher::finish(const ClassifyView& view, FaceScan& scan, ViewVisibili
       } else if (scan.codes[f] == FaceCode::partial) {
         found = sampler.classify(face);
       } else if (scan.codes[f] == FaceCode::no_centre) {
-        found = options_.subpixel ? sampler.classify_subpixel(face, subpixel_.visible(subpixel++))
+        found = options_.subpixel ? sampler.classify_subpixel(face, subpixel_.visible(face))
                                   : FaceClass::unresolved;
       }
       block.full += found == FaceClass::full;
@@ -64,37 +63,18 @@ void ScanFinisher::correct_owners(const ClassifyView& view, FaceScan& scan) {
   }
 }
 
-void ScanFinisher::list_subpixel(const FaceScan& scan) {
-  first_subpixel_.assign(block_count(scan.codes.size()) + 1, 0);
-  subpixel_faces_.clear();
-  if (!options_.subpixel) return;
-  const auto begin = scan.codes.begin();
-  for_each_block(scan.codes.size(), [&](std::size_t number, std::size_t first, std::size_t end) {
-    first_subpixel_[number + 1] =
-        static_cast<std::size_t>(std::count(begin + static_cast<std::ptrdiff_t>(first),
-                                            begin + static_cast<std::ptrdiff_t>(end), FaceCode::no_centre));
-  });
-  for (std::size_t block = 1; block < first_subpixel_.size(); ++block)
-    first_subpixel_[block] += first_subpixel_[block - 1];
-  subpixel_faces_.resize(first_subpixel_.back());
-  for_each_block(scan.codes.size(), [&](std::size_t number, std::size_t first, std::size_t end) {
-    std::size_t at = first_subpixel_[number];
-    for (std::size_t f = first; f < end; ++f)
-      if (scan.codes[f] == FaceCode::no_centre) subpixel_faces_[at++] = FaceId{static_cast<std::uint32_t>(f)};
-  });
-}
-
 void ScanFinisher::resolve_subpixel(const ClassifyView& view, FaceScan& scan) {
-  list_subpixel(scan);
-  if (!subpixel_faces_.empty() && scan.touched.empty()) {
-    const std::size_t faces = scan.codes.size();
+  if (!options_.subpixel) return;
+  const std::size_t faces = scan.codes.size();
+  if (scan.touched.empty() &&
+      std::find(scan.codes.begin(), scan.codes.end(), FaceCode::no_centre) != scan.codes.end()) {
     scan.touched.resize((faces + kFacesPerRectangle - 1) / kFacesPerRectangle);
     tbb::parallel_for(std::size_t{0}, scan.touched.size(), [&](std::size_t number) {
       const std::size_t first = number * kFacesPerRectangle;
       scan.touched[number] = pixels_around(view, first, std::min(first + kFacesPerRectangle, faces));
     });
   }
-  subpixel_.resolve(view, subpixel_faces_, scan.touched, kFacesPerRectangle);
+  subpixel_.resolve(view, scan.codes, scan.touched, kFacesPerRectangle);
 }
 
 }  // namespace gpvc

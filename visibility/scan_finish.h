@@ -21,13 +21,10 @@ class ScanFinisher {
  private:
   void correct_owners(const ClassifyView& view, FaceScan& scan);
   void resolve_subpixel(const ClassifyView& view, FaceScan& scan);
-  void list_subpixel(const FaceScan& scan);
 
   VisibilityOptions options_;
   OwnerOverlay overlay_;
   SubpixelResolver subpixel_;
-  std::vector<FaceId> subpixel_faces_;       ///< ascending
-  std::vector<std::size_t> first_subpixel_;  ///< of a block of faces, among them
   std::vector<BlockYield> blocks_;
 };
 

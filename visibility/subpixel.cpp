@@ -1,14 +1,12 @@
 #include "visibility/subpixel.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 #include <limits>
-
-#include "visibility/wide.h"
 
 namespace gpvc {
 namespace {
@@ -19,13 +17,23 @@ constexpr std::int32_t kTileSide = 32;
 constexpr std::size_t kTilesPerRegion = 4;  ///< along each axis
 /// More tiles than this, a megapixel, few faces touch: they need no lists.
 constexpr std::int64_t kVast = 1024;
-/// From so many occluders on threads share a tile.
+/// From so many faces on threads share a tile.
 constexpr std::size_t kCrowd = 1 << 16;
+constexpr std::size_t kCrowdPart = 1024;
 
 /// How far ahead memory is asked for: what a tile needs lies in many places.
 constexpr std::size_t kAhead = 8;
 
-constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
+/// Of a vertex in no tile, or too near its border.
+constexpr std::uint32_t kNoTile = std::numeric_limits<std::uint32_t>::max();
+/// What samples and rounded positions may be off. A sample is a weighted mean of the vertices: with r = 2^-53
+/// it is off by less than 16 r times the mean of their coordinates' sizes, and where that reaches 2^26 px on
+/// the frame, the face reaches as far on either side of it and touches all of the frame whatever is added.
+constexpr double kSlack = 0x1p-24;
+
+FaceBounds widened(const FaceBounds& b) {
+  return {b.x0 - kSlack, b.y0 - kSlack, b.x1 + kSlack, b.y1 + kSlack, b.ahead, b.bounded};
+}
 
 /// A sample sees the face only if it is in the image: on the frame, and in the photo once distorted.
 bool in_image(const ClassifyView& view, double x, double y) {
@@ -34,23 +42,14 @@ bool in_image(const ClassifyView& view, double x, double y) {
   return view.mask.contains(PixelPoint{x, y});
 }
 
-/// The midpoints from the centroid to the vertices, and the centroid.
-GPVC_WIDE_CLONES void place_samples(const std::array<ProjectedVertex, 3>& v, double* x, double* y) {
-  const FourDoubles all{1, 1, 1, 1};
-  const FourDoubles u = all * (v[0].u + v[1].u + v[2].u) + 3 * FourDoubles{v[0].u, v[1].u, v[2].u, 0};
-  const FourDoubles w = all * (v[0].v + v[1].v + v[2].v) + 3 * FourDoubles{v[0].v, v[1].v, v[2].v, 0};
-  const FourDoubles z = all * (v[0].z + v[1].z + v[2].z) + 3 * FourDoubles{v[0].z, v[1].z, v[2].z, 0};
-  const FourDoubles px = u / z, py = w / z;
-  std::memcpy(x, &px, sizeof(px));
-  std::memcpy(y, &py, sizeof(py));
-}
-
 /// The corners of a face to come, and the face that comes after as many again.
-void prefetch(const ClassifyView& view, std::span<const std::uint32_t> faces, std::size_t at) {
+void prefetch(const ClassifyView& view, std::span<const FaceId> faces, std::size_t at) {
   if (at + 2 * kAhead >= faces.size()) return;
-  __builtin_prefetch(&view.mesh.faces[faces[at + 2 * kAhead]]);
-  for (const std::uint32_t vertex : view.mesh.faces[faces[at + kAhead]])
+  __builtin_prefetch(&view.mesh.faces[index(faces[at + 2 * kAhead])]);
+  for (const std::uint32_t vertex : view.mesh.faces[index(faces[at + kAhead])]) {
     __builtin_prefetch(&view.projected.positions[vertex]);
+    __builtin_prefetch(&view.projected.vertices[vertex]);
+  }
 }
 
 }  // namespace
@@ -80,14 +79,14 @@ void SubpixelResolver::TileLists::sort() {
     tile = begin;
     begin += count;
   }
-  numbers_.resize(begin);
+  faces_.resize(begin);
   for_each_run([&](std::atomic_ref<std::size_t> end, auto entries) {
     std::size_t at = end.fetch_add(entries.size(), std::memory_order_relaxed);
-    for (const auto& entry : entries) numbers_[at++] = entry.number;
+    for (const auto& entry : entries) faces_[at++] = entry.face;
   });
 }
 
-void SubpixelResolver::start(const ClassifyView& view, std::size_t faces) {
+void SubpixelResolver::start(const ClassifyView& view) {
   width_ = view.camera.width;
   height_ = view.camera.height;
   const auto squares = [](std::size_t length, std::size_t side) { return (length + side - 1) / side; };
@@ -95,8 +94,10 @@ void SubpixelResolver::start(const ClassifyView& view, std::size_t faces) {
   tiles_down_ = squares(static_cast<std::size_t>(height_), kTileSide);
   regions_across_ = squares(tiles_across_, kTilesPerRegion);
   limits_ = view.quick_limits();
-  samples_.resize(faces);
-  visible_.assign(faces, 0);
+  tiles_.clear();
+  occupied_.assign(tiles_across_ * tiles_down_, 0);
+  regions_.assign(regions_across_ * squares(tiles_down_, kTilesPerRegion), 0);
+  visible_.assign(view.mesh.faces.size(), 0);
   vast_.clear();
 }
 
@@ -107,77 +108,102 @@ std::uint32_t SubpixelResolver::tile_of(double x, double y) const {
   return static_cast<std::uint32_t>(row / kTileSide * tiles_across_ + column / kTileSide);
 }
 
-void SubpixelResolver::make_samples(const ClassifyView& view, std::span<const FaceId> faces) {
-  samples_by_tile_.start(block_count(faces.size()), tiles_across_ * tiles_down_);
-  for_each_block(faces.size(), [&](std::size_t number, std::size_t begin, std::size_t end) {
-    TileLists::Block& block = samples_by_tile_.block(number);
-    block.clear();
-    for (std::size_t i = begin; i < end; ++i) {
-      const Triangle& t = view.mesh.faces[index(faces[i])];
-      const auto& v = view.projected.vertices;
-      Samples& samples = samples_[i];
-      place_samples(nearest_first(v[t[0]], v[t[1]], v[t[2]]), samples.x.data(), samples.y.data());
-      std::array<std::uint32_t, kSubpixelSamples> tiles{};
-      std::size_t listed = 0;
-      for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
-        if (!in_image(view, samples.x[k], samples.y[k])) {
-          samples.x[k] = kNowhere;
-          continue;
-        }
-        const std::uint32_t tile = tile_of(samples.x[k], samples.y[k]);
-        auto* const last = tiles.data() + listed;
-        if (std::find(tiles.data(), last, tile) != last) continue;
-        tiles[listed++] = tile;
-        block.add(tile, static_cast<std::uint32_t>(i));
-      }
+/// A face whose vertices have one and the same tile lies in it with all its samples.
+void SubpixelResolver::find_vertex_tiles(const ClassifyView& view) {
+  const std::span<const RoundedPosition> positions = view.projected.positions;
+  vertex_tiles_.resize(positions.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 4096), [&](const auto& range) {
+    constexpr double kTiles = 1.0 / kTileSide;
+    const double right = width_ - kSlack, bottom = height_ - kSlack;
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const auto [x, y] = positions[i];
+      vertex_tiles_[i] = kNoTile;
+      if (!(x >= kSlack && y >= kSlack && x <= right && y <= bottom)) continue;
+      const auto column = static_cast<std::int32_t>((x - kSlack) * kTiles);
+      const auto row = static_cast<std::int32_t>((y - kSlack) * kTiles);
+      if (static_cast<std::int32_t>((x + kSlack) * kTiles) == column &&
+          static_cast<std::int32_t>((y + kSlack) * kTiles) == row)
+        vertex_tiles_[i] = static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(tiles_across_) +
+                           static_cast<std::uint32_t>(column);
     }
   });
-  samples_by_tile_.sort();
 }
 
-void SubpixelResolver::find_tiles() {
-  tiles_.clear();
-  occupied_.assign(tiles_across_ * tiles_down_, 0);
-  regions_.assign(regions_across_ * ((tiles_down_ + kTilesPerRegion - 1) / kTilesPerRegion), 0);
-  for (std::size_t tile = 0; tile < occupied_.size(); ++tile) {
-    if (samples_by_tile_.of(tile).empty()) continue;
-    tiles_.push_back(static_cast<std::uint32_t>(tile));
-    occupied_[tile] = 1;
-    regions_[tile / tiles_across_ / kTilesPerRegion * regions_across_ +
-             tile % tiles_across_ / kTilesPerRegion] = 1;
-  }
+/// The one tile that the face lies in, when that is certain.
+std::uint32_t SubpixelResolver::tile_around(const Triangle& face) const {
+  const std::uint32_t a = vertex_tiles_[face[0]], b = vertex_tiles_[face[1]], c = vertex_tiles_[face[2]];
+  return a == b && a == c ? a : kNoTile;
+}
+
+/// Any number of threads at once.
+void SubpixelResolver::occupy(std::size_t tile) {
+  const std::size_t region =
+      tile / tiles_across_ / kTilesPerRegion * regions_across_ + tile % tiles_across_ / kTilesPerRegion;
+  std::atomic_ref(occupied_[tile]).store(1, std::memory_order_relaxed);
+  std::atomic_ref(regions_[region]).store(1, std::memory_order_relaxed);
+}
+
+void SubpixelResolver::find_tiles(const ClassifyView& view, std::span<const FaceCode> codes) {
+  for_each_block(codes.size(), [&](std::size_t, std::size_t first, std::size_t end) {
+    std::size_t last = occupied_.size();
+    for (std::size_t f = first; f < end; ++f) {
+      if (codes[f] != FaceCode::no_centre) continue;
+      const std::uint32_t around = tile_around(view.mesh.faces[f]);
+      if (around == last) continue;
+      if (around != kNoTile) {
+        occupy(last = around);
+        continue;
+      }
+      const SubpixelPositions samples = subpixel_positions(view, FaceId{static_cast<std::uint32_t>(f)});
+      for (std::size_t k = 0; k < kSubpixelSamples; ++k)
+        if (in_image(view, samples.x[k], samples.y[k])) occupy(tile_of(samples.x[k], samples.y[k]));
+    }
+  });
+  for (std::size_t tile = 0; tile < occupied_.size(); ++tile)
+    if (occupied_[tile] != 0) tiles_.push_back(static_cast<std::uint32_t>(tile));
 }
 
 bool SubpixelResolver::any_in(const PixelBox& pixels) const {
   if (pixels.empty()) return false;
   constexpr auto kSide = static_cast<std::int32_t>(kTilesPerRegion) * kTileSide;
-  for (std::int32_t row = pixels.y0 / kSide; row <= (pixels.y1 - 1) / kSide; ++row)
-    for (std::int32_t column = pixels.x0 / kSide; column <= (pixels.x1 - 1) / kSide; ++column)
+  // A pixel more for samples that rounding puts beside their face.
+  const std::int32_t x0 = std::max(pixels.x0 - 1, 0), x1 = std::min(pixels.x1, width_ - 1);
+  const std::int32_t y0 = std::max(pixels.y0 - 1, 0), y1 = std::min(pixels.y1, height_ - 1);
+  for (std::int32_t row = y0 / kSide; row <= y1 / kSide; ++row)
+    for (std::int32_t column = x0 / kSide; column <= x1 / kSide; ++column)
       if (regions_[static_cast<std::size_t>(row) * regions_across_ + static_cast<std::size_t>(column)] != 0)
         return true;
   return false;
 }
 
-void SubpixelResolver::list_occluders(const ClassifyView& view, std::span<const PixelBox> blocks,
-                                      std::size_t faces_per_block) {
+void SubpixelResolver::list_faces(const ClassifyView& view, std::span<const PixelBox> blocks,
+                                  std::size_t faces_per_block) {
   const std::size_t together = std::max<std::size_t>(kFacesPerBlock / faces_per_block, 1);
   const std::size_t lists = (blocks.size() + together - 1) / together;
-  occluders_by_tile_.start(lists, occupied_.size());
+  faces_by_tile_.start(lists, occupied_.size());
   tbb::parallel_for(std::size_t{0}, lists, [&](std::size_t number) {
-    TileLists::Block& list = occluders_by_tile_.block(number);
+    TileLists::Block& list = faces_by_tile_.block(number);
     list.clear();
     for (std::size_t b = number * together; b < std::min((number + 1) * together, blocks.size()); ++b) {
       if (!any_in(blocks[b])) continue;
       const std::size_t end = std::min((b + 1) * faces_per_block, view.mesh.faces.size());
-      for (std::size_t f = b * faces_per_block; f < end; ++f)
-        list_occluder(view, FaceId{static_cast<std::uint32_t>(f)}, list);
+      for (std::size_t f = b * faces_per_block; f < end; ++f) {
+        const FaceId face{static_cast<std::uint32_t>(f)};
+        const std::uint32_t around = tile_around(view.mesh.faces[f]);
+        if (around == kNoTile) {
+          list_face(view, face, list);
+        } else if (occupied_[around] != 0) {
+          list.add(around, face);
+        }
+      }
     }
   });
-  occluders_by_tile_.sort();
+  faces_by_tile_.sort();
 }
 
-void SubpixelResolver::list_occluder(const ClassifyView& view, FaceId face, TileLists::Block& block) {
-  const FaceBounds bounds = view.bounds(face);
+/// Lists the face in all tiles that it or its samples may touch.
+void SubpixelResolver::list_face(const ClassifyView& view, FaceId face, TileLists::Block& block) {
+  const FaceBounds bounds = widened(view.bounds(face));
   if (outside(bounds, width_, height_)) return;
   const PixelBox pixels = touched_pixels(bounds, view.frame());
   if (pixels.empty()) return;
@@ -200,68 +226,79 @@ void SubpixelResolver::list_occluder(const ClassifyView& view, FaceId face, Tile
     for (std::int32_t column = first; column <= last; ++column) {
       const std::size_t tile =
           static_cast<std::size_t>(row) * tiles_across_ + static_cast<std::size_t>(column);
-      if (occupied_[tile] != 0) block.add(static_cast<std::uint32_t>(tile), static_cast<std::uint32_t>(face));
+      if (occupied_[tile] != 0) block.add(static_cast<std::uint32_t>(tile), face);
     }
   }
 }
 
-void SubpixelResolver::fill(std::size_t tile, std::span<const FaceId> faces, SubpixelTile& samples) const {
-  const std::span<const std::uint32_t> numbers = samples_by_tile_.of(tile);
-  samples.start(numbers.size() * kSubpixelSamples);
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const std::uint32_t number = numbers[i];
-    __builtin_prefetch(&samples_[numbers[std::min(i + kAhead, numbers.size() - 1)]]);
-    const Samples& of = samples_[number];
-    for (std::size_t k = 0; k < kSubpixelSamples; ++k)
-      if (of.x[k] == of.x[k] && tile_of(of.x[k], of.y[k]) == tile)
-        samples.add(faces[number], number, of.x[k], of.y[k]);
+void SubpixelResolver::add_samples(const ClassifyView& view, std::size_t tile, FaceId face,
+                                   SubpixelTile& samples) const {
+  const SubpixelPositions at = subpixel_positions(view, face);
+  if (view.mask.whole() && tile_around(view.mesh.faces[index(face)]) == tile) return samples.add(face, at);
+  for (std::size_t k = 0; k < kSubpixelSamples; ++k)
+    if (in_image(view, at.x[k], at.y[k]) && tile_of(at.x[k], at.y[k]) == tile)
+      samples.add(face, at.x[k], at.y[k]);
+}
+
+void SubpixelResolver::fill(const ClassifyView& view, std::span<const FaceCode> codes, std::size_t tile,
+                            SubpixelTile& samples) const {
+  samples.start();
+  const std::span<const FaceId> faces = faces_by_tile_.of(tile);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    prefetch(view, faces, i);
+    if (codes[index(faces[i])] == FaceCode::no_centre) add_samples(view, tile, faces[i], samples);
   }
+  for (const FaceId face : vast_)
+    if (codes[index(face)] == FaceCode::no_centre) add_samples(view, tile, face, samples);
   samples.sort();
 }
 
 void SubpixelResolver::count_visible(const SubpixelTile& samples) {
-  samples.for_each_visible([&](std::uint32_t number) {
-    std::atomic_ref(visible_[number]).fetch_add(1, std::memory_order_relaxed);
+  samples.for_each_face([&](FaceId face, std::uint32_t visible, std::uint32_t all) {
+    std::uint8_t& sum = visible_[index(face)];
+    if (all == kSubpixelSamples) {  // no other tile holds any
+      sum = static_cast<std::uint8_t>(visible);
+    } else {
+      std::atomic_ref(sum).fetch_add(static_cast<std::uint8_t>(visible), std::memory_order_relaxed);
+    }
   });
 }
 
-void SubpixelResolver::resolve_tiles(const ClassifyView& view, std::span<const FaceId> faces) {
-  const auto hide = [&](FaceId face, Scratch& scratch, SubpixelTile& samples) {
-    samples.hide_behind(view, limits_, face, scratch.found);
-  };
+void SubpixelResolver::resolve_tiles(const ClassifyView& view, std::span<const FaceCode> codes) {
+  const std::vector<FaceId> vast(vast_.begin(), vast_.end());
   tbb::parallel_for(std::size_t{0}, tiles_.size(), [&](std::size_t i) {
-    const std::span<const std::uint32_t> occluders = occluders_by_tile_.of(tiles_[i]);
-    if (occluders.size() >= kCrowd) return;
-    Scratch& scratch = scratch_.local();
-    fill(tiles_[i], faces, scratch.tile);
-    for (std::size_t at = 0; at < occluders.size(); ++at) {
-      prefetch(view, occluders, at);
-      hide(FaceId{occluders[at]}, scratch, scratch.tile);
-    }
-    for (const FaceId face : vast_) hide(face, scratch, scratch.tile);
-    count_visible(scratch.tile);
+    const std::span<const FaceId> faces = faces_by_tile_.of(tiles_[i]);
+    if (faces.size() >= kCrowd) return;
+    auto& [samples, found] = scratch_.local();
+    fill(view, codes, tiles_[i], samples);
+    samples.hide_behind(view, limits_, faces, found);
+    samples.hide_behind(view, limits_, vast, found);
+    count_visible(samples);
   });
   // One after the other: threads that wait in a loop within a loop would take up other tiles meanwhile.
   SubpixelTile samples;
   for (const std::uint32_t tile : tiles_) {
-    const std::span<const std::uint32_t> occluders = occluders_by_tile_.of(tile);
-    if (occluders.size() < kCrowd) continue;
-    fill(tile, faces, samples);
-    tbb::parallel_for(std::size_t{0}, occluders.size(),
-                      [&](std::size_t i) { hide(FaceId{occluders[i]}, scratch_.local(), samples); });
-    for (const FaceId face : vast_) hide(face, scratch_.local(), samples);
+    const std::span<const FaceId> faces = faces_by_tile_.of(tile);
+    if (faces.size() < kCrowd) continue;
+    fill(view, codes, tile, samples);
+    const std::size_t parts = (faces.size() + kCrowdPart - 1) / kCrowdPart;
+    tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+      const std::size_t first = part * kCrowdPart, count = std::min(kCrowdPart, faces.size() - first);
+      samples.hide_behind(view, limits_, faces.subspan(first, count), scratch_.local().found);
+    });
+    samples.hide_behind(view, limits_, vast, scratch_.local().found);
     count_visible(samples);
   }
 }
 
-void SubpixelResolver::resolve(const ClassifyView& view, std::span<const FaceId> faces,
+void SubpixelResolver::resolve(const ClassifyView& view, std::span<const FaceCode> codes,
                                std::span<const PixelBox> blocks, std::size_t faces_per_block) {
-  start(view, faces.size());
-  if (faces.empty()) return;
-  make_samples(view, faces);
-  find_tiles();
-  list_occluders(view, blocks, faces_per_block);
-  resolve_tiles(view, faces);
+  start(view);
+  if (std::find(codes.begin(), codes.end(), FaceCode::no_centre) == codes.end()) return;
+  find_vertex_tiles(view);
+  find_tiles(view, codes);
+  list_faces(view, blocks, faces_per_block);
+  resolve_tiles(view, codes);
 }
 
 }  // namespace gpvc

@@ -1,11 +1,10 @@
 // Faces whose projection contains no pixel centre: their samples are the centroid and the midpoints from it
 // to the three vertices, and each is decided against every face that covers it, exactly.
 //
-// Samples and the faces that may hide them are sorted by tile of the image, and within a tile the samples by
-// cell (SubpixelTile), so that what a thread works on stays near it. Every face of the mesh that may touch a
-// tile with samples hides those of its samples that it covers and lies in front of. Marking commutes, so the
-// result does not depend on the order. Cost: O(faces + tiles touched + pairs of a sample and a face in one
-// row of cells).
+// Faces are sorted by tile of the image, and within a tile samples by cell (SubpixelTile), so that what a
+// thread works on stays near it. Every face of the mesh that may touch a tile with samples hides those of its
+// samples that it covers and lies in front of. Marking commutes, so the result does not depend on the order.
+// Cost: O(vertices + faces + tiles touched + pairs of a sample and a face in one row of cells).
 #pragma once
 
 #include <tbb/concurrent_vector.h>
@@ -21,35 +20,30 @@
 
 namespace gpvc {
 
-inline constexpr std::size_t kSubpixelSamples = 4;
-
 class SubpixelResolver {
  public:
-  /// Decides all samples of `faces`: front faces without a pixel centre. `blocks` are the pixels that each
-  /// `faces_per_block` consecutive faces of the mesh may touch. TBB.
-  void resolve(const ClassifyView& view, std::span<const FaceId> faces, std::span<const PixelBox> blocks,
+  /// Decides all samples of the faces with the code no_centre, which must be front faces. `blocks` are the
+  /// pixels that each `faces_per_block` consecutive faces of the mesh may touch. TBB.
+  void resolve(const ClassifyView& view, std::span<const FaceCode> codes, std::span<const PixelBox> blocks,
                std::size_t faces_per_block);
-  /// How many of its samples see the `number`th face of the last resolve().
-  std::uint32_t visible(std::size_t number) const { return visible_[number]; }
+  /// How many of the samples of such a face of the last resolve() see it.
+  std::uint32_t visible(FaceId face) const { return visible_[index(face)]; }
 
  private:
-  /// Of one face; NaN where it is not in the image.
-  struct Samples {
-    std::array<double, kSubpixelSamples> x, y;
-  };
-  /// Numbers by tile: what blocks list at once, sorted by counting.
+  /// Faces by tile: what blocks list at once, sorted by counting.
   class TileLists {
    public:
     /// What a block lists.
     class Block {
      public:
       void clear() { found_.clear(); }
-      void add(std::uint32_t tile, std::uint32_t number) { found_.push_back({tile, number}); }
+      void add(std::uint32_t tile, FaceId face) { found_.push_back({tile, face}); }
 
      private:
       friend class TileLists;
       struct Entry {
-        std::uint32_t tile, number;
+        std::uint32_t tile;
+        FaceId face;
       };
       std::vector<Entry> found_;
     };
@@ -59,44 +53,47 @@ class SubpixelResolver {
     Block& block(std::size_t number) { return blocks_[number]; }
     /// After all blocks have listed. The order within a tile depends on the threads. TBB.
     void sort();
-    std::span<const std::uint32_t> of(std::size_t tile) const {
+    std::span<const FaceId> of(std::size_t tile) const {
       const std::size_t first = tile == 0 ? 0 : end_[tile - 1];
-      return std::span(numbers_).subspan(first, end_[tile] - first);
+      return std::span(faces_).subspan(first, end_[tile] - first);
     }
 
    private:
     std::vector<Block> blocks_;
-    std::vector<std::size_t> end_;  ///< of each tile in numbers_
-    std::vector<std::uint32_t> numbers_;
+    std::vector<std::size_t> end_;  ///< of each tile in faces_
+    std::vector<FaceId> faces_;
+  };
+  struct Scratch {
+    SubpixelTile tile;
+    SubpixelTile::Found found;
   };
 
-  void start(const ClassifyView& view, std::size_t faces);
-  void make_samples(const ClassifyView& view, std::span<const FaceId> faces);
-  void find_tiles();
-  void list_occluders(const ClassifyView& view, std::span<const PixelBox> blocks,
-                      std::size_t faces_per_block);
-  void list_occluder(const ClassifyView& view, FaceId face, TileLists::Block& block);
-  void resolve_tiles(const ClassifyView& view, std::span<const FaceId> faces);
-  void fill(std::size_t tile, std::span<const FaceId> faces, SubpixelTile& samples) const;
+  void start(const ClassifyView& view);
+  void find_vertex_tiles(const ClassifyView& view);
+  void find_tiles(const ClassifyView& view, std::span<const FaceCode> codes);
+  void occupy(std::size_t tile);
+  void list_faces(const ClassifyView& view, std::span<const PixelBox> blocks, std::size_t faces_per_block);
+  void list_face(const ClassifyView& view, FaceId face, TileLists::Block& block);
+  void resolve_tiles(const ClassifyView& view, std::span<const FaceCode> codes);
+  void fill(const ClassifyView& view, std::span<const FaceCode> codes, std::size_t tile,
+            SubpixelTile& samples) const;
+  void add_samples(const ClassifyView& view, std::size_t tile, FaceId face, SubpixelTile& samples) const;
   void count_visible(const SubpixelTile& samples);
   std::uint32_t tile_of(double x, double y) const;
+  std::uint32_t tile_around(const Triangle& face) const;
   bool any_in(const PixelBox& pixels) const;
 
   QuickLimits limits_;
   int width_ = 0, height_ = 0;
   std::size_t tiles_across_ = 0, tiles_down_ = 0;
-  std::vector<Samples> samples_;
-  std::vector<std::uint8_t> visible_;
-  TileLists samples_by_tile_, occluders_by_tile_;
+  std::vector<std::uint32_t> vertex_tiles_;  ///< the tile of each vertex, where it is certain
+  std::vector<std::uint8_t> visible_;        ///< per face
+  TileLists faces_by_tile_;
   std::vector<std::uint32_t> tiles_;    ///< that hold samples
   std::vector<std::uint8_t> occupied_;  ///< per tile: whether it does
   std::vector<std::uint8_t> regions_;   ///< squares of tiles with one that does
   std::size_t regions_across_ = 0;
-  tbb::concurrent_vector<FaceId> vast_;  ///< occluders of so many tiles that they are not listed
-  struct Scratch {
-    SubpixelTile tile;
-    std::vector<std::uint32_t> found;
-  };
+  tbb::concurrent_vector<FaceId> vast_;  ///< faces of so many tiles that they are not listed
   tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 
