@@ -84,7 +84,7 @@ TEST(LensJson, WritesTheModelAndAllItsTerms) {
   EXPECT_EQ(json["model"], "equidistant");
   EXPECT_EQ(json["k4"], 0.25);
   EXPECT_EQ(json["skew"], 0.125);
-  EXPECT_EQ(json.size(), 16);
+  EXPECT_EQ(json.size(), 22);
   EXPECT_EQ(lens_text(lens), "k1 -0.1 p2 0.5 k4 0.25 skew 0.125");
 }
 
