@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <random>
 
 #include "tests/visibility_oracle.h"
@@ -140,6 +142,59 @@ TEST(Subpixel, TilesDecideAsThePredicatesDo) {
   scenes::add_at_pixels(mesh, view.camera, {{{-300, -200, 12}, {700, 2300, 14}, {2300, 100, 13}}});
   scenes::add_face(mesh, {-3, 1, -2}, {0.5, 2, 8}, {2, -3, 9});
   expect_brute_force(mesh, view, 0, 800);
+}
+
+TEST(Subpixel, FacesOnBordersOfTilesDecideAsThePredicatesDo) {
+  // Corners on and beside the borders, thin faces along them, and others over them, far from the image's
+  // corner.
+  const View view = scenes::view_of(6000, 130, 1000);
+  std::mt19937 random(7);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(random()) / 4294967296.0);
+  };
+  constexpr std::array kBeside = {0.0, 0.0, 1e-12, -1e-12, 1e-7, -1e-7, 0.02, -0.02, 0.3, -0.3};
+  Mesh mesh;
+  for (int i = 0; i < 900; ++i) {
+    const double x = 32.0 * (184 + static_cast<double>(random() % 3));
+    const double y = 32.0 * static_cast<double>(1 + random() % 3);
+    const double along_x = random() % 2 == 0 ? uniform(-5, 5) : 0,
+                 along_y = along_x == 0 ? uniform(-5, 5) : 0;
+    const double z = uniform(5, 15);
+    std::array<std::array<double, 3>, 3> corners{};
+    for (auto& corner : corners)
+      corner = {x + (along_x != 0 ? along_x + uniform(-0.5, 0.5) : kBeside[random() % kBeside.size()]),
+                y + (along_y != 0 ? along_y + uniform(-0.5, 0.5) : kBeside[random() % kBeside.size()]),
+                z + uniform(-0.001, 0.001)};
+    scenes::add_at_pixels(mesh, view.camera, corners);
+  }
+  expect_brute_force(mesh, view, 0, 900);
+}
+
+TEST(Subpixel, EdgesBesideSamplesDecideAsThePredicatesDo) {
+  // Nearer faces with an edge past a sample, nearer to it than floats can tell: small ones and long ones.
+  const View view = scenes::view_of(2000, 150, 1000);
+  constexpr std::size_t kFaces = 500;
+  Mesh mesh = scenes::soup(view.camera, kFaces, 0.4, 8);
+  std::mt19937 random(9);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(random()) / 4294967296.0);
+  };
+  const Bench bench(mesh, view);
+  Mesh all = mesh;
+  for (std::uint32_t f = 0; f < kFaces; ++f) {
+    const SubpixelSample at =
+        subpixel_samples(bench.prepared(), bench.prepared().raster(FaceId{f}))[random() % kSubpixelSamples];
+    if (!at.in_image) continue;
+    const double angle = uniform(0, 6.3), size = f % 4 == 0 ? 40 : 0.4, past = uniform(-1e-7, 1e-7);
+    const double dx = std::cos(angle), dy = std::sin(angle);
+    const auto corner = [&](double along, double beside) -> std::array<double, 3> {
+      return {at.x + along * dx - beside * dy, at.y + along * dy + beside * dx, 3};
+    };
+    const double one = size * uniform(0.2, 1), other = size * uniform(0.2, 1);
+    scenes::add_at_pixels(all, view.camera,
+                          {corner(-one, past), corner(other, past), corner(0, f % 4 == 0 ? 0.5 : size)});
+  }
+  expect_brute_force(all, view, 0, kFaces);
 }
 
 TEST(Subpixel, ThreadsThatShareATileDecideAsThePredicatesDo) {

@@ -17,8 +17,9 @@ constexpr double kSamplesPerCell = 3;
 /// Samples that the kernel reads at once, and how many it may read beyond the last; faces that are made ready
 /// at once.
 constexpr std::uint32_t kLanes = 8;
-/// Of a face over more columns of cells the kernel looks where its edges cross the rows.
-constexpr std::int32_t kManyColumns = 4;
+/// Of a face over so many columns of cells the kernel looks where its edges cross the rows; over fewer all of
+/// a row takes it less time.
+constexpr std::int32_t kManyColumns = 8;
 
 /// Column or row of cells. Grows with the position, whatever the rounding.
 std::int32_t cell_at(double position, float per_px, std::int32_t cells) {
