@@ -1,3 +1,4 @@
+// Counting sort: from how many items each one has to where they lie.
 #pragma once
 
 #include <cstddef>
