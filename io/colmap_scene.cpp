@@ -3,6 +3,7 @@
 // Poses are world-to-camera, x_camera = R x_world + t, so the centre is -R^T t.
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <span>
 
@@ -345,7 +346,42 @@ bool holds_model(const fs::path& folder, const char* extension) {
          fs::exists(folder / (std::string("images") + extension), ignored);
 }
 
-/// A model itself, one of its files, or a data set's root as COLMAP and its users lay it out.
+/// The models that COLMAP's mapper numbers in a folder, one for each group of images it could not bring into
+/// the frame of another, by number.
+std::map<std::uint32_t, fs::path> numbered_models(const fs::path& folder) {
+  std::map<std::uint32_t, fs::path> models;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    const auto number = integer_from<std::uint32_t>(name);
+    if (number && (holds_model(entry.path(), ".bin") || holds_model(entry.path(), ".txt")))
+      models.emplace(*number, entry.path());
+  }
+  return models;
+}
+
+/// What a model's list of images says, without reading it; 0 for a list that is broken.
+std::uint64_t count_images(const fs::path& model) {
+  std::uint64_t count = 0;
+  if (holds_model(model, ".bin")) {
+    const std::string head = first_bytes(model / "images.bin", sizeof count);
+    if (head.size() == sizeof count) std::memcpy(&count, head.data(), sizeof count);
+    return count;
+  }
+  const FileBytes bytes(model / "images.txt");
+  std::string_view rest = bytes.view();
+  while (!rest.empty()) {
+    std::string_view line = next_line(rest);
+    const std::string_view word = next_word(line);
+    if (word.empty() || word.front() == '#') continue;
+    ++count;
+    next_line(rest);  // its points
+  }
+  return count;
+}
+
+/// A model itself, one of its files, or a data set's root as COLMAP and its users lay it out; the folder
+/// above several numbered models.
 std::optional<fs::path> find(const fs::path& source) {
   std::error_code ignored;
   if (fs::is_regular_file(source, ignored)) {
@@ -355,23 +391,44 @@ std::optional<fs::path> find(const fs::path& source) {
     const fs::path folder = folder_of(source);
     return holds_model(folder, extension.c_str()) ? std::optional(folder) : std::nullopt;
   }
-  for (const char* below : {"", "0", "sparse/0", "sparse", "colmap"}) {
+  for (const char* below : {"", "sparse", "colmap"}) {
     const fs::path folder = below[0] == '\0' ? source : source / below;
     if (holds_model(folder, ".bin") || holds_model(folder, ".txt")) return folder;
+    const auto models = numbered_models(folder);
+    if (!models.empty()) return models.size() == 1 ? models.begin()->second : folder;
   }
   return std::nullopt;
 }
 
+/// Of the numbered models in a folder the one of most images: number 0 is the first that was begun, and often
+/// a fragment.
+fs::path largest_model(const fs::path& folder, std::vector<std::string>& warnings) {
+  const auto models = numbered_models(folder);
+  fs::path best;
+  std::uint64_t most = 0;
+  for (const auto& [number, model] : models)
+    if (const std::uint64_t count = count_images(model); best.empty() || count > most)
+      best = model, most = count;
+  warnings.push_back("the folder holds " + std::to_string(models.size()) + " models; the largest, " +
+                     best.filename().string() + ", of " + std::to_string(most) +
+                     " images, is read, the others cannot be brought into its frame");
+  return best;
+}
+
 SceneFile read(const fs::path& found) {
-  const bool binary = holds_model(found, ".bin");
+  std::vector<std::string> warnings;
+  const fs::path model =
+      holds_model(found, ".bin") || holds_model(found, ".txt") ? found : largest_model(found, warnings);
+  const bool binary = holds_model(model, ".bin");
   const std::string extension = binary ? ".bin" : ".txt";
-  const fs::path cameras = found / ("cameras" + extension), images = found / ("images" + extension);
+  const fs::path cameras = model / ("cameras" + extension), images = model / ("images" + extension);
   SceneFile scene;
   {
     const FileBytes camera_bytes(cameras), image_bytes(images);
     scene = parse_colmap(binary, cameras, camera_bytes.view(), images, image_bytes.view());
   }
-  fs::path folder = fs::absolute(found).lexically_normal();
+  scene.warnings.insert(scene.warnings.begin(), warnings.begin(), warnings.end());
+  fs::path folder = fs::absolute(model).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();
   for (int level = 0; level <= 2; ++level, folder = folder.parent_path())
     if (scene.image_folders.empty() || folder / "images" != scene.image_folders.back())
@@ -396,7 +453,7 @@ const SceneFormat& colmap_scene() {
   static constexpr SceneFormat kFormat{
       "COLMAP",
       "a COLMAP model (a folder with cameras.bin and images.bin or cameras.txt and images.txt, there or in "
-      "sparse/0, sparse or colmap below it)",
+      "sparse/NUMBER, sparse or colmap below it)",
       find, read};
   return kFormat;
 }

@@ -270,6 +270,36 @@ TEST_P(Colmap, FindsTheModelBelowARootAndPhotosBesideIt) {
       contains(input_error([&] { read_scene(model, {.images_dir = root / "nowhere"}); }), "is not a folder"));
 }
 
+// COLMAP's mapper numbers the pieces it could not join; the first is often a fragment.
+TEST_P(Colmap, TakesTheLargestOfSeveralModels) {
+  ColmapFolder files;
+  const auto root = files.folder.path();
+  const auto model = [&](const std::string& number, const std::vector<TestImage>& images) {
+    files.model(GetParam(), kCameras, images);
+    std::filesystem::rename(root / "sparse/0", root / "sparse" / number);
+  };
+  model("2", {kImages[0], kImages[1]});
+  model("10", {kImages[1], kImages[2]});
+  files.model(GetParam(), kCameras, {kImages[2]});
+  for (const auto& source : {root, root / "sparse"}) {
+    const Scene scene = read_scene(source, {});
+    EXPECT_EQ(scene.views.size(), 2) << source;
+    EXPECT_EQ(scene.views.back().name, "b/two.png");  // a tie goes to the lower number
+    ASSERT_EQ(scene.warnings.size(), 1);
+    EXPECT_EQ(scene.warnings[0],
+              "the folder holds 3 models; the largest, 2, of 2 images, is read, the others cannot be brought "
+              "into its frame");
+  }
+  for (const char* named : {"sparse/0", "sparse/10"})
+    EXPECT_TRUE(read_scene(root / named, {}).warnings.empty());
+  EXPECT_EQ(read_scene(root / "sparse/0", {}).views.size(), 1);
+  // One model is one, whatever its number.
+  std::filesystem::remove_all(root / "sparse/0");
+  std::filesystem::remove_all(root / "sparse/2");
+  EXPECT_EQ(read_scene(root, {}).views.front().name, "a with blank.png");
+  EXPECT_TRUE(read_scene(root, {}).warnings.empty());
+}
+
 TEST_P(Colmap, ReducesCamerasExactly) {
   ColmapFolder files;
   const auto model = files.model(GetParam());
