@@ -166,7 +166,8 @@ struct ColmapImage {
 View view_from(const fs::path& images_file, const std::string& place, const ColmapImage& image,
                const fs::path& cameras_file, const ColmapCameras& cameras) {
   View view;
-  view.name = image.name;
+  // COLMAP writes '/' on every system; programs for Windows that write its format do not.
+  view.name = image.name.find('/') == std::string_view::npos ? slashed(image.name) : std::string(image.name);
   if (view.name.empty()) throw InputError(images_file, place, "an image without a name");
   const auto camera = cameras.find(image.camera_id);
   if (camera == cameras.end())
@@ -229,11 +230,13 @@ std::vector<View> read_images_bin(const fs::path& file, std::string_view bytes, 
 
 // --- text
 
-/// Lines of a text model with their numbers. Where COLMAP's own "Number of ...: N" comment stands, the file
-/// was written by a program that ends every line: a last line without an end was cut off.
+/// Lines of a text model with their numbers. COLMAP's own "Number of ...: N" comment is no part of the model,
+/// but it tells of files that were cut: COLMAP ends every line, so there a last line without an end is
+/// doubtful.
 class ModelLines {
  public:
-  ModelLines(const fs::path& file, std::string_view text, std::string_view what) : file_(file), rest_(text) {
+  ModelLines(const fs::path& file, std::string_view text, const char* what)
+      : file_(file), rest_(text), what_(what) {
     const std::string comment = "# Number of " + std::string(what) + ": ";
     const std::size_t at = text.substr(0, 1000).find(comment);
     if (at == std::string_view::npos) return;
@@ -253,14 +256,25 @@ class ModelLines {
   bool next_raw(std::string_view& line) {
     if (rest_.empty()) return false;
     ++number_;
-    if (announced_ && rest_.find('\n') == std::string_view::npos) fail("the file ends inside this line");
+    ended_ = rest_.find('\n') != std::string_view::npos;
     line = next_line(rest_);
     return true;
   }
-  void check_count(std::uint64_t found, const char* what) const {
-    if (announced_ && found != *announced_)
-      fail("the file announces " + std::to_string(*announced_) + ' ' + what + " and holds " +
-           std::to_string(found));
+  /// The line read last has an end.
+  bool ended() const { return ended_; }
+  /// To be called at the end of the file. Entries that are missing were taken out by hand, or the file was
+  /// cut between two lines. `last_ended`: the last entry has a line end; otherwise its `last_part` may be a
+  /// shorter one than was written.
+  void check_count(std::uint64_t found, bool last_ended, const char* last_part,
+                   std::vector<std::string>& warnings) const {
+    if (!announced_) return;
+    if (found < *announced_ && !ended_) fail("the file ends inside this line");
+    const std::string name = file_.filename().string();
+    if (found != *announced_)
+      warnings.push_back(name + " announces " + std::to_string(*announced_) + ' ' + what_ + " and holds " +
+                         std::to_string(found));
+    if (!last_ended)
+      warnings.push_back("the last line of " + name + " has no end; " + last_part + " may be cut short");
   }
   std::string place() const { return "line " + std::to_string(number_); }
   [[noreturn]] void fail(const std::string& reason) const { throw InputError(file_, place(), reason); }
@@ -281,11 +295,14 @@ class ModelLines {
  private:
   const fs::path& file_;
   std::string_view rest_;
+  const char* what_;
   std::size_t number_ = 0;
+  bool ended_ = true;
   std::optional<std::uint64_t> announced_;
 };
 
-ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text) {
+ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text,
+                               std::vector<std::string>& warnings) {
   ModelLines lines(file, text, "cameras");
   ColmapCameras cameras;
   for (std::string_view line; lines.next(line);) {
@@ -306,25 +323,28 @@ ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text) {
                  " parameters, found a further " + in_quotes(extra));
     cameras[id] = std::move(camera);
   }
-  lines.check_count(cameras.size(), "cameras");
+  lines.check_count(cameras.size(), lines.ended(), "its last number", warnings);
   return cameras;
 }
 
 /// The second line of an image holds X Y POINT3D_ID triples. It is not read, but a file written without it
-/// must not lose every other image in silence: the line has to be empty or to end in an integer.
+/// must not lose every other image in silence: the line has to be empty or to end in a number (of any kind:
+/// other programs write -1.0).
 void check_points(const ModelLines& lines, std::string_view line) {
   while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
   if (line.empty()) return;
   const std::size_t blank = line.find_last_of(" \t");
-  if (!integer_from(line.substr(blank == std::string_view::npos ? 0 : blank + 1)))
+  if (!number_from(line.substr(blank == std::string_view::npos ? 0 : blank + 1)))
     lines.fail("expected the points of the image above (X Y POINT3D_ID triples) or an empty line");
 }
 
 std::vector<View> read_images_txt(const fs::path& file, std::string_view text, const fs::path& cameras_file,
-                                  const ColmapCameras& cameras) {
+                                  const ColmapCameras& cameras, std::vector<std::string>& warnings) {
   ModelLines lines(file, text, "images");
   std::vector<View> views;
+  bool pose_ended = true;
   for (std::string_view line; lines.next(line);) {
+    pose_ended = lines.ended();
     ColmapImage image;
     lines.integer(line, "an image number");
     for (double& q : image.quaternion) q = lines.number(line, "a quaternion");
@@ -336,7 +356,7 @@ std::vector<View> read_images_txt(const fs::path& file, std::string_view text, c
     views.push_back(view_from(file, lines.place(), image, cameras_file, cameras));
     if (lines.next_raw(line)) check_points(lines, line);
   }
-  lines.check_count(views.size(), "images");
+  lines.check_count(views.size(), pose_ended, "the name of the last image", warnings);
   return views;
 }
 
@@ -442,10 +462,10 @@ SceneFile parse_colmap(bool binary, const fs::path& cameras_file, std::string_vi
                        const fs::path& images_file, std::string_view images_bytes) {
   SceneFile scene;
   scene.listing = images_file;
-  const ColmapCameras cameras =
-      binary ? read_cameras_bin(cameras_file, cameras_bytes) : read_cameras_txt(cameras_file, cameras_bytes);
+  const ColmapCameras cameras = binary ? read_cameras_bin(cameras_file, cameras_bytes)
+                                       : read_cameras_txt(cameras_file, cameras_bytes, scene.warnings);
   scene.views = binary ? read_images_bin(images_file, images_bytes, cameras_file, cameras)
-                       : read_images_txt(images_file, images_bytes, cameras_file, cameras);
+                       : read_images_txt(images_file, images_bytes, cameras_file, cameras, scene.warnings);
   return scene;
 }
 
