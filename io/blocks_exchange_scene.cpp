@@ -18,6 +18,7 @@
 #include <numbers>
 
 #include "io/file_bytes.h"
+#include "io/omitted_lenses.h"
 #include "io/scene_file.h"
 #include "io/text_scan.h"
 #include "io/xml_file.h"
@@ -75,6 +76,7 @@ class BlocksReader {
     read_srs(root, best);
     for (const pugi::xml_node group : best.child("Photogroups").children("Photogroup"))
       read_group(best, group);
+    omitted_.settle(scene_, "photos");
     warn("photos without a pose are left out", unposed_);
     warn("photos outside the main component are left out", aside_);
     return std::move(scene_);
@@ -137,17 +139,20 @@ class BlocksReader {
     if (!turn)
       xml_.fail(group.child("CameraOrientation"), "expected a CameraOrientation like XRightYDown, found " +
                                                       in_quotes(XmlFile::text(group, "CameraOrientation")));
+    if (const std::string_view type = XmlFile::text(group, "CameraModelType");
+        !type.empty() && type != "Perspective") {
+      const InputError refusal(xml_.path(), xml_.place(group.child("CameraModelType")),
+                               "camera model " + in_quotes(type) +
+                                   " is not supported, Perspective is; undistort the photos or "
+                                   "leave the photogroup out");
+      for (std::size_t i = 0; i < photos.size(); ++i) omitted_.add(std::string(type), refusal);
+      return;
+    }
     const Camera camera = camera_of(group, *turn);
     for (const pugi::xml_node& photo : photos) read_photo(photo, camera, *turn);
   }
 
   Camera camera_of(const pugi::xml_node& group, const Matrix3& turn) const {
-    const std::string_view type = XmlFile::text(group, "CameraModelType");
-    if (!type.empty() && type != "Perspective")
-      xml_.fail(group.child("CameraModelType"),
-                "camera model " + in_quotes(type) +
-                    " is not supported, Perspective is; undistort the photos or "
-                    "leave the photogroup out");
     Camera camera;
     const pugi::xml_node dimensions = group.child("ImageDimensions");
     camera.width = xml_.side(dimensions ? dimensions : group, "Width");
@@ -235,6 +240,7 @@ class BlocksReader {
   XmlFile xml_;
   SceneFile scene_;
   std::string base_;
+  OmittedLenses omitted_;
   std::size_t unposed_ = 0, aside_ = 0;
 };
 

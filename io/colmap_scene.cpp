@@ -10,6 +10,7 @@
 #include "io/colmap_scene.h"
 #include "io/error.h"
 #include "io/file_bytes.h"
+#include "io/omitted_lenses.h"
 #include "io/text_scan.h"
 
 namespace gpvc {
@@ -43,10 +44,12 @@ constexpr std::array<Model, 18> kModels{{{"SIMPLE_PINHOLE", "fcd"},
                                          {"EUCM", "xycdab"},
                                          {"EQUIRECTANGULAR", "??"}}};
 
+bool is_supported(const Model& model) { return !model.terms.starts_with('?'); }
+
 std::string supported_models() {
   std::string names;
   for (const Model& model : kModels)
-    if (!model.terms.starts_with('?')) names += (names.empty() ? "" : ", ") + std::string(model.name);
+    if (is_supported(model)) names += (names.empty() ? "" : ", ") + std::string(model.name);
   return "supported are " + names;
 }
 
@@ -119,12 +122,9 @@ LensModel lens_of(std::string_view model) {
   return model.ends_with("FISHEYE") ? LensModel::equidistant : LensModel::perspective;
 }
 
+/// \pre is_supported(*in.model)
 Camera camera_from(const fs::path& file, const ColmapCamera& in) {
   const std::string_view terms = in.model->terms;
-  if (terms.starts_with('?'))
-    throw InputError(
-        file, in.place,
-        "camera model " + std::string(in.model->name) + " is not supported; " + supported_models());
   constexpr std::uint64_t kMaxSide = 1u << 24;  // finish_camera's, before it becomes an int
   if (in.width < 1 || in.height < 1 || in.width > kMaxSide || in.height > kMaxSide)
     throw InputError(file, in.place,
@@ -163,8 +163,10 @@ struct ColmapImage {
   std::string_view name;
 };
 
-View view_from(const fs::path& images_file, const std::string& place, const ColmapImage& image,
-               const fs::path& cameras_file, const ColmapCameras& cameras) {
+/// nullopt for an image whose lens is omitted.
+std::optional<View> view_from(const fs::path& images_file, const std::string& place, const ColmapImage& image,
+                              const fs::path& cameras_file, const ColmapCameras& cameras,
+                              OmittedLenses& omitted) {
   View view;
   // COLMAP writes '/' on every system; programs for Windows that write its format do not.
   view.name = image.name.find('/') == std::string_view::npos ? slashed(image.name) : std::string(image.name);
@@ -175,6 +177,12 @@ View view_from(const fs::path& images_file, const std::string& place, const Colm
                      "image " + in_quotes(image.name) + " refers to camera " +
                          std::to_string(image.camera_id) + ", which " + cameras_file.filename().string() +
                          " does not list");
+  if (const Model& model = *camera->second.model; !is_supported(model)) {
+    const std::string name(model.name);
+    omitted.add(name, InputError(cameras_file, camera->second.place,
+                                 "camera model " + name + " is not supported; " + supported_models()));
+    return std::nullopt;
+  }
   view.camera = camera_from(cameras_file, camera->second);
   view.pose =
       pose_from(images_file, place + ": image " + in_quotes(image.name), image.quaternion, image.translation);
@@ -205,12 +213,12 @@ ColmapCameras read_cameras_bin(const fs::path& file, std::string_view bytes) {
   return cameras;
 }
 
-std::vector<View> read_images_bin(const fs::path& file, std::string_view bytes, const fs::path& cameras_file,
-                                  const ColmapCameras& cameras) {
+void read_images_bin(const fs::path& file, std::string_view bytes, const fs::path& cameras_file,
+                     const ColmapCameras& cameras, SceneFile& scene) {
   ByteReader reader(file, bytes);
   constexpr const char* kWhat = "the image list";
   const auto count = reader.read<std::uint64_t>(kWhat);
-  std::vector<View> views;
+  OmittedLenses omitted;
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::string place = "byte " + std::to_string(bytes.size() - reader.remaining());
     ColmapImage image;
@@ -223,9 +231,10 @@ std::vector<View> read_images_bin(const fs::path& file, std::string_view bytes, 
     constexpr std::uint64_t kPointBytes = 24;  // x, y, 3D point number
     if (points > reader.remaining() / kPointBytes) reader.fail("the file ends inside the points of an image");
     reader.take(points * kPointBytes, kWhat);
-    views.push_back(view_from(file, place, image, cameras_file, cameras));
+    if (auto view = view_from(file, place, image, cameras_file, cameras, omitted))
+      scene.views.push_back(std::move(*view));
   }
-  return views;
+  omitted.settle(scene);
 }
 
 // --- text
@@ -338,12 +347,14 @@ void check_points(const ModelLines& lines, std::string_view line) {
     lines.fail("expected the points of the image above (X Y POINT3D_ID triples) or an empty line");
 }
 
-std::vector<View> read_images_txt(const fs::path& file, std::string_view text, const fs::path& cameras_file,
-                                  const ColmapCameras& cameras, std::vector<std::string>& warnings) {
+void read_images_txt(const fs::path& file, std::string_view text, const fs::path& cameras_file,
+                     const ColmapCameras& cameras, SceneFile& scene) {
   ModelLines lines(file, text, "images");
-  std::vector<View> views;
+  OmittedLenses omitted;
+  std::uint64_t count = 0;
   bool pose_ended = true;
   for (std::string_view line; lines.next(line);) {
+    ++count;
     pose_ended = lines.ended();
     ColmapImage image;
     lines.integer(line, "an image number");
@@ -353,11 +364,12 @@ std::vector<View> read_images_txt(const fs::path& file, std::string_view text, c
     while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
     while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
     image.name = line;
-    views.push_back(view_from(file, lines.place(), image, cameras_file, cameras));
+    if (auto view = view_from(file, lines.place(), image, cameras_file, cameras, omitted))
+      scene.views.push_back(std::move(*view));
     if (lines.next_raw(line)) check_points(lines, line);
   }
-  lines.check_count(views.size(), pose_ended, "the name of the last image", warnings);
-  return views;
+  lines.check_count(count, pose_ended, "the name of the last image", scene.warnings);
+  omitted.settle(scene);
 }
 
 bool holds_model(const fs::path& folder, const char* extension) {
@@ -464,8 +476,8 @@ SceneFile parse_colmap(bool binary, const fs::path& cameras_file, std::string_vi
   scene.listing = images_file;
   const ColmapCameras cameras = binary ? read_cameras_bin(cameras_file, cameras_bytes)
                                        : read_cameras_txt(cameras_file, cameras_bytes, scene.warnings);
-  scene.views = binary ? read_images_bin(images_file, images_bytes, cameras_file, cameras)
-                       : read_images_txt(images_file, images_bytes, cameras_file, cameras, scene.warnings);
+  binary ? read_images_bin(images_file, images_bytes, cameras_file, cameras, scene)
+         : read_images_txt(images_file, images_bytes, cameras_file, cameras, scene);
   return scene;
 }
 

@@ -20,6 +20,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/file_bytes.h"
+#include "io/omitted_lenses.h"
 #include "io/scene_file.h"
 #include "io/text_scan.h"
 
@@ -73,6 +74,7 @@ class OpensfmReader {
     const Json& reconstruction = json_[best];
     for (const auto& [name, shot] : reconstruction["shots"].items())
       read_shot(name, shot, reconstruction["cameras"]);
+    omitted_.settle(scene_);
     if (unposed_ > 0)
       scene_.warnings.push_back(std::to_string(unposed_) + " shots without a pose are left out");
     if (reconstruction.contains("reference_lla"))
@@ -131,8 +133,17 @@ class OpensfmReader {
     const std::string id = shot["camera"].get<std::string>();
     const auto found = cameras.find(id);
     if (found == cameras.end()) fail(place, "its camera " + in_quotes(id) + " is not in the file");
+    const std::string of_camera = "camera " + in_quotes(id);
+    if (const std::string type = projection_of(of_camera, *found); !is_supported(type)) {
+      omitted_.add(type,
+                   InputError(file_, of_camera,
+                              "projection type " + in_quotes(type) +
+                                  " is not supported; supported are perspective, simple_radial, radial, "
+                                  "brown, fisheye and fisheye_opencv"));
+      return;
+    }
     const auto [camera, fresh] = cameras_.try_emplace(id);
-    if (fresh) camera->second = camera_of("camera " + in_quotes(id), *found);
+    if (fresh) camera->second = camera_of(of_camera, *found);
 
     View view;
     view.name = slashed(name);
@@ -155,16 +166,21 @@ class OpensfmReader {
     return static_cast<int>(value);
   }
 
-  Camera camera_of(const std::string& place, const Json& in) const {
-    if (!in.is_object() || !in.contains("projection_type") || !in["projection_type"].is_string())
+  std::string projection_of(const std::string& place, const Json& camera) const {
+    if (!camera.is_object() || !camera.contains("projection_type") || !camera["projection_type"].is_string())
       fail(place, "expected an object with a 'projection_type'");
-    const std::string type = in["projection_type"].get<std::string>();
+    return camera["projection_type"].get<std::string>();
+  }
+
+  static bool is_supported(std::string_view type) {
+    return type == "perspective" || type == "simple_radial" || type == "radial" || type == "brown" ||
+           type == "fisheye" || type == "fisheye_opencv";
+  }
+
+  /// \pre is_supported(projection_of(place, in))
+  Camera camera_of(const std::string& place, const Json& in) const {
+    const std::string type = projection_of(place, in);
     const bool fisheye = type == "fisheye" || type == "fisheye_opencv";
-    if (!fisheye && type != "perspective" && type != "brown" && type != "radial" && type != "simple_radial")
-      fail(place,
-           "projection type " + in_quotes(type) +
-               " is not supported; supported are perspective, simple_radial, radial, brown, fisheye and "
-               "fisheye_opencv");
     Camera camera;
     camera.width = side(place, in, "width");
     camera.height = side(place, in, "height");
@@ -194,6 +210,7 @@ class OpensfmReader {
   Json json_;
   SceneFile scene_;
   std::map<std::string, Camera> cameras_;
+  OmittedLenses omitted_;
   std::size_t unposed_ = 0;
 };
 

@@ -181,7 +181,16 @@ TEST(BlocksExchange, RefusesWithLineAndExpectation) {
   EXPECT_TRUE(contains(error("<SRSId>0", "<SRSId>7"), "line 6: the positions are degrees of 'EPSG:4326'"));
   EXPECT_TRUE(contains(error("<SRSId>0", "<SRSId>9"), "SRS '9' is not defined"));
   EXPECT_TRUE(contains(error("XRightYDown", "XSideways"), "line 18: expected a CameraOrientation"));
-  EXPECT_TRUE(contains(error("Perspective", "Fisheye"), "line 15: camera model 'Fisheye' is not supported"));
+  const std::string fisheye = replaced(kBlocks, "Perspective", "Fisheye");
+  EXPECT_TRUE(contains(input_error([&] {
+                         parse(replaced(fisheye, "<FocalLengthPixels>",
+                                        "<CameraModelType>Fisheye</CameraModelType><FocalLengthPixels>"));
+                       }),
+                       "line 15: camera model 'Fisheye' is not supported"));
+  // Where there are others its photos are left out.
+  ASSERT_EQ(parse(fisheye).views.size(), 1);
+  EXPECT_EQ(parse(fisheye).views[0].name, "E:/elsewhere/three.jpg");
+  EXPECT_EQ(parse(fisheye).warnings.at(0), "1 photos are left out: their lens, 'Fisheye', is not supported");
   EXPECT_TRUE(contains(error("<SensorSize>20</SensorSize>", ""), "SensorSize or PixelSize"));
   EXPECT_TRUE(contains(error("<FocalLength>25</FocalLength>", ""), "Photogroup has no FocalLength"));
   EXPECT_TRUE(contains(error("<K1>-0.1", "<K1>much"), "a finite number in K1, found 'much'"));

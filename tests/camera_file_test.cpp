@@ -354,7 +354,8 @@ TEST_P(Colmap, RefusesWhatIsNoScene) {
     change(values.back());
     return values;
   };
-  const std::vector<TestCamera> sphere{{7, 17, "EQUIRECTANGULAR", {64, 48}}};
+  const std::vector<TestCamera> sphere{{7, 17, "EQUIRECTANGULAR", {64, 48}},
+                                       {3, 17, "EQUIRECTANGULAR", {64, 48}}};
   EXPECT_TRUE(
       contains(refused(sphere, kImages), "camera model EQUIRECTANGULAR is not supported; supported are"));
   EXPECT_TRUE(contains(refused(sphere, kImages), "THIN_PRISM_FISHEYE"));
@@ -388,6 +389,13 @@ TEST_P(Colmap, RefusesWhatIsNoScene) {
   EXPECT_TRUE(
       contains(refused(kCameras, with(kImages, [](TestImage& i) { i.name = "b/two.png"; })), "twice"));
   EXPECT_TRUE(contains(refused(kCameras, {}), "lists no image"));
+  // An image of such a lens is left out where there are others.
+  const std::vector<TestCamera> mixed{kCameras[0], {3, 17, "EQUIRECTANGULAR", {64, 48}}};
+  const Scene rest = read_scene(files.model(GetParam(), mixed, kImages), {});
+  ASSERT_EQ(rest.views.size(), 2);
+  EXPECT_EQ(rest.views[0].name, "b/One.png");
+  EXPECT_EQ(rest.warnings, std::vector<std::string>{
+                               "1 images are left out: their lens, 'EQUIRECTANGULAR', is not supported"});
   // Cameras no image uses need not be understood.
   EXPECT_NO_THROW(read_scene(files.model(GetParam(), with(kCameras, [](TestCamera&) {}), kImages), {}));
   std::vector<TestCamera> more = kCameras;

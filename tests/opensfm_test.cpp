@@ -71,6 +71,15 @@ TEST(OpenSfm, TakesTheLargestReconstruction) {
   EXPECT_EQ(scene.offset, (WorldPoint{0, 0, 600.5}));
 }
 
+TEST(OpenSfm, LeavesOutShotsOfLensesItDoesNotKnow) {
+  const std::string dual = replaced(kReconstruction, "\"brown\"", "\"dual\"");
+  const SceneFile scene = parse(replaced(dual, "\"fisheye_opencv\"", "\"spherical\""));
+  ASSERT_EQ(scene.views.size(), 2);
+  EXPECT_EQ(view_named(scene, "p.jpg").camera.width, 400);
+  EXPECT_EQ(scene.warnings.at(1),
+            "2 images are left out: their lenses, 'dual', 'spherical', are not supported");
+}
+
 TEST(OpenSfm, TurnsBySmallAndZeroAngles) {
   const std::string half = "[3.141592653589793, 0, 0], \"translation\": [-10, 20, 100]";
   for (const double angle : {0.0, 1e-300, 1e-9, 0.5}) {
@@ -132,8 +141,12 @@ TEST(OpenSfm, RefusesWithPlaceAndExpectation) {
   const auto error = [](std::string_view from, std::string_view to) {
     return input_error([&] { parse(replaced(kReconstruction, from, to)); });
   };
-  EXPECT_TRUE(contains(error("\"brown\"", "\"dual\""),
-                       "camera 'b': projection type 'dual' is not supported; supported are perspective"));
+  std::string panorama = kReconstruction;
+  for (const char* type : {"perspective", "brown", "fisheye", "fisheye_opencv"})
+    panorama = replaced(panorama, "\"" + std::string(type) + "\"", "\"spherical\"");
+  EXPECT_TRUE(
+      contains(input_error([&] { parse(panorama); }),
+               "camera 'b': projection type 'spherical' is not supported; supported are perspective"));
   EXPECT_TRUE(contains(error("\"k3\": 0.003, \"p1\"", "\"p1\""), "camera 'b': has no 'k3'"));
   EXPECT_TRUE(
       contains(error("\"focal\": 0.9", "\"focal\": \"0.9\""), "camera 'p': expected a number as 'focal'"));
