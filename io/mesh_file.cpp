@@ -7,7 +7,9 @@ namespace gpvc {
 
 Mesh read_mesh(const std::filesystem::path& file) {
   const FileBytes bytes(file);
-  const std::string_view text = bytes.view();
+  std::string_view text = bytes.view();
+  // Editors for Windows begin UTF-8 with a mark that would hide the first word: the first vertex of an OBJ.
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   if (text.empty()) throw InputError(file, "", "is empty, expected a PLY or OBJ mesh");
   Mesh mesh =
       text.starts_with("ply\n") || text.starts_with("ply\r") || text.starts_with("ply ") || text == "ply"

@@ -247,6 +247,19 @@ TEST(MeshFile, ReadsObjPeculiarities) {
   EXPECT_EQ(mesh.faces, (std::vector<Triangle>{{0, 1, 2}, {3, 0, 1}, {0, 1, 4}}));
 }
 
+TEST(MeshFile, SkipsTheMarkBeforeUtf8) {
+  const TemporaryFolder folder;
+  const std::string mark = "\xEF\xBB\xBF";
+  for (const std::string& text :
+       {std::string("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\n"), ascii_ply(), binary_ply(false)}) {
+    const Mesh plain = read_mesh(folder.write("plain", text)),
+               marked = read_mesh(folder.write("m", mark + text));
+    EXPECT_EQ(marked.positions, plain.positions);
+    EXPECT_EQ(marked.faces, plain.faces);
+  }
+  EXPECT_TRUE(contains(input_error([&] { read_mesh(folder.write("m", mark)); }), "is empty"));
+}
+
 // Cut anywhere, a file is refused; only where nothing but a closing blank is lost may it be read.
 void expect_every_cut_refused(const std::string& bytes, std::size_t harmless) {
   const TemporaryFolder folder;
