@@ -9,6 +9,14 @@
 // takes
 //          those to the world: rotation, scale, translation. In a chunk that is georeferenced the world is
 //          geocentric; otherwise local.
+// Rig      a camera with a master_id usually has no transform: its master's places it. Rotation and location
+//          of a sensor take its camera's coordinates to those of the rig, the identity where none are stated:
+//          chunk_from_slave = chunk_from_master * inverse([R | l] of the master's) * [R | l] of the slave's;
+//          l counts in units of the chunk, like a transform. The manual is silent. Two sources agree: the
+//          converter that made the poses of Meta's Eyeful Tower data set (world2slave =
+//          inverse([R | l]) * world2master, the chunk's scale after that), and the community's Metashape
+//          Expert Manual (sensor.rotation is slave to master, sensor.location the slave's centre there).
+// Labels   usually file names without folders, so they repeat when the photos of a flight fill several.
 // Lens     on the normalized plane (frame) or on it bent to theta / r (fisheye, equidistant_fisheye) or
 //          2 sin(theta / 2) / r (equisolid_fisheye; the manual of 2.3 has both, and for the first the formula
 //          that earlier ones have for "fisheye"):
@@ -19,6 +27,7 @@
 //          does.
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "io/file_bytes.h"
 #include "io/scene_file.h"
@@ -36,6 +45,11 @@ struct Placement {
   Matrix3 rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
   WorldPoint translation{};
   double scale = 1;
+};
+
+struct RigCamera {
+  pugi::xml_node node;
+  pugi::xml_node placed_by;  ///< itself or its master, whichever has a transform; or null
 };
 
 class MetashapeReader {
@@ -57,20 +71,32 @@ class MetashapeReader {
 
  private:
   /// Cameras with their groups opened, in the file's order.
-  static std::vector<pugi::xml_node> cameras_of(const pugi::xml_node& chunk) {
-    std::vector<pugi::xml_node> cameras, open{chunk.child("cameras")};
+  static std::vector<RigCamera> cameras_of(const pugi::xml_node& chunk) {
+    std::vector<RigCamera> cameras;
+    std::map<std::string, pugi::xml_node> by_id;
+    std::vector<pugi::xml_node> open{chunk.child("cameras")};
     while (!open.empty()) {
-      const pugi::xml_node folder = open.back();
+      const pugi::xml_node node = open.back();
       open.pop_back();
-      for (const pugi::xml_node node : folder.children()) {
-        if (std::string_view(node.name()) == "camera") cameras.push_back(node);
-        if (std::string_view(node.name()) == "group") open.push_back(node);
+      if (std::string_view(node.name()) == "camera") {
+        cameras.push_back({node, {}});
+        by_id.emplace(node.attribute("id").as_string(), node);
+      } else if (std::string_view(node.name()) == "group" || node == chunk.child("cameras")) {
+        for (pugi::xml_node child = node.last_child(); child; child = child.previous_sibling())
+          open.push_back(child);
       }
+    }
+    for (RigCamera& camera : cameras) {
+      const auto master = by_id.find(camera.node.attribute("master_id").as_string());
+      if (has_transform(camera.node))
+        camera.placed_by = camera.node;
+      else if (camera.node.attribute("master_id") && master != by_id.end() && has_transform(master->second))
+        camera.placed_by = master->second;
     }
     return cameras;
   }
 
-  static bool is_placed(const pugi::xml_node& camera) { return camera.child("transform").first_child(); }
+  static bool has_transform(const pugi::xml_node& camera) { return camera.child("transform").first_child(); }
 
   pugi::xml_node chunk_of(const pugi::xml_node& root) {
     pugi::xml_node best;
@@ -81,7 +107,7 @@ class MetashapeReader {
     for (const pugi::xml_node& chunk : candidates) {
       ++chunks;
       std::size_t placed = 0;
-      for (const pugi::xml_node& camera : cameras_of(chunk)) placed += is_placed(camera) ? 1 : 0;
+      for (const RigCamera& camera : cameras_of(chunk)) placed += camera.placed_by ? 1 : 0;
       if (placed > most) best = chunk, most = placed;
     }
     if (most == 0) xml_.fail(root, "no camera has a transform: align the photos before the export");
@@ -115,18 +141,22 @@ class MetashapeReader {
     return *rotation;
   }
 
+  Matrix3 rotation_in(const pugi::xml_node& node) const {
+    const std::vector<double> m = numbers(node, 9);
+    Matrix3 matrix{};
+    std::copy(m.begin(), m.end(), matrix.begin());
+    return rotation_of(node, matrix);
+  }
+
+  WorldPoint point_in(const pugi::xml_node& node) const {
+    const std::vector<double> p = numbers(node, 3);
+    return {p[0], p[1], p[2]};
+  }
+
   Placement placement_of(const pugi::xml_node& transform) const {
     Placement out;
-    if (const pugi::xml_node node = transform.child("rotation")) {
-      const std::vector<double> m = numbers(node, 9);
-      Matrix3 matrix{};
-      std::copy(m.begin(), m.end(), matrix.begin());
-      out.rotation = rotation_of(node, matrix);
-    }
-    if (const pugi::xml_node node = transform.child("translation")) {
-      const std::vector<double> t = numbers(node, 3);
-      out.translation = {t[0], t[1], t[2]};
-    }
+    if (const pugi::xml_node node = transform.child("rotation")) out.rotation = rotation_in(node);
+    if (const pugi::xml_node node = transform.child("translation")) out.translation = point_in(node);
     if (const pugi::xml_node node = transform.child("scale")) {
       out.scale = numbers(node, 1)[0];
       if (!(out.scale > 0)) xml_.fail(node, "the scale is not positive");
@@ -147,82 +177,201 @@ class MetashapeReader {
   }
 
   void read_cameras(const pugi::xml_node& chunk) {
-    std::map<std::string, std::size_t> components;
-    std::vector<pugi::xml_node> placed;
+    std::vector<RigCamera> usable;
+    std::map<std::string, std::size_t> components, other_lenses;
+    pugi::xml_node other_sensor;
     std::size_t unplaced = 0, disabled = 0;
-    for (const pugi::xml_node& camera : cameras_of(chunk)) {
-      if (!camera.attribute("enabled").as_bool(true)) {
+    for (const RigCamera& camera : cameras_of(chunk)) {
+      const auto sensor = sensors_.find(camera.node.attribute("sensor_id").as_string());
+      if (!camera.node.attribute("enabled").as_bool(true)) {
         ++disabled;
-      } else if (!is_placed(camera)) {
+      } else if (!camera.placed_by) {
         ++unplaced;
+      } else if (sensor != sensors_.end() && !model_of(type_of(sensor->second))) {
+        ++other_lenses[type_of(sensor->second)];
+        other_sensor = sensor->second;
       } else {
-        placed.push_back(camera);
-        ++components[camera.attribute("component_id").as_string()];
+        usable.push_back(camera);
+        ++components[component_of(camera)];
       }
     }
-    if (placed.empty()) xml_.fail(chunk, "every camera with a transform is disabled");
+    if (usable.empty() && other_sensor)
+      xml_.fail(other_sensor, "a camera of type " + in_quotes(type_of(other_sensor)) +
+                                  " is not supported, frame and fisheye are");
+    if (usable.empty()) xml_.fail(chunk, "every camera with a transform is disabled");
     std::string main = components.begin()->first;
     for (const auto& [id, count] : components)
       if (count > components[main]) main = id;
-    for (const pugi::xml_node& camera : placed)
-      if (camera.attribute("component_id").as_string() == main) read_camera(camera);
     warn("cameras without a transform are left out", unplaced);
     warn("disabled cameras are left out", disabled);
-    warn("cameras of other components than the largest are left out", placed.size() - components[main]);
+    for (const auto& [type, count] : other_lenses)
+      warn("cameras are left out: their lens, " + in_quotes(type) + ", is no perspective or fisheye one",
+           count);
+    warn("cameras of other components than the largest are left out", usable.size() - components[main]);
+    std::erase_if(usable, [&](const RigCamera& camera) { return component_of(camera) != main; });
+    read_views(usable);
   }
 
-  void warn(const char* what, std::size_t count) {
+  static std::string component_of(const RigCamera& camera) {
+    return camera.placed_by.attribute("component_id").as_string();
+  }
+
+  void warn(const std::string& what, std::size_t count) {
     if (count > 0) scene_.warnings.push_back(std::to_string(count) + " " + what);
   }
 
-  void read_camera(const pugi::xml_node& node) {
+  void read_views(const std::vector<RigCamera>& cameras) {
+    const std::vector<std::string> names = names_of(cameras);
+    std::set<std::string> bands;
+    std::size_t slaves = 0;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      if (names[i].empty()) continue;
+      read_view(cameras[i], names[i]);
+      slaves += cameras[i].placed_by != cameras[i].node ? 1 : 0;
+      if (const std::string shown = bands_of(sensor_of(cameras[i].node)); !shown.empty()) bands.insert(shown);
+    }
+    warn("cameras are placed by their master in a rig, having no transform of their own", slaves);
+    if (bands.size() < 2) return;
+    std::string all;
+    for (const std::string& shown : bands) all += (all.empty() ? "" : ", ") + in_quotes(shown);
+    scene_.warnings.push_back("the cameras show different bands, " + all +
+                              ", which the texture mixes: leave out those that it is not to show");
+  }
+
+  /// Views' names; empty for the cameras that repeat another's.
+  std::vector<std::string> names_of(const std::vector<RigCamera>& cameras) {
+    std::vector<std::string> names;
+    std::map<std::string, std::size_t> uses;
+    for (const RigCamera& camera : cameras) {
+      names.push_back(slashed(camera.node.attribute("label").as_string()));
+      if (names.back().empty()) xml_.fail(camera.node, "a camera without a label");
+      ++uses[names.back()];
+    }
+    std::set<std::string> taken;  // labels that are unique remain, whatever the others are called
+    for (const auto& [label, count] : uses)
+      if (count == 1) taken.insert(label);
+    std::size_t repeated = 0;
+    std::string example;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      if (uses[names[i]] == 1) continue;
+      names[i] = in_group(cameras[i].node.parent(), names[i]);
+      if (taken.insert(names[i]).second) continue;
+      if (++repeated == 1) example = names[i];
+      names[i].clear();
+    }
+    warn("cameras are left out: others have their label and group, as " + in_quotes(example), repeated);
+    return names;
+  }
+
+  /// The label below that of its group, which is a folder's as a rule. Only what can be a folder's name is
+  /// taken of it, and nothing for a label that is a whole path.
+  static std::string in_group(const pugi::xml_node& group, const std::string& label) {
+    if (std::string_view(group.name()) != "group" || label.starts_with('/') || label.starts_with("..") ||
+        label.find(':') != label.npos)
+      return label;
+    const std::string folders = slashed(group.attribute("label").as_string());
+    std::string name;
+    for (std::size_t begin = 0; begin < folders.size();) {
+      const std::size_t end = std::min(folders.find('/', begin), folders.size());
+      const std::string part = folders.substr(begin, end - begin);
+      if (!part.empty() && part != "." && !part.starts_with("..") && part.find(':') == part.npos)
+        name += part + "/";
+      begin = end + 1;
+    }
+    return name + label;
+  }
+
+  static std::string bands_of(const pugi::xml_node& sensor) {
+    std::string bands;
+    for (const pugi::xml_node band : sensor.child("bands").children("band")) {
+      if (!bands.empty()) bands += ' ';
+      bands += band.attribute("label").as_string();
+    }
+    return bands;
+  }
+
+  pugi::xml_node sensor_of(const pugi::xml_node& camera) const {
+    const std::string id = camera.attribute("sensor_id").as_string();
+    const auto found = sensors_.find(id);
+    if (found == sensors_.end()) xml_.fail(camera, "sensor " + in_quotes(id) + " is not in the file");
+    return found->second;
+  }
+
+  void read_view(const RigCamera& from, const std::string& name) {
     View view;
-    view.name = slashed(node.attribute("label").as_string());
-    if (view.name.empty()) xml_.fail(node, "a camera without a label");
-    const std::string sensor = node.attribute("sensor_id").as_string();
-    const auto found = sensors_.find(sensor);
-    if (found == sensors_.end()) xml_.fail(node, "sensor " + in_quotes(sensor) + " is not in the file");
-    const auto [camera, fresh] = cameras_.try_emplace(sensor);
-    if (fresh) camera->second = camera_of(found->second);
+    view.name = name;
+    const pugi::xml_node sensor = sensor_of(from.node);
+    const auto [camera, fresh] = cameras_.try_emplace(from.node.attribute("sensor_id").as_string());
+    if (fresh) camera->second = camera_of(sensor);
     view.camera = camera->second;
 
-    const auto component = of_component_.find(node.attribute("component_id").as_string());
-    const Placement& place = component == of_component_.end() ? of_chunk_ : component->second;
-    const pugi::xml_node transform = node.child("transform");
+    const pugi::xml_node transform = from.placed_by.child("transform");
     const std::vector<double> m = numbers(transform, 16);
-    const Matrix3 chunk_from_camera =
-        rotation_of(transform, {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]});
-    const WorldPoint c = product(place.rotation, WorldPoint{m[3], m[7], m[11]});
-    view.pose =
-        finish_pose(xml_.path(), xml_.place(node), transposed(product(place.rotation, chunk_from_camera)),
-                    {place.scale * c.x + place.translation.x, place.scale * c.y + place.translation.y,
-                     place.scale * c.z + place.translation.z});
+    Placement chunk_from_camera{
+        rotation_of(transform, {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}), {m[3], m[7], m[11]}};
+    if (from.placed_by != from.node)
+      chunk_from_camera = chained(chunk_from_camera, master_from_slave(sensor_of(from.placed_by), sensor));
+    const auto component = of_component_.find(component_of(from));
+    const Placement world_from_camera =
+        chained(component == of_component_.end() ? of_chunk_ : component->second, chunk_from_camera);
+    view.pose = finish_pose(xml_.path(), xml_.place(from.node), transposed(world_from_camera.rotation),
+                            world_from_camera.translation);
     scene_.views.push_back(std::move(view));
   }
 
-  pugi::xml_node calibration_of(const pugi::xml_node& sensor) const {
+  /// a_from_b and b_from_c make a_from_c.
+  static Placement chained(const Placement& a, const Placement& b) {
+    const WorldPoint t = product(a.rotation, b.translation);
+    return {
+        product(a.rotation, b.rotation),
+        {a.scale * t.x + a.translation.x, a.scale * t.y + a.translation.y, a.scale * t.z + a.translation.z},
+        a.scale * b.scale};
+  }
+
+  Placement master_from_slave(const pugi::xml_node& master, const pugi::xml_node& slave) const {
+    const Placement rig_from_master = offset_of(master), rig_from_slave = offset_of(slave);
+    Placement master_from_rig{transposed(rig_from_master.rotation), {}};
+    const WorldPoint t = product(master_from_rig.rotation, rig_from_master.translation);
+    master_from_rig.translation = {-t.x, -t.y, -t.z};
+    return chained(master_from_rig, rig_from_slave);
+  }
+
+  /// What the sensor states of its place in a rig; <rotation fixed="true"/> states nothing.
+  Placement offset_of(const pugi::xml_node& sensor) const {
+    Placement out;
+    if (const pugi::xml_node node = sensor.child("rotation"); node.first_child())
+      out.rotation = rotation_in(node);
+    if (const pugi::xml_node node = sensor.child("location"); node.first_child())
+      out.translation = point_in(node);
+    return out;
+  }
+
+  /// Null where the sensor has none, as panoramas do.
+  static pugi::xml_node calibration_of(const pugi::xml_node& sensor) {
     pugi::xml_node best;
     for (const pugi::xml_node calibration : sensor.children("calibration"))
       if (!best || std::string_view(calibration.attribute("class").as_string()) == "adjusted")
         best = calibration;
-    if (!best) xml_.fail(sensor, "the sensor of a camera has no calibration");
     return best;
+  }
+
+  static const char* type_of(const pugi::xml_node& sensor) {
+    return calibration_of(sensor).attribute("type").as_string(sensor.attribute("type").as_string("frame"));
+  }
+
+  static std::optional<LensModel> model_of(std::string_view type) {
+    if (type == "frame") return LensModel::perspective;
+    if (type == "fisheye" || type == "equidistant_fisheye") return LensModel::equidistant;
+    if (type == "equisolid_fisheye") return LensModel::equisolid;
+    return std::nullopt;
   }
 
   Camera camera_of(const pugi::xml_node& sensor) const {
     const pugi::xml_node node = calibration_of(sensor);
-    const std::string_view type =
-        node.attribute("type").as_string(sensor.attribute("type").as_string("frame"));
+    if (!node) xml_.fail(sensor, "the sensor of a camera has no calibration");
     Camera camera;
     Distortion& d = camera.distortion;
-    if (type == "frame")
-      d.model = LensModel::perspective;
-    else if (type == "fisheye" || type == "equidistant_fisheye")
-      d.model = LensModel::equidistant;
-    else if (type == "equisolid_fisheye")
-      d.model = LensModel::equisolid;
-    else
-      xml_.fail(node, "a camera of type " + in_quotes(type) + " is not supported, frame and fisheye are");
+    d.model = model_of(type_of(sensor)).value();  // read_cameras left out those of other types
     const pugi::xml_node resolution =
         node.child("resolution") ? node.child("resolution") : sensor.child("resolution");
     camera.width = side_of(sensor, resolution, "width");
