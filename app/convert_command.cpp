@@ -137,9 +137,11 @@ const View& view_of(const Scene& scene, ViewId id) { return scene.views[index(id
 
 void Conversion::read() {
   Stage reading(console_, record_, "read");
-  scene_ = read_scene(options_.input.scene, options_.input.reader_options());
+  SceneOptions reader = options_.input.reader_options();
+  reader.needed = needs_used_views(options_.input.views, options_.input.exclude_views);
+  scene_ = read_scene(options_.input.scene, reader);
   for (const std::string& warning : scene_.warnings) console_.warning(warning);
-  used_ = used_views(scene_, options_.input.views, options_.input.exclude_views);
+  used_ = used_views(scene_.views, options_.input.views, options_.input.exclude_views);
   reading.finish(fmt::format("{} views", used_.size()));
 }
 

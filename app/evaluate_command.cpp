@@ -12,11 +12,11 @@ namespace gpvc {
 namespace {
 
 // Views by name; all where there are no names, or none of the scene's.
-std::vector<ViewId> named_views(const Scene& scene, const std::vector<std::string>& names) {
+std::vector<ViewId> named_views(std::span<const View> views, const std::vector<std::string>& names) {
   std::vector<ViewId> some, all;
-  for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
+  for (std::uint32_t v = 0; v < views.size(); ++v) {
     all.push_back(ViewId{v});
-    if (std::find(names.begin(), names.end(), scene.views[v].name) != names.end()) some.push_back(ViewId{v});
+    if (std::find(names.begin(), names.end(), views[v].name) != names.end()) some.push_back(ViewId{v});
   }
   return some.empty() ? all : some;
 }
@@ -69,7 +69,7 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
   if (matched.strangers > 0)
     console.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out",
                                 matched.strangers, model.mesh.faces.size()));
-  const std::vector<ViewId> used = named_views(scene, marked_views(options.model, "used"));
+  const std::vector<ViewId> used = named_views(scene.views, marked_views(options.model, "used"));
   PhotoCache photos(scene, options.input.reader_options(), 0);
   const TruthScorer scorer(truth, mesh, best_classes(mesh, scene, used), scene, used, photos);
   const TruthScore score = scorer.score(matched, stage.reporter());
@@ -86,18 +86,28 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
   console.result(truth_table(score, origins ? &*origins : nullptr));
 }
 
+// The views whose photos the model's renders are held against.
+std::vector<ViewId> compared_views(const EvaluateCommandOptions& options, std::span<const View> views) {
+  if (!options.input.views.empty()) return used_views(views, options.input.views, "");
+  return named_views(views, marked_views(options.model, "held_out"));
+}
+
+// The photos of the truth's score and of the comparison.
+std::vector<bool> needed_views(const EvaluateCommandOptions& options, std::span<const View> views) {
+  std::vector<bool> needed(views.size(), false);
+  for (const ViewId id : compared_views(options, views)) needed[index(id)] = true;
+  if (!options.truth.empty())
+    for (const ViewId id : named_views(views, marked_views(options.model, "used"))) needed[index(id)] = true;
+  return needed;
+}
+
 void compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
                     std::optional<OutputFolder>& folder, Console& console, RunRecord& record) {
   Stage stage(console, record, "evaluate", "views");
-  std::vector<ViewId> views;
-  if (!options.input.views.empty()) {
-    views = used_views(scene, options.input.views, "");
-  } else {
-    views = named_views(scene, marked_views(options.model, "held_out"));
-    if (views.size() < scene.views.size())
-      console.note(fmt::format(
-          "comparing with the {} views that views.json beside the model marks as held out", views.size()));
-  }
+  const std::vector<ViewId> views = compared_views(options, scene.views);
+  if (options.input.views.empty() && views.size() < scene.views.size())
+    console.note(fmt::format("comparing with the {} views that views.json beside the model marks as held out",
+                             views.size()));
   const Scene chosen = with_views(scene, views);
   PhotoCache photos(chosen, options.input.reader_options(), 0);
   GraphicsDevice device(options.common.device);
@@ -126,7 +136,10 @@ void run_evaluate(const EvaluateCommandOptions& options, Console& console) {
   std::optional<OutputFolder> folder;
   if (!options.out.empty()) folder.emplace(options.out, options.force);
   try {
-    const Scene scene = read_scene(options.input.scene, options.input.reader_options());
+    SceneOptions reader = options.input.reader_options();
+    reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
+    const Scene scene = read_scene(options.input.scene, reader);
+    for (const std::string& warning : scene.warnings) console.warning(warning);
     if (!options.truth.empty()) score_truth(options, scene, console, record);
     if (options.truth.empty() || folder || !options.input.views.empty())
       compare_photos(options, scene, folder, console, record);

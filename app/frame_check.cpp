@@ -103,6 +103,8 @@ void check_frames(const Mesh& mesh, const std::filesystem::path& mesh_file, cons
   if (!(o == WorldPoint{}))
     text += fmt::format(" (which is {} less {} {} {})", scene.srs.empty() ? "their system" : scene.srs, o.x,
                         o.y, o.z);
+  else if (!scene.srs.empty())
+    text += fmt::format(" (in {})", scene.srs);
   throw InputError(mesh_file, "", text + "; expected both in the same coordinates");
 }
 

@@ -151,7 +151,7 @@ void run_inspect(const InspectOptions& options, Console& console) {
   in.scene = read_scene(options.input.scene, reader);
   print_cameras(in.scene, console);
   if (!options.with_mesh) return;
-  in.used = used_views(in.scene, options.input.views, options.input.exclude_views);
+  in.used = used_views(in.scene.views, options.input.views, options.input.exclude_views);
   in.mesh = mesh.get();
   print_mesh(in, console);
   const int threads = options.common.threads > 0 ? options.common.threads : tbb::info::default_concurrency();

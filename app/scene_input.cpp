@@ -46,9 +46,9 @@ std::vector<std::string> listed(const std::string& list) {
   return names;
 }
 
-std::string near_names(const Scene& scene, const std::string& name) {
+std::string near_names(std::span<const View> views, const std::string& name) {
   std::vector<std::string> names;
-  for (const View& view : scene.views) names.push_back(view.name);
+  for (const View& view : views) names.push_back(view.name);
   std::string text;
   for (const std::string& near : near_words(name, names, 3)) text += (text.empty() ? "" : ", ") + near;
   return text;
@@ -64,21 +64,21 @@ bool fits(const std::string& entry, const std::string& view, Reading reading) {
   return std::filesystem::path(view).replace_extension() == std::filesystem::path(entry);
 }
 
-std::vector<bool> matched(const Scene& scene, const std::string& option, const std::string& list) {
-  std::vector<bool> hit(scene.views.size(), false);
+std::vector<bool> matched(std::span<const View> views, const std::string& option, const std::string& list) {
+  std::vector<bool> hit(views.size(), false);
   for (const std::string& entry : listed(list)) {
     std::vector<std::size_t> found;
     for (const Reading reading : {Reading::name, Reading::glob, Reading::stem}) {
       if (!found.empty()) break;
-      for (std::size_t v = 0; v < scene.views.size(); ++v)
-        if (fits(entry, scene.views[v].name, reading)) found.push_back(v);
+      for (std::size_t v = 0; v < views.size(); ++v)
+        if (fits(entry, views[v].name, reading)) found.push_back(v);
       if (reading == Reading::stem && found.size() > 1)
         throw UsageError(fmt::format("{}: '{}' may be {} or {}; give the extension", option, entry,
-                                     scene.views[found[0]].name, scene.views[found[1]].name));
+                                     views[found[0]].name, views[found[1]].name));
     }
     if (found.empty())
       throw UsageError(fmt::format("{}: the scene has no view '{}'; near are {}", option, entry,
-                                   near_names(scene, entry)));
+                                   near_names(views, entry)));
     for (const std::size_t v : found) hit[v] = true;
   }
   return hit;
@@ -104,16 +104,25 @@ Json point_json(const WorldPoint& p) { return Json::array({p.x, p.y, p.z}); }
 
 }  // namespace
 
-std::vector<ViewId> used_views(const Scene& scene, const std::string& views,
+std::vector<ViewId> used_views(std::span<const View> all, const std::string& views,
                                const std::string& exclude_views) {
-  std::vector<bool> wanted(scene.views.size(), true), excluded(scene.views.size(), false);
-  if (!views.empty()) wanted = matched(scene, "--views", views);
-  if (!exclude_views.empty()) excluded = matched(scene, "--exclude-views", exclude_views);
+  std::vector<bool> wanted(all.size(), true), excluded(all.size(), false);
+  if (!views.empty()) wanted = matched(all, "--views", views);
+  if (!exclude_views.empty()) excluded = matched(all, "--exclude-views", exclude_views);
   std::vector<ViewId> used;
-  for (std::size_t v = 0; v < scene.views.size(); ++v)
+  for (std::size_t v = 0; v < all.size(); ++v)
     if (wanted[v] && !excluded[v]) used.push_back(ViewId{static_cast<std::uint32_t>(v)});
   if (used.empty()) throw UsageError("--views and --exclude-views leave no view");
   return used;
+}
+
+std::function<std::vector<bool>(std::span<const View>)> needs_used_views(std::string views,
+                                                                         std::string exclude_views) {
+  return [views = std::move(views), exclude_views = std::move(exclude_views)](std::span<const View> all) {
+    std::vector<bool> needed(all.size(), false);
+    for (const ViewId id : used_views(all, views, exclude_views)) needed[index(id)] = true;
+    return needed;
+  };
 }
 
 std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> used,
@@ -134,7 +143,7 @@ std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> u
       throw UsageError(fmt::format("--hold-out {}: there are only {} views", hold_out, used.size()));
     return held;
   }
-  const std::vector<bool> hit = matched(scene, "--hold-out", hold_out);
+  const std::vector<bool> hit = matched(scene.views, "--hold-out", hold_out);
   std::copy_if(used.begin(), used.end(), std::back_inserter(held), [&](ViewId id) { return hit[index(id)]; });
   if (held.empty())
     throw UsageError("--hold-out names only views that --views and --exclude-views leave out");
@@ -162,8 +171,11 @@ SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRe
   std::vector<std::future<Mesh>> meshes;
   for (const auto& file : files)
     meshes.push_back(std::async(std::launch::async, [&file] { return read_mesh(file); }));
-  data.scene = read_scene(input.scene, input.reader_options());
-  data.used = used_views(data.scene, input.views, input.exclude_views);
+  SceneOptions reader = input.reader_options();
+  reader.needed = needs_used_views(input.views, input.exclude_views);
+  data.scene = read_scene(input.scene, reader);
+  for (const std::string& warning : data.scene.warnings) console.warning(warning);
+  data.used = used_views(data.scene.views, input.views, input.exclude_views);
   data.held_out = held_out_views(data.scene, data.used, input.hold_out);
   std::erase_if(data.used, [&](ViewId id) {
     return std::binary_search(data.held_out.begin(), data.held_out.end(), id);
@@ -181,7 +193,6 @@ SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRe
                                 : fmt::format("{} of {}", data.used.size(), data.scene.views.size());
   const std::string of_meshes = data.parts.size() == 1 ? "" : fmt::format(" of {} meshes", data.parts.size());
   stage.finish(fmt::format("{} faces{}, {} views", readable_count(data.mesh.faces.size()), of_meshes, views));
-  for (const std::string& warning : data.scene.warnings) console.warning(warning);
   return data;
 }
 

@@ -70,6 +70,10 @@ struct SceneOptions {
   /// Views whose photo is not found keep an empty View::photo (and, in formats that leave the size to the
   /// photo, a camera of width 0) instead of being an error.
   bool allow_missing_photos = false;
+  /// Which of the views, in their final order and under their final names, need their photo; default: all.
+  /// A photo of another view that is missing, ambiguous, unreadable or of another shape than its camera
+  /// leaves View::photo empty (and a camera of width 0, see above) instead of being an error.
+  std::function<std::vector<bool>(std::span<const View> views)> needed{};
   /// Photos are reduced by this factor (box average) and cameras with them; >= 1.
   int downscale = 1;
   /// Where masks lie, by the views' names; default: beside the photos.

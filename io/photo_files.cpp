@@ -42,12 +42,21 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, ignored);
 }
 
-bool has_image_extension(const fs::path& name) {
+/// Cameras write these beside the photos that they develop themselves.
+bool is_raw(const fs::path& name) {
   const std::string extension = lower_case(name.extension().string());
-  for (const char* known : {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr", ".dng", ".webp", ".bmp", ".jp2",
-                            ".ppm", ".hdr", ".arw", ".cr2", ".nef", ".heic"})
+  for (const char* known : {".dng", ".arw", ".cr2", ".cr3", ".nef", ".orf", ".pef", ".raf", ".rw2"})
     if (extension == known) return true;
   return false;
+}
+
+bool has_image_extension(const fs::path& name) {
+  const std::string extension = lower_case(name.extension().string());
+  for (const char* known :
+       {".jpg", ".jpeg", ".jpe", ".png", ".tif",  ".tiff", ".exr",  ".webp", ".bmp", ".jp2", ".j2k",
+        ".pgm", ".ppm",  ".pnm", ".hdr", ".heic", ".heif", ".avif", ".psd",  ".dpx", ".tga"})
+    if (extension == known) return true;
+  return is_raw(name);
 }
 
 /// The files in and below a folder, by file name in small letters, and by that without extension.
@@ -67,26 +76,28 @@ class PhotoIndex {
     }
   }
 
-  /// Empty when none fits; throws when several do equally well.
-  fs::path match(const fs::path& listing, const std::string& wanted) const {
-    const std::vector<std::string> tail = parts_of(wanted);
-    const fs::path name = tail.back();
-    for (const bool exact : {true, false})
-      if (const fs::path found = best(listing, wanted, tail, by_name_, lower_case(tail.back()), exact, false);
-          !found.empty())
-        return found;
-    if (has_image_extension(name)) return {};
-    return best(listing, wanted, tail, by_stem_, lower_case(tail.back()), false, true);
-  }
-
- private:
-  using Index = std::unordered_map<std::string, std::vector<fs::path>>;
-
   void add(const fs::path& path) {
     if (!is_file(path)) return;
     by_name_[lower_case(path.filename().string())].push_back(path);
     if (has_image_extension(path)) by_stem_[lower_case(path.stem().string())].push_back(path);
   }
+
+  /// The file whose path has the longest tail in common with `wanted`, `favourite` where several have; empty
+  /// when none fits. Throws when several fit equally well.
+  fs::path match(const fs::path& listing, const std::string& wanted, const fs::path& favourite) const {
+    const std::vector<std::string> tail = parts_of(wanted);
+    const std::string key = lower_case(tail.back());
+    for (const bool exact : {true, false})
+      if (const auto found = best(tail, by_name_, key, exact, false); !found.empty())
+        return only(found, listing, wanted, favourite);
+    if (has_image_extension(tail.back())) return {};
+    auto found = best(tail, by_stem_, key, false, true);
+    if (!std::all_of(found.begin(), found.end(), is_raw)) std::erase_if(found, is_raw);
+    return found.empty() ? fs::path() : only(found, listing, wanted, favourite);
+  }
+
+ private:
+  using Index = std::unordered_map<std::string, std::vector<fs::path>>;
 
   /// Parts that agree from the end; the file name itself agrees already but for case and extension.
   static std::size_t common_tail(const std::vector<std::string>& a, const std::vector<std::string>& b,
@@ -101,8 +112,8 @@ class PhotoIndex {
     return common;
   }
 
-  fs::path best(const fs::path& listing, const std::string& wanted, const std::vector<std::string>& tail,
-                const Index& index, const std::string& key, bool exact, bool by_stem) const {
+  static std::vector<fs::path> best(const std::vector<std::string>& tail, const Index& index,
+                                    const std::string& key, bool exact, bool by_stem) {
     const auto candidates = index.find(key);
     if (candidates == index.end()) return {};
     std::size_t longest = 0;
@@ -114,7 +125,13 @@ class PhotoIndex {
       longest = common;
       found.push_back(path);
     }
-    if (found.size() < 2) return found.empty() ? fs::path() : found.front();
+    return found;
+  }
+
+  fs::path only(std::vector<fs::path> found, const fs::path& listing, const std::string& wanted,
+                const fs::path& favourite) const {
+    if (found.size() == 1) return found.front();
+    if (std::find(found.begin(), found.end(), favourite) != found.end()) return favourite;
     std::sort(found.begin(), found.end());
     std::string names;
     for (std::size_t i = 0; i < found.size() && i < 5; ++i)
@@ -165,6 +182,33 @@ void scale(Camera& camera, int width, int height) {
   camera.height = height;
 }
 
+/// Paths without the folders that all have in common, nor what leads out of a folder; empty where nothing is
+/// left.
+std::vector<std::string> below_shared_folder(const std::vector<std::vector<std::string>>& paths,
+                                             bool with_drives) {
+  std::size_t shared = paths.front().empty() ? 0 : paths.front().size() - 1;
+  for (const auto& path : paths) {
+    std::size_t same = 0;
+    while (same < shared && same + 1 < path.size() && path[same] == paths.front()[same]) ++same;
+    shared = same;
+  }
+  std::vector<std::string> below;
+  for (const auto& path : paths) {
+    std::string joined;
+    for (std::size_t p = shared; p < path.size(); ++p) {
+      if (path[p] == ".." || path[p] == "/" || (is_drive(path[p]) && !with_drives)) continue;
+      joined += (joined.empty() ? "" : "/") + (is_drive(path[p]) ? path[p].substr(0, 1) : path[p]);
+    }
+    below.push_back(joined);
+  }
+  return below;
+}
+
+bool repeated(std::vector<std::string> names) {
+  std::sort(names.begin(), names.end());
+  return std::adjacent_find(names.begin(), names.end()) != names.end();
+}
+
 }  // namespace
 
 void settle_names(SceneFile& scene) {
@@ -173,22 +217,16 @@ void settle_names(SceneFile& scene) {
   if (!plain) {
     std::vector<std::vector<std::string>> names;
     for (const View& view : scene.views) names.push_back(parts_of(view.name));
-    std::size_t shared = names.front().empty() ? 0 : names.front().size() - 1;
-    for (const auto& name : names) {
-      std::size_t same = 0;
-      while (same < shared && same + 1 < name.size() && name[same] == names.front()[same]) ++same;
-      shared = same;
-    }
+    // Drives tell photos apart only where their folders do not.
+    std::vector<std::string> below = below_shared_folder(names, false);
+    if (repeated(below)) below = below_shared_folder(names, true);
     for (std::size_t i = 0; i < names.size(); ++i) {
-      std::string joined;
-      for (std::size_t p = shared; p < names[i].size(); ++p) {
-        const std::string& part = names[i][p];
-        if (part == ".." || part == "/" || is_drive(part)) continue;
-        joined += (joined.empty() ? "" : "/") + part;
-      }
-      if (joined.empty())
+      if (below[i].empty())
         throw InputError(scene.listing, "", "the image '" + scene.views[i].name + "' has no file name");
-      scene.views[i].name = joined;
+      View& view = scene.views[i];
+      if (view.photo.empty() && (names[i].front() == "/" || is_drive(names[i].front())))
+        view.photo = view.name;
+      view.name = below[i];
     }
   }
   std::sort(scene.views.begin(), scene.views.end(),
@@ -199,7 +237,7 @@ void settle_names(SceneFile& scene) {
     throw InputError(scene.listing, "", "lists the image '" + twice->name + "' twice");
 }
 
-fs::path find_photos(SceneFile& scene, const SceneOptions& options) {
+fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options) {
   std::vector<std::string> stated;
   std::size_t open = 0;
   for (View& view : scene.views) {
@@ -221,21 +259,27 @@ fs::path find_photos(SceneFile& scene, const SceneOptions& options) {
     for (std::size_t i = 0; i < scene.views.size(); ++i) {
       View& view = scene.views[i];
       if (!view.photo.empty()) continue;
-      view.photo = folder / view.name;
-      if (is_file(view.photo)) continue;
-      if (!index) {
-        // Beside the scene's file anything may lie below: only a folder meant for photos is searched in
-        // depth.
-        std::error_code ignored;
-        const bool deep = options.images_dir || !fs::equivalent(folder, folder_of(scene.listing), ignored);
-        index.emplace(folder, deep);
+      const fs::path named = folder / view.name;
+      if (parts_of(stated[i]).size() <= parts_of(view.name).size() && is_file(named)) {
+        view.photo = named;
+        continue;
       }
-      view.photo = index->match(scene.listing, stated[i]);
+      // Beside the scene's file anything may lie below: only a folder meant for photos is searched in depth.
+      std::error_code ignored;
+      const bool deep = options.images_dir || !fs::equivalent(folder, folder_of(scene.listing), ignored);
+      if (!index) index.emplace(folder, deep);
+      if (!deep && named.parent_path() != folder) index->add(named);
+      try {
+        view.photo = index->match(scene.listing, stated[i], named);
+      } catch (const InputError&) {
+        if (needed[i]) throw;
+      }
     }
   }
   std::map<fs::path, const View*> known;
-  for (const View& view : scene.views) {
-    if (view.photo.empty()) continue;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const View& view = scene.views[i];
+    if (view.photo.empty() || !needed[i]) continue;
     const auto [first, fresh] = known.emplace(view.photo.lexically_normal(), &view);
     if (!fresh)
       throw InputError(scene.listing, "",
@@ -245,7 +289,7 @@ fs::path find_photos(SceneFile& scene, const SceneOptions& options) {
   return folder;
 }
 
-void fit_cameras(SceneFile& scene) {
+void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
   // Errors are collected so that the first view's is the one reported, whatever the threads did.
   std::vector<std::string> problem(scene.views.size());
   std::vector<ImageSize> sizes(scene.views.size());
@@ -262,8 +306,9 @@ void fit_cameras(SceneFile& scene) {
   std::string example;
   for (std::size_t i = 0; i < problem.size(); ++i) {
     View& view = scene.views[i];
-    if (!problem[i].empty())
+    if (!problem[i].empty() && needed[i])
       throw InputError(view.photo, "", problem[i].substr(view.photo.string().size() + 2));
+    if (!problem[i].empty()) view.photo.clear();
     if (view.photo.empty()) continue;
     const auto [width, height] = sizes[i];
     Camera& camera = view.camera;
@@ -273,6 +318,10 @@ void fit_cameras(SceneFile& scene) {
       camera.height = height;
       finish_camera(scene.listing, "image '" + view.name + "'", camera);
     } else if (width != camera.width || height != camera.height) {
+      if (!same_shape(width, height, camera) && !needed[i]) {
+        view.photo.clear();
+        continue;
+      }
       const std::string differs = "is " + size_text(width, height) + " pixels, its camera in " +
                                   folder_of(scene.listing).string() + " is calibrated for " +
                                   size_text(camera.width, camera.height);

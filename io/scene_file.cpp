@@ -58,11 +58,12 @@ Found format_of(const fs::path& source) {
   throw InputError(source, "", (looks.empty() ? "is no scene" : looks) + ": expected " + expected);
 }
 
-void refuse_missing(const SceneFile& scene, const fs::path& folder) {
+void refuse_missing(const SceneFile& scene, const std::vector<bool>& needed, const fs::path& folder) {
   std::string named;
   std::size_t missing = 0;
-  for (const View& view : scene.views) {
-    if (!view.photo.empty()) continue;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const View& view = scene.views[i];
+    if (!view.photo.empty() || !needed[i]) continue;
     constexpr std::size_t kHandful = 5;
     if (++missing <= kHandful) named += (named.empty() ? "" : ", ") + view.name;
     if (missing == kHandful + 1) named += ", ...";
@@ -98,10 +99,12 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   SceneFile file = found.format->read(found.path);
   if (file.views.empty()) throw InputError(file.listing, "", "lists no image with a pose");
   settle_names(file);
-  const fs::path folder = find_photos(file, options);
-  if (!options.allow_missing_photos) refuse_missing(file, folder);
-  fit_cameras(file);
-  find_masks(file.views, options);
+  const std::vector<bool> needed =
+      options.needed ? options.needed(file.views) : std::vector<bool>(file.views.size(), true);
+  const fs::path folder = find_photos(file, needed, options);
+  if (!options.allow_missing_photos) refuse_missing(file, needed, folder);
+  fit_cameras(file, needed);
+  find_masks(file, options);
   Scene scene;
   scene.source = source;
   scene.views = std::move(file.views);

@@ -12,6 +12,17 @@ TEST_F(App, RefusesAMissingImage) {
   expect_refused("nadir_001.jpg", "");
 }
 
+TEST_F(App, TexturesWithoutAnExcludedImageThatIsMissing) {
+  fs::remove(scene_ / "images" / "nadir_001.jpg");
+  for (const auto& choice : {std::vector<std::string>{"--exclude-views", "nadir_001.jpg"},
+                             std::vector<std::string>{"--views", "east_001,[nsw]o*_001.jpg,west_001"}}) {
+    const Outcome outcome = run(texture(out_, choice));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(run_json(out_)["counts"]["used_views"], 4);
+    fs::remove_all(out_);
+  }
+}
+
 TEST_F(App, RefusesATruncatedImage) {
   const fs::path photo = scene_ / "images" / "nadir_001.jpg";
   fs::resize_file(photo, fs::file_size(photo) / 2);

@@ -101,13 +101,13 @@ Scene scene_with(const std::vector<std::string>& names) {
 
 std::vector<std::size_t> listed(const Scene& scene, const std::string& list) {
   std::vector<std::size_t> found;
-  for (const ViewId id : used_views(scene, list, "")) found.push_back(index(id));
+  for (const ViewId id : used_views(scene.views, list, "")) found.push_back(index(id));
   return found;
 }
 
 std::string list_refusal(const Scene& scene, const std::string& list) {
   try {
-    used_views(scene, list, "");
+    used_views(scene.views, list, "");
   } catch (const UsageError& error) {
     return error.what();
   }
@@ -127,7 +127,7 @@ TEST(ViewLists, TakeNamesWithoutTheirExtensionWhereOneViewHasThem) {
   EXPECT_TRUE(contains(list_refusal(scene, "c"), "'c' may be c.jpg or c.png; give the extension"));
   EXPECT_TRUE(contains(list_refusal(scene, "DJI_0021"), "no view 'DJI_0021'; near are DJI_0020.JPG"));
   EXPECT_TRUE(contains(list_refusal(scene, "d"), "no view 'd'"));
-  const std::vector<ViewId> used = used_views(scene, "", "");
+  const std::vector<ViewId> used = used_views(scene.views, "", "");
   EXPECT_EQ(held_out_views(scene, used, "DJI_0018"), std::vector{ViewId{0}});
   EXPECT_EQ(held_out_views(scene, used, "4"), (std::vector{ViewId{3}, ViewId{7}}));
 }

@@ -53,6 +53,72 @@ TEST(PhotoFiles, ListsAmbiguousMatches) {
   EXPECT_EQ(files.found(0), "old/a.jpg");
 }
 
+TEST(PhotoFiles, PrefersALongerTailToABareNameAtTheTop) {
+  // Card folders repeat their names; cutting off what two paths share must not hide which flight they are of.
+  const Photos files({"C:/project/flight2/DJI_1.png", "C:/project/flight2/DJI_2.png"});
+  files.photo("DJI_1.png");
+  files.photo("flight1/DJI_2.png");
+  files.photo("flight2/DJI_1.png");
+  files.photo("flight2/DJI_2.png");
+  EXPECT_EQ(files.read().views[0].name, "DJI_1.png");
+  EXPECT_EQ(files.found(0), "flight2/DJI_1.png");
+  EXPECT_EQ(files.found(1), "flight2/DJI_2.png");
+  const Photos bare({"E:/other/DJI_1.png", "E:/other/DJI_2.png"});
+  bare.photo("DJI_1.png");
+  bare.photo("old/DJI_1.png");
+  bare.photo("DJI_2.png");
+  EXPECT_EQ(bare.found(0), "DJI_1.png");
+}
+
+TEST(PhotoFiles, TellsDrivesApartWhereFoldersDoNot) {
+  const Photos files({"D:/card/1.png", "E:/card/1.png"});
+  files.photo("D/card/1.png");
+  files.photo("E/card/1.png");
+  const Scene scene = files.read();
+  EXPECT_EQ(scene.views[0].name, "D/card/1.png");
+  EXPECT_EQ(scene.views[1].name, "E/card/1.png");
+}
+
+TEST(PhotoFiles, PrefersPhotosToTheRawFilesBesideThem) {
+  const Photos files({"DJI_1", "DJI_2", "DJI_3"});
+  files.photo("DJI_1.jpg");
+  files.folder.write("photos/DJI_1.DNG", "raw");
+  files.photo("DJI_2.png");
+  files.photo("DJI_3.pgm");
+  EXPECT_EQ(files.found(0), "DJI_1.jpg");
+  EXPECT_EQ(files.found(2), "DJI_3.pgm");
+  files.photo("DJI_1.tif");
+  EXPECT_TRUE(contains(input_error([&] { files.read(); }), "could be any of 2 files"));
+}
+
+TEST(PhotoFiles, AsksOnlyForNeededPhotos) {
+  const Photos files({"a.jpg", "b.jpg", "missing.jpg", "narrow.jpg", "torn.jpg", "x/twice.jpg"});
+  files.photo("a.jpg");
+  files.photo("b.jpg");
+  files.photo("narrow.jpg", 20, 30);
+  files.folder.write("photos/torn.jpg", "no jpeg");
+  files.photo("y/twice.jpg");
+  files.photo("z/twice.jpg");
+  SceneOptions options{.images_dir = files.folder.path() / "photos"};
+  std::vector<std::string> needed{"a.jpg", "b.jpg"};
+  options.needed = [&](std::span<const View> views) {
+    std::vector<bool> flags;
+    for (const View& view : views)
+      flags.push_back(std::find(needed.begin(), needed.end(), view.name) != needed.end());
+    return flags;
+  };
+  const Scene scene = read_scene(files.folder.path() / "model", options);
+  ASSERT_EQ(scene.views.size(), 6);
+  for (std::size_t v = 0; v < 6; ++v) EXPECT_EQ(scene.views[v].photo.empty(), v >= 2) << v;
+  const char* const expected[] = {"1 of 6 photos are not in", "of another shape", "torn.jpg",
+                                  "could be any of 2"};
+  for (std::size_t v = 2; v < 6; ++v) {
+    needed = {"a.jpg", scene.views[v].name};
+    EXPECT_TRUE(
+        contains(input_error([&] { read_scene(files.folder.path() / "model", options); }), expected[v - 2]));
+  }
+}
+
 TEST(PhotoFiles, RefusesOnePhotoForTwoViews) {
   const Photos files({"one/a.jpg", "two/a.jpg"});
   files.photo("a.jpg");
