@@ -12,6 +12,7 @@
 //          x' = x (1 + K1 r2 + K2 r4 + K3 r6) + P1 (r2 + 2 x x) + 2 P2 x y. The focal matrix is
 //          [f Skew; 0 AspectRatio f], so u = cx + f x' + Skew y'. StOriJimmy/libBATools reads both the
 //          same.
+// Mask     black pixels are ignored ("Photo properties" of the guide), as ours.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -223,13 +224,20 @@ class BlocksReader {
     xml_.fail(node, "expected a rotation as M_00 .. M_22 or as Omega, Phi, Kappa; other angles are not read");
   }
 
+  /// Below BaseImagePath unless it is absolute; empty when there is no such child.
+  std::string path_of(const pugi::xml_node& photo, const char* child) const {
+    const std::string path = slashed(XmlFile::text(photo, child));
+    if (path.empty() || base_.empty()) return path;
+    const bool absolute = path.front() == '/' || (path.size() > 1 && path[1] == ':');
+    return absolute ? path : base_ + '/' + path;
+  }
+
   void read_photo(const pugi::xml_node& photo, const Camera& camera, const Matrix3& turn) {
     View view;
-    const std::string path = slashed(XmlFile::text(photo, "ImagePath"));
-    if (path.empty()) xml_.fail(photo, "a photo without an ImagePath");
-    const bool absolute = path.front() == '/' || (path.size() > 1 && path[1] == ':');
-    view.name = absolute || base_.empty() ? path : base_ + '/' + path;
+    view.name = path_of(photo, "ImagePath");
+    if (view.name.empty()) xml_.fail(photo, "a photo without an ImagePath");
     view.photo = view.name;
+    view.mask = path_of(photo, "MaskPath");
     view.camera = camera;
     const pugi::xml_node pose = photo.child("Pose"), centre = pose.child("Center");
     view.pose = finish_pose(xml_.path(), xml_.place(pose), product(turn, rotation_of(pose.child("Rotation"))),

@@ -14,15 +14,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Beside the photo, or in the folder of masks under the view's name, whose last spelling is COLMAP's. The
-/// first that exists.
-fs::path mask_of(const View& view, const SceneOptions& options) {
-  std::vector<fs::path> stems;
+/// Where the scene's file says, or beside the photo, or in the folder of masks under the view's name, whose
+/// last spelling is COLMAP's. The first that exists.
+fs::path mask_of(const fs::path& listing, const View& view, const SceneOptions& options) {
+  std::vector<fs::path> stems, candidates;
   if (options.masks_dir)
     stems = {*options.masks_dir / view.name, *options.masks_dir / view.photo.filename()};
   else
     stems = {view.photo};
-  std::vector<fs::path> candidates;
+  if (!view.mask.empty() && options.masks_dir)
+    candidates = {*options.masks_dir / view.mask.filename()};
+  else if (!view.mask.empty())
+    candidates = {view.mask, folder_of(listing) / view.mask, view.photo.parent_path() / view.mask.filename()};
   for (const fs::path& stem : stems) {
     candidates.push_back(stem.string() + ".mask.png");
     candidates.push_back((stem.parent_path() / stem.stem()).string() + ".mask.png");
@@ -110,7 +113,14 @@ void fill_unknown(Image& image, const std::vector<std::uint8_t>& known) {
 
 }  // namespace
 
-void find_masks(std::vector<View>& views, const SceneOptions& options) {
+void find_masks(SceneFile& scene, const SceneOptions& options) {
+  std::vector<View>& views = scene.views;
+  std::vector<fs::path> stated(views.size());
+  for (std::size_t i = 0; i < views.size(); ++i)
+    if (!options.masks || views[i].photo.empty())
+      views[i].mask.clear();
+    else
+      stated[i] = views[i].mask;
   if (!options.masks) return;
   std::error_code ignored;
   if (options.masks_dir && !fs::is_directory(*options.masks_dir, ignored))
@@ -121,7 +131,7 @@ void find_masks(std::vector<View>& views, const SceneOptions& options) {
     View& view = views[i];
     if (view.photo.empty()) return;
     try {
-      view.mask = mask_of(view, options);
+      view.mask = mask_of(scene.listing, view, options);
       view.uses_alpha = may_have_alpha(view.photo) && has_alpha(view.photo);
       if (view.mask.empty()) return;
       const ImageSize size = read_image_size(view.mask);
@@ -136,6 +146,16 @@ void find_masks(std::vector<View>& views, const SceneOptions& options) {
   });
   for (const std::exception_ptr& problem : problems)
     if (problem) std::rethrow_exception(problem);
+  std::size_t missing = 0;
+  const fs::path* first = nullptr;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    if (!stated[i].empty() && views[i].mask.empty()) {
+      ++missing;
+      if (first == nullptr) first = &stated[i];
+    }
+  if (missing > 0)
+    scene.warnings.push_back(std::to_string(missing) +
+                             " masks that the scene names are not found, among them " + first->string());
   if (options.masks_dir && !views.empty() &&
       std::all_of(views.begin(), views.end(), [](const View& view) { return view.mask.empty(); }))
     throw InputError(*options.masks_dir, "",

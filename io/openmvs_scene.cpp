@@ -64,6 +64,10 @@ class MvsReader {
     reader_.read<std::uint32_t>("the header");
     read_platforms();
     read_images();
+    if (masks_ > 0)
+      scene_.warnings.push_back(std::to_string(masks_) +
+                                " masks are not used: they hold labels, and the file does not say which to "
+                                "leave out");
     if (unposed_ > 0)
       scene_.warnings.push_back(std::to_string(unposed_) + " images without a pose are left out");
     return std::move(scene_);
@@ -121,7 +125,7 @@ class MvsReader {
     constexpr const char* kWhat = "the images";
     for (std::uint64_t i = count(20, kWhat); i > 0; --i) {
       const std::string name = slashed(text(kWhat));
-      if (version_ > 4) text(kWhat);
+      const bool masked = version_ > 4 && !text(kWhat).empty();
       const auto platform = reader_.read<std::uint32_t>(kWhat), camera = reader_.read<std::uint32_t>(kWhat),
                  pose = reader_.read<std::uint32_t>(kWhat);
       if (version_ > 2) reader_.read<std::uint32_t>(kWhat);
@@ -136,6 +140,7 @@ class MvsReader {
         continue;
       }
       if (name.empty()) reader_.fail("an image without a name");
+      masks_ += masked ? 1 : 0;
       const std::string place = "image " + in_quotes(name);
       if (platform >= platforms_.size() || camera >= platforms_[platform].cameras.size() ||
           pose >= platforms_[platform].poses.size())
@@ -179,7 +184,7 @@ class MvsReader {
   std::uint32_t version_ = 0;
   std::vector<Platform> platforms_;
   SceneFile scene_;
-  std::size_t unposed_ = 0;
+  std::size_t unposed_ = 0, masks_ = 0;
 };
 
 bool fits(const fs::path& file) {

@@ -19,7 +19,7 @@ namespace gpvc {
 
 struct SceneFile {
   /// Names, cameras at full size and poses, in any order. Names may be whole paths: read_scene makes them
-  /// relative and unique. View::photo is the path that the file states, with '/', or empty.
+  /// relative and unique. View::photo and View::mask are the paths that the file states, with '/', or empty.
   std::vector<View> views{};
   /// The file that lists the images; named when something about them is wrong.
   std::filesystem::path listing{};

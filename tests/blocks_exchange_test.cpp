@@ -174,6 +174,43 @@ TEST(BlocksExchange, FindsPhotosByTheirTails) {
   }
 }
 
+// "If not absolute, relative to BaseImagePath if defined, or otherwise to the directory of the exchange
+// file."
+TEST(BlocksExchange, UsesTheMasksItStates) {
+  const test::TemporaryFolder folder;
+  const auto root = folder.path();
+  const std::string name = "<ImagePath>north\\one two.jpg</ImagePath>",
+                    masked = replaced(kBlocks, name, name + "<MaskPath>masks\\one msk.png</MaskPath>");
+  const auto file = folder.write("out/block.xml", masked);
+  test::write_photo(root / "copied/north/one two.jpg", 400, 300);
+  test::write_photo(root / "copied/three.jpg", 300, 400);
+  SceneOptions options;
+  options.images_dir = root / "copied";
+  EXPECT_EQ(read_scene(file, options).warnings.back(),
+            "1 masks that the scene names are not found, among them D:/data/flight/masks/one msk.png");
+  EXPECT_TRUE(read_scene(file, options).views[0].mask.empty());
+  // Beside a photo that has moved, and in a folder that the user names.
+  test::write_photo(root / "copied/north/one msk.png", 400, 300);
+  const Scene moved = read_scene(file, options);
+  EXPECT_EQ(moved.views[0].mask, root / "copied/north/one msk.png");
+  EXPECT_TRUE(moved.views[1].mask.empty());
+  EXPECT_TRUE(contains(moved.warnings.back(), "main component"));
+  options.masks_dir = root / "elsewhere";
+  test::write_photo(root / "elsewhere/one msk.png", 400, 300);
+  EXPECT_EQ(read_scene(file, options).views[0].mask, root / "elsewhere/one msk.png");
+  options.masks = false;
+  EXPECT_TRUE(read_scene(file, options).views[0].mask.empty());
+  EXPECT_TRUE(contains(read_scene(file, options).warnings.back(), "main component"));
+  // From the file's folder, where no base is given.
+  options = {};
+  options.images_dir = root / "copied";
+  folder.write("out/block.xml", replaced(masked, "<BaseImagePath>D:\\data\\flight</BaseImagePath>", ""));
+  test::write_photo(root / "out/masks/one msk.png", 400, 300);
+  EXPECT_EQ(read_scene(file, options).views[1].mask, root / "out/masks/one msk.png");
+  test::write_photo(root / "out/masks/one msk.png", 300, 300);
+  EXPECT_TRUE(contains(input_error([&] { read_scene(file, options); }), "is 300 x 300 pixels, its photo"));
+}
+
 TEST(BlocksExchange, RefusesWithLineAndExpectation) {
   const auto error = [](std::string_view from, std::string_view to) {
     return input_error([&] { parse(replaced(kBlocks, from, to)); });

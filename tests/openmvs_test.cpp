@@ -31,8 +31,8 @@ std::string camera_bytes(std::uint32_t version, std::uint32_t width, std::uint32
 }
 
 std::string image_bytes(std::uint32_t version, const std::string& name, std::uint32_t camera,
-                        std::uint32_t pose) {
-  std::string bytes = text_bytes(name) + (version > 4 ? text_bytes("") : "") + bytes_of<std::uint32_t>(0) +
+                        std::uint32_t pose, const std::string& mask = "") {
+  std::string bytes = text_bytes(name) + (version > 4 ? text_bytes(mask) : "") + bytes_of<std::uint32_t>(0) +
                       bytes_of(camera) + bytes_of(pose);
   if (version > 2) bytes += bytes_of<std::uint32_t>(77);
   if (version > 6) bytes += std::string(12, '\1') + bytes_of<std::uint64_t>(1) + std::string(24, '\2');
@@ -64,6 +64,15 @@ TEST(OpenMvs, ProjectsAKnownPointInEveryVersion) {
     expect_photo_point(scene.views[0], {13, 24, 50}, 350 * x + 0.5 * y + 201.25 + 0.5, 351 * y + 148.5 + 0.5);
     EXPECT_TRUE(contains(scene.warnings.at(0), "1 images without a pose"));
   }
+}
+
+TEST(OpenMvs, SaysThatMasksAreNotUsed) {
+  std::string bytes = archive(7);
+  const std::string plain = image_bytes(7, "images/b.jpg", 1, 0);
+  bytes.replace(bytes.find(plain), plain.size(), image_bytes(7, "images/b.jpg", 1, 0, "images/b.mask.png"));
+  const SceneFile scene = parse(bytes);
+  EXPECT_EQ(scene.views.size(), 2);
+  EXPECT_TRUE(contains(scene.warnings.at(0), "1 masks are not used: they hold labels"));
 }
 
 TEST(OpenMvs, SizesNormalizedCamerasByTheirPhotos) {
