@@ -9,7 +9,10 @@
 // Camera   x right, y down, z forward: ours.
 // Pose     rotation (angle-axis) and translation take world to camera: the centre is -R^T t.
 // Lens     perspective, simple_radial, radial and brown as OpenCV's five terms; fisheye and fisheye_opencv as
-//          OpenCV's fisheye.
+//          OpenCV's fisheye. fisheye62 and fisheye624 add tangential and prism terms, which act on what the
+//          projection makes (camera_distortions_functions.h, Disto624), not on what the radial terms make of
+//          it as in Project Aria's model of that name: LensModel::equidistant. Terms that a file does not
+//          state are 0 and the projection is perspective, as in its io.py.
 // World    east, north, up about reference_lla where positions were known. OpenDroneMap replaces it by UTM
 // less an
 //          offset, which stands in odm_georeferencing/coords.txt, and keeps the former as
@@ -139,7 +142,7 @@ class OpensfmReader {
                    InputError(file_, of_camera,
                               "projection type " + in_quotes(type) +
                                   " is not supported; supported are perspective, simple_radial, radial, "
-                                  "brown, fisheye and fisheye_opencv"));
+                                  "brown, fisheye, fisheye_opencv, fisheye62 and fisheye624"));
       return;
     }
     const auto [camera, fresh] = cameras_.try_emplace(id);
@@ -167,20 +170,24 @@ class OpensfmReader {
   }
 
   std::string projection_of(const std::string& place, const Json& camera) const {
-    if (!camera.is_object() || !camera.contains("projection_type") || !camera["projection_type"].is_string())
-      fail(place, "expected an object with a 'projection_type'");
+    if (!camera.is_object()) fail(place, "expected an object");
+    if (!camera.contains("projection_type")) return "perspective";
+    if (!camera["projection_type"].is_string()) fail(place, "expected a text as 'projection_type'");
     return camera["projection_type"].get<std::string>();
   }
 
+  static bool is_fisheye(std::string_view type) {
+    return type == "fisheye" || type == "fisheye_opencv" || type == "fisheye62" || type == "fisheye624";
+  }
+
   static bool is_supported(std::string_view type) {
-    return type == "perspective" || type == "simple_radial" || type == "radial" || type == "brown" ||
-           type == "fisheye" || type == "fisheye_opencv";
+    return is_fisheye(type) || type == "perspective" || type == "simple_radial" || type == "radial" ||
+           type == "brown";
   }
 
   /// \pre is_supported(projection_of(place, in))
   Camera camera_of(const std::string& place, const Json& in) const {
     const std::string type = projection_of(place, in);
-    const bool fisheye = type == "fisheye" || type == "fisheye_opencv";
     Camera camera;
     camera.width = side(place, in, "width");
     camera.height = side(place, in, "height");
@@ -188,19 +195,30 @@ class OpensfmReader {
     const bool one_focal = type == "perspective" || type == "fisheye";
     camera.fx = longer * number(place, in, one_focal ? "focal" : "focal_x");
     camera.fy = longer * number(place, in, one_focal ? "focal" : "focal_y");
-    camera.cx = camera.width / 2.0 + longer * (one_focal ? 0 : number(place, in, "c_x"));
-    camera.cy = camera.height / 2.0 + longer * (one_focal ? 0 : number(place, in, "c_y"));
+    const auto term = [&](const char* name) { return optional_number(place, in, name); };
+    camera.cx = camera.width / 2.0 + longer * (one_focal ? 0 : term("c_x"));
+    camera.cy = camera.height / 2.0 + longer * (one_focal ? 0 : term("c_y"));
     Distortion& d = camera.distortion;
-    d.model = fisheye ? LensModel::equidistant : LensModel::brown;
-    d.k1 = number(place, in, "k1");
-    if (type != "simple_radial") d.k2 = number(place, in, "k2");
-    if (type == "brown") {
-      d.k3 = number(place, in, "k3");
-      d.p1 = number(place, in, "p1");
-      d.p2 = number(place, in, "p2");
-    } else if (type == "fisheye_opencv") {
-      d.k3 = number(place, in, "k3");
-      d.k4 = number(place, in, "k4");
+    d.model = is_fisheye(type) ? LensModel::equidistant : LensModel::brown;
+    d.k1 = term("k1");
+    if (type != "simple_radial") d.k2 = term("k2");
+    const bool six = type == "fisheye62" || type == "fisheye624";
+    if (type == "brown" || type == "fisheye_opencv" || six) d.k3 = term("k3");
+    if (type == "fisheye_opencv" || six) d.k4 = term("k4");
+    if (type == "brown" || six) {
+      d.p1 = term("p1");
+      d.p2 = term("p2");
+    }
+    if (six) {
+      d.k5 = term("k5");
+      d.k6 = term("k6");
+    }
+    if (type == "fisheye624") {
+      // Ours count across, theirs along: x takes s0 r2 + s1 r2^2, y the other two.
+      d.s1 = term("s0");
+      d.s3 = term("s1");
+      d.s2 = term("s2");
+      d.s4 = term("s3");
     }
     finish_camera(file_, place, camera);
     return camera;

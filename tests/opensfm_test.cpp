@@ -61,6 +61,43 @@ TEST(OpenSfm, ProjectsAKnownPointWithEveryLens) {
                      400 * 0.41 * y * opencv + 200);
 }
 
+// Values of OpenSfM's own functions, worked out term by term: theta = atan(r), the point (x, y) theta / r,
+// and all terms on that point.
+TEST(OpenSfm, ProjectsAKnownPointWithSixRadialTerms) {
+  const std::string two = "\"fisheye_opencv\"", k4 = "\"k4\": -0.0004";
+  const std::string more = k4 + R"(, "k5": 0.03, "k6": -0.05, "p1": 0.004, "p2": -0.002, "s0": 0.006,
+     "s1": -0.03, "s2": 0.011, "s3": 0.02)";
+  const double x = 0.3, y = -0.2, r = std::hypot(x, y), theta = std::atan(r);
+  const double u = x * theta / r, v = y * theta / r, t = theta * theta;
+  const double radial = 1 + 0.01 * t - 0.002 * std::pow(t, 2) + 0.003 * std::pow(t, 3) -
+                        0.0004 * std::pow(t, 4) + 0.03 * std::pow(t, 5) - 0.05 * std::pow(t, 6);
+  const double eight_u = u * radial + 2 * 0.004 * u * v - 0.002 * (t + 2 * u * u);
+  const double eight_v = v * radial - 2 * 0.002 * u * v + 0.004 * (t + 2 * v * v);
+  const auto expect = [&](const char* type, double px, double py) {
+    const std::string text = replaced(replaced(kReconstruction, two, type), k4, more);
+    expect_photo_point(view_named(parse(text), "o.jpg"), world_of(x, y), 400 * (0.4 * px + 0.01) + 200,
+                       400 * 0.41 * py + 200);
+  };
+  expect("\"fisheye62\"", eight_u, eight_v);
+  expect("\"fisheye624\"", eight_u + 0.006 * t - 0.03 * t * t, eight_v + 0.011 * t + 0.02 * t * t);
+}
+
+TEST(OpenSfm, TakesTermsThatAreNotStatedAsZero) {
+  const std::string
+      lens =
+          "\"c_x\": 0.01, \"c_y\": -0.02, \"k1\": -0.1, \"k2\": 0.02, \"k3\": 0.003, \"p1\": 0.004, "
+          "\"p2\": -0.002",
+      text = replaced(replaced(kReconstruction, ",\n         " + lens, ""),
+                      "\"projection_type\": \"perspective\", ", "");
+  const SceneFile scene = parse(replaced(text, ", \"k1\": -0.1, \"k2\": 0.02", ""));
+  for (const char* name : {"p.jpg", "b c.jpg"}) {
+    const Camera& camera = view_named(scene, name).camera;
+    EXPECT_TRUE(camera.distortion.is_identity()) << name;
+    EXPECT_EQ(camera.cx, camera.width / 2.0);
+    EXPECT_EQ(camera.cy, camera.height / 2.0);
+  }
+}
+
 TEST(OpenSfm, TakesTheLargestReconstruction) {
   const SceneFile scene = parse(kReconstruction);
   EXPECT_EQ(scene.views.size(), 4);
@@ -147,7 +184,9 @@ TEST(OpenSfm, RefusesWithPlaceAndExpectation) {
   EXPECT_TRUE(
       contains(input_error([&] { parse(panorama); }),
                "camera 'b': projection type 'spherical' is not supported; supported are perspective"));
-  EXPECT_TRUE(contains(error("\"k3\": 0.003, \"p1\"", "\"p1\""), "camera 'b': has no 'k3'"));
+  EXPECT_TRUE(contains(error("\"focal_x\": 0.9,", ""), "camera 'b': has no 'focal_x'"));
+  EXPECT_TRUE(contains(error("\"k3\": 0.003, \"p1\"", "\"k3\": \"\", \"p1\""), "expected a number as 'k3'"));
+  EXPECT_TRUE(contains(error("\"brown\"", "3"), "camera 'b': expected a text as 'projection_type'"));
   EXPECT_TRUE(
       contains(error("\"focal\": 0.9", "\"focal\": \"0.9\""), "camera 'p': expected a number as 'focal'"));
   EXPECT_TRUE(contains(error("\"focal\": 0.9", "\"focal\": 0"), "camera 'p': the focal length"));
