@@ -116,8 +116,16 @@ std::optional<ColmapLens> colmap_lens(const Camera& c, std::string& lost) {
     return with("OPENCV", {d.k1, d.k2, d.p1, d.p2});
   }
   if (d.model == LensModel::equidistant) {
-    if (refuse(first_of(
-            {{"d1", d.d1}, {"d2", d.d2}, {"d3", d.d3}, {"p3", d.p3}, {"p4", d.p4}, {"skew", d.skew}})))
+    if (refuse(first_of({{"d1", d.d1},
+                         {"d2", d.d2},
+                         {"d3", d.d3},
+                         {"p3", d.p3},
+                         {"p4", d.p4},
+                         {"skew", d.skew},
+                         {"k5", d.k5},
+                         {"k6", d.k6},
+                         {"s3", d.s3},
+                         {"s4", d.s4}})))
       return std::nullopt;
     if (first_of({{"", d.p1}, {"", d.p2}, {"", d.s1}, {"", d.s2}}))
       return with("THIN_PRISM_FISHEYE", {d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.s1, d.s2});

@@ -160,6 +160,11 @@ TEST(SceneWriter, NamesTheTermThatWouldBeLost) {
   EXPECT_EQ(lost(SceneTarget::colmap, metashape), "p3");
   const Camera equisolid = with(LensModel::equisolid, [](Distortion&) {});
   EXPECT_EQ(lost(SceneTarget::colmap, equisolid), "the equisolid (fisheye) projection");
+  // OpenSfM's fisheye62 and fisheye624: COLMAP's model with these terms takes the tangential ones elsewhere.
+  const Camera six = with(LensModel::equidistant, [](Distortion& d) { d.k1 = 0.1, d.k6 = 1e-3; });
+  EXPECT_EQ(lost(SceneTarget::colmap, six), "k6");
+  const Camera prism = with(LensModel::equidistant, [](Distortion& d) { d.s4 = 1e-3; });
+  EXPECT_EQ(lost(SceneTarget::colmap, prism), "s4");
   const Camera division = with(LensModel::division, [](Distortion& d) { d.k1 = -0.2; });
   EXPECT_EQ(lost(SceneTarget::cam, division), "the division projection");
 
