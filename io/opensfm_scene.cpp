@@ -14,9 +14,9 @@
 //          it as in Project Aria's model of that name: LensModel::equidistant. Terms that a file does not
 //          state are 0 and the projection is perspective, as in its io.py.
 // World    east, north, up about reference_lla where positions were known. OpenDroneMap replaces it by UTM
-// less an
-//          offset, which stands in odm_georeferencing/coords.txt, and keeps the former as
-//          reconstruction.topocentric.json.
+//          less an offset, which stands in odm_georeferencing/coords.txt, and keeps the former as
+//          reconstruction.topocentric.json. It undistorts afterwards: undistorted/reconstruction.json is in
+//          the same coordinates.
 #include <array>
 #include <cmath>
 #include <map>
@@ -281,7 +281,10 @@ SceneFile read(const fs::path& found) {
   }
   const fs::path folder = folder_of(found);
   std::error_code ignored;
-  const fs::path reference = folder / "reference_lla.json";
+  // The data set's folder, of which the undistorted one is a part.
+  const bool undistorted = fs::absolute(found).lexically_normal().parent_path().filename() == "undistorted";
+  const fs::path project = undistorted ? folder / ".." : folder;
+  const fs::path reference = project / "reference_lla.json";
   if (scene.srs.empty() && fs::is_regular_file(reference, ignored)) {
     const FileBytes bytes(reference);
     OpensfmReader::set_reference(scene, reference, parse_json(reference, bytes.view()));
@@ -289,8 +292,8 @@ SceneFile read(const fs::path& found) {
   const std::string name = found.filename().string();
   const bool projected = name.ends_with(".geocoords.json") ||
                          (name == "reconstruction.json" &&
-                          fs::is_regular_file(folder / "reconstruction.topocentric.json", ignored));
-  if (projected) read_georeferencing(folder / ".." / "odm_georeferencing", scene);
+                          fs::is_regular_file(project / "reconstruction.topocentric.json", ignored));
+  if (projected) read_georeferencing(project / ".." / "odm_georeferencing", scene);
   scene.image_folders = {folder / "images", folder / ".." / "images", folder};
   return scene;
 }

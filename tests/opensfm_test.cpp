@@ -61,8 +61,7 @@ TEST(OpenSfm, ProjectsAKnownPointWithEveryLens) {
                      400 * 0.41 * y * opencv + 200);
 }
 
-// Values of OpenSfM's own functions, worked out term by term: theta = atan(r), the point (x, y) theta / r,
-// and all terms on that point.
+// theta = atan(r), the point (x, y) theta / r, and all terms on that point.
 TEST(OpenSfm, ProjectsAKnownPointWithSixRadialTerms) {
   const std::string two = "\"fisheye_opencv\"", k4 = "\"k4\": -0.0004";
   const std::string more = k4 + R"(, "k5": 0.03, "k6": -0.05, "p1": 0.004, "p2": -0.002, "s0": 0.006,
@@ -73,6 +72,9 @@ TEST(OpenSfm, ProjectsAKnownPointWithSixRadialTerms) {
                         0.0004 * std::pow(t, 4) + 0.03 * std::pow(t, 5) - 0.05 * std::pow(t, 6);
   const double eight_u = u * radial + 2 * 0.004 * u * v - 0.002 * (t + 2 * u * u);
   const double eight_v = v * radial - 2 * 0.002 * u * v + 0.004 * (t + 2 * v * v);
+  // What OpenSfM's own functions give for this point.
+  EXPECT_NEAR(400 * (0.4 * eight_u + 0.01) + 200, 249.9605370380, 1e-9);
+  EXPECT_NEAR(400 * 0.41 * eight_v + 200, 168.6460030253, 1e-9);
   const auto expect = [&](const char* type, double px, double py) {
     const std::string text = replaced(replaced(kReconstruction, two, type), k4, more);
     expect_photo_point(view_named(parse(text), "o.jpg"), world_of(x, y), 400 * (0.4 * px + 0.01) + 200,
@@ -160,6 +162,22 @@ TEST(OpenSfm, ReadsAnOpenDroneMapProject) {
   EXPECT_EQ(read_scene(root, {}).srs, "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs");
   project.folder.write("odm_georeferencing/coords.txt", "WGS84 UTM 32N\n567000 north\n");
   EXPECT_TRUE(contains(input_error([&] { read_scene(root, {}); }), "coords.txt: line 2: expected easting"));
+}
+
+TEST(OpenSfm, KnowsWhereUndistortedPhotosOfOpenDroneMapAre) {
+  const OdmProject project;
+  const auto undistorted = project.folder.path() / "opensfm/undistorted";
+  project.folder.write("opensfm/undistorted/reconstruction.json", kReconstruction);
+  SceneOptions options;
+  options.images_dir = project.folder.path() / "images";
+  EXPECT_EQ(read_scene(undistorted, options).srs, "ENU:46.5,8.25");
+  project.folder.write("opensfm/reconstruction.topocentric.json", "[]");
+  project.folder.write("odm_georeferencing/coords.txt", "WGS84 UTM 32N\n567000 5150000\n");
+  for (const auto& source : {undistorted, undistorted / ".", undistorted / "reconstruction.json"}) {
+    const Scene scene = read_scene(source, options);
+    EXPECT_EQ(scene.srs, "WGS84 UTM 32N") << source;
+    EXPECT_EQ(scene.offset, (WorldPoint{567000, 5150000, 0}));
+  }
 }
 
 TEST(OpenSfm, ReadsTheReferenceBesideTheReconstruction) {
