@@ -53,6 +53,39 @@ std::optional<Matrix3> ours_from_axes(std::string_view orientation) {
   return std::nullopt;
 }
 
+/// Whether a definition (or a name with one in it) states degrees. The values cannot tell: metres about a
+/// local origin may be as small. Of the codes of EPSG those that photos and surveys come in: there is no rule
+/// by which their numbers differ from those of projected systems, and a whole table is another program's.
+bool is_geographic(std::string_view definition) {
+  static constexpr std::array kCodes{4326, 4979, 9057,        // WGS 84: of two and of three dimensions, G1762
+                                     4322,                    // WGS 72
+                                     4490, 4480, 4214, 4610,  // CGCS2000, Beijing 1954, Xian 1980
+                                     4258, 4937, 4171, 4965, 9777, 9776,  // ETRS89, RGF93
+                                     4230, 4277, 4275, 4284,              // ED50, OSGB36, NTF, Pulkovo 1942
+                                     4269, 4152, 4759, 6318, 6319,        // NAD83: HARN, NSRS2007, 2011
+                                     4617, 4955,                          // NAD83(CSRS)
+                                     4267,                                // NAD27
+                                     4283, 4939, 7844, 7843, 4167, 4959,  // GDA94, GDA2020, NZGD2000
+                                     6668, 6667, 4612, 4947, 4737, 4927,  // JGD2011, JGD2000, Korea 2000
+                                     4674, 4989, 4148};                   // SIRGAS 2000, Hartebeesthoek94
+  const std::string text = lower_case(definition);
+  const auto states = [&text](const char* word) { return text.find(word) != std::string::npos; };
+  if (text == "wgs84" || text == "wgs 84" || states("crs84") || states("+proj=longlat") ||
+      states("+proj=latlong") || states("+proj=latlon") || states("+proj=lonlat"))
+    return true;
+  // WKT: the bases of projected systems are geographic, and a geodetic system may be geocentric.
+  if (states("geogcs[") || states("geogcrs[") || states("geographiccrs[") || states("geodcrs[") ||
+      states("geodeticcrs["))
+    return !states("projcs[") && !states("projcrs[") && !states("projectedcrs[") && !states("cartesian");
+  if (const std::size_t at = text.find("epsg:"); at != std::string::npos) {
+    std::string_view code = std::string_view(text).substr(at + 5);
+    while (!code.empty() && (code.front() == ':' || is_blank(code.front()))) code.remove_prefix(1);
+    const auto number = integer_from<int>(code.substr(0, code.find_first_not_of("0123456789")));
+    return number && std::find(kCodes.begin(), kCodes.end(), *number) != kCodes.end();
+  }
+  return false;
+}
+
 class BlocksReader {
  public:
   BlocksReader(const fs::path& file, std::string_view text) : xml_(file, text) { scene_.listing = file; }
@@ -113,12 +146,6 @@ class BlocksReader {
         return;
       }
     xml_.fail(block.child("SRSId"), "SRS " + in_quotes(id) + " is not defined in the file");
-  }
-
-  static bool is_geographic(std::string_view definition) {
-    return definition.starts_with("EPSG:4326") || definition.starts_with("EPSG:4979") ||
-           definition == "WGS84" || definition.starts_with("GEOGC") || definition.starts_with("GEODCRS") ||
-           definition.find("+proj=longlat") != std::string_view::npos;
   }
 
   void read_group(const pugi::xml_node& block, const pugi::xml_node& group) {

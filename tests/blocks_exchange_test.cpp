@@ -242,6 +242,27 @@ TEST(BlocksExchange, RefusesWithLineAndExpectation) {
   EXPECT_TRUE(contains(input_error([] { parse(""); }), "XML"));
 }
 
+TEST(BlocksExchange, TellsDegreesByTheirSystem) {
+  const auto read = [](const std::string& definition) {
+    return parse(replaced(kBlocks, "EPSG:2154", definition));
+  };
+  const std::string geographic =
+      "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]]]";
+  for (const std::string& degrees :
+       {std::string("EPSG:4490"), std::string("EPSG:4326+5773"), std::string("epsg: 4258"),
+        std::string("WGS84"), std::string("urn:ogc:def:crs:EPSG::4269"),
+        std::string("+proj=longlat +datum=WGS84 +no_defs"), std::string("+proj=latlong +ellps=GRS80"),
+        geographic, "COMPD_CS[\"WGS 84 + EGM96\"," + geographic + ",VERT_CS[\"EGM96\"]]",
+        std::string("GEOGCRS[\"ETRS89\",CS[ellipsoidal,2]]")})
+    EXPECT_TRUE(contains(input_error([&] { read(degrees); }), "the positions are degrees of")) << degrees;
+  for (const std::string& metres :
+       {std::string("EPSG:32632+5773"), std::string("EPSG:4978"), std::string("EPSG:4547"),
+        "PROJCS[\"WGS 84 / UTM zone 32N\"," + geographic + "]", std::string("+proj=utm +zone=32"),
+        std::string("GEODCRS[\"WGS 84\",CS[Cartesian,3]]"),
+        "PROJCRS[\"a\",BASE" + std::string("GEOGCRS[\"ETRS89\"]]")})
+    EXPECT_EQ(read(metres).srs, metres);
+}
+
 TEST(BlocksExchange, SurvivesCutsAndChanges) {
   test::expect_cuts_refused("BlocksExchange", kBlocks, 1);
   test::expect_changes_survived("BlocksExchange", kBlocks);
