@@ -64,6 +64,7 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
       ->group(kGroup);
   add_masks(*app, options.input);
   app->add_option("--views", options.input.views, "Only these views: names or globs, separated by commas")
+      ->check(not_empty())
       ->type_name("LIST")
       ->default_str("those that views.json beside MODEL marks as held out, else all")
       ->group(kGroup);

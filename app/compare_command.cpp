@@ -108,6 +108,9 @@ class Comparison {
         graph_(weighed_graph(in_.mesh, options.texture, console, record_)) {}
 
   void run() {
+    std::set<fs::path> read = input_files(in_);
+    for (const External& external : externals_) read.insert(external.model);
+    folder_.protect(read);
     prepare();
     const auto start = Clock::now();
     const std::size_t all = modes_.size() + externals_.size();
@@ -305,7 +308,7 @@ class Comparison {
 
   void keep(const ComparedMode& mode, const TexturedScene& scene, const TextureOptions& options,
             RunRecord& record) {
-    OutputFolder folder(mode_folder(mode), true);
+    OutputFolder folder(mode_folder(mode), true, "texture");
     write_textured_scene(scene, options, device_, folder, console_, record);
     folder.publish();
   }
@@ -386,7 +389,7 @@ void run_compare(const CompareOptions& options, Console& console) {
   if (input.scene.empty() || input.mesh.empty())
     throw UsageError("SCENE and MESH are required (or --summarize with reports)");
   refuse_overwriting(input, options.texture.out, {"report.html", "report.md", "report.json"});
-  OutputFolder folder(options.texture.out, options.texture.force);
+  OutputFolder folder(options.texture.out, options.texture.force, "compare");
   try {
     Comparison(options, folder, console).run();
     folder.publish();

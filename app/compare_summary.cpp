@@ -176,7 +176,7 @@ void summarize_reports(const CompareOptions& options, Console& console) {
   if (summary["tables"].empty())
     throw InputError(options.summarize.front(), "",
                      "and the reports beside it hold no figure of gpvc to compare with");
-  OutputFolder folder(options.texture.out, options.texture.force);
+  OutputFolder folder(options.texture.out, options.texture.force, "compare --summarize");
   try {
     write_text_file(folder.file("summary.html"), page_with(summary));
     write_text_file(folder.file("summary.md"), markdown(summary));

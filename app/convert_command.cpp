@@ -46,23 +46,6 @@ std::set<fs::path> replaced_names(const fs::path& out, const std::vector<fs::pat
   return names;
 }
 
-/// The scene's own files, photos and masks, with links resolved.
-std::set<fs::path> files_of(const Scene& scene) {
-  std::set<fs::path> files;
-  std::error_code ignored;
-  if (fs::is_directory(scene.read_from, ignored)) {
-    for (const auto& entry : fs::directory_iterator(scene.read_from, ignored))
-      if (entry.is_regular_file(ignored)) files.insert(fs::weakly_canonical(entry.path()));
-  } else {
-    files.insert(fs::weakly_canonical(scene.read_from));
-  }
-  for (const View& view : scene.views) {
-    files.insert(fs::weakly_canonical(view.photo));
-    if (!view.mask.empty()) files.insert(fs::weakly_canonical(view.mask));
-  }
-  return files;
-}
-
 /// What is read must never be replaced by what is made of it, nor stand beside it in a folder that is read as
 /// a whole; and what is there of somebody else's not without --force.
 void refuse_overwriting(const ConvertOptions& options, const Scene& scene,
@@ -83,7 +66,7 @@ void refuse_overwriting(const ConvertOptions& options, const Scene& scene,
   std::vector<fs::path> made = listings;
   made.insert(made.end(), places.begin(), places.end());
   made.insert(made.end(), masks.begin(), masks.end());
-  const std::set<fs::path> sources = files_of(scene);
+  const std::set<fs::path> sources = input_files(scene);
   for (const fs::path& place : replaced_names(options.out, made)) {
     const fs::path file = options.out / place;
     std::error_code ignored;
@@ -141,6 +124,7 @@ void Conversion::read() {
   reader.needed = needs_used_views(options_.input.views, options_.input.exclude_views);
   scene_ = read_scene(options_.input.scene, reader);
   for (const std::string& warning : scene_.warnings) console_.warning(warning);
+  folder_.protect(input_files(scene_));
   used_ = used_views(scene_.views, options_.input.views, options_.input.exclude_views);
   reading.finish(fmt::format("{} views", used_.size()));
 }
@@ -272,7 +256,7 @@ Json Conversion::options_json() const {
 }  // namespace
 
 void run_convert(const ConvertOptions& options, Console& console) {
-  OutputFolder folder(options.out, options.force);
+  OutputFolder folder(options.out, options.force, "convert");
   try {
     Conversion(options, folder, console).run();
     folder.publish();

@@ -134,11 +134,16 @@ Json options_json(const EvaluateCommandOptions& options) {
 void run_evaluate(const EvaluateCommandOptions& options, Console& console) {
   RunRecord record;
   std::optional<OutputFolder> folder;
-  if (!options.out.empty()) folder.emplace(options.out, options.force);
+  if (!options.out.empty()) folder.emplace(options.out, options.force, "evaluate");
   try {
     SceneOptions reader = options.input.reader_options();
     reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
     const Scene scene = read_scene(options.input.scene, reader);
+    if (folder) {
+      std::set<std::filesystem::path> read = input_files(scene);
+      read.insert({options.model, options.input.mesh, options.truth / "truth.json"});
+      folder->protect(read);
+    }
     for (const std::string& warning : scene.warnings) console.warning(warning);
     if (!options.truth.empty()) score_truth(options, scene, console, record);
     if (options.truth.empty() || folder || !options.input.views.empty())

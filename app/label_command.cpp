@@ -6,8 +6,9 @@ namespace gpvc {
 
 void run_label(const LabelOptions& options, Console& console) {
   RunRecord record;
-  OutputFolder folder(options.out, options.force);
+  OutputFolder folder(options.out, options.force, "label");
   try {
+    folder.protect({options.mesh, options.costs});
     Stage reading(console, record, "read");
     const Mesh mesh = read_mesh(options.mesh);
     const CostTable table = read_costs(options.costs);

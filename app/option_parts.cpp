@@ -74,6 +74,7 @@ void add_photos(CLI::App& app, SceneInput& input) {
       ->group(kGroup);
   app.add_option("--views", input.views,
                  "Use only these views: names or globs, separated by commas, or @FILE with one a line")
+      ->check(not_empty())
       ->type_name("LIST")
       ->group(kGroup);
   app.add_option("--exclude-views", input.exclude_views, "Leave these views out; they keep their index")

@@ -38,11 +38,24 @@ std::vector<std::string> earlier_result(const fs::path& out) {
   return names;
 }
 
+// What an earlier run left beside its result; discarded where there is none of ours.
+nlohmann::json earlier_run(const fs::path& out) {
+  std::ifstream in(out / "run.json");
+  return nlohmann::json::parse(in, nullptr, false);
+}
+
+// The command of an earlier run; empty where that is not known.
+std::string earlier_command(const fs::path& out) {
+  const auto json = earlier_run(out);
+  const bool ours = json.is_object() && json.value("program", nlohmann::json()) == "gpvc";
+  if (!ours || !json.contains("command") || !json["command"].is_string()) return {};
+  return json["command"].get<std::string>();
+}
+
 // The files an earlier run.json lists, if they are what a run.json lists: relative, inside.
 std::vector<std::string> listed_outputs(const fs::path& out) {
   std::vector<std::string> names;
-  std::ifstream in(out / "run.json");
-  const auto json = nlohmann::json::parse(in, nullptr, false);
+  const auto json = earlier_run(out);
   if (!json.is_object() || !json.contains("outputs") || !json["outputs"].is_array()) return names;
   for (const auto& name : json["outputs"]) {
     if (!name.is_string()) continue;
@@ -78,7 +91,7 @@ void remove_abandoned(const fs::path& out) {
 
 }  // namespace
 
-OutputFolder::OutputFolder(fs::path out, bool force) : out_(std::move(out)) {
+OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) : out_(std::move(out)) {
   try {
     fs::path missing = fs::absolute(out_).lexically_normal();
     if (!missing.has_filename()) missing = missing.parent_path();
@@ -86,6 +99,9 @@ OutputFolder::OutputFolder(fs::path out, bool force) : out_(std::move(out)) {
       created_.insert(created_.begin(), missing);
     if (fs::exists(out_) && !fs::is_directory(out_)) throw OutputError(out_, "exists and is not a folder");
     fs::create_directories(out_);
+    // Another command's result is somebody's input as likely as not: a scene, a model.
+    if (const std::string other = earlier_command(out_); !other.empty() && other != command)
+      throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'; choose another folder", other));
     const auto earlier = earlier_result(out_);
     if (!earlier.empty() && !force)
       throw OutputError(out_,
@@ -114,6 +130,15 @@ OutputFolder::~OutputFolder() {
   for (auto it = created_.rbegin(); it != created_.rend(); ++it) fs::remove(*it, ignored);  // only when empty
 }
 
+void OutputFolder::protect(const std::set<fs::path>& inputs) {
+  for (const fs::path& input : inputs) protected_.insert(fs::weakly_canonical(input));
+  for (const std::string& name : listed_outputs(out_))
+    if (protected_.contains(fs::weakly_canonical(out_ / name)))
+      throw OutputError(
+          out_ / name,
+          "is read by this run and belongs to the result it would replace; choose another folder");
+}
+
 fs::path OutputFolder::file(const fs::path& relative) {
   const fs::path inside = contained_path(relative.generic_string());
   const fs::path path = unfinished_ / inside;
@@ -137,6 +162,9 @@ void OutputFolder::promise_all() {
 void OutputFolder::publish() {
   for (const std::string& name : promised_)
     if (!fs::is_regular_file(unfinished_ / name)) throw OutputError(out_ / name, "was not written");
+  for (const std::string& name : promised_)
+    if (protected_.contains(fs::weakly_canonical(out_ / name)))
+      throw OutputError(out_ / name, "is read by this run and would be replaced; choose another folder");
   fs::path at;
   std::vector<fs::path> moved;
   try {

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace gpvc {
@@ -13,13 +15,17 @@ namespace gpvc {
 /// OUT as it found it.
 class OutputFolder {
  public:
-  /// Creates OUT and its parents. Throws OutputError when it cannot be written, or when it holds an earlier
-  /// result and `force` is false.
-  OutputFolder(std::filesystem::path out, bool force);
+  /// Creates OUT and its parents. Throws OutputError when it cannot be written, when it holds an earlier
+  /// result and `force` is false, and when the run.json there is of another `command`.
+  OutputFolder(std::filesystem::path out, bool force, std::string_view command);
   /// Removes what was not published, and folders made in vain.
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
+
+  /// Files that the run reads: neither removed with an earlier result nor replaced by the new one. Throws
+  /// OutputError when the earlier result holds one of them. O(n log n).
+  void protect(const std::set<std::filesystem::path>& inputs);
 
   /// Where to write the file that will be OUT/`relative`; parents are made. The file is promised from now on.
   /// Throws OutputError when `relative` would leave OUT.
@@ -32,7 +38,7 @@ class OutputFolder {
   const std::filesystem::path& path() const { return out_; }
 
   /// Removes an earlier result and moves every promised file to its final name. Throws OutputError when one
-  /// is missing.
+  /// is missing, or when its name is a protected file's.
   void publish();
   /// `message` with the names of files in the making replaced by their final names.
   std::string with_final_names(std::string message) const;
@@ -41,6 +47,7 @@ class OutputFolder {
   std::filesystem::path out_, unfinished_;
   std::vector<std::filesystem::path> created_;  ///< folders made on the way to OUT, outermost first
   std::vector<std::string> promised_;
+  std::set<std::filesystem::path> protected_;  ///< canonical
 };
 
 /// A path below a folder from a name that a scene file gives: keeps sub-folders, refuses what leaves the

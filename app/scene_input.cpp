@@ -304,6 +304,28 @@ void write_run_json(OutputFolder& folder, const RunFacts& facts, const RunRecord
   write_text_file(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
+std::set<std::filesystem::path> input_files(const Scene& scene) {
+  namespace fs = std::filesystem;
+  std::set<fs::path> files;
+  std::error_code ignored;
+  if (fs::is_directory(scene.read_from, ignored)) {
+    for (const auto& entry : fs::directory_iterator(scene.read_from, ignored))
+      if (entry.is_regular_file(ignored)) files.insert(fs::weakly_canonical(entry.path()));
+  } else {
+    files.insert(fs::weakly_canonical(scene.read_from));
+  }
+  for (const View& view : scene.views)
+    for (const fs::path& file : {view.photo, view.mask})
+      if (!file.empty()) files.insert(fs::weakly_canonical(file));
+  return files;
+}
+
+std::set<std::filesystem::path> input_files(const SceneInputData& input) {
+  std::set<std::filesystem::path> files = input_files(input.scene);
+  for (const MeshPart& part : input.parts) files.insert(std::filesystem::weakly_canonical(part.file));
+  return files;
+}
+
 void refuse_overwriting(const SceneInput& input, const std::filesystem::path& out,
                         const std::vector<std::string>& names) {
   for (const std::string& name : names) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -67,6 +68,11 @@ const char* edge_weights_name(EdgeWeights weights);
 Json scene_json(const SceneInput& input);
 /// For run.json: which faces and vertices are whose.
 Json meshes_json(const SceneInputData& input);
+
+/// What a scene was read from: its own files, photos and masks, as canonical paths.
+std::set<std::filesystem::path> input_files(const Scene& scene);
+/// The same with the meshes.
+std::set<std::filesystem::path> input_files(const SceneInputData& input);
 
 /// Throws OutputError when a file that OUT will hold under `names` is one of the inputs.
 void refuse_overwriting(const SceneInput& input, const std::filesystem::path& out,

@@ -144,7 +144,8 @@ const char* synth_name(SynthKind kind) {
 
 void run_synth(const SynthOptions& options, Console& console) {
   RunRecord record;
-  OutputFolder folder(options.out, options.force);
+  const std::string command = fmt::format("synth {}", synth_name(options.kind));
+  OutputFolder folder(options.out, options.force, command);
   try {
     Stage building(console, record, synth_name(options.kind));
     const SynthScene scene = make_scene(options);
@@ -167,9 +168,7 @@ void run_synth(const SynthOptions& options, Console& console) {
                                 scene.surfaces.size()));
 
     take_photos(renderer, views, options, folder, console, record);
-    write_run_json(folder,
-                   {fmt::format("synth {}", synth_name(options.kind)), options.common, options_json(options)},
-                   record);
+    write_run_json(folder, {command, options.common, options_json(options)}, record);
     folder.publish();
   } catch (const OutputError& e) {
     throw std::runtime_error(folder.with_final_names(e.what()));

@@ -38,6 +38,7 @@ Json options_json(const TextureOptions& o) {
 void texture(const TextureOptions& options, OutputFolder& folder, Console& console) {
   RunRecord record;
   const SceneInputData in = read_scene_input(options.input, console, record);
+  folder.protect(input_files(in));
   GraphicsDevice device(options.common.device);
   console.detail(fmt::format("device: {} ({})", device.info().renderer, device.info().driver));
   PhotoCache photos(in.scene, options.input.reader_options(), photo_cache_bytes());
@@ -58,7 +59,7 @@ void texture(const TextureOptions& options, OutputFolder& folder, Console& conso
 
 void run_texture(const TextureOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"model.obj"});
-  OutputFolder folder(options.out, options.force);
+  OutputFolder folder(options.out, options.force, "texture");
   try {
     texture(options, folder, console);
     folder.publish();

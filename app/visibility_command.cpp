@@ -128,6 +128,7 @@ bool claims_to_be_exact(const VisibilityOptions& options) {
 std::size_t visibility(const VisibilityCommandOptions& options, OutputFolder& folder, Console& console) {
   RunRecord record;
   const SceneInputData in = read_scene_input(options.input, console, record);
+  folder.protect(input_files(in));
   GraphicsDevice device(options.common.device);
   console.detail(fmt::format("device: {} ({})", device.info().renderer, device.info().driver));
   OracleCheck check(in.used, static_cast<std::size_t>(options.oracle_check));
@@ -150,7 +151,7 @@ std::size_t visibility(const VisibilityCommandOptions& options, OutputFolder& fo
 }  // namespace
 
 void run_visibility(const VisibilityCommandOptions& options, Console& console) {
-  OutputFolder folder(options.out, options.force);
+  OutputFolder folder(options.out, options.force, "visibility");
   std::size_t wrong = 0;
   try {
     wrong = visibility(options, folder, console);

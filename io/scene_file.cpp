@@ -58,6 +58,18 @@ Found format_of(const fs::path& source) {
   throw InputError(source, "", (looks.empty() ? "is no scene" : looks) + ": expected " + expected);
 }
 
+/// A link to a scene leads to its photos, too.
+void look_behind_links(SceneFile& scene) {
+  std::error_code failed;
+  const fs::path here = fs::absolute(folder_of(scene.listing)).lexically_normal();
+  const fs::path real = fs::canonical(scene.listing, failed).parent_path();
+  if (failed || here == real) return;
+  for (const fs::path& folder : std::vector<fs::path>(scene.image_folders))
+    if (const fs::path relative = fs::absolute(folder).lexically_normal().lexically_relative(here);
+        !relative.empty())
+      scene.image_folders.push_back(real / relative);
+}
+
 void refuse_missing(const SceneFile& scene, const std::vector<bool>& needed, const fs::path& folder) {
   std::string named;
   std::size_t missing = 0;
@@ -99,6 +111,7 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   SceneFile file = found.format->read(found.path);
   if (file.views.empty()) throw InputError(file.listing, "", "lists no image with a pose");
   settle_names(file);
+  look_behind_links(file);
   const std::vector<bool> needed =
       options.needed ? options.needed(file.views) : std::vector<bool>(file.views.size(), true);
   const fs::path folder = find_photos(file, needed, options);

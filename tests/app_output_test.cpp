@@ -51,6 +51,37 @@ TEST_F(App, RefusesToOverwriteItsOwnMesh) {
 }
 
 // A limit on the size of a file stands in for a full disk: it hits one file or another as it grows.
+TEST_F(App, ForceNeverRemovesWhatTheRunReads) {
+  // The whole scene is listed in the run.json that synth left beside it.
+  const auto before = files_of(scene_);
+  for (const char* command : {"texture", "visibility"}) {
+    auto words = texture(scene_, {"--force"});
+    words[0] = command;
+    expect_one_sentence(run(words), scene_.string(), "holds the result of 'gpvc synth city'");
+    EXPECT_EQ(files_of(scene_), before);
+  }
+  // A copy of it without the command's name is told by what is read.
+  replace_in(scene_ / "run.json", "\"command\": \"synth city\"", "\"command\": \"texture\"");
+  const auto disguised = files_of(scene_);
+  expect_one_sentence(run(texture(scene_, {"--force"})), scene_.string(), "is read by this run");
+  EXPECT_EQ(files_of(scene_), disguised);
+  ASSERT_EQ(run(texture(out_)).exit_code, 0);
+  const auto model = files_of(out_);
+  expect_one_sentence(run({"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string(),
+                           "--images", (scene_ / "images").string(), "-o", out_.string(), "--force"}),
+                      out_.string(), "holds the result of 'gpvc texture'");
+  EXPECT_EQ(files_of(out_), model);
+}
+
+TEST_F(App, RunsOnAfterALogout) {
+  const auto ignore = [] { signal(SIGHUP, SIG_IGN); };  // as nohup does
+  Program program(texture(out_), ignore);
+  while (program.running() && !fs::exists(out_)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  program.send(SIGHUP);
+  EXPECT_EQ(program.wait().exit_code, 0);
+  EXPECT_TRUE(fs::exists(out_ / "model.glb"));
+}
+
 TEST_F(App, FullDiskAnywhereLeavesNothing) {
   auto visibility = texture(out_);
   visibility[0] = "visibility";

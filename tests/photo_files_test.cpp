@@ -141,6 +141,15 @@ TEST(PhotoFiles, FallsBackToOtherCaseAndForNamesWithoutExtensionToAny) {
   EXPECT_EQ(files.found(0), "A.JPG");
 }
 
+TEST(PhotoFiles, LooksBesideTheSceneThatALinkLeadsTo) {
+  const Photos files({"a.jpg"});
+  test::write_photo(files.folder.path() / "model" / ".." / "images" / "a.jpg", 40, 30);
+  const test::TemporaryFolder elsewhere;
+  std::filesystem::create_directory_symlink(files.folder.path() / "model", elsewhere.path() / "link");
+  const Scene scene = read_scene(elsewhere.path() / "link", {});
+  EXPECT_TRUE(std::filesystem::equivalent(scene.views[0].photo, files.folder.path() / "images" / "a.jpg"));
+}
+
 TEST(PhotoFiles, LeavesMissingPhotosEmptyWhenAsked) {
   const Photos files({"a.jpg", "b.jpg"});
   files.photo("b.jpg");
