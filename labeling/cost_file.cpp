@@ -26,6 +26,23 @@ std::vector<T> read_vector(const fs::path& file) {
   return std::move(array.values);
 }
 
+// Choosing takes time and memory in proportion to the largest view number, which no size of the file bounds:
+// what the 16 bits of mvs-texturing's table hold is more than any flight, and anything above a number
+// misread.
+constexpr std::uint32_t kViewNumbers = 1u << 16;
+
+void check_views(const fs::path& file, const CostTable& table) {
+  for (std::size_t face = 0; face + 1 < table.first.size(); ++face)
+    for (std::size_t i = table.first[face]; i < table.first[face + 1]; ++i) {
+      if (i > table.first[face] && table.views[i] <= table.views[i - 1])
+        throw InputError(file, "face " + std::to_string(face), "its views do not ascend");
+      if (table.views[i] >= kViewNumbers)
+        throw InputError(file, "face " + std::to_string(face),
+                         "has the view " + std::to_string(table.views[i]) + "; expected numbers below " +
+                             std::to_string(kViewNumbers));
+    }
+}
+
 CostTable read_folder(const fs::path& folder) {
   const std::vector<std::uint32_t> counts = read_vector<std::uint32_t>(folder / "counts.npy");
   CostTable table;
@@ -43,10 +60,7 @@ CostTable read_folder(const fs::path& folder) {
                      "has " + std::to_string(table.costs.size()) + " entries, but views.npy has " +
                          std::to_string(table.views.size()));
   check_costs(folder / "costs.npy", table.costs);
-  for (std::size_t face = 0; face + 1 < table.first.size(); ++face)
-    for (std::size_t i = table.first[face] + 1; i < table.first[face + 1]; ++i)
-      if (table.views[i] <= table.views[i - 1])
-        throw InputError(folder / "views.npy", "face " + std::to_string(face), "its views do not ascend");
+  check_views(folder / "views.npy", table);
   return table;
 }
 
