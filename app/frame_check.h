@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -30,5 +31,14 @@ void check_frames(const Mesh& mesh, const std::filesystem::path& mesh_file, cons
 
 /// Share of the faces, of 100,000 spread over the mesh, that some view may frame; occlusion is not looked at.
 double framed_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
+
+/// Share of backs (corners clockwise) among what cameras see first, at a grid of points of at least four of
+/// the used views, spread over them; occlusion is looked at, so that the far sides of closed meshes do not
+/// count. Empty when no point sees a face. Time grows with faces + those in frame x views looked at.
+std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
+
+/// What to warn of a back_share from a fifth, else empty. Throws InputError above nine in ten: the mesh is
+/// inside out, or the cameras stand behind it.
+std::string check_winding(std::optional<double> backs, const std::filesystem::path& mesh_file);
 
 }  // namespace gpvc

@@ -125,6 +125,10 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
   console.result(
       fmt::format("in frame {:.1f} % of the faces may lie in some photo's frame (occlusion not looked at)",
                   100 * framed_share(in.mesh, in.scene, in.used)));
+  const std::optional<double> backs = back_share(in.mesh, in.scene, in.used);
+  if (backs)
+    console.result(
+        fmt::format("turned   {:.1f} % of what the cameras see of it are backs of faces", 100 * *backs));
   const std::vector<double> sampling = sampling_of(in);
   if (!sampling.empty())
     console.result(
@@ -135,6 +139,8 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
   print_estimate(in, threads, console);
   try {
     check_frames(in.mesh, mesh_file, in.scene, in.used);
+    const std::string warning = check_winding(backs, mesh_file);
+    if (!warning.empty()) console.warning(warning);
   } catch (const InputError& error) {
     console.warning(error.what());
   }

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <optional>
+#include <utility>
+
 #include "app/lens_json.h"
 #include "app/scene_input.h"
 #include "temporary_folder.h"
@@ -71,6 +75,72 @@ TEST(FrameCheck, MeasuresTheShareInAFrame) {
     mesh.faces.push_back({base, base + 1, base + 2});
   }
   EXPECT_DOUBLE_EQ(framed_share(mesh, scene_above(), kUsed), 0.25);
+}
+
+/// Closed, corners counter-clockwise seen from outside: [-2, 2] x [-2, 2] x [0, 2].
+Mesh box() {
+  Mesh mesh;
+  for (int i = 0; i < 8; ++i)
+    mesh.positions.push_back({i & 1 ? 2.0 : -2.0, i & 2 ? 2.0 : -2.0, i & 4 ? 2.0 : 0.0});
+  mesh.faces = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return mesh;
+}
+
+Mesh turned(Mesh mesh, std::size_t first = 0) {
+  for (std::size_t f = first; f < mesh.faces.size(); ++f) std::swap(mesh.faces[f][1], mesh.faces[f][2]);
+  return mesh;
+}
+
+std::optional<double> backs_of(const Mesh& mesh, const Scene& scene = scene_above()) {
+  return back_share(mesh, scene, kUsed);
+}
+
+TEST(BackShare, LooksAtWhatIsSeenFirst) {
+  // From above, ten of the box's twelve faces turn their back, and none of them is seen.
+  EXPECT_EQ(backs_of(box()), 0.0);
+  EXPECT_EQ(backs_of(turned(box())), 1.0);
+  Mesh half = box();
+  std::swap(half.faces[2][1], half.faces[2][2]);
+  EXPECT_NEAR(*backs_of(half), 0.5, 0.02);
+  EXPECT_EQ(backs_of(triangle_at(100, 0, 0)), std::nullopt);
+  EXPECT_EQ(backs_of(triangle_at(0, 0, 11)), std::nullopt) << "behind the camera";
+}
+
+TEST(BackShare, CountsTheFrontOfFacesThatAreThereTurnedBothWays) {
+  Mesh both = box();
+  for (const Triangle& t : turned(box()).faces) both.faces.push_back(t);
+  EXPECT_EQ(backs_of(both), 0.0);
+  std::reverse(both.faces.begin(), both.faces.end());
+  EXPECT_EQ(backs_of(both), 0.0);
+}
+
+TEST(BackShare, SeesFacesThatReachBehindTheCamera) {
+  Scene level = scene_above();  // looks along y, one above the ground
+  level.views[0].pose = {{1, 0, 0, 0, 0, -1, 0, 1, 0}, {0, 0, 1}};
+  const Mesh ground = triangle_at(-1000, -1000, 0, 4000);
+  EXPECT_EQ(backs_of(ground, level), 0.0);
+  EXPECT_EQ(backs_of(turned(ground), level), 1.0);
+}
+
+TEST(BackShare, KeepsItsDigitsInLargeCoordinates) {
+  Mesh far = box();
+  for (WorldPoint& p : far.positions) p = {p.x + 4e6, p.y + 5e6, p.z};
+  Scene scene = scene_above();
+  scene.views[0].pose.centre = {4e6, 5e6, 10};
+  EXPECT_EQ(backs_of(far, scene), 0.0);
+  EXPECT_EQ(backs_of(turned(far), scene), 1.0);
+}
+
+TEST(CheckWinding, RefusesInsideOutAndWarnsOfParts) {
+  EXPECT_EQ(check_winding({}, "m.ply"), "");
+  EXPECT_EQ(check_winding(0.1, "m.ply"), "");
+  EXPECT_EQ(check_winding(0.25, "m.ply"),
+            "m.ply: parts of the mesh look inside out: 25 % of what the cameras see of it are backs of "
+            "faces, which get no photo; expected corners counter-clockwise seen from outside (turn the faces "
+            "over when exporting)");
+  EXPECT_TRUE(contains(input_error([] { check_winding(0.96, "m.ply"); }),
+                       "m.ply: the mesh looks inside out, or the cameras stand behind its surface: 96 % of"));
 }
 
 TEST(LensJson, WritesTheModelAndAllItsTerms) {
