@@ -99,7 +99,9 @@ class AtlasPlan {
 AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 
 /// Levels and bakes. Each photo is fetched from the cache at most twice, once for its seams and once to bake.
-/// `input` is what the plan was made from. Throws InputError from photos. Progress counts photos baked.
+/// `input` is what the plan was made from. Throws InputError from photos. Progress counts photos baked; it is
+/// called from any thread, one at a time, also while a photo is baked, so that what it throws stops the work
+/// soon.
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress);
 
 /// Whose photos give a point of the texture its colour.

@@ -2,6 +2,7 @@
 #include <tbb/global_control.h>
 
 #include "atlas_scene.h"
+#include "io/error.h"
 
 namespace gpvc {
 namespace {
@@ -201,6 +202,26 @@ TEST(Bake, SameBytesForAnyNumberOfThreads) {
   for (std::size_t p = 0; p < one.pages.size(); ++p) EXPECT_EQ(one.pages[p].pixels, many.pages[p].pixels);
   EXPECT_EQ(one.model.face_texcoords, many.model.face_texcoords);
   EXPECT_EQ(one.statistics.seam_step_after, many.statistics.seam_step_after);
+}
+
+/// A single photo may take long: progress is heard, and may stop it, before the photo is done.
+TEST(Bake, ProgressStopsTheWorkWithinAPhoto) {
+  AtlasScene s;
+  s.add_plane(8, 8, 1.0);
+  s.add_view(4, 4, 10, 640, 640, 640);
+  s.photograph(0, strong_waves);
+  s.graph = face_graph(s.mesh);
+  s.candidates.first.assign(s.mesh.faces.size() + 1, 0);
+  PhotoCache photos(s.scene, SceneOptions{}, std::size_t{1} << 28);
+  const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
+  bool finished = false;
+  const Progress stop = [&](std::size_t done, std::size_t total) {
+    EXPECT_EQ(total, 1u);
+    finished = finished || done == 1;
+    throw Cancelled();
+  };
+  EXPECT_THROW(build_atlas(input, AtlasOptions{}, stop), Cancelled);
+  EXPECT_FALSE(finished);
 }
 
 TEST(Bake, RefusesOptionsThatLeaveNoRoom) {

@@ -78,6 +78,48 @@ TEST(Density, TexelSizeCoarserThanThePhotoChangesNothing) {
   EXPECT_EQ(plain.pages[0].pixels, limited.pages[0].pixels);
 }
 
+/// However coarse: the cost is bounded by the photo, and the colour is the chart's, not its surroundings'.
+TEST(Density, TexelsLargerThanAChartHaveTheColourOfTheChart) {
+  AtlasScene s;
+  s.add_plane(4, 4, 1.0);
+  View& view = s.add_view(0, 0, 10, 640, 520, 500);  // 50 px a metre
+  view.camera.distortion = {-0.05, 0.01, 0, 0, 0};
+  limit_distortion(view.camera);
+  s.photograph(0, [](double x, double y) {
+    return x > 0 && y > 0 && x < 4 && y < 4 ? Color{200, 40, 10} : Color{0, 0, 255};
+  });
+  AtlasOptions options = without_leveling();
+  for (const double pixels : {400.0, 2000.0, 1e6, 1e11, 5e300}) {
+    options.texel_size = pixels / 50;
+    const TextureAtlas atlas = s.build(options);
+    EXPECT_LE(atlas.statistics.chart_texels, 4u);
+    for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) {
+      const Color c =
+          lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, 0.3, 0.3));
+      EXPECT_NEAR(c.r, 200, 10) << pixels;
+      EXPECT_NEAR(c.b, 10, 12) << pixels;
+    }
+  }
+}
+
+/// Texels of just under and just over sixteen pixels are averaged in different ways.
+TEST(Density, CoarseTexelsContinueWhatFinerOnesShow) {
+  AtlasScene s;
+  plane_in_one_photo(s);
+  AtlasOptions options = without_leveling();
+  for (const double pixels : {16.0, 17.5, 64.0}) {
+    options.texel_size = pixels / 50;
+    const TextureAtlas atlas = s.build(options);
+    for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) {
+      const WorldPoint p = point_at(s.mesh, face, 0.3, 0.3);
+      const Color d =
+          lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, 0.3, 0.3)) -
+          area_mean(p.x, p.y, 2 * options.texel_size);
+      EXPECT_LT(std::abs(d.r) + std::abs(d.g), pixels < 20 ? 8 : 50) << pixels << " " << face;
+    }
+  }
+}
+
 TEST(Density, MaxTexelsIsMetAndNearlyUsed) {
   AtlasScene s;
   plane_in_one_photo(s);

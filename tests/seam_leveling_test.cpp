@@ -118,6 +118,25 @@ TEST(SeamLeveling, VignettingIsRemoved) {
   EXPECT_LT(c.step, 1.0);
 }
 
+/// A texel's centre may lie far outside the photo, where the fitted fall-off means nothing.
+TEST(SeamLeveling, FallOffOfCoarseTexelsIsThatOfThePhotoTheyShow) {
+  AtlasScene s;
+  two_views(s);
+  for (std::size_t v = 0; v < 2; ++v) {
+    s.photograph(v, weak_waves, [](int x, int y, Color c) {
+      const double dx = x + 0.5 - 360, dy = y + 0.5 - 200;
+      return static_cast<float>(1 / (1 + 0.5 * (dx * dx + dy * dy) / (360 * 360 + 200 * 200))) * c;
+    });
+  }
+  AtlasOptions options = with(SeamLeveling::global);
+  const Color fine = measure(s.build(options), s).mean;
+  options.texel_size = 50;  // 2000 px
+  const Color coarse = measure(s.build(options), s).mean;
+  EXPECT_NEAR(coarse.r, fine.r, 10);
+  EXPECT_NEAR(coarse.g, fine.g, 10);
+  EXPECT_NEAR(coarse.b, fine.b, 10);
+}
+
 /// An offset, which no gain models: the two sides meet halfway, and colours far away move less than that.
 TEST(SeamLeveling, StepsThatNoGainExplainsAreSpreadAndBounded) {
   AtlasScene s;
