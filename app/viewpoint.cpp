@@ -59,23 +59,24 @@ UpAxis nearest_axis(const WorldPoint& d) {
   return d.x >= 0 ? UpAxis::pos_x : UpAxis::neg_x;
 }
 
-// Centroids of the faces that have a view, thinned to some ten thousand.
+// Corners of the faces that have a view, thinned to some ten thousand faces.
 std::vector<WorldPoint> seen_points(const Mesh& mesh, std::span<const ViewId> labels) {
   std::size_t seen = 0;
   for (const ViewId label : labels) seen += label != kNoView ? 1 : 0;
   const bool any = seen > 0;
-  const std::size_t step = std::max<std::size_t>(1, (any ? seen : labels.size()) / 20000);
+  const std::size_t step = std::max<std::size_t>(1, (any ? seen : labels.size()) / 8000);
   std::vector<WorldPoint> points;
   for (std::size_t f = 0, n = 0; f < labels.size(); ++f) {
     if ((any && labels[f] == kNoView) || n++ % step != 0) continue;
-    const Triangle& t = mesh.faces[f];
-    points.push_back((mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) * (1.0 / 3));
+    for (const std::uint32_t v : mesh.faces[f]) points.push_back(mesh.positions[v]);
   }
   return points;
 }
 
+// The value nearest outwards, so that the tails of a few values are their extremes.
 double quantile(std::vector<double> values, double q) {
-  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  const double rank = q * static_cast<double>(values.size() - 1);
+  const auto at = static_cast<std::ptrdiff_t>(q > 0.5 ? std::ceil(rank) : std::floor(rank));
   std::nth_element(values.begin(), values.begin() + at, values.end());
   return values[static_cast<std::size_t>(at)];
 }

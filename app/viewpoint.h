@@ -24,8 +24,8 @@ struct Viewpoint {
 };
 
 /// A camera of `width` x `height` that frames what of the mesh has a view: from the cameras' side, at 40
-/// degrees below the horizon at most when they look down steeper. Faces far off the bulk (a hundredth on each
-/// side) do not count.
+/// degrees below the horizon at most when they look down steeper. Faces far off the bulk (one corner
+/// in five hundred on each side) do not count; of fewer corners all do.
 Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene,
                    std::span<const ViewId> used, UpAxis up, int width, int height);
 

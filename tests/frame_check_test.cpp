@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
 #include "app/lens_json.h"
 #include "app/scene_input.h"
+#include "app/viewpoint.h"
 #include "temporary_folder.h"
 
 namespace gpvc {
@@ -141,6 +143,47 @@ TEST(CheckWinding, RefusesInsideOutAndWarnsOfParts) {
             "over when exporting)");
   EXPECT_TRUE(contains(input_error([] { check_winding(0.96, "m.ply"); }),
                        "m.ply: the mesh looks inside out, or the cameras stand behind its surface: 96 % of"));
+}
+
+// --- the picture of the result
+
+/// Where the overview of a mesh seen from above shows its corners: the smallest and largest x and y, as a
+/// share of the picture.
+std::array<double, 4> pictured(const Mesh& mesh) {
+  const std::vector<ViewId> labels(mesh.faces.size(), ViewId{0});
+  const Viewpoint at = overview(mesh, labels, scene_above(), kUsed, UpAxis::pos_z, 400, 300);
+  std::array<double, 4> reach{1e9, -1e9, 1e9, -1e9};
+  for (const WorldPoint& p : mesh.positions) {
+    const CameraPoint c = camera_from_world(at.pose, p);
+    EXPECT_GT(c.z, 0);
+    const PixelPoint pixel = pixel_from_camera(at.camera, c);
+    reach = {std::min(reach[0], pixel.x / 400), std::max(reach[1], pixel.x / 400),
+             std::min(reach[2], pixel.y / 300), std::max(reach[3], pixel.y / 300)};
+  }
+  return reach;
+}
+
+void expect_filled(const Mesh& mesh) {
+  const auto [left, right, top, bottom] = pictured(mesh);
+  EXPECT_GE(left, 0);
+  EXPECT_LE(right, 1);
+  EXPECT_GE(top, 0);
+  EXPECT_LE(bottom, 1);
+  EXPECT_GT(std::max(right - left, bottom - top), 0.85);
+}
+
+TEST(Overview, HoldsMeshesOfFewFaces) {
+  Mesh wall;  // 16 x 6
+  wall.positions = {{-8, -3, 0}, {8, -3, 0}, {8, 3, 0}, {-8, 3, 0}};
+  wall.faces = {{0, 1, 2}, {0, 2, 3}};
+  expect_filled(wall);
+  expect_filled(triangle_at(0, 0, 0));
+  Mesh house = box();
+  for (const WorldPoint& p : {WorldPoint{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}})
+    house.positions.push_back(p);
+  house.faces.push_back({8, 9, 10});
+  house.faces.push_back({8, 10, 11});
+  expect_filled(house);
 }
 
 TEST(LensJson, WritesTheModelAndAllItsTerms) {
