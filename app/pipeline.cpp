@@ -185,14 +185,18 @@ TextureAtlas make_atlas(const AtlasInput& input, const TextureOptions& options, 
   record.counts["page_texels"] = s.page_texels;
   record.counts["reduction"] = s.reduction;
   record.counts["seam_edges"] = s.seam_edges;
-  record.counts["seam_step_before"] = s.seam_step_before;
-  record.counts["seam_step_after"] = s.seam_step_after;
+  // Without leveling nobody looks at the seams: that would decode the photos once more.
+  std::string seams;
+  if (options.atlas.seams != SeamLeveling::none) {
+    record.counts["seam_step_before"] = s.seam_step_before;
+    record.counts["seam_step_after"] = s.seam_step_after;
+    seams = fmt::format(", seam step {:.1f} to {:.1f}", s.seam_step_before, s.seam_step_after);
+  }
   const double fill =
       s.page_texels == 0 ? 0 : static_cast<double>(s.chart_texels) / static_cast<double>(s.page_texels);
-  stage.finish(fmt::format("{} charts on {} {} ({:.0f} % full), seam step {:.1f} to {:.1f}",
-                           readable_count(s.charts), atlas.pages.size(),
-                           atlas.pages.size() == 1 ? "page" : "pages", 100 * fill, s.seam_step_before,
-                           s.seam_step_after));
+  stage.finish(fmt::format("{} charts on {} {} ({:.0f} % full){}", readable_count(s.charts),
+                           atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages", 100 * fill,
+                           seams));
   return atlas;
 }
 

@@ -46,9 +46,9 @@ struct AtlasStatistics {
   std::size_t padded_texels = 0;  ///< inside charts or within the padding of one, each counted once
   std::size_t page_texels = 0;    ///< of all pages after cropping
   std::size_t seam_edges = 0;     ///< mesh edges between faces of different views
-  double seam_step_before = 0,
-         seam_step_after = 0;  ///< mean grey-level step across seams (0..255); zero without leveling
-  double reduction = 1;        ///< of all charts, to meet the limits
+  /// Mean grey-level step across seams (0..255); not measured, and zero, without leveling.
+  double seam_step_before = 0, seam_step_after = 0;
+  double reduction = 1;  ///< of all charts, to meet the limits
   double layout_s = 0, leveling_s = 0, baking_s = 0;
 };
 
