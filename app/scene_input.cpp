@@ -309,13 +309,7 @@ void write_run_json(OutputFolder& folder, const RunFacts& facts, const RunRecord
 std::set<std::filesystem::path> input_files(const Scene& scene) {
   namespace fs = std::filesystem;
   std::set<fs::path> files;
-  std::error_code ignored;
-  if (fs::is_directory(scene.read_from, ignored)) {
-    for (const auto& entry : fs::directory_iterator(scene.read_from, ignored))
-      if (entry.is_regular_file(ignored)) files.insert(fs::weakly_canonical(entry.path()));
-  } else {
-    files.insert(fs::weakly_canonical(scene.read_from));
-  }
+  for (const fs::path& file : scene.files) files.insert(fs::weakly_canonical(file));
   for (const View& view : scene.views)
     for (const fs::path& file : {view.photo, view.mask})
       if (!file.empty()) files.insert(fs::weakly_canonical(file));

@@ -116,6 +116,7 @@ SceneFile read(const fs::path& folder) {
   }
   std::sort(cams.begin(), cams.end());
   std::sort(others.begin(), others.end());
+  scene.files = cams;
   for (const fs::path& cam : cams) {
     const FileBytes bytes(cam);
     View view = std::move(parse(cam, bytes.view()).views.front());

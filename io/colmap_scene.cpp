@@ -460,6 +460,11 @@ SceneFile read(const fs::path& found) {
     scene = parse_colmap(binary, cameras, camera_bytes.view(), images, image_bytes.view());
   }
   scene.warnings.insert(scene.warnings.begin(), warnings.begin(), warnings.end());
+  for (const char* part : {"cameras", "images", "points3D", "rigs", "frames"}) {
+    std::error_code ignored;
+    if (const fs::path file = model / (part + extension); fs::is_regular_file(file, ignored))
+      scene.files.push_back(file);
+  }
   fs::path folder = fs::absolute(model).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();
   for (int level = 0; level <= 2; ++level, folder = folder.parent_path())

@@ -139,6 +139,7 @@ struct Scene {
   std::vector<std::string> warnings{};  ///< what was left out or assumed, a sentence each
   /// What the cameras were read from: a file, or a folder of files that belong together.
   std::filesystem::path read_from{};
+  std::vector<std::filesystem::path> files{};  ///< the files that belong to it, but for photos and masks
 };
 
 /// +, - and x alone, in this order, so that a shader can repeat it bit for bit.

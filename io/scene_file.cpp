@@ -129,6 +129,8 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   scene.offset = file.offset;
   scene.format = found.format->name;
   scene.read_from = found.path;
+  scene.files = std::move(file.files);
+  if (scene.files.empty()) scene.files = {file.listing};
   scene.warnings = std::move(file.warnings);
   return scene;
 }

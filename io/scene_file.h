@@ -23,6 +23,8 @@ struct SceneFile {
   std::vector<View> views{};
   /// The file that lists the images; named when something about them is wrong.
   std::filesystem::path listing{};
+  /// All files that belong to the scene, where that is more than `listing`.
+  std::vector<std::filesystem::path> files{};
   /// Where photos usually lie for this format, best guess first.
   std::vector<std::filesystem::path> image_folders{};
   std::string srs{};

@@ -65,6 +65,10 @@ TEST_F(App, ForceNeverRemovesWhatTheRunReads) {
   const auto disguised = files_of(scene_);
   expect_one_sentence(run(texture(scene_, {"--force"})), scene_.string(), "is read by this run");
   EXPECT_EQ(files_of(scene_), disguised);
+  // A result beside the cameras is no input.
+  ASSERT_EQ(run(texture(scene_ / "colmap")).exit_code, 0);
+  EXPECT_EQ(run(texture(scene_ / "colmap", {"--force"})).exit_code, 0);
+  EXPECT_EQ(read_file(scene_ / "colmap" / "images.txt"), disguised.at("colmap/images.txt"));
   ASSERT_EQ(run(texture(out_)).exit_code, 0);
   const auto model = files_of(out_);
   expect_one_sentence(run({"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string(),
