@@ -124,7 +124,6 @@ void Conversion::read() {
   reader.needed = needs_used_views(options_.input.views, options_.input.exclude_views);
   scene_ = read_scene(options_.input.scene, reader);
   for (const std::string& warning : scene_.warnings) console_.warning(warning);
-  folder_.protect(input_files(scene_));
   used_ = used_views(scene_.views, options_.input.views, options_.input.exclude_views);
   reading.finish(fmt::format("{} views", used_.size()));
 }
@@ -172,6 +171,7 @@ void Conversion::choose_places() {
       throw OutputError(masks.back(), "two photos that differ in their extension alone would need this mask");
   }
   refuse_overwriting(options_, scene_, places_, masks);
+  folder_.protect(input_files(scene_));
 }
 
 void Conversion::warn_of_lost_masks() const {

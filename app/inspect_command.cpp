@@ -102,9 +102,10 @@ void print_mesh(const SceneInputData& in, Console& console) {
   console.result("extent   " + box_text(box_of(mesh)));
 }
 
-// From runs on two cores without a GPU (README, "Figures"): 1650 bytes a face over the photos, 0.1 processor
-// seconds a megapixel of photo to see and paint, 11 microseconds a face to choose. Right within a factor of
-// two there; a GPU does not change it much.
+// From runs on two cores without a GPU (README, "Figures"): 0.35 GB for any run (OpenGL in software, the
+// program, the preview), 1650 bytes a face over the photos, 0.1 processor seconds a megapixel of photo to see
+// and paint, 11 microseconds a face to choose. Right within a factor of two there; a GPU does not change it
+// much.
 void print_estimate(const SceneInputData& in, int threads, Console& console) {
   double pixels = 0;
   for (const ViewId id : in.used) {
@@ -112,7 +113,7 @@ void print_estimate(const SceneInputData& in, int threads, Console& console) {
     pixels += static_cast<double>(c.width) * c.height;
   }
   const double faces = static_cast<double>(in.mesh.faces.size());
-  const double bytes = 1650 * faces + std::min(3 * pixels, static_cast<double>(photo_cache_bytes()));
+  const double bytes = 0.35e9 + 1650 * faces + std::min(3 * pixels, static_cast<double>(photo_cache_bytes()));
   const double seconds = 0.1 * pixels / 1e6 / threads + 11e-6 * faces;
   console.result(
       fmt::format("estimate about {:.2g} GB of memory and {} on {} threads for gpvc texture, within a "
