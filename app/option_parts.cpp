@@ -156,6 +156,19 @@ void add_visibility(CLI::App& app, VisibilityOptions& options) {
       app, "--classifier", kClassifiers, [&](Classifier v) { options.classifier = v; }, "auto",
       "Where faces are classified; the result is the same")
       ->group(kVisibilityGroup);
+  const auto set_drawing = [&options](Drawing drawing) {
+    if (const std::string obstacle = native_drawing_obstacle(options);
+        drawing == Drawing::native && !obstacle.empty())
+      throw CLI::ValidationError("--drawing", "native cannot be had here: " + obstacle);
+    options.drawing = drawing;
+  };
+  constexpr Choice<Drawing> kDrawings[] = {
+      {"auto", Drawing::automatic}, {"opengl", Drawing::opengl}, {"native", Drawing::native}};
+  add_choice<Drawing>(
+      app, "--drawing", kDrawings, set_drawing, "auto",
+      "What draws the item buffer of gpvc. native: a rasterizer of ours, which auto takes where OpenGL "
+      "would be drawn by the CPU as well, and more slowly; the classes are the same")
+      ->group(kVisibilityGroup);
   app.add_flag("!--no-subpixel", options.subpixel, "Do not resolve faces smaller than a pixel")
       ->group(kVisibilityGroup);
 }

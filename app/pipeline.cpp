@@ -67,7 +67,9 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
                     const ViewObserver& observe) {
   Stage stage(console, record, "visibility and costs", "views");
   VisibilityStage visibility(device, in.mesh, options.visibility);
+  console.note("drawing: " + visibility.drawing_note());
   console.note("classifier: " + visibility.classifier_note());
+  record.counts["drawing"] = visibility.drawing_note();
   record.counts["classifier"] = visibility.classifier_note();
   CandidateCollector collector(in.mesh, options.costs);
   const auto policy = options.common.threads == 1 ? std::launch::deferred : std::launch::async;

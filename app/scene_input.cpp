@@ -244,10 +244,12 @@ Json device_json(const DeviceInfo& device) {
 Json visibility_json(const VisibilityOptions& options) {
   constexpr const char* kCorrections[] = {"off", "paper", "exact"};
   constexpr const char* kClassifiers[] = {"auto", "cpu", "gpu"};
+  constexpr const char* kDrawings[] = {"auto", "opengl", "native"};
   return {{"visibility", visibility_mode_name(options)},
           {"projection", options.projection == Projection::spc ? "spc" : "apc"},
           {"coverage_correction", kCorrections[static_cast<std::size_t>(options.correction)]},
           {"classifier", kClassifiers[static_cast<std::size_t>(options.classifier)]},
+          {"drawing", kDrawings[static_cast<std::size_t>(options.drawing)]},
           {"subpixel", options.subpixel}};
 }
 

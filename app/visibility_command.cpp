@@ -96,7 +96,9 @@ void classify_views(const SceneInputData& in, const VisibilityCommandOptions& op
                     OutputFolder& folder, Console& console, RunRecord& record, OracleCheck& check) {
   Stage stage(console, record, "visibility", "views");
   VisibilityStage visibility(device, in.mesh, options.visibility);
+  console.note("drawing: " + visibility.drawing_note());
   console.note("classifier: " + visibility.classifier_note());
+  record.counts["drawing"] = visibility.drawing_note();
   record.counts["classifier"] = visibility.classifier_note();
   std::size_t name_width = 5;
   for (const ViewId id : in.used) name_width = std::max(name_width, in.scene.views[index(id)].name.size());

@@ -100,6 +100,7 @@ GpvcTable gpvc_table(const Setup& setup, const std::vector<TrueScene>& models,
         VisibilityOptions options;
         options.correction = correction;
         options.projection = projection;
+        options.drawing = Drawing::opengl;  // whose rounding the paper is about
         const Score s = score(setup.device, model, options);
         for (const std::string& text :
              {std::to_string(s.visible), std::to_string(s.occluded), fmt::format("{:.2f}", s.percent())})

@@ -18,9 +18,9 @@ constexpr const char* kUsage =
     "usage: efficiency [SCENE MESH] [--images DIR] [-o DIR] [--views N] [--modes LIST] [--device N]\n"
     "  -o DIR        also write table7.csv, table8.csv and table9.csv there\n"
     "  --views N     only N views, spread over all\n"
-    "  --modes LIST  separated by commas: gpvc visibility modes, each with /off, /paper or /exact and /cpu "
-    "or\n"
-    "                /gpu appended where wanted; ratios are against the first\n";
+    "  --modes LIST  separated by commas: gpvc visibility modes, each with /off, /paper or /exact, "
+    "/cpu or\n"
+    "                /gpu, /opengl or /native appended where wanted; ratios are against the first\n";
 
 struct Arguments {
   std::vector<std::string> files;
@@ -79,7 +79,8 @@ std::vector<Row> rows_of(const std::string& list) {
 /// Biases that suit a scene some hundred metres away. Shaders on a software renderer run where the CPU
 /// classifier does, and slower.
 std::string usual_modes(bool software) {
-  std::string list = "gpvc,gpvc:ves,gpvc:dense,gpvc/paper/cpu,gpvc:ves/paper/cpu,gpvc:dense/paper/cpu,";
+  std::string list = software ? "gpvc,gpvc/opengl," : "gpvc,gpvc/native,";
+  list += "gpvc:ves,gpvc:dense,gpvc/paper/cpu,gpvc:ves/paper/cpu,gpvc:dense/paper/cpu,";
   if (!software)
     list += "gpvc/exact/gpu,gpvc/exact/cpu,gpvc/paper/gpu,gpvc:ves/paper/gpu,gpvc:dense/paper/gpu,";
   return list + "shadow-map:spc:0.001,shadow-map:apc:1e-12,ray:sparse:0.01,ray:dense:0.01";

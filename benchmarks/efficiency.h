@@ -20,7 +20,8 @@ struct BenchScene {
 /// of 4000 x 3000 pixels, 11 nadir and 8 oblique from each of four sides, that see about half of it each.
 BenchScene generated_scene();
 
-/// `MODE[/off|/paper|/exact][/cpu|/gpu]`: a visibility mode, and for the gpvc modes what else to set.
+/// `MODE[/off|/paper|/exact][/cpu|/gpu][/opengl|/native]`: a visibility mode, and for the gpvc modes what
+/// else to set.
 struct Row {
   std::string name;
   VisibilityOptions options;
@@ -31,6 +32,7 @@ Row parse_row(const std::string& name);
 struct Measured {
   Row row;
   std::string processor;  ///< "cpu" or "gpu"
+  std::string drawing;    ///< "opengl" or "native"
   VisibilityStatistics sum;
   double total_s = 0;  ///< wall, all in: making the stage, then every view
   double start_s = 0;  ///< of that, making the stage

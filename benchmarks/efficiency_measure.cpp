@@ -60,8 +60,10 @@ std::size_t unlike(const std::vector<FaceClass>& a, const std::vector<FaceClass>
   return count;
 }
 
+std::string first_word(const std::string& note) { return note.substr(0, note.find(':')); }
+
 /// Rows whose classes must agree on every face have the same key: HIVERS and dense sampling, on either
-/// processor, once corrected in the same way.
+/// processor, whatever draws, once corrected in the same way.
 std::string agreement(const VisibilityOptions& options) {
   if (options.method != Method::gpvc || options.sampling == Sampling::ves) return {};
   return fmt::format("{}", static_cast<int>(options.correction));
@@ -80,12 +82,16 @@ Row parse_row(const std::string& name) {
                                                                 {"paper", CoverageCorrection::paper},
                                                                 {"exact", CoverageCorrection::exact}};
     const std::map<std::string, Classifier> classifiers{{"cpu", Classifier::cpu}, {"gpu", Classifier::gpu}};
-    if (const auto correction = corrections.find(word); correction != corrections.end()) {
+    const std::map<std::string, Drawing> drawings{{"opengl", Drawing::opengl}, {"native", Drawing::native}};
+    if (const auto drawing = drawings.find(word); drawing != drawings.end()) {
+      row.options.drawing = drawing->second;
+    } else if (const auto correction = corrections.find(word); correction != corrections.end()) {
       row.options.correction = correction->second;
     } else if (const auto classifier = classifiers.find(word); classifier != classifiers.end()) {
       row.options.classifier = classifier->second;
     } else {
-      throw std::invalid_argument("'" + word + "' in '" + name + "' is none of off, paper, exact, cpu, gpu");
+      throw std::invalid_argument("'" + word + "' in '" + name +
+                                  "' is none of off, paper, exact, cpu, gpu, opengl, native");
     }
     at = next;
   }
@@ -101,13 +107,14 @@ std::vector<Measured> measure(GraphicsDevice& device, const BenchScene& scene, c
   ViewVisibility seen;
   const bool terminal = isatty(STDERR_FILENO) != 0;
   for (const Row& row : rows) {
-    Measured result{row, {}, {}, 0, 0, 0, 0};
+    Measured result{row, {}, {}, {}, 0, 0, 0, 0};
     const auto stage = [&] {
       const Watch watch(result);
       return std::make_unique<VisibilityStage>(device, scene.mesh, row.options);
     }();
     result.start_s = result.total_s;
     result.processor = stage->classifier_note().substr(0, 3);
+    result.drawing = first_word(stage->drawing_note());
     const std::string key = agreement(row.options);
     Classes* others = key.empty() ? nullptr : &must_agree[key];
     for (std::size_t v = 0; v < scene.views.size(); ++v) {

@@ -68,7 +68,7 @@ Cells gpvc_head(const Measured& m) {
   constexpr const char* kSamplings[] = {"HIVERS", "VES", "Dense Sampling"};
   constexpr const char* kCorrections[] = {"off", "paper", "exact"};
   return {kSamplings[static_cast<std::size_t>(m.row.options.sampling)],
-          kCorrections[static_cast<std::size_t>(m.row.options.correction)], m.processor};
+          kCorrections[static_cast<std::size_t>(m.row.options.correction)], m.drawing, m.processor};
 }
 
 Cells no_test_head(const Measured&) { return {"none"}; }
@@ -110,7 +110,7 @@ void print_tables(const BenchScene& scene, const std::vector<Measured>& measured
                             {Method::gpvc,
                              "table9",
                              "Table 9. Efficiency statistics of GPVC.",
-                             {"Sampling Type", "Correction", "Classifier"},
+                             {"Sampling Type", "Correction", "Drawing", "Classifier"},
                              gpvc_head},
                             {Method::none, "none", "No visibility test.", {"Mode"}, no_test_head}};
   for (const Layout& layout : layouts) {

@@ -1,6 +1,7 @@
 gpvc_test(mask_gl_test gpvc_visibility)
 gpvc_test(classify_test gpvc_visibility)
 gpvc_test(device_gl_test gpvc_visibility)
+gpvc_test(ivm_cpu_test gpvc_visibility)
 gpvc_test(ivm_gl_test gpvc_visibility)
 gpvc_test(oracle_gl_test gpvc_visibility)
 gpvc_test(oracle_test gpvc_visibility)

@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tests/visibility_oracle.h"
@@ -93,6 +94,22 @@ inline std::size_t expect_answer(const View& view, const ViewVisibility& found,
   }
   expect_coverage(view, found, expected);
   return tied;
+}
+
+/// Classes and coverage are the same, bit for bit, whatever drew and classified the view.
+inline void expect_same_visibility(const ViewVisibility& found, const ViewVisibility& expected) {
+  EXPECT_EQ(found.classes, expected.classes);
+  EXPECT_EQ(found.coverage.words, expected.coverage.words);
+  ASSERT_EQ(found.coverage.entries.size(), expected.coverage.entries.size());
+  for (std::size_t i = 0; i < expected.coverage.entries.size(); ++i) {
+    const FaceCoverage &a = found.coverage.entries[i], &b = expected.coverage.entries[i];
+    ASSERT_EQ(
+        std::tie(a.face, a.view, a.x0, a.y0, a.width, a.height, a.visible, a.visible_share, a.first_word),
+        std::tie(b.face, b.view, b.x0, b.y0, b.width, b.height, b.visible, b.visible_share, b.first_word))
+        << "face " << index(b.face);
+  }
+  EXPECT_EQ(found.statistics.full, expected.statistics.full);
+  EXPECT_EQ(found.statistics.partial, expected.statistics.partial);
 }
 
 inline std::size_t expect_oracle(const Mesh& mesh, const View& view, const ViewVisibility& found) {

@@ -36,18 +36,22 @@ class VisibilityGl : public testing::Test {
     VisibilityStage stage(*device_, mesh, given);
     return stage.classify(view, ViewId{7});
   }
-  /// Exact, and the same in shaders.
+  /// Exact, and the same in shaders, whoever draws.
   ViewVisibility classify(const Mesh& mesh, const View& view) {
-    const auto on = [&](Classifier classifier) {
-      return classify(mesh, view, options(CoverageCorrection::exact, Sampling::hivers, classifier));
+    const auto on = [&](Classifier classifier, Drawing drawing) {
+      VisibilityOptions given = options(CoverageCorrection::exact, Sampling::hivers, classifier);
+      given.drawing = drawing;
+      return classify(mesh, view, given);
     };
-    const ViewVisibility gpu = on(Classifier::gpu), cpu = on(Classifier::cpu);
-    EXPECT_EQ(gpu.classes, cpu.classes);
-    EXPECT_EQ(gpu.coverage.words, cpu.coverage.words);
-    EXPECT_EQ(gpu.statistics.samples, cpu.statistics.samples);
+    const ViewVisibility gpu = on(Classifier::gpu, Drawing::opengl),
+                         cpu = on(Classifier::cpu, Drawing::opengl),
+                         drawn = on(Classifier::automatic, Drawing::native);
+    expect_same_visibility(gpu, cpu);
     EXPECT_EQ(gpu.statistics.processed_faces, cpu.statistics.processed_faces);
+    EXPECT_EQ(gpu.statistics.samples, cpu.statistics.samples);
     EXPECT_EQ(gpu.statistics.contested_samples, cpu.statistics.contested_samples);
-    return cpu;
+    expect_same_visibility(drawn, cpu);
+    return drawn;
   }
 
   std::unique_ptr<GraphicsDevice> device_;

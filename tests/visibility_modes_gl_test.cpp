@@ -308,6 +308,7 @@ TEST_F(ModesGl, SecondsOfShadersAreToldApart) {
   for (const CoverageCorrection correction : {CoverageCorrection::paper, CoverageCorrection::exact}) {
     VisibilityOptions options;
     options.correction = correction;
+    options.drawing = Drawing::opengl;
     options.classifier = Classifier::cpu;
     const VisibilityStatistics cpu = classify(mesh, view, options).statistics;
     options.classifier = Classifier::gpu;

@@ -1,7 +1,10 @@
 // Method::gpvc: the IVM sampled, in shaders or on the CPU.
 #include <optional>
+#include <stdexcept>
 
+#include "io/clock.h"
 #include "visibility/classify_gl.h"
+#include "visibility/ivm_cpu.h"
 #include "visibility/view_tester.h"
 
 namespace gpvc {
@@ -61,7 +64,52 @@ void GpvcTester::classify_codes(const ClassifyView& view, const View& of, ViewVi
   result.statistics.corrected_samples = counted.corrected_samples;
 }
 
+/// Draws as well as classifies.
+class NativeGpvcTester : public ViewTester {
+ public:
+  explicit NativeGpvcTester(const VisibilityOptions& options) : cpu_(options) {}
+  void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
+  std::string note() const override { return "cpu: it draws as well"; }
+
+ private:
+  CpuClassifier cpu_;
+  CpuIvm ivm_;
+  FaceScan scan_;
+};
+
+void NativeGpvcTester::classify(const ClassifyView& view, const View&, ViewVisibility& result) {
+  const auto start = Clock::now();
+  ivm_.draw(view, result.ivm.faces, scan_);
+  result.statistics.render_s += seconds_since(start);
+  cpu_.complete(view, scan_, result);
+}
+
 }  // namespace
+
+std::string native_drawing_obstacle(const VisibilityOptions& options) {
+  if (options.method != Method::gpvc) return visibility_mode_name(options) + " draws with OpenGL";
+  if (options.correction != CoverageCorrection::exact)
+    return "what the other coverage corrections repair is what OpenGL rounds";
+  if (options.projection != Projection::apc) return "a symmetric projection is OpenGL's alone";
+  if (options.classifier == Classifier::gpu) return "shaders classify what OpenGL draws";
+  return {};
+}
+
+DrawingChoice choose_drawing(const DeviceInfo& device, const VisibilityOptions& options) {
+  const std::string obstacle = native_drawing_obstacle(options);
+  if (options.drawing == Drawing::native) {
+    if (!obstacle.empty()) throw std::invalid_argument("native drawing: " + obstacle);
+    return {true, "native: asked for"};
+  }
+  if (options.drawing == Drawing::opengl) return {false, "opengl: asked for"};
+  if (!device.software) return {false, "opengl: " + device.renderer};
+  if (!obstacle.empty()) return {false, "opengl: " + obstacle};
+  return {true, "native: " + device.renderer + " draws on the CPU too, and takes longer"};
+}
+
+std::unique_ptr<ViewTester> make_native_gpvc_tester(const VisibilityOptions& options) {
+  return std::make_unique<NativeGpvcTester>(options);
+}
 
 std::unique_ptr<ViewTester> make_gpvc_tester(const ViewSource& source, const DeviceInfo& device,
                                              const VisibilityOptions& options, const GpuLimits& limits) {

@@ -15,8 +15,10 @@ IvmRenderer::Options renderer_options(const VisibilityOptions& options, bool sta
 
 }  // namespace
 
-ViewSource::ViewSource(const Mesh& mesh, const VisibilityOptions& options, bool staged_reads)
-    : mesh_(mesh), options_(options), renderer_(mesh, renderer_options(options, staged_reads)) {}
+ViewSource::ViewSource(const Mesh& mesh, const VisibilityOptions& options, bool staged_reads, bool opengl)
+    : mesh_(mesh), options_(options) {
+  if (opengl) renderer_.emplace(mesh, renderer_options(options, staged_reads));
+}
 
 ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& result) {
   const auto pixels =
@@ -30,8 +32,10 @@ ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& re
   const bool draw_ivm = options_.draw_ivm || options_.method == Method::gpvc;
   const bool read_depths = options_.method == Method::shadow_map;
   if (!draw_ivm) result.ivm.faces.clear();
-  if (draw_ivm || read_depths) {
-    const IvmRenderer::Times times = renderer_.render(
+  if (!renderer_) {
+    result.ivm.faces.resize(pixels);
+  } else if (draw_ivm || read_depths) {
+    const IvmRenderer::Times times = renderer_->render(
         view.camera, view.pose, {draw_ivm ? &result.ivm.faces : nullptr, read_depths ? &depths_ : nullptr});
     result.statistics.upload_s = times.upload_s;
     result.statistics.render_s = times.render_s;
@@ -41,7 +45,7 @@ ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& re
   if (lens_mask_.camera() != view.camera) lens_mask_ = PhotoMask(view.camera);
   exclusion_ = read_exclusion(view);
   mask_ = exclusion_ ? PhotoMask(lens_mask_, *exclusion_) : lens_mask_;
-  if (draw_ivm) mask_.clear_outside(result.ivm.faces);
+  if (draw_ivm && renderer_) mask_.clear_outside(result.ivm.faces);
   project_vertices(mesh_, view.camera, view.pose, projected_);
   result.statistics.classify_s = seconds_since(start);
   return {mesh_, view.camera, id, mask_, projected_, result.ivm.faces, projection_rounding(view.camera)};

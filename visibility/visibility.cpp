@@ -10,7 +10,10 @@ namespace gpvc {
 
 struct VisibilityStage::State {
   State(GraphicsDevice& graphics, const Mesh& mesh, const VisibilityOptions& options)
-      : device(graphics), source(mesh, options, !graphics.info().software), tester(make_tester(options)) {}
+      : device(graphics),
+        drawing(choose_drawing(graphics.info(), options)),
+        source(mesh, options, !graphics.info().software, !drawing.native),
+        tester(make_tester(options)) {}
 
   std::unique_ptr<ViewTester> make_tester(const VisibilityOptions& options) const {
     if ((options.method == Method::shadow_map || options.method == Method::ray) &&
@@ -19,12 +22,14 @@ struct VisibilityStage::State {
     if (options.method == Method::none) return make_no_test(options);
     if (options.method == Method::shadow_map) return make_shadow_map_tester(source, options);
     if (options.method == Method::ray) return make_ray_tester(source, options);
+    if (drawing.native) return make_native_gpvc_tester(options);
     GpuLimits limits = gpu_limits();
     limits.staged_reads = !device.info().software;
     return make_gpvc_tester(source, device.info(), options, limits);
   }
 
   GraphicsDevice& device;
+  DrawingChoice drawing;
   ViewSource source;
   std::unique_ptr<ViewTester> tester;
 };
@@ -47,12 +52,14 @@ void VisibilityStage::classify(const View& view, ViewId id, ViewVisibility& resu
   state.device.make_current();
   const ClassifyView prepared = state.source.prepare(view, id, result);
   VisibilityStatistics& statistics = result.statistics;
-  const double moved = statistics.upload_s + statistics.readback_s;
+  const auto other_s = [&] { return statistics.upload_s + statistics.render_s + statistics.readback_s; };
+  const double before = other_s();
   const auto start = Clock::now();
   state.tester->classify(prepared, view, result);
-  statistics.classify_s += seconds_since(start) - (statistics.upload_s + statistics.readback_s - moved);
+  statistics.classify_s += seconds_since(start) - (other_s() - before);
 }
 
 std::string VisibilityStage::classifier_note() const { return state_->tester->note(); }
+std::string VisibilityStage::drawing_note() const { return state_->drawing.note; }
 
 }  // namespace gpvc

@@ -102,6 +102,11 @@ enum class CoverageCorrection { off, paper, exact };
 /// decides, with the same bits. automatic: the CPU beside a software renderer, shaders on hardware.
 enum class Classifier { automatic, cpu, gpu };
 
+/// What draws the IVM. native: a rasterizer of ours, which takes less time than OpenGL does where that runs
+/// on the CPU as well, and errs nowhere but where faces are too close to each other for floats; the classes
+/// are the same. automatic: that beside a software renderer, where it can be had; OpenGL otherwise.
+enum class Drawing { automatic, opengl, native };
+
 struct VisibilityOptions {
   Method method = Method::gpvc;
   Sampling sampling = Sampling::hivers;     ///< gpvc
@@ -113,6 +118,7 @@ struct VisibilityOptions {
   double epsilon = 0;
   CoverageCorrection correction = CoverageCorrection::exact;
   Classifier classifier = Classifier::automatic;
+  Drawing drawing = Drawing::automatic;
   bool subpixel = true;
   /// false: methods that can do without leave ViewVisibility::ivm empty, to be measured on their own.
   bool draw_ivm = true;
@@ -126,6 +132,9 @@ void set_visibility_mode(std::string_view mode, VisibilityOptions& options);
 
 /// The inverse: epsilon as short as reads back exactly.
 std::string visibility_mode_name(const VisibilityOptions& options);
+
+/// Why Drawing::native does not go with the other options; empty when it does.
+std::string native_drawing_obstacle(const VisibilityOptions& options);
 
 /// The item buffer of one view. Row-major from the top-left; kNoFace where nothing (or no photo) is.
 struct Ivm {
@@ -190,7 +199,8 @@ struct ViewVisibility {
 /// classifier.
 class VisibilityStage {
  public:
-  /// Borrows both. Throws GpuError when the device cannot hold the mesh.
+  /// Borrows both. Throws GpuError when the device cannot hold the mesh, std::invalid_argument for options
+  /// that do not go together.
   VisibilityStage(GraphicsDevice& device, const Mesh& mesh, const VisibilityOptions& options);
   ~VisibilityStage();
   VisibilityStage(const VisibilityStage&) = delete;
@@ -202,6 +212,8 @@ class VisibilityStage {
   void classify(const View& view, ViewId id, ViewVisibility& result);
   /// "gpu" or "cpu": what Classifier::automatic chose, and why, for the log.
   std::string classifier_note() const;
+  /// Likewise what draws: "opengl" or "native".
+  std::string drawing_note() const;
 
  private:
   struct State;

@@ -1,0 +1,272 @@
+#include "visibility/ivm_tile.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <limits>
+
+#include "visibility/face_sampler.h"
+#include "visibility/front_faces.h"
+#include "visibility/wide.h"
+
+namespace gpvc {
+namespace {
+
+constexpr double kNear = 0x1p-21;
+constexpr float kFar = 0x1p-20F;
+/// How far a plane of 1 / z may be off, relative to D, to be drawn with certainty.
+constexpr double kPlane = 0x1p-25;
+/// Depths whose 1 / z and its rounding are normal floats.
+constexpr double kLeastDepth = 0x1p-100, kMostDepth = 0x1p100;
+
+constexpr auto kSide = static_cast<std::size_t>(IvmTile::kSide);
+constexpr std::size_t kPixels = kSide * kSide;
+constexpr std::size_t kLanes = 8;
+
+inline bool any(const EightInts& flags) {
+  FourFlags words;
+  std::memcpy(&words, &flags, sizeof(words));
+  return (words[0] | words[1] | words[2] | words[3]) != 0;
+}
+
+/// A positive, finite float near the value, whatever that is.
+float stored_depth(double inverse) {
+  constexpr float kLeast = std::numeric_limits<float>::min(), kMost = std::numeric_limits<float>::max();
+  if (!(inverse > kLeast)) return kLeast;
+  return inverse < kMost ? static_cast<float>(inverse) : kMost;
+}
+
+void prefetch(const ClassifyView& view, std::span<const FaceId> faces, std::size_t at) {
+  constexpr std::size_t kAhead = 8;  // what a tile needs lies in many places
+  if (at + 2 * kAhead >= faces.size()) return;
+  __builtin_prefetch(&view.mesh.faces[index(faces[at + 2 * kAhead])]);
+  for (const std::uint32_t vertex : view.mesh.faces[index(faces[at + kAhead])]) {
+    __builtin_prefetch(&view.projected.positions[vertex]);
+    __builtin_prefetch(&view.projected.vertices[vertex]);
+  }
+}
+
+}  // namespace
+
+void IvmTile::start_view() {
+  doubts_.clear();
+  hidden_samples_ = 0;
+}
+
+void IvmTile::start(std::span<const FaceId> faces, std::span<const FaceId> vast) {
+  depths_.assign(kPixels + kLanes, 0);
+  owners_.assign(kPixels + kLanes, 0);
+  faces_.clear();
+  faces_.push_back(kNoFace);
+  faces_.insert(faces_.end(), faces.begin(), faces.end());
+  faces_.insert(faces_.end(), vast.begin(), vast.end());
+  entries_.assign(faces_.size(), {});
+  lost_.assign(faces_.size(), 0);
+  stored_.assign(faces_.size(), 0);
+  unsure_.clear();
+}
+
+void IvmTile::draw(const ClassifyView& view, const QuickLimits& limits, const PixelBox& box,
+                   std::span<const FaceId> faces, std::span<const FaceId> vast, std::span<FaceId> ivm,
+                   DrawnFaces& drawn) {
+  box_ = box;
+  view_width_ = static_cast<std::uint32_t>(view.camera.width);
+  const std::size_t first_doubt = doubts_.size();
+  start(faces, vast);
+  for (std::uint32_t number = 1; number < faces_.size(); ++number) {
+    prefetch(view, faces_, number);
+    draw_face(view, limits, number);
+  }
+  for (const std::uint32_t number : unsure_) draw_unsure(view, number);
+  if (!view.mask.whole()) clear_outside_photo(view, first_doubt);
+  store(view, ivm);
+  add_to(drawn);
+}
+
+void IvmTile::draw_face(const ClassifyView& view, const QuickLimits& limits, std::uint32_t number) {
+  const FaceBounds bounds = view.bounds(faces_[number]);
+  Entry& entry = entries_[number];
+  entry.shared = !(bounds.bounded && bounds.x0 >= box_.x0 && bounds.y0 >= box_.y0 && bounds.x1 <= box_.x1 &&
+                   bounds.y1 <= box_.y1);
+  if (draw_certain(view, limits, bounds, number)) return;
+  entry.marks = kMarkUnsure;
+  unsure_.push_back(number);
+}
+
+/// False when it is not certain where the face lies, and nothing was drawn.
+bool IvmTile::draw_certain(const ClassifyView& view, const QuickLimits& limits, const FaceBounds& bounds,
+                           std::uint32_t number) {
+  const FaceId face = faces_[number];
+  const QuickFace quick = view.quick(limits, face, bounds);
+  if (!quick.usable() || !quick.spans(pixel_centres(bounds, box_), spans_)) return false;
+  Entry& entry = entries_[number];
+  entry.marks = static_cast<std::uint8_t>((quick.facing() == Facing::front ? kMarkFront : 0) |
+                                          (limits.inside(bounds) ? kMarkInside : 0));
+  if (spans_.empty()) return true;
+  const DepthRange depths = view.depths(face);
+  if (!(depths.nearest >= kLeastDepth && depths.farthest <= kMostDepth &&
+        depths.farthest <= 2 * depths.nearest))
+    return false;
+  const QuickDepth plane = view.quick_depth(quick, face);
+  const double largest = 1 / depths.nearest;
+  if (!(plane.error <= kPlane * largest)) return false;
+  entry.marks |= kMarkSampled;
+  for (const Span& span : spans_) entry.samples += static_cast<std::uint32_t>(span.x1 - span.x0);
+  const Buffers tile{depths_.data(), owners_.data(), lost_.data()};
+  const std::uint32_t hidden = draw_runs(tile, box_, spans_, plane, largest, number, close_);
+  hidden_samples_ += hidden;
+  for (const Close& sample : close_) {
+    const bool wins = greater(sample.at, sample.value, number);
+    const std::uint32_t loser = wins ? owners_[sample.at] : number;
+    if (wins) replace(sample.at, sample.value, number);
+    lost_[loser] = 1;
+    doubt(sample.at, loser);
+    ++hidden_samples_;
+  }
+  close_.clear();
+  return true;
+}
+
+/// How many samples another face hides; `close` gets those that are neither certainly nearer than what is
+/// stored nor certainly behind it.
+///
+/// The value of a run's first pixel and the gradient along it are off by no more than two errors of the plane
+/// together, 2^-24 D. Turned into floats they are off by 2^-24 D each, their product and their sum by as much
+/// again: the gradient times the run's length is no more than D, and so are all values of a run but for these
+/// errors. That makes 5.01 * 2^-24 D, below 0.63 kNear D. For what is stored, with its D at most 2 s (1 +
+/// 2^-19), 0.64 kFar s. The third that is left pays for rounding the difference and the sum of both.
+GPVC_WIDE_CLONES std::uint32_t IvmTile::draw_runs(const Buffers& tile, const PixelBox& box,
+                                                  std::span<const Span> runs, const QuickDepth& plane,
+                                                  double largest, std::uint32_t number,
+                                                  std::vector<Close>& close) {
+  const EightInts lanes{0, 1, 2, 3, 4, 5, 6, 7};
+  const EightFloats lane_numbers{0, 1, 2, 3, 4, 5, 6, 7};
+  const EightFloats zero{};
+  const auto per_x = static_cast<float>(plane.per_x), near = static_cast<float>(kNear * largest);
+  EightInts behind_sum{};
+  std::uint32_t hidden = 0;
+  for (const Span& run : runs) {
+    const auto first =
+        static_cast<std::size_t>(run.y - box.y0) * kSide + static_cast<std::size_t>(run.x0 - box.x0);
+    const auto value = static_cast<float>(plane.at(run.x0 + 0.5, run.y + 0.5));
+    const std::int32_t length = run.x1 - run.x0;
+    for (std::int32_t x = 0; x < length; x += static_cast<std::int32_t>(kLanes)) {
+      const std::size_t at = first + static_cast<std::size_t>(x);
+      const EightFloats values = value + per_x * (lane_numbers + static_cast<float>(x));
+      EightFloats stored;
+      EightIds owners;
+      std::memcpy(&stored, tile.depths + at, sizeof(stored));
+      std::memcpy(&owners, tile.owners + at, sizeof(owners));
+      const EightFloats margin = stored * kFar + near, apart = values - stored;
+      const EightInts in_run = lanes < length - x;
+      const EightInts ahead = (apart > margin) & in_run, behind = (apart < -margin) & in_run;
+      const EightInts replaces = ahead & (stored > zero), unclear = in_run & ~(ahead | behind);
+      behind_sum -= behind;
+      const EightFloats new_depths = ahead ? values : stored;
+      const EightIds new_owners = ahead ? (EightIds{} + number) : owners;
+      std::memcpy(tile.depths + at, &new_depths, sizeof(new_depths));
+      std::memcpy(tile.owners + at, &new_owners, sizeof(new_owners));
+      if (!any(replaces | unclear)) continue;
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        if (unclear[lane] != 0) close.push_back({static_cast<std::uint32_t>(at + lane), values[lane]});
+        if (replaces[lane] == 0) continue;
+        tile.lost[owners[lane]] = 1;
+        ++hidden;
+      }
+    }
+  }
+  std::uint32_t behind = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) behind += static_cast<std::uint32_t>(behind_sum[lane]);
+  if (behind != 0) tile.lost[number] = 1;
+  return hidden + behind;
+}
+
+/// Contested in full by whoever asked for the tile, so it need only come close to where it is seen.
+void IvmTile::draw_unsure(const ClassifyView& view, std::uint32_t number) {
+  const RasterFace raster = view.raster(faces_[number]);
+  if (raster.facing == Facing::edge_on) return;
+  const SpanWalker walker(raster, pixel_bounds(raster, box_));
+  collect_spans(raster, walker, true, spans_);
+  if (spans_.empty()) return;
+  const InverseDepth plane(raster, spans_.front());
+  for (const Span& run : spans_) {
+    const std::size_t row = static_cast<std::size_t>(run.y - box_.y0) * kSide;
+    for (std::int32_t x = run.x0; x < run.x1; ++x) {
+      const std::size_t at = row + static_cast<std::size_t>(x - box_.x0);
+      const float value = stored_depth(plane.at(x, run.y));
+      if (!greater(at, value, number)) continue;
+      if (const std::uint32_t owner = owners_[at]; owner != 0) {
+        lost_[owner] = 1;
+        doubt(at, owner);
+      }
+      replace(at, value, number);
+    }
+  }
+}
+
+/// A total order, so that what remains does not depend on who comes first.
+bool IvmTile::greater(std::size_t at, float value, std::uint32_t number) const {
+  if (value != depths_[at]) return value > depths_[at];
+  return index(faces_[number]) < index(faces_[owners_[at]]);
+}
+
+void IvmTile::replace(std::size_t at, float value, std::uint32_t number) {
+  depths_[at] = value;
+  owners_[at] = number;
+}
+
+void IvmTile::doubt(std::size_t at, std::uint32_t number) {
+  const auto x = static_cast<std::uint32_t>(box_.x0) + static_cast<std::uint32_t>(at % kSide);
+  const auto y = static_cast<std::uint32_t>(box_.y0) + static_cast<std::uint32_t>(at / kSide);
+  doubts_.push_back({y * view_width_ + x, faces_[number]});
+}
+
+void IvmTile::clear_outside_photo(const ClassifyView& view, std::size_t first_doubt) {
+  for (std::int32_t y = box_.y0; y < box_.y1; ++y)
+    for (std::int32_t x = box_.x0; x < box_.x1; ++x) {
+      if (view.mask.contains(x, y)) continue;
+      std::uint32_t& owner =
+          owners_[static_cast<std::size_t>(y - box_.y0) * kSide + static_cast<std::size_t>(x - box_.x0)];
+      lost_[owner] = 1;
+      owner = 0;
+    }
+  const auto outside = [&](const Claim& claim) {
+    return !view.mask.contains(static_cast<int>(claim.pixel % view_width_),
+                               static_cast<int>(claim.pixel / view_width_));
+  };
+  doubts_.erase(
+      std::remove_if(doubts_.begin() + static_cast<std::ptrdiff_t>(first_doubt), doubts_.end(), outside),
+      doubts_.end());
+}
+
+void IvmTile::store(const ClassifyView& view, std::span<FaceId> ivm) {
+  const auto width = static_cast<std::size_t>(box_.x1 - box_.x0);
+  const auto stride = static_cast<std::size_t>(view.camera.width);
+  for (std::int32_t y = box_.y0; y < box_.y1; ++y) {
+    const std::uint32_t* owners = owners_.data() + static_cast<std::size_t>(y - box_.y0) * kSide;
+    FaceId* to = ivm.data() + static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(box_.x0);
+    for (std::size_t x = 0; x < width; ++x) {
+      stored_[owners[x]] = 1;
+      to[x] = faces_[owners[x]];
+    }
+  }
+}
+
+void IvmTile::add_to(DrawnFaces& drawn) const {
+  for (std::size_t number = 1; number < faces_.size(); ++number) {
+    const Entry& entry = entries_[number];
+    const auto marks = static_cast<std::uint8_t>(entry.marks | (lost_[number] != 0 ? kMarkLost : 0) |
+                                                 (stored_[number] != 0 ? kMarkStored : 0));
+    std::uint8_t& all_marks = drawn.marks[index(faces_[number])];
+    std::uint32_t& all_samples = drawn.samples[index(faces_[number])];
+    if (!entry.shared) {
+      all_marks = marks;
+      all_samples = entry.samples;
+      continue;
+    }
+    std::atomic_ref(all_marks).fetch_or(marks, std::memory_order_relaxed);
+    std::atomic_ref(all_samples).fetch_add(entry.samples, std::memory_order_relaxed);
+  }
+}
+
+}  // namespace gpvc
