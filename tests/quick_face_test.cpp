@@ -19,9 +19,11 @@ namespace {
 constexpr int kWidth = 60, kHeight = 50;
 constexpr ProjectionRounding kRounding{250, 0.01};
 
-/// Random corners: how far apart, how coarse the grid of positions that they keep to (0: none), and how flat.
+/// Random corners: how far apart, how coarse the grid of positions that they keep to (0: none), how flat, and
+/// whether two of them lie level, but for rounding.
 struct Kind {
   double size, grid, thickness;
+  bool level = false;
 };
 
 class Corners {
@@ -43,6 +45,11 @@ class Corners {
       }
       const double z = uniform(0.01, 100);
       v = {px * z, py * z, z};
+    }
+    if (kind.level) {
+      const auto k = static_cast<std::size_t>(uniform(0, 3));
+      ProjectedVertex& v = corners[(k + 1) % 3];
+      v.v = corners[k].v / corners[k].z * v.z;
     }
     return corners;
   }
@@ -91,7 +98,8 @@ TEST(QuickFace, WhatIsCertainIsWhatTheExactPredicatesSay) {
   std::vector<Span> quick, exact;
   std::size_t certain = 0, ordinary = 0;
   for (const Kind& kind : {Kind{0.3, 0, 1}, Kind{2, 0, 1}, Kind{15, 0, 1}, Kind{60, 0, 1}, Kind{4, 0.5, 1},
-                           Kind{4, 0.25, 1}, Kind{10, 0, 1e-3}, Kind{10, 0, 1e-9}, Kind{10, 0, 1e-13}})
+                           Kind{4, 0.25, 1}, Kind{10, 0, 1e-3}, Kind{10, 0, 1e-9}, Kind{10, 0, 1e-13},
+                           Kind{0.7, 0, 1, true}, Kind{8, 0, 1, true}, Kind{8, 0.5, 1, true}})
     for (int repeat = 0; repeat < 3000; ++repeat) {
       const Prepared face(corners.make(kind));
       const bool plain = kind.grid == 0 && kind.thickness == 1;

@@ -160,6 +160,16 @@ QuickDepth QuickFace::depth(double za, double zb, double zc) const {
   return plane;
 }
 
+/// Whether the edge from vertex i to vertex j, too level to be crossed by rows, has the rows of the box
+/// inside for certain: then it bounds no run. Along the box the cross product of the edge and the way to a
+/// point differs from its value at y alone by no more than |height| times the width of the rectangle; sums of
+/// products are off by far less than another margin_.
+bool QuickFace::level_edge_clears(std::size_t i, std::size_t j, double turn, const PixelBox& box) const {
+  const double along = turn * (x_[j] - x_[i]), height = std::abs(y_[j] - y_[i]);
+  const double top = along * (box.y0 + 0.5 - y_[i]), bottom = along * (box.y1 - 0.5 - y_[i]);
+  return std::min(top, bottom) - height * (bounds_.x1 - bounds_.x0) > 2 * margin_;
+}
+
 /// Where a row crosses the line of an edge is known to margin / |height of the edge|, twice that with the
 /// rounding of the division. Edges that have the face on their right bound the run from the left.
 bool QuickFace::spans(const PixelBox& box, std::vector<Span>& found) const {
@@ -174,6 +184,13 @@ bool QuickFace::spans(const PixelBox& box, std::vector<Span>& found) const {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
     const double height = y_[j] - y_[i];
+    if (!(std::abs(height) > 8 * margin_)) {
+      if (!level_edge_clears(i, j, turn, box)) return false;
+      edges.slope[i] = edges.at[i] = 0;
+      edges.not_left[i] = -kNever;
+      edges.not_right[i] = kNever;
+      continue;
+    }
     least = std::min(least, std::abs(height));
     edges.slope[i] = (x_[j] - x_[i]) / height;
     edges.at[i] = (x_[i] - first_x) + edges.slope[i] * (first_y - y_[i]);
@@ -181,7 +198,6 @@ bool QuickFace::spans(const PixelBox& box, std::vector<Span>& found) const {
     edges.not_left[i] = left ? 0 : -kNever;
     edges.not_right[i] = left ? kNever : 0;
   }
-  if (!(least > 8 * margin_)) return false;
   edges.tolerance = 2 * margin_ / least;
   edges.width = box.x1 - box.x0;
   found.resize(static_cast<std::size_t>(box.y1 - box.y0));

@@ -128,6 +128,7 @@ class QuickFace {
     double low, high;
   };
 
+  bool level_edge_clears(std::size_t i, std::size_t j, double turn, const PixelBox& box) const;
   bool in_rectangle(double px, double py) const {
     return px >= bounds_.x0 && px <= bounds_.x1 && py >= bounds_.y0 && py <= bounds_.y1;
   }
