@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace gpvc {
@@ -126,6 +127,67 @@ int compare_by_expansions(const FacePoint& f, const FacePoint& g) {
   return sign(sum(sum(apart, product(nf, sg)), product(ng, sf), -1));
 }
 
+// --- ties on a lattice
+// ------------------------------------------------------------------------------------------
+// Where corners keep to fractions of a pixel, most edges run through centres, and every value is a double.
+
+/// a x b as it is, or nothing where doubles do not hold both parts: too large, or the rest too small.
+std::optional<TwoTerms> held_product(double a, double b) {
+  const TwoTerms terms = two_product(a, b);
+  if (a == 0 || b == 0) return TwoTerms{0, 0};
+  if (!(std::abs(terms.high) > 0x1p-900 && std::abs(terms.high) < 0x1p1000)) return std::nullopt;
+  return terms;
+}
+
+/// The sign of a x b - c x d, where it can be had. A rest is at most half a step of its product, so the order
+/// of two products is that of their larger terms, or of the rests.
+std::optional<int> sign_of_difference(double a, double b, double c, double d) {
+  const auto p = held_product(a, b), q = held_product(c, d);
+  if (!p || !q) return std::nullopt;
+  const auto order = [](double x, double y) { return static_cast<int>(x > y) - static_cast<int>(x < y); };
+  return p->high != q->high ? order(p->high, q->high) : order(p->low, q->low);
+}
+
+/// coordinate - position * depth, where a double holds it.
+std::optional<double> held_difference(double coordinate, double position, double depth) {
+  const auto product = held_product(position, depth);
+  if (!product || product->low != 0) return std::nullopt;
+  const TwoTerms difference = two_sum(coordinate, -product->high);
+  if (!(difference.low == 0) || !std::isfinite(difference.high)) return std::nullopt;
+  return difference.high;
+}
+
+/// A vertex as seen from a point.
+struct SeenVertex {
+  double a, b, z;
+};
+
+std::optional<SeenVertex> held_vertex(const FacePoint& point, std::size_t k) {
+  const ProjectedVertex& v = point.face->vertex[k];
+  const auto a = held_difference(v.u, point.px, v.z), b = held_difference(v.v, point.py, v.z);
+  if (!a || !b) return std::nullopt;
+  return SeenVertex{*a, *b, v.z};
+}
+
+/// covers_exactly() where doubles hold the ends, as seen from the point, of all edges that are in question.
+std::optional<bool> covers_on_lattice(const FacePoint& point) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (point.values.e[k] > point.error) continue;
+    const auto from = held_vertex(point, (k + 1) % 3), to = held_vertex(point, (k + 2) % 3);
+    if (!from || !to) return std::nullopt;
+    const auto side = sign_of_difference(to->a, from->b, from->a, to->b);
+    if (!side) return std::nullopt;
+    if (*side < 0) return false;
+    if (*side > 0) continue;
+    const auto x = sign_of_difference(from->z, to->b, to->z, from->b);
+    if (!x || *x < 0) return x ? std::optional(false) : std::nullopt;
+    if (*x > 0) continue;
+    const auto y = sign_of_difference(to->z, from->a, from->z, to->a);
+    if (!y || *y <= 0) return y ? std::optional(false) : std::nullopt;
+  }
+  return true;
+}
+
 // --- filters
 // ----------------------------------------------------------------------------------------------------
 
@@ -235,6 +297,7 @@ FacePoint face_point(const RasterFace& face, double px, double py) {
 
 bool covers_exactly(const FacePoint& point) {
   if (const int side = side_of_edges<double>(point.values.e, point.error); side != 0) return side > 0;
+  if (const std::optional<bool> covered = covers_on_lattice(point)) return *covered;
   const Values<long double> longer = long_values(point);
   if (const int side = side_of_edges<long double>(longer.e, longer.error); side != 0) return side > 0;
   return covers_by_expansions(point);

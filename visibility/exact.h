@@ -1,5 +1,6 @@
 // Predicates on edge values and depths whose answers are those of real arithmetic on the projected vertices:
-// a floating-point filter first, long double next, expansions (Shewchuk 1997) when neither can tell.
+// a floating-point filter first, then what doubles hold without rounding, long double, and expansions
+// (Shewchuk 1997) when none of these can tell.
 #pragma once
 
 #include "visibility/raster.h"

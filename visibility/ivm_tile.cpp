@@ -186,7 +186,7 @@ void IvmTile::draw_unsure(const ClassifyView& view, std::uint32_t number) {
   const RasterFace raster = view.raster(faces_[number]);
   if (raster.facing == Facing::edge_on) return;
   const SpanWalker walker(raster, pixel_bounds(raster, box_));
-  collect_spans(raster, walker, true, spans_);
+  collect_spans(raster, walker, false, spans_);
   if (spans_.empty()) return;
   const InverseDepth plane(raster, spans_.front());
   for (const Span& run : spans_) {
