@@ -25,16 +25,16 @@ class Drawn {
     CpuIvm().draw(prepared(ivm), ivm, scan);
   }
   /// From what was drawn, which it uses up.
-  ViewVisibility classify() {
-    ViewVisibility result;
-    CpuClassifier(VisibilityOptions{}).complete(prepared(ivm), scan, result);
+  ViewVisibility classify(const VisibilityOptions& options = {}) {
+    ViewVisibility result{{view_.camera.width, view_.camera.height, ivm}, {}, {}, {}};
+    CpuClassifier(options).complete(prepared(ivm), scan, result);
     return result;
   }
   /// From an empty item buffer: every face contests every pixel that it covers.
-  ViewVisibility classify_undrawn() const {
+  ViewVisibility classify_undrawn(const VisibilityOptions& options = {}) const {
     const std::vector<FaceId> nothing(ivm.size(), kNoFace);
     ViewVisibility result;
-    CpuClassifier(VisibilityOptions{}).classify(prepared(nothing), result);
+    CpuClassifier(options).classify(prepared(nothing), result);
     return result;
   }
   bool claims(std::uint32_t pixel, std::uint32_t face) const {
@@ -158,6 +158,55 @@ TEST(CpuIvm, FacesThatCrossTheCameraPlaneAreContestedInFull) {
   EXPECT_EQ(drawn.scan.codes[0], FaceCode::unsure);
   EXPECT_EQ(drawn.scan.codes[1], FaceCode::unsure);
   expect_oracle(mesh, view, drawn.classify());
+}
+
+/// A wall that recedes from 1 to 500 along the image, of `columns` strips, each of its depths `lift` further.
+Mesh receding_wall(const Camera& camera, int columns, double lift) {
+  Mesh mesh;
+  for (int i = 0; i < columns; ++i) {
+    const auto corner = [&](double across, double y) {
+      // 1 / z is linear over the image.
+      const double w = 1 + (1.0 / 500 - 1) * across;
+      return std::array<double, 3>{0.4 + (camera.width - 1) * across, y, (1 + lift) / w};
+    };
+    const double from = static_cast<double>(i) / columns, to = (i + 1.0) / columns;
+    const double bottom = camera.height - 0.7;
+    scenes::add_at_pixels(mesh, camera, {corner(from, 0.3), corner(from, bottom), corner(to, 0.3)});
+    scenes::add_at_pixels(mesh, camera, {corner(to, 0.3), corner(from, bottom), corner(to, bottom)});
+  }
+  return mesh;
+}
+
+TEST(CpuIvm, FacesThatRecedeFarAreNotTrustedToFloats) {
+  // A wall of two faces and the same in strips, nearer or further by less than floats tell of the former.
+  const View view = scenes::view_of(1003, 60, 900);
+  for (const double lift : {-1e-5, -3e-6, -1e-6, -1e-9, 1e-9, 1e-6, 3e-6, 1e-5})
+    for (const bool strips_first : {false, true}) {
+      Mesh mesh = receding_wall(view.camera, strips_first ? 83 : 1, strips_first ? lift : 0);
+      scenes::append(mesh, receding_wall(view.camera, strips_first ? 1 : 83, strips_first ? 0 : lift));
+      Drawn drawn(mesh, view);
+      EXPECT_GE(drawn.unsure(), 2U);
+      EXPECT_EQ(drawn.classify().classes, oracle_visibility(mesh, view).classes) << lift;
+    }
+}
+
+TEST(CpuIvm, NeedlesBesideACornerOfTheFrame) {
+  // Their rectangles reach into the image, they do not.
+  const View view = scenes::view_of(700, 600, 500);
+  Mesh mesh;
+  for (double i = 0; i < 40; ++i) {
+    // From below the image to the right of it.
+    const double away = 350 + 5.1 * i, thin = 1e-5 * (i + 1);
+    const double x = 700 - away, y = 600 - away;
+    scenes::add_at_pixels(mesh, view.camera,
+                          {{{x, 722 + away, 9}, {822.3 + away, y + thin, 9}, {822.3 + away, y - thin, 9}}});
+  }
+  VisibilityOptions unresolved;
+  unresolved.subpixel = false;
+  for (const VisibilityOptions& options : {VisibilityOptions{}, unresolved}) {
+    Drawn drawn(mesh, view);
+    expect_same_visibility(drawn.classify(options), drawn.classify_undrawn(options));
+  }
 }
 
 TEST(CpuIvm, DepthsThatNoFloatHolds) {
