@@ -47,7 +47,7 @@ FaceCode code_of(std::uint8_t marks) {
 void CpuIvm::draw(const ClassifyView& view, std::span<FaceId> ivm, FaceScan& scan) {
   const std::size_t faces = view.mesh.faces.size();
   limits_ = view.quick_limits();
-  grid_ = TileGrid(view.frame(), IvmTile::kSide);
+  grid_ = TileGrid(view.frame(), IvmTile::kShift);
   drawn_.start(faces);
   scan.start(faces);
   list_faces(view, scan);
@@ -112,8 +112,7 @@ std::uint8_t CpuIvm::list_face(const ClassifyView& view, FaceId face, const Face
 void CpuIvm::draw_tiles(const ClassifyView& view, std::span<FaceId> ivm, FaceScan& scan) {
   for (IvmTile& tile : tiles_) tile.start_view();
   tbb::parallel_for(std::size_t{0}, grid_.count(), [&](std::size_t number) {
-    tiles_.local().draw(view, limits_, grid_.pixels(number, view.frame()), lists_.of(number), vast_, ivm,
-                        drawn_);
+    tiles_.local().draw(view, limits_, grid_.pixels(number), lists_.of(number), vast_, ivm, drawn_);
   });
   for (const IvmTile& tile : tiles_) {
     scan.claims.insert(scan.claims.end(), tile.doubts().begin(), tile.doubts().end());

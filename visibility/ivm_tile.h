@@ -44,7 +44,8 @@ struct DrawnFaces {
 /// Scratch of one thread.
 class IvmTile {
  public:
-  static constexpr std::int32_t kSide = 128;
+  static constexpr int kShift = 7;
+  static constexpr std::int32_t kSide = 1 << kShift;
 
   /// Forgets the doubts.
   void start_view();

@@ -10,46 +10,51 @@
 
 namespace gpvc {
 
-struct TileGrid {
-  std::int32_t side = 1;  ///< of a tile, pixels
-  std::size_t across = 0, down = 0;
-
+class TileGrid {
+ public:
   TileGrid() = default;
-  TileGrid(const PixelBox& frame, std::int32_t tile_side)
-      : side(tile_side),
-        across(static_cast<std::size_t>((frame.x1 + tile_side - 1) / tile_side)),
-        down(static_cast<std::size_t>((frame.y1 + tile_side - 1) / tile_side)) {}
-  std::size_t count() const { return across * down; }
+  /// Tiles of 2^`shift` pixels a side.
+  TileGrid(const PixelBox& frame, int shift)
+      : frame_(frame), shift_(shift), across_(tile_of(frame.x1 - 1) + 1), down_(tile_of(frame.y1 - 1) + 1) {}
+  std::size_t count() const { return static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_); }
   /// Of the frame.
-  PixelBox pixels(std::size_t tile, const PixelBox& frame) const {
-    const auto x = static_cast<std::int32_t>(tile % across) * side;
-    const auto y = static_cast<std::int32_t>(tile / across) * side;
-    return {x, y, std::min(x + side, frame.x1), std::min(y + side, frame.y1)};
+  PixelBox pixels(std::size_t tile) const {
+    const std::int32_t x = static_cast<std::int32_t>(tile) % across_ << shift_;
+    const std::int32_t y = static_cast<std::int32_t>(tile) / across_ << shift_;
+    const std::int32_t side = 1 << shift_;
+    return {x, y, std::min(x + side, frame_.x1), std::min(y + side, frame_.y1)};
   }
   /// How many tiles the box touches.
   std::int64_t touched(const PixelBox& box) const {
     if (box.empty()) return 0;
-    return std::int64_t{(box.x1 - 1) / side - box.x0 / side + 1} * ((box.y1 - 1) / side - box.y0 / side + 1);
+    return std::int64_t{tile_of(box.x1 - 1) - tile_of(box.x0) + 1} *
+           (tile_of(box.y1 - 1) - tile_of(box.y0) + 1);
   }
   /// tile(number) for each tile that the box touches, and, where `face` tells, that the face may touch: a
   /// sliver across many tiles fills little of its rectangle.
   template <class Callback>
   void for_each(const PixelBox& box, const QuickFace& face, const Callback& tile) const {
     if (box.empty()) return;
-    const std::int32_t first_row = box.y0 / side, last_row = (box.y1 - 1) / side;
-    const std::int32_t first = box.x0 / side, last = (box.x1 - 1) / side;
-    const bool narrow = face.usable() && last - first > 1 && last_row - first_row > 1;
-    for (std::int32_t row = first_row; row <= last_row; ++row) {
+    const std::int32_t first = tile_of(box.x0), last = tile_of(box.x1 - 1);
+    const std::int32_t last_row = tile_of(box.y1 - 1);
+    for (std::int32_t row = tile_of(box.y0); row <= last_row; ++row) {
       std::int32_t from = first, to = last;
-      if (narrow) {
-        const PixelBox part = touched_pixels(face.in_rows(row * side, (row + 1) * side), box);
-        from = part.x0 / side;
-        to = part.x0 < part.x1 ? (part.x1 - 1) / side : from - 1;
+      if (face.usable()) {
+        const PixelBox part = touched_pixels(face.in_rows(row << shift_, (row + 1) << shift_), box);
+        from = tile_of(part.x0);
+        to = part.x0 < part.x1 ? tile_of(part.x1 - 1) : from - 1;
       }
       for (std::int32_t column = from; column <= to; ++column)
-        tile(static_cast<std::size_t>(row) * across + static_cast<std::size_t>(column));
+        tile(static_cast<std::size_t>(row * across_ + column));
     }
   }
+
+ private:
+  std::int32_t tile_of(std::int32_t pixel) const { return pixel >> shift_; }
+
+  PixelBox frame_;
+  int shift_ = 0;
+  std::int32_t across_ = 0, down_ = 0;
 };
 
 /// Faces by tile: what parts list at once, sorted by counting. Within a tile faces come part by part, as they
