@@ -57,8 +57,15 @@ struct ClassifyView {
   }
   QuickDepth quick_depth(const QuickFace& quick, FaceId face) const {
     const Triangle& t = mesh.faces[index(face)];
-    const auto& v = projected.vertices;
-    return quick.depth(v[t[0]].z, v[t[1]].z, v[t[2]].z);
+    const auto& p = projected.positions;
+    return quick.depth(p[t[0]].per_z, p[t[1]].per_z, p[t[2]].per_z);
+  }
+  /// The least and the greatest inverse depth of its vertices, rounded.
+  DepthRange inverse_depths(FaceId face) const {
+    const Triangle& t = mesh.faces[index(face)];
+    const auto& p = projected.positions;
+    const double a = p[t[0]].per_z, b = p[t[1]].per_z, c = p[t[2]].per_z;
+    return {std::max(a, std::max(b, c)), std::min(a, std::min(b, c))};
   }
   /// The least and the greatest depth of its vertices.
   DepthRange depths(FaceId face) const {

@@ -16,8 +16,8 @@ constexpr double kNear = 0x1p-21;
 constexpr float kFar = 0x1p-20F;
 /// How far a plane of 1 / z may be off, relative to D, to be drawn with certainty.
 constexpr double kPlane = 0x1p-25;
-/// Depths whose 1 / z and its rounding are normal floats.
-constexpr double kLeastDepth = 0x1p-100, kMostDepth = 0x1p100;
+/// What 1 / z may be so that floats near it, and their rounding, are normal.
+constexpr double kLeast = 0x1p-100, kMost = 0x1p100;
 
 constexpr auto kSide = static_cast<std::size_t>(IvmTile::kSide);
 constexpr std::size_t kPixels = kSide * kSide;
@@ -31,9 +31,7 @@ inline bool any(const EightInts& flags) {
 
 /// A positive, finite float near the value, whatever that is.
 float stored_depth(double inverse) {
-  constexpr float kLeast = std::numeric_limits<float>::min(), kMost = std::numeric_limits<float>::max();
-  if (!(inverse > kLeast)) return kLeast;
-  return inverse < kMost ? static_cast<float>(inverse) : kMost;
+  return inverse > kLeast ? static_cast<float>(std::min(inverse, kMost)) : static_cast<float>(kLeast);
 }
 
 void prefetch(const ClassifyView& view, std::span<const FaceId> faces, std::size_t at) {
@@ -42,7 +40,6 @@ void prefetch(const ClassifyView& view, std::span<const FaceId> faces, std::size
   __builtin_prefetch(&view.mesh.faces[index(faces[at + 2 * kAhead])]);
   for (const std::uint32_t vertex : view.mesh.faces[index(faces[at + kAhead])]) {
     __builtin_prefetch(&view.projected.positions[vertex]);
-    __builtin_prefetch(&view.projected.vertices[vertex]);
   }
 }
 
@@ -93,92 +90,116 @@ void IvmTile::draw_face(const ClassifyView& view, const QuickLimits& limits, std
   unsure_.push_back(number);
 }
 
-/// False when it is not certain where the face lies, and nothing was drawn.
+/// False when it is not certain where all of the face lies: rows that are may have been drawn.
 bool IvmTile::draw_certain(const ClassifyView& view, const QuickLimits& limits, const FaceBounds& bounds,
                            std::uint32_t number) {
   const FaceId face = faces_[number];
   const QuickFace quick = view.quick(limits, face, bounds);
-  if (!quick.usable() || !quick.spans(pixel_centres(bounds, box_), spans_)) return false;
+  if (quick.facing() == Facing::edge_on) return false;
   Entry& entry = entries_[number];
   entry.marks = static_cast<std::uint8_t>((quick.facing() == Facing::front ? kMarkFront : 0) |
                                           (limits.inside(bounds) ? kMarkInside : 0));
-  if (spans_.empty()) return true;
-  const DepthRange depths = view.depths(face);
-  if (!(depths.nearest >= kLeastDepth && depths.farthest <= kMostDepth &&
-        depths.farthest <= 2 * depths.nearest))
-    return false;
-  const QuickDepth plane = view.quick_depth(quick, face);
-  const double largest = 1 / depths.nearest;
-  if (!(plane.error <= kPlane * largest)) return false;
-  entry.marks |= kMarkSampled;
-  for (const Span& span : spans_) entry.samples += static_cast<std::uint32_t>(span.x1 - span.x0);
-  const Buffers tile{depths_.data(), owners_.data(), lost_.data()};
-  const std::uint32_t hidden = draw_runs(tile, box_, spans_, plane, largest, number, close_);
-  hidden_samples_ += hidden;
+  const PixelBox box = pixel_centres(bounds, box_);
+  if (box.empty()) return true;
+  const auto [largest, least] = view.inverse_depths(face);
+  if (!(least >= kLeast && largest <= kMost && largest <= 2 * least)) return false;
+  Drawing drawing{depths_.data(),
+                  owners_.data(),
+                  lost_.data(),
+                  pixel(box.x0, box.y0),
+                  box,
+                  {},
+                  view.quick_depth(quick, face),
+                  largest,
+                  number,
+                  &close_};
+  if (!(drawing.plane.error <= kPlane * largest) || !quick.cross(box, drawing.edges)) return false;
+  const bool certain = draw_rows(drawing);
+  entry.samples = drawing.samples;
+  if (drawing.samples > 0) entry.marks |= kMarkSampled;
+  hidden_samples_ += drawing.hidden;
+  settle_close(number);
+  return certain;
+}
+
+/// Samples that floats cannot tell from what is stored: the greater value stays, the other face is a doubt.
+void IvmTile::settle_close(std::uint32_t number) {
   for (const Close& sample : close_) {
     const bool wins = greater(sample.at, sample.value, number);
     const std::uint32_t loser = wins ? owners_[sample.at] : number;
     if (wins) replace(sample.at, sample.value, number);
     lost_[loser] = 1;
     doubt(sample.at, loser);
-    ++hidden_samples_;
   }
+  hidden_samples_ += close_.size();
   close_.clear();
-  return true;
 }
 
-/// How many samples another face hides; `close` gets those that are neither certainly nearer than what is
-/// stored nor certainly behind it.
+/// Row by row, until one is not certain: false then.
 ///
 /// The value of a run's first pixel and the gradient along it are off by no more than two errors of the plane
 /// together, 2^-24 D. Turned into floats they are off by 2^-24 D each, their product and their sum by as much
 /// again: the gradient times the run's length is no more than D, and so are all values of a run but for these
 /// errors. That makes 5.01 * 2^-24 D, below 0.63 kNear D. For what is stored, with its D at most 2 s (1 +
 /// 2^-19), 0.64 kFar s. The third that is left pays for rounding the difference and the sum of both.
-GPVC_WIDE_CLONES std::uint32_t IvmTile::draw_runs(const Buffers& tile, const PixelBox& box,
-                                                  std::span<const Span> runs, const QuickDepth& plane,
-                                                  double largest, std::uint32_t number,
-                                                  std::vector<Close>& close) {
+GPVC_WIDE_CLONES bool IvmTile::draw_rows(Drawing& face) {
   const EightInts lanes{0, 1, 2, 3, 4, 5, 6, 7};
   const EightFloats lane_numbers{0, 1, 2, 3, 4, 5, 6, 7};
   const EightFloats zero{};
-  const auto per_x = static_cast<float>(plane.per_x), near = static_cast<float>(kNear * largest);
+  const EightIds number = EightIds{} + face.number;
+  const QuickDepth& plane = face.plane;
+  const auto per_x = static_cast<float>(plane.per_x), near = static_cast<float>(kNear * face.largest);
+  const double from_x = face.box.x0 + 0.5 - plane.x, from_y = face.box.y0 + 0.5 - plane.y;
+  const std::int32_t rows = face.box.y1 - face.box.y0;
   EightInts behind_sum{};
-  std::uint32_t hidden = 0;
-  for (const Span& run : runs) {
-    const auto first =
-        static_cast<std::size_t>(run.y - box.y0) * kSide + static_cast<std::size_t>(run.x0 - box.x0);
-    const auto value = static_cast<float>(plane.at(run.x0 + 0.5, run.y + 0.5));
-    const std::int32_t length = run.x1 - run.x0;
-    for (std::int32_t x = 0; x < length; x += static_cast<std::int32_t>(kLanes)) {
-      const std::size_t at = first + static_cast<std::size_t>(x);
-      const EightFloats values = value + per_x * (lane_numbers + static_cast<float>(x));
-      EightFloats stored;
-      EightIds owners;
-      std::memcpy(&stored, tile.depths + at, sizeof(stored));
-      std::memcpy(&owners, tile.owners + at, sizeof(owners));
-      const EightFloats margin = stored * kFar + near, apart = values - stored;
-      const EightInts in_run = lanes < length - x;
-      const EightInts ahead = (apart > margin) & in_run, behind = (apart < -margin) & in_run;
-      const EightInts replaces = ahead & (stored > zero), unclear = in_run & ~(ahead | behind);
-      behind_sum -= behind;
-      const EightFloats new_depths = ahead ? values : stored;
-      const EightIds new_owners = ahead ? (EightIds{} + number) : owners;
-      std::memcpy(tile.depths + at, &new_depths, sizeof(new_depths));
-      std::memcpy(tile.owners + at, &new_owners, sizeof(new_owners));
-      if (!any(replaces | unclear)) continue;
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        if (unclear[lane] != 0) close.push_back({static_cast<std::uint32_t>(at + lane), values[lane]});
-        if (replaces[lane] == 0) continue;
-        tile.lost[owners[lane]] = 1;
-        ++hidden;
+  FourRuns runs;
+  runs.sure = true;
+  for (std::int32_t first_row = 0; first_row < rows; first_row += 4) {
+    find_four_runs(face.edges, first_row, rows, runs);
+    if (!runs.sure) break;
+    const FourDoubles way_x = __builtin_convertvector(runs.begins, FourDoubles) + from_x;
+    const FourDoubles way_y = FourDoubles{0, 1, 2, 3} + (first_row + from_y);
+    const FourDoubles starts = plane.first + plane.per_x * way_x + plane.per_y * way_y;
+    const std::int32_t last = std::min(rows - first_row, 4);
+    for (std::int32_t row = 0; row < last; ++row) {
+      const std::int32_t length = runs.ends[row] - runs.begins[row];
+      if (length <= 0) continue;
+      face.samples += static_cast<std::uint32_t>(length);
+      const auto value = static_cast<float>(starts[row]);
+      const std::size_t first = face.first + static_cast<std::size_t>(first_row + row) * kSide +
+                                static_cast<std::size_t>(runs.begins[row]);
+      for (std::int32_t x = 0; x < length; x += static_cast<std::int32_t>(kLanes)) {
+        const std::size_t at = first + static_cast<std::size_t>(x);
+        const EightFloats values = value + per_x * (lane_numbers + static_cast<float>(x));
+        EightFloats stored;
+        EightIds owners;
+        std::memcpy(&stored, face.depths + at, sizeof(stored));
+        std::memcpy(&owners, face.owners + at, sizeof(owners));
+        const EightFloats margin = stored * kFar + near, apart = values - stored;
+        const EightInts in_run = lanes < length - x;
+        const EightInts ahead = (apart > margin) & in_run, behind = (apart < -margin) & in_run;
+        const EightInts replaces = ahead & (stored > zero), unclear = in_run & ~(ahead | behind);
+        behind_sum -= behind;
+        const EightFloats new_depths = ahead ? values : stored;
+        const EightIds new_owners = ahead ? number : owners;
+        std::memcpy(face.depths + at, &new_depths, sizeof(new_depths));
+        std::memcpy(face.owners + at, &new_owners, sizeof(new_owners));
+        if (!any(replaces | unclear)) continue;
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+          if (unclear[lane] != 0)
+            face.close->push_back({static_cast<std::uint32_t>(at + lane), values[lane]});
+          if (replaces[lane] == 0) continue;
+          face.lost[owners[lane]] = 1;
+          ++face.hidden;
+        }
       }
     }
   }
   std::uint32_t behind = 0;
   for (std::size_t lane = 0; lane < kLanes; ++lane) behind += static_cast<std::uint32_t>(behind_sum[lane]);
-  if (behind != 0) tile.lost[number] = 1;
-  return hidden + behind;
+  if (behind != 0) face.lost[face.number] = 1;
+  face.hidden += behind;
+  return runs.sure;
 }
 
 /// Contested in full by whoever asked for the tile, so it need only come close to where it is seen.
@@ -189,19 +210,18 @@ void IvmTile::draw_unsure(const ClassifyView& view, std::uint32_t number) {
   collect_spans(raster, walker, false, spans_);
   if (spans_.empty()) return;
   const InverseDepth plane(raster, spans_.front());
-  for (const Span& run : spans_) {
-    const std::size_t row = static_cast<std::size_t>(run.y - box_.y0) * kSide;
+  for (const Span& run : spans_)
     for (std::int32_t x = run.x0; x < run.x1; ++x) {
-      const std::size_t at = row + static_cast<std::size_t>(x - box_.x0);
+      const std::size_t at = pixel(x, run.y);
       const float value = stored_depth(plane.at(x, run.y));
-      if (!greater(at, value, number)) continue;
-      if (const std::uint32_t owner = owners_[at]; owner != 0) {
+      const std::uint32_t owner = owners_[at];
+      if (owner == number || !greater(at, value, number)) continue;
+      if (owner != 0) {
         lost_[owner] = 1;
         doubt(at, owner);
       }
       replace(at, value, number);
     }
-  }
 }
 
 /// A total order, so that what remains does not depend on who comes first.
@@ -225,8 +245,7 @@ void IvmTile::clear_outside_photo(const ClassifyView& view, std::size_t first_do
   for (std::int32_t y = box_.y0; y < box_.y1; ++y)
     for (std::int32_t x = box_.x0; x < box_.x1; ++x) {
       if (view.mask.contains(x, y)) continue;
-      std::uint32_t& owner =
-          owners_[static_cast<std::size_t>(y - box_.y0) * kSide + static_cast<std::size_t>(x - box_.x0)];
+      std::uint32_t& owner = owners_[pixel(x, y)];
       lost_[owner] = 1;
       owner = 0;
     }

@@ -74,11 +74,21 @@ class IvmTile {
     std::uint32_t at;
     float value;
   };
-  /// Pixels of the tile, row-major, kSide a row and eight more at the end; faces by number, from 1 on.
-  struct Buffers {
+  /// What drawing a face takes, and what comes of it.
+  struct Drawing {
+    // Pixels of the tile, row-major, kSide a row and eight more at the end; faces by number, from 1 on.
     float* depths;          ///< 1 / z, 0 where nothing is
     std::uint32_t* owners;  ///< 0: none
     std::uint8_t* lost;     ///< by number
+    std::size_t first;      ///< of the box, in the tile
+    PixelBox box;           ///< around the face in the tile
+    RowCrossings edges;
+    QuickDepth plane;
+    double largest;  ///< 1 / z
+    std::uint32_t number;
+    std::vector<Close>* close;
+    std::uint32_t samples = 0;
+    std::uint32_t hidden = 0;  ///< samples that hide others or are hidden, of those that are certain
   };
 
   void start(std::span<const FaceId> faces, std::span<const FaceId> vast);
@@ -86,9 +96,11 @@ class IvmTile {
   bool draw_certain(const ClassifyView& view, const QuickLimits& limits, const FaceBounds& bounds,
                     std::uint32_t number);
   void draw_unsure(const ClassifyView& view, std::uint32_t number);
-  static std::uint32_t draw_runs(const Buffers& tile, const PixelBox& box, std::span<const Span> runs,
-                                 const QuickDepth& plane, double largest, std::uint32_t number,
-                                 std::vector<Close>& close);
+  static bool draw_rows(Drawing& face);
+  void settle_close(std::uint32_t number);
+  std::size_t pixel(std::int32_t x, std::int32_t y) const {
+    return static_cast<std::size_t>(y - box_.y0) * kSide + static_cast<std::size_t>(x - box_.x0);
+  }
   bool greater(std::size_t at, float value, std::uint32_t number) const;
   void replace(std::size_t at, float value, std::uint32_t number);
   void doubt(std::size_t at, std::uint32_t number);

@@ -27,17 +27,18 @@ inline ProjectedVertex project(const Camera& camera, const Pose& pose, const Wor
 void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose,
                       std::vector<ProjectedVertex>& projected);
 
-/// The pixel position of a vertex, rounded: good for bounds only. NaN when it is not in front of the camera.
+/// The pixel position of a vertex and the inverse of its depth, each rounded once: good for bounds, and for
+/// what QuickFace derives of them. Positions are NaN when it is not in front of the camera.
 struct RoundedPosition {
-  double x, y;
+  double x, y, per_z;
 };
 
 inline RoundedPosition rounded_position(const ProjectedVertex& v) {
   constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
-  if (!(v.z > 0)) return {kNowhere, kNowhere};
+  if (!(v.z > 0)) return {kNowhere, kNowhere, 0};
   // Far beyond any image, but finite.
   constexpr double kFar = 1e38;
-  return {std::clamp(v.u / v.z, -kFar, kFar), std::clamp(v.v / v.z, -kFar, kFar)};
+  return {std::clamp(v.u / v.z, -kFar, kFar), std::clamp(v.v / v.z, -kFar, kFar), 1 / v.z};
 }
 
 /// All vertices of a mesh in one view.

@@ -7,52 +7,18 @@
 namespace gpvc {
 namespace {
 
-/// Where the lines of the edges cross the rows of a box, in pixels from the centre of its first.
-struct RowCrossings {
-  std::array<double, 3> at, slope;            ///< in the first row, and from row to row
-  std::array<double, 3> not_left, not_right;  ///< -infinity or infinity where an
-                                              ///< edge does not bound that end
-  double width;                               ///< of the box
-  double tolerance;                           ///< what a crossing may be off
-};
-
 /// Fills `found`, one span a row at most; how many, or -1 when some row is not certain.
 GPVC_WIDE_CLONES std::ptrdiff_t find_spans(const RowCrossings& edges, const PixelBox& box, Span* found) {
   const std::int32_t rows = box.y1 - box.y0;
-  const FourDoubles zero{}, lanes{0, 1, 2, 3};
-  const FourDoubles at0 = zero + edges.at[0], at1 = zero + edges.at[1], at2 = zero + edges.at[2];
-  // Half a pixel beyond the box is as good as any further.
-  const FourDoubles least = zero - 0.5, most_low = zero + (edges.width + 0.5),
-                    most_high = zero + (edges.width - 0.5);
   std::ptrdiff_t count = 0;
   for (std::int32_t first = 0; first < rows; first += 4) {
-    const FourDoubles row = lanes + static_cast<double>(first);
-    const FourDoubles a = at0 + edges.slope[0] * row, b = at1 + edges.slope[1] * row,
-                      c = at2 + edges.slope[2] * row;
-    FourDoubles low = a + edges.not_left[0], high = a + edges.not_right[0];
-    const FourDoubles low_b = b + edges.not_left[1], high_b = b + edges.not_right[1];
-    const FourDoubles low_c = c + edges.not_left[2], high_c = c + edges.not_right[2];
-    low = low < low_b ? low_b : low;
-    low = low < low_c ? low_c : low;
-    low = low < least ? least : low;
-    low = most_low < low ? most_low : low;
-    high = high_b < high ? high_b : high;
-    high = high_c < high ? high_c : high;
-    high = high < least ? least : high;
-    high = most_high < high ? most_high : high;
-    const FourInts begins = __builtin_convertvector(low + 1.0, FourInts);
-    const FourInts ends = __builtin_convertvector(high + 1.0, FourInts);
-    // How far the crossings are from the pixel centres on either side of them.
-    const FourDoubles begin = __builtin_convertvector(begins, FourDoubles) - low;
-    const FourDoubles end = __builtin_convertvector(ends, FourDoubles) - high;
-    const FourFlags sure = (begin > edges.tolerance) & (1.0 - begin > edges.tolerance) &
-                           (end > edges.tolerance) & (1.0 - end > edges.tolerance);
-    const FourFlags unsure = ~sure & (row < static_cast<double>(rows));
-    if ((unsure[0] | unsure[1] | unsure[2] | unsure[3]) != 0) return -1;
+    FourRuns runs;
+    find_four_runs(edges, first, rows, runs);
+    if (!runs.sure) return -1;
     const std::int32_t last = std::min(rows - first, 4);
     for (std::int32_t lane = 0; lane < last; ++lane) {
-      found[count] = {box.y0 + first + lane, box.x0 + begins[lane], box.x0 + ends[lane]};
-      count += begins[lane] < ends[lane];
+      found[count] = {box.y0 + first + lane, box.x0 + runs.begins[lane], box.x0 + runs.ends[lane]};
+      count += runs.begins[lane] < runs.ends[lane];
     }
   }
   return count;
@@ -145,10 +111,9 @@ FaceBounds QuickFace::in_rows(std::int32_t y0, std::int32_t y1) const {
 /// so the sum of both is off by at most 2 D e. Dividing by the area A, which is off by e, makes that 3 D e /
 /// |A|; rounding the gradients, their products and the sums adds 2 D e / |A| + 8 r D. Twice that and more is
 /// the error, which also pays for rounding the difference of two.
-QuickDepth QuickFace::depth(double za, double zb, double zc) const {
+QuickDepth QuickFace::depth(double wa, double wb, double wc) const {
   QuickDepth plane;
   if (facing_ == Facing::edge_on) return plane;
-  const double wa = 1 / za, wb = 1 / zb, wc = 1 / zc;
   const double dx1 = x_[1] - x_[0], dy1 = y_[1] - y_[0], dx2 = x_[2] - x_[0], dy2 = y_[2] - y_[0];
   const double per_area = 1 / (dx1 * dy2 - dy1 * dx2);
   plane.x = x_[0];
@@ -172,14 +137,11 @@ bool QuickFace::level_edge_clears(std::size_t i, std::size_t j, double turn, con
 
 /// Where a row crosses the line of an edge is known to margin / |height of the edge|, twice that with the
 /// rounding of the division. Edges that have the face on their right bound the run from the left.
-bool QuickFace::spans(const PixelBox& box, std::vector<Span>& found) const {
-  found.clear();
+bool QuickFace::cross(const PixelBox& box, RowCrossings& edges) const {
   if (facing_ == Facing::edge_on) return false;
-  if (box.empty()) return true;
   constexpr double kNever = std::numeric_limits<double>::infinity();
   const double turn = facing_ == Facing::front ? -1 : 1;
   const double first_x = box.x0 + 0.5, first_y = box.y0 + 0.5;
-  RowCrossings edges;
   double least = kNever;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
@@ -200,6 +162,15 @@ bool QuickFace::spans(const PixelBox& box, std::vector<Span>& found) const {
   }
   edges.tolerance = 2 * margin_ / least;
   edges.width = box.x1 - box.x0;
+  return true;
+}
+
+bool QuickFace::spans(const PixelBox& box, std::vector<Span>& found) const {
+  found.clear();
+  if (facing_ == Facing::edge_on) return false;
+  if (box.empty()) return true;
+  RowCrossings edges;
+  if (!cross(box, edges)) return false;
   found.resize(static_cast<std::size_t>(box.y1 - box.y0));
   const std::ptrdiff_t count = find_spans(edges, box, found.data());
   if (count < 0) return false;

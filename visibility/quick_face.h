@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "visibility/raster.h"
+#include "visibility/row_crossings.h"
 
 namespace gpvc {
 
@@ -111,14 +112,17 @@ class QuickFace {
   /// products computed in floats. They hold everywhere where nothing is known.
   HalfPlanes half_planes(double x, double y, double extent) const;
 
-  /// From the depths of the three vertices, in the order of their positions. Its error is infinite where
-  /// nothing is known.
-  QuickDepth depth(double za, double zb, double zc) const;
+  /// From the inverse depths of the three vertices, in the order of their positions. Its error is infinite
+  /// where nothing is known.
+  QuickDepth depth(double wa, double wb, double wc) const;
 
   /// The rectangle around the part of the projection that lies in the rows of pixels y0 .. y1 - 1: x0 and x1
   /// may be out of order when there is none. \pre usable()
   FaceBounds in_rows(std::int32_t y0, std::int32_t y1) const;
 
+  /// Where the edges cross the rows of the box; false when they are not known to do so. \pre the box is not
+  /// empty and lies in the rectangle.
+  bool cross(const PixelBox& box, RowCrossings& edges) const;
   /// The runs of the box's pixels whose centres are covered; false when some row is not certain. Four rows at
   /// a time.
   bool spans(const PixelBox& box, std::vector<Span>& found) const;

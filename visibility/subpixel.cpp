@@ -116,7 +116,7 @@ void SubpixelResolver::find_vertex_tiles(const ClassifyView& view) {
     constexpr double kTiles = 1.0 / kTileSide;
     const double right = width_ - kSlack, bottom = height_ - kSlack;
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const auto [x, y] = positions[i];
+      const auto [x, y, per_z] = positions[i];
       vertex_tiles_[i] = kNoTile;
       if (!(x >= kSlack && y >= kSlack && x <= right && y <= bottom)) continue;
       const auto column = static_cast<std::int32_t>((x - kSlack) * kTiles);
