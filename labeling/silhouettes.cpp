@@ -63,6 +63,24 @@ std::vector<std::uint8_t> find_steps(const Ivm& ivm, const StepTest& is_step) {
   return steps;
 }
 
+/// to |= from & bits. Bytes may be anything, also the pointers of a vector: restrict lets the compiler take
+/// many at once.
+void unite(std::uint8_t* __restrict to, const std::uint8_t* __restrict from, std::uint8_t bits,
+           std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(to[i] | (from[i] & bits));
+}
+
+/// row[i] becomes the union of row[i] .. row[i + length - 1], of which the last ones are padding. `other` is
+/// of the same size, for the work.
+void unite_runs(std::vector<std::uint8_t>& row, std::vector<std::uint8_t>& other, std::size_t length) {
+  for (std::size_t done = 1; done < length;) {
+    const std::size_t step = std::min(done, length - done);
+    other = row;
+    unite(row.data(), other.data() + step, 0xFF, row.size() - step);
+    done += step;
+  }
+}
+
 }  // namespace
 
 InverseDepth inverse_depth(const Camera& camera, const CameraPoint (&corners)[3]) {
@@ -85,18 +103,18 @@ std::vector<std::uint8_t> silhouette_margin(const Camera& camera, const Ivm& ivm
   tbb::parallel_for(tbb::blocked_range<int>(0, ivm.height, 16), [&](const tbb::blocked_range<int>& rows) {
     // A square grown by rows, then by columns; padded, so that the inner loops have no ends to mind.
     const auto pad = static_cast<std::size_t>(reach);
-    std::vector<std::uint8_t> column(width + 2 * pad);
+    std::vector<std::uint8_t> column(width + 2 * pad), work;
     for (int y = rows.begin(); y != rows.end(); ++y) {
       std::fill(column.begin(), column.end(), std::uint8_t{0});
       for (int other = std::max(0, y - margin_px); other <= std::min(ivm.height - 1, y + reach); ++other) {
         const std::uint8_t* in = steps.data() + static_cast<std::size_t>(other) * width;
         const std::uint8_t bits = other == y - margin_px ? kBelow : kHere | kBelow;
-        for (std::size_t x = 0; x < width; ++x) column[pad + x] |= in[x] & bits;
+        unite(column.data() + pad, in, bits, width);
       }
+      unite_runs(column, work, 2 * pad + 1);
       std::uint8_t* out = margin.data() + static_cast<std::size_t>(y) * width;
-      for (std::size_t shift = 0; shift <= 2 * pad; ++shift)
-        for (std::size_t x = 0; x < width; ++x) out[x] |= column[x + shift];
-      for (std::size_t x = 0; x < width; ++x) out[x] = out[x] != 0;
+      std::transform(column.begin(), column.begin() + static_cast<std::ptrdiff_t>(width), out,
+                     [](std::uint8_t any) { return static_cast<std::uint8_t>(any != 0); });
     }
   });
   return margin;
