@@ -242,12 +242,19 @@ void IvmTile::doubt(std::size_t at, std::uint32_t number) {
 }
 
 void IvmTile::clear_outside_photo(const ClassifyView& view, std::size_t first_doubt) {
+  // Words of the mask, most of which are whole.
+  static_assert(kSide % 64 == 0);
   for (std::int32_t y = box_.y0; y < box_.y1; ++y)
-    for (std::int32_t x = box_.x0; x < box_.x1; ++x) {
-      if (view.mask.contains(x, y)) continue;
-      std::uint32_t& owner = owners_[pixel(x, y)];
-      lost_[owner] = 1;
-      owner = 0;
+    for (std::int32_t from = box_.x0; from < box_.x1; from += 64) {
+      const std::uint64_t word = view.mask.words()[static_cast<std::size_t>(y) * view.mask.stride() +
+                                                   static_cast<std::size_t>(from) / 64];
+      if (~word == 0) continue;
+      for (std::int32_t x = from; x < std::min(from + 64, box_.x1); ++x) {
+        if (view.mask.contains(x, y)) continue;
+        std::uint32_t& owner = owners_[pixel(x, y)];
+        lost_[owner] = 1;
+        owner = 0;
+      }
     }
   const auto outside = [&](const Claim& claim) {
     return !view.mask.contains(static_cast<int>(claim.pixel % view_width_),
