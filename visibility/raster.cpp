@@ -64,34 +64,10 @@ PixelBox pixel_bounds(const RasterFace& face, const FaceBounds& bounds, const Pi
   return face.facing == Facing::edge_on ? PixelBox{} : pixel_centres(bounds, window);
 }
 
-PixelBox pixel_centres(const FaceBounds& bounds, const PixelBox& window) {
-  if (!bounds.ahead) return {};
-  if (!bounds.bounded) return window;
-  const auto first = [](double low, std::int32_t from, std::int32_t to) {
-    return ceil_int(std::clamp<double>(low - 0.5, from, to));
-  };
-  const auto end = [](double high, std::int32_t from, std::int32_t to) {
-    return floor_int(std::clamp<double>(high + 0.5, from, to));
-  };
-  return {first(bounds.x0, window.x0, window.x1), first(bounds.y0, window.y0, window.y1),
-          end(bounds.x1, window.x0, window.x1), end(bounds.y1, window.y0, window.y1)};
-}
-
 PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window) {
   const auto& v = face.vertex;
   return pixel_bounds(
       face, face_bounds(rounded_position(v[0]), rounded_position(v[1]), rounded_position(v[2])), window);
-}
-
-PixelBox touched_pixels(const FaceBounds& bounds, const PixelBox& window) {
-  if (!bounds.ahead) return {};
-  if (!bounds.bounded) return window;
-  const auto pixel = [](double position, std::int32_t from, std::int32_t to) {
-    return floor_int(std::clamp<double>(position, from, to));
-  };
-  return {pixel(bounds.x0, window.x0, window.x1), pixel(bounds.y0, window.y0, window.y1),
-          std::min(pixel(bounds.x1, window.x0, window.x1) + 1, window.x1),
-          std::min(pixel(bounds.y1, window.y0, window.y1) + 1, window.y1)};
 }
 
 SpanWalker::SpanWalker(const RasterFace& face, const PixelBox& bounds) : box_(bounds) {

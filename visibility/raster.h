@@ -169,8 +169,6 @@ inline bool outside(const FaceBounds& bounds, double width, double height) {
 
 /// The pixels of `window` whose centres may lie in the projection of the face; empty for an edge-on face.
 PixelBox pixel_bounds(const RasterFace& face, const FaceBounds& bounds, const PixelBox& window);
-/// The same for the bounds of any face.
-PixelBox pixel_centres(const FaceBounds& bounds, const PixelBox& window);
 PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window);
 
 /// floor() and ceil() of what an int32 holds; the library's are calls where SSE4 is not assumed.
@@ -183,8 +181,31 @@ inline std::int32_t ceil_int(double v) {
   return truncated + (static_cast<double>(truncated) < v ? 1 : 0);
 }
 
+/// pixel_bounds() for the bounds of any face.
+inline PixelBox pixel_centres(const FaceBounds& bounds, const PixelBox& window) {
+  if (!bounds.ahead) return {};
+  if (!bounds.bounded) return window;
+  const auto first = [](double low, std::int32_t from, std::int32_t to) {
+    return ceil_int(std::clamp<double>(low - 0.5, from, to));
+  };
+  const auto end = [](double high, std::int32_t from, std::int32_t to) {
+    return floor_int(std::clamp<double>(high + 0.5, from, to));
+  };
+  return {first(bounds.x0, window.x0, window.x1), first(bounds.y0, window.y0, window.y1),
+          end(bounds.x1, window.x0, window.x1), end(bounds.y1, window.y0, window.y1)};
+}
+
 /// The pixels of `window` that the face may touch.
-PixelBox touched_pixels(const FaceBounds& bounds, const PixelBox& window);
+inline PixelBox touched_pixels(const FaceBounds& bounds, const PixelBox& window) {
+  if (!bounds.ahead) return {};
+  if (!bounds.bounded) return window;
+  const auto pixel = [](double position, std::int32_t from, std::int32_t to) {
+    return floor_int(std::clamp<double>(position, from, to));
+  };
+  return {pixel(bounds.x0, window.x0, window.x1), pixel(bounds.y0, window.y0, window.y1),
+          std::min(pixel(bounds.x1, window.x0, window.x1) + 1, window.x1),
+          std::min(pixel(bounds.y1, window.y0, window.y1) + 1, window.y1)};
+}
 
 /// Walks the rows of a face. Edges are linear along a row, so the ends of its run of pixels are computed and
 /// then confirmed: the pixel inside and the pixel outside of an end must differ from zero by more than
