@@ -181,7 +181,7 @@ says "Paper" "a depth map or rays are right within a range of epsilons that diff
 says "Here" "[the tables beside the paper's](tables_1_to_6/accuracy.md)"
 head2 "Tables 7 to 9: efficiency"
 says "Paper" "611 055 faces, 43 views, GTX 860M: shadow maps 20.5 to 40.8 s, sparse rays 110 to 261 s, dense rays 707 to 1666 s, GPVC 24.7 to 30.1 s on the CPU and 0.11 to 0.16 s on the GPU."
-says "Here" "[the tables](tables_7_to_9/efficiency.md), on this machine; a machine without a graphics card draws with Mesa's llvmpipe, so only the order of the methods compares."
+says "Here" "[the tables](tables_7_to_9/efficiency.md), on this machine; without a graphics card GPVC draws natively, and with Mesa's llvmpipe in the rows marked opengl, as shadow maps do, so only the order of the methods compares."
 
 head2 "Figure 15: default and reversed depth"
 says "Paper" "very close faces fight in the default, symmetric depth buffer and do not in the reversed one."

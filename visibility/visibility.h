@@ -1,4 +1,5 @@
-// Which faces of a mesh a view sees: GPVC (Huang, Zhu, Jiang 2018) on OpenGL through EGL, no window, no bias.
+// Which faces of a mesh a view sees: GPVC (Huang, Zhu, Jiang 2018) on OpenGL through EGL, without window or
+// bias, or natively where OpenGL would run on the CPU as well.
 //
 // Words of the paper, used throughout:
 //   IVM     initial visibility map: per pixel the index of the face drawn there (section 2.1)
