@@ -278,6 +278,8 @@ PartialChart start_chart(const AtlasInput& input, const ChartSet& set, std::uint
   part.second_sixths.assign(texels, 0);
   choose_best(part, coverage.table());
   choose_second(part, coverage.table());
+  // A byte a pixel of every source: too much to keep where many photos see large faces in parts.
+  for (TexelSource& source : part.sources) source.margin = {};
   for (std::size_t i = 0; i < texels; ++i)
     for (const auto k : {part.best[i], part.second[i]})
       if (k != PartialChart::kNone)

@@ -22,7 +22,8 @@ struct TexelSource {
   std::array<double, 9> frame_from_texel{};
   /// The face in the view's frame, from the coverage's corner; nullopt where a part lies behind the camera.
   std::optional<TexelTriangle> outline;
-  /// Over the coverage's box: 0 clear, 1 seen, but close to something in front, 2 right beside it.
+  /// Over the coverage's box: 0 clear, 1 seen, but close to something in front, 2 right beside it. Empty once
+  /// the sources of its chart are chosen, which alone looks at it.
   std::vector<std::uint8_t> margin;
 };
 
