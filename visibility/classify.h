@@ -60,7 +60,7 @@ struct ClassifyView {
     const auto& p = projected.positions;
     return quick.depth(p[t[0]].per_z, p[t[1]].per_z, p[t[2]].per_z);
   }
-  /// The least and the greatest inverse depth of its vertices, rounded.
+  /// The inverse depths, rounded, of its nearest and its farthest vertex: the greatest and the least.
   DepthRange inverse_depths(FaceId face) const {
     const Triangle& t = mesh.faces[index(face)];
     const auto& p = projected.positions;

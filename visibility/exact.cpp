@@ -131,7 +131,8 @@ int compare_by_expansions(const FacePoint& f, const FacePoint& g) {
 // ------------------------------------------------------------------------------------------
 // Where corners keep to fractions of a pixel, most edges run through centres, and every value is a double.
 
-/// a x b as it is, or nothing where doubles do not hold both parts: too large, or the rest too small.
+/// a x b as it is, or nothing where doubles may not hold both parts: a rest is a multiple of 2^-105 of the
+/// product, so anything from 2^-969 to 2^1023 would do.
 std::optional<TwoTerms> held_product(double a, double b) {
   const TwoTerms terms = two_product(a, b);
   if (a == 0 || b == 0) return TwoTerms{0, 0};
@@ -139,8 +140,8 @@ std::optional<TwoTerms> held_product(double a, double b) {
   return terms;
 }
 
-/// The sign of a x b - c x d, where it can be had. A rest is at most half a step of its product, so the order
-/// of two products is that of their larger terms, or of the rests.
+/// The sign of a x b - c x d, where it can be had. Rounding is monotone: products whose larger terms differ
+/// differ in the same order, and others as their rests do.
 std::optional<int> sign_of_difference(double a, double b, double c, double d) {
   const auto p = held_product(a, b), q = held_product(c, d);
   if (!p || !q) return std::nullopt;

@@ -22,7 +22,8 @@ inline constexpr std::size_t kFacesPerRectangle = 64;
 /// What is known of a view before stored owners are corrected.
 struct FaceScan {
   std::vector<FaceCode> codes;  ///< per face
-  /// Samples whose stored owner the face beats; from shaders, may beat. In any order, some twice.
+  /// Samples whose stored owner the face beats; before settle(), may beat. The face must cover the pixel in
+  /// real arithmetic: nothing looks at that again. In any order, some twice.
   std::vector<Claim> claims;
   SampleCounts counts;  ///< of the faces that are not unsure
   /// What each kFacesPerRectangle consecutive faces may touch; empty when not known.
@@ -45,7 +46,8 @@ class ExactScan {
   ~ExactScan();
   /// Scans all faces. O(faces + samples not stored as their own face's).
   void scan(const ClassifyView& view, FaceScan& scan);
-  /// Scans the faces that shaders are not sure about, and leaves of the claims those that are right.
+  /// Scans the faces that shaders, or native drawing, are not sure about, and leaves of the claims those that
+  /// are right.
   void settle(const ClassifyView& view, FaceScan& scan);
 
  private:

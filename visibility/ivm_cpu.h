@@ -19,9 +19,9 @@ class CpuIvm {
  public:
   /// Draws all faces, front and back, into the item buffer that the view borrows, row-major; kNoFace where
   /// nothing is and outside the photo. Where the real owner differs from the stored one it is among the
-  /// scan's claims, which are to be settled, as unsure faces are: ExactScan::settle(). O(vertices + faces +
-  /// pixels that the faces cover), TBB; the same bits for any number of threads, but for the claims that turn
-  /// out to be wrong.
+  /// scan's claims, or its face is unsure; both are to be settled: ExactScan::settle(). O(vertices + faces +
+  /// pixels that the faces cover + 64 x tiles), TBB; the same bits for any number of threads, but for the
+  /// claims that turn out to be wrong.
   void draw(const ClassifyView& view, std::span<FaceId> ivm, FaceScan& scan);
 
  private:

@@ -16,7 +16,9 @@ constexpr double kNear = 0x1p-21;
 constexpr float kFar = 0x1p-20F;
 /// How far a plane of 1 / z may be off, relative to D, to be drawn with certainty.
 constexpr double kPlane = 0x1p-25;
-/// What 1 / z may be so that floats near it, and their rounding, are normal.
+/// What 1 / z may be. With a plane no further off than kPlane a face is wider than 2^-19 of its area, so that
+/// its gradient times a run stays below 2^127; what is lost where that product is denormal, 2^-143, is
+/// nothing beside 2^-24 D.
 constexpr double kLeast = 0x1p-100, kMost = 0x1p100;
 
 constexpr auto kSide = static_cast<std::size_t>(IvmTile::kSide);
@@ -117,7 +119,8 @@ bool IvmTile::draw_certain(const ClassifyView& view, const QuickLimits& limits, 
   const bool certain = draw_rows(drawing);
   entry.samples = drawing.samples;
   if (drawing.samples > 0) entry.marks |= kMarkSampled;
-  hidden_samples_ += drawing.hidden;
+  // Unsure faces are contested, and counted, by others.
+  if (certain) hidden_samples_ += drawing.hidden + close_.size();
   settle_close(number);
   return certain;
 }
@@ -131,17 +134,17 @@ void IvmTile::settle_close(std::uint32_t number) {
     lost_[loser] = 1;
     doubt(sample.at, loser);
   }
-  hidden_samples_ += close_.size();
   close_.clear();
 }
 
 /// Row by row, until one is not certain: false then.
 ///
 /// The value of a run's first pixel and the gradient along it are off by no more than two errors of the plane
-/// together, 2^-24 D. Turned into floats they are off by 2^-24 D each, their product and their sum by as much
-/// again: the gradient times the run's length is no more than D, and so are all values of a run but for these
-/// errors. That makes 5.01 * 2^-24 D, below 0.63 kNear D. For what is stored, with its D at most 2 s (1 +
-/// 2^-19), 0.64 kFar s. The third that is left pays for rounding the difference and the sum of both.
+/// together, 2^-24 D: the way to the pixel is rounded twice more than in QuickDepth::at(), which the error
+/// there leaves room for. Turned into floats they are off by 2^-24 D each, their product and their sum by as
+/// much again: the gradient times the run's length is no more than D, and so are all values of a run but for
+/// these errors. That makes 5.01 * 2^-24 D, below 0.63 kNear D. For what is stored, with its D at most 2 s (1
+/// + 2^-19), 0.64 kFar s. The third that is left pays for rounding the difference and the sum of both.
 GPVC_WIDE_CLONES bool IvmTile::draw_rows(Drawing& face) {
   const EightInts lanes{0, 1, 2, 3, 4, 5, 6, 7};
   const EightFloats lane_numbers{0, 1, 2, 3, 4, 5, 6, 7};
@@ -202,7 +205,9 @@ GPVC_WIDE_CLONES bool IvmTile::draw_rows(Drawing& face) {
   return runs.sure;
 }
 
-/// Contested in full by whoever asked for the tile, so it need only come close to where it is seen.
+/// Contested in full by whoever asked for the tile, so it need only come close to where it is seen: pixels
+/// near its edges are covered as doubles have it. A doubt must cover its pixel in real arithmetic, so none is
+/// noted of another unsure face that is replaced.
 void IvmTile::draw_unsure(const ClassifyView& view, std::uint32_t number) {
   const RasterFace raster = view.raster(faces_[number]);
   if (raster.facing == Facing::edge_on) return;
@@ -218,13 +223,13 @@ void IvmTile::draw_unsure(const ClassifyView& view, std::uint32_t number) {
       if (owner == number || !greater(at, value, number)) continue;
       if (owner != 0) {
         lost_[owner] = 1;
-        doubt(at, owner);
+        if ((entries_[owner].marks & kMarkUnsure) == 0) doubt(at, owner);
       }
       replace(at, value, number);
     }
 }
 
-/// A total order, so that what remains does not depend on who comes first.
+/// A total order of values, so that of certain faces the same remains whoever comes first.
 bool IvmTile::greater(std::size_t at, float value, std::uint32_t number) const {
   if (value != depths_[at]) return value > depths_[at];
   return index(faces_[number]) < index(faces_[owners_[at]]);

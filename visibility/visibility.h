@@ -104,8 +104,9 @@ enum class CoverageCorrection { off, paper, exact };
 enum class Classifier { automatic, cpu, gpu };
 
 /// What draws the IVM. native: a rasterizer of ours, which takes less time than OpenGL does where that runs
-/// on the CPU as well, and errs nowhere but where faces are too close to each other for floats; the classes
-/// are the same. automatic: that beside a software renderer, where it can be had; OpenGL otherwise.
+/// on the CPU as well. It snaps nothing, and errs where faces are too close to each other for floats or
+/// rounding hides on which side of a pixel centre an edge runs; the classes are the same. automatic: that
+/// beside a software renderer, where it can be had; OpenGL otherwise.
 enum class Drawing { automatic, opengl, native };
 
 struct VisibilityOptions {
@@ -195,7 +196,8 @@ struct ViewVisibility {
   VisibilityStatistics statistics;
 };
 
-/// Visibility of one mesh, view after view. Holds the mesh on the device. Must be used on the device's
+/// Visibility of one mesh, view after view. Holds the mesh on the device, unless it
+/// draws natively. Must be used on the device's
 /// thread; uses all TBB threads inside. The result does not depend on the number of threads or on the
 /// classifier.
 class VisibilityStage {
