@@ -10,8 +10,6 @@
 namespace gpvc {
 namespace {
 
-/// Lists are made by so many parts, whatever the number of threads: enough for every thread to have some.
-constexpr std::size_t kParts = 64;
 /// Faces of more tiles than this, four megapixels, are few.
 constexpr std::int64_t kVast = 256;
 
@@ -58,11 +56,11 @@ void CpuIvm::draw(const ClassifyView& view, std::span<FaceId> ivm, FaceScan& sca
 void CpuIvm::list_faces(const ClassifyView& view, FaceScan& scan) {
   const std::size_t faces = view.mesh.faces.size();
   const std::size_t rectangles = (faces + kFacesPerRectangle - 1) / kFacesPerRectangle;
-  const std::size_t per_part = (rectangles + kParts - 1) / kParts;
+  const std::size_t per_part = (rectangles + kListParts - 1) / kListParts;
   scan.touched.resize(rectangles);
-  lists_.start(kParts, grid_.count());
-  vast_parts_.resize(kParts);
-  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t part) {
+  lists_.start(kListParts, grid_.count());
+  vast_parts_.resize(kListParts);
+  tbb::parallel_for(std::size_t{0}, kListParts, [&](std::size_t part) {
     TileLists::Part& lists = lists_.part(part);
     std::vector<FaceId>& vast = vast_parts_[part];
     vast.clear();

@@ -7,6 +7,7 @@
 
 #include "visibility/face_sampler.h"
 #include "visibility/front_faces.h"
+#include "visibility/tile_lists.h"
 #include "visibility/wide.h"
 
 namespace gpvc {
@@ -34,15 +35,6 @@ inline bool any(const EightInts& flags) {
 /// A positive, finite float near the value, whatever that is.
 float stored_depth(double inverse) {
   return inverse > kLeast ? static_cast<float>(std::min(inverse, kMost)) : static_cast<float>(kLeast);
-}
-
-void prefetch(const ClassifyView& view, std::span<const FaceId> faces, std::size_t at) {
-  constexpr std::size_t kAhead = 8;  // what a tile needs lies in many places
-  if (at + 2 * kAhead >= faces.size()) return;
-  __builtin_prefetch(&view.mesh.faces[index(faces[at + 2 * kAhead])]);
-  for (const std::uint32_t vertex : view.mesh.faces[index(faces[at + kAhead])]) {
-    __builtin_prefetch(&view.projected.positions[vertex]);
-  }
 }
 
 }  // namespace

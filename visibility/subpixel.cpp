@@ -13,16 +13,14 @@ namespace {
 
 /// Few enough pixels that the samples of a tile fit a processor's cache where there are a dozen a pixel,
 /// enough that most faces smaller than pixels touch one tile.
-constexpr std::int32_t kTileSide = 32;
+constexpr int kTileShift = 5;
+constexpr std::int32_t kTileSide = 1 << kTileShift;
 constexpr std::size_t kTilesPerRegion = 4;  ///< along each axis
 /// More tiles than this, a megapixel, few faces touch: they need no lists.
 constexpr std::int64_t kVast = 1024;
 /// From so many faces on threads share a tile.
 constexpr std::size_t kCrowd = 1 << 16;
 constexpr std::size_t kCrowdPart = 1024;
-
-/// How far ahead memory is asked for: what a tile needs lies in many places.
-constexpr std::size_t kAhead = 8;
 
 /// Of a vertex in no tile, or too near its border.
 constexpr std::uint32_t kNoTile = std::numeric_limits<std::uint32_t>::max();
@@ -42,61 +40,18 @@ bool in_image(const ClassifyView& view, double x, double y) {
   return view.mask.contains(PixelPoint{x, y});
 }
 
-/// The corners of a face to come, and the face that comes after as many again.
-void prefetch(const ClassifyView& view, std::span<const FaceId> faces, std::size_t at) {
-  if (at + 2 * kAhead >= faces.size()) return;
-  __builtin_prefetch(&view.mesh.faces[index(faces[at + 2 * kAhead])]);
-  for (const std::uint32_t vertex : view.mesh.faces[index(faces[at + kAhead])]) {
-    __builtin_prefetch(&view.projected.positions[vertex]);
-    __builtin_prefetch(&view.projected.vertices[vertex]);
-  }
-}
-
 }  // namespace
-
-void SubpixelResolver::TileLists::start(std::size_t blocks, std::size_t tiles) {
-  blocks_.resize(blocks);
-  end_.assign(tiles, 0);
-}
-
-void SubpixelResolver::TileLists::sort() {
-  // Entries that follow one another mostly share a tile: one atomic operation for all of them.
-  const auto for_each_run = [&](auto&& run) {
-    tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t number) {
-      const auto& found = blocks_[number].found_;
-      for (std::size_t first = 0, next = 0; first < found.size(); first = next) {
-        while (next < found.size() && found[next].tile == found[first].tile) ++next;
-        run(std::atomic_ref(end_[found[first].tile]), std::span(found).subspan(first, next - first));
-      }
-    });
-  };
-  for_each_run([](std::atomic_ref<std::size_t> count, auto entries) {
-    count.fetch_add(entries.size(), std::memory_order_relaxed);
-  });
-  std::size_t begin = 0;
-  for (std::size_t& tile : end_) {
-    const std::size_t count = tile;
-    tile = begin;
-    begin += count;
-  }
-  faces_.resize(begin);
-  for_each_run([&](std::atomic_ref<std::size_t> end, auto entries) {
-    std::size_t at = end.fetch_add(entries.size(), std::memory_order_relaxed);
-    for (const auto& entry : entries) faces_[at++] = entry.face;
-  });
-}
 
 void SubpixelResolver::start(const ClassifyView& view) {
   width_ = view.camera.width;
   height_ = view.camera.height;
   const auto squares = [](std::size_t length, std::size_t side) { return (length + side - 1) / side; };
-  tiles_across_ = squares(static_cast<std::size_t>(width_), kTileSide);
-  tiles_down_ = squares(static_cast<std::size_t>(height_), kTileSide);
-  regions_across_ = squares(tiles_across_, kTilesPerRegion);
+  grid_ = TileGrid(view.frame(), kTileShift);
+  regions_across_ = squares(static_cast<std::size_t>(grid_.across()), kTilesPerRegion);
   limits_ = view.quick_limits();
   tiles_.clear();
-  occupied_.assign(tiles_across_ * tiles_down_, 0);
-  regions_.assign(regions_across_ * squares(tiles_down_, kTilesPerRegion), 0);
+  occupied_.assign(grid_.count(), 0);
+  regions_.assign(regions_across_ * squares(static_cast<std::size_t>(grid_.down()), kTilesPerRegion), 0);
   visible_.assign(view.mesh.faces.size(), 0);
   vast_.clear();
 }
@@ -105,7 +60,8 @@ void SubpixelResolver::start(const ClassifyView& view) {
 std::uint32_t SubpixelResolver::tile_of(double x, double y) const {
   const auto column = static_cast<std::size_t>(std::min(static_cast<std::int32_t>(x), width_ - 1));
   const auto row = static_cast<std::size_t>(std::min(static_cast<std::int32_t>(y), height_ - 1));
-  return static_cast<std::uint32_t>(row / kTileSide * tiles_across_ + column / kTileSide);
+  return static_cast<std::uint32_t>(row / kTileSide * static_cast<std::size_t>(grid_.across()) +
+                                    column / kTileSide);
 }
 
 /// A face whose vertices have one and the same tile lies in it with all its samples.
@@ -123,7 +79,7 @@ void SubpixelResolver::find_vertex_tiles(const ClassifyView& view) {
       const auto row = static_cast<std::int32_t>((y - kSlack) * kTiles);
       if (static_cast<std::int32_t>((x + kSlack) * kTiles) == column &&
           static_cast<std::int32_t>((y + kSlack) * kTiles) == row)
-        vertex_tiles_[i] = static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(tiles_across_) +
+        vertex_tiles_[i] = static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(grid_.across()) +
                            static_cast<std::uint32_t>(column);
     }
   });
@@ -137,8 +93,9 @@ std::uint32_t SubpixelResolver::tile_around(const Triangle& face) const {
 
 /// Any number of threads at once.
 void SubpixelResolver::occupy(std::size_t tile) {
+  const auto across = static_cast<std::size_t>(grid_.across());
   const std::size_t region =
-      tile / tiles_across_ / kTilesPerRegion * regions_across_ + tile % tiles_across_ / kTilesPerRegion;
+      tile / across / kTilesPerRegion * regions_across_ + tile % across / kTilesPerRegion;
   std::atomic_ref(occupied_[tile]).store(1, std::memory_order_relaxed);
   std::atomic_ref(regions_[region]).store(1, std::memory_order_relaxed);
 }
@@ -178,13 +135,11 @@ bool SubpixelResolver::any_in(const PixelBox& pixels) const {
 
 void SubpixelResolver::list_faces(const ClassifyView& view, std::span<const PixelBox> blocks,
                                   std::size_t faces_per_block) {
-  const std::size_t together = std::max<std::size_t>(kFacesPerBlock / faces_per_block, 1);
-  const std::size_t lists = (blocks.size() + together - 1) / together;
-  faces_by_tile_.start(lists, occupied_.size());
-  tbb::parallel_for(std::size_t{0}, lists, [&](std::size_t number) {
-    TileLists::Block& list = faces_by_tile_.block(number);
-    list.clear();
-    for (std::size_t b = number * together; b < std::min((number + 1) * together, blocks.size()); ++b) {
+  const std::size_t together = (blocks.size() + kListParts - 1) / kListParts;
+  faces_by_tile_.start(kListParts, occupied_.size());
+  tbb::parallel_for(std::size_t{0}, kListParts, [&](std::size_t part) {
+    TileLists::Part& list = faces_by_tile_.part(part);
+    for (std::size_t b = part * together; b < std::min((part + 1) * together, blocks.size()); ++b) {
       if (!any_in(blocks[b])) continue;
       const std::size_t end = std::min((b + 1) * faces_per_block, view.mesh.faces.size());
       for (std::size_t f = b * faces_per_block; f < end; ++f) {
@@ -202,33 +157,19 @@ void SubpixelResolver::list_faces(const ClassifyView& view, std::span<const Pixe
 }
 
 /// Lists the face in all tiles that it or its samples may touch.
-void SubpixelResolver::list_face(const ClassifyView& view, FaceId face, TileLists::Block& block) {
+void SubpixelResolver::list_face(const ClassifyView& view, FaceId face, TileLists::Part& list) {
   const FaceBounds bounds = widened(view.bounds(face));
   if (outside(bounds, width_, height_)) return;
   const PixelBox pixels = touched_pixels(bounds, view.frame());
-  if (pixels.empty()) return;
-  const std::int32_t first_row = pixels.y0 / kTileSide, last_row = (pixels.y1 - 1) / kTileSide;
-  std::int32_t first = pixels.x0 / kTileSide, last = (pixels.x1 - 1) / kTileSide;
-  if (std::int64_t{last - first + 1} * (last_row - first_row + 1) > kVast) {
+  const std::int64_t tiles = grid_.touched(pixels);
+  if (tiles > kVast) {
     vast_.push_back(face);
     return;
   }
-  // A sliver across many tiles fills little of its rectangle.
-  const bool narrow = last - first > 1 && last_row - first_row > 1 && limits_.holds(bounds);
-  const QuickFace quick = narrow ? view.quick(limits_, face, bounds) : QuickFace();
-  for (std::int32_t row = first_row; row <= last_row; ++row) {
-    if (narrow) {
-      const FaceBounds part = quick.in_rows(row * kTileSide, (row + 1) * kTileSide);
-      const PixelBox touched = touched_pixels(part, view.frame());
-      first = touched.x0 / kTileSide;
-      last = touched.x0 < touched.x1 ? (touched.x1 - 1) / kTileSide : first - 1;
-    }
-    for (std::int32_t column = first; column <= last; ++column) {
-      const std::size_t tile =
-          static_cast<std::size_t>(row) * tiles_across_ + static_cast<std::size_t>(column);
-      if (occupied_[tile] != 0) block.add(static_cast<std::uint32_t>(tile), face);
-    }
-  }
+  const QuickFace quick = tiles > 4 ? view.quick(limits_, face, bounds) : QuickFace();
+  grid_.for_each(pixels, quick, [&](std::size_t tile) {
+    if (occupied_[tile] != 0) list.add(tile, face);
+  });
 }
 
 void SubpixelResolver::add_samples(const ClassifyView& view, std::size_t tile, FaceId face,

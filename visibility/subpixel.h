@@ -17,6 +17,7 @@
 
 #include "visibility/classify.h"
 #include "visibility/subpixel_tile.h"
+#include "visibility/tile_lists.h"
 
 namespace gpvc {
 
@@ -30,39 +31,6 @@ class SubpixelResolver {
   std::uint32_t visible(FaceId face) const { return visible_[index(face)]; }
 
  private:
-  /// Faces by tile: what blocks list at once, sorted by counting.
-  class TileLists {
-   public:
-    /// What a block lists.
-    class Block {
-     public:
-      void clear() { found_.clear(); }
-      void add(std::uint32_t tile, FaceId face) { found_.push_back({tile, face}); }
-
-     private:
-      friend class TileLists;
-      struct Entry {
-        std::uint32_t tile;
-        FaceId face;
-      };
-      std::vector<Entry> found_;
-    };
-
-    /// Forgets everything.
-    void start(std::size_t blocks, std::size_t tiles);
-    Block& block(std::size_t number) { return blocks_[number]; }
-    /// After all blocks have listed. The order within a tile depends on the threads. TBB.
-    void sort();
-    std::span<const FaceId> of(std::size_t tile) const {
-      const std::size_t first = tile == 0 ? 0 : end_[tile - 1];
-      return std::span(faces_).subspan(first, end_[tile] - first);
-    }
-
-   private:
-    std::vector<Block> blocks_;
-    std::vector<std::size_t> end_;  ///< of each tile in faces_
-    std::vector<FaceId> faces_;
-  };
   struct Scratch {
     SubpixelTile tile;
     SubpixelTile::Found found;
@@ -73,7 +41,7 @@ class SubpixelResolver {
   void find_tiles(const ClassifyView& view, std::span<const FaceCode> codes);
   void occupy(std::size_t tile);
   void list_faces(const ClassifyView& view, std::span<const PixelBox> blocks, std::size_t faces_per_block);
-  void list_face(const ClassifyView& view, FaceId face, TileLists::Block& block);
+  void list_face(const ClassifyView& view, FaceId face, TileLists::Part& list);
   void resolve_tiles(const ClassifyView& view, std::span<const FaceCode> codes);
   void fill(const ClassifyView& view, std::span<const FaceCode> codes, std::size_t tile,
             SubpixelTile& samples) const;
@@ -85,7 +53,7 @@ class SubpixelResolver {
 
   QuickLimits limits_;
   int width_ = 0, height_ = 0;
-  std::size_t tiles_across_ = 0, tiles_down_ = 0;
+  TileGrid grid_;
   std::vector<std::uint32_t> vertex_tiles_;  ///< the tile of each vertex, where it is certain
   std::vector<std::uint8_t> visible_;        ///< per face
   TileLists faces_by_tile_;

@@ -16,6 +16,8 @@ class TileGrid {
   /// Tiles of 2^`shift` pixels a side.
   TileGrid(const PixelBox& frame, int shift)
       : frame_(frame), shift_(shift), across_(tile_of(frame.x1 - 1) + 1), down_(tile_of(frame.y1 - 1) + 1) {}
+  std::int32_t across() const { return across_; }
+  std::int32_t down() const { return down_; }
   std::size_t count() const { return static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_); }
   /// Of the frame.
   PixelBox pixels(std::size_t tile) const {
@@ -56,6 +58,21 @@ class TileGrid {
   int shift_ = 0;
   std::int32_t across_ = 0, down_ = 0;
 };
+
+/// What of the faces of a list lies far apart in memory is asked for ahead: the corners of one to come, and
+/// the one that comes after as many again.
+inline void prefetch(const ClassifyView& view, std::span<const FaceId> faces, std::size_t at) {
+  constexpr std::size_t kAhead = 8;
+  if (at + 2 * kAhead >= faces.size()) return;
+  __builtin_prefetch(&view.mesh.faces[index(faces[at + 2 * kAhead])]);
+  for (const std::uint32_t vertex : view.mesh.faces[index(faces[at + kAhead])]) {
+    __builtin_prefetch(&view.projected.positions[vertex]);
+    __builtin_prefetch(&view.projected.vertices[vertex]);
+  }
+}
+
+/// Lists are made by so many parts, whatever the number of threads: enough for every thread to have some.
+inline constexpr std::size_t kListParts = 64;
 
 /// Faces by tile: what parts list at once, sorted by counting. Within a tile faces come part by part, as they
 /// were listed.

@@ -196,10 +196,9 @@ struct ViewVisibility {
   VisibilityStatistics statistics;
 };
 
-/// Visibility of one mesh, view after view. Holds the mesh on the device, unless it
-/// draws natively. Must be used on the device's
-/// thread; uses all TBB threads inside. The result does not depend on the number of threads or on the
-/// classifier.
+/// Visibility of one mesh, view after view. Holds the mesh on the device, unless it draws natively. Must be
+/// used on the device's thread; uses all TBB threads inside. The result does not depend on the number of
+/// threads or on the classifier.
 class VisibilityStage {
  public:
   /// Borrows both. Throws GpuError when the device cannot hold the mesh, std::invalid_argument for options
