@@ -79,23 +79,6 @@ bool look_at_rows(ivec2 low, ivec2 high, int part, inout bool covered) {
   return true;
 }
 
-/// On the unbounded grid, for a face without a centre in the frame.
-bool covers_a_pixel() {
-  for (int k = 0; k < 3; ++k)
-    if (!(raster.vertex[k].z > 0.0LF)) return true;
-  dvec2 least = dvec2(4194304.0LF), most = dvec2(-4194304.0LF);
-  for (int k = 0; k < 3; ++k) {
-    dvec2 p = dvec2(raster.vertex[k].u / raster.vertex[k].z, raster.vertex[k].v / raster.vertex[k].z);
-    least = min(least, p);
-    most = max(most, p);
-  }
-  ivec2 low = ivec2(floor(max(least, dvec2(-4194304.0LF)))), high = ivec2(ceil(min(most, dvec2(4194304.0LF))));
-  for (int y = low.y; y < high.y; ++y)
-    for (int x = low.x; x < high.x; ++x)
-      if (covers(raster, values_at(ivec2(x, y)))) return true;
-  return false;
-}
-
 uint classify(bool candidate) {
   if (raster.facing != kFront || misses_frame()) return kHidden;
   ivec2 low, high;
@@ -117,7 +100,8 @@ uint classify(bool candidate) {
       if (!settled && sampling != 2) look_at_rows(low, high, kBetween, covered);
     }
   }
-  if (!covered) return inside_frame() || !covers_a_pixel() ? kNoCentre : kHidden;
+  // Centres beyond the frame are looked for without bounds, which is not for here.
+  if (!covered) return inside_frame() ? kNoCentre : kUnsure;
   if (!candidate || !any_seen) return kHidden;
   return all_seen && inside_frame() ? kFull : kPartial;
 }

@@ -98,18 +98,19 @@ ExactEdges exact_edges(const FacePoint& point) {
   return edges;
 }
 
+bool inside_by_expansions(const FacePoint& point, const ExactEdges& edges, std::size_t k) {
+  if (const int side = sign(edges.e[k]); side != 0) return side > 0;
+  const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+  const Expansion zi{point.face->vertex[i].z}, zj{point.face->vertex[j].z};
+  const int x = sign(sum(product(zi, edges.b[j]), product(zj, edges.b[i]), -1));
+  if (x != 0) return x > 0;
+  return sign(sum(product(zj, edges.a[i]), product(zi, edges.a[j]), -1)) > 0;
+}
+
 bool covers_by_expansions(const FacePoint& point) {
   const ExactEdges edges = exact_edges(point);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const int side = sign(edges.e[k]);
-    if (side < 0) return false;
-    if (side > 0) continue;
-    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-    const Expansion zi{point.face->vertex[i].z}, zj{point.face->vertex[j].z};
-    const int x = sign(sum(product(zi, edges.b[j]), product(zj, edges.b[i]), -1));
-    if (x < 0) return false;
-    if (x == 0 && sign(sum(product(zj, edges.a[i]), product(zi, edges.a[j]), -1)) <= 0) return false;
-  }
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!inside_by_expansions(point, edges, k)) return false;
   return true;
 }
 
@@ -170,21 +171,24 @@ std::optional<SeenVertex> held_vertex(const FacePoint& point, std::size_t k) {
   return SeenVertex{*a, *b, v.z};
 }
 
-/// covers_exactly() where doubles hold the ends, as seen from the point, of all edges that are in question.
+/// inside_edge_exactly() where doubles hold the ends of the edge, as seen from the point.
+std::optional<bool> inside_on_lattice(const FacePoint& point, std::size_t k) {
+  const auto from = held_vertex(point, (k + 1) % 3), to = held_vertex(point, (k + 2) % 3);
+  if (!from || !to) return std::nullopt;
+  const auto side = sign_of_difference(to->a, from->b, from->a, to->b);
+  if (!side || *side != 0) return side ? std::optional(*side > 0) : std::nullopt;
+  const auto x = sign_of_difference(from->z, to->b, to->z, from->b);
+  if (!x || *x != 0) return x ? std::optional(*x > 0) : std::nullopt;
+  const auto y = sign_of_difference(to->z, from->a, from->z, to->a);
+  return y ? std::optional(*y > 0) : std::nullopt;
+}
+
+/// covers_exactly() where that answers for all edges in question, up to one that decides.
 std::optional<bool> covers_on_lattice(const FacePoint& point) {
   for (std::size_t k = 0; k < 3; ++k) {
     if (point.values.e[k] > point.error) continue;
-    const auto from = held_vertex(point, (k + 1) % 3), to = held_vertex(point, (k + 2) % 3);
-    if (!from || !to) return std::nullopt;
-    const auto side = sign_of_difference(to->a, from->b, from->a, to->b);
-    if (!side) return std::nullopt;
-    if (*side < 0) return false;
-    if (*side > 0) continue;
-    const auto x = sign_of_difference(from->z, to->b, to->z, from->b);
-    if (!x || *x < 0) return x ? std::optional(false) : std::nullopt;
-    if (*x > 0) continue;
-    const auto y = sign_of_difference(to->z, from->a, from->z, to->a);
-    if (!y || *y <= 0) return y ? std::optional(false) : std::nullopt;
+    const std::optional<bool> inside = inside_on_lattice(point, k);
+    if (!inside || !*inside) return inside;
   }
   return true;
 }
@@ -302,6 +306,15 @@ bool covers_exactly(const FacePoint& point) {
   const Values<long double> longer = long_values(point);
   if (const int side = side_of_edges<long double>(longer.e, longer.error); side != 0) return side > 0;
   return covers_by_expansions(point);
+}
+
+bool inside_edge_exactly(const FacePoint& point, std::size_t k) {
+  const double e = point.values.e[k];
+  if (std::abs(e) > point.error) return e > 0;
+  if (const std::optional<bool> inside = inside_on_lattice(point, k)) return *inside;
+  const Values<long double> longer = long_values(point);
+  if (std::abs(longer.e[k]) > longer.error) return longer.e[k] > 0;
+  return inside_by_expansions(point, exact_edges(point), k);
 }
 
 int compare_depth_exactly(const FacePoint& f, const FacePoint& g) {

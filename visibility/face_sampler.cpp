@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "visibility/centre_search.h"
 #include "visibility/exact.h"
 #include "visibility/lpcc.h"
 #include "visibility/subpixel.h"
@@ -55,20 +56,6 @@ bool misses_frame(const Camera& camera, const RasterFace& face) {
          all([](const ProjectedVertex& p) { return p.z > 0 && p.v < 0; }) ||
          all([w](const ProjectedVertex& p) { return p.z > 0 && p.u > w * p.z; }) ||
          all([h](const ProjectedVertex& p) { return p.z > 0 && p.v > h * p.z; });
-}
-
-/// The projection of a face that crosses the camera plane is unbounded, and wider than a line: it covers
-/// pixel centres without end.
-bool covers_a_pixel(const RasterFace& face) {
-  for (const ProjectedVertex& v : face.vertex)
-    if (!(v.z > 0)) return true;
-  constexpr std::int32_t kFar = 1 << 22;
-  const SpanWalker walker(face, pixel_bounds(face, {-kFar, -kFar, kFar, kFar}));
-  bool found = false;
-  walker.walk(
-      [&](std::int32_t x, std::int32_t y) { return covers_exactly(face_point(face, x + 0.5, y + 0.5)); },
-      [&](std::int32_t, std::int32_t, std::int32_t) { found = true; });
-  return found;
 }
 
 bool lacks_centre(const Camera& camera, const RasterFace& face) {

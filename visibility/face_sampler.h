@@ -53,9 +53,6 @@ bool inside_frame(const Camera& camera, const RasterFace& face);
 /// none is certain.
 bool misses_frame(const Camera& camera, const RasterFace& face);
 
-/// Whether the projection contains a pixel centre, anywhere on the unbounded grid.
-bool covers_a_pixel(const RasterFace& face);
-
 /// For a front face without sample on the frame: whether it has sub-pixel samples, that is, contains no pixel
 /// centre beyond the frame either and does not certainly lie there.
 bool lacks_centre(const Camera& camera, const RasterFace& face);
