@@ -1,5 +1,6 @@
 #include "labeling/outliers.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -124,9 +125,11 @@ void judge_face(std::span<const ViewRecord> records, const PhotoGains& gains,
     records[i].record->disagreement = fixed_distance(std::min(distance[i], kMostPerFace));
 }
 
-void average_over_faces(std::vector<FaceRecord>& records, const Neighbours& neighbours) {
-  constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-  std::vector<std::uint32_t> record_of_face(neighbours.first.size() - 1, kNone);
+constexpr std::uint32_t kNoRecord = 0xFFFFFFFFu;
+
+/// `record_of_face`: kNoRecord for every face, before and after.
+void average_over_faces(std::vector<FaceRecord>& records, const Neighbours& neighbours,
+                        std::vector<std::uint32_t>& record_of_face) {
   for (std::uint32_t i = 0; i < records.size(); ++i) record_of_face[records[i].face] = i;
   std::vector<std::uint16_t> before(records.size());
   for (int round = 0; round < kRounds; ++round) {
@@ -134,13 +137,14 @@ void average_over_faces(std::vector<FaceRecord>& records, const Neighbours& neig
     for (std::size_t i = 0; i < records.size(); ++i) {
       std::uint32_t sum = before[i], count = 1;
       for (std::size_t k = neighbours.first[records[i].face]; k < neighbours.first[records[i].face + 1]; ++k)
-        if (const std::uint32_t other = record_of_face[neighbours.faces[k]]; other != kNone) {
+        if (const std::uint32_t other = record_of_face[neighbours.faces[k]]; other != kNoRecord) {
           sum += before[other];
           ++count;
         }
       records[i].disagreement = static_cast<std::uint16_t>((sum + count / 2) / count);
     }
   }
+  for (const FaceRecord& record : records) record_of_face[record.face] = kNoRecord;
 }
 
 }  // namespace
@@ -159,8 +163,12 @@ void judge_records(RecordsByView& by_view, std::size_t faces, const FaceGraph& g
   const Neighbours neighbours(graph, faces);
   std::vector<std::vector<FaceRecord>*> views;
   for (auto& [view, records] : by_view) views.push_back(&records);
-  tbb::parallel_for(std::size_t{0}, views.size(),
-                    [&](std::size_t view) { average_over_faces(*views[view], neighbours); });
+  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> record_of_face;
+  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t view) {
+    std::vector<std::uint32_t>& mine = record_of_face.local();
+    mine.resize(faces, kNoRecord);
+    average_over_faces(*views[view], neighbours, mine);
+  });
 }
 
 }  // namespace gpvc

@@ -35,8 +35,7 @@ struct PixelSums {
 /// The projection of a face, as far as costs need it.
 struct FaceShape {
   InverseDepth plane;
-  float area_px =
-      0;  ///< of the projection, unclipped by the image; 0 when a vertex is not ahead of the camera
+  float area_px = 0;    ///< of the projection, unclipped by the image; 0 when a vertex lies far from that
   float cos_angle = 0;  ///< between normal and line of sight to the centroid
   float x = 0, y = 0;   ///< of the projected centroid
 };
@@ -94,6 +93,13 @@ class ViewPass {
       corners[i] = camera_from_world(view_.pose, mesh_.positions[mesh_.faces[face][i]]);
   }
 
+  /// Within what FaceCoverage::visible_share is a share of. Beyond, the projection of a face that ends close
+  /// to the camera plane is of any size.
+  bool is_near(const PixelPoint& p) const {
+    const double w = view_.camera.width, h = view_.camera.height;
+    return p.x >= -w && p.x <= 2 * w && p.y >= -h && p.y <= 2 * h;
+  }
+
   FaceShape shape(std::uint32_t face) const {
     CameraPoint p[3];
     load(face, p);
@@ -115,8 +121,9 @@ class ViewPass {
     if (p[0].z > 0 && p[1].z > 0 && p[2].z > 0) {
       const PixelPoint a = pixel_from_camera(view_.camera, p[0]), b = pixel_from_camera(view_.camera, p[1]),
                        c = pixel_from_camera(view_.camera, p[2]);
-      result.area_px =
-          static_cast<float>(std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)) / 2);
+      if (is_near(a) && is_near(b) && is_near(c))
+        result.area_px =
+            static_cast<float>(std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)) / 2);
     }
     return result;
   }

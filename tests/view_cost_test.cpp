@@ -171,6 +171,31 @@ TEST(ViewStatistics, AngleCountsByItsSquaredCosine) {
   EXPECT_NEAR(static_cast<double>(with_angle / gmi), 0.25, 0.01);
 }
 
+// The projection of ground beside a level camera is of any size: what counts is what shows.
+TEST(ViewStatistics, ProjectionsWithoutEndCountByTheirPixels) {
+  const View view = view_from(0);
+  for (const double ahead : {1e-3, 1e-9, 1e-17}) {
+    Mesh mesh;
+    mesh.positions = {{-1, 0.5, ahead}, {11, 0.5, ahead}, {0, 0.5, 10}};
+    mesh.faces = {{0, 1, 2}};
+    ViewVisibility visibility = look(mesh, view);
+    visibility.classes = {FaceClass::partial};
+    std::fill(visibility.ivm.faces.begin(), visibility.ivm.faces.end(), kNoFace);
+    std::fill_n(visibility.ivm.faces.begin() + 100, 5, FaceId{0});
+    FaceCoverage entry;
+    entry.face = FaceId{0};
+    entry.visible = 5;
+    entry.visible_share = 0.5F;
+    visibility.coverage.entries = {entry};
+    CostOptions options;
+    options.term = DataTerm::area;
+    options.margin_px = 0;
+    const auto records = view_statistics(mesh, view, grey(100), visibility, options);
+    ASSERT_EQ(records.size(), 1u);
+    EXPECT_EQ(records[0].quality, 5.0F) << ahead;
+  }
+}
+
 TEST(ViewStatistics, FaceWithoutAPixelIsLookedUpAtItsCentroid) {
   // A face of 0.2 px in pixel (40, 10), between four centres.
   Mesh mesh;
