@@ -71,15 +71,15 @@ Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceN
   const Limits limits{options.max_pages ? static_cast<double>(options.max_pages) : none,
                       options.max_texels ? static_cast<double>(options.max_texels) : none,
                       static_cast<double>(options.page_size) * options.page_size};
-  Layout full = at(1);
-  double over = excess(full.packing, edge, limits);
-  if (over <= 1) return full;
+  Layout best = at(1);
+  double over = excess(best.packing, edge, limits);
+  if (over <= 1) return best;
+  best = {};  // of a large mesh each is a gigabyte
 
   // Texels grow a little less than with the square of the reduction, as margins do not shrink: from what does
   // not fit, the square root steps down and never too far.
   constexpr double kLeast = 1.0 / 4096, kEnough = 0.98;
   double fits = 0, too_large = 1, reduction = 1;
-  Layout best;
   for (int round = 0; round < 24; ++round) {
     const double guess = reduction * std::sqrt(kEnough / over);
     const bool between = guess > fits && guess < too_large;

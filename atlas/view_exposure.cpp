@@ -138,7 +138,16 @@ Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, const
   constexpr int kRounds = 10;
   Eigen::VectorXd x = Eigen::VectorXd::Zero(u.count());
   for (int round = 0; round < kRounds; ++round) {
+    // Some sixty entries a seam edge add up to few places: not kept until the end.
+    constexpr std::size_t kAtOnce = std::size_t{1} << 20;
+    Eigen::SparseMatrix<double> matrix(u.count(), u.count());
     std::vector<Eigen::Triplet<double>> entries;
+    const auto add_entries = [&] {
+      Eigen::SparseMatrix<double> part(u.count(), u.count());
+      part.setFromTriplets(entries.begin(), entries.end());
+      matrix += part;
+      entries.clear();
+    };
     Eigen::VectorXd right = Eigen::VectorXd::Zero(u.count());
     for (std::uint32_t v = 0; v < u.views; ++v)
       for (std::size_t c = 0; c < 3; ++c)
@@ -146,6 +155,7 @@ Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, const
     for (Eigen::Index i = static_cast<Eigen::Index>(3 * u.views); i < u.count(); ++i)
       entries.emplace_back(static_cast<int>(i), static_cast<int>(i), anchor);
     for (const Ratio& ratio : ratios) {
+      if (entries.size() >= kAtOnce) add_entries();
       for (std::size_t c = 0; c < 3; ++c) {
         const Row row = row_of(ratio, u, c);
         const double r = residual(row, x) / kOutlyingRatio;
@@ -157,8 +167,7 @@ Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, const
         }
       }
     }
-    Eigen::SparseMatrix<double> matrix(u.count(), u.count());
-    matrix.setFromTriplets(entries.begin(), entries.end());
+    add_entries();
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver(matrix);
     if (solver.info() != Eigen::Success) return x;
     x = solver.solve(right);
