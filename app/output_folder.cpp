@@ -1,13 +1,15 @@
 #include "app/output_folder.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
+#include <cstdlib>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -20,22 +22,27 @@ namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".gpvc-unfinished-";
 
-// What some command of ours leaves behind; enough to know an earlier result by, not enough to remove it for.
-bool is_result_name(const std::string& name) {
-  constexpr const char* kNames[] = {"run.json",  "model.obj",   "model.mtl",  "model.glb",  "model.gltf",
-                                    "model.bin", "preview.png", "views.json", "labels.npy", "tags.npy",
-                                    "faces.npy", "visibility",  "ivm"};
-  const bool named = std::find(std::begin(kNames), std::end(kNames), name) != std::end(kNames);
-  return named || (name.starts_with("model_") &&
-                   (name.ends_with(".png") || name.ends_with(".jpg") || name.ends_with(".bin")));
-}
+constexpr const char* kEarlier = ".gpvc-earlier-";
 
-std::vector<std::string> earlier_result(const fs::path& out) {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(out))
-    if (is_result_name(entry.path().filename().string())) names.push_back(entry.path().filename().string());
-  std::sort(names.begin(), names.end());
-  return names;
+// What a command may write at the top of OUT, as far as that is known before it has worked.
+bool is_written_by(std::string_view command, const std::string& name) {
+  if (name == "run.json") return true;
+  using Names = std::vector<std::string_view>;
+  static const std::map<std::string_view, Names> kNames = {
+      {"texture",
+       {"model.obj", "model.mtl", "model.glb", "model.gltf", "model.bin", "preview.png", "views.json",
+        "labels.npy", "tags.npy", "faces.npy", "source_faces.npy", "offset.txt"}},
+      {"visibility", {"views.json", "oracle.json"}},
+      {"compare", {"report.html", "report.md", "report.json"}},
+      {"compare --summarize", {"summary.html", "summary.md", "summary.json"}},
+      {"evaluate", {"evaluate.json"}},
+      {"label", {"labels.npy"}}};
+  const auto found = kNames.find(command);
+  if (found == kNames.end()) return false;
+  const Names& names = found->second;
+  if (std::find(names.begin(), names.end(), name) != names.end()) return true;
+  return command == "texture" && name.starts_with("model_") &&
+         (name.ends_with(".png") || name.ends_with(".jpg") || name.ends_with(".bin"));
 }
 
 // What an earlier run left beside its result; discarded where there is none of ours.
@@ -52,21 +59,24 @@ std::string earlier_command(const fs::path& out) {
   return json["command"].get<std::string>();
 }
 
-// The files an earlier run.json lists, if they are what a run.json lists: relative, inside.
-std::vector<std::string> listed_outputs(const fs::path& out) {
-  std::vector<std::string> names;
+// The files that an earlier run.json of ours lists, if they are what it lists: relative, inside.
+std::set<std::string> listed_outputs(const fs::path& out) {
+  std::set<std::string> names;
+  if (earlier_command(out).empty()) return names;
   const auto json = earlier_run(out);
-  if (!json.is_object() || !json.contains("outputs") || !json["outputs"].is_array()) return names;
+  if (!json.contains("outputs") || !json["outputs"].is_array()) return names;
   for (const auto& name : json["outputs"]) {
     if (!name.is_string()) continue;
     try {
-      names.push_back(contained_path(name.get<std::string>()).string());
+      names.insert(contained_path(name.get<std::string>()).generic_string());
     } catch (const OutputError&) {
       continue;  // not ours to touch
     }
   }
   return names;
 }
+
+bool is_there(const fs::path& path) { return fs::exists(fs::symlink_status(path)); }
 
 void remove_empty_parents(const fs::path& out, fs::path folder) {
   std::error_code ignored;
@@ -76,16 +86,34 @@ void remove_empty_parents(const fs::path& out, fs::path folder) {
   }
 }
 
-// Left by a run that was killed: its process is gone.
+fs::path make_folder_like(const fs::path& prefix) {
+  std::string name = prefix.string() + "XXXXXX";
+  if (mkdtemp(name.data()) == nullptr)
+    throw fs::filesystem_error("", prefix, std::error_code(errno, std::generic_category()));
+  return name;
+}
+
+// Locks a folder until the descriptor is closed, at the latest by the end of the process, however that comes.
+// -1 where another process holds it, or the file system has no locks.
+int locked(const fs::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  close(descriptor);
+  return -1;
+}
+
+// Left by a run that was killed: nobody holds its lock. (Numbers of processes say nothing: they recur, in
+// containers at once, and are others on other machines.)
 void remove_abandoned(const fs::path& out) {
-  for (const auto& entry : fs::directory_iterator(out)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with(kUnfinished)) continue;
-    pid_t pid = 0;
-    const char* digits = name.c_str() + std::string(kUnfinished).size();
-    std::from_chars(digits, name.c_str() + name.size(), pid);
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(out))
+    if (entry.path().filename().string().starts_with(kUnfinished)) found.push_back(entry.path());
+  for (const fs::path& folder : found) {
+    const int lock = locked(folder);
+    if (lock < 0) continue;
     std::error_code ignored;
-    if (pid > 0 && kill(pid, 0) != 0 && errno == ESRCH) fs::remove_all(entry.path(), ignored);
+    fs::remove_all(folder, ignored);
+    close(lock);
   }
 }
 
@@ -102,37 +130,58 @@ OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) :
     // Another command's result is somebody's input as likely as not: a scene, a model.
     if (const std::string other = earlier_command(out_); !other.empty() && other != command)
       throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'; choose another folder", other));
-    const auto earlier = earlier_result(out_);
-    if (!earlier.empty() && !force)
+    listed_ = listed_outputs(out_);
+    if (!listed_.empty() && !force)
       throw OutputError(out_,
                         fmt::format("already holds a result ({}); choose another folder, or give --force to "
                                     "replace it when the new one is complete",
-                                    earlier.front()));
+                                    *listed_.begin()));
+    for (const auto& entry : fs::directory_iterator(out_)) {
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with(kEarlier))
+        throw OutputError(
+            entry.path(),
+            "holds an earlier result, as a run was killed while it replaced it; move the files back "
+            "or remove them first");
+      if (is_written_by(command, name)) refuse_strangers(name);
+    }
     remove_abandoned(out_);
-    unfinished_ = out_ / fmt::format("{}{}", kUnfinished, getpid());
-    fs::create_directory(unfinished_);
+    do {  // again where another run took it for abandoned before it was locked
+      if (lock_ >= 0) close(lock_);
+      unfinished_ = make_folder_like(out_ / kUnfinished);
+      lock_ = locked(unfinished_);
+    } while (!fs::exists(unfinished_));
     const OutputFile probe(unfinished_ / "probe");  // opens a file; removed at once
   } catch (const fs::filesystem_error& e) {
-    std::error_code ignored;
-    if (!unfinished_.empty()) fs::remove_all(unfinished_, ignored);
-    for (auto it = created_.rbegin(); it != created_.rend(); ++it) fs::remove(*it, ignored);
+    clear_away();
     throw OutputError(out_, "cannot be written: " + e.code().message());
   } catch (...) {
-    std::error_code ignored;
-    if (!unfinished_.empty()) fs::remove_all(unfinished_, ignored);
+    clear_away();
     throw;
   }
 }
 
-OutputFolder::~OutputFolder() {
+OutputFolder::~OutputFolder() { clear_away(); }
+
+void OutputFolder::clear_away() {
   std::error_code ignored;
-  fs::remove_all(unfinished_, ignored);
+  if (!unfinished_.empty()) fs::remove_all(unfinished_, ignored);
+  if (lock_ >= 0) close(lock_);
   for (auto it = created_.rbegin(); it != created_.rend(); ++it) fs::remove(*it, ignored);  // only when empty
+}
+
+void OutputFolder::refuse_strangers(const std::string& name) const {
+  const fs::path path = out_ / name;
+  if (!is_there(path)) return;
+  if (!listed_.contains(name))
+    throw OutputError(path, "would be replaced, and belongs to no earlier result; choose another folder");
+  if (fs::is_directory(path))
+    throw OutputError(path, "is a folder where a file is to be; choose another folder");
 }
 
 void OutputFolder::protect(const std::set<fs::path>& inputs) {
   for (const fs::path& input : inputs) protected_.insert(fs::weakly_canonical(input));
-  for (const std::string& name : listed_outputs(out_))
+  for (const std::string& name : listed_)
     if (protected_.contains(fs::weakly_canonical(out_ / name)))
       throw OutputError(
           out_ / name,
@@ -142,6 +191,7 @@ void OutputFolder::protect(const std::set<fs::path>& inputs) {
 fs::path OutputFolder::file(const fs::path& relative) {
   const fs::path inside = contained_path(relative.generic_string());
   const fs::path path = unfinished_ / inside;
+  refuse_strangers(inside.generic_string());
   try {
     fs::create_directories(path.parent_path());
   } catch (const fs::filesystem_error& e) {
@@ -160,31 +210,48 @@ void OutputFolder::promise_all() {
 }
 
 void OutputFolder::publish() {
-  for (const std::string& name : promised_)
+  for (const std::string& name : promised_) {
     if (!fs::is_regular_file(unfinished_ / name)) throw OutputError(out_ / name, "was not written");
-  for (const std::string& name : promised_)
     if (protected_.contains(fs::weakly_canonical(out_ / name)))
       throw OutputError(out_ / name, "is read by this run and would be replaced; choose another folder");
-  fs::path at;
-  std::vector<fs::path> moved;
+    refuse_strangers(name);
+  }
+  struct Moved {
+    fs::path from, to;
+  };
+  std::vector<Moved> moved;
+  fs::path earlier, at;
+  const auto move = [&](const fs::path& from, const fs::path& to) {
+    fs::create_directories(to.parent_path());
+    fs::rename(from, to);
+    moved.push_back({from, to});
+  };
   try {
-    for (const std::string& name : listed_outputs(out_)) {
+    for (const std::string& name : listed_) {
       at = out_ / name;
-      if (fs::is_regular_file(at)) fs::remove(at);
+      if (!is_there(at) || fs::is_directory(at)) continue;
+      if (earlier.empty()) earlier = make_folder_like(out_ / kEarlier);
+      move(at, earlier / name);
       remove_empty_parents(out_, at.parent_path());
     }
     for (const std::string& name : promised_) {
       at = out_ / name;
-      fs::create_directories(at.parent_path());
-      fs::rename(unfinished_ / name, at);
-      moved.push_back(at);
+      move(unfinished_ / name, at);
     }
   } catch (const fs::filesystem_error& e) {
-    std::error_code ignored;
-    for (const fs::path& file : moved) fs::remove(file, ignored);
-    throw OutputError(at, e.code().message());
+    std::string lost;
+    for (auto it = moved.rbegin(); it != moved.rend(); ++it) {
+      std::error_code failed;
+      fs::create_directories(it->from.parent_path(), failed);
+      fs::rename(it->to, it->from, failed);
+      if (failed) lost = fmt::format("; files of the earlier result are in {}", earlier.string());
+      remove_empty_parents(out_, it->to.parent_path());
+    }
+    throw OutputError(at, e.code().message() + lost);
   }
-  fs::remove_all(unfinished_);
+  std::error_code ignored;
+  if (!earlier.empty()) fs::remove_all(earlier, ignored);
+  fs::remove_all(unfinished_, ignored);
 }
 
 std::string OutputFolder::with_final_names(std::string message) const {

@@ -16,7 +16,9 @@ namespace gpvc {
 class OutputFolder {
  public:
   /// Creates OUT and its parents. Throws OutputError when it cannot be written, when it holds an earlier
-  /// result and `force` is false, and when the run.json there is of another `command`.
+  /// result and `force` is false, when the run.json there is of another `command`, and when a file is in the
+  /// way that belongs to no earlier result (as far as it is known what `command` will write; else file() and
+  /// publish() tell).
   OutputFolder(std::filesystem::path out, bool force, std::string_view command);
   /// Removes what was not published, and folders made in vain.
   ~OutputFolder();
@@ -28,7 +30,7 @@ class OutputFolder {
   void protect(const std::set<std::filesystem::path>& inputs);
 
   /// Where to write the file that will be OUT/`relative`; parents are made. The file is promised from now on.
-  /// Throws OutputError when `relative` would leave OUT.
+  /// Throws OutputError when `relative` would leave OUT, or a stranger's file has that name.
   std::filesystem::path file(const std::filesystem::path& relative);
   /// Where file() leads; what a stage leaves here on its own is promised by promise_all().
   const std::filesystem::path& in_making() const { return unfinished_; }
@@ -37,14 +39,20 @@ class OutputFolder {
   const std::vector<std::string>& promised() const { return promised_; }
   const std::filesystem::path& path() const { return out_; }
 
-  /// Removes an earlier result and moves every promised file to its final name. Throws OutputError when one
-  /// is missing, or when its name is a protected file's.
+  /// Puts every promised file in the place of the earlier result. Throws OutputError when one is missing,
+  /// when its name is a protected file's or a stranger's, and when a file cannot be moved; then the earlier
+  /// result is back. A run that is killed within this leaves the earlier files in a hidden folder inside OUT.
   void publish();
   /// `message` with the names of files in the making replaced by their final names.
   std::string with_final_names(std::string message) const;
 
  private:
+  void refuse_strangers(const std::string& name) const;
+  void clear_away();
+
   std::filesystem::path out_, unfinished_;
+  int lock_ = -1;                               ///< on unfinished_: tells other runs that it is not abandoned
+  std::set<std::string> listed_;                ///< files of the earlier result
   std::vector<std::filesystem::path> created_;  ///< folders made on the way to OUT, outermost first
   std::vector<std::string> promised_;
   std::set<std::filesystem::path> protected_;  ///< canonical

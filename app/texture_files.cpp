@@ -156,7 +156,7 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
   record.counts["colour_profile_bytes"] = profile.size();
   const Names names = promise_files(folder, atlas.pages.size(), options.texture);
   ModelOptions model;
-  model.offset = local_origin(in.mesh, in.scene, in.used);
+  model.offset = local_origin(in.mesh, scene.selection.labels, in.scene, in.used);
   model.normals = options.normals;
   model.up = options.up ? *options.up : scene_up(in.scene, in.used);
   model.srs = one_line(in.scene.srs);

@@ -59,6 +59,9 @@ UpAxis nearest_axis(const WorldPoint& d) {
   return d.x >= 0 ? UpAxis::pos_x : UpAxis::neg_x;
 }
 
+// The share of points on each side that may lie anywhere.
+constexpr double kTail = 0.002;
+
 // Corners of the faces that have a view, thinned to some ten thousand faces.
 std::vector<WorldPoint> seen_points(const Mesh& mesh, std::span<const ViewId> labels) {
   std::size_t seen = 0;
@@ -85,7 +88,7 @@ double quantile(std::vector<double> values, double q) {
 // of it stays empty left, right, above and below, in tangents.
 Viewpoint framed(const std::vector<WorldPoint>& points, const WorldPoint& forward, const WorldPoint& up,
                  int width, int height) {
-  constexpr double kTail = 0.002, kMargin = 1.08;
+  constexpr double kMargin = 1.08;
   const WorldPoint z = unit(forward), x = unit(cross(z, up)), y = cross(z, x);
   Viewpoint v;
   v.camera.width = width;
@@ -160,23 +163,28 @@ Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene
   return framed(points, unit(ahead) * kCos40 - up * kSin40, up, width, height);
 }
 
-WorldPoint local_origin(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
-  WorldPoint low = mesh.positions.front(), high = low;
-  double largest = 0;
-  for (const WorldPoint& p : mesh.positions) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  }
-  const WorldPoint middle = (low + high) * 0.5;
-  std::vector<double> sampling;  // ground size of a pixel at the middle of the mesh
+WorldPoint local_origin(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene,
+                        std::span<const ViewId> used) {
+  const std::vector<WorldPoint> points = seen_points(mesh, labels);
+  if (points.empty()) return {};
+  double largest = 0, extent = 0;
+  const auto middle_along = [&](double WorldPoint::*axis) {
+    std::vector<double> values;
+    for (const WorldPoint& p : points) values.push_back(p.*axis);
+    const double low = quantile(values, kTail), high = quantile(values, 1 - kTail);
+    largest = std::max({largest, std::abs(low), std::abs(high)});
+    extent = std::max(extent, high - low);
+    return (low + high) / 2;
+  };
+  const WorldPoint middle{middle_along(&WorldPoint::x), middle_along(&WorldPoint::y),
+                          middle_along(&WorldPoint::z)};
+  std::vector<double> sampling;  // ground size of a pixel at the middle
   for (const ViewId id : used) {
     const View& view = scene.views[index(id)];
     sampling.push_back(length(middle - view.pose.centre) / view.camera.fx);
   }
   // A coordinate c becomes a float with an error of at most |c| 2^-24.
   if (largest * 0x1p-24 <= 0.01 * quantile(sampling, 0.5)) return {};
-  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   if (!(extent > 0)) return {};
   const double step = std::pow(10.0, std::min(2.0, std::floor(std::log10(extent))));
   const auto whole = [&](double v) { return std::round(v / step) * step; };

@@ -30,8 +30,9 @@ Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene
                    std::span<const ViewId> used, UpAxis up, int width, int height);
 
 /// Subtracted from coordinates so that floats hold them: 0 while rounding stays below a hundredth of the
-/// median ground sampling distance, else the middle of the mesh in whole multiples of a power of ten below
-/// its extent (100 at most).
-WorldPoint local_origin(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
+/// median ground sampling distance, else the middle of what of the mesh has a view, in whole multiples of a
+/// power of ten below its extent (100 at most). Far stray corners do not count, as in overview().
+WorldPoint local_origin(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene,
+                        std::span<const ViewId> used);
 
 }  // namespace gpvc
