@@ -60,7 +60,7 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
       ->group(kGroup);
   app->add_option("--images", options.input.images_dir, "Folder of the photos")
       ->type_name("DIR")
-      ->default_str("'images' beside the model")
+      ->default_str("where the scene says, or 'images' beside it")
       ->group(kGroup);
   add_masks(*app, options.input);
   app->add_option("--views", options.input.views, "Only these views: names or globs, separated by commas")

@@ -12,6 +12,7 @@
 #include "app/compare_report.h"
 #include "app/compare_truth.h"
 #include "app/compare_views.h"
+#include "app/evaluate.h"
 #include "app/interrupt.h"
 #include "app/pipeline.h"
 #include "app/texture_files.h"
@@ -125,11 +126,12 @@ class Comparison {
             " left";
       console_.note(fmt::format("{} of {}: {}{}", n + 1, all, name, left));
       Json mode = n < modes_.size() ? described(modes_[n]) : described(externals_[n - modes_.size()]);
+      RunRecord record;
       try {
         if (n < modes_.size())
-          texture(modes_[n], mode);
+          texture(modes_[n], mode, record);
         else
-          load(externals_[n - modes_.size()], mode);
+          load(externals_[n - modes_.size()], mode, record);
         mode["status"] = "ok";
       } catch (const Cancelled&) {
         throw;
@@ -137,10 +139,23 @@ class Comparison {
         mode["status"] = "failed";
         mode["error"] = error.what();
         console_.warning(fmt::format("{} failed, the others go on: {}", name, error.what()));
+        ++failed_;
+      }
+      for (Json& stage : record.stages) {
+        stage["mode"] = name;
+        record_.stages.push_back(std::move(stage));
       }
       report_.json["modes"].push_back(std::move(mode));
     }
     write();
+  }
+
+  /// Throws where a model is missing from the report.
+  void refuse_failures() const {
+    const std::size_t all = modes_.size() + externals_.size();
+    if (failed_ > 0)
+      throw std::runtime_error(fmt::format("{} of {} models failed; {} says why", failed_, all,
+                                           (options_.texture.out / "report.html").string()));
   }
 
  private:
@@ -176,9 +191,9 @@ class Comparison {
       dir = dir.parent_path();
       if (!fs::exists(dir / "surfaces.json")) return;
     }
-    Stage stage(console_, record_, "truth");
+    Stage stage(console_, record_, "truth", "steps");
     try {
-      truth_ = std::make_unique<TruthComparison>(dir, in_, photos_);
+      truth_ = std::make_unique<TruthComparison>(dir, in_, photos_, stage.reporter());
       truth_dir_ = dir;
       stage.finish("ready");
     } catch (const InputError& error) {
@@ -210,7 +225,7 @@ class Comparison {
             {"settings",
              {{"held_out", names_json(in_.scene, in_.held_out)},
               {"scored", {{"held_out", !in_.held_out.empty()}, {"views", names_json(in_.scene, scored_)}}},
-              {"reduction", options_.scored_reduction()},
+              {"reduction", options_.scored_reduction() * options_.texture.input.downscale},
               {"oracle", oracle_->json(in_.scene)},
               {"truth", truth_ ? Json(truth_dir_.string()) : Json(nullptr)}}},
             {"findings", Json::array()},
@@ -232,8 +247,7 @@ class Comparison {
             {"model", external.model.string()}};
   }
 
-  void texture(const ComparedMode& mode, Json& json) {
-    RunRecord record;
+  void texture(const ComparedMode& mode, Json& json, RunRecord& record) {
     TextureOptions options = options_.texture;
     options.visibility = mode.visibility;
     const auto start = Clock::now();
@@ -276,22 +290,22 @@ class Comparison {
     std::optional<AtlasPlan> plan;  // the one the atlas was made from, once more: reads no photo
     std::optional<TextureOrigins> origins;
     if (truth_) origins.emplace(plan.emplace(plan_atlas(atlas_input, options.atlas)), atlas_input);
-    measure(mode.name, atlas.model, atlas.pages, {}, origins ? &*origins : nullptr, json);
+    measure(mode.name, atlas.model, atlas.pages, {}, origins ? &*origins : nullptr, json, record);
     if (truth_ && options_.keep_models)
-      write_text_file(mode_folder(mode) / "wrong.json", truth_->wrong_points().dump(1) + "\n");
+      write_text_file(mode_folder(mode) / "wrong.json",
+                      truth_->wrong_points().dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
 
-  void load(const External& external, Json& json) {
-    LoadedModel loaded = read_textured_model(external.model);
+  void load(const External& external, Json& json, RunRecord& record) {
+    LoadedModel loaded = read_model_with_texture(external.model);
     loaded.model.mesh = &loaded.mesh;
     json["patches"] = texture_islands(loaded.model);
-    measure(external.name, loaded.model, loaded.pages, loaded.offset, nullptr, json);
+    measure(external.name, loaded.model, loaded.pages, loaded.offset, nullptr, json, record);
   }
 
   void measure(const std::string& name, const TexturedModel& model, const std::vector<Image>& pages,
-               const WorldPoint& offset, const TextureOrigins* origins, Json& json) {
-    RunRecord unused;
-    Stage stage(console_, unused, "scores", "views");
+               const WorldPoint& offset, const TextureOrigins* origins, Json& json, RunRecord& record) {
+    Stage stage(console_, record, "scores", "views");
     json["score"] = score_json(views_->show(model, pages, offset, stage.reporter()));
     report_.shown.push_back(name);
     if (truth_)
@@ -357,10 +371,24 @@ class Comparison {
     write_text_file(folder_.file("report.json"),
                     json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
     stage.finish(fmt::format("report.html {:.1f} MB", static_cast<double>(page.size()) / 1e6));
-    Json given = scene_json(options_.texture.input);
-    given["modes"] = json["settings"];
-    write_run_json(folder_, {"compare", options_.texture.common, given, device_json(device_.info())},
+    record_.counts["settings"] = json["settings"];
+    record_.counts["failed"] = failed_;
+    write_run_json(folder_, {"compare", options_.texture.common, given_json(), device_json(device_.info())},
                    record_);
+  }
+
+  Json given_json() const {
+    Json given = scene_json(options_.texture.input);
+    given["modes"] = Json::array();
+    for (const ComparedMode& mode : modes_) given["modes"].push_back(mode.name);
+    given["external"] = options_.externals;
+    given["truth"] = options_.truth ? Json(options_.truth->string()) : Json(nullptr);
+    given["oracle_views"] = options_.oracle_views;
+    given["score_views"] = options_.score_views;
+    given["reduction"] = options_.scored_reduction();
+    given["crops"] = options_.crops;
+    given["keep_models"] = options_.keep_models;
+    return given;
   }
 
   const CompareOptions& options_;
@@ -378,6 +406,7 @@ class Comparison {
   std::optional<ModelViews> views_;
   std::unique_ptr<TruthComparison> truth_;
   fs::path truth_dir_;
+  std::size_t failed_ = 0;
   ComparisonReport report_;
 };
 
@@ -391,12 +420,14 @@ void run_compare(const CompareOptions& options, Console& console) {
   refuse_overwriting(input, options.texture.out, {"report.html", "report.md", "report.json"});
   OutputFolder folder(options.texture.out, options.texture.force, "compare");
   try {
-    Comparison(options, folder, console).run();
+    Comparison comparison(options, folder, console);
+    comparison.run();
     folder.publish();
+    console.result((options.texture.out / "report.html").string());
+    comparison.refuse_failures();
   } catch (const OutputError& e) {
     throw std::runtime_error(folder.with_final_names(e.what()));
   }
-  console.result((options.texture.out / "report.html").string());
 }
 
 }  // namespace gpvc

@@ -80,6 +80,13 @@ CLI::App* add_compare(CLI::App& parent, CompareOptions& options) {
   add_output(*app, options.texture.out, options.texture.force);
   app->add_flag("--keep-models", options.keep_models, "Also write each mode's model, to modes/NAME")
       ->group("Output");
+  // A summary is of what reports hold: nothing that shapes a comparison can change it.
+  CLI::Option* summarize = app->get_option("--summarize");
+  for (CLI::Option* option : app->get_options()) {
+    const bool shapes = option->get_group() == "Comparison" || option->get_group() == "Input" ||
+                        option->check_name("--keep-models");
+    if (shapes && option != summarize && !option->get_positional()) summarize->excludes(option);
+  }
   add_common(*app, options.texture.common);
   app->footer(
       std::string("Examples:\n"

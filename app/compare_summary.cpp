@@ -49,8 +49,17 @@ Json read_report(const std::filesystem::path& file) {
   } catch (const Json::exception& error) {
     throw InputError(file, "", fmt::format("is not JSON: {}", error.what()));
   }
-  if (!report.is_object() || report.value("format", "") != "gpvc-compare/1" || !report["modes"].is_array())
-    throw InputError(file, "", "is not a report.json of gpvc compare");
+  const auto has_text = [](const Json& json, const char* key) {
+    return json.is_object() && json.contains(key) && json[key].is_string();
+  };
+  const bool ours = has_text(report, "format") && report["format"] == "gpvc-compare/1" &&
+                    report.contains("scene") && has_text(report["scene"], "name") &&
+                    report.contains("modes") && report["modes"].is_array();
+  if (!ours) throw InputError(file, "", "is not a report.json of gpvc compare");
+  for (const Json& mode : report["modes"])
+    if (!has_text(mode, "name") || !mode.contains("epsilon"))
+      throw InputError(file, "",
+                       "has a mode without a name or an epsilon; it is not as gpvc compare wrote it");
   return report;
 }
 

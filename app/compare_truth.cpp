@@ -23,11 +23,13 @@ Json difference(const std::vector<float>& a, const std::vector<float>& b, double
 }  // namespace
 
 struct TruthComparison::State {
-  State(const std::filesystem::path& dir, const SceneInputData& in, PhotoCache& photos)
+  State(const std::filesystem::path& dir, const SceneInputData& in, PhotoCache& photos,
+        const Progress& progress)
       : input(in),
         truth(read_truth(dir)),
-        best(best_classes(in.mesh, in.scene, in.used)),
-        scorer(truth, in.mesh, best, in.scene, in.used, photos) {}
+        best(best_classes(in.mesh, in.scene, in.used, part_of(progress, 0, 3 * in.used.size()))),
+        scorer(truth, in.mesh, best, in.scene, in.used, photos,
+               part_of(progress, in.used.size(), 3 * in.used.size())) {}
   const SceneInputData& input;
   Truth truth;
   std::vector<FaceClass> best;
@@ -41,8 +43,8 @@ struct TruthComparison::State {
 };
 
 TruthComparison::TruthComparison(const std::filesystem::path& dir, const SceneInputData& input,
-                                 PhotoCache& photos)
-    : state_(std::make_unique<State>(dir, input, photos)) {}
+                                 PhotoCache& photos, const Progress& progress)
+    : state_(std::make_unique<State>(dir, input, photos, progress)) {}
 TruthComparison::~TruthComparison() = default;
 
 Json TruthComparison::score(const TexturedModel& model, std::span<const Image> pages,

@@ -14,7 +14,8 @@ namespace gpvc {
 class TruthComparison {
  public:
   /// Borrows input and photos. Throws InputError.
-  TruthComparison(const std::filesystem::path& dir, const SceneInputData& input, PhotoCache& photos);
+  TruthComparison(const std::filesystem::path& dir, const SceneInputData& input, PhotoCache& photos,
+                  const Progress& progress);
   ~TruthComparison();
   TruthComparison(const TruthComparison&) = delete;
   TruthComparison& operator=(const TruthComparison&) = delete;

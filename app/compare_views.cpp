@@ -132,7 +132,7 @@ ModelViews::ModelViews(GraphicsDevice& device, const Mesh& mesh, const Scene& sc
     progress(frames_.size(), options_.scored.size());
     const View& view = scene.views[index(id)];
     Frame frame;
-    frame.photo = undistort_photo(*photos.photo(id), view.camera, frame.inside);
+    frame.photo = photo_to_compare(*photos.photo(id), view, frame.inside);
     frame.covered = covered_pixels(stage.classify(view, id).ivm);
     frames_.push_back(std::move(frame));
   }
@@ -288,7 +288,7 @@ Crop ModelViews::cut(const Window& window) const {
   const View& view = scene_.views[index(id)];
   Crop crop{view.name, window.x, window.y, window.width, window.height, window.disagreement, {}, {}, {}};
   std::vector<std::uint8_t> inside;
-  const Image photo = undistort_photo(*photos_.photo(id), view.camera, inside);
+  const Image photo = photo_to_compare(*photos_.photo(id), view, inside);
   crop.photo = cut_out(photo, window.x, window.y, window.width, window.height);
   std::vector<bool> counted;  // the mesh ends where the photo may go on
   for (int y = window.y; y < window.y + window.height; ++y)

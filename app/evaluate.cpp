@@ -63,28 +63,19 @@ void write_report(const fs::path& out, const Evaluation& evaluation) {
   nlohmann::json report{{"mean", to_json(evaluation.mean)}};
   for (const ViewScore& view : evaluation.views) report["views"][view.view] = to_json(view.score);
   OutputFile file(out / "evaluate.json");
-  file.write(report.dump(2) + "\n");
+  file.write(report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   file.commit();
 }
 
-/// Pixels whose photo is masked are not compared.
-void leave_out_excluded(const View& view, std::vector<std::uint8_t>& inside) {
-  const std::optional<PhotoExclusion> exclusion = read_exclusion(view);
-  if (!exclusion) return;
-  const Camera& camera = view.camera;
-  for (int y = 0; y < camera.height; ++y)
-    for (int x = 0; x < camera.width; ++x) {
-      std::uint8_t& pixel = inside[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
-                                   static_cast<std::size_t>(x)];
-      if (pixel == 0) continue;
-      const PhotoPoint p = *photo_from_pixel(camera, {x + 0.5, y + 0.5});
-      if (exclusion->excludes(std::min(static_cast<int>(p.x), exclusion->width - 1),
-                              std::min(static_cast<int>(p.y), exclusion->height - 1)))
-        pixel = 0;
-    }
-}
-
 }  // namespace
+
+LoadedModel read_model_with_texture(const fs::path& file) {
+  LoadedModel model = read_textured_model(file);
+  const std::vector<std::uint32_t>& pages = model.model.face_page;
+  if (std::all_of(pages.begin(), pages.end(), [](std::uint32_t page) { return page == kNoPage; }))
+    throw InputError(file, "", "has no textured face (an OBJ needs its MTL, with map_Kd, beside it)");
+  return model;
+}
 
 std::vector<std::uint8_t> covered_pixels(const Ivm& ivm) {
   std::vector<std::uint8_t> covered(ivm.faces.size());
@@ -95,12 +86,8 @@ std::vector<std::uint8_t> covered_pixels(const Ivm& ivm) {
 
 Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache& photos,
                           const EvaluateOptions& options, const Progress& progress) {
-  LoadedModel model = read_textured_model(options.model);
+  LoadedModel model = read_model_with_texture(options.model);
   model.model.mesh = &model.mesh;
-  if (std::all_of(model.model.face_page.begin(), model.model.face_page.end(),
-                  [](std::uint32_t page) { return page == kNoPage; }))
-    throw InputError(options.model, "",
-                     "has no textured face (an OBJ needs its MTL, with map_Kd, beside it)");
   const Mesh wanted = options.mesh ? read_mesh(*options.mesh) : Mesh{};
   VisibilityOptions coverage_only;
   coverage_only.correction = CoverageCorrection::off;
@@ -120,8 +107,7 @@ Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache
     local.pose.centre = {view.pose.centre.x - model.offset.x, view.pose.centre.y - model.offset.y,
                          view.pose.centre.z - model.offset.z};
     std::vector<std::uint8_t> inside;
-    const Image photo = undistort_photo(*photos.photo(id), view.camera, inside);
-    leave_out_excluded(view, inside);
+    const Image photo = photo_to_compare(*photos.photo(id), view, inside);
     const RenderResult render =
         render_model(device, model.model, model.pages, view.camera, local.pose, false, false, {0, 0, 0});
     const std::vector<std::uint8_t> covered =

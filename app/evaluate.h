@@ -35,6 +35,9 @@ struct Evaluation {
 Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache& photos,
                           const EvaluateOptions& options, const Progress& progress);
 
+/// read_textured_model(), which also throws InputError for a model without a textured face.
+LoadedModel read_model_with_texture(const std::filesystem::path& file);
+
 /// 255 where the mesh is, else 0.
 std::vector<std::uint8_t> covered_pixels(const Ivm& ivm);
 

@@ -57,7 +57,7 @@ Json truth_json(const TruthScore& score) {
 
 void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Console& console,
                  RunRecord& record) {
-  Stage stage(console, record, "truth", "views");
+  Stage stage(console, record, "truth", "steps");
   const Truth truth = read_truth(options.truth);
   const Mesh mesh = read_mesh(options.input.mesh.empty() ? options.truth / "mesh.ply" : options.input.mesh);
   LoadedModel model = read_textured_model(options.model);
@@ -71,8 +71,11 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
                                 matched.strangers, model.mesh.faces.size()));
   const std::vector<ViewId> used = named_views(scene.views, marked_views(options.model, "used"));
   PhotoCache photos(scene, options.input.reader_options(), 0);
-  const TruthScorer scorer(truth, mesh, best_classes(mesh, scene, used), scene, used, photos);
-  const TruthScore score = scorer.score(matched, stage.reporter());
+  const Progress progress = stage.reporter();
+  const std::size_t views = used.size(), steps = 4 * views;  // rays, twice the photos, the texels
+  const std::vector<FaceClass> best = best_classes(mesh, scene, used, part_of(progress, 0, steps));
+  const TruthScorer scorer(truth, mesh, best, scene, used, photos, part_of(progress, views, steps));
+  const TruthScore score = scorer.score(matched, part_of(progress, 3 * views, steps));
   record.counts["truth"] = truth_json(score);
   std::optional<OriginScore> origins;
   if (const std::optional<OriginOf> origin = known_origins(options.model, mesh, scene)) {
@@ -101,7 +104,8 @@ std::vector<bool> needed_views(const EvaluateCommandOptions& options, std::span<
   return needed;
 }
 
-void compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
+// What rendered the model.
+Json compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
                     std::optional<OutputFolder>& folder, Console& console, RunRecord& record) {
   Stage stage(console, record, "evaluate", "views");
   const std::vector<ViewId> views = compared_views(options, scene.views);
@@ -119,6 +123,7 @@ void compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
   const Evaluation evaluation = evaluate_model(device, chosen, photos, evaluate, stage.reporter());
   stage.finish(fmt::format("{} views", chosen.views.size()));
   console.result(evaluation_table(evaluation));
+  return device_json(device.info());
 }
 
 Json options_json(const EvaluateCommandOptions& options) {
@@ -146,11 +151,12 @@ void run_evaluate(const EvaluateCommandOptions& options, Console& console) {
     }
     for (const std::string& warning : scene.warnings) console.warning(warning);
     if (!options.truth.empty()) score_truth(options, scene, console, record);
+    Json device = Json::object();
     if (options.truth.empty() || folder || !options.input.views.empty())
-      compare_photos(options, scene, folder, console, record);
+      device = compare_photos(options, scene, folder, console, record);
     if (!folder) return;
     folder->promise_all();
-    write_run_json(*folder, {"evaluate", options.common, options_json(options)}, record);
+    write_run_json(*folder, {"evaluate", options.common, options_json(options), device}, record);
     folder->publish();
   } catch (const OutputError& e) {
     throw std::runtime_error(folder ? folder->with_final_names(e.what()) : e.what());

@@ -7,6 +7,7 @@
 #include <future>
 
 #include "app/frame_check.h"
+#include "app/interrupt.h"
 #include "app/lens_json.h"
 #include "app/pipeline.h"
 #include "app/scene_input.h"
@@ -26,10 +27,11 @@ std::string camera_text(const Camera& c) {
   return terms.empty() ? text : text + " " + terms;
 }
 
-std::string missing_text(const Scene& scene) {
+std::string missing_text(const Scene& scene, std::span<const ViewId> used) {
   std::string names;
   std::size_t missing = 0;
-  for (const View& view : scene.views) {
+  for (const ViewId id : used) {
+    const View& view = scene.views[index(id)];
     if (!view.photo.empty()) continue;
     constexpr std::size_t kHandful = 10;
     if (++missing <= kHandful) names += (names.empty() ? "" : ", ") + view.name;
@@ -38,7 +40,7 @@ std::string missing_text(const Scene& scene) {
   return missing == 0 ? "photos all there" : fmt::format("{} photos missing: {}", missing, names);
 }
 
-void print_cameras(const Scene& scene, Console& console) {
+void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& console) {
   std::vector<std::pair<Camera, std::size_t>> cameras;
   for (const View& view : scene.views) {
     const auto known =
@@ -49,7 +51,7 @@ void print_cameras(const Scene& scene, Console& console) {
       ++known->second;
   }
   console.result(fmt::format("format   {}", scene.format));
-  console.result(fmt::format("views    {}, {}", scene.views.size(), missing_text(scene)));
+  console.result(fmt::format("views    {}, {}", scene.views.size(), missing_text(scene, used)));
   constexpr std::size_t kMost = 20;
   for (std::size_t i = 0; i < std::min(kMost, cameras.size()); ++i)
     console.result(fmt::format("camera   {} views: {}", cameras[i].second, camera_text(cameras[i].first)));
@@ -127,10 +129,12 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
       fmt::format("in frame {:.1f} % of the faces may lie in some photo's frame (occlusion not looked at)",
                   100 * framed_share(in.mesh, in.scene, in.used)));
   const std::optional<double> backs = back_share(in.mesh, in.scene, in.used);
+  throw_if_interrupted();
   if (backs)
     console.result(
         fmt::format("turned   {:.1f} % of what the cameras see of it are backs of faces", 100 * *backs));
   const std::vector<double> sampling = sampling_of(in);
+  throw_if_interrupted();
   if (!sampling.empty())
     console.result(
         fmt::format("sampling {:.6g} units a pixel in the median, {:.6g} .. {:.6g} for nine in ten",
@@ -152,15 +156,19 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
 void run_inspect(const InspectOptions& options, Console& console) {
   SceneOptions reader = options.input.reader_options();
   reader.allow_missing_photos = true;
+  reader.needed = needs_used_views(options.input.views, options.input.exclude_views);
   SceneInputData in;
   std::future<Mesh> mesh;
   if (options.with_mesh) mesh = std::async(std::launch::async, [&] { return read_mesh(options.input.mesh); });
   in.scene = read_scene(options.input.scene, reader);
-  print_cameras(in.scene, console);
-  if (!options.with_mesh) return;
   in.used = used_views(in.scene.views, options.input.views, options.input.exclude_views);
+  print_cameras(in.scene, in.used, console);
+  throw_if_interrupted();
+  if (!options.with_mesh) return;
   in.mesh = mesh.get();
+  throw_if_interrupted();
   print_mesh(in, console);
+  throw_if_interrupted();
   const int threads = options.common.threads > 0 ? options.common.threads : tbb::info::default_concurrency();
   print_coverage(in, options.input.mesh, threads, console);
 }

@@ -152,8 +152,22 @@ double squared_error_over_channels(const cv::Mat& a, const cv::Mat& b, const cv:
 
 }  // namespace
 
-Image undistort_photo(const Image& photo, const Camera& camera, std::vector<std::uint8_t>& inside) {
-  return undistort_photo(photo, camera, {0, 0, camera.width, camera.height}, inside);
+Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside) {
+  const Camera& camera = view.camera;
+  Image frame = undistort_photo(photo, camera, {0, 0, camera.width, camera.height}, inside);
+  const std::optional<PhotoExclusion> exclusion = read_exclusion(view);
+  if (!exclusion) return frame;
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      std::uint8_t& pixel = inside[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+                                   static_cast<std::size_t>(x)];
+      if (pixel == 0) continue;
+      const PhotoPoint p = *photo_from_pixel(camera, {x + 0.5, y + 0.5});
+      if (exclusion->excludes(std::min(static_cast<int>(p.x), exclusion->width - 1),
+                              std::min(static_cast<int>(p.y), exclusion->height - 1)))
+        pixel = 0;
+    }
+  return frame;
 }
 
 Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,

@@ -43,8 +43,9 @@ struct FrameWindow {
 /// shows nothing of the photo, else 255.
 Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,
                       std::vector<std::uint8_t>& inside);
-/// In the camera's own frame.
-Image undistort_photo(const Image& photo, const Camera& camera, std::vector<std::uint8_t>& inside);
+/// The photo as renders are held against it: in the camera's own frame; `inside` gets 0 also where the view's
+/// mask excludes the photo's pixel. Throws InputError.
+Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside);
 
 /// Compares a render with a photo on the same frame. Both are reduced by `reduction` with area averaging;
 /// only reduced pixels all of whose pixels are marked in `textured` and `inside` count; each channel of the

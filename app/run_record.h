@@ -9,6 +9,7 @@
 
 #include "app/console.h"
 #include "io/clock.h"
+#include "io/io.h"
 
 namespace gpvc {
 
@@ -23,6 +24,11 @@ struct RunRecord {
   Json stages = Json::array();  ///< name, wall_s, cpu_s, and what the stage adds
   Json counts = Json::object();
 };
+
+/// Progress of a part of a whole of `total` steps, `before` of which were done before it. Borrows `whole`.
+inline Progress part_of(const Progress& whole, std::size_t before, std::size_t total) {
+  return [&whole, before, total](std::size_t done, std::size_t) { whole(before + done, total); };
+}
 
 /// A stage of a command from construction to finish(): progress on the console, time into the record.
 class Stage {

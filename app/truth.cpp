@@ -95,11 +95,13 @@ std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string
   return surfaces;
 }
 
-std::vector<FaceClass> best_classes(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
+std::vector<FaceClass> best_classes(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
+                                    const Progress& progress) {
   const auto rank = [](FaceClass c) { return c == FaceClass::full ? 2 : c == FaceClass::partial ? 1 : 0; };
   std::vector<FaceClass> best(mesh.faces.size(), FaceClass::hidden);
-  for (const ViewId id : used) {
-    const OracleView view = oracle_visibility(mesh, scene.views[index(id)]);
+  for (std::size_t n = 0; n < used.size(); ++n) {
+    progress(n, used.size());
+    const OracleView view = oracle_visibility(mesh, scene.views[index(used[n])]);
     for (std::size_t f = 0; f < best.size(); ++f)
       if (rank(view.classes[f]) > rank(best[f])) best[f] = view.classes[f];
   }

@@ -53,7 +53,8 @@ std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string
                                            int height);
 
 /// Per face of the given mesh, the best class any used view has, by the oracle (brute force, exact).
-std::vector<FaceClass> best_classes(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
+std::vector<FaceClass> best_classes(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
+                                    const Progress& progress);
 
 /// A textured model brought together with the faces of the mesh that was to be textured. A face is found by
 /// its three corners, so that models of programs that drop, split or reorder faces are found too.
@@ -150,9 +151,11 @@ struct OriginScore {
 class TruthScorer {
  public:
   /// Borrows all. `best` from best_classes(). Throws InputError from photos and id pictures. Takes a few
-  /// bytes for each point and used view. \pre truth.mesh and mesh have the same faces
+  /// bytes for each point and used view. What a photo's mask excludes is seen by nobody, and nobody's fault.
+  /// Progress counts photos, each of which is gone through twice. \pre truth.mesh and mesh have the same
+  /// faces
   TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const FaceClass> best, const Scene& scene,
-              std::span<const ViewId> used, PhotoCache& photos);
+              std::span<const ViewId> used, PhotoCache& photos, const Progress& progress);
   ~TruthScorer();
   TruthScorer(const TruthScorer&) = delete;
   TruthScorer& operator=(const TruthScorer&) = delete;

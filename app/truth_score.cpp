@@ -190,8 +190,8 @@ struct TruthScorer::State {
       : truth(t), mesh(m), best(b.begin(), b.end()), scene(s), used(u.begin(), u.end()), photos(p) {}
   void sample_faces();
   void part_seen_from_hidden();
-  void collect_own();
-  void find_untold();
+  void collect_own(const Progress& progress);
+  void find_untold(const Progress& progress);
   Shown shown(ViewId id) const;
   IdPicture surfaces(ViewId id) const;
   struct Judged {
@@ -241,8 +241,15 @@ Shown TruthScorer::State::shown(ViewId id) const {
 IdPicture TruthScorer::State::surfaces(ViewId id) const {
   if (const auto found = pictures.find(id); found != pictures.end()) return found->second;
   const View& view = scene.views[index(id)];
-  auto picture = std::make_shared<const std::vector<std::uint32_t>>(
-      read_id_picture(truth, view.name, view.camera.width, view.camera.height));
+  std::vector<std::uint32_t> shown = read_id_picture(truth, view.name, view.camera.width, view.camera.height);
+  // What a mask hides is used for nothing: no telling whose it is.
+  if (const std::optional<PhotoExclusion> exclusion = read_exclusion(view))
+    for (int y = 0; y < view.camera.height; ++y)
+      for (int x = 0; x < view.camera.width; ++x)
+        if (exclusion->excludes(x, y))
+          shown[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) +
+                static_cast<std::size_t>(x)] = kMixedSurfaces;
+  auto picture = std::make_shared<const std::vector<std::uint32_t>>(std::move(shown));
   const std::size_t bytes = picture->size() * sizeof(std::uint32_t);
   if (kept_bytes + bytes > kKeptBytes) return picture;
   kept_bytes += bytes;
@@ -277,7 +284,7 @@ void TruthScorer::State::sample_faces() {
   }
 }
 
-void TruthScorer::State::collect_own() {
+void TruthScorer::State::collect_own(const Progress& progress) {
   WorldPoint origin;
   const SynthScene traced = traced_scene(truth, origin);
   const SynthRenderer renderer(traced);
@@ -286,6 +293,7 @@ void TruthScorer::State::collect_own() {
   own.resize(samples.size());
   met.assign(samples.size(), 0);
   for (std::size_t n = 0; n < used.size(); ++n) {
+    progress(n, 2 * used.size());
     const Shown photo = shown(used[n]);
     Pose pose = photo.view.pose;
     pose.centre = pose.centre - origin;
@@ -334,9 +342,10 @@ void TruthScorer::State::part_seen_from_hidden() {
   met = {};
 }
 
-void TruthScorer::State::find_untold() {
+void TruthScorer::State::find_untold(const Progress& progress) {
   std::vector<std::uint16_t> hiding(samples.size(), 0), alike(samples.size(), 0);
   for (std::size_t n = 0; n < used.size(); ++n) {
+    progress(used.size() + n, 2 * used.size());
     const Shown photo = shown(used[n]);
     each([&](std::size_t i) {
       if (is_clear(i, n)) return;
@@ -355,7 +364,8 @@ void TruthScorer::State::find_untold() {
 }
 
 TruthScorer::TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const FaceClass> best,
-                         const Scene& scene, std::span<const ViewId> used, PhotoCache& photos)
+                         const Scene& scene, std::span<const ViewId> used, PhotoCache& photos,
+                         const Progress& progress)
     : state_(new State(truth, mesh, best, scene, used, photos)) {
   if (mesh.faces.size() != truth.mesh.faces.size() || mesh.faces.size() != best.size())
     throw InputError(truth.dir, "",
@@ -370,9 +380,9 @@ TruthScorer::TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const F
           static_cast<float>(1 / (truth.least_gain + (truth.most_gain - truth.least_gain) * n / kSteps)));
   }
   state_->sample_faces();
-  state_->collect_own();
+  state_->collect_own(progress);
   state_->part_seen_from_hidden();
-  state_->find_untold();
+  state_->find_untold(progress);
 }
 
 TruthScorer::~TruthScorer() = default;

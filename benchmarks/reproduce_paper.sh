@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
-# reproduce_paper.sh [--quick] [DIR]   from nothing to DIR (default: out/paper) with tables 1 to 9 and the comparisons
+# reproduce_paper.sh [--quick] [DIR]   from nothing to DIR (default: out/paper, out/paper-quick) with tables 1 to 9 and the comparisons
 #                                      of figures 15, 17 and 21 to 26 of Huang, Zhu, Jiang 2018, each beside what the
 #                                      paper says, in DIR/index.html and DIR/index.md
 #
 # Installs the Debian packages that are missing, builds Release into build/release (GPVC_BUILD: another folder, used as
 # it is), makes the synthetic scenes, compares the modes on them and on the real scenes of DATA (default: shared/data
 # beside the repository) where there are any. --quick: smaller scenes and fewer modes, some minutes on two cores.
-# What DIR holds already is kept: a run that was stopped goes on where it was; remove a folder to make it again.
+# What DIR holds already is kept: a run that was stopped goes on where it was; remove a folder to make it again. A DIR
+# that another version of the program made, or that is of the other kind, is refused.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 quick=no
-out=$root/out/paper
+out=
 for word in "$@"; do
   case $word in
     --quick) quick=yes ;;
@@ -19,6 +20,10 @@ for word in "$@"; do
     *) out=$word ;;
   esac
 done
+if [ -z "$out" ]; then
+  out=$root/out/paper
+  [ $quick = yes ] && out=$root/out/paper-quick
+fi
 data=${DATA:-$root/../shared/data}
 
 if [ -n "${GPVC_BUILD:-}" ]; then
@@ -32,6 +37,13 @@ fi
 gpvc=$build/app/gpvc
 mkdir -p "$out"
 out=$(cd "$out" && pwd)
+made_by="$("$gpvc" --version), quick: $quick"
+earlier=$(cat "$out/made_by.txt" 2>/dev/null || { [ -z "$(ls "$out")" ] || echo unknown; })
+if [ -n "$earlier" ] && [ "$earlier" != "$made_by" ]; then
+  echo "reproduce_paper.sh: $out was made by '$earlier', this is '$made_by'; give another folder, or remove that one" >&2
+  exit 1
+fi
+echo "$made_by" >"$out/made_by.txt"
 page=$out/index.html.unfinished
 text=$out/index.md.unfinished
 
@@ -101,18 +113,18 @@ done
 figure_15() { "$gpvc" compare "$out/scenes/$1/colmap" "$out/scenes/$1/mesh.ply" --modes gpvc:uncorrected:spc,gpvc:uncorrected,gpvc "${compare[@]}" -o "$2" >/dev/null; }
 once figure_15 figure_15 slits
 once figure_15_terrain figure_15 terrain
+# The steps hang together by &&, as `once` asks for the outcome and so switches `set -e` off.
 figure_17() {
-  local folder=$1 city=$out/scenes/city
-  mkdir -p "$folder/centred"
-  "$gpvc" texture "$city/colmap" "$city/mesh.ply" -o "$folder/model" >/dev/null
-  cp "$city"/colmap/*.txt "$folder/centred"
+  local folder=$1 city=$out/scenes/city views
   # CAMERA_ID MODEL WIDTH HEIGHT FX FY CX CY ...
-  awk '/^#/ { print; next } { printf "%s", (++n == 1) ? $7 - $3 / 2 " " $8 - $4 / 2 "\n" : "" > offset; $7 = $3 / 2; $8 = $4 / 2; print }' \
-    offset="$folder/offset.txt" "$city/colmap/cameras.txt" >"$folder/centred/cameras.txt"
-  local views
-  views=$(awk '!/^#/ && ++n % 2 { print $10 }' "$city/colmap/images.txt" | sort | awk 'NR % 5 == 1' | paste -sd,)
-  "$gpvc" evaluate "$folder/model/model.obj" "$city/colmap" --images "$city/images" --views "$views" -o "$folder/shader" >"$folder/shader.txt"
-  "$gpvc" evaluate "$folder/model/model.obj" "$folder/centred" --images "$city/images" --views "$views" -o "$folder/default" >"$folder/default.txt"
+  mkdir -p "$folder/centred" &&
+    "$gpvc" texture "$city/colmap" "$city/mesh.ply" -o "$folder/model" >/dev/null &&
+    cp "$city"/colmap/*.txt "$folder/centred" &&
+    awk '/^#/ { print; next } { printf "%s", (++n == 1) ? $7 - $3 / 2 " " $8 - $4 / 2 "\n" : "" > offset; $7 = $3 / 2; $8 = $4 / 2; print }' \
+      offset="$folder/offset.txt" "$city/colmap/cameras.txt" >"$folder/centred/cameras.txt" &&
+    views=$(awk '!/^#/ && ++n % 2 { print $10 }' "$city/colmap/images.txt" | sort | awk 'NR % 5 == 1' | paste -sd,) &&
+    "$gpvc" evaluate "$folder/model/model.obj" "$city/colmap" --images "$city/images" --views "$views" -o "$folder/shader" >"$folder/shader.txt" &&
+    "$gpvc" evaluate "$folder/model/model.obj" "$folder/centred" --images "$city/images" --views "$views" -o "$folder/default" >"$folder/default.txt"
 }
 [ -d "$out/scenes/city" ] && once figure_17 figure_17
 non_manifold() { "$gpvc" inspect "$1/colmap" "$1/mesh.ply" 2>/dev/null | sed -n 's/.*, \([0-9 ]*\) non-manifold faces.*/\1/p'; }

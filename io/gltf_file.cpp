@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
 #include <utility>
@@ -209,6 +210,13 @@ void add_material(tinygltf::Model& gltf, const fs::path& file, const PageFile& p
   gltf.materials.push_back(std::move(material));
 }
 
+// JSON is UTF-8; text of a scene file need not be.
+std::string valid_utf8(const std::string& text) {
+  const std::string json =
+      nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return nlohmann::json::parse(json).get<std::string>();
+}
+
 void add_scene(tinygltf::Model& gltf, tinygltf::Mesh&& mesh, const ModelOptions& options) {
   gltf.meshes.push_back(std::move(mesh));
   tinygltf::Node node;
@@ -219,7 +227,7 @@ void add_scene(tinygltf::Model& gltf, tinygltf::Mesh&& mesh, const ModelOptions&
   tinygltf::Value::Object extras;
   extras["offset"] = tinygltf::Value(
       tinygltf::Value::Array{tinygltf::Value(o.x), tinygltf::Value(o.y), tinygltf::Value(o.z)});
-  if (!options.srs.empty()) extras["srs"] = tinygltf::Value(options.srs);
+  if (!options.srs.empty()) extras["srs"] = tinygltf::Value(valid_utf8(options.srs));
   if (const WorldPoint& s = options.srs_offset; !options.srs.empty() || !(s == WorldPoint{}))
     extras["srs_offset"] = tinygltf::Value(
         tinygltf::Value::Array{tinygltf::Value(s.x), tinygltf::Value(s.y), tinygltf::Value(s.z)});

@@ -1,5 +1,8 @@
 // gpvc evaluate and what gpvc texture leaves for it.
+#include <algorithm>
+
 #include "app_fixture.h"
+#include "io/io.h"
 
 namespace gpvc {
 namespace {
@@ -18,6 +21,76 @@ TEST_F(App, EvaluateWantsATexturedModel) {
   expect_one_sentence(run(evaluate), "model.obj", "no textured face");
   std::ofstream(out_ / "model.obj", std::ios::trunc).close();
   expect_one_sentence(run(evaluate), "model.obj", "no textured face");
+}
+
+// Two programs' worth of code for the same figure; masks hide the middle of every photo.
+TEST_F(App, CompareScoresAsEvaluateDoesUnderMasks) {
+  Image mask;
+  mask.width = 240;
+  mask.height = 160;
+  mask.pixels.assign(std::size_t{240} * 160 * 3, 255);
+  for (int y = 40; y < 120; ++y) std::fill_n(mask.at(60, y), 120 * 3, std::uint8_t{0});
+  fs::create_directories(scene_ / "masks");
+  for (const auto& photo : fs::directory_iterator(scene_ / "images"))
+    write_image(scene_ / "masks" / (photo.path().filename().string() + ".mask.png"), mask, ImageFormat::png,
+                0);
+  const std::vector<std::string> masks{"--masks", (scene_ / "masks").string(), "--hold-out", "2"};
+  ASSERT_EQ(run(texture(out_, masks)).exit_code, 0);
+  const fs::path scores = folder_.path() / "scores", compared = folder_.path() / "compared";
+  ASSERT_EQ(
+      run({"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string(), "--mesh",
+           (scene_ / "mesh.ply").string(), "--masks", masks[1], "--reduction", "1", "-o", scores.string()})
+          .exit_code,
+      0);
+  auto compare = texture(compared, masks);
+  compare[0] = "compare";
+  compare.insert(compare.end(), {"--modes", "gpvc", "--oracle-views", "0", "--crops", "0", "--reduction", "1",
+                                 "--external", "same=" + (out_ / "model.glb").string()});
+  const Outcome outcome = run(compare);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json mean = nlohmann::json::parse(read_file(scores / "evaluate.json"))["mean"];
+  const nlohmann::json report = nlohmann::json::parse(read_file(compared / "report.json"));
+  for (const auto& mode : report["modes"])
+    EXPECT_NEAR(mode["score"]["one_minus_ncc"].get<double>(), mean["one_minus_ncc"].get<double>(), 0.01)
+        << mode["name"];
+  // The record tells what was compared and what it took.
+  const nlohmann::json record = nlohmann::json::parse(read_file(compared / "run.json"));
+  EXPECT_EQ(record["options"]["modes"], nlohmann::json::array({"gpvc"}));
+  EXPECT_EQ(record["options"]["external"].size(), 1u);
+  EXPECT_TRUE(std::any_of(record["stages"].begin(), record["stages"].end(), [](const nlohmann::json& stage) {
+    return stage.value("mode", "") == "gpvc" && stage["name"] == "view selection";
+  }));
+}
+
+TEST_F(App, CompareWithAFailedModelFailsButReports) {
+  const fs::path broken = folder_.write("broken.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  auto compare = texture(out_);
+  compare[0] = "compare";
+  compare.insert(compare.end(), {"--modes", "none", "--oracle-views", "0", "--crops", "0", "--external",
+                                 "broken=" + broken.string()});
+  expect_one_sentence(run(compare), "1 of 2 models failed", "report.html");
+  const nlohmann::json report = nlohmann::json::parse(read_file(out_ / "report.json"));
+  EXPECT_EQ(report["modes"][0]["status"], "ok");
+  EXPECT_EQ(report["modes"][1]["status"], "failed");
+  EXPECT_TRUE(contains(report["modes"][1]["error"].get<std::string>(), "no textured face"));
+}
+
+TEST_F(App, SummariesTakeWholeReportsAndNothingElse) {
+  const std::string good =
+      R"({"format": "gpvc-compare/1", "scene": {"name": "a"}, "modes": [{"name": "gpvc", "epsilon": null}]})";
+  for (const std::string& text :
+       {std::string("{"), std::string("[]"), std::string(R"({"format": "gpvc-compare/1"})"),
+        std::string(R"({"format": "gpvc-compare/1", "modes": [{}]})"),
+        std::string(R"({"format": "gpvc-compare/1", "scene": {"name": "a"}, "modes": [{}]})"), good}) {
+    const fs::path report = folder_.write("report.json", text);
+    expect_one_sentence(run({"compare", "--summarize", report.string(), "-o", out_.string()}), "report.json",
+                        "");
+    EXPECT_FALSE(fs::exists(out_));
+  }
+  for (const std::string option : {"--modes", "--views", "--external"})
+    EXPECT_EQ(run({"compare", "--summarize", "report.json", "-o", out_.string(), option, "gpvc"}).exit_code,
+              2)
+        << option;
 }
 
 TEST_F(App, HeldOutViewsAreLeftOutMarkedAndEvaluated) {

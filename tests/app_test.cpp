@@ -117,6 +117,16 @@ TEST_F(App, TextureKeepsEveryPromise) {
   for (std::size_t f = 0; f < faces; ++f) ASSERT_EQ(order[f], f);
 }
 
+TEST_F(App, InspectLooksAtTheViewsAskedFor) {
+  fs::remove(scene_ / "images" / "east_001.jpg");
+  std::vector<std::string> inspect{"inspect", (scene_ / "colmap").string(), "--views", "nobody"};
+  EXPECT_EQ(run(inspect).exit_code, 2);
+  inspect[3] = "nadir*";
+  EXPECT_TRUE(contains(run(inspect).out, "photos all there"));
+  inspect[3] = "*";
+  EXPECT_TRUE(contains(run(inspect).out, "1 photos missing: east_001.jpg"));
+}
+
 TEST_F(App, ViewsJsonSaysWhatTheSceneIs) {
   ASSERT_EQ(run(texture(out_, {"--exclude-views", "nadir*"})).exit_code, 0);
   const auto views = nlohmann::json::parse(read_file(out_ / "views.json"))["views"];

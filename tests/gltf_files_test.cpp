@@ -237,5 +237,15 @@ TEST(WriteObj, OpenMeshReadsTheSameCounts) {
   }
 }
 
+// A scene file in Latin-1 names its system in Latin-1.
+TEST(Gltf, DefinitionsThatAreNoUtf8AreMended) {
+  const StripModel strip;
+  ModelOptions options;
+  options.srs = "Syst\xE8me Lambert";
+  const auto file = strip.folder.path() / "latin.glb";
+  write_glb(file, strip.model, strip.pages, options);
+  EXPECT_EQ(load(file).nodes.at(0).extras.Get("srs").Get<std::string>(), "Syst\uFFFDme Lambert");
+}
+
 }  // namespace
 }  // namespace gpvc

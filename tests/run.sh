@@ -6,7 +6,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 build=$root/build/release
-options=(-DCMAKE_BUILD_TYPE=Release -DGPVC_SANITIZE=OFF)
+options=(-DCMAKE_BUILD_TYPE=Release -DGPVC_SANITIZE=OFF -DGPVC_BENCHMARKS=ON)
 if [ "${1:-}" = --sanitize ]; then
   shift
   build=$root/build/sanitize

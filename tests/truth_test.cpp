@@ -14,6 +14,8 @@
 namespace gpvc {
 namespace {
 
+const Progress kSilent = [](std::size_t, std::size_t) {};
+
 TEST(IdColour, NamesItsSurface) {
   for (const std::uint32_t s : {0u, 1u, 2u, 77u, 4095u, 65536u, (1u << 20) - 1}) {
     const auto colour = id_colour(s);
@@ -133,9 +135,9 @@ class TruthOfACity : public testing::Test {
   TruthScore score(const std::vector<ViewId>& views) const {
     const TexturedModel model = textured(views);
     PhotoCache photos(*scene_, {}, 0);
-    const TruthScorer scorer(*truth_, truth_->mesh, best_classes(truth_->mesh, *scene_, *used_), *scene_,
-                             *used_, photos);
-    return scorer.score(match_model(truth_->mesh, model, *pages_, {}), [](std::size_t, std::size_t) {});
+    const TruthScorer scorer(*truth_, truth_->mesh, best_classes(truth_->mesh, *scene_, *used_, kSilent),
+                             *scene_, *used_, photos, kSilent);
+    return scorer.score(match_model(truth_->mesh, model, *pages_, {}), kSilent);
   }
   // Where a face lies in a view, in pixels, and whether all of it is in the picture.
   struct Box {
@@ -194,6 +196,32 @@ class TruthOfACity : public testing::Test {
   static inline std::vector<std::vector<std::uint32_t>>* ids_ = new std::vector<std::vector<std::uint32_t>>;
   static inline std::vector<Image>* pages_ = new std::vector<Image>;
 };
+
+TEST_F(TruthOfACity, WhatMasksExcludeIsSeenByNobody) {
+  const std::vector<FaceClass> best = best_classes(truth_->mesh, *scene_, *used_, kSilent);
+  const auto samples = [&](const Scene& scene) {
+    PhotoCache photos(scene, {}, 0);
+    const TruthScorer scorer(*truth_, truth_->mesh, best, scene, *used_, photos, kSilent);
+    const TexturedModel model = textured(std::vector<ViewId>(truth_->mesh.faces.size(), kNoView));
+    return scorer.score(match_model(truth_->mesh, model, *pages_, {}), kSilent).samples;
+  };
+  Scene masked = *scene_;
+  Image mask;
+  mask.width = masked.views[0].camera.width;
+  mask.height = masked.views[0].camera.height;
+  mask.pixels.assign(static_cast<std::size_t>(mask.width) * static_cast<std::size_t>(mask.height) * 3, 255);
+  std::fill_n(mask.pixels.begin(), mask.pixels.size() / 2, std::uint8_t{0});  // the upper half
+  for (View& view : masked.views) {
+    view.mask = folder_->path() / "upper.png";
+    write_image(view.mask, mask, ImageFormat::png, 0);
+  }
+  const std::size_t all = samples(*scene_), lower = samples(masked);
+  EXPECT_LT(lower, all);
+  EXPECT_GT(lower, 0u);
+  std::fill(mask.pixels.begin(), mask.pixels.end(), std::uint8_t{0});
+  write_image(folder_->path() / "upper.png", mask, ImageFormat::png, 0);
+  EXPECT_EQ(samples(masked), 0u);
+}
 
 TEST_F(TruthOfACity, IdPicturesShowWhatTheOracleSees) {
   // A face of some pixels that the oracle sees whole shows its surface at its middle; samples of the picture
@@ -286,8 +314,8 @@ TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
     tags[f] = static_cast<std::uint8_t>(f % 7 == 0 ? FaceTag::partial : FaceTag::seen);
   }
   PhotoCache photos(*scene_, {}, 0);
-  const TruthScorer scorer(*truth_, truth_->mesh, best_classes(truth_->mesh, *scene_, *used_), *scene_,
-                           *used_, photos);
+  const TruthScorer scorer(*truth_, truth_->mesh, best_classes(truth_->mesh, *scene_, *used_, kSilent),
+                           *scene_, *used_, photos, kSilent);
   const OriginScore score = scorer.score(origins_of_labels(truth_->mesh, *scene_, labels, tags));
 
   double seen = 0, taken = 0, away = 0;
@@ -322,7 +350,7 @@ TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
 // Faces that no photo sees, painted from one where another surface lies before them.
 TEST_F(TruthOfACity, GhostsAreWhatHiddenFacesTakeFromOthers) {
   const std::vector<ViewId> good = good_views();
-  const std::vector<FaceClass> best = best_classes(truth_->mesh, *scene_, *used_);
+  const std::vector<FaceClass> best = best_classes(truth_->mesh, *scene_, *used_, kSilent);
   std::vector<std::int32_t> labels(good.size(), -1), painted;
   std::vector<std::uint8_t> tags(good.size(), static_cast<std::uint8_t>(FaceTag::filled)), painted_tags;
   for (std::size_t f = 0; f < good.size(); ++f) {
@@ -343,7 +371,7 @@ TEST_F(TruthOfACity, GhostsAreWhatHiddenFacesTakeFromOthers) {
     }
   }
   PhotoCache photos(*scene_, {}, 0);
-  const TruthScorer scorer(*truth_, truth_->mesh, best, *scene_, *used_, photos);
+  const TruthScorer scorer(*truth_, truth_->mesh, best, *scene_, *used_, photos, kSilent);
   const OriginShares clean = scorer.score(origins_of_labels(truth_->mesh, *scene_, labels, tags)).all;
   const OriginScore score = scorer.score(origins_of_labels(truth_->mesh, *scene_, painted, painted_tags));
   const OriginShares& all = score.all;
