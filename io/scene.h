@@ -91,7 +91,7 @@ enum class LensModel : std::uint8_t {
 struct Distortion {
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
   /// Beyond this squared radius of the undistorted plane the model folds back on itself and means nothing:
-  /// photo_from_pixel answers nullopt there. Set by limit_distortion; infinity where the model never folds.
+  /// photo_from_pixel answers nullopt there. Set by limit_distortion; 1e300 where the model never folds.
   double max_r2 = 1e300;
   LensModel model = LensModel::brown;
   double k4 = 0, d1 = 0, d2 = 0, d3 = 0, p3 = 0, p4 = 0, s1 = 0, s2 = 0, skew = 0, omega = 0;
