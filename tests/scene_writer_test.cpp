@@ -187,6 +187,22 @@ TEST(SceneWriter, CamRefusesPhotosThatMeetInOneName) {
   EXPECT_NO_THROW(photo_places(SceneTarget::mvs, scene, used));
 }
 
+// Links of the folder that the program runs in are not those of the folder that is written.
+TEST(SceneWriter, ColmapNamesPhotosAlikeWhereverItRuns) {
+  Scene scene = scene_of({pinhole()});
+  const std::vector<ViewId> used = all_views(scene);
+  const TemporaryFolder folder, elsewhere;
+  fs::create_directories(folder.path() / "sparse");
+  fs::create_directories(elsewhere.path() / "city");
+  fs::create_directories(elsewhere.path() / "images");
+  fs::create_directory_symlink(elsewhere.path() / "city", elsewhere.path() / "images/north");
+  const test::WorkingFolder running(elsewhere.path());
+  write_scene(SceneTarget::colmap, scene, used, photo_places(SceneTarget::colmap, scene, used),
+              folder.path());
+  const std::string images = test::read_file(folder.path() / "sparse/images.txt");
+  EXPECT_TRUE(test::contains(images, " north/photo 10.jpg\n"));
+}
+
 // --- gpvc convert
 
 /// A COLMAP model with a distorted lens and its photos.
