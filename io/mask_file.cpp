@@ -14,8 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where the scene's file says, or beside the photo, or in the folder of masks under the view's name, whose
-/// last spelling is COLMAP's. The first that exists.
+/// Where the scene's file says (a relative path from its folder, never from where the program runs), or
+/// beside the photo, or in the folder of masks under the view's name, whose last spelling is COLMAP's. The
+/// first that exists.
 fs::path mask_of(const fs::path& listing, const View& view, const SceneOptions& options) {
   std::vector<fs::path> stems, candidates;
   if (options.masks_dir)
@@ -25,7 +26,7 @@ fs::path mask_of(const fs::path& listing, const View& view, const SceneOptions& 
   if (!view.mask.empty() && options.masks_dir)
     candidates = {*options.masks_dir / view.mask.filename()};
   else if (!view.mask.empty())
-    candidates = {view.mask, folder_of(listing) / view.mask, view.photo.parent_path() / view.mask.filename()};
+    candidates = {folder_of(listing) / view.mask, view.photo.parent_path() / view.mask.filename()};
   for (const fs::path& stem : stems) {
     candidates.push_back(stem.string() + ".mask.png");
     candidates.push_back((stem.parent_path() / stem.stem()).string() + ".mask.png");

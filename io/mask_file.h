@@ -10,10 +10,10 @@
 namespace gpvc {
 
 /// Fills View::mask and View::uses_alpha of views whose photos are known and whose cameras are at full size.
-/// A View::mask that the scene's file states is looked for there, from that file's folder and by its name
-/// beside the photo, in a given folder of masks only there; then as read_exclusion says. Warns of stated
-/// masks that are not found. Throws InputError for a mask of another size than its photo, and for a given
-/// folder without a single mask.
+/// A View::mask that the scene's file states is looked for there, a relative one from that file's folder, and
+/// by its name beside the photo, in a given folder of masks only there; then as read_exclusion says. Warns of
+/// stated masks that are not found. Throws InputError for a mask of another size than its photo, and for a
+/// given folder without a single mask.
 void find_masks(SceneFile& scene, const SceneOptions& options);
 
 /// read_exclusion before the reduction. \pre camera size times View::reduction is at most the photo's

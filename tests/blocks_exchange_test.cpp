@@ -211,6 +211,25 @@ TEST(BlocksExchange, UsesTheMasksItStates) {
   EXPECT_TRUE(contains(input_error([&] { read_scene(file, options); }), "is 300 x 300 pixels, its photo"));
 }
 
+// A folder of the same name where the program happens to run is none of the scene's.
+TEST(BlocksExchange, LooksForRelativeMasksFromItsOwnFolder) {
+  const test::TemporaryFolder folder, elsewhere;
+  const std::string name = "<ImagePath>north\\one two.jpg</ImagePath>";
+  const auto file = folder.write("out/block.xml",
+                                 replaced(replaced(kBlocks, name, name + "<MaskPath>masks\\m.png</MaskPath>"),
+                                          "<BaseImagePath>D:\\data\\flight</BaseImagePath>", ""));
+  test::write_photo(folder.path() / "copied/north/one two.jpg", 400, 300);
+  test::write_photo(folder.path() / "copied/three.jpg", 300, 400);
+  test::write_photo(elsewhere.path() / "masks/m.png", 400, 300);
+  const test::WorkingFolder running(elsewhere.path());
+  SceneOptions options;
+  options.images_dir = folder.path() / "copied";
+  EXPECT_TRUE(
+      contains(read_scene(file, options).warnings.back(), "1 masks that the scene names are not found"));
+  test::write_photo(folder.path() / "out/masks/m.png", 400, 300);
+  EXPECT_EQ(read_scene(file, options).views[1].mask, folder.path() / "out/masks/m.png");
+}
+
 TEST(BlocksExchange, RefusesWithLineAndExpectation) {
   const auto error = [](std::string_view from, std::string_view to) {
     return input_error([&] { parse(replaced(kBlocks, from, to)); });
