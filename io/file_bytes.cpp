@@ -36,7 +36,7 @@ std::vector<char> read_all(const std::filesystem::path& file, int descriptor) {
 
 }  // namespace
 
-FileBytes::FileBytes(const std::filesystem::path& file) {
+FileBytes::FileBytes(const std::filesystem::path& file, Use use) {
   const Descriptor descriptor{::open(file.c_str(), O_RDONLY | O_CLOEXEC)};
   if (descriptor.number < 0)
     throw InputError(file, "", std::string("cannot be opened: ") + std::strerror(errno));
@@ -46,8 +46,10 @@ FileBytes::FileBytes(const std::filesystem::path& file) {
   if (S_ISDIR(status.st_mode)) throw InputError(file, "", "is a folder, expected a file");
   if (S_ISREG(status.st_mode) && status.st_size > 0) {
     const auto size = static_cast<std::size_t>(status.st_size);
-    void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, descriptor.number, 0);
+    const int ahead = use == Use::whole ? MAP_POPULATE : 0;
+    void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE | ahead, descriptor.number, 0);
     if (mapping != MAP_FAILED) {
+      if (use == Use::in_places) ::madvise(mapping, size, MADV_RANDOM);  // or neighbours are read, too
       mapping_ = mapping;
       bytes_ = {static_cast<const char*>(mapping), size};
       return;

@@ -21,7 +21,9 @@ static_assert(std::endian::native == std::endian::little, "files are read and wr
 /// otherwise. Throws InputError when the file cannot be opened or read.
 class FileBytes {
  public:
-  explicit FileBytes(const std::filesystem::path& file);
+  /// `whole` reads all of a file ahead; with `in_places` only the pages that are looked at are read.
+  enum class Use { whole, in_places };
+  explicit FileBytes(const std::filesystem::path& file, Use use = Use::whole);
   ~FileBytes();
   FileBytes(const FileBytes&) = delete;
   FileBytes& operator=(const FileBytes&) = delete;

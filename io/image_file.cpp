@@ -108,7 +108,8 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
                return bool(in.read(reinterpret_cast<char*>(to.data()), std::ssize(to)));
              }});
   const char* format = format_by_signature(in);
-  if (format) check_jpeg_metadata(file, "", FileBytes(file).view());
+  // Every photo of a scene is opened for its header before the first is decoded.
+  if (format) check_jpeg_metadata(file, "", FileBytes(file, FileBytes::Use::in_places).view());
   const OIIO::ImageSpec config = reader_options();
   std::unique_lock lock(opening());
   std::unique_ptr<OIIO::ImageInput> input;

@@ -1,10 +1,15 @@
 #include <OpenImageIO/imageio.h>
+#include <fcntl.h>
+#include <sys/mman.h>
 #include <tbb/global_control.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <thread>
 
+#include "io/file_bytes.h"
 #include "io/image_file.h"
 #include "io/io.h"
 #include "temporary_folder.h"
@@ -305,6 +310,35 @@ TEST(ReadImage, TakesThePlainestPng) {
       store(folder, "a.png", 4000, 4000, 1, OIIO::TypeUInt8, black, {{"png:compressionLevel", 9}});
   EXPECT_LT(std::filesystem::file_size(file), black.size() / 900);
   EXPECT_EQ(read_image(file).width, 4000);
+}
+
+/// How many bytes of a file the system holds in memory.
+std::size_t cached_bytes(const std::filesystem::path& file) {
+  const FileBytes bytes(file, FileBytes::Use::in_places);
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  std::vector<unsigned char> cached((bytes.view().size() + page - 1) / page);
+  EXPECT_EQ(::mincore(const_cast<char*>(bytes.view().data()), bytes.view().size(), cached.data()), 0);
+  return page * static_cast<std::size_t>(
+                    std::count_if(cached.begin(), cached.end(), [](unsigned char c) { return c & 1; }));
+}
+
+// All headers of a scene are read before its first photo is.
+TEST(ReadImageSize, ReadsNoMoreThanTheHeader) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "p.jpg";
+  write_image(file, picture(64, 48), ImageFormat::jpg, 95);
+  constexpr std::size_t kSize = 32 << 20;  // many times what any system reads ahead
+  const std::string jpeg = test::read_file(file);
+  folder.write("p.jpg", jpeg + std::string(kSize - jpeg.size(), 'x'));
+  const int descriptor = ::open(file.c_str(), O_RDONLY);
+  ASSERT_EQ(::fsync(descriptor), 0);
+  ASSERT_EQ(::posix_fadvise(descriptor, 0, 0, POSIX_FADV_DONTNEED), 0);
+  ::close(descriptor);
+  if (cached_bytes(file) > kSize / 2) return;  // a file system in memory: there is nothing to be read
+  EXPECT_EQ(read_image_size(file).width, 64);
+  EXPECT_LT(cached_bytes(file), kSize / 2);
+  const FileBytes whole(file);
+  EXPECT_GT(cached_bytes(file), kSize / 2);
 }
 
 TEST(WriteImage, PngReadsBackExactly) {
