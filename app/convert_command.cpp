@@ -24,6 +24,12 @@ bool is_jpeg(const fs::path& file) {
   return extension == ".jpg" || extension == ".jpeg";
 }
 
+/// PNG for all but JPEGs. What follows a dot is part of the name unless it says what kind of image that was.
+std::string resampled_name(fs::path name) {
+  if (is_jpeg(name)) return name.string();
+  return has_image_extension(name) ? name.replace_extension(".png").string() : name.string() + ".png";
+}
+
 // Named for the first view that loses something, before a photo is read.
 void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, SceneTarget target) {
   for (const ViewId id : used)
@@ -156,10 +162,12 @@ void Conversion::choose_frames() {
 bool has_mask(const View& view) { return !view.mask.empty() || view.uses_alpha; }
 
 void Conversion::choose_places() {
-  places_ = photo_places(options_.target, written_, used_);
   if (options_.undistort || options_.input.downscale > 1)
-    for (fs::path& place : places_)
-      if (!is_jpeg(place)) place.replace_extension(".png");
+    for (const ViewId id : used_) {
+      std::string& name = written_.views[index(id)].name;
+      name = resampled_name(name);
+    }
+  places_ = photo_places(options_.target, written_, used_);
   std::set<fs::path> taken;
   std::vector<fs::path> masks;
   for (std::size_t i = 0; i < used_.size(); ++i) {

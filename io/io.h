@@ -292,6 +292,10 @@ enum class SceneTarget { colmap, cam, mvs };
 /// nullopt when it can state all of it.
 std::optional<std::string> lost_term(SceneTarget target, const Camera& camera);
 
+/// Whether a name ends like an image's: .jpg, .tif, .dng and others, in any case of letters. What else stands
+/// behind its last dot belongs to the name.
+bool has_image_extension(const std::filesystem::path& name);
+
 /// Where the format looks for the photo of each used view, relative to its folder. Throws OutputError where
 /// two views would meet in one file.
 std::vector<std::filesystem::path> photo_places(SceneTarget target, const Scene& scene,

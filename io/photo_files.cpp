@@ -50,15 +50,6 @@ bool is_raw(const fs::path& name) {
   return false;
 }
 
-bool has_image_extension(const fs::path& name) {
-  const std::string extension = lower_case(name.extension().string());
-  for (const char* known :
-       {".jpg", ".jpeg", ".jpe", ".png", ".tif",  ".tiff", ".exr",  ".webp", ".bmp", ".jp2", ".j2k",
-        ".pgm", ".ppm",  ".pnm", ".hdr", ".heic", ".heif", ".avif", ".psd",  ".dpx", ".tga"})
-    if (extension == known) return true;
-  return is_raw(name);
-}
-
 /// The files in and below a folder, by file name in small letters, and by that without extension.
 class PhotoIndex {
  public:
@@ -210,6 +201,15 @@ bool repeated(std::vector<std::string> names) {
 }
 
 }  // namespace
+
+bool has_image_extension(const fs::path& name) {
+  const std::string extension = lower_case(name.extension().string());
+  for (const char* known :
+       {".jpg", ".jpeg", ".jpe", ".png", ".tif",  ".tiff", ".exr",  ".webp", ".bmp", ".jp2", ".j2k",
+        ".pgm", ".ppm",  ".pnm", ".hdr", ".heic", ".heif", ".avif", ".psd",  ".dpx", ".tga"})
+    if (extension == known) return true;
+  return is_raw(name);
+}
 
 void settle_names(SceneFile& scene) {
   const bool plain =

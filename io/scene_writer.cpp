@@ -360,7 +360,8 @@ std::vector<fs::path> photo_places(SceneTarget target, const Scene& scene, std::
     const fs::path key =
         target == SceneTarget::cam ? fs::path(name).replace_extension(".cam") : places.back();
     if (!taken.insert(key).second)
-      throw OutputError(key, "two photos would need this name in a folder without sub-folders");
+      throw OutputError(key, std::string("two photos would need this name") +
+                                 (target == SceneTarget::cam ? " in a folder without sub-folders" : ""));
   }
   return places;
 }

@@ -254,6 +254,45 @@ TEST(Convert, WritesScenesThatReadBackWithoutDistortion) {
   EXPECT_FALSE(fs::exists(project.folder.path() / "other"));
 }
 
+// What follows a dot need not be an extension.
+TEST(Convert, KeepsPhotosApartThatDifferBehindTheLastDot) {
+  SmallProject project;
+  const fs::path root = project.folder.path();
+  const auto with_photos = [&](const std::vector<std::string>& names) {
+    std::string images;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      images += std::to_string(i + 1) + " 1 0 0 0 " + std::to_string(i) + " 0 0 1 " + names[i] + "\n\n";
+      Image photo{40, 30, 3, std::vector<std::uint8_t>(3 * 40 * 30, static_cast<std::uint8_t>(50 + 50 * i))};
+      fs::create_directories((root / "images" / names[i]).parent_path());
+      write_image(root / "images" / names[i], photo, ImageFormat::png, 0);
+    }
+    project.folder.write("colmap/images.txt", images);
+  };
+  with_photos({"cam.001", "cam.002", "north/cam.002", "x.tif", "y.JPG"});
+  for (const int downscale : {1, 2}) {
+    project.downscale = downscale;
+    const std::string out = "out " + std::to_string(downscale);
+    ASSERT_EQ(project.convert(SceneTarget::colmap, downscale == 1, out), "");
+    const Scene scene = read_scene(root / out, {});
+    ASSERT_EQ(scene.views.size(), 5u);
+    EXPECT_EQ(scene.views[0].photo, root / out / "images/cam.001.png");
+    EXPECT_EQ(scene.views[1].photo, root / out / "images/cam.002.png");
+    EXPECT_EQ(scene.views[2].photo, root / out / "images/north/cam.002.png");
+    EXPECT_EQ(scene.views[3].photo, root / out / "images/x.png");
+    EXPECT_EQ(scene.views[4].photo, root / out / "images/y.JPG");
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_EQ(read_image(scene.views[i].photo).at(20 / downscale, 15 / downscale)[0], 50 + 50 * i) << i;
+  }
+  project.downscale = 1;
+  EXPECT_EQ(project.convert(SceneTarget::cam, true, "cam"), "");
+  with_photos({"a.tif", "a.png"});
+  for (const SceneTarget target : {SceneTarget::colmap, SceneTarget::mvs})
+    EXPECT_TRUE(test::contains(project.convert(target, true, "meeting"),
+                               "images/a.png: two photos would need this name"));
+  EXPECT_FALSE(fs::exists(root / "meeting"));
+  EXPECT_EQ(project.convert(SceneTarget::colmap, false, "copied"), "");
+}
+
 // The photos keep their names, so that a folder of the scene itself would lose its own.
 TEST(Convert, ReplacesNothingThatItReads) {
   SmallProject project;
