@@ -212,7 +212,8 @@ void Conversion::write_photo(std::size_t i, PhotoCache& photos) {
 void Conversion::write_mask(std::size_t i) {
   const View& view = view_of(scene_, used_[i]);
   if (!masks_[i]) return;
-  const bool as_it_is = !options_.undistort && options_.input.downscale == 1 && !view.uses_alpha;
+  // What is no PNG must not get a PNG's name, and other programs pass over alpha.
+  const bool as_it_is = !options_.undistort && options_.input.downscale == 1 && has_plain_mask(view);
   if (as_it_is) return copy_whole(view.mask, folder_.file(*masks_[i]));
   const std::optional<PhotoExclusion> exclusion = read_exclusion(view);
   if (!exclusion && !options_.undistort) return;

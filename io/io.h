@@ -107,6 +107,10 @@ struct PhotoExclusion {
 /// Throws InputError.
 std::optional<PhotoExclusion> read_exclusion(const View& view);
 
+/// Whether the view's mask shows any program all that read_exclusion knows: a PNG without alpha, beside a
+/// photo whose alpha does not count. From the header alone. Throws InputError.
+bool has_plain_mask(const View& view);
+
 /// 8 bits a channel, row-major from the top-left, interleaved.
 struct Image {
   int width = 0, height = 0, channels = 3;

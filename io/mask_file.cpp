@@ -205,6 +205,12 @@ void paint_over(Image& image, const PhotoExclusion& exclusion) {
   if (std::find(known.begin(), known.end(), 1) != known.end()) fill_unknown(image, known);
 }
 
+bool has_plain_mask(const View& view) {
+  constexpr std::string_view kPng = "\x89PNG\r\n\x1A\n";
+  return !view.mask.empty() && !view.uses_alpha && first_bytes(view.mask, kPng.size()) == kPng &&
+         !has_alpha(view.mask);
+}
+
 std::optional<PhotoExclusion> read_exclusion(const View& view) {
   std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view);
   if (exclusion && view.reduction > 1) exclusion = reduce_exclusion(*exclusion, view.reduction);

@@ -478,6 +478,32 @@ TEST(Convert, CarriesMasksToWhereProgramsLookForThem) {
     EXPECT_EQ(entry.path().string().find("mask"), std::string::npos) << entry.path();
 }
 
+// COLMAP and OpenMVS take a mask for the PNG that its name says, and look at its colours alone.
+TEST(Convert, WritesMasksThatAreNoPlainPngAnew) {
+  MaskedProject project;
+  const fs::path root = project.folder.path(), mask = root / "images/a.mask.png";
+  Image alpha{40, 30, 4, std::vector<std::uint8_t>(4 * 40 * 30, 255)};
+  for (int x = 0; x < 40; ++x) alpha.at(x, 29)[3] = 0;
+  Image jpeg{40, 30, 1, std::vector<std::uint8_t>(40 * 30, 255)};
+  for (int y = 8; y < 16; ++y)
+    for (int x = 16; x < 24; ++x) *jpeg.at(x, y) = 0;
+  for (const bool is_jpeg : {false, true}) {
+    write_image(mask, is_jpeg ? jpeg : alpha, is_jpeg ? ImageFormat::jpg : ImageFormat::png, 100);
+    SceneOptions options;
+    options.images_dir = root / "images";
+    const auto expected = read_exclusion(read_scene(root / "colmap", options).views[0]);
+    ASSERT_TRUE(expected);
+    const std::string out = is_jpeg ? "of jpeg" : "of alpha";
+    ASSERT_EQ(project.convert(SceneTarget::colmap, false, out), "");
+    const fs::path written = root / out / "masks/a.png.png";
+    EXPECT_TRUE(test::read_file(written).starts_with("\x89PNG"));
+    const Image image = read_image(written);
+    for (int y = 0; y < 30; ++y)
+      for (int x = 0; x < 40; ++x)
+        ASSERT_EQ(image.at(x, y)[0], expected->excludes(x, y) ? 0 : 255) << x << ", " << y;
+  }
+}
+
 TEST(Convert, UndistortsMasksSoThatNoExcludedColourIsLeft) {
   for (const FrameRule rule : {FrameRule::keep, FrameRule::inside, FrameRule::all}) {
     MaskedProject project;
