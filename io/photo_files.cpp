@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <compare>
 #include <map>
 #include <unordered_map>
 
@@ -50,6 +51,19 @@ bool is_raw(const fs::path& name) {
   return false;
 }
 
+/// Parts that agree from the end: as they stand or in any case of letters, of file names `by_stem` any.
+std::size_t common_tail(const std::vector<std::string>& a, const std::vector<std::string>& b, bool exact,
+                        bool by_stem) {
+  std::size_t common = 0;
+  while (common < a.size() && common < b.size()) {
+    const std::string &x = a[a.size() - 1 - common], &y = b[b.size() - 1 - common];
+    const bool same = exact ? x == y : lower_case(x) == lower_case(y) || (by_stem && common == 0);
+    if (!same) break;
+    ++common;
+  }
+  return common;
+}
+
 /// The files in and below a folder, by file name in small letters, and by that without extension.
 class PhotoIndex {
  public:
@@ -89,19 +103,6 @@ class PhotoIndex {
 
  private:
   using Index = std::unordered_map<std::string, std::vector<fs::path>>;
-
-  /// Parts that agree from the end; the file name itself agrees already but for case and extension.
-  static std::size_t common_tail(const std::vector<std::string>& a, const std::vector<std::string>& b,
-                                 bool exact, bool by_stem) {
-    std::size_t common = 0;
-    while (common < a.size() && common < b.size()) {
-      const std::string &x = a[a.size() - 1 - common], &y = b[b.size() - 1 - common];
-      const bool same = exact ? x == y : lower_case(x) == lower_case(y) || (by_stem && common == 0);
-      if (!same) break;
-      ++common;
-    }
-    return common;
-  }
 
   static std::vector<fs::path> best(const std::vector<std::string>& tail, const Index& index,
                                     const std::string& key, bool exact, bool by_stem) {
@@ -200,6 +201,55 @@ bool repeated(std::vector<std::string> names) {
   return std::adjacent_find(names.begin(), names.end()) != names.end();
 }
 
+/// How well a file fits the path that a view states, the first that differs deciding.
+struct Fit {
+  bool in_place = false;                 ///< it lies where the path says
+  std::size_t tail = 0, exact_tail = 0;  ///< parts in common, in any case of letters and as they stand
+  auto operator<=>(const Fit&) const = default;
+};
+
+constexpr Fit kInPlace{true, 0, 0};
+
+Fit fit_of_match(const fs::path& file, const std::string& stated) {
+  const std::vector<std::string> is = parts_of(file.string()), wanted = parts_of(stated);
+  return {false, common_tail(wanted, is, false, true), common_tail(wanted, is, true, false)};
+}
+
+/// Where the photo of one view is missing, that of another with the same file name may be what was found for
+/// both: it stays with the views that it fits best, needed or not.
+void settle_shared_photos(SceneFile& scene, const std::vector<bool>& needed, const std::vector<Fit>& fits) {
+  std::map<fs::path, std::vector<std::size_t>> finders;
+  for (std::size_t i = 0; i < scene.views.size(); ++i)
+    if (const fs::path& photo = scene.views[i].photo; !photo.empty())
+      finders[photo.lexically_normal()].push_back(i);
+  std::size_t doubtful = 0;
+  std::string example;
+  for (const auto& [file, views] : finders) {
+    Fit best;
+    for (const std::size_t i : views) best = std::max(best, fits[i]);
+    std::vector<std::size_t> wanting, left_out;
+    for (const std::size_t i : views)
+      if (fits[i] < best)
+        scene.views[i].photo.clear();
+      else
+        (needed[i] ? wanting : left_out).push_back(i);
+    if (wanting.empty()) continue;
+    const View& view = scene.views[wanting.front()];
+    if (wanting.size() > 1)
+      throw InputError(scene.listing, "",
+                       "the images '" + view.name + "' and '" + scene.views[wanting[1]].name +
+                           "' are the same photo, " + view.photo.string());
+    if (left_out.empty() || best.in_place) continue;
+    if (doubtful++ == 0)
+      example = view.photo.string() + " is taken for '" + view.name + "', not for '" +
+                scene.views[left_out.front()].name + "'";
+    for (const std::size_t i : left_out) scene.views[i].photo.clear();
+  }
+  if (doubtful > 0)
+    scene.warnings.push_back(std::to_string(doubtful) +
+                             " photos could as well be those of views left out: " + example);
+}
+
 }  // namespace
 
 bool has_image_extension(const fs::path& name) {
@@ -239,6 +289,7 @@ void settle_names(SceneFile& scene) {
 
 fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options) {
   std::vector<std::string> stated;
+  std::vector<Fit> fits(scene.views.size(), kInPlace);
   std::size_t open = 0;
   for (View& view : scene.views) {
     stated.push_back(view.photo.empty() ? view.name : view.photo.string());
@@ -271,21 +322,13 @@ fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const Sc
       if (!deep && named.parent_path() != folder) index->add(named);
       try {
         view.photo = index->match(scene.listing, stated[i], named);
+        fits[i] = fit_of_match(view.photo, stated[i]);
       } catch (const InputError&) {
         if (needed[i]) throw;
       }
     }
   }
-  std::map<fs::path, const View*> known;
-  for (std::size_t i = 0; i < scene.views.size(); ++i) {
-    const View& view = scene.views[i];
-    if (view.photo.empty() || !needed[i]) continue;
-    const auto [first, fresh] = known.emplace(view.photo.lexically_normal(), &view);
-    if (!fresh)
-      throw InputError(scene.listing, "",
-                       "the images '" + first->second->name + "' and '" + view.name +
-                           "' are the same photo, " + view.photo.string());
-  }
+  settle_shared_photos(scene, needed, fits);
   return folder;
 }
 

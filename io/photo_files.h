@@ -14,9 +14,12 @@ void settle_names(SceneFile& scene);
 /// (unless SceneOptions::images_dir is given), the view's name below the folder of the photos where that is
 /// all of the path stated, and the files in and under that folder by the longest common tail of their paths:
 /// as it stands, then in any case of letters, then, for a name without an image's extension, with any, raw
-/// files last. Of several with the same tail the one at the view's name below the folder is taken. Throws
-/// InputError when no folder is found, and for views that are `needed` (one flag each) when several files
-/// share the longest tail, and when two of them are one file. Returns the folder searched last.
+/// files last. Of several with the same tail the one at the view's name below the folder is taken. A file
+/// that is found for several views is that of the view it was stated for, or whose path has the longest tail
+/// in common with it, be that view `needed` (one flag each) or not; the others are without. Where this tells
+/// nothing, a needed view goes before those that are not, with a warning. Throws InputError when no folder is
+/// found, and for needed views when several files share the longest tail, and when two of them are one file.
+/// Returns the folder searched last.
 std::filesystem::path find_photos(SceneFile& scene, const std::vector<bool>& needed,
                                   const SceneOptions& options);
 

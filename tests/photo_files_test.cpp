@@ -30,6 +30,18 @@ class Photos {
   test::TemporaryFolder folder;
 };
 
+/// Reads with photos needed by these views alone.
+Scene read_for(const Photos& files, const std::vector<std::string>& needed, bool allow_missing = false) {
+  SceneOptions options{.images_dir = files.folder.path() / "photos", .allow_missing_photos = allow_missing};
+  options.needed = [&](std::span<const View> views) {
+    std::vector<bool> flags;
+    for (const View& view : views)
+      flags.push_back(std::find(needed.begin(), needed.end(), view.name) != needed.end());
+    return flags;
+  };
+  return read_scene(files.folder.path() / "model", options);
+}
+
 TEST(PhotoFiles, PrefersTheLongestCommonTail) {
   const Photos files({"flight one/north/a b.jpg", "flight one/süd/ä.jpg"});
   files.photo("2024/north/a b.jpg");
@@ -99,23 +111,14 @@ TEST(PhotoFiles, AsksOnlyForNeededPhotos) {
   files.folder.write("photos/torn.jpg", "no jpeg");
   files.photo("y/twice.jpg");
   files.photo("z/twice.jpg");
-  SceneOptions options{.images_dir = files.folder.path() / "photos"};
-  std::vector<std::string> needed{"a.jpg", "b.jpg"};
-  options.needed = [&](std::span<const View> views) {
-    std::vector<bool> flags;
-    for (const View& view : views)
-      flags.push_back(std::find(needed.begin(), needed.end(), view.name) != needed.end());
-    return flags;
-  };
-  const Scene scene = read_scene(files.folder.path() / "model", options);
+  const Scene scene = read_for(files, {"a.jpg", "b.jpg"});
   ASSERT_EQ(scene.views.size(), 6);
   for (std::size_t v = 0; v < 6; ++v) EXPECT_EQ(scene.views[v].photo.empty(), v >= 2) << v;
   const char* const expected[] = {"1 of 6 photos are not in", "of another shape", "torn.jpg",
                                   "could be any of 2"};
   for (std::size_t v = 2; v < 6; ++v) {
-    needed = {"a.jpg", scene.views[v].name};
-    EXPECT_TRUE(
-        contains(input_error([&] { read_scene(files.folder.path() / "model", options); }), expected[v - 2]));
+    const std::string error = input_error([&] { read_for(files, {"a.jpg", scene.views[v].name}); });
+    EXPECT_TRUE(contains(error, expected[v - 2]));
   }
 }
 
@@ -124,6 +127,48 @@ TEST(PhotoFiles, RefusesOnePhotoForTwoViews) {
   files.photo("a.jpg");
   EXPECT_TRUE(contains(input_error([&] { files.read(); }),
                        "the images 'one/a.jpg' and 'two/a.jpg' are the same photo"));
+}
+
+// The photo of b is missing, and a's has the same file name.
+TEST(PhotoFiles, NeverTakesAnotherViewsPhotoForAMissingOne) {
+  const Photos files({"a/img.jpg", "b/img.jpg", "c/other.jpg"});
+  files.photo("a/img.jpg");
+  for (const std::vector<std::string>& needed :
+       std::vector<std::vector<std::string>>{{"b/img.jpg"}, {"a/img.jpg", "b/img.jpg"}})
+    EXPECT_TRUE(contains(input_error([&] { read_for(files, needed); }), "1 of 3 photos are not in"));
+  EXPECT_TRUE(contains(input_error([&] { read_for(files, {"b/img.jpg"}); }), "photos: b/img.jpg"));
+  const Scene listed = read_for(files, {"b/img.jpg"}, true);
+  EXPECT_FALSE(listed.views[0].photo.empty());
+  EXPECT_TRUE(listed.views[1].photo.empty());
+  // Views of which nothing is on disk can be left out.
+  const Scene scene = read_for(files, {"a/img.jpg"});
+  EXPECT_FALSE(scene.views[0].photo.empty());
+  EXPECT_TRUE(scene.views[1].photo.empty());
+  EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(PhotoFiles, GivesASharedFileToTheViewThatItFitsBest) {
+  const Photos letters({"A.JPG", "a.jpg"});
+  letters.photo("a.jpg");
+  EXPECT_TRUE(contains(input_error([&] { letters.read(); }), "photos: A.JPG"));
+  const Photos kinds({"x/a", "x/a.png"});
+  kinds.photo("deep/x/a.png");
+  EXPECT_TRUE(contains(input_error([&] { kinds.read(); }), "photos: x/a"));
+  const Photos tails({"flight 1/x/a.png", "flight 2/x/a.png"});
+  tails.photo("project/flight 2/x/a.png");
+  EXPECT_TRUE(contains(input_error([&] { read_for(tails, {"flight 1/x/a.png"}); }), "flight 1/x/a.png"));
+  EXPECT_FALSE(read_for(tails, {"flight 2/x/a.png"}).views[1].photo.empty());
+}
+
+TEST(PhotoFiles, SaysWhichViewGetsAPhotoThatFitsOneLeftOutAsWell) {
+  const Photos files({"one/a.jpg", "two/a.jpg"});
+  files.photo("a.jpg");
+  const Scene scene = read_for(files, {"two/a.jpg"});
+  EXPECT_TRUE(scene.views[0].photo.empty());
+  EXPECT_FALSE(scene.views[1].photo.empty());
+  EXPECT_EQ(scene.warnings, std::vector{"1 photos could as well be those of views left out: " +
+                                        (files.folder.path() / "photos/a.jpg").string() +
+                                        " is taken for 'two/a.jpg', not for 'one/a.jpg'"});
 }
 
 TEST(PhotoFiles, FallsBackToOtherCaseAndForNamesWithoutExtensionToAny) {
