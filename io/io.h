@@ -64,8 +64,8 @@ MeshFlaws mesh_flaws(const Mesh& mesh);
 MeshTopology mesh_topology(const Mesh& mesh);
 
 struct SceneOptions {
-  /// Where the photos lie, at any depth; matched by the longest common tail of their paths. Default: where
-  /// the scene's file says, then the format's usual folders.
+  /// Where the photos lie, at any depth and behind links to folders, too; matched by the longest common tail
+  /// of their paths. Default: where the scene's file says, then the format's usual folders.
   std::optional<std::filesystem::path> images_dir{};
   /// Views whose photo is not found keep an empty View::photo (and, in formats that leave the size to the
   /// photo, a camera of width 0) instead of being an error.

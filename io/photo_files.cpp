@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <compare>
 #include <map>
+#include <set>
 #include <unordered_map>
 
 #include "io/image_file.h"
@@ -43,6 +44,19 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, ignored);
 }
 
+/// Behind all links; the path itself where that cannot be told.
+fs::path real_path(const fs::path& path) {
+  std::error_code failed;
+  const fs::path real = fs::canonical(path, failed);
+  return failed ? path.lexically_normal() : real;
+}
+
+/// \pre both are real paths
+bool lies_in(const fs::path& inner, const fs::path& outer) {
+  const fs::path relative = inner.lexically_relative(outer);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
 /// Cameras write these beside the photos that they develop themselves.
 bool is_raw(const fs::path& name) {
   const std::string extension = lower_case(name.extension().string());
@@ -64,21 +78,16 @@ std::size_t common_tail(const std::vector<std::string>& a, const std::vector<std
   return common;
 }
 
+constexpr auto kReadableFolders = fs::directory_options::skip_permission_denied;
+
 /// The files in and below a folder, by file name in small letters, and by that without extension.
 class PhotoIndex {
  public:
   PhotoIndex(const fs::path& folder, bool deep) : folder_(folder) {
-    std::error_code error;
-    constexpr auto kOptions = fs::directory_options::skip_permission_denied;
-    if (deep) {
-      for (auto it = fs::recursive_directory_iterator(folder, kOptions, error);
-           !error && it != fs::recursive_directory_iterator(); it.increment(error))
-        add(it->path());
-    } else {
-      for (auto it = fs::directory_iterator(folder, kOptions, error);
-           !error && it != fs::directory_iterator(); it.increment(error))
-        add(it->path());
-    }
+    if (deep)
+      add_below();
+    else
+      add_inside();
   }
 
   void add(const fs::path& path) {
@@ -104,6 +113,38 @@ class PhotoIndex {
  private:
   using Index = std::unordered_map<std::string, std::vector<fs::path>>;
 
+  void add_inside() {
+    std::error_code error;
+    for (auto it = fs::directory_iterator(folder_, kReadableFolders, error);
+         !error && it != fs::directory_iterator(); it.increment(error))
+      add(it->path());
+  }
+
+  /// Links to folders are followed, in the order of their paths. A folder that several lead to is entered
+  /// under each of their names, since names are what `match` goes by, but once under each, and by none that
+  /// lies in it: that ends all loops.
+  void add_below() {
+    std::set<fs::path> links;
+    add_below(folder_, links);
+    std::set<std::pair<fs::path, fs::path>> entered;
+    while (!links.empty()) {
+      const fs::path link = links.extract(links.begin()).value(), target = real_path(link);
+      if (lies_in(real_path(link.parent_path()), target)) continue;
+      if (entered.emplace(target, link.filename()).second) add_below(link, links);
+    }
+  }
+
+  void add_below(const fs::path& folder, std::set<fs::path>& links) {
+    std::error_code error, ignored;
+    for (auto it = fs::recursive_directory_iterator(folder, kReadableFolders, error);
+         !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+      if (it->is_symlink(ignored) && is_folder(it->path()))
+        links.insert(it->path());
+      else
+        add(it->path());
+    }
+  }
+
   static std::vector<fs::path> best(const std::vector<std::string>& tail, const Index& index,
                                     const std::string& key, bool exact, bool by_stem) {
     const auto candidates = index.find(key);
@@ -125,6 +166,9 @@ class PhotoIndex {
     if (found.size() == 1) return found.front();
     if (std::find(found.begin(), found.end(), favourite) != found.end()) return favourite;
     std::sort(found.begin(), found.end());
+    std::set<fs::path> files;
+    std::erase_if(found, [&](const fs::path& path) { return !files.insert(real_path(path)).second; });
+    if (found.size() == 1) return found.front();
     std::string names;
     for (std::size_t i = 0; i < found.size() && i < 5; ++i)
       names += (i == 0 ? "" : ", ") + found[i].lexically_relative(folder_).string();
@@ -221,7 +265,7 @@ void settle_shared_photos(SceneFile& scene, const std::vector<bool>& needed, con
   std::map<fs::path, std::vector<std::size_t>> finders;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     if (const fs::path& photo = scene.views[i].photo; !photo.empty())
-      finders[photo.lexically_normal()].push_back(i);
+      finders[real_path(folder_of(photo)) / photo.filename()].push_back(i);
   std::size_t doubtful = 0;
   std::string example;
   for (const auto& [file, views] : finders) {

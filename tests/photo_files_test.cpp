@@ -171,6 +171,44 @@ TEST(PhotoFiles, SaysWhichViewGetsAPhotoThatFitsOneLeftOutAsWell) {
                                         " is taken for 'two/a.jpg', not for 'one/a.jpg'"});
 }
 
+TEST(PhotoFiles, FollowsLinksToFolders) {
+  namespace fs = std::filesystem;
+  const Photos files({"north/a.jpg", "south/a.jpg", "b.jpg", "old/c.jpg"});
+  const test::TemporaryFolder card;
+  for (const char* name : {"1/a.jpg", "2/a.jpg", "2/deep/b.jpg"})
+    test::write_photo(card.path() / name, 40, 30);
+  files.photo("2024/c.jpg");
+  const fs::path photos = files.folder.path() / "photos";
+  fs::create_directory_symlink(card.path() / "1", photos / "2024" / "north");
+  fs::create_directory_symlink(card.path() / "2", photos / "2024" / "south");
+  EXPECT_EQ(files.found(0), "2024/south/deep/b.jpg");
+  EXPECT_EQ(files.found(1), "2024/north/a.jpg");
+  EXPECT_EQ(files.found(2), "2024/c.jpg");
+  EXPECT_EQ(files.found(3), "2024/south/a.jpg");
+  // Under several names, back to where they lie, to each other and to nothing; a photo counts once.
+  fs::create_directory_symlink(photos / "2024", photos / "all");
+  fs::create_directory_symlink(card.path() / "1", photos / "card");
+  fs::create_directory_symlink(".", photos / "here");
+  fs::create_directory_symlink("..", photos / "2024" / "up");
+  fs::create_directory_symlink("/", photos / "2024" / "root");
+  fs::create_directory_symlink(card.path() / "2", card.path() / "1" / "other");
+  fs::create_directory_symlink(card.path() / "1", card.path() / "2" / "other");
+  fs::create_directory_symlink(photos, card.path() / "2" / "back");
+  fs::create_directory_symlink("nowhere", photos / "broken");
+  const Scene scene = files.read();
+  const fs::path expected[] = {card.path() / "2/deep/b.jpg", card.path() / "1/a.jpg", photos / "2024/c.jpg",
+                               card.path() / "2/a.jpg"};
+  for (std::size_t v = 0; v < 4; ++v)
+    EXPECT_TRUE(fs::equivalent(scene.views[v].photo, expected[v])) << scene.views[v].photo;
+}
+
+TEST(PhotoFiles, KnowsOnePhotoForTwoViewsBehindALink) {
+  const Photos files({"one/a.jpg", "two/a.jpg"});
+  files.photo("x/one/a.jpg");
+  std::filesystem::create_directory_symlink("one", files.folder.path() / "photos/x/two");
+  EXPECT_TRUE(contains(input_error([&] { files.read(); }), "are the same photo"));
+}
+
 TEST(PhotoFiles, FallsBackToOtherCaseAndForNamesWithoutExtensionToAny) {
   const Photos files({"A.JPG", "b", "c.jpg"});
   files.photo("a.jpg");
