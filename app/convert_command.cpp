@@ -255,11 +255,14 @@ void Conversion::run() {
 
 Json Conversion::options_json() const {
   constexpr const char* kFrames[] = {"inside", "keep", "all"};
-  return {{"scene", options_.input.scene.string()},
-          {"format", target_name(options_.target)},
-          {"undistort", options_.undistort},
-          {"frame", kFrames[static_cast<std::size_t>(options_.frame)]},
-          {"downscale", options_.input.downscale}};
+  Json json = scene_json(options_.input);
+  json.erase("mesh");
+  json.erase("hold_out");
+  json["format"] = target_name(options_.target);
+  json["undistort"] = options_.undistort;
+  json["frame"] = kFrames[static_cast<std::size_t>(options_.frame)];
+  json["quality"] = options_.quality;
+  return json;
 }
 
 }  // namespace

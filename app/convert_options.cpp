@@ -15,15 +15,16 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
       *app, "--format", kTargets, [&](SceneTarget v) { options.target = v; }, "colmap",
       "COLMAP's text model, mvs-texturing's .cam files, or OpenMVS' scene.mvs")
       ->group("Output");
-  app->add_flag("--undistort", options.undistort,
-                "Write photos without lens distortion, and cameras that say so")
-      ->group("Output");
+  CLI::Option* undistort = app->add_flag("--undistort", options.undistort,
+                                         "Write photos without lens distortion, and cameras that say so")
+                               ->group("Output");
   constexpr Choice<FrameRule> kFrames[] = {
       {"inside", FrameRule::inside}, {"keep", FrameRule::keep}, {"all", FrameRule::all}};
   add_choice<FrameRule>(
       *app, "--frame", kFrames, [&](FrameRule v) { options.frame = v; }, "inside",
       "How far undistorted photos reach, at the same focal length: as far as nothing is blank; the photo's "
       "size; or all of the photo, up to twice its width and height. What is blank is masked")
+      ->needs(undistort)
       ->group("Output");
   app->add_option("--quality", options.quality, "Of jpg photos that are written anew, 1 to 100")
       ->type_name("N")

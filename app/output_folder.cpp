@@ -28,7 +28,7 @@ constexpr const char* kEarlier = ".gpvc-earlier-";
 bool is_written_by(std::string_view command, const std::string& name) {
   if (name == "run.json") return true;
   using Names = std::vector<std::string_view>;
-  static const std::map<std::string_view, Names> kNames = {
+  static const std::map<std::string_view, Names> kWritten = {
       {"texture",
        {"model.obj", "model.mtl", "model.glb", "model.gltf", "model.bin", "preview.png", "views.json",
         "labels.npy", "tags.npy", "faces.npy", "source_faces.npy", "offset.txt"}},
@@ -37,8 +37,8 @@ bool is_written_by(std::string_view command, const std::string& name) {
       {"compare --summarize", {"summary.html", "summary.md", "summary.json"}},
       {"evaluate", {"evaluate.json"}},
       {"label", {"labels.npy"}}};
-  const auto found = kNames.find(command);
-  if (found == kNames.end()) return false;
+  const auto found = kWritten.find(command);
+  if (found == kWritten.end()) return false;
   const Names& names = found->second;
   if (std::find(names.begin(), names.end(), name) != names.end()) return true;
   return command == "texture" && name.starts_with("model_") &&

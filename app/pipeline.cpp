@@ -7,35 +7,11 @@
 #include <array>
 #include <future>
 
+#include "app/coverage_store.h"
 #include "io/clock.h"
 
 namespace gpvc {
 namespace {
-
-void append_coverage(CoverageTable& all, const CoverageTable& more) {
-  for (FaceCoverage entry : more.entries) {
-    const std::size_t bits = static_cast<std::size_t>(entry.width) * static_cast<std::size_t>(entry.height);
-    const auto first = more.words.begin() + static_cast<std::ptrdiff_t>(entry.first_word);
-    entry.first_word = all.words.size();
-    all.words.insert(all.words.end(), first, first + static_cast<std::ptrdiff_t>((bits + 63) / 64));
-    all.entries.push_back(entry);
-  }
-}
-
-// Only faces that no view sees whole are pieced together from partial ones.
-CoverageTable of_partial_faces(const CoverageTable& table, std::span<const FaceTag> tags) {
-  CoverageTable kept;
-  for (const FaceCoverage& entry : table.entries) {
-    if (tags[index(entry.face)] != FaceTag::partial) continue;
-    const std::size_t bits = static_cast<std::size_t>(entry.width) * static_cast<std::size_t>(entry.height);
-    const auto first = table.words.begin() + static_cast<std::ptrdiff_t>(entry.first_word);
-    FaceCoverage moved = entry;
-    moved.first_word = kept.words.size();
-    kept.words.insert(kept.words.end(), first, first + static_cast<std::ptrdiff_t>((bits + 63) / 64));
-    kept.entries.push_back(moved);
-  }
-  return kept;
-}
 
 void add_times(const VisibilityStatistics& one, ViewTimes& sum) {
   sum.render_s += one.render_s;
@@ -74,6 +50,7 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
   CandidateCollector collector(in.mesh, options.costs);
   const auto policy = options.common.threads == 1 ? std::launch::deferred : std::launch::async;
   SeenScene seen;
+  CoverageStore coverage;
   ViewTimes& times = seen.times;
   std::array<ViewVisibility, 2> buffers;  // one is filled while the costs of the other are taken
   std::future<void> costs;
@@ -92,7 +69,7 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
           view.name));
     seen.full += visible.statistics.full;
     seen.partial += visible.statistics.partial;
-    append_coverage(seen.coverage, visible.coverage);
+    coverage.add(visible.coverage);
     if (costs.valid()) costs.get();
     costs = std::async(policy, [&, id, photo = decoded.share()] {
       const auto pixels = photo.get();
@@ -105,7 +82,7 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
   const auto start = Clock::now();
   seen.candidates = collector.finish();
   times.costs_s += seconds_since(start);
-  seen.coverage = of_partial_faces(seen.coverage, seen.candidates.tags);
+  seen.coverage = coverage.of_partial_faces(seen.candidates.tags);
   for (const auto& [name, value] : {std::pair{"render_s", times.render_s},
                                     {"build_s", times.build_s},
                                     {"upload_s", times.upload_s},

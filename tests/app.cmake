@@ -4,6 +4,7 @@ gpvc_test(scene_writer_test gpvc_app)
 gpvc_test(synth_test gpvc_app)
 gpvc_test(truth_test gpvc_app)
 gpvc_test(frame_check_test gpvc_app)
+gpvc_test(coverage_store_test gpvc_app)
 gpvc_test(output_folder_test gpvc_app)
 gpvc_test(viewpoint_test gpvc_app)
 
