@@ -53,8 +53,8 @@ std::set<fs::path> replaced_names(const fs::path& out, const std::vector<fs::pat
 }
 
 /// What is read must never be replaced by what is made of it, nor stand beside it in a folder that is read as
-/// a whole; and what is there of somebody else's not without --force.
-void refuse_overwriting(const ConvertOptions& options, const Scene& scene,
+/// a whole; nor may anything of somebody else's. Said before photos are converted.
+void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const OutputFolder& folder,
                         const std::vector<fs::path>& places, const std::vector<fs::path>& masks) {
   std::vector<fs::path> listings;
   if (options.target == SceneTarget::cam)
@@ -79,8 +79,7 @@ void refuse_overwriting(const ConvertOptions& options, const Scene& scene,
     if (!fs::exists(file, ignored)) continue;
     if (sources.contains(fs::weakly_canonical(file)))
       throw OutputError(file, "belongs to the scene that is converted" + advice);
-    if (!options.force)
-      throw OutputError(file, "exists already; choose another folder, or give --force to replace it");
+    folder.refuse_strangers(place.generic_string());
   }
 }
 
@@ -178,7 +177,7 @@ void Conversion::choose_places() {
     if (!taken.insert(masks.back()).second)
       throw OutputError(masks.back(), "two photos that differ in their extension alone would need this mask");
   }
-  refuse_overwriting(options_, scene_, places_, masks);
+  refuse_overwriting(options_, scene_, folder_, places_, masks);
   folder_.protect(input_files(scene_));
 }
 

@@ -32,6 +32,8 @@ class OutputFolder {
   /// Where to write the file that will be OUT/`relative`; parents are made. The file is promised from now on.
   /// Throws OutputError when `relative` would leave OUT, or a stranger's file has that name.
   std::filesystem::path file(const std::filesystem::path& relative);
+  /// Throws OutputError when OUT/`name` exists and is no file of the earlier result.
+  void refuse_strangers(const std::string& name) const;
   /// Where file() leads; what a stage leaves here on its own is promised by promise_all().
   const std::filesystem::path& in_making() const { return unfinished_; }
   void promise_all();
@@ -47,7 +49,6 @@ class OutputFolder {
   std::string with_final_names(std::string message) const;
 
  private:
-  void refuse_strangers(const std::string& name) const;
   void clear_away();
 
   std::filesystem::path out_, unfinished_;

@@ -309,13 +309,13 @@ TEST(Convert, ReplacesNothingThatItReads) {
   EXPECT_EQ(project.folder.count(), files);
 }
 
-TEST(Convert, ReplacesSomebodysFilesOnRequestAlone) {
+TEST(Convert, NeverReplacesSomebodysFiles) {
   SmallProject project;
   const fs::path theirs = project.folder.write("out/scene.mvs", "theirs");
-  EXPECT_TRUE(test::contains(project.convert(SceneTarget::mvs, true, "out"), "scene.mvs: exists already"));
+  for (const bool force : {false, true})
+    EXPECT_TRUE(test::contains(project.convert(SceneTarget::mvs, true, "out", force),
+                               "scene.mvs: would be replaced"));
   EXPECT_EQ(test::read_file(theirs), "theirs");
-  EXPECT_EQ(project.convert(SceneTarget::mvs, true, "out", true), "");
-  EXPECT_NE(test::read_file(theirs), "theirs");
 }
 
 /// Name and bytes of every file below a folder.

@@ -105,8 +105,8 @@ class CpuClassifier {
   /// The same, for CoverageCorrection::exact, when shaders have scanned the faces; `scan` is used up. Adds to
   /// claims_s what deciding takes that they leave open.
   void complete(const ClassifyView& view, FaceScan& scan, ViewVisibility& result);
-  /// The same when shaders have looked at the samples already: the codes are kept, and what they do not hold
-  /// is added: coverage, and the classes of faces without pixel centre. Not for CoverageCorrection::exact.
+  /// The same when shaders have looked at the samples already: the codes are kept but for unsure ones, and what
+  /// they do not hold is added: coverage, and the classes of faces without pixel centre. Not for CoverageCorrection::exact.
   void complete(const ClassifyView& view, std::span<const FaceCode> codes, ViewVisibility& result);
 
  private:

@@ -4,7 +4,6 @@
 
 #include "io/clock.h"
 #include "visibility/classify_gl.h"
-#include "visibility/face_sampler.h"
 #include "visibility/ivm_cpu.h"
 #include "visibility/view_tester.h"
 
@@ -59,13 +58,6 @@ void GpvcTester::classify(const ClassifyView& view, const View& of, ViewVisibili
 void GpvcTester::classify_codes(const ClassifyView& view, const View& of, ViewVisibility& result) {
   gpu_->classify(view, of.pose, codes_, result.statistics);
   const VisibilityStatistics counted = result.statistics;
-  for_each_block(codes_.size(), [&](std::size_t, std::size_t first, std::size_t end) {
-    for (std::size_t f = first; f < end; ++f)
-      if (codes_[f] == FaceCode::unsure)
-        codes_[f] = lacks_centre(view.camera, view.raster(FaceId{static_cast<std::uint32_t>(f)}))
-                        ? FaceCode::no_centre
-                        : FaceCode::hidden;
-  });
   cpu_.complete(view, codes_, result);
   result.statistics.processed_faces = counted.processed_faces;
   result.statistics.samples = counted.samples;
