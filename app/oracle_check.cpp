@@ -15,9 +15,9 @@ namespace {
 
 constexpr std::uint32_t kSeed = 2018;
 constexpr std::size_t kListed = 10;
-constexpr const char* kNames[] = {"hidden", "partial", "full", "unresolved"};
+constexpr const char* kClassNames[] = {"hidden", "partial", "full", "unresolved"};
 
-const char* name_of(FaceClass c) { return kNames[static_cast<std::size_t>(c)]; }
+const char* name_of(FaceClass c) { return kClassNames[static_cast<std::size_t>(c)]; }
 
 PixelPoint centroid_px(const Mesh& mesh, const View& view, std::size_t face) {
   CameraPoint sum;
@@ -88,11 +88,11 @@ std::string OracleCheck::report() const {
       "oracle: {} views (seed {}), {} faces and views, {} samples, {:.2f} s\n"
       "{:22} {:>12} {:>12} {:>12}\n",
       views_.size(), kSeed, readable_count(faces_), readable_count(samples_), seconds_, "found \\ oracle",
-      kNames[0], kNames[1], kNames[2]);
+      kClassNames[0], kClassNames[1], kClassNames[2]);
   const std::size_t rows = any_unresolved() ? 4 : 3;
   for (std::size_t i = 0; i < rows; ++i)
-    text +=
-        fmt::format("{:22} {:>12} {:>12} {:>12}\n", kNames[i], matrix_[i][0], matrix_[i][1], matrix_[i][2]);
+    text += fmt::format("{:22} {:>12} {:>12} {:>12}\n", kClassNames[i], matrix_[i][0], matrix_[i][1],
+                        matrix_[i][2]);
   text += fmt::format("{} disagreements; {} tied apart, {} of them classed otherwise", disagreements_, tied_,
                       tied_differing_);
   for (const Disagreement& d : first_)
@@ -111,7 +111,7 @@ Json OracleCheck::json() const {
                      {"oracle", name_of(d.truth)},
                      {"centroid_px", std::isfinite(d.x) ? Json::array({d.x, d.y}) : Json(nullptr)}});
   return {{"seed", kSeed},
-          {"classes", {kNames[0], kNames[1], kNames[2], kNames[3]}},
+          {"classes", {kClassNames[0], kClassNames[1], kClassNames[2], kClassNames[3]}},
           {"confusion", matrix_},  // rows found, columns the oracle's
           {"rows", "found"},
           {"columns", "oracle"},
