@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <set>
 
 #include "app/convert_frame.h"
@@ -41,17 +40,6 @@ void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, Scen
                       *lost, target_name(target)));
 }
 
-/// Names in OUT that a run replaces: its own and, when it succeeds, those of the result before it.
-std::set<fs::path> replaced_names(const fs::path& out, const std::vector<fs::path>& made) {
-  std::set<fs::path> names(made.begin(), made.end());
-  std::ifstream in(out / "run.json");
-  const Json json = Json::parse(in, nullptr, false);
-  if (json.is_object() && json.contains("outputs") && json["outputs"].is_array())
-    for (const Json& name : json["outputs"])
-      if (name.is_string()) names.insert(name.get<std::string>());
-  return names;
-}
-
 /// What is read must never be replaced by what is made of it, nor stand beside it in a folder that is read as
 /// a whole; nor may anything of somebody else's. Said before photos are converted.
 void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const OutputFolder& folder,
@@ -73,7 +61,8 @@ void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const
   made.insert(made.end(), places.begin(), places.end());
   made.insert(made.end(), masks.begin(), masks.end());
   const std::set<fs::path> sources = input_files(scene);
-  for (const fs::path& place : replaced_names(options.out, made)) {
+  made.insert(made.end(), folder.listed().begin(), folder.listed().end());  // those go as well
+  for (const fs::path& place : made) {
     const fs::path file = options.out / place;
     std::error_code ignored;
     if (!fs::exists(file, ignored)) continue;

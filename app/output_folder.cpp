@@ -7,10 +7,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstdlib>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <system_error>
 
 #include "io/io.h"
@@ -41,8 +43,10 @@ bool is_written_by(std::string_view command, const std::string& name) {
   if (found == kWritten.end()) return false;
   const Names& names = found->second;
   if (std::find(names.begin(), names.end(), name) != names.end()) return true;
-  return command == "texture" && name.starts_with("model_") &&
-         (name.ends_with(".png") || name.ends_with(".jpg") || name.ends_with(".bin"));
+  if (command != "texture" || !name.starts_with("model_")) return false;
+  const std::size_t end = name.find_first_not_of("0123456789", 6);
+  const std::string extension = end == std::string::npos || end == 6 ? "" : name.substr(end);
+  return extension == ".png" || extension == ".jpg" || extension == ".bin";
 }
 
 // What an earlier run left beside its result; discarded where there is none of ours.
@@ -59,16 +63,31 @@ std::string earlier_command(const fs::path& out) {
   return json["command"].get<std::string>();
 }
 
+std::optional<std::string> name_from_json(const nlohmann::json& entry) {
+  if (entry.is_string()) return entry.get<std::string>();
+  if (!entry.is_object() || !entry.contains("bytes") || !entry["bytes"].is_string()) return std::nullopt;
+  const auto& digits = entry["bytes"].get_ref<const std::string&>();
+  std::string name;
+  for (std::size_t i = 0; i + 1 < digits.size(); i += 2) {
+    int byte = 0;
+    const char* first = digits.data() + i;
+    if (std::from_chars(first, first + 2, byte, 16).ptr != first + 2) return std::nullopt;
+    name += static_cast<char>(byte);
+  }
+  return name;
+}
+
 // The files that an earlier run.json of ours lists, if they are what it lists: relative, inside.
 std::set<std::string> listed_outputs(const fs::path& out) {
   std::set<std::string> names;
   if (earlier_command(out).empty()) return names;
   const auto json = earlier_run(out);
   if (!json.contains("outputs") || !json["outputs"].is_array()) return names;
-  for (const auto& name : json["outputs"]) {
-    if (!name.is_string()) continue;
+  for (const auto& entry : json["outputs"]) {
+    const std::optional<std::string> name = name_from_json(entry);
+    if (!name) continue;
     try {
-      names.insert(contained_path(name.get<std::string>()).generic_string());
+      names.insert(contained_path(*name).generic_string());
     } catch (const OutputError&) {
       continue;  // not ours to touch
     }
@@ -93,13 +112,18 @@ fs::path make_folder_like(const fs::path& prefix) {
   return name;
 }
 
-// Locks a folder until the descriptor is closed, at the latest by the end of the process, however that comes.
-// -1 where another process holds it, or the file system has no locks.
-int locked(const fs::path& folder) {
+struct FolderLock {
+  int descriptor = -1;  ///< -1: not ours
+  bool others = false;  ///< another process holds it; else the file system has no locks
+};
+
+// Until the descriptor is closed, at the latest by the end of the process, however that comes.
+FolderLock locked(const fs::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return {descriptor, false};
+  const bool others = errno == EWOULDBLOCK;
   close(descriptor);
-  return -1;
+  return {-1, others};
 }
 
 // Left by a run that was killed: nobody holds its lock. (Numbers of processes say nothing: they recur, in
@@ -109,11 +133,11 @@ void remove_abandoned(const fs::path& out) {
   for (const auto& entry : fs::directory_iterator(out))
     if (entry.path().filename().string().starts_with(kUnfinished)) found.push_back(entry.path());
   for (const fs::path& folder : found) {
-    const int lock = locked(folder);
-    if (lock < 0) continue;
+    const FolderLock lock = locked(folder);
+    if (lock.descriptor < 0) continue;
     std::error_code ignored;
     fs::remove_all(folder, ignored);
-    close(lock);
+    close(lock.descriptor);
   }
 }
 
@@ -146,11 +170,13 @@ OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) :
       if (is_written_by(command, name)) refuse_strangers(name);
     }
     remove_abandoned(out_);
-    do {  // again where another run took it for abandoned before it was locked
+    for (bool taken = true; taken;) {  // by another run for abandoned, before it was locked
       if (lock_ >= 0) close(lock_);
       unfinished_ = make_folder_like(out_ / kUnfinished);
-      lock_ = locked(unfinished_);
-    } while (!fs::exists(unfinished_));
+      const FolderLock lock = locked(unfinished_);
+      lock_ = lock.descriptor;
+      taken = lock.others || !fs::exists(unfinished_);
+    }
     const OutputFile probe(unfinished_ / "probe");  // opens a file; removed at once
   } catch (const fs::filesystem_error& e) {
     clear_away();
@@ -173,7 +199,7 @@ void OutputFolder::clear_away() {
 void OutputFolder::refuse_strangers(const std::string& name) const {
   const fs::path path = out_ / name;
   if (!is_there(path)) return;
-  if (!listed_.contains(name))
+  if (!listed_.contains(fs::path(name).lexically_normal().generic_string()))
     throw OutputError(path, "would be replaced, and belongs to no earlier result; choose another folder");
   if (fs::is_directory(path))
     throw OutputError(path, "is a folder where a file is to be; choose another folder");
@@ -247,11 +273,29 @@ void OutputFolder::publish() {
       if (failed) lost = fmt::format("; files of the earlier result are in {}", earlier.string());
       remove_empty_parents(out_, it->to.parent_path());
     }
+    std::error_code ignored;
+    if (!earlier.empty() && lost.empty()) fs::remove_all(earlier, ignored);  // all is back: empty folders
     throw OutputError(at, e.code().message() + lost);
   }
   std::error_code ignored;
   if (!earlier.empty()) fs::remove_all(earlier, ignored);
   fs::remove_all(unfinished_, ignored);
+}
+
+nlohmann::ordered_json outputs_json(const std::vector<std::string>& names) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const std::string& name : names) {
+    const nlohmann::ordered_json text = nlohmann::ordered_json::parse(
+        nlohmann::ordered_json(name).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    if (text == name) {
+      list.push_back(name);
+      continue;
+    }
+    std::string digits;
+    for (const char c : name) digits += fmt::format("{:02x}", static_cast<unsigned char>(c));
+    list.push_back({{"name", text}, {"bytes", digits}});
+  }
+  return list;
 }
 
 std::string OutputFolder::with_final_names(std::string message) const {

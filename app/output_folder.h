@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <set>
 #include <string>
 #include <string_view>
@@ -40,6 +41,8 @@ class OutputFolder {
   /// Promised so far, in the order of file().
   const std::vector<std::string>& promised() const { return promised_; }
   const std::filesystem::path& path() const { return out_; }
+  /// Files of the earlier result.
+  const std::set<std::string>& listed() const { return listed_; }
 
   /// Puts every promised file in the place of the earlier result. Throws OutputError when one is missing,
   /// when its name is a protected file's or a stranger's, and when a file cannot be moved; then the earlier
@@ -52,12 +55,16 @@ class OutputFolder {
   void clear_away();
 
   std::filesystem::path out_, unfinished_;
-  int lock_ = -1;                               ///< on unfinished_: tells other runs that it is not abandoned
-  std::set<std::string> listed_;                ///< files of the earlier result
+  int lock_ = -1;  ///< on unfinished_: tells other runs that it is not abandoned
+  std::set<std::string> listed_;
   std::vector<std::filesystem::path> created_;  ///< folders made on the way to OUT, outermost first
   std::vector<std::string> promised_;
   std::set<std::filesystem::path> protected_;  ///< canonical
 };
+
+/// How run.json lists files: names, and {"name", "bytes"} for one that is no UTF-8, `bytes` in hexadecimal
+/// digits.
+nlohmann::ordered_json outputs_json(const std::vector<std::string>& names);
 
 /// A path below a folder from a name that a scene file gives: keeps sub-folders, refuses what leaves the
 /// folder ("..", a root). Throws OutputError.

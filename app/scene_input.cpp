@@ -304,7 +304,7 @@ void write_run_json(OutputFolder& folder, const RunFacts& facts, const RunRecord
                      {"cpu_s", cpu},
                      {"peak_resident_bytes", peak_resident_bytes()},
                      {"counts", record.counts},
-                     {"outputs", folder.promised()}};
+                     {"outputs", outputs_json(folder.promised())}};
   write_text_file(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 

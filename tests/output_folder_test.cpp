@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "io/error.h"
@@ -53,6 +54,9 @@ class OutputFolderTest : public testing::Test {
 };
 
 TEST_F(OutputFolderTest, StrangersFilesAreRefusedAtOnce) {
+  for (const char* name : {"model_view.png", "model_.png", "model_3.txt"}) put(name, "a screenshot");
+  EXPECT_EQ(refusal(false), "");
+  fs::remove_all(out_);
   for (const char* name : {"model.obj", "offset.txt", "model_3.jpg", "run.json"}) {
     put(name, "mine");
     for (const bool force : {false, true}) EXPECT_NE(refusal(force).find(name), std::string::npos) << name;
@@ -98,6 +102,26 @@ TEST_F(OutputFolderTest, AFailedPublishBringsTheEarlierResultBack) {
   EXPECT_EQ(read_file(out_ / "run.json"), run_json);
 }
 
+TEST_F(OutputFolderTest, NamesThatAreNoUtf8AreListedAsTheyAre) {
+  const std::string latin =
+      "images/\xDC"
+      "ber.jpg";
+  for (const bool force : {false, true}) {
+    OutputFolder folder(out_, force, "convert");
+    folder.refuse_strangers(
+        "images/./\xDC"
+        "ber.jpg");
+    make(folder, latin, force ? "second" : "first");
+    std::ofstream run(folder.file("run.json"));
+    run << nlohmann::json{
+        {"program", "gpvc"}, {"command", "convert"}, {"outputs", outputs_json(folder.promised())}};
+    run.close();
+    folder.publish();
+  }
+  EXPECT_EQ(read_file(out_ / latin), "second");
+  EXPECT_FALSE(outputs_json({"plain.jpg"})[0].is_object());
+}
+
 TEST_F(OutputFolderTest, AFolderInTheWayLosesNothing) {
   publish_first();
   OutputFolder folder(out_, true, "texture");
@@ -107,6 +131,29 @@ TEST_F(OutputFolderTest, AFolderInTheWayLosesNothing) {
   EXPECT_THROW(folder.publish(), OutputError);
   EXPECT_EQ(read_file(out_ / "model.obj"), "first");
   EXPECT_EQ(read_file(out_ / "offset.txt/mine"), "mine");
+}
+
+// Files on another disk behind a link cannot be moved aside.
+TEST_F(OutputFolderTest, WhatCannotBeMovedBlocksNoLaterRun) {
+  const fs::path elsewhere = "/dev/shm";
+  std::error_code none;
+  if (!fs::is_directory(elsewhere, none) ||
+      fs::space(elsewhere, none).capacity == fs::space(folder_.path(), none).capacity)
+    GTEST_SKIP() << "no second file system here";
+  const fs::path away = elsewhere / folder_.path().filename();
+  fs::create_directories(away);
+  std::ofstream(away / "a.jpg") << "first";
+  fs::create_directories(out_);
+  fs::create_directory_symlink(away, out_ / "images");
+  put("run.json", R"({"program": "gpvc", "command": "convert", "outputs": ["images/a.jpg", "run.json"]})");
+  for (int run = 0; run < 2; ++run) {
+    OutputFolder folder(out_, true, "convert");
+    make(folder, "run.json", "second");
+    EXPECT_THROW(folder.publish(), OutputError);
+  }
+  EXPECT_EQ(read_file(away / "a.jpg"), "first");
+  EXPECT_EQ(names(), (std::vector<std::string>{"images", "run.json"}));
+  fs::remove_all(away);
 }
 
 TEST_F(OutputFolderTest, LeftoversAreRemovedAndNeverTaken) {
