@@ -86,6 +86,8 @@ uint classify(bool candidate) {
   bool covered = false;
   if (all(lessThan(low, high))) {
     prepare_rows(low, high);
+    ivec2 extent = high - low;
+    if (candidate && uint(extent.x) * uint(extent.y) >= kLargeFace) return kUnsure;
     if (!candidate) {
       // Only whether there is a sample matters.
       for (int y = low.y; y < high.y && !covered; ++y) {

@@ -18,6 +18,7 @@ bool inside_frame() {
   return true;
 }
 
+/// The twin of the one in visibility/raster.h.
 bool misses_frame() {
   bvec4 beyond = bvec4(true);
   bool behind = true;
@@ -25,8 +26,7 @@ bool misses_frame() {
     ProjectedVertex v = raster.vertex[k];
     precise double width = double(size.x) * v.z, height = double(size.y) * v.z;
     behind = behind && !(v.z > 0.0LF);
-    beyond = bvec4(beyond.x && v.z > 0.0LF && v.u < 0.0LF, beyond.y && v.z > 0.0LF && v.v < 0.0LF,
-                   beyond.z && v.z > 0.0LF && v.u > width, beyond.w && v.z > 0.0LF && v.v > height);
+    beyond = bvec4(beyond.x && v.u < 0.0LF, beyond.y && v.v < 0.0LF, beyond.z && v.u > width, beyond.w && v.v > height);
   }
   return behind || any(beyond);
 }
@@ -46,6 +46,10 @@ void pixel_bounds(out ivec2 low, out ivec2 high) {
   low = ivec2(ceil(clamp(least - margin, dvec2(0.0LF), dvec2(size))));
   high = ivec2(floor(clamp(most + margin, dvec2(0.0LF), dvec2(size))));
 }
+
+/// Pixels of its rectangle from which on a face is not for one invocation, but for a work group (64 have 8 each, and one
+/// alone at most 511 after the others are done) or the CPU.
+const uint kLargeFace = 512u;
 
 // --- rows
 struct Row {

@@ -17,10 +17,6 @@ layout(std430, binding = 1) buffer Counts {
 layout(std430, binding = 2) writeonly buffer Claims { uvec2 claims[]; };  // pixel, face
 layout(std430, binding = 3) buffer Large { uint large_faces[]; };         // less first_face
 
-/// Pixels of its rectangle from which on a face gets a work group: 64 invocations have 8 each, and one
-/// invocation alone at most 511 after the others are done.
-const uint kLargeFace = 512u;
-
 // Of the samples of the face at hand, those stored as its own, those that are not, and of these those in the
 // photo.
 uint own = 0u, foreign = 0u, contested = 0u;

@@ -43,5 +43,20 @@ TEST(PhotoMask, AgreesWithEveryLensAtEveryPixel) {
   }
 }
 
+// A lens may push the frame's outermost half pixels out of the photo and no pixel's centre.
+TEST(PhotoMask, PositionsAreAskedEvenWhereAllCentresAreInside) {
+  Camera camera{200, 150, 150, 150, 100, 75, {.k1 = 0.0005}};
+  limit_distortion(camera);
+  const PhotoMask mask(camera);
+  EXPECT_TRUE(mask.whole());
+  EXPECT_FALSE(mask.everywhere());
+  for (const PixelPoint p :
+       {PixelPoint{199.999, 149.999}, {199.5, 149.5}, {0.001, 75}, {100, 75}, {0.001, 0.001}})
+    EXPECT_EQ(mask.contains(p), in_photo(camera, p)) << p.x << ' ' << p.y;
+  EXPECT_FALSE(mask.contains(PixelPoint{199.999, 149.999}));
+  camera.distortion = {};
+  EXPECT_TRUE(PhotoMask(camera).everywhere());
+}
+
 }  // namespace
 }  // namespace gpvc

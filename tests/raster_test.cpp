@@ -300,6 +300,27 @@ bool has_centre(const RasterFace& face, int side) {
   return false;
 }
 
+TEST(Raster, FacesThatCrossTheCameraPlaneBesideTheFrameMissIt) {
+  const Camera camera{100, 80, 100, 100, 50, 40, {}};
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> anywhere(-300, 300), depth(-3, 5);
+  int missing = 0, crossing = 0;
+  for (int n = 0; n < 4000; ++n) {
+    const auto corner = [&] { return ProjectedVertex{anywhere(random), anywhere(random), depth(random)}; };
+    const RasterFace face = face_of(corner(), corner(), corner());
+    if (face.facing == Facing::edge_on) continue;
+    const bool crosses =
+        std::any_of(face.vertex.begin(), face.vertex.end(), [](const auto& v) { return v.z <= 0; });
+    if (!misses_frame(camera, face.vertex)) continue;
+    missing += crosses ? 0 : 1;
+    crossing += crosses ? 1 : 0;
+    for (int y = 0; y <= camera.height; y += 8)
+      for (int x = 0; x <= camera.width; x += 5) ASSERT_FALSE(covers_exactly(face_point(face, x, y))) << n;
+  }
+  EXPECT_GT(missing, 200);
+  EXPECT_GT(crossing, 400);
+}
+
 TEST(CentreSearch, FindsWhatLookingEverywhereFinds) {
   std::mt19937 random(5);
   constexpr int kSide = 24;

@@ -305,6 +305,52 @@ TEST_F(VisibilityGl, ShadersAndCpuGiveTheSameBits) {
   }
 }
 
+// One invocation of a shader would walk a million samples, and drivers end long loops without a word.
+TEST_F(VisibilityGl, LargeFacesAreClassifiedAlikeByShaders) {
+  const View view = scenes::view_of(1600, 1200, 1500);
+  Mesh mesh;
+  scenes::add_at_pixels(mesh, view.camera, {{{10, 10, 10}, {10, 1190, 12}, {1500, 1190, 9}}});
+  scenes::add_at_pixels(mesh, view.camera, {{{60, 10, 10}, {1590, 1100, 11}, {1590, 20, 12}}});
+  // Small ones in front, low down in the first and near the right end of the second.
+  scenes::add_at_pixels(mesh, view.camera, {{{700, 1180, 2}, {705, 1186, 2}, {712, 1181, 2}}});
+  scenes::add_at_pixels(mesh, view.camera, {{{1560, 1060, 2}, {1565, 1066, 2}, {1572, 1061, 2}}});
+  for (const CoverageCorrection correction : {CoverageCorrection::off, CoverageCorrection::paper})
+    for (const Sampling sampling : {Sampling::hivers, Sampling::ves, Sampling::dense}) {
+      const ViewVisibility cpu = classify(mesh, view, options(correction, sampling, Classifier::cpu));
+      const ViewVisibility gpu = classify(mesh, view, options(correction, sampling, Classifier::gpu));
+      expect_same_visibility(gpu, cpu);
+      if (sampling == Sampling::ves) continue;
+      EXPECT_EQ(std::count(cpu.classes.begin(), cpu.classes.end(), FaceClass::partial), 2);
+    }
+}
+
+// A mesh that goes on behind the camera: what crosses its plane beside the frame has no part in the view.
+TEST_F(VisibilityGl, FacesAcrossTheCameraPlaneAmongSubpixelFaces) {
+  View view = scenes::view_of(24, 16, 16);
+  view.pose.rotation = scenes::rotation(0.6, 0, 0);  // downwards: y runs down
+  view.pose.centre = {0, -3, 0};
+  Mesh mesh;
+  constexpr int kCells = 44;
+  const auto corner = [](int i, int j) {
+    return WorldPoint{(i - kCells / 2) * 0.25, 0.02 * std::sin(i * 0.9) * std::cos(j * 1.3), j * 0.25 - 4};
+  };
+  for (int j = 0; j < kCells; ++j)
+    for (int i = 0; i < kCells; ++i) {
+      scenes::add_face(mesh, corner(i, j), corner(i + 1, j), corner(i, j + 1));
+      scenes::add_face(mesh, corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
+    }
+  std::size_t crossing = 0;
+  for (const Triangle& t : mesh.faces) {
+    int behind = 0;
+    for (const std::uint32_t v : t) behind += camera_from_world(view.pose, mesh.positions[v]).z <= 0 ? 1 : 0;
+    crossing += behind % 3 != 0 ? 1 : 0;
+  }
+  EXPECT_GT(crossing, 50u);
+  const ViewVisibility found = classify(mesh, view);
+  EXPECT_GT(std::count(found.classes.begin(), found.classes.end(), FaceClass::full), 1000);
+  EXPECT_EQ(expect_oracle(mesh, view, found), 0U);
+}
+
 TEST_F(VisibilityGl, ResultDoesNotDependOnThreads) {
   const View view = scenes::view_of(400, 300, 300);
   for (const double size : {1.0, 12.0}) {

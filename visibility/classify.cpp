@@ -59,12 +59,18 @@ void CpuClassifier::complete(const ClassifyView& view, FaceScan& scan, ViewVisib
 void CpuClassifier::complete(const ClassifyView& view, std::span<const FaceCode> codes,
                              ViewVisibility& result) {
   scan_->start(codes.size());
+  tbb::enumerable_thread_specific<std::vector<Span>> spans_of_unsure;
   for_each_block(codes.size(), [&](std::size_t, std::size_t first, std::size_t end) {
     for (std::size_t f = first; f < end; ++f) {
       scan_->codes[f] = codes[f];
       if (codes[f] != FaceCode::unsure) continue;
       const RasterFace raster = view.raster(FaceId{static_cast<std::uint32_t>(f)});
-      scan_->codes[f] = lacks_centre(view.camera, raster) ? FaceCode::no_centre : FaceCode::hidden;
+      const SpanWalker walker(raster, pixel_bounds(raster, view.frame()));
+      std::vector<Span>& spans = spans_of_unsure.local();
+      collect_spans(raster, walker, false, spans);
+      scan_->codes[f] = !spans.empty()                      ? FaceCode::partial  // it is sampled below
+                        : lacks_centre(view.camera, raster) ? FaceCode::no_centre
+                                                            : FaceCode::hidden;
     }
   });
   finisher_->finish(view, *scan_, result);

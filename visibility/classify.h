@@ -47,7 +47,12 @@ struct ClassifyView {
   FaceBounds bounds(FaceId face) const {
     const Triangle& t = mesh.faces[index(face)];
     const auto& p = projected.positions;
-    return face_bounds(p[t[0]], p[t[1]], p[t[2]]);
+    FaceBounds bounds = face_bounds(p[t[0]], p[t[1]], p[t[2]]);
+    if (!bounds.ahead || bounds.bounded) return bounds;
+    // Most of those that cross the camera plane cross it beside the frame.
+    const auto& v = projected.vertices;
+    bounds.ahead = !misses_frame(camera, {v[t[0]], v[t[1]], v[t[2]]});
+    return bounds;
   }
   QuickLimits quick_limits() const { return {camera.width, camera.height, rounding, projected.moderate}; }
   QuickFace quick(const QuickLimits& limits, FaceId face, const FaceBounds& of_face) const {
@@ -105,8 +110,9 @@ class CpuClassifier {
   /// The same, for CoverageCorrection::exact, when shaders have scanned the faces; `scan` is used up. Adds to
   /// claims_s what deciding takes that they leave open.
   void complete(const ClassifyView& view, FaceScan& scan, ViewVisibility& result);
-  /// The same when shaders have looked at the samples already: the codes are kept but for unsure ones, and what
-  /// they do not hold is added: coverage, and the classes of faces without pixel centre. Not for CoverageCorrection::exact.
+  /// The same when shaders have looked at the samples already: the codes are kept but for unsure ones, and
+  /// what they do not hold is added: coverage, and the classes of faces without pixel centre. Not for
+  /// CoverageCorrection::exact.
   void complete(const ClassifyView& view, std::span<const FaceCode> codes, ViewVisibility& result);
 
  private:

@@ -94,14 +94,19 @@ EGLContext create_context(EGLDisplay display) {
     if (!eglChooseConfig(display, wanted.data(), &config, 1, &count) || count == 0)
       throw egl_failure("eglChooseConfig", "the device has no configuration for desktop OpenGL");
   }
-  const std::array<EGLint, 7> attributes{EGL_CONTEXT_MAJOR_VERSION,
-                                         4,
-                                         EGL_CONTEXT_MINOR_VERSION,
-                                         5,
-                                         EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                         EGL_NONE};
-  const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+  const std::vector<EGLint> attributes{EGL_CONTEXT_MAJOR_VERSION,       4,
+                                       EGL_CONTEXT_MINOR_VERSION,       5,
+                                       EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT};
+  const auto made_with = [&](std::initializer_list<EGLint> more) {
+    std::vector<EGLint> all = attributes;
+    all.insert(all.end(), more);
+    all.push_back(EGL_NONE);
+    return eglCreateContext(display, config, EGL_NO_CONTEXT, all.data());
+  };
+  // After a reset of the device buffers hold anything; only a context that is lost by it says so
+  // (check_gl()).
+  EGLContext context = made_with({EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET});
+  if (context == EGL_NO_CONTEXT) context = made_with({});  // EGL 1.4, or a driver that cannot tell
   if (context == EGL_NO_CONTEXT)
     throw egl_failure("eglCreateContext", "the driver makes no OpenGL 4.5 core context");
   return context;

@@ -12,7 +12,7 @@ enum class FaceCode : std::uint8_t {
   full = 2,       ///< exact: all samples are stored as the face's, and it lies in the frame
   no_centre = 3,  ///< a front face whose projection contains no pixel centre
   unstored = 4,   ///< a front face with samples, none of them stored as its own
-  unsure = 5,     ///< the CPU must look at it; else than for `exact`, for a pixel centre beyond the frame
+  unsure = 5,     ///< the CPU must look at it; for `paper` and `off`: at a large one, or beyond the frame
 };
 
 }  // namespace gpvc

@@ -48,18 +48,8 @@ bool inside_frame(const Camera& camera, const RasterFace& face) {
   });
 }
 
-bool misses_frame(const Camera& camera, const RasterFace& face) {
-  const double w = camera.width, h = camera.height;
-  const auto all = [&](auto&& beyond) { return std::all_of(face.vertex.begin(), face.vertex.end(), beyond); };
-  return all([](const ProjectedVertex& p) { return !(p.z > 0); }) ||
-         all([](const ProjectedVertex& p) { return p.z > 0 && p.u < 0; }) ||
-         all([](const ProjectedVertex& p) { return p.z > 0 && p.v < 0; }) ||
-         all([w](const ProjectedVertex& p) { return p.z > 0 && p.u > w * p.z; }) ||
-         all([h](const ProjectedVertex& p) { return p.z > 0 && p.v > h * p.z; });
-}
-
 bool lacks_centre(const Camera& camera, const RasterFace& face) {
-  return !misses_frame(camera, face) && (inside_frame(camera, face) || !covers_a_pixel(face));
+  return !misses_frame(camera, face.vertex) && (inside_frame(camera, face) || !covers_a_pixel(face));
 }
 
 void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact, std::vector<Span>& spans) {
@@ -85,6 +75,7 @@ FaceClass FaceSampler::classify(FaceId face) {
     raster_ = view_.raster(face);
     const SpanWalker walker(raster_, pixel_bounds(raster_, view_.frame()));
     collect_spans(raster_, walker, exact(), spans_);
+    if (spans_.empty()) return FaceClass::hidden;  // where a driver rounds as it should not
     if (inside_frame(view_.camera, raster_))
       full = options_.sampling == Sampling::dense ? sees_all_dense()
              : options_.sampling == Sampling::ves ? sees_all_ves(walker)

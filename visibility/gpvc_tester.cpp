@@ -54,7 +54,7 @@ void GpvcTester::classify(const ClassifyView& view, const View& of, ViewVisibili
   cpu_.complete(view, scan_, result);
 }
 
-/// Statistics are those of the shaders, which have looked at the samples.
+/// Statistics are those of the shaders, which have looked at the samples, but for those of large faces.
 void GpvcTester::classify_codes(const ClassifyView& view, const View& of, ViewVisibility& result) {
   gpu_->classify(view, of.pose, codes_, result.statistics);
   const VisibilityStatistics counted = result.statistics;

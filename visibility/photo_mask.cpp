@@ -29,6 +29,7 @@ bool is_excluded(const PhotoExclusion& exclusion, const PhotoPoint& p) {
 PhotoMask::PhotoMask(const PhotoMask& lens, const PhotoExclusion& exclusion)
     : camera_(lens.camera_),
       exclusion_(&exclusion),
+      everywhere_(false),
       number_(next_number()),
       stride_((static_cast<std::size_t>(lens.camera_.width) + 63) / 64) {
   words_.assign(stride_ * static_cast<std::size_t>(camera_.height), 0);
@@ -42,7 +43,7 @@ PhotoMask::PhotoMask(const PhotoMask& lens, const PhotoExclusion& exclusion)
 }
 
 bool PhotoMask::contains(const PixelPoint& position) const {
-  if (whole()) return true;
+  if (everywhere()) return true;
   const std::optional<PhotoPoint> photo = photo_from_pixel(camera_, position);
   if (!photo || !(photo->x >= 0 && photo->y >= 0 && photo->x <= camera_.width && photo->y <= camera_.height))
     return false;
@@ -51,6 +52,7 @@ bool PhotoMask::contains(const PixelPoint& position) const {
 
 PhotoMask::PhotoMask(const Camera& camera) : camera_(camera), number_(next_number()) {
   if (camera.distortion.is_identity()) return;
+  everywhere_ = false;
   stride_ = (static_cast<std::size_t>(camera.width) + 63) / 64;
   words_.assign(stride_ * static_cast<std::size_t>(camera.height), 0);
   const int columns = (camera.width + kBlock - 1) / kBlock, rows = (camera.height + kBlock - 1) / kBlock;

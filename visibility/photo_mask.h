@@ -30,6 +30,8 @@ class PhotoMask {
     const auto column = static_cast<std::size_t>(x);
     return (words_[static_cast<std::size_t>(y) * stride_ + column / 64] >> (column % 64)) & 1U;
   }
+  /// True when every position of the frame is, also between the outermost centres and the border.
+  bool everywhere() const { return everywhere_; }
   /// Likewise for any position on the frame.
   bool contains(const PixelPoint& position) const;
   /// 64 pixels a word, stride() words a row; empty when whole().
@@ -43,6 +45,7 @@ class PhotoMask {
 
   Camera camera_;
   const PhotoExclusion* exclusion_ = nullptr;
+  bool everywhere_ = true;
   std::uint64_t number_ = 0;
   std::size_t stride_ = 0;  ///< words a row
   std::vector<std::uint64_t> words_;

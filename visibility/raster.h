@@ -135,9 +135,23 @@ struct PixelBox {
 /// Where a face may lie on the unbounded grid.
 struct FaceBounds {
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels
-  bool ahead = false;                     ///< some of the face is in front of the camera
+  bool ahead = false;                     ///< false: no point of the face is on the frame
   bool bounded = false;                   ///< all of it is; else the rectangle is not set
 };
+
+/// True when the projection lies outside [0, W] x [0, H] on one of its sides, or all behind the camera.
+/// Exact: W and H are whole, and a rounded product W z orders as the product itself does with a double. u < 0
+/// at all corners means u < 0 at every point between, and x = u / z < 0 where z > 0; the same for the other
+/// sides, whatever the signs of z.
+inline bool misses_frame(const Camera& camera, const std::array<ProjectedVertex, 3>& vertex) {
+  const double w = camera.width, h = camera.height;
+  const auto all = [&](auto&& beyond) { return beyond(vertex[0]) && beyond(vertex[1]) && beyond(vertex[2]); };
+  return all([](const ProjectedVertex& p) { return !(p.z > 0); }) ||
+         all([](const ProjectedVertex& p) { return p.u < 0; }) ||
+         all([](const ProjectedVertex& p) { return p.v < 0; }) ||
+         all([w](const ProjectedVertex& p) { return p.u > w * p.z; }) ||
+         all([h](const ProjectedVertex& p) { return p.v > h * p.z; });
+}
 
 /// A rectangle that contains both. \pre b.ahead.
 inline FaceBounds united(const FaceBounds& a, const FaceBounds& b) {

@@ -142,7 +142,7 @@ void SparseRays::want_vertices(const ClassifyView& view) {
     const FaceId face{static_cast<std::uint32_t>(f)};
     if (outside(view.bounds(face), view.camera.width, view.camera.height)) return;
     const RasterFace raster = view.raster(face);
-    if (raster.facing != Facing::front || misses_frame(view.camera, raster)) return;
+    if (raster.facing != Facing::front || misses_frame(view.camera, raster.vertex)) return;
     front_[f] = 1;
     for (const std::uint32_t v : view.mesh.faces[f])
       std::atomic_ref(vertices_[v]).store(Vertex::wanted, std::memory_order_relaxed);

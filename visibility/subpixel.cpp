@@ -16,7 +16,8 @@ namespace {
 constexpr int kTileShift = 5;
 constexpr std::int32_t kTileSide = 1 << kTileShift;
 constexpr std::size_t kTilesPerRegion = 4;  ///< along each axis
-/// More tiles than this, a megapixel, few faces touch: they need no lists.
+/// More tiles than this, a megapixel, few faces touch, as those beside the frame are not listed: they need no
+/// lists.
 constexpr std::int64_t kVast = 1024;
 /// From so many faces on threads share a tile.
 constexpr std::size_t kCrowd = 1 << 16;
@@ -175,7 +176,8 @@ void SubpixelResolver::list_face(const ClassifyView& view, FaceId face, TileList
 void SubpixelResolver::add_samples(const ClassifyView& view, std::size_t tile, FaceId face,
                                    SubpixelTile& samples) const {
   const SubpixelPositions at = subpixel_positions(view, face);
-  if (view.mask.whole() && tile_around(view.mesh.faces[index(face)]) == tile) return samples.add(face, at);
+  if (view.mask.everywhere() && tile_around(view.mesh.faces[index(face)]) == tile)
+    return samples.add(face, at);
   for (std::size_t k = 0; k < kSubpixelSamples; ++k)
     if (in_image(view, at.x[k], at.y[k]) && tile_of(at.x[k], at.y[k]) == tile)
       samples.add(face, at.x[k], at.y[k]);
