@@ -19,7 +19,9 @@ class CoverageStore {
   /// The coverage of faces tagged partial, as it was added. What others have is of no use: those seen whole
   /// by some view are not pieced together.
   CoverageTable of_partial_faces(std::span<const FaceTag> tags) const;
-  std::size_t bytes() const { return (runs_.size() + 6 * entries_.size()) * sizeof(std::uint64_t); }
+  std::size_t bytes() const {
+    return runs_.size() * sizeof(std::uint64_t) + entries_.size() * sizeof(FaceCoverage);
+  }
 
  private:
   std::vector<FaceCoverage> entries_;  ///< first_word: into runs_

@@ -236,7 +236,7 @@ void write_colmap(const fs::path& folder, const Scene& scene, std::span<const Vi
     const WorldPoint t = translation(view.pose);
     images += std::to_string(i + 1) + " " + joined({q[0], q[1], q[2], q[3], t.x, t.y, t.z}) + " " +
               std::to_string(camera - known.begin() + 1) + " " +
-              places[i].lexically_normal().lexically_relative("images").generic_string() + "\n\n";
+              places[i].lexically_relative("images").generic_string() + "\n\n";
   }
   write_text(folder / "sparse" / "cameras.txt", cameras);
   write_text(folder / "sparse" / "images.txt", images);
@@ -354,7 +354,7 @@ std::vector<fs::path> photo_places(SceneTarget target, const Scene& scene, std::
   std::vector<fs::path> places;
   std::set<fs::path> taken;
   for (const ViewId id : used) {
-    std::string name = scene.views[index(id)].name;
+    std::string name = fs::path(scene.views[index(id)].name).lexically_normal().generic_string();
     if (target == SceneTarget::cam) std::replace(name.begin(), name.end(), '/', '_');
     places.push_back(target == SceneTarget::cam ? fs::path(name) : fs::path("images") / name);
     const fs::path key =

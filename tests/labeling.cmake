@@ -1,5 +1,6 @@
 gpvc_test(face_graph_test gpvc_labeling)
 gpvc_test(labeling_test gpvc_labeling)
+gpvc_test(view_statistics_test gpvc_labeling)
 gpvc_test(view_cost_test gpvc_labeling)
 gpvc_test(cost_file_test gpvc_labeling)
 gpvc_test(edge_weights_test gpvc_labeling)

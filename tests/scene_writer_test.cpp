@@ -203,6 +203,16 @@ TEST(SceneWriter, ColmapNamesPhotosAlikeWhereverItRuns) {
   EXPECT_TRUE(test::contains(images, " north/photo 10.jpg\n"));
 }
 
+TEST(SceneWriter, NamesOfOneFileAreOneName) {
+  Scene scene = scene_of({pinhole(), pinhole()});
+  scene.views[0].name = "./a//photo.jpg";
+  scene.views[1].name = "b.jpg";
+  const std::vector<ViewId> used = all_views(scene);
+  EXPECT_EQ(photo_places(SceneTarget::colmap, scene, used).front(), "images/a/photo.jpg");
+  scene.views[1].name = "a/photo.jpg";
+  EXPECT_THROW(photo_places(SceneTarget::colmap, scene, used), OutputError);
+}
+
 // --- gpvc convert
 
 /// A COLMAP model with a distorted lens and its photos.
