@@ -16,17 +16,23 @@ cmake -S "$root" -B "$build" -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD
 cmake --build "$build" --target fuzz
 
 run_one() {
-  local name=$1 log=$build/log/$1
+  local name=$1 log=$build/log/$1 left=$seconds round
   mkdir -p "$build/found/$name" "$build/artifacts/$name" "$build/log" "$corpus/$name"
-  # 256 MB in one piece for inputs of at most 64 KiB: a count in a header was believed.
-  if ! ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=0 UBSAN_OPTIONS=print_stacktrace=1 \
-    GPVC_FUZZ_TARGET=$name "$build/fuzz/fuzz" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=3000 -malloc_limit_mb=256 -max_len=65536 \
-    -print_final_stats=1 -artifact_prefix="$build/artifacts/$name/" "$build/found/$name" "$corpus/$name" >"$log" 2>&1; then
-    tail -n 60 "$log" >&2
-    echo "fuzz.sh: $name: a finding, kept in $build/artifacts/$name" >&2
-    return 1
-  fi
-  awk -v name="$name" '/stat::number_of_executed_units/ { units = $2 } / cov: / { for (i = 1; i < NF; ++i) if ($i == "cov:") cov = $(i + 1) }
+  : >"$log"
+  # A new process every ten minutes: OpenImageIO keeps each distinct string it meets (ustring), 2 KB an input, which
+  # would reach the limit within half an hour of images and tell nothing of any one of them.
+  for (( ; left > 0; left -= round)); do
+    round=$((left < 600 ? left : 600))
+    # 256 MB in one piece for inputs of at most 64 KiB: a count in a header was believed.
+    if ! ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=0 UBSAN_OPTIONS=print_stacktrace=1 \
+      GPVC_FUZZ_TARGET=$name "$build/fuzz/fuzz" -max_total_time="$round" -timeout=10 -rss_limit_mb=3000 -malloc_limit_mb=256 -max_len=65536 \
+      -print_final_stats=1 -artifact_prefix="$build/artifacts/$name/" "$build/found/$name" "$corpus/$name" >>"$log" 2>&1; then
+      tail -n 60 "$log" >&2
+      echo "fuzz.sh: $name: a finding, kept in $build/artifacts/$name" >&2
+      return 1
+    fi
+  done
+  awk -v name="$name" '/stat::number_of_executed_units/ { units += $2 } / cov: / { for (i = 1; i < NF; ++i) if ($i == "cov:") cov = $(i + 1) }
     END { printf "%-16s %9d inputs, %5d edges, no finding\n", name, units, cov }' "$log"
 }
 export -f run_one
