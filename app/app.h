@@ -3,9 +3,8 @@
 
 namespace gpvc {
 
-/// Runs one command and returns its exit code: 0 when every promised file is complete, 1 for bad input or a
-/// failed run, 2 for bad usage, 130 when interrupted. Results go to stdout; progress, warnings and errors to
-/// stderr.
+/// Runs one command and returns its exit code: 0 when every promised file is complete, 1 for bad input or a failed run,
+/// 2 for bad usage, 130 when interrupted. Results go to stdout; progress, warnings and errors to stderr.
 int run_command_line(int argc, char** argv);
 
 }  // namespace gpvc

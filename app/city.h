@@ -29,8 +29,7 @@ struct CityOptions {
 /// O(faces).
 SynthScene make_city(const CityOptions& options);
 
-/// Cars on the streets in one photo alone; their surfaces are numbered from 0. The same number gives the same
-/// cars.
+/// Cars on the streets in one photo alone; their surfaces are numbered from 0. The same number gives the same cars.
 SynthScene make_cars(const CityOptions& options, std::uint32_t photo, int cars);
 
 }  // namespace gpvc

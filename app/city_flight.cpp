@@ -59,18 +59,16 @@ std::vector<View> synth_flight(const FlightOptions& options) {
       const auto wobble = [&](std::uint32_t what) {
         return synth_chance(options.seed * 31 + 7, static_cast<std::uint32_t>(group * 4096 + n), what) - 0.5;
       };
-      const WorldPoint target{options.size_m * (gx + 0.06 * wobble(1)),
-                              options.size_m * (gy + 0.06 * wobble(2)), options.target_m};
+      const WorldPoint target{options.size_m * (gx + 0.06 * wobble(1)), options.size_m * (gy + 0.06 * wobble(2)),
+                              options.target_m};
       const double range = options.size_m * (options.range + 0.06 * wobble(3));
-      // Oblique cameras look down by about 45 degrees; a strip flown back looks the other way up in nadir
-      // photos.
+      // Oblique cameras look down by about 45 degrees; a strip flown back looks the other way up in nadir photos.
       const WorldPoint forward = nadir ? WorldPoint{0.05 * wobble(4), 0.05 * wobble(5), -1}
                                        : unit({heading.x + 0.1 * wobble(4), heading.y + 0.1 * wobble(5), -1});
       const double turn = row % 2 == 0 ? 1 : -1;
       const WorldPoint right =
           nadir ? WorldPoint{turn, 0.08 * wobble(6), 0} : WorldPoint{heading.y, -heading.x, 0.05 * wobble(6)};
-      const WorldPoint centre{target.x - range * forward.x, target.y - range * forward.y,
-                              target.z - range * forward.z};
+      const WorldPoint centre{target.x - range * forward.x, target.y - range * forward.y, target.z - range * forward.z};
       View view;
       char name[32];
       std::snprintf(name, sizeof name, "%s_%03d.jpg", heading.name, n + 1);

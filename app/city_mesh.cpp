@@ -24,8 +24,7 @@ void add_balconies(SynthBuilder& builder, const Building& b, std::uint32_t seed)
         const auto n = static_cast<std::uint32_t>(floor * 64 + bay);
         if (synth_chance(seed, n, static_cast<std::uint32_t>(side + 1)) < 0.4) continue;
         const double x0 = -b.width_m / 2 + bay * kBay_m + 1.2, x1 = x0 + 2.6, z = floor * kFloor_m;
-        const double wall = side * b.depth_m / 2, inner = wall - side * kIntoWall_m,
-                     outer = wall + side * kDepth_m;
+        const double wall = side * b.depth_m / 2, inner = wall - side * kIntoWall_m, outer = wall + side * kDepth_m;
         builder.box(Material::concrete, b.place, {x0, std::min(inner, outer), z},
                     {x1, std::max(inner, outer), z + kSlab_m}, true);
         const double rail = outer - side * kThin_m;
@@ -67,8 +66,7 @@ void add_gable_roof(SynthBuilder& builder, const Building& b, std::uint32_t seed
     builder.quad(Material::concrete, eaves + u + thick, v, thick * -1);
   }
   const double cx = (synth_chance(seed, 5) - 0.5) * w * 0.6;
-  builder.box(Material::brick, b.place, {cx - 0.5, 0.8, b.height_m + 0.5}, {cx + 0.5, 1.8, ridge + 1.0},
-              false);
+  builder.box(Material::brick, b.place, {cx - 0.5, 0.8, b.height_m + 0.5}, {cx + 0.5, 1.8, ridge + 1.0}, false);
 }
 
 void add_flat_roof(SynthBuilder& builder, const Building& b, std::uint32_t seed) {
@@ -89,14 +87,12 @@ void add_flat_roof(SynthBuilder& builder, const Building& b, std::uint32_t seed)
   builder.quad(Material::concrete, at(-iw / 2, -id / 2, b.height_m), along(0, id), up);
   builder.quad(Material::gravel, at(-iw / 2, -id / 2, b.height_m), along(iw, 0), along(0, id));
   const double x = (synth_chance(seed, 6) - 0.5) * iw * 0.5;
-  builder.box(Material::concrete, b.place, {x - 1.5, -1, b.height_m - 0.1}, {x + 1.5, 1.2, b.height_m + 1.6},
-              false);
+  builder.box(Material::concrete, b.place, {x - 1.5, -1, b.height_m - 0.1}, {x + 1.5, 1.2, b.height_m + 1.6}, false);
 }
 
 void add_building(SynthBuilder& builder, const WorldPoint& middle, std::uint32_t seed) {
   // Turned by exact Pythagorean angles.
-  constexpr double kTurns[4][2] = {
-      {1, 0}, {12.0 / 13, 5.0 / 13}, {40.0 / 41, -9.0 / 41}, {24.0 / 25, 7.0 / 25}};
+  constexpr double kTurns[4][2] = {{1, 0}, {12.0 / 13, 5.0 / 13}, {40.0 / 41, -9.0 / 41}, {24.0 / 25, 7.0 / 25}};
   const auto& turn = kTurns[synth_hash(seed, 1) % 4];
   Building b;
   b.place = {middle, turn[0], turn[1]};
@@ -114,8 +110,7 @@ void add_building(SynthBuilder& builder, const WorldPoint& middle, std::uint32_t
 void add_tree(SynthBuilder& builder, const WorldPoint& foot, std::uint32_t seed) {
   const double trunk = 2.2 + synth_chance(seed, 1), radius = 1.5 + 1.1 * synth_chance(seed, 2);
   builder.trunk(foot, trunk, 0.25);
-  // The crown floats: its lowest leaf is 0.1 m or more above the trunk, as where thin branches are not in a
-  // mesh.
+  // The crown floats: its lowest leaf is 0.1 m or more above the trunk, as where thin branches are not in a mesh.
   builder.ball(foot + WorldPoint{0, 0, trunk + 1.14 * radius + 0.1}, radius, seed);
 }
 
@@ -133,8 +128,8 @@ void add_lamp(SynthBuilder& builder, const WorldPoint& foot, double towards_y) {
 void add_bridge(SynthBuilder& builder, double y, double half_length) {
   constexpr double kDeck_m = 5, kThick_m = 0.5, kHalf_m = 1.6, kPier_m = 12, kPost_m = 2, kRail_m = 1.1;
   const Placement at{{0, y, 0}};
-  builder.box(Material::concrete, at, {-half_length, -kHalf_m, kDeck_m},
-              {half_length, kHalf_m, kDeck_m + kThick_m}, true);
+  builder.box(Material::concrete, at, {-half_length, -kHalf_m, kDeck_m}, {half_length, kHalf_m, kDeck_m + kThick_m},
+              true);
   const double top = kDeck_m + kThick_m;
   for (double x = -half_length + 1; x < half_length; x += kPier_m)
     builder.box(Material::concrete, at, {x, -0.4, 0}, {x + 0.8, 0.4, kDeck_m}, false);
@@ -157,13 +152,11 @@ void build(SynthBuilder& builder, double size_m) {
           builder.chance_seed(static_cast<std::uint32_t>(bx + 1000), static_cast<std::uint32_t>(by + 1000));
       const WorldPoint block{bx * kBlockPitch_m, by * kBlockPitch_m, 0};
       add_building(builder, block + WorldPoint{0, -6.5, 0}, synth_hash(seed, 1));
-      if (synth_hash(seed, 2) % 4 != 0)
-        add_building(builder, block + WorldPoint{0, 6.5, 0}, synth_hash(seed, 3));
+      if (synth_hash(seed, 2) % 4 != 0) add_building(builder, block + WorldPoint{0, 6.5, 0}, synth_hash(seed, 3));
       const double kerb = kBlockPitch_m / 2 - kStreet_m / 2 - kWalk_m / 2;
       for (int side = 0; side < 4; ++side)
         for (int n = 0; n < 4; ++n) {
-          const std::uint32_t tree =
-              synth_hash(seed, static_cast<std::uint32_t>(side), static_cast<std::uint32_t>(n));
+          const std::uint32_t tree = synth_hash(seed, static_cast<std::uint32_t>(side), static_cast<std::uint32_t>(n));
           if (tree % 3 == 0) continue;
           const double along = (n - 1.5) * 6.5 + 2 * (synth_chance(tree, 9) - 0.5);
           const double across = side < 2 ? -kerb : kerb;
@@ -173,8 +166,7 @@ void build(SynthBuilder& builder, double size_m) {
           add_tree(builder, foot, tree);
         }
       for (int side = -1; side <= 1; side += 2)
-        for (int n = -1; n <= 1; n += 2)
-          add_lamp(builder, block + WorldPoint{n * 13.4, side * (kerb + 0.6), 0}, side);
+        for (int n = -1; n <= 1; n += 2) add_lamp(builder, block + WorldPoint{n * 13.4, side * (kerb + 0.6), 0}, side);
     }
   const double street = -kBlockPitch_m / 2;
   if (half > -street + 3) add_bridge(builder, street, 0.8 * half);
@@ -222,10 +214,10 @@ SynthScene make_cars(const CityOptions& options, std::uint32_t photo, int cars) 
     else
       place = {{axis + lane, along, 0}, 0, 1};
     const std::size_t first = builder.surfaces();
-    builder.box(Material::paint, place, {-kLength_m / 2, -kWidth_m / 2, 0.25},
-                {kLength_m / 2, kWidth_m / 2, 0.85}, true);
-    builder.box(Material::paint, place, {-kLength_m / 4, -0.45 * kWidth_m, 0.85},
-                {kLength_m / 3, 0.45 * kWidth_m, 1.4}, false);
+    builder.box(Material::paint, place, {-kLength_m / 2, -kWidth_m / 2, 0.25}, {kLength_m / 2, kWidth_m / 2, 0.85},
+                true);
+    builder.box(Material::paint, place, {-kLength_m / 4, -0.45 * kWidth_m, 0.85}, {kLength_m / 3, 0.45 * kWidth_m, 1.4},
+                false);
     constexpr Colour kPaints[6] = {{1.1, 0.15, 0.12}, {0.12, 0.25, 0.95}, {1.2, 1.0, 0.1},
                                    {0.1, 0.1, 0.12},  {0.15, 0.8, 0.75},  {1.0, 0.45, 0.9}};
     const Colour& paint = kPaints[synth_hash(seed, 5) % 6];

@@ -24,8 +24,7 @@ constexpr int kFailed = 1, kBadUsage = 2, kInterrupted = 130;
 int list_devices_command() {
   const auto devices = list_devices();
   if (devices.empty()) {
-    std::fputs("gpvc: error: no EGL device offers OpenGL 4.5 (Debian: install libegl1 and libgl1-mesa-dri)\n",
-               stderr);
+    std::fputs("gpvc: error: no EGL device offers OpenGL 4.5 (Debian: install libegl1 and libgl1-mesa-dri)\n", stderr);
     return kFailed;
   }
   for (const DeviceInfo& device : devices)
@@ -100,9 +99,8 @@ std::string usage_complaint(const CLI::App& reached, const CLI::ParseError& erro
     if (word.starts_with("-") && word.size() > 1)
       return fmt::format("there is no option '{}'{}", word, meant(word.substr(0, word.find('=')), options));
   if (!commands.empty())
-    return left.empty()
-               ? "a command is missing"
-               : fmt::format("there is no command '{}'{}", left.front(), meant(left.front(), commands));
+    return left.empty() ? "a command is missing"
+                        : fmt::format("there is no command '{}'{}", left.front(), meant(left.front(), commands));
   if (!left.empty()) return fmt::format("'{}' is one argument too many", left.front());
   return error.what();
 }
@@ -121,8 +119,7 @@ int run_command_line(int argc, char** argv) {
       ->description("Print the version and end")
       ->group(kCommonGroup);
   app.footer(
-      std::string(
-          "Try 'gpvc COMMAND --help' for a command's options. --device list prints the EGL devices.\n\n") +
+      std::string("Try 'gpvc COMMAND --help' for a command's options. --device list prints the EGL devices.\n\n") +
       kExitStatus);
 
   TextureOptions texture;
@@ -160,8 +157,8 @@ int run_command_line(int argc, char** argv) {
   }
   const std::vector<std::string> given(argv, argv + argc);
   for (CommonOptions* common :
-       {&texture.common, &visibility.common, &evaluate.common, &compare.texture.common, &label.common,
-        &inspect.common, &convert.common, &city.common, &terrain.common, &slits.common})
+       {&texture.common, &visibility.common, &evaluate.common, &compare.texture.common, &label.common, &inspect.common,
+        &convert.common, &city.common, &terrain.common, &slits.common})
     common->command_line = given;
   if (texture_app->parsed())
     return run_guarded(texture.common, [&](Console& console) { run_texture(texture, console); });
@@ -171,8 +168,7 @@ int run_command_line(int argc, char** argv) {
     return run_guarded(evaluate.common, [&](Console& console) { run_evaluate(evaluate, console); });
   if (compare_app->parsed())
     return run_guarded(compare.texture.common, [&](Console& console) { run_compare(compare, console); });
-  if (label_app->parsed())
-    return run_guarded(label.common, [&](Console& console) { run_label(label, console); });
+  if (label_app->parsed()) return run_guarded(label.common, [&](Console& console) { run_label(label, console); });
   if (inspect_app->parsed()) {
     inspect.with_mesh = !inspect.input.mesh.empty();
     return run_guarded(inspect.common, [&](Console& console) { run_inspect(inspect, console); });

@@ -24,10 +24,9 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
   add_photos(*app, options.input);
   add_masks(*app, options.input);
   add_output(*app, options.out, options.force);
-  app->add_flag(
-         "--ivm", options.ivm,
-         "Also write ivm/NAME.npy: per pixel the face drawn there, before any correction, 0xFFFFFFFF where "
-         "none")
+  app->add_flag("--ivm", options.ivm,
+                "Also write ivm/NAME.npy: per pixel the face drawn there, before any correction, 0xFFFFFFFF where "
+                "none")
       ->group("Output");
   add_visibility(*app, options.visibility);
   app->add_option("--oracle-check", options.oracle_check,
@@ -51,8 +50,7 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
   constexpr const char* kGroup = "Input";
   CLI::App* app = parent.add_subcommand("evaluate", "compare renders of a textured model with photos");
   app->add_option("MODEL", options.model, "Textured model of any program, OBJ or GLB")->required();
-  app->add_option("SCENE", options.input.scene,
-                  "Scene whose photos the renders are compared with, as texture takes it")
+  app->add_option("SCENE", options.input.scene, "Scene whose photos the renders are compared with, as texture takes it")
       ->required();
   app->add_option("--mesh", options.input.mesh, "Mesh that was to be textured, for completeness")
       ->type_name("MESH")
@@ -68,10 +66,9 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
       ->type_name("LIST")
       ->default_str("those that views.json beside MODEL marks as held out, else all")
       ->group(kGroup);
-  app->add_option(
-         "--truth", options.truth,
-         "Folder of the synthetic scene (gpvc synth) that MODEL was textured from: print which share "
-         "of the surfaces photos see is textured, and which carries another surface's colour")
+  app->add_option("--truth", options.truth,
+                  "Folder of the synthetic scene (gpvc synth) that MODEL was textured from: print which share "
+                  "of the surfaces photos see is textured, and which carries another surface's colour")
       ->type_name("DIR")
       ->group(kGroup);
   app->add_option("--reduction", options.reduction, "Compare at 1/N of the photos' size, 1 to 64")
@@ -87,18 +84,17 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
   app->add_flag("--force", options.force, "Replace an earlier result in OUT")->group("Output");
   add_common(*app, options.common);
   app->footer(
-      std::string(
-          "Example, with views the texture was made without:\n"
-          "  gpvc texture colmap mesh.ply -o out --hold-out 6\n"
-          "  gpvc evaluate out/model.obj colmap --mesh mesh.ply -o scores\n"
-          "A synthetic scene against its truth:\n"
-          "  gpvc evaluate out/model.obj city/colmap --truth city\n\n"
-          "Virtual rephotography (Waechter et al. 2017): completeness, PSNR after one gain per\n"
-          "channel, SSIM, and 1 - NCC, per view and in the mean. With --truth, photos are compared only\n"
-          "when --views or -o is given; seen is what shows in a photo that views.json beside MODEL\n"
-          "marks as used (all photos where there is none), clear of other surfaces by 2 pixels. A texel\n"
-          "is wrong when it is 16 grey levels off the colours such photos show around the point and\n"
-          "nearer to one that a photo shows there of another surface; strange when off and near none.\n\n") +
+      std::string("Example, with views the texture was made without:\n"
+                  "  gpvc texture colmap mesh.ply -o out --hold-out 6\n"
+                  "  gpvc evaluate out/model.obj colmap --mesh mesh.ply -o scores\n"
+                  "A synthetic scene against its truth:\n"
+                  "  gpvc evaluate out/model.obj city/colmap --truth city\n\n"
+                  "Virtual rephotography (Waechter et al. 2017): completeness, PSNR after one gain per\n"
+                  "channel, SSIM, and 1 - NCC, per view and in the mean. With --truth, photos are compared only\n"
+                  "when --views or -o is given; seen is what shows in a photo that views.json beside MODEL\n"
+                  "marks as used (all photos where there is none), clear of other surfaces by 2 pixels. A texel\n"
+                  "is wrong when it is 16 grey levels off the colours such photos show around the point and\n"
+                  "nearer to one that a photo shows there of another surface; strange when off and near none.\n\n") +
       kExitStatus);
   return app;
 }
@@ -117,22 +113,20 @@ CLI::App* add_label(CLI::App& parent, LabelOptions& options) {
       ->default_str(fmt::format("{}", SolverOptions{}.smoothness))
       ->group("View selection");
   add_edge_weights(*app, options.edge_weights);
-  app->add_option("--sweeps", options.solver.max_sweeps,
-                  "Sweeps over all labels at most; it stops where none helps")
+  app->add_option("--sweeps", options.solver.max_sweeps, "Sweeps over all labels at most; it stops where none helps")
       ->type_name("N")
       ->check(in_range(1, 1000))
       ->default_str(std::to_string(SolverOptions{}.max_sweeps))
       ->group("View selection");
   add_common(*app, options.common);
   app->footer(
-      std::string(
-          "COSTS as a folder: counts.npy (uint32 per face: how many candidates), then views.npy (uint32) "
-          "and\n"
-          "costs.npy (float32, from 0, which is best), candidate after candidate in face order, views\n"
-          "ascending within a face.\n\n"
-          "Writes labels.npy (int32 per face: its view, -1 without candidates) and run.json to OUT; prints "
-          "the\n"
-          "energy: the sum of the chosen costs and of the smoothness over differing neighbours.\n\n") +
+      std::string("COSTS as a folder: counts.npy (uint32 per face: how many candidates), then views.npy (uint32) "
+                  "and\n"
+                  "costs.npy (float32, from 0, which is best), candidate after candidate in face order, views\n"
+                  "ascending within a face.\n\n"
+                  "Writes labels.npy (int32 per face: its view, -1 without candidates) and run.json to OUT; prints "
+                  "the\n"
+                  "energy: the sum of the chosen costs and of the smoothness over differing neighbours.\n\n") +
       kExitStatus);
   return app;
 }

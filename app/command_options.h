@@ -1,5 +1,5 @@
-// The options of each command, declared once for the parser and the help. Each function adds its command to
-// `parent` and lets it fill `options`, which must outlive the parsing.
+// The options of each command, declared once for the parser and the help. Each function adds its command to `parent`
+// and lets it fill `options`, which must outlive the parsing.
 #pragma once
 
 #include <CLI/CLI.hpp>

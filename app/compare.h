@@ -1,5 +1,4 @@
-// `gpvc compare`: one scene textured once per visibility mode, everything else equal, in figures and
-// pictures.
+// `gpvc compare`: one scene textured once per visibility mode, everything else equal, in figures and pictures.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +33,8 @@ struct CompareOptions {
 CLI::App* add_compare(CLI::App& parent, CompareOptions& options);
 void run_compare(const CompareOptions& options, Console& console);
 
-/// Reads report.json files and writes summary.md, summary.html and summary.json: how close each bias comes to
-/// gpvc on all of the scenes. Throws InputError, OutputError.
+/// Reads report.json files and writes summary.md, summary.html and summary.json: how close each bias comes to gpvc on
+/// all of the scenes. Throws InputError, OutputError.
 void summarize_reports(const CompareOptions& options, Console& console);
 
 }  // namespace gpvc

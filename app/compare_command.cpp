@@ -120,10 +120,8 @@ class Comparison {
       const std::string& name = n < modes_.size() ? modes_[n].name : externals_[n - modes_.size()].name;
       std::string left;
       if (n > 0)
-        left =
-            ", " +
-            readable_duration(seconds_since(start) / static_cast<double>(n) * static_cast<double>(all - n)) +
-            " left";
+        left = ", " + readable_duration(seconds_since(start) / static_cast<double>(n) * static_cast<double>(all - n)) +
+               " left";
       console_.note(fmt::format("{} of {}: {}{}", n + 1, all, name, left));
       Json mode = n < modes_.size() ? described(modes_[n]) : described(externals_[n - modes_.size()]);
       RunRecord record;
@@ -172,8 +170,7 @@ class Comparison {
     scored_ = views.scored;
 
     Stage oracle(console_, record_, "exact oracle", "views");
-    oracle_.emplace(in_.mesh, in_.scene, in_.used, static_cast<std::size_t>(options_.oracle_views),
-                    oracle.reporter());
+    oracle_.emplace(in_.mesh, in_.scene, in_.used, static_cast<std::size_t>(options_.oracle_views), oracle.reporter());
     oracle.finish(fmt::format("{} views", oracle_->views()));
     Stage frames(console_, record_, "photos to compare with", "views");
     views_.emplace(device_, in_.mesh, in_.scene, photos_, views, frames.reporter());
@@ -184,8 +181,7 @@ class Comparison {
 
   // A folder that only looks like a scene of known truth is not an error unless it was asked for.
   void find_truth() {
-    fs::path dir =
-        options_.truth ? *options_.truth : fs::absolute(options_.texture.input.scene).lexically_normal();
+    fs::path dir = options_.truth ? *options_.truth : fs::absolute(options_.texture.input.scene).lexically_normal();
     if (!options_.truth) {
       if (dir.filename().empty()) dir = dir.parent_path();
       dir = dir.parent_path();
@@ -252,9 +248,9 @@ class Comparison {
     options.visibility = mode.visibility;
     const auto start = Clock::now();
     Agreement agreement;
-    const SeenScene seen = see_views(
-        in_, photos_, device_, options, console_, record,
-        [&](ViewId id, const ViewVisibility& visible) { oracle_->compare(id, visible, agreement); });
+    const SeenScene seen =
+        see_views(in_, photos_, device_, options, console_, record,
+                  [&](ViewId id, const ViewVisibility& visible) { oracle_->compare(id, visible, agreement); });
     const std::size_t pairs = in_.used.size() * in_.mesh.faces.size();
     json["visible"] = {{"full", seen.full}, {"partial", seen.partial}, {"occluded", pairs - seen.full}};
     if (oracle_->views() > 0) json["oracle"] = agreement.json();
@@ -274,14 +270,9 @@ class Comparison {
                     {"partial_share", tag_share("partial")},
                     {"filled_share", tag_share("filled")}};
     const Selection selection = choose_views(seen, graph_, options, console_, record);
-    const AtlasInput atlas_input{in_.mesh,
-                                 in_.scene,
-                                 photos_,
-                                 graph_,
-                                 selection.labels,
-                                 seen.candidates.tags,
-                                 seen.candidates.table,
-                                 seen.coverage};
+    const AtlasInput atlas_input{
+        in_.mesh,     in_.scene, photos_, graph_, selection.labels, seen.candidates.tags, seen.candidates.table,
+        seen.coverage};
     const TextureAtlas atlas = make_atlas(atlas_input, options, console_, record);
     json["time"]["total_s"] = seconds_since(start);
     json["patches"] = selection.patches;
@@ -309,8 +300,8 @@ class Comparison {
     json["score"] = score_json(views_->show(model, pages, offset, stage.reporter()));
     report_.shown.push_back(name);
     if (truth_)
-      json["truth"] = truth_->score(model, pages, offset, origins,
-                                    [](std::size_t, std::size_t) { throw_if_interrupted(); });
+      json["truth"] =
+          truth_->score(model, pages, offset, origins, [](std::size_t, std::size_t) { throw_if_interrupted(); });
     stage.finish(fmt::format("1-NCC {:.4f}", json["score"]["one_minus_ncc"].get<double>()));
   }
 
@@ -320,8 +311,7 @@ class Comparison {
     return folder_.in_making() / "modes" / name;
   }
 
-  void keep(const ComparedMode& mode, const TexturedScene& scene, const TextureOptions& options,
-            RunRecord& record) {
+  void keep(const ComparedMode& mode, const TexturedScene& scene, const TextureOptions& options, RunRecord& record) {
     OutputFolder folder(mode_folder(mode), true, "texture");
     write_textured_scene(scene, options, device_, folder, console_, record);
     folder.publish();
@@ -368,13 +358,11 @@ class Comparison {
     folder_.promise_all();  // kept models
     write_text_file(folder_.file("report.html"), page);
     write_text_file(folder_.file("report.md"), report_markdown(json));
-    write_text_file(folder_.file("report.json"),
-                    json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    write_text_file(folder_.file("report.json"), json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
     stage.finish(fmt::format("report.html {:.1f} MB", static_cast<double>(page.size()) / 1e6));
     record_.counts["settings"] = json["settings"];
     record_.counts["failed"] = failed_;
-    write_run_json(folder_, {"compare", options_.texture.common, given_json(), device_json(device_.info())},
-                   record_);
+    write_run_json(folder_, {"compare", options_.texture.common, given_json(), device_json(device_.info())}, record_);
   }
 
   Json given_json() const {

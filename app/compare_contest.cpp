@@ -86,12 +86,10 @@ std::vector<std::string> contest_findings(const Json& report) {
     }
     const std::size_t all = ahead.size() + ties.size() + behind;
     if (all == 0) continue;
-    std::string text =
-        ahead.empty()
-            ? fmt::format("By {} no mode with a bias is ahead of gpvc at any epsilon", discipline.name)
-            : fmt::format("By {} ahead of gpvc: {}", discipline.name, fmt::join(ahead, ", "));
-    if (!ties.empty())
-      text += fmt::format("; {} {}", ties.size() == 1 ? "a tie:" : "ties:", fmt::join(ties, ", "));
+    std::string text = ahead.empty()
+                           ? fmt::format("By {} no mode with a bias is ahead of gpvc at any epsilon", discipline.name)
+                           : fmt::format("By {} ahead of gpvc: {}", discipline.name, fmt::join(ahead, ", "));
+    if (!ties.empty()) text += fmt::format("; {} {}", ties.size() == 1 ? "a tie:" : "ties:", fmt::join(ties, ", "));
     findings.push_back(fmt::format("{}; {} of {} behind.", text, behind, all));
   }
   return findings;
@@ -103,8 +101,7 @@ Json contest_table(const Json& report) {
   std::vector<const Discipline*> held;
   for (const Discipline& discipline : kDisciplines)
     for (const Json& mode : report["modes"])
-      if (mode["epsilon"].is_number() && discipline.of(mode, *gpvc) &&
-          (held.empty() || held.back() != &discipline))
+      if (mode["epsilon"].is_number() && discipline.of(mode, *gpvc) && (held.empty() || held.back() != &discipline))
         held.push_back(&discipline);
   if (held.empty()) return nullptr;
   Json columns = Json::array({"mode"}), rows = Json::array();
@@ -118,17 +115,16 @@ Json contest_table(const Json& report) {
     }
     rows.push_back(row);
   }
-  return {
-      {"title", "Every bias against gpvc"},
-      {"note",
-       "How far each mode is ahead of gpvc (+) or behind it (-), one standard error, and what follows: "
-       "within "
-       "two standard errors is a tie. Texture: the differences of the faces, as if each face's sample points "
-       "were drawn anew. Renders: the paired differences over 8 x 8 tiles of each scored view, as if tiles "
-       "were "
-       "drawn from many. Classes are counted, all of them: no chance in it."},
-      {"columns", columns},
-      {"rows", rows}};
+  return {{"title", "Every bias against gpvc"},
+          {"note",
+           "How far each mode is ahead of gpvc (+) or behind it (-), one standard error, and what follows: "
+           "within "
+           "two standard errors is a tie. Texture: the differences of the faces, as if each face's sample points "
+           "were drawn anew. Renders: the paired differences over 8 x 8 tiles of each scored view, as if tiles "
+           "were "
+           "drawn from many. Classes are counted, all of them: no chance in it."},
+          {"columns", columns},
+          {"rows", rows}};
 }
 
 }  // namespace gpvc

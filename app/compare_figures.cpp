@@ -61,8 +61,7 @@ const std::vector<Figure>& compared_figures() {
       {"visible.partial", "Partial", "pairs", 0, 0, "Pairs called partially visible."},
       {"visible.occluded", "O: not full", "pairs", 0, 0,
        "All other pairs, partial ones included (O of the paper's tables)."},
-      {"tags.seen_share", "Faces seen whole", "%", 2, 0,
-       "Faces for which some view was found fully visible."},
+      {"tags.seen_share", "Faces seen whole", "%", 2, 0, "Faces for which some view was found fully visible."},
       {"tags.filled_share", "Faces filled", "%", 2, 0,
        "Faces for which no view was found, filled from their neighbours."},
       {"patches", "Patches", "", 0, 0,
@@ -157,8 +156,7 @@ std::vector<std::string> findings_of(const Json& report) {
   for (const Json& mode : report["modes"])
     if (mode["status"] != "ok") failed.push_back(mode["name"].get<std::string>());
   if (!failed.empty())
-    findings.push_back(
-        fmt::format("Failed, with what is known of it in the table: {}.", fmt::join(failed, "; ")));
+    findings.push_back(fmt::format("Failed, with what is known of it in the table: {}.", fmt::join(failed, "; ")));
   if (!report["settings"]["scored"]["held_out"].get<bool>())
     findings.push_back(
         "No view was held out: the errors are over views that the texture was made from, and favour modes "

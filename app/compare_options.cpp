@@ -11,11 +11,10 @@ void add_compared(CLI::App& app, CompareOptions& options) {
   std::string epsilons;
   for (const double epsilon : default_epsilons())
     epsilons += (epsilons.empty() ? "" : ",") + fmt::format("{}", epsilon);
-  app.add_option(
-         "--modes", options.modes,
-         "Visibility modes, separated by commas, as texture's --visibility takes them; gpvc:uncorrected "
-         "and gpvc:paper (coverage correction off, LPCC alone); shadow-map and ray modes without an "
-         "epsilon run once per --eps")
+  app.add_option("--modes", options.modes,
+                 "Visibility modes, separated by commas, as texture's --visibility takes them; gpvc:uncorrected "
+                 "and gpvc:paper (coverage correction off, LPCC alone); shadow-map and ray modes without an "
+                 "epsilon run once per --eps")
       ->type_name("LIST")
       ->default_str(default_modes())
       ->group(kGroup);
@@ -25,10 +24,9 @@ void add_compared(CLI::App& app, CompareOptions& options) {
       ->check(in_range(1e-300, 1e300))
       ->default_str(epsilons)
       ->group(kGroup);
-  app.add_option(
-         "--external", options.externals,
-         "Another program's textured model of the same mesh, OBJ, GLB or glTF, scored and shown beside "
-         "ours; may be given several times")
+  app.add_option("--external", options.externals,
+                 "Another program's textured model of the same mesh, OBJ, GLB or glTF, scored and shown beside "
+                 "ours; may be given several times")
       ->type_name("NAME=MODEL")
       ->group(kGroup);
   app.add_option("--hold-out", options.texture.input.hold_out,
@@ -46,8 +44,7 @@ void add_compared(CLI::App& app, CompareOptions& options) {
       ->check(in_range(0, 1000000))
       ->default_str("3")
       ->group(kGroup);
-  app.add_option("--score-views", options.score_views,
-                 "Views scored at most where none is held out, spread evenly")
+  app.add_option("--score-views", options.score_views, "Views scored at most where none is held out, spread evenly")
       ->type_name("N")
       ->check(in_range(1, 1000000))
       ->default_str("12")
@@ -78,25 +75,23 @@ CLI::App* add_compare(CLI::App& parent, CompareOptions& options) {
   add_masks(*app, options.texture.input);
   add_compared(*app, options);
   add_output(*app, options.texture.out, options.texture.force);
-  app->add_flag("--keep-models", options.keep_models, "Also write each mode's model, to modes/NAME")
-      ->group("Output");
+  app->add_flag("--keep-models", options.keep_models, "Also write each mode's model, to modes/NAME")->group("Output");
   // A summary is of what reports hold: nothing that shapes a comparison can change it.
   CLI::Option* summarize = app->get_option("--summarize");
   for (CLI::Option* option : app->get_options()) {
-    const bool shapes = option->get_group() == "Comparison" || option->get_group() == "Input" ||
-                        option->check_name("--keep-models");
+    const bool shapes =
+        option->get_group() == "Comparison" || option->get_group() == "Input" || option->check_name("--keep-models");
     if (shapes && option != summarize && !option->get_positional()) summarize->excludes(option);
   }
   add_common(*app, options.texture.common);
-  app->footer(
-      std::string("Examples:\n"
-                  "  gpvc compare colmap/sparse/0 mesh.ply -o compared --hold-out 8\n"
-                  "  gpvc compare colmap mesh.ply -o compared --modes none,shadow-map:spc,gpvc --eps 1e-3\n"
-                  "  gpvc compare colmap mesh.ply -o compared --external mvs=mvs/model.obj\n"
-                  "  gpvc compare --summarize city/report.json slits/report.json -o summary\n\n"
-                  "Writes to OUT: report.html (one page with its pictures, needs no network), report.md,\n"
-                  "report.json, run.json. --summarize writes summary.html, summary.md, summary.json.\n\n") +
-      kExitStatus);
+  app->footer(std::string("Examples:\n"
+                          "  gpvc compare colmap/sparse/0 mesh.ply -o compared --hold-out 8\n"
+                          "  gpvc compare colmap mesh.ply -o compared --modes none,shadow-map:spc,gpvc --eps 1e-3\n"
+                          "  gpvc compare colmap mesh.ply -o compared --external mvs=mvs/model.obj\n"
+                          "  gpvc compare --summarize city/report.json slits/report.json -o summary\n\n"
+                          "Writes to OUT: report.html (one page with its pictures, needs no network), report.md,\n"
+                          "report.json, run.json. --summarize writes summary.html, summary.md, summary.json.\n\n") +
+              kExitStatus);
   return app;
 }
 

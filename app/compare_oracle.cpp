@@ -56,8 +56,8 @@ Json Agreement::json() const {
           {"pairs_by_oracle_then_mode", pairs}};
 }
 
-OracleViews::OracleViews(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
-                         std::size_t count, const Progress& progress) {
+OracleViews::OracleViews(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used, std::size_t count,
+                         const Progress& progress) {
   const std::vector<ViewId> ids = drawn(used, count);
   for (const ViewId id : ids) {
     progress(views_.size(), ids.size());

@@ -20,8 +20,7 @@ std::string base64(const std::string& bytes) {
     std::uint32_t group = 0;
     for (std::size_t k = 0; k < 3; ++k)
       group = group << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : kDigits[group >> (18 - 6 * k) & 63u];
+    for (std::size_t k = 0; k < 4; ++k) text += i + k > bytes.size() ? '=' : kDigits[group >> (18 - 6 * k) & 63u];
   }
   return text;
 }
@@ -61,9 +60,7 @@ std::vector<CropPictures> pictures_of(const std::vector<Crop>& crops, const std:
   return pictures;
 }
 
-std::string picture_uri(const std::string& jpeg) {
-  return fmt::format("data:image/jpeg;base64,{}", base64(jpeg));
-}
+std::string picture_uri(const std::string& jpeg) { return fmt::format("data:image/jpeg;base64,{}", base64(jpeg)); }
 
 void replace_first(std::string& text, const std::string& mark, const std::string& by) {
   const std::size_t at = text.find(mark);
@@ -146,11 +143,10 @@ std::string report_page(const ComparisonReport& report, const std::filesystem::p
 std::string report_markdown(const Json& report) {
   const Json& scene = report["scene"];
   std::string text = fmt::format("# Visibility modes compared: {}\n\n", scene["name"].get<std::string>());
-  text +=
-      fmt::format("{} faces, {} of {} views used. gpvc {}, {}.\n\n",
-                  readable_count(scene["faces"].get<std::size_t>()), scene["used_views"].get<std::size_t>(),
-                  scene["views"].get<std::size_t>(), report["program"]["version"].get<std::string>(),
-                  report["program"]["device"]["renderer"].get<std::string>());
+  text += fmt::format("{} faces, {} of {} views used. gpvc {}, {}.\n\n",
+                      readable_count(scene["faces"].get<std::size_t>()), scene["used_views"].get<std::size_t>(),
+                      scene["views"].get<std::size_t>(), report["program"]["version"].get<std::string>(),
+                      report["program"]["device"]["renderer"].get<std::string>());
   for (const Json& finding : report["findings"]) text += fmt::format("- {}\n", finding.get<std::string>());
   std::vector<const Figure*> figures;
   for (const Figure& figure : compared_figures()) {
@@ -159,8 +155,7 @@ std::string report_markdown(const Json& report) {
   }
   std::vector<std::string> names{"mode"}, rule{"---"};
   for (const Figure* figure : figures) {
-    names.push_back(
-        fmt::format("{}{}", figure->name, *figure->unit ? fmt::format(", {}", figure->unit) : ""));
+    names.push_back(fmt::format("{}{}", figure->name, *figure->unit ? fmt::format(", {}", figure->unit) : ""));
     rule.push_back("---:");
   }
   text += fmt::format("\n{}{}", table_row(names), table_row(rule));

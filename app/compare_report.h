@@ -43,8 +43,8 @@ Json contest_table(const Json& report);
 std::string markdown_table(const Json& table);
 
 std::string report_markdown(const Json& report);
-/// One self-contained page: the template of report.html with the figures and the crops as data URIs, below
-/// 25 MB. `scratch` is an existing folder for a file in between.
+/// One self-contained page: the template of report.html with the figures and the crops as data URIs, below 25 MB.
+/// `scratch` is an existing folder for a file in between.
 std::string report_page(const ComparisonReport& report, const std::filesystem::path& scratch);
 
 /// report.html of this folder, embedded at build.

@@ -52,14 +52,12 @@ Json read_report(const std::filesystem::path& file) {
   const auto has_text = [](const Json& json, const char* key) {
     return json.is_object() && json.contains(key) && json[key].is_string();
   };
-  const bool ours = has_text(report, "format") && report["format"] == "gpvc-compare/1" &&
-                    report.contains("scene") && has_text(report["scene"], "name") &&
-                    report.contains("modes") && report["modes"].is_array();
+  const bool ours = has_text(report, "format") && report["format"] == "gpvc-compare/1" && report.contains("scene") &&
+                    has_text(report["scene"], "name") && report.contains("modes") && report["modes"].is_array();
   if (!ours) throw InputError(file, "", "is not a report.json of gpvc compare");
   for (const Json& mode : report["modes"])
     if (!has_text(mode, "name") || !mode.contains("epsilon"))
-      throw InputError(file, "",
-                       "has a mode without a name or an epsilon; it is not as gpvc compare wrote it");
+      throw InputError(file, "", "has a mode without a name or an epsilon; it is not as gpvc compare wrote it");
   return report;
 }
 
@@ -130,11 +128,9 @@ std::string verdict(const Table& table, const Measure& measure) {
   if (table.rows.empty()) return fmt::format("{} no mode with a bias was compared ({}).", what, scenes);
   if (near.empty())
     return fmt::format(
-        "{}, no single epsilon of any method comes within {} percentage points of gpvc on all of {}{}.", what,
-        kNear, scenes,
-        best
-            ? fmt::format("; the nearest, {}, stays {:.3f} behind on one of them", best->mode, *best->worst())
-            : "");
+        "{}, no single epsilon of any method comes within {} percentage points of gpvc on all of {}{}.", what, kNear,
+        scenes,
+        best ? fmt::format("; the nearest, {}, stays {:.3f} behind on one of them", best->mode, *best->worst()) : "");
   return fmt::format("{}, within {} percentage points of gpvc on all of {}: {}.", what, kNear, scenes,
                      fmt::join(near, ", "));
 }
@@ -173,8 +169,7 @@ std::string markdown(const Json& summary) {
 }  // namespace
 
 void summarize_reports(const CompareOptions& options, Console& console) {
-  if (!options.texture.input.scene.empty())
-    throw UsageError("--summarize takes reports; no SCENE and MESH beside it");
+  if (!options.texture.input.scene.empty()) throw UsageError("--summarize takes reports; no SCENE and MESH beside it");
   std::vector<Json> reports;
   for (const auto& file : options.summarize) reports.push_back(read_report(file));
   Json summary{{"format", "gpvc-compare-summary/1"}, {"tables", Json::array()}};
@@ -183,8 +178,7 @@ void summarize_reports(const CompareOptions& options, Console& console) {
     if (!table.reports.empty()) summary["tables"].push_back(table_json(table, measure));
   }
   if (summary["tables"].empty())
-    throw InputError(options.summarize.front(), "",
-                     "and the reports beside it hold no figure of gpvc to compare with");
+    throw InputError(options.summarize.front(), "", "and the reports beside it hold no figure of gpvc to compare with");
   OutputFolder folder(options.texture.out, options.texture.force, "compare --summarize");
   try {
     write_text_file(folder.file("summary.html"), page_with(summary));

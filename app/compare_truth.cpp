@@ -23,13 +23,12 @@ Json difference(const std::vector<float>& a, const std::vector<float>& b, double
 }  // namespace
 
 struct TruthComparison::State {
-  State(const std::filesystem::path& dir, const SceneInputData& in, PhotoCache& photos,
-        const Progress& progress)
+  State(const std::filesystem::path& dir, const SceneInputData& in, PhotoCache& photos, const Progress& progress)
       : input(in),
         truth(read_truth(dir)),
         best(best_classes(in.mesh, in.scene, in.used, part_of(progress, 0, 3 * in.used.size()))),
-        scorer(truth, in.mesh, best, in.scene, in.used, photos,
-               part_of(progress, in.used.size(), 3 * in.used.size())) {}
+        scorer(truth, in.mesh, best, in.scene, in.used, photos, part_of(progress, in.used.size(), 3 * in.used.size())) {
+  }
   const SceneInputData& input;
   Truth truth;
   std::vector<FaceClass> best;
@@ -42,14 +41,13 @@ struct TruthComparison::State {
   std::vector<WrongPoint> wrong;
 };
 
-TruthComparison::TruthComparison(const std::filesystem::path& dir, const SceneInputData& input,
-                                 PhotoCache& photos, const Progress& progress)
+TruthComparison::TruthComparison(const std::filesystem::path& dir, const SceneInputData& input, PhotoCache& photos,
+                                 const Progress& progress)
     : state_(std::make_unique<State>(dir, input, photos, progress)) {}
 TruthComparison::~TruthComparison() = default;
 
-Json TruthComparison::score(const TexturedModel& model, std::span<const Image> pages,
-                            const WorldPoint& offset, const TextureOrigins* origins,
-                            const Progress& progress) {
+Json TruthComparison::score(const TexturedModel& model, std::span<const Image> pages, const WorldPoint& offset,
+                            const TextureOrigins* origins, const Progress& progress) {
   state_->areas.emplace_back();  // models count from the first, scored or failed
   const MatchedModel matched = match_model(state_->input.mesh, model, pages, offset);
   const TruthScore score = state_->scorer.score(matched, progress);
@@ -78,8 +76,7 @@ Json TruthComparison::ahead(std::size_t model, std::size_t of) const {
   const State::Areas &a = state_->areas[model], &b = state_->areas[of];
   const Json right = difference(a.right, b.right, state_->seen_area);
   if (right.is_null()) return nullptr;
-  return {{"right", right},
-          {"faithful", difference(a.faithful, b.faithful, state_->seen_area + state_->hidden_area)}};
+  return {{"right", right}, {"faithful", difference(a.faithful, b.faithful, state_->seen_area + state_->hidden_area)}};
 }
 
 Json TruthComparison::wrong_points() const {

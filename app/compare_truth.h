@@ -19,12 +19,11 @@ class TruthComparison {
   ~TruthComparison();
   TruthComparison(const TruthComparison&) = delete;
   TruthComparison& operator=(const TruthComparison&) = delete;
-  /// The figures of a model whose positions lack `offset`; with where its texture comes from, if that is
-  /// known.
+  /// The figures of a model whose positions lack `offset`; with where its texture comes from, if that is known.
   Json score(const TexturedModel& model, std::span<const Image> pages, const WorldPoint& offset,
              const TextureOrigins* origins, const Progress& progress);
-  /// How far one scored model is ahead of another in the seen area textured rightly, as a share of that area,
-  /// and one standard error, as if each face's points were drawn anew. nullptr where origins are not known.
+  /// How far one scored model is ahead of another in the seen area textured rightly, as a share of that area, and one
+  /// standard error, as if each face's points were drawn anew. nullptr where origins are not known.
   Json ahead(std::size_t model, std::size_t of) const;
   /// The last scored model's points with another surface's colour.
   Json wrong_points() const;

@@ -56,12 +56,10 @@ class RectangleSums {
  public:
   template <typename Value>
   RectangleSums(int width, int height, const Value& value)
-      : columns_(static_cast<std::size_t>(width) + 1),
-        sums_(columns_ * (static_cast<std::size_t>(height) + 1), 0.0) {
+      : columns_(static_cast<std::size_t>(width) + 1), sums_(columns_ * (static_cast<std::size_t>(height) + 1), 0.0) {
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x)
-        sums_[place(x + 1, y + 1)] =
-            value(x, y) + sums_[place(x, y + 1)] + sums_[place(x + 1, y)] - sums_[place(x, y)];
+        sums_[place(x + 1, y + 1)] = value(x, y) + sums_[place(x, y + 1)] + sums_[place(x + 1, y)] - sums_[place(x, y)];
   }
 
   double mean(int x, int y, int width, int height) const {
@@ -71,9 +69,7 @@ class RectangleSums {
   }
 
  private:
-  std::size_t place(int x, int y) const {
-    return static_cast<std::size_t>(y) * columns_ + static_cast<std::size_t>(x);
-  }
+  std::size_t place(int x, int y) const { return static_cast<std::size_t>(y) * columns_ + static_cast<std::size_t>(x); }
 
   std::size_t columns_;
   std::vector<double> sums_;  // over the rectangle from the corner
@@ -90,8 +86,8 @@ Image cut_out(const Image& image, int x0, int y0, int width, int height) {
   return part;
 }
 
-// Mean absolute difference over the channels, each of the render's brought to the photo's mean, where both
-// can show something: `counted` marks these pixels.
+// Mean absolute difference over the channels, each of the render's brought to the photo's mean, where both can show
+// something: `counted` marks these pixels.
 double mean_difference(const Image& photo, const Image& render, const std::vector<bool>& counted) {
   double sum = 0;
   const auto pixels = static_cast<double>(std::count(counted.begin(), counted.end(), true));
@@ -158,18 +154,16 @@ RephotographyScore ModelViews::show(const TexturedModel& model, const std::vecto
     const View& view = scene_.views[index(id)];
     Pose pose = view.pose;
     pose.centre = {pose.centre.x - offset.x, pose.centre.y - offset.y, pose.centre.z - offset.z};
-    const RenderResult render =
-        render_model(device_, model, pages, view.camera, pose, false, false, {0, 0, 0});
+    const RenderResult render = render_model(device_, model, pages, view.camera, pose, false, false, {0, 0, 0});
     if (std::binary_search(options_.cropped.begin(), options_.cropped.end(), id)) {
-      write_image(render_file(thumbnails_.size(), small.size()), render.image, ImageFormat::jpg,
-                  kRenderQuality);
+      write_image(render_file(thumbnails_.size(), small.size()), render.image, ImageFormat::jpg, kRenderQuality);
       small.push_back(thumbnail(render.image));
     }
     const auto at = std::lower_bound(options_.scored.begin(), options_.scored.end(), id);
     if (at == options_.scored.end() || *at != id) continue;
     const Frame& frame = frames_[static_cast<std::size_t>(at - options_.scored.begin())];
-    Rephotography compared = compare_with_photo(frame.photo, frame.inside, render.image, render.textured,
-                                                frame.covered, options_.reduction);
+    Rephotography compared =
+        compare_with_photo(frame.photo, frame.inside, render.image, render.textured, frame.covered, options_.reduction);
     const RephotographyScore score = compared.score;
     tiles.push_back(std::move(compared.tiles));
     if (score.windows == 0) continue;
@@ -231,12 +225,11 @@ std::vector<ModelViews::Window> ModelViews::windows(std::size_t view) const {
   const std::vector<double> values = disagreement(thumbnails_, view);
   const std::vector<std::uint8_t>& covered = covered_[view];
   const RectangleSums disagreeing(small.width, small.height, [&](int x, int y) {
-    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(small.width) +
-                  static_cast<std::size_t>(x)];
+    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(small.width) + static_cast<std::size_t>(x)];
   });
   const RectangleSums differing(small.width, small.height, [&](int x, int y) {
-    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(small.width) +
-                  static_cast<std::size_t>(x)] > 0;
+    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(small.width) + static_cast<std::size_t>(x)] >
+           0;
   });
   const RectangleSums shown(small.width, small.height, [&](int x, int y) {
     return covered[static_cast<std::size_t>(y * factor) * static_cast<std::size_t>(camera.width) +
@@ -247,9 +240,8 @@ std::vector<ModelViews::Window> ModelViews::windows(std::size_t view) const {
     for (int x = 0; x + w <= small.width; x += std::max(1, w / 8)) {
       // Where all agree, or the mesh leaves most of the picture empty, there is nothing to look at.
       if (differing.mean(x, y, w, h) == 0 || shown.mean(x, y, w, h) < 0.5) continue;
-      found.push_back({view, std::min(x * factor, camera.width - width),
-                       std::min(y * factor, camera.height - height), width, height,
-                       disagreeing.mean(x, y, w, h)});
+      found.push_back({view, std::min(x * factor, camera.width - width), std::min(y * factor, camera.height - height),
+                       width, height, disagreeing.mean(x, y, w, h)});
     }
   return found;
 }
@@ -293,8 +285,8 @@ Crop ModelViews::cut(const Window& window) const {
   std::vector<bool> counted;  // the mesh ends where the photo may go on
   for (int y = window.y; y < window.y + window.height; ++y)
     for (int x = window.x; x < window.x + window.width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) +
-                            static_cast<std::size_t>(x);
+      const std::size_t i =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x);
       counted.push_back(inside[i] != 0 && covered_[window.view][i] != 0);
     }
   for (std::size_t model = 0; model < thumbnails_.size(); ++model) {

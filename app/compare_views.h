@@ -44,18 +44,18 @@ class ModelViews {
   ModelViews(GraphicsDevice& device, const Mesh& mesh, const Scene& scene, PhotoCache& photos,
              ModelViewsOptions options, const Progress& progress);
 
-  /// Renders a model from every view, keeps the renders of the cropped ones, returns the mean score over the
-  /// scored ones. `offset` is to be added to the model's positions.
-  RephotographyScore show(const TexturedModel& model, const std::vector<Image>& pages,
-                          const WorldPoint& offset, const Progress& progress);
+  /// Renders a model from every view, keeps the renders of the cropped ones, returns the mean score over the scored
+  /// ones. `offset` is to be added to the model's positions.
+  RephotographyScore show(const TexturedModel& model, const std::vector<Image>& pages, const WorldPoint& offset,
+                          const Progress& progress);
 
-  /// Of models in the order they were shown. The standard error of the mean over views of paired differences,
-  /// as if the kErrorTiles x kErrorTiles tiles of each view were drawn from many. Tiles that show the same
-  /// place are not independent, so that it is rather too small.
+  /// Of models in the order they were shown. The standard error of the mean over views of paired differences, as if the
+  /// kErrorTiles x kErrorTiles tiles of each view were drawn from many. Tiles that show the same place are not
+  /// independent, so that it is rather too small.
   ErrorDifference difference(std::size_t model, std::size_t from) const;
 
-  /// The windows in which the models shown so far differ most, at most `count`, two of a view until all views
-  /// have theirs.
+  /// The windows in which the models shown so far differ most, at most `count`, two of a view until all views have
+  /// theirs.
   std::vector<Crop> crops(std::size_t count) const;
 
  private:

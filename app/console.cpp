@@ -23,8 +23,7 @@ std::size_t terminal_columns() {
   return 80;
 }
 
-// A log may replace an earlier log, never a file of another kind: --log takes a path as easily as the mesh
-// does.
+// A log may replace an earlier log, never a file of another kind: --log takes a path as easily as the mesh does.
 void refuse_other_files(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   if (!std::filesystem::is_directory(folder)) throw OutputError(file, "its folder does not exist");

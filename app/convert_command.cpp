@@ -33,15 +33,14 @@ std::string resampled_name(fs::path name) {
 void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, SceneTarget target) {
   for (const ViewId id : used)
     if (const auto lost = lost_term(target, scene.views[index(id)].camera))
-      throw InputError(
-          scene.source, scene.views[index(id)].name,
-          fmt::format("its camera has {}, which the format '{}' cannot state; --undistort writes photos "
-                      "and cameras without distortion",
-                      *lost, target_name(target)));
+      throw InputError(scene.source, scene.views[index(id)].name,
+                       fmt::format("its camera has {}, which the format '{}' cannot state; --undistort writes photos "
+                                   "and cameras without distortion",
+                                   *lost, target_name(target)));
 }
 
-/// What is read must never be replaced by what is made of it, nor stand beside it in a folder that is read as
-/// a whole; nor may anything of somebody else's. Said before photos are converted.
+/// What is read must never be replaced by what is made of it, nor stand beside it in a folder that is read as a whole;
+/// nor may anything of somebody else's. Said before photos are converted.
 void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const OutputFolder& folder,
                         const std::vector<fs::path>& places, const std::vector<fs::path>& masks) {
   std::vector<fs::path> listings;
@@ -55,8 +54,7 @@ void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const
   const fs::path source = fs::weakly_canonical(scene.read_from);
   for (const fs::path& listing : listings)
     if (fs::weakly_canonical(options.out / listing).parent_path() == source)
-      throw OutputError(options.out / listing,
-                        "would stand in the folder of the scene that is converted" + advice);
+      throw OutputError(options.out / listing, "would stand in the folder of the scene that is converted" + advice);
   std::vector<fs::path> made = listings;
   made.insert(made.end(), places.begin(), places.end());
   made.insert(made.end(), masks.begin(), masks.end());
@@ -129,8 +127,7 @@ void Conversion::choose_frames() {
   for (const ViewId id : used_) {
     const Camera& camera = view_of(scene_, id).camera;
     Frame frame{{0, 0, camera.width, camera.height}, false};
-    const auto same =
-        std::find_if(known.begin(), known.end(), [&](const auto& k) { return k.first == camera; });
+    const auto same = std::find_if(known.begin(), known.end(), [&](const auto& k) { return k.first == camera; });
     if (same != known.end()) {
       frame = same->second;
     } else if (options_.undistort) {
@@ -175,8 +172,7 @@ void Conversion::warn_of_lost_masks() const {
   const auto masked =
       std::count_if(used_.begin(), used_.end(), [&](ViewId id) { return has_mask(view_of(scene_, id)); });
   if (masked > 0)
-    console_.warning(
-        fmt::format("mvs-texturing knows no masks: it will use what those of {} photos exclude", masked));
+    console_.warning(fmt::format("mvs-texturing knows no masks: it will use what those of {} photos exclude", masked));
   if (std::any_of(frames_.begin(), frames_.end(), [](const Frame& frame) { return frame.blank; }))
     console_.warning(
         "mvs-texturing takes what the frame leaves blank for picture; --frame inside leaves nothing blank");
@@ -191,8 +187,8 @@ void Conversion::write_photo(std::size_t i, PhotoCache& photos) {
   const auto photo = photos.photo(used_[i]);
   std::vector<std::uint8_t> inside;
   if (options_.undistort)
-    write_image(file, undistort_photo(*photo, view.camera, frames_[i].window, inside), format,
-                options_.quality, profile);
+    write_image(file, undistort_photo(*photo, view.camera, frames_[i].window, inside), format, options_.quality,
+                profile);
   else
     write_image(file, *photo, format, options_.quality, profile);
 }

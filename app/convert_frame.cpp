@@ -13,8 +13,8 @@ struct Reach {
   double left_out, left_in, right_out, right_in, top_out, top_in, bottom_out, bottom_in;
 };
 
-/// The ends of all pixels along the four edges. Where the lens shows an edge in no direction ahead, it bounds
-/// nothing inwards and everything outwards.
+/// The ends of all pixels along the four edges. Where the lens shows an edge in no direction ahead, it bounds nothing
+/// inwards and everything outwards.
 Reach reach_of(const Camera& c) {
   const double w = c.width, h = c.height;
   Reach reach{w, -w, 0, 2 * w, h, -h, 0, 2 * h};
@@ -36,10 +36,9 @@ Reach reach_of(const Camera& c) {
   return reach;
 }
 
-/// Whole pixels between two places, neither beyond half of `size` outside [0, size] nor beyond where the lens
-/// model folds, `fold` pixels from its centre.
-std::pair<int, int> whole_pixels(double low, double high, int size, double centre, double fold,
-                                 bool outwards) {
+/// Whole pixels between two places, neither beyond half of `size` outside [0, size] nor beyond where the lens model
+/// folds, `fold` pixels from its centre.
+std::pair<int, int> whole_pixels(double low, double high, int size, double centre, double fold, bool outwards) {
   low = std::max({low, -0.5 * size, centre - fold});
   high = std::min({high, 1.5 * size, centre + fold});
   const double first = outwards ? std::floor(low) : std::ceil(low);
@@ -47,8 +46,8 @@ std::pair<int, int> whole_pixels(double low, double high, int size, double centr
   return {static_cast<int>(first), std::max(static_cast<int>(last), static_cast<int>(first))};
 }
 
-/// Which borders of a window show a blank. Where none does, nothing within is blank either, because the
-/// photo's edge is one closed curve in the frame.
+/// Which borders of a window show a blank. Where none does, nothing within is blank either, because the photo's edge is
+/// one closed curve in the frame.
 struct Blanks {
   bool left = false, right = false, top = false, bottom = false;
   bool any() const { return left || right || top || bottom; }
@@ -78,12 +77,10 @@ FrameWindow frame_window(const Camera& camera, FrameRule rule) {
   const bool all = rule == FrameRule::all;
   const Reach reach = reach_of(camera);
   const double fold = std::sqrt(camera.distortion.max_r2);
-  const auto [x0, x1] =
-      whole_pixels(all ? reach.left_out : reach.left_in, all ? reach.right_out : reach.right_in, camera.width,
-                   camera.cx, fold * camera.fx, all);
-  const auto [y0, y1] =
-      whole_pixels(all ? reach.top_out : reach.top_in, all ? reach.bottom_out : reach.bottom_in,
-                   camera.height, camera.cy, fold * camera.fy, all);
+  const auto [x0, x1] = whole_pixels(all ? reach.left_out : reach.left_in, all ? reach.right_out : reach.right_in,
+                                     camera.width, camera.cx, fold * camera.fx, all);
+  const auto [y0, y1] = whole_pixels(all ? reach.top_out : reach.top_in, all ? reach.bottom_out : reach.bottom_in,
+                                     camera.height, camera.cy, fold * camera.fy, all);
   FrameWindow window{x0, y0, x1 - x0, y1 - y0};
   while (!all && window.width > 0 && window.height > 0) {
     const Blanks blanks = blanks_of(camera, window);

@@ -6,10 +6,10 @@
 
 namespace gpvc {
 
-/// The pixels of a camera's frame that its undistorted photo gets. `inside` and `all` reach beyond the
-/// photo's own size where the lens is a barrel, on each side by half of it at most. A lens of which `inside`
-/// would leave less than a fifth of the width or the height (it folds, or sees too far aside) keeps its size.
-/// The photo's size where there is no distortion. O(width + height).
+/// The pixels of a camera's frame that its undistorted photo gets. `inside` and `all` reach beyond the photo's own size
+/// where the lens is a barrel, on each side by half of it at most. A lens of which `inside` would leave less than a
+/// fifth of the width or the height (it folds, or sees too far aside) keeps its size. The photo's size where there is
+/// no distortion. O(width + height).
 FrameWindow frame_window(const Camera& camera, FrameRule rule);
 
 /// Whether some pixel of the window shows nothing of the photo. O(width + height).
@@ -18,9 +18,9 @@ bool shows_blank(const Camera& camera, const FrameWindow& window);
 /// The camera of the undistorted photo in this window.
 Camera framed(const Camera& camera, const FrameWindow& window);
 
-/// The mask of the undistorted photo: one channel, 255 for what may be used, 0 where the window shows nothing
-/// of the photo or where any of the four pixels that undistort_photo mixes is excluded, so that no colour of
-/// an excluded pixel is left. `exclusion` may be null.
+/// The mask of the undistorted photo: one channel, 255 for what may be used, 0 where the window shows nothing of the
+/// photo or where any of the four pixels that undistort_photo mixes is excluded, so that no colour of an excluded pixel
+/// is left. `exclusion` may be null.
 Image undistort_mask(const PhotoExclusion* exclusion, const Camera& camera, const FrameWindow& window);
 
 /// An exclusion as it is, likewise.

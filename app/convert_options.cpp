@@ -15,9 +15,9 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
       *app, "--format", kTargets, [&](SceneTarget v) { options.target = v; }, "colmap",
       "COLMAP's text model, mvs-texturing's .cam files, or OpenMVS' scene.mvs")
       ->group("Output");
-  CLI::Option* undistort = app->add_flag("--undistort", options.undistort,
-                                         "Write photos without lens distortion, and cameras that say so")
-                               ->group("Output");
+  CLI::Option* undistort =
+      app->add_flag("--undistort", options.undistort, "Write photos without lens distortion, and cameras that say so")
+          ->group("Output");
   constexpr Choice<FrameRule> kFrames[] = {
       {"inside", FrameRule::inside}, {"keep", FrameRule::keep}, {"all", FrameRule::all}};
   add_choice<FrameRule>(
@@ -33,15 +33,14 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
       ->group("Output");
   add_common(*app, options.common);
   app->footer(
-      std::string(
-          "Examples:\n"
-          "  gpvc convert colmap -o for-openmvs --format mvs --undistort\n"
-          "  gpvc convert reconstruction.json --images photos -o for-colmap --format colmap\n\n"
-          "Photos are copied as they are unless --undistort or --downscale changes them. A lens that\n"
-          "the format cannot state is refused with the name of the term it would lose.\n"
-          "Masks and alpha channels become masks/NAME.EXT.png for COLMAP (its ImageReader.mask_path, our\n"
-          "--masks) and NAME.mask.png beside the photo for OpenMVS (--ignore-mask-label 0);\n"
-          "mvs-texturing knows none.\n\n") +
+      std::string("Examples:\n"
+                  "  gpvc convert colmap -o for-openmvs --format mvs --undistort\n"
+                  "  gpvc convert reconstruction.json --images photos -o for-colmap --format colmap\n\n"
+                  "Photos are copied as they are unless --undistort or --downscale changes them. A lens that\n"
+                  "the format cannot state is refused with the name of the term it would lose.\n"
+                  "Masks and alpha channels become masks/NAME.EXT.png for COLMAP (its ImageReader.mask_path, our\n"
+                  "--masks) and NAME.mask.png beside the photo for OpenMVS (--ignore-mask-label 0);\n"
+                  "mvs-texturing knows none.\n\n") +
       kExitStatus);
   return app;
 }

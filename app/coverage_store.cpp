@@ -7,8 +7,8 @@ namespace {
 
 constexpr std::uint64_t kNone = 0, kAll = ~std::uint64_t{0};
 
-/// So many words that are all 0, then so many that are all 1, then so many others, which follow. In one word:
-/// 21, 21 and 22 bits.
+/// So many words that are all 0, then so many that are all 1, then so many others, which follow. In one word: 21, 21
+/// and 22 bits.
 struct Run {
   std::size_t none = 0, all = 0, others = 0;
   static constexpr std::size_t kMost = (std::size_t{1} << 21) - 1;
@@ -63,9 +63,7 @@ void CoverageStore::add(const CoverageTable& coverage) {
 }
 
 CoverageTable CoverageStore::of_partial_faces(std::span<const FaceTag> tags) const {
-  const auto is_partial = [&](const FaceCoverage& entry) {
-    return tags[index(entry.face)] == FaceTag::partial;
-  };
+  const auto is_partial = [&](const FaceCoverage& entry) { return tags[index(entry.face)] == FaceTag::partial; };
   CoverageTable kept;
   std::size_t entries = 0, words = 0;
   for (const FaceCoverage& entry : entries_) {

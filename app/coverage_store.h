@@ -11,17 +11,14 @@
 
 namespace gpvc {
 
-/// Bits are kept as runs of words: of faces as large as photos, some megabytes a view, most words are all 0
-/// or all 1.
+/// Bits are kept as runs of words: of faces as large as photos, some megabytes a view, most words are all 0 or all 1.
 class CoverageStore {
  public:
   void add(const CoverageTable& coverage);
-  /// The coverage of faces tagged partial, as it was added. What others have is of no use: those seen whole
-  /// by some view are not pieced together.
+  /// The coverage of faces tagged partial, as it was added. What others have is of no use: those seen whole by some
+  /// view are not pieced together.
   CoverageTable of_partial_faces(std::span<const FaceTag> tags) const;
-  std::size_t bytes() const {
-    return runs_.size() * sizeof(std::uint64_t) + entries_.size() * sizeof(FaceCoverage);
-  }
+  std::size_t bytes() const { return runs_.size() * sizeof(std::uint64_t) + entries_.size() * sizeof(FaceCoverage); }
 
  private:
   std::vector<FaceCoverage> entries_;  ///< first_word: into runs_

@@ -110,8 +110,7 @@ Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache
     const Image photo = photo_to_compare(*photos.photo(id), view, inside);
     const RenderResult render =
         render_model(device, model.model, model.pages, view.camera, local.pose, false, false, {0, 0, 0});
-    const std::vector<std::uint8_t> covered =
-        covered_pixels(stage.classify(options.mesh ? view : local, id).ivm);
+    const std::vector<std::uint8_t> covered = covered_pixels(stage.classify(options.mesh ? view : local, id).ivm);
     const Rephotography result =
         compare_with_photo(photo, inside, render.image, render.textured, covered, options.reduction);
     evaluation.views.push_back({view.name, result.score});
@@ -120,8 +119,7 @@ Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache
   }
   evaluation.mean = mean_score(evaluation.views);
   if (evaluation.mean.windows == 0)
-    throw InputError(options.model, "",
-                     "no view shows enough of it to compare; is it in the cameras' frame?");
+    throw InputError(options.model, "", "no view shows enough of it to compare; is it in the cameras' frame?");
   if (options.out) write_report(*options.out, evaluation);
   return evaluation;
 }
@@ -132,8 +130,8 @@ std::string evaluation_table(const Evaluation& evaluation) {
   std::string table = fmt::format("{:<{}}  complete   PSNR    SSIM   1-NCC\n", "view", width);
   const auto line = [&](const std::string& name, const RephotographyScore& s) {
     if (s.windows == 0) return fmt::format("{:<{}}  nothing to compare\n", name, width);
-    return fmt::format("{:<{}}    {:.4f}  {:5.2f}  {:.4f}  {:.4f}\n", name, width, s.completeness, s.psnr,
-                       s.ssim, s.ncc_error);
+    return fmt::format("{:<{}}    {:.4f}  {:5.2f}  {:.4f}  {:.4f}\n", name, width, s.completeness, s.psnr, s.ssim,
+                       s.ncc_error);
   };
   for (const ViewScore& view : evaluation.views) table += line(view.view, view.score);
   return table + line("mean", evaluation.mean);

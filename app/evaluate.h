@@ -16,8 +16,8 @@ namespace gpvc {
 struct EvaluateOptions {
   std::filesystem::path model;                ///< OBJ or GLB
   std::optional<std::filesystem::path> mesh;  ///< what should be textured; default: the model's own faces
-  std::optional<std::filesystem::path> out;  ///< folder for photo | render | error pictures and evaluate.json
-  int reduction = 4;                         ///< photos and renders are compared at 1/reduction of their size
+  std::optional<std::filesystem::path> out;   ///< folder for photo | render | error pictures and evaluate.json
+  int reduction = 4;                          ///< photos and renders are compared at 1/reduction of their size
 };
 
 struct ViewScore {
@@ -30,8 +30,8 @@ struct Evaluation {
   RephotographyScore mean;
 };
 
-/// Renders every view of `scene` from the model and compares it with its photo. Views of which nothing can be
-/// compared are listed and left out of the mean.
+/// Renders every view of `scene` from the model and compares it with its photo. Views of which nothing can be compared
+/// are listed and left out of the mean.
 Evaluation evaluate_model(GraphicsDevice& device, const Scene& scene, PhotoCache& photos,
                           const EvaluateOptions& options, const Progress& progress);
 

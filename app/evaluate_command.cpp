@@ -28,10 +28,9 @@ Scene with_views(const Scene& scene, const std::vector<ViewId>& views) {
   return chosen;
 }
 
-// What gpvc leaves beside its models says whose photo each face shows; models of other programs have nothing
-// of the kind, and a folder where it belongs to another scene is as good as none.
-std::optional<OriginOf> known_origins(const std::filesystem::path& model, const Mesh& mesh,
-                                      const Scene& scene) {
+// What gpvc leaves beside its models says whose photo each face shows; models of other programs have nothing of the
+// kind, and a folder where it belongs to another scene is as good as none.
+std::optional<OriginOf> known_origins(const std::filesystem::path& model, const Mesh& mesh, const Scene& scene) {
   const std::filesystem::path folder = model.parent_path();
   for (const char* name : {"views.json", "labels.npy", "tags.npy"})
     if (!std::filesystem::exists(folder / name)) return std::nullopt;
@@ -55,8 +54,7 @@ Json truth_json(const TruthScore& score) {
           {"samples", score.samples}};
 }
 
-void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Console& console,
-                 RunRecord& record) {
+void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Console& console, RunRecord& record) {
   Stage stage(console, record, "truth", "steps");
   const Truth truth = read_truth(options.truth);
   const Mesh mesh = read_mesh(options.input.mesh.empty() ? options.truth / "mesh.ply" : options.input.mesh);
@@ -67,8 +65,8 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
     throw InputError(options.model, "",
                      "none of its faces is a face of the scene's mesh: was it made from another mesh?");
   if (matched.strangers > 0)
-    console.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out",
-                                matched.strangers, model.mesh.faces.size()));
+    console.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out", matched.strangers,
+                                model.mesh.faces.size()));
   const std::vector<ViewId> used = named_views(scene.views, marked_views(options.model, "used"));
   PhotoCache photos(scene, options.input.reader_options(), 0);
   const Progress progress = stage.reporter();
@@ -105,13 +103,13 @@ std::vector<bool> needed_views(const EvaluateCommandOptions& options, std::span<
 }
 
 // What rendered the model.
-Json compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
-                    std::optional<OutputFolder>& folder, Console& console, RunRecord& record) {
+Json compare_photos(const EvaluateCommandOptions& options, const Scene& scene, std::optional<OutputFolder>& folder,
+                    Console& console, RunRecord& record) {
   Stage stage(console, record, "evaluate", "views");
   const std::vector<ViewId> views = compared_views(options, scene.views);
   if (options.input.views.empty() && views.size() < scene.views.size())
-    console.note(fmt::format("comparing with the {} views that views.json beside the model marks as held out",
-                             views.size()));
+    console.note(
+        fmt::format("comparing with the {} views that views.json beside the model marks as held out", views.size()));
   const Scene chosen = with_views(scene, views);
   PhotoCache photos(chosen, options.input.reader_options(), 0);
   GraphicsDevice device(options.common.device);

@@ -16,8 +16,8 @@
 namespace gpvc {
 namespace {
 
-/// On the inner side of the four planes through the camera and its frame's borders, and of the camera's own;
-/// linear in the point, so a convex hull is outside where all its corners are outside of one plane.
+/// On the inner side of the four planes through the camera and its frame's borders, and of the camera's own; linear in
+/// the point, so a convex hull is outside where all its corners are outside of one plane.
 std::array<bool, 5> inside(const View& view, const WorldPoint& p) {
   const CameraPoint c = camera_from_world(view.pose, p);
   const Camera& k = view.camera;
@@ -82,8 +82,7 @@ class Glance {
     const bool crosses = p[0].z <= 0 || p[1].z <= 0 || p[2].z <= 0;  // reaches behind the camera
     if (crosses && !may_be_framed(view_, mesh, face)) return;
     const Camera& k = view_.camera;
-    const Span columns =
-        crosses ? Span{0, kColumns - 1} : span(p, &WorldPoint::x, k.fx, k.cx, k.width, kColumns);
+    const Span columns = crosses ? Span{0, kColumns - 1} : span(p, &WorldPoint::x, k.fx, k.cx, k.width, kColumns);
     if (!(columns.first <= columns.last)) return;
     const Span rows = crosses ? Span{0, kRows - 1} : span(p, &WorldPoint::y, k.fy, k.cy, k.height, kRows);
     if (!(rows.first <= rows.last)) return;
@@ -91,8 +90,8 @@ class Glance {
     const double volume = dot(p[0], a);  // below 0: the camera is on the side from which corners turn left
     if (volume == 0) return;
     for (auto row = static_cast<std::size_t>(rows.first); row <= static_cast<std::size_t>(rows.last); ++row)
-      for (auto column = static_cast<std::size_t>(columns.first);
-           column <= static_cast<std::size_t>(columns.last); ++column) {
+      for (auto column = static_cast<std::size_t>(columns.first); column <= static_cast<std::size_t>(columns.last);
+           ++column) {
         const WorldPoint ray{((static_cast<double>(column) + 0.5) * k.width / kColumns - k.cx) / k.fx,
                              ((static_cast<double>(row) + 0.5) * k.height / kRows - k.cy) / k.fy, 1};
         // Ahead of the camera the ray meets the face where all three have the volume's sign.
@@ -122,8 +121,8 @@ class Glance {
     double first, last;
   };
 
-  static Span span(const std::array<WorldPoint, 3>& p, double WorldPoint::*axis, double focal, double centre,
-                   int size, std::size_t count) {
+  static Span span(const std::array<WorldPoint, 3>& p, double WorldPoint::*axis, double focal, double centre, int size,
+                   std::size_t count) {
     const auto end = static_cast<double>(count);
     double low = end, high = 0;
     for (const WorldPoint& corner : p) {
@@ -139,8 +138,8 @@ class Glance {
   std::vector<bool> back_;
 };
 
-// Views spread over the used ones whose frame is known: as many as keep the work small beside reading the
-// mesh, and never fewer than four.
+// Views spread over the used ones whose frame is known: as many as keep the work small beside reading the mesh, and
+// never fewer than four.
 std::vector<ViewId> some_views(const Scene& scene, std::span<const ViewId> used, std::size_t faces) {
   std::vector<ViewId> known;
   for (const ViewId id : used) {
@@ -175,13 +174,13 @@ Box box_of(const Scene& scene) {
 }
 
 std::string box_text(const Box& b) {
-  return fmt::format("x {:.3f} .. {:.3f}, y {:.3f} .. {:.3f}, z {:.3f} .. {:.3f}", b.low.x, b.high.x, b.low.y,
-                     b.high.y, b.low.z, b.high.z);
+  return fmt::format("x {:.3f} .. {:.3f}, y {:.3f} .. {:.3f}, z {:.3f} .. {:.3f}", b.low.x, b.high.x, b.low.y, b.high.y,
+                     b.low.z, b.high.z);
 }
 
 bool may_be_framed(const View& view, const Mesh& mesh, const Triangle& face) {
-  return hull_may_be_framed(view, std::array<WorldPoint, 3>{mesh.positions[face[0]], mesh.positions[face[1]],
-                                                            mesh.positions[face[2]]});
+  return hull_may_be_framed(
+      view, std::array<WorldPoint, 3>{mesh.positions[face[0]], mesh.positions[face[1]], mesh.positions[face[2]]});
 }
 
 void check_frames(const Mesh& mesh, const std::filesystem::path& mesh_file, const Scene& scene,
@@ -189,17 +188,15 @@ void check_frames(const Mesh& mesh, const std::filesystem::path& mesh_file, cons
   if (used.empty() || any_framed(mesh, scene, used)) return;
   const auto hull = corners(box_of(mesh));
   const bool behind = std::all_of(used.begin(), used.end(), [&](ViewId id) {
-    return std::none_of(hull.begin(), hull.end(), [&](const WorldPoint& p) {
-      return camera_from_world(scene.views[index(id)].pose, p).z > 0;
-    });
+    return std::none_of(hull.begin(), hull.end(),
+                        [&](const WorldPoint& p) { return camera_from_world(scene.views[index(id)].pose, p).z > 0; });
   });
   std::string text = fmt::format("no photo sees any face, the mesh lies {}: it spans {}, the cameras {}",
-                                 behind ? "behind every camera" : "outside every frame",
-                                 box_text(box_of(mesh)), box_text(box_of(scene)));
+                                 behind ? "behind every camera" : "outside every frame", box_text(box_of(mesh)),
+                                 box_text(box_of(scene)));
   const WorldPoint& o = scene.offset;
   if (!(o == WorldPoint{}))
-    text += fmt::format(" (which is {} less {} {} {})", scene.srs.empty() ? "their system" : scene.srs, o.x,
-                        o.y, o.z);
+    text += fmt::format(" (which is {} less {} {} {})", scene.srs.empty() ? "their system" : scene.srs, o.x, o.y, o.z);
   else if (!scene.srs.empty())
     text += fmt::format(" (in {})", scene.srs);
   throw InputError(mesh_file, "", text + "; expected both in the same coordinates");
@@ -235,8 +232,7 @@ std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span
     Glance glance(view);
     for (std::size_t r = 0; r < runs; ++r)
       if (hull_may_be_framed(view, hulls[r]))
-        for (std::size_t f = r * kRun; f < std::min(faces, (r + 1) * kRun); ++f)
-          glance.add(mesh, mesh.faces[f]);
+        for (std::size_t f = r * kRun; f < std::min(faces, (r + 1) * kRun); ++f) glance.add(mesh, mesh.faces[f]);
     seen += glance.seen();
     backs += glance.backs();
   });
@@ -245,21 +241,20 @@ std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span
 }
 
 std::string check_winding(std::optional<double> backs, const std::filesystem::path& mesh_file) {
-  // A mesh turned right shows backs only where it is open: through holes, beyond its rim, of single sheets.
-  // Scans from photos showed none, made-up walls with slits to look through 3.5 %. Above nine in ten hardly
-  // anything would get a photo.
+  // A mesh turned right shows backs only where it is open: through holes, beyond its rim, of single sheets. Scans from
+  // photos showed none, made-up walls with slits to look through 3.5 %. Above nine in ten hardly anything would get a
+  // photo.
   constexpr double kInsideOut = 0.9, kSuspect = 0.2;
   if (!backs || *backs < kSuspect) return {};
-  const std::string share =
-      fmt::format("{:.0f} % of what the cameras see of it are backs of faces", 100 * *backs);
+  const std::string share = fmt::format("{:.0f} % of what the cameras see of it are backs of faces", 100 * *backs);
   constexpr const char* kExpected =
       "expected corners counter-clockwise seen from outside (turn the faces over when exporting)";
   if (*backs > kInsideOut)
-    throw InputError(mesh_file, "",
-                     fmt::format("the mesh looks inside out, or the cameras stand behind its surface: {}; {}",
-                                 share, kExpected));
-  return fmt::format("{}: parts of the mesh look inside out: {}, which get no photo; {}", mesh_file.string(),
-                     share, kExpected);
+    throw InputError(
+        mesh_file, "",
+        fmt::format("the mesh looks inside out, or the cameras stand behind its surface: {}; {}", share, kExpected));
+  return fmt::format("{}: parts of the mesh look inside out: {}, which get no photo; {}", mesh_file.string(), share,
+                     kExpected);
 }
 
 }  // namespace gpvc

@@ -36,8 +36,7 @@ std::string option_name(const CLI::Option& option) {
   std::string name;
   for (const std::string& s : option.get_snames()) name += (name.empty() ? "-" : ", -") + s;
   for (const std::string& l : option.get_lnames()) name += (name.empty() ? "--" : ", --") + l;
-  if (option.get_items_expected_max() > 0 && option.get_type_size_max() > 0)
-    name += " " + option.get_type_name();
+  if (option.get_items_expected_max() > 0 && option.get_type_size_max() > 0) name += " " + option.get_type_name();
   return name;
 }
 

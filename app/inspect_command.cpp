@@ -18,8 +18,8 @@ namespace {
 
 std::string camera_text(const Camera& c) {
   if (c.width == 0) return "size and focal length depend on the photo, which is missing";
-  std::string text = fmt::format("{} x {} px, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}", c.width, c.height,
-                                 c.fx, c.fy, c.cx, c.cy);
+  std::string text =
+      fmt::format("{} x {} px, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}", c.width, c.height, c.fx, c.fy, c.cx, c.cy);
   const Distortion& d = c.distortion;
   if (d.is_identity()) return text + ", no distortion";
   text += fmt::format(", {}", lens_model_name(d.model));
@@ -59,8 +59,8 @@ void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& co
   console.result("cameras  " + box_text(box_of(scene)));
   if (!scene.srs.empty()) console.result("srs      " + scene.srs);
   if (!(scene.offset == WorldPoint{}))
-    console.result(fmt::format("offset   {} {} {} to be added for the srs", scene.offset.x, scene.offset.y,
-                               scene.offset.z));
+    console.result(
+        fmt::format("offset   {} {} {} to be added for the srs", scene.offset.x, scene.offset.y, scene.offset.z));
   for (const std::string& warning : scene.warnings) console.warning(warning);
 }
 
@@ -96,18 +96,17 @@ void print_mesh(const SceneInputData& in, Console& console) {
       readable_count(topology.boundary_loops), readable_count(topology.nonmanifold_faces),
       readable_count(topology.degenerate_faces), readable_count(topology.unused_vertices)));
   const MeshFlaws flaws = mesh_flaws(mesh);
-  console.result(fmt::format(
-      "flaws    {} duplicate faces, {} faces without area, {} duplicate vertices; all are kept in their "
-      "place",
-      readable_count(flaws.duplicate_faces), readable_count(flaws.flat_faces + flaws.degenerate_faces),
-      readable_count(flaws.duplicate_vertices)));
+  console.result(
+      fmt::format("flaws    {} duplicate faces, {} faces without area, {} duplicate vertices; all are kept in their "
+                  "place",
+                  readable_count(flaws.duplicate_faces), readable_count(flaws.flat_faces + flaws.degenerate_faces),
+                  readable_count(flaws.duplicate_vertices)));
   console.result("extent   " + box_text(box_of(mesh)));
 }
 
-// From runs on two cores without a GPU (README, "Figures"): 0.35 GB for any run (OpenGL in software, the
-// program, the preview), 1650 bytes a face over the photos, 0.1 processor seconds a megapixel of photo to see
-// and paint, 11 microseconds a face to choose. Right within a factor of two there; a GPU does not change it
-// much.
+// From runs on two cores without a GPU (README, "Figures"): 0.35 GB for any run (OpenGL in software, the program, the
+// preview), 1650 bytes a face over the photos, 0.1 processor seconds a megapixel of photo to see and paint, 11
+// microseconds a face to choose. Right within a factor of two there; a GPU does not change it much.
 void print_estimate(const SceneInputData& in, int threads, Console& console) {
   double pixels = 0;
   for (const ViewId id : in.used) {
@@ -123,23 +122,19 @@ void print_estimate(const SceneInputData& in, int threads, Console& console) {
                   bytes / 1e9, readable_duration(seconds), threads));
 }
 
-void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_file, int threads,
-                    Console& console) {
-  console.result(
-      fmt::format("in frame {:.1f} % of the faces may lie in some photo's frame (occlusion not looked at)",
-                  100 * framed_share(in.mesh, in.scene, in.used)));
+void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_file, int threads, Console& console) {
+  console.result(fmt::format("in frame {:.1f} % of the faces may lie in some photo's frame (occlusion not looked at)",
+                             100 * framed_share(in.mesh, in.scene, in.used)));
   const std::optional<double> backs = back_share(in.mesh, in.scene, in.used);
   throw_if_interrupted();
   if (backs)
-    console.result(
-        fmt::format("turned   {:.1f} % of what the cameras see of it are backs of faces", 100 * *backs));
+    console.result(fmt::format("turned   {:.1f} % of what the cameras see of it are backs of faces", 100 * *backs));
   const std::vector<double> sampling = sampling_of(in);
   throw_if_interrupted();
   if (!sampling.empty())
-    console.result(
-        fmt::format("sampling {:.6g} units a pixel in the median, {:.6g} .. {:.6g} for nine in ten",
-                    sampling[sampling.size() / 2], sampling[sampling.size() / 20],
-                    sampling[sampling.size() - 1 - sampling.size() / 20]));
+    console.result(fmt::format("sampling {:.6g} units a pixel in the median, {:.6g} .. {:.6g} for nine in ten",
+                               sampling[sampling.size() / 2], sampling[sampling.size() / 20],
+                               sampling[sampling.size() - 1 - sampling.size() / 20]));
   console.result(fmt::format("up       {}", up_name(scene_up(in.scene, in.used))));
   print_estimate(in, threads, console);
   try {

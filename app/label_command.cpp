@@ -13,19 +13,17 @@ void run_label(const LabelOptions& options, Console& console) {
     const Mesh mesh = read_mesh(options.mesh);
     const CostTable table = read_costs(options.costs);
     if (table.faces() != mesh.faces.size())
-      throw InputError(
-          options.costs, "",
-          fmt::format("has costs for {} faces, the mesh has {}", table.faces(), mesh.faces.size()));
+      throw InputError(options.costs, "",
+                       fmt::format("has costs for {} faces, the mesh has {}", table.faces(), mesh.faces.size()));
     FaceGraph graph = face_graph(mesh);
     weigh_edges(mesh, options.edge_weights, graph);
-    reading.finish(fmt::format("{} faces, {} candidates", readable_count(table.faces()),
-                               readable_count(table.costs.size())));
+    reading.finish(
+        fmt::format("{} faces, {} candidates", readable_count(table.faces()), readable_count(table.costs.size())));
 
     Stage solving(console, record, "view selection", "sweeps", true);
     const Selection selection = select_views(table, graph, options.solver, solving.reporter());
     for (const SweepReport& sweep : selection.sweeps)
-      console.detail(
-          fmt::format("  sweep {}: energy {:.1f}, {:.2f} s", sweep.sweep, sweep.energy, sweep.seconds));
+      console.detail(fmt::format("  sweep {}: energy {:.1f}, {:.2f} s", sweep.sweep, sweep.energy, sweep.seconds));
     solving.finish(fmt::format("{} sweeps", selection.sweeps.size()));
 
     std::vector<std::int32_t> labels;

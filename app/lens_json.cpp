@@ -39,9 +39,8 @@ std::array<Term, 16> further_terms(const Distortion& d) {
 }  // namespace
 
 const char* lens_model_name(LensModel model) {
-  constexpr std::array<const char*, 9> kNames{"opencv",    "perspective", "equidistant",
-                                              "equisolid", "fov",         "inverse_radial",
-                                              "division",  "unified",     "fisheye_624"};
+  constexpr std::array<const char*, 9> kNames{"opencv",         "perspective", "equidistant", "equisolid",  "fov",
+                                              "inverse_radial", "division",    "unified",     "fisheye_624"};
   return kNames[static_cast<std::size_t>(model)];
 }
 

@@ -15,8 +15,7 @@ std::size_t edits(const std::string& a, const std::string& b) {
     std::size_t diagonal = row[0];
     row[0] = i;
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t next =
-          std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      const std::size_t next = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
       diagonal = row[j];
       row[j] = next;
     }
@@ -26,8 +25,8 @@ std::size_t edits(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-std::vector<std::string> near_words(const std::string& word, const std::vector<std::string>& words,
-                                    std::size_t count, std::size_t most_edits) {
+std::vector<std::string> near_words(const std::string& word, const std::vector<std::string>& words, std::size_t count,
+                                    std::size_t most_edits) {
   std::vector<std::pair<std::size_t, std::string>> near;
   for (const std::string& known : words) near.emplace_back(edits(word, known), known);
   count = std::min(count, near.size());

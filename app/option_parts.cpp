@@ -10,8 +10,7 @@ constexpr const char* kVisibilityGroup = "Visibility";
 }  // namespace
 
 CLI::Validator not_empty() {
-  return CLI::Validator(
-      [](std::string& given) { return given.empty() ? std::string("is empty") : std::string(); }, "");
+  return CLI::Validator([](std::string& given) { return given.empty() ? std::string("is empty") : std::string(); }, "");
 }
 
 void add_common(CLI::App& app, CommonOptions& common) {
@@ -43,23 +42,21 @@ CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh) {
 }
 
 void add_scene(CLI::App& app, SceneInput& input) {
-  app.add_option(
-         "SCENE", input.scene,
-         "Cameras and photos, told by what is there: a COLMAP model, an OpenSfM or OpenDroneMap "
-         "reconstruction, a ContextCapture BlocksExchange or Agisoft Metashape XML file, an OpenMVS scene "
-         "or a folder of photos with mvs-texturing's .cam files; the file or its folder")
+  app.add_option("SCENE", input.scene,
+                 "Cameras and photos, told by what is there: a COLMAP model, an OpenSfM or OpenDroneMap "
+                 "reconstruction, a ContextCapture BlocksExchange or Agisoft Metashape XML file, an OpenMVS scene "
+                 "or a folder of photos with mvs-texturing's .cam files; the file or its folder")
       ->required();
 }
 
 void add_masks(CLI::App& app, SceneInput& input) {
   constexpr const char* kGroup = "Input";
-  auto* masks_dir =
-      app.add_option("--masks", input.masks_dir,
-                     "Folder of masks of the photos' size, black where a pixel must not be used: "
-                     "NAME.mask.png, NAME without its extension likewise, or NAME.png")
-          ->type_name("DIR")
-          ->default_str("NAME.mask.png beside the photos")
-          ->group(kGroup);
+  auto* masks_dir = app.add_option("--masks", input.masks_dir,
+                                   "Folder of masks of the photos' size, black where a pixel must not be used: "
+                                   "NAME.mask.png, NAME without its extension likewise, or NAME.png")
+                        ->type_name("DIR")
+                        ->default_str("NAME.mask.png beside the photos")
+                        ->group(kGroup);
   app.add_flag("!--no-masks", input.masks, "Use every pixel, whatever masks and alpha channels say")
       ->excludes(masks_dir)
       ->group(kGroup);
@@ -102,14 +99,12 @@ void add_output(CLI::App& app, std::filesystem::path& out, bool& force) {
       ->required()
       ->check(not_empty())
       ->group(kGroup);
-  app.add_flag("--force", force, "Replace an earlier result in OUT once the new one is complete")
-      ->group(kGroup);
+  app.add_flag("--force", force, "Replace an earlier result in OUT once the new one is complete")->group(kGroup);
 }
 
 void add_visibility(CLI::App& app, VisibilityOptions& options) {
-  constexpr Choice<CoverageCorrection> kCorrections[] = {{"off", CoverageCorrection::off},
-                                                         {"paper", CoverageCorrection::paper},
-                                                         {"exact", CoverageCorrection::exact}};
+  constexpr Choice<CoverageCorrection> kCorrections[] = {
+      {"off", CoverageCorrection::off}, {"paper", CoverageCorrection::paper}, {"exact", CoverageCorrection::exact}};
   constexpr Choice<Classifier> kClassifiers[] = {
       {"auto", Classifier::automatic}, {"cpu", Classifier::cpu}, {"gpu", Classifier::gpu}};
   const auto set_mode = [&options](const std::string& mode) {
@@ -135,8 +130,8 @@ void add_visibility(CLI::App& app, VisibilityOptions& options) {
   // Options take effect in the order they are added: the mode is known here.
   const auto set_projection = [&options](Projection projection) {
     if (options.method != Method::gpvc)
-      throw CLI::ValidationError(
-          "--projection", fmt::format("belongs to the gpvc modes, not to {}", visibility_mode_name(options)));
+      throw CLI::ValidationError("--projection",
+                                 fmt::format("belongs to the gpvc modes, not to {}", visibility_mode_name(options)));
     options.projection = projection;
   };
   constexpr Choice<Projection> kProjections[] = {{"apc", Projection::apc}, {"spc", Projection::spc}};
@@ -149,25 +144,23 @@ void add_visibility(CLI::App& app, VisibilityOptions& options) {
   for (const auto& choice : kCorrections)
     if (choice.value == VisibilityOptions{}.correction) fallback = choice.name;
   add_choice<CoverageCorrection>(
-      app, "--coverage-correction", kCorrections, [&](CoverageCorrection v) { options.correction = v; },
-      fallback, "Repair of what the rasterizer's snapping and rounding got wrong")
+      app, "--coverage-correction", kCorrections, [&](CoverageCorrection v) { options.correction = v; }, fallback,
+      "Repair of what the rasterizer's snapping and rounding got wrong")
       ->group(kVisibilityGroup);
   add_choice<Classifier>(
       app, "--classifier", kClassifiers, [&](Classifier v) { options.classifier = v; }, "auto",
       "Where faces are classified; the result is the same")
       ->group(kVisibilityGroup);
   const auto set_drawing = [&options](Drawing drawing) {
-    if (const std::string obstacle = native_drawing_obstacle(options);
-        drawing == Drawing::native && !obstacle.empty())
+    if (const std::string obstacle = native_drawing_obstacle(options); drawing == Drawing::native && !obstacle.empty())
       throw CLI::ValidationError("--drawing", "native cannot be had here: " + obstacle);
     options.drawing = drawing;
   };
   constexpr Choice<Drawing> kDrawings[] = {
       {"auto", Drawing::automatic}, {"opengl", Drawing::opengl}, {"native", Drawing::native}};
-  add_choice<Drawing>(
-      app, "--drawing", kDrawings, set_drawing, "auto",
-      "What draws the item buffer of gpvc. native: a rasterizer of ours, which auto takes where OpenGL "
-      "would be drawn by the CPU as well, and more slowly; the classes are the same")
+  add_choice<Drawing>(app, "--drawing", kDrawings, set_drawing, "auto",
+                      "What draws the item buffer of gpvc. native: a rasterizer of ours, which auto takes where OpenGL "
+                      "would be drawn by the CPU as well, and more slowly; the classes are the same")
       ->group(kVisibilityGroup);
   app.add_flag("!--no-subpixel", options.subpixel, "Do not resolve faces smaller than a pixel")
       ->group(kVisibilityGroup);

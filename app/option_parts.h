@@ -20,8 +20,7 @@ struct Choice {
   Value value;
 };
 
-// A number of the type within bounds. Unlike CLI::Range it refuses NaN, says what it wanted, and keeps out of
-// the help.
+// A number of the type within bounds. Unlike CLI::Range it refuses NaN, says what it wanted, and keeps out of the help.
 template <class Value>
 CLI::Validator in_range(Value least, Value most) {
   const std::string kind = std::is_integral_v<Value> ? "a whole number" : "a number";
@@ -37,8 +36,7 @@ CLI::Validator in_range(Value least, Value most) {
 // An option that takes one of a few words.
 template <class Value, std::size_t kCount>
 CLI::Option* add_choice(CLI::App& app, const std::string& name, const Choice<Value> (&choices)[kCount],
-                        std::function<void(Value)> set, const std::string& fallback,
-                        const std::string& text) {
+                        std::function<void(Value)> set, const std::string& fallback, const std::string& text) {
   std::string words;
   for (const auto& choice : choices) words += (words.empty() ? "" : "|") + std::string(choice.name);
   const std::vector<Choice<Value>> known(std::begin(choices), std::end(choices));

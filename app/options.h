@@ -22,9 +22,7 @@ struct CommonOptions {
   std::filesystem::path log;
   bool quiet = false, verbose = false;
   std::vector<std::string> command_line;  ///< as given, for run.json
-  Loudness loudness() const {
-    return quiet ? Loudness::quiet : verbose ? Loudness::verbose : Loudness::normal;
-  }
+  Loudness loudness() const { return quiet ? Loudness::quiet : verbose ? Loudness::verbose : Loudness::normal; }
 };
 
 struct SceneInput {

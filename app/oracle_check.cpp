@@ -91,13 +91,12 @@ std::string OracleCheck::report() const {
       kClassNames[0], kClassNames[1], kClassNames[2]);
   const std::size_t rows = any_unresolved() ? 4 : 3;
   for (std::size_t i = 0; i < rows; ++i)
-    text += fmt::format("{:22} {:>12} {:>12} {:>12}\n", kClassNames[i], matrix_[i][0], matrix_[i][1],
-                        matrix_[i][2]);
+    text += fmt::format("{:22} {:>12} {:>12} {:>12}\n", kClassNames[i], matrix_[i][0], matrix_[i][1], matrix_[i][2]);
   text += fmt::format("{} disagreements; {} tied apart, {} of them classed otherwise", disagreements_, tied_,
                       tied_differing_);
   for (const Disagreement& d : first_)
-    text += fmt::format("\n  {} face {}: {} for {}, centroid at ({:.2f}, {:.2f}) px", d.view, d.face,
-                        name_of(d.found), name_of(d.truth), d.x, d.y);
+    text += fmt::format("\n  {} face {}: {} for {}, centroid at ({:.2f}, {:.2f}) px", d.view, d.face, name_of(d.found),
+                        name_of(d.truth), d.x, d.y);
   if (disagreements_ > first_.size()) text += fmt::format("\n  and {} more", disagreements_ - first_.size());
   return text;
 }

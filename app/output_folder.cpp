@@ -32,8 +32,8 @@ bool is_written_by(std::string_view command, const std::string& name) {
   using Names = std::vector<std::string_view>;
   static const std::map<std::string_view, Names> kWritten = {
       {"texture",
-       {"model.obj", "model.mtl", "model.glb", "model.gltf", "model.bin", "preview.png", "views.json",
-        "labels.npy", "tags.npy", "faces.npy", "source_faces.npy", "offset.txt"}},
+       {"model.obj", "model.mtl", "model.glb", "model.gltf", "model.bin", "preview.png", "views.json", "labels.npy",
+        "tags.npy", "faces.npy", "source_faces.npy", "offset.txt"}},
       {"visibility", {"views.json", "oracle.json"}},
       {"compare", {"report.html", "report.md", "report.json"}},
       {"compare --summarize", {"summary.html", "summary.md", "summary.json"}},
@@ -126,8 +126,8 @@ FolderLock locked(const fs::path& folder) {
   return {-1, others};
 }
 
-// Left by a run that was killed: nobody holds its lock. (Numbers of processes say nothing: they recur, in
-// containers at once, and are others on other machines.)
+// Left by a run that was killed: nobody holds its lock. (Numbers of processes say nothing: they recur, in containers at
+// once, and are others on other machines.)
 void remove_abandoned(const fs::path& out) {
   std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(out))
@@ -156,17 +156,15 @@ OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) :
       throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'; choose another folder", other));
     listed_ = listed_outputs(out_);
     if (!listed_.empty() && !force)
-      throw OutputError(out_,
-                        fmt::format("already holds a result ({}); choose another folder, or give --force to "
-                                    "replace it when the new one is complete",
-                                    *listed_.begin()));
+      throw OutputError(out_, fmt::format("already holds a result ({}); choose another folder, or give --force to "
+                                          "replace it when the new one is complete",
+                                          *listed_.begin()));
     for (const auto& entry : fs::directory_iterator(out_)) {
       const std::string name = entry.path().filename().string();
       if (name.starts_with(kEarlier))
-        throw OutputError(
-            entry.path(),
-            "holds an earlier result, as a run was killed while it replaced it; move the files back "
-            "or remove them first");
+        throw OutputError(entry.path(),
+                          "holds an earlier result, as a run was killed while it replaced it; move the files back "
+                          "or remove them first");
       if (is_written_by(command, name)) refuse_strangers(name);
     }
     remove_abandoned(out_);
@@ -201,17 +199,15 @@ void OutputFolder::refuse_strangers(const std::string& name) const {
   if (!is_there(path)) return;
   if (!listed_.contains(fs::path(name).lexically_normal().generic_string()))
     throw OutputError(path, "would be replaced, and belongs to no earlier result; choose another folder");
-  if (fs::is_directory(path))
-    throw OutputError(path, "is a folder where a file is to be; choose another folder");
+  if (fs::is_directory(path)) throw OutputError(path, "is a folder where a file is to be; choose another folder");
 }
 
 void OutputFolder::protect(const std::set<fs::path>& inputs) {
   for (const fs::path& input : inputs) protected_.insert(fs::weakly_canonical(input));
   for (const std::string& name : listed_)
     if (protected_.contains(fs::weakly_canonical(out_ / name)))
-      throw OutputError(
-          out_ / name,
-          "is read by this run and belongs to the result it would replace; choose another folder");
+      throw OutputError(out_ / name,
+                        "is read by this run and belongs to the result it would replace; choose another folder");
 }
 
 fs::path OutputFolder::file(const fs::path& relative) {
@@ -230,8 +226,7 @@ fs::path OutputFolder::file(const fs::path& relative) {
 void OutputFolder::promise_all() {
   promised_.clear();
   for (const auto& entry : fs::recursive_directory_iterator(unfinished_))
-    if (entry.is_regular_file())
-      promised_.push_back(entry.path().lexically_relative(unfinished_).generic_string());
+    if (entry.is_regular_file()) promised_.push_back(entry.path().lexically_relative(unfinished_).generic_string());
   std::sort(promised_.begin(), promised_.end());
 }
 
@@ -308,8 +303,7 @@ std::string OutputFolder::with_final_names(std::string message) const {
 fs::path contained_path(const std::string& name) {
   const fs::path path = fs::path(name).lexically_normal();
   const bool escapes = path.empty() || path == "." || path.has_root_path() || *path.begin() == "..";
-  if (escapes || !path.has_filename())
-    throw OutputError(name, "is no name for a file inside the output folder");
+  if (escapes || !path.has_filename()) throw OutputError(name, "is no name for a file inside the output folder");
   return path;
 }
 

@@ -1,5 +1,5 @@
-// The folder a command promises its files in: nothing half-written under a final name, nobody's result
-// overwritten by mistake.
+// The folder a command promises its files in: nothing half-written under a final name, nobody's result overwritten by
+// mistake.
 #pragma once
 
 #include <filesystem>
@@ -11,27 +11,25 @@
 
 namespace gpvc {
 
-/// Files are made in a hidden folder inside OUT and move to their final names all together at the end,
-/// `run.json` last. Until then an earlier result stays as it is; a run that fails or is interrupted leaves
-/// OUT as it found it.
+/// Files are made in a hidden folder inside OUT and move to their final names all together at the end, `run.json` last.
+/// Until then an earlier result stays as it is; a run that fails or is interrupted leaves OUT as it found it.
 class OutputFolder {
  public:
-  /// Creates OUT and its parents. Throws OutputError when it cannot be written, when it holds an earlier
-  /// result and `force` is false, when the run.json there is of another `command`, and when a file is in the
-  /// way that belongs to no earlier result (as far as it is known what `command` will write; else file() and
-  /// publish() tell).
+  /// Creates OUT and its parents. Throws OutputError when it cannot be written, when it holds an earlier result and
+  /// `force` is false, when the run.json there is of another `command`, and when a file is in the way that belongs to
+  /// no earlier result (as far as it is known what `command` will write; else file() and publish() tell).
   OutputFolder(std::filesystem::path out, bool force, std::string_view command);
   /// Removes what was not published, and folders made in vain.
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  /// Files that the run reads: neither removed with an earlier result nor replaced by the new one. Throws
-  /// OutputError when the earlier result holds one of them. O(n log n).
+  /// Files that the run reads: neither removed with an earlier result nor replaced by the new one. Throws OutputError
+  /// when the earlier result holds one of them. O(n log n).
   void protect(const std::set<std::filesystem::path>& inputs);
 
-  /// Where to write the file that will be OUT/`relative`; parents are made. The file is promised from now on.
-  /// Throws OutputError when `relative` would leave OUT, or a stranger's file has that name.
+  /// Where to write the file that will be OUT/`relative`; parents are made. The file is promised from now on. Throws
+  /// OutputError when `relative` would leave OUT, or a stranger's file has that name.
   std::filesystem::path file(const std::filesystem::path& relative);
   /// Throws OutputError when OUT/`name` exists and is no file of the earlier result.
   void refuse_strangers(const std::string& name) const;
@@ -44,9 +42,9 @@ class OutputFolder {
   /// Files of the earlier result.
   const std::set<std::string>& listed() const { return listed_; }
 
-  /// Puts every promised file in the place of the earlier result. Throws OutputError when one is missing,
-  /// when its name is a protected file's or a stranger's, and when a file cannot be moved; then the earlier
-  /// result is back. A run that is killed within this leaves the earlier files in a hidden folder inside OUT.
+  /// Puts every promised file in the place of the earlier result. Throws OutputError when one is missing, when its name
+  /// is a protected file's or a stranger's, and when a file cannot be moved; then the earlier result is back. A run
+  /// that is killed within this leaves the earlier files in a hidden folder inside OUT.
   void publish();
   /// `message` with the names of files in the making replaced by their final names.
   std::string with_final_names(std::string message) const;
@@ -62,12 +60,11 @@ class OutputFolder {
   std::set<std::filesystem::path> protected_;  ///< canonical
 };
 
-/// How run.json lists files: names, and {"name", "bytes"} for one that is no UTF-8, `bytes` in hexadecimal
-/// digits.
+/// How run.json lists files: names, and {"name", "bytes"} for one that is no UTF-8, `bytes` in hexadecimal digits.
 nlohmann::ordered_json outputs_json(const std::vector<std::string>& names);
 
-/// A path below a folder from a name that a scene file gives: keeps sub-folders, refuses what leaves the
-/// folder ("..", a root). Throws OutputError.
+/// A path below a folder from a name that a scene file gives: keeps sub-folders, refuses what leaves the folder ("..",
+/// a root). Throws OutputError.
 std::filesystem::path contained_path(const std::string& name);
 
 }  // namespace gpvc

@@ -9,9 +9,8 @@ ColourProfile profile_of_photos(const SceneInputData& input, Console& console) {
   const auto view_of = [&](std::size_t n) -> const View& { return input.scene.views[index(input.used[n])]; };
   const ColourProfile first = read_colour_profile(view_of(0).photo);
   std::vector<std::uint8_t> differs(input.used.size(), 0);
-  tbb::parallel_for(std::size_t{1}, input.used.size(), [&](std::size_t n) {
-    differs[n] = read_colour_profile(view_of(n).photo) != first ? 1 : 0;
-  });
+  tbb::parallel_for(std::size_t{1}, input.used.size(),
+                    [&](std::size_t n) { differs[n] = read_colour_profile(view_of(n).photo) != first ? 1 : 0; });
   constexpr std::size_t kHandful = 5;
   std::string named;
   std::size_t count = 0;
@@ -21,11 +20,11 @@ ColourProfile profile_of_photos(const SceneInputData& input, Console& console) {
     if (count == kHandful + 1) named += ", ...";
   }
   if (count > 0)
-    console.warning(fmt::format(
-        "{} of {} photos carry another colour profile than {}, {}: {}; colours are not "
-        "converted",
-        count, differs.size(), view_of(0).name,
-        first.empty() ? "which has none, so the pages have none" : "whose profile the pages keep", named));
+    console.warning(
+        fmt::format("{} of {} photos carry another colour profile than {}, {}: {}; colours are not "
+                    "converted",
+                    count, differs.size(), view_of(0).name,
+                    first.empty() ? "which has none, so the pages have none" : "whose profile the pages keep", named));
   return first;
 }
 

@@ -29,8 +29,7 @@ std::size_t photo_cache_bytes() {
   return std::min(memory / 4, std::size_t{1} << 30);
 }
 
-FaceGraph weighed_graph(const Mesh& mesh, const TextureOptions& options, Console& console,
-                        RunRecord& record) {
+FaceGraph weighed_graph(const Mesh& mesh, const TextureOptions& options, Console& console, RunRecord& record) {
   Stage adjacency(console, record, "face graph");
   FaceGraph graph = face_graph(mesh);
   weigh_edges(mesh, options.edge_weights, graph);
@@ -38,9 +37,8 @@ FaceGraph weighed_graph(const Mesh& mesh, const TextureOptions& options, Console
   return graph;
 }
 
-SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice& device,
-                    const TextureOptions& options, Console& console, RunRecord& record,
-                    const ViewObserver& observe) {
+SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice& device, const TextureOptions& options,
+                    Console& console, RunRecord& record, const ViewObserver& observe) {
   Stage stage(console, record, "visibility and costs", "views");
   VisibilityStage visibility(device, in.mesh, options.visibility);
   console.note("drawing: " + visibility.drawing_note());
@@ -65,8 +63,7 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
     if (observe) observe(id, visible);
     if (visible.statistics.full + visible.statistics.partial == 0)
       console.warning(fmt::format(
-          "{}: sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong",
-          view.name));
+          "{}: sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong", view.name));
     seen.full += visible.statistics.full;
     seen.partial += visible.statistics.partial;
     coverage.add(visible.coverage);
@@ -97,8 +94,7 @@ SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice
   return seen;
 }
 
-void count_tags(const Candidates& candidates, const std::filesystem::path& mesh, Console& console,
-                RunRecord& record) {
+void count_tags(const Candidates& candidates, const std::filesystem::path& mesh, Console& console, RunRecord& record) {
   std::array<std::size_t, 3> counts{};
   for (const FaceTag tag : candidates.tags) ++counts[static_cast<std::size_t>(tag)];
   record.counts["tags"] = {{"seen", counts[0]}, {"partial", counts[1]}, {"filled", counts[2]}};
@@ -106,25 +102,22 @@ void count_tags(const Candidates& candidates, const std::filesystem::path& mesh,
       {"full", candidates.full}, {"partial", candidates.partial}, {"rejected", candidates.rejected}};
   const double total = static_cast<double>(candidates.tags.size());
   console.note(fmt::format("faces: {:.1f} % seen whole by some view, {:.1f} % in parts, {:.1f} % filled",
-                           100 * static_cast<double>(counts[0]) / total,
-                           100 * static_cast<double>(counts[1]) / total,
+                           100 * static_cast<double>(counts[0]) / total, 100 * static_cast<double>(counts[1]) / total,
                            100 * static_cast<double>(counts[2]) / total));
   if (counts[0] + counts[1] == 0)
-    throw InputError(
-        mesh, "",
-        "no photo sees any face of the mesh: are mesh and cameras in the same coordinates, and the "
-        "cameras outside the mesh?");
+    throw InputError(mesh, "",
+                     "no photo sees any face of the mesh: are mesh and cameras in the same coordinates, and the "
+                     "cameras outside the mesh?");
   if (20 * (counts[0] + counts[1]) < candidates.tags.size())
     console.warning("photos see less than 5 % of the faces; are mesh and cameras in the same coordinates?");
 }
 
-Selection choose_views(const SeenScene& seen, const FaceGraph& graph, const TextureOptions& options,
-                       Console& console, RunRecord& record) {
+Selection choose_views(const SeenScene& seen, const FaceGraph& graph, const TextureOptions& options, Console& console,
+                       RunRecord& record) {
   Stage stage(console, record, "view selection", "sweeps", true);
   Selection selection = select_views(seen.candidates.table, graph, options.solver, stage.reporter());
   for (const SweepReport& sweep : selection.sweeps)
-    console.detail(
-        fmt::format("  sweep {}: energy {:.1f}, {:.2f} s", sweep.sweep, sweep.energy, sweep.seconds));
+    console.detail(fmt::format("  sweep {}: energy {:.1f}, {:.2f} s", sweep.sweep, sweep.energy, sweep.seconds));
   record.counts["energy"] = selection.energy;
   record.counts["differing_pairs"] = selection.differing_pairs;
   record.counts["patches"] = selection.patches;
@@ -137,17 +130,16 @@ namespace {
 
 // Before photos are read: who finds this too much can stop here and set limits.
 void note_estimate(const AtlasEstimate& e, Console& console) {
-  std::string text = fmt::format("estimate: {} {} with {:.1f} megatexels in all, {} charts", e.pages,
-                                 e.pages == 1 ? "page" : "pages", static_cast<double>(e.page_texels) * 1e-6,
-                                 readable_count(e.charts));
+  std::string text =
+      fmt::format("estimate: {} {} with {:.1f} megatexels in all, {} charts", e.pages, e.pages == 1 ? "page" : "pages",
+                  static_cast<double>(e.page_texels) * 1e-6, readable_count(e.charts));
   if (e.reduction < 1) text += fmt::format("; reduced to {:.1f} % to meet the limits", 100 * e.reduction);
   console.note(text);
 }
 
 }  // namespace
 
-TextureAtlas make_atlas(const AtlasInput& input, const TextureOptions& options, Console& console,
-                        RunRecord& record) {
+TextureAtlas make_atlas(const AtlasInput& input, const TextureOptions& options, Console& console, RunRecord& record) {
   Stage stage(console, record, "atlas", "steps");
   const AtlasPlan plan = plan_atlas(input, options.atlas);
   note_estimate(plan.estimate(), console);
@@ -171,11 +163,9 @@ TextureAtlas make_atlas(const AtlasInput& input, const TextureOptions& options, 
     record.counts["seam_step_after"] = s.seam_step_after;
     seams = fmt::format(", seam step {:.1f} to {:.1f}", s.seam_step_before, s.seam_step_after);
   }
-  const double fill =
-      s.page_texels == 0 ? 0 : static_cast<double>(s.chart_texels) / static_cast<double>(s.page_texels);
-  stage.finish(fmt::format("{} charts on {} {} ({:.0f} % full){}", readable_count(s.charts),
-                           atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages", 100 * fill,
-                           seams));
+  const double fill = s.page_texels == 0 ? 0 : static_cast<double>(s.chart_texels) / static_cast<double>(s.page_texels);
+  stage.finish(fmt::format("{} charts on {} {} ({:.0f} % full){}", readable_count(s.charts), atlas.pages.size(),
+                           atlas.pages.size() == 1 ? "page" : "pages", 100 * fill, seams));
   return atlas;
 }
 

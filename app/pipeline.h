@@ -1,5 +1,5 @@
-// The steps of texturing, as the commands string them together: what the views see, one view per face, the
-// atlas. Each is a stage on the console and in the record.
+// The steps of texturing, as the commands string them together: what the views see, one view per face, the atlas. Each
+// is a stage on the console and in the record.
 #pragma once
 
 #include <cstddef>
@@ -32,21 +32,18 @@ struct SeenScene {
 /// Called for each view once it is classified, on the caller's thread.
 using ViewObserver = std::function<void(ViewId, const ViewVisibility&)>;
 
-/// View after view: while the device draws one, the costs of the one before are taken and the next photo is
-/// decoded. Throws GpuError, InputError, Cancelled.
-SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice& device,
-                    const TextureOptions& options, Console& console, RunRecord& record,
-                    const ViewObserver& observe = {});
+/// View after view: while the device draws one, the costs of the one before are taken and the next photo is decoded.
+/// Throws GpuError, InputError, Cancelled.
+SeenScene see_views(const SceneInputData& in, PhotoCache& photos, GraphicsDevice& device, const TextureOptions& options,
+                    Console& console, RunRecord& record, const ViewObserver& observe = {});
 
-/// What the tags say, and a word where hardly anything is seen: cameras and mesh in two frames. Throws
-/// InputError where nothing is.
-void count_tags(const Candidates& candidates, const std::filesystem::path& mesh, Console& console,
-                RunRecord& record);
+/// What the tags say, and a word where hardly anything is seen: cameras and mesh in two frames. Throws InputError where
+/// nothing is.
+void count_tags(const Candidates& candidates, const std::filesystem::path& mesh, Console& console, RunRecord& record);
 
-Selection choose_views(const SeenScene& seen, const FaceGraph& graph, const TextureOptions& options,
-                       Console& console, RunRecord& record);
+Selection choose_views(const SeenScene& seen, const FaceGraph& graph, const TextureOptions& options, Console& console,
+                       RunRecord& record);
 
-TextureAtlas make_atlas(const AtlasInput& input, const TextureOptions& options, Console& console,
-                        RunRecord& record);
+TextureAtlas make_atlas(const AtlasInput& input, const TextureOptions& options, Console& console, RunRecord& record);
 
 }  // namespace gpvc

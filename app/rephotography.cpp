@@ -18,13 +18,11 @@ constexpr double kSigma = 1.5;
 // Where a window of kWindow pixels holds scored pixels alone.
 cv::Mat whole_windows(const cv::Mat& scored) {
   cv::Mat eroded;
-  cv::erode(scored, eroded, cv::Mat::ones(kWindow, kWindow, CV_8U), {-1, -1}, 1, cv::BORDER_CONSTANT,
-            cv::Scalar(0));
+  cv::erode(scored, eroded, cv::Mat::ones(kWindow, kWindow, CV_8U), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
   return eroded;
 }
 
-// Area average of each reduction x reduction block, the remainder cropped; `scored` = 255 where `keep` marks
-// all of it.
+// Area average of each reduction x reduction block, the remainder cropped; `scored` = 255 where `keep` marks all of it.
 cv::Mat reduce(const Image& image, int reduction) {
   const int width = image.width / reduction, height = image.height / reduction;
   const cv::Mat full(image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.pixels.data()));
@@ -35,8 +33,7 @@ cv::Mat reduce(const Image& image, int reduction) {
   return reduced;
 }
 
-cv::Mat reduce_mask(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b, cv::Size size,
-                    int reduction) {
+cv::Mat reduce_mask(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b, cv::Size size, int reduction) {
   cv::Mat reduced(size.height / reduction, size.width / reduction, CV_8U);
   for (int y = 0; y < reduced.rows; ++y)
     for (int x = 0; x < reduced.cols; ++x) {
@@ -85,8 +82,7 @@ double mean_ssim(const cv::Mat& a, const cv::Mat& b, const cv::Mat& windows) {
     cv::GaussianBlur(in, out, {kWindow, kWindow}, kSigma, kSigma, cv::BORDER_REFLECT);
   });
   cv::Mat numerator = (2 * m.mean_a.mul(m.mean_b) + c1).mul(2 * m.covariance + c2);
-  cv::Mat denominator =
-      (m.mean_a.mul(m.mean_a) + m.mean_b.mul(m.mean_b) + c1).mul(m.variance_a + m.variance_b + c2);
+  cv::Mat denominator = (m.mean_a.mul(m.mean_a) + m.mean_b.mul(m.mean_b) + c1).mul(m.variance_a + m.variance_b + c2);
   cv::Mat ssim = numerator / denominator;
   return cv::mean(ssim, windows)[0];
 }
@@ -125,8 +121,8 @@ std::vector<TileError> tile_errors(const cv::Mat& errors, const cv::Mat& windows
   for (int y = 0; y < errors.rows; ++y)
     for (int x = 0; x < errors.cols; ++x) {
       if (windows.at<std::uint8_t>(y, x) == 0) continue;
-      TileError& tile = tiles[static_cast<std::size_t>(y * kErrorTiles / errors.rows * kErrorTiles +
-                                                       x * kErrorTiles / errors.cols)];
+      TileError& tile =
+          tiles[static_cast<std::size_t>(y * kErrorTiles / errors.rows * kErrorTiles + x * kErrorTiles / errors.cols)];
       tile.sum += errors.at<double>(y, x);
       ++tile.windows;
     }
@@ -159,8 +155,8 @@ Image photo_to_compare(const Image& photo, const View& view, std::vector<std::ui
   if (!exclusion) return frame;
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
-      std::uint8_t& pixel = inside[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
-                                   static_cast<std::size_t>(x)];
+      std::uint8_t& pixel =
+          inside[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x)];
       if (pixel == 0) continue;
       const PhotoPoint p = *photo_from_pixel(camera, {x + 0.5, y + 0.5});
       if (exclusion->excludes(std::min(static_cast<int>(p.x), exclusion->width - 1),
@@ -201,9 +197,9 @@ Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindo
   return frame;
 }
 
-Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_t> inside,
-                                 const Image& render, std::span<const std::uint8_t> textured,
-                                 std::span<const std::uint8_t> covered, int reduction) {
+Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_t> inside, const Image& render,
+                                 std::span<const std::uint8_t> textured, std::span<const std::uint8_t> covered,
+                                 int reduction) {
   assert(photo.width == render.width && photo.height == render.height);
   Rephotography result;
   std::size_t covered_pixels = 0, textured_pixels = 0;

@@ -1,5 +1,4 @@
-// Virtual rephotography (Waechter et al. 2017): how close renders of a textured model come to photos of the
-// same place.
+// Virtual rephotography (Waechter et al. 2017): how close renders of a textured model come to photos of the same place.
 #pragma once
 
 #include <cstdint>
@@ -39,20 +38,20 @@ struct FrameWindow {
   bool operator==(const FrameWindow&) const = default;
 };
 
-/// The photo without its distortion, in a window of the camera's frame, bilinear; `inside` gets 0 where that
-/// shows nothing of the photo, else 255.
+/// The photo without its distortion, in a window of the camera's frame, bilinear; `inside` gets 0 where that shows
+/// nothing of the photo, else 255.
 Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,
                       std::vector<std::uint8_t>& inside);
-/// The photo as renders are held against it: in the camera's own frame; `inside` gets 0 also where the view's
-/// mask excludes the photo's pixel. Throws InputError.
+/// The photo as renders are held against it: in the camera's own frame; `inside` gets 0 also where the view's mask
+/// excludes the photo's pixel. Throws InputError.
 Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside);
 
-/// Compares a render with a photo on the same frame. Both are reduced by `reduction` with area averaging;
-/// only reduced pixels all of whose pixels are marked in `textured` and `inside` count; each channel of the
-/// render gets one gain so that its mean equals the photo's; window scores are over windows wholly inside.
-/// `covered` marks what the model covers, textured or not.
-Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_t> inside,
-                                 const Image& render, std::span<const std::uint8_t> textured,
-                                 std::span<const std::uint8_t> covered, int reduction);
+/// Compares a render with a photo on the same frame. Both are reduced by `reduction` with area averaging; only reduced
+/// pixels all of whose pixels are marked in `textured` and `inside` count; each channel of the render gets one gain so
+/// that its mean equals the photo's; window scores are over windows wholly inside. `covered` marks what the model
+/// covers, textured or not.
+Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_t> inside, const Image& render,
+                                 std::span<const std::uint8_t> textured, std::span<const std::uint8_t> covered,
+                                 int reduction);
 
 }  // namespace gpvc

@@ -11,9 +11,7 @@
 namespace gpvc {
 namespace {
 
-double seconds(const timeval& t) {
-  return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-}
+double seconds(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); }
 
 double rounded(double s) { return std::round(s * 1e4) / 1e4; }
 

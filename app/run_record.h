@@ -33,10 +33,8 @@ inline Progress part_of(const Progress& whole, std::size_t before, std::size_t t
 /// A stage of a command from construction to finish(): progress on the console, time into the record.
 class Stage {
  public:
-  /// `unit`: what progress counts ("views"), plural. `ends_early`: the total is a limit, not an estimate of
-  /// the work.
-  Stage(Console& console, RunRecord& record, std::string name, std::string unit = "",
-        bool ends_early = false);
+  /// `unit`: what progress counts ("views"), plural. `ends_early`: the total is a limit, not an estimate of the work.
+  Stage(Console& console, RunRecord& record, std::string name, std::string unit = "", bool ends_early = false);
 
   /// Throws Cancelled after Ctrl-C.
   void progress(std::size_t done, std::size_t total);

@@ -23,8 +23,7 @@ void note_masks(const SceneInputData& data, Console& console, RunRecord& record)
   });
   record.counts["masked_views"] = masked;
   if (masked > 0)
-    console.note(
-        fmt::format("masks: {} of {} photos have a mask or an alpha channel", masked, data.used.size()));
+    console.note(fmt::format("masks: {} of {} photos have a mask or an alpha channel", masked, data.used.size()));
 }
 
 std::vector<std::string> listed(const std::string& list) {
@@ -54,8 +53,8 @@ std::string near_names(std::span<const View> views, const std::string& name) {
   return text;
 }
 
-// What a LIST's entry may be, the plainest reading that fits winning: a name as it stands, a glob, a name
-// without its extension.
+// What a LIST's entry may be, the plainest reading that fits winning: a name as it stands, a glob, a name without its
+// extension.
 enum class Reading { name, glob, stem };
 
 bool fits(const std::string& entry, const std::string& view, Reading reading) {
@@ -77,8 +76,8 @@ std::vector<bool> matched(std::span<const View> views, const std::string& option
                                      views[found[0]].name, views[found[1]].name));
     }
     if (found.empty())
-      throw UsageError(fmt::format("{}: the scene has no view '{}'; near are {}", option, entry,
-                                   near_names(views, entry)));
+      throw UsageError(
+          fmt::format("{}: the scene has no view '{}'; near are {}", option, entry, near_names(views, entry)));
     for (const std::size_t v : found) hit[v] = true;
   }
   return hit;
@@ -104,8 +103,7 @@ Json point_json(const WorldPoint& p) { return Json::array({p.x, p.y, p.z}); }
 
 }  // namespace
 
-std::vector<ViewId> used_views(std::span<const View> all, const std::string& views,
-                               const std::string& exclude_views) {
+std::vector<ViewId> used_views(std::span<const View> all, const std::string& views, const std::string& exclude_views) {
   std::vector<bool> wanted(all.size(), true), excluded(all.size(), false);
   if (!views.empty()) wanted = matched(all, "--views", views);
   if (!exclude_views.empty()) excluded = matched(all, "--exclude-views", exclude_views);
@@ -116,8 +114,7 @@ std::vector<ViewId> used_views(std::span<const View> all, const std::string& vie
   return used;
 }
 
-std::function<std::vector<bool>(std::span<const View>)> needs_used_views(std::string views,
-                                                                         std::string exclude_views) {
+std::function<std::vector<bool>(std::span<const View>)> needs_used_views(std::string views, std::string exclude_views) {
   return [views = std::move(views), exclude_views = std::move(exclude_views)](std::span<const View> all) {
     std::vector<bool> needed(all.size(), false);
     for (const ViewId id : used_views(all, views, exclude_views)) needed[index(id)] = true;
@@ -125,28 +122,24 @@ std::function<std::vector<bool>(std::span<const View>)> needs_used_views(std::st
   };
 }
 
-std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> used,
-                                   const std::string& hold_out) {
+std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> used, const std::string& hold_out) {
   std::vector<ViewId> held;
   if (hold_out.empty()) return held;
-  const bool named = std::any_of(scene.views.begin(), scene.views.end(),
-                                 [&](const View& view) { return view.name == hold_out; });
+  const bool named =
+      std::any_of(scene.views.begin(), scene.views.end(), [&](const View& view) { return view.name == hold_out; });
   std::size_t every = 0;
   const char* end = hold_out.data() + hold_out.size();
   const auto [parsed, failed] = std::from_chars(hold_out.data(), end, every);
   if (!named && failed == std::errc{} && parsed == end) {
     if (every < 2)
-      throw UsageError(
-          fmt::format("--hold-out {}: every K-th view is held out, and K is 2 or more", hold_out));
+      throw UsageError(fmt::format("--hold-out {}: every K-th view is held out, and K is 2 or more", hold_out));
     for (std::size_t n = every - 1; n < used.size(); n += every) held.push_back(used[n]);
-    if (held.empty())
-      throw UsageError(fmt::format("--hold-out {}: there are only {} views", hold_out, used.size()));
+    if (held.empty()) throw UsageError(fmt::format("--hold-out {}: there are only {} views", hold_out, used.size()));
     return held;
   }
   const std::vector<bool> hit = matched(scene.views, "--hold-out", hold_out);
   std::copy_if(used.begin(), used.end(), std::back_inserter(held), [&](ViewId id) { return hit[index(id)]; });
-  if (held.empty())
-    throw UsageError("--hold-out names only views that --views and --exclude-views leave out");
+  if (held.empty()) throw UsageError("--hold-out names only views that --views and --exclude-views leave out");
   if (held.size() == used.size()) throw UsageError("--hold-out leaves no view to texture from");
   return held;
 }
@@ -169,17 +162,15 @@ SceneInputData read_scene_input(const SceneInput& input, Console& console, RunRe
   std::vector<std::filesystem::path> files{input.mesh};
   files.insert(files.end(), input.more_meshes.begin(), input.more_meshes.end());
   std::vector<std::future<Mesh>> meshes;
-  for (const auto& file : files)
-    meshes.push_back(std::async(std::launch::async, [&file] { return read_mesh(file); }));
+  for (const auto& file : files) meshes.push_back(std::async(std::launch::async, [&file] { return read_mesh(file); }));
   SceneOptions reader = input.reader_options();
   reader.needed = needs_used_views(input.views, input.exclude_views);
   data.scene = read_scene(input.scene, reader);
   for (const std::string& warning : data.scene.warnings) console.warning(warning);
   data.used = used_views(data.scene.views, input.views, input.exclude_views);
   data.held_out = held_out_views(data.scene, data.used, input.hold_out);
-  std::erase_if(data.used, [&](ViewId id) {
-    return std::binary_search(data.held_out.begin(), data.held_out.end(), id);
-  });
+  std::erase_if(data.used,
+                [&](ViewId id) { return std::binary_search(data.held_out.begin(), data.held_out.end(), id); });
   for (std::size_t m = 0; m < files.size(); ++m) append_mesh(files[m], meshes[m].get(), data);
   check_frames(data.mesh, input.mesh, data.scene, data.used);
   const std::string winding = check_winding(back_share(data.mesh, data.scene, data.used), input.mesh);
@@ -205,40 +196,36 @@ void write_views_json(const std::filesystem::path& file, const SceneInputData& i
     const ViewId id{static_cast<std::uint32_t>(v)};
     const Camera& c = view.camera;
     const auto& r = view.pose.rotation;
-    views.push_back(
-        {{"index", v},
-         {"name", view.name},
-         {"photo", view.photo.string()},
-         {"used", std::binary_search(input.used.begin(), input.used.end(), id)},
-         {"held_out", std::binary_search(input.held_out.begin(), input.held_out.end(), id)},
-         {"width", c.width},
-         {"height", c.height},
-         {"fx", c.fx},
-         {"fy", c.fy},
-         {"cx", c.cx},
-         {"cy", c.cy},
-         {"distortion", lens_json(c.distortion)},
-         {"rotation", Json::array({Json::array({r[0], r[1], r[2]}), Json::array({r[3], r[4], r[5]}),
-                                   Json::array({r[6], r[7], r[8]})})},
-         {"centre", point_json(view.pose.centre)}});
+    views.push_back({{"index", v},
+                     {"name", view.name},
+                     {"photo", view.photo.string()},
+                     {"used", std::binary_search(input.used.begin(), input.used.end(), id)},
+                     {"held_out", std::binary_search(input.held_out.begin(), input.held_out.end(), id)},
+                     {"width", c.width},
+                     {"height", c.height},
+                     {"fx", c.fx},
+                     {"fy", c.fy},
+                     {"cx", c.cx},
+                     {"cy", c.cy},
+                     {"distortion", lens_json(c.distortion)},
+                     {"rotation", Json::array({Json::array({r[0], r[1], r[2]}), Json::array({r[3], r[4], r[5]}),
+                                               Json::array({r[6], r[7], r[8]})})},
+                     {"centre", point_json(view.pose.centre)}});
   }
-  const Json json = {
-      {"scene", input.scene.source.string()},
-      {"convention",
-       "x_camera = rotation * (x_world - centre); x right, y down, z forward; pixels from the top-left "
-       "corner, first centre at (0.5, 0.5); distortion as in OpenCV, further models as in io/scene.h"},
-      {"format", input.scene.format},
-      {"srs", input.scene.srs.empty() ? Json(nullptr) : Json(input.scene.srs)},
-      {"srs_offset", point_json(input.scene.offset)},
-      {"views", views}};
+  const Json json = {{"scene", input.scene.source.string()},
+                     {"convention",
+                      "x_camera = rotation * (x_world - centre); x right, y down, z forward; pixels from the top-left "
+                      "corner, first centre at (0.5, 0.5); distortion as in OpenCV, further models as in io/scene.h"},
+                     {"format", input.scene.format},
+                     {"srs", input.scene.srs.empty() ? Json(nullptr) : Json(input.scene.srs)},
+                     {"srs_offset", point_json(input.scene.offset)},
+                     {"views", views}};
   write_text_file(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 Json device_json(const DeviceInfo& device) {
-  return {{"index", device.index},
-          {"renderer", device.renderer},
-          {"driver", device.driver},
-          {"software", device.software}};
+  return {
+      {"index", device.index}, {"renderer", device.renderer}, {"driver", device.driver}, {"software", device.software}};
 }
 
 Json visibility_json(const VisibilityOptions& options) {

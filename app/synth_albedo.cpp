@@ -105,8 +105,7 @@ Colour meadow(const Surface& s, double u, double v) {
 }
 
 Colour untinted(const Surface& s, const WorldPoint& p) {
-  const double dx = (p.x - s.origin.x) / s.scale, dy = (p.y - s.origin.y) / s.scale,
-               dz = (p.z - s.origin.z) / s.scale;
+  const double dx = (p.x - s.origin.x) / s.scale, dy = (p.y - s.origin.y) / s.scale, dz = (p.z - s.origin.z) / s.scale;
   const double u = dx * s.u_axis.x + dy * s.u_axis.y + dz * s.u_axis.z;
   const double v = dx * s.v_axis.x + dy * s.v_axis.y + dz * s.v_axis.z;
   switch (s.material) {
@@ -140,11 +139,8 @@ Colour untinted(const Surface& s, const WorldPoint& p) {
 
 double synth_noise(double x, double y, std::uint32_t seed) {
   const Cell cx = cell(x), cy = cell(y);
-  const auto corner = [&](int dx, int dy) {
-    return synth_chance(bits(cx.index + dx), bits(cy.index + dy), seed);
-  };
-  const double sx = cx.inside * cx.inside * (3 - 2 * cx.inside),
-               sy = cy.inside * cy.inside * (3 - 2 * cy.inside);
+  const auto corner = [&](int dx, int dy) { return synth_chance(bits(cx.index + dx), bits(cy.index + dy), seed); };
+  const double sx = cx.inside * cx.inside * (3 - 2 * cx.inside), sy = cy.inside * cy.inside * (3 - 2 * cy.inside);
   const double low = corner(0, 0) + (corner(1, 0) - corner(0, 0)) * sx;
   const double high = corner(0, 1) + (corner(1, 1) - corner(0, 1)) * sx;
   return low + (high - low) * sy;

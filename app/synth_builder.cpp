@@ -11,19 +11,17 @@ std::uint32_t SynthBuilder::add_surface(Material material, const WorldPoint& p, 
   const WorldPoint v = unit(dv - u * dot(u, dv));
   Surface surface{material, p, u, v, synth_hash(seed_, id, 77)};
   // Surfaces that meet or hide one another are to be told apart by colour.
-  for (std::uint32_t c = 0; c < 3 && id > 0; ++c)
-    surface.tint[c] = 0.7 + 0.6 * synth_chance(surface.seed, 500 + c);
+  for (std::uint32_t c = 0; c < 3 && id > 0; ++c) surface.tint[c] = 0.7 + 0.6 * synth_chance(surface.seed, 500 + c);
   scene_.surfaces.push_back(surface);
   return id;
 }
 
 std::uint32_t SynthBuilder::vertex(const WorldPoint& p) {
   const Key key{std::llround(p.x * grid_), std::llround(p.y * grid_), std::llround(p.z * grid_)};
-  const auto [at, fresh] =
-      vertices_.try_emplace(key, static_cast<std::uint32_t>(scene_.mesh.positions.size()));
+  const auto [at, fresh] = vertices_.try_emplace(key, static_cast<std::uint32_t>(scene_.mesh.positions.size()));
   if (fresh)
-    scene_.mesh.positions.push_back({static_cast<double>(key.x) / grid_, static_cast<double>(key.y) / grid_,
-                                     static_cast<double>(key.z) / grid_});
+    scene_.mesh.positions.push_back(
+        {static_cast<double>(key.x) / grid_, static_cast<double>(key.y) / grid_, static_cast<double>(key.z) / grid_});
   return at->second;
 }
 
@@ -33,8 +31,7 @@ void SynthBuilder::face(std::uint32_t surface, std::uint32_t a, std::uint32_t b,
   scene_.face_surface.push_back(surface);
 }
 
-void SynthBuilder::cells(std::uint32_t surface, const std::vector<std::uint32_t>& grid, int nu, int nv,
-                         bool odd) {
+void SynthBuilder::cells(std::uint32_t surface, const std::vector<std::uint32_t>& grid, int nu, int nv, bool odd) {
   for (int j = 0; j < nv; ++j)
     for (int i = 0; i < nu; ++i) {
       const auto at = [&](int x, int y) { return grid[static_cast<std::size_t>(y * (nu + 1) + x)]; };
@@ -48,8 +45,8 @@ void SynthBuilder::cells(std::uint32_t surface, const std::vector<std::uint32_t>
     }
 }
 
-std::uint32_t SynthBuilder::quad(Material material, const WorldPoint& p, const WorldPoint& du,
-                                 const WorldPoint& dv, bool windows) {
+std::uint32_t SynthBuilder::quad(Material material, const WorldPoint& p, const WorldPoint& du, const WorldPoint& dv,
+                                 bool windows) {
   const std::uint32_t surface = add_surface(material, p, du, dv);
   scene_.surfaces[surface].windows = windows;
   const int nu = pieces(length(du)), nv = pieces(length(dv));
@@ -70,8 +67,7 @@ std::uint32_t SynthBuilder::quad(Material material, const WorldPoint& p, const W
   return surface;
 }
 
-void SynthBuilder::triangle(Material material, const WorldPoint& a, const WorldPoint& b,
-                            const WorldPoint& c) {
+void SynthBuilder::triangle(Material material, const WorldPoint& a, const WorldPoint& b, const WorldPoint& c) {
   const WorldPoint ab = b - a, up{0, 0, 1};
   const std::uint32_t surface = add_surface(material, a, ab, up);
   const int n = pieces(std::max({length(ab), length(c - a), length(c - b)}));
@@ -105,9 +101,9 @@ std::uint32_t SynthBuilder::relief(Material material, const WorldPoint& lo, cons
   return *relief_part(material, lo, hi, lo, hi, height);
 }
 
-std::optional<std::uint32_t> SynthBuilder::relief_part(
-    Material material, const WorldPoint& lo, const WorldPoint& hi, const WorldPoint& from,
-    const WorldPoint& to, const std::function<double(double x, double y)>& height) {
+std::optional<std::uint32_t> SynthBuilder::relief_part(Material material, const WorldPoint& lo, const WorldPoint& hi,
+                                                       const WorldPoint& from, const WorldPoint& to,
+                                                       const std::function<double(double x, double y)>& height) {
   const int nu = pieces(hi.x - lo.x), nv = pieces(hi.y - lo.y);
   const auto lines = [](double low, double high, double begin, double end, int n) {
     return std::pair{static_cast<int>(std::ceil((begin - low) / (high - low) * n)),
@@ -144,17 +140,15 @@ void SynthBuilder::ball(const WorldPoint& centre, double radius_m, std::uint32_t
                                             {g, 0, 1},
                                             {-g, 0, -1},
                                             {-g, 0, 1}}};
-  constexpr int kSides[20][3] = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                                 {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                                 {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                                 {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
+  constexpr int kSides[20][3] = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                                 {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                                 {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   const int n = std::max(2, static_cast<int>(std::ceil(radius_m / edge_m_ * 1.5)));
   counted_ += 20 * static_cast<std::size_t>(n) * static_cast<std::size_t>(n);
   if (count_only_) return;
   const auto push_out = [&](const WorldPoint& direction) {
     const WorldPoint d = unit(direction);
-    // Lumps of about a third of the radius; the key is coarse, so that neighbouring sides agree on shared
-    // corners.
+    // Lumps of about a third of the radius; the key is coarse, so that neighbouring sides agree on shared corners.
     const auto coarse = [](double v) { return static_cast<std::uint32_t>(std::llround(v * 4096)); };
     const double lump = 0.86 + 0.28 * synth_chance(seed ^ coarse(d.x), coarse(d.y), coarse(d.z));
     return vertex(centre + d * (radius_m * lump));

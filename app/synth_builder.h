@@ -20,8 +20,8 @@ struct Placement {
 
 class SynthBuilder {
  public:
-  /// Coordinates are rounded to multiples of 1 / `grid` m, so that floats hold them and equal edges weld.
-  /// With `count_only` no scene is made, only faces are counted.
+  /// Coordinates are rounded to multiples of 1 / `grid` m, so that floats hold them and equal edges weld. With
+  /// `count_only` no scene is made, only faces are counted.
   SynthBuilder(double edge_m, double grid, std::uint32_t seed, bool count_only = false)
       : edge_m_(edge_m), grid_(grid), seed_(seed), count_only_(count_only) {}
 
@@ -37,28 +37,26 @@ class SynthBuilder {
   /// A triangle a, b, c, counter-clockwise from outside.
   void triangle(Material material, const WorldPoint& a, const WorldPoint& b, const WorldPoint& c);
   /// A box with corners lo and hi in the placement's axes, without its lower side unless `bottom`.
-  void box(Material material, const Placement& place, const WorldPoint& lo, const WorldPoint& hi,
-           bool bottom);
+  void box(Material material, const Placement& place, const WorldPoint& lo, const WorldPoint& hi, bool bottom);
   /// A lumpy ball of leaves: an icosahedron, split and pushed out by chance.
   void ball(const WorldPoint& centre, double radius_m, std::uint32_t seed);
   void trunk(const WorldPoint& foot, double height_m, double radius_m);
   /// Ground of the height that `height` gives, over a rectangle of the map, seen from above.
   std::uint32_t relief(Material material, const WorldPoint& lo, const WorldPoint& hi,
                        const std::function<double(double x, double y)>& height);
-  /// The cells of relief(lo, hi) that lie between `from` and `to` entirely, in a surface of their own: what
-  /// follows the same heights follows them facet by facet. Nothing where there are no such cells.
+  /// The cells of relief(lo, hi) that lie between `from` and `to` entirely, in a surface of their own: what follows the
+  /// same heights follows them facet by facet. Nothing where there are no such cells.
   std::optional<std::uint32_t> relief_part(Material material, const WorldPoint& lo, const WorldPoint& hi,
                                            const WorldPoint& from, const WorldPoint& to,
                                            const std::function<double(double x, double y)>& height);
 
  private:
   int pieces(double length_m) const { return std::max(1, static_cast<int>(std::ceil(length_m / edge_m_))); }
-  std::uint32_t add_surface(Material material, const WorldPoint& p, const WorldPoint& du,
-                            const WorldPoint& dv);
+  std::uint32_t add_surface(Material material, const WorldPoint& p, const WorldPoint& du, const WorldPoint& dv);
   std::uint32_t vertex(const WorldPoint& p);
   void face(std::uint32_t surface, std::uint32_t a, std::uint32_t b, std::uint32_t c);
-  /// Two triangles a cell; diagonals alternate, so that no direction is preferred, and `odd` says with which
-  /// of the two the first cell begins.
+  /// Two triangles a cell; diagonals alternate, so that no direction is preferred, and `odd` says with which of the two
+  /// the first cell begins.
   void cells(std::uint32_t surface, const std::vector<std::uint32_t>& grid, int nu, int nv, bool odd = false);
 
   struct Key {

@@ -13,16 +13,14 @@ namespace {
 // Gains of photos lie between these two, and corners lose up to this share.
 constexpr double kLeastGain = 0.7, kMostGain = 1.4, kVignetting = 0.3;
 
-/// Every second photo takes the gain that makes the product of two of them kLeastGain * kMostGain, about 1:
-/// how bright a scene is as a whole cannot be seen in its photos, so levelled colours are expected at their
-/// mean.
+/// Every second photo takes the gain that makes the product of two of them kLeastGain * kMostGain, about 1: how bright
+/// a scene is as a whole cannot be seen in its photos, so levelled colours are expected at their mean.
 Exposure exposure_of(const SynthOptions& options, std::size_t view) {
   if (!options.exposure) return {};
   const std::uint32_t seed = options.flight.seed, number = static_cast<std::uint32_t>(view);
   const double t = synth_chance(seed, number / 2, 8101);
   const double first = kLeastGain + (kMostGain - kLeastGain) * t;
-  return {number % 2 == 0 ? first : kLeastGain * kMostGain / first,
-          kVignetting * synth_chance(seed, number, 8102)};
+  return {number % 2 == 0 ? first : kLeastGain * kMostGain / first, kVignetting * synth_chance(seed, number, 8102)};
 }
 
 Json options_json(const SynthOptions& o) {
@@ -80,8 +78,7 @@ void take_photos(SynthRenderer& renderer, const std::vector<View>& views, const 
     stage.progress(v, views.size());
     const View& view = views[v];
     SynthScene moving;
-    if (options.cars > 0)
-      moving = make_cars({options.flight, 0}, static_cast<std::uint32_t>(v), options.cars);
+    if (options.cars > 0) moving = make_cars({options.flight, 0}, static_cast<std::uint32_t>(v), options.cars);
     const SynthPhoto photo =
         renderer.photo(view.camera, view.pose, exposure_of(options, v), options.cars > 0 ? &moving : nullptr);
     write_image(folder.file("images/" + view.name), photo.image, ImageFormat::jpg, options.quality);
@@ -161,11 +158,10 @@ void run_synth(const SynthOptions& options, Console& console) {
     else
       write_synth_mesh(folder.file("mesh.ply"), scene.mesh, options.offset);
     for (const char* name : {"colmap/cameras.txt", "colmap/images.txt"}) folder.file(name);
-    write_synth_cameras(folder.file("colmap/points3D.txt").parent_path(), scene, views, renderer,
-                        options.offset);
+    write_synth_cameras(folder.file("colmap/points3D.txt").parent_path(), scene, views, renderer, options.offset);
     write_truth(options, scene, views, folder);
-    building.finish(fmt::format("{} faces of {} surfaces", readable_count(scene.mesh.faces.size()),
-                                scene.surfaces.size()));
+    building.finish(
+        fmt::format("{} faces of {} surfaces", readable_count(scene.mesh.faces.size()), scene.surfaces.size()));
 
     take_photos(renderer, views, options, folder, console, record);
     write_run_json(folder, {command, options.common, options_json(options)}, record);

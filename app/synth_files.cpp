@@ -40,8 +40,7 @@ struct TiePoint {
 };
 
 // Some face centroids that at least two views see: what a feature matcher would have left.
-std::vector<TiePoint> tie_points(const SynthScene& scene, const std::vector<View>& views,
-                                 const SynthRenderer& renderer,
+std::vector<TiePoint> tie_points(const SynthScene& scene, const std::vector<View>& views, const SynthRenderer& renderer,
                                  std::vector<std::vector<Observation>>& observations) {
   constexpr std::size_t kPoints = 1500;
   std::vector<TiePoint> points;
@@ -61,10 +60,8 @@ std::vector<TiePoint> tie_points(const SynthScene& scene, const std::vector<View
       const CameraPoint c = camera_from_world(views[v].pose, point.position);
       if (c.z <= 0) continue;
       const auto at = photo_from_pixel(views[v].camera, pixel_from_camera(views[v].camera, c));
-      if (!at || at->x < 0 || at->y < 0 || at->x > views[v].camera.width || at->y > views[v].camera.height)
-        continue;
-      if (renderer.sees(views[v].pose, point.position, static_cast<std::uint32_t>(face)))
-        seen.emplace_back(v, *at);
+      if (!at || at->x < 0 || at->y < 0 || at->x > views[v].camera.width || at->y > views[v].camera.height) continue;
+      if (renderer.sees(views[v].pose, point.position, static_cast<std::uint32_t>(face))) seen.emplace_back(v, *at);
     }
     if (seen.size() < 2) continue;
     for (const auto& [v, at] : seen) {
@@ -90,8 +87,7 @@ void write_synth_mesh(const std::filesystem::path& file, const Mesh& mesh, const
   };
   const bool floats = std::all_of(mesh.positions.begin(), mesh.positions.end(), [&](const WorldPoint& p) {
     const auto at = moved(p);
-    return std::all_of(at.begin(), at.end(),
-                       [](double v) { return static_cast<double>(static_cast<float>(v)) == v; });
+    return std::all_of(at.begin(), at.end(), [](double v) { return static_cast<double>(static_cast<float>(v)) == v; });
   });
   OutputFile out(file);
   const char* type = floats ? "float" : "double";
@@ -127,9 +123,8 @@ void write_synth_mesh(const std::filesystem::path& file, const Mesh& mesh, const
   out.commit();
 }
 
-void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& scene,
-                         const std::vector<View>& views, const SynthRenderer& renderer,
-                         const WorldPoint& offset) {
+void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& scene, const std::vector<View>& views,
+                         const SynthRenderer& renderer, const WorldPoint& offset) {
   std::vector<std::vector<Observation>> observations;
   const std::vector<TiePoint> points = tie_points(scene, views, renderer, observations);
 
@@ -153,17 +148,16 @@ void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& sce
     Pose moved = views[v].pose;
     moved.centre = {moved.centre.x + offset.x, moved.centre.y + offset.y, moved.centre.z + offset.z};
     const CameraPoint t = camera_from_world(moved, {});
-    images += fmt::format("{} {} {} {} {} {} {} {} 1 {}\n", v + 1, q[0], q[1], q[2], q[3], t.x, t.y, t.z,
-                          views[v].name);
+    images +=
+        fmt::format("{} {} {} {} {} {} {} {} 1 {}\n", v + 1, q[0], q[1], q[2], q[3], t.x, t.y, t.z, views[v].name);
     for (std::size_t i = 0; i < observations[v].size(); ++i)
-      images += fmt::format("{}{:.3f} {:.3f} {}", i == 0 ? "" : " ", observations[v][i].at.x,
-                            observations[v][i].at.y, observations[v][i].point + 1);
+      images += fmt::format("{}{:.3f} {:.3f} {}", i == 0 ? "" : " ", observations[v][i].at.x, observations[v][i].at.y,
+                            observations[v][i].point + 1);
     images += "\n";
   }
   write_text(dir / "images.txt", images);
 
-  std::string text =
-      "# 3D point list: POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as IMAGE_ID, POINT2D_IDX\n";
+  std::string text = "# 3D point list: POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as IMAGE_ID, POINT2D_IDX\n";
   for (std::size_t n = 0; n < points.size(); ++n) {
     const TiePoint& p = points[n];
     text += fmt::format("{} {} {} {} {} {} {} 0", n + 1, p.position.x + offset.x, p.position.y + offset.y,

@@ -16,8 +16,7 @@ PhotoSize parse_photo_size(const std::string& text) {
   char rest = 0;
   if (std::sscanf(text.c_str(), "%dx%d%c", &size.width, &size.height, &rest) != 2 || size.width < 16 ||
       size.height < 16 || size.width > 20000 || size.height > 20000)
-    throw CLI::ValidationError("--photo-size",
-                               fmt::format("'{}' is not WIDTHxHEIGHT with edges of 16 to 20000", text));
+    throw CLI::ValidationError("--photo-size", fmt::format("'{}' is not WIDTHxHEIGHT with edges of 16 to 20000", text));
   return size;
 }
 
@@ -46,8 +45,8 @@ Kind kind_of(SynthKind kind) {
               "Edge of the ground, 40 to 2000 metres", 40, 2000};
     case SynthKind::terrain:
       return {"two uneven layers, hills and sheets above them, seen from afar",
-              "As models A, B and C of the paper: --gap 0.01, 1 and 100.",
-              "Edge of the ground, 10 to 16000 metres", 10, 16000};
+              "As models A, B and C of the paper: --gap 0.01, 1 and 100.", "Edge of the ground, 10 to 16000 metres", 10,
+              16000};
     default:
       return {"boards, roofs and walls under slats, from wide gaps to some micrometres",
               "From stand to stand the gap halves: from a quarter of the size to a 65536th.",
@@ -64,8 +63,7 @@ void add_spoilers(CLI::App& app, SynthOptions& options) {
       ->check(in_range(0.0, 100.0))
       ->default_str("0")
       ->group(kSpoilers);
-  app.add_flag("--exposure", options.exposure,
-               "Each photo has a gain of its own, 0.7 to 1.4, and darker corners")
+  app.add_flag("--exposure", options.exposure, "Each photo has a gain of its own, 0.7 to 1.4, and darker corners")
       ->group(kSpoilers);
   if (options.kind == SynthKind::city)
     app.add_option("--cars", options.cars, "Moving cars: so many in each photo, none of them in the mesh")
@@ -135,10 +133,8 @@ CLI::App* add_synth(CLI::App& parent, SynthOptions& options) {
       ->check(not_empty())
       ->group("Output");
   app->add_flag("--force", options.force, "Replace an earlier scene in DIR")->group("Output");
-  app->add_flag("!--no-ids", options.ids, "Leave ids/ out, without which --truth cannot be asked for")
-      ->group("Output");
-  app->add_option("--faces", options.faces,
-                  "About so many triangles, as far as the shapes allow; 1000 to 20000000")
+  app->add_flag("!--no-ids", options.ids, "Leave ids/ out, without which --truth cannot be asked for")->group("Output");
+  app->add_option("--faces", options.faces, "About so many triangles, as far as the shapes allow; 1000 to 20000000")
       ->type_name("N")
       ->check(in_range(1000, 20000000))
       ->default_str(std::to_string(options.faces))
@@ -161,16 +157,16 @@ CLI::App* add_synth(CLI::App& parent, SynthOptions& options) {
   add_photo_options(*app, options);
   add_spoilers(*app, options);
   add_common(*app, options.common);
-  app->footer(fmt::format(
-      "{0}\n\n"
-      "Example:\n"
-      "  gpvc synth {1} -o {1} && gpvc texture {1}/colmap {1}/mesh.ply -o {1}-textured\n"
-      "  gpvc evaluate {1}-textured/model.obj {1}/colmap --truth {1}\n\n"
-      "Writes to DIR: images/, mesh.ply, colmap/ (text model), run.json; and the truth: surfaces.npy\n"
-      "(surface per face), surfaces.json (the true colours' parameters), truth.json (gains),\n"
-      "ids/NAME.png (the surface that each pixel shows, a colour each), true_mesh.ply under noise.\n"
-      "The same options give the same bytes.\n\n{2}",
-      kind.contents, name, kExitStatus));
+  app->footer(
+      fmt::format("{0}\n\n"
+                  "Example:\n"
+                  "  gpvc synth {1} -o {1} && gpvc texture {1}/colmap {1}/mesh.ply -o {1}-textured\n"
+                  "  gpvc evaluate {1}-textured/model.obj {1}/colmap --truth {1}\n\n"
+                  "Writes to DIR: images/, mesh.ply, colmap/ (text model), run.json; and the truth: surfaces.npy\n"
+                  "(surface per face), surfaces.json (the true colours' parameters), truth.json (gains),\n"
+                  "ids/NAME.png (the surface that each pixel shows, a colour each), true_mesh.ply under noise.\n"
+                  "The same options give the same bytes.\n\n{2}",
+                  kind.contents, name, kExitStatus));
   return app;
 }
 

@@ -85,8 +85,8 @@ TracedScene::TracedScene(RTCDevice device, const SynthScene& from) : scene(from)
   rtcSetSceneFlags(traced, RTC_SCENE_FLAG_ROBUST);
   const Mesh& mesh = scene.mesh;
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                               3 * sizeof(float), mesh.positions.size()));
   auto* faces = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh.faces.size()));
   if (vertices == nullptr || faces == nullptr) throw std::bad_alloc();
@@ -101,8 +101,7 @@ TracedScene::TracedScene(RTCDevice device, const SynthScene& from) : scene(from)
   for (const Triangle& t : mesh.faces) {
     for (const std::uint32_t v : t) *faces++ = v;
     const WorldPoint &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-    const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z, vx = c.x - a.x, vy = c.y - a.y,
-                 vz = c.z - a.z;
+    const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z, vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
     const double nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
     const double length = std::sqrt(nx * nx + ny * ny + nz * nz);
     const double s = length > 0 ? 1 / length : 0;
@@ -158,8 +157,7 @@ struct SynthRenderer::State {
         hits.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
       }
       rtcIntersect4(active.data(), (*part)->traced, &context, &hits);
-      const auto first_surface =
-          static_cast<std::uint32_t>(part == &moving ? still->scene.surfaces.size() : 0);
+      const auto first_surface = static_cast<std::uint32_t>(part == &moving ? still->scene.surfaces.size() : 0);
       for (std::size_t i = 0; i < kSamples; ++i) {
         if (!valid[i] || hits.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
         const double t = (*part)->distance(rays[i], hits.hit.primID[i]);
@@ -211,8 +209,7 @@ struct SynthRenderer::State {
     return sum;
   }
 
-  // Where the samples of a row of pixels lie on the undistorted plane, four a pixel; NaN beyond the fold of
-  // the lens.
+  // Where the samples of a row of pixels lie on the undistorted plane, four a pixel; NaN beyond the fold of the lens.
   static void plane_row(const Camera& camera, int y, PixelPoint* row) {
     for (int x = 0; x < camera.width; ++x)
       for (int i = 0; i < static_cast<int>(kSamples); ++i) {
@@ -279,17 +276,15 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Ex
         const double cx = at->x, cy = at->y;
         ++at;
         valid[s] = !std::isnan(cx);  // else black
-        rays[s] = {
-            pose.centre,
-            {r[0] * cx + r[3] * cy + r[6], r[1] * cx + r[4] * cy + r[7], r[2] * cx + r[5] * cy + r[8]}};
+        rays[s] = {pose.centre,
+                   {r[0] * cx + r[3] * cy + r[6], r[1] * cx + r[4] * cy + r[7], r[2] * cx + r[5] * cy + r[8]}};
       }
       const Colour c = state_->colour(
           rays, valid, photo.surfaces[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)]);
       const double dx = x + 0.5 - half_x, dy = y + 0.5 - half_y;
       const double gain = exposure.at((dx * dx + dy * dy) / (half_x * half_x + half_y * half_y));
       std::uint8_t* out = image.at(x, y);
-      for (std::size_t i = 0; i < 3; ++i)
-        out[i] = static_cast<std::uint8_t>(std::clamp(gain * c[i] + 0.5, 0.0, 255.0));
+      for (std::size_t i = 0; i < 3; ++i) out[i] = static_cast<std::uint8_t>(std::clamp(gain * c[i] + 0.5, 0.0, 255.0));
     }
   });
   state_->moving.reset();
@@ -314,9 +309,8 @@ bool SynthRenderer::sees(const Pose& pose, const WorldPoint& p, std::uint32_t fa
   hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(still.traced, &context, &hit);
   if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID || hit.hit.primID == face) return true;
-  // A neighbour's plane goes through p where it is flat; a dozen rounded operations on numbers of the
-  // distance's size are good to 1e-13 of it, and 1e-9 for rays that meet the plane at a ten-thousandth of a
-  // right angle.
+  // A neighbour's plane goes through p where it is flat; a dozen rounded operations on numbers of the distance's size
+  // are good to 1e-13 of it, and 1e-9 for rays that meet the plane at a ten-thousandth of a right angle.
   return !(still.distance(ray, hit.hit.primID) < 1 - 1e-9);
 }
 

@@ -1,6 +1,6 @@
-// Synthetic scenes of known truth: a mesh whose every face belongs to a surface with an albedo of its own,
-// and photos of it traced with Embree, which shares no code with the visibility stage it serves to test. Bits
-// do not depend on the machine or the threads: +, -, x, /, sqrt and integer hashes alone, no libm.
+// Synthetic scenes of known truth: a mesh whose every face belongs to a surface with an albedo of its own, and photos
+// of it traced with Embree, which shares no code with the visibility stage it serves to test. Bits do not depend on the
+// machine or the threads: +, -, x, /, sqrt and integer hashes alone, no libm.
 #pragma once
 
 #include <array>
@@ -32,8 +32,8 @@ enum class Material : std::uint8_t {
 
 using Colour = std::array<double, 3>;  ///< display values, 0..255
 
-/// A plane (or a crown, a hillside) with its own albedo: procedural in (u, v) = ((p - origin) . u_axis,
-/// (p - origin) . v_axis).
+/// A plane (or a crown, a hillside) with its own albedo: procedural in (u, v) = ((p - origin) . u_axis, (p - origin) .
+/// v_axis).
 struct Surface {
   Material material = Material::ground;
   WorldPoint origin;
@@ -48,14 +48,13 @@ struct SynthScene {
   Mesh mesh;                                ///< z up, metres; every coordinate exact in float
   std::vector<std::uint32_t> face_surface;  ///< per face, index into surfaces
   std::vector<Surface> surfaces;            ///< surfaces[0] is the ground
-  bool endless_ground = false;  ///< photos show the ground of surfaces[0], z = 0, beyond the mesh too
+  bool endless_ground = false;              ///< photos show the ground of surfaces[0], z = 0, beyond the mesh too
 };
 
 /// The colour of a surface point before light falls on it.
 Colour surface_albedo(const Surface& surface, const WorldPoint& p);
 
-/// A camera's own exposure: colours are multiplied by `gain` and fall off towards the corners by
-/// `vignetting`.
+/// A camera's own exposure: colours are multiplied by `gain` and fall off towards the corners by `vignetting`.
 struct Exposure {
   double gain = 1, vignetting = 0;
   /// At the squared distance from the middle of the picture, 1 in the corners.
@@ -69,8 +68,8 @@ inline constexpr std::uint32_t kNoSurface = 0xFFFFFFFFu;
 
 struct SynthPhoto {
   Image image;
-  /// Per pixel the surface that all its samples see, kMixedSurfaces or kNoSurface; moving things have numbers
-  /// from the scene's surfaces on.
+  /// Per pixel the surface that all its samples see, kMixedSurfaces or kNoSurface; moving things have numbers from the
+  /// scene's surfaces on.
   std::vector<std::uint32_t> surfaces;
 };
 
@@ -82,12 +81,12 @@ class SynthRenderer {
   SynthRenderer(const SynthRenderer&) = delete;
   SynthRenderer& operator=(const SynthRenderer&) = delete;
 
-  /// What the camera takes, 2 x 2 samples a pixel, through its lens distortion. Uses all TBB threads.
-  /// `moving`: what is there in this photo alone.
+  /// What the camera takes, 2 x 2 samples a pixel, through its lens distortion. Uses all TBB threads. `moving`: what is
+  /// there in this photo alone.
   SynthPhoto photo(const Camera& camera, const Pose& pose, const Exposure& exposure = {},
                    const SynthScene* moving = nullptr);
-  /// True when nothing lies between a point of face `face` and the camera centre: the first face that the ray
-  /// from the centre meets is that one, or no nearer than it in double precision.
+  /// True when nothing lies between a point of face `face` and the camera centre: the first face that the ray from the
+  /// centre meets is that one, or no nearer than it in double precision.
   bool sees(const Pose& pose, const WorldPoint& p, std::uint32_t face) const;
 
  private:
@@ -98,11 +97,10 @@ class SynthRenderer {
 /// Binary little-endian PLY, coordinates plus `offset`; float where that is exact, else double.
 void write_synth_mesh(const std::filesystem::path& file, const Mesh& mesh, const WorldPoint& offset);
 
-/// COLMAP text model: cameras.txt, images.txt, and points3D.txt with some surface points and the views that
-/// see them. Positions and camera centres are moved by `offset`.
-void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& scene,
-                         const std::vector<View>& views, const SynthRenderer& renderer,
-                         const WorldPoint& offset);
+/// COLMAP text model: cameras.txt, images.txt, and points3D.txt with some surface points and the views that see them.
+/// Positions and camera centres are moved by `offset`.
+void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& scene, const std::vector<View>& views,
+                         const SynthRenderer& renderer, const WorldPoint& offset);
 
 /// surfaces.json: material, frame, seed, tint and scale per surface.
 void write_synth_surfaces(const std::filesystem::path& file, const SynthScene& scene);

@@ -29,8 +29,7 @@ double edge_for(std::size_t faces, double size_m, double grid, std::uint32_t see
 }
 
 SynthScene built(const LayerOptions& options, double grid, const std::function<void(SynthBuilder&)>& build) {
-  SynthBuilder builder(edge_for(options.faces, options.size_m, grid, options.seed, build), grid,
-                       options.seed);
+  SynthBuilder builder(edge_for(options.faces, options.size_m, grid, options.seed, build), grid, options.seed);
   build(builder);
   return builder.take();
 }
@@ -58,16 +57,14 @@ SynthScene make_terrain(const LayerOptions& options) {
     builder.surface(builder.relief(Material::meadow, south_west, north_east, hills)).scale = scale;
     for (int j = 0; j < kFields; ++j)
       for (int i = 0; i < kFields; ++i) {
-        const std::uint32_t seed =
-            builder.chance_seed(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
+        const std::uint32_t seed = builder.chance_seed(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
         if (((i + j) % 2 == 0) == (synth_hash(seed, 1) % 5 == 0)) continue;
         // Rounded to the cells inside, so that no sheet has its border on a neighbour's.
         const auto margin = [&](std::uint32_t n) { return 0.15 * field * synth_chance(seed, n); };
         const WorldPoint lo{-half + i * field + margin(2), -half + j * field + margin(3), 0};
         const WorldPoint hi{-half + (i + 1) * field - margin(4), -half + (j + 1) * field - margin(5), 0};
-        const auto sheet =
-            builder.relief_part(Material::gravel, south_west, north_east, lo, hi,
-                                [&](double x, double y) { return hills(x, y) + options.gap_m; });
+        const auto sheet = builder.relief_part(Material::gravel, south_west, north_east, lo, hi,
+                                               [&](double x, double y) { return hills(x, y) + options.gap_m; });
         if (!sheet) continue;  // fields smaller than a cell
         builder.surface(*sheet).scale = scale;
         builder.surface(*sheet).tint = vivid(synth_hash(seed, 6));
@@ -97,10 +94,9 @@ void add_slat(SynthBuilder& builder, const WorldPoint& p, const WorldPoint& u, c
 }
 
 // A board and, `gap` in front of it, slats across it. The board spans u and v from p and is seen from u x v.
-void add_stand(SynthBuilder& builder, const WorldPoint& p, const WorldPoint& u, const WorldPoint& v,
-               double gap, double scale, std::uint32_t seed) {
-  const WorldPoint normal =
-      unit(WorldPoint{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x});
+void add_stand(SynthBuilder& builder, const WorldPoint& p, const WorldPoint& u, const WorldPoint& v, double gap,
+               double scale, std::uint32_t seed) {
+  const WorldPoint normal = unit(WorldPoint{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x});
   const std::uint32_t board = builder.quad(Material::brick, p, u, v);
   builder.surface(board).scale = scale;
   builder.surface(board).tint = vivid(seed);
@@ -109,8 +105,7 @@ void add_stand(SynthBuilder& builder, const WorldPoint& p, const WorldPoint& u, 
   // Slits as wide as a slat, half and a quarter of it in turn.
   double at = 0.06 * across;
   for (std::uint32_t n = 0; at + slat <= across; ++n) {
-    add_slat(builder, p + normal * gap + step * at, step * slat, v, normal, thick, scale,
-             seed + 2 + 4 * (n % 2));
+    add_slat(builder, p + normal * gap + step * at, step * slat, v, normal, thick, scale, seed + 2 + 4 * (n % 2));
     at += slat * (1 + 1.0 / (1u << (n % 3)));
   }
 }
@@ -121,8 +116,8 @@ SynthScene make_slits(const LayerOptions& options) {
   constexpr int kStands = 4;  // a side
   const double half = options.size_m / 2, cell = options.size_m / kStands, board = 0.66 * cell;
   const auto build = [&](SynthBuilder& builder) {
-    builder.surface(builder.quad(Material::gravel, {-half, -half, 0}, {2 * half, 0, 0}, {0, 2 * half, 0}))
-        .scale = options.size_m / 20;
+    builder.surface(builder.quad(Material::gravel, {-half, -half, 0}, {2 * half, 0, 0}, {0, 2 * half, 0})).scale =
+        options.size_m / 20;
     for (int n = 0; n < kStands * kStands; ++n) {
       const auto seed = static_cast<std::uint32_t>(n);
       // Shuffled, so that wide and narrow gaps meet all kinds of stands.
@@ -138,12 +133,11 @@ SynthScene make_slits(const LayerOptions& options) {
           add_stand(builder, {x, y, low}, {board, 0, 0}, {0, 0.8 * board, 0.6 * board}, gap, scale, seed);
           break;
         case 2:  // a roof that falls to the west, its slats level
-          add_stand(builder, {x + board, y + board, low + 0.6 * board}, {-0.8 * board, 0, -0.6 * board},
-                    {0, -board, 0}, gap, scale, seed);
+          add_stand(builder, {x + board, y + board, low + 0.6 * board}, {-0.8 * board, 0, -0.6 * board}, {0, -board, 0},
+                    gap, scale, seed);
           break;
         default:  // a wall that faces south-east
-          add_stand(builder, {x, y + 0.2 * board, low}, {0.8 * board, 0.6 * board, 0}, {0, 0, board}, gap,
-                    scale, seed);
+          add_stand(builder, {x, y + 0.2 * board, low}, {0.8 * board, 0.6 * board, 0}, {0, 0, board}, gap, scale, seed);
       }
     }
   };

@@ -47,12 +47,11 @@ void texture(const TextureOptions& options, OutputFolder& folder, Console& conso
   const SeenScene seen = see_views(in, photos, device, options, console, record);
   count_tags(seen.candidates, options.input.mesh, console, record);
   const Selection selection = choose_views(seen, graph, options, console, record);
-  const TextureAtlas atlas = make_atlas({in.mesh, in.scene, photos, graph, selection.labels,
-                                         seen.candidates.tags, seen.candidates.table, seen.coverage},
-                                        options, console, record);
+  const TextureAtlas atlas = make_atlas(
+      {in.mesh, in.scene, photos, graph, selection.labels, seen.candidates.tags, seen.candidates.table, seen.coverage},
+      options, console, record);
   write_textured_scene({in, selection, seen.candidates, atlas}, options, device, folder, console, record);
-  write_run_json(folder, {"texture", options.common, options_json(options), device_json(device.info())},
-                 record);
+  write_run_json(folder, {"texture", options.common, options_json(options), device_json(device.info())}, record);
 }
 
 }  // namespace

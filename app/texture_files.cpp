@@ -29,8 +29,7 @@ Image reduced(const Image& image, int factor) {
     for (int x = 0; x < small.width; ++x)
       for (int c = 0; c < 3; ++c) {
         int sum = factor * factor / 2;
-        for (int n = 0; n < factor * factor; ++n)
-          sum += image.at(x * factor + n % factor, y * factor + n / factor)[c];
+        for (int n = 0; n < factor * factor; ++n) sum += image.at(x * factor + n % factor, y * factor + n / factor)[c];
         small.at(x, y)[c] = static_cast<std::uint8_t>(sum / (factor * factor));
       }
   });
@@ -98,8 +97,8 @@ Json write_preview(const fs::path& file, const TexturedScene& scene, UpAxis up, 
   const SceneInputData& in = scene.input;
   const Viewpoint view = overview(in.mesh, scene.selection.labels, in.scene, in.used, up,
                                   kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
-  const RenderResult render = render_model(device, scene.atlas.model, scene.atlas.pages, view.camera,
-                                           view.pose, true, true, kBackground);
+  const RenderResult render =
+      render_model(device, scene.atlas.model, scene.atlas.pages, view.camera, view.pose, true, true, kBackground);
   write_image(file, reduced(render.image, kPreviewSamples), ImageFormat::png, 0, profile);
   return preview_json(view);
 }
@@ -126,13 +125,11 @@ std::string one_line(const std::string& text) {
   return line;
 }
 
-// First what leads from the model's coordinates to the scene's, then what leads from there to its reference
-// system.
+// First what leads from the model's coordinates to the scene's, then what leads from there to its reference system.
 std::string offset_text(const ModelOptions& model) {
   const auto numbers = [](const WorldPoint& p) { return fmt::format("{} {} {}\n", p.x, p.y, p.z); };
   std::string text = numbers(model.offset);
-  if (!model.srs.empty() || !(model.srs_offset == WorldPoint{}))
-    text += "srs_offset " + numbers(model.srs_offset);
+  if (!model.srs.empty() || !(model.srs_offset == WorldPoint{})) text += "srs_offset " + numbers(model.srs_offset);
   if (!model.srs.empty()) text += "srs " + model.srs + "\n";
   return text;
 }
@@ -179,8 +176,8 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
       write_image(names.pages[n].file, atlas.pages[n], options.texture, options.quality, profile);
     });
     const bool drop = options.atlas.unseen == UnseenFaces::drop;
-    GltfFiles files = write_gltf(folder.in_making() / "model", options.gltf,
-                                 drop ? without_unseen(scene) : atlas.model, names.pages, model);
+    GltfFiles files = write_gltf(folder.in_making() / "model", options.gltf, drop ? without_unseen(scene) : atlas.model,
+                                 names.pages, model);
     write_faces(names.faces, files.faces);
     files.faces = {};
     return files;

@@ -15,8 +15,8 @@ struct TexturedScene {
   const TextureAtlas& atlas;
 };
 
-/// Writes everything but run.json: pages, OBJ, GLB and the arrays on other threads while the preview is drawn
-/// on this one, the device's. Throws OutputError, GpuError, Cancelled.
+/// Writes everything but run.json: pages, OBJ, GLB and the arrays on other threads while the preview is drawn on this
+/// one, the device's. Throws OutputError, GpuError, Cancelled.
 void write_textured_scene(const TexturedScene& scene, const TextureOptions& options, GraphicsDevice& device,
                           OutputFolder& folder, Console& console, RunRecord& record);
 

@@ -7,9 +7,9 @@
 
 namespace gpvc {
 
-/// Groups of textured faces that are connected through edges at which both faces have the same vertices,
-/// texture coordinates (by value) and page: what other programs' models have in place of our patches. A chart
-/// that its program cut without need counts as several. O(n log n) of faces.
+/// Groups of textured faces that are connected through edges at which both faces have the same vertices, texture
+/// coordinates (by value) and page: what other programs' models have in place of our patches. A chart that its program
+/// cut without need counts as several. O(n log n) of faces.
 std::size_t texture_islands(const TexturedModel& model);
 
 }  // namespace gpvc

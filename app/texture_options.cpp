@@ -31,9 +31,8 @@ void add_selection(CLI::App& app, TextureOptions& options) {
       ->default_str(fmt::format("{}", SolverOptions{}.smoothness))
       ->group(kGroup);
   add_edge_weights(app, options.edge_weights);
-  app.add_option(
-         "--margin", options.costs.margin_px,
-         "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there; 0 is off")
+  app.add_option("--margin", options.costs.margin_px,
+                 "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there; 0 is off")
       ->type_name("PX")
       ->check(in_range(0, 64))
       ->default_str(std::to_string(CostOptions{}.margin_px))
@@ -83,21 +82,18 @@ void add_texture_output(CLI::App& app, TextureOptions& options) {
   constexpr Choice<SeamLeveling> kSeams[] = {
       {"none", SeamLeveling::none}, {"global", SeamLeveling::global}, {"full", SeamLeveling::full}};
   constexpr Choice<ImageFormat> kFormats[] = {{"jpg", ImageFormat::jpg}, {"png", ImageFormat::png}};
-  constexpr Choice<GltfContainer> kContainers[] = {{"glb", GltfContainer::glb},
-                                                   {"files", GltfContainer::files}};
+  constexpr Choice<GltfContainer> kContainers[] = {{"glb", GltfContainer::glb}, {"files", GltfContainer::files}};
   constexpr Choice<std::optional<UpAxis>> kUps[] = {
       {"auto", std::nullopt}, {"+x", UpAxis::pos_x}, {"-x", UpAxis::neg_x}, {"+y", UpAxis::pos_y},
       {"-y", UpAxis::neg_y},  {"+z", UpAxis::pos_z}, {"-z", UpAxis::neg_z}};
-  app.add_option("--page-size", options.atlas.page_size,
-                 "Largest edge of a texture page, 256 to 32768 texels")
+  app.add_option("--page-size", options.atlas.page_size, "Largest edge of a texture page, 256 to 32768 texels")
       ->type_name("N")
       ->check(in_range(256, 32768))
       ->default_str(std::to_string(AtlasOptions{}.page_size))
       ->group(kGroup);
-  app.add_option(
-         "--padding", options.atlas.padding,
-         "Texels around a chart that carry its colours on, 1 to 64; with 8, mip levels down to an eighth "
-         "keep charts apart, with 4 down to a quarter")
+  app.add_option("--padding", options.atlas.padding,
+                 "Texels around a chart that carry its colours on, 1 to 64; with 8, mip levels down to an eighth "
+                 "keep charts apart, with 4 down to a quarter")
       ->type_name("N")
       ->check(in_range(1, 64))
       ->default_str(std::to_string(AtlasOptions{}.padding))
@@ -149,19 +145,18 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_visibility(*app, options.visibility);
   add_common(*app, options.common);
   app->footer(
-      std::string(
-          "Examples:\n"
-          "  gpvc texture colmap/sparse/0 mesh.ply --images photos -o out\n"
-          "  gpvc texture colmap mesh.ply -o look --downscale 4 --views 'DJI_00[12]*'\n"
-          "  gpvc texture colmap mesh.ply -o out --texture png --page-size 4096 --force\n"
-          "  gpvc texture colmap mesh.ply -o web --max-pages 1 --page-size 4096 --unseen drop\n\n"
-          "Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb, preview.png, views.json,\n"
-          "labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled), faces.npy (GLB triangle\n"
-          "to input face), offset.txt where coordinates are large, run.json.\n\n"
-          "Where floats would round coordinates noticeably (UTM, say), model.obj and model.glb are local:\n"
-          "add the three numbers of offset.txt, which the GLB's root node carries as extras.offset, for the\n"
-          "mesh's own coordinates. The root node's rotation only turns the scene's up axis to glTF's "
-          "+y.\n\n") +
+      std::string("Examples:\n"
+                  "  gpvc texture colmap/sparse/0 mesh.ply --images photos -o out\n"
+                  "  gpvc texture colmap mesh.ply -o look --downscale 4 --views 'DJI_00[12]*'\n"
+                  "  gpvc texture colmap mesh.ply -o out --texture png --page-size 4096 --force\n"
+                  "  gpvc texture colmap mesh.ply -o web --max-pages 1 --page-size 4096 --unseen drop\n\n"
+                  "Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb, preview.png, views.json,\n"
+                  "labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled), faces.npy (GLB triangle\n"
+                  "to input face), offset.txt where coordinates are large, run.json.\n\n"
+                  "Where floats would round coordinates noticeably (UTM, say), model.obj and model.glb are local:\n"
+                  "add the three numbers of offset.txt, which the GLB's root node carries as extras.offset, for the\n"
+                  "mesh's own coordinates. The root node's rotation only turns the scene's up axis to glTF's "
+                  "+y.\n\n") +
       kExitStatus);
   return app;
 }

@@ -25,9 +25,7 @@ static_assert(number_of(0xFFFFFF) > kMostSurfaces, "white means mixed");
 
 nlohmann::json read_json(const fs::path& file) {
   std::ifstream in(file);
-  if (!in)
-    throw InputError(file, "",
-                     "cannot be read; a synthetic scene's folder, made by `gpvc synth`, is expected");
+  if (!in) throw InputError(file, "", "cannot be read; a synthetic scene's folder, made by `gpvc synth`, is expected");
   try {
     return nlohmann::json::parse(in);
   } catch (const nlohmann::json::exception& e) {
@@ -41,8 +39,7 @@ std::array<std::uint8_t, 3> id_colour(std::uint32_t surface) {
   if (surface == kMixedSurfaces) return {255, 255, 255};
   if (surface == kNoSurface) return {0, 0, 0};
   const std::uint32_t code = (surface + 1) * kSpread % kColours;
-  return {static_cast<std::uint8_t>(code >> 16), static_cast<std::uint8_t>(code >> 8),
-          static_cast<std::uint8_t>(code)};
+  return {static_cast<std::uint8_t>(code >> 16), static_cast<std::uint8_t>(code >> 8), static_cast<std::uint8_t>(code)};
 }
 
 std::uint32_t surface_of_colour(const std::uint8_t* rgb, std::size_t surfaces) {
@@ -72,23 +69,20 @@ Truth read_truth(const fs::path& dir) {
   truth.mesh = read_mesh(fs::exists(exact) ? exact : dir / "mesh.ply");
   truth.face_surface = read_npy<std::uint32_t>(dir / "surfaces.npy").values;
   if (truth.face_surface.size() != truth.mesh.faces.size())
-    throw InputError(
-        dir / "surfaces.npy", "",
-        fmt::format("{} surfaces for {} faces", truth.face_surface.size(), truth.mesh.faces.size()));
+    throw InputError(dir / "surfaces.npy", "",
+                     fmt::format("{} surfaces for {} faces", truth.face_surface.size(), truth.mesh.faces.size()));
   for (const std::uint32_t surface : truth.face_surface)
     if (surface >= truth.surfaces)
       throw InputError(dir / "surfaces.npy", "", fmt::format("there is no surface {}", surface));
   return truth;
 }
 
-std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string& view, int width,
-                                           int height) {
+std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string& view, int width, int height) {
   const fs::path file = truth.dir / "ids" / (view + ".png");
   const Image picture = read_image(file);
   if (picture.width != width || picture.height != height)
-    throw InputError(
-        file, "",
-        fmt::format("{} x {}, but the photo is {} x {}", picture.width, picture.height, width, height));
+    throw InputError(file, "",
+                     fmt::format("{} x {}, but the photo is {} x {}", picture.width, picture.height, width, height));
   std::vector<std::uint32_t> surfaces(picture.pixels.size() / 3);
   for (std::size_t i = 0; i < surfaces.size(); ++i)
     surfaces[i] = surface_of_colour(picture.pixels.data() + 3 * i, truth.all_surfaces);

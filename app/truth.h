@@ -28,8 +28,8 @@
 
 namespace gpvc {
 
-/// A colour for each surface below 2^20 and for kMixedSurfaces (white) and kNoSurface (black), far apart for
-/// near numbers.
+/// A colour for each surface below 2^20 and for kMixedSurfaces (white) and kNoSurface (black), far apart for near
+/// numbers.
 std::array<std::uint8_t, 3> id_colour(std::uint32_t surface);
 /// The inverse; kMixedSurfaces for colours that belong to no surface below `surfaces`.
 std::uint32_t surface_of_colour(const std::uint8_t* rgb, std::size_t surfaces);
@@ -49,15 +49,14 @@ Truth read_truth(const std::filesystem::path& dir);
 
 /// The id picture of a photo, at the photo's size: per pixel a surface, kMixedSurfaces or kNoSurface. Throws
 /// InputError.
-std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string& view, int width,
-                                           int height);
+std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string& view, int width, int height);
 
 /// Per face of the given mesh, the best class any used view has, by the oracle (brute force, exact).
 std::vector<FaceClass> best_classes(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
                                     const Progress& progress);
 
-/// A textured model brought together with the faces of the mesh that was to be textured. A face is found by
-/// its three corners, so that models of programs that drop, split or reorder faces are found too.
+/// A textured model brought together with the faces of the mesh that was to be textured. A face is found by its three
+/// corners, so that models of programs that drop, split or reorder faces are found too.
 struct MatchedModel {
   const TexturedModel* model = nullptr;   ///< borrowed; its mesh need not be the given one
   std::span<const Image> pages;           ///< borrowed
@@ -68,28 +67,28 @@ struct MatchedModel {
 };
 inline constexpr std::uint32_t kNoModelFace = 0xFFFFFFFFu;
 
-/// `offset` is added to the model's positions. Corners may differ by what rounding to six printed digits or
-/// to floats does to the model's numbers, as long as that is below a 4096th of the mesh's extent.
+/// `offset` is added to the model's positions. Corners may differ by what rounding to six printed digits or to floats
+/// does to the model's numbers, as long as that is below a 4096th of the mesh's extent.
 MatchedModel match_model(const Mesh& mesh, const TexturedModel& model, std::span<const Image> pages,
                          const WorldPoint& offset);
 
-/// Shares of one kind of faces, by area. A point of a face is seen when a used photo shows it and the 4 x 4
-/// pixels around it show no other surface. Its own colours are those between the least and the most, channel
-/// by channel, that these photos show within 2 px of it. A texel that lies more than kTold grey levels
-/// outside of them is wrong when some used photo shows, within 3 px of where the point would be, a colour of
-/// another surface that is nearer to the texel than its own colours; else it is strange.
+/// Shares of one kind of faces, by area. A point of a face is seen when a used photo shows it and the 4 x 4 pixels
+/// around it show no other surface. Its own colours are those between the least and the most, channel by channel, that
+/// these photos show within 2 px of it. A texel that lies more than kTold grey levels outside of them is wrong when
+/// some used photo shows, within 3 px of where the point would be, a colour of another surface that is nearer to the
+/// texel than its own colours; else it is strange.
 struct TruthShares {
   double area = 0;       ///< of the faces
   double seen_area = 0;  ///< that some used photo shows clear of any other surface
   double textured = 0;   ///< of the seen area
   double wrong = 0;      ///< of the textured seen area: it carries another surface's colour
   double strange = 0;    ///< of it: colours of nothing that photos show there
-  double untold = 0;     ///< of the photos that show another surface there, those whose colour is the point's
-                         ///< own as well: that share of what is wrong goes unnoticed
+  double untold = 0;     ///< of the photos that show another surface there, those whose colour is the point's own as
+                         ///< well: that share of what is wrong goes unnoticed
 };
 
-/// Twice the rounding of JPEG photos and pages at quality 95 (tables of up to 10 levels a coefficient: 5 off
-/// in each of two encodings) and what levelling of seams leaves.
+/// Twice the rounding of JPEG photos and pages at quality 95 (tables of up to 10 levels a coefficient: 5 off in each of
+/// two encodings) and what levelling of seams leaves.
 inline constexpr double kTold = 16;
 
 struct TruthScore {
@@ -100,8 +99,7 @@ struct TruthScore {
   std::vector<std::uint32_t> wrong_faces;  ///< ascending: with a wrong point
 };
 
-/// Whose photo gives the texture its colour at A + b (B - A) + c (C - A) of a face; nullopt where that is not
-/// known.
+/// Whose photo gives the texture its colour at A + b (B - A) + c (C - A) of a face; nullopt where that is not known.
 using OriginOf = std::function<std::optional<PointOrigin>(std::uint32_t face, double b, double c)>;
 
 /// What the photos show where a texture was taken from. No colour is compared: every pixel of a photo belongs
@@ -127,8 +125,8 @@ struct OriginShares {
   double ghost = 0;         ///< of the hidden area: textured from another surface's pixels
   /// Of all area textured from photos, seen or hidden: textured from another surface's pixels.
   double foreign = 0;
-  /// Of all area, seen or hidden: textured as it ought to be, which is from pixels of its own surface where
-  /// it is seen, and not from another surface's where it is hidden.
+  /// Of all area, seen or hidden: textured as it ought to be, which is from pixels of its own surface where it is seen,
+  /// and not from another surface's where it is hidden.
   double faithful = 0;
 };
 
@@ -146,14 +144,13 @@ struct OriginScore {
   std::vector<WrongPoint> wrong;          ///< by face, seen points alone
 };
 
-/// Sample points on every face of `mesh` (as it was given to the texturing) and what the used photos show
-/// there. To be made once for any number of models.
+/// Sample points on every face of `mesh` (as it was given to the texturing) and what the used photos show there. To be
+/// made once for any number of models.
 class TruthScorer {
  public:
-  /// Borrows all. `best` from best_classes(). Throws InputError from photos and id pictures. Takes a few
-  /// bytes for each point and used view. What a photo's mask excludes is seen by nobody, and nobody's fault.
-  /// Progress counts photos, each of which is gone through twice. \pre truth.mesh and mesh have the same
-  /// faces
+  /// Borrows all. `best` from best_classes(). Throws InputError from photos and id pictures. Takes a few bytes for each
+  /// point and used view. What a photo's mask excludes is seen by nobody, and nobody's fault. Progress counts photos,
+  /// each of which is gone through twice. \pre truth.mesh and mesh have the same faces
   TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const FaceClass> best, const Scene& scene,
               std::span<const ViewId> used, PhotoCache& photos, const Progress& progress);
   ~TruthScorer();
@@ -170,9 +167,9 @@ class TruthScorer {
   std::unique_ptr<State> state_;
 };
 
-/// The origins of faces textured from one photo each, as their exact projection into it: what our labels.npy
-/// and tags.npy say of faces tagged seen. Filled faces have none, and of faces pieced together from several
-/// photos it is not known. Borrows the mesh and the scene. \pre one label and tag per face
+/// The origins of faces textured from one photo each, as their exact projection into it: what our labels.npy and
+/// tags.npy say of faces tagged seen. Filled faces have none, and of faces pieced together from several photos it is
+/// not known. Borrows the mesh and the scene. \pre one label and tag per face
 OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std::int32_t> labels,
                            std::vector<std::uint8_t> tags);
 

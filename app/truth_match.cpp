@@ -19,8 +19,8 @@ double distance(const Place& a, const Place& b) {
   return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
 }
 
-// Rounding to six printed digits, or to floats, of the model's own numbers; never more than a 4096th of the
-// mesh's extent.
+// Rounding to six printed digits, or to floats, of the model's own numbers; never more than a 4096th of the mesh's
+// extent.
 double tolerance_of(const Mesh& mesh, const Mesh& model) {
   double largest = 0;
   for (const WorldPoint& p : model.positions)
@@ -44,9 +44,8 @@ class Corners {
     first_.resize(mesh.positions.size());
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
       std::vector<std::uint32_t>& cell = cells_[key(cell_of(corner(mesh.positions[v])))];
-      const auto same = std::find_if(cell.begin(), cell.end(), [&](std::uint32_t other) {
-        return mesh.positions[other] == mesh.positions[v];
-      });
+      const auto same = std::find_if(cell.begin(), cell.end(),
+                                     [&](std::uint32_t other) { return mesh.positions[other] == mesh.positions[v]; });
       first_[v] = same == cell.end() ? v : *same;
       if (same == cell.end()) cell.push_back(v);
     }
@@ -78,8 +77,7 @@ class Corners {
   using Cell = std::array<std::int64_t, 3>;
   Cell cell_of(const Place& p) const {
     Cell cell{};
-    for (std::size_t i = 0; i < 3; ++i)
-      cell[i] = static_cast<std::int64_t>(std::floor(p[i] / (2 * tolerance_)));
+    for (std::size_t i = 0; i < 3; ++i) cell[i] = static_cast<std::int64_t>(std::floor(p[i] / (2 * tolerance_)));
     return cell;
   }
   // Cells whose keys collide share a list; distances tell their positions apart.

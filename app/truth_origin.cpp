@@ -8,8 +8,8 @@
 
 namespace gpvc {
 
-OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t> surfaces,
-                             const PixelPoint& at, std::uint32_t own, WrongPoint& place) {
+OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t> surfaces, const PixelPoint& at,
+                             std::uint32_t own, WrongPoint& place) {
   const auto q = photo_from_pixel(camera, at);
   // Half a pixel beyond the border still reads the border's pixels, as the atlas does.
   if (!q || q->x < -0.5 || q->y < -0.5 || q->x > camera.width + 0.5 || q->y > camera.height + 0.5)
@@ -22,8 +22,7 @@ OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t
   place.at = *q;
   place.surface = shown(static_cast<int>(std::floor(q->x)), static_cast<int>(std::floor(q->y)));
   const int x = static_cast<int>(std::floor(q->x - 0.5)), y = static_cast<int>(std::floor(q->y - 0.5));
-  const std::array<std::uint32_t, 4> around{shown(x, y), shown(x + 1, y), shown(x, y + 1),
-                                            shown(x + 1, y + 1)};
+  const std::array<std::uint32_t, 4> around{shown(x, y), shown(x + 1, y), shown(x, y + 1), shown(x + 1, y + 1)};
   const auto mine = std::count(around.begin(), around.end(), own);
   if (mine == 4) return OriginVerdict::right;
   return mine > 0 || place.surface == kMixedSurfaces ? OriginVerdict::edge : OriginVerdict::wrong;
@@ -62,8 +61,8 @@ void make_shares(OriginShares& sums) {
 
 OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std::int32_t> labels,
                            std::vector<std::uint8_t> tags) {
-  return [&mesh, &scene, labels = std::move(labels), tags = std::move(tags)](
-             std::uint32_t face, double b, double c) -> std::optional<PointOrigin> {
+  return [&mesh, &scene, labels = std::move(labels), tags = std::move(tags)](std::uint32_t face, double b,
+                                                                             double c) -> std::optional<PointOrigin> {
     if (tags[face] == static_cast<std::uint8_t>(FaceTag::filled)) return PointOrigin{};
     if (tags[face] != static_cast<std::uint8_t>(FaceTag::seen) || labels[face] < 0 ||
         static_cast<std::size_t>(labels[face]) >= scene.views.size())
@@ -84,15 +83,14 @@ OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std
 }
 
 std::string origin_table(const OriginScore& score) {
-  std::string table =
-      fmt::format("\n{:<24}{:^44}{:^30}{:^21}\n{:<24}{:>10}{:>10}{:>12}{:>12}{:>15}{:>15}{:>12}{:>9}\n",
-                  "by the photos' pixels", "of the area seen", "of the area hidden", "of both", "",
-                  "a photo's", "right", "wrong", "edge", "a photo's", "ghost", "foreign", "faithful");
+  std::string table = fmt::format("\n{:<24}{:^44}{:^30}{:^21}\n{:<24}{:>10}{:>10}{:>12}{:>12}{:>15}{:>15}{:>12}{:>9}\n",
+                                  "by the photos' pixels", "of the area seen", "of the area hidden", "of both", "",
+                                  "a photo's", "right", "wrong", "edge", "a photo's", "ghost", "foreign", "faithful");
   const auto line = [&](const char* name, const OriginShares& s) {
-    table += fmt::format(
-        "{:<24}{:>8.3f} %{:>8.3f} %{:>10.4f} %{:>10.3f} %{:>13.3f} %{:>13.4f} %{:>10.4f} %{:>7.3f} %\n", name,
-        100 * s.photo, 100 * s.right, 100 * s.wrong, 100 * s.edge, 100 * s.hidden_photo, 100 * s.ghost,
-        100 * s.foreign, 100 * s.faithful);
+    table +=
+        fmt::format("{:<24}{:>8.3f} %{:>8.3f} %{:>10.4f} %{:>10.3f} %{:>13.3f} %{:>13.4f} %{:>10.4f} %{:>7.3f} %\n",
+                    name, 100 * s.photo, 100 * s.right, 100 * s.wrong, 100 * s.edge, 100 * s.hidden_photo,
+                    100 * s.ghost, 100 * s.foreign, 100 * s.faithful);
   };
   line("all", score.all);
   line("seen whole by a view", score.full);

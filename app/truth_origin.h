@@ -13,10 +13,10 @@ namespace gpvc {
 /// In the order in which the worse of two counts.
 enum class OriginVerdict : std::uint8_t { filled, right, edge, wrong };
 
-/// What a photo shows at a place of its undistorted frame; `surfaces` is its id picture, row-major. Where it
-/// is wrong, `place` is told where in the photo and what is there. A place outside the photo is wrong.
-OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t> surfaces,
-                             const PixelPoint& at, std::uint32_t own, WrongPoint& place);
+/// What a photo shows at a place of its undistorted frame; `surfaces` is its id picture, row-major. Where it is wrong,
+/// `place` is told where in the photo and what is there. A place outside the photo is wrong.
+OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t> surfaces, const PixelPoint& at,
+                             std::uint32_t own, WrongPoint& place);
 
 /// Adds a point's area to the sums that make_shares() divides.
 void add_origin(OriginVerdict verdict, double area, OriginShares& sums);

@@ -71,23 +71,20 @@ struct Shown {
     const CameraPoint c = camera_from_world(view.pose, p);
     if (c.z <= 0) return std::nullopt;
     const auto at = photo_from_pixel(view.camera, pixel_from_camera(view.camera, c));
-    if (!at || !(at->x >= 0) || !(at->y >= 0) || at->x >= photo->width || at->y >= photo->height)
-      return std::nullopt;
+    if (!at || !(at->x >= 0) || !(at->y >= 0) || at->x >= photo->width || at->y >= photo->height) return std::nullopt;
     return at;
   }
   std::uint32_t surface(int x, int y) const {
-    return (*surfaces)[static_cast<std::size_t>(y) * static_cast<std::size_t>(photo->width) +
-                       static_cast<std::size_t>(x)];
+    return (
+        *surfaces)[static_cast<std::size_t>(y) * static_cast<std::size_t>(photo->width) + static_cast<std::size_t>(x)];
   }
   Pixel colour(int x, int y) const {
     const double dx = (x + 0.5) / photo->width * 2 - 1, dy = (y + 0.5) / photo->height * 2 - 1;
     // As the synthetic camera has it: by the distance in pixels, 1 in the corner.
     const double w = photo->width, h = photo->height;
-    const auto scale =
-        static_cast<float>(1 / exposure.at((dx * dx * w * w + dy * dy * h * h) / (w * w + h * h)));
+    const auto scale = static_cast<float>(1 / exposure.at((dx * dx * w * w + dy * dy * h * h) / (w * w + h * h)));
     const std::uint8_t* p = photo->at(x, y);
-    return {scale * static_cast<float>(p[0]), scale * static_cast<float>(p[1]),
-            scale * static_cast<float>(p[2])};
+    return {scale * static_cast<float>(p[0]), scale * static_cast<float>(p[1]), scale * static_cast<float>(p[2])};
   }
   // The pixels within `reach` of `at`, as far as there are.
   template <class Visit>
@@ -101,8 +98,7 @@ struct Shown {
     bool any = false;   ///< one of them shows it, or several surfaces
   };
   Window window(const PhotoPoint& at, std::uint32_t of) const {
-    const int x0 = static_cast<int>(std::floor(at.x - 0.5)) - 1,
-              y0 = static_cast<int>(std::floor(at.y - 0.5)) - 1;
+    const int x0 = static_cast<int>(std::floor(at.x - 0.5)) - 1, y0 = static_cast<int>(std::floor(at.y - 0.5)) - 1;
     Window found;
     for (int y = y0; y < y0 + 4; ++y)
       for (int x = x0; x < x0 + 4; ++x) {
@@ -154,12 +150,11 @@ Pixel look_up(const Image& page, double u, double v) {
 std::optional<Pixel> texel(const MatchedModel& matched, const Sample& s) {
   const std::uint32_t face = matched.model_face[s.face];
   if (face == kNoModelFace || matched.model->face_page[face] >= matched.pages.size()) return std::nullopt;
-  const std::array<double, 3> weights{1 - static_cast<double>(s.b) - static_cast<double>(s.c),
-                                      static_cast<double>(s.b), static_cast<double>(s.c)};
+  const std::array<double, 3> weights{1 - static_cast<double>(s.b) - static_cast<double>(s.c), static_cast<double>(s.b),
+                                      static_cast<double>(s.c)};
   double u = 0, v = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    const TexCoord& t =
-        matched.model->texcoords[matched.model->face_texcoords[face][matched.corners[s.face][i]]];
+    const TexCoord& t = matched.model->texcoords[matched.model->face_texcoords[face][matched.corners[s.face][i]]];
     u += weights[i] * static_cast<double>(t.u);
     v += weights[i] * static_cast<double>(t.v);
   }
@@ -185,8 +180,8 @@ struct TruthScorer::State {
   mutable std::map<ViewId, IdPicture> pictures;  // id pictures, as far as kKeptBytes reach
   mutable std::size_t kept_bytes = 0;
 
-  State(const Truth& t, const Mesh& m, std::span<const FaceClass> b, const Scene& s,
-        std::span<const ViewId> u, PhotoCache& p)
+  State(const Truth& t, const Mesh& m, std::span<const FaceClass> b, const Scene& s, std::span<const ViewId> u,
+        PhotoCache& p)
       : truth(t), mesh(m), best(b.begin(), b.end()), scene(s), used(u.begin(), u.end()), photos(p) {}
   void sample_faces();
   void part_seen_from_hidden();
@@ -213,21 +208,17 @@ struct TruthScorer::State {
   }
   double own_distance(std::size_t i, const Pixel& texel) const {
     double least = std::numeric_limits<double>::infinity();
-    for (const float g : gains)
-      least = std::min(least, own[i].distance({texel[0] * g, texel[1] * g, texel[2] * g}));
+    for (const float g : gains) least = std::min(least, own[i].distance({texel[0] * g, texel[1] * g, texel[2] * g}));
     return least;
   }
   std::vector<double> other_distances(const std::vector<std::optional<Pixel>>& texels,
-                                      const std::vector<double>& own_distances,
-                                      const Progress& progress) const;
+                                      const std::vector<double>& own_distances, const Progress& progress) const;
 
   // Per sample, a bit for each used view that shows it clear of other surfaces.
   std::vector<std::uint64_t> clear;
   std::size_t words = 0;
   std::vector<std::uint8_t> met;  // per sample: some used photo sees it, or its surface right beside it
-  bool is_clear(std::size_t i, std::size_t view) const {
-    return (clear[i * words + view / 64] >> (view % 64)) & 1u;
-  }
+  bool is_clear(std::size_t i, std::size_t view) const { return (clear[i * words + view / 64] >> (view % 64)) & 1u; }
 };
 
 Shown TruthScorer::State::shown(ViewId id) const {
@@ -321,8 +312,7 @@ void TruthScorer::State::part_seen_from_hidden() {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto bits = clear.begin() + static_cast<std::ptrdiff_t>(i * words);
-    if (std::all_of(bits, bits + static_cast<std::ptrdiff_t>(words),
-                    [](std::uint64_t w) { return w == 0; })) {
+    if (std::all_of(bits, bits + static_cast<std::ptrdiff_t>(words), [](std::uint64_t w) { return w == 0; })) {
       if (met[i] == 0) {
         hidden.push_back(samples[i]);
         hidden_areas.push_back(areas[i]);
@@ -363,14 +353,13 @@ void TruthScorer::State::find_untold(const Progress& progress) {
     untold[i] = hiding[i] == 0 ? 0.0F : static_cast<float>(alike[i]) / static_cast<float>(hiding[i]);
 }
 
-TruthScorer::TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const FaceClass> best,
-                         const Scene& scene, std::span<const ViewId> used, PhotoCache& photos,
-                         const Progress& progress)
+TruthScorer::TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const FaceClass> best, const Scene& scene,
+                         std::span<const ViewId> used, PhotoCache& photos, const Progress& progress)
     : state_(new State(truth, mesh, best, scene, used, photos)) {
   if (mesh.faces.size() != truth.mesh.faces.size() || mesh.faces.size() != best.size())
-    throw InputError(truth.dir, "",
-                     fmt::format("the truth is about {} faces, but the mesh has {}", truth.mesh.faces.size(),
-                                 mesh.faces.size()));
+    throw InputError(
+        truth.dir, "",
+        fmt::format("the truth is about {} faces, but the mesh has {}", truth.mesh.faces.size(), mesh.faces.size()));
   if (truth.most_gain > 1) {
     // Levelling may have brought a texel to any of the photos' gains.
     constexpr int kSteps = 8;
@@ -403,8 +392,7 @@ std::vector<double> TruthScorer::State::other_distances(const std::vector<std::o
         const std::uint32_t there = photo.surface(x, y);
         if (there == surface || there == kMixedSurfaces) return;
         const Pixel colour = photo.colour(x, y), &t = *texels[i];
-        for (const float g : gains)
-          others[i] = std::min(others[i], distance(colour, {t[0] * g, t[1] * g, t[2] * g}));
+        for (const float g : gains) others[i] = std::min(others[i], distance(colour, {t[0] * g, t[1] * g, t[2] * g}));
       });
     });
     progress(n + 1, used.size());
@@ -439,8 +427,7 @@ TruthScore TruthScorer::score(const MatchedModel& model, const Progress& progres
   for (std::size_t i = 0; i < s.samples.size(); ++i) {
     const std::uint32_t face = s.samples[i].face;
     const bool off = texels[i] && own_distances[i] > kTold, wrong = off && others[i] < own_distances[i];
-    if (wrong && (score.wrong_faces.empty() || score.wrong_faces.back() != face))
-      score.wrong_faces.push_back(face);
+    if (wrong && (score.wrong_faces.empty() || score.wrong_faces.back() != face)) score.wrong_faces.push_back(face);
     for (TruthShares* shares : {&score.all, kind(face) == 0 ? &score.full : &score.partial}) {
       shares->seen_area += s.areas[i];
       if (!texels[i]) continue;
@@ -459,14 +446,12 @@ TruthScore TruthScorer::score(const MatchedModel& model, const Progress& progres
   return score;
 }
 
-TruthScorer::State::Judged TruthScorer::State::judged(const std::vector<Sample>& points,
-                                                      const OriginOf& origin) const {
+TruthScorer::State::Judged TruthScorer::State::judged(const std::vector<Sample>& points, const OriginOf& origin) const {
   Judged result{std::vector<std::optional<PointOrigin>>(points.size()),
                 std::vector<OriginVerdict>(points.size(), OriginVerdict::filled),
                 std::vector<WrongPoint>(points.size())};
   each_of(points.size(), [&](std::size_t i) {
-    result.origins[i] =
-        origin(points[i].face, static_cast<double>(points[i].b), static_cast<double>(points[i].c));
+    result.origins[i] = origin(points[i].face, static_cast<double>(points[i].b), static_cast<double>(points[i].c));
   });
   for (const ViewId id : used) {
     const IdPicture picture = surfaces(id);
@@ -475,8 +460,7 @@ TruthScorer::State::Judged TruthScorer::State::judged(const std::vector<Sample>&
       const std::optional<PointOrigin>& from = result.origins[i];
       if (!from) return;
       const std::uint32_t surface = truth.face_surface[points[i].face];
-      for (const auto& [view, at] :
-           {std::pair(from->first, from->first_at), {from->second, from->second_at}}) {
+      for (const auto& [view, at] : {std::pair(from->first, from->first_at), {from->second, from->second_at}}) {
         if (view != id) continue;
         WrongPoint place{points[i].face, id, {}, kNoSurface};
         const OriginVerdict verdict = origin_verdict(camera, *picture, at, surface, place);
@@ -520,8 +504,7 @@ OriginScore TruthScorer::score(const OriginOf& origin) const {
     const std::uint32_t face = s.hidden[i].face;
     for (OriginShares* shares : {&score.all, &kind(face)})
       add_hidden_origin(hidden.verdicts[i], s.hidden_areas[i], *shares);
-    if (hidden.verdicts[i] != OriginVerdict::wrong)
-      score.faithful_area[face] += static_cast<float>(s.hidden_areas[i]);
+    if (hidden.verdicts[i] != OriginVerdict::wrong) score.faithful_area[face] += static_cast<float>(s.hidden_areas[i]);
   }
   for (OriginShares* shares : {&score.all, &score.full, &score.partial, &score.none}) make_shares(*shares);
   return score;
@@ -533,9 +516,9 @@ std::string truth_table(const TruthScore& score, const OriginScore* origins) {
       "untold\n";
   const auto percent = [](double share) { return 100 * share; };
   const auto line = [&](const char* name, std::size_t faces, std::size_t textured, const TruthShares& s) {
-    table += fmt::format("{:<22}{:>9}{:>10}{:>18.2f} %{:>16.2f} %{:>7.3f} %{:>7.3f} %{:>6.1f} %\n", name,
-                         faces, textured, score.all.area > 0 ? percent(s.seen_area / score.all.area) : 0,
-                         percent(s.textured), percent(s.wrong), percent(s.strange), percent(s.untold));
+    table += fmt::format("{:<22}{:>9}{:>10}{:>18.2f} %{:>16.2f} %{:>7.3f} %{:>7.3f} %{:>6.1f} %\n", name, faces,
+                         textured, score.all.area > 0 ? percent(s.seen_area / score.all.area) : 0, percent(s.textured),
+                         percent(s.wrong), percent(s.strange), percent(s.untold));
   };
   line("all", score.faces[0] + score.faces[1] + score.faces[2],
        score.textured[0] + score.textured[1] + score.textured[2], score.all);

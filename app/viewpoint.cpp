@@ -29,8 +29,7 @@ MeanCamera mean_camera(const Scene& scene, std::span<const ViewId> used) {
 }
 
 // How far the cameras lie from their mean along a direction, root mean square.
-double spread(const Scene& scene, std::span<const ViewId> used, const WorldPoint& centre,
-              const WorldPoint& direction) {
+double spread(const Scene& scene, std::span<const ViewId> used, const WorldPoint& centre, const WorldPoint& direction) {
   double sum = 0;
   for (const ViewId id : used) {
     const double along = dot(scene.views[index(id)].pose.centre - centre, direction);
@@ -39,16 +38,14 @@ double spread(const Scene& scene, std::span<const ViewId> used, const WorldPoint
   return std::sqrt(sum / static_cast<double>(used.size()));
 }
 
-// Photos taken from the ground: all upright, and from places that differ least in height. Photos of one
-// flight strip, all with one heading, are as upright but spread along their up direction; for a single photo,
-// nothing tells.
+// Photos taken from the ground: all upright, and from places that differ least in height. Photos of one flight strip,
+// all with one heading, are as upright but spread along their up direction; for a single photo, nothing tells.
 bool stand_upright(const Scene& scene, std::span<const ViewId> used, const MeanCamera& mean) {
   if (used.size() < 3 || length(mean.up) < 0.9) return false;
   const WorldPoint up = unit(mean.up);
   const WorldPoint right = unit(cross(mean.forward, up)), ahead = cross(up, right);
   const double height = spread(scene, used, mean.centre, up);
-  const double width = spread(scene, used, mean.centre, right),
-               depth = spread(scene, used, mean.centre, ahead);
+  const double width = spread(scene, used, mean.centre, right), depth = spread(scene, used, mean.centre, ahead);
   return height * 4 < std::max(width, depth) && height < std::min(width, depth);
 }
 
@@ -84,10 +81,10 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(at)];
 }
 
-// How far in front of `middle` the camera must stand for nearly all points to be in the picture, and how much
-// of it stays empty left, right, above and below, in tangents.
-Viewpoint framed(const std::vector<WorldPoint>& points, const WorldPoint& forward, const WorldPoint& up,
-                 int width, int height) {
+// How far in front of `middle` the camera must stand for nearly all points to be in the picture, and how much of it
+// stays empty left, right, above and below, in tangents.
+Viewpoint framed(const std::vector<WorldPoint>& points, const WorldPoint& forward, const WorldPoint& up, int width,
+                 int height) {
   constexpr double kMargin = 1.08;
   const WorldPoint z = unit(forward), x = unit(cross(z, up)), y = cross(z, x);
   Viewpoint v;
@@ -98,9 +95,8 @@ Viewpoint framed(const std::vector<WorldPoint>& points, const WorldPoint& forwar
   v.camera.cy = height / 2.0;
   v.pose.rotation = {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z};
   const double tan_x = width / 2.0 / v.camera.fx / kMargin, tan_y = height / 2.0 / v.camera.fy / kMargin;
-  // A point is inside when |x - x0| <= tan_x (depth): four half-planes. Each pair of quantiles of x -+ tan_x
-  // z gives the place of its apex; the camera stands at the farther of the two apexes, in the middle of both
-  // pairs.
+  // A point is inside when |x - x0| <= tan_x (depth): four half-planes. Each pair of quantiles of x -+ tan_x z gives
+  // the place of its apex; the camera stands at the farther of the two apexes, in the middle of both pairs.
   const auto apex = [&](const WorldPoint& axis, double tangent, double& place) {
     std::vector<double> low, high;
     for (const WorldPoint& p : points) {
@@ -128,8 +124,7 @@ UpAxis scene_up(const Scene& scene, std::span<const ViewId> used) {
 }
 
 WorldPoint up_vector(UpAxis axis) {
-  constexpr std::array<WorldPoint, 6> kVectors{
-      {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+  constexpr std::array<WorldPoint, 6> kVectors{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
   return kVectors[static_cast<std::size_t>(axis)];
 }
 
@@ -138,20 +133,19 @@ const char* up_name(UpAxis axis) {
   return kNames[static_cast<std::size_t>(axis)];
 }
 
-Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene,
-                   std::span<const ViewId> used, UpAxis axis, int width, int height) {
+Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene, std::span<const ViewId> used,
+                   UpAxis axis, int width, int height) {
   const MeanCamera mean = mean_camera(scene, used);
   const std::vector<WorldPoint> points = seen_points(mesh, labels);
-  // The scene's own up where the cameras show it better than an axis does: minus what they look along, or
-  // theirs.
+  // The scene's own up where the cameras show it better than an axis does: minus what they look along, or theirs.
   const WorldPoint axis_up = up_vector(axis);
   const WorldPoint forward = unit(mean.forward);
   const bool look_down = dot(forward, axis_up) < -0.7;
   WorldPoint up = look_down && length(mean.forward) > 0.5 ? forward * -1 : axis_up;
   if (!look_down && length(mean.up) > 0.5) up = unit(mean.up);
   if (!look_down && length(mean.forward) > 0.3) return framed(points, forward, up, width, height);
-  // From above: 40 degrees below the horizon, ahead being up in the cameras' pictures or, where those differ,
-  // in the first one's.
+  // From above: 40 degrees below the horizon, ahead being up in the cameras' pictures or, where those differ, in the
+  // first one's.
   WorldPoint ahead = mean.up - up * dot(mean.up, up);
   if (length(ahead) < 0.2) {
     const auto& r = scene.views[index(used.front())].pose.rotation;
@@ -176,8 +170,7 @@ WorldPoint local_origin(const Mesh& mesh, std::span<const ViewId> labels, const 
     extent = std::max(extent, high - low);
     return (low + high) / 2;
   };
-  const WorldPoint middle{middle_along(&WorldPoint::x), middle_along(&WorldPoint::y),
-                          middle_along(&WorldPoint::z)};
+  const WorldPoint middle{middle_along(&WorldPoint::x), middle_along(&WorldPoint::y), middle_along(&WorldPoint::z)};
   std::vector<double> sampling;  // ground size of a pixel at the middle
   for (const ViewId id : used) {
     const View& view = scene.views[index(id)];

@@ -49,16 +49,16 @@ struct Totals {
 };
 
 std::string table_head(std::size_t name_width) {
-  return fmt::format("{:{}}  {:>9} {:>9} {:>9} {:>10} {:>9} {:>11} {:>9} {:>8} {:>8} {:>8} {:>8}", "view",
-                     name_width, "full", "partial", "hidden", "unresolved", "processed", "samples",
-                     "corrected", "upload s", "render s", "read s", "class s");
+  return fmt::format("{:{}}  {:>9} {:>9} {:>9} {:>10} {:>9} {:>11} {:>9} {:>8} {:>8} {:>8} {:>8}", "view", name_width,
+                     "full", "partial", "hidden", "unresolved", "processed", "samples", "corrected", "upload s",
+                     "render s", "read s", "class s");
 }
 
 std::string table_row(const std::string& name, std::size_t name_width, const Totals& t) {
   const VisibilityStatistics& s = t.statistics;
-  return fmt::format("{:{}}  {:>9} {:>9} {:>9} {:>10} {:>9} {:>11} {:>9} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.3f}",
-                     name, name_width, t.full, t.partial, t.hidden, t.unresolved, s.processed_faces,
-                     s.samples, s.corrected_samples, s.upload_s, s.render_s, s.readback_s, s.classify_s);
+  return fmt::format("{:{}}  {:>9} {:>9} {:>9} {:>10} {:>9} {:>11} {:>9} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.3f}", name,
+                     name_width, t.full, t.partial, t.hidden, t.unresolved, s.processed_faces, s.samples,
+                     s.corrected_samples, s.upload_s, s.render_s, s.readback_s, s.classify_s);
 }
 
 // visibility/NAME.npy, or one folder a mesh.
@@ -162,9 +162,9 @@ void run_visibility(const VisibilityCommandOptions& options, Console& console) {
     throw std::runtime_error(folder.with_final_names(e.what()));
   }
   if (wrong > 0)
-    throw std::runtime_error(fmt::format(
-        "{}: {} faces without a tie are classed otherwise than by the oracle; please report this scene",
-        (options.out / "oracle.json").string(), wrong));
+    throw std::runtime_error(
+        fmt::format("{}: {} faces without a tie are classed otherwise than by the oracle; please report this scene",
+                    (options.out / "oracle.json").string(), wrong));
 }
 
 }  // namespace gpvc

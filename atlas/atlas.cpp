@@ -19,9 +19,7 @@ namespace gpvc {
 
 struct AtlasPlan::State {
   State(const AtlasInput& input, const AtlasOptions& wanted)
-      : options(wanted),
-        coverage(input.coverage),
-        neighbours(face_neighbours(input.graph, input.mesh.faces.size())) {}
+      : options(wanted), coverage(input.coverage), neighbours(face_neighbours(input.graph, input.mesh.faces.size())) {}
   AtlasOptions options;  ///< the page size in whole blocks
   CoverageIndex coverage;
   FaceNeighbours neighbours;
@@ -53,16 +51,14 @@ void write_texcoords(const Mesh& mesh, const ChartSet& set, std::span<const Char
       for (std::size_t i = 0; i < 3; ++i) mine.emplace_back(mesh.faces[face][i], set.corners[face][i]);
     const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
     std::stable_sort(mine.begin(), mine.end(), before);
-    mine.erase(std::unique(mine.begin(), mine.end(),
-                           [](const auto& a, const auto& b) { return a.first == b.first; }),
+    mine.erase(std::unique(mine.begin(), mine.end(), [](const auto& a, const auto& b) { return a.first == b.first; }),
                mine.end());
   });
   std::vector<std::size_t> first(used.size() + 1, 0);
   for (std::size_t c = 0; c < used.size(); ++c)
-    first[c + 1] = first[c] + (set.charts[c].kind == ChartKind::blocks ? 3 * set.charts[c].faces.size()
-                                                                       : used[c].size());
-  if (first.back() >= 0xFFFFFFFFu)
-    throw std::length_error("more texture coordinates than 32-bit indices reach");
+    first[c + 1] =
+        first[c] + (set.charts[c].kind == ChartKind::blocks ? 3 * set.charts[c].faces.size() : used[c].size());
+  if (first.back() >= 0xFFFFFFFFu) throw std::length_error("more texture coordinates than 32-bit indices reach");
   model.texcoords.resize(first.back());
   model.face_texcoords.resize(mesh.faces.size());
   model.face_page.resize(mesh.faces.size());
@@ -70,11 +66,9 @@ void write_texcoords(const Mesh& mesh, const ChartSet& set, std::span<const Char
     const Page& page = pages[places[c].page];
     const auto coordinate = [&](const TexelPoint& p) {
       const TexelPoint q = places[c].point(p);
-      return TexCoord{static_cast<float>(q.x / page.image.width),
-                      static_cast<float>(q.y / page.image.height)};
+      return TexCoord{static_cast<float>(q.x / page.image.width), static_cast<float>(q.y / page.image.height)};
     };
-    for (std::size_t i = 0; i < used[c].size(); ++i)
-      model.texcoords[first[c] + i] = coordinate(used[c][i].second);
+    for (std::size_t i = 0; i < used[c].size(); ++i) model.texcoords[first[c] + i] = coordinate(used[c][i].second);
     std::size_t next = first[c];
     for (const auto face : set.charts[c].faces) {
       model.face_page[face] = places[c].page;

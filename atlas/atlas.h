@@ -17,22 +17,22 @@ namespace gpvc {
 
 enum class SeamLeveling { none, global, full };
 
-/// What becomes of faces that no view shows: painted with the colours from around the hole, the same but left
-/// out where the output can do without them, or painted in one colour.
+/// What becomes of faces that no view shows: painted with the colours from around the hole, the same but left out where
+/// the output can do without them, or painted in one colour.
 enum class UnseenFaces { fill, drop, color };
 
 struct AtlasOptions {
   int page_size = 8192;  ///< largest page edge, texels; pages are cropped to their content
-  /// Texels around a chart that carry extended colour. With 8, mip levels down to 1/8 hold only one chart's
-  /// colours wherever a face touches them: charts lie in blocks of 8 texels that they share with none (of the
-  /// largest power of two up to the padding).
+  /// Texels around a chart that carry extended colour. With 8, mip levels down to 1/8 hold only one chart's colours
+  /// wherever a face touches them: charts lie in blocks of 8 texels that they share with none (of the largest power of
+  /// two up to the padding).
   int padding = 8;
   SeamLeveling seams = SeamLeveling::full;
-  /// Texels of partial faces prefer views in which nothing hides the face within this many pixels: photo and
-  /// mesh disagree by a few pixels along silhouettes.
+  /// Texels of partial faces prefer views in which nothing hides the face within this many pixels: photo and mesh
+  /// disagree by a few pixels along silhouettes.
   int margin_px = 3;
-  /// Charts whose texels would be smaller than this, in world units, are reduced to it; 0: none. Steps of an
-  /// eighth of an octave, never coarser.
+  /// Charts whose texels would be smaller than this, in world units, are reduced to it; 0: none. Steps of an eighth of
+  /// an octave, never coarser.
   double texel_size = 0;
   /// Limits on pages and on their texels after cropping, met by one reduction of all charts; 0: none.
   std::size_t max_pages = 0, max_texels = 0;
@@ -91,17 +91,16 @@ class AtlasPlan {
   std::unique_ptr<State> state_;
 };
 
-/// Charts are faces of one view, connected or so close in its photo that their paddings would overlap; their
-/// texture coordinates are the exact projections into that view's undistorted frame, so photo texels are
-/// copied at full resolution. Faces tagged partial take each texel from the best view whose coverage shows
-/// it. Reads no photo. Throws std::invalid_argument where options and input do not fit together, or where the
-/// smallest charts there can be exceed a limit.
+/// Charts are faces of one view, connected or so close in its photo that their paddings would overlap; their texture
+/// coordinates are the exact projections into that view's undistorted frame, so photo texels are copied at full
+/// resolution. Faces tagged partial take each texel from the best view whose coverage shows it. Reads no photo. Throws
+/// std::invalid_argument where options and input do not fit together, or where the smallest charts there can be exceed
+/// a limit.
 AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 
-/// Levels and bakes. Each photo is fetched from the cache at most twice, once for its seams and once to bake.
-/// `input` is what the plan was made from. Throws InputError from photos. Progress counts photos baked; it is
-/// called from any thread, one at a time, also while a photo is baked, so that what it throws stops the work
-/// soon.
+/// Levels and bakes. Each photo is fetched from the cache at most twice, once for its seams and once to bake. `input`
+/// is what the plan was made from. Throws InputError from photos. Progress counts photos baked; it is called from any
+/// thread, one at a time, also while a photo is baked, so that what it throws stops the work soon.
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress);
 
 /// Whose photos give a point of the texture its colour.
@@ -117,8 +116,8 @@ struct PointOrigin {
 /// What bake_atlas takes each point of the texture from, leveling aside: for measuring. Reads no photo.
 class TextureOrigins {
  public:
-  /// Borrows both. `input` is what the plan was made from. O(texels of partial faces x candidates), TBB;
-  /// keeps some bytes for each of these texels.
+  /// Borrows both. `input` is what the plan was made from. O(texels of partial faces x candidates), TBB; keeps some
+  /// bytes for each of these texels.
   TextureOrigins(const AtlasPlan& plan, const AtlasInput& input);
   ~TextureOrigins();
   TextureOrigins(const TextureOrigins&) = delete;

@@ -18,8 +18,8 @@ constexpr double kWholeTexel_px = 16;
 
 bool is_coarse(const Chart& chart) { return chart.scale * kWholeTexel_px < 1; }
 
-/// Edge of the squares that are baked together, texels: photo positions are interpolated in them where texels
-/// are not coarse.
+/// Edge of the squares that are baked together, texels: photo positions are interpolated in them where texels are not
+/// coarse.
 int block_texels(const Chart& chart, int step) {
   if (is_coarse(chart)) return kStripRow;
   return std::clamp(static_cast<int>(step * chart.scale), 1, kStripRow);
@@ -32,9 +32,8 @@ struct FrameRectangle {
   double x0, y0, x1, y1;
 };
 
-/// What coarse texels may read: the faces' bounds and a border. So a chart's texels read every pixel a few
-/// times at most, however coarse they are, and a texel larger than its chart has the chart's colour, not all
-/// the photo's.
+/// What coarse texels may read: the faces' bounds and a border. So a chart's texels read every pixel a few times at
+/// most, however coarse they are, and a texel larger than its chart has the chart's colour, not all the photo's.
 FrameRectangle readable(const Chart& chart, std::span<const std::uint32_t> faces,
                         std::span<const TexelTriangle> corners) {
   FrameRectangle r{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
@@ -44,8 +43,8 @@ FrameRectangle readable(const Chart& chart, std::span<const std::uint32_t> faces
       r = {std::min(r.x0, p.x), std::min(r.y0, p.y), std::max(r.x1, p.x), std::max(r.y1, p.y)};
     }
   }
-  // Texels exceed the bounds by two of their edges, the ring being one. Up to kWholeTexel_px all of that is
-  // read; from there on less, as the share of a small chart in its texel falls.
+  // Texels exceed the bounds by two of their edges, the ring being one. Up to kWholeTexel_px all of that is read; from
+  // there on less, as the share of a small chart in its texel falls.
   const double border = 2 * kWholeTexel_px * kWholeTexel_px * chart.scale;
   return {r.x0 - border, r.y0 - border, r.x1 + border, r.y1 + border};
 }
@@ -54,8 +53,8 @@ struct Interval {
   double low, high;
 };
 
-/// The part within limits, drawn inwards to half the texel where less is left: along the bounds there may be
-/// little of the faces.
+/// The part within limits, drawn inwards to half the texel where less is left: along the bounds there may be little of
+/// the faces.
 Interval clipped(const Interval& texel, const Interval& limits) {
   const double least = std::min((texel.high - texel.low) / 2, limits.high - limits.low);
   const double low = std::clamp(texel.low, limits.low, std::max(limits.low, limits.high - least));
@@ -150,8 +149,7 @@ class PlainBaker {
   }
 
   /// `frame`: where the colour is from.
-  void put(const Band& band, int x, int y, const PixelPoint& frame, Color color, const Color& strip,
-           Page& page) const {
+  void put(const Band& band, int x, int y, const PixelPoint& frame, Color color, const Color& strip, Page& page) const {
     const std::size_t i = band.raster.at(x, y);
     if (!correction_.identity()) {
       const std::uint32_t owner = band.raster.owner[i];
@@ -159,32 +157,27 @@ class PlainBaker {
               correction_.face_offset(owner, band.corners[owner], x + 0.5, y + 0.5) + strip;
     }
     const auto texel = band.place.texel(x, y);
-    page.put(texel.x, texel.y, color,
-             band.raster.reach[i] == TexelReach::ring ? TexelState::ring : TexelState::chart);
+    page.put(texel.x, texel.y, color, band.raster.reach[i] == TexelReach::ring ? TexelState::ring : TexelState::chart);
   }
 
   static std::array<Color, kStripRow> strip_row(std::span<const StripSample> near, int x, int y) {
     return near.empty() ? std::array<Color, kStripRow>{} : strip_offsets(near, x + 0.5, y + 0.5);
   }
 
-  void copy_block(const Band& band, const CellBox& part, std::span<const StripSample> near,
-                  Page& page) const {
-    const int shift_x = static_cast<int>(band.chart.origin_x),
-              shift_y = static_cast<int>(band.chart.origin_y);
+  void copy_block(const Band& band, const CellBox& part, std::span<const StripSample> near, Page& page) const {
+    const int shift_x = static_cast<int>(band.chart.origin_x), shift_y = static_cast<int>(band.chart.origin_y);
     for (int y = part.y0; y < part.y1; ++y) {
       const auto strip = strip_row(near, part.x0, y);
       for (int x = part.x0; x < part.x1; ++x) {
         const int px = shift_x + x, py = shift_y + y;
-        if (!wanted(band.raster, x, y) || px < 0 || py < 0 || px >= photo_.width || py >= photo_.height)
-          continue;
+        if (!wanted(band.raster, x, y) || px < 0 || py < 0 || px >= photo_.width || py >= photo_.height) continue;
         put(band, x, y, texel_centre(band.chart, x, y), load(photo_.at(px, py)),
             strip[static_cast<std::size_t>(x - part.x0)], page);
       }
     }
   }
 
-  void sample_block(const Band& band, const CellBox& part, std::span<const StripSample> near,
-                    Page& page) const {
+  void sample_block(const Band& band, const CellBox& part, std::span<const StripSample> near, Page& page) const {
     const PixelPoint low = band.chart.frame_position(part.x0, part.y0);
     const PixelPoint high = band.chart.frame_position(part.x1, part.y1);
     const PhotoPositions positions(view_.camera, low.x, low.y, high.x, high.y);
@@ -193,8 +186,7 @@ class PlainBaker {
       for (int x = part.x0; x < part.x1; ++x) {
         if (!wanted(band.raster, x, y)) continue;
         if (const auto color = sample(band.chart, positions, x, y))
-          put(band, x, y, texel_centre(band.chart, x, y), *color,
-              strip[static_cast<std::size_t>(x - part.x0)], page);
+          put(band, x, y, texel_centre(band.chart, x, y), *color, strip[static_cast<std::size_t>(x - part.x0)], page);
       }
     }
   }
@@ -207,8 +199,8 @@ class PlainBaker {
         if (!wanted(band.raster, x, y)) continue;
         const FrameRectangle r = clipped_texel(band.chart, x, y, limits);
         if (const auto color = mean(r, poll))
-          put(band, x, y, {(r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2}, *color,
-              strip[static_cast<std::size_t>(x - part.x0)], page);
+          put(band, x, y, {(r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2}, *color, strip[static_cast<std::size_t>(x - part.x0)],
+              page);
       }
     }
   }
@@ -218,8 +210,8 @@ class PlainBaker {
     return q.x >= -0.5 && q.y >= -0.5 && q.x <= photo_.width + 0.5 && q.y <= photo_.height + 0.5;
   }
 
-  /// Of the photo's part of a rectangle, a sample a pixel. Lens models bend too much over a coarse texel to
-  /// be interpolated, and so many samples need not be sharp. nullopt outside the photo.
+  /// Of the photo's part of a rectangle, a sample a pixel. Lens models bend too much over a coarse texel to be
+  /// interpolated, and so many samples need not be sharp. nullopt outside the photo.
   std::optional<Color> mean(const FrameRectangle& r, Poll& poll) const {
     const auto samples = [](double length) { return std::max(1, static_cast<int>(std::ceil(length))); };
     const int columns = samples(r.x1 - r.x0), rows = samples(r.y1 - r.y0);
@@ -228,8 +220,7 @@ class PlainBaker {
     for (int j = 0; j < rows; ++j) {
       poll();
       for (int i = 0; i < columns; ++i) {
-        const PixelPoint p{r.x0 + (i + 0.5) / columns * (r.x1 - r.x0),
-                           r.y0 + (j + 0.5) / rows * (r.y1 - r.y0)};
+        const PixelPoint p{r.x0 + (i + 0.5) / columns * (r.x1 - r.x0), r.y0 + (j + 0.5) / rows * (r.y1 - r.y0)};
         const auto q = photo_from_pixel(view_.camera, p);
         if (!q || !in_photo(*q)) continue;
         const Color color = sample_bilinear(photo_, q->x, q->y);
@@ -242,8 +233,8 @@ class PlainBaker {
     return Color{share(sum[0]), share(sum[1]), share(sum[2])};
   }
 
-  /// One bicubic sample where texels are as fine as pixels; the mean over the texel's square where coarser.
-  /// nullopt outside the photo.
+  /// One bicubic sample where texels are as fine as pixels; the mean over the texel's square where coarser. nullopt
+  /// outside the photo.
   std::optional<Color> sample(const Chart& chart, const PhotoPositions& positions, int x, int y) const {
     const int taps = chart.scale >= 1 ? 1 : static_cast<int>(std::ceil(1 / chart.scale));
     Color sum;
@@ -281,8 +272,8 @@ struct ViewWork {
   bool empty() const { return bands.empty() && partial.empty(); }
 };
 
-std::vector<ViewWork> gather_work(const AtlasInput& input, const ChartSet& set,
-                                  std::span<const FaceBands> bands, std::span<const PartialChart> partial) {
+std::vector<ViewWork> gather_work(const AtlasInput& input, const ChartSet& set, std::span<const FaceBands> bands,
+                                  std::span<const PartialChart> partial) {
   std::vector<ViewWork> work(input.scene.views.size());
   for (std::uint32_t c = 0; c < set.charts.size(); ++c)
     if (set.charts[c].kind == ChartKind::plain)
@@ -295,8 +286,8 @@ std::vector<ViewWork> gather_work(const AtlasInput& input, const ChartSet& set,
 }  // namespace
 
 void bake_photos(const AtlasInput& input, const ChartSet& set, std::span<const ChartPlace> places,
-                 const ColorCorrection& correction, int padding, std::span<Page> pages,
-                 std::span<PartialChart> partial, const Progress& progress) {
+                 const ColorCorrection& correction, int padding, std::span<Page> pages, std::span<PartialChart> partial,
+                 const Progress& progress) {
   std::vector<FaceBands> bands(set.charts.size());
   tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t c) {
     if (set.charts[c].kind == ChartKind::plain) bands[c] = face_bands(set.charts[c], set.corners);
@@ -316,8 +307,8 @@ void bake_photos(const AtlasInput& input, const ChartSet& set, std::span<const C
     tbb::parallel_for(std::size_t{0}, plain_bands.size() + partial_charts.size(), [&](std::size_t i) {
       poll();
       if (i >= plain_bands.size())
-        return take_view(partial[partial_charts[i - plain_bands.size()]], set, input.coverage, view,
-                         ViewId{v}, photo, correction);
+        return take_view(partial[partial_charts[i - plain_bands.size()]], set, input.coverage, view, ViewId{v}, photo,
+                         correction);
       const auto [c, b] = plain_bands[i];
       const Chart& chart = set.charts[c];
       const auto faces = bands[c].band(b);

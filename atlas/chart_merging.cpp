@@ -19,15 +19,9 @@ constexpr std::uint32_t kFree = 0xFFFFFFFFu;
 /// Unites the parts of one view.
 class ViewMerger {
  public:
-  ViewMerger(std::vector<FramePart>& parts, std::span<const std::uint32_t> mine,
-             std::span<const TexelTriangle> corners, int closeness, TexelSharing sharing,
-             const std::function<bool(const FrameBox&)>& fits)
-      : parts_(parts),
-        mine_(mine),
-        corners_(corners),
-        closeness_(closeness),
-        fits_(fits),
-        parent_(mine.size()) {
+  ViewMerger(std::vector<FramePart>& parts, std::span<const std::uint32_t> mine, std::span<const TexelTriangle> corners,
+             int closeness, TexelSharing sharing, const std::function<bool(const FrameBox&)>& fits)
+      : parts_(parts), mine_(mine), corners_(corners), closeness_(closeness), fits_(fits), parent_(mine.size()) {
     std::iota(parent_.begin(), parent_.end(), 0u);
     if (sharing == TexelSharing::allowed) return;
     covered_.resize(mine.size());
@@ -43,8 +37,7 @@ class ViewMerger {
     const double x0 = all.x0 - closeness_ - kCell, y0 = all.y0 - closeness_ - kCell;
     const CellBox grid{0, 0, static_cast<int>((all.x1 - x0 + closeness_) / kCell) + 2,
                        static_cast<int>((all.y1 - y0 + closeness_) / kCell) + 2};
-    std::vector<std::uint32_t> owner(static_cast<std::size_t>(grid.x1) * static_cast<std::size_t>(grid.y1),
-                                     kFree);
+    std::vector<std::uint32_t> owner(static_cast<std::size_t>(grid.x1) * static_cast<std::size_t>(grid.y1), kFree);
     const double half = (closeness_ + kCell / 2.0) / kCell;
     for (std::uint32_t k = 0; k < mine_.size(); ++k) {
       // Faces may move while the list is read: those of this part alone count.
@@ -54,8 +47,8 @@ class ViewMerger {
         for (auto& p : t) p = {(p.x - x0) / kCell, (p.y - y0) / kCell};
         triangle_spans(t, half, grid, [&](int y, int first, int last) {
           for (int x = first; x <= last; ++x) {
-            auto& cell = owner[static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.x1) +
-                               static_cast<std::size_t>(x)];
+            auto& cell =
+                owner[static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.x1) + static_cast<std::size_t>(x)];
             if (cell == kFree)
               cell = k;
             else if (cell != k)
@@ -97,9 +90,7 @@ class ViewMerger {
     if (!covered_.empty()) covered_[a].take(covered_[b]);
   }
 
-  bool disjoint(std::uint32_t a, std::uint32_t b) const {
-    return covered_.empty() || !covered_[a].meets(covered_[b]);
-  }
+  bool disjoint(std::uint32_t a, std::uint32_t b) const { return covered_.empty() || !covered_[a].meets(covered_[b]); }
 
   std::vector<FramePart>& parts_;
   std::span<const std::uint32_t> mine_;
@@ -127,9 +118,8 @@ std::vector<FramePart> merge_close_parts(std::vector<FramePart> parts, std::span
     views.push_back(std::span<const std::uint32_t>(order).subspan(first, last - first));
     first = last;
   }
-  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t v) {
-    ViewMerger(parts, views[v], corners, closeness, sharing, fits).merge();
-  });
+  tbb::parallel_for(std::size_t{0}, views.size(),
+                    [&](std::size_t v) { ViewMerger(parts, views[v], corners, closeness, sharing, fits).merge(); });
   std::erase_if(parts, [](const FramePart& part) { return part.faces.empty(); });
   std::sort(parts.begin(), parts.end(),
             [](const FramePart& a, const FramePart& b) { return a.faces.front() < b.faces.front(); });

@@ -43,8 +43,8 @@ struct FramePart {
 
 enum class TexelSharing { allowed, forbidden };
 
-/// Calls visit(y, first, last) for the texels whose centres a face covers, but for those on its border, which
-/// its neighbour covers too.
+/// Calls visit(y, first, last) for the texels whose centres a face covers, but for those on its border, which its
+/// neighbour covers too.
 template <typename Visit>
 void covered_spans(const TexelTriangle& corners, Visit&& visit) {
   constexpr CellBox kEverywhere{-(1 << 28), -(1 << 28), 1 << 28, 1 << 28};
@@ -53,10 +53,10 @@ void covered_spans(const TexelTriangle& corners, Visit&& visit) {
   triangle_spans(corners, kStrictlyInside, kEverywhere, visit);
 }
 
-/// Unites parts of the same view and scale that come within about twice `closeness` texels of one another, as
-/// long as the union's box `fits`, and, where sharing is forbidden, no texel centre lies in two of them.
-/// `corners` are positions in the texels of the whole frame at the part's scale. The result is ordered by
-/// first face. O(texels / 16) and, where sharing is forbidden, O(texels).
+/// Unites parts of the same view and scale that come within about twice `closeness` texels of one another, as long as
+/// the union's box `fits`, and, where sharing is forbidden, no texel centre lies in two of them. `corners` are
+/// positions in the texels of the whole frame at the part's scale. The result is ordered by first face. O(texels / 16)
+/// and, where sharing is forbidden, O(texels).
 std::vector<FramePart> merge_close_parts(std::vector<FramePart> parts, std::span<const TexelTriangle> corners,
                                          int closeness, TexelSharing sharing,
                                          const std::function<bool(const FrameBox&)>& fits);

@@ -10,13 +10,12 @@ ChartRaster rasterize(std::span<const std::uint32_t> faces, std::span<const Texe
                       const CellBox& box) {
   ChartRaster raster;
   raster.box = box;
-  const std::size_t texels =
-      static_cast<std::size_t>(raster.width()) * static_cast<std::size_t>(raster.height());
+  const std::size_t texels = static_cast<std::size_t>(raster.width()) * static_cast<std::size_t>(raster.height());
   raster.owner.assign(texels, kNoOwner);
   raster.reach.assign(texels, TexelReach::outside);
   // A bilinear lookup reads texels whose centres are less than one texel away along each axis.
-  for (const auto& [half, reach] : {std::pair(0.0, TexelReach::centre), std::pair(0.5, TexelReach::touched),
-                                    std::pair(1.0, TexelReach::ring)}) {
+  for (const auto& [half, reach] :
+       {std::pair(0.0, TexelReach::centre), std::pair(0.5, TexelReach::touched), std::pair(1.0, TexelReach::ring)}) {
     for (const auto face : faces) {
       triangle_spans(corners[face], half, box, [&, r = reach](int y, int first, int last) {
         const std::size_t line = raster.at(box.x0, y);
@@ -36,8 +35,7 @@ FaceBands face_bands(const Chart& chart, std::span<const TexelTriangle> corners)
   const int bands = std::max(1, (chart.height + kBandRows - 1) / kBandRows);
   const auto range = [&](std::uint32_t face) {
     const TexelTriangle& t = corners[face];
-    const double low = std::min({t[0].y, t[1].y, t[2].y}) - 1.5,
-                 high = std::max({t[0].y, t[1].y, t[2].y}) + 1.5;
+    const double low = std::min({t[0].y, t[1].y, t[2].y}) - 1.5, high = std::max({t[0].y, t[1].y, t[2].y}) + 1.5;
     return std::pair(std::clamp(static_cast<int>(std::floor(low / kBandRows)), 0, bands - 1),
                      std::clamp(static_cast<int>(std::floor(high / kBandRows)), 0, bands - 1));
   };

@@ -32,10 +32,9 @@ struct ChartRaster {
   }
 };
 
-/// A texel belongs to the first face of its nearest reach. `faces` are those that may reach into the box.
-/// O(texels + faces).
-ChartRaster rasterize(std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners,
-                      const CellBox& box);
+/// A texel belongs to the first face of its nearest reach. `faces` are those that may reach into the box. O(texels +
+/// faces).
+ChartRaster rasterize(std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners, const CellBox& box);
 
 /// Faces of a chart by bands of kBandRows rows, their rings included.
 struct FaceBands {

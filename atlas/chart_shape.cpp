@@ -63,8 +63,7 @@ void block_runs(const Rows& gathered, int right, int edge, const Visit& visit) {
     for (std::size_t i = 0; i < row.size();) {
       const int first = (row[i].first + right) / edge;
       int last = (row[i].second + right) / edge;
-      for (++i; i < row.size() && (row[i].first + right) / edge <= last + 1; ++i)
-        last = (row[i].second + right) / edge;
+      for (++i; i < row.size() && (row[i].first + right) / edge <= last + 1; ++i) last = (row[i].second + right) / edge;
       visit(static_cast<int>(y), first, last);
     }
   }
@@ -72,14 +71,11 @@ void block_runs(const Rows& gathered, int right, int edge, const Visit& visit) {
 
 }  // namespace
 
-int block_edge(int padding) {
-  return static_cast<int>(std::bit_floor(static_cast<unsigned>(std::max(1, padding))));
-}
+int block_edge(int padding) { return static_cast<int>(std::bit_floor(static_cast<unsigned>(std::max(1, padding)))); }
 
 int block_margin(int padding) { return padding <= 0 ? 0 : std::max(1, block_edge(padding) / 4); }
 
-ChartShape chart_shape(const Chart& chart, std::span<const TexelTriangle> corners, int padding,
-                       int page_size) {
+ChartShape chart_shape(const Chart& chart, std::span<const TexelTriangle> corners, int padding, int page_size) {
   const int edge = block_edge(padding), margin = block_margin(padding), most = page_size / edge;
   const Rows rows = margin_rows(chart, corners, margin);
   const auto across = [edge](int texels) { return (texels + edge - 1) / edge; };

@@ -16,13 +16,13 @@
 
 namespace gpvc {
 
-/// Edge of a block: the largest power of two that is no more than the padding, so that with 8 three mip
-/// levels stay clean.
+/// Edge of a block: the largest power of two that is no more than the padding, so that with 8 three mip levels stay
+/// clean.
 int block_edge(int padding);
 
-/// Texels around a chart that its blocks contain at least. A bilinear lookup on the border of a chart, on the
-/// level whose cells have edge s, gives up to 1/2 - margin / s of its weight to another block's cell: with a
-/// quarter of the block's edge nothing up to the last clean level but one, and at most 1/4 there.
+/// Texels around a chart that its blocks contain at least. A bilinear lookup on the border of a chart, on the level
+/// whose cells have edge s, gives up to 1/2 - margin / s of its weight to another block's cell: with a quarter of the
+/// block's edge nothing up to the last clean level but one, and at most 1/4 there.
 int block_margin(int padding);
 
 struct ChartShape {
@@ -31,7 +31,6 @@ struct ChartShape {
 };
 
 /// \pre the chart's box with block_margin on all sides is no larger than page_size
-ChartShape chart_shape(const Chart& chart, std::span<const TexelTriangle> corners, int padding,
-                       int page_size);
+ChartShape chart_shape(const Chart& chart, std::span<const TexelTriangle> corners, int padding, int page_size);
 
 }  // namespace gpvc

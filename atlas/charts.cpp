@@ -70,8 +70,7 @@ class ChartMaker {
     return box;
   }
   bool fits(const FrameBox& box) const {
-    return box.x1 - box.x0 < room_ && box.y1 - box.y0 < room_ && box.width() <= room_ &&
-           box.height() <= room_;
+    return box.x1 - box.x0 < room_ && box.y1 - box.y0 < room_ && box.width() <= room_ && box.height() <= room_;
   }
 
   const AtlasInput& input_;
@@ -103,8 +102,8 @@ FaceUse ChartMaker::use_of(std::size_t face, TexelTriangle& corners) const {
     const CameraPoint p = camera_from_world(view.pose, position);
     if (!(p.z > 0)) return FaceUse::flat;
     const PixelPoint q = pixel_from_camera(view.camera, p);
-    // A partial face may reach far beyond the image; texels there would be sized by a view that does not see
-    // them. One image size each way is allowed before the face gets a parametrization of its own.
+    // A partial face may reach far beyond the image; texels there would be sized by a view that does not see them. One
+    // image size each way is allowed before the face gets a parametrization of its own.
     const double w = view.camera.width, h = view.camera.height;
     if (!(q.x >= -w && q.x <= 2 * w && q.y >= -h && q.y <= 2 * h)) return FaceUse::flat;
     corners[i] = {q.x, q.y};
@@ -120,8 +119,7 @@ void ChartMaker::choose_scales() {
     if (uses_[face] == FaceUse::plain || uses_[face] == FaceUse::partial) projected.push_back(face);
   if (options_.texel_size > 0 || reduction_ < 1) {
     for (const auto& part : connected_parts(projected)) {
-      const double scale =
-          reduction_ * scale_for(options_.texel_size, pixel_size(input_.mesh, part, result_.corners));
+      const double scale = reduction_ * scale_for(options_.texel_size, pixel_size(input_.mesh, part, result_.corners));
       for (const auto face : part) scales_[face] = scale;
     }
   }
@@ -168,8 +166,8 @@ void ChartMaker::add_plain() {
   add_merged(ChartKind::plain, TexelSharing::allowed, std::move(parts));
 }
 
-/// Halves a set that exceeds a page across its longer axis by face centroids, until each connected part fits;
-/// a single face that does not is left to be reduced.
+/// Halves a set that exceeds a page across its longer axis by face centroids, until each connected part fits; a single
+/// face that does not is left to be reduced.
 void ChartMaker::split(std::vector<std::uint32_t> faces, std::vector<FramePart>& parts) {
   const FrameBox box = box_of(faces);
   if (fits(box) || faces.size() == 1) {
@@ -183,8 +181,8 @@ void ChartMaker::split(std::vector<std::uint32_t> faces, std::vector<FramePart>&
     return along_x ? t[0].x + t[1].x + t[2].x : t[0].y + t[1].y + t[2].y;
   };
   const double middle = 1.5 * (along_x ? box.x0 + box.x1 : box.y0 + box.y1);
-  auto half = std::stable_partition(faces.begin(), faces.end(),
-                                    [&](std::uint32_t face) { return centroid(face) < middle; });
+  auto half =
+      std::stable_partition(faces.begin(), faces.end(), [&](std::uint32_t face) { return centroid(face) < middle; });
   if (half == faces.begin() || half == faces.end()) {
     std::stable_sort(faces.begin(), faces.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return centroid(a) < centroid(b); });
@@ -203,8 +201,8 @@ void ChartMaker::add_merged(ChartKind kind, TexelSharing sharing, std::vector<Fr
   for (auto& part : merge_close_parts(std::move(parts), result_.corners, closeness, sharing, fit)) {
     const auto piece = static_cast<std::uint32_t>(result_.charts.size());
     if (!fits(part.box)) {
-      // A single face larger than a page. One texel of slack covers the rounding of the box to whole texels
-      // on both sides.
+      // A single face larger than a page. One texel of slack covers the rounding of the box to whole texels on both
+      // sides.
       const FrameBox& box = part.box;
       const double reduction = (room_ - 1) / std::max(box.x1 - box.x0, box.y1 - box.y0);
       add_projected(kind, std::move(part), reduction, piece);
@@ -216,11 +214,11 @@ void ChartMaker::add_merged(ChartKind kind, TexelSharing sharing, std::vector<Fr
   }
 }
 
-/// Large charts that leave much of their box empty leave holes on pages that small ones are too few to fill:
-/// halves across the longer axis pack better, and cost a margin on both sides of the cut.
+/// Large charts that leave much of their box empty leave holes on pages that small ones are too few to fill: halves
+/// across the longer axis pack better, and cost a margin on both sides of the cut.
 void ChartMaker::cut_ragged(FramePart part, std::vector<FramePart>& pieces) const {
-  // Chosen on two real scenes: pages 0.67 and 0.65 full without cuts, 0.82 and 0.77 with these; half and
-  // twice the length and shares of 0.5 and 0.66 all did worse on one of them.
+  // Chosen on two real scenes: pages 0.67 and 0.65 full without cuts, 0.82 and 0.77 with these; half and twice the
+  // length and shares of 0.5 and 0.66 all did worse on one of them.
   constexpr double kLong = 250, kRagged = 0.55;
   const double width = part.box.x1 - part.box.x0, height = part.box.y1 - part.box.y0;
   double area = 0;
@@ -229,8 +227,7 @@ void ChartMaker::cut_ragged(FramePart part, std::vector<FramePart>& pieces) cons
     return pieces.push_back(std::move(part));
   const bool along_x = width >= height;
   const double middle = 1.5 * (along_x ? part.box.x0 + part.box.x1 : part.box.y0 + part.box.y1);
-  std::array<FramePart, 2> halves{FramePart{part.view, part.scale, {}, {}},
-                                  FramePart{part.view, part.scale, {}, {}}};
+  std::array<FramePart, 2> halves{FramePart{part.view, part.scale, {}, {}}, FramePart{part.view, part.scale, {}, {}}};
   for (const auto face : part.faces) {
     const TexelTriangle& t = result_.corners[face];
     const double centroid = along_x ? t[0].x + t[1].x + t[2].x : t[0].y + t[1].y + t[2].y;
@@ -248,8 +245,8 @@ void ChartMaker::add_projected(ChartKind kind, FramePart part, double reduction,
   chart.view = part.view;
   chart.piece = piece;
   chart.scale = part.scale * reduction;
-  // Texels of the whole frame at the chart's scale: without a further reduction the chart keeps its place in
-  // their grid, so that what was found out about texel centres holds.
+  // Texels of the whole frame at the chart's scale: without a further reduction the chart keeps its place in their
+  // grid, so that what was found out about texel centres holds.
   double x0 = std::floor(part.box.x0), y0 = std::floor(part.box.y0);
   if (reduction != 1) x0 = part.box.x0 * reduction, y0 = part.box.y0 * reduction;
   chart.origin_x = x0 / chart.scale, chart.origin_y = y0 / chart.scale;
@@ -265,8 +262,8 @@ void ChartMaker::add_projected(ChartKind kind, FramePart part, double reduction,
   result_.charts.push_back(std::move(chart));
 }
 
-/// Partial faces hide behind others, so two of one component can project onto the same place. A part grows
-/// over neighbours as long as no texel centre is covered twice.
+/// Partial faces hide behind others, so two of one component can project onto the same place. A part grows over
+/// neighbours as long as no texel centre is covered twice.
 void ChartMaker::add_partial() {
   std::vector<char> taken(uses_.size(), 0);
   std::vector<FramePart> parts;
@@ -280,8 +277,7 @@ void ChartMaker::add_partial() {
   add_merged(ChartKind::partial, TexelSharing::forbidden, std::move(parts));
 }
 
-std::vector<std::uint32_t> ChartMaker::grow_without_overlap(std::uint32_t seed,
-                                                            std::vector<char>& taken) const {
+std::vector<std::uint32_t> ChartMaker::grow_without_overlap(std::uint32_t seed, std::vector<char>& taken) const {
   TexelSet covered;
   std::unordered_set<std::uint32_t> refused;
   FrameBox box;
@@ -336,8 +332,8 @@ void ChartMaker::add_flat() {
 
 /// Blocks of unseen faces, neighbours near each other so that coarser mip levels mix like with like.
 void ChartMaker::add_blocks() {
-  // Small charts fill gaps, large ones waste less padding; with a margin of 2 a square of 30 takes whole
-  // blocks of the page.
+  // Small charts fill gaps, large ones waste less padding; with a margin of 2 a square of 30 takes whole blocks of the
+  // page.
   constexpr int kLargestEdge = 30;
   const int edge = std::min(kLargestEdge, room_ / kBlock);
   std::vector<std::uint32_t> order;

@@ -18,8 +18,8 @@ template <std::size_t kTexels>
 std::array<Color, kTexels> weigh(std::span<const StripSample> near, double x, double y) {
   using Row = std::array<float, kTexels>;
   Row px, red{}, green{}, blue{}, weights{}, nearest2;
-  // Where all samples are doubtful, less of the step is taken for one of brightness: half of it when their
-  // mean weight is this.
+  // Where all samples are doubtful, less of the step is taken for one of brightness: half of it when their mean weight
+  // is this.
   constexpr float kDoubt = 0.05f;
   for (std::size_t i = 0; i < kTexels; ++i) px[i] = static_cast<float>(x) + static_cast<float>(i);
   nearest2.fill(kStripWidth * kStripWidth);
@@ -59,8 +59,7 @@ ChartStrip make_strip(const Chart& chart, std::span<const StripSample> samples) 
   const auto cell = [&](const StripSample& s) {
     const int x = std::clamp(static_cast<int>(s.x) / kStripCell, 0, strip.columns - 1);
     const int y = std::clamp(static_cast<int>(s.y) / kStripCell, 0, strip.rows - 1);
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(strip.columns) +
-           static_cast<std::size_t>(x);
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(strip.columns) + static_cast<std::size_t>(x);
   };
   strip.first.assign(static_cast<std::size_t>(strip.columns) * static_cast<std::size_t>(strip.rows) + 1, 0);
   for (const auto& s : samples) ++strip.first[cell(s) + 1];
@@ -111,15 +110,13 @@ float ViewExposure::falloff_gain(const PixelPoint& frame) const {
 Color ColorCorrection::face_offset(std::uint32_t face, const TexelTriangle& t, double x, double y) const {
   if (nodes.empty()) return {};
   const double area = (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
-  const Color &at_a = offsets[nodes[face][0]], &at_b = offsets[nodes[face][1]],
-              &at_c = offsets[nodes[face][2]];
+  const Color &at_a = offsets[nodes[face][0]], &at_b = offsets[nodes[face][1]], &at_c = offsets[nodes[face][2]];
   if (area == 0) return (1.0f / 3) * (at_a + at_b + at_c);
   double b = ((x - t[0].x) * (t[2].y - t[0].y) - (y - t[0].y) * (t[2].x - t[0].x)) / area;
   double c = ((t[1].x - t[0].x) * (y - t[0].y) - (t[1].y - t[0].y) * (x - t[0].x)) / area;
   b = std::clamp(b, 0.0, 1.0), c = std::clamp(c, 0.0, 1.0);
   const double a = std::max(0.0, 1 - b - c), sum = a + b + c;
-  return static_cast<float>(a / sum) * at_a + static_cast<float>(b / sum) * at_b +
-         static_cast<float>(c / sum) * at_c;
+  return static_cast<float>(a / sum) * at_a + static_cast<float>(b / sum) * at_b + static_cast<float>(c / sum) * at_c;
 }
 
 }  // namespace gpvc

@@ -11,8 +11,7 @@
 
 namespace gpvc {
 
-/// A place on a seam, in the texels of one of its charts, and what would bring this side halfway to the
-/// other.
+/// A place on a seam, in the texels of one of its charts, and what would bring this side halfway to the other.
 struct StripSample {
   float x = 0, y = 0;
   float weight = 1;  ///< as in SeamSamples
@@ -43,9 +42,9 @@ void gather_strip(const ChartStrip& strip, const CellBox& box, std::vector<Strip
 /// Texels whose strip offsets are computed together.
 inline constexpr int kStripRow = 8;
 
-/// Offsets at positions (x + i, y), 0 <= i < kStripRow: the harmonic continuation of the steps along the
-/// seam, faded out over kStripWidth. For a straight seam the weights 1 / distance^2 are the half-plane's
-/// Poisson kernel: what is fine along the seam stays close to it, so no streaks run into the chart.
+/// Offsets at positions (x + i, y), 0 <= i < kStripRow: the harmonic continuation of the steps along the seam, faded
+/// out over kStripWidth. For a straight seam the weights 1 / distance^2 are the half-plane's Poisson kernel: what is
+/// fine along the seam stays close to it, so no streaks run into the chart.
 std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, double x, double y);
 
 /// The same at one position.

@@ -17,16 +17,14 @@ class CoverageIndex {
   /// O(n log n).
   explicit CoverageIndex(const CoverageTable& table) : table_(&table), order_(table.entries.size()) {
     for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
-    const auto key = [&](std::uint32_t i) {
-      return std::tuple(table.entries[i].face, table.entries[i].view, i);
-    };
+    const auto key = [&](std::uint32_t i) { return std::tuple(table.entries[i].face, table.entries[i].view, i); };
     std::sort(order_.begin(), order_.end(), [&](auto a, auto b) { return key(a) < key(b); });
   }
 
   /// nullptr when the view sees nothing of the face, or the face is not in the table. O(log n).
   const FaceCoverage* find(FaceId face, ViewId view) const {
-    const auto found = std::lower_bound(
-        order_.begin(), order_.end(), std::pair(face, view), [&](std::uint32_t i, const auto& wanted) {
+    const auto found =
+        std::lower_bound(order_.begin(), order_.end(), std::pair(face, view), [&](std::uint32_t i, const auto& wanted) {
           return std::pair(table_->entries[i].face, table_->entries[i].view) < wanted;
         });
     if (found == order_.end()) return nullptr;

@@ -17,7 +17,7 @@ constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 struct Holes {
   std::vector<std::uint32_t> slot;  ///< per mesh vertex: its place in the lists below, or kNone
   std::vector<Color> color;
-  std::vector<float> samples;  ///< colours summed so far; > 0: on a border, its colour is given
+  std::vector<float> samples;                       ///< colours summed so far; > 0: on a border, its colour is given
   std::vector<std::array<std::uint32_t, 2>> edges;  ///< once per face, so inner edges count twice
 };
 
@@ -55,8 +55,8 @@ std::pair<Color, float> color_around(const Page& page, const TexelPoint& p) {
   return {count > 0 ? (1 / count) * sum : sum, count > 0 ? 1.0f : 0.0f};
 }
 
-void gather_border(Holes& holes, const AtlasInput& input, const ChartSet& set,
-                   std::span<const ChartPlace> places, std::span<const Page> pages) {
+void gather_border(Holes& holes, const AtlasInput& input, const ChartSet& set, std::span<const ChartPlace> places,
+                   std::span<const Page> pages) {
   for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
     const std::uint32_t c = set.face_chart[face];
     if (set.charts[c].kind == ChartKind::blocks) continue;
@@ -72,8 +72,8 @@ void gather_border(Holes& holes, const AtlasInput& input, const ChartSet& set,
     if (holes.samples[i] > 0) holes.color[i] = (1 / holes.samples[i]) * holes.color[i];
 }
 
-/// Spreads border colours inwards, breadth first: the start of the iteration, and the answer to which
-/// vertices no border reaches.
+/// Spreads border colours inwards, breadth first: the start of the iteration, and the answer to which vertices no
+/// border reaches.
 std::vector<char> spread(Holes& holes) {
   const std::size_t n = holes.color.size();
   std::vector<std::size_t> first(n + 1, 0);
@@ -132,10 +132,9 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
   Eigen::SparseMatrix<double, Eigen::RowMajor> matrix(n, n);
   matrix.setFromTriplets(entries.begin(), entries.end());
   tbb::parallel_for(0, 3, [&](int channel) {
-    Eigen::ConjugateGradient<Eigen::SparseMatrix<double, Eigen::RowMajor>, Eigen::Lower | Eigen::Upper>
-        solver;
-    // A relative residual of 1e-4 is a fraction of a grey level; the cap bounds holes of millions of faces,
-    // whose deep inside then keeps the spread border colour.
+    Eigen::ConjugateGradient<Eigen::SparseMatrix<double, Eigen::RowMajor>, Eigen::Lower | Eigen::Upper> solver;
+    // A relative residual of 1e-4 is a fraction of a grey level; the cap bounds holes of millions of faces, whose deep
+    // inside then keeps the spread border colour.
     solver.setTolerance(1e-4);
     solver.setMaxIterations(400);
     solver.compute(matrix);
@@ -146,8 +145,7 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
         static_cast<float>(guess(i, 0)), static_cast<float>(guess(i, 1)), static_cast<float>(guess(i, 2))};
 }
 
-void write_block(const std::array<Color, 3>& c, const TexelTriangle& corners, const ChartPlace& place,
-                 Page& page) {
+void write_block(const std::array<Color, 3>& c, const TexelTriangle& corners, const ChartPlace& place, Page& page) {
   const int x = static_cast<int>(corners[0].x), y = static_cast<int>(corners[0].y);
   const auto put = [&](int i, int j, const Color& color) {
     const auto texel = place.texel(x + i, y + j);
@@ -179,15 +177,14 @@ void fill_unseen(const AtlasInput& input, const ChartSet& set, std::span<const C
     Page& page = pages[places[c].page];
     for (const auto face : chart.faces) {
       const Triangle& t = input.mesh.faces[face];
-      write_block(
-          {holes.color[holes.slot[t[0]]], holes.color[holes.slot[t[1]]], holes.color[holes.slot[t[2]]]},
-          set.corners[face], places[c], page);
+      write_block({holes.color[holes.slot[t[0]]], holes.color[holes.slot[t[1]]], holes.color[holes.slot[t[2]]]},
+                  set.corners[face], places[c], page);
     }
   });
 }
 
-void paint_unseen(const ChartSet& set, std::span<const ChartPlace> places,
-                  const std::array<std::uint8_t, 3>& color, std::span<Page> pages) {
+void paint_unseen(const ChartSet& set, std::span<const ChartPlace> places, const std::array<std::uint8_t, 3>& color,
+                  std::span<Page> pages) {
   const Color flat = load(color.data());
   for (std::size_t c = 0; c < set.charts.size(); ++c) {
     if (set.charts[c].kind != ChartKind::blocks) continue;

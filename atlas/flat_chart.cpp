@@ -24,8 +24,8 @@ FlatTriangle lay_flat(const WorldPoint& a, const WorldPoint& b, const WorldPoint
 }
 
 /// Depth at which the view sees the face, at a pixel that shows it, near the middle of its coverage.
-std::optional<double> seen_depth(const Mesh& mesh, std::uint32_t face, const View& view,
-                                 const FaceCoverage& entry, const CoverageTable& table) {
+std::optional<double> seen_depth(const Mesh& mesh, std::uint32_t face, const View& view, const FaceCoverage& entry,
+                                 const CoverageTable& table) {
   const auto& t = mesh.faces[face];
   const Vector3 normal =
       cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
@@ -63,22 +63,19 @@ bool is_grazing(const TexelTriangle& p, const Mesh& mesh, std::size_t face) {
   if (!(flat.bx > 0) || !(flat.cy > 0)) return false;
   // Columns of the Jacobian pixels per metre: along the first edge, and across it.
   const double ux = (p[1].x - p[0].x) / flat.bx, uy = (p[1].y - p[0].y) / flat.bx;
-  const double vx = (p[2].x - p[0].x - flat.cx * ux) / flat.cy,
-               vy = (p[2].y - p[0].y - flat.cx * uy) / flat.cy;
+  const double vx = (p[2].x - p[0].x - flat.cx * ux) / flat.cy, vy = (p[2].y - p[0].y - flat.cx * uy) / flat.cy;
   const double squares = ux * ux + uy * uy + vx * vx + vy * vy, area = std::abs(ux * vy - uy * vx);
   const double root = std::sqrt(std::max(0.0, squares * squares - 4 * area * area));
   const double longest = std::sqrt((squares + root) / 2);
   return area < 0.1 * longest * longest;
 }
 
-FlatFace flatten(const Mesh& mesh, std::uint32_t face, const Scene& scene, ViewId label,
-                 const CoverageIndex& coverage, const FlatLimits& limits) {
+FlatFace flatten(const Mesh& mesh, std::uint32_t face, const Scene& scene, ViewId label, const CoverageIndex& coverage,
+                 const FlatLimits& limits) {
   const auto& t = mesh.faces[face];
   // The longest edge runs along x, so that the box is at most twice the triangle.
   std::array<std::size_t, 3> turn{0, 1, 2};
-  const auto edge = [&](std::size_t i) {
-    return norm(mesh.positions[t[(i + 1) % 3]] - mesh.positions[t[i]]);
-  };
+  const auto edge = [&](std::size_t i) { return norm(mesh.positions[t[(i + 1) % 3]] - mesh.positions[t[i]]); };
   std::size_t longest = 0;
   for (std::size_t i = 1; i < 3; ++i)
     if (edge(i) > edge(longest)) longest = i;

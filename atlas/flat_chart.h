@@ -1,5 +1,5 @@
-// A parametrization of its own for a face whose projection into its view is no use: it reaches behind the
-// camera, far beyond the image, or is seen at a grazing angle.
+// A parametrization of its own for a face whose projection into its view is no use: it reaches behind the camera, far
+// beyond the image, or is seen at a grazing angle.
 #pragma once
 
 #include "atlas/coverage_index.h"
@@ -14,8 +14,8 @@ struct FlatFace {
   int width = 1, height = 1;
 };
 
-/// True when the projection squeezes the face to less than a tenth of its width in one direction, which other
-/// views may show better.
+/// True when the projection squeezes the face to less than a tenth of its width in one direction, which other views may
+/// show better.
 bool is_grazing(const TexelTriangle& frame_corners, const Mesh& mesh, std::size_t face);
 
 struct FlatLimits {
@@ -24,10 +24,10 @@ struct FlatLimits {
   double reduction = 1;   ///< of what is left
 };
 
-/// Texels are as fine as the label's view is where its coverage shows the face, but no more than
-/// kTexelsPerSeenPixel a pixel that view sees, nor than the limits allow.
-FlatFace flatten(const Mesh& mesh, std::uint32_t face, const Scene& scene, ViewId label,
-                 const CoverageIndex& coverage, const FlatLimits& limits);
+/// Texels are as fine as the label's view is where its coverage shows the face, but no more than kTexelsPerSeenPixel a
+/// pixel that view sees, nor than the limits allow.
+FlatFace flatten(const Mesh& mesh, std::uint32_t face, const Scene& scene, ViewId label, const CoverageIndex& coverage,
+                 const FlatLimits& limits);
 
 inline constexpr double kTexelsPerSeenPixel = 16;
 

@@ -45,10 +45,8 @@ double excess(const Packing& packing, int edge, const Limits& limits) {
 
 std::string limits_text(const AtlasOptions& options) {
   std::string text;
-  if (options.max_pages)
-    text += std::to_string(options.max_pages) + (options.max_pages == 1 ? " page" : " pages");
-  if (options.max_texels)
-    text += (text.empty() ? "" : " and ") + std::to_string(options.max_texels) + " texels";
+  if (options.max_pages) text += std::to_string(options.max_pages) + (options.max_pages == 1 ? " page" : " pages");
+  if (options.max_texels) text += (text.empty() ? "" : " and ") + std::to_string(options.max_texels) + " texels";
   return text;
 }
 
@@ -63,9 +61,7 @@ std::size_t page_texels(const Packing& packing, int edge) {
 
 Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
                const CoverageIndex& coverage) {
-  const auto at = [&](double reduction) {
-    return lay_out_reduced(input, options, neighbours, coverage, reduction);
-  };
+  const auto at = [&](double reduction) { return lay_out_reduced(input, options, neighbours, coverage, reduction); };
   const int edge = block_edge(options.padding);
   const double none = std::numeric_limits<double>::infinity();
   const Limits limits{options.max_pages ? static_cast<double>(options.max_pages) : none,
@@ -76,8 +72,8 @@ Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceN
   if (over <= 1) return best;
   best = {};  // of a large mesh each is a gigabyte
 
-  // Texels grow a little less than with the square of the reduction, as margins do not shrink: from what does
-  // not fit, the square root steps down and never too far.
+  // Texels grow a little less than with the square of the reduction, as margins do not shrink: from what does not fit,
+  // the square root steps down and never too far.
   constexpr double kLeast = 1.0 / 4096, kEnough = 0.98;
   double fits = 0, too_large = 1, reduction = 1;
   for (int round = 0; round < 24; ++round) {

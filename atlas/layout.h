@@ -19,9 +19,8 @@ struct Layout {
 /// \param edge of a block, texels
 std::size_t page_texels(const Packing& packing, int edge);
 
-/// Full density where that meets the limits; else the one reduction of all charts that does and, within about
-/// 2 % of the texels, no more. Throws std::invalid_argument where the smallest charts there can be exceed a
-/// limit.
+/// Full density where that meets the limits; else the one reduction of all charts that does and, within about 2 % of
+/// the texels, no more. Throws std::invalid_argument where the smallest charts there can be exceed a limit.
 Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
                const CoverageIndex& coverage);
 

@@ -57,9 +57,9 @@ std::vector<std::uint32_t> falling(std::span<const PackShape> shapes, const Atte
   return order;
 }
 
-/// Shapes alike enough that where one found no room the next, no larger in cells, is not tried again. Small
-/// boxes are their own class; larger ones, where they are few, are each tried from the top, and where they
-/// are many share a class with those up to an eighth smaller.
+/// Shapes alike enough that where one found no room the next, no larger in cells, is not tried again. Small boxes are
+/// their own class; larger ones, where they are few, are each tried from the top, and where they are many share a class
+/// with those up to an eighth smaller.
 std::optional<std::pair<int, int>> size_class(const CellShape& shape, bool many) {
   constexpr int kExact = 16;  // cells
   if (!many && (shape.width > kExact || shape.height > kExact)) return std::nullopt;
@@ -102,10 +102,9 @@ class Packer {
     });
   }
 
-  /// Puts `order` on pages of the given size, numbered from `first_page`; false when `most_pages` do not
-  /// suffice.
-  bool place(std::span<const std::uint32_t> order, PageSize size, std::uint32_t first_page,
-             std::uint32_t most_pages, std::vector<Placement>& placements) const {
+  /// Puts `order` on pages of the given size, numbered from `first_page`; false when `most_pages` do not suffice.
+  bool place(std::span<const std::uint32_t> order, PageSize size, std::uint32_t first_page, std::uint32_t most_pages,
+             std::vector<Placement>& placements) const {
     std::vector<OpenPage> pages;
     for (const auto i : order) {
       for (std::uint32_t p = 0;; ++p) {
@@ -145,8 +144,7 @@ class Packer {
   bool many_;
 };
 
-std::vector<PageSize> page_sizes(std::span<const PackShape> shapes,
-                                 const std::vector<Placement>& placements) {
+std::vector<PageSize> page_sizes(std::span<const PackShape> shapes, const std::vector<Placement>& placements) {
   std::vector<PageSize> pages;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const Placement& p = placements[i];
@@ -166,8 +164,8 @@ std::int64_t texels(const std::vector<PageSize>& pages) {
   return sum;
 }
 
-/// Measured on real charts, orders and widths differ by 3 % of the texels, now for one, now for another, and
-/// shuffled ones by as much again. As many are tried as take about as long whatever the number of shapes.
+/// Measured on real charts, orders and widths differ by 3 % of the texels, now for one, now for another, and shuffled
+/// ones by as much again. As many are tried as take about as long whatever the number of shapes.
 std::vector<Attempt> attempts(std::size_t shapes) {
   if (shapes > kManyShapes) return {{Order::area, 0.95}};
   constexpr std::size_t kPlacements = 24000;
@@ -220,8 +218,7 @@ PackShape box_shape(int width, int height) {
 Packing pack_shapes(std::span<const PackShape> shapes, int page_size) {
   Packing packing;
   if (shapes.empty()) return packing;
-  for ([[maybe_unused]] const auto& shape : shapes)
-    assert(shape.width <= page_size && shape.height <= page_size);
+  for ([[maybe_unused]] const auto& shape : shapes) assert(shape.width <= page_size && shape.height <= page_size);
   const bool many = shapes.size() > kManyShapes;
   const Packer packer(shapes, many);
   const std::vector<Attempt> tries = attempts(shapes.size());

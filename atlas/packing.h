@@ -48,9 +48,9 @@ struct Packing {
   std::vector<PageSize> pages;        ///< in cells, cropped to their content
 };
 
-/// Places every shape on pages of at most page_size x page_size cells; when the last page is not full its
-/// content is laid out near-square. Deterministic. Memory: about page_size^2 log2(page_size) / 8 bytes a page
-/// and attempt, as many attempts at once as there are threads.
+/// Places every shape on pages of at most page_size x page_size cells; when the last page is not full its content is
+/// laid out near-square. Deterministic. Memory: about page_size^2 log2(page_size) / 8 bytes a page and attempt, as many
+/// attempts at once as there are threads.
 /// \pre every shape's box fits page_size x page_size
 Packing pack_shapes(std::span<const PackShape> shapes, int page_size);
 

@@ -52,9 +52,7 @@ PageCells::PageCells(int width, int height)
       height_(height),
       words_((width + kWordBits - 1) / kWordBits + 1),
       levels_(static_cast<int>(std::bit_width(static_cast<unsigned>(width)))),
-      bits_(static_cast<std::size_t>(levels_) * static_cast<std::size_t>(height) *
-                static_cast<std::size_t>(words_),
-            0),
+      bits_(static_cast<std::size_t>(levels_) * static_cast<std::size_t>(height) * static_cast<std::size_t>(words_), 0),
       longest_free_(static_cast<std::size_t>(height), width),
       blocked_(static_cast<std::size_t>(words_)) {}
 
@@ -99,8 +97,7 @@ int PageCells::find_in_row(const CellShape& shape, int y) {
   const int columns = width_ - shape.width + 1;  // candidate positions
   const int used = (columns + kWordBits - 1) / kWordBits;
   std::fill_n(blocked_.begin(), used, 0);
-  if (columns % kWordBits)
-    blocked_[static_cast<std::size_t>(used - 1)] = ~std::uint64_t{0} << (columns % kWordBits);
+  if (columns % kWordBits) blocked_[static_cast<std::size_t>(used - 1)] = ~std::uint64_t{0} << (columns % kWordBits);
   for (const auto k : shape.check_order) {
     const CellRun& run = shape.runs[k];
     const int level = static_cast<int>(std::bit_width(static_cast<unsigned>(run.length))) - 1;
@@ -125,8 +122,7 @@ void PageCells::refresh(int y) {
   for (int level = 1; level < levels_; ++level) {
     const std::uint64_t* finer = row(level - 1, y);
     std::uint64_t* bits = row(level, y);
-    for (int word = 0; word < words_; ++word)
-      bits[word] = finer[word] | shifted(finer, word, 1 << (level - 1));
+    for (int word = 0; word < words_; ++word) bits[word] = finer[word] | shifted(finer, word, 1 << (level - 1));
   }
   const std::uint64_t* bits = row(0, y);
   int longest = 0, current = 0;

@@ -25,23 +25,22 @@ struct Position {
   int x = 0, y = 0;  ///< cells
 };
 
-/// Level k of a row has bit x set when any of the cells x .. x + 2^k - 1 is occupied, so a run of any length
-/// is tested with two look-ups a word.
+/// Level k of a row has bit x set when any of the cells x .. x + 2^k - 1 is occupied, so a run of any length is tested
+/// with two look-ups a word.
 class PageCells {
  public:
   PageCells(int width, int height);
   int height() const { return height_; }
 
-  /// The lowest position in rows first_row .. where the shape meets no occupied cell and ends before row
-  /// `limit`.
+  /// The lowest position in rows first_row .. where the shape meets no occupied cell and ends before row `limit`.
   std::optional<Position> find(const CellShape& shape, int first_row, int limit);
   void occupy(const CellShape& shape, const Position& at);
 
  private:
   std::uint64_t* row(int level, int y) {
-    return bits_.data() + (static_cast<std::size_t>(level) * static_cast<std::size_t>(height_) +
-                           static_cast<std::size_t>(y)) *
-                              static_cast<std::size_t>(words_);
+    return bits_.data() +
+           (static_cast<std::size_t>(level) * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(words_);
   }
   std::uint64_t shifted(const std::uint64_t* bits, int word, int shift) const;
   bool may_fit(const CellShape& shape, int y) const;

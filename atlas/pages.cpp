@@ -61,8 +61,7 @@ Page::Page(const PageSize& blocks, int edge) : block(edge) {
   const std::size_t texels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   image.pixels.assign(texels * 3, 0);
   state.assign(texels, TexelState::empty);
-  block_owner.assign(static_cast<std::size_t>(blocks.width) * static_cast<std::size_t>(blocks.height),
-                     kNoOwner);
+  block_owner.assign(static_cast<std::size_t>(blocks.width) * static_cast<std::size_t>(blocks.height), kNoOwner);
 }
 
 std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const Packing& packing, int edge) {
@@ -98,8 +97,8 @@ std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& 
 
 namespace {
 
-/// Grows the padding round by round. A round's texels turn from empty to padding only when all of them have
-/// been computed, so none reads another and the order does not matter.
+/// Grows the padding round by round. A round's texels turn from empty to padding only when all of them have been
+/// computed, so none reads another and the order does not matter.
 class Padder {
  public:
   explicit Padder(Page& page)
@@ -149,9 +148,8 @@ class Padder {
         const auto i = static_cast<std::uint32_t>(page_.at(x, y));
         bool first = page_.state[i] == TexelState::ring;
         if (page_.state[i] == TexelState::empty)
-          for_neighbours(i, [&](std::uint32_t n, bool) {
-            first |= page_.state[n] == TexelState::chart && may_pass(n, i);
-          });
+          for_neighbours(
+              i, [&](std::uint32_t n, bool) { first |= page_.state[n] == TexelState::chart && may_pass(n, i); });
         if (first) rows[static_cast<std::size_t>(y)].push_back(i);
       }
     });
@@ -220,8 +218,7 @@ void fill_background(Page& page) {
   }
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x)
-      if (page.state[page.at(x, y)] == TexelState::empty)
-        copy_from_coarser(levels[0], x, y, page.image.at(x, y));
+      if (page.state[page.at(x, y)] == TexelState::empty) copy_from_coarser(levels[0], x, y, page.image.at(x, y));
   });
 }
 

@@ -82,14 +82,13 @@ std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const P
 /// Empty pages whose blocks know their owners.
 std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge);
 
-/// Extends charts outwards, each texel taking the mean of the neighbours nearer to the chart: all over the
-/// chart's own blocks, and up to `padding` texels over blocks that nobody owns. Returns how many texels lie
-/// in charts or within `padding` of one. O(page texels + perimeters * padding).
+/// Extends charts outwards, each texel taking the mean of the neighbours nearer to the chart: all over the chart's own
+/// blocks, and up to `padding` texels over blocks that nobody owns. Returns how many texels lie in charts or within
+/// `padding` of one. O(page texels + perimeters * padding).
 std::size_t pad_charts(Page& page, int padding);
 
-/// Gives every empty texel a colour from the nearest filled ones, coarser the farther away, so that averages
-/// over any power-of-two cell hold only colours of charts. A page without a filled texel stays black.
-/// O(texels).
+/// Gives every empty texel a colour from the nearest filled ones, coarser the farther away, so that averages over any
+/// power-of-two cell hold only colours of charts. A page without a filled texel stays black. O(texels).
 void fill_background(Page& page);
 
 /// Mean of the filled texels of all pages.

@@ -22,8 +22,7 @@ struct PlaneMap {
 };
 
 /// Texels of a projection lie where their ray meets the plane.
-std::optional<PlaneMap> map_projected(const Mesh& mesh, std::uint32_t face, const Chart& chart,
-                                      const View& view) {
+std::optional<PlaneMap> map_projected(const Mesh& mesh, std::uint32_t face, const Chart& chart, const View& view) {
   const auto& t = mesh.faces[face];
   const WorldPoint& p = mesh.positions[t[0]];
   const Vector3 normal = cross(mesh.positions[t[1]] - p, mesh.positions[t[2]] - p);
@@ -47,8 +46,7 @@ std::optional<PlaneMap> map_flat(const Mesh& mesh, std::uint32_t face, const Tex
   const double ux = c[1].x - c[0].x, uy = c[1].y - c[0].y, vx = c[2].x - c[0].x, vy = c[2].y - c[0].y;
   const double area = ux * vy - uy * vx;
   if (area == 0) return std::nullopt;
-  const Vector3 ab = mesh.positions[t[1]] - mesh.positions[t[0]],
-                ac = mesh.positions[t[2]] - mesh.positions[t[0]];
+  const Vector3 ab = mesh.positions[t[1]] - mesh.positions[t[0]], ac = mesh.positions[t[2]] - mesh.positions[t[0]];
   PlaneMap map;
   map.base = mesh.positions[t[0]];
   map.dx = (vy / area) * ab - (uy / area) * ac;
@@ -86,8 +84,8 @@ std::optional<TexelTriangle> outline_from(const FaceCoverage& entry, const Mesh&
   return projected;
 }
 
-/// Pixels of the coverage's box within margin_px (chessboard distance) of one where the face is hidden: 1,
-/// and 2 for its neighbours, which any resampling blends with it.
+/// Pixels of the coverage's box within margin_px (chessboard distance) of one where the face is hidden: 1, and 2 for
+/// its neighbours, which any resampling blends with it.
 std::vector<std::uint8_t> hidden_margin(const CoverageTable& table, const FaceCoverage& entry,
                                         const std::optional<TexelTriangle>& outline, int margin_px) {
   if (margin_px <= 0 || !outline) return {};
@@ -121,15 +119,12 @@ bool contains(const TexelTriangle& t, double x, double y) {
   return left == 3 || right == 3;  // a centre on the edge may be the neighbour's
 }
 
-/// The pixel whose visibility speaks for a place on the face: the one it lies in, or, where that pixel's
-/// centre lies beyond the face's edge and so says nothing of the face, the nearest of its neighbours whose
-/// does not.
+/// The pixel whose visibility speaks for a place on the face: the one it lies in, or, where that pixel's centre lies
+/// beyond the face's edge and so says nothing of the face, the nearest of its neighbours whose does not.
 std::array<int, 2> deciding_pixel(const TexelSource& source, const PixelPoint& p) {
   const int px = static_cast<int>(std::floor(p.x)), py = static_cast<int>(std::floor(p.y));
   const FaceCoverage& c = *source.coverage;
-  const auto in_face = [&](int x, int y) {
-    return contains(*source.outline, x + 0.5 - c.x0, y + 0.5 - c.y0);
-  };
+  const auto in_face = [&](int x, int y) { return contains(*source.outline, x + 0.5 - c.x0, y + 0.5 - c.y0); };
   if (!source.outline || in_face(px, py)) return {px, py};
   std::array<int, 2> nearest{px, py};
   double least = 1e9;
@@ -157,8 +152,8 @@ Shown shown(const CoverageTable& table, const TexelSource& source, double x, dou
   if (px < c.x0 || py < c.y0 || px >= c.x0 + c.width || py >= c.y0 + c.height || !table.sees(c, px, py))
     return Shown::no;
   if (source.margin.empty()) return Shown::clear;
-  const std::size_t i = static_cast<std::size_t>(py - c.y0) * static_cast<std::size_t>(c.width) +
-                        static_cast<std::size_t>(px - c.x0);
+  const std::size_t i =
+      static_cast<std::size_t>(py - c.y0) * static_cast<std::size_t>(c.width) + static_cast<std::size_t>(px - c.x0);
   constexpr Shown kLevels[] = {Shown::clear, Shown::near_occluder, Shown::beside_occluder};
   return kLevels[source.margin[i]];
 }
@@ -223,8 +218,8 @@ void choose_best(PartialChart& part, const CoverageTable& table) {
   }
 }
 
-/// Near another view's texels, this texel takes a part of that view: 1/3 beside the border, 1/6 one texel
-/// further, so that the two sides meet in equal steps.
+/// Near another view's texels, this texel takes a part of that view: 1/3 beside the border, 1/6 one texel further, so
+/// that the two sides meet in equal steps.
 void choose_second(PartialChart& part, const CoverageTable& table) {
   constexpr int kReach = 2;
   const CellBox& box = part.raster.box;
@@ -243,8 +238,7 @@ void choose_second(PartialChart& part, const CoverageTable& table) {
             if (other == kNoView || other == mine || part.second[i] != PartialChart::kNone) continue;
             const auto sources = sources_at(part, i);
             for (std::uint8_t k = 0; k < sources.size(); ++k) {
-              if (sources[k].view != other || shown(table, sources[k], x + 0.5, y + 0.5) != Shown::clear)
-                continue;
+              if (sources[k].view != other || shown(table, sources[k], x + 0.5, y + 0.5) != Shown::clear) continue;
               part.second[i] = k;
               part.second_sixths[i] = d == 1 ? 2 : 1;
             }
@@ -255,8 +249,8 @@ void choose_second(PartialChart& part, const CoverageTable& table) {
   }
 }
 
-PartialChart start_chart(const AtlasInput& input, const ChartSet& set, std::uint32_t c,
-                         const CoverageIndex& coverage, int margin_px) {
+PartialChart start_chart(const AtlasInput& input, const ChartSet& set, std::uint32_t c, const CoverageIndex& coverage,
+                         int margin_px) {
   const Chart& chart = set.charts[c];
   PartialChart part;
   part.chart = c;
@@ -271,8 +265,7 @@ PartialChart start_chart(const AtlasInput& input, const ChartSet& set, std::uint
   for (std::size_t i = 0; i < texels; ++i)
     if (part.raster.owner[i] != kNoOwner)
       part.face_slot[i] = static_cast<std::uint32_t>(
-          std::lower_bound(chart.faces.begin(), chart.faces.end(), part.raster.owner[i]) -
-          chart.faces.begin());
+          std::lower_bound(chart.faces.begin(), chart.faces.end(), part.raster.owner[i]) - chart.faces.begin());
   part.best.assign(texels, PartialChart::kNone);
   part.second.assign(texels, PartialChart::kNone);
   part.second_sixths.assign(texels, 0);
@@ -282,8 +275,7 @@ PartialChart start_chart(const AtlasInput& input, const ChartSet& set, std::uint
   for (TexelSource& source : part.sources) source.margin = {};
   for (std::size_t i = 0; i < texels; ++i)
     for (const auto k : {part.best[i], part.second[i]})
-      if (k != PartialChart::kNone)
-        part.views.push_back(static_cast<std::uint32_t>(sources_at(part, i)[k].view));
+      if (k != PartialChart::kNone) part.views.push_back(static_cast<std::uint32_t>(sources_at(part, i)[k].view));
   std::sort(part.views.begin(), part.views.end());
   part.views.erase(std::unique(part.views.begin(), part.views.end()), part.views.end());
   part.color.assign(texels, Color{});
@@ -301,11 +293,10 @@ int footprint_px(const TexelSource& source, int x, int y) {
   return static_cast<int>(std::ceil(std::clamp(edge - 0.01, 1.0, double{kMost})));
 }
 
-/// Colour of the view over a texel: one sample where texels are as fine as pixels, else the mean of those
-/// that show the face.
-std::optional<Color> sample_texel(const TexelSource& source, const CoverageTable& table, const View& view,
-                                  ViewId id, const Image& photo, const ColorCorrection& correction, int x,
-                                  int y) {
+/// Colour of the view over a texel: one sample where texels are as fine as pixels, else the mean of those that show the
+/// face.
+std::optional<Color> sample_texel(const TexelSource& source, const CoverageTable& table, const View& view, ViewId id,
+                                  const Image& photo, const ColorCorrection& correction, int x, int y) {
   const int taps = footprint_px(source, x, y);
   Color sum;
   int count = 0;
@@ -324,9 +315,8 @@ std::optional<Color> sample_texel(const TexelSource& source, const CoverageTable
   return (1.0f / static_cast<float>(count)) * sum;
 }
 
-void take_texel(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view,
-                ViewId id, const Image& photo, const ColorCorrection& correction, const Color* strip, int x,
-                int y) {
+void take_texel(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view, ViewId id,
+                const Image& photo, const ColorCorrection& correction, const Color* strip, int x, int y) {
   const std::size_t i = part.raster.at(x, y);
   for (const bool first : {true, false}) {
     const std::uint8_t k = first ? part.best[i] : part.second[i];
@@ -346,9 +336,7 @@ void take_texel(PartialChart& part, const ChartSet& set, const CoverageTable& ta
   }
 }
 
-TexelState state_of(TexelReach reach) {
-  return reach == TexelReach::ring ? TexelState::ring : TexelState::chart;
-}
+TexelState state_of(TexelReach reach) { return reach == TexelReach::ring ? TexelState::ring : TexelState::chart; }
 
 void write_chart(const PartialChart& part, const ChartPlace& place, int padding, Page& page,
                  std::span<const std::uint8_t> known) {
@@ -365,9 +353,8 @@ void write_chart(const PartialChart& part, const ChartPlace& place, int padding,
 }
 
 /// Colours of the charts beside this one, along the edges they share, for texels without one of their own.
-void seed_border(PartialChart& part, std::vector<std::uint8_t>& known, const AtlasInput& input,
-                 const ChartSet& set, const FaceNeighbours& neighbours, std::span<const ChartPlace> places,
-                 std::span<const Page> pages) {
+void seed_border(PartialChart& part, std::vector<std::uint8_t>& known, const AtlasInput& input, const ChartSet& set,
+                 const FaceNeighbours& neighbours, std::span<const ChartPlace> places, std::span<const Page> pages) {
   const auto corner_of = [&](std::uint32_t face, std::uint32_t vertex) -> const TexelPoint* {
     for (std::size_t i = 0; i < 3; ++i)
       if (input.mesh.faces[face][i] == vertex) return &set.corners[face][i];
@@ -384,8 +371,7 @@ void seed_border(PartialChart& part, std::vector<std::uint8_t>& known, const Atl
         const TexelPoint *there_a = corner_of(other, a), *there_b = corner_of(other, b);
         if (!there_a || !there_b) continue;
         const TexelPoint &here_a = set.corners[face][e], &here_b = set.corners[face][(e + 1) % 3];
-        const int steps =
-            1 + static_cast<int>(std::ceil(std::hypot(here_b.x - here_a.x, here_b.y - here_a.y)));
+        const int steps = 1 + static_cast<int>(std::ceil(std::hypot(here_b.x - here_a.x, here_b.y - here_a.y)));
         for (int s = 0; s <= steps; ++s) {
           const double t = double(s) / steps;
           const auto mix = [t](const TexelPoint& p, const TexelPoint& q) {
@@ -409,16 +395,14 @@ void seed_border(PartialChart& part, std::vector<std::uint8_t>& known, const Atl
 
 }  // namespace
 
-std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set,
-                                         const CoverageIndex& coverage, int margin_px) {
+std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
+                                         int margin_px) {
   std::vector<std::uint32_t> charts;
   for (std::uint32_t c = 0; c < set.charts.size(); ++c)
-    if (set.charts[c].kind == ChartKind::partial || set.charts[c].kind == ChartKind::flat)
-      charts.push_back(c);
+    if (set.charts[c].kind == ChartKind::partial || set.charts[c].kind == ChartKind::flat) charts.push_back(c);
   std::vector<PartialChart> parts(charts.size());
-  tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t i) {
-    parts[i] = start_chart(input, set, charts[i], coverage, margin_px);
-  });
+  tbb::parallel_for(std::size_t{0}, charts.size(),
+                    [&](std::size_t i) { parts[i] = start_chart(input, set, charts[i], coverage, margin_px); });
   return parts;
 }
 
@@ -442,8 +426,8 @@ PointOrigin origin_at(const PartialChart& part, const TexelPoint& p) {
   return origin;
 }
 
-void take_view(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view,
-               ViewId id, const Image& photo, const ColorCorrection& correction) {
+void take_view(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view, ViewId id,
+               const Image& photo, const ColorCorrection& correction) {
   const CellBox& box = part.raster.box;
   const bool own = set.charts[part.chart].view == id;
   std::vector<StripSample> near;
@@ -451,8 +435,7 @@ void take_view(PartialChart& part, const ChartSet& set, const CoverageTable& tab
     for (int x = box.x0; x < box.x1; x += kStripRow) {
       const CellBox block{x, y, std::min(x + kStripRow, box.x1), std::min(y + kStripRow, box.y1)};
       near.clear();
-      if (const ChartStrip* strip = own ? correction.strip(part.chart) : nullptr)
-        gather_strip(*strip, block, near);
+      if (const ChartStrip* strip = own ? correction.strip(part.chart) : nullptr) gather_strip(*strip, block, near);
       for (int ty = block.y0; ty < block.y1; ++ty) {
         std::array<Color, kStripRow> row{};
         if (!near.empty()) row = strip_offsets(near, x + 0.5, ty + 0.5);

@@ -14,16 +14,16 @@
 
 namespace gpvc {
 
-/// A view that shows a part of a face, and where in its frame a chart's texels lie: (x, y, 1) times the
-/// matrix is (u w, v w, w) with w > 0 in front of the camera.
+/// A view that shows a part of a face, and where in its frame a chart's texels lie: (x, y, 1) times the matrix is (u w,
+/// v w, w) with w > 0 in front of the camera.
 struct TexelSource {
   ViewId view{};
   const FaceCoverage* coverage = nullptr;  ///< nullptr: shows all of it
   std::array<double, 9> frame_from_texel{};
   /// The face in the view's frame, from the coverage's corner; nullopt where a part lies behind the camera.
   std::optional<TexelTriangle> outline;
-  /// Over the coverage's box: 0 clear, 1 seen, but close to something in front, 2 right beside it. Empty once
-  /// the sources of its chart are chosen, which alone looks at it.
+  /// Over the coverage's box: 0 clear, 1 seen, but close to something in front, 2 right beside it. Empty once the
+  /// sources of its chart are chosen, which alone looks at it.
   std::vector<std::uint8_t> margin;
 };
 
@@ -43,20 +43,19 @@ struct PartialChart {
   static constexpr std::uint8_t kNone = 255;
 };
 
-/// Chooses the source of every texel; reads no photo. Margin: see AtlasOptions::margin_px. O(texels x
-/// candidates).
-std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set,
-                                         const CoverageIndex& coverage, int margin_px);
+/// Chooses the source of every texel; reads no photo. Margin: see AtlasOptions::margin_px. O(texels x candidates).
+std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
+                                         int margin_px);
 
 /// What the texel around a position of the chart is to be taken from.
 PointOrigin origin_at(const PartialChart& part, const TexelPoint& p);
 
 /// Adds the texels that `view` gives.
-void take_view(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view,
-               ViewId id, const Image& photo, const ColorCorrection& correction);
+void take_view(PartialChart& part, const ChartSet& set, const CoverageTable& table, const View& view, ViewId id,
+               const Image& photo, const ColorCorrection& correction);
 
-/// Writes the charts to their pages. Texels that no view shows take their colour from those around them, on
-/// the same chart and, along its border, on the plain charts beside it. \pre plain charts are baked
+/// Writes the charts to their pages. Texels that no view shows take their colour from those around them, on the same
+/// chart and, along its border, on the plain charts beside it. \pre plain charts are baked
 void finish_partial(std::span<PartialChart> parts, const AtlasInput& input, const ChartSet& set,
                     const FaceNeighbours& neighbours, std::span<const ChartPlace> places, int padding,
                     std::span<Page> pages);

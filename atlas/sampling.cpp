@@ -8,8 +8,7 @@ namespace {
 
 std::array<float, 4> catmull_rom(float t) {
   const float t2 = t * t, t3 = t2 * t;
-  return {0.5f * (-t + 2 * t2 - t3), 0.5f * (2 - 5 * t2 + 3 * t3), 0.5f * (t + 4 * t2 - 3 * t3),
-          0.5f * (t3 - t2)};
+  return {0.5f * (-t + 2 * t2 - t3), 0.5f * (2 - 5 * t2 + 3 * t3), 0.5f * (t + 4 * t2 - 3 * t3), 0.5f * (t3 - t2)};
 }
 
 /// The four taps around a coordinate in index space (first pixel centre at 0), clamped to the image.
@@ -22,8 +21,7 @@ Taps taps(double position, int size) {
   const double clamped = std::clamp(position - 0.5, 0.0, size - 1.0);
   const int base = static_cast<int>(clamped);
   Taps result{{}, static_cast<float>(clamped - base)};
-  for (int i = 0; i < 4; ++i)
-    result.index[static_cast<std::size_t>(i)] = std::clamp(base - 1 + i, 0, size - 1);
+  for (int i = 0; i < 4; ++i) result.index[static_cast<std::size_t>(i)] = std::clamp(base - 1 + i, 0, size - 1);
   return result;
 }
 
@@ -57,9 +55,9 @@ Color sample_bilinear(const Image& photo, double x, double y) {
 int lattice_step(const Camera& camera) {
   constexpr int kLargest = 16;
   if (camera.distortion.is_identity()) return kLargest;
-  // Bilinear interpolation over a square of edge s errs by at most s^2 / 8 times the sum of the second
-  // derivatives along x and y. Those of a polynomial lens grow towards the corners: they are measured as
-  // second differences on a grid over the frame, and doubled for what lies between the grid's points.
+  // Bilinear interpolation over a square of edge s errs by at most s^2 / 8 times the sum of the second derivatives
+  // along x and y. Those of a polynomial lens grow towards the corners: they are measured as second differences on a
+  // grid over the frame, and doubled for what lies between the grid's points.
   constexpr int kGrid = 24;
   constexpr double kSpan = 4;  // px
   double curvature = 0;
@@ -69,8 +67,7 @@ int lattice_step(const Camera& camera) {
       const auto c = photo_from_pixel(camera, {x, y});
       double sum_x = 0, sum_y = 0;
       for (const auto& [dx, dy] : {std::pair(kSpan, 0.0), std::pair(0.0, kSpan)}) {
-        const auto a = photo_from_pixel(camera, {x - dx, y - dy}),
-                   b = photo_from_pixel(camera, {x + dx, y + dy});
+        const auto a = photo_from_pixel(camera, {x - dx, y - dy}), b = photo_from_pixel(camera, {x + dx, y + dy});
         if (!a || !b || !c) continue;
         sum_x += std::abs(a->x - 2 * c->x + b->x) / (kSpan * kSpan);
         sum_y += std::abs(a->y - 2 * c->y + b->y) / (kSpan * kSpan);

@@ -32,15 +32,15 @@ inline Color load(const std::uint8_t* texel) {
   return {static_cast<float>(texel[0]), static_cast<float>(texel[1]), static_cast<float>(texel[2])};
 }
 
-/// Catmull-Rom interpolation, the photo's border repeated outwards; within [0, 255] but for overshoot, which
-/// callers clamp when they store.
+/// Catmull-Rom interpolation, the photo's border repeated outwards; within [0, 255] but for overshoot, which callers
+/// clamp when they store.
 Color sample_bicubic(const Image& photo, double x, double y);
 
 /// Bilinear, borders repeated.
 Color sample_bilinear(const Image& photo, double x, double y);
 
-/// Step, in pixels, of a lattice between whose nodes photo_from_pixel may be interpolated bilinearly with an
-/// error below kLatticeError; a power of two from 1 to 16. 16 for a camera without distortion.
+/// Step, in pixels, of a lattice between whose nodes photo_from_pixel may be interpolated bilinearly with an error
+/// below kLatticeError; a power of two from 1 to 16. 16 for a camera without distortion.
 int lattice_step(const Camera& camera);
 
 inline constexpr double kLatticeError =

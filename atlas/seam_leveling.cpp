@@ -30,9 +30,7 @@ class SidePosition {
   std::array<TexelPoint, 2> ends_{};
 };
 
-double mean_abs(const Color& c) {
-  return (std::abs(double(c.r)) + std::abs(double(c.g)) + std::abs(double(c.b))) / 3;
-}
+double mean_abs(const Color& c) { return (std::abs(double(c.r)) + std::abs(double(c.g)) + std::abs(double(c.b))) / 3; }
 
 double mean_step(const SeamSamples& seams) {
   double sum = 0, weight = 0;
@@ -53,21 +51,18 @@ void for_samples(SeamSamples& seams, const Body& body) {
   tbb::parallel_for(std::size_t{0}, seams.edges.size(), [&](std::size_t e) {
     const SeamEdge& edge = seams.edges[e];
     for (std::uint32_t i = 0; i < edge.samples; ++i)
-      if (seams.weight[edge.first_sample + i] > 0)
-        body(edge, edge.first_sample + i, (i + 0.5) / edge.samples);
+      if (seams.weight[edge.first_sample + i] > 0) body(edge, edge.first_sample + i, (i + 0.5) / edge.samples);
   });
 }
 
 void expose(const AtlasInput& input, const ColorCorrection& correction, SeamSamples& seams) {
   for_samples(seams, [&](const SeamEdge& edge, std::size_t i, double) {
     for (std::size_t s = 0; s < 2; ++s)
-      seams.colors[i][s] =
-          correction.expose(seams.colors[i][s], input.labels[edge.faces[s]], seams.frame[i][s]);
+      seams.colors[i][s] = correction.expose(seams.colors[i][s], input.labels[edge.faces[s]], seams.frame[i][s]);
   });
 }
 
-void add_offsets(const AtlasInput& input, const ChartSet& set, const ColorCorrection& correction,
-                 SeamSamples& seams) {
+void add_offsets(const AtlasInput& input, const ChartSet& set, const ColorCorrection& correction, SeamSamples& seams) {
   for_samples(seams, [&](const SeamEdge& edge, std::size_t i, double t) {
     for (std::size_t s = 0; s < 2; ++s) {
       const TexelPoint p = SidePosition(input.mesh, set, edge, s).at(t, seams.frame[i][s]);
@@ -90,8 +85,7 @@ void add_to_piece(const ChartSet& set, std::uint32_t own, const StripSample& sam
   }
 }
 
-void lay_strips(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams,
-                ColorCorrection& correction) {
+void lay_strips(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams, ColorCorrection& correction) {
   // Larger steps are different things on both sides; spreading them would smear one over the other.
   constexpr float kMostStep = 32;
   std::vector<std::vector<StripSample>> samples(set.charts.size());
@@ -119,8 +113,7 @@ void lay_strips(const AtlasInput& input, const ChartSet& set, const SeamSamples&
   });
 }
 
-void add_strips(const AtlasInput& input, const ChartSet& set, const ColorCorrection& correction,
-                SeamSamples& seams) {
+void add_strips(const AtlasInput& input, const ChartSet& set, const ColorCorrection& correction, SeamSamples& seams) {
   tbb::parallel_for(std::size_t{0}, seams.edges.size(), [&](std::size_t e) {
     const SeamEdge& edge = seams.edges[e];
     std::vector<StripSample> near;

@@ -20,8 +20,8 @@ namespace gpvc {
 
 struct LevelingResult {
   ColorCorrection correction;
-  /// Difference, in grey levels, of the means of both sides along a seam edge: absolute, averaged over
-  /// channels and, weighted by length, over edges.
+  /// Difference, in grey levels, of the means of both sides along a seam edge: absolute, averaged over channels and,
+  /// weighted by length, over edges.
   double step_before = 0, step_after = 0;
 };
 
@@ -29,14 +29,13 @@ struct LevelingResult {
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
                            SeamLeveling mode);
 
-/// Exposure per view from the ratios across seams. The geometric mean over faces of the gains is one in each
-/// channel, so the texture as a whole keeps its brightness; gains lie in [1 / kMostGain, kMostGain].
+/// Exposure per view from the ratios across seams. The geometric mean over faces of the gains is one in each channel,
+/// so the texture as a whole keeps its brightness; gains lie in [1 / kMostGain, kMostGain].
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams);
 
 inline constexpr double kMostGain = 2.5;
 
 /// Fills nodes and offsets; `seams` hold exposed colours.
-void fit_offsets(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams,
-                 ColorCorrection& correction);
+void fit_offsets(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams, ColorCorrection& correction);
 
 }  // namespace gpvc

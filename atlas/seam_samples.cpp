@@ -23,8 +23,7 @@ bool shared_edge(const Mesh& mesh, std::uint32_t a, std::uint32_t b, std::array<
   for (std::size_t e = 0; e < 3; ++e) {
     const std::uint32_t u = mesh.faces[a][e], v = mesh.faces[a][(e + 1) % 3];
     const auto& t = mesh.faces[b];
-    if (u == v || std::find(t.begin(), t.end(), u) == t.end() || std::find(t.begin(), t.end(), v) == t.end())
-      continue;
+    if (u == v || std::find(t.begin(), t.end(), u) == t.end() || std::find(t.begin(), t.end(), v) == t.end()) continue;
     vertices = {u, v};
     return true;
   }
@@ -55,8 +54,7 @@ class Sampler {
     std::vector<std::vector<std::pair<std::uint32_t, int>>> sides(input_.scene.views.size());
     for (std::uint32_t e = 0; e < result_.edges.size(); ++e)
       for (int side = 0; side < 2; ++side)
-        sides[index(input_.labels[result_.edges[e].faces[static_cast<std::size_t>(side)]])].emplace_back(
-            e, side);
+        sides[index(input_.labels[result_.edges[e].faces[static_cast<std::size_t>(side)]])].emplace_back(e, side);
     std::vector<std::uint32_t> views;
     for (std::uint32_t v = 0; v < sides.size(); ++v)
       if (!sides[v].empty()) views.push_back(v);
@@ -108,8 +106,7 @@ class Sampler {
     const bool partial = input_.tags[index(face)] == FaceTag::partial;
     const FaceCoverage* seen = partial ? coverage_.find(face, id) : nullptr;
     if (partial && !seen) return;
-    const WorldPoint &a = input_.mesh.positions[edge.vertices[0]],
-                     &b = input_.mesh.positions[edge.vertices[1]];
+    const WorldPoint &a = input_.mesh.positions[edge.vertices[0]], &b = input_.mesh.positions[edge.vertices[1]];
     for (std::uint32_t i = 0; i < edge.samples; ++i) {
       const double t = (i + 0.5) / edge.samples;
       const auto p = project(view, {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z)});
@@ -125,8 +122,7 @@ class Sampler {
   }
 
   bool shows(const FaceCoverage& seen, const PixelPoint& p) const {
-    if (!(p.x >= seen.x0 && p.y >= seen.y0 && p.x < seen.x0 + seen.width && p.y < seen.y0 + seen.height))
-      return false;
+    if (!(p.x >= seen.x0 && p.y >= seen.y0 && p.x < seen.x0 + seen.width && p.y < seen.y0 + seen.height)) return false;
     return coverage_.table().sees(seen, static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)));
   }
 

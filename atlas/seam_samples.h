@@ -15,8 +15,7 @@ namespace gpvc {
 struct SeamEdge {
   std::array<std::uint32_t, 2> faces{};
   std::array<std::uint32_t, 2> vertices{};
-  std::size_t first_sample =
-      0;  ///< into SeamSamples::colors; sample i lies at (i + 0.5) / samples along the edge
+  std::size_t first_sample = 0;  ///< into SeamSamples::colors; sample i lies at (i + 0.5) / samples along the edge
   std::uint32_t samples = 0;
 };
 
@@ -26,16 +25,15 @@ inline constexpr float kPhotoNoise = 3;
 
 struct SeamSamples {
   std::vector<SeamEdge> edges;
-  std::vector<std::array<Color, 2>> colors;  ///< per sample: as the photos of faces[0] and faces[1] show it
+  std::vector<std::array<Color, 2>> colors;      ///< per sample: as the photos of faces[0] and faces[1] show it
   std::vector<std::array<PixelPoint, 2>> frame;  ///< where, in the views' frames
   /// Per sample, 0 to 1: how much of a difference is one of brightness. Photos and mesh disagree by about
-  /// kMisregistration_px, which on a steep gradient alone makes a step; 0 where a photo does not show the
-  /// place.
+  /// kMisregistration_px, which on a steep gradient alone makes a step; 0 where a photo does not show the place.
   std::vector<float> weight;
 };
 
-/// Samples every seam edge between faces that have views. Photos are fetched once each, at most. A partial
-/// face counts only where its coverage shows it, so that no occluder's colour enters. O(edges + samples).
+/// Samples every seam edge between faces that have views. Photos are fetched once each, at most. A partial face counts
+/// only where its coverage shows it, so that no occluder's colour enters. O(edges + samples).
 SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage);
 
 }  // namespace gpvc

@@ -11,8 +11,7 @@ double texel_area(const TexelTriangle& t) {
   return std::abs((t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x)) / 2;
 }
 
-double pixel_size(const Mesh& mesh, std::span<const std::uint32_t> faces,
-                  std::span<const TexelTriangle> corners) {
+double pixel_size(const Mesh& mesh, std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners) {
   double world = 0, frame = 0;
   for (const auto face : faces) {
     const auto& t = mesh.faces[face];

@@ -18,8 +18,7 @@ class TexelSet {
     return after != row->second.begin() && std::prev(after)->second >= first;
   }
   bool meets(const TexelSet& other) const {
-    const TexelSet &small = intervals_ < other.intervals_ ? *this : other,
-                   &large = &small == this ? other : *this;
+    const TexelSet &small = intervals_ < other.intervals_ ? *this : other, &large = &small == this ? other : *this;
     for (const auto& [y, row] : small.rows_)
       for (const auto& [first, last] : row)
         if (large.meets(y, first, last)) return true;

@@ -40,11 +40,11 @@ inline std::array<HalfPlane, 3> half_planes(const TexelTriangle& t) {
 
 }  // namespace detail
 
-/// Calls visit(y, first, last) for every row y of `box` with the cells first..last (inclusive) whose square
-/// of half-size `half` around the cell's centre (x + 0.5, y + 0.5) meets the triangle: a separating-axis test
-/// with the triangle's three normals and the two axes, exact but for rounding. half = 0 asks whether the
-/// centre lies inside or on the border, half = 0.5 whether the cell touches. Works for degenerate triangles,
-/// whose edges bound both sides of their line. O(rows).
+/// Calls visit(y, first, last) for every row y of `box` with the cells first..last (inclusive) whose square of
+/// half-size `half` around the cell's centre (x + 0.5, y + 0.5) meets the triangle: a separating-axis test with the
+/// triangle's three normals and the two axes, exact but for rounding. half = 0 asks whether the centre lies inside or
+/// on the border, half = 0.5 whether the cell touches. Works for degenerate triangles, whose edges bound both sides of
+/// their line. O(rows).
 template <typename Visit>
 void triangle_spans(const TexelTriangle& t, double half, const CellBox& box, Visit&& visit) {
   const auto planes = detail::half_planes(t);
@@ -65,10 +65,9 @@ void triangle_spans(const TexelTriangle& t, double half, const CellBox& box, Vis
       if (p.a == 0 && rest < 0) high = low - 1;
     }
     if (!(low <= high)) continue;
-    const int first =
-        std::max(box.x0, static_cast<int>(std::ceil(std::clamp(low - 0.5, box.x0 - 1.0, box.x1 + 1.0))));
-    const int last = std::min(
-        box.x1 - 1, static_cast<int>(std::floor(std::clamp(high - 0.5, box.x0 - 1.0, box.x1 + 1.0))));
+    const int first = std::max(box.x0, static_cast<int>(std::ceil(std::clamp(low - 0.5, box.x0 - 1.0, box.x1 + 1.0))));
+    const int last =
+        std::min(box.x1 - 1, static_cast<int>(std::floor(std::clamp(high - 0.5, box.x0 - 1.0, box.x1 + 1.0))));
     if (first <= last) visit(y, first, last);
   }
 }

@@ -12,9 +12,7 @@ struct Vector3 {
   double x = 0, y = 0, z = 0;
 };
 
-inline Vector3 operator-(const WorldPoint& a, const WorldPoint& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
+inline Vector3 operator-(const WorldPoint& a, const WorldPoint& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline Vector3 operator+(const Vector3& a, const Vector3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Vector3 operator-(const Vector3& a, const Vector3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline Vector3 operator*(double s, const Vector3& a) { return {s * a.x, s * a.y, s * a.z}; }

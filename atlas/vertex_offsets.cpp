@@ -16,9 +16,9 @@ namespace {
 using Offset = Eigen::Array3d;
 using Offsets = std::vector<Offset>;
 
-/// Weights of the energy: 1 for two sides of a seam that differ, kSmooth for two ends of an edge within a
-/// chart, kAnchor for an offset as such. An offset fades over sqrt(kSmooth / kAnchor) = 32 edges from its
-/// seam, and of a constant step a few per cent remain, for the strips.
+/// Weights of the energy: 1 for two sides of a seam that differ, kSmooth for two ends of an edge within a chart,
+/// kAnchor for an offset as such. An offset fades over sqrt(kSmooth / kAnchor) = 32 edges from its seam, and of a
+/// constant step a few per cent remain, for the strips.
 constexpr double kSmooth = 1.0, kAnchor = 1e-3;
 /// Differences beyond this many grey levels are no matter of brightness but of content, and count less.
 constexpr double kOutlyingStep = 40;
@@ -42,15 +42,13 @@ std::size_t make_nodes(const AtlasInput& input, const ChartSet& set, ColorCorrec
   for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
     if (set.charts[set.face_chart[face]].kind == ChartKind::blocks) continue;
     for (std::size_t i = 0; i < 3; ++i)
-      corners.push_back(
-          {input.mesh.faces[face][i], static_cast<std::uint32_t>(input.labels[face]), 3 * face + i});
+      corners.push_back({input.mesh.faces[face][i], static_cast<std::uint32_t>(input.labels[face]), 3 * face + i});
   }
   tbb::parallel_sort(corners.begin(), corners.end());
   correction.nodes.assign(input.mesh.faces.size(), {0, 0, 0});
   std::size_t count = 0;
   for (std::size_t k = 0; k < corners.size(); ++k) {
-    if (k == 0 || corners[k].vertex != corners[k - 1].vertex || corners[k].view != corners[k - 1].view)
-      ++count;
+    if (k == 0 || corners[k].vertex != corners[k - 1].vertex || corners[k].view != corners[k - 1].view) ++count;
     correction.nodes[corners[k].corner / 3][corners[k].corner % 3] = static_cast<std::uint32_t>(count - 1);
   }
   return count;
@@ -194,8 +192,7 @@ Offsets solve(const System& system, const Offsets& right) {
 
 }  // namespace
 
-void fit_offsets(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams,
-                 ColorCorrection& correction) {
+void fit_offsets(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams, ColorCorrection& correction) {
   const std::size_t nodes = make_nodes(input, set, correction);
   std::vector<Link> list;
   Offsets right(nodes, Offset::Zero());

@@ -52,8 +52,7 @@ std::vector<Ratio> ratios_across(const AtlasInput& input, const SeamSamples& sea
       const Color c = (1.0f / total) * sum[s];
       ratio.views[s] = static_cast<std::uint32_t>(input.labels[edge.faces[s]]);
       const ViewExposure& e = neutral[ratio.views[s]];
-      const double dx = middle[s].x / double{total} - e.centre_x,
-                   dy = middle[s].y / double{total} - e.centre_y;
+      const double dx = middle[s].x / double{total} - e.centre_x, dy = middle[s].y / double{total} - e.centre_y;
       ratio.r2[s] = (dx * dx + dy * dy) * e.inverse_radius2;
       std::size_t k = 0;
       for (const float value : {c.r, c.g, c.b}) {
@@ -129,9 +128,9 @@ double residual(const Row& row, const Eigen::VectorXd& x) {
 Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, const std::vector<double>& share) {
   double total = 0;
   for (const auto& r : ratios) total += r.weight;
-  // The anchor decides only what seams leave open: the brightness of all views together, and fall-off where
-  // seams lie at equal radii. A thousandth of the data's weight biases the rest by as much. A face in ten
-  // thousand is the least share, so that no view is free.
+  // The anchor decides only what seams leave open: the brightness of all views together, and fall-off where seams lie
+  // at equal radii. A thousandth of the data's weight biases the rest by as much. A face in ten thousand is the least
+  // share, so that no view is free.
   const double anchor = 1e-3 * total;
   // Cauchy weights: ratios off by more than 10 % are parallax, highlights or moving things.
   constexpr double kOutlyingRatio = 0.1;

@@ -99,8 +99,7 @@ Arguments parse(int argc, char** argv) {
     else if (word == "--quick")
       arguments.quick = true;
     else
-      throw std::invalid_argument("'" + word +
-                                  "' is unknown; usage: accuracy [-o DIR] [--quick] [--device N]");
+      throw std::invalid_argument("'" + word + "' is unknown; usage: accuracy [-o DIR] [--quick] [--device N]");
   }
   return arguments;
 }
@@ -118,8 +117,8 @@ int main(int argc, char** argv) {
     if (!arguments.folder.empty()) std::filesystem::create_directories(arguments.folder);
     GraphicsDevice device(arguments.device);
     const accuracy::Setup setup{device, arguments.folder, arguments.quick};
-    std::string text = fmt::format("# Accuracy of visibility\n\nOn {} ({}).\n\n", device.info().renderer,
-                                   device.info().driver);
+    std::string text =
+        fmt::format("# Accuracy of visibility\n\nOn {} ({}).\n\n", device.info().renderer, device.info().driver);
     bool perfect = true;
     std::cout << text;
     for (const auto& part : {accuracy::paper_tables, accuracy::layer_table}) {

@@ -25,9 +25,7 @@ TrueScene with_truth(std::string name, Mesh mesh, View view);
 struct Score {
   std::size_t visible = 0, occluded = 0, right = 0;
   std::size_t wrong_classes = 0;  ///< untied faces whose class is not exactly the oracle's
-  double percent() const {
-    return 100.0 * static_cast<double>(right) / static_cast<double>(visible + occluded);
-  }
+  double percent() const { return 100.0 * static_cast<double>(right) / static_cast<double>(visible + occluded); }
   bool operator==(const Score&) const = default;
 };
 

@@ -20,8 +20,8 @@ constexpr std::array kPlaces{Place{"0", {0, 0, 0}}, Place{"UTM", {412345.678, 53
                              Place{"ECEF", {4177654.321, 855123.456, 4728456.789}}};
 constexpr std::array kBiased{"shadow-map:spc", "shadow-map:apc", "ray:sparse", "ray:dense"};
 
-/// The layers of scenes::two_layers, scaled to a distance, turned and moved with the camera to a place of the
-/// world. Coordinates there round to 1e-9 m at worst; the oracle judges what became of them.
+/// The layers of scenes::two_layers, scaled to a distance, turned and moved with the camera to a place of the world.
+/// Coordinates there round to 1e-9 m at worst; the oracle judges what became of them.
 TrueScene layers(double gap_m, double distance_m, const Place& place, bool quick) {
   const int size = quick ? 200 : 300;
   View view = scenes::view_of(size, size, 5.0 * size);

@@ -14,14 +14,12 @@ constexpr std::size_t kLayer = 4802;
 constexpr std::array kGaps{0.01, 1.0, 100.0};
 constexpr std::array kModels{"A", "B", "C"};
 
-/// The oracle's word that the upper layer is fully visible and every face of the lower one partially
-/// occluded.
+/// The oracle's word that the upper layer is fully visible and every face of the lower one partially occluded.
 void prove(const TrueScene& model) {
   for (std::size_t f = 0; f < 2 * kLayer; ++f) {
     const FaceClass expected = f < kLayer ? FaceClass::full : FaceClass::partial;
     if (model.truth.classes[f] != expected || model.truth.tied[f] != 0)
-      throw std::logic_error(
-          fmt::format("model {}: face {} is not what the paper says of it", model.name, f));
+      throw std::logic_error(fmt::format("model {}: face {} is not what the paper says of it", model.name, f));
   }
 }
 
@@ -38,8 +36,7 @@ std::vector<TrueScene> make_models() {
 std::string number(double value) { return fmt::format("{:.3g}", value); }
 
 /// Rows of one model: neighbouring epsilons with the same outcome share one.
-std::vector<std::array<std::string, 4>> rows_of(const std::vector<double>& epsilons,
-                                                const std::vector<Score>& scores) {
+std::vector<std::array<std::string, 4>> rows_of(const std::vector<double>& epsilons, const std::vector<Score>& scores) {
   std::vector<std::array<std::string, 4>> rows;
   for (std::size_t first = 0; first < scores.size();) {
     std::size_t last = first;
@@ -47,8 +44,7 @@ std::vector<std::array<std::string, 4>> rows_of(const std::vector<double>& epsil
     const std::string range =
         first == last ? number(epsilons[first]) : number(epsilons[last]) + " ~ " + number(epsilons[first]);
     const Score& s = scores[first];
-    rows.push_back(
-        {range, std::to_string(s.visible), std::to_string(s.occluded), fmt::format("{:.2f}", s.percent())});
+    rows.push_back({range, std::to_string(s.visible), std::to_string(s.occluded), fmt::format("{:.2f}", s.percent())});
     first = last + 1;
   }
   return rows;
@@ -132,8 +128,7 @@ Part paper_tables(const Setup& setup) {
   add(3, "Ray tracing with sparse sampling", bias_table(setup, models, "ray:sparse"));
   add(4, "Ray tracing with dense sampling", bias_table(setup, models, "ray:dense"));
   add(5, "GPVC before coverage correction", gpvc_table(setup, models, {CoverageCorrection::off}).table);
-  const GpvcTable corrected =
-      gpvc_table(setup, models, {CoverageCorrection::paper, CoverageCorrection::exact});
+  const GpvcTable corrected = gpvc_table(setup, models, {CoverageCorrection::paper, CoverageCorrection::exact});
   add(6, "GPVC after coverage correction", corrected.table);
   part.perfect = corrected.all_right;
   return part;

@@ -1,6 +1,6 @@
-// Tables 7 to 9 of the paper: what GPVC, shadow maps and rays cost on the same views. `efficiency` makes a
-// mesh of 611,618 faces and 43 views of 12 megapixels; `efficiency SCENE MESH` takes a real one. Exit code 1
-// when HIVERS and dense sampling disagree on any face.
+// Tables 7 to 9 of the paper: what GPVC, shadow maps and rays cost on the same views. `efficiency` makes a mesh of
+// 611,618 faces and 43 views of 12 megapixels; `efficiency SCENE MESH` takes a real one. Exit code 1 when HIVERS and
+// dense sampling disagree on any face.
 #include "efficiency.h"
 
 #include <fmt/format.h>
@@ -76,13 +76,12 @@ std::vector<Row> rows_of(const std::string& list) {
   return rows;
 }
 
-/// Biases that suit a scene some hundred metres away. Shaders on a software renderer run where the CPU
-/// classifier does, and slower.
+/// Biases that suit a scene some hundred metres away. Shaders on a software renderer run where the CPU classifier does,
+/// and slower.
 std::string usual_modes(bool software) {
   std::string list = software ? "gpvc,gpvc/opengl," : "gpvc,gpvc/native,";
   list += "gpvc:ves,gpvc:dense,gpvc/paper/cpu,gpvc:ves/paper/cpu,gpvc:dense/paper/cpu,";
-  if (!software)
-    list += "gpvc/exact/gpu,gpvc/exact/cpu,gpvc/paper/gpu,gpvc:ves/paper/gpu,gpvc:dense/paper/gpu,";
+  if (!software) list += "gpvc/exact/gpu,gpvc/exact/cpu,gpvc/paper/gpu,gpvc:ves/paper/gpu,gpvc:dense/paper/gpu,";
   return list + "shadow-map:spc:0.001,shadow-map:apc:1e-12,ray:sparse:0.01,ray:dense:0.01";
 }
 
@@ -108,9 +107,8 @@ int run(const Arguments& arguments) {
   double megapixels = 0;
   for (const View& view : scene.views) megapixels += 1e-6 * view.camera.width * view.camera.height;
   fmt::print("{}: {} faces, {} views of {:.1f} megapixels on average\n{} ({}), {} threads\n", scene.name,
-             scene.mesh.faces.size(), scene.views.size(),
-             megapixels / static_cast<double>(scene.views.size()), device.info().renderer,
-             device.info().driver, tbb::info::default_concurrency());
+             scene.mesh.faces.size(), scene.views.size(), megapixels / static_cast<double>(scene.views.size()),
+             device.info().renderer, device.info().driver, tbb::info::default_concurrency());
   std::size_t differing = 0;
   const std::vector<Row> rows =
       rows_of(arguments.modes.empty() ? usual_modes(device.info().software) : arguments.modes);

@@ -16,12 +16,11 @@ struct BenchScene {
   std::vector<View> views;
 };
 
-/// A manifold height field of 611,618 faces, 400 m wide: uneven ground with blocks of buildings, and 43 views
-/// of 4000 x 3000 pixels, 11 nadir and 8 oblique from each of four sides, that see about half of it each.
+/// A manifold height field of 611,618 faces, 400 m wide: uneven ground with blocks of buildings, and 43 views of 4000 x
+/// 3000 pixels, 11 nadir and 8 oblique from each of four sides, that see about half of it each.
 BenchScene generated_scene();
 
-/// `MODE[/off|/paper|/exact][/cpu|/gpu][/opengl|/native]`: a visibility mode, and for the gpvc modes what
-/// else to set.
+/// `MODE[/off|/paper|/exact][/cpu|/gpu][/opengl|/native]`: a visibility mode, and for the gpvc modes what else to set.
 struct Row {
   std::string name;
   VisibilityOptions options;
@@ -41,13 +40,12 @@ struct Measured {
   std::size_t unlike_first = 0;
 };
 
-/// Runs every row over every view; progress on stderr. `differing`: faces whose class under HIVERS is not
-/// that under dense sampling with the same correction and processor, over all views.
+/// Runs every row over every view; progress on stderr. `differing`: faces whose class under HIVERS is not that under
+/// dense sampling with the same correction and processor, over all views.
 std::vector<Measured> measure(GraphicsDevice& device, const BenchScene& scene, const std::vector<Row>& rows,
                               std::size_t& differing);
 
 /// Tables 7 to 9 as Markdown on stdout, and table7.csv to table9.csv in `folder` unless that is empty.
-void print_tables(const BenchScene& scene, const std::vector<Measured>& measured,
-                  const std::filesystem::path& folder);
+void print_tables(const BenchScene& scene, const std::vector<Measured>& measured, const std::filesystem::path& folder);
 
 }  // namespace gpvc::efficiency

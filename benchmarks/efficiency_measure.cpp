@@ -62,8 +62,8 @@ std::size_t unlike(const std::vector<FaceClass>& a, const std::vector<FaceClass>
 
 std::string first_word(const std::string& note) { return note.substr(0, note.find(':')); }
 
-/// Rows whose classes must agree on every face have the same key: HIVERS and dense sampling, on either
-/// processor, whatever draws, once corrected in the same way.
+/// Rows whose classes must agree on every face have the same key: HIVERS and dense sampling, on either processor,
+/// whatever draws, once corrected in the same way.
 std::string agreement(const VisibilityOptions& options) {
   if (options.method != Method::gpvc || options.sampling == Sampling::ves) return {};
   return fmt::format("{}", static_cast<int>(options.correction));
@@ -78,9 +78,8 @@ Row parse_row(const std::string& name) {
   while (at != std::string::npos) {
     const std::size_t next = name.find('/', at + 1);
     const std::string word = name.substr(at + 1, next == std::string::npos ? next : next - at - 1);
-    const std::map<std::string, CoverageCorrection> corrections{{"off", CoverageCorrection::off},
-                                                                {"paper", CoverageCorrection::paper},
-                                                                {"exact", CoverageCorrection::exact}};
+    const std::map<std::string, CoverageCorrection> corrections{
+        {"off", CoverageCorrection::off}, {"paper", CoverageCorrection::paper}, {"exact", CoverageCorrection::exact}};
     const std::map<std::string, Classifier> classifiers{{"cpu", Classifier::cpu}, {"gpu", Classifier::gpu}};
     const std::map<std::string, Drawing> drawings{{"opengl", Drawing::opengl}, {"native", Drawing::native}};
     if (const auto drawing = drawings.find(word); drawing != drawings.end()) {

@@ -60,8 +60,7 @@ View looking_at(double x, double y, double heading, double tilt, double distance
   const std::array<double, 3> down{forward[1] * right[2] - forward[2] * right[1],
                                    forward[2] * right[0] - forward[0] * right[2],
                                    forward[0] * right[1] - forward[1] * right[0]};
-  view.pose.rotation = {right[0], right[1],   right[2],   down[0],   down[1],
-                        down[2],  forward[0], forward[1], forward[2]};
+  view.pose.rotation = {right[0], right[1], right[2], down[0], down[1], down[2], forward[0], forward[1], forward[2]};
   view.pose.centre = {x - distance * forward[0], y - distance * forward[1], 5 - distance * forward[2]};
   return view;
 }

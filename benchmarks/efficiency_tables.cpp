@@ -55,8 +55,7 @@ Cells times(const Measured& m, const Measured& gpvc, std::size_t views) {
 }
 
 Cells shadow_map_head(const Measured& m) {
-  return {m.row.options.projection == Projection::spc ? "SPC" : "APC",
-          fmt::format("{}", m.row.options.epsilon)};
+  return {m.row.options.projection == Projection::spc ? "SPC" : "APC", fmt::format("{}", m.row.options.epsilon)};
 }
 
 Cells ray_head(const Measured& m) {
@@ -95,8 +94,7 @@ void write_csv(const std::filesystem::path& file, const std::vector<Cells>& line
 
 }  // namespace
 
-void print_tables(const BenchScene& scene, const std::vector<Measured>& measured,
-                  const std::filesystem::path& folder) {
+void print_tables(const BenchScene& scene, const std::vector<Measured>& measured, const std::filesystem::path& folder) {
   const Layout layouts[] = {{Method::shadow_map,
                              "table7",
                              "Table 7. Efficiency statistics of the shadow-mapping algorithm.",

@@ -1,6 +1,6 @@
-// View selection measured. `labeling COSTS MESH` solves a stored instance: energy, differing pairs and
-// patches against sweeps and time, and a lower bound. `labeling --sizes [MAX_FACES]` makes instances of its
-// own, 12 candidates a face out of 200 views, and prints time and memory against size.
+// View selection measured. `labeling COSTS MESH` solves a stored instance: energy, differing pairs and patches against
+// sweeps and time, and a lower bound. `labeling --sizes [MAX_FACES]` makes instances of its own, 12 candidates a face
+// out of 200 views, and prints time and memory against size.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -43,10 +43,8 @@ void solve_stored(const std::string& costs, const std::string& mesh_file) {
   const FaceGraph graph = face_graph(mesh);
   std::printf("%zu faces, %zu adjacent pairs (%.3f s), %zu candidates\n", table.faces(), graph.edges.size(),
               seconds_now() - start, table.views.size());
-  std::printf(
-      "| sweeps | energy | differing pairs | patches | wall s | CPU s |\n|---|---|---|---|---|---|\n");
-  // Solved anew with every limit: labels in between are nobody's result, and time is that of a run that stops
-  // there.
+  std::printf("| sweeps | energy | differing pairs | patches | wall s | CPU s |\n|---|---|---|---|---|---|\n");
+  // Solved anew with every limit: labels in between are nobody's result, and time is that of a run that stops there.
   double energy = 0;
   for (int sweeps = 0; sweeps <= 30; ++sweeps) {
     SolverOptions options;
@@ -68,8 +66,7 @@ void solve_stored(const std::string& costs, const std::string& mesh_file) {
   }
 }
 
-/// A square grid of triangle pairs seen by 200 views in 20 x 10 overlapping discs: each face takes its 12
-/// nearest.
+/// A square grid of triangle pairs seen by 200 views in 20 x 10 overlapping discs: each face takes its 12 nearest.
 void make_instance(std::size_t faces, CostTable& table, FaceGraph& graph) {
   constexpr int kViews = 200, kColumns = 20, kCandidates = 12;
   const auto side = static_cast<std::size_t>(std::sqrt(static_cast<double>(faces) / 2));
@@ -77,8 +74,7 @@ void make_instance(std::size_t faces, CostTable& table, FaceGraph& graph) {
   mesh.positions.resize((side + 1) * (side + 1));
   for (std::uint32_t y = 0; y < side; ++y)
     for (std::uint32_t x = 0; x < side; ++x) {
-      const auto a = static_cast<std::uint32_t>(y * (side + 1) + x),
-                 c = static_cast<std::uint32_t>(a + side + 1);
+      const auto a = static_cast<std::uint32_t>(y * (side + 1) + x), c = static_cast<std::uint32_t>(a + side + 1);
       mesh.faces.push_back({a, c, a + 1});
       mesh.faces.push_back({a + 1, c, c + 1});
     }
@@ -110,8 +106,7 @@ void make_instance(std::size_t faces, CostTable& table, FaceGraph& graph) {
 }
 
 void size_table(std::size_t max_faces) {
-  std::printf(
-      "| faces | candidates | wall s | CPU s | us a face | peak MB of the process | energy | patches |\n");
+  std::printf("| faces | candidates | wall s | CPU s | us a face | peak MB of the process | energy | patches |\n");
   std::printf("|---|---|---|---|---|---|---|---|\n");
   for (const std::size_t faces : {10'000u, 30'000u, 100'000u, 300'000u, 1'000'000u, 3'000'000u}) {
     if (faces > max_faces) break;
@@ -121,8 +116,8 @@ void size_table(std::size_t max_faces) {
     const double start = seconds_now(), cpu = cpu_seconds();
     const Selection selection = select_views(table, graph, {}, {});
     const double wall = seconds_now() - start;
-    std::printf("| %zu | %zu | %.2f | %.2f | %.1f | %.0f | %.1f | %zu |\n", table.faces(), table.views.size(),
-                wall, cpu_seconds() - cpu, 1e6 * wall / static_cast<double>(table.faces()), peak_megabytes(),
+    std::printf("| %zu | %zu | %.2f | %.2f | %.1f | %.0f | %.1f | %zu |\n", table.faces(), table.views.size(), wall,
+                cpu_seconds() - cpu, 1e6 * wall / static_cast<double>(table.faces()), peak_megabytes(),
                 selection.energy, selection.patches);
     std::fflush(stdout);
   }

@@ -82,8 +82,8 @@ class Messages {
 
   /// min over both candidates of here + there + [different] * smoothness.
   double pair_minimum(std::uint32_t a, std::uint32_t b) const {
-    double best = *std::min_element(here_.begin(), here_.end()) +
-                  *std::min_element(there_.begin(), there_.end()) + smoothness_;
+    double best =
+        *std::min_element(here_.begin(), here_.end()) + *std::min_element(there_.begin(), there_.end()) + smoothness_;
     for (std::size_t i = 0, j = 0; i < here_.size() && j < there_.size();) {
       if (view(a, i) == view(b, j))
         best = std::min(best, here_[i++] + there_[j++]);

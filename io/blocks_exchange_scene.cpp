@@ -53,9 +53,9 @@ std::optional<Matrix3> ours_from_axes(std::string_view orientation) {
   return std::nullopt;
 }
 
-/// Whether a definition (or a name with one in it) states degrees. The values cannot tell: metres about a
-/// local origin may be as small. Of the codes of EPSG those that photos and surveys come in: there is no rule
-/// by which their numbers differ from those of projected systems, and a whole table is another program's.
+/// Whether a definition (or a name with one in it) states degrees. The values cannot tell: metres about a local origin
+/// may be as small. Of the codes of EPSG those that photos and surveys come in: there is no rule by which their numbers
+/// differ from those of projected systems, and a whole table is another program's.
 bool is_geographic(std::string_view definition) {
   static constexpr std::array kCodes{4326, 4979, 9057,        // WGS 84: of two and of three dimensions, G1762
                                      4322,                    // WGS 72
@@ -70,8 +70,8 @@ bool is_geographic(std::string_view definition) {
                                      4674, 4989, 4148};                   // SIRGAS 2000, Hartebeesthoek94
   const std::string text = lower_case(definition);
   const auto states = [&text](const char* word) { return text.find(word) != std::string::npos; };
-  if (text == "wgs84" || text == "wgs 84" || states("crs84") || states("+proj=longlat") ||
-      states("+proj=latlong") || states("+proj=latlon") || states("+proj=lonlat"))
+  if (text == "wgs84" || text == "wgs 84" || states("crs84") || states("+proj=longlat") || states("+proj=latlong") ||
+      states("+proj=latlon") || states("+proj=lonlat"))
     return true;
   // WKT: the bases of projected systems are geographic, and a geodetic system may be geocentric.
   if (states("geogcs[") || states("geogcrs[") || states("geographiccrs[") || states("geodcrs[") ||
@@ -105,11 +105,9 @@ class BlocksReader {
     if (most == 0) xml_.fail(root, "no photo has a pose: export the block after its aerotriangulation");
     if (blocks > 1)
       scene_.warnings.push_back("the file holds " + std::to_string(blocks) + " blocks; '" +
-                                std::string(XmlFile::text(best, "Name")) +
-                                "' is read, it has the most photos");
+                                std::string(XmlFile::text(best, "Name")) + "' is read, it has the most photos");
     read_srs(root, best);
-    for (const pugi::xml_node group : best.child("Photogroups").children("Photogroup"))
-      read_group(best, group);
+    for (const pugi::xml_node group : best.child("Photogroups").children("Photogroup")) read_group(best, group);
     omitted_.settle(scene_, "photos");
     warn("photos without a pose are left out", unposed_);
     warn("photos outside the main component are left out", aside_);
@@ -167,8 +165,7 @@ class BlocksReader {
     if (!turn)
       xml_.fail(group.child("CameraOrientation"), "expected a CameraOrientation like XRightYDown, found " +
                                                       in_quotes(XmlFile::text(group, "CameraOrientation")));
-    if (const std::string_view type = XmlFile::text(group, "CameraModelType");
-        !type.empty() && type != "Perspective") {
+    if (const std::string_view type = XmlFile::text(group, "CameraModelType"); !type.empty() && type != "Perspective") {
       const InputError refusal(xml_.path(), xml_.place(group.child("CameraModelType")),
                                "camera model " + in_quotes(type) +
                                    " is not supported, Perspective is; undistort the photos or "
@@ -194,8 +191,7 @@ class BlocksReader {
     } else {
       const double focal_mm = xml_.needed(group, "FocalLength");
       if (!(pixel_mm > 0))
-        xml_.fail(group,
-                  "FocalLength is in millimetres: expected a positive SensorSize or PixelSize with it");
+        xml_.fail(group, "FocalLength is in millimetres: expected a positive SensorSize or PixelSize with it");
       camera.fx = focal_mm / pixel_mm;
     }
     camera.fy = camera.fx * xml_.number(group, "AspectRatio").value_or(1);
@@ -214,16 +210,14 @@ class BlocksReader {
     return camera;
   }
 
-  void principal_point(const pugi::xml_node& group, double pixel_mm, const Matrix3& turn,
-                       Camera& camera) const {
+  void principal_point(const pugi::xml_node& group, double pixel_mm, const Matrix3& turn, Camera& camera) const {
     camera.cx = camera.width / 2.0;
     camera.cy = camera.height / 2.0;
     const pugi::xml_node point = group.child("PrincipalPoint");
     if (!point) return;
     if (point.child("xmm") || point.child("ymm")) {
       const double x = xml_.needed(point, "xmm"), y = xml_.needed(point, "ymm");
-      if (!(pixel_mm > 0))
-        xml_.fail(point, "in millimetres: expected a positive SensorSize or PixelSize with it");
+      if (!(pixel_mm > 0)) xml_.fail(point, "in millimetres: expected a positive SensorSize or PixelSize with it");
       camera.cx += (turn[0] * x + turn[1] * y) / pixel_mm;
       camera.cy += (turn[3] * x + turn[4] * y) / pixel_mm;
       return;
@@ -235,8 +229,7 @@ class BlocksReader {
   Matrix3 rotation_of(const pugi::xml_node& node) const {
     if (node.child("M_00")) {
       Matrix3 m{};
-      constexpr const char* kNames[] = {"M_00", "M_01", "M_02", "M_10", "M_11",
-                                        "M_12", "M_20", "M_21", "M_22"};
+      constexpr const char* kNames[] = {"M_00", "M_01", "M_02", "M_10", "M_11", "M_12", "M_20", "M_21", "M_22"};
       for (std::size_t i = 0; i < 9; ++i) m[i] = xml_.needed(node, kNames[i]);
       const auto rotation = rotation_near(m);
       if (!rotation) xml_.fail(node, "the matrix M_00 .. M_22 is no rotation");
@@ -244,9 +237,9 @@ class BlocksReader {
     }
     if (node.child("Omega")) {
       constexpr double kDegree = std::numbers::pi / 180;
-      return transposed(product(
-          product(turn_x(xml_.needed(node, "Omega") * kDegree), turn_y(xml_.needed(node, "Phi") * kDegree)),
-          turn_z(xml_.needed(node, "Kappa") * kDegree)));
+      return transposed(
+          product(product(turn_x(xml_.needed(node, "Omega") * kDegree), turn_y(xml_.needed(node, "Phi") * kDegree)),
+                  turn_z(xml_.needed(node, "Kappa") * kDegree)));
     }
     xml_.fail(node, "expected a rotation as M_00 .. M_22 or as Omega, Phi, Kappa; other angles are not read");
   }

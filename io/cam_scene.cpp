@@ -33,16 +33,14 @@ std::vector<double> numbers(const fs::path& file, std::string_view line, const c
   std::vector<double> values;
   for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) {
     const std::optional<double> value = number_from(word);
-    if (!value || !std::isfinite(*value))
-      throw InputError(file, place, "expected a number, found " + in_quotes(word));
+    if (!value || !std::isfinite(*value)) throw InputError(file, place, "expected a number, found " + in_quotes(word));
     values.push_back(*value);
     if (values.size() > most) break;
   }
   if (values.size() < least || values.size() > most)
     throw InputError(file, place,
-                     "expected " + std::to_string(least) +
-                         (least == most ? "" : " to " + std::to_string(most)) + " numbers" +
-                         (most == 12 ? ", tx ty tz R00 .. R22" : ", f d0 d1 paspect ppx ppy"));
+                     "expected " + std::to_string(least) + (least == most ? "" : " to " + std::to_string(most)) +
+                         " numbers" + (most == 12 ? ", tx ty tz R00 .. R22" : ", f d0 d1 paspect ppx ppy"));
   return values;
 }
 
@@ -75,18 +73,16 @@ SceneFile parse(const fs::path& file, std::string_view text) {
   if (!(in[3] > 0)) throw InputError(file, "line 2", "the pixel's aspect is not positive");
   if (in[1] != 0) {
     if (in[3] != 1 || in[4] != 0.5 || in[5] != 0.5)
-      throw InputError(
-          file, "line 2",
-          "distortion d0 with a pixel aspect other than 1 or a principal point other than 0.5 0.5 is "
-          "not read: it acts about the photo's middle");
+      throw InputError(file, "line 2",
+                       "distortion d0 with a pixel aspect other than 1 or a principal point other than 0.5 0.5 is "
+                       "not read: it acts about the photo's middle");
     camera.distortion.model = in[2] != 0 ? LensModel::perspective : LensModel::inverse_radial;
     camera.distortion.k1 = in[1];
     camera.distortion.k2 = in[2];
   }
   finish_camera(file, "line 2", camera);
 
-  const auto rotation =
-      rotation_near({out[3], out[4], out[5], out[6], out[7], out[8], out[9], out[10], out[11]});
+  const auto rotation = rotation_near({out[3], out[4], out[5], out[6], out[7], out[8], out[9], out[10], out[11]});
   if (!rotation) throw InputError(file, "line 1", "the matrix R00 .. R22 is no rotation");
   const WorldPoint c = product(transposed(*rotation), WorldPoint{out[0], out[1], out[2]});
   view.pose = finish_pose(file, "line 1", *rotation, {-c.x, -c.y, -c.z});
@@ -97,8 +93,7 @@ SceneFile parse(const fs::path& file, std::string_view text) {
 /// A folder with a camera file that has a photo beside it, or one of its camera files.
 std::optional<fs::path> find(const fs::path& source) {
   std::error_code ignored;
-  if (fs::is_regular_file(source, ignored))
-    return is_cam(source) ? std::optional(folder_of(source)) : std::nullopt;
+  if (fs::is_regular_file(source, ignored)) return is_cam(source) ? std::optional(folder_of(source)) : std::nullopt;
   for (const auto& entry : fs::directory_iterator(source, ignored))
     if (is_cam(entry.path())) return source;
   return std::nullopt;
@@ -134,8 +129,8 @@ SceneFile read(const fs::path& folder) {
 }  // namespace
 
 const SceneFormat& cam_scene() {
-  static constexpr SceneFormat kFormat{"mvs-texturing", "an mvs-texturing folder of photos with .cam files",
-                                       find, read, parse};
+  static constexpr SceneFormat kFormat{"mvs-texturing", "an mvs-texturing folder of photos with .cam files", find, read,
+                                       parse};
   return kFormat;
 }
 

@@ -1,6 +1,6 @@
-// COLMAP's sparse model, binary and text: https://colmap.github.io/format.html
-// COLMAP's upper left pixel centre is (0.5, 0.5), its camera frame x right, y down, z forward: both are ours.
-// Poses are world-to-camera, x_camera = R x_world + t, so the centre is -R^T t.
+// COLMAP's sparse model, binary and text: https://colmap.github.io/format.html COLMAP's upper left pixel centre is
+// (0.5, 0.5), its camera frame x right, y down, z forward: both are ours. Poses are world-to-camera, x_camera = R
+// x_world + t, so the centre is -R^T t.
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -19,9 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// COLMAP's camera models in the order of their numbers. `terms` says which parameter is which: f (both focal
-/// lengths), x y (one each), c d (principal point), the rest as in term_of; '?' marks a model that is known
-/// only to be skipped and refused by name.
+/// COLMAP's camera models in the order of their numbers. `terms` says which parameter is which: f (both focal lengths),
+/// x y (one each), c d (principal point), the rest as in term_of; '?' marks a model that is known only to be skipped
+/// and refused by name.
 struct Model {
   std::string_view name, terms;
 };
@@ -112,8 +112,8 @@ struct ColmapCamera {
 
 using ColmapCameras = std::map<std::uint64_t, ColmapCamera>;
 
-/// SIMPLE_FISHEYE and FISHEYE are equidistant, too, without terms (https://colmap.github.io/cameras.html); no
-/// model is equisolid.
+/// SIMPLE_FISHEYE and FISHEYE are equidistant, too, without terms (https://colmap.github.io/cameras.html); no model is
+/// equisolid.
 LensModel lens_of(std::string_view model) {
   if (model == "FOV") return LensModel::fov;
   if (model == "EUCM") return LensModel::unified;
@@ -165,8 +165,7 @@ struct ColmapImage {
 
 /// nullopt for an image whose lens is omitted.
 std::optional<View> view_from(const fs::path& images_file, const std::string& place, const ColmapImage& image,
-                              const fs::path& cameras_file, const ColmapCameras& cameras,
-                              OmittedLenses& omitted) {
+                              const fs::path& cameras_file, const ColmapCameras& cameras, OmittedLenses& omitted) {
   View view;
   // COLMAP writes '/' on every system; programs for Windows that write its format do not.
   view.name = image.name.find('/') == std::string_view::npos ? slashed(image.name) : std::string(image.name);
@@ -174,9 +173,8 @@ std::optional<View> view_from(const fs::path& images_file, const std::string& pl
   const auto camera = cameras.find(image.camera_id);
   if (camera == cameras.end())
     throw InputError(images_file, place,
-                     "image " + in_quotes(image.name) + " refers to camera " +
-                         std::to_string(image.camera_id) + ", which " + cameras_file.filename().string() +
-                         " does not list");
+                     "image " + in_quotes(image.name) + " refers to camera " + std::to_string(image.camera_id) +
+                         ", which " + cameras_file.filename().string() + " does not list");
   if (const Model& model = *camera->second.model; !is_supported(model)) {
     const std::string name(model.name);
     omitted.add(name, InputError(cameras_file, camera->second.place,
@@ -184,8 +182,7 @@ std::optional<View> view_from(const fs::path& images_file, const std::string& pl
     return std::nullopt;
   }
   view.camera = camera_from(cameras_file, camera->second);
-  view.pose =
-      pose_from(images_file, place + ": image " + in_quotes(image.name), image.quaternion, image.translation);
+  view.pose = pose_from(images_file, place + ": image " + in_quotes(image.name), image.quaternion, image.translation);
   return view;
 }
 
@@ -239,13 +236,11 @@ void read_images_bin(const fs::path& file, std::string_view bytes, const fs::pat
 
 // --- text
 
-/// Lines of a text model with their numbers. COLMAP's own "Number of ...: N" comment is no part of the model,
-/// but it tells of files that were cut: COLMAP ends every line, so there a last line without an end is
-/// doubtful.
+/// Lines of a text model with their numbers. COLMAP's own "Number of ...: N" comment is no part of the model, but it
+/// tells of files that were cut: COLMAP ends every line, so there a last line without an end is doubtful.
 class ModelLines {
  public:
-  ModelLines(const fs::path& file, std::string_view text, const char* what)
-      : file_(file), rest_(text), what_(what) {
+  ModelLines(const fs::path& file, std::string_view text, const char* what) : file_(file), rest_(text), what_(what) {
     const std::string comment = "# Number of " + std::string(what) + ": ";
     const std::size_t at = text.substr(0, 1000).find(comment);
     if (at == std::string_view::npos) return;
@@ -271,9 +266,9 @@ class ModelLines {
   }
   /// The line read last has an end.
   bool ended() const { return ended_; }
-  /// To be called at the end of the file. Entries that are missing were taken out by hand, or the file was
-  /// cut between two lines. `last_ended`: the last entry has a line end; otherwise its `last_part` may be a
-  /// shorter one than was written.
+  /// To be called at the end of the file. Entries that are missing were taken out by hand, or the file was cut between
+  /// two lines. `last_ended`: the last entry has a line end; otherwise its `last_part` may be a shorter one than was
+  /// written.
   void check_count(std::uint64_t found, bool last_ended, const char* last_part,
                    std::vector<std::string>& warnings) const {
     if (!announced_) return;
@@ -282,8 +277,7 @@ class ModelLines {
     if (found != *announced_)
       warnings.push_back(name + " announces " + std::to_string(*announced_) + ' ' + what_ + " and holds " +
                          std::to_string(found));
-    if (!last_ended)
-      warnings.push_back("the last line of " + name + " has no end; " + last_part + " may be cut short");
+    if (!last_ended) warnings.push_back("the last line of " + name + " has no end; " + last_part + " may be cut short");
   }
   std::string place() const { return "line " + std::to_string(number_); }
   [[noreturn]] void fail(const std::string& reason) const { throw InputError(file_, place(), reason); }
@@ -310,8 +304,7 @@ class ModelLines {
   std::optional<std::uint64_t> announced_;
 };
 
-ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text,
-                               std::vector<std::string>& warnings) {
+ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text, std::vector<std::string>& warnings) {
   ModelLines lines(file, text, "cameras");
   ColmapCameras cameras;
   for (std::string_view line; lines.next(line);) {
@@ -321,8 +314,7 @@ ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text,
     const std::string_view name = next_word(line);
     for (const Model& model : kModels)
       if (model.name == name) camera.model = &model;
-    if (camera.model == nullptr)
-      lines.fail("camera model " + in_quotes(name) + " is unknown; " + supported_models());
+    if (camera.model == nullptr) lines.fail("camera model " + in_quotes(name) + " is unknown; " + supported_models());
     camera.width = lines.integer(line, "an image width");
     camera.height = lines.integer(line, "an image height");
     for (std::size_t p = 0; p < camera.model->terms.size(); ++p)
@@ -336,9 +328,9 @@ ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text,
   return cameras;
 }
 
-/// The second line of an image holds X Y POINT3D_ID triples. It is not read, but a file written without it
-/// must not lose every other image in silence: the line has to be empty or to end in a number (of any kind:
-/// other programs write -1.0).
+/// The second line of an image holds X Y POINT3D_ID triples. It is not read, but a file written without it must not
+/// lose every other image in silence: the line has to be empty or to end in a number (of any kind: other programs write
+/// -1.0).
 void check_points(const ModelLines& lines, std::string_view line) {
   while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
   if (line.empty()) return;
@@ -378,8 +370,8 @@ bool holds_model(const fs::path& folder, const char* extension) {
          fs::exists(folder / (std::string("images") + extension), ignored);
 }
 
-/// The models that COLMAP's mapper numbers in a folder, one for each group of images it could not bring into
-/// the frame of another, by number.
+/// The models that COLMAP's mapper numbers in a folder, one for each group of images it could not bring into the frame
+/// of another, by number.
 std::map<std::uint32_t, fs::path> numbered_models(const fs::path& folder) {
   std::map<std::uint32_t, fs::path> models;
   std::error_code ignored;
@@ -412,14 +404,13 @@ std::uint64_t count_images(const fs::path& model) {
   return count;
 }
 
-/// A model itself, one of its files, or a data set's root as COLMAP and its users lay it out; the folder
-/// above several numbered models.
+/// A model itself, one of its files, or a data set's root as COLMAP and its users lay it out; the folder above several
+/// numbered models.
 std::optional<fs::path> find(const fs::path& source) {
   std::error_code ignored;
   if (fs::is_regular_file(source, ignored)) {
     const std::string name = source.stem().string(), extension = source.extension().string();
-    if ((name != "cameras" && name != "images") || (extension != ".bin" && extension != ".txt"))
-      return std::nullopt;
+    if ((name != "cameras" && name != "images") || (extension != ".bin" && extension != ".txt")) return std::nullopt;
     const fs::path folder = folder_of(source);
     return holds_model(folder, extension.c_str()) ? std::optional(folder) : std::nullopt;
   }
@@ -432,15 +423,14 @@ std::optional<fs::path> find(const fs::path& source) {
   return std::nullopt;
 }
 
-/// Of the numbered models in a folder the one of most images: number 0 is the first that was begun, and often
-/// a fragment.
+/// Of the numbered models in a folder the one of most images: number 0 is the first that was begun, and often a
+/// fragment.
 fs::path largest_model(const fs::path& folder, std::vector<std::string>& warnings) {
   const auto models = numbered_models(folder);
   fs::path best;
   std::uint64_t most = 0;
   for (const auto& [number, model] : models)
-    if (const std::uint64_t count = count_images(model); best.empty() || count > most)
-      best = model, most = count;
+    if (const std::uint64_t count = count_images(model); best.empty() || count > most) best = model, most = count;
   warnings.push_back("the folder holds " + std::to_string(models.size()) + " models; the largest, " +
                      best.filename().string() + ", of " + std::to_string(most) +
                      " images, is read, the others cannot be brought into its frame");

@@ -38,8 +38,7 @@ std::vector<char> read_all(const std::filesystem::path& file, int descriptor) {
 
 FileBytes::FileBytes(const std::filesystem::path& file, Use use) {
   const Descriptor descriptor{::open(file.c_str(), O_RDONLY | O_CLOEXEC)};
-  if (descriptor.number < 0)
-    throw InputError(file, "", std::string("cannot be opened: ") + std::strerror(errno));
+  if (descriptor.number < 0) throw InputError(file, "", std::string("cannot be opened: ") + std::strerror(errno));
   struct stat status {};
   if (::fstat(descriptor.number, &status) != 0)
     throw InputError(file, "", std::string("cannot be read: ") + std::strerror(errno));

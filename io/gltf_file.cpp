@@ -1,5 +1,5 @@
-// glTF 2.0, in one binary file or in several: tinygltf describes the asset, the buffers behind the
-// description are streamed, so that neither the geometry nor a page is held twice.
+// glTF 2.0, in one binary file or in several: tinygltf describes the asset, the buffers behind the description are
+// streamed, so that neither the geometry nor a page is held twice.
 // https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
 #include <tiny_gltf.h>
 
@@ -37,8 +37,7 @@ struct Asset {
 };
 
 Float3 local_position(const WorldPoint& p, const WorldPoint& offset) {
-  return {static_cast<float>(p.x - offset.x), static_cast<float>(p.y - offset.y),
-          static_cast<float>(p.z - offset.z)};
+  return {static_cast<float>(p.x - offset.x), static_cast<float>(p.y - offset.y), static_cast<float>(p.z - offset.z)};
 }
 
 /// The rotation, as x, y, z, w, that takes the world's up axis to glTF's +y.
@@ -66,8 +65,8 @@ struct Part {
   std::size_t buffer = 0, offset = 0, bytes = 0;
 };
 
-/// Where everything lies: primitive after primitive, its indices, positions, texture coordinates and normals
-/// one after the other; behind them, in a GLB, the pages' files. Every buffer is written front to back.
+/// Where everything lies: primitive after primitive, its indices, positions, texture coordinates and normals one after
+/// the other; behind them, in a GLB, the pages' files. Every buffer is written front to back.
 struct Layout {
   enum Array { indices, positions, texcoords, normals, kArrays };
   std::vector<std::array<Part, kArrays>> primitives;
@@ -77,15 +76,14 @@ struct Layout {
 
 constexpr std::size_t padded(std::size_t bytes) { return (bytes + 3) / 4 * 4; }
 
-/// glTF's readers ignore a PNG's colour profile, and its validator warns of it: it is left out of GLBs.
-/// write_image puts it behind the signature and the IHDR.
+/// glTF's readers ignore a PNG's colour profile, and its validator warns of it: it is left out of GLBs. write_image
+/// puts it behind the signature and the IHDR.
 constexpr std::size_t kProfileAt = 33;
 
 /// Of the chunk with the profile, 0 without; `page` may be the file's beginning alone.
 std::size_t profile_bytes(std::string_view page) {
   constexpr std::size_t kAround = 12;  // length, name and check sum
-  if (!page.starts_with("\x89PNG") || page.size() < kProfileAt + kAround ||
-      page.substr(kProfileAt + 4, 4) != "iCCP")
+  if (!page.starts_with("\x89PNG") || page.size() < kProfileAt + kAround || page.substr(kProfileAt + 4, 4) != "iCCP")
     return 0;
   std::size_t length = kAround;
   for (std::size_t i = 0, shift = 24; i < 4; ++i, shift -= 8)
@@ -115,8 +113,8 @@ Layout lay_out(const Asset& asset, bool embed_pages, std::size_t buffer_limit) {
   };
   for (const GltfPrimitive& p : asset.geometry.primitives) {
     const std::array<std::size_t, Layout::kArrays> bytes{
-        p.index_count * sizeof(std::uint32_t), p.vertex_count * sizeof(Float3),
-        p.vertex_count * sizeof(TexCoord), asset.normals.empty() ? 0 : p.vertex_count * sizeof(Float3)};
+        p.index_count * sizeof(std::uint32_t), p.vertex_count * sizeof(Float3), p.vertex_count * sizeof(TexCoord),
+        asset.normals.empty() ? 0 : p.vertex_count * sizeof(Float3)};
     const std::size_t sum = bytes[0] + bytes[1] + bytes[2] + bytes[3];
     if (layout.buffer_bytes.back() > 0 && layout.buffer_bytes.back() + sum > buffer_limit)
       layout.buffer_bytes.push_back(0);
@@ -166,8 +164,7 @@ void set_bounds(tinygltf::Accessor& accessor, const Asset& asset, const GltfPrim
   }
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (!std::isfinite(low[axis]) || !std::isfinite(high[axis]))
-      throw OutputError(asset.file,
-                        "cannot be written: a coordinate is beyond the range of glTF's 32-bit floats");
+      throw OutputError(asset.file, "cannot be written: a coordinate is beyond the range of glTF's 32-bit floats");
   accessor.minValues.assign(low.begin(), low.end());
   accessor.maxValues.assign(high.begin(), high.end());
 }
@@ -212,8 +209,7 @@ void add_material(tinygltf::Model& gltf, const fs::path& file, const PageFile& p
 
 // JSON is UTF-8; text of a scene file need not be.
 std::string valid_utf8(const std::string& text) {
-  const std::string json =
-      nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  const std::string json = nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   return nlohmann::json::parse(json).get<std::string>();
 }
 
@@ -225,12 +221,12 @@ void add_scene(tinygltf::Model& gltf, tinygltf::Mesh&& mesh, const ModelOptions&
   node.rotation = rotation_from(options.up);
   const WorldPoint& o = options.offset;
   tinygltf::Value::Object extras;
-  extras["offset"] = tinygltf::Value(
-      tinygltf::Value::Array{tinygltf::Value(o.x), tinygltf::Value(o.y), tinygltf::Value(o.z)});
+  extras["offset"] =
+      tinygltf::Value(tinygltf::Value::Array{tinygltf::Value(o.x), tinygltf::Value(o.y), tinygltf::Value(o.z)});
   if (!options.srs.empty()) extras["srs"] = tinygltf::Value(valid_utf8(options.srs));
   if (const WorldPoint& s = options.srs_offset; !options.srs.empty() || !(s == WorldPoint{}))
-    extras["srs_offset"] = tinygltf::Value(
-        tinygltf::Value::Array{tinygltf::Value(s.x), tinygltf::Value(s.y), tinygltf::Value(s.z)});
+    extras["srs_offset"] =
+        tinygltf::Value(tinygltf::Value::Array{tinygltf::Value(s.x), tinygltf::Value(s.y), tinygltf::Value(s.z)});
   node.extras = tinygltf::Value(std::move(extras));
   gltf.nodes.push_back(std::move(node));
   tinygltf::Scene scene;
@@ -239,8 +235,8 @@ void add_scene(tinygltf::Model& gltf, tinygltf::Mesh&& mesh, const ModelOptions&
   gltf.defaultScene = 0;
 }
 
-/// The JSON. Buffers are described without their bytes, which tinygltf would want in memory; `buffer_files`
-/// is empty for a GLB.
+/// The JSON. Buffers are described without their bytes, which tinygltf would want in memory; `buffer_files` is empty
+/// for a GLB.
 std::string describe(const Asset& asset, const Layout& layout, const std::vector<fs::path>& buffer_files) {
   tinygltf::Model gltf;
   gltf.asset.version = "2.0";
@@ -267,8 +263,7 @@ std::string describe(const Asset& asset, const Layout& layout, const std::vector
     primitive.attributes["TEXCOORD_0"] = floats(Layout::texcoords, TINYGLTF_TYPE_VEC2);
     if (!asset.normals.empty()) primitive.attributes["NORMAL"] = floats(Layout::normals, TINYGLTF_TYPE_VEC3);
     primitive.material = static_cast<int>(i);
-    add_material(gltf, asset.file, asset.pages[range.page],
-                 layout.pages.empty() ? nullptr : &layout.pages[i]);
+    add_material(gltf, asset.file, asset.pages[range.page], layout.pages.empty() ? nullptr : &layout.pages[i]);
     mesh.primitives.push_back(std::move(primitive));
   }
   add_scene(gltf, std::move(mesh), asset.options);
@@ -321,8 +316,7 @@ void write_page(OutputFile& out, const fs::path& file, std::size_t expected_byte
   const FileBytes bytes(file);
   const std::string_view page = bytes.view();
   const std::size_t profile = profile_bytes(page), size = page.size() - profile;
-  if (profile > page.size() || size != expected_bytes)
-    throw InputError(file, "", "changed while it was read");
+  if (profile > page.size() || size != expected_bytes) throw InputError(file, "", "changed while it was read");
   const std::size_t head = profile > 0 ? kProfileAt : 0;
   out.write(page.data(), head);
   out.write(page.data() + head + profile, size - head);
@@ -354,8 +348,7 @@ void write_buffers(const Asset& asset, const Layout& layout, const std::vector<f
   for (std::size_t buffer = 0; buffer < files.size(); ++buffer) {
     OutputFile out(files[buffer]);
     for (std::size_t i = 0; i < layout.primitives.size(); ++i)
-      if (layout.primitives[i].front().buffer == buffer)
-        write_primitive(out, asset, asset.geometry.primitives[i]);
+      if (layout.primitives[i].front().buffer == buffer) write_primitive(out, asset, asset.geometry.primitives[i]);
     out.commit();
   }
 }

@@ -41,8 +41,7 @@ GltfGeometry split_by_page(const TexturedModel& model, std::size_t page_count) {
         const std::uint32_t position = model.mesh->faces[face][corner];
         const std::uint32_t texcoord = model.face_texcoords[face][corner];
         std::uint32_t vertex = newest[texcoord];
-        while (vertex != kNone && vertex >= primitive.first_vertex &&
-               out.vertices[vertex].position != position)
+        while (vertex != kNone && vertex >= primitive.first_vertex && out.vertices[vertex].position != position)
           vertex = older[vertex];
         if (vertex == kNone || vertex < primitive.first_vertex) {
           vertex = static_cast<std::uint32_t>(out.vertices.size());

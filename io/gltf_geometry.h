@@ -27,8 +27,8 @@ struct GltfGeometry {
   std::vector<FaceId> faces;  ///< of every triangle
 };
 
-/// One vertex for every distinct (position, texture coordinate) of a page, numbered in the order of first
-/// use; pages without a face have no primitive, faces without a page are left out. O(faces).
+/// One vertex for every distinct (position, texture coordinate) of a page, numbered in the order of first use; pages
+/// without a face have no primitive, faces without a page are left out. O(faces).
 GltfGeometry split_by_page(const TexturedModel& model, std::size_t page_count);
 
 }  // namespace gpvc

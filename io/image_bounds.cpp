@@ -73,8 +73,8 @@ void check_png(const ImageBytes& bytes) {
     const std::string_view name(reinterpret_cast<const char*>(head.data()) + 4, 4);
     std::array<unsigned char, 10> fields{};
     if (name == "IHDR" && length >= fields.size() && bytes.read(at + 8, fields))
-      header = {big_endian(std::span(fields).first<4>()), big_endian(std::span(fields).subspan<4, 4>()),
-                fields[8], fields[9]};
+      header = {big_endian(std::span(fields).first<4>()), big_endian(std::span(fields).subspan<4, 4>()), fields[8],
+                fields[9]};
     if (name == "IDAT") data_bytes += length;
     if (name == "IEND") break;
     at += length + kAround;
@@ -82,17 +82,16 @@ void check_png(const ImageBytes& bytes) {
   check_png_claim(bytes, header, data_bytes);
 }
 
-void check_size(const std::filesystem::path& file, const std::string& place, std::int64_t width,
-                std::int64_t height, std::int64_t channels) {
+void check_size(const std::filesystem::path& file, const std::string& place, std::int64_t width, std::int64_t height,
+                std::int64_t channels) {
   if (width < 1 || height < 1 || channels < 1) throw InputError(file, place, "has no pixels");
   // 32768 x 32768: larger than any page or photo, and what a bare claim may cost.
   constexpr std::int64_t kMostPixels = std::int64_t{1} << 30, kMostSamples = std::int64_t{1} << 32;
-  if (width > kMostPixels / height)
-    throw InputError(file, place, claim(width, height) + ", expected at most 2^30");
+  if (width > kMostPixels / height) throw InputError(file, place, claim(width, height) + ", expected at most 2^30");
   if (width * height > kMostSamples / channels)
-    throw InputError(file, place,
-                     claim(width, height) + " of " + std::to_string(channels) +
-                         " channels, expected at most 2^32 samples");
+    throw InputError(
+        file, place,
+        claim(width, height) + " of " + std::to_string(channels) + " channels, expected at most 2^32 samples");
 }
 
 }  // namespace gpvc

@@ -32,14 +32,14 @@ std::string one_line(std::string text) {
   return text.empty() ? "unknown error" : text;
 }
 
-/// The formats that photos, masks and pages come in. OpenImageIO tries all of its own on a file, some of
-/// which (Targa, above all) take any bytes for theirs and claim whatever size these say.
+/// The formats that photos, masks and pages come in. OpenImageIO tries all of its own on a file, some of which (Targa,
+/// above all) take any bytes for theirs and claim whatever size these say.
 struct Codec {
   std::string_view name;
   std::int64_t most_from_byte;  ///< samples that a byte can hold; 0: see check_png, check_jpeg
 };
-// Deflate and what is plainer make at most 1032 bytes of one, each of 8 samples of a bit; zstd's densest
-// block makes 128 KiB of four bytes, and fax codes a white row of a bit.
+// Deflate and what is plainer make at most 1032 bytes of one, each of 8 samples of a bit; zstd's densest block makes
+// 128 KiB of four bytes, and fax codes a white row of a bit.
 constexpr std::int64_t kPlain = 8 * 1032, kDense = 1 << 20;
 constexpr Codec kCodecs[] = {{"jpeg", 0},     {"png", 0},       {"tiff", kDense}, {"openexr", kDense},
                              {"raw", kDense}, {"webp", kDense}, {"heif", kDense}, {"jpeg2000", kDense},
@@ -47,12 +47,11 @@ constexpr Codec kCodecs[] = {{"jpeg", 0},     {"png", 0},       {"tiff", kDense}
                              {"dpx", kPlain}};
 
 /// Room for more than the file can hold is refused before it is asked for.
-void check_claims(const fs::path& file, const std::string& part, const OIIO::ImageInput& input,
-                  std::uintmax_t bytes) {
+void check_claims(const fs::path& file, const std::string& part, const OIIO::ImageInput& input, std::uintmax_t bytes) {
   const OIIO::ImageSpec& spec = input.spec();
   const std::string_view format = input.format_name();
-  const auto* codec = std::find_if(std::begin(kCodecs), std::end(kCodecs),
-                                   [&](const Codec& known) { return known.name == format; });
+  const auto* codec =
+      std::find_if(std::begin(kCodecs), std::end(kCodecs), [&](const Codec& known) { return known.name == format; });
   if (codec == std::end(kCodecs))
     throw InputError(file, part,
                      "is no image that can be read, at most a " + std::string(format) +
@@ -73,16 +72,16 @@ OIIO::ImageSpec reader_options() {
   return config;
 }
 
-/// Held while OpenImageIO opens a file. Up to its 2.4.7 the headers of JPEGs (ICC profiles) and TIFFs are
-/// decoded with the help of static tables that opening itself adds to (its issue 3756, its pull request
-/// 3767). Pixels are decoded outside of it.
+/// Held while OpenImageIO opens a file. Up to its 2.4.7 the headers of JPEGs (ICC profiles) and TIFFs are decoded with
+/// the help of static tables that opening itself adds to (its issue 3756, its pull request 3767). Pixels are decoded
+/// outside of it.
 std::mutex& opening() {
   static std::mutex mutex;
   return mutex;
 }
 
-/// The format of most photos and masks, whatever their name says; null for all others. OpenImageIO tries the
-/// name's format first and then all of its own, which fails now and then when several threads do so at once.
+/// The format of most photos and masks, whatever their name says; null for all others. OpenImageIO tries the name's
+/// format first and then all of its own, which fails now and then when several threads do so at once.
 const char* format_by_signature(std::istream& in) {
   std::array<char, 8> begin{};
   in.clear();
@@ -128,16 +127,15 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   constexpr int kFilterArray = 32803, kLinearRaw = 34892;
   const int meaning = input->spec().get_int_attribute("tiff:PhotometricInterpretation");
   if (meaning == kFilterArray || meaning == kLinearRaw)
-    throw InputError(
-        file, "",
-        "is a camera's raw photo, which OpenImageIO reads only when it is built with LibRaw and the "
-        "name ends like .dng; expected that, or a JPEG, PNG or TIFF made of it");
+    throw InputError(file, "",
+                     "is a camera's raw photo, which OpenImageIO reads only when it is built with LibRaw and the "
+                     "name ends like .dng; expected that, or a JPEG, PNG or TIFF made of it");
   return input;
 }
 
-/// libjpeg counts oddities that lose no pixel among its warnings. Stray bytes are padding while they are few:
-/// no encoder aligns what it writes to more than this. More of them are data that the picture had no place
-/// for, because what stood before them is damaged.
+/// libjpeg counts oddities that lose no pixel among its warnings. Stray bytes are padding while they are few: no
+/// encoder aligns what it writes to more than this. More of them are data that the picture had no place for, because
+/// what stood before them is damaged.
 bool is_harmless(const std::string& message) {
   constexpr std::int64_t kMostPadding = 1 << 16;
   if (const std::size_t at = message.find(" extraneous bytes before marker"); at != std::string::npos) {
@@ -169,8 +167,8 @@ Image to_rgb(Image&& in) {
 }
 
 /// Decodes the first channels; throws unless all is there.
-void decode(const fs::path& file, const std::string& part, OIIO::ImageInput& input, int channels,
-            OIIO::TypeDesc type, void* pixels) {
+void decode(const fs::path& file, const std::string& part, OIIO::ImageInput& input, int channels, OIIO::TypeDesc type,
+            void* pixels) {
   const bool good = input.read_image(0, 0, 0, channels, type, pixels);
   const std::string message = input.geterror();
   if (!good || (!message.empty() && !is_harmless(message)))
@@ -213,8 +211,7 @@ Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput
 
 /// One mark a pixel: alpha is 0, or, where `colours` count, all of those are.
 template <typename Sample>
-std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& input, OIIO::TypeDesc type,
-                                     bool colours) {
+std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& input, OIIO::TypeDesc type, bool colours) {
   const OIIO::ImageSpec& spec = input.spec();
   const auto channels = static_cast<std::size_t>(spec.nchannels);
   const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
@@ -226,15 +223,13 @@ std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& inp
   for (std::size_t i = 0; i < count; ++i) {
     const Sample* pixel = samples.data() + i * channels;
     bool black = colours;
-    for (std::size_t c = 0; c < channels && black; ++c)
-      black = pixel[c] == Sample{0} || (alpha && c == alpha_channel);
+    for (std::size_t c = 0; c < channels && black; ++c) black = pixel[c] == Sample{0} || (alpha && c == alpha_channel);
     marks[i] = black || (alpha && pixel[alpha_channel] == Sample{0}) ? 1 : 0;
   }
   return marks;
 }
 
-/// Hands what a codec writes to an OutputFile, so that a full disk is noticed and the name appears at the
-/// end.
+/// Hands what a codec writes to an OutputFile, so that a full disk is noticed and the name appears at the end.
 class OutputProxy final : public OIIO::Filesystem::IOProxy {
  public:
   explicit OutputProxy(const std::string& name) : IOProxy(name, Write) {}
@@ -257,8 +252,7 @@ class OutputProxy final : public OIIO::Filesystem::IOProxy {
   std::vector<std::uint8_t> bytes_;
 };
 
-void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality,
-                const ColourProfile& profile) {
+void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality, const ColourProfile& profile) {
   OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
   spec["Compression"] = "jpeg:" + std::to_string(std::clamp(quality, 1, 100));
   spec["jpeg:subsampling"] = "4:4:4";

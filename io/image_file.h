@@ -15,9 +15,7 @@ struct ImageSize {
   int width = 0, height = 0;
 };
 /// "WIDTH x HEIGHT".
-inline std::string size_text(int width, int height) {
-  return std::to_string(width) + " x " + std::to_string(height);
-}
+inline std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
 /// From the header alone, as stored (orientation not applied). Throws InputError.
 ImageSize read_image_size(const std::filesystem::path& file);
@@ -33,18 +31,18 @@ struct PixelMarks {
   std::vector<std::uint8_t> marked;  ///< per pixel, 0 or 1
 };
 
-/// Where every colour channel is 0, or alpha is; in the file's own depth, so that 1 of 65535 is not black.
-/// Throws InputError.
+/// Where every colour channel is 0, or alpha is; in the file's own depth, so that 1 of 65535 is not black. Throws
+/// InputError.
 PixelMarks black_pixels(const std::filesystem::path& file);
 /// Where alpha is 0. Throws InputError, also when there is no alpha channel.
 PixelMarks transparent_pixels(const std::filesystem::path& file);
 
-/// Every `factor` x `factor` block averaged with rounding to nearest; a remainder at the right and bottom is
-/// cut. \pre 1 <= factor <= width, height
+/// Every `factor` x `factor` block averaged with rounding to nearest; a remainder at the right and bottom is cut. \pre
+/// 1 <= factor <= width, height
 Image reduce_image(const Image& image, int factor);
 
-/// A PNG of 8 bits a channel and 1 to 4 channels, quick rather than small. The bytes do not depend on the
-/// number of threads.
+/// A PNG of 8 bits a channel and 1 to 4 channels, quick rather than small. The bytes do not depend on the number of
+/// threads.
 void write_png(OutputFile& out, const Image& image, const ColourProfile& profile);
 
 }  // namespace gpvc

@@ -1,5 +1,4 @@
-// What a JPEG's markers and tables say, held against its bytes. ITU-T T.81, whose tables and figures are
-// cited.
+// What a JPEG's markers and tables say, held against its bytes. ITU-T T.81, whose tables and figures are cited.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -26,9 +25,9 @@ struct Segment {
   std::size_t next = 0;     ///< where it ends; no less than the file's size where that cuts it
 };
 
-/// The first marker at `at` or later with what belongs to it; nothing where there is none. Entropy-coded data
-/// and stray bytes lie between markers; a marker is 0xFF and neither 0x00 (a data byte), 0xFF (fill), a
-/// restart D0 .. D7, the start D8 nor 01. All but the end of the image carry their length.
+/// The first marker at `at` or later with what belongs to it; nothing where there is none. Entropy-coded data and stray
+/// bytes lie between markers; a marker is 0xFF and neither 0x00 (a data byte), 0xFF (fill), a restart D0 .. D7, the
+/// start D8 nor 01. All but the end of the image carry their length.
 std::optional<Segment> next_segment(std::string_view view, std::size_t at) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(view[i]); };
   while ((at = view.find('\xFF', at)) != std::string_view::npos && at + 1 < view.size()) {
@@ -41,8 +40,7 @@ std::optional<Segment> next_segment(std::string_view view, std::size_t at) {
       return Segment{marker, at, {}, view.size()};
     } else {
       const std::size_t length = std::size_t{byte(at + 2)} << 8 | byte(at + 3);
-      return Segment{marker, at, length > 2 ? view.substr(at + 4, length - 2) : std::string_view(),
-                     at + 2 + length};
+      return Segment{marker, at, length > 2 ? view.substr(at + 4, length - 2) : std::string_view(), at + 2 + length};
     }
   }
   return std::nullopt;
@@ -54,15 +52,15 @@ void check_jpeg_claim(const ImageBytes& bytes, std::uint64_t at, unsigned marker
   if (!bytes.read(at + 4, frame)) return;
   const int height = frame[1] << 8 | frame[2], width = frame[3] << 8 | frame[4];
   check_size(bytes.file, bytes.part, width, height, std::max<unsigned char>(frame[5], 1));
-  // Every block of 8 x 8 samples has a Huffman code of a bit or more, and components of 4 x 1 and 1 x 4
-  // sampling have the fewest blocks together, half of one a full block: 8 * 64 * 2 pixels from a byte.
-  // Arithmetic coding knows no such bound.
+  // Every block of 8 x 8 samples has a Huffman code of a bit or more, and components of 4 x 1 and 1 x 4 sampling have
+  // the fewest blocks together, half of one a full block: 8 * 64 * 2 pixels from a byte. Arithmetic coding knows no
+  // such bound.
   constexpr std::uint64_t kMostFromByte = 1024;
   const std::uint64_t pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   if (marker < kArithmetic && pixels > kMostFromByte * bytes.size)
     throw InputError(bytes.file, bytes.part,
-                     "claims " + std::to_string(width) + " x " + std::to_string(height) +
-                         " pixels, more than its " + std::to_string(bytes.size) + " bytes can hold");
+                     "claims " + std::to_string(width) + " x " + std::to_string(height) + " pixels, more than its " +
+                         std::to_string(bytes.size) + " bytes can hold");
 }
 
 /// What zero bits alone decode to by a Huffman table: its first code, which is all zeros (T.81, C.2).
@@ -72,11 +70,10 @@ struct ZeroCode {
 
 /// Finds bytes that were overwritten with zeros, which libjpeg may decode to something without a word.
 ///
-/// Where the first code of a component's AC table is a coefficient without a run before it (0x01 in the
-/// tables of T.81, K.3, that nearly all cameras use), a block of zero bits is one whose 63 coefficients all
-/// are there and all have the same, negative value. No picture has a data unit of such blocks. Where the
-/// first code ends the block, zeros are a flat picture, and nothing is said; nor is it of progressive and
-/// arithmetic coding.
+/// Where the first code of a component's AC table is a coefficient without a run before it (0x01 in the tables of T.81,
+/// K.3, that nearly all cameras use), a block of zero bits is one whose 63 coefficients all are there and all have the
+/// same, negative value. No picture has a data unit of such blocks. Where the first code ends the block, zeros are a
+/// flat picture, and nothing is said; nor is it of progressive and arithmetic coding.
 class ZeroRuns {
  public:
   void frame(std::string_view header, unsigned marker) {
@@ -111,9 +108,8 @@ class ZeroRuns {
     std::size_t bits = 0;
     bool impossible = false;
     for (std::size_t i = 0; i < count; ++i) {
-      const auto component = std::find_if(components_.begin(), components_.end(), [&](const Component& c) {
-        return c.id == byte(header, 1 + 2 * i);
-      });
+      const auto component = std::find_if(components_.begin(), components_.end(),
+                                          [&](const Component& c) { return c.id == byte(header, 1 + 2 * i); });
       const unsigned places = byte(header, 2 + 2 * i);
       if (component == components_.end() || places / 16 > 3 || places % 16 > 3) return 0;
       const ZeroCode dc = codes_[0][places / 16], ac = codes_[1][places % 16];
@@ -141,16 +137,15 @@ class ZeroRuns {
 
 /// Throws where `data`, which begins at byte `start` of the file, holds a whole data unit of zero bits.
 void check_zero_runs(const ImageBytes& bytes, std::string_view data, std::size_t start, std::size_t bits) {
-  // A run may begin within a unit: the code begun takes at most 16 + 15 more bits, the rest of the unit no
-  // more than a unit of zeros, and the next unit is one of zeros alone.
+  // A run may begin within a unit: the code begun takes at most 16 + 15 more bits, the rest of the unit no more than a
+  // unit of zeros, and the next unit is one of zeros alone.
   const std::size_t run = (2 * bits + 32) / 8 + 1;
   for (std::size_t at = run - 1; at < data.size(); at += run) {  // a run this long covers one of these
     if (data[at] != '\0') continue;
     const std::size_t before = data.find_last_not_of('\0', at), begin = before + 1;  // npos + 1 is 0
     const std::size_t end = std::min(data.find_first_not_of('\0', at), data.size());
     // Zeros before a marker may be an encoder's padding.
-    const bool padding =
-        end == data.size() || (data[end] == '\xFF' && end + 1 < data.size() && data[end + 1] != '\0');
+    const bool padding = end == data.size() || (data[end] == '\xFF' && end + 1 < data.size() && data[end + 1] != '\0');
     if (end - begin >= run && !padding)
       bytes.fail(start + begin, "cannot be decoded whole: " + std::to_string(end - begin) +
                                     " bytes of the JPEG's picture have been overwritten with zeros");
@@ -173,8 +168,7 @@ void check_iptc(const ImageBytes& bytes, std::size_t at, std::string_view segmen
   segment.remove_prefix(kIptc.size());
   // An empty name and the size, of which the upper half is not looked at.
   const auto word = [&](std::size_t i) {
-    return std::size_t{static_cast<unsigned char>(segment[i])} << 8 |
-           static_cast<unsigned char>(segment[i + 1]);
+    return std::size_t{static_cast<unsigned char>(segment[i])} << 8 | static_cast<unsigned char>(segment[i + 1]);
   };
   if (segment.size() < 6 || word(4) > segment.size() - 6) fail();
   segment = segment.substr(6, word(4));

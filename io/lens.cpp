@@ -7,8 +7,8 @@ namespace gpvc {
 
 namespace {
 
-/// q with q + k q^3 = r. Newton's method from r runs towards the root from one side, for k > 0 because the
-/// cubic is convex and r lies beyond its root, for k < 0 because it is concave and r lies short of it.
+/// q with q + k q^3 = r. Newton's method from r runs towards the root from one side, for k > 0 because the cubic is
+/// convex and r lies beyond its root, for k < 0 because it is concave and r lies short of it.
 double cubic_root(double k, double r) {
   double q = r;
   for (int iteration = 0; iteration < 100; ++iteration) {
@@ -37,10 +37,8 @@ Distorted radial_part(const Distortion& d, double x, double y) {
 Distorted further_part(const Distortion& d, double x, double y) {
   const double r2 = x * x + y * y;
   const double more = 1 + r2 * (d.p3 + r2 * d.p4), more_slope = d.p3 + 2 * r2 * d.p4;
-  const double tx = 2 * d.p1 * x * y + d.p2 * (r2 + 2 * x * x),
-               ty = d.p1 * (r2 + 2 * y * y) + 2 * d.p2 * x * y;
-  const double by_r2_x = tx * more_slope + d.s1 + 2 * d.s3 * r2,
-               by_r2_y = ty * more_slope + d.s2 + 2 * d.s4 * r2;
+  const double tx = 2 * d.p1 * x * y + d.p2 * (r2 + 2 * x * x), ty = d.p1 * (r2 + 2 * y * y) + 2 * d.p2 * x * y;
+  const double by_r2_x = tx * more_slope + d.s1 + 2 * d.s3 * r2, by_r2_y = ty * more_slope + d.s2 + 2 * d.s4 * r2;
   const double cross = (2 * d.p1 * x + 2 * d.p2 * y) * more;
   return {tx * more + r2 * (d.s1 + d.s3 * r2),
           ty * more + r2 * (d.s2 + d.s4 * r2),
@@ -52,8 +50,8 @@ Distorted further_part(const Distortion& d, double x, double y) {
 
 }  // namespace
 
-// The slopes below lose digits by cancellation as r goes to 0, an absolute error of about 1e-16 / r2; they
-// are only ever multiplied by x x, x y or y y, so the product stays as exact as the factor.
+// The slopes below lose digits by cancellation as r goes to 0, an absolute error of about 1e-16 / r2; they are only
+// ever multiplied by x x, x y or y y, so the product stays as exact as the factor.
 LensFactor lens_factor(const Distortion& d, double r2) {
   const double r = std::sqrt(r2);
   switch (d.model) {

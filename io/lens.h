@@ -51,8 +51,8 @@ struct LensFactor {
 };
 LensFactor lens_factor(const Distortion& d, double r2);
 
-/// The squared radius before LensModel's factor that has squared radius `s` after it; infinity where only
-/// directions at or behind 90 degrees reach it.
+/// The squared radius before LensModel's factor that has squared radius `s` after it; infinity where only directions at
+/// or behind 90 degrees reach it.
 double undo_lens_factor(const Distortion& d, double s);
 
 }  // namespace gpvc

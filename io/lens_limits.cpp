@@ -30,8 +30,8 @@ Polynomial product(const Polynomial& a, const Polynomial& b) {
   return out;
 }
 
-/// `p` monotone over [low, high], of different signs there (zero counts as the sign of `high`): the last
-/// number that still has the sign of `low`.
+/// `p` monotone over [low, high], of different signs there (zero counts as the sign of `high`): the last number that
+/// still has the sign of `low`.
 double last_before_change(const Polynomial& p, double low, double high) {
   const bool positive = value(p, low) > 0;
   for (;;) {
@@ -51,8 +51,7 @@ std::vector<double> sign_changes(Polynomial p) {
   ends.push_back(1e100);
   double low = 0;
   for (const double high : ends) {
-    if (high > low && (value(p, low) > 0) != (value(p, high) > 0))
-      changes.push_back(last_before_change(p, low, high));
+    if (high > low && (value(p, low) > 0) != (value(p, high) > 0)) changes.push_back(last_before_change(p, low, high));
     low = high;
   }
   return changes;
@@ -83,8 +82,8 @@ Polynomial absolute(Polynomial p) {
 void limit_distortion(Camera& camera) {
   Distortion& d = camera.distortion;
   d.max_r2 = Distortion{}.max_r2;
-  if (d.model == LensModel::perspective && d.k4 == 0 && d.d1 == 0 && d.d2 == 0 && d.d3 == 0 && d.p3 == 0 &&
-      d.p4 == 0 && d.s1 == 0 && d.s2 == 0 && d.skew == 0 && d.k5 == 0 && d.k6 == 0 && d.s3 == 0 && d.s4 == 0)
+  if (d.model == LensModel::perspective && d.k4 == 0 && d.d1 == 0 && d.d2 == 0 && d.d3 == 0 && d.p3 == 0 && d.p4 == 0 &&
+      d.s1 == 0 && d.s2 == 0 && d.skew == 0 && d.k5 == 0 && d.k6 == 0 && d.s3 == 0 && d.s4 == 0)
     d.model = LensModel::brown;
   double fold = kUnbounded;  // squared radius after the lens model's factor
   if (d.model == LensModel::inverse_radial) {
@@ -113,8 +112,8 @@ double largest_stretch(const Camera& camera, double r2) {
   const double pixels = std::max(camera.fx / camera.fy, camera.fy / camera.fx);
   const LensFactor lens = lens_factor(d, r2);
   const double s = r2 * lens.factor * lens.factor;
-  // The factor bends a step across by `factor` and a step outwards by factor + r2 slope. Both are largest at
-  // the centre, but for inverse_radial with k1 < 0 and division with k1 > 0, where they are at the rim.
+  // The factor bends a step across by `factor` and a step outwards by factor + r2 slope. Both are largest at the
+  // centre, but for inverse_radial with k1 < 0 and division with k1 > 0, where they are at the rim.
   const LensFactor centre = lens_factor(d, 0);
   const double bent = std::max({centre.factor, lens.factor, lens.factor + r2 * lens.slope});
   if (is_bare(d.model)) return std::isfinite(bent) ? bent * pixels : kUnbounded;
@@ -133,8 +132,8 @@ double largest_stretch(const Camera& camera, double r2) {
   // Where the further terms act: on the point itself, or on what the radial ones make of it.
   const bool behind = d.model == LensModel::fisheye_624;
   const double fs = behind ? s * high * high : s, fq = std::sqrt(fs);
-  // Each entry of the tangential part's derivative is at most 6 (|p1| + |p2|) q, the part itself at most
-  // sqrt(10) (|p1| + |p2|) s.
+  // Each entry of the tangential part's derivative is at most 6 (|p1| + |p2|) q, the part itself at most sqrt(10) (|p1|
+  // + |p2|) s.
   const double p = std::abs(d.p1) + std::abs(d.p2);
   double further = 12 * p * fq, skew = 0;
   if (all) {

@@ -14,9 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where the scene's file says (a relative path from its folder, never from where the program runs), or
-/// beside the photo, or in the folder of masks under the view's name, whose last spelling is COLMAP's. The
-/// first that exists.
+/// Where the scene's file says (a relative path from its folder, never from where the program runs), or beside the
+/// photo, or in the folder of masks under the view's name, whose last spelling is COLMAP's. The first that exists.
 fs::path mask_of(const fs::path& listing, const View& view, const SceneOptions& options) {
   std::vector<fs::path> stems, candidates;
   if (options.masks_dir)
@@ -107,8 +106,7 @@ void fill_unknown(Image& image, const std::vector<std::uint8_t>& known) {
   fill_unknown(half.image, half.known);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
-      if (known[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
-                static_cast<std::size_t>(x)] == 0)
+      if (known[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)] == 0)
         std::copy_n(half.image.at(x / 2, y / 2), 3, image.at(x, y));
 }
 
@@ -155,8 +153,8 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
       if (first == nullptr) first = &stated[i];
     }
   if (missing > 0)
-    scene.warnings.push_back(std::to_string(missing) +
-                             " masks that the scene names are not found, among them " + first->string());
+    scene.warnings.push_back(std::to_string(missing) + " masks that the scene names are not found, among them " +
+                             first->string());
   if (options.masks_dir && !views.empty() &&
       std::all_of(views.begin(), views.end(), [](const View& view) { return view.mask.empty(); }))
     throw InputError(*options.masks_dir, "",
@@ -170,11 +168,10 @@ std::optional<PhotoExclusion> read_whole_exclusion(const View& view) {
     if (alpha ? !view.uses_alpha : view.mask.empty()) continue;
     const fs::path& file = alpha ? view.photo : view.mask;
     const PixelMarks marks = alpha ? transparent_pixels(file) : black_pixels(file);
-    if (marks.width / view.reduction != view.camera.width ||
-        marks.height / view.reduction != view.camera.height ||
+    if (marks.width / view.reduction != view.camera.width || marks.height / view.reduction != view.camera.height ||
         (exclusion && (exclusion->width != marks.width || exclusion->height != marks.height)))
-      throw InputError(
-          file, "", "is " + size_text(marks.width, marks.height) + " pixels, which does not fit its camera");
+      throw InputError(file, "",
+                       "is " + size_text(marks.width, marks.height) + " pixels, which does not fit its camera");
     if (!exclusion) exclusion = empty_exclusion(marks.width, marks.height);
     mark(marks.marked, *exclusion);
   }
@@ -190,8 +187,7 @@ PhotoExclusion reduce_exclusion(const PhotoExclusion& exclusion, int factor) {
     for (int x = 0; x < width * factor; ++x)
       if (exclusion.excludes(x, y)) {
         const auto column = static_cast<std::size_t>(x / factor);
-        out.words[static_cast<std::size_t>(y / factor) * out.stride + column / 64] |= std::uint64_t{1}
-                                                                                      << (column % 64);
+        out.words[static_cast<std::size_t>(y / factor) * out.stride + column / 64] |= std::uint64_t{1} << (column % 64);
       }
   return out;
 }
@@ -207,8 +203,7 @@ void paint_over(Image& image, const PhotoExclusion& exclusion) {
 
 bool has_plain_mask(const View& view) {
   constexpr std::string_view kPng = "\x89PNG\r\n\x1A\n";
-  return !view.mask.empty() && !view.uses_alpha && first_bytes(view.mask, kPng.size()) == kPng &&
-         !has_alpha(view.mask);
+  return !view.mask.empty() && !view.uses_alpha && first_bytes(view.mask, kPng.size()) == kPng && !has_alpha(view.mask);
 }
 
 std::optional<PhotoExclusion> read_exclusion(const View& view) {

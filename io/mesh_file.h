@@ -13,8 +13,8 @@ Mesh read_ply(const std::filesystem::path& file, std::string_view bytes);
 
 Mesh read_obj(const std::filesystem::path& file, std::string_view bytes);
 
-/// After `triangles` faces were added that face `face` of the file was split into: keeps Mesh::source_face,
-/// which stays empty as long as every face is one triangle.
+/// After `triangles` faces were added that face `face` of the file was split into: keeps Mesh::source_face, which stays
+/// empty as long as every face is one triangle.
 void note_source(Mesh& mesh, std::size_t triangles, std::size_t face);
 
 /// Polygons, added as fans, in which a fan turns a triangle over are cut anew. \pre every vertex is there

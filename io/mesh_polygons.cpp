@@ -22,8 +22,8 @@ WorldPoint area_vector(const std::vector<WorldPoint>& corners) {
   return sum;
 }
 
-/// Cutting off ears (Meisters 1975), seen along the polygon's area vector. Empty when the polygon is no
-/// simple one and runs out of ears.
+/// Cutting off ears (Meisters 1975), seen along the polygon's area vector. Empty when the polygon is no simple one and
+/// runs out of ears.
 std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const std::vector<WorldPoint>& at) {
   const WorldPoint normal = area_vector(at);
   std::vector<std::size_t> left(corners.size());
@@ -79,8 +79,7 @@ void append_mesh(Mesh& all, const Mesh& more) {
       all.source_face.push_back(polygons + (more.source_face.empty() ? f : more.source_face[f]));
   }
   all.positions.insert(all.positions.end(), more.positions.begin(), more.positions.end());
-  for (const Triangle& t : more.faces)
-    all.faces.push_back({t[0] + vertices, t[1] + vertices, t[2] + vertices});
+  for (const Triangle& t : more.faces) all.faces.push_back({t[0] + vertices, t[1] + vertices, t[2] + vertices});
 }
 
 void recut_concave(Mesh& mesh) {
@@ -95,8 +94,7 @@ void recut_concave(Mesh& mesh) {
     for (const std::uint32_t v : corners) at.push_back(mesh.positions[v] - mesh.positions[corners[0]]);
     const WorldPoint normal = area_vector(at);
     bool turned = false;
-    for (std::size_t i = 2; i < at.size(); ++i)
-      turned |= dot(cross(at[i - 1] - at[0], at[i] - at[0]), normal) < 0;
+    for (std::size_t i = 2; i < at.size(); ++i) turned |= dot(cross(at[i - 1] - at[0], at[i] - at[0]), normal) < 0;
     if (!turned) continue;
     const std::vector<Triangle> triangles = cut_ears(corners, at);
     if (triangles.size() == end - begin)

@@ -25,9 +25,7 @@ class QuietOpenMesh {
   bool was_enabled_;
 };
 
-bool repeats_a_vertex(const Triangle& face) {
-  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-}
+bool repeats_a_vertex(const Triangle& face) { return face[0] == face[1] || face[1] == face[2] || face[2] == face[0]; }
 
 void count_boundary(const OpenMesh::TriConnectivity& mesh, MeshTopology& topology) {
   std::vector<bool> walked(mesh.n_halfedges(), false);

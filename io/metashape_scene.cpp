@@ -82,8 +82,7 @@ class MetashapeReader {
         cameras.push_back({node, {}});
         by_id.emplace(node.attribute("id").as_string(), node);
       } else if (std::string_view(node.name()) == "group" || node == chunk.child("cameras")) {
-        for (pugi::xml_node child = node.last_child(); child; child = child.previous_sibling())
-          open.push_back(child);
+        for (pugi::xml_node child = node.last_child(); child; child = child.previous_sibling()) open.push_back(child);
       }
     }
     for (RigCamera& camera : cameras) {
@@ -124,8 +123,7 @@ class MetashapeReader {
     for (std::string_view word = next_word(text); !word.empty(); word = next_word(text)) {
       const std::optional<double> value = number_from(word);
       if (!value || !std::isfinite(*value))
-        xml_.fail(node,
-                  "expected finite numbers in " + std::string(node.name()) + ", found " + in_quotes(word));
+        xml_.fail(node, "expected finite numbers in " + std::string(node.name()) + ", found " + in_quotes(word));
       if (values.size() == count) xml_.fail(node, "more than " + std::to_string(count) + " numbers");
       values.push_back(*value);
     }
@@ -196,8 +194,8 @@ class MetashapeReader {
       }
     }
     if (usable.empty() && other_sensor)
-      xml_.fail(other_sensor, "a camera of type " + in_quotes(type_of(other_sensor)) +
-                                  " is not supported, frame and fisheye are");
+      xml_.fail(other_sensor,
+                "a camera of type " + in_quotes(type_of(other_sensor)) + " is not supported, frame and fisheye are");
     if (usable.empty()) xml_.fail(chunk, "every camera with a transform is disabled");
     std::string main = components.begin()->first;
     for (const auto& [id, count] : components)
@@ -205,8 +203,7 @@ class MetashapeReader {
     warn("cameras without a transform are left out", unplaced);
     warn("disabled cameras are left out", disabled);
     for (const auto& [type, count] : other_lenses)
-      warn("cameras are left out: their lens, " + in_quotes(type) + ", is no perspective or fisheye one",
-           count);
+      warn("cameras are left out: their lens, " + in_quotes(type) + ", is no perspective or fisheye one", count);
     warn("cameras of other components than the largest are left out", usable.size() - components[main]);
     std::erase_if(usable, [&](const RigCamera& camera) { return component_of(camera) != main; });
     read_views(usable);
@@ -263,8 +260,8 @@ class MetashapeReader {
     return names;
   }
 
-  /// The label below that of its group, which is a folder's as a rule. Only what can be a folder's name is
-  /// taken of it, and nothing for a label that is a whole path.
+  /// The label below that of its group, which is a folder's as a rule. Only what can be a folder's name is taken of it,
+  /// and nothing for a label that is a whole path.
   static std::string in_group(const pugi::xml_node& group, const std::string& label) {
     if (std::string_view(group.name()) != "group" || label.starts_with('/') || label.starts_with("..") ||
         label.find(':') != label.npos)
@@ -274,8 +271,7 @@ class MetashapeReader {
     for (std::size_t begin = 0; begin < folders.size();) {
       const std::size_t end = std::min(folders.find('/', begin), folders.size());
       const std::string part = folders.substr(begin, end - begin);
-      if (!part.empty() && part != "." && !part.starts_with("..") && part.find(':') == part.npos)
-        name += part + "/";
+      if (!part.empty() && part != "." && !part.starts_with("..") && part.find(':') == part.npos) name += part + "/";
       begin = end + 1;
     }
     return name + label;
@@ -307,8 +303,8 @@ class MetashapeReader {
 
     const pugi::xml_node transform = from.placed_by.child("transform");
     const std::vector<double> m = numbers(transform, 16);
-    Placement chunk_from_camera{
-        rotation_of(transform, {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}), {m[3], m[7], m[11]}};
+    Placement chunk_from_camera{rotation_of(transform, {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}),
+                                {m[3], m[7], m[11]}};
     if (from.placed_by != from.node)
       chunk_from_camera = chained(chunk_from_camera, master_from_slave(sensor_of(from.placed_by), sensor));
     const auto component = of_component_.find(component_of(from));
@@ -322,10 +318,9 @@ class MetashapeReader {
   /// a_from_b and b_from_c make a_from_c.
   static Placement chained(const Placement& a, const Placement& b) {
     const WorldPoint t = product(a.rotation, b.translation);
-    return {
-        product(a.rotation, b.rotation),
-        {a.scale * t.x + a.translation.x, a.scale * t.y + a.translation.y, a.scale * t.z + a.translation.z},
-        a.scale * b.scale};
+    return {product(a.rotation, b.rotation),
+            {a.scale * t.x + a.translation.x, a.scale * t.y + a.translation.y, a.scale * t.z + a.translation.z},
+            a.scale * b.scale};
   }
 
   Placement master_from_slave(const pugi::xml_node& master, const pugi::xml_node& slave) const {
@@ -339,10 +334,8 @@ class MetashapeReader {
   /// What the sensor states of its place in a rig; <rotation fixed="true"/> states nothing.
   Placement offset_of(const pugi::xml_node& sensor) const {
     Placement out;
-    if (const pugi::xml_node node = sensor.child("rotation"); node.first_child())
-      out.rotation = rotation_in(node);
-    if (const pugi::xml_node node = sensor.child("location"); node.first_child())
-      out.translation = point_in(node);
+    if (const pugi::xml_node node = sensor.child("rotation"); node.first_child()) out.rotation = rotation_in(node);
+    if (const pugi::xml_node node = sensor.child("location"); node.first_child()) out.translation = point_in(node);
     return out;
   }
 
@@ -350,8 +343,7 @@ class MetashapeReader {
   static pugi::xml_node calibration_of(const pugi::xml_node& sensor) {
     pugi::xml_node best;
     for (const pugi::xml_node calibration : sensor.children("calibration"))
-      if (!best || std::string_view(calibration.attribute("class").as_string()) == "adjusted")
-        best = calibration;
+      if (!best || std::string_view(calibration.attribute("class").as_string()) == "adjusted") best = calibration;
     return best;
   }
 
@@ -372,8 +364,7 @@ class MetashapeReader {
     Camera camera;
     Distortion& d = camera.distortion;
     d.model = model_of(type_of(sensor)).value();  // read_cameras left out those of other types
-    const pugi::xml_node resolution =
-        node.child("resolution") ? node.child("resolution") : sensor.child("resolution");
+    const pugi::xml_node resolution = node.child("resolution") ? node.child("resolution") : sensor.child("resolution");
     camera.width = side_of(sensor, resolution, "width");
     camera.height = side_of(sensor, resolution, "height");
     const auto term = [&](const char* name) { return xml_.number(node, name).value_or(0); };
@@ -454,8 +445,8 @@ SceneFile read(const fs::path& found) {
 }  // namespace
 
 const SceneFormat& metashape_scene() {
-  static constexpr SceneFormat kFormat{"Metashape", "an Agisoft Metashape cameras.xml (or a folder with one)",
-                                       find, read, parse};
+  static constexpr SceneFormat kFormat{"Metashape", "an Agisoft Metashape cameras.xml (or a folder with one)", find,
+                                       read, parse};
   return kFormat;
 }
 

@@ -7,9 +7,7 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
-Vector between(const WorldPoint& from, const WorldPoint& to) {
-  return {to.x - from.x, to.y - from.y, to.z - from.z};
-}
+Vector between(const WorldPoint& from, const WorldPoint& to) { return {to.x - from.x, to.y - from.y, to.z - from.z}; }
 Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
@@ -28,8 +26,7 @@ void add(Sum& sum, const Vector& normal, double angle) {
 }
 
 std::array<float, 3> direction_of(const Sum& sum) {
-  // Each term carries a relative error of a few 2^-52: below this, of a thousand faces, only rounding is
-  // left.
+  // Each term carries a relative error of a few 2^-52: below this, of a thousand faces, only rounding is left.
   constexpr double kRounding = 0x1p-40;
   Vector v = sum.normals;
   double size = length(v);

@@ -1,5 +1,5 @@
-// NumPy's .npy format, version 1.0: "\x93NUMPY", 1, 0, uint16 header length, a Python dict padded with blanks
-// to a multiple of 64 bytes and closed by a line end, then the values.
+// NumPy's .npy format, version 1.0: "\x93NUMPY", 1, 0, uint16 header length, a Python dict padded with blanks to a
+// multiple of 64 bytes and closed by a line end, then the values.
 // https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 #include <cassert>
 #include <limits>
@@ -23,8 +23,7 @@ constexpr std::string_view dtype() {
 }
 
 template <typename T>
-void write_array(const std::filesystem::path& file, std::span<const T> values,
-                 std::span<const std::size_t> shape) {
+void write_array(const std::filesystem::path& file, std::span<const T> values, std::span<const std::size_t> shape) {
   std::string dict = "{'descr': '" + std::string(dtype<T>()) + "', 'fortran_order': False, 'shape': (";
   [[maybe_unused]] std::size_t product = 1;
   for (std::size_t i = 0; i < shape.size(); ++i) {
@@ -49,8 +48,7 @@ void write_array(const std::filesystem::path& file, std::span<const T> values,
 std::string_view value_of(const std::filesystem::path& file, std::string_view dict, std::string_view key) {
   const std::size_t at = dict.find(in_quotes(key));
   const std::size_t colon = at == std::string_view::npos ? at : dict.find(':', at);
-  if (colon == std::string_view::npos)
-    throw InputError(file, "byte 10", "the array's header has no " + in_quotes(key));
+  if (colon == std::string_view::npos) throw InputError(file, "byte 10", "the array's header has no " + in_quotes(key));
   dict.remove_prefix(colon + 1);
   while (!dict.empty() && is_blank(dict.front())) dict.remove_prefix(1);
   return dict;
@@ -90,12 +88,10 @@ void write_npy(const std::filesystem::path& file, std::span<const std::uint32_t>
                std::span<const std::size_t> shape) {
   write_array(file, values, shape);
 }
-void write_npy(const std::filesystem::path& file, std::span<const float> values,
-               std::span<const std::size_t> shape) {
+void write_npy(const std::filesystem::path& file, std::span<const float> values, std::span<const std::size_t> shape) {
   write_array(file, values, shape);
 }
-void write_npy(const std::filesystem::path& file, std::span<const double> values,
-               std::span<const std::size_t> shape) {
+void write_npy(const std::filesystem::path& file, std::span<const double> values, std::span<const std::size_t> shape) {
   write_array(file, values, shape);
 }
 
@@ -112,9 +108,8 @@ NpyArray<T> read_npy(const std::filesystem::path& file) {
   const std::string expected = in_quotes(dtype<T>());
   const std::string_view found = value_of(file, dict, "descr");
   if (!found.starts_with(expected))
-    throw InputError(
-        file, "byte 10",
-        "expected values of type " + expected + ", found " + in_quotes(found.substr(0, found.find(','))));
+    throw InputError(file, "byte 10",
+                     "expected values of type " + expected + ", found " + in_quotes(found.substr(0, found.find(','))));
   if (!value_of(file, dict, "fortran_order").starts_with("False"))
     throw InputError(file, "byte 10", "expected C order, found Fortran order");
   NpyArray<T> array;

@@ -14,8 +14,7 @@ class ObjParser {
   ObjParser(const std::filesystem::path& file, std::string_view text) : file_(file), rest_(text) {}
 
   Mesh parse() {
-    // A vertex takes at least 7 bytes ("v 0 0 0"); most files spend 25 or more on one, and half of that on a
-    // face.
+    // A vertex takes at least 7 bytes ("v 0 0 0"); most files spend 25 or more on one, and half of that on a face.
     mesh_.positions.reserve(rest_.size() / 80);
     mesh_.faces.reserve(rest_.size() / 80);
     while (!rest_.empty()) {
@@ -23,8 +22,7 @@ class ObjParser {
       const char* begin = rest_.data();
       std::string_view line = next_line(rest_);
       while (!line.empty() && (line.front() == ' ' || line.front() == '\t')) line.remove_prefix(1);
-      if (line.size() < 2 || (line[1] != ' ' && line[1] != '\t') || (line[0] != 'v' && line[0] != 'f'))
-        continue;
+      if (line.size() < 2 || (line[1] != ' ' && line[1] != '\t') || (line[0] != 'v' && line[0] != 'f')) continue;
       const std::size_t first_line = line_number_;
       if (line.back() == '\\') line = joined(begin);
       const char keyword = line.front();
@@ -63,10 +61,8 @@ class ObjParser {
       const std::string_view word = next_word(line);
       const std::optional<double> number = number_from(word);
       if (!number)
-        fail(at,
-             word.empty() ? "a vertex needs three coordinates" : in_quotes(word) + " is not a coordinate");
-      if (!std::isfinite(*number))
-        fail(at, "vertex " + std::to_string(mesh_.positions.size()) + " is not finite");
+        fail(at, word.empty() ? "a vertex needs three coordinates" : in_quotes(word) + " is not a coordinate");
+      if (!std::isfinite(*number)) fail(at, "vertex " + std::to_string(mesh_.positions.size()) + " is not finite");
       value = *number;
     }
     if (mesh_.positions.size() == kMaxElements) fail(at, "more than 2^32 - 2 vertices");
@@ -76,8 +72,7 @@ class ObjParser {
   void face(std::string_view line, std::size_t at) {
     std::uint32_t first = 0, previous = 0;
     std::size_t corners = 0;
-    for (std::string_view word = next_word(line); !word.empty() && word.front() != '#';
-         word = next_word(line)) {
+    for (std::string_view word = next_word(line); !word.empty() && word.front() != '#'; word = next_word(line)) {
       const std::uint32_t corner = corner_of(word, at);
       if (corners == 0) first = corner;
       if (corners >= 2) {
@@ -97,8 +92,7 @@ class ObjParser {
     if (!parsed) fail(at, in_quotes(word) + " is not a vertex of a face");
     const auto count = static_cast<std::int64_t>(mesh_.positions.size());
     const std::int64_t vertex = *parsed < 0 ? count + *parsed : *parsed - 1;
-    if (*parsed == 0 || vertex < 0 || vertex > static_cast<std::int64_t>(kMaxElements))
-      out_of_range(at, *parsed);
+    if (*parsed == 0 || vertex < 0 || vertex > static_cast<std::int64_t>(kMaxElements)) out_of_range(at, *parsed);
     if (vertex >= count && static_cast<std::uint64_t>(vertex) >= highest_forward_) {
       // Some writers list vertices after the faces: decided at the end of the file.
       highest_forward_ = static_cast<std::uint64_t>(vertex);
@@ -127,8 +121,6 @@ class ObjParser {
 
 }  // namespace
 
-Mesh read_obj(const std::filesystem::path& file, std::string_view bytes) {
-  return ObjParser(file, bytes).parse();
-}
+Mesh read_obj(const std::filesystem::path& file, std::string_view bytes) { return ObjParser(file, bytes).parse(); }
 
 }  // namespace gpvc

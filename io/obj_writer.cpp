@@ -62,8 +62,7 @@ void write_mtl(const fs::path& mtl_file, const fs::path& obj_file, std::span<con
     if (page > 0) out.text("\n");
     out.text("newmtl page_").number(page);
     // White, no highlight, no shading: the photo's light is in the texture already.
-    out.text("\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nillum 0\nmap_Kd ")
-        .text(name_beside(pages[page].file, obj_file));
+    out.text("\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nillum 0\nmap_Kd ").text(name_beside(pages[page].file, obj_file));
     out.text("\n");
   }
   if (with_untextured) out.text("\nnewmtl untextured\nKa 1 1 1\nKd 0.5 0.5 0.5\nKs 0 0 0\nillum 0\n");
@@ -76,8 +75,7 @@ void write_vertices(TextOut& out, const TexturedModel& model, const ModelOptions
     out.text("v ").number(p.x - offset.x).text(" ").number(p.y - offset.y).text(" ").number(p.z - offset.z);
     out.text("\n");
   }
-  for (const TexCoord& t : model.texcoords)
-    out.text("vt ").number(t.u).text(" ").number(1.0f - t.v).text("\n");
+  for (const TexCoord& t : model.texcoords) out.text("vt ").number(t.u).text(" ").number(1.0f - t.v).text("\n");
   if (!options.normals) return;
   for (const auto& n : vertex_normals(*model.mesh))
     out.text("vn ").number(n[0]).text(" ").number(n[1]).text(" ").number(n[2]).text("\n");
@@ -114,8 +112,7 @@ void write_obj(const fs::path& obj_file, const TexturedModel& model, std::span<c
   mtl_file.replace_extension(".mtl");
   TextOut out(obj_file);
   const auto& face_page = model.face_page;
-  write_mtl(mtl_file, obj_file, pages,
-            std::find(face_page.begin(), face_page.end(), kNoPage) != face_page.end());
+  write_mtl(mtl_file, obj_file, pages, std::find(face_page.begin(), face_page.end(), kNoPage) != face_page.end());
   out.text("mtllib ").text(mtl_file.filename().string()).text("\n");
   write_vertices(out, model, options);
   write_faces(out, model, options.normals);
@@ -128,8 +125,7 @@ void check_model(const TexturedModel& model, std::size_t page_count) {
     throw std::invalid_argument("TexturedModel: face_texcoords and face_page must have one entry a face");
   for (std::size_t f = 0; f < faces; ++f) {
     if (model.face_page[f] == kNoPage) continue;
-    if (model.face_page[f] >= page_count)
-      throw std::invalid_argument("TexturedModel: a face's page does not exist");
+    if (model.face_page[f] >= page_count) throw std::invalid_argument("TexturedModel: a face's page does not exist");
     for (const std::uint32_t t : model.face_texcoords[f])
       if (t >= model.texcoords.size())
         throw std::invalid_argument("TexturedModel: a face's texture coordinate does not exist");

@@ -11,8 +11,8 @@
 
 namespace gpvc {
 
-/// A lens that no LensModel is (a panorama's) takes its views out of a scene that has others; a scene of
-/// nothing else is refused.
+/// A lens that no LensModel is (a panorama's) takes its views out of a scene that has others; a scene of nothing else
+/// is refused.
 class OmittedLenses {
  public:
   /// One view of the lens; `refusal` says what is wrong with it, and where.

@@ -59,8 +59,7 @@ class MvsReader {
           "archive type has to be exported)");
     version_ = reader_.read<std::uint32_t>("the header");
     if (version_ < 1 || version_ > kNewest)
-      reader_.fail("archive version " + std::to_string(version_) + ", expected 1 to " +
-                   std::to_string(kNewest));
+      reader_.fail("archive version " + std::to_string(version_) + ", expected 1 to " + std::to_string(kNewest));
     reader_.read<std::uint32_t>("the header");
     read_platforms();
     read_images();
@@ -68,14 +67,13 @@ class MvsReader {
       scene_.warnings.push_back(std::to_string(masks_) +
                                 " masks are not used: they hold labels, and the file does not say which to "
                                 "leave out");
-    if (unposed_ > 0)
-      scene_.warnings.push_back(std::to_string(unposed_) + " images without a pose are left out");
+    if (unposed_ > 0) scene_.warnings.push_back(std::to_string(unposed_) + " images without a pose are left out");
     return std::move(scene_);
   }
 
  private:
-  /// A count of elements of at least `least` bytes: more than the file can hold are refused before anything
-  /// is allocated.
+  /// A count of elements of at least `least` bytes: more than the file can hold are refused before anything is
+  /// allocated.
   std::uint64_t count(std::uint64_t least, const char* what) {
     const auto number = reader_.read<std::uint64_t>(what);
     if (number > reader_.remaining() / least)
@@ -149,8 +147,7 @@ class MvsReader {
     }
   }
 
-  void add_view(const std::string& place, const std::string& name, const MvsCamera& camera,
-                const MvsPose& pose) {
+  void add_view(const std::string& place, const std::string& name, const MvsCamera& camera, const MvsPose& pose) {
     View view;
     view.name = name;
     view.photo = name;
@@ -209,8 +206,7 @@ SceneFile read(const fs::path& found) {
 }  // namespace
 
 const SceneFormat& openmvs_scene() {
-  static constexpr SceneFormat kFormat{"OpenMVS", "an OpenMVS scene, .mvs (or a folder with one)", find, read,
-                                       parse};
+  static constexpr SceneFormat kFormat{"OpenMVS", "an OpenMVS scene, .mvs (or a folder with one)", find, read, parse};
   return kFormat;
 }
 

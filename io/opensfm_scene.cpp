@@ -64,9 +64,8 @@ class OpensfmReader {
     std::size_t best = 0, most = 0;
     for (std::size_t i = 0; i < json_.size(); ++i) {
       const Json& reconstruction = json_[i];
-      if (!reconstruction.is_object() || !reconstruction.contains("shots") ||
-          !reconstruction["shots"].is_object() || !reconstruction.contains("cameras") ||
-          !reconstruction["cameras"].is_object())
+      if (!reconstruction.is_object() || !reconstruction.contains("shots") || !reconstruction["shots"].is_object() ||
+          !reconstruction.contains("cameras") || !reconstruction["cameras"].is_object())
         fail("reconstruction " + std::to_string(i), "expected the objects 'cameras' and 'shots'");
       if (reconstruction["shots"].size() > most) best = i, most = reconstruction["shots"].size();
     }
@@ -75,13 +74,10 @@ class OpensfmReader {
                                 " reconstructions; the largest, of " + std::to_string(most) +
                                 " shots, is read, the others cannot be brought into its frame");
     const Json& reconstruction = json_[best];
-    for (const auto& [name, shot] : reconstruction["shots"].items())
-      read_shot(name, shot, reconstruction["cameras"]);
+    for (const auto& [name, shot] : reconstruction["shots"].items()) read_shot(name, shot, reconstruction["cameras"]);
     omitted_.settle(scene_);
-    if (unposed_ > 0)
-      scene_.warnings.push_back(std::to_string(unposed_) + " shots without a pose are left out");
-    if (reconstruction.contains("reference_lla"))
-      set_reference(scene_, file_, reconstruction["reference_lla"]);
+    if (unposed_ > 0) scene_.warnings.push_back(std::to_string(unposed_) + " shots without a pose are left out");
+    if (reconstruction.contains("reference_lla")) set_reference(scene_, file_, reconstruction["reference_lla"]);
     return std::move(scene_);
   }
 
@@ -131,18 +127,16 @@ class OpensfmReader {
       ++unposed_;
       return;
     }
-    if (!shot.contains("camera") || !shot["camera"].is_string())
-      fail(place, "expected the name of a 'camera'");
+    if (!shot.contains("camera") || !shot["camera"].is_string()) fail(place, "expected the name of a 'camera'");
     const std::string id = shot["camera"].get<std::string>();
     const auto found = cameras.find(id);
     if (found == cameras.end()) fail(place, "its camera " + in_quotes(id) + " is not in the file");
     const std::string of_camera = "camera " + in_quotes(id);
     if (const std::string type = projection_of(of_camera, *found); !is_supported(type)) {
-      omitted_.add(type,
-                   InputError(file_, of_camera,
-                              "projection type " + in_quotes(type) +
-                                  " is not supported; supported are perspective, simple_radial, radial, "
-                                  "brown, fisheye, fisheye_opencv, fisheye62 and fisheye624"));
+      omitted_.add(type, InputError(file_, of_camera,
+                                    "projection type " + in_quotes(type) +
+                                        " is not supported; supported are perspective, simple_radial, radial, "
+                                        "brown, fisheye, fisheye_opencv, fisheye62 and fisheye624"));
       return;
     }
     const auto [camera, fresh] = cameras_.try_emplace(id);
@@ -181,8 +175,7 @@ class OpensfmReader {
   }
 
   static bool is_supported(std::string_view type) {
-    return is_fisheye(type) || type == "perspective" || type == "simple_radial" || type == "radial" ||
-           type == "brown";
+    return is_fisheye(type) || type == "perspective" || type == "simple_radial" || type == "radial" || type == "brown";
   }
 
   /// \pre is_supported(projection_of(place, in))
@@ -290,9 +283,9 @@ SceneFile read(const fs::path& found) {
     OpensfmReader::set_reference(scene, reference, parse_json(reference, bytes.view()));
   }
   const std::string name = found.filename().string();
-  const bool projected = name.ends_with(".geocoords.json") ||
-                         (name == "reconstruction.json" &&
-                          fs::is_regular_file(project / "reconstruction.topocentric.json", ignored));
+  const bool projected =
+      name.ends_with(".geocoords.json") ||
+      (name == "reconstruction.json" && fs::is_regular_file(project / "reconstruction.topocentric.json", ignored));
   if (projected) read_georeferencing(project / ".." / "odm_georeferencing", scene);
   scene.image_folders = {folder / "images", folder / ".." / "images", folder};
   return scene;
@@ -302,8 +295,7 @@ SceneFile read(const fs::path& found) {
 
 const SceneFormat& opensfm_scene() {
   static constexpr SceneFormat kFormat{
-      "OpenSfM",
-      "an OpenSfM or OpenDroneMap reconstruction.json (or a folder with it, or with opensfm/ in it)", find,
+      "OpenSfM", "an OpenSfM or OpenDroneMap reconstruction.json (or a folder with it, or with opensfm/ in it)", find,
       read, parse};
   return kFormat;
 }

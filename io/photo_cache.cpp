@@ -14,16 +14,15 @@ namespace {
 
 using Photo = std::shared_ptr<const Image>;
 
-/// Decoded on the calling thread without parallel loops inside: a thread that waits for a photo must not be
-/// needed by the thread that decodes it.
+/// Decoded on the calling thread without parallel loops inside: a thread that waits for a photo must not be needed by
+/// the thread that decodes it.
 Photo decode(const View& view, int downscale) {
   Image image = read_image(view.photo);
   if (image.width / downscale != view.camera.width || image.height / downscale != view.camera.height)
     throw InputError(view.photo, "",
                      "is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
                          " pixels, which does not fit its camera any more");
-  if (const std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view))
-    paint_over(image, *exclusion);
+  if (const std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view)) paint_over(image, *exclusion);
   return std::make_shared<const Image>(downscale == 1 ? std::move(image) : reduce_image(image, downscale));
 }
 

@@ -96,8 +96,8 @@ class PhotoIndex {
     if (has_image_extension(path)) by_stem_[lower_case(path.stem().string())].push_back(path);
   }
 
-  /// The file whose path has the longest tail in common with `wanted`, `favourite` where several have; empty
-  /// when none fits. Throws when several fit equally well.
+  /// The file whose path has the longest tail in common with `wanted`, `favourite` where several have; empty when none
+  /// fits. Throws when several fit equally well.
   fs::path match(const fs::path& listing, const std::string& wanted, const fs::path& favourite) const {
     const std::vector<std::string> tail = parts_of(wanted);
     const std::string key = lower_case(tail.back());
@@ -115,14 +115,14 @@ class PhotoIndex {
 
   void add_inside() {
     std::error_code error;
-    for (auto it = fs::directory_iterator(folder_, kReadableFolders, error);
-         !error && it != fs::directory_iterator(); it.increment(error))
+    for (auto it = fs::directory_iterator(folder_, kReadableFolders, error); !error && it != fs::directory_iterator();
+         it.increment(error))
       add(it->path());
   }
 
-  /// Links to folders are followed, in the order of their paths. A folder that several lead to is entered
-  /// under each of their names, since names are what `match` goes by, but once under each, and by none that
-  /// lies in it: that ends all loops.
+  /// Links to folders are followed, in the order of their paths. A folder that several lead to is entered under each of
+  /// their names, since names are what `match` goes by, but once under each, and by none that lies in it: that ends all
+  /// loops.
   void add_below() {
     std::set<fs::path> links;
     add_below(folder_, links);
@@ -145,8 +145,8 @@ class PhotoIndex {
     }
   }
 
-  static std::vector<fs::path> best(const std::vector<std::string>& tail, const Index& index,
-                                    const std::string& key, bool exact, bool by_stem) {
+  static std::vector<fs::path> best(const std::vector<std::string>& tail, const Index& index, const std::string& key,
+                                    bool exact, bool by_stem) {
     const auto candidates = index.find(key);
     if (candidates == index.end()) return {};
     std::size_t longest = 0;
@@ -173,8 +173,8 @@ class PhotoIndex {
     for (std::size_t i = 0; i < found.size() && i < 5; ++i)
       names += (i == 0 ? "" : ", ") + found[i].lexically_relative(folder_).string();
     throw InputError(listing, "",
-                     "the photo '" + wanted + "' could be any of " + std::to_string(found.size()) +
-                         " files in " + folder_.string() + ": " + names + (found.size() > 5 ? ", ..." : ""));
+                     "the photo '" + wanted + "' could be any of " + std::to_string(found.size()) + " files in " +
+                         folder_.string() + ": " + names + (found.size() > 5 ? ", ..." : ""));
   }
 
   fs::path folder_;
@@ -198,8 +198,8 @@ fs::path usual_folder(const SceneFile& scene, bool allow_none) {
   return existing;
 }
 
-/// A photo at another size than its camera's: the same picture when one factor explains both sides, whichever
-/// way they were rounded. An equal side rounds nothing and allows no other.
+/// A photo at another size than its camera's: the same picture when one factor explains both sides, whichever way they
+/// were rounded. An equal side rounds nothing and allows no other.
 bool same_shape(int width, int height, const Camera& camera) {
   if ((width == camera.width) != (height == camera.height)) return false;
   // width = factor * camera.width, rounded to nearest or cut: factor lies in [width - 1/2, width + 1).
@@ -218,10 +218,8 @@ void scale(Camera& camera, int width, int height) {
   camera.height = height;
 }
 
-/// Paths without the folders that all have in common, nor what leads out of a folder; empty where nothing is
-/// left.
-std::vector<std::string> below_shared_folder(const std::vector<std::vector<std::string>>& paths,
-                                             bool with_drives) {
+/// Paths without the folders that all have in common, nor what leads out of a folder; empty where nothing is left.
+std::vector<std::string> below_shared_folder(const std::vector<std::vector<std::string>>& paths, bool with_drives) {
   std::size_t shared = paths.front().empty() ? 0 : paths.front().size() - 1;
   for (const auto& path : paths) {
     std::size_t same = 0;
@@ -259,8 +257,8 @@ Fit fit_of_match(const fs::path& file, const std::string& stated) {
   return {false, common_tail(wanted, is, false, true), common_tail(wanted, is, true, false)};
 }
 
-/// Where the photo of one view is missing, that of another with the same file name may be what was found for
-/// both: it stays with the views that it fits best, needed or not.
+/// Where the photo of one view is missing, that of another with the same file name may be what was found for both: it
+/// stays with the views that it fits best, needed or not.
 void settle_shared_photos(SceneFile& scene, const std::vector<bool>& needed, const std::vector<Fit>& fits) {
   std::map<fs::path, std::vector<std::size_t>> finders;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
@@ -290,17 +288,15 @@ void settle_shared_photos(SceneFile& scene, const std::vector<bool>& needed, con
     for (const std::size_t i : left_out) scene.views[i].photo.clear();
   }
   if (doubtful > 0)
-    scene.warnings.push_back(std::to_string(doubtful) +
-                             " photos could as well be those of views left out: " + example);
+    scene.warnings.push_back(std::to_string(doubtful) + " photos could as well be those of views left out: " + example);
 }
 
 }  // namespace
 
 bool has_image_extension(const fs::path& name) {
   const std::string extension = lower_case(name.extension().string());
-  for (const char* known :
-       {".jpg", ".jpeg", ".jpe", ".png", ".tif",  ".tiff", ".exr",  ".webp", ".bmp", ".jp2", ".j2k",
-        ".pgm", ".ppm",  ".pnm", ".hdr", ".heic", ".heif", ".avif", ".psd",  ".dpx", ".tga"})
+  for (const char* known : {".jpg", ".jpeg", ".jpe", ".png", ".tif",  ".tiff", ".exr",  ".webp", ".bmp", ".jp2", ".j2k",
+                            ".pgm", ".ppm",  ".pnm", ".hdr", ".heic", ".heif", ".avif", ".psd",  ".dpx", ".tga"})
     if (extension == known) return true;
   return is_raw(name);
 }
@@ -318,17 +314,14 @@ void settle_names(SceneFile& scene) {
       if (below[i].empty())
         throw InputError(scene.listing, "", "the image '" + scene.views[i].name + "' has no file name");
       View& view = scene.views[i];
-      if (view.photo.empty() && (names[i].front() == "/" || is_drive(names[i].front())))
-        view.photo = view.name;
+      if (view.photo.empty() && (names[i].front() == "/" || is_drive(names[i].front()))) view.photo = view.name;
       view.name = below[i];
     }
   }
-  std::sort(scene.views.begin(), scene.views.end(),
-            [](const View& a, const View& b) { return a.name < b.name; });
+  std::sort(scene.views.begin(), scene.views.end(), [](const View& a, const View& b) { return a.name < b.name; });
   const auto twice = std::adjacent_find(scene.views.begin(), scene.views.end(),
                                         [](const View& a, const View& b) { return a.name == b.name; });
-  if (twice != scene.views.end())
-    throw InputError(scene.listing, "", "lists the image '" + twice->name + "' twice");
+  if (twice != scene.views.end()) throw InputError(scene.listing, "", "lists the image '" + twice->name + "' twice");
 }
 
 fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options) {

@@ -1,5 +1,5 @@
-// PLY, after Greg Turk's description: a text header that declares elements and their properties, then the
-// elements in that order, as text or packed binary.
+// PLY, after Greg Turk's description: a text header that declares elements and their properties, then the elements in
+// that order, as text or packed binary.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -108,8 +108,7 @@ class HeaderParser {
     element.name = next_word(line);
     const std::string_view count = next_word(line);
     const std::optional<std::uint64_t> number = integer_from<std::uint64_t>(count);
-    if (element.name.empty() || !number)
-      fail("expected 'element NAME COUNT', found the count " + in_quotes(count));
+    if (element.name.empty() || !number) fail("expected 'element NAME COUNT', found the count " + in_quotes(count));
     element.count = *number;
     header_.elements.push_back(std::move(element));
   }
@@ -180,8 +179,7 @@ class AsciiValues {
     for (; count > 0; --count) number(type);
   }
   std::string place() const {
-    return "line " +
-           std::to_string(first_line_ + static_cast<std::size_t>(std::count(body_, rest_.data(), '\n')));
+    return "line " + std::to_string(first_line_ + static_cast<std::size_t>(std::count(body_, rest_.data(), '\n')));
   }
   [[noreturn]] void fail(const std::string& reason) const { throw InputError(file_, place(), reason); }
 
@@ -202,10 +200,7 @@ template <bool kSwap>
 class BinaryValues {
  public:
   BinaryValues(const std::filesystem::path& file, std::string_view bytes, const Header& header)
-      : file_(file),
-        begin_(bytes.data()),
-        at_(bytes.data() + header.size),
-        end_(bytes.data() + bytes.size()) {}
+      : file_(file), begin_(bytes.data()), at_(bytes.data() + header.size), end_(bytes.data() + bytes.size()) {}
 
   std::uint64_t capacity() const { return static_cast<std::uint64_t>(end_ - at_); }
   std::size_t bytes_of(Scalar type) const { return size_of(type); }
@@ -253,9 +248,7 @@ class BinaryValues {
     at_ += sizeof(T);
     return std::bit_cast<T>(raw);
   }
-  [[noreturn]] void fail_at_end() const {
-    fail("the file ends before the last element that its header declares");
-  }
+  [[noreturn]] void fail_at_end() const { fail("the file ends before the last element that its header declares"); }
 
   const std::filesystem::path& file_;
   const char *begin_, *at_, *end_;
@@ -279,8 +272,7 @@ class MeshReader {
       else if (element.name == "face" && mesh_.faces.empty())
         read_faces(element);
       else if (element.name == "tristrips" && element.count > 0)
-        throw InputError(file_, "",
-                         "holds triangle strips, which are not read; export it with a plain face list");
+        throw InputError(file_, "", "holds triangle strips, which are not read; export it with a plain face list");
       else
         skip(element);
     }
@@ -294,8 +286,8 @@ class MeshReader {
     for (const Property& property : element.properties)
       least += values_.bytes_of(property.count_type.value_or(property.type));
     if (least > 0 && element.count > values_.capacity() / least)
-      values_.fail("the header declares " + std::to_string(element.count) + " of element " +
-                   in_quotes(element.name) + ", the rest of the file cannot hold so many");
+      values_.fail("the header declares " + std::to_string(element.count) + " of element " + in_quotes(element.name) +
+                   ", the rest of the file cannot hold so many");
     if (element.count > kMaxElements && (element.name == "vertex" || element.name == "face"))
       values_.fail("more than 2^32 - 2 elements " + in_quotes(element.name));
   }
@@ -306,8 +298,7 @@ class MeshReader {
     for (std::size_t i = 0; i < 3; ++i) {
       const std::optional<std::size_t> found = element.find({kNames[i]});
       if (!found || element.properties[*found].count_type)
-        throw InputError(file_, "",
-                         "element 'vertex' has no scalar property '" + std::string(kNames[i]) + "'");
+        throw InputError(file_, "", "element 'vertex' has no scalar property '" + std::string(kNames[i]) + "'");
       axes[i] = *found;
     }
     mesh_.positions.reserve(element.count);
@@ -315,8 +306,7 @@ class MeshReader {
       std::array<double, 3> position{};
       for (std::size_t i = 0; i < element.properties.size(); ++i) {
         const Property& property = element.properties[i];
-        const std::size_t axis =
-            static_cast<std::size_t>(std::find(axes.begin(), axes.end(), i) - axes.begin());
+        const std::size_t axis = static_cast<std::size_t>(std::find(axes.begin(), axes.end(), i) - axes.begin());
         if (axis < 3)
           position[axis] = values_.number(property.type);
         else
@@ -330,10 +320,8 @@ class MeshReader {
 
   void read_faces(const Element& element) {
     const std::optional<std::size_t> corners = element.find({"vertex_indices", "vertex_index"});
-    if (!corners || !element.properties[*corners].count_type ||
-        !is_integer(element.properties[*corners].type))
-      throw InputError(file_, "",
-                       "element 'face' has no list of integers 'vertex_indices' or 'vertex_index'");
+    if (!corners || !element.properties[*corners].count_type || !is_integer(element.properties[*corners].type))
+      throw InputError(file_, "", "element 'face' has no list of integers 'vertex_indices' or 'vertex_index'");
     mesh_.faces.reserve(element.count);
     for (std::uint64_t f = 0; f < element.count; ++f) {
       for (std::size_t i = 0; i < element.properties.size(); ++i) {

@@ -1,9 +1,9 @@
 // PNG pages, compressed in parallel. https://www.w3.org/TR/png-3/
 //
-// All rows take the Up filter: on photographs it compresses as well as libpng's choice per row and costs
-// less. The filtered rows are cut into blocks of a fixed size, so that the bytes do not depend on the
-// threads. Each block is deflated by itself, primed with the 32 KiB before it and ended on a byte
-// (Z_SYNC_FLUSH), which makes the blocks one deflate stream when put in a row.
+// All rows take the Up filter: on photographs it compresses as well as libpng's choice per row and costs less. The
+// filtered rows are cut into blocks of a fixed size, so that the bytes do not depend on the threads. Each block is
+// deflated by itself, primed with the 32 KiB before it and ended on a byte (Z_SYNC_FLUSH), which makes the blocks one
+// deflate stream when put in a row.
 #include <tbb/parallel_for.h>
 #include <zlib.h>
 
@@ -41,8 +41,7 @@ void write_chunk(OutputFile& out, std::string_view name, std::string_view data) 
 
 /// Rows [first, last), each after its filter's number.
 std::vector<std::uint8_t> filtered_rows(const Image& image, std::size_t first, std::size_t last) {
-  const std::size_t row_bytes =
-      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels);
+  const std::size_t row_bytes = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels);
   std::vector<std::uint8_t> out((last - first) * (row_bytes + 1));
   std::uint8_t* to = out.data();
   for (std::size_t y = first; y < last; ++y) {
@@ -67,8 +66,7 @@ struct Block {
 };
 
 Block deflate_rows(const Image& image, std::size_t first, std::size_t last) {
-  const std::size_t line =
-      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels) + 1;
+  const std::size_t line = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels) + 1;
   const std::size_t primer_rows = std::min(first, (kWindow + line - 1) / line);
   const std::vector<std::uint8_t> rows = filtered_rows(image, first - primer_rows, last);
   const std::size_t primer = std::min(primer_rows * line, kWindow);
@@ -79,12 +77,10 @@ Block deflate_rows(const Image& image, std::size_t first, std::size_t last) {
 
   z_stream stream{};
   constexpr int kRaw = -15, kMemory = 9, kFastest = 1;
-  if (deflateInit2(&stream, kFastest, Z_DEFLATED, kRaw, kMemory, Z_DEFAULT_STRATEGY) != Z_OK)
-    throw std::bad_alloc();
+  if (deflateInit2(&stream, kFastest, Z_DEFLATED, kRaw, kMemory, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();
   if (primer > 0) deflateSetDictionary(&stream, begin - primer, static_cast<uInt>(primer));
   const bool end = last == static_cast<std::size_t>(image.height);
-  block.deflated.resize(deflateBound(&stream, static_cast<uLong>(block.bytes)) +
-                        64);  // and the flush's marker
+  block.deflated.resize(deflateBound(&stream, static_cast<uLong>(block.bytes)) + 64);  // and the flush's marker
   stream.next_in = const_cast<Bytef*>(begin);
   stream.avail_in = static_cast<uInt>(block.bytes);
   stream.next_out = reinterpret_cast<Bytef*>(block.deflated.data());
@@ -109,8 +105,8 @@ std::string header_of(const Image& image) {
 std::string profile_chunk(const ColourProfile& profile) {
   uLongf size = compressBound(static_cast<uLong>(profile.size()));
   std::string deflated(size, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &size, profile.data(),
-                static_cast<uLong>(profile.size()), Z_BEST_COMPRESSION) != Z_OK)
+  if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &size, profile.data(), static_cast<uLong>(profile.size()),
+                Z_BEST_COMPRESSION) != Z_OK)
     throw std::bad_alloc();
   deflated.resize(size);
   return std::string("ICC profile\0\0", 13) + deflated;
@@ -119,8 +115,7 @@ std::string profile_chunk(const ColourProfile& profile) {
 }  // namespace
 
 void write_png(OutputFile& out, const Image& image, const ColourProfile& profile) {
-  const std::size_t line =
-      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels) + 1;
+  const std::size_t line = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels) + 1;
   const auto height = static_cast<std::size_t>(image.height);
   const std::size_t rows = std::max<std::size_t>(kBlockBytes / line, 1);
   std::vector<Block> blocks((height + rows - 1) / rows);

@@ -40,8 +40,7 @@ std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoin
   };
   Distorted here = distort(distortion, x, y);
   double miss = miss_px(here);
-  // Converged below 1e-10 px, or where doubles end: a coordinate of 1e4 px carries about 2e-12 px of
-  // round-off.
+  // Converged below 1e-10 px, or where doubles end: a coordinate of 1e4 px carries about 2e-12 px of round-off.
   for (int iteration = 0; iteration < 60 && miss > 1e-11; ++iteration) {
     const double determinant = here.dx_dx * here.dy_dy - here.dx_dy * here.dy_dx;
     if (!(determinant > 0)) break;

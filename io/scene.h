@@ -2,13 +2,11 @@
 //
 // World    the input's own coordinates, double. UAV scenes are often UTM or ECEF (1e5..1e7 m): subtract a
 //          camera centre or a local origin in double before anything becomes float.
-// Camera   x right, y down, z forward (OpenCV, COLMAP). x_camera = rotation * (x_world - centre): the centre
-// is
+// Camera   x right, y down, z forward (OpenCV, COLMAP). x_camera = rotation * (x_world - centre): the centre is
 //          stored, not t, so that moving a scene by an exactly representable shift changes no bit downstream.
 // Pixel    the view's undistorted frame: same width, height, fx, fy, cx, cy as the photo, distortion removed.
 //          Origin at the top-left corner of the image, centre of the first pixel at (0.5, 0.5), y down.
-// Photo    the photo as taken, same pixel convention; photo_from_pixel applies the lens distortion. Texels
-// are
+// Photo    the photo as taken, same pixel convention; photo_from_pixel applies the lens distortion. Texels are
 //          sampled once, from here.
 // Faces    counter-clockwise seen from outside; indexed as in the input file, in every output.
 // Views    ordered by image name, bytewise, whatever the format.
@@ -56,18 +54,17 @@ constexpr std::size_t index(ViewId view) { return static_cast<std::size_t>(view)
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Positions and faces exactly as read: every face of the file, in its order, no digit rounded away.
-/// Vertex indices of faces are always valid; degenerate and duplicate faces are kept.
+/// Positions and faces exactly as read: every face of the file, in its order, no digit rounded away. Vertex indices of
+/// faces are always valid; degenerate and duplicate faces are kept.
 struct Mesh {
   std::vector<WorldPoint> positions;
   std::vector<Triangle> faces;
-  /// Per face, the face of the file it was cut from; empty when the file's faces are all triangles, and so
-  /// the same.
+  /// Per face, the face of the file it was cut from; empty when the file's faces are all triangles, and so the same.
   std::vector<std::uint32_t> source_face{};
 };
 
-/// How a direction meets the plane on which the terms of Distortion act, as a factor on (X/Z, Y/Z) by its
-/// radius r = tan(theta).
+/// How a direction meets the plane on which the terms of Distortion act, as a factor on (X/Z, Y/Z) by its radius r =
+/// tan(theta).
 enum class LensModel : std::uint8_t {
   brown,           ///< factor 1, and of the terms k1 k2 p1 p2 k3 alone: OpenCV's five
   perspective,     ///< factor 1
@@ -80,14 +77,12 @@ enum class LensModel : std::uint8_t {
   fisheye_624,     ///< theta / r; tangential and prism terms act on what the radial ones make: Project Aria
 };
 
-/// Lens distortion. With (x, y) the point that LensModel makes of (X/Z, Y/Z), and r2 = x*x + y*y:
-/// radial = (1 + k1 r2 + k2 r2^2 + k3 r2^3 + k4 r2^4 + k5 r2^5 + k6 r2^6) / (1 + d1 r2 + d2 r2^2 + d3 r2^3),
-/// more = 1 + p3 r2 + p4 r2^2,
-/// x' = x radial + (2 p1 x y + p2 (r2 + 2 x x)) more + s1 r2 + s3 r2^2,
-/// y' = y radial + (p1 (r2 + 2 y y) + 2 p2 x y) more + s2 r2 + s4 r2^2,
-/// and the photo shows it at (fx (x' + skew y') + cx, fy y' + cy); fisheye_624 takes x radial for x, y radial
-/// for y and their r2 in all but the radial term. k1 k2 p1 p2 k3 are named as in OpenCV (whose k4 k5 k6 are
-/// d1 d2 d3 here); p3 and p4 are Metashape's, s1 to s4 the thin prism.
+/// Lens distortion. With (x, y) the point that LensModel makes of (X/Z, Y/Z), and r2 = x*x + y*y: radial = (1 + k1 r2 +
+/// k2 r2^2 + k3 r2^3 + k4 r2^4 + k5 r2^5 + k6 r2^6) / (1 + d1 r2 + d2 r2^2 + d3 r2^3), more = 1 + p3 r2 + p4 r2^2, x' =
+/// x radial + (2 p1 x y + p2 (r2 + 2 x x)) more + s1 r2 + s3 r2^2, y' = y radial + (p1 (r2 + 2 y y) + 2 p2 x y) more +
+/// s2 r2 + s4 r2^2, and the photo shows it at (fx (x' + skew y') + cx, fy y' + cy); fisheye_624 takes x radial for x, y
+/// radial for y and their r2 in all but the radial term. k1 k2 p1 p2 k3 are named as in OpenCV (whose k4 k5 k6 are d1
+/// d2 d3 here); p3 and p4 are Metashape's, s1 to s4 the thin prism.
 struct Distortion {
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
   /// Beyond this squared radius of the undistorted plane the model folds back on itself and means nothing:
@@ -97,9 +92,7 @@ struct Distortion {
   double k4 = 0, d1 = 0, d2 = 0, d3 = 0, p3 = 0, p4 = 0, s1 = 0, s2 = 0, skew = 0, omega = 0;
   double k5 = 0, k6 = 0, s3 = 0, s4 = 0, alpha = 0, beta = 0;
   bool operator==(const Distortion&) const = default;
-  bool is_identity() const {
-    return model == LensModel::brown && k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0;
-  }
+  bool is_identity() const { return model == LensModel::brown && k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0; }
 };
 
 /// Intrinsics of a photo and, without the distortion, of its undistorted frame. Pixels; fx, fy > 0.
@@ -121,17 +114,16 @@ struct View {
   std::filesystem::path photo;  ///< where the photo lies on disk
   Camera camera;                ///< at the size the stages work in (already reduced by --downscale)
   Pose pose;
-  std::filesystem::path
-      mask{};               ///< image of the photo's size whose black pixels exclude the photo's; or empty
-  bool uses_alpha = false;  ///< pixels of the photo with alpha 0 are excluded
-  int reduction = 1;        ///< pixels of the photo and the mask to one of the camera, each way
+  std::filesystem::path mask{};  ///< image of the photo's size whose black pixels exclude the photo's; or empty
+  bool uses_alpha = false;       ///< pixels of the photo with alpha 0 are excluded
+  int reduction = 1;             ///< pixels of the photo and the mask to one of the camera, each way
 };
 
 struct Scene {
   std::filesystem::path source;  ///< as given by the user
   std::vector<View> views;       ///< by name, bytewise
-  /// Spatial reference system as the format states it (EPSG:2154, a PROJ string, WKT,
-  /// ENU:LATITUDE,LONGITUDE); empty when it states none.
+  /// Spatial reference system as the format states it (EPSG:2154, a PROJ string, WKT, ENU:LATITUDE,LONGITUDE); empty
+  /// when it states none.
   std::string srs{};
   /// To be added to the scene's coordinates to get those of `srs`.
   WorldPoint offset{};
@@ -146,8 +138,7 @@ struct Scene {
 inline CameraPoint camera_from_world(const Pose& pose, const WorldPoint& p) {
   const double dx = p.x - pose.centre.x, dy = p.y - pose.centre.y, dz = p.z - pose.centre.z;
   const auto& r = pose.rotation;
-  return {r[0] * dx + r[1] * dy + r[2] * dz, r[3] * dx + r[4] * dy + r[5] * dz,
-          r[6] * dx + r[7] * dy + r[8] * dz};
+  return {r[0] * dx + r[1] * dy + r[2] * dz, r[3] * dx + r[4] * dy + r[5] * dz, r[6] * dx + r[7] * dy + r[8] * dz};
 }
 
 /// \pre p.z > 0
@@ -164,14 +155,14 @@ std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoin
 /// True when the frame position `p` shows something of the photo: photo_from_pixel lies in [0,W] x [0,H].
 bool in_photo(const Camera& camera, const PixelPoint& p);
 
-/// To be called once all terms are set. Fills Distortion::max_r2: the first r2 > 0 at which the radial
-/// profile r * radial(r2) stops growing or its divisor vanishes. A perspective lens that needs no more than
-/// the five terms of LensModel::brown becomes one.
+/// To be called once all terms are set. Fills Distortion::max_r2: the first r2 > 0 at which the radial profile r *
+/// radial(r2) stops growing or its divisor vanishes. A perspective lens that needs no more than the five terms of
+/// LensModel::brown becomes one.
 void limit_distortion(Camera& camera);
 
-/// An upper bound of |d photo / d pixel| where the squared radius of the undistorted plane is at most r2,
-/// from the derivative of every term with all signs taken positive; infinity where the bound knows none. \pre
-/// r2 <= Distortion::max_r2
+/// An upper bound of |d photo / d pixel| where the squared radius of the undistorted plane is at most r2, from the
+/// derivative of every term with all signs taken positive; infinity where the bound knows none. \pre r2 <=
+/// Distortion::max_r2
 double largest_stretch(const Camera& camera, double r2);
 
 }  // namespace gpvc

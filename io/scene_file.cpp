@@ -45,9 +45,8 @@ Found format_of(const fs::path& source) {
     if (!path) continue;
     if (found)
       throw InputError(source, "",
-                       std::string("holds both a ") + found->format->name + " scene (" +
-                           found->path.string() + ") and a " + format->name + " scene (" + path->string() +
-                           "); name the one that is meant");
+                       std::string("holds both a ") + found->format->name + " scene (" + found->path.string() +
+                           ") and a " + format->name + " scene (" + path->string() + "); name the one that is meant");
     found = Found{format, *path};
   }
   if (found) return *found;
@@ -65,8 +64,7 @@ void look_behind_links(SceneFile& scene) {
   const fs::path real = fs::canonical(scene.listing, failed).parent_path();
   if (failed || here == real) return;
   for (const fs::path& folder : std::vector<fs::path>(scene.image_folders))
-    if (const fs::path relative = fs::absolute(folder).lexically_normal().lexically_relative(here);
-        !relative.empty())
+    if (const fs::path relative = fs::absolute(folder).lexically_normal().lexically_relative(here); !relative.empty())
       scene.image_folders.push_back(real / relative);
 }
 
@@ -82,12 +80,11 @@ void refuse_missing(const SceneFile& scene, const std::vector<bool>& needed, con
   }
   if (missing > 0)
     throw InputError(scene.listing, "",
-                     std::to_string(missing) + " of " + std::to_string(scene.views.size()) +
-                         " photos are not in " + folder.string() + ": " + named);
+                     std::to_string(missing) + " of " + std::to_string(scene.views.size()) + " photos are not in " +
+                         folder.string() + ": " + named);
 }
 
-/// x' = x / N holds exactly for pixel centres at (0.5, 0.5); what is left over at the right and bottom is
-/// cut.
+/// x' = x / N holds exactly for pixel centres at (0.5, 0.5); what is left over at the right and bottom is cut.
 Camera reduced(const View& view, int factor) {
   Camera camera = view.camera;
   camera.width /= factor;

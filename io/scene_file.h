@@ -1,5 +1,5 @@
-// What a scene format's reader hands to read_scene, which does what all formats share: photos on disk, order,
-// sizes, reduction.
+// What a scene format's reader hands to read_scene, which does what all formats share: photos on disk, order, sizes,
+// reduction.
 //
 // A format is one file, NAME_scene.cpp, that defines `const SceneFormat& NAME_scene()`; the build finds it.
 #pragma once
@@ -18,8 +18,8 @@
 namespace gpvc {
 
 struct SceneFile {
-  /// Names, cameras at full size and poses, in any order. Names may be whole paths: read_scene makes them
-  /// relative and unique. View::photo and View::mask are the paths that the file states, with '/', or empty.
+  /// Names, cameras at full size and poses, in any order. Names may be whole paths: read_scene makes them relative and
+  /// unique. View::photo and View::mask are the paths that the file states, with '/', or empty.
   std::vector<View> views{};
   /// The file that lists the images; named when something about them is wrong.
   std::filesystem::path listing{};
@@ -30,8 +30,8 @@ struct SceneFile {
   std::string srs{};
   WorldPoint offset{};
   std::vector<std::string> warnings{};
-  /// For formats that leave the size of a photo open: their cameras come with width 0, and this turns them
-  /// into pixels once the photo is known.
+  /// For formats that leave the size of a photo open: their cameras come with width 0, and this turns them into pixels
+  /// once the photo is known.
   void (*size_camera)(Camera& camera, int width, int height) = nullptr;
 };
 
@@ -54,10 +54,9 @@ std::span<const SceneFormat* const> scene_formats();
 /// The first `count` bytes of a file; fewer or none where there are no more or it cannot be read.
 std::string first_bytes(const std::filesystem::path& file, std::size_t count);
 
-/// The one file of `folder` with this extension (any case) that `fits`; nullopt when there is none. Throws
-/// InputError that names them when there are several.
-std::optional<std::filesystem::path> only_file(const std::filesystem::path& folder,
-                                               std::string_view extension,
+/// The one file of `folder` with this extension (any case) that `fits`; nullopt when there is none. Throws InputError
+/// that names them when there are several.
+std::optional<std::filesystem::path> only_file(const std::filesystem::path& folder, std::string_view extension,
                                                bool (*fits)(const std::filesystem::path&));
 
 /// The folder of a file, "." for a bare name.
@@ -79,8 +78,8 @@ WorldPoint product(const Matrix3& m, const WorldPoint& p);
 /// The rotation of a quaternion w x y z of any length; nullopt when it has no direction.
 std::optional<Matrix3> rotation_from_quaternion(const std::array<double, 4>& q);
 
-/// The rotation next to `m`, which files print with few digits; nullopt when it is none, by more than 0.01 in
-/// an entry of m m^T: three printed decimals still pass.
+/// The rotation next to `m`, which files print with few digits; nullopt when it is none, by more than 0.01 in an entry
+/// of m m^T: three printed decimals still pass.
 std::optional<Matrix3> rotation_near(const Matrix3& m);
 
 /// Throws InputError unless rotation and centre are numbers.

@@ -20,21 +20,18 @@ std::string first_bytes(const fs::path& file, std::size_t count) {
   return bytes;
 }
 
-std::optional<fs::path> only_file(const fs::path& folder, std::string_view extension,
-                                  bool (*fits)(const fs::path&)) {
+std::optional<fs::path> only_file(const fs::path& folder, std::string_view extension, bool (*fits)(const fs::path&)) {
   std::error_code ignored;
   if (!fs::is_directory(folder, ignored)) return std::nullopt;
   std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(folder, ignored))
-    if (lower_case(entry.path().extension().string()) == extension && fits(entry.path()))
-      found.push_back(entry.path());
+    if (lower_case(entry.path().extension().string()) == extension && fits(entry.path())) found.push_back(entry.path());
   if (found.empty()) return std::nullopt;
   std::sort(found.begin(), found.end());
   if (found.size() > 1)
     throw InputError(folder, "",
-                     "holds " + std::to_string(found.size()) + " scenes, among them " +
-                         found[0].filename().string() + " and " + found[1].filename().string() +
-                         "; name the one that is meant");
+                     "holds " + std::to_string(found.size()) + " scenes, among them " + found[0].filename().string() +
+                         " and " + found[1].filename().string() + "; name the one that is meant");
   return found.front();
 }
 
@@ -55,20 +52,19 @@ void finish_camera(const fs::path& file, const std::string& place, Camera& camer
   if (camera.width != 0 || camera.height != 0) {
     if (camera.width < 1 || camera.height < 1 || camera.width > kMaxSide || camera.height > kMaxSide)
       throw InputError(file, place,
-                       "an image size of " + std::to_string(camera.width) + " x " +
-                           std::to_string(camera.height) + ", expected 1 to 2^24 pixels a side");
+                       "an image size of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
+                           ", expected 1 to 2^24 pixels a side");
   }
   const Distortion& d = camera.distortion;
-  for (const double term : {camera.fx, camera.fy, camera.cx, camera.cy, d.k1, d.k2,    d.k3,  d.k4, d.p1,
-                            d.p2,      d.p3,      d.p4,      d.d1,      d.d2, d.d3,    d.s1,  d.s2, d.skew,
-                            d.omega,   d.k5,      d.k6,      d.s3,      d.s4, d.alpha, d.beta})
+  for (const double term :
+       {camera.fx, camera.fy, camera.cx, camera.cy, d.k1,   d.k2,    d.k3, d.k4, d.p1, d.p2, d.p3,    d.p4,  d.d1,
+        d.d2,      d.d3,      d.s1,      d.s2,      d.skew, d.omega, d.k5, d.k6, d.s3, d.s4, d.alpha, d.beta})
     if (!std::isfinite(term)) throw InputError(file, place, "a camera parameter is not finite");
   if (!(camera.fx > 0 && camera.fy > 0)) throw InputError(file, place, "the focal length is not positive");
   if (d.model == LensModel::fov && !(d.omega > 0 && d.omega < 3.14159))
     throw InputError(file, place, "the field of view is not between 0 and pi, its parameter omega");
   if (d.model == LensModel::unified && !(d.alpha >= 0 && d.alpha <= 1 && d.beta > 0))
-    throw InputError(file, place,
-                     "the unified model's alpha is not between 0 and 1, or its beta not positive");
+    throw InputError(file, place, "the unified model's alpha is not between 0 and 1, or its beta not positive");
   limit_distortion(camera);
 }
 
@@ -101,8 +97,8 @@ std::optional<Matrix3> rotation_near(const Matrix3& m) {
   const Matrix3 square = product(m, transposed(m));
   for (std::size_t i = 0; i < 9; ++i)
     if (!(std::abs(square[i] - (i % 4 == 0 ? 1 : 0)) <= kPrinting)) return std::nullopt;
-  // Newton's iteration for the polar decomposition, R <- (R + R^-T) / 2, squares the distance each time; the
-  // inverse transposed is the cofactors over the determinant.
+  // Newton's iteration for the polar decomposition, R <- (R + R^-T) / 2, squares the distance each time; the inverse
+  // transposed is the cofactors over the determinant.
   Matrix3 r = m;
   for (int iteration = 0; iteration < 5; ++iteration) {
     const Matrix3 c{r[4] * r[8] - r[5] * r[7], r[5] * r[6] - r[3] * r[8], r[3] * r[7] - r[4] * r[6],
@@ -115,8 +111,7 @@ std::optional<Matrix3> rotation_near(const Matrix3& m) {
   return r;
 }
 
-Pose finish_pose(const fs::path& file, const std::string& place, const Matrix3& rotation,
-                 const WorldPoint& centre) {
+Pose finish_pose(const fs::path& file, const std::string& place, const Matrix3& rotation, const WorldPoint& centre) {
   for (const double r : rotation)
     if (!std::isfinite(r)) throw InputError(file, place, "the rotation is not finite");
   if (!std::isfinite(centre.x) || !std::isfinite(centre.y) || !std::isfinite(centre.z))

@@ -1,5 +1,5 @@
-// Scenes for other programs. Each format's conventions are stated where it is read: colmap_scene.cpp,
-// cam_scene.cpp, openmvs_scene.cpp.
+// Scenes for other programs. Each format's conventions are stated where it is read: colmap_scene.cpp, cam_scene.cpp,
+// openmvs_scene.cpp.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -107,8 +107,7 @@ std::optional<ColmapLens> colmap_lens(const Camera& c, std::string& lost) {
     return term.has_value();
   };
   if (is_perspective(d.model)) {
-    if (refuse(first_of(
-            {{"k4", d.k4}, {"p3", d.p3}, {"p4", d.p4}, {"s1", d.s1}, {"s2", d.s2}, {"skew", d.skew}})))
+    if (refuse(first_of({{"k4", d.k4}, {"p3", d.p3}, {"p4", d.p4}, {"s1", d.s1}, {"s2", d.s2}, {"skew", d.skew}})))
       return std::nullopt;
     if (first_of({{"", d.k3}, {"", d.d1}, {"", d.d2}, {"", d.d3}}))
       return with("FULL_OPENCV", {d.k1, d.k2, d.p1, d.p2, d.k3, d.d1, d.d2, d.d3});
@@ -138,8 +137,7 @@ std::optional<ColmapLens> colmap_lens(const Camera& c, std::string& lost) {
   if (d.model == LensModel::division) return with("DIVISION", {d.k1});
   if (d.model == LensModel::unified) return with("EUCM", {d.alpha, d.beta});
   if (d.model == LensModel::fisheye_624)
-    return with("RAD_TAN_THIN_PRISM_FISHEYE",
-                {d.k1, d.k2, d.k3, d.k4, d.k5, d.k6, d.p2, d.p1, d.s1, d.s3, d.s2, d.s4});
+    return with("RAD_TAN_THIN_PRISM_FISHEYE", {d.k1, d.k2, d.k3, d.k4, d.k5, d.k6, d.p2, d.p1, d.s1, d.s3, d.s2, d.s4});
   lost = std::string("the ") + projection_name(d.model) + " projection";
   return std::nullopt;
 }
@@ -193,8 +191,7 @@ std::optional<std::string> lost_in_cam(const Camera& c) {
 std::array<double, 4> quaternion(const std::array<double, 9>& r) {
   const std::array<double, 4> squares{1 + r[0] + r[4] + r[8], 1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8],
                                       1 - r[0] - r[4] + r[8]};
-  const auto largest =
-      static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
+  const auto largest = static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
   const double twice = std::sqrt(squares[largest]);
   std::array<double, 4> q{r[7] - r[5], r[2] - r[6], r[3] - r[1], 0};
   switch (largest) {
@@ -217,8 +214,7 @@ std::array<double, 4> quaternion(const std::array<double, 9>& r) {
 void write_colmap(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
                   std::span<const fs::path> places) {
   std::string cameras = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
-  std::string images =
-      "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, POINT3D_ID)\n";
+  std::string images = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, POINT3D_ID)\n";
   std::vector<Camera> known;
   for (std::size_t i = 0; i < used.size(); ++i) {
     const View& view = scene.views[index(used[i])];
@@ -228,9 +224,8 @@ void write_colmap(const fs::path& folder, const Scene& scene, std::span<const Vi
       const std::optional<ColmapLens> lens = colmap_lens(view.camera, lost);
       known.push_back(view.camera);
       camera = known.end() - 1;
-      cameras += std::to_string(known.size()) + " " + lens.value().model + " " +
-                 std::to_string(view.camera.width) + " " + std::to_string(view.camera.height) + " " +
-                 lens.value().terms + "\n";
+      cameras += std::to_string(known.size()) + " " + lens.value().model + " " + std::to_string(view.camera.width) +
+                 " " + std::to_string(view.camera.height) + " " + lens.value().terms + "\n";
     }
     const std::array<double, 4> q = quaternion(view.pose.rotation);
     const WorldPoint t = translation(view.pose);
@@ -357,8 +352,7 @@ std::vector<fs::path> photo_places(SceneTarget target, const Scene& scene, std::
     std::string name = fs::path(scene.views[index(id)].name).lexically_normal().generic_string();
     if (target == SceneTarget::cam) std::replace(name.begin(), name.end(), '/', '_');
     places.push_back(target == SceneTarget::cam ? fs::path(name) : fs::path("images") / name);
-    const fs::path key =
-        target == SceneTarget::cam ? fs::path(name).replace_extension(".cam") : places.back();
+    const fs::path key = target == SceneTarget::cam ? fs::path(name).replace_extension(".cam") : places.back();
     if (!taken.insert(key).second)
       throw OutputError(key, std::string("two photos would need this name") +
                                  (target == SceneTarget::cam ? " in a folder without sub-folders" : ""));
@@ -372,12 +366,12 @@ std::optional<fs::path> mask_place(SceneTarget target, const fs::path& photo_pla
   return fs::path("masks") / (photo_place.lexically_relative("images").string() + ".png");
 }
 
-void write_scene(SceneTarget target, const Scene& scene, std::span<const ViewId> used,
-                 std::span<const fs::path> places, const fs::path& folder) {
+void write_scene(SceneTarget target, const Scene& scene, std::span<const ViewId> used, std::span<const fs::path> places,
+                 const fs::path& folder) {
   for (const ViewId id : used)
     if (const auto lost = lost_term(target, scene.views[index(id)].camera))
-      throw OutputError(
-          folder, "the format cannot state " + *lost + " of the camera of " + scene.views[index(id)].name);
+      throw OutputError(folder,
+                        "the format cannot state " + *lost + " of the camera of " + scene.views[index(id)].name);
   if (target == SceneTarget::colmap) write_colmap(folder, scene, used, places);
   if (target == SceneTarget::cam) write_cams(folder, scene, used, places);
   if (target == SceneTarget::mvs) write_mvs(folder, scene, used, places);

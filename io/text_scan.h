@@ -11,8 +11,8 @@
 
 namespace gpvc {
 
-/// The whole of `token` as a number; nullopt when it is none. "nan" and "inf" are numbers here; beyond
-/// double's range is infinity, below it zero.
+/// The whole of `token` as a number; nullopt when it is none. "nan" and "inf" are numbers here; beyond double's range
+/// is infinity, below it zero.
 inline std::optional<double> number_from(std::string_view token) {
   if (!token.empty() && token.front() == '+') token.remove_prefix(1);
   double value = 0;
@@ -20,8 +20,7 @@ inline std::optional<double> number_from(std::string_view token) {
   if (error == std::errc::invalid_argument || end != token.data() + token.size()) return std::nullopt;
   if (error == std::errc::result_out_of_range) {
     const std::size_t exponent = token.find_first_of("eE");
-    const bool tiny =
-        exponent != std::string_view::npos && exponent + 1 < token.size() && token[exponent + 1] == '-';
+    const bool tiny = exponent != std::string_view::npos && exponent + 1 < token.size() && token[exponent + 1] == '-';
     return tiny ? 0.0 : std::numeric_limits<double>::infinity();
   }
   return value;
@@ -36,9 +35,7 @@ std::optional<Integer> integer_from(std::string_view token) {
   return value;
 }
 
-inline bool is_blank(char c) {
-  return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\f' || c == '\v';
-}
+inline bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\f' || c == '\v'; }
 
 /// Removes and returns the next word of `text`; empty at its end.
 inline std::string_view next_word(std::string_view& text) {

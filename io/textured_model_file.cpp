@@ -27,13 +27,11 @@ WorldPoint read_offset(const fs::path& file) {
   std::ifstream in(file);
   WorldPoint offset;
   if (!in) return offset;
-  if (!(in >> offset.x >> offset.y >> offset.z))
-    throw InputError(file, "line 1", "expected three numbers, x y z");
+  if (!(in >> offset.x >> offset.y >> offset.z)) throw InputError(file, "line 1", "expected three numbers, x y z");
   return offset;
 }
 
-/// What a library says, as the end of our sentence: on one line, without the file's name and the library's
-/// full stops.
+/// What a library says, as the end of our sentence: on one line, without the file's name and the library's full stops.
 std::string reason_of(const fs::path& file, std::string said) {
   const std::string name = file.string();
   for (std::size_t at; (at = said.find(name)) != std::string::npos;) said.erase(at, name.size());
@@ -48,8 +46,8 @@ std::string reason_of(const fs::path& file, std::string said) {
   return reason.size() <= kLongest ? reason : reason.substr(0, kLongest) + "...";
 }
 
-/// Pages in order of first use; several materials may share one file. A path of another machine is looked for
-/// by its last name beside the model.
+/// Pages in order of first use; several materials may share one file. A path of another machine is looked for by its
+/// last name beside the model.
 class PageList {
  public:
   explicit PageList(const fs::path& model) : model_(model) {}
@@ -85,8 +83,7 @@ LoadedModel read_textured_obj(const fs::path& file) {
   LoadedModel result;
   const tinyobj::attrib_t& attributes = reader.GetAttrib();
   for (std::size_t i = 0; i + 2 < attributes.vertices.size(); i += 3)
-    result.mesh.positions.push_back(
-        {attributes.vertices[i], attributes.vertices[i + 1], attributes.vertices[i + 2]});
+    result.mesh.positions.push_back({attributes.vertices[i], attributes.vertices[i + 1], attributes.vertices[i + 2]});
   for (std::size_t i = 0; i + 1 < attributes.texcoords.size(); i += 2)
     result.model.texcoords.push_back(
         {static_cast<float>(attributes.texcoords[i]), static_cast<float>(1.0 - attributes.texcoords[i + 1])});
@@ -96,18 +93,15 @@ LoadedModel read_textured_obj(const fs::path& file) {
   PageList pages(file);
   std::vector<std::uint32_t> page_of_material;
   for (const tinyobj::material_t& material : reader.GetMaterials())
-    page_of_material.push_back(material.diffuse_texname.empty() ? kNoPage
-                                                                : pages.page(material.diffuse_texname));
+    page_of_material.push_back(material.diffuse_texname.empty() ? kNoPage : pages.page(material.diffuse_texname));
   for (const tinyobj::shape_t& shape : reader.GetShapes()) {
     for (std::size_t f = 0; 3 * f + 2 < shape.mesh.indices.size(); ++f) {
       Triangle face{}, texcoords{};
       bool textured = true;
       for (std::size_t k = 0; k < 3; ++k) {
         const tinyobj::index_t& corner = shape.mesh.indices[3 * f + k];
-        if (corner.vertex_index < 0 ||
-            static_cast<std::size_t>(corner.vertex_index) >= result.mesh.positions.size())
-          throw InputError(file, "face " + std::to_string(result.mesh.faces.size()),
-                           "vertex index out of range");
+        if (corner.vertex_index < 0 || static_cast<std::size_t>(corner.vertex_index) >= result.mesh.positions.size())
+          throw InputError(file, "face " + std::to_string(result.mesh.faces.size()), "vertex index out of range");
         face[k] = static_cast<std::uint32_t>(corner.vertex_index);
         textured = textured && corner.texcoord_index >= 0 && corner.texcoord_index < static_cast<int>(unused);
         texcoords[k] = textured ? static_cast<std::uint32_t>(corner.texcoord_index) : unused;
@@ -116,8 +110,8 @@ LoadedModel read_textured_obj(const fs::path& file) {
       const bool known = material >= 0 && static_cast<std::size_t>(material) < page_of_material.size();
       result.mesh.faces.push_back(face);
       result.model.face_texcoords.push_back(texcoords);
-      result.model.face_page.push_back(
-          textured && known ? page_of_material[static_cast<std::size_t>(material)] : kNoPage);
+      result.model.face_page.push_back(textured && known ? page_of_material[static_cast<std::size_t>(material)]
+                                                         : kNoPage);
     }
   }
   result.pages = pages.take();
@@ -177,8 +171,7 @@ class AccessorView {
   }
   bool is_index() const {
     return component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
-           component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
-           component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+           component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT || component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
   }
   bool is_float() const { return component_ == TINYGLTF_COMPONENT_TYPE_FLOAT; }
   std::size_t count = 0;
@@ -197,15 +190,15 @@ std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, int ma
                        "does not exist, expected one of " + std::to_string(count));
     return static_cast<std::size_t>(number);
   };
-  const int texture = model.materials[within(material, model.materials.size(), "material")]
-                          .pbrMetallicRoughness.baseColorTexture.index;
+  const int texture =
+      model.materials[within(material, model.materials.size(), "material")].pbrMetallicRoughness.baseColorTexture.index;
   if (texture < 0) return kNoPage;
   const int image = model.textures[within(texture, model.textures.size(), "texture")].source;
   return static_cast<std::uint32_t>(within(image, model.images.size(), "image"));
 }
 
-void append_primitive(const fs::path& file, const tinygltf::Model& model,
-                      const tinygltf::Primitive& primitive, LoadedModel& result) {
+void append_primitive(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                      LoadedModel& result) {
   if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1) return;
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end()) throw InputError(file, "mesh", "expected a POSITION attribute");
@@ -219,8 +212,7 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model,
   }
   const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
   for (std::size_t i = 0; i < positions.count; ++i) {
-    result.mesh.positions.push_back(
-        {positions.component(i, 0), positions.component(i, 1), positions.component(i, 2)});
+    result.mesh.positions.push_back({positions.component(i, 0), positions.component(i, 1), positions.component(i, 2)});
     result.model.texcoords.push_back({0, 0});
   }
   if (page != kNoPage) {
@@ -246,11 +238,10 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model,
   }
 }
 
-/// Keeps the bytes of images in files and in the JSON. Those in a buffer stay there: tinygltf asks for them
-/// before it has held their place against the buffer's size, and its own decoder believes every length that a
-/// PNG claims.
-bool keep_bytes(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes,
-                int size, void*) {
+/// Keeps the bytes of images in files and in the JSON. Those in a buffer stay there: tinygltf asks for them before it
+/// has held their place against the buffer's size, and its own decoder believes every length that a PNG claims.
+bool keep_bytes(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size,
+                void*) {
   if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
   return true;
 }
@@ -259,9 +250,8 @@ std::string_view bytes_of(const fs::path& file, const tinygltf::Model& model, co
                           const std::string& part) {
   if (image.bufferView < 0) {
     if (image.image.empty())
-      throw InputError(
-          file, part,
-          "cannot be read, expected " + (image.uri.empty() ? "its bytes" : "a file " + image.uri));
+      throw InputError(file, part,
+                       "cannot be read, expected " + (image.uri.empty() ? "its bytes" : "a file " + image.uri));
     return {reinterpret_cast<const char*>(image.image.data()), image.image.size()};
   }
   if (static_cast<std::size_t>(image.bufferView) >= model.bufferViews.size())
@@ -298,8 +288,7 @@ WorldPoint offset_of(const tinygltf::Model& model) {
     if (!node.extras.Has("offset")) continue;
     const tinygltf::Value& offset = node.extras.Get("offset");
     if (offset.IsArray() && offset.ArrayLen() == 3)
-      return {offset.Get(0).GetNumberAsDouble(), offset.Get(1).GetNumberAsDouble(),
-              offset.Get(2).GetNumberAsDouble()};
+      return {offset.Get(0).GetNumberAsDouble(), offset.Get(1).GetNumberAsDouble(), offset.Get(2).GetNumberAsDouble()};
   }
   return {};
 }
@@ -324,14 +313,13 @@ void check_depth(const fs::path& file, std::string_view json) {
   }
 }
 
-/// The JSON chunk of a GLB. What tinygltf does not hold against the file's size is checked here: it passes a
-/// BIN chunk that ends up to 8 bytes behind the file.
+/// The JSON chunk of a GLB. What tinygltf does not hold against the file's size is checked here: it passes a BIN chunk
+/// that ends up to 8 bytes behind the file.
 std::string_view json_of(const fs::path& file, std::string_view glb) {
   ByteReader reader(file, glb);
   constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A;
   const auto word = [&](const char* what) { return reader.read<std::uint32_t>(what); };
-  if (word("the GLB's header") != kMagic)
-    throw InputError(file, "byte 0", "expected a GLB, which begins with 'glTF'");
+  if (word("the GLB's header") != kMagic) throw InputError(file, "byte 0", "expected a GLB, which begins with 'glTF'");
   if (const std::uint32_t version = word("the GLB's header"); version != 2)
     throw InputError(file, "byte 4", "expected a GLB of version 2, found " + std::to_string(version));
   word("the GLB's header");  // the length of all, which tinygltf compares
@@ -354,8 +342,7 @@ tinygltf::FsCallbacks file_callbacks() {
     return fs::is_regular_file(name, error);
   };
   callbacks.ExpandFilePath = [](const std::string& name, void*) { return name; };
-  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name,
-                               void*) {
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void*) {
     try {
       const FileBytes bytes(name);
       out->assign(bytes.view().begin(), bytes.view().end());
@@ -386,8 +373,7 @@ tinygltf::Model parse_gltf(const fs::path& file) {
     const std::string folder = file.parent_path().string();
     const auto size = static_cast<unsigned>(view.size());
     good = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
-                                                reinterpret_cast<const unsigned char*>(view.data()), size,
-                                                folder)
+                                                reinterpret_cast<const unsigned char*>(view.data()), size, folder)
                   : loader.LoadASCIIFromString(&model, &error, &warning, view.data(), size, folder);
   } catch (const std::logic_error& found) {  // of a standard container, at what is empty or out of range
     error += found.what();
@@ -402,8 +388,7 @@ LoadedModel read_textured_gltf(const fs::path& file) {
   const tinygltf::Model model = parse_gltf(file);
   LoadedModel result;
   for (const tinygltf::Mesh& mesh : model.meshes)
-    for (const tinygltf::Primitive& primitive : mesh.primitives)
-      append_primitive(file, model, primitive, result);
+    for (const tinygltf::Primitive& primitive : mesh.primitives) append_primitive(file, model, primitive, result);
   add_pages(file, model, result);
   result.offset = offset_of(model);
   return result;
@@ -425,8 +410,7 @@ void check_numbers(const fs::path& file, const LoadedModel& loaded) {
 LoadedModel read_textured_model(const fs::path& file) {
   const std::string extension = lower_case(file.extension().string());
   const bool gltf = extension == ".glb" || extension == ".gltf";
-  if (!gltf && extension != ".obj")
-    throw InputError(file, "", "expected a textured model, .obj, .glb or .gltf");
+  if (!gltf && extension != ".obj") throw InputError(file, "", "expected a textured model, .obj, .glb or .gltf");
   LoadedModel loaded = gltf ? read_textured_gltf(file) : read_textured_obj(file);
   check_numbers(file, loaded);
   return loaded;

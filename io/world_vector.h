@@ -7,12 +7,8 @@
 
 namespace gpvc {
 
-inline WorldPoint operator+(const WorldPoint& a, const WorldPoint& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-inline WorldPoint operator-(const WorldPoint& a, const WorldPoint& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
+inline WorldPoint operator+(const WorldPoint& a, const WorldPoint& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline WorldPoint operator-(const WorldPoint& a, const WorldPoint& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline WorldPoint operator*(const WorldPoint& a, double s) { return {a.x * s, a.y * s, a.z * s}; }
 inline double dot(const WorldPoint& a, const WorldPoint& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline WorldPoint cross(const WorldPoint& a, const WorldPoint& b) {

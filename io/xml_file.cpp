@@ -12,8 +12,7 @@ namespace {
 
 std::string line_at(std::string_view text, std::ptrdiff_t offset) {
   const auto end = static_cast<std::ptrdiff_t>(text.size());
-  const auto lines =
-      std::count(text.begin(), text.begin() + std::clamp<std::ptrdiff_t>(offset, 0, end), '\n');
+  const auto lines = std::count(text.begin(), text.begin() + std::clamp<std::ptrdiff_t>(offset, 0, end), '\n');
   return "line " + std::to_string(lines + 1);
 }
 
@@ -29,8 +28,7 @@ XmlFile::XmlFile(const std::filesystem::path& file, std::string_view text) : fil
   const pugi::xml_parse_result result = document_.load_buffer(text.data(), text.size());
   if (!result) {
     std::string reason = result.description();
-    if (!reason.empty())
-      reason.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(reason.front())));
+    if (!reason.empty()) reason.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(reason.front())));
     throw InputError(file, line_at(text, result.offset), "expected well-formed XML: " + reason);
   }
   if (!root()) throw InputError(file, "", "expected an XML document, found no element");

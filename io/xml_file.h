@@ -13,8 +13,8 @@ namespace gpvc {
 
 class XmlFile {
  public:
-  /// Throws InputError where the text is no XML or ends early. Only named: `file`. Borrowed until the end:
-  /// `file` and `text`.
+  /// Throws InputError where the text is no XML or ends early. Only named: `file`. Borrowed until the end: `file` and
+  /// `text`.
   XmlFile(const std::filesystem::path& file, std::string_view text);
 
   pugi::xml_node root() const { return document_.document_element(); }

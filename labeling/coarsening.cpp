@@ -19,8 +19,7 @@ std::size_t find_clusters(const LabelProblem& problem, std::size_t cluster_size,
     members.push_back(seed);
     cluster_of_node[seed] = clusters;
     for (std::size_t i = begin; i < members.size(); ++i)
-      for (std::size_t k = problem.neighbour_first[members[i]]; k < problem.neighbour_first[members[i] + 1];
-           ++k) {
+      for (std::size_t k = problem.neighbour_first[members[i]]; k < problem.neighbour_first[members[i] + 1]; ++k) {
         const std::uint32_t other = problem.neighbours[k].node;
         if (members.size() - begin == cluster_size || cluster_of_node[other] != kNoLabel) continue;
         cluster_of_node[other] = clusters;
@@ -33,8 +32,8 @@ std::size_t find_clusters(const LabelProblem& problem, std::size_t cluster_size,
 }
 
 /// Appends one cluster's candidates.
-void add_candidates(const LabelProblem& problem, std::span<const std::uint32_t> members,
-                    float missing_penalty, CoarseProblem& coarse) {
+void add_candidates(const LabelProblem& problem, std::span<const std::uint32_t> members, float missing_penalty,
+                    CoarseProblem& coarse) {
   struct Item {
     std::uint32_t label;
     float excess;  ///< over the node's cheapest
@@ -49,8 +48,7 @@ void add_candidates(const LabelProblem& problem, std::span<const std::uint32_t> 
     for (std::size_t i = problem.first[node]; i < problem.first[node + 1]; ++i)
       items.push_back({problem.labels[i], problem.costs[i] - cheapest});
   }
-  std::stable_sort(items.begin(), items.end(),
-                   [](const Item& a, const Item& b) { return a.label < b.label; });
+  std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.label < b.label; });
   std::size_t most = 0;
   for (std::size_t i = 0, j = 0; i < items.size(); i = j) {
     while (j < items.size() && items[j].label == items[i].label) ++j;
@@ -59,8 +57,7 @@ void add_candidates(const LabelProblem& problem, std::span<const std::uint32_t> 
   const std::size_t wanted = std::min(most, (members.size() + 1) / 2);
   for (std::size_t i = 0, j = 0; i < items.size(); i = j) {
     double cost = cheapest_sum;
-    for (; j < items.size() && items[j].label == items[i].label; ++j)
-      cost += static_cast<double>(items[j].excess);
+    for (; j < items.size() && items[j].label == items[i].label; ++j) cost += static_cast<double>(items[j].excess);
     if (j - i < wanted) continue;
     cost += static_cast<double>(missing_penalty) * static_cast<double>(members.size() - (j - i));
     coarse.labels.push_back(items[i].label);
@@ -73,8 +70,7 @@ std::vector<WeightedPair> cluster_pairs(const LabelProblem& problem, const Coars
   std::vector<WeightedPair> pairs;
   for (std::uint32_t node = 0; node < problem.nodes(); ++node)
     for (std::size_t i = problem.neighbour_first[node]; i < problem.neighbour_first[node + 1]; ++i) {
-      const std::uint32_t a = coarse.cluster_of_node[node],
-                          b = coarse.cluster_of_node[problem.neighbours[i].node];
+      const std::uint32_t a = coarse.cluster_of_node[node], b = coarse.cluster_of_node[problem.neighbours[i].node];
       if (a < b) pairs.push_back({a, b, problem.neighbours[i].weight});
     }
   std::stable_sort(pairs.begin(), pairs.end(), [](const WeightedPair& x, const WeightedPair& y) {
@@ -97,19 +93,16 @@ CoarseProblem coarsen(const LabelProblem& problem, std::size_t cluster_size) {
   CoarseProblem coarse;
   std::vector<std::uint32_t> members;
   std::vector<std::size_t> member_first;
-  const std::size_t clusters =
-      find_clusters(problem, cluster_size, coarse.cluster_of_node, members, member_first);
+  const std::size_t clusters = find_clusters(problem, cluster_size, coarse.cluster_of_node, members, member_first);
   double weight_sum = 0;
   for (const auto& neighbour : problem.neighbours) weight_sum += static_cast<double>(neighbour.weight);
-  const auto mean_weight =
-      problem.neighbours.empty()
-          ? 0.0f
-          : static_cast<float>(weight_sum / static_cast<double>(problem.neighbours.size()));
+  const auto mean_weight = problem.neighbours.empty()
+                               ? 0.0f
+                               : static_cast<float>(weight_sum / static_cast<double>(problem.neighbours.size()));
   coarse.first.push_back(0);
   for (std::size_t cluster = 0; cluster < clusters; ++cluster)
-    add_candidates(
-        problem, {members.data() + member_first[cluster], member_first[cluster + 1] - member_first[cluster]},
-        mean_weight, coarse);
+    add_candidates(problem, {members.data() + member_first[cluster], member_first[cluster + 1] - member_first[cluster]},
+                   mean_weight, coarse);
   coarse.problem = make_problem(coarse.first, coarse.labels, coarse.costs, cluster_pairs(problem, coarse));
   return coarse;
 }

@@ -17,10 +17,9 @@ struct CoarseProblem {
   LabelProblem problem;
 };
 
-/// Connected clusters of at most `cluster_size` nodes. A cluster's candidates are the labels that at least
-/// half of its nodes have; a node that lacks the label counts with its cheapest cost and one pair's weight.
-/// Pairs between two clusters become one of the sum of their weights. Deterministic; O(candidates log
-/// candidates a cluster).
+/// Connected clusters of at most `cluster_size` nodes. A cluster's candidates are the labels that at least half of its
+/// nodes have; a node that lacks the label counts with its cheapest cost and one pair's weight. Pairs between two
+/// clusters become one of the sum of their weights. Deterministic; O(candidates log candidates a cluster).
 CoarseProblem coarsen(const LabelProblem& problem, std::size_t cluster_size);
 
 /// Labels of the fine problem: the cluster's where it is a candidate, else the cheapest.

@@ -26,9 +26,8 @@ std::vector<T> read_vector(const fs::path& file) {
   return std::move(array.values);
 }
 
-// Choosing takes time and memory in proportion to the largest view number, which no size of the file bounds:
-// what the 16 bits of mvs-texturing's table hold is more than any flight, and anything above a number
-// misread.
+// Choosing takes time and memory in proportion to the largest view number, which no size of the file bounds: what the
+// 16 bits of mvs-texturing's table hold is more than any flight, and anything above a number misread.
 constexpr std::uint32_t kViewNumbers = 1u << 16;
 
 void check_views(const fs::path& file, const CostTable& table) {
@@ -64,7 +63,7 @@ CostTable read_folder(const fs::path& folder) {
   return table;
 }
 
-// --- mvs-texturing ----------------------------------------------------------------------------------------
+// --- mvs-texturing
 
 struct SparseEntry {
   std::uint32_t face;
@@ -111,16 +110,15 @@ CostTable read_sparse_table(const fs::path& file) {
   if ((size - header) / kEntryBytes < entries)
     throw InputError(file, "byte " + std::to_string(size),
                      "the file ends before its " + std::to_string(entries) + " entries");
-  // Faces without an entry take no byte of the file, so that its size alone bounds nothing: a table that has
-  // an entry for less than one face in 1024 is a number misread, not a mesh.
+  // Faces without an entry take no byte of the file, so that its size alone bounds nothing: a table that has an entry
+  // for less than one face in 1024 is a number misread, not a mesh.
   constexpr std::uint64_t kMostFacesPerEntry = 1024, kAlways = 1u << 20;
   if (faces > 0xFFFFFFFEu || faces > kAlways + kMostFacesPerEntry * entries)
-    throw InputError(file, "line 1",
-                     "claims " + std::to_string(faces) + " faces, too many for its " +
-                         std::to_string(entries) + " entries");
+    throw InputError(
+        file, "line 1",
+        "claims " + std::to_string(faces) + " faces, too many for its " + std::to_string(entries) + " entries");
   std::string bytes(entries * kEntryBytes, '\0');
-  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
-    throw InputError(file, "", "cannot be read");
+  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) throw InputError(file, "", "cannot be read");
 
   CostTable table;
   table.first.assign(faces + 1, 0);

@@ -57,8 +57,7 @@ void weigh_edges(const Mesh& mesh, EdgeWeights weights, FaceGraph& graph) {
   };
   double mean = 0;
   if (by_length) {
-    each_pair(
-        [&](std::size_t i, const Triangle& a, const Triangle& b) { lengths[i] = shared_length(mesh, a, b); });
+    each_pair([&](std::size_t i, const Triangle& a, const Triangle& b) { lengths[i] = shared_length(mesh, a, b); });
     for (const double length : lengths)
       mean += length / static_cast<double>(lengths.size());  // in order: the same sum always
   }

@@ -15,14 +15,11 @@ namespace {
 
 constexpr std::uint32_t kNotHere = 0xFFFFFFFFu;
 
-/// How far around a change a label is tried again before the whole graph has its turn. Only speed depends on
-/// it.
+/// How far around a change a label is tried again before the whole graph has its turn. Only speed depends on it.
 constexpr int kReach = 12;
 
 void add_neighbours(LabelProblem& problem, std::span<const WeightedPair> pairs) {
-  const auto has_candidates = [&](std::uint32_t node) {
-    return problem.first[node] < problem.first[node + 1];
-  };
+  const auto has_candidates = [&](std::uint32_t node) { return problem.first[node] < problem.first[node + 1]; };
   const auto counts = [&](const WeightedPair& pair) {
     return pair.weight > 0 && has_candidates(pair.a) && has_candidates(pair.b);
   };
@@ -43,9 +40,7 @@ void add_neighbours(LabelProblem& problem, std::span<const WeightedPair> pairs) 
 
 void add_candidates_by_label(LabelProblem& problem) {
   const std::size_t count =
-      problem.labels.empty()
-          ? 0
-          : std::size_t{*std::max_element(problem.labels.begin(), problem.labels.end())} + 1;
+      problem.labels.empty() ? 0 : std::size_t{*std::max_element(problem.labels.begin(), problem.labels.end())} + 1;
   problem.label_first.assign(count + 1, 0);
   for (const std::uint32_t label : problem.labels) ++problem.label_first[label];
   problem.by_label.resize(offsets_from_counts(problem.label_first));
@@ -59,8 +54,7 @@ void add_candidates_by_label(LabelProblem& problem) {
 double scale_for(const LabelProblem& problem) {
   double bound = 1;
   for (const float cost : problem.costs) bound += static_cast<double>(cost);
-  for (const LabelProblem::Neighbour& neighbour : problem.neighbours)
-    bound += static_cast<double>(neighbour.weight);
+  for (const LabelProblem::Neighbour& neighbour : problem.neighbours) bound += static_cast<double>(neighbour.weight);
   return std::ldexp(1.0, std::min(40, 60 - static_cast<int>(std::ceil(std::log2(bound)))));
 }
 
@@ -97,8 +91,7 @@ std::vector<std::uint32_t> cheapest_labels(const LabelProblem& problem) {
     const auto begin = problem.costs.begin() + static_cast<std::ptrdiff_t>(problem.first[node]);
     const auto end = problem.costs.begin() + static_cast<std::ptrdiff_t>(problem.first[node + 1]);
     if (begin != end)
-      result[node] =
-          problem.labels[static_cast<std::size_t>(std::min_element(begin, end) - problem.costs.begin())];
+      result[node] = problem.labels[static_cast<std::size_t>(std::min_element(begin, end) - problem.costs.begin())];
   }
   return result;
 }
@@ -131,9 +124,9 @@ struct Expander::State {
   std::vector<Capacity> cost;          ///< of each node's label
   std::vector<std::uint32_t> changed;  ///< per node, tick of its last change
   std::vector<std::uint32_t> looked;   ///< per label, tick at which its graph, or part of it, was last cut
-  std::vector<std::uint32_t> proven;  ///< per label, tick at which its whole graph was last cut in vain, or 0
-  std::uint32_t tick = 1;             ///< one a batch
-  bool whole = true;                  ///< the next sweep looks at whole graphs
+  std::vector<std::uint32_t> proven;   ///< per label, tick at which its whole graph was last cut in vain, or 0
+  std::uint32_t tick = 1;              ///< one a batch
+  bool whole = true;                   ///< the next sweep looks at whole graphs
   bool fixpoint = false;
   tbb::enumerable_thread_specific<Workspace> workspaces;
   std::vector<std::uint32_t> mark;  ///< per node, group of the moves being applied
@@ -208,11 +201,10 @@ void Expander::State::list_surroundings(std::uint32_t alpha, Workspace& ws) cons
     for (; begin < end; ++begin)
       for (const auto& neighbour : neighbours(ws.nodes[begin])) {
         if (ws.local[neighbour.node] != kNotHere || labels[neighbour.node] == alpha) continue;
-        const auto found = std::lower_bound(
-            all.begin(), all.end(), neighbour.node,
-            [](const LabelProblem::Candidate& c, std::uint32_t node) { return c.node < node; });
-        if (found != all.end() && found->node == neighbour.node)
-          add(neighbour.node, problem.fixed(found->cost));
+        const auto found =
+            std::lower_bound(all.begin(), all.end(), neighbour.node,
+                             [](const LabelProblem::Candidate& c, std::uint32_t node) { return c.node < node; });
+        if (found != all.end() && found->node == neighbour.node) add(neighbour.node, problem.fixed(found->cost));
       }
   }
 }
@@ -283,9 +275,9 @@ bool Expander::State::still_pays(std::uint32_t alpha, std::span<const Move> grou
   return change < 0;
 }
 
-/// Applies the moves of one label, connected group by connected group: each lowers the energy by itself, for
-/// a cut's smallest source side holds no group that does not. A group that touches another label's move of
-/// the same batch was computed on labels that are no more, and is looked at again.
+/// Applies the moves of one label, connected group by connected group: each lowers the energy by itself, for a cut's
+/// smallest source side holds no group that does not. A group that touches another label's move of the same batch was
+/// computed on labels that are no more, and is looked at again.
 std::size_t Expander::State::apply(std::uint32_t alpha, std::vector<Move>& moves) {
   if (moves.empty()) return 0;
   const std::uint32_t unseen = ++groups;
@@ -339,8 +331,7 @@ std::size_t Expander::sweep(const std::function<void()>& after_batch) {
     moves.assign(end - begin, {});
     const std::uint32_t cut_at = s.tick++;
     tbb::parallel_for(
-        begin, end,
-        [&](std::size_t label) { moves[label - begin] = s.best_move(static_cast<std::uint32_t>(label)); },
+        begin, end, [&](std::size_t label) { moves[label - begin] = s.best_move(static_cast<std::uint32_t>(label)); },
         tbb::simple_partitioner());
     for (std::size_t label = begin; label < end; ++label) {
       s.looked[label] = cut_at;

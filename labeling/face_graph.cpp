@@ -1,5 +1,5 @@
-// Faces that share an edge, found by bucketing half-edges by their lower vertex: linear work, no hashing, and
-// an order that no thread can disturb.
+// Faces that share an edge, found by bucketing half-edges by their lower vertex: linear work, no hashing, and an order
+// that no thread can disturb.
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -30,10 +30,9 @@ void for_each_edge(const Triangle& triangle, Visit visit) {
 /// Turns counts (one bucket each, a spare at the end) into the buckets' first offsets.
 template <class Body>
 void parallel_over(std::size_t count, Body body) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4096),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
-                    });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4096), [&](const tbb::blocked_range<std::size_t>& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
+  });
 }
 
 struct Buckets {
@@ -59,13 +58,12 @@ Buckets half_edges_by_lower_vertex(const Mesh& mesh) {
   return buckets;
 }
 
-/// Calls visit(lower face, higher face) for consecutive faces around each edge of one bucket. A face that has
-/// the edge twice (its third vertex is one of the edge's) counts once.
+/// Calls visit(lower face, higher face) for consecutive faces around each edge of one bucket. A face that has the edge
+/// twice (its third vertex is one of the edge's) counts once.
 template <class Visit>
 void for_each_pair(const HalfEdge* begin, const HalfEdge* end, Visit visit) {
   for (const HalfEdge* item = begin; item + 1 < end; ++item)
-    if (item[0].other_vertex == item[1].other_vertex && item[0].face != item[1].face)
-      visit(item[0].face, item[1].face);
+    if (item[0].other_vertex == item[1].other_vertex && item[0].face != item[1].face) visit(item[0].face, item[1].face);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Boost.Graph stays in this source. Its algorithm runs on a view of flat arrays that models the concepts it
-// asks for: an adjacency_list would spend more time on its own building than on the flow.
+// Boost.Graph stays in this source. Its algorithm runs on a view of flat arrays that models the concepts it asks for:
+// an adjacency_list would spend more time on its own building than on the flow.
 #include "labeling/graph_cut.h"
 
 #include <algorithm>
@@ -13,8 +13,8 @@ namespace gpvc {
 
 namespace {
 
-/// Breadth-first spanning forest of at most `limit` nodes a tree: nodes in order of discovery, and the arc to
-/// each node's parent.
+/// Breadth-first spanning forest of at most `limit` nodes a tree: nodes in order of discovery, and the arc to each
+/// node's parent.
 struct Forest {
   std::vector<std::uint32_t> order, parent_arc;
 
@@ -39,10 +39,9 @@ struct Forest {
   static constexpr std::uint32_t kUnseen = 0xFFFFFFFFu, kRoot = 0xFFFFFFFEu;
 };
 
-/// Sends what nodes have from the source, or need for the sink, up the forest as far as capacities allow, so
-/// that supply and demand meet. Any flow may be sent in advance without changing the minimum cuts, and this
-/// one takes linear time: costs of neighbours differ by little and either way, and what remains for the
-/// search trees is a small part.
+/// Sends what nodes have from the source, or need for the sink, up the forest as far as capacities allow, so that
+/// supply and demand meet. Any flow may be sent in advance without changing the minimum cuts, and this one takes linear
+/// time: costs of neighbours differ by little and either way, and what remains for the search trees is a small part.
 void send_up(CutGraph::Topology& graph, const Forest& forest) {
   for (std::size_t i = forest.order.size(); i-- > 0;) {
     const std::uint32_t node = forest.order[i], arc = forest.parent_arc[node];
@@ -76,9 +75,7 @@ struct CutGraph::Arrays {
 
 namespace {
 
-struct FlowGraphCategory : boost::vertex_list_graph_tag,
-                           boost::edge_list_graph_tag,
-                           boost::incidence_graph_tag {};
+struct FlowGraphCategory : boost::vertex_list_graph_tag, boost::edge_list_graph_tag, boost::incidence_graph_tag {};
 
 /// What Boost's algorithm sees; boost::graph_traits takes the types from here.
 struct FlowGraph {
@@ -103,9 +100,7 @@ struct FlowGraph {
 // Found by argument-dependent lookup from inside Boost.
 using ArcIterator = boost::counting_iterator<std::uint32_t>;
 
-std::uint32_t num_vertices(const FlowGraph& graph) {
-  return static_cast<std::uint32_t>(graph.first->size() - 1);
-}
+std::uint32_t num_vertices(const FlowGraph& graph) { return static_cast<std::uint32_t>(graph.first->size() - 1); }
 std::uint32_t num_edges(const FlowGraph& graph) { return static_cast<std::uint32_t>(graph.target->size()); }
 std::pair<ArcIterator, ArcIterator> vertices(const FlowGraph& graph) {
   return {ArcIterator(0), ArcIterator(num_vertices(graph))};
@@ -120,9 +115,7 @@ std::uint32_t out_degree(std::uint32_t node, const FlowGraph& graph) {
   return (*graph.first)[node + 1] - (*graph.first)[node];
 }
 std::uint32_t target(std::uint32_t arc, const FlowGraph& graph) { return (*graph.target)[arc]; }
-std::uint32_t source(std::uint32_t arc, const FlowGraph& graph) {
-  return (*graph.target)[(*graph.reverse)[arc]];
-}
+std::uint32_t source(std::uint32_t arc, const FlowGraph& graph) { return (*graph.target)[(*graph.reverse)[arc]]; }
 
 }  // namespace
 
@@ -179,8 +172,8 @@ void CutGraph::Arrays::build(const Topology& problem) {
       const std::uint32_t other = problem.target[from];
       target[arc] = other;
       residual[arc] = problem.capacity[from];
-      reverse[arc] = problem.reverse[from] - problem.first[other] + first[other] +
-                     (problem.terminal[other] != 0 ? 1u : 0u);
+      reverse[arc] =
+          problem.reverse[from] - problem.first[other] + first[other] + (problem.terminal[other] != 0 ? 1u : 0u);
     }
   }
 }
@@ -202,8 +195,8 @@ const std::vector<std::uint8_t>& CutGraph::solve() {
   a.distance.assign(nodes + 2, 0);
   FlowGraph graph{&a.first, &a.target, &a.reverse};
   // Capacities may be overwritten by residuals: the algorithm copies one to the other before anything else.
-  boost::boykov_kolmogorov_max_flow(graph, a.residual.data(), a.residual.data(), a.reverse.data(),
-                                    a.parent_arc.data(), a.tree.data(), a.distance.data(),
+  boost::boykov_kolmogorov_max_flow(graph, a.residual.data(), a.residual.data(), a.reverse.data(), a.parent_arc.data(),
+                                    a.tree.data(), a.distance.data(),
                                     boost::typed_identity_property_map<std::uint32_t>(), nodes, nodes + 1);
   for (std::uint32_t node = 0; node < nodes; ++node) a.source_side[node] = a.tree[node] == boost::black_color;
   return a.source_side;

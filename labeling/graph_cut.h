@@ -1,5 +1,4 @@
-// Minimum cuts of small sparse graphs, by Boykov and Kolmogorov's maximum flow (2004) as Boost.Graph
-// implements it.
+// Minimum cuts of small sparse graphs, by Boykov and Kolmogorov's maximum flow (2004) as Boost.Graph implements it.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +19,8 @@ class CutGraph {
   CutGraph(const CutGraph&) = delete;
   CutGraph& operator=(const CutGraph&) = delete;
 
-  /// Nodes and arcs, compressed by node; every arc has one back, of a capacity of its own. Flow may be pushed
-  /// through it in advance: then these are the residuals.
+  /// Nodes and arcs, compressed by node; every arc has one back, of a capacity of its own. Flow may be pushed through
+  /// it in advance: then these are the residuals.
   struct Topology {
     std::vector<std::uint32_t> first;  ///< nodes + 1
     std::vector<std::uint32_t> target, reverse;
@@ -29,15 +28,13 @@ class CutGraph {
     std::vector<Capacity> terminal;  ///< per node; > 0: capacity from the source, < 0: capacity to the sink
 
     void clear();
-    /// Fills `reverse` from the rest. No two arcs between the same nodes in the same direction. O(arcs *
-    /// degree).
+    /// Fills `reverse` from the rest. No two arcs between the same nodes in the same direction. O(arcs * degree).
     void link_reverse();
   };
   Topology topology;
 
-  /// Nodes that the source still reaches once the flow is maximal: the smallest source side of all minimum
-  /// cuts. Result per node, valid until the next solve. Worst case of the algorithm O(arcs nodes^2 flow), in
-  /// practice near linear.
+  /// Nodes that the source still reaches once the flow is maximal: the smallest source side of all minimum cuts. Result
+  /// per node, valid until the next solve. Worst case of the algorithm O(arcs nodes^2 flow), in practice near linear.
   const std::vector<std::uint8_t>& solve();
 
  private:

@@ -1,6 +1,5 @@
-// One view per face: data costs from one pass over each view's IVM, Potts smoothness on the face adjacency
-// graph, alpha expansion (Boykov, Veksler, Zabih 2001) with max-flow by Boykov and Kolmogorov (2004) from
-// Boost.Graph.
+// One view per face: data costs from one pass over each view's IVM, Potts smoothness on the face adjacency graph, alpha
+// expansion (Boykov, Veksler, Zabih 2001) with max-flow by Boykov and Kolmogorov (2004) from Boost.Graph.
 #pragma once
 
 #include <array>
@@ -19,11 +18,9 @@
 namespace gpvc {
 
 // --- adjacency
-// --------------------------------------------------------------------------------------------------
 
-/// Pairs of faces that share an edge (two vertex indices), each pair once, lower face first, in ascending
-/// order. An edge with k > 2 faces (non-manifold) joins each consecutive pair in face order, so degree stays
-/// linear.
+/// Pairs of faces that share an edge (two vertex indices), each pair once, lower face first, in ascending order. An
+/// edge with k > 2 faces (non-manifold) joins each consecutive pair in face order, so degree stays linear.
 struct FaceGraph {
   std::vector<std::array<std::uint32_t, 2>> edges;
   std::vector<float> weights = {};  ///< per pair, >= 0; empty: all 1
@@ -32,20 +29,17 @@ struct FaceGraph {
 /// O(faces log faces), deterministic for any number of threads.
 FaceGraph face_graph(const Mesh& mesh);
 
-/// What a seam between two faces costs: the same everywhere (Potts), in proportion to the shared edge's
-/// length (mean 1, so that tessellation does not matter; at most 4, so that one long edge does not rule),
-/// less across a fold
-/// ((1 + cos) / 2 of the angle between the normals, at least 0.05, where seams hide), or length and fold.
+/// What a seam between two faces costs: the same everywhere (Potts), in proportion to the shared edge's length (mean 1,
+/// so that tessellation does not matter; at most 4, so that one long edge does not rule), less across a fold ((1 + cos)
+/// / 2 of the angle between the normals, at least 0.05, where seams hide), or length and fold.
 enum class EdgeWeights { uniform, length, dihedral, length_dihedral };
 
 /// Fills graph.weights. O(pairs), TBB.
 void weigh_edges(const Mesh& mesh, EdgeWeights weights, FaceGraph& graph);
 
 // --- data costs
-// -------------------------------------------------------------------------------------------------
 
-/// Candidate views of every face with their costs, compressed by face; views ascend within a face. Never
-/// dense.
+/// Candidate views of every face with their costs, compressed by face; views ascend within a face. Never dense.
 struct CostTable {
   std::vector<std::size_t> first;    ///< faces + 1 offsets into views and costs
   std::vector<std::uint32_t> views;  ///< index(ViewId)
@@ -59,20 +53,18 @@ enum class Outliers { none, damp, clamp };
 struct CostOptions {
   DataTerm term = DataTerm::area;
   Outliers outliers = Outliers::clamp;
-  /// Cost of the data term's worst against its best, where a pair of differing neighbours costs 1 (the
-  /// solver's smoothness): less means larger patches. Chosen by held-out error.
+  /// Cost of the data term's worst against its best, where a pair of differing neighbours costs 1 (the solver's
+  /// smoothness): less means larger patches. Chosen by held-out error.
   double data_weight = 0.25;
-  /// Width of the strip along depth discontinuities of the IVM in which candidates cost more (photos and mesh
-  /// disagree there by a few pixels); 0 = off.
+  /// Width of the strip along depth discontinuities of the IVM in which candidates cost more (photos and mesh disagree
+  /// there by a few pixels); 0 = off.
   int margin_px = 5;
-  /// Added to the cost of a face that lies in that strip as a whole, in proportion otherwise. The default
-  /// outweighs the three neighbours that a face can disagree with, so that a clean view wins even for a
-  /// single face.
+  /// Added to the cost of a face that lies in that strip as a whole, in proportion otherwise. The default outweighs the
+  /// three neighbours that a face can disagree with, so that a clean view wins even for a single face.
   double margin_cost = 3.0;
-  /// Added per halving of a view's quality against the face's best candidate, beyond the first two, at most
-  /// twice: a grazing view smears, and in the data term alone, which compares with the best faces of the
-  /// whole scene, a small face's views hardly differ. Two halvings are free because patches are worth that
-  /// much.
+  /// Added per halving of a view's quality against the face's best candidate, beyond the first two, at most twice: a
+  /// grazing view smears, and in the data term alone, which compares with the best faces of the whole scene, a small
+  /// face's views hardly differ. Two halvings are free because patches are worth that much.
   double coarse_cost = 0.5;
   /// Added to the cost of a partial view, times the share of the face that it does not see.
   double hidden_cost = 1.0;
@@ -82,12 +74,11 @@ enum class FaceTag : std::uint8_t { seen = 0, partial = 1, filled = 2 };
 
 struct Candidates {
   CostTable table;
-  std::vector<FaceTag> tags;  ///< per face: has a full candidate / only partial ones / none
+  std::vector<FaceTag> tags;                        ///< per face: has a full candidate / only partial ones / none
   std::size_t full = 0, partial = 0, rejected = 0;  ///< candidates kept, and dropped as outliers
 };
 
-/// Collects per-view statistics (pixel area, gradient magnitude, mean colour) for the faces a view sees,
-/// sparse.
+/// Collects per-view statistics (pixel area, gradient magnitude, mean colour) for the faces a view sees, sparse.
 class CandidateCollector {
  public:
   CandidateCollector(const Mesh& mesh, const CostOptions& options);
@@ -96,8 +87,8 @@ class CandidateCollector {
   CandidateCollector& operator=(const CandidateCollector&) = delete;
   /// O(faces + pixels), TBB inside. Views may come in any order; the result does not depend on it.
   void add_view(ViewId id, const View& view, const Image& photo, const ViewVisibility& visibility);
-  /// A face with a full candidate takes only those, unless outliers reject them all; a face without takes its
-  /// partial views, at a cost that grows with the hidden share.
+  /// A face with a full candidate takes only those, unless outliers reject them all; a face without takes its partial
+  /// views, at a cost that grows with the hidden share.
   Candidates finish();
 
  private:
@@ -105,23 +96,21 @@ class CandidateCollector {
   std::unique_ptr<State> state_;
 };
 
-/// Reads a cost table: a folder with counts.npy (uint32, candidates of each face), views.npy (uint32) and
-/// costs.npy (float32), both face after face as in CostTable, or mvs-texturing's sparse table (`SPT 0.2 FACES
-/// VIEWS ENTRIES\n`, then records of uint32 face, uint16 view, float32 cost, little-endian, in any order).
-/// Throws InputError. O(entries).
+/// Reads a cost table: a folder with counts.npy (uint32, candidates of each face), views.npy (uint32) and costs.npy
+/// (float32), both face after face as in CostTable, or mvs-texturing's sparse table (`SPT 0.2 FACES VIEWS ENTRIES\n`,
+/// then records of uint32 face, uint16 view, float32 cost, little-endian, in any order). Throws InputError. O(entries).
 CostTable read_costs(const std::filesystem::path& path);
 
 /// Writes the folder that read_costs reads (made when missing). Throws OutputError.
 void write_costs(const std::filesystem::path& folder, const CostTable& table);
 
 // --- selection
-// --------------------------------------------------------------------------------------------------
 
 struct SolverOptions {
   double smoothness = 1.0;  ///< Potts penalty of a pair with different views
   int max_sweeps = 30;      ///< over all labels, most of them over few faces; stops earlier at the fixpoint
-  /// Patches of at most this many faces are merged into a neighbour's where that raises the energy by no more
-  /// than small_patch_rise each.
+  /// Patches of at most this many faces are merged into a neighbour's where that raises the energy by no more than
+  /// small_patch_rise each.
   int small_patch_faces = 4;
   double small_patch_rise = 0.0;
 };
@@ -135,8 +124,7 @@ struct SweepReport {
 struct Selection {
   std::vector<ViewId> labels;      ///< per face; kNoView where the table has no candidate
   std::size_t merged_patches = 0;  ///< small ones, after the last sweep
-  double energy =
-      0;  ///< sum of chosen costs + smoothness * weights of differing pairs (both with candidates)
+  double energy = 0;  ///< sum of chosen costs + smoothness * weights of differing pairs (both with candidates)
   std::size_t differing_pairs = 0;
   std::size_t patches = 0;  ///< connected components of equal label
   std::vector<SweepReport> sweeps;

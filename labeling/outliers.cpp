@@ -22,13 +22,12 @@ class PhotoGains {
   ColourSample sample(const ViewRecord& item) const {
     ColourSample result;
     for (std::size_t c = 0; c < 3; ++c)
-      result.rgb[c] =
-          static_cast<float>(item.record->colour[c] / 256.0 * std::exp2(-log2_gain_[item.view * 3 + c]));
+      result.rgb[c] = static_cast<float>(item.record->colour[c] / 256.0 * std::exp2(-log2_gain_[item.view * 3 + c]));
     return result;
   }
 
-  /// One round: every face compares its photos with their median; a photo's gain is the median of its ratios.
-  /// Only histograms are shared, so the order of faces is of no account.
+  /// One round: every face compares its photos with their median; a photo's gain is the median of its ratios. Only
+  /// histograms are shared, so the order of faces is of no account.
   void refine(RecordsByView& by_view, std::size_t faces) {
     std::vector<std::uint32_t> histogram(log2_gain_.size() * kBins, 0);
     // 64 chunks are plenty of faces (1 M) to take medians from.
@@ -61,8 +60,7 @@ class PhotoGains {
         if (samples[i].rgb[c] < kDark) continue;
         const double stops = std::log2(static_cast<double>(samples[i].rgb[c]) / static_cast<double>(*middle));
         const double bin = std::clamp(stops * kBinsPerStop + kBins / 2.0, 0.0, kBins - 1.0);
-        std::atomic_ref<std::uint32_t>(
-            histogram[(records[i].view * 3 + c) * kBins + static_cast<std::size_t>(bin)])
+        std::atomic_ref<std::uint32_t>(histogram[(records[i].view * 3 + c) * kBins + static_cast<std::size_t>(bin)])
             .fetch_add(1, std::memory_order_relaxed);
       }
     }
@@ -74,8 +72,7 @@ class PhotoGains {
     if (total == 0) return 0;
     std::size_t bin = 0;
     while (2 * (sum + bins[bin]) < total) sum += bins[bin++];
-    // Ratios of exactly one sit at the lower edge of the middle bin; the position within a bin tells them
-    // apart.
+    // Ratios of exactly one sit at the lower edge of the middle bin; the position within a bin tells them apart.
     const double within = (static_cast<double>(total) / 2 - static_cast<double>(sum)) / bins[bin];
     const double edge = (static_cast<double>(bin) - kBins / 2.0) / kBinsPerStop;
     return bin == kBins / 2 ? 0.0 : edge + within / kBinsPerStop;
@@ -89,8 +86,7 @@ struct Neighbours {
   std::vector<std::size_t> first;
   std::vector<std::uint32_t> faces;
 
-  Neighbours(const FaceGraph& graph, std::size_t face_count)
-      : first(face_count + 1, 0), faces(2 * graph.edges.size()) {
+  Neighbours(const FaceGraph& graph, std::size_t face_count) : first(face_count + 1, 0), faces(2 * graph.edges.size()) {
     for (const auto& [a, b] : graph.edges) {
       ++first[a];
       ++first[b];
@@ -104,17 +100,16 @@ struct Neighbours {
   }
 };
 
-/// Rounds of averaging over a face and those it shares edges with: some thirty faces count. Chosen by
-/// held-out error and by patches, of which none, 3 and 10 rounds leave 2801, 559 and 459 on a park with
-/// trees.
+/// Rounds of averaging over a face and those it shares edges with: some thirty faces count. Chosen by held-out error
+/// and by patches, of which none, 3 and 10 rounds leave 2801, 559 and 459 on a park with trees.
 constexpr int kRounds = 10;
 /// A single wild colour must not outvote its surroundings.
 constexpr double kMostPerFace = 2 * kOutlierDistance;
 
-void judge_face(std::span<const ViewRecord> records, const PhotoGains& gains,
-                std::vector<ColourSample>& samples, std::vector<double>& distance) {
-  const auto full = std::count_if(records.begin(), records.end(),
-                                  [](const ViewRecord& item) { return item.record->is_full(); });
+void judge_face(std::span<const ViewRecord> records, const PhotoGains& gains, std::vector<ColourSample>& samples,
+                std::vector<double>& distance) {
+  const auto full =
+      std::count_if(records.begin(), records.end(), [](const ViewRecord& item) { return item.record->is_full(); });
   samples.clear();
   for (const ViewRecord& item : records) {
     samples.push_back(gains.sample(item));
@@ -157,8 +152,7 @@ void judge_records(RecordsByView& by_view, std::size_t faces, const FaceGraph& g
     const FaceChunk grouped(by_view, begin, end);
     std::vector<ColourSample> samples;
     std::vector<double> distance;
-    for (std::size_t face = begin; face != end; ++face)
-      judge_face(grouped.of(face), gains, samples, distance);
+    for (std::size_t face = begin; face != end; ++face) judge_face(grouped.of(face), gains, samples, distance);
   });
   const Neighbours neighbours(graph, faces);
   std::vector<std::vector<FaceRecord>*> views;

@@ -38,8 +38,7 @@ std::size_t merge_small_patches(const LabelProblem& problem, std::size_t max_nod
     around.clear();
     for (const std::uint32_t node : patch)
       for (std::size_t k = problem.neighbour_first[node]; k < problem.neighbour_first[node + 1]; ++k)
-        if (const std::uint32_t label = labels[problem.neighbours[k].node]; label != own)
-          around.push_back(label);
+        if (const std::uint32_t label = labels[problem.neighbours[k].node]; label != own) around.push_back(label);
     std::sort(around.begin(), around.end());
     around.erase(std::unique(around.begin(), around.end()), around.end());
     Capacity best = *cost_with(problem, patch, labels, own) + allowed;

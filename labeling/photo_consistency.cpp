@@ -17,16 +17,15 @@ struct Gaussian {
   Symmetric inverse_covariance{};
 
   double squared_distance(const ColourSample& sample) const {
-    const double x = static_cast<double>(sample.rgb[0]) - mean[0],
-                 y = static_cast<double>(sample.rgb[1]) - mean[1],
+    const double x = static_cast<double>(sample.rgb[0]) - mean[0], y = static_cast<double>(sample.rgb[1]) - mean[1],
                  z = static_cast<double>(sample.rgb[2]) - mean[2];
     const Symmetric& m = inverse_covariance;
     return x * (m[0] * x + 2 * (m[1] * y + m[2] * z)) + y * (m[3] * y + 2 * m[4] * z) + m[5] * z * z;
   }
 };
 
-/// How far, in grey levels (standard deviation), photos of one and the same surface differ for reasons that
-/// make none of them wrong: 4 levels of noise and JPEG, 4 % of vignetting and sheen.
+/// How far, in grey levels (standard deviation), photos of one and the same surface differ for reasons that make none
+/// of them wrong: 4 levels of noise and JPEG, 4 % of vignetting and sheen.
 double natural_deviation(const Vector& colour) { return 4 + 0.04 * (colour[0] + colour[1] + colour[2]) / 3; }
 
 Symmetric inverse(const Symmetric& m) {
@@ -61,8 +60,8 @@ Gaussian robust_start(std::span<const ColourSample> samples, std::size_t votes) 
   values.clear();
   for (const ColourSample& sample : samples)
     if (sample.votes) values.push_back(std::sqrt(result.squared_distance(sample)));
-  // The median length of a normal vector in three dimensions is 1.538 standard deviations. Of three votes the
-  // median distance is that of the second, which says nothing about the spread of two that agree.
+  // The median length of a normal vector in three dimensions is 1.538 standard deviations. Of three votes the median
+  // distance is that of the second, which says nothing about the spread of two that agree.
   const double spread = votes > 3 ? median(values) / 1.538 : 0;
   const double deviation = std::max(spread, natural_deviation(result.mean));
   const double weight = 1 / (deviation * deviation);
@@ -70,8 +69,7 @@ Gaussian robust_start(std::span<const ColourSample> samples, std::size_t votes) 
   return result;
 }
 
-Gaussian fit(std::span<const ColourSample> samples, const std::vector<std::uint8_t>& inlier,
-             std::size_t inliers) {
+Gaussian fit(std::span<const ColourSample> samples, const std::vector<std::uint8_t>& inlier, std::size_t inliers) {
   Gaussian result;
   for (std::size_t i = 0; i < samples.size(); ++i)
     if (inlier[i] != 0)

@@ -12,8 +12,7 @@ PhotoLookup::PhotoLookup(const Camera& camera) : camera_(camera) {
   nodes_.reserve(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows));
   for (int j = 0; j < rows; ++j)
     for (int i = 0; i < columns_; ++i)
-      nodes_.push_back(
-          photo_from_pixel(camera, {i * kStep + 0.5, j * kStep + 0.5}).value_or(PhotoPoint{kNan, kNan}));
+      nodes_.push_back(photo_from_pixel(camera, {i * kStep + 0.5, j * kStep + 0.5}).value_or(PhotoPoint{kNan, kNan}));
 }
 
 std::optional<std::size_t> PhotoLookup::pixel(int x, int y) const {
@@ -28,8 +27,7 @@ PhotoLookup::Row PhotoLookup::row(int y) const {
   row.y_ = y;
   if (nodes_.empty()) return row;
   const double fraction = (y % kStep) * (1.0 / kStep);
-  const PhotoPoint* above =
-      nodes_.data() + static_cast<std::size_t>(y / kStep) * static_cast<std::size_t>(columns_);
+  const PhotoPoint* above = nodes_.data() + static_cast<std::size_t>(y / kStep) * static_cast<std::size_t>(columns_);
   const PhotoPoint* below = above + columns_;
   row.nodes_.resize(static_cast<std::size_t>(columns_));
   for (std::size_t i = 0; i < row.nodes_.size(); ++i)

@@ -10,9 +10,9 @@
 
 namespace gpvc {
 
-/// The distortion on a lattice of every kStep-th pixel, linear in between. A linear piece of a function whose
-/// second derivative is at most c is off by c step^2 / 8; a lens of k1 = 0.2 and f = 2000 px bends by c = 6
-/// k1 r / f < 1e-3 per px at r = 1, that is 0.02 px here: nothing to a nearest lookup.
+/// The distortion on a lattice of every kStep-th pixel, linear in between. A linear piece of a function whose second
+/// derivative is at most c is off by c step^2 / 8; a lens of k1 = 0.2 and f = 2000 px bends by c = 6 k1 r / f < 1e-3
+/// per px at r = 1, that is 0.02 px here: nothing to a nearest lookup.
 class PhotoLookup {
  public:
   static constexpr int kStep = 16;

@@ -9,8 +9,7 @@
 namespace gpvc {
 namespace {
 
-constexpr std::uint8_t kHere =
-    1;  ///< the pixel touches a step to its left or right, or upper side of one below
+constexpr std::uint8_t kHere = 1;   ///< the pixel touches a step to its left or right, or upper side of one below
 constexpr std::uint8_t kBelow = 2;  ///< the pixel below touches the step between the two
 
 /// Decides whether two neighbouring pixels lie across a discontinuity.
@@ -63,15 +62,14 @@ std::vector<std::uint8_t> find_steps(const Ivm& ivm, const StepTest& is_step) {
   return steps;
 }
 
-/// to |= from & bits. Bytes may be anything, also the pointers of a vector: restrict lets the compiler take
-/// many at once.
-void unite(std::uint8_t* __restrict to, const std::uint8_t* __restrict from, std::uint8_t bits,
-           std::size_t count) {
+/// to |= from & bits. Bytes may be anything, also the pointers of a vector: restrict lets the compiler take many at
+/// once.
+void unite(std::uint8_t* __restrict to, const std::uint8_t* __restrict from, std::uint8_t bits, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(to[i] | (from[i] & bits));
 }
 
-/// row[i] becomes the union of row[i] .. row[i + length - 1], of which the last ones are padding. `other` is
-/// of the same size, for the work.
+/// row[i] becomes the union of row[i] .. row[i + length - 1], of which the last ones are padding. `other` is of the
+/// same size, for the work.
 void unite_runs(std::vector<std::uint8_t>& row, std::vector<std::uint8_t>& other, std::size_t length) {
   for (std::size_t done = 1; done < length;) {
     const std::size_t step = std::min(done, length - done);

@@ -1,5 +1,5 @@
-// From statistics per face and view to candidates with costs: outliers out, full views before partial ones,
-// qualities made comparable.
+// From statistics per face and view to candidates with costs: outliers out, full views before partial ones, qualities
+// made comparable.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -33,8 +33,8 @@ class Chooser {
     };
     const auto full = [&](std::size_t i) { return records[i].record->is_full(); };
     const auto kept = [&](std::size_t i) { return !rejected(*records[i].record); };
-    choice_.rejected = static_cast<std::size_t>(std::count_if(
-        records.begin(), records.end(), [&](const ViewRecord& item) { return rejected(*item.record); }));
+    choice_.rejected = static_cast<std::size_t>(
+        std::count_if(records.begin(), records.end(), [&](const ViewRecord& item) { return rejected(*item.record); }));
     const auto clear = [&](std::size_t i) { return records[i].record->margin < kWholeShare / 2; };
     const auto in_strip = [&](std::size_t i) { return records[i].record->margin == kWholeShare; };
 
@@ -75,10 +75,10 @@ class Chooser {
   Choice choice_;
 };
 
-// --- costs -----------------------------------------------------------------------------------------------
+// --- costs
 
-/// The value that a share `quantile` of the values (>= 0) does not exceed. Bits of non-negative floats ascend
-/// with them, so two histograms of 16 bits each find it exactly and without a sorted copy.
+/// The value that a share `quantile` of the values (>= 0) does not exceed. Bits of non-negative floats ascend with
+/// them, so two histograms of 16 bits each find it exactly and without a sorted copy.
 float quantile_of(const std::vector<float>& values, double quantile) {
   if (values.empty()) return 0;
   auto rank = static_cast<std::uint64_t>(quantile * static_cast<double>(values.size() - 1));
@@ -113,8 +113,7 @@ struct TablePart {
   std::size_t full = 0, partial = 0, rejected = 0;
 
   void add(const Choice& choice, const CostOptions& options) {
-    const float best =
-        choice.quality.empty() ? 0 : *std::max_element(choice.quality.begin(), choice.quality.end());
+    const float best = choice.quality.empty() ? 0 : *std::max_element(choice.quality.begin(), choice.quality.end());
     counts.push_back(static_cast<std::uint32_t>(choice.taken.size()));
     tags.push_back(choice.tag);
     rejected += choice.rejected;
@@ -123,10 +122,9 @@ struct TablePart {
       (record.is_full() ? full : partial) += 1;
       views.push_back(choice.taken[i].view);
       quality.push_back(choice.quality[i]);
-      penalty.push_back(
-          static_cast<float>(options.margin_cost * record.margin / kWholeShare +
-                             options.hidden_cost * (kWholeShare - record.visible) / kWholeShare +
-                             options.coarse_cost * coarse_halvings(choice.quality[i], best)));
+      penalty.push_back(static_cast<float>(options.margin_cost * record.margin / kWholeShare +
+                                           options.hidden_cost * (kWholeShare - record.visible) / kWholeShare +
+                                           options.coarse_cost * coarse_halvings(choice.quality[i], best)));
     }
   }
 };
@@ -143,8 +141,7 @@ CandidateCollector::CandidateCollector(const Mesh& mesh, const CostOptions& opti
     : state_(new State{mesh, options, {}}) {}
 CandidateCollector::~CandidateCollector() = default;
 
-void CandidateCollector::add_view(ViewId id, const View& view, const Image& photo,
-                                  const ViewVisibility& visibility) {
+void CandidateCollector::add_view(ViewId id, const View& view, const Image& photo, const ViewVisibility& visibility) {
   state_->by_view[static_cast<std::uint32_t>(id)] =
       view_statistics(state_->mesh, view, photo, visibility, state_->options);
 }
@@ -159,8 +156,7 @@ Candidates CandidateCollector::finish() {
   for_each_chunk(faces, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     const FaceChunk grouped(by_view, begin, end);
     Chooser chooser(options);
-    for (std::size_t face = begin; face != end; ++face)
-      parts[chunk].add(chooser.choose(grouped.of(face)), options);
+    for (std::size_t face = begin; face != end; ++face) parts[chunk].add(chooser.choose(grouped.of(face)), options);
   });
   by_view.clear();
 
@@ -169,8 +165,7 @@ Candidates CandidateCollector::finish() {
   result.table.first.reserve(faces + 1);
   result.table.first.push_back(0);
   for (TablePart& part : parts) {
-    for (const std::uint32_t count : part.counts)
-      result.table.first.push_back(result.table.first.back() + count);
+    for (const std::uint32_t count : part.counts) result.table.first.push_back(result.table.first.back() + count);
     result.table.views.insert(result.table.views.end(), part.views.begin(), part.views.end());
     result.table.costs.insert(result.table.costs.end(), part.quality.begin(), part.quality.end());
     penalty.insert(penalty.end(), part.penalty.begin(), part.penalty.end());
@@ -180,8 +175,8 @@ Candidates CandidateCollector::finish() {
     result.rejected += part.rejected;
     part = {};
   }
-  // Costs in [0, 1] before weights and penalties. A few huge faces must not flatten all others: the best half
-  // per cent count alike (Waechter et al. 2014 normalize so, too).
+  // Costs in [0, 1] before weights and penalties. A few huge faces must not flatten all others: the best half per cent
+  // count alike (Waechter et al. 2014 normalize so, too).
   const float best = quantile_of(result.table.costs, 0.995);
   for (std::size_t i = 0; i < penalty.size(); ++i) {
     const float quality = best > 0 ? std::min(1.0f, result.table.costs[i] / best) : 1.0f;

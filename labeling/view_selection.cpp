@@ -47,8 +47,7 @@ std::vector<std::uint32_t> coarse_start(const LabelProblem& problem) {
 
 std::vector<ViewId> view_ids(const std::vector<std::uint32_t>& labels) {
   std::vector<ViewId> views(labels.size());
-  std::transform(labels.begin(), labels.end(), views.begin(),
-                 [](std::uint32_t label) { return ViewId{label}; });
+  std::transform(labels.begin(), labels.end(), views.begin(), [](std::uint32_t label) { return ViewId{label}; });
   return views;
 }
 
@@ -60,13 +59,11 @@ double labeling_energy(const CostTable& table, const FaceGraph& graph, std::span
   for (std::size_t face = 0; face < table.faces(); ++face)
     for (std::size_t i = table.first[face]; i < table.first[face + 1]; ++i)
       if (table.views[i] == index(labels[face])) energy += static_cast<double>(table.costs[i]);
-  if (graph.weights.empty())
-    return energy + smoothness * static_cast<double>(count_differing_pairs(graph, labels));
+  if (graph.weights.empty()) return energy + smoothness * static_cast<double>(count_differing_pairs(graph, labels));
   double seams = 0;
   for (std::size_t i = 0; i < graph.edges.size(); ++i) {
     const auto [a, b] = graph.edges[i];
-    if (labels[a] != kNoView && labels[b] != kNoView && labels[a] != labels[b])
-      seams += pair_weight(graph, i);
+    if (labels[a] != kNoView && labels[b] != kNoView && labels[a] != labels[b]) seams += pair_weight(graph, i);
   }
   return energy + smoothness * seams;
 }
@@ -77,8 +74,8 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
   std::vector<WeightedPair> pairs;
   pairs.reserve(graph.edges.size());
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
-    pairs.push_back({graph.edges[i][0], graph.edges[i][1],
-                     static_cast<float>(options.smoothness * pair_weight(graph, i))});
+    pairs.push_back(
+        {graph.edges[i][0], graph.edges[i][1], static_cast<float>(options.smoothness * pair_weight(graph, i))});
   const LabelProblem problem = make_problem(table.first, table.views, table.costs, pairs);
   pairs = {};
   std::vector<std::uint32_t> labels = coarse_start(problem);

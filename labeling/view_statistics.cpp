@@ -47,17 +47,11 @@ class ViewPass {
  public:
   ViewPass(const Mesh& mesh, const View& view, const Image& photo, const ViewVisibility& visibility,
            const CostOptions& options)
-      : mesh_(mesh),
-        view_(view),
-        photo_(photo),
-        visibility_(visibility),
-        options_(options),
-        lookup_(view.camera) {}
+      : mesh_(mesh), view_(view), photo_(photo), visibility_(visibility), options_(options), lookup_(view.camera) {}
 
   std::vector<FaceRecord> run() {
     list_faces();
-    tbb::parallel_for(std::size_t{0}, faces_.size(),
-                      [&](std::size_t slot) { shapes_[slot] = shape(faces_[slot]); });
+    tbb::parallel_for(std::size_t{0}, faces_.size(), [&](std::size_t slot) { shapes_[slot] = shape(faces_[slot]); });
     if (options_.margin_px > 0)
       margin_ = silhouette_margin(view_.camera, visibility_.ivm, options_.margin_px, [this](FaceId face) {
         const std::uint32_t slot = slot_of_face_[index(face)];
@@ -93,8 +87,8 @@ class ViewPass {
       corners[i] = camera_from_world(view_.pose, mesh_.positions[mesh_.faces[face][i]]);
   }
 
-  /// Within what FaceCoverage::visible_share is a share of. Beyond, the projection of a face that ends close
-  /// to the camera plane is of any size.
+  /// Within what FaceCoverage::visible_share is a share of. Beyond, the projection of a face that ends close to the
+  /// camera plane is of any size.
   bool is_near(const PixelPoint& p) const {
     const double w = view_.camera.width, h = view_.camera.height;
     return p.x >= -w && p.x <= 2 * w && p.y >= -h && p.y <= 2 * h;
@@ -111,8 +105,7 @@ class ViewPass {
     const CameraPoint n{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
     const double norm = length(n) * length(centroid);
     if (norm > 0)
-      result.cos_angle =
-          static_cast<float>(std::abs(n.x * centroid.x + n.y * centroid.y + n.z * centroid.z) / norm);
+      result.cos_angle = static_cast<float>(std::abs(n.x * centroid.x + n.y * centroid.y + n.z * centroid.z) / norm);
     if (centroid.z > 0) {
       const PixelPoint pixel = pixel_from_camera(view_.camera, centroid);
       result.x = static_cast<float>(pixel.x);
@@ -122,8 +115,7 @@ class ViewPass {
       const PixelPoint a = pixel_from_camera(view_.camera, p[0]), b = pixel_from_camera(view_.camera, p[1]),
                        c = pixel_from_camera(view_.camera, p[2]);
       if (is_near(a) && is_near(b) && is_near(c))
-        result.area_px =
-            static_cast<float>(std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)) / 2);
+        result.area_px = static_cast<float>(std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)) / 2);
     }
     return result;
   }
@@ -136,8 +128,7 @@ class ViewPass {
     for (std::size_t c = 0; c < 3; ++c) sums.colour[c] += rgb[c];
   }
 
-  /// Adds a row, run by run: neighbours mostly show the same face, and only a run's end touches shared
-  /// memory.
+  /// Adds a row, run by run: neighbours mostly show the same face, and only a run's end touches shared memory.
   void add_row(int y) {
     const PhotoLookup::Row row = lookup_.row(y);
     const int width = visibility_.ivm.width;
@@ -149,8 +140,7 @@ class ViewPass {
       PixelSums run;
       for (; x < width && faces[x] == face; ++x) {
         if (slot == kNoSlot) continue;
-        if (const auto photo_pixel = row.pixel(x))
-          add_pixel(first + static_cast<std::size_t>(x), *photo_pixel, run);
+        if (const auto photo_pixel = row.pixel(x)) add_pixel(first + static_cast<std::size_t>(x), *photo_pixel, run);
       }
       if (run.pixels > 0) run.add_to(sums_[slot]);
     }
@@ -172,14 +162,11 @@ class ViewPass {
     if (sums.pixels == 0) add_centroid(face_shape, sums);
     FaceRecord result;
     result.face = faces_[slot];
-    result.visible =
-        visible_share >= 1 ? kWholeShare : std::min<Share16>(share16(visible_share), kWholeShare - 1);
+    result.visible = visible_share >= 1 ? kWholeShare : std::min<Share16>(share16(visible_share), kWholeShare - 1);
     if (sums.pixels == 0) return result;
     const auto pixels = static_cast<double>(sums.pixels);
-    double quality =
-        face_shape.area_px > 0 ? static_cast<double>(face_shape.area_px) * visible_share : pixels;
-    if (options_.term != DataTerm::area)
-      quality *= static_cast<double>(sums.gradient) / (kGradientUnit * pixels);
+    double quality = face_shape.area_px > 0 ? static_cast<double>(face_shape.area_px) * visible_share : pixels;
+    if (options_.term != DataTerm::area) quality *= static_cast<double>(sums.gradient) / (kGradientUnit * pixels);
     if (options_.term == DataTerm::gmi_angle)
       quality *= static_cast<double>(face_shape.cos_angle) * static_cast<double>(face_shape.cos_angle);
     result.quality = static_cast<float>(quality);
@@ -201,9 +188,8 @@ class ViewPass {
       visible[slot] = found ? std::min(entries[entry].visible_share, kPartialShareAtMost) : 0.5f;
     }
     std::vector<FaceRecord> result(faces_.size());
-    tbb::parallel_for(std::size_t{0}, faces_.size(), [&](std::size_t slot) {
-      result[slot] = record(slot, static_cast<double>(visible[slot]));
-    });
+    tbb::parallel_for(std::size_t{0}, faces_.size(),
+                      [&](std::size_t slot) { result[slot] = record(slot, static_cast<double>(visible[slot])); });
     return result;
   }
 
@@ -225,9 +211,7 @@ class ViewPass {
 
 }  // namespace
 
-Share16 share16(double share) {
-  return static_cast<Share16>(std::lround(std::clamp(share, 0.0, 1.0) * kWholeShare));
-}
+Share16 share16(double share) { return static_cast<Share16>(std::lround(std::clamp(share, 0.0, 1.0) * kWholeShare)); }
 
 std::vector<FaceRecord> view_statistics(const Mesh& mesh, const View& view, const Image& photo,
                                         const ViewVisibility& visibility, const CostOptions& options) {

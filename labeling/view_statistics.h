@@ -20,21 +20,21 @@ Share16 share16(double share);
 /// One face in one view: 20 bytes, since a scene has tens of millions of them.
 struct FaceRecord {
   std::uint32_t face = 0;
-  float quality = 0;  ///< of the data term chosen, >= 0, more is better; px^2 or grey levels px
+  float quality = 0;                      ///< of the data term chosen, >= 0, more is better; px^2 or grey levels px
   std::array<std::uint16_t, 3> colour{};  ///< mean R, G, B of the pixels that show the face, times 256
   Share16 margin = 0;                     ///< of those pixels, the share within the silhouette margin
-  Share16 visible = 0;             ///< share of the face's samples that see it; whole when class is full
-  std::uint16_t disagreement = 0;  ///< with the other photos of the face: fixed_distance()
+  Share16 visible = 0;                    ///< share of the face's samples that see it; whole when class is full
+  std::uint16_t disagreement = 0;         ///< with the other photos of the face: fixed_distance()
   bool is_full() const { return visible == kWholeShare; }
 };
 static_assert(sizeof(FaceRecord) == 20);
 
-/// Records of the full and partial faces, in face order. O(faces + pixels), TBB inside, sums in integers: the
-/// same for any number of threads. Quality: `area`: projected pixels, times the visible share. `gmi`: that
-/// times the mean gradient magnitude over the face's pixels, in grey levels a pixel (the integral of the
-/// gradient magnitude over the projection; area and mean apart, because a face of a few pixels covers no
-/// exact number of centres). `gmi_angle`: that times cos^2 of the angle between the face's normal and the
-/// line of sight. A face without a pixel in the item buffer is looked up at its centroid.
+/// Records of the full and partial faces, in face order. O(faces + pixels), TBB inside, sums in integers: the same for
+/// any number of threads. Quality: `area`: projected pixels, times the visible share. `gmi`: that times the mean
+/// gradient magnitude over the face's pixels, in grey levels a pixel (the integral of the gradient magnitude over the
+/// projection; area and mean apart, because a face of a few pixels covers no exact number of centres). `gmi_angle`:
+/// that times cos^2 of the angle between the face's normal and the line of sight. A face without a pixel in the item
+/// buffer is looked up at its centroid.
 std::vector<FaceRecord> view_statistics(const Mesh& mesh, const View& view, const Image& photo,
                                         const ViewVisibility& visibility, const CostOptions& options);
 

@@ -1,5 +1,5 @@
-// Classification of the faces of one view, an invocation a face: LPCC (algorithm 1) on every look-up, VES or
-// HIVERS (algorithm 2) as the order of look-ups. The twin of visibility/face_sampler.cpp and visibility/lpcc.h.
+// Classification of the faces of one view, an invocation a face: LPCC (algorithm 1) on every look-up, VES or HIVERS
+// (algorithm 2) as the order of look-ups. The twin of visibility/face_sampler.cpp and visibility/lpcc.h.
 layout(local_size_x = 64) in;
 
 layout(std430, binding = 1) readonly buffer CandidateFaces { uint candidate_faces[]; };
@@ -47,8 +47,8 @@ bool look(ivec2 pixel) {
 
 const int kEverySample = 0, kEnds = 1, kBetween = 2, kEdges = 3;
 
-/// Looks at the samples of a row that `part` names. Returns false to stop; `covered` tells whether there was
-/// any sample at all.
+/// Looks at the samples of a row that `part` names. Returns false to stop; `covered` tells whether there was any sample
+/// at all.
 bool look_at_row(Row row, int y, int part, inout bool covered) {
   int first = row.first, last = row.last;
   if (row.certain && part == kBetween) {

@@ -1,5 +1,4 @@
-// The rows of pixels that a face covers: the twin of SpanWalker in visibility/raster.h, where the tolerance is
-// derived.
+// The rows of pixels that a face covers: the twin of SpanWalker in visibility/raster.h, where the tolerance is derived.
 
 // --- the face at hand
 uint face;
@@ -47,8 +46,8 @@ void pixel_bounds(out ivec2 low, out ivec2 high) {
   high = ivec2(floor(clamp(most + margin, dvec2(0.0LF), dvec2(size))));
 }
 
-/// Pixels of its rectangle from which on a face is not for one invocation, but for a work group (64 have 8 each, and one
-/// alone at most 511 after the others are done) or the CPU.
+/// Pixels of its rectangle from which on a face is not for one invocation, but for a work group (64 have 8 each, and
+/// one alone at most 511 after the others are done) or the CPU.
 const uint kLargeFace = 512u;
 
 // --- rows

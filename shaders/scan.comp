@@ -1,12 +1,12 @@
-// First look at the faces of one view for the exact correction: the twin of ExactScan, with the same
-// outcome for every face it is sure about; the others, and the pixels that faces claim, the CPU decides
-// (visibility/exact_scan.cpp). Compiled twice: an invocation a face, which leaves faces of many pixels to the
-// second variant (LARGE), a work group a face, its invocations side by side in a row.
+// First look at the faces of one view for the exact correction: the twin of ExactScan, with the same outcome for every
+// face it is sure about; the others, and the pixels that faces claim, the CPU decides (visibility/exact_scan.cpp).
+// Compiled twice: an invocation a face, which leaves faces of many pixels to the second variant (LARGE), a work group a
+// face, its invocations side by side in a row.
 //
-// What is certain is so by error bounds on doubles (r = 2^-53), for which it does not matter whether the compiler
-// fuses multiplications and additions: that only rounds less. Depths in front of the camera lie in
-// [1e-60, 1e60] (ProjectedMesh::moderate), so that no product that matters overflows or loses bits to underflow;
-// what overflows behind the camera compares as not certain.
+// What is certain is so by error bounds on doubles (r = 2^-53), for which it does not matter whether the compiler fuses
+// multiplications and additions: that only rounds less. Depths in front of the camera lie in [1e-60, 1e60]
+// (ProjectedMesh::moderate), so that no product that matters overflows or loses bits to underflow; what overflows
+// behind the camera compares as not certain.
 layout(local_size_x = 64) in;
 
 layout(std430, binding = 1) buffer Counts {
@@ -17,8 +17,7 @@ layout(std430, binding = 1) buffer Counts {
 layout(std430, binding = 2) writeonly buffer Claims { uvec2 claims[]; };  // pixel, face
 layout(std430, binding = 3) buffer Large { uint large_faces[]; };         // less first_face
 
-// Of the samples of the face at hand, those stored as its own, those that are not, and of these those in the
-// photo.
+// Of the samples of the face at hand, those stored as its own, those that are not, and of these those in the photo.
 uint own = 0u, foreign = 0u, contested = 0u;
 bool unsure = false;
 double nearest;
@@ -36,9 +35,9 @@ double edge_error(const RasterFace of, const EdgeValues values, double px, doubl
   return 4.0LF * (a * db + b * da) + 8.0LF * kRoundoff * (a * b);
 }
 
-/// Depth of the plane at a centre that the face covers, and how far that is off: depth() in
-/// visibility/exact.cpp, where a quotient is off by r of itself. Here it may be off by 2.5 ULP = 5 r, when the
-/// divisor lies in [2^-126, 2^126]: 4 r more, which the 16 r that are added here exceed.
+/// Depth of the plane at a centre that the face covers, and how far that is off: depth() in visibility/exact.cpp, where
+/// a quotient is off by r of itself. Here it may be off by 2.5 ULP = 5 r, when the divisor lies in [2^-126, 2^126]: 4 r
+/// more, which the 16 r that are added here exceed.
 bool depth_of(const RasterFace of, const EdgeValues values, double error, out dvec2 depth) {
   double z0 = of.vertex[0].z, dz1 = of.vertex[1].z - z0, dz2 = of.vertex[2].z - z0;
   double s = values.e[0] + values.e[1] + values.e[2];
@@ -92,8 +91,8 @@ void scan_sample(ivec2 pixel) {
   if (!keeps(stored, pixel)) claim(pixel);
 }
 
-/// 1 when the centre is certainly covered, -1 when it certainly is not. The tolerance of the rows is above the
-/// error of values at any pixel of the rectangle.
+/// 1 when the centre is certainly covered, -1 when it certainly is not. The tolerance of the rows is above the error of
+/// values at any pixel of the rectangle.
 int side_of_edges(ivec2 pixel) {
   EdgeValues values = values_at(pixel);
   if (values.e[0] > tolerance && values.e[1] > tolerance && values.e[2] > tolerance) return 1;

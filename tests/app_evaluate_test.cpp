@@ -12,8 +12,7 @@ using namespace test;
 
 TEST_F(App, EvaluateWantsATexturedModel) {
   ASSERT_EQ(run(texture(out_, {"--quiet"})).exit_code, 0);
-  const std::vector<std::string> evaluate{"evaluate", (out_ / "model.obj").string(),
-                                          (scene_ / "colmap").string()};
+  const std::vector<std::string> evaluate{"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string()};
   const Outcome scored = run(evaluate);
   EXPECT_EQ(scored.exit_code, 0) << scored.err;
   EXPECT_TRUE(contains(scored.out, "mean"));
@@ -32,16 +31,14 @@ TEST_F(App, CompareScoresAsEvaluateDoesUnderMasks) {
   for (int y = 40; y < 120; ++y) std::fill_n(mask.at(60, y), 120 * 3, std::uint8_t{0});
   fs::create_directories(scene_ / "masks");
   for (const auto& photo : fs::directory_iterator(scene_ / "images"))
-    write_image(scene_ / "masks" / (photo.path().filename().string() + ".mask.png"), mask, ImageFormat::png,
-                0);
+    write_image(scene_ / "masks" / (photo.path().filename().string() + ".mask.png"), mask, ImageFormat::png, 0);
   const std::vector<std::string> masks{"--masks", (scene_ / "masks").string(), "--hold-out", "2"};
   ASSERT_EQ(run(texture(out_, masks)).exit_code, 0);
   const fs::path scores = folder_.path() / "scores", compared = folder_.path() / "compared";
-  ASSERT_EQ(
-      run({"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string(), "--mesh",
-           (scene_ / "mesh.ply").string(), "--masks", masks[1], "--reduction", "1", "-o", scores.string()})
-          .exit_code,
-      0);
+  ASSERT_EQ(run({"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string(), "--mesh",
+                 (scene_ / "mesh.ply").string(), "--masks", masks[1], "--reduction", "1", "-o", scores.string()})
+                .exit_code,
+            0);
   auto compare = texture(compared, masks);
   compare[0] = "compare";
   compare.insert(compare.end(), {"--modes", "gpvc", "--oracle-views", "0", "--crops", "0", "--reduction", "1",
@@ -66,8 +63,8 @@ TEST_F(App, CompareWithAFailedModelFailsButReports) {
   const fs::path broken = folder_.write("broken.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   auto compare = texture(out_);
   compare[0] = "compare";
-  compare.insert(compare.end(), {"--modes", "none", "--oracle-views", "0", "--crops", "0", "--external",
-                                 "broken=" + broken.string()});
+  compare.insert(compare.end(),
+                 {"--modes", "none", "--oracle-views", "0", "--crops", "0", "--external", "broken=" + broken.string()});
   expect_one_sentence(run(compare), "1 of 2 models failed", "report.html");
   const nlohmann::json report = nlohmann::json::parse(read_file(out_ / "report.json"));
   EXPECT_EQ(report["modes"][0]["status"], "ok");
@@ -83,13 +80,11 @@ TEST_F(App, SummariesTakeWholeReportsAndNothingElse) {
         std::string(R"({"format": "gpvc-compare/1", "modes": [{}]})"),
         std::string(R"({"format": "gpvc-compare/1", "scene": {"name": "a"}, "modes": [{}]})"), good}) {
     const fs::path report = folder_.write("report.json", text);
-    expect_one_sentence(run({"compare", "--summarize", report.string(), "-o", out_.string()}), "report.json",
-                        "");
+    expect_one_sentence(run({"compare", "--summarize", report.string(), "-o", out_.string()}), "report.json", "");
     EXPECT_FALSE(fs::exists(out_));
   }
   for (const std::string option : {"--modes", "--views", "--external"})
-    EXPECT_EQ(run({"compare", "--summarize", "report.json", "-o", out_.string(), option, "gpvc"}).exit_code,
-              2)
+    EXPECT_EQ(run({"compare", "--summarize", "report.json", "-o", out_.string(), option, "gpvc"}).exit_code, 2)
         << option;
 }
 
@@ -105,8 +100,8 @@ TEST_F(App, HeldOutViewsAreLeftOutMarkedAndEvaluated) {
     EXPECT_TRUE(label == -1 || label % 2 == 0) << label;
 
   const fs::path scores = folder_.path() / "scores";
-  const std::vector<std::string> evaluate{"evaluate", (out_ / "model.obj").string(),
-                                          (scene_ / "colmap").string(), "-o", scores.string()};
+  const std::vector<std::string> evaluate{"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string(), "-o",
+                                          scores.string()};
   ASSERT_EQ(run(evaluate).exit_code, 0);
   const nlohmann::json report = nlohmann::json::parse(read_file(scores / "evaluate.json"));
   ASSERT_EQ(report["views"].size(), 2u);
@@ -131,13 +126,9 @@ TEST_F(App, HoldOutTakesNamesAndRefusesNonsense) {
 TEST_F(App, EvaluateOverwritesOnlyWhenForced) {
   ASSERT_EQ(run(texture(out_)).exit_code, 0);
   const fs::path scores = folder_.path() / "the scores";
-  std::vector<std::string> evaluate{"evaluate",
-                                    (out_ / "model.glb").string(),
-                                    (scene_ / "colmap").string(),
-                                    "-o",
-                                    scores.string(),
-                                    "--views",
-                                    "east_001.jpg"};
+  std::vector<std::string> evaluate{
+      "evaluate",    (out_ / "model.glb").string(), (scene_ / "colmap").string(), "-o", scores.string(), "--views",
+      "east_001.jpg"};
   ASSERT_EQ(run(evaluate).exit_code, 0);
   const auto before = files_of(scores);
   EXPECT_TRUE(before.contains("evaluate.json"));
@@ -153,8 +144,8 @@ TEST_F(App, EvaluateOverwritesOnlyWhenForced) {
 
 TEST_F(App, EvaluateScoresAgainstTheTruth) {
   ASSERT_EQ(run(texture(out_)).exit_code, 0);
-  std::vector<std::string> evaluate{"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string(),
-                                    "--truth", scene_.string()};
+  std::vector<std::string> evaluate{"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string(), "--truth",
+                                    scene_.string()};
   const Outcome outcome = run(evaluate);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   for (const char* word : {"seen whole by a view", "seen only in parts", "wrong"})

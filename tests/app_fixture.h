@@ -77,13 +77,12 @@ class App : public testing::Test {
  protected:
   void SetUp() override {
     if (list_devices().empty()) GTEST_SKIP() << "no EGL device makes an OpenGL 4.5 context here";
-    ASSERT_TRUE(fs::exists(fs::path(GPVC_APP_SCENE) / "run.json"))
-        << "ctest makes the scene: app_scene.synth";
+    ASSERT_TRUE(fs::exists(fs::path(GPVC_APP_SCENE) / "run.json")) << "ctest makes the scene: app_scene.synth";
     fs::copy(GPVC_APP_SCENE, scene_, fs::copy_options::recursive);
   }
   std::vector<std::string> texture(const fs::path& out, const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> words{"texture", (scene_ / "colmap").string(), (scene_ / "mesh.ply").string(),
-                                   "-o", out.string()};
+    std::vector<std::string> words{"texture", (scene_ / "colmap").string(), (scene_ / "mesh.ply").string(), "-o",
+                                   out.string()};
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
@@ -129,17 +128,14 @@ class App : public testing::Test {
   fs::path scene_ = folder_.path() / "scene", out_ = folder_.path() / "some" / "out";
 };
 
-inline nlohmann::json run_json(const fs::path& out) {
-  return nlohmann::json::parse(read_file(out / "run.json"));
-}
+inline nlohmann::json run_json(const fs::path& out) { return nlohmann::json::parse(read_file(out / "run.json")); }
 
 // The values of a little-endian .npy of one dimension.
 template <class T>
 std::vector<T> npy(const fs::path& file) {
   const std::string bytes = read_file(file);
   if (bytes.size() < 10) return {};
-  const std::size_t start =
-      10u + static_cast<unsigned char>(bytes[8]) + 256u * static_cast<unsigned char>(bytes[9]);
+  const std::size_t start = 10u + static_cast<unsigned char>(bytes[8]) + 256u * static_cast<unsigned char>(bytes[9]);
   std::vector<T> values((bytes.size() - start) / sizeof(T));
   std::memcpy(values.data(), bytes.data() + start, values.size() * sizeof(T));
   return values;

@@ -50,25 +50,22 @@ TEST_F(App, RefusesAMissingScene) {
 }
 
 TEST_F(App, RefusesAMeshWithNan) {
-  std::ofstream(scene_ / "mesh.ply")
-      << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-         "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-         "end_header\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n";
+  std::ofstream(scene_ / "mesh.ply") << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                        "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                        "end_header\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n";
   expect_refused("mesh.ply", "");
 }
 
 TEST_F(App, RefusesAMeshWithIndicesOutOfRange) {
-  std::ofstream(scene_ / "mesh.ply")
-      << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-         "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-         "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n";
+  std::ofstream(scene_ / "mesh.ply") << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                        "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                        "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n";
   expect_refused("mesh.ply", "3");
 }
 
 TEST_F(App, RefusesAMeshWithoutFaces) {
-  std::ofstream(scene_ / "mesh.ply")
-      << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-         "property float z\nend_header\n0 0 0\n";
+  std::ofstream(scene_ / "mesh.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                                        "property float z\nend_header\n0 0 0\n";
   expect_refused("mesh.ply", "face");
 }
 

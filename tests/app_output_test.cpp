@@ -44,9 +44,9 @@ TEST_F(App, RefusesToReplaceAResultUnlessForced) {
 TEST_F(App, RefusesToOverwriteItsOwnMesh) {
   folder_.write("scene/model.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const auto before = files_of(scene_);
-  expect_one_sentence(run({"texture", (scene_ / "colmap").string(), (scene_ / "model.obj").string(), "-o",
-                           scene_.string(), "--force"}),
-                      "model.obj", "input");
+  expect_one_sentence(
+      run({"texture", (scene_ / "colmap").string(), (scene_ / "model.obj").string(), "-o", scene_.string(), "--force"}),
+      "model.obj", "input");
   EXPECT_TRUE(files_of(scene_) == before);
 }
 
@@ -71,8 +71,8 @@ TEST_F(App, ForceNeverRemovesWhatTheRunReads) {
   EXPECT_EQ(read_file(scene_ / "colmap" / "images.txt"), disguised.at("colmap/images.txt"));
   ASSERT_EQ(run(texture(out_)).exit_code, 0);
   const auto model = files_of(out_);
-  expect_one_sentence(run({"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string(),
-                           "--images", (scene_ / "images").string(), "-o", out_.string(), "--force"}),
+  expect_one_sentence(run({"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string(), "--images",
+                           (scene_ / "images").string(), "-o", out_.string(), "--force"}),
                       out_.string(), "holds the result of 'gpvc texture'");
   EXPECT_EQ(files_of(out_), model);
 }
@@ -111,8 +111,7 @@ TEST_F(App, FullFileSystemLeavesNothing) {
   const fs::path disk = folder_.path() / "disk";
   fs::create_directories(disk);
   if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=300k") != 0)
-    GTEST_SKIP()
-        << "no permission to mount a small file system; FullDiskAnywhereLeavesNothing covers the rest";
+    GTEST_SKIP() << "no permission to mount a small file system; FullDiskAnywhereLeavesNothing covers the rest";
   const Outcome outcome = run(texture(disk / "out"));
   const bool left = fs::exists(disk / "out");
   umount2(disk.c_str(), MNT_DETACH);
@@ -133,8 +132,7 @@ TEST_F(App, InterruptLeavesNothing) {
   for (const int signal : {SIGINT, SIGTERM})
     for (const int after_ms : {0, 60, 150}) {
       Program program(texture(out_, {"--threads", "1"}));
-      while (program.running() && !fs::exists(out_))
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      while (program.running() && !fs::exists(out_)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
       std::this_thread::sleep_for(std::chrono::milliseconds(after_ms));
       const bool in_time = program.running();
       program.send(signal);

@@ -56,8 +56,8 @@ TEST(AppUsage, WrongWordsGiveTwoAndAHint) {
 
 TEST(AppUsage, MistypedWordsAreGuessed) {
   EXPECT_TRUE(contains(run({"textre", "a"}).err, "no command 'textre'; did you mean 'texture'?"));
-  EXPECT_TRUE(contains(run({"texture", "a", "b", "-o", "c", "--view=x"}).err,
-                       "no option '--view=x'; did you mean '--views'?"));
+  EXPECT_TRUE(
+      contains(run({"texture", "a", "b", "-o", "c", "--view=x"}).err, "no option '--view=x'; did you mean '--views'?"));
   EXPECT_TRUE(contains(run({"texture", "a", "b", "x", "-o", "c"}).err, "'x' is one argument too many"));
   EXPECT_TRUE(contains(run({"synth"}).err, "a command is missing"));
 }
@@ -75,7 +75,7 @@ TEST_F(App, UnknownViewGivesTwoAndNamesNearOnes) {
   EXPECT_FALSE(fs::exists(out_));
 }
 
-// --- results ---
+// --- results
 
 TEST_F(App, TextureKeepsEveryPromise) {
   const Outcome outcome = run(texture(out_));
@@ -210,8 +210,8 @@ TEST_F(App, PhotoThatSeesNothingIsNamed) {
 
 TEST_F(App, SceneInUtmCoordinatesGivesTheSameTexture) {
   ASSERT_EQ(run(texture(folder_.path() / "near")).exit_code, 0);
-  // The same scene, 500 km east and 5000 km north. COLMAP stores translations, so camera centres come back
-  // with a rounding of 5e6 * 2^-52 = 1e-9 m, about 1e-8 px: hardly a class may change.
+  // The same scene, 500 km east and 5000 km north. COLMAP stores translations, so camera centres come back with a
+  // rounding of 5e6 * 2^-52 = 1e-9 m, about 1e-8 px: hardly a class may change.
   const WorldPoint shift{500000, 5000000, 128};
   Scene scene = read_scene(scene_ / "colmap", {});
   for (View& view : scene.views) {
@@ -255,23 +255,22 @@ TEST_F(App, SceneInUtmCoordinatesGivesTheSameTexture) {
 }
 
 TEST_F(App, LabelSolvesStoredCosts) {
-  // A strip of four faces; the outer ones have one candidate each, the inner ones both at a small difference:
-  // with smoothness 1 one cut is needed, cheapest between the second and the third face.
+  // A strip of four faces; the outer ones have one candidate each, the inner ones both at a small difference: with
+  // smoothness 1 one cut is needed, cheapest between the second and the third face.
   const fs::path mesh = folder_.write("strip.obj",
                                       "v 0 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\nv 2 0 0\nv 2 1 0\n"
                                       "f 1 3 2\nf 2 3 4\nf 3 5 4\nf 4 5 6\n");
   const CostTable table{{0, 1, 3, 5, 6}, {7, 7, 9, 7, 9, 9}, {0.5f, 0.1f, 0.2f, 0.3f, 0.1f, 0.5f}};
   write_costs(folder_.path() / "costs", table);
-  const Outcome outcome =
-      run({"label", (folder_.path() / "costs").string(), mesh.string(), "-o", out_.string()});
+  const Outcome outcome = run({"label", (folder_.path() / "costs").string(), mesh.string(), "-o", out_.string()});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(npy<std::int32_t>(out_ / "labels.npy"), (std::vector<std::int32_t>{7, 7, 9, 9}));
   EXPECT_TRUE(contains(outcome.out, "energy 2.200, 1 differing pairs, 2 patches"));
   // Costs of another mesh.
   const fs::path other = out_.parent_path() / "other";
-  expect_one_sentence(run({"label", (folder_.path() / "costs").string(), (scene_ / "mesh.ply").string(), "-o",
-                           other.string()}),
-                      "costs", "4 faces");
+  expect_one_sentence(
+      run({"label", (folder_.path() / "costs").string(), (scene_ / "mesh.ply").string(), "-o", other.string()}),
+      "costs", "4 faces");
   EXPECT_FALSE(fs::exists(other));
 }
 

@@ -32,8 +32,7 @@ void two_views(AtlasScene& s, const Distortion& distortion) {
   }
 }
 
-/// Drawn against what the pinhole camera would see of the truth, silhouettes and two pixels beside them left
-/// out.
+/// Drawn against what the pinhole camera would see of the truth, silhouettes and two pixels beside them left out.
 double psnr(const AtlasScene& s, const TextureAtlas& atlas, std::size_t v, GraphicsDevice& device) {
   View view = s.scene.views[v];
   view.camera.distortion = {};
@@ -75,9 +74,7 @@ void expect_round_trip(const Distortion& distortion, double texel_size) {
 
 TEST(AtlasRender, PinholePhotosComeBack) { expect_round_trip({}, 0); }
 
-TEST(AtlasRender, DistortedPhotosComeBackUndistorted) {
-  expect_round_trip({-0.12, 0.03, 0.001, -0.0015, 0.002}, 0);
-}
+TEST(AtlasRender, DistortedPhotosComeBackUndistorted) { expect_round_trip({-0.12, 0.03, 0.001, -0.0015, 0.002}, 0); }
 
 /// Texels of twice a pixel's edge: the waves are smooth enough to survive.
 TEST(AtlasRender, ReducedTexturesComeBackSmoother) { expect_round_trip({-0.12, 0.03, 0, 0, 0}, 0.05); }

@@ -1,5 +1,4 @@
-// Scenes for the atlas tests: a mesh built in code, cameras, and photos painted by a function, written as
-// PNG.
+// Scenes for the atlas tests: a mesh built in code, cameras, and photos painted by a function, written as PNG.
 #pragma once
 
 #include <cmath>
@@ -16,8 +15,8 @@ namespace gpvc {
 /// Colour, 0..255 a channel, of a world point.
 using Albedo = std::function<Color(double x, double y)>;
 
-/// Everything build_atlas borrows, held together. Views look straight down (-z) onto the plane z = 0 unless
-/// posed otherwise.
+/// Everything build_atlas borrows, held together. Views look straight down (-z) onto the plane z = 0 unless posed
+/// otherwise.
 struct AtlasScene {
   test::TemporaryFolder folder;
   Mesh mesh;
@@ -79,8 +78,7 @@ struct AtlasScene {
     const auto& c = view.camera;
     const auto& r = view.pose.rotation;
     const double x = (p.x - c.cx) / c.fx, y = (p.y - c.cy) / c.fy;
-    const double dx = r[0] * x + r[3] * y + r[6], dy = r[1] * x + r[4] * y + r[7],
-                 dz = r[2] * x + r[5] * y + r[8];
+    const double dx = r[0] * x + r[3] * y + r[6], dy = r[1] * x + r[4] * y + r[7], dz = r[2] * x + r[5] * y + r[8];
     const double t = -view.pose.centre.z / dz;
     return {view.pose.centre.x + t * dx, view.pose.centre.y + t * dy, 0};
   }
@@ -103,8 +101,7 @@ inline TexCoord texcoord_at(const TexturedModel& model, std::size_t face, double
   const auto& t = model.face_texcoords[face];
   const double c = 1 - a - b;
   const auto mix = [&](auto member) {
-    return static_cast<float>(a * double(model.texcoords[t[0]].*member) +
-                              b * double(model.texcoords[t[1]].*member) +
+    return static_cast<float>(a * double(model.texcoords[t[0]].*member) + b * double(model.texcoords[t[1]].*member) +
                               c * double(model.texcoords[t[2]].*member));
   };
   return {mix(&TexCoord::u), mix(&TexCoord::v)};

@@ -27,8 +27,8 @@ Differences compare(const TextureAtlas& atlas, const Mesh& mesh, const Albedo& a
       for (int j = 0; i + j <= 6; ++j) {
         const WorldPoint p = point_at(mesh, face, i / 6.0, j / 6.0);
         const Color truth = albedo(p.x, p.y);
-        const Color got = lookup(atlas.pages[atlas.model.face_page[face]],
-                                 texcoord_at(atlas.model, face, i / 6.0, j / 6.0));
+        const Color got =
+            lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, i / 6.0, j / 6.0));
         const Color d = got - truth;
         const double worst = std::max({std::abs(d.r), std::abs(d.g), std::abs(d.b)});
         result.worst = std::max(result.worst, worst);
@@ -137,8 +137,7 @@ TEST(Bake, NoBackgroundColourAppearsUpToMipLevelThree) {
   // Islands: every third square of every third row.
   std::vector<Triangle> kept;
   for (std::size_t f = 0; f + 1 < s.mesh.faces.size(); f += 2)
-    if (f / 2 % 12 % 3 == 0 && f / 24 % 3 == 0)
-      kept.push_back(s.mesh.faces[f]), kept.push_back(s.mesh.faces[f + 1]);
+    if (f / 2 % 12 % 3 == 0 && f / 24 % 3 == 0) kept.push_back(s.mesh.faces[f]), kept.push_back(s.mesh.faces[f + 1]);
   s.mesh.faces = kept;
   s.labels.assign(kept.size(), ViewId{0});
   s.tags.assign(kept.size(), FaceTag::seen);
@@ -181,12 +180,10 @@ TEST(Bake, PaddingKeepsChartsApart) {
 
 TEST(Bake, SameBytesForAnyNumberOfThreads) {
   const auto bake = [](int threads) {
-    tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                              static_cast<std::size_t>(threads));
+    tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     AtlasScene s;
     s.add_plane(10, 10, 0.8);
-    for (std::size_t f = 0; f < s.labels.size(); ++f)
-      s.labels[f] = ViewId{static_cast<std::uint32_t>(f / 37 % 2)};
+    for (std::size_t f = 0; f < s.labels.size(); ++f) s.labels[f] = ViewId{static_cast<std::uint32_t>(f / 37 % 2)};
     for (std::size_t f = 60; f < 75; ++f) s.labels[f] = kNoView, s.tags[f] = FaceTag::filled;
     for (int v = 0; v < 2; ++v) {
       View& view = s.add_view(3.5 + v, 4, 10, 640, 640, 500);

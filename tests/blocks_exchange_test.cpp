@@ -9,8 +9,8 @@ using test::input_error;
 using test::replaced;
 using test::view_named;
 
-// Two photogroups written from the format's documentation. The first looks straight down with angles, in
-// millimetres, with every lens term; the second is a matrix under the photogrammetrist's axes, in pixels.
+// Two photogroups written from the format's documentation. The first looks straight down with angles, in millimetres,
+// with every lens term; the second is a matrix under the photogrammetrist's axes, in pixels.
 const std::string kBlocks = R"(<?xml version="1.0" encoding="utf-8"?>
 <!-- a comment <BlocksExchange> in front -->
 <BlocksExchange version="2.1">
@@ -74,8 +74,8 @@ const std::string kBlocks = R"(<?xml version="1.0" encoding="utf-8"?>
 
 SceneFile parse(const std::string& text) { return test::parse_as("BlocksExchange", text); }
 
-// Omega 180 turns the camera's z down, kappa 30 turns it about the plumb line:
-// Rx(180) Rz(30) has the columns (cos, -sin, 0), (-sin, -cos, 0), (0, 0, -1): camera x is the first of them.
+// Omega 180 turns the camera's z down, kappa 30 turns it about the plumb line: Rx(180) Rz(30) has the columns (cos,
+// -sin, 0), (-sin, -cos, 0), (0, 0, -1): camera x is the first of them.
 TEST(BlocksExchange, ProjectsAKnownPointWithAnglesAndLens) {
   const SceneFile scene = parse(kBlocks);
   const double c = std::cos(30 * std::acos(-1.0) / 180), s = 0.5;
@@ -94,8 +94,7 @@ TEST(BlocksExchange, TurnsThePhotogrammetristsAxes) {
   const SceneFile scene = parse(kBlocks);
   const View& view = view_named(scene, "E:/elsewhere/three.jpg");
   // Its z points up, so it looks down at a point one unit east and two north: right and up in the photo.
-  expect_photo_point(view, {652011, 6863002, 90}, 150 + 0.05 / 0.01 + 350 * 0.1,
-                     200 - 0.02 / 0.01 - 350 * 0.2);
+  expect_photo_point(view, {652011, 6863002, 90}, 150 + 0.05 / 0.01 + 350 * 0.1, 200 - 0.02 / 0.01 - 350 * 0.2);
 }
 
 // The example of the documentation states one rotation both ways.
@@ -108,8 +107,7 @@ TEST(BlocksExchange, AgreesWithTheDocumentedAngles) {
       "<Omega>179.6523471469934</Omega><Phi>0.04985630236313049</Phi><Kappa>179.9065465708369</Kappa>";
   const std::string here = "<Omega>180</Omega><Phi>0</Phi><Kappa>30</Kappa>";
   const SceneFile a = parse(replaced(kBlocks, here, matrix)), b = parse(replaced(kBlocks, here, angles));
-  for (std::size_t i = 0; i < 9; ++i)
-    EXPECT_NEAR(a.views[0].pose.rotation[i], b.views[0].pose.rotation[i], 1e-10);
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(a.views[0].pose.rotation[i], b.views[0].pose.rotation[i], 1e-10);
 }
 
 // A camera that looks the same way under every orientation: rows are the named axes in the world.
@@ -174,8 +172,7 @@ TEST(BlocksExchange, FindsPhotosByTheirTails) {
   }
 }
 
-// "If not absolute, relative to BaseImagePath if defined, or otherwise to the directory of the exchange
-// file."
+// "If not absolute, relative to BaseImagePath if defined, or otherwise to the directory of the exchange file."
 TEST(BlocksExchange, UsesTheMasksItStates) {
   const test::TemporaryFolder folder;
   const auto root = folder.path();
@@ -215,17 +212,16 @@ TEST(BlocksExchange, UsesTheMasksItStates) {
 TEST(BlocksExchange, LooksForRelativeMasksFromItsOwnFolder) {
   const test::TemporaryFolder folder, elsewhere;
   const std::string name = "<ImagePath>north\\one two.jpg</ImagePath>";
-  const auto file = folder.write("out/block.xml",
-                                 replaced(replaced(kBlocks, name, name + "<MaskPath>masks\\m.png</MaskPath>"),
-                                          "<BaseImagePath>D:\\data\\flight</BaseImagePath>", ""));
+  const auto file =
+      folder.write("out/block.xml", replaced(replaced(kBlocks, name, name + "<MaskPath>masks\\m.png</MaskPath>"),
+                                             "<BaseImagePath>D:\\data\\flight</BaseImagePath>", ""));
   test::write_photo(folder.path() / "copied/north/one two.jpg", 400, 300);
   test::write_photo(folder.path() / "copied/three.jpg", 300, 400);
   test::write_photo(elsewhere.path() / "masks/m.png", 400, 300);
   const test::WorkingFolder running(elsewhere.path());
   SceneOptions options;
   options.images_dir = folder.path() / "copied";
-  EXPECT_TRUE(
-      contains(read_scene(file, options).warnings.back(), "1 masks that the scene names are not found"));
+  EXPECT_TRUE(contains(read_scene(file, options).warnings.back(), "1 masks that the scene names are not found"));
   test::write_photo(folder.path() / "out/masks/m.png", 400, 300);
   EXPECT_EQ(read_scene(file, options).views[1].mask, folder.path() / "out/masks/m.png");
 }
@@ -262,23 +258,19 @@ TEST(BlocksExchange, RefusesWithLineAndExpectation) {
 }
 
 TEST(BlocksExchange, TellsDegreesByTheirSystem) {
-  const auto read = [](const std::string& definition) {
-    return parse(replaced(kBlocks, "EPSG:2154", definition));
-  };
-  const std::string geographic =
-      "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]]]";
+  const auto read = [](const std::string& definition) { return parse(replaced(kBlocks, "EPSG:2154", definition)); };
+  const std::string geographic = "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]]]";
   for (const std::string& degrees :
-       {std::string("EPSG:4490"), std::string("EPSG:4326+5773"), std::string("epsg: 4258"),
-        std::string("WGS84"), std::string("urn:ogc:def:crs:EPSG::4269"),
-        std::string("+proj=longlat +datum=WGS84 +no_defs"), std::string("+proj=latlong +ellps=GRS80"),
-        geographic, "COMPD_CS[\"WGS 84 + EGM96\"," + geographic + ",VERT_CS[\"EGM96\"]]",
+       {std::string("EPSG:4490"), std::string("EPSG:4326+5773"), std::string("epsg: 4258"), std::string("WGS84"),
+        std::string("urn:ogc:def:crs:EPSG::4269"), std::string("+proj=longlat +datum=WGS84 +no_defs"),
+        std::string("+proj=latlong +ellps=GRS80"), geographic,
+        "COMPD_CS[\"WGS 84 + EGM96\"," + geographic + ",VERT_CS[\"EGM96\"]]",
         std::string("GEOGCRS[\"ETRS89\",CS[ellipsoidal,2]]")})
     EXPECT_TRUE(contains(input_error([&] { read(degrees); }), "the positions are degrees of")) << degrees;
   for (const std::string& metres :
        {std::string("EPSG:32632+5773"), std::string("EPSG:4978"), std::string("EPSG:4547"),
         "PROJCS[\"WGS 84 / UTM zone 32N\"," + geographic + "]", std::string("+proj=utm +zone=32"),
-        std::string("GEODCRS[\"WGS 84\",CS[Cartesian,3]]"),
-        "PROJCRS[\"a\",BASE" + std::string("GEOGCRS[\"ETRS89\"]]")})
+        std::string("GEODCRS[\"WGS 84\",CS[Cartesian,3]]"), "PROJCRS[\"a\",BASE" + std::string("GEOGCRS[\"ETRS89\"]]")})
     EXPECT_EQ(read(metres).srs, metres);
 }
 

@@ -33,13 +33,10 @@ TEST(CamFolder, ProjectsAKnownPointWithEveryForm) {
   EXPECT_EQ(scene.format, "mvs-texturing");
   EXPECT_EQ(scene.views[1].name, "b portrait.jpg");
   const double x = 0.3, y = -0.2, r2 = 0.13;
-  expect_photo_point(scene.views[0], world_of(x, y), 0.9 * 400 * x + 0.51 * 400,
-                     0.9 * 400 * 1.1 * y + 0.48 * 300);
-  expect_photo_point(scene.views[1], world_of(x, y), 0.9 * 400 / 1.1 * x + 0.51 * 300,
-                     0.9 * 400 * y + 0.48 * 400);
+  expect_photo_point(scene.views[0], world_of(x, y), 0.9 * 400 * x + 0.51 * 400, 0.9 * 400 * 1.1 * y + 0.48 * 300);
+  expect_photo_point(scene.views[1], world_of(x, y), 0.9 * 400 / 1.1 * x + 0.51 * 300, 0.9 * 400 * y + 0.48 * 400);
   const double radial = 1 - 0.1 * r2 + 0.02 * r2 * r2;
-  expect_photo_point(scene.views[2], world_of(x, y), 0.9 * 400 * x * radial + 200,
-                     0.9 * 400 * y * radial + 150);
+  expect_photo_point(scene.views[2], world_of(x, y), 0.9 * 400 * x * radial + 200, 0.9 * 400 * y * radial + 150);
   // The photo's (0.3, -0.2) comes from the plane's (0.3, -0.2) (1 + 0.15 r2).
   expect_photo_point(scene.views[3], world_of(x * (1 + 0.15 * r2), y * (1 + 0.15 * r2)), 0.9 * 400 * x + 200,
                      0.9 * 400 * y + 150);
@@ -50,13 +47,11 @@ TEST(CamFolder, NamesWhatIsMissingOrAmbiguous) {
   CamFolder files;
   files.add("a", "0.9", 400, 300);
   files.folder.write("b.cam", kPose + "0.9\n");
-  EXPECT_TRUE(
-      contains(input_error([&] { read_scene(files.folder.path(), {}); }), "1 of 2 photos are not in"));
+  EXPECT_TRUE(contains(input_error([&] { read_scene(files.folder.path(), {}); }), "1 of 2 photos are not in"));
   test::write_photo(files.folder.path() / "b.png", 400, 300);
   EXPECT_EQ(read_scene(files.folder.path() / "a.cam", {}).views.size(), 2);
   test::write_photo(files.folder.path() / "b.jpg", 400, 300);
-  EXPECT_TRUE(
-      contains(input_error([&] { read_scene(files.folder.path(), {}); }), "'b' could be any of 2 files"));
+  EXPECT_TRUE(contains(input_error([&] { read_scene(files.folder.path(), {}); }), "'b' could be any of 2 files"));
 }
 
 TEST(CamFolder, RefusesWithLineAndExpectation) {

@@ -13,8 +13,7 @@ using test::input_error;
 using test::replaced;
 using test::TemporaryFolder;
 
-// A model of three images and two cameras, in both of COLMAP's encodings, written here from its
-// documentation.
+// A model of three images and two cameras, in both of COLMAP's encodings, written here from its documentation.
 
 struct TestCamera {
   std::uint32_t id;
@@ -60,8 +59,7 @@ std::string images_bin(const std::vector<TestImage>& images) {
     for (const double q : image.q) bytes += bytes_of(q);
     for (const double t : image.t) bytes += bytes_of(t);
     bytes += bytes_of(image.camera_id) + image.name + '\0' + bytes_of(points);
-    for (std::uint64_t i = 0; i < points; ++i)
-      bytes += bytes_of(1.5) + bytes_of(2.5) + bytes_of<std::int64_t>(-1);
+    for (std::uint64_t i = 0; i < points; ++i) bytes += bytes_of(1.5) + bytes_of(2.5) + bytes_of<std::int64_t>(-1);
     points = 2 - points;
   }
   return bytes;
@@ -122,8 +120,7 @@ class ColmapFolder {
     std::filesystem::remove_all(folder.path() / where);
     folder.write(where / (binary ? "cameras.bin" : "cameras.txt"),
                  binary ? cameras_bin(cameras) : cameras_txt(cameras));
-    folder.write(where / (binary ? "images.bin" : "images.txt"),
-                 binary ? images_bin(images) : images_txt(images));
+    folder.write(where / (binary ? "images.bin" : "images.txt"), binary ? images_bin(images) : images_txt(images));
     return folder.path() / where;
   }
   TemporaryFolder folder;
@@ -181,8 +178,7 @@ TEST_P(Colmap, ReadsEveryCameraModel) {
   const double fov = std::atan(2 * 0.5 * std::tan(0.45)) / 0.9 / 0.5;
   const double tx = 2 * p1 * x * y + p2 * (r2 + 2 * x * x), ty = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
   const double tu = 2 * p1 * u * v + p2 * (t2 + 2 * u * u), tv = p1 * (t2 + 2 * v * v) + 2 * p2 * u * v;
-  const double divided = 2 / (1 + std::sqrt(1 - 4 * k1 * r2)),
-               unified = 1 / (0.6 * std::sqrt(1.1 * r2 + 1) + 0.4);
+  const double divided = 2 / (1 + std::sqrt(1 - 4 * k1 * r2)), unified = 1 / (0.6 * std::sqrt(1.1 * r2 + 1) + 0.4);
   const double six = fisheye + 0.5 * std::pow(t2, 5) + 0.6 * std::pow(t2, 6), a = u * six, b = v * six,
                b2 = a * a + b * b;
   const std::vector<Expected> models{
@@ -190,10 +186,7 @@ TEST_P(Colmap, ReadsEveryCameraModel) {
       {{1, 1, "PINHOLE", {50, 60, 33, 25}}, 60, x, y},
       {{1, 2, "SIMPLE_RADIAL", {50, 33, 25, k1}}, 50, x * radial(k1, 0), y * radial(k1, 0)},
       {{1, 3, "RADIAL", {50, 33, 25, k1, k2}}, 50, x * radial(k1, k2), y * radial(k1, k2)},
-      {{1, 4, "OPENCV", {50, 60, 33, 25, k1, k2, p1, p2}},
-       60,
-       x * radial(k1, k2) + tx,
-       y * radial(k1, k2) + ty},
+      {{1, 4, "OPENCV", {50, 60, 33, 25, k1, k2, p1, p2}}, 60, x * radial(k1, k2) + tx, y * radial(k1, k2) + ty},
       {{1, 5, "OPENCV_FISHEYE", {50, 60, 33, 25, k1, k2, 0.1, 0.4}}, 60, u * fisheye, v * fisheye},
       {{1, 6, "FULL_OPENCV", {50, 60, 33, 25, k1, k2, p1, p2, 0.1, 0.4, 0.5, 0.6}},
        60,
@@ -246,11 +239,10 @@ TEST_P(Colmap, ComputesAnOrthonormalRotation) {
     const auto& r = view.pose.rotation;
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 3; ++j)
-        EXPECT_NEAR(r[3 * i] * r[3 * j] + r[3 * i + 1] * r[3 * j + 1] + r[3 * i + 2] * r[3 * j + 2], i == j,
-                    1e-15);
-    EXPECT_NEAR(r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) +
-                    r[2] * (r[3] * r[7] - r[4] * r[6]),
-                1, 1e-15);
+        EXPECT_NEAR(r[3 * i] * r[3 * j] + r[3 * i + 1] * r[3 * j + 1] + r[3 * i + 2] * r[3 * j + 2], i == j, 1e-15);
+    EXPECT_NEAR(
+        r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]), 1,
+        1e-15);
   }
 }
 
@@ -267,8 +259,7 @@ TEST_P(Colmap, FindsTheModelBelowARootAndPhotosBesideIt) {
   std::filesystem::rename(root / "images", root / "elsewhere");
   EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), (root / "images").string()));
   EXPECT_EQ(read_scene(model, {.images_dir = root / "elsewhere"}).views.size(), 3);
-  EXPECT_TRUE(
-      contains(input_error([&] { read_scene(model, {.images_dir = root / "nowhere"}); }), "is not a folder"));
+  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {.images_dir = root / "nowhere"}); }), "is not a folder"));
 }
 
 // COLMAP's mapper numbers the pieces it could not join; the first is often a fragment.
@@ -291,8 +282,7 @@ TEST_P(Colmap, TakesTheLargestOfSeveralModels) {
               "the folder holds 3 models; the largest, 2, of 2 images, is read, the others cannot be brought "
               "into its frame");
   }
-  for (const char* named : {"sparse/0", "sparse/10"})
-    EXPECT_TRUE(read_scene(root / named, {}).warnings.empty());
+  for (const char* named : {"sparse/0", "sparse/10"}) EXPECT_TRUE(read_scene(root / named, {}).warnings.empty());
   EXPECT_EQ(read_scene(root / "sparse/0", {}).views.size(), 1);
   // One model is one, whatever its number.
   std::filesystem::remove_all(root / "sparse/0");
@@ -354,10 +344,8 @@ TEST_P(Colmap, RefusesWhatIsNoScene) {
     change(values.back());
     return values;
   };
-  const std::vector<TestCamera> sphere{{7, 17, "EQUIRECTANGULAR", {64, 48}},
-                                       {3, 17, "EQUIRECTANGULAR", {64, 48}}};
-  EXPECT_TRUE(
-      contains(refused(sphere, kImages), "camera model EQUIRECTANGULAR is not supported; supported are"));
+  const std::vector<TestCamera> sphere{{7, 17, "EQUIRECTANGULAR", {64, 48}}, {3, 17, "EQUIRECTANGULAR", {64, 48}}};
+  EXPECT_TRUE(contains(refused(sphere, kImages), "camera model EQUIRECTANGULAR is not supported; supported are"));
   EXPECT_TRUE(contains(refused(sphere, kImages), "THIN_PRISM_FISHEYE"));
   EXPECT_TRUE(contains(refused(with(kCameras,
                                     [](TestCamera& c) {
@@ -373,29 +361,21 @@ TEST_P(Colmap, RefusesWhatIsNoScene) {
                        "omega"));
   EXPECT_TRUE(contains(refused({{7, 99, "KALEIDOSCOPE", {1}}}, kImages), "is unknown"));
   EXPECT_TRUE(contains(refused({kCameras[0]}, kImages), "refers to camera 3"));
+  EXPECT_TRUE(contains(refused(with(kCameras, [](TestCamera& c) { c.parameters[0] = 0; }), kImages), "focal"));
   EXPECT_TRUE(
-      contains(refused(with(kCameras, [](TestCamera& c) { c.parameters[0] = 0; }), kImages), "focal"));
-  EXPECT_TRUE(contains(
-      refused(with(kCameras, [](TestCamera& c) { c.parameters[4] = std::nan(""); }), kImages), "finite"));
-  EXPECT_TRUE(contains(refused(kCameras, with(kImages,
-                                              [](TestImage& i) {
-                                                i.q = {0, 0, 0, 0};
-                                              })),
-                       "no direction"));
-  EXPECT_TRUE(contains(refused(kCameras, with(kImages, [](TestImage& i) { i.q[2] = std::nan(""); })),
-                       "no direction"));
-  EXPECT_TRUE(
-      contains(refused(kCameras, with(kImages, [](TestImage& i) { i.t[2] = std::nan(""); })), "translation"));
-  EXPECT_TRUE(
-      contains(refused(kCameras, with(kImages, [](TestImage& i) { i.name = "b/two.png"; })), "twice"));
+      contains(refused(with(kCameras, [](TestCamera& c) { c.parameters[4] = std::nan(""); }), kImages), "finite"));
+  EXPECT_TRUE(contains(refused(kCameras, with(kImages, [](TestImage& i) { i.q = {0, 0, 0, 0}; })), "no direction"));
+  EXPECT_TRUE(contains(refused(kCameras, with(kImages, [](TestImage& i) { i.q[2] = std::nan(""); })), "no direction"));
+  EXPECT_TRUE(contains(refused(kCameras, with(kImages, [](TestImage& i) { i.t[2] = std::nan(""); })), "translation"));
+  EXPECT_TRUE(contains(refused(kCameras, with(kImages, [](TestImage& i) { i.name = "b/two.png"; })), "twice"));
   EXPECT_TRUE(contains(refused(kCameras, {}), "lists no image"));
   // An image of such a lens is left out where there are others.
   const std::vector<TestCamera> mixed{kCameras[0], {3, 17, "EQUIRECTANGULAR", {64, 48}}};
   const Scene rest = read_scene(files.model(GetParam(), mixed, kImages), {});
   ASSERT_EQ(rest.views.size(), 2);
   EXPECT_EQ(rest.views[0].name, "b/One.png");
-  EXPECT_EQ(rest.warnings, std::vector<std::string>{
-                               "1 images are left out: their lens, 'EQUIRECTANGULAR', is not supported"});
+  EXPECT_EQ(rest.warnings,
+            std::vector<std::string>{"1 images are left out: their lens, 'EQUIRECTANGULAR', is not supported"});
   // Cameras no image uses need not be understood.
   EXPECT_NO_THROW(read_scene(files.model(GetParam(), with(kCameras, [](TestCamera&) {}), kImages), {}));
   std::vector<TestCamera> more = kCameras;
@@ -418,8 +398,7 @@ TEST(SceneFiles, SaysWhatAFileThatIsNoSceneLooksLike) {
   EXPECT_TRUE(contains(refusal("a.xml", ""), "a.xml: is empty: expected "));
   EXPECT_TRUE(contains(refusal("a.xml", "<?xml version='1.0'?><!-- x --><kml><Document/></kml>"),
                        "a.xml: is XML of another program, whose root is 'kml': expected "));
-  EXPECT_TRUE(
-      contains(refusal("a.json", "\n {\"type\": \"FeatureCollection\"}"), "is JSON of another program"));
+  EXPECT_TRUE(contains(refusal("a.json", "\n {\"type\": \"FeatureCollection\"}"), "is JSON of another program"));
   EXPECT_TRUE(contains(refusal("a.ply", "ply\nformat ascii 1.0\n"), "is a mesh; the scene goes before it"));
   EXPECT_TRUE(contains(refusal("a.jpg", "\xFF\xD8\xFF\xE0"), "is a photo"));
   EXPECT_TRUE(contains(refusal("a.xml", std::string_view("\xFF\xFE<\0k\0", 6)), "is text in UTF-16"));
@@ -446,9 +425,8 @@ TEST_P(Colmap, RefusesFilesCutAtEveryByteOrWarns) {
       files.folder.write(std::filesystem::relative(file, files.folder.path()), good.substr(0, size));
       try {
         const Scene scene = read_scene(model, {});
-        // A text file cut between two lines, or inside a last number that reads as a shorter one, differs
-        // from no file that a hand wrote: there a warning is all. What follows the last image's name is not
-        // read.
+        // A text file cut between two lines, or inside a last number that reads as a shorter one, differs from no file
+        // that a hand wrote: there a warning is all. What follows the last image's name is not read.
         ASSERT_FALSE(GetParam()) << file << " at " << size;
         ASSERT_TRUE(!scene.warnings.empty() || same_views(scene, whole)) << file << " at " << size;
       } catch (const InputError&) {
@@ -498,8 +476,7 @@ TEST(ColmapBinary, RefusesHostileCounts) {
     files.folder.write("sparse/0/" + name, good);
   }
   std::string images = images_bin({kImages[0]});
-  files.folder.write("sparse/0/images.bin",
-                     images.substr(0, images.size() - 8) + bytes_of(~std::uint64_t{0} / 8));
+  files.folder.write("sparse/0/images.bin", images.substr(0, images.size() - 8) + bytes_of(~std::uint64_t{0} / 8));
   EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "points"));
 }
 
@@ -517,8 +494,7 @@ TEST(ColmapText, ToleratesWhatHandsWrite) {
 TEST(ColmapText, TreatsTheAnnouncedCountAsACommentThatMayBeWrong) {
   ColmapFolder files;
   const auto model = files.model(false);
-  const std::string cameras = test::read_file(model / "cameras.txt"),
-                    images = test::read_file(model / "images.txt");
+  const std::string cameras = test::read_file(model / "cameras.txt"), images = test::read_file(model / "images.txt");
   files.folder.write("sparse/0/images.txt", replaced(images, "images: 3", "images: 4"));
   Scene scene = read_scene(model, {});
   EXPECT_EQ(scene.views.size(), 3);
@@ -551,22 +527,19 @@ TEST(ColmapText, ReadsWhatOtherProgramsWrite) {
 TEST(ColmapText, NoticesThatPointLinesWereLeftOut) {
   ColmapFolder files;
   const auto model = files.model(false);
-  files.folder.write(
-      "sparse/0/images.txt",
-      "1 1 0 0 0 0 0 0 7 a with blank.png\n2 1 0 0 0 0 0 0 7 b/One.png\n3 1 0 0 0 0 0 0 7 b/two.png\n");
-  EXPECT_TRUE(
-      contains(input_error([&] { read_scene(model, {}); }), "images.txt: line 2: expected the points"));
+  files.folder.write("sparse/0/images.txt",
+                     "1 1 0 0 0 0 0 0 7 a with blank.png\n2 1 0 0 0 0 0 0 7 b/One.png\n3 1 0 0 0 0 0 0 7 b/two.png\n");
+  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "images.txt: line 2: expected the points"));
 }
 
 TEST(ColmapText, SaysWhichLineIsWrong) {
   ColmapFolder files;
   const auto model = files.model(false);
   files.folder.write("sparse/0/cameras.txt", "1 PINHOLE 64 48 50 51 33\n");
-  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }),
-                       "cameras.txt: line 1: expected a camera parameter"));
+  EXPECT_TRUE(
+      contains(input_error([&] { read_scene(model, {}); }), "cameras.txt: line 1: expected a camera parameter"));
   files.folder.write("sparse/0/cameras.txt", "\n1 PINHOLE 64 48 50 51 33 25 0.1\n");
-  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }),
-                       "cameras.txt: line 2: camera model PINHOLE has 4"));
+  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "cameras.txt: line 2: camera model PINHOLE has 4"));
   files.folder.write("sparse/0/cameras.txt", "1 PINHOLE 64 -48 50 51 33 25\n");
   EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "expected an image height, found '-48'"));
 }

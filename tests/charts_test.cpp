@@ -25,13 +25,11 @@ class Charts : public testing::Test {
     AtlasOptions options;
     options.page_size = page_size, options.padding = padding;
     const CoverageIndex coverage(scene_.coverage);
-    return make_charts(input, options, face_neighbours(scene_.graph, scene_.mesh.faces.size()), coverage,
-                       1.0);
+    return make_charts(input, options, face_neighbours(scene_.graph, scene_.mesh.faces.size()), coverage, 1.0);
   }
   static Image grey(const View& view) {
     Image image{view.camera.width, view.camera.height, 3, {}};
-    image.pixels.assign(3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
-                        128);
+    image.pixels.assign(3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height), 128);
     return image;
   }
   /// Every face in one chart, its corners inside the chart's box, and the box with padding in the page.
@@ -64,8 +62,7 @@ TEST_F(Charts, ConnectedFacesOfOneViewShareAChart) {
   scene_.add_plane(4, 2, 1.0);
   for (int v = 0; v < 2; ++v) scene_.add_view(2, 1, 10, 400, 200, 400);
   const int views[2][4] = {{0, 1, 1, 0}, {0, 0, 1, 1}};
-  for (std::size_t f = 0; f < 16; ++f)
-    scene_.labels[f] = ViewId{static_cast<std::uint32_t>(views[f / 8][f / 2 % 4])};
+  for (std::size_t f = 0; f < 16; ++f) scene_.labels[f] = ViewId{static_cast<std::uint32_t>(views[f / 8][f / 2 % 4])};
   const ChartSet set = make(1024);
   expect_sound(set, 1024);
   EXPECT_EQ(set.charts.size(), 3u);
@@ -83,8 +80,8 @@ TEST_F(Charts, TexelCentresAreFramePixelCentres) {
   const View& view = scene_.scene.views[0];
   for (std::size_t f = 0; f < scene_.mesh.faces.size(); ++f) {
     for (std::size_t i = 0; i < 3; ++i) {
-      const PixelPoint p = pixel_from_camera(
-          view.camera, camera_from_world(view.pose, scene_.mesh.positions[scene_.mesh.faces[f][i]]));
+      const PixelPoint p =
+          pixel_from_camera(view.camera, camera_from_world(view.pose, scene_.mesh.positions[scene_.mesh.faces[f][i]]));
       const PixelPoint q = chart.frame_position(set.corners[f][i].x, set.corners[f][i].y);
       EXPECT_NEAR(p.x, q.x, 1e-9);
       EXPECT_NEAR(p.y, q.y, 1e-9);
@@ -218,8 +215,8 @@ TEST(TexelSet, AgreesWithAPlainSetOfTexels) {
       (i % 2 ? a : b).add(y, first, last);
       for (int x = first; x <= last; ++x) (i % 2 ? plain_a : plain_b).emplace(x, y);
     }
-    const bool meet = std::any_of(plain_a.begin(), plain_a.end(),
-                                  [&](const auto& texel) { return plain_b.contains(texel); });
+    const bool meet =
+        std::any_of(plain_a.begin(), plain_a.end(), [&](const auto& texel) { return plain_b.contains(texel); });
     EXPECT_EQ(a.meets(b), meet);
     a.take(b);
     for (const auto& [x, y] : plain_b) EXPECT_TRUE(a.meets(y, x, x));

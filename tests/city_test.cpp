@@ -64,8 +64,7 @@ TEST(City, RoofsAndGroundFaceUpAndWindowedWallsAreUpright) {
   for (std::size_t f = 0; f < city.mesh.faces.size(); ++f) {
     const Surface& surface = city.surfaces[city.face_surface[f]];
     const Triangle& t = city.mesh.faces[f];
-    const WorldPoint &a = city.mesh.positions[t[0]], &b = city.mesh.positions[t[1]],
-                     &c = city.mesh.positions[t[2]];
+    const WorldPoint &a = city.mesh.positions[t[0]], &b = city.mesh.positions[t[1]], &c = city.mesh.positions[t[2]];
     const double up = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);  // twice the area on the map
     ++seen[surface.material];
     if (surface.material == Material::ground || surface.material == Material::tiles ||
@@ -87,8 +86,7 @@ TEST(City, CrownsAreClosedAndWindOutwards) {
     const std::uint32_t surface = city.face_surface[f];
     if (city.surfaces[surface].material != Material::leaves) continue;
     const Triangle& t = city.mesh.faces[f];
-    const WorldPoint &a = city.mesh.positions[t[0]], &b = city.mesh.positions[t[1]],
-                     &c = city.mesh.positions[t[2]];
+    const WorldPoint &a = city.mesh.positions[t[0]], &b = city.mesh.positions[t[1]], &c = city.mesh.positions[t[2]];
     volume[surface] +=
         (a.x * (b.y * c.z - b.z * c.y) + a.y * (b.z * c.x - b.x * c.z) + a.z * (b.x * c.y - b.y * c.x)) / 6;
     for (std::size_t i = 0; i < 3; ++i) edges[surface].insert({t[i], t[(i + 1) % 3]});
@@ -134,8 +132,8 @@ TEST(City, FlightLooksDownAndFromFourSides) {
 }
 
 TEST(SynthRenderer, PhotoShowsAKnownPointWhereTheCameraPutsIt) {
-  // The centre line of the street along y = 18 m: white dashes on asphalt, 1.5 m long, from x = 0 on.
-  // Straight above the first dash, the middle of the picture is white and 2 m to the side it is dark.
+  // The centre line of the street along y = 18 m: white dashes on asphalt, 1.5 m long, from x = 0 on. Straight above
+  // the first dash, the middle of the picture is white and 2 m to the side it is dark.
   CityOptions options;
   options.faces = 8000;
   const SynthScene city = make_city(options);
@@ -151,14 +149,11 @@ TEST(SynthRenderer, PhotoShowsAKnownPointWhereTheCameraPutsIt) {
   // The ground is surface 0, and its faces come first.
   ASSERT_EQ(city.face_surface[0], 0u);
   ASSERT_TRUE(renderer.sees(view.pose, {0.75, 18, 0}, 0));
-  const auto brightness = [&](int x, int y) {
-    return photo.at(x, y)[0] + photo.at(x, y)[1] + photo.at(x, y)[2];
-  };
+  const auto brightness = [&](int x, int y) { return photo.at(x, y)[0] + photo.at(x, y)[1] + photo.at(x, y)[2]; };
   EXPECT_GT(brightness(50, 50), 2 * brightness(50, 20));
   // The dash is 0.24 m wide: 6 pixels; rows 47.5 to 53.5 by their centres.
   int white = 0;
-  for (int y = 0; y < 101; ++y)
-    white += brightness(50, y) * 2 > brightness(50, 50) + brightness(50, 20) ? 1 : 0;
+  for (int y = 0; y < 101; ++y) white += brightness(50, y) * 2 > brightness(50, 50) + brightness(50, 20) ? 1 : 0;
   EXPECT_NEAR(white, 6, 1);
 }
 
@@ -169,8 +164,8 @@ TEST(SynthRenderer, DistortedPhotoIsThePinholePhotoBent) {
   const View view = synth_flight(options.flight).front();
   ASSERT_FALSE(view.camera.distortion.is_identity());
   const Image bent = renderer.photo(view.camera, view.pose).image;
-  // A ray through a photo's pixel is the ray through the undistorted frame's pixel that the lens sends there:
-  // render a pinhole camera of one pixel around that place.
+  // A ray through a photo's pixel is the ray through the undistorted frame's pixel that the lens sends there: render a
+  // pinhole camera of one pixel around that place.
   for (const PhotoPoint at : {PhotoPoint{10.5, 12.5}, {60.5, 40.5}, {109.5, 70.5}}) {
     const auto pixel = pixel_from_photo(view.camera, at);
     ASSERT_TRUE(pixel.has_value());
@@ -194,8 +189,8 @@ TEST(CityFiles, CamerasReadBackWithTheirPoses) {
   std::filesystem::create_directories(folder.path() / "colmap");
   std::filesystem::create_directories(folder.path() / "images");
   for (const View& view : views)
-    write_image(folder.path() / "images" / view.name, renderer.photo(view.camera, view.pose).image,
-                ImageFormat::jpg, 95);
+    write_image(folder.path() / "images" / view.name, renderer.photo(view.camera, view.pose).image, ImageFormat::jpg,
+                95);
   write_synth_cameras(folder.path() / "colmap", city, views, renderer, {});
   write_synth_mesh(folder.path() / "mesh.ply", city.mesh, {});
 
@@ -204,8 +199,7 @@ TEST(CityFiles, CamerasReadBackWithTheirPoses) {
   for (std::size_t v = 0; v < views.size(); ++v) {
     EXPECT_EQ(scene.views[v].name, views[v].name);
     EXPECT_EQ(scene.views[v].camera, views[v].camera);
-    for (std::size_t i = 0; i < 9; ++i)
-      EXPECT_NEAR(scene.views[v].pose.rotation[i], views[v].pose.rotation[i], 1e-12);
+    for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(scene.views[v].pose.rotation[i], views[v].pose.rotation[i], 1e-12);
     EXPECT_NEAR(scene.views[v].pose.centre.x, views[v].pose.centre.x, 1e-9);
     EXPECT_NEAR(scene.views[v].pose.centre.z, views[v].pose.centre.z, 1e-9);
   }

@@ -23,8 +23,7 @@ struct Bench {
       : mesh(given),
         view(seen),
         mask(seen.camera),
-        ivm(static_cast<std::size_t>(seen.camera.width) * static_cast<std::size_t>(seen.camera.height),
-            kNoFace) {
+        ivm(static_cast<std::size_t>(seen.camera.width) * static_cast<std::size_t>(seen.camera.height), kNoFace) {
     project_vertices(mesh, view.camera, view.pose, projected);
   }
   ClassifyView prepared() const {
@@ -77,8 +76,7 @@ TEST(Exact, DoesNotTrustTheItemBuffer) {
 }
 
 /// Which of the sub-pixel samples of `faces` no face hides, by asking the exact predicates about every pair.
-std::vector<std::uint32_t> visible_by_brute_force(const ClassifyView& view,
-                                                  const std::vector<FaceId>& faces) {
+std::vector<std::uint32_t> visible_by_brute_force(const ClassifyView& view, const std::vector<FaceId>& faces) {
   std::vector<RasterFace> rasters;
   for (std::uint32_t f = 0; f < view.mesh.faces.size(); ++f) rasters.push_back(view.raster(FaceId{f}));
   std::vector<std::uint32_t> visible;
@@ -128,8 +126,8 @@ void expect_brute_force(const Mesh& mesh, const View& view, std::uint32_t first,
 }
 
 TEST(Subpixel, TilesDecideAsThePredicatesDo) {
-  // Small faces everywhere and heaped up in one pixel, behind small and middling ones, slivers across the
-  // image, one over all of it and one that crosses the camera plane.
+  // Small faces everywhere and heaped up in one pixel, behind small and middling ones, slivers across the image, one
+  // over all of it and one that crosses the camera plane.
   const View view = scenes::view_of(1100, 1060, 1000);
   Mesh mesh = scenes::soup(view.camera, 400, 0.4, 3);
   Mesh heap = scenes::soup(scenes::view_of(1, 1, 1000).camera, 400, 0.2, 4);
@@ -145,8 +143,7 @@ TEST(Subpixel, TilesDecideAsThePredicatesDo) {
 }
 
 TEST(Subpixel, FacesOnBordersOfTilesDecideAsThePredicatesDo) {
-  // Corners on and beside the borders, thin faces along them, and others over them, far from the image's
-  // corner.
+  // Corners on and beside the borders, thin faces along them, and others over them, far from the image's corner.
   const View view = scenes::view_of(6000, 130, 1000);
   std::mt19937 random(7);
   const auto uniform = [&](double low, double high) {
@@ -157,8 +154,7 @@ TEST(Subpixel, FacesOnBordersOfTilesDecideAsThePredicatesDo) {
   for (int i = 0; i < 900; ++i) {
     const double x = 32.0 * (184 + static_cast<double>(random() % 3));
     const double y = 32.0 * static_cast<double>(1 + random() % 3);
-    const double along_x = random() % 2 == 0 ? uniform(-5, 5) : 0,
-                 along_y = along_x == 0 ? uniform(-5, 5) : 0;
+    const double along_x = random() % 2 == 0 ? uniform(-5, 5) : 0, along_y = along_x == 0 ? uniform(-5, 5) : 0;
     const double z = uniform(5, 15);
     std::array<std::array<double, 3>, 3> corners{};
     for (auto& corner : corners)

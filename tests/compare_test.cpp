@@ -66,16 +66,15 @@ Json small_report() {
         {"epsilon", std::move(epsilon)},
         {"status", "ok"},
         {"oracle", {{"agreement", agreement}}},
-        {"truth",
-         {{"all", {{"textured", 1.0}, {"wrong", wrong}}}, {"origin", {{"all", {{"right", 1 - wrong}}}}}}}};
+        {"truth", {{"all", {{"textured", 1.0}, {"wrong", wrong}}}, {"origin", {{"all", {{"right", 1 - wrong}}}}}}}};
   };
   Json report{{"scene", {{"name", "here"}, {"faces", 1234567}, {"views", 5}, {"used_views", 4}}},
               {"program", {{"version", "1"}, {"device", {{"renderer", "a </script> device"}}}}},
               {"settings", {{"scored", {{"held_out", true}}}}},
               {"findings", Json::array()}};
-  report["modes"] = Json::array({mode("ray:dense:0.1", "ray:dense", 0.1, 0.5, 0.25),
-                                 mode("ray:dense:0.01", "ray:dense", 0.01, 0.75, 0.5),
-                                 mode("gpvc", "gpvc", nullptr, 1.0, 0.0)});
+  report["modes"] =
+      Json::array({mode("ray:dense:0.1", "ray:dense", 0.1, 0.5, 0.25),
+                   mode("ray:dense:0.01", "ray:dense", 0.01, 0.75, 0.5), mode("gpvc", "gpvc", nullptr, 1.0, 0.0)});
   return report;
 }
 
@@ -85,12 +84,10 @@ TEST(Findings, NameEachFamilysBestEpsilon) {
   EXPECT_EQ(findings[0],
             "Classes that agree with the exact oracle: gpvc 100.000 %; ray:dense at its best epsilon, 0.01: "
             "75.000 %.");
-  EXPECT_NE(findings[1].find("ray:dense at its best epsilon, 0.1: 75.000 %"), std::string::npos)
-      << findings[1];
-  EXPECT_EQ(
-      findings[2],
-      "By classes that agree with the oracle no mode with a bias is ahead of gpvc at any epsilon; 2 of 2 "
-      "behind.");
+  EXPECT_NE(findings[1].find("ray:dense at its best epsilon, 0.1: 75.000 %"), std::string::npos) << findings[1];
+  EXPECT_EQ(findings[2],
+            "By classes that agree with the oracle no mode with a bias is ahead of gpvc at any epsilon; 2 of 2 "
+            "behind.");
 }
 
 TEST(Contest, CallsATieWhatChanceCanDo) {
@@ -103,9 +100,8 @@ TEST(Contest, CallsATieWhatChanceCanDo) {
     if (mode["epsilon"].is_number()) mode["against_gpvc"]["faithful"] = {{"ahead", -0.25}, {"noise", 0.001}};
   const auto findings = contest_findings(report);
   ASSERT_EQ(findings.size(), 4u);
-  EXPECT_EQ(
-      findings[1],
-      "By area textured faithfully no mode with a bias is ahead of gpvc at any epsilon; 2 of 2 behind.");
+  EXPECT_EQ(findings[1],
+            "By area textured faithfully no mode with a bias is ahead of gpvc at any epsilon; 2 of 2 behind.");
   EXPECT_EQ(findings[0],
             "By seen area textured rightly no mode with a bias is ahead of gpvc at any epsilon; a tie: "
             "ray:dense:0.1; 1 of 2 behind.");

@@ -52,15 +52,14 @@ TEST_F(CostFile, FolderWithVastViewNumbersIsRefused) {
     write_costs(folder_ / "costs", {{0, 1, 3}, {4, 1, view}, {0, 0, 0}});
     const std::string refusal = test::input_error([&] { read_costs(folder_ / "costs"); });
     EXPECT_TRUE(test::contains(refusal, "views.npy")) << refusal;
-    EXPECT_TRUE(test::contains(
-        refusal, "face 1: has the view " + std::to_string(view) + "; expected numbers below 65536"))
+    EXPECT_TRUE(
+        test::contains(refusal, "face 1: has the view " + std::to_string(view) + "; expected numbers below 65536"))
         << refusal;
   }
 }
 
 TEST_F(CostFile, SparseTableInAnyOrder) {
-  expect_table(
-      read_costs(write("SPT 0.2 3 5 3\n" + record(2, 0, 1.0f) + record(0, 4, 0.25f) + record(0, 1, 0.5f))));
+  expect_table(read_costs(write("SPT 0.2 3 5 3\n" + record(2, 0, 1.0f) + record(0, 4, 0.25f) + record(0, 1, 0.5f))));
 }
 
 TEST_F(CostFile, SparseTableCutAnywhereIsRefused) {

@@ -57,8 +57,8 @@ TEST(CoverageStore, LargeFacesTakeLittle) {
   // A quarter circle of 12 megapixels: a tenth of its bits is enough.
   CoverageTable table;
   add_entry(
-      0, 4000, 3000,
-      [](std::size_t bit) { return bit % 4000 * (bit % 4000) + bit / 4000 * (bit / 4000) < 9000000; }, table);
+      0, 4000, 3000, [](std::size_t bit) { return bit % 4000 * (bit % 4000) + bit / 4000 * (bit / 4000) < 9000000; },
+      table);
   CoverageStore store;
   store.add(table);
   EXPECT_LT(store.bytes() * 8, 4000u * 3000u / 10);

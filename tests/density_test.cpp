@@ -55,8 +55,7 @@ TEST(Density, TexelSizeReducesChartsAndAverages) {
   for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) {
     for (const auto& [a, b] : {std::pair(0.3, 0.3), std::pair(0.5, 0.2), std::pair(0.2, 0.6)}) {
       const WorldPoint p = point_at(s.mesh, face, a, b);
-      const Color got =
-          lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, a, b));
+      const Color got = lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, a, b));
       const Color d = got - area_mean(p.x, p.y, 0.16);  // a bilinear lookup covers two texels
       squares += double(d.r * d.r + d.g * d.g) / 2;
       // A texel is four stripes wide; a single sample in it would be 100 off.
@@ -94,8 +93,7 @@ TEST(Density, TexelsLargerThanAChartHaveTheColourOfTheChart) {
     const TextureAtlas atlas = s.build(options);
     EXPECT_LE(atlas.statistics.chart_texels, 4u);
     for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) {
-      const Color c =
-          lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, 0.3, 0.3));
+      const Color c = lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, 0.3, 0.3));
       EXPECT_NEAR(c.r, 200, 10) << pixels;
       EXPECT_NEAR(c.b, 10, 12) << pixels;
     }
@@ -112,9 +110,8 @@ TEST(Density, CoarseTexelsContinueWhatFinerOnesShow) {
     const TextureAtlas atlas = s.build(options);
     for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) {
       const WorldPoint p = point_at(s.mesh, face, 0.3, 0.3);
-      const Color d =
-          lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, 0.3, 0.3)) -
-          area_mean(p.x, p.y, 2 * options.texel_size);
+      const Color d = lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, 0.3, 0.3)) -
+                      area_mean(p.x, p.y, 2 * options.texel_size);
       EXPECT_LT(std::abs(d.r) + std::abs(d.g), pixels < 20 ? 8 : 50) << pixels << " " << face;
     }
   }

@@ -16,9 +16,8 @@ class DeviceGl : public testing::Test {
 
 TEST_F(DeviceGl, ListsHardwareFirstAndNumbersInOrder) {
   const std::vector<DeviceInfo> devices = list_devices();
-  EXPECT_TRUE(std::is_sorted(devices.begin(), devices.end(), [](const DeviceInfo& a, const DeviceInfo& b) {
-    return a.software < b.software;
-  }));
+  EXPECT_TRUE(std::is_sorted(devices.begin(), devices.end(),
+                             [](const DeviceInfo& a, const DeviceInfo& b) { return a.software < b.software; }));
   for (std::size_t i = 0; i < devices.size(); ++i) EXPECT_EQ(devices[i].index, static_cast<int>(i));
 }
 

@@ -11,9 +11,7 @@ namespace {
 //   3---2
 //   | \ |    edge 0-1: length 1, edge 1-3 the diagonal
 //   0---1
-Mesh folded() {
-  return {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 1, 1}}, {{0, 1, 3}, {1, 2, 3}, {3, 2, 4}}};
-}
+Mesh folded() { return {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 1, 1}}, {{0, 1, 3}, {1, 2, 3}, {3, 2, 4}}}; }
 
 FaceGraph weighed(EdgeWeights weights) {
   const Mesh mesh = folded();

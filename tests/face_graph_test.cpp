@@ -42,8 +42,7 @@ TEST(FaceGraph, DuplicateFacesAreOnePair) {
 }
 
 TEST(FaceGraph, DegenerateFaces) {
-  // Face 1 is the edge 0-1 there and back; it neighbours face 0 once and never itself. Face 2 is a single
-  // vertex.
+  // Face 1 is the edge 0-1 there and back; it neighbours face 0 once and never itself. Face 2 is a single vertex.
   EXPECT_EQ(edges_of({{0, 1, 2}, {0, 1, 0}, {1, 1, 1}}), (Edges{{0, 1}}));
 }
 

@@ -6,8 +6,7 @@ namespace gpvc {
 namespace {
 
 Color ramp(double x, double y) {
-  return {static_cast<float>(60 + 10 * x), static_cast<float>(80 + 8 * y),
-          static_cast<float>(200 - 6 * x - 4 * y)};
+  return {static_cast<float>(60 + 10 * x), static_cast<float>(80 + 8 * y), static_cast<float>(200 - 6 * x - 4 * y)};
 }
 
 Color colour_of(const TextureAtlas& atlas, std::size_t face, double a, double b) {
@@ -27,8 +26,7 @@ TEST(Fill, HoleContinuesALinearRamp) {
   const TextureAtlas atlas = s.build(AtlasOptions{});
   EXPECT_EQ(atlas.statistics.filled_faces, 48u);
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
-    for (const auto& [a, b] :
-         {std::pair(1.0, 0.0), std::pair(0.0, 1.0), std::pair(0.0, 0.0), std::pair(0.4, 0.3)}) {
+    for (const auto& [a, b] : {std::pair(1.0, 0.0), std::pair(0.0, 1.0), std::pair(0.0, 0.0), std::pair(0.4, 0.3)}) {
       const WorldPoint p = point_at(s.mesh, f, a, b);
       const Color d = colour_of(atlas, f, a, b) - ramp(p.x, p.y);
       EXPECT_LE(std::max({std::abs(d.r), std::abs(d.g), std::abs(d.b)}), 2.0) << "face " << f;

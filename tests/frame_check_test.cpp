@@ -55,17 +55,15 @@ TEST(FrameCheck, AcceptsOneFaceInOneFrame) {
 }
 
 TEST(FrameCheck, ExplainsWithBothBoxes) {
-  EXPECT_TRUE(
-      contains(refusal(triangle_at(500000, 20, 0)),
-               "m.ply: no photo sees any face, the mesh lies outside every frame: it spans x 500000.000 .. "
-               "500001.000, y 20.000 .. 21.000, z 0.000 .. 0.000, the cameras x 0.000 .. 0.000, y 0.000 .. "
-               "0.000, z 10.000 .. 10.000; expected both in the same coordinates"));
+  EXPECT_TRUE(contains(refusal(triangle_at(500000, 20, 0)),
+                       "m.ply: no photo sees any face, the mesh lies outside every frame: it spans x 500000.000 .. "
+                       "500001.000, y 20.000 .. 21.000, z 0.000 .. 0.000, the cameras x 0.000 .. 0.000, y 0.000 .. "
+                       "0.000, z 10.000 .. 10.000; expected both in the same coordinates"));
   EXPECT_TRUE(contains(refusal(triangle_at(0, 0, 11)), "the mesh lies behind every camera"));
   Scene shifted = scene_above();
   shifted.srs = "EPSG:32632";
   shifted.offset = {500000, 20, 0};
-  EXPECT_TRUE(
-      contains(refusal(triangle_at(500000, 20, 0), shifted), "(which is EPSG:32632 less 500000 20 0)"));
+  EXPECT_TRUE(contains(refusal(triangle_at(500000, 20, 0), shifted), "(which is EPSG:32632 less 500000 20 0)"));
 }
 
 TEST(FrameCheck, MeasuresTheShareInAFrame) {
@@ -82,8 +80,7 @@ TEST(FrameCheck, MeasuresTheShareInAFrame) {
 /// Closed, corners counter-clockwise seen from outside: [-2, 2] x [-2, 2] x [0, 2].
 Mesh box() {
   Mesh mesh;
-  for (int i = 0; i < 8; ++i)
-    mesh.positions.push_back({i & 1 ? 2.0 : -2.0, i & 2 ? 2.0 : -2.0, i & 4 ? 2.0 : 0.0});
+  for (int i = 0; i < 8; ++i) mesh.positions.push_back({i & 1 ? 2.0 : -2.0, i & 2 ? 2.0 : -2.0, i & 4 ? 2.0 : 0.0});
   mesh.faces = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                 {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
   return mesh;
@@ -147,8 +144,8 @@ TEST(CheckWinding, RefusesInsideOutAndWarnsOfParts) {
 
 // --- the picture of the result
 
-/// Where the overview of a mesh seen from above shows its corners: the smallest and largest x and y, as a
-/// share of the picture.
+/// Where the overview of a mesh seen from above shows its corners: the smallest and largest x and y, as a share of the
+/// picture.
 std::array<double, 4> pictured(const Mesh& mesh) {
   const std::vector<ViewId> labels(mesh.faces.size(), ViewId{0});
   const Viewpoint at = overview(mesh, labels, scene_above(), kUsed, UpAxis::pos_z, 400, 300);
@@ -157,8 +154,8 @@ std::array<double, 4> pictured(const Mesh& mesh) {
     const CameraPoint c = camera_from_world(at.pose, p);
     EXPECT_GT(c.z, 0);
     const PixelPoint pixel = pixel_from_camera(at.camera, c);
-    reach = {std::min(reach[0], pixel.x / 400), std::max(reach[1], pixel.x / 400),
-             std::min(reach[2], pixel.y / 300), std::max(reach[3], pixel.y / 300)};
+    reach = {std::min(reach[0], pixel.x / 400), std::max(reach[1], pixel.x / 400), std::min(reach[2], pixel.y / 300),
+             std::max(reach[3], pixel.y / 300)};
   }
   return reach;
 }
@@ -179,8 +176,7 @@ TEST(Overview, HoldsMeshesOfFewFaces) {
   expect_filled(wall);
   expect_filled(triangle_at(0, 0, 0));
   Mesh house = box();
-  for (const WorldPoint& p : {WorldPoint{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}})
-    house.positions.push_back(p);
+  for (const WorldPoint& p : {WorldPoint{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}}) house.positions.push_back(p);
   house.faces.push_back({8, 9, 10});
   house.faces.push_back({8, 10, 11});
   expect_filled(house);

@@ -87,8 +87,7 @@ TEST(WriteGltf, GivesEveryVertexItsNormal) {
     std::memcpy(indices.data(), gltf.buffers[0].data.data() + view.byteOffset, view.byteLength);
     for (std::size_t i = 0; i < indices.size(); ++i) {
       const std::uint32_t position = test.mesh.faces[index(faces[triangle + i / 3])][i % 3];
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        EXPECT_EQ(stored[3 * indices[i] + axis], normals[position][axis]);
+      for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(stored[3 * indices[i] + axis], normals[position][axis]);
     }
     triangle += indices.size() / 3;
   }
@@ -100,8 +99,7 @@ TEST(WriteGltf, FilesHoldWhatTheGlbHolds) {
   ModelOptions options{{500000, 5400000, 0}, UpAxis::pos_z};
   options.normals = true;
   const auto faces = write_glb(test.folder.path() / "m.glb", test.model, test.pages, options);
-  const GltfFiles files =
-      write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, options);
+  const GltfFiles files = write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, options);
   EXPECT_EQ(files.file, test.folder.path() / "m.gltf");
   EXPECT_EQ(files.buffers, std::vector{test.folder.path() / "m.bin"});
   EXPECT_EQ(files.faces, faces);
@@ -125,13 +123,10 @@ TEST(WriteGltf, CutsBuffersBetweenPrimitives) {
   const StripModel test;
   ModelOptions options;
   options.buffer_limit_bytes = 100;
-  const GltfFiles files =
-      write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, options);
+  const GltfFiles files = write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, options);
   EXPECT_EQ(files.buffers, (std::vector{test.folder.path() / "m.bin", test.folder.path() / "m_1.bin"}));
-  const GltfFiles whole =
-      write_gltf(test.folder.path() / "w", GltfContainer::files, test.model, test.pages, {});
-  EXPECT_EQ(test::read_file(files.buffers[0]) + test::read_file(files.buffers[1]),
-            test::read_file(whole.buffers[0]));
+  const GltfFiles whole = write_gltf(test.folder.path() / "w", GltfContainer::files, test.model, test.pages, {});
+  EXPECT_EQ(test::read_file(files.buffers[0]) + test::read_file(files.buffers[1]), test::read_file(whole.buffers[0]));
   const tinygltf::Model gltf = load(files.file), one = load(whole.file);
   EXPECT_EQ(gltf.buffers.size(), 2u);
   for (std::size_t p = 0; p < 2; ++p)
@@ -143,8 +138,7 @@ TEST(WriteGltf, CutsBuffersBetweenPrimitives) {
 TEST(WriteGltf, TurnsToFilesAboveFourGibibytes) {
   const StripModel test;
   std::filesystem::resize_file(test.pages[0].file, std::uintmax_t{1} << 32);
-  const GltfFiles files =
-      write_gltf(test.folder.path() / "m", GltfContainer::glb, test.model, test.pages, {});
+  const GltfFiles files = write_gltf(test.folder.path() / "m", GltfContainer::glb, test.model, test.pages, {});
   EXPECT_EQ(files.file, test.folder.path() / "m.gltf");
   EXPECT_GT(files.glb_bytes, std::size_t{1} << 32);
   EXPECT_FALSE(std::filesystem::exists(test.folder.path() / "m.glb"));
@@ -156,8 +150,7 @@ TEST(WriteGltf, EscapesNamesAsUris) {
   StripModel test;
   std::filesystem::rename(test.pages[0].file, test.folder.path() / "a b#\xC3\xA4.png");
   test.pages[0].file = test.folder.path() / "a b#\xC3\xA4.png";
-  const GltfFiles files =
-      write_gltf(test.folder.path() / "m 1", GltfContainer::files, test.model, test.pages, {});
+  const GltfFiles files = write_gltf(test.folder.path() / "m 1", GltfContainer::files, test.model, test.pages, {});
   const std::string json = test::read_file(files.file);
   EXPECT_TRUE(contains(json, "\"a%20b%23%C3%A4.png\""));
   EXPECT_TRUE(contains(json, "\"m%201.bin\""));
@@ -200,9 +193,8 @@ TEST(WriteObj, ListsFacesWithoutAPageInTheirPlace) {
     EXPECT_EQ(back.model.face_page[1], kNoPage);
     EXPECT_EQ(back.model.face_page[2], kNoPage);
     EXPECT_NE(back.model.face_page[3], kNoPage);
-    EXPECT_TRUE(
-        contains(test::read_file(file), normals ? "usemtl untextured\nf 3//3 4//4 2//2\nf 3//3 5//5 4//4\n"
-                                                : "usemtl untextured\nf 3 4 2\nf 3 5 4\n"));
+    EXPECT_TRUE(contains(test::read_file(file), normals ? "usemtl untextured\nf 3//3 4//4 2//2\nf 3//3 5//5 4//4\n"
+                                                        : "usemtl untextured\nf 3 4 2\nf 3 5 4\n"));
   }
   EXPECT_TRUE(contains(test::read_file(test.folder.path() / "model.mtl"), "newmtl untextured\n"));
 }

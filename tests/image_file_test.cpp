@@ -34,15 +34,14 @@ Image picture(int width, int height) {
 
 /// Written by OpenImageIO itself, in a layout of the test's choice.
 template <typename T>
-std::filesystem::path store(const TemporaryFolder& folder, const std::string& name, int width, int height,
-                            int channels, OIIO::TypeDesc type, const std::vector<T>& samples,
+std::filesystem::path store(const TemporaryFolder& folder, const std::string& name, int width, int height, int channels,
+                            OIIO::TypeDesc type, const std::vector<T>& samples,
                             const std::vector<std::pair<std::string, int>>& attributes = {}) {
   const auto file = folder.path() / name;
   OIIO::ImageSpec spec(width, height, channels, type);
   for (const auto& [key, value] : attributes) spec.attribute(key, value);
   const auto out = OIIO::ImageOutput::create(file.string());
-  EXPECT_TRUE(out && out->open(file.string(), spec) && out->write_image(type, samples.data()) &&
-              out->close());
+  EXPECT_TRUE(out && out->open(file.string(), spec) && out->write_image(type, samples.data()) && out->close());
   return file;
 }
 
@@ -65,9 +64,8 @@ TEST(ReadImage, DropsAlphaWithoutTouchingColours) {
             (Bytes{10, 20, 30, 40, 50, 60}));
   EXPECT_EQ(read_image(store(folder, "a.tif", 2, 1, 4, OIIO::TypeUInt8, rgba, straight)).pixels,
             (Bytes{10, 20, 30, 40, 50, 60}));
-  EXPECT_EQ(
-      read_image(store(folder, "b.png", 2, 1, 2, OIIO::TypeUInt8, Bytes{10, 0, 40, 128}, straight)).pixels,
-      (Bytes{10, 10, 10, 40, 40, 40}));
+  EXPECT_EQ(read_image(store(folder, "b.png", 2, 1, 2, OIIO::TypeUInt8, Bytes{10, 0, 40, 128}, straight)).pixels,
+            (Bytes{10, 10, 10, 40, 40, 40}));
 }
 
 // 16 bits scale by 255 / 65535 = 1 / 257, to the nearest.
@@ -97,8 +95,7 @@ TEST(ReadImage, LeavesOrientationToTheCameras) {
   const TemporaryFolder folder;
   const Image image = picture(64, 40);
   constexpr int kTurnedRight = 6;
-  const auto file =
-      store(folder, "a.jpg", 64, 40, 3, OIIO::TypeUInt8, image.pixels, {{"Orientation", kTurnedRight}});
+  const auto file = store(folder, "a.jpg", 64, 40, 3, OIIO::TypeUInt8, image.pixels, {{"Orientation", kTurnedRight}});
   EXPECT_EQ(OIIO::ImageInput::open(file.string())->spec().get_int_attribute("Orientation"), kTurnedRight);
   const Image back = read_image(file);
   EXPECT_EQ(back.width, 64);
@@ -113,8 +110,7 @@ TEST(ReadImage, ReadsTiledFiles) {
   OIIO::ImageSpec spec(100, 70, 3, OIIO::TypeUInt8);
   spec.tile_width = spec.tile_height = 32;
   const auto out = OIIO::ImageOutput::create(file.string());
-  ASSERT_TRUE(out && out->open(file.string(), spec) &&
-              out->write_image(OIIO::TypeUInt8, image.pixels.data()));
+  ASSERT_TRUE(out && out->open(file.string(), spec) && out->write_image(OIIO::TypeUInt8, image.pixels.data()));
   ASSERT_TRUE(out->close());
   EXPECT_EQ(read_image(file).pixels, image.pixels);
 }
@@ -140,13 +136,12 @@ TEST(ReadImage, RefusesJpegAndPngCutAtEveryByte) {
   for (const std::string name : {"a.jpg", "a.png"}) {
     const std::string good = test::read_file(store(folder, name, 24, 20, 3, OIIO::TypeUInt8, image.pixels));
     for (std::size_t size = 0; size < good.size(); ++size)
-      EXPECT_THROW(read_image(folder.write("cut" + name, good.substr(0, size))), InputError)
-          << name << " at " << size;
+      EXPECT_THROW(read_image(folder.write("cut" + name, good.substr(0, size))), InputError) << name << " at " << size;
   }
 }
 
-// Stray bytes before a marker are a warning of libjpeg's, the only one it gives: what is read is whole, and a
-// cut behind them must not pass.
+// Stray bytes before a marker are a warning of libjpeg's, the only one it gives: what is read is whole, and a cut
+// behind them must not pass.
 TEST(ReadImage, ToleratesStrayBytesInJpegButNoCutBehindThem) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "a.jpg";
@@ -161,13 +156,13 @@ TEST(ReadImage, ToleratesStrayBytesInJpegButNoCutBehindThem) {
   const std::string trailed = good + std::string(1000, 'x') + good.substr(0, 100);
   EXPECT_EQ(read_image(folder.write("trailed.jpg", trailed)).pixels, pixels);
   for (const std::size_t lost : {2u, 10u, 500u, 2000u})
-    EXPECT_TRUE(contains(
-        input_error([&] { read_image(folder.write("cut.jpg", stray.substr(0, stray.size() - lost))); }),
-        "ends too early"));
+    EXPECT_TRUE(
+        contains(input_error([&] { read_image(folder.write("cut.jpg", stray.substr(0, stray.size() - lost))); }),
+                 "ends too early"));
 }
 
-// Zeros decode to something under nearly all tables, and libjpeg is content; flat pictures, whose data may
-// hold many zeros, and padding before a marker are no damage.
+// Zeros decode to something under nearly all tables, and libjpeg is content; flat pictures, whose data may hold many
+// zeros, and padding before a marker are no damage.
 TEST(ReadImage, RefusesJpegWithZerosInThePlaceOfData) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "a.jpg";
@@ -256,12 +251,9 @@ TEST(ReadImage, GoesByTheBytesNotTheNameInManyThreads) {
 
 TEST(ReadImage, SaysWhatIsWrong) {
   const TemporaryFolder folder;
-  EXPECT_TRUE(
-      contains(input_error([&] { read_image(folder.path() / "absent.jpg"); }), "absent.jpg: does not exist"));
-  EXPECT_TRUE(
-      contains(input_error([&] { read_image(folder.write("a.jpg", "no jpeg")); }), "a.jpg: is no image"));
-  EXPECT_TRUE(
-      contains(input_error([&] { read_image(folder.write("a", "")); }), "a: is empty, expected an image"));
+  EXPECT_TRUE(contains(input_error([&] { read_image(folder.path() / "absent.jpg"); }), "absent.jpg: does not exist"));
+  EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("a.jpg", "no jpeg")); }), "a.jpg: is no image"));
+  EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("a", "")); }), "a: is empty, expected an image"));
   std::filesystem::create_directory(folder.path() / "b.jpg");
   EXPECT_TRUE(contains(input_error([&] { read_image(folder.path() / "b.jpg"); }), "b.jpg: is a folder"));
 }
@@ -271,8 +263,7 @@ TEST(ReadImage, HoldsClaimedSizesAgainstTheBytes) {
   const TemporaryFolder folder;
   using namespace std::string_view_literals;
   const Image image = picture(24, 20);
-  const auto changed = [&](const std::string& name, std::string_view mark, std::size_t behind,
-                           std::string_view size) {
+  const auto changed = [&](const std::string& name, std::string_view mark, std::size_t behind, std::string_view size) {
     std::string bytes = test::read_file(store(folder, name, 24, 20, 3, OIIO::TypeUInt8, image.pixels));
     bytes.replace(bytes.find(mark) + behind, size.size(), size);
     return input_error([&] { read_image(folder.write("big" + name, bytes)); });
@@ -285,20 +276,19 @@ TEST(ReadImage, HoldsClaimedSizesAgainstTheBytes) {
                        "biga.jpg: claims 16384 x 16384 pixels, more than its "));
 }
 
-// A Targa has no signature: 18 bytes of anything are one. A BMP's size stands at byte 18, little endian, a
-// PNM's in its first line.
+// A Targa has no signature: 18 bytes of anything are one. A BMP's size stands at byte 18, little endian, a PNM's in its
+// first line.
 TEST(ReadImage, TakesNoChanceImages) {
   const TemporaryFolder folder;
   using namespace std::string_view_literals;
   const auto targa = store(folder, "a.tga", 24, 20, 3, OIIO::TypeUInt8, picture(24, 20).pixels);
   EXPECT_TRUE(contains(input_error([&] { read_image(targa); }), "a.tga: is no image that can be read"));
-  std::string bmp =
-      test::read_file(store(folder, "a.bmp", 24, 20, 3, OIIO::TypeUInt8, picture(24, 20).pixels));
+  std::string bmp = test::read_file(store(folder, "a.bmp", 24, 20, 3, OIIO::TypeUInt8, picture(24, 20).pixels));
   bmp.replace(18, 8, "\0\x40\0\0\0\x40\0\0"sv);
   EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("b.bmp", bmp)); }),
                        "b.bmp: claims 16384 x 16384 pixels, more than its "));
-  EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("c.ppm", "P6 20000 20000 255\n12345")); }),
-                       "c.ppm: "));
+  EXPECT_TRUE(
+      contains(input_error([&] { read_image(folder.write("c.ppm", "P6 20000 20000 255\n12345")); }), "c.ppm: "));
   EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("d.null", "x")); }), "d.null: is no image"));
 }
 
@@ -306,8 +296,7 @@ TEST(ReadImage, TakesNoChanceImages) {
 TEST(ReadImage, TakesThePlainestPng) {
   const TemporaryFolder folder;
   const Bytes black(4000 * 4000);
-  const auto file =
-      store(folder, "a.png", 4000, 4000, 1, OIIO::TypeUInt8, black, {{"png:compressionLevel", 9}});
+  const auto file = store(folder, "a.png", 4000, 4000, 1, OIIO::TypeUInt8, black, {{"png:compressionLevel", 9}});
   EXPECT_LT(std::filesystem::file_size(file), black.size() / 900);
   EXPECT_EQ(read_image(file).width, 4000);
 }
@@ -318,8 +307,8 @@ std::size_t cached_bytes(const std::filesystem::path& file) {
   const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
   std::vector<unsigned char> cached((bytes.view().size() + page - 1) / page);
   EXPECT_EQ(::mincore(const_cast<char*>(bytes.view().data()), bytes.view().size(), cached.data()), 0);
-  return page * static_cast<std::size_t>(
-                    std::count_if(cached.begin(), cached.end(), [](unsigned char c) { return c & 1; }));
+  return page *
+         static_cast<std::size_t>(std::count_if(cached.begin(), cached.end(), [](unsigned char c) { return c & 1; }));
 }
 
 // All headers of a scene are read before its first photo is.
@@ -334,8 +323,7 @@ TEST(ReadImageSize, ReadsNoMoreThanTheHeader) {
   ASSERT_EQ(::fsync(descriptor), 0);
   ASSERT_EQ(::posix_fadvise(descriptor, 0, 0, POSIX_FADV_DONTNEED), 0);
   ::close(descriptor);
-  if (cached_bytes(file) > kSize / 2)
-    GTEST_SKIP() << "the temporary folder is in memory, where nothing is read ahead";
+  if (cached_bytes(file) > kSize / 2) GTEST_SKIP() << "the temporary folder is in memory, where nothing is read ahead";
   EXPECT_EQ(read_image_size(file).width, 64);
   EXPECT_LT(cached_bytes(file), kSize / 2);
   const FileBytes whole(file);
@@ -344,8 +332,7 @@ TEST(ReadImageSize, ReadsNoMoreThanTheHeader) {
 
 TEST(WriteImage, PngReadsBackExactly) {
   const TemporaryFolder folder;
-  for (const auto& [width, height] :
-       {std::pair{1, 1}, {3, 1}, {1, 5}, {301, 207}, {2048, 700}, {400000, 3}}) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {3, 1}, {1, 5}, {301, 207}, {2048, 700}, {400000, 3}}) {
     const Image image = picture(width, height);
     const auto file = folder.path() / "a page.png";
     write_image(file, image, ImageFormat::png, 0);
@@ -389,10 +376,8 @@ TEST(WriteImage, PngBytesDoNotDependOnThreads) {
 
 TEST(WriteImage, RefusesPixelsThatDoNotFitTheSize) {
   const TemporaryFolder folder;
-  EXPECT_THROW(write_image(folder.path() / "a.png", {2, 2, 3, Bytes(11)}, ImageFormat::png, 0),
-               std::invalid_argument);
-  EXPECT_THROW(write_image(folder.path() / "a.png", {0, 2, 3, {}}, ImageFormat::png, 0),
-               std::invalid_argument);
+  EXPECT_THROW(write_image(folder.path() / "a.png", {2, 2, 3, Bytes(11)}, ImageFormat::png, 0), std::invalid_argument);
+  EXPECT_THROW(write_image(folder.path() / "a.png", {0, 2, 3, {}}, ImageFormat::png, 0), std::invalid_argument);
   EXPECT_EQ(folder.count(), 0);
 }
 
@@ -421,8 +406,7 @@ TEST(WriteImage, JpegQualityTradesSizeForFidelity) {
     write_image(file, image, ImageFormat::jpg, i == 0 ? 20 : 95);
     size[i] = std::filesystem::file_size(file);
     const Image back = read_image(file);
-    for (std::size_t p = 0; p < image.pixels.size(); ++p)
-      error[i] += std::abs(back.pixels[p] - image.pixels[p]);
+    for (std::size_t p = 0; p < image.pixels.size(); ++p) error[i] += std::abs(back.pixels[p] - image.pixels[p]);
   }
   EXPECT_LT(size[0], size[1]);
   EXPECT_GT(error[0], 2 * error[1]);

@@ -1,5 +1,5 @@
-// What the CPU draws, and what it says of the faces before anything is settled: no graphics. The stage's own
-// tests hold its classes against the oracle, scene by scene (visibility_gl_test, visibility_exact_gl_test).
+// What the CPU draws, and what it says of the faces before anything is settled: no graphics. The stage's own tests hold
+// its classes against the oracle, scene by scene (visibility_gl_test, visibility_exact_gl_test).
 #include "visibility/ivm_cpu.h"
 
 #include <gtest/gtest.h>
@@ -77,8 +77,7 @@ TEST(CpuIvm, TheRightOwnerIsStoredOrClaimedOrItsFaceUnsure) {
       stored += index(drawn.ivm[pixel]) == owner;
       if (index(drawn.ivm[pixel]) == owner) continue;
       ASSERT_NE(owner, index(kNoFace)) << pixel;
-      EXPECT_TRUE(expected.tied[owner] || drawn.claims(pixel, owner) ||
-                  drawn.scan.codes[owner] == FaceCode::unsure)
+      EXPECT_TRUE(expected.tied[owner] || drawn.claims(pixel, owner) || drawn.scan.codes[owner] == FaceCode::unsure)
           << "pixel " << pixel;
     }
     // Nothing is snapped: what is drawn is nearly all right.
@@ -97,8 +96,8 @@ TEST(CpuIvm, AFaceThatNothingTouchesIsFullWithoutAnotherLook) {
   EXPECT_TRUE(drawn.scan.claims.empty());
   EXPECT_EQ(drawn.scan.counts.processed_faces, mesh.faces.size());
   EXPECT_EQ(drawn.scan.counts.samples,
-            static_cast<std::size_t>(std::count_if(drawn.ivm.begin(), drawn.ivm.end(),
-                                                   [](FaceId face) { return face != kNoFace; })));
+            static_cast<std::size_t>(
+                std::count_if(drawn.ivm.begin(), drawn.ivm.end(), [](FaceId face) { return face != kNoFace; })));
 }
 
 TEST(CpuIvm, LayersThatFloatsCannotTellApartAreDoubts) {
@@ -109,8 +108,7 @@ TEST(CpuIvm, LayersThatFloatsCannotTellApartAreDoubts) {
   for (const double lift : {3e-7, 1e-8, 1e-10})
     for (const bool nearest_first : {false, true}) {
       Mesh mesh = scenes::terrain(view.camera, 20, 15, 15, 12, 8.3, 10, hill(nearest_first ? 0 : lift));
-      scenes::append(mesh,
-                     scenes::terrain(view.camera, 20, 15, 15, 12, 8.3, 10, hill(nearest_first ? lift : 0)));
+      scenes::append(mesh, scenes::terrain(view.camera, 20, 15, 15, 12, 8.3, 10, hill(nearest_first ? lift : 0)));
       Drawn drawn(mesh, view);
       EXPECT_GT(drawn.scan.claims.size(), drawn.ivm.size() / 2) << lift;
       const ViewVisibility found = drawn.classify();
@@ -130,8 +128,7 @@ TEST(CpuIvm, SliversAndFacesLargerThanManyTiles) {
     return low + (high - low) * (static_cast<double>(random()) / 4294967296.0);
   };
   for (int i = 0; i < 120; ++i) {
-    const double x = uniform(0, 2200), y = uniform(0, 2150), angle = uniform(0, 6.28),
-                 length = uniform(200, 2500);
+    const double x = uniform(0, 2200), y = uniform(0, 2150), angle = uniform(0, 6.28), length = uniform(200, 2500);
     const double dx = length * std::cos(angle), dy = length * std::sin(angle), width = uniform(0.1, 6);
     const double z = uniform(8, 12);
     scenes::add_at_pixels(mesh, view.camera,
@@ -191,20 +188,17 @@ TEST(CpuIvm, FacesThatRecedeFarAreNotTrustedToFloats) {
 }
 
 TEST(CpuIvm, OnlyFacesThatCoverAPixelExactlyClaimIt) {
-  // Corners on pixel centres but for rounding, twice over, the second time nearer: doubles take many an edge
-  // to be on the other side of a centre. All are unsure, and cover one another and what is behind.
+  // Corners on pixel centres but for rounding, twice over, the second time nearer: doubles take many an edge to be on
+  // the other side of a centre. All are unsure, and cover one another and what is behind.
   std::size_t claims = 0;
   for (std::uint32_t seed = 0; seed < 300; ++seed) {
     std::mt19937 random(seed);
     const auto uniform = [&](double low, double high) {
       return low + (high - low) * (static_cast<double>(random()) / 4294967296.0);
     };
-    const auto whole = [&](int below) {
-      return static_cast<int>(random() % static_cast<std::uint32_t>(below));
-    };
+    const auto whole = [&](int below) { return static_cast<int>(random() % static_cast<std::uint32_t>(below)); };
     const int width = 60 + whole(100), height = 60 + whole(100), reach = 4 + whole(20);
-    View view = scenes::view_of(width, height, uniform(50, 300), width * uniform(0.3, 0.7),
-                                height * uniform(0.3, 0.7));
+    View view = scenes::view_of(width, height, uniform(50, 300), width * uniform(0.3, 0.7), height * uniform(0.3, 0.7));
     view.camera.fy *= uniform(0.8, 1.25);
     Mesh mesh;
     for (int f = 0; f < 200; ++f) {
@@ -266,8 +260,7 @@ TEST(CpuIvm, DepthsThatNoFloatHolds) {
 TEST(CpuIvm, MasksAndLensesThatLeaveThePhoto) {
   View view = scenes::view_of(403, 331, 300, 190, 171);
   PhotoExclusion stripes{403, 331, 7, std::vector<std::uint64_t>(7 * 331)};
-  for (std::size_t i = 0; i < stripes.words.size(); ++i)
-    stripes.words[i] = i % 11 < 5 ? 0x00FFF0000F00FFFF : 0;
+  for (std::size_t i = 0; i < stripes.words.size(); ++i) stripes.words[i] = i % 11 < 5 ? 0x00FFF0000F00FFFF : 0;
   const PhotoMask whole(view.camera), striped(whole, stripes);
   for (const double size : {0.8, 7.0, 90.0}) {
     const Mesh mesh = scenes::soup(view.camera, size > 50 ? 120 : 4000, size, 91);

@@ -64,16 +64,14 @@ TEST_F(IvmGl, NearerFaceWinsInAnyOrderAndFromBothSides) {
       };
       add(first == 0 ? 5 : 7);
       add(first == 0 ? 7 : 5);
-      EXPECT_EQ(picture(mesh, view),
-                Picture(4, std::string(6, static_cast<char>('0' + static_cast<int>(first)))));
+      EXPECT_EQ(picture(mesh, view), Picture(4, std::string(6, static_cast<char>('0' + static_cast<int>(first)))));
     }
 }
 
 TEST_F(IvmGl, EqualDepthKeepsTheLowerFace) {
   const View view = scenes::view_of(6, 4, 4);
   Mesh mesh;
-  for (int i = 0; i < 3; ++i)
-    scenes::add_at_pixels(mesh, view.camera, {{{-3, -3, 5.5}, {-3, 24, 6.5}, {24, -3, 4.5}}});
+  for (int i = 0; i < 3; ++i) scenes::add_at_pixels(mesh, view.camera, {{{-3, -3, 5.5}, {-3, 24, 6.5}, {24, -3, 4.5}}});
   EXPECT_EQ(picture(mesh, view), Picture(4, "000000"));
 }
 
@@ -127,8 +125,7 @@ TEST_F(IvmGl, StagedReadsBringTheSameBits) {
   const View small = scenes::view_of(61, 40, 50), large = scenes::view_of(150, 101, 100);
   const Mesh mesh = scenes::soup(large.camera, 400, 12, 4);
   for (const int tile : {0, 64, 33}) {
-    IvmRenderer direct(mesh, {.largest_tile = tile}),
-        staged(mesh, {.largest_tile = tile, .staged_reads = true});
+    IvmRenderer direct(mesh, {.largest_tile = tile}), staged(mesh, {.largest_tile = tile, .staged_reads = true});
     for (const View* view : {&small, &large, &small}) {
       std::vector<FaceId> faces, staged_faces;
       std::vector<float> depths, staged_depths;

@@ -17,10 +17,9 @@ struct Instance {
   FaceGraph graph;
 };
 
-/// A grid of faces, each joined to its right and lower neighbour, with random costs. Each of `views` labels
-/// is a candidate of a face with probability `density`.
-Instance random_grid(std::uint32_t width, std::uint32_t height, std::uint32_t views, double density,
-                     unsigned seed) {
+/// A grid of faces, each joined to its right and lower neighbour, with random costs. Each of `views` labels is a
+/// candidate of a face with probability `density`.
+Instance random_grid(std::uint32_t width, std::uint32_t height, std::uint32_t views, double density, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
   Instance instance;
@@ -101,8 +100,7 @@ TEST(Labeling, ManyViewsStayWithinTwiceTheOptimum) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     const Instance instance = random_grid(3, 3, 4, 0.7, seed);
     const double smoothness = 0.05 * (1 + seed % 10);
-    const double energy = solve(instance, smoothness).energy,
-                 optimal = brute_force_minimum(instance, smoothness);
+    const double energy = solve(instance, smoothness).energy, optimal = brute_force_minimum(instance, smoothness);
     EXPECT_GE(energy, optimal - kSumError) << seed;
     EXPECT_LE(energy, 2 * optimal + kSumError) << seed;
     sum += energy;
@@ -153,8 +151,7 @@ TEST(Labeling, EnergyNeverRisesFromOneBatchOfExpansionsToTheNext) {
   const Instance instance = large_instance();
   std::vector<WeightedPair> pairs;
   for (const auto& [a, b] : instance.graph.edges) pairs.push_back({a, b, 0.3f});
-  const LabelProblem problem =
-      make_problem(instance.table.first, instance.table.views, instance.table.costs, pairs);
+  const LabelProblem problem = make_problem(instance.table.first, instance.table.views, instance.table.costs, pairs);
   for (const std::size_t batch : {1u, 4u, 9u}) {
     std::vector<std::uint32_t> labels = cheapest_labels(problem);
     Capacity before = fixed_energy(problem, labels);
@@ -222,8 +219,7 @@ TEST(Coarsening, ClustersAreConnectedAndKeepTheSumOfCosts) {
   const Instance instance = large_instance();
   std::vector<WeightedPair> pairs;
   for (const auto& [a, b] : instance.graph.edges) pairs.push_back({a, b, 1});
-  const LabelProblem problem =
-      make_problem(instance.table.first, instance.table.views, instance.table.costs, pairs);
+  const LabelProblem problem = make_problem(instance.table.first, instance.table.views, instance.table.costs, pairs);
   const CoarseProblem coarse = coarsen(problem, 16);
   std::vector<std::size_t> size(coarse.problem.nodes(), 0);
   std::vector<std::uint32_t> cluster_labels(problem.nodes());
@@ -251,12 +247,10 @@ TEST(Patches, SmallOnesMergeWhereTheRiseIsAllowed) {
   const std::vector<std::size_t> first{0, 1, 2, 4, 5, 6};
   const std::vector<std::uint32_t> views{0, 0, 0, 1, 0, 0};
   const std::vector<float> costs{0, 0, 0.75f, 0, 0, 0};
-  const LabelProblem problem =
-      make_problem(first, views, costs,
-                   std::vector<WeightedPair>{{0, 1, 0.25f}, {1, 2, 0.25f}, {2, 3, 0.25f}, {3, 4, 0.25f}});
+  const LabelProblem problem = make_problem(
+      first, views, costs, std::vector<WeightedPair>{{0, 1, 0.25f}, {1, 2, 0.25f}, {2, 3, 0.25f}, {3, 4, 0.25f}});
   const std::vector<std::uint32_t> start{0, 0, 1, 0, 0};
-  for (const auto& [max_nodes, rise, merges] :
-       {std::tuple{1u, 0.2, false}, {1u, 0.25, true}, {0u, 0.25, false}}) {
+  for (const auto& [max_nodes, rise, merges] : {std::tuple{1u, 0.2, false}, {1u, 0.25, true}, {0u, 0.25, false}}) {
     std::vector<std::uint32_t> labels = start;
     EXPECT_EQ(merge_small_patches(problem, max_nodes, rise, labels), merges ? 1u : 0u);
     EXPECT_EQ(labels[2], merges ? 0u : 1u);

@@ -108,8 +108,7 @@ TEST(Lens, AppliesEveryTermOfAMetashapeFrame) {
 
 TEST(Lens, BendsAFisheyeByTheAngle) {
   const double x = 0.9, y = 1.2, r = 1.5, theta = std::atan(r), t = theta * theta;
-  const double scaled =
-      theta * (1 + 0.02 * t - 0.01 * t * t + 0.004 * t * t * t - 0.0007 * t * t * t * t) / r;
+  const double scaled = theta * (1 + 0.02 * t - 0.01 * t * t + 0.004 * t * t * t - 0.0007 * t * t * t * t) / r;
   expect_at(kLenses[3].lens, x, y, x * scaled, y * scaled);
   expect_at(kLenses[3].lens, 0, 0, 0, 0);
 }
@@ -150,8 +149,7 @@ TEST(Lens, BendsAndTiltsBehindTheRadialTermsOfFisheye624) {
   const double radial = 1 + 0.02 * s - 0.01 * s * s + 0.004 * std::pow(s, 3) - 0.0007 * std::pow(s, 4) +
                         2e-4 * std::pow(s, 5) - 1e-5 * std::pow(s, 6);
   const double x = 0.6 * a * radial, y = -0.8 * a * radial, r2 = x * x + y * y;
-  expect_at(kLenses[12].lens, 0.3, -0.4,
-            x + 2 * 1e-3 * x * y - 2e-3 * (r2 + 2 * x * x) + 0.003 * r2 - 0.001 * r2 * r2,
+  expect_at(kLenses[12].lens, 0.3, -0.4, x + 2 * 1e-3 * x * y - 2e-3 * (r2 + 2 * x * x) + 0.003 * r2 - 0.001 * r2 * r2,
             y + 1e-3 * (r2 + 2 * y * y) + 2 * -2e-3 * x * y - 0.002 * r2 + 5e-4 * r2 * r2);
 }
 
@@ -177,8 +175,7 @@ TEST(Lens, InverseReturnsToTheSamePixel) {
 TEST(Lens, FindsFoldsAndPoles) {
   const auto limit = [](const Distortion& lens) { return camera_with(lens).distortion.max_r2; };
   // theta (1 - theta^2): slope 1 - 3 theta^2.
-  EXPECT_NEAR(limit({.k1 = -1, .model = LensModel::equidistant}), std::pow(std::tan(std::sqrt(1.0 / 3)), 2),
-              1e-12);
+  EXPECT_NEAR(limit({.k1 = -1, .model = LensModel::equidistant}), std::pow(std::tan(std::sqrt(1.0 / 3)), 2), 1e-12);
   // The fold lies behind 90 degrees: no limit in front of the camera.
   EXPECT_EQ(limit({.k1 = -0.05, .model = LensModel::equidistant}), Distortion{}.max_r2);
   EXPECT_EQ(limit({.model = LensModel::equisolid}), Distortion{}.max_r2);
@@ -244,8 +241,7 @@ TEST(Lens, ForgetsAModelItDoesNotNeed) {
   EXPECT_EQ(camera_with({.k1 = 0.1, .model = LensModel::perspective}).distortion.model, LensModel::brown);
   EXPECT_TRUE(camera_with({.model = LensModel::perspective}).distortion.is_identity());
   EXPECT_FALSE(camera_with({.model = LensModel::equidistant}).distortion.is_identity());
-  EXPECT_EQ(camera_with({.model = LensModel::perspective, .skew = 1e-9}).distortion.model,
-            LensModel::perspective);
+  EXPECT_EQ(camera_with({.model = LensModel::perspective, .skew = 1e-9}).distortion.model, LensModel::perspective);
 }
 
 }  // namespace

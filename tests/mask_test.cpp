@@ -1,5 +1,4 @@
-// Masks and alpha channels: which are found, what they exclude, and that no colour of theirs is ever handed
-// out.
+// Masks and alpha channels: which are found, what they exclude, and that no colour of theirs is ever handed out.
 #include <OpenImageIO/imageio.h>
 
 #include "io/io.h"
@@ -22,8 +21,7 @@ void store(const std::filesystem::path& file, int width, int height, int channel
   OIIO::ImageSpec spec(width, height, channels, type);
   spec["oiio:UnassociatedAlpha"] = 1;
   const auto out = OIIO::ImageOutput::create(file.string());
-  ASSERT_TRUE(out && out->open(file.string(), spec) && out->write_image(type, samples.data()) &&
-              out->close());
+  ASSERT_TRUE(out && out->open(file.string(), spec) && out->write_image(type, samples.data()) && out->close());
 }
 
 /// Two photos of mid grey in a sub-folder, as a COLMAP scene.
@@ -32,29 +30,23 @@ class Masks : public testing::Test {
   void SetUp() override {
     folder_.write("sparse/cameras.txt", "1 PINHOLE 70 50 60 60 35 25\n");
     folder_.write("sparse/images.txt", "1 1 0 0 0 0 0 0 1 a/p.tif\n\n2 1 0 0 0 0 0 0 1 a/q.jpg\n\n");
-    store(photo("p.tif"), kMaskWidth, kMaskHeight, 3, OIIO::TypeUInt8,
-          Bytes(3 * kMaskWidth * kMaskHeight, 128));
+    store(photo("p.tif"), kMaskWidth, kMaskHeight, 3, OIIO::TypeUInt8, Bytes(3 * kMaskWidth * kMaskHeight, 128));
     write_image(photo("q.jpg"), {kMaskWidth, kMaskHeight, 3, Bytes(3 * kMaskWidth * kMaskHeight, 128)},
                 ImageFormat::jpg, 100);
   }
-  std::filesystem::path photo(const std::string& name) const {
-    return folder_.path() / "images" / "a" / name;
-  }
+  std::filesystem::path photo(const std::string& name) const { return folder_.path() / "images" / "a" / name; }
   /// White but for a black block.
   static Bytes block(int x0, int y0, int x1, int y1, int channels = 1) {
     Bytes samples(static_cast<std::size_t>(kMaskWidth * kMaskHeight * channels), 255);
     for (int y = y0; y < y1; ++y)
       for (int x = x0; x < x1; ++x)
-        for (int c = 0; c < channels; ++c)
-          samples[static_cast<std::size_t>((y * kMaskWidth + x) * channels + c)] = 0;
+        for (int c = 0; c < channels; ++c) samples[static_cast<std::size_t>((y * kMaskWidth + x) * channels + c)] = 0;
     return samples;
   }
   void mask(const std::filesystem::path& file, const Bytes& samples, int channels = 1) const {
     store(file, kMaskWidth, kMaskHeight, channels, OIIO::TypeUInt8, samples);
   }
-  Scene scene(const SceneOptions& options = {}) const {
-    return read_scene(folder_.path() / "sparse", options);
-  }
+  Scene scene(const SceneOptions& options = {}) const { return read_scene(folder_.path() / "sparse", options); }
   static void expect_block(const std::optional<PhotoExclusion>& found, int x0, int y0, int x1, int y1) {
     ASSERT_TRUE(found);
     for (int y = 0; y < found->height; ++y)

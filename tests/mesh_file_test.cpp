@@ -43,14 +43,13 @@ std::string ascii_ply(const std::string& line_end = "\n") {
 }
 
 template <typename Count = std::uint8_t, typename Index = std::int32_t>
-std::string binary_ply(bool big, const std::string& count_type = "uchar",
-                       const std::string& index_type = "int", const std::string& line_end = "\n") {
-  std::string text =
-      "ply\nformat binary_" + std::string(big ? "big" : "little") +
-      "_endian 1.0\nelement camera 2\nproperty short id\nelement vertex 5\nproperty double x\n"
-      "property double y\nproperty double z\nproperty list ushort double extra\nproperty uchar red\n"
-      "element face 4\nproperty float quality\nproperty list " +
-      count_type + " " + index_type + " vertex_index\nproperty list uchar float texcoord\nend_header\n";
+std::string binary_ply(bool big, const std::string& count_type = "uchar", const std::string& index_type = "int",
+                       const std::string& line_end = "\n") {
+  std::string text = "ply\nformat binary_" + std::string(big ? "big" : "little") +
+                     "_endian 1.0\nelement camera 2\nproperty short id\nelement vertex 5\nproperty double x\n"
+                     "property double y\nproperty double z\nproperty list ushort double extra\nproperty uchar red\n"
+                     "element face 4\nproperty float quality\nproperty list " +
+                     count_type + " " + index_type + " vertex_index\nproperty list uchar float texcoord\nend_header\n";
   std::string header;
   for (const char c : text) header += c == '\n' ? line_end : std::string(1, c);
   std::string body = bytes_of<std::int16_t>(1, big) + bytes_of<std::int16_t>(2, big);
@@ -67,8 +66,7 @@ std::string binary_ply(bool big, const std::string& count_type = "uchar",
 
 std::string obj_text() {
   std::string text = "# by hand\nmtllib none.mtl\no thing\n";
-  for (const WorldPoint& p : kPositions)
-    text += "v " + exact(p.x) + " " + exact(p.y) + " " + exact(p.z) + "\n";
+  for (const WorldPoint& p : kPositions) text += "v " + exact(p.x) + " " + exact(p.y) + " " + exact(p.z) + "\n";
   return text +
          "vt 0 0\nvn 0 0 1\ng first\nusemtl a\nf 1 2 3\nf 1/1 3/1 4/1\ng second\ns off\nf 1//1 1//1 2//1\nf "
          "1/1/1 "
@@ -124,11 +122,11 @@ TEST(MeshFile, ReadsFloatAndIntegerCoordinates) {
 
 TEST(MeshFile, ReadsAsciiFloatsWithTheDigitsTheyHave) {
   const TemporaryFolder folder;
-  const Mesh mesh = read_mesh(folder.write(
-      "a.ply",
-      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-      "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
-      "500000.12345678901 +1e3 -.5\n0 1e-400 0 1\n0 0\n3 0 1 2"));
+  const Mesh mesh = read_mesh(
+      folder.write("a.ply",
+                   "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                   "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                   "500000.12345678901 +1e3 -.5\n0 1e-400 0 1\n0 0\n3 0 1 2"));
   EXPECT_EQ(mesh.positions[0], (WorldPoint{500000.12345678901, 1000, -0.5}));
   EXPECT_EQ(mesh.positions[1].y, 0);
   EXPECT_EQ(mesh.positions[2].x, 1);
@@ -138,18 +136,15 @@ TEST(MeshFile, SplitsPolygonsAsFans) {
   const TemporaryFolder folder;
   const std::vector<Triangle> fan{{4, 3, 2}, {4, 2, 1}, {4, 1, 0}, {0, 1, 2}};
   const std::string vertices = "0 0 0\n1 0 0\n2 1 0\n1 2 0\n0 2 0\n";
-  EXPECT_EQ(
-      read_mesh(folder.write("a.ply",
-                             "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
-                             "property float z\nelement face 2\nproperty list uchar int vertex_indices\n"
-                             "end_header\n" +
-                                 vertices + "5 4 3 2 1 0\n3 0 1 2\n"))
-          .faces,
-      fan);
-  EXPECT_EQ(
-      read_mesh(folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 2 0\nf 5 4 3 2 1\nf 1 2 3"))
-          .faces,
-      fan);
+  EXPECT_EQ(read_mesh(folder.write("a.ply",
+                                   "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+                                   "property float z\nelement face 2\nproperty list uchar int vertex_indices\n"
+                                   "end_header\n" +
+                                       vertices + "5 4 3 2 1 0\n3 0 1 2\n"))
+                .faces,
+            fan);
+  EXPECT_EQ(read_mesh(folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 2 0\nf 5 4 3 2 1\nf 1 2 3")).faces,
+            fan);
 }
 
 // A triangle, a square, a triangle, a pentagon: the map back begins with the square and covers all.
@@ -188,8 +183,7 @@ TEST(MeshFile, CutsConcavePolygonsWithoutTurningATriangleOver) {
   for (int shift = 0; shift < 4; ++shift) {
     std::string text;
     for (int i = 0; i < 4; ++i)
-      text +=
-          "v " + exact(500000.25 + x[(i + shift) % 4]) + " " + exact(5000000.5 + y[(i + shift) % 4]) + " 7\n";
+      text += "v " + exact(500000.25 + x[(i + shift) % 4]) + " " + exact(5000000.5 + y[(i + shift) % 4]) + " 7\n";
     const Mesh mesh = read_mesh(folder.write("a.obj", text + "f 1 2 3 4\n"));
     ASSERT_EQ(mesh.faces.size(), 2);
     EXPECT_GT(area(mesh, mesh.faces[0]), 0) << shift;
@@ -208,8 +202,7 @@ TEST(MeshFile, CutsConcavePolygonsWithoutTurningATriangleOver) {
   }
   EXPECT_DOUBLE_EQ(sum, 18 - 3 * 2);
   // A bow tie has no ears to cut: the fan stays, every corner is named.
-  EXPECT_EQ(read_mesh(folder.write("c.obj", "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n")).faces.size(),
-            2);
+  EXPECT_EQ(read_mesh(folder.write("c.obj", "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n")).faces.size(), 2);
 }
 
 TEST(MeshFlaws, CountsWhatIsOddAndKeepsIt) {
@@ -252,8 +245,7 @@ TEST(MeshFile, SkipsTheMarkBeforeUtf8) {
   const std::string mark = "\xEF\xBB\xBF";
   for (const std::string& text :
        {std::string("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\n"), ascii_ply(), binary_ply(false)}) {
-    const Mesh plain = read_mesh(folder.write("plain", text)),
-               marked = read_mesh(folder.write("m", mark + text));
+    const Mesh plain = read_mesh(folder.write("plain", text)), marked = read_mesh(folder.write("m", mark + text));
     EXPECT_EQ(marked.positions, plain.positions);
     EXPECT_EQ(marked.faces, plain.faces);
   }
@@ -315,8 +307,7 @@ TEST(MeshFile, RefusesHostileCountsWithoutAllocatingThem) {
   for (const std::string count : {"1000000000000000000", "18446744073709551615", "4294967295"})
     for (const std::string& good : {ascii_ply(), binary_ply(false)})
       for (const std::string element : {"element vertex 5", "element face 4"})
-        EXPECT_TRUE(
-            contains(error(replaced(good, element, element.substr(0, element.size() - 1) + count)), count));
+        EXPECT_TRUE(contains(error(replaced(good, element, element.substr(0, element.size() - 1) + count)), count));
   EXPECT_TRUE(contains(error(replaced(ascii_ply(), "vertex 5", "vertex 99999999999999999999")), "line 5"));
   EXPECT_TRUE(contains(error(replaced(ascii_ply(), "vertex 5", "vertex -1")), "line 5"));
   // A list that claims four billion items.
@@ -324,11 +315,9 @@ TEST(MeshFile, RefusesHostileCountsWithoutAllocatingThem) {
       "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
       "float z\n"
       "element face 1\nproperty list uint int vertex_indices\nend_header\n";
-  EXPECT_TRUE(contains(error(header + std::string(36, '\0') + bytes_of(0xFFFFFFFFu) + std::string(40, '\0')),
-                       "ends"));
+  EXPECT_TRUE(contains(error(header + std::string(36, '\0') + bytes_of(0xFFFFFFFFu) + std::string(40, '\0')), "ends"));
   // Skipped elements of no size must not be counted up to.
-  EXPECT_TRUE(contains(error("ply\nformat ascii 1.0\nelement nothing 1000000000000000000\nend_header\n"),
-                       "no faces"));
+  EXPECT_TRUE(contains(error("ply\nformat ascii 1.0\nelement nothing 1000000000000000000\nend_header\n"), "no faces"));
 }
 
 TEST(MeshFile, RefusesWhatIsNoMeshAndSaysWhere) {
@@ -350,14 +339,12 @@ TEST(MeshFile, RefusesWhatIsNoMeshAndSaysWhere) {
   EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "3 0 2 5")), "face 1: refers to vertex 5"));
   EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "3 0 2 -1")), "face 1: refers to vertex -1"));
   EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "2 0 2")), "face 1: has 2 vertices"));
-  EXPECT_TRUE(
-      contains(error(replaced(ply, "3 0 2 3", "3 0 2 1.5")), "line 21: expected an integer, found '1.5'"));
+  EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "3 0 2 1.5")), "line 21: expected an integer, found '1.5'"));
   EXPECT_TRUE(contains(error("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                              "property float z\nend_header\n0 0 0\n"),
                        "has no faces"));
-  EXPECT_TRUE(
-      contains(error(replaced(replaced(ply, "element face 4", "element tristrips 4"), "vertex_indices", "v")),
-               "triangle strips"));
+  EXPECT_TRUE(contains(error(replaced(replaced(ply, "element face 4", "element tristrips 4"), "vertex_indices", "v")),
+                       "triangle strips"));
   EXPECT_TRUE(contains(error("v 0 0 0\n"), "has no faces"));
   EXPECT_TRUE(contains(error("# nothing\n"), "neither PLY nor OBJ"));
   EXPECT_TRUE(contains(error(std::string(500, '\0')), "neither PLY nor OBJ"));
@@ -376,9 +363,8 @@ TEST(MeshFile, RefusesWhatIsNoMeshAndSaysWhere) {
 // A triangle, a quad and a triangle behind two triangles: polygons 0, 1, then 2, 3, 3, 4; in either order.
 TEST(AppendMesh, CountsVerticesFacesAndPolygonsOn) {
   const Mesh plain{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}, {1, 3, 2}}, {}};
-  const Mesh cut{{{5, 0, 0}, {6, 0, 0}, {6, 1, 0}, {5, 1, 0}},
-                 {{0, 1, 2}, {0, 1, 2}, {0, 2, 3}, {3, 2, 1}},
-                 {0, 1, 1, 2}};
+  const Mesh cut{
+      {{5, 0, 0}, {6, 0, 0}, {6, 1, 0}, {5, 1, 0}}, {{0, 1, 2}, {0, 1, 2}, {0, 2, 3}, {3, 2, 1}}, {0, 1, 1, 2}};
   Mesh all;
   append_mesh(all, plain);
   EXPECT_TRUE(all.source_face.empty());

@@ -9,8 +9,8 @@ using test::input_error;
 using test::replaced;
 using test::view_named;
 
-// A frame sensor with every term, a fisheye, and one of the old kind; a chunk turned by a quarter about z,
-// scaled by 2 and moved. Written from the user manual.
+// A frame sensor with every term, a fisheye, and one of the old kind; a chunk turned by a quarter about z, scaled by 2
+// and moved. Written from the user manual.
 const std::string kCameras = R"xml(<?xml version="1.0" encoding="UTF-8"?>
 <document version="2.0.0">
   <chunk label="Chunk 1" enabled="true">
@@ -123,8 +123,7 @@ const std::string kRig = R"xml(<?xml version="1.0" encoding="UTF-8"?>
 
 SceneFile parse(const std::string& text) { return test::parse_as("Metashape", text); }
 
-/// The camera's (x, y, 1) * depth in the world: from the camera at (1, 2, 3) of the chunk, through its
-/// transform.
+/// The camera's (x, y, 1) * depth in the world: from the camera at (1, 2, 3) of the chunk, through its transform.
 WorldPoint world_of(double x, double y, double depth) {
   const double cx = 1 + x * depth, cy = 2 + y * depth, cz = 3 + depth;
   return {1000 - 2 * cy, 2000 + 2 * cx, 50 + 2 * cz};
@@ -144,8 +143,7 @@ TEST(Metashape, BendsAFisheye) {
   const double x0 = 0.9, y0 = 1.2, angle = std::atan(1.5), x = x0 * angle / 1.5, y = y0 * angle / 1.5;
   const double r2 = x * x + y * y, radial = 1 + 0.01 * r2;
   const double u = x * radial + 0.003 * (r2 + 2 * x * x), v = y * radial + 2 * 0.003 * x * y;
-  expect_photo_point(view_named(parse(kCameras), "fish eye.png"), world_of(x0, y0, 4), 200 + 120 * u,
-                     200 + 120 * v);
+  expect_photo_point(view_named(parse(kCameras), "fish eye.png"), world_of(x0, y0, 4), 200 + 120 * u, 200 + 120 * v);
 }
 
 // 36.87 degrees off the axis: 2 sin(18.43) is 2 / sqrt(10).
@@ -182,10 +180,9 @@ TEST(Metashape, SaysThatGeoreferencedChunksAreGeocentric) {
 }
 
 TEST(Metashape, PlacesComponents) {
-  std::string text =
-      replaced(kCameras, "    <cameras next_id",
-               "    <components><component id=\"5\"><transform><translation>7 8 9</translation>"
-               "</transform></component></components>\n    <cameras next_id");
+  std::string text = replaced(kCameras, "    <cameras next_id",
+                              "    <components><component id=\"5\"><transform><translation>7 8 9</translation>"
+                              "</transform></component></components>\n    <cameras next_id");
   text = replaced(text, "<camera id=\"0\"", "<camera component_id=\"5\" id=\"0\"");
   text = replaced(text, "<camera id=\"1\"", "<camera component_id=\"5\" id=\"1\"");
   const SceneFile scene = parse(text);
@@ -194,10 +191,10 @@ TEST(Metashape, PlacesComponents) {
   EXPECT_TRUE(contains(scene.warnings.back(), "1 cameras of other components"));
 }
 
-// By hand: (1, -0.5, 5) of the slave, whose photo shows it at (50 + 200 / 5, 40 - 100 / 5), is turned by the
-// rotation to (3.8, -0.5, 3.4) and moved to (4.3, -0.75, 4.4) of the master; that takes (x, y, z) to
-// (1 + x, 2 - z, 3 + y) of the chunk: (5.3, -2.4, 2.25); and its component to 2 (2.4, 5.3, 2.25) + (1000,
-// 2000, 50). The other master's axes are the chunk's: (13.3, 7.25, 11.4), 2 (-7.25, 13.3, 11.4) + ...
+// By hand: (1, -0.5, 5) of the slave, whose photo shows it at (50 + 200 / 5, 40 - 100 / 5), is turned by the rotation
+// to (3.8, -0.5, 3.4) and moved to (4.3, -0.75, 4.4) of the master; that takes (x, y, z) to (1 + x, 2 - z, 3 + y) of
+// the chunk: (5.3, -2.4, 2.25); and its component to 2 (2.4, 5.3, 2.25) + (1000, 2000, 50). The other master's axes are
+// the chunk's: (13.3, 7.25, 11.4), 2 (-7.25, 13.3, 11.4) + ...
 const WorldPoint kOfFirstSlave{1004.8, 2010.6, 54.5}, kOfSecondSlave{985.5, 2026.6, 72.8};
 
 TEST(Metashape, PlacesSlavesOfARig) {
@@ -210,12 +207,11 @@ TEST(Metashape, PlacesSlavesOfARig) {
   EXPECT_TRUE(contains(scene.warnings[0], "2 cameras are placed by their master"));
 }
 
-// The master's own place in the rig, a quarter about z and then (1, 2, 0), is undone: (4.3, -0.75, 4.4) of
-// the rig is (-2.75, -3.3, 4.4) of the master, so (-1.75, -2.4, -0.3) of the chunk.
+// The master's own place in the rig, a quarter about z and then (1, 2, 0), is undone: (4.3, -0.75, 4.4) of the rig is
+// (-2.75, -3.3, 4.4) of the master, so (-1.75, -2.4, -0.3) of the chunk.
 TEST(Metashape, PlacesSlavesOfAMasterThatHasAPlaceInTheRigItself) {
-  const SceneFile scene =
-      parse(replaced(kRig, "<rotation fixed=\"true\"/>\n        <location fixed=\"true\"/>",
-                     "<rotation>0 -1 0 1 0 0 0 0 1</rotation><location>1 2 0</location>"));
+  const SceneFile scene = parse(replaced(kRig, "<rotation fixed=\"true\"/>\n        <location fixed=\"true\"/>",
+                                         "<rotation>0 -1 0 1 0 0 0 0 1</rotation><location>1 2 0</location>"));
   expect_photo_point(view_named(scene, "L1"), {1004.8, 1996.5, 49.4}, 90, 20);
 }
 
@@ -239,26 +235,26 @@ TEST(Metashape, LeavesOutSlavesWhoseMasterIsNotPlaced) {
   EXPECT_EQ(unplaced.views.size(), 2);
   EXPECT_TRUE(contains(unplaced.warnings[0], "2 cameras without a transform"));
   for (const char* master : {"77", "1", ""}) {  // unknown, itself, none
-    const SceneFile scene = parse(replaced(kRig, "master_id=\"0\" label=\"L1\"",
-                                           std::string("master_id=\"") + master + "\" label=\"L1\""));
+    const SceneFile scene =
+        parse(replaced(kRig, "master_id=\"0\" label=\"L1\"", std::string("master_id=\"") + master + "\" label=\"L1\""));
     EXPECT_EQ(scene.views.size(), 3);
     EXPECT_TRUE(contains(scene.warnings[0], "1 cameras without a transform"));
   }
 }
 
 TEST(Metashape, PrefersTheTransformOfASlave) {
-  const SceneFile scene = parse(
-      replaced(kRig, "label=\"L1\"><orientation>1</orientation>",
-               "component_id=\"0\" label=\"L1\"><transform>1 0 0 9 0 1 0 8 0 0 1 7 0 0 0 1</transform>"));
+  const SceneFile scene =
+      parse(replaced(kRig, "label=\"L1\"><orientation>1</orientation>",
+                     "component_id=\"0\" label=\"L1\"><transform>1 0 0 9 0 1 0 8 0 0 1 7 0 0 0 1</transform>"));
   EXPECT_EQ(view_named(scene, "L1").pose.rotation, view_named(scene, "D2").pose.rotation);
   EXPECT_EQ(view_named(scene, "L1").pose.centre, view_named(scene, "D2").pose.centre);
   EXPECT_TRUE(contains(scene.warnings[0], "1 cameras are placed by their master"));
 }
 
 TEST(Metashape, SaysThatBandsWouldBeMixed) {
-  const SceneFile scene = parse(
-      replaced(kRig, "<bands><band label=\"Red\"/><band label=\"Green\"/><band label=\"Blue\"/></bands>",
-               "<bands><band label=\"NIR\"/></bands>"));
+  const SceneFile scene =
+      parse(replaced(kRig, "<bands><band label=\"Red\"/><band label=\"Green\"/><band label=\"Blue\"/></bands>",
+                     "<bands><band label=\"NIR\"/></bands>"));
   EXPECT_EQ(scene.views.size(), 4);
   EXPECT_TRUE(contains(scene.warnings.back(), "different bands, 'NIR', 'Red Green Blue',"));
 }
@@ -297,8 +293,8 @@ TEST(Metashape, KeepsNamesPlainAndUniqueOnesAsTheyAre) {
 
 TEST(Metashape, FindsPhotosOfRepeatedLabels) {
   const test::TemporaryFolder folder;
-  folder.write("cameras.xml", replaced(replaced(kRig, "label=\"D2\"", "label=\"D1\""), "label=\"L1\"",
-                                       "enabled=\"0\" label=\"L1\""));
+  folder.write("cameras.xml",
+               replaced(replaced(kRig, "label=\"D2\"", "label=\"D1\""), "label=\"L1\"", "enabled=\"0\" label=\"L1\""));
   for (const char* photo : {"100MEDIA/D1.JPG", "101MEDIA/D1.JPG", "101MEDIA/L2.JPG"})
     test::write_photo(folder.path() / "images/flight" / photo, 100, 80);
   const Scene scene = read_scene(folder.path(), {});
@@ -311,8 +307,7 @@ TEST(Metashape, LeavesOutLensesThatItDoesNotKnow) {
   std::string text = replaced(kCameras, "sensor_id=\"2\"", "sensor_id=\"9\"");
   const SceneFile scene = parse(text);
   EXPECT_EQ(scene.views.size(), 2);
-  EXPECT_EQ(scene.warnings.back(),
-            "1 cameras are left out: their lens, 'spherical', is no perspective or fisheye one");
+  EXPECT_EQ(scene.warnings.back(), "1 cameras are left out: their lens, 'spherical', is no perspective or fisheye one");
   // Panoramas are exported without a calibration, too.
   text = replaced(text,
                   "<calibration type=\"spherical\" class=\"adjusted\"><resolution width=\"8\" "
@@ -335,8 +330,7 @@ TEST(Metashape, MatchesLabelsWithoutExtension) {
   EXPECT_EQ(scene.views[1].camera.cx, 400);
   EXPECT_TRUE(contains(scene.warnings.back(), "the cameras of 1 photos were scaled"));
   test::write_photo(folder.path() / "images/b/DJI_0001.tif", 400, 300);
-  EXPECT_TRUE(
-      contains(input_error([&] { read_scene(folder.path(), {}); }), "'DJI_0001' could be any of 2 files"));
+  EXPECT_TRUE(contains(input_error([&] { read_scene(folder.path(), {}); }), "'DJI_0001' could be any of 2 files"));
 }
 
 TEST(Metashape, RefusesWithLineAndExpectation) {
@@ -345,35 +339,30 @@ TEST(Metashape, RefusesWithLineAndExpectation) {
   };
   std::string spherical = kCameras;
   for (const char* sensor : {"0", "1", "2"})
-    spherical =
-        replaced(spherical, std::string(" sensor_id=\"") + sensor + "\" label", " sensor_id=\"9\" label");
+    spherical = replaced(spherical, std::string(" sensor_id=\"") + sensor + "\" label", " sensor_id=\"9\" label");
   EXPECT_TRUE(contains(input_error([&] { parse(spherical); }),
                        "a camera of type 'spherical' is not supported, frame and fisheye are"));
   EXPECT_TRUE(contains(error("sensor_id=\"2\"", "sensor_id=\"8\""), "sensor '8' is not in the file"));
-  EXPECT_TRUE(
-      contains(error("1 0 0 1 0 1 0 2", "1 0 0 1 0 1 0"), "expected 16 numbers in transform, found 15"));
+  EXPECT_TRUE(contains(error("1 0 0 1 0 1 0 2", "1 0 0 1 0 1 0"), "expected 16 numbers in transform, found 15"));
   EXPECT_TRUE(contains(error("1 0 0 1 0 1 0 2", "1 0 0 1 0 1 0 2 3"), "more than 16 numbers"));
   EXPECT_TRUE(contains(error("1 0 0 1 0 1 0 2", "1 1 0 1 0 1 0 2"), "is no rotation"));
   EXPECT_TRUE(contains(error("1 0 0 1 0 1 0 2", "1 0 0 1e999 0 1 0 2"), "line 38: expected finite numbers"));
   EXPECT_TRUE(contains(error("<f>350</f>", ""), "calibration has no f"));
   EXPECT_TRUE(contains(error("<f>350</f>", "<f>-350</f>"), "focal length is not positive"));
-  EXPECT_TRUE(
-      contains(error("<scale locked=\"true\">2", "<scale locked=\"true\">0"), "scale is not positive"));
-  EXPECT_TRUE(
-      contains(input_error([] { parse("<document><chunk/></document>"); }), "no camera has a transform"));
+  EXPECT_TRUE(contains(error("<scale locked=\"true\">2", "<scale locked=\"true\">0"), "scale is not positive"));
+  EXPECT_TRUE(contains(input_error([] { parse("<document><chunk/></document>"); }), "no camera has a transform"));
 }
 
 TEST(Metashape, RefusesMalformedRigs) {
   const auto error = [](std::string_view from, std::string_view to) {
     return input_error([&] { parse(replaced(kRig, from, to)); });
   };
-  EXPECT_TRUE(
-      contains(error("0.8 0 0.6 0", "0.9 0 0.6 0"), "line 16: the matrix in rotation is no rotation"));
+  EXPECT_TRUE(contains(error("0.8 0 0.6 0", "0.9 0 0.6 0"), "line 16: the matrix in rotation is no rotation"));
   EXPECT_TRUE(contains(error("0.8 0 0.6 0", "-0.8 0 -0.6 0"), "is no rotation"));  // a mirror
   EXPECT_TRUE(contains(error("0.8 0 0.6 0", "0.8 0 0.6"), "expected 9 numbers in rotation, found 8"));
   EXPECT_TRUE(contains(error("0.5 -0.25 1", "0.5 -0.25"), "expected 3 numbers in location, found 2"));
-  EXPECT_TRUE(contains(error("sensor_id=\"0\" component_id", "sensor_id=\"8\" component_id"),
-                       "sensor '8' is not in the file"));
+  EXPECT_TRUE(
+      contains(error("sensor_id=\"0\" component_id", "sensor_id=\"8\" component_id"), "sensor '8' is not in the file"));
 }
 
 TEST(Metashape, SurvivesCutsAndChanges) {

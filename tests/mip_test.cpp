@@ -1,5 +1,5 @@
-// What averages over cells of 2, 4 and 8 texels hold: colours of one chart alone wherever a face touches, and
-// nowhere a texel that nobody filled.
+// What averages over cells of 2, 4 and 8 texels hold: colours of one chart alone wherever a face touches, and nowhere a
+// texel that nobody filled.
 #include <gtest/gtest.h>
 
 #include "atlas/triangle_spans.h"
@@ -74,8 +74,8 @@ TEST(Mips, CellsThatAFaceTouchesHoldItsChartAlone) {
   }
 }
 
-/// Bilinear lookups within a face, as a renderer makes them: clean on levels 1 and 2; on level 3 another
-/// chart's cell has a quarter of the weight at most.
+/// Bilinear lookups within a face, as a renderer makes them: clean on levels 1 and 2; on level 3 another chart's cell
+/// has a quarter of the weight at most.
 TEST(Mips, BilinearLookupsStayWithinTheChart) {
   AtlasScene s;
   patchwork(s, 3);
@@ -102,8 +102,7 @@ TEST(Mips, BilinearLookupsStayWithinTheChart) {
       if (s.labels[f] == kNoView) continue;
       for (int i = 0; i <= 6; ++i) {
         for (int j = 0; i + j <= 6; ++j) {
-          const Color c =
-              lookup(level[atlas.model.face_page[f]], texcoord_at(atlas.model, f, i / 6.0, j / 6.0));
+          const Color c = lookup(level[atlas.model.face_page[f]], texcoord_at(atlas.model, f, i / 6.0, j / 6.0));
           const Color d = c - colour_of(index(s.labels[f]));
           worst = std::max({worst, std::abs(d.r), std::abs(d.g), std::abs(d.b)});
         }
@@ -125,8 +124,7 @@ TEST(Mips, NothingOfAPageIsBackground) {
     const TextureAtlas atlas = s.build(options);
     for (const Image& page : atlas.pages)
       for (std::size_t i = 0; i < page.pixels.size(); i += 3)
-        ASSERT_TRUE(page.pixels[i] == 200 && page.pixels[i + 1] == 30)
-            << "texel " << i / 3 << ", " << padding;
+        ASSERT_TRUE(page.pixels[i] == 200 && page.pixels[i + 1] == 30) << "texel " << i / 3 << ", " << padding;
     EXPECT_LT(atlas.statistics.chart_texels, atlas.statistics.padded_texels);
     EXPECT_LE(atlas.statistics.padded_texels, atlas.statistics.page_texels);
   }

@@ -32,8 +32,7 @@ std::vector<T> values_of(const tinygltf::Model& gltf, int accessor_number, std::
   return values;
 }
 
-// Every triangle of the GLB has the corners, the winding, the texture coordinates and the page of its input
-// face.
+// Every triangle of the GLB has the corners, the winding, the texture coordinates and the page of its input face.
 TEST(WriteGlb, HoldsEveryFaceWithItsTexture) {
   const StripModel test;
   const ModelOptions options{{500000, 5400000, 0}, UpAxis::pos_z};
@@ -119,8 +118,7 @@ TEST(WriteGlb, EmbedsPagesByteForByte) {
 
 TEST(WriteGlb, KeepsTheOffsetInTheRootsExtras) {
   const StripModel test;
-  write_glb(test.folder.path() / "m.glb", test.model, test.pages,
-            {{500000.123456789, -5400000, 1e-7}, UpAxis::pos_y});
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {{500000.123456789, -5400000, 1e-7}, UpAxis::pos_y});
   const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
   ASSERT_EQ(gltf.scenes[0].nodes, std::vector<int>{0});
   const tinygltf::Value& offset = gltf.nodes[0].extras.Get("offset");
@@ -132,8 +130,7 @@ TEST(WriteGlb, KeepsTheOffsetInTheRootsExtras) {
 /// v turned by the unit quaternion (x, y, z, w): v + 2 q x (q x v + w v).
 std::array<double, 3> turned(const std::vector<double>& q, const std::array<double, 3>& v) {
   const auto cross = [](const std::array<double, 3>& a, const std::array<double, 3>& b) {
-    return std::array<double, 3>{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                                 a[0] * b[1] - a[1] * b[0]};
+    return std::array<double, 3>{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
   };
   const std::array<double, 3> axis{q[0], q[1], q[2]};
   std::array<double, 3> inner = cross(axis, v);
@@ -202,11 +199,10 @@ TEST(WriteObj, WritesTheDocumentedText) {
   test.model.face_page.resize(3);
   const auto file = test.folder.path() / "model.obj";
   write_obj(file, test.model, test.pages, {});
-  EXPECT_EQ(
-      test::read_file(file),
-      "mtllib model.mtl\nv 0 0.5 -2e-07\nv 1 0.5 -2e-07\nv 2 0.5 -2e-07\nv 3 0.5 -2e-07\nv 4 0.5 -2e-07\n"
-      "vt 0 1\nvt 0.25 1\nvt 0 0.875\nvt 0.5 0.5\nvt 0.75 0.5\nvt 0.1 0.100000024\nvt 1 0\n"
-      "usemtl page_1\nf 1/1 3/2 2/3\nusemtl page_0\nf 3/4 4/5 2/6\nusemtl page_1\nf 3/7 5/4 4/5\n");
+  EXPECT_EQ(test::read_file(file),
+            "mtllib model.mtl\nv 0 0.5 -2e-07\nv 1 0.5 -2e-07\nv 2 0.5 -2e-07\nv 3 0.5 -2e-07\nv 4 0.5 -2e-07\n"
+            "vt 0 1\nvt 0.25 1\nvt 0 0.875\nvt 0.5 0.5\nvt 0.75 0.5\nvt 0.1 0.100000024\nvt 1 0\n"
+            "usemtl page_1\nf 1/1 3/2 2/3\nusemtl page_0\nf 3/4 4/5 2/6\nusemtl page_1\nf 3/7 5/4 4/5\n");
   const std::string mtl = test::read_file(test.folder.path() / "model.mtl");
   EXPECT_TRUE(contains(mtl, "newmtl page_0\n"));
   EXPECT_TRUE(contains(mtl, "\nmap_Kd model_0.png\n"));
@@ -263,8 +259,8 @@ TEST(ReadTexturedModel, RefusesAGlbCutAnywhere) {
     EXPECT_TRUE(contains(refusal(test, good.substr(0, size)), "changed.glb: ")) << size;
 }
 
-// Widths and heights stand behind the name IHDR, big endian, and behind a JPEG's SOF0 marker; a chunk's
-// length before its name.
+// Widths and heights stand behind the name IHDR, big endian, and behind a JPEG's SOF0 marker; a chunk's length before
+// its name.
 TEST(ReadTexturedModel, HoldsImagesClaimsAgainstTheirBytes) {
   const StripModel test;
   write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
@@ -293,9 +289,8 @@ TEST(ReadTexturedModel, RefusesImagesBeyondTheirBuffer) {
   const std::string length = "\"byteLength\":" + std::to_string(view.byteLength);
   std::string longer = length;
   longer[longer.find(':') + 1] = '9';
-  EXPECT_TRUE(
-      contains(refusal(test, exchanged(test::read_file(test.folder.path() / "m.glb"), length, longer)),
-               "image 1: reaches beyond its buffer"));
+  EXPECT_TRUE(contains(refusal(test, exchanged(test::read_file(test.folder.path() / "m.glb"), length, longer)),
+                       "image 1: reaches beyond its buffer"));
 }
 
 TEST(ReadTexturedModel, RefusesJsonThatNestsWithoutEnd) {
@@ -308,8 +303,7 @@ TEST(ReadTexturedModel, RefusesJsonThatNestsWithoutEnd) {
 
 TEST(ReadTexturedModel, NamesPagesThatAreMissing) {
   const StripModel test;
-  const GltfFiles files =
-      write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, {});
+  const GltfFiles files = write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, {});
   std::filesystem::remove(test.pages[1].file);
   EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(files.file); }),
                        "m.gltf: image 1 (model_1.jpg): cannot be read, expected a file model_1.jpg"));

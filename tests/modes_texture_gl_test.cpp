@@ -25,20 +25,16 @@ class ModesTextureGl : public testing::Test {
  protected:
   void SetUp() override {
     if (list_devices().empty()) GTEST_SKIP() << "no EGL device makes an OpenGL 4.5 context here";
-    ASSERT_EQ(gpvc({"synth", "city", "-o", scene().string(), "--faces", "3000", "--size", "40", "--photos",
-                    "5", "--photo-size", "240x160", "--quiet"}),
+    ASSERT_EQ(gpvc({"synth", "city", "-o", scene().string(), "--faces", "3000", "--size", "40", "--photos", "5",
+                    "--photo-size", "240x160", "--quiet"}),
               0);
   }
   fs::path scene() const { return folder_.path() / "city"; }
   fs::path out() const { return folder_.path() / "out"; }
   int run(const std::string& command, const std::vector<std::string>& more) const {
-    std::vector<std::string> words{command,
-                                   (scene() / "colmap").string(),
-                                   (scene() / "mesh.ply").string(),
-                                   "-o",
-                                   out().string(),
-                                   "--force",
-                                   "--quiet"};
+    std::vector<std::string> words{
+        command,  (scene() / "colmap").string(), (scene() / "mesh.ply").string(), "-o", out().string(), "--force",
+        "--quiet"};
     words.insert(words.end(), more.begin(), more.end());
     return gpvc(words);
   }
@@ -57,22 +53,20 @@ TEST_F(ModesTextureGl, ATextureComesOutOfEveryMode) {
   ASSERT_EQ(run("texture", {}), 0);
   const std::size_t usual = labelled();
   ASSERT_GT(usual, 1000U);
-  for (const char* mode : {"gpvc:ves", "shadow-map:spc:0.001", "shadow-map:apc:1e-11", "ray:sparse:0.01",
-                           "ray:dense:0.01", "none"}) {
+  for (const char* mode :
+       {"gpvc:ves", "shadow-map:spc:0.001", "shadow-map:apc:1e-11", "ray:sparse:0.01", "ray:dense:0.01", "none"}) {
     SCOPED_TRACE(mode);
     ASSERT_EQ(run("texture", {"--visibility", mode}), 0);
     EXPECT_TRUE(fs::exists(out() / "model.obj"));
     const auto record = nlohmann::json::parse(test::read_file(out() / "run.json"));
     EXPECT_EQ(record["options"]["visibility"], mode);
-    EXPECT_EQ(record["options"]["projection"],
-              std::string(mode).find("spc") == std::string::npos ? "apc" : "spc");
+    EXPECT_EQ(record["options"]["projection"], std::string(mode).find("spc") == std::string::npos ? "apc" : "spc");
     const auto tags = read_npy<std::uint8_t>(out() / "tags.npy");
     EXPECT_GT(std::count(tags.values.begin(), tags.values.end(), 0), 1000) << "faces seen whole";
     if (std::string(mode) == "none") {
       EXPECT_GT(labelled(), usual) << "what is hidden is taken for seen";
     } else {
-      EXPECT_NEAR(static_cast<double>(labelled()), static_cast<double>(usual),
-                  0.1 * static_cast<double>(usual));
+      EXPECT_NEAR(static_cast<double>(labelled()), static_cast<double>(usual), 0.1 * static_cast<double>(usual));
     }
   }
   ASSERT_EQ(run("texture", {"--visibility", "gpvc", "--projection", "spc"}), 0);

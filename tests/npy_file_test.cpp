@@ -18,8 +18,8 @@ TEST(NpyFile, WritesTheDocumentedBytes) {
   std::string header = "{'descr': '<i4', 'fortran_order': False, 'shape': (2,), }";
   header.resize(128 - 10 - 1, ' ');
   // 10 bytes of preamble and 118 of header: the values start at 128, a multiple of 64.
-  const std::string expected = std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + "\n" +
-                               std::string("\xff\xff\xff\xff\x02\x01\x00\x00", 8);
+  const std::string expected =
+      std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + "\n" + std::string("\xff\xff\xff\xff\x02\x01\x00\x00", 8);
   EXPECT_EQ(test::read_file(folder.path() / "a.npy"), expected);
 }
 
@@ -71,16 +71,15 @@ TEST(NpyFile, RefusesOtherArrays) {
         folder.write("a.npy", std::string("\x93NUMPY\x01\x00", 8) + test::bytes_of(length) + dict + values);
     return input_error([&] { read_npy<std::int32_t>(file); });
   };
-  EXPECT_TRUE(contains(error("{'descr': '>i4', 'fortran_order': False, 'shape': (1,), }", "abcd"),
-                       "expected values of"));
+  EXPECT_TRUE(
+      contains(error("{'descr': '>i4', 'fortran_order': False, 'shape': (1,), }", "abcd"), "expected values of"));
   EXPECT_TRUE(contains(error("{'descr': '<i4', 'fortran_order': True, 'shape': (1,), }", "abcd"), "Fortran"));
   EXPECT_TRUE(contains(error("{'fortran_order': False, 'shape': (1,), }", "abcd"), "'descr'"));
   EXPECT_TRUE(contains(error("{'descr': '<i4', 'fortran_order': False, 'shape': (-1,), }", "abcd"), "shape"));
   EXPECT_TRUE(contains(error("{'descr': '<i4', 'fortran_order': False, 'shape': 1, }", "abcd"), "shape"));
   // 2^32 * 2^32 values: the product does not fit 64 bits.
-  EXPECT_TRUE(
-      contains(error("{'descr': '<i4', 'fortran_order': False, 'shape': (4294967296, 4294967296), }", "abcd"),
-               "the file ends"));
+  EXPECT_TRUE(contains(error("{'descr': '<i4', 'fortran_order': False, 'shape': (4294967296, 4294967296), }", "abcd"),
+                       "the file ends"));
   EXPECT_TRUE(contains(input_error([&] { read_npy<float>(folder.write("b.npy", "PNG")); }), "b.npy"));
 }
 

@@ -23,15 +23,14 @@ const std::vector<double> kDown{1, 0, 0, 0, -1, 0, 0, 0, -1}, kQuarter{0, -1, 0,
 const std::vector<double> kPixelK{350, 0.5, 201.25, 0, 351, 148.5, 0, 0, 1};
 const std::vector<double> kUnitK{0.875, 0, 0.5, 0, 0.875, 0.375, 0, 0, 1};
 
-std::string camera_bytes(std::uint32_t version, std::uint32_t width, std::uint32_t height,
-                         const std::vector<double>& k, const std::vector<double>& r,
-                         const std::vector<double>& c) {
-  return text_bytes("cam") + (version > 3 ? text_bytes("RGB") : "") + bytes_of(width) + bytes_of(height) +
-         doubles(k) + doubles(r) + doubles(c);
+std::string camera_bytes(std::uint32_t version, std::uint32_t width, std::uint32_t height, const std::vector<double>& k,
+                         const std::vector<double>& r, const std::vector<double>& c) {
+  return text_bytes("cam") + (version > 3 ? text_bytes("RGB") : "") + bytes_of(width) + bytes_of(height) + doubles(k) +
+         doubles(r) + doubles(c);
 }
 
-std::string image_bytes(std::uint32_t version, const std::string& name, std::uint32_t camera,
-                        std::uint32_t pose, const std::string& mask = "") {
+std::string image_bytes(std::uint32_t version, const std::string& name, std::uint32_t camera, std::uint32_t pose,
+                        const std::string& mask = "") {
   std::string bytes = text_bytes(name) + (version > 4 ? text_bytes(mask) : "") + bytes_of<std::uint32_t>(0) +
                       bytes_of(camera) + bytes_of(pose);
   if (version > 2) bytes += bytes_of<std::uint32_t>(77);
@@ -39,16 +38,14 @@ std::string image_bytes(std::uint32_t version, const std::string& name, std::uin
   return bytes;
 }
 
-/// One platform at (10, 20, 100) that looks down; its first camera sits a little off and turned on it, its
-/// second is normalized. The points that follow are not read.
+/// One platform at (10, 20, 100) that looks down; its first camera sits a little off and turned on it, its second is
+/// normalized. The points that follow are not read.
 std::string archive(std::uint32_t version) {
-  return "MVSI" + bytes_of(version) + bytes_of<std::uint32_t>(0) + bytes_of<std::uint64_t>(1) +
-         text_bytes("platform") + bytes_of<std::uint64_t>(2) +
-         camera_bytes(version, 400, 300, kPixelK, kQuarter, {0.5, 0.25, 0}) +
-         camera_bytes(version, 0, 0, kUnitK, kIdentity, {0, 0, 0}) + bytes_of<std::uint64_t>(1) +
-         doubles(kDown) + doubles({10, 20, 100}) + bytes_of<std::uint64_t>(3) +
-         image_bytes(version, "images\\one two.jpg", 0, 0) + image_bytes(version, "images/b.jpg", 1, 0) +
-         image_bytes(version, "images/lost.jpg", 0, 0xFFFFFFFFu);
+  return "MVSI" + bytes_of(version) + bytes_of<std::uint32_t>(0) + bytes_of<std::uint64_t>(1) + text_bytes("platform") +
+         bytes_of<std::uint64_t>(2) + camera_bytes(version, 400, 300, kPixelK, kQuarter, {0.5, 0.25, 0}) +
+         camera_bytes(version, 0, 0, kUnitK, kIdentity, {0, 0, 0}) + bytes_of<std::uint64_t>(1) + doubles(kDown) +
+         doubles({10, 20, 100}) + bytes_of<std::uint64_t>(3) + image_bytes(version, "images\\one two.jpg", 0, 0) +
+         image_bytes(version, "images/b.jpg", 1, 0) + image_bytes(version, "images/lost.jpg", 0, 0xFFFFFFFFu);
 }
 
 SceneFile parse(const std::string& bytes) { return test::parse_as("OpenMVS", bytes); }

@@ -9,8 +9,7 @@ using test::input_error;
 using test::replaced;
 using test::view_named;
 
-// One camera of each kind. Rotation: half a turn about x, the camera looks down; written from the
-// documentation.
+// One camera of each kind. Rotation: half a turn about x, the camera looks down; written from the documentation.
 const std::string kReconstruction = R"([
  {"cameras": {"few": {"projection_type": "spherical", "width": 8, "height": 4}},
   "shots": {"lone.jpg": {"camera": "few", "rotation": [0, 0, 0], "translation": [0, 0, 0]}}, "points": {}},
@@ -68,8 +67,8 @@ TEST(OpenSfm, ProjectsAKnownPointWithSixRadialTerms) {
      "s1": -0.03, "s2": 0.011, "s3": 0.02)";
   const double x = 0.3, y = -0.2, r = std::hypot(x, y), theta = std::atan(r);
   const double u = x * theta / r, v = y * theta / r, t = theta * theta;
-  const double radial = 1 + 0.01 * t - 0.002 * std::pow(t, 2) + 0.003 * std::pow(t, 3) -
-                        0.0004 * std::pow(t, 4) + 0.03 * std::pow(t, 5) - 0.05 * std::pow(t, 6);
+  const double radial = 1 + 0.01 * t - 0.002 * std::pow(t, 2) + 0.003 * std::pow(t, 3) - 0.0004 * std::pow(t, 4) +
+                        0.03 * std::pow(t, 5) - 0.05 * std::pow(t, 6);
   const double eight_u = u * radial + 2 * 0.004 * u * v - 0.002 * (t + 2 * u * u);
   const double eight_v = v * radial - 2 * 0.002 * u * v + 0.004 * (t + 2 * v * v);
   // What OpenSfM's own functions give for this point.
@@ -85,12 +84,11 @@ TEST(OpenSfm, ProjectsAKnownPointWithSixRadialTerms) {
 }
 
 TEST(OpenSfm, TakesTermsThatAreNotStatedAsZero) {
-  const std::string
-      lens =
-          "\"c_x\": 0.01, \"c_y\": -0.02, \"k1\": -0.1, \"k2\": 0.02, \"k3\": 0.003, \"p1\": 0.004, "
-          "\"p2\": -0.002",
-      text = replaced(replaced(kReconstruction, ",\n         " + lens, ""),
-                      "\"projection_type\": \"perspective\", ", "");
+  const std::string lens =
+                        "\"c_x\": 0.01, \"c_y\": -0.02, \"k1\": -0.1, \"k2\": 0.02, \"k3\": 0.003, \"p1\": 0.004, "
+                        "\"p2\": -0.002",
+                    text = replaced(replaced(kReconstruction, ",\n         " + lens, ""),
+                                    "\"projection_type\": \"perspective\", ", "");
   const SceneFile scene = parse(replaced(text, ", \"k1\": -0.1, \"k2\": 0.02", ""));
   for (const char* name : {"p.jpg", "b c.jpg"}) {
     const Camera& camera = view_named(scene, name).camera;
@@ -115,8 +113,7 @@ TEST(OpenSfm, LeavesOutShotsOfLensesItDoesNotKnow) {
   const SceneFile scene = parse(replaced(dual, "\"fisheye_opencv\"", "\"spherical\""));
   ASSERT_EQ(scene.views.size(), 2);
   EXPECT_EQ(view_named(scene, "p.jpg").camera.width, 400);
-  EXPECT_EQ(scene.warnings.at(1),
-            "2 images are left out: their lenses, 'dual', 'spherical', are not supported");
+  EXPECT_EQ(scene.warnings.at(1), "2 images are left out: their lenses, 'dual', 'spherical', are not supported");
 }
 
 TEST(OpenSfm, TurnsBySmallAndZeroAngles) {
@@ -181,12 +178,10 @@ TEST(OpenSfm, KnowsWhereUndistortedPhotosOfOpenDroneMapAre) {
 }
 
 TEST(OpenSfm, ReadsTheReferenceBesideTheReconstruction) {
-  const std::string embedded =
-      "  \"reference_lla\": {\"latitude\": 46.5, \"longitude\": 8.25, \"altitude\": 600.5},\n";
+  const std::string embedded = "  \"reference_lla\": {\"latitude\": 46.5, \"longitude\": 8.25, \"altitude\": 600.5},\n";
   const OdmProject project(replaced(kReconstruction, embedded, ""));
   EXPECT_EQ(read_scene(project.folder.path(), {}).srs, "");
-  project.folder.write("opensfm/reference_lla.json",
-                       "{\"latitude\": -33.125, \"longitude\": 151, \"altitude\": 0}");
+  project.folder.write("opensfm/reference_lla.json", "{\"latitude\": -33.125, \"longitude\": 151, \"altitude\": 0}");
   EXPECT_EQ(read_scene(project.folder.path(), {}).srs, "ENU:-33.125,151");
   project.folder.write("opensfm/reference_lla.json", "{\"latitude\": \"south\"}");
   EXPECT_TRUE(contains(input_error([&] { read_scene(project.folder.path(), {}); }), "reference_lla"));
@@ -199,14 +194,12 @@ TEST(OpenSfm, RefusesWithPlaceAndExpectation) {
   std::string panorama = kReconstruction;
   for (const char* type : {"perspective", "brown", "fisheye", "fisheye_opencv"})
     panorama = replaced(panorama, "\"" + std::string(type) + "\"", "\"spherical\"");
-  EXPECT_TRUE(
-      contains(input_error([&] { parse(panorama); }),
-               "camera 'b': projection type 'spherical' is not supported; supported are perspective"));
+  EXPECT_TRUE(contains(input_error([&] { parse(panorama); }),
+                       "camera 'b': projection type 'spherical' is not supported; supported are perspective"));
   EXPECT_TRUE(contains(error("\"focal_x\": 0.9,", ""), "camera 'b': has no 'focal_x'"));
   EXPECT_TRUE(contains(error("\"k3\": 0.003, \"p1\"", "\"k3\": \"\", \"p1\""), "expected a number as 'k3'"));
   EXPECT_TRUE(contains(error("\"brown\"", "3"), "camera 'b': expected a text as 'projection_type'"));
-  EXPECT_TRUE(
-      contains(error("\"focal\": 0.9", "\"focal\": \"0.9\""), "camera 'p': expected a number as 'focal'"));
+  EXPECT_TRUE(contains(error("\"focal\": 0.9", "\"focal\": \"0.9\""), "camera 'p': expected a number as 'focal'"));
   EXPECT_TRUE(contains(error("\"focal\": 0.9", "\"focal\": 0"), "camera 'p': the focal length"));
   EXPECT_TRUE(contains(error("\"width\": 400", "\"width\": 1e18"), "camera 'p': expected a whole number"));
   EXPECT_TRUE(contains(error("\"camera\": \"p\", \"rot", "\"camera\": \"q\", \"rot"), "its camera 'q'"));

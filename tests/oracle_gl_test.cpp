@@ -26,8 +26,7 @@ class OracleGl : public testing::Test {
       tied += truth.tied[f];
       if (truth.tied[f] != 0) continue;
       const Triangle& t = mesh.faces[f];
-      const PixelPoint at =
-          pixel_from_camera(view.camera, camera_from_world(view.pose, mesh.positions[t[0]]));
+      const PixelPoint at = pixel_from_camera(view.camera, camera_from_world(view.pose, mesh.positions[t[0]]));
       EXPECT_EQ(static_cast<int>(found.classes[f]), static_cast<int>(truth.classes[f]))
           << view.name << " face " << f << ", first corner at " << at.x << ", " << at.y;
     }

@@ -74,9 +74,7 @@ TEST(Oracle, AgreesWithRaysThroughALens) {
 TEST(Oracle, AgreesWithRaysOnLayersAHairApart) {
   const View view = scenes::view_of(200, 150, 150);
   const auto hill = [](double lift) {
-    return [lift](int i, int j) {
-      return (10 + 0.3 * std::sin(0.4 * i) + 0.2 * std::cos(0.3 * j)) * (1 + lift);
-    };
+    return [lift](int i, int j) { return (10 + 0.3 * std::sin(0.4 * i) + 0.2 * std::cos(0.3 * j)) * (1 + lift); };
   };
   for (const double lift : {1e-7, 1e-9, 1e-11}) {
     Mesh mesh = scenes::terrain(view.camera, 20, 15, 15, 12, 8.3, 10, hill(lift));
@@ -128,8 +126,8 @@ TEST(Oracle, DuplicatesGoToTheLowerIndexAndAreTies) {
 }
 
 TEST(Oracle, CoplanarSheetsOfDifferentTriangulationTieExactly) {
-  // The plane z = 8 + x / 3 is exact in no coordinate system but that of real numbers: its points lie on a
-  // grid of thirds, scaled up.
+  // The plane z = 8 + x / 3 is exact in no coordinate system but that of real numbers: its points lie on a grid of
+  // thirds, scaled up.
   View view = scenes::view_of(64, 64, 64);
   view.pose.rotation = scenes::rotation(0.01, 0.05, 0.3);
   Mesh mesh;

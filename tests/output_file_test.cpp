@@ -49,8 +49,8 @@ TEST(OutputFile, LeavesNothingAndTheOldFileWithoutCommit) {
 TEST(OutputFile, SaysWhyAFolderCannotBeWritten) {
   const TemporaryFolder folder;
   const auto absent = folder.path() / "absent" / "a";
-  EXPECT_TRUE(contains(output_error([&] { OutputFile out(absent); }),
-                       absent.string() + ": cannot be written: No such"));
+  EXPECT_TRUE(
+      contains(output_error([&] { OutputFile out(absent); }), absent.string() + ": cannot be written: No such"));
   const auto file = folder.write("file", "x");
   EXPECT_TRUE(contains(output_error([&] { OutputFile out(file / "a"); }), "Not a directory"));
   // A folder in the place of the file.
@@ -121,8 +121,7 @@ TEST(FullDisk, StopsEveryWriterWithNothingLeft) {
   }
   const std::vector<PageFile> pages{{elsewhere.path() / "page.png", ImageFormat::png}};
   full([&] { write_gltf(folder / "a", GltfContainer::glb, model, pages, {}); });
-  EXPECT_TRUE(
-      contains(output_error([&] { write_obj(folder / "a.obj", model, pages, {}); }), "No space left"));
+  EXPECT_TRUE(contains(output_error([&] { write_obj(folder / "a.obj", model, pages, {}); }), "No space left"));
   EXPECT_FALSE(std::filesystem::exists(folder / "a.obj"));
 }
 

@@ -29,8 +29,7 @@ class OutputFolderTest : public testing::Test {
   void publish_first() const {
     OutputFolder folder(out_, false, "texture");
     make(folder, "model.obj", "first");
-    make(folder, "run.json",
-         R"({"program": "gpvc", "command": "texture", "outputs": ["model.obj", "run.json"]})");
+    make(folder, "run.json", R"({"program": "gpvc", "command": "texture", "outputs": ["model.obj", "run.json"]})");
     folder.publish();
   }
   std::string refusal(bool force, const std::string& command = "texture") const {
@@ -113,8 +112,7 @@ TEST_F(OutputFolderTest, NamesThatAreNoUtf8AreListedAsTheyAre) {
         "ber.jpg");
     make(folder, latin, force ? "second" : "first");
     std::ofstream run(folder.file("run.json"));
-    run << nlohmann::json{
-        {"program", "gpvc"}, {"command", "convert"}, {"outputs", outputs_json(folder.promised())}};
+    run << nlohmann::json{{"program", "gpvc"}, {"command", "convert"}, {"outputs", outputs_json(folder.promised())}};
     run.close();
     folder.publish();
   }
@@ -158,8 +156,7 @@ TEST_F(OutputFolderTest, WhatCannotBeMovedBlocksNoLaterRun) {
 
 TEST_F(OutputFolderTest, LeftoversAreRemovedAndNeverTaken) {
   // Of runs that were killed, whatever number their process had.
-  for (const std::string name : {"1", "4242", "a1B2c3"})
-    put(".gpvc-unfinished-" + name + "/stale.jpg", "stale");
+  for (const std::string name : {"1", "4242", "a1B2c3"}) put(".gpvc-unfinished-" + name + "/stale.jpg", "stale");
   std::optional<OutputFolder> folder(std::in_place, out_, false, "convert");
   make(*folder, "fresh.jpg", "fresh");
   // One under way is none.

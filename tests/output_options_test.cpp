@@ -22,8 +22,7 @@ class OutputOptions : public testing::Test {
  protected:
   void SetUp() override {
     if (list_devices().empty()) GTEST_SKIP() << "no EGL device makes an OpenGL 4.5 context here";
-    ASSERT_TRUE(fs::exists(fs::path(GPVC_APP_SCENE) / "run.json"))
-        << "ctest makes the scene: app_scene.synth";
+    ASSERT_TRUE(fs::exists(fs::path(GPVC_APP_SCENE) / "run.json")) << "ctest makes the scene: app_scene.synth";
     fs::copy(GPVC_APP_SCENE, scene_, fs::copy_options::recursive);
   }
   /// Exit code of gpvc; what it says goes to said_.
@@ -36,8 +35,8 @@ class OutputOptions : public testing::Test {
   }
   int texture(const std::string& more, const std::string& name = "out") {
     out_ = folder_.path() / name;
-    return gpvc("texture '" + (scene_ / "colmap").string() + "' '" + (scene_ / "mesh.ply").string() +
-                "' -o '" + out_.string() + "' " + more);
+    return gpvc("texture '" + (scene_ / "colmap").string() + "' '" + (scene_ / "mesh.ply").string() + "' -o '" +
+                out_.string() + "' " + more);
   }
   nlohmann::json run_json() const { return nlohmann::json::parse(read_file(out_ / "run.json")); }
 
@@ -113,8 +112,7 @@ TEST_F(OutputOptions, TransparentDiscLeavesNoTrace) {
 }
 
 TEST_F(OutputOptions, MasksOfAnotherSizeAreRefused) {
-  write_image(photo().string() + ".mask.png", {3, 2, 1, std::vector<std::uint8_t>(6, 255)}, ImageFormat::png,
-              0);
+  write_image(photo().string() + ".mask.png", {3, 2, 1, std::vector<std::uint8_t>(6, 255)}, ImageFormat::png, 0);
   EXPECT_EQ(texture(""), 1);
   EXPECT_TRUE(contains(said_, "east_001.jpg.mask.png: is 3 x 2 pixels, its photo east_001.jpg is 240 x 160"));
   EXPECT_FALSE(fs::exists(out_));
@@ -162,8 +160,7 @@ TEST_F(OutputOptions, PagesKeepThePhotosProfile) {
   std::vector<fs::path> photos;
   for (const auto& entry : fs::directory_iterator(scene_ / "images")) photos.push_back(entry.path());
   std::sort(photos.begin(), photos.end());
-  for (const fs::path& file : photos)
-    write_image(file, read_image(file), ImageFormat::jpg, 95, any_profile(1));
+  for (const fs::path& file : photos) write_image(file, read_image(file), ImageFormat::jpg, 95, any_profile(1));
   for (const std::string format : {"jpg", "png"}) {
     ASSERT_EQ(texture("--force --texture " + format), 0) << said_;
     EXPECT_EQ(read_colour_profile(out_ / ("model_0." + format)), any_profile(1));
@@ -177,9 +174,9 @@ TEST_F(OutputOptions, PagesKeepThePhotosProfile) {
   write_image(photos[1], read_image(photos[1]), ImageFormat::jpg, 95, any_profile(2));
   ASSERT_EQ(texture("--force"), 0) << said_;
   EXPECT_TRUE(contains(said_, "warning: 2 of " + std::to_string(photos.size()) +
-                                  " photos carry another colour profile than " +
-                                  photos[0].filename().string() + ", whose profile the pages keep: " +
-                                  photos[1].filename().string() + ", " + photos[2].filename().string()));
+                                  " photos carry another colour profile than " + photos[0].filename().string() +
+                                  ", whose profile the pages keep: " + photos[1].filename().string() + ", " +
+                                  photos[2].filename().string()));
   EXPECT_EQ(read_colour_profile(out_ / "model_0.jpg"), any_profile(1));
 }
 

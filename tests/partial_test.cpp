@@ -16,8 +16,8 @@ bool in_rectangle(const WorldPoint& p, double x0, double y0, double x1, double y
   return p.x >= x0 && p.x <= x1 && p.y >= y0 && p.y <= y1;
 }
 
-/// One large square of ground (two faces), and in each of the given views something in front of a rectangle
-/// of it, in the photo as well as in the coverage. Nothing else is in the scene: no GL, all by hand.
+/// One large square of ground (two faces), and in each of the given views something in front of a rectangle of it, in
+/// the photo as well as in the coverage. Nothing else is in the scene: no GL, all by hand.
 struct HiddenGround {
   AtlasScene s;
   struct Box {
@@ -118,8 +118,7 @@ TEST(Partial, HiddenTexelsComeFromTheOtherView) {
     double worst = 0;
     for (double x = 0.1; x < 8; x += 0.05)
       for (double y = 0.1; y < 8; y += 0.05)
-        if (std::abs(x - y) > 0.05)
-          worst = std::max(worst, error(g.texture_at(atlas, {x, y, 0}), ground(x, y)));
+        if (std::abs(x - y) > 0.05) worst = std::max(worst, error(g.texture_at(atlas, {x, y, 0}), ground(x, y)));
     EXPECT_LE(worst, 3.0);
   }
 }
@@ -163,23 +162,22 @@ TEST(Partial, OriginsAreThePlacesThatColoursComeFrom) {
   EXPECT_GT(of[2], 10);
 }
 
-/// Of views that all have something close by, the one in which no neighbouring pixel is hidden: that pixel is
-/// blended in.
+/// Of views that all have something close by, the one in which no neighbouring pixel is hidden: that pixel is blended
+/// in.
 TEST(Partial, TexelsBesideAnOccluderComeFromAViewWhereItIsAPixelOrTwoAway) {
   // A pixel is a thirtieth of a unit wide. The first view is the cheaper one.
   HiddenGround g({{{3, 1, 5, 3}}, {{5.12, 1, 6, 3}}});
   const std::vector<WorldPoint> points{{5.02, 2, 0}, {5.06, 2, 0}, {4.9, 2, 0}, {5.2, 2, 0}};
   const auto origins = g.origins(points, AtlasOptions{});
-  EXPECT_EQ(origins[0].first, ViewId{1})
-      << "beside the occluder in one, two or three pixels off in the other";
+  EXPECT_EQ(origins[0].first, ViewId{1}) << "beside the occluder in one, two or three pixels off in the other";
   EXPECT_EQ(origins[2].first, ViewId{1}) << "hidden in the first";
   EXPECT_EQ(origins[3].first, ViewId{0}) << "hidden in the second";
 }
 
 /// A pixel that the face's edge crosses with its centre beyond says nothing of the face; its neighbour does.
 TEST(Partial, TexelsUpToTheEdgeOfAFaceAreNotFilled) {
-  // Centres lie 0.2 of a pixel off the diagonal in the first view and 0.1 beyond it in the second. Hidden in
-  // the first: a piece of the diagonal.
+  // Centres lie 0.2 of a pixel off the diagonal in the first view and 0.1 beyond it in the second. Hidden in the first:
+  // a piece of the diagonal.
   HiddenGround g({{{3, 3, 5, 5}}, {}}, 0.1 * kHeight / kFocal);
   std::vector<WorldPoint> points;
   for (const double off : {-0.012, -0.006, 0.006, 0.012})
@@ -228,8 +226,7 @@ TEST(Partial, ExposureIsLevelledWithinAFace) {
   g.s.candidates.first.resize(3);
   g.s.candidates.first.push_back(g.s.candidates.first.back());
   g.s.candidates.first.push_back(g.s.candidates.first.back());
-  g.s.photograph(1, ground,
-                 [&](int x, int y, Color c) { return 1.3f * (g.is_hidden(1, x, y) ? kOccluder : c); });
+  g.s.photograph(1, ground, [&](int x, int y, Color c) { return 1.3f * (g.is_hidden(1, x, y) ? kOccluder : c); });
   AtlasOptions options;
   options.seams = SeamLeveling::full;
   const TextureAtlas atlas = g.s.build(options);

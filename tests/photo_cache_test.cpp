@@ -24,8 +24,7 @@ struct CachedPhotos {
       view.camera.width = kPhotoWidth;
       view.camera.height = kPhotoHeight;
       write_image(view.photo,
-                  {kPhotoWidth, kPhotoHeight, 3,
-                   std::vector<std::uint8_t>(kPhotoBytes, static_cast<std::uint8_t>(i))},
+                  {kPhotoWidth, kPhotoHeight, 3, std::vector<std::uint8_t>(kPhotoBytes, static_cast<std::uint8_t>(i))},
                   ImageFormat::png, 0);
       scene.views.push_back(std::move(view));
     }

@@ -35,8 +35,7 @@ Scene read_for(const Photos& files, const std::vector<std::string>& needed, bool
   SceneOptions options{.images_dir = files.folder.path() / "photos", .allow_missing_photos = allow_missing};
   options.needed = [&](std::span<const View> views) {
     std::vector<bool> flags;
-    for (const View& view : views)
-      flags.push_back(std::find(needed.begin(), needed.end(), view.name) != needed.end());
+    for (const View& view : views) flags.push_back(std::find(needed.begin(), needed.end(), view.name) != needed.end());
     return flags;
   };
   return read_scene(files.folder.path() / "model", options);
@@ -58,9 +57,9 @@ TEST(PhotoFiles, ListsAmbiguousMatches) {
   const Photos files({"old/a.jpg"});
   files.photo("x/a.jpg");
   files.photo("y/a.jpg");
-  EXPECT_TRUE(contains(input_error([&] { files.read(); }),
-                       "the photo 'old/a.jpg' could be any of 2 files in " +
-                           (files.folder.path() / "photos").string() + ": x/a.jpg, y/a.jpg"));
+  EXPECT_TRUE(contains(input_error([&] { files.read(); }), "the photo 'old/a.jpg' could be any of 2 files in " +
+                                                               (files.folder.path() / "photos").string() +
+                                                               ": x/a.jpg, y/a.jpg"));
   files.photo("old/a.jpg");
   EXPECT_EQ(files.found(0), "old/a.jpg");
 }
@@ -114,8 +113,7 @@ TEST(PhotoFiles, AsksOnlyForNeededPhotos) {
   const Scene scene = read_for(files, {"a.jpg", "b.jpg"});
   ASSERT_EQ(scene.views.size(), 6);
   for (std::size_t v = 0; v < 6; ++v) EXPECT_EQ(scene.views[v].photo.empty(), v >= 2) << v;
-  const char* const expected[] = {"1 of 6 photos are not in", "of another shape", "torn.jpg",
-                                  "could be any of 2"};
+  const char* const expected[] = {"1 of 6 photos are not in", "of another shape", "torn.jpg", "could be any of 2"};
   for (std::size_t v = 2; v < 6; ++v) {
     const std::string error = input_error([&] { read_for(files, {"a.jpg", scene.views[v].name}); });
     EXPECT_TRUE(contains(error, expected[v - 2]));
@@ -125,8 +123,8 @@ TEST(PhotoFiles, AsksOnlyForNeededPhotos) {
 TEST(PhotoFiles, RefusesOnePhotoForTwoViews) {
   const Photos files({"one/a.jpg", "two/a.jpg"});
   files.photo("a.jpg");
-  EXPECT_TRUE(contains(input_error([&] { files.read(); }),
-                       "the images 'one/a.jpg' and 'two/a.jpg' are the same photo"));
+  EXPECT_TRUE(
+      contains(input_error([&] { files.read(); }), "the images 'one/a.jpg' and 'two/a.jpg' are the same photo"));
 }
 
 // The photo of b is missing, and a's has the same file name.
@@ -175,8 +173,7 @@ TEST(PhotoFiles, FollowsLinksToFolders) {
   namespace fs = std::filesystem;
   const Photos files({"north/a.jpg", "south/a.jpg", "b.jpg", "old/c.jpg"});
   const test::TemporaryFolder card;
-  for (const char* name : {"1/a.jpg", "2/a.jpg", "2/deep/b.jpg"})
-    test::write_photo(card.path() / name, 40, 30);
+  for (const char* name : {"1/a.jpg", "2/a.jpg", "2/deep/b.jpg"}) test::write_photo(card.path() / name, 40, 30);
   files.photo("2024/c.jpg");
   const fs::path photos = files.folder.path() / "photos";
   fs::create_directory_symlink(card.path() / "1", photos / "2024" / "north");
@@ -291,8 +288,7 @@ TEST(SceneFormats, RefusesAFolderOfTwo) {
   const std::string error = input_error([&] { files.read(); });
   EXPECT_TRUE(contains(error, "holds both a mvs-texturing scene"));
   EXPECT_TRUE(contains(error, "and a COLMAP scene"));
-  EXPECT_NO_THROW(
-      read_scene(files.folder.path() / "model/images.txt", {.images_dir = files.folder.path() / "photos"}));
+  EXPECT_NO_THROW(read_scene(files.folder.path() / "model/images.txt", {.images_dir = files.folder.path() / "photos"}));
 }
 
 TEST(SceneFormats, EachSaysWhatItExpects) {

@@ -15,8 +15,8 @@ using test::TemporaryFolder;
 using Bytes = std::vector<std::uint8_t>;
 
 template <typename T>
-std::filesystem::path store(const TemporaryFolder& folder, const std::string& name, int channels,
-                            OIIO::TypeDesc type, const std::vector<T>& samples, OIIO::ImageSpec spec = {}) {
+std::filesystem::path store(const TemporaryFolder& folder, const std::string& name, int channels, OIIO::TypeDesc type,
+                            const std::vector<T>& samples, OIIO::ImageSpec spec = {}) {
   const auto file = folder.path() / name;
   spec.width = spec.full_width = static_cast<int>(samples.size()) / channels;
   spec.height = spec.full_height = 1;
@@ -78,12 +78,11 @@ std::filesystem::path store_exr(const TemporaryFolder& folder, const OIIO::TypeD
   return file;
 }
 
-// An EXR's samples are light: sRGB's curve makes 0.2140 middle grey, and a fifth 123.6. What is no number is
-// black, what is brighter than white is white.
+// An EXR's samples are light: sRGB's curve makes 0.2140 middle grey, and a fifth 123.6. What is no number is black,
+// what is brighter than white is white.
 TEST(PhotoKinds, LightInFloatsAndHalvesGetsTheScreensCurve) {
   const TemporaryFolder folder;
-  const float nan = std::numeric_limits<float>::quiet_NaN(),
-              infinity = std::numeric_limits<float>::infinity();
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
   for (const OIIO::TypeDesc& type : {OIIO::TypeFloat, OIIO::TypeHalf}) {
     const auto file = store_exr(folder, type, {0, 0.2f, 1, 0.0021f, 0.2140f, 16, -3, nan, infinity});
     EXPECT_EQ(read_image(file).pixels, (Bytes{0, 124, 255, 7, 127, 255, 0, 0, 255}));
@@ -93,8 +92,8 @@ TEST(PhotoKinds, LightInFloatsAndHalvesGetsTheScreensCurve) {
             (Bytes{0, 0, 0, 51, 51, 51, 255, 255, 255}));
 }
 
-/// A DNG of 64 x 48 sensor elements, white light left of the middle and a fifth of it right, with a tag that
-/// says that the camera was held upright.
+/// A DNG of 64 x 48 sensor elements, white light left of the middle and a fifth of it right, with a tag that says that
+/// the camera was held upright.
 std::string tiny_dng() {
   struct Entry {
     std::uint16_t tag, type;
@@ -137,8 +136,8 @@ std::string tiny_dng() {
   const std::size_t behind = kHeader + 2 + 12 * entries.size() + 4;
   std::size_t strip = behind;
   for (const Entry& entry : entries) strip += entry.bytes.size() > 4 ? entry.bytes.size() : 0;
-  std::string file = std::string("II*\0", 4) + test::bytes_of(Long{kHeader}) +
-                     test::bytes_of(static_cast<Word>(entries.size()));
+  std::string file =
+      std::string("II*\0", 4) + test::bytes_of(Long{kHeader}) + test::bytes_of(static_cast<Word>(entries.size()));
   std::string far;
   for (const Entry& entry : entries) {
     file += test::bytes_of(entry.tag) + test::bytes_of(entry.type) + test::bytes_of(entry.count);
@@ -158,8 +157,8 @@ std::string tiny_dng() {
   return file;
 }
 
-// As it lies on the sensor, whatever its orientation says. A name that does not say DNG leads to the TIFF
-// reader, as does an OpenImageIO without LibRaw: it would take the sensor's elements for grey pixels.
+// As it lies on the sensor, whatever its orientation says. A name that does not say DNG leads to the TIFF reader, as
+// does an OpenImageIO without LibRaw: it would take the sensor's elements for grey pixels.
 TEST(PhotoKinds, RawPhotosWhereLibRawIsThere) {
   const TemporaryFolder folder;
   const auto file = folder.write("a.dng", tiny_dng());
@@ -183,17 +182,16 @@ TEST(PhotoKinds, RawPhotosWhereLibRawIsThere) {
 TEST(PhotoKinds, CmykBecomesRgb) {
   const TemporaryFolder folder;
   constexpr unsigned char kJpeg[] = {
-      0xFF, 0xD8, 0xFF, 0xEE, 0x00, 0x0E, 0x41, 0x64, 0x6F, 0x62, 0x65, 0x00, 0x64, 0x00, 0x00, 0x00, 0x00,
-      0x00, 0xFF, 0xDB, 0x00, 0x43, 0x00, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
-      0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
-      0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
-      0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
-      0x01, 0x01, 0xFF, 0xC0, 0x00, 0x14, 0x08, 0x00, 0x08, 0x00, 0x08, 0x04, 0x43, 0x11, 0x00, 0x4D, 0x11,
-      0x00, 0x59, 0x11, 0x00, 0x4B, 0x11, 0x00, 0xFF, 0xC4, 0x00, 0x15, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00,
-      0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x0A, 0x09, 0xFF, 0xC4, 0x00, 0x14,
-      0x10, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
-      0x00, 0xFF, 0xDA, 0x00, 0x0E, 0x04, 0x43, 0x00, 0x4D, 0x00, 0x59, 0x00, 0x4B, 0x00, 0x00, 0x3F, 0x00,
-      0x48, 0x02, 0x7E, 0x8F, 0xE7, 0xF0, 0xFF, 0xD9,
+      0xFF, 0xD8, 0xFF, 0xEE, 0x00, 0x0E, 0x41, 0x64, 0x6F, 0x62, 0x65, 0x00, 0x64, 0x00, 0x00, 0x00, 0x00, 0x00,
+      0xFF, 0xDB, 0x00, 0x43, 0x00, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+      0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+      0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+      0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0xFF, 0xC0, 0x00,
+      0x14, 0x08, 0x00, 0x08, 0x00, 0x08, 0x04, 0x43, 0x11, 0x00, 0x4D, 0x11, 0x00, 0x59, 0x11, 0x00, 0x4B, 0x11,
+      0x00, 0xFF, 0xC4, 0x00, 0x15, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+      0x00, 0x00, 0x00, 0x00, 0x0A, 0x09, 0xFF, 0xC4, 0x00, 0x14, 0x10, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+      0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xFF, 0xDA, 0x00, 0x0E, 0x04, 0x43, 0x00, 0x4D,
+      0x00, 0x59, 0x00, 0x4B, 0x00, 0x00, 0x3F, 0x00, 0x48, 0x02, 0x7E, 0x8F, 0xE7, 0xF0, 0xFF, 0xD9,
   };
   const Image jpeg = read_image(folder.write("a.jpg", {reinterpret_cast<const char*>(kJpeg), sizeof kJpeg}));
   ASSERT_EQ(jpeg.pixels.size(), 3u * 64);
@@ -210,8 +208,8 @@ TEST(PhotoKinds, OrientationTagsTurnNothing) {
       spec.attribute("Orientation", orientation);
       spec.attribute("Compression", "jpeg:100");
       if (name != "a.jpg") spec.attribute("Compression", "none");
-      const Image image = read_image(
-          store(folder, name, 1, OIIO::TypeUInt8, Bytes{0, 0, 0, 0, 0, 255, 255, 255, 255, 255}, spec));
+      const Image image =
+          read_image(store(folder, name, 1, OIIO::TypeUInt8, Bytes{0, 0, 0, 0, 0, 255, 255, 255, 255, 255}, spec));
       EXPECT_EQ(image.width, 10);
       EXPECT_EQ(image.height, 1);
       EXPECT_LT(image.at(0, 0)[0], 20) << name << " " << orientation;
@@ -223,13 +221,10 @@ TEST(ColourProfile, ComesFromPhotosOfEveryKind) {
   const TemporaryFolder folder;
   const ColourProfile icc = profile("RGB ", 7);
   OIIO::ImageSpec spec;
-  spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(icc.size())),
-                 icc.data());
+  spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(icc.size())), icc.data());
   for (const char* name : {"a.jpg", "a.png", "a.tif"}) {
-    EXPECT_EQ(read_colour_profile(store(folder, name, 3, OIIO::TypeUInt8, Bytes{1, 2, 3}, spec)), icc)
-        << name;
-    EXPECT_EQ(read_colour_profile(store(folder, name, 3, OIIO::TypeUInt8, Bytes{1, 2, 3})), ColourProfile{})
-        << name;
+    EXPECT_EQ(read_colour_profile(store(folder, name, 3, OIIO::TypeUInt8, Bytes{1, 2, 3}, spec)), icc) << name;
+    EXPECT_EQ(read_colour_profile(store(folder, name, 3, OIIO::TypeUInt8, Bytes{1, 2, 3})), ColourProfile{}) << name;
   }
 }
 
@@ -262,10 +257,8 @@ TEST(ColourProfile, OfGreyOrInkIsNoneOfPages) {
   for (const std::string space : {"GRAY", "CMYK"}) {
     const ColourProfile icc = profile(space, 7);
     OIIO::ImageSpec spec;
-    spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(icc.size())),
-                   icc.data());
-    EXPECT_EQ(read_colour_profile(store(folder, "a.tif", 1, OIIO::TypeUInt8, Bytes{1, 2, 3}, spec)),
-              ColourProfile{});
+    spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(icc.size())), icc.data());
+    EXPECT_EQ(read_colour_profile(store(folder, "a.tif", 1, OIIO::TypeUInt8, Bytes{1, 2, 3}, spec)), ColourProfile{});
   }
 }
 

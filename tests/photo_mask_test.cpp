@@ -11,13 +11,7 @@ TEST(PhotoMask, AgreesWithEveryLensAtEveryPixel) {
       {.k1 = 0.3},
       {.k1 = -0.3},
       {.k1 = 0.3, .k2 = -0.05, .model = LensModel::perspective, .d1 = 0.4, .d2 = 0.02},
-      {.p1 = 0.02,
-       .p2 = -0.01,
-       .k3 = 0.1,
-       .model = LensModel::perspective,
-       .k4 = 0.1,
-       .p3 = 0.2,
-       .skew = 0.01},
+      {.p1 = 0.02, .p2 = -0.01, .k3 = 0.1, .model = LensModel::perspective, .k4 = 0.1, .p3 = 0.2, .skew = 0.01},
       {.k1 = 0.4, .model = LensModel::equidistant},
       {.k1 = 0.4, .model = LensModel::equidistant, .s1 = 0.05, .s2 = -0.02},
       {.k1 = 0.5, .model = LensModel::equisolid},
@@ -50,8 +44,7 @@ TEST(PhotoMask, PositionsAreAskedEvenWhereAllCentresAreInside) {
   const PhotoMask mask(camera);
   EXPECT_TRUE(mask.whole());
   EXPECT_FALSE(mask.everywhere());
-  for (const PixelPoint p :
-       {PixelPoint{199.999, 149.999}, {199.5, 149.5}, {0.001, 75}, {100, 75}, {0.001, 0.001}})
+  for (const PixelPoint p : {PixelPoint{199.999, 149.999}, {199.5, 149.5}, {0.001, 75}, {100, 75}, {0.001, 0.001}})
     EXPECT_EQ(mask.contains(p), in_photo(camera, p)) << p.x << ' ' << p.y;
   EXPECT_FALSE(mask.contains(PixelPoint{199.999, 149.999}));
   camera.distortion = {};

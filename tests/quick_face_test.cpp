@@ -1,5 +1,5 @@
-// What plain doubles call certain, against the exact predicates: on faces drawn at random, on faces whose
-// corners and edges keep to pixel centres, and on slivers down to nothing.
+// What plain doubles call certain, against the exact predicates: on faces drawn at random, on faces whose corners and
+// edges keep to pixel centres, and on slivers down to nothing.
 #include "visibility/quick_face.h"
 
 #include <gtest/gtest.h>
@@ -19,8 +19,8 @@ namespace {
 constexpr int kWidth = 60, kHeight = 50;
 constexpr ProjectionRounding kRounding{250, 0.01};
 
-/// Random corners: how far apart, how coarse the grid of positions that they keep to (0: none), how flat, and
-/// whether two of them lie level, but for rounding.
+/// Random corners: how far apart, how coarse the grid of positions that they keep to (0: none), how flat, and whether
+/// two of them lie level, but for rounding.
 struct Kind {
   double size, grid, thickness;
   bool level = false;
@@ -212,8 +212,7 @@ TEST(QuickFace, EntriesOfSpansAreReadToTheLast) {
     std::vector<Span> spans;
     for (std::int32_t y = 0; y < 4; ++y) {
       spans.push_back({y, y == 3 ? 0 : x0, width});
-      for (std::int32_t x = spans.back().x0; x < width; ++x)
-        ivm[static_cast<std::size_t>(y * width + x)] = kOwn;
+      for (std::int32_t x = spans.back().x0; x < width; ++x) ivm[static_cast<std::size_t>(y * width + x)] = kOwn;
     }
     EXPECT_TRUE(all_stored(ivm, width, spans, kOwn));
     for (const Span& span : spans)

@@ -24,8 +24,7 @@ ProjectedVertex at(double x, double y, double z = 1) { return {x * z, y * z, z};
 
 /// Rows of the picture, '#' where the face covers the pixel's centre.
 std::vector<std::string> picture(const RasterFace& face, int width, int height) {
-  std::vector<std::string> rows(static_cast<std::size_t>(height),
-                                std::string(static_cast<std::size_t>(width), '.'));
+  std::vector<std::string> rows(static_cast<std::size_t>(height), std::string(static_cast<std::size_t>(width), '.'));
   if (face.facing == Facing::edge_on) return rows;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
@@ -212,15 +211,14 @@ bool covers_in_integers(std::array<std::array<std::int64_t, 2>, 3> v) {
 }
 
 TEST(Exact, EdgesThatMissACentreByTheSmallestStep) {
-  // Edges of length up to 2^50 through the centre (1/2, 1/2), and through its neighbours on the integer grid:
-  // they miss it by less than 2^-50 px.
+  // Edges of length up to 2^50 through the centre (1/2, 1/2), and through its neighbours on the integer grid: they miss
+  // it by less than 2^-50 px.
   std::mt19937_64 random(41);
   std::size_t covered = 0, on_edge = 0;
   for (int trial = 0; trial < 3000; ++trial) {
     const int bits = 4 + static_cast<int>(random() % 46);
     const auto coordinate = [&] {
-      return static_cast<std::int64_t>(random() % (std::uint64_t{1} << bits)) -
-             (std::int64_t{1} << (bits - 1));
+      return static_cast<std::int64_t>(random() % (std::uint64_t{1} << bits)) - (std::int64_t{1} << (bits - 1));
     };
     const std::int64_t x = coordinate(), y = coordinate();
     // The mirror image of (x, y) in the centre, nudged.
@@ -248,8 +246,7 @@ TEST(Exact, DepthOrderOfPlanesOneBitApart) {
     return low + (high - low) * (static_cast<double>(random()) / 4294967296.0);
   };
   for (int trial = 0; trial < 300; ++trial) {
-    std::array<ProjectedVertex, 3> v{at(-3, -2, uniform(5, 9)), at(-1, 6, uniform(5, 9)),
-                                     at(7, 1, uniform(5, 9))};
+    std::array<ProjectedVertex, 3> v{at(-3, -2, uniform(5, 9)), at(-1, 6, uniform(5, 9)), at(7, 1, uniform(5, 9))};
     const RasterFace f = face_of(v[0], v[1], v[2]);
     const FacePoint here = face_point(f, 1.5, 1.5);
     ASSERT_TRUE(covers_exactly(here));
@@ -309,8 +306,7 @@ TEST(Raster, FacesThatCrossTheCameraPlaneBesideTheFrameMissIt) {
     const auto corner = [&] { return ProjectedVertex{anywhere(random), anywhere(random), depth(random)}; };
     const RasterFace face = face_of(corner(), corner(), corner());
     if (face.facing == Facing::edge_on) continue;
-    const bool crosses =
-        std::any_of(face.vertex.begin(), face.vertex.end(), [](const auto& v) { return v.z <= 0; });
+    const bool crosses = std::any_of(face.vertex.begin(), face.vertex.end(), [](const auto& v) { return v.z <= 0; });
     if (!misses_frame(camera, face.vertex)) continue;
     missing += crosses ? 0 : 1;
     crossing += crosses ? 1 : 0;
@@ -333,18 +329,15 @@ TEST(CentreSearch, FindsWhatLookingEverywhereFinds) {
     for (int k = 0; k < 3; ++k) {
       const double t = depth(random) / 9;
       const auto clamped = [](double c) { return std::clamp(c, -kSide + 0.0, kSide + 0.0); };
-      if (n % 4 == 0)
-        v[static_cast<std::size_t>(k)] = at(quarter(random) / 4.0, quarter(random) / 4.0, depth(random));
+      if (n % 4 == 0) v[static_cast<std::size_t>(k)] = at(quarter(random) / 4.0, quarter(random) / 4.0, depth(random));
       if (n % 4 == 1)
-        v[static_cast<std::size_t>(k)] =
-            at(clamped(x + small(random)), clamped(y + small(random)), depth(random));
+        v[static_cast<std::size_t>(k)] = at(clamped(x + small(random)), clamped(y + small(random)), depth(random));
       // Slivers between two places, and along a line through centres.
       if (n % 4 == 2)
-        v[static_cast<std::size_t>(k)] = at(clamped(x + t * dx + 0.1 * small(random)),
-                                            clamped(y + t * dy + 0.1 * small(random)), depth(random));
-      if (n % 4 == 3)
         v[static_cast<std::size_t>(k)] =
-            at(centre(random) + 0.5, centre(random) + (k == 0 ? 0.5 : 0.5 + 0x1p-20), 1);
+            at(clamped(x + t * dx + 0.1 * small(random)), clamped(y + t * dy + 0.1 * small(random)), depth(random));
+      if (n % 4 == 3)
+        v[static_cast<std::size_t>(k)] = at(centre(random) + 0.5, centre(random) + (k == 0 ? 0.5 : 0.5 + 0x1p-20), 1);
     }
     const RasterFace face = face_of(v[0], v[1], v[2]);
     if (face.facing == Facing::edge_on) continue;
@@ -364,8 +357,7 @@ TEST(CentreSearch, EndsForFacesThatReachMillionsOfPixels) {
     ASSERT_NE(face.facing, Facing::edge_on) << ahead;
     EXPECT_TRUE(covers_a_pixel(face)) << ahead;
   }
-  // A thousand kilometres of a hundredth of a pixel: along a column between the centres, onto them, and
-  // across.
+  // A thousand kilometres of a hundredth of a pixel: along a column between the centres, onto them, and across.
   constexpr double kLong = 1 << 23;
   EXPECT_FALSE(covers_a_pixel(face_of(at(10.0, -kLong), at(10.01, -kLong), at(10.005, kLong))));
   EXPECT_TRUE(covers_a_pixel(face_of(at(10.495, -kLong), at(10.505, -kLong), at(10.5, kLong))));

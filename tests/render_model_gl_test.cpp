@@ -64,8 +64,8 @@ class RenderModelGl : public testing::Test {
     if (list_devices().empty()) GTEST_SKIP() << "no EGL device makes an OpenGL 4.5 context here";
     device_ = std::make_unique<GraphicsDevice>();
   }
-  RenderResult render(const Billboard& scene, const std::vector<Image>& pages, const Camera& camera,
-                      const Pose& pose, bool mipmaps = false, bool cull = true) {
+  RenderResult render(const Billboard& scene, const std::vector<Image>& pages, const Camera& camera, const Pose& pose,
+                      bool mipmaps = false, bool cull = true) {
     return render_model(*device_, scene.model, pages, camera, pose, mipmaps, cull, kBackground);
   }
   std::unique_ptr<GraphicsDevice> device_;
@@ -75,8 +75,7 @@ class RenderModelGl : public testing::Test {
 int difference(const Image& a, const Image& b) {
   if (a.pixels.size() != b.pixels.size()) return 256;
   int largest = 0;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i)
-    largest = std::max(largest, std::abs(a.pixels[i] - b.pixels[i]));
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) largest = std::max(largest, std::abs(a.pixels[i] - b.pixels[i]));
   return largest;
 }
 
@@ -86,8 +85,8 @@ TEST_F(RenderModelGl, FrameFillingQuadReproducesItsTexture) {
   Billboard quad;
   quad.add(camera, {}, 0, 0, 96, 64, 3, 0);
   const RenderResult result = render(quad, {page}, camera, {});
-  // Texel centres fall on pixel centres. Texture coordinates are floats and filters have weights of 8 bits or
-  // so: a neighbour may weigh 1/256, one grey level.
+  // Texel centres fall on pixel centres. Texture coordinates are floats and filters have weights of 8 bits or so: a
+  // neighbour may weigh 1/256, one grey level.
   EXPECT_LE(difference(result.image, page), 1);
   EXPECT_EQ(std::count(result.textured.begin(), result.textured.end(), 255), 96 * 64);
 }
@@ -97,8 +96,7 @@ TEST_F(RenderModelGl, TurnedFarCameraWithPrincipalPointOffCentreSeesTheSame) {
   const Camera camera = camera_of(96, 64, 11.25, 70.5);
   // 3-4-5 and 5-12-13 triangles: an exact rotation.
   Pose pose;
-  pose.rotation = {0.6,           0,        -0.8,         -0.8 * 5 / 13, 12.0 / 13, -0.6 * 5 / 13,
-                   0.8 * 12 / 13, 5.0 / 13, 0.6 * 12 / 13};
+  pose.rotation = {0.6, 0, -0.8, -0.8 * 5 / 13, 12.0 / 13, -0.6 * 5 / 13, 0.8 * 12 / 13, 5.0 / 13, 0.6 * 12 / 13};
   pose.centre = {4.5e5, 5.2e6, 120};
   Billboard quad;
   quad.add(camera, pose, 0, 0, 96, 64, 40, 0);
@@ -152,8 +150,8 @@ TEST_F(RenderModelGl, NearerFaceHidesTheOtherInAnyOrderAndWithoutTexture) {
 }
 
 TEST_F(RenderModelGl, FloorUnderTheCameraEndsAtTheHorizon) {
-  // A floor one unit below, from 20 behind the camera to 20 ahead; texture v runs along it from behind to
-  // ahead. Each face crosses the camera plane.
+  // A floor one unit below, from 20 behind the camera to 20 ahead; texture v runs along it from behind to ahead. Each
+  // face crosses the camera plane.
   const Camera camera = camera_of(64, 64, 32, 32);
   Image page{2, 256, 3, {}};
   for (int row = 0; row < 256; ++row)

@@ -51,8 +51,7 @@ inline void expect_cuts_refused(std::string_view format, const std::string& byte
     EXPECT_THROW(parse_as(format, bytes.substr(0, size)), InputError) << size << " bytes";
 }
 
-/// One byte changed anywhere, three times over: views with sound cameras and poses, or an InputError in one
-/// sentence.
+/// One byte changed anywhere, three times over: views with sound cameras and poses, or an InputError in one sentence.
 inline void expect_changes_survived(std::string_view format, const std::string& good) {
   std::mt19937 random(5);
   for (int round = 0; round < 3; ++round)

@@ -37,10 +37,9 @@ TEST(Camera, DistortsByTheBrownConradyFormula) {
 }
 
 TEST(Camera, InverseReturnsToTheSamePixel) {
-  for (const Distortion& d :
-       {Distortion{.k1 = -0.28, .k2 = 0.09, .p1 = 4e-4, .p2 = -7e-4, .k3 = -0.01}, Distortion{.k1 = 0.35},
-        Distortion{.k1 = -0.1}, Distortion{.p1 = 0.004, .p2 = 0.003},
-        Distortion{.k1 = 0.0112, .k2 = 0.0164, .p1 = -0.00147, .p2 = 0.00226}}) {
+  for (const Distortion& d : {Distortion{.k1 = -0.28, .k2 = 0.09, .p1 = 4e-4, .p2 = -7e-4, .k3 = -0.01},
+                              Distortion{.k1 = 0.35}, Distortion{.k1 = -0.1}, Distortion{.p1 = 0.004, .p2 = 0.003},
+                              Distortion{.k1 = 0.0112, .k2 = 0.0164, .p1 = -0.00147, .p2 = 0.00226}}) {
     const Camera camera = wide_camera(d);
     for (int y = -200; y <= camera.height + 200; y += 100)
       for (int x = -200; x <= camera.width + 200; x += 100) {
@@ -68,8 +67,8 @@ TEST(LimitDistortion, FindsTheFirstFold) {
   EXPECT_NEAR(max_r2_of({.k3 = -1.0 / 56}), 2, 1e-12);
   // (1 - s)(1 - s/2)(1 - s/3) = 1 - 11/6 s + s^2 - s^3/6: three folds, the first counts.
   EXPECT_NEAR(max_r2_of({.k1 = -11.0 / 18, .k2 = 0.2, .k3 = -1.0 / 42}), 1, 1e-12);
-  // (1 - s)^2 (1 + s/4) = 1 - 7/4 s + s^2/2 + s^3/4 touches zero at 1 and grows again: within round-off
-  // either answer, at the touch or never, is right; none beyond it is.
+  // (1 - s)^2 (1 + s/4) = 1 - 7/4 s + s^2/2 + s^3/4 touches zero at 1 and grows again: within round-off either answer,
+  // at the touch or never, is right; none beyond it is.
   const double touch = max_r2_of({.k1 = -7.0 / 12, .k2 = 0.1, .k3 = 1.0 / 28});
   EXPECT_TRUE(std::abs(touch - 1) < 1e-6 || touch == Distortion{}.max_r2) << touch;
 }
@@ -86,9 +85,7 @@ TEST(LimitDistortion, AgreesWithDenseScan) {
     for (int j = -6; j <= 6; ++j)
       for (int k = -6; k <= 6; ++k) {
         const Distortion d{.k1 = 0.07 * i, .k2 = 0.05 * j, .k3 = 0.03 * k};
-        const auto slope = [&](double s) {
-          return 1 + 3 * d.k1 * s + 5 * d.k2 * s * s + 7 * d.k3 * s * s * s;
-        };
+        const auto slope = [&](double s) { return 1 + 3 * d.k1 * s + 5 * d.k2 * s * s + 7 * d.k3 * s * s * s; };
         const double limit = max_r2_of(d);
         for (double s = 1e-3; s < std::min(limit, 50.0); s += 1e-2)
           ASSERT_GT(slope(s), 0) << i << ' ' << j << ' ' << k << " at " << s << " limit " << limit;

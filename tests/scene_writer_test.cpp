@@ -1,5 +1,4 @@
-// Scenes written for other programs are read back by our readers of those formats, which have tests of their
-// own.
+// Scenes written for other programs are read back by our readers of those formats, which have tests of their own.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,8 +43,7 @@ Scene scene_of(const std::vector<Camera>& cameras) {
     view.pose.centre = {kUtm.x + 100 * unit(random), kUtm.y + 100 * unit(random), kUtm.z + 50 * unit(random)};
     scene.views.push_back(view);
   }
-  std::sort(scene.views.begin(), scene.views.end(),
-            [](const View& a, const View& b) { return a.name < b.name; });
+  std::sort(scene.views.begin(), scene.views.end(), [](const View& a, const View& b) { return a.name < b.name; });
   return scene;
 }
 
@@ -63,8 +61,7 @@ Scene written_and_read(SceneTarget target, const Scene& scene, const TemporaryFo
     Image blank;
     blank.width = scene.views[i].camera.width;
     blank.height = scene.views[i].camera.height;
-    blank.pixels.assign(static_cast<std::size_t>(blank.width) * static_cast<std::size_t>(blank.height) * 3,
-                        90);
+    blank.pixels.assign(static_cast<std::size_t>(blank.width) * static_cast<std::size_t>(blank.height) * 3, 90);
     fs::create_directories((folder.path() / places[i]).parent_path());
     write_image(folder.path() / places[i], blank, ImageFormat::jpg, 50);
   }
@@ -112,8 +109,7 @@ TEST(SceneWriter, ColmapStatesItsLenses) {
       with(LensModel::brown, [](Distortion& d) { d.k1 = -0.1, d.k2 = 0.02, d.p1 = 1e-3, d.p2 = -2e-3; }),
       with(LensModel::perspective,
            [](Distortion& d) { d.k1 = 0.1, d.k2 = 0.02, d.p1 = 1e-3, d.k3 = 0.01, d.d1 = 0.1, d.d3 = 0.01; }),
-      with(LensModel::equidistant,
-           [](Distortion& d) { d.k1 = 0.05, d.k2 = -0.01, d.k3 = 0.002, d.k4 = 0.001; }),
+      with(LensModel::equidistant, [](Distortion& d) { d.k1 = 0.05, d.k2 = -0.01, d.k3 = 0.002, d.k4 = 0.001; }),
       with(LensModel::equidistant, [](Distortion& d) { d.k1 = 0.05, d.p1 = 1e-3, d.p2 = 2e-3, d.s1 = 1e-3; }),
       with(LensModel::fov, [](Distortion& d) { d.omega = 0.8; }),
       with(LensModel::division, [](Distortion& d) { d.k1 = -0.2; }),
@@ -171,9 +167,8 @@ TEST(SceneWriter, NamesTheTermThatWouldBeLost) {
   const Scene scene = scene_of({brown});
   const TemporaryFolder folder;
   const std::vector<ViewId> used = all_views(scene);
-  EXPECT_THROW(
-      write_scene(SceneTarget::mvs, scene, used, photo_places(SceneTarget::mvs, scene, used), folder.path()),
-      OutputError);
+  EXPECT_THROW(write_scene(SceneTarget::mvs, scene, used, photo_places(SceneTarget::mvs, scene, used), folder.path()),
+               OutputError);
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
@@ -197,8 +192,7 @@ TEST(SceneWriter, ColmapNamesPhotosAlikeWhereverItRuns) {
   fs::create_directories(elsewhere.path() / "images");
   fs::create_directory_symlink(elsewhere.path() / "city", elsewhere.path() / "images/north");
   const test::WorkingFolder running(elsewhere.path());
-  write_scene(SceneTarget::colmap, scene, used, photo_places(SceneTarget::colmap, scene, used),
-              folder.path());
+  write_scene(SceneTarget::colmap, scene, used, photo_places(SceneTarget::colmap, scene, used), folder.path());
   const std::string images = test::read_file(folder.path() / "sparse/images.txt");
   EXPECT_TRUE(test::contains(images, " north/photo 10.jpg\n"));
 }
@@ -297,8 +291,8 @@ TEST(Convert, KeepsPhotosApartThatDifferBehindTheLastDot) {
   EXPECT_EQ(project.convert(SceneTarget::cam, true, "cam"), "");
   with_photos({"a.tif", "a.png"});
   for (const SceneTarget target : {SceneTarget::colmap, SceneTarget::mvs})
-    EXPECT_TRUE(test::contains(project.convert(target, true, "meeting"),
-                               "images/a.png: two photos would need this name"));
+    EXPECT_TRUE(
+        test::contains(project.convert(target, true, "meeting"), "images/a.png: two photos would need this name"));
   EXPECT_FALSE(fs::exists(root / "meeting"));
   EXPECT_EQ(project.convert(SceneTarget::colmap, false, "copied"), "");
 }
@@ -310,10 +304,8 @@ TEST(Convert, ReplacesNothingThatItReads) {
   const std::string before = test::read_file(photo);
   const std::size_t files = project.folder.count();
   for (const bool force : {false, true}) {
-    EXPECT_TRUE(
-        test::contains(project.convert(SceneTarget::cam, true, "images", force), "belongs to the scene"));
-    EXPECT_TRUE(
-        test::contains(project.convert(SceneTarget::colmap, true, "", force), "belongs to the scene"));
+    EXPECT_TRUE(test::contains(project.convert(SceneTarget::cam, true, "images", force), "belongs to the scene"));
+    EXPECT_TRUE(test::contains(project.convert(SceneTarget::colmap, true, "", force), "belongs to the scene"));
   }
   EXPECT_EQ(test::read_file(photo), before);
   EXPECT_EQ(project.folder.count(), files);
@@ -323,8 +315,7 @@ TEST(Convert, NeverReplacesSomebodysFiles) {
   SmallProject project;
   const fs::path theirs = project.folder.write("out/scene.mvs", "theirs");
   for (const bool force : {false, true})
-    EXPECT_TRUE(test::contains(project.convert(SceneTarget::mvs, true, "out", force),
-                               "scene.mvs: would be replaced"));
+    EXPECT_TRUE(test::contains(project.convert(SceneTarget::mvs, true, "out", force), "scene.mvs: would be replaced"));
   EXPECT_EQ(test::read_file(theirs), "theirs");
 }
 
@@ -336,8 +327,8 @@ std::map<std::string, std::string> files_below(const fs::path& folder) {
   return files;
 }
 
-// Neither by files of the same name, nor by the removal of what an earlier run has listed, nor by a second
-// model in the folder of the first.
+// Neither by files of the same name, nor by the removal of what an earlier run has listed, nor by a second model in the
+// folder of the first.
 TEST(Convert, LeavesTheSceneItReadsAsItIs) {
   SmallProject project;
   ASSERT_EQ(project.convert(SceneTarget::mvs, true, "mvs"), "");
@@ -387,8 +378,7 @@ TEST(FrameWindow, InsideShowsThePhotoEverywhereAndNoMoreFits) {
     ASSERT_GT(w.width, camera.width / 2);
     ASSERT_GT(w.height, camera.height / 2);
     for (int y = w.y; y < w.y + w.height; ++y)
-      for (int x = w.x; x < w.x + w.width; ++x)
-        ASSERT_TRUE(in_photo(camera, {x + 0.5, y + 0.5})) << x << ", " << y;
+      for (int x = w.x; x < w.x + w.width; ++x) ASSERT_TRUE(in_photo(camera, {x + 0.5, y + 0.5})) << x << ", " << y;
   }
   const Camera barrel = distorted_cameras()[0], pincushion = distorted_cameras()[1];
   const FrameWindow wide = frame_window(barrel, FrameRule::inside),
@@ -509,8 +499,7 @@ TEST(Convert, WritesMasksThatAreNoPlainPngAnew) {
     EXPECT_TRUE(test::read_file(written).starts_with("\x89PNG"));
     const Image image = read_image(written);
     for (int y = 0; y < 30; ++y)
-      for (int x = 0; x < 40; ++x)
-        ASSERT_EQ(image.at(x, y)[0], expected->excludes(x, y) ? 0 : 255) << x << ", " << y;
+      for (int x = 0; x < 40; ++x) ASSERT_EQ(image.at(x, y)[0], expected->excludes(x, y) ? 0 : 255) << x << ", " << y;
   }
 }
 

@@ -172,17 +172,14 @@ TEST(SeamLeveling, FacesWithoutSeamsKeepTheirColours) {
   s.add_plane(4, 4, 1.0);
   s.add_view(2, 2, 10, 500, 500, 500);
   s.photograph(0, weak_waves);
-  EXPECT_EQ(s.build(with(SeamLeveling::full)).pages.at(0).pixels,
-            s.build(with(SeamLeveling::none)).pages.at(0).pixels);
+  EXPECT_EQ(s.build(with(SeamLeveling::full)).pages.at(0).pixels, s.build(with(SeamLeveling::none)).pages.at(0).pixels);
 }
 
 TEST(SeamLeveling, GainsOfManyViewsAreFound) {
   AtlasScene s;
   s.add_plane(40, 8, 0.5);
   constexpr std::size_t kViews = 8;
-  const auto gain = [](std::size_t v) {
-    return static_cast<float>(std::exp(0.35 * std::sin(2.4 * double(v))));
-  };
+  const auto gain = [](std::size_t v) { return static_cast<float>(std::exp(0.35 * std::sin(2.4 * double(v)))); };
   double logs = 0;
   for (std::size_t v = 0; v < kViews; ++v) logs += std::log(gain(v)) / double(kViews);
   for (std::size_t v = 0; v < kViews; ++v) {
@@ -201,8 +198,8 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
     EXPECT_NEAR(std::log(exposure[v].gain.g) + std::log(gain(v)) - logs, 0, 0.015) << v;
 }
 
-/// Nine photos of a plane, gains from 0.7 to 1.4 and a fall-off towards the corners: seams disappear and
-/// colours stay where they are.
+/// Nine photos of a plane, gains from 0.7 to 1.4 and a fall-off towards the corners: seams disappear and colours stay
+/// where they are.
 TEST(SeamLeveling, ExposureAndVignettingOfManyPhotosAreRemoved) {
   AtlasScene s;
   s.add_plane(36, 36, 0.5);

@@ -13,8 +13,7 @@ namespace gpvc::test {
 //   0---2---4
 struct StripModel {
   StripModel() {
-    for (int i = 0; i < 6; ++i)
-      mesh.positions.push_back({500000 + i / 2 + 0.1, 5400000.3 + i % 2, 1.0 / 3 + i});
+    for (int i = 0; i < 6; ++i) mesh.positions.push_back({500000 + i / 2 + 0.1, 5400000.3 + i % 2, 1.0 / 3 + i});
     mesh.faces = {{0, 2, 1}, {2, 3, 1}, {2, 4, 3}, {4, 4, 5}};
     model.mesh = &mesh;
     model.texcoords = {{0, 0}, {0.25f, 0}, {0, 0.125f}, {0.5f, 0.5f}, {0.75f, 0.5f}, {0.1f, 0.9f}, {1, 1}};
@@ -22,8 +21,7 @@ struct StripModel {
     model.face_page = {1, 0, 1, 1};
     Image page{5, 3, 3, std::vector<std::uint8_t>(45)};
     for (std::size_t i = 0; i < 45; ++i) page.pixels[i] = static_cast<std::uint8_t>(5 * i);
-    pages = {{folder.path() / "model_0.png", ImageFormat::png},
-             {folder.path() / "model_1.jpg", ImageFormat::jpg}};
+    pages = {{folder.path() / "model_0.png", ImageFormat::png}, {folder.path() / "model_1.jpg", ImageFormat::jpg}};
     for (const PageFile& file : pages) write_image(file.file, page, file.format, 90);
   }
   TemporaryFolder folder;

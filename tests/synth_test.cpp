@@ -185,8 +185,7 @@ TEST(SynthFiles, MeshesFarOffAreWrittenExactly) {
   const Mesh back = read_mesh(folder.path() / "mesh.ply");
   ASSERT_EQ(back.positions.size(), mesh.positions.size());
   EXPECT_EQ(back.faces, mesh.faces);
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-    ASSERT_EQ(back.positions[v], mesh.positions[v] + utm);
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) ASSERT_EQ(back.positions[v], mesh.positions[v] + utm);
 }
 
 }  // namespace

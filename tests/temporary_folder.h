@@ -40,8 +40,7 @@ class TemporaryFolder {
   }
   std::size_t count() const {
     std::size_t files = 0;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(path_))
-      files += entry.is_regular_file();
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path_)) files += entry.is_regular_file();
     return files;
   }
 

@@ -35,8 +35,8 @@ Mesh quad_mesh() {
 
 TEST(MatchModel, FindsFacesThatWereDroppedTurnedAndRounded) {
   const Mesh mesh = quad_mesh();
-  // Another program's: the last face first and turned, the second left out, each face with vertices of its
-  // own, six digits; and a face that is not the mesh's.
+  // Another program's: the last face first and turned, the second left out, each face with vertices of its own, six
+  // digits; and a face that is not the mesh's.
   Mesh theirs;
   theirs.positions = {{10, 10, 10}, {0, 1, 0}, {1, 1, 0.333333}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   theirs.faces = {{0, 1, 2}, {3, 4, 5}, {0, 3, 4}};
@@ -69,8 +69,7 @@ TEST(TextureIslands, EndWhereTextureCoordinatesOrPagesDiffer) {
   for (std::uint32_t f = 0; f < 6; ++f) {
     strip.faces.push_back(f % 2 == 0 ? Triangle{f, f + 2, f + 1} : Triangle{f, f + 1, f + 2});
     for (const std::uint32_t v : strip.faces.back())
-      model.texcoords.push_back(
-          {static_cast<float>(v) / 16 + (f >= 2 ? 0.5F : 0.0F), v % 2 == 0 ? 0.0F : 0.25F});
+      model.texcoords.push_back({static_cast<float>(v) / 16 + (f >= 2 ? 0.5F : 0.0F), v % 2 == 0 ? 0.0F : 0.25F});
     model.face_texcoords.push_back({3 * f, 3 * f + 1, 3 * f + 2});
   }
   model.mesh = &strip;
@@ -101,8 +100,7 @@ class TruthOfACity : public testing::Test {
       used_->push_back(ViewId{v});
       oracle_->push_back(oracle_visibility(truth_->mesh, scene_->views[v]));
       pages_->push_back(read_image(scene_->views[v].photo));
-      ids_->push_back(
-          read_id_picture(*truth_, scene_->views[v].name, options.flight.width, options.flight.height));
+      ids_->push_back(read_id_picture(*truth_, scene_->views[v].name, options.flight.width, options.flight.height));
     }
   }
   static void TearDownTestSuite() {
@@ -135,8 +133,8 @@ class TruthOfACity : public testing::Test {
   TruthScore score(const std::vector<ViewId>& views) const {
     const TexturedModel model = textured(views);
     PhotoCache photos(*scene_, {}, 0);
-    const TruthScorer scorer(*truth_, truth_->mesh, best_classes(truth_->mesh, *scene_, *used_, kSilent),
-                             *scene_, *used_, photos, kSilent);
+    const TruthScorer scorer(*truth_, truth_->mesh, best_classes(truth_->mesh, *scene_, *used_, kSilent), *scene_,
+                             *used_, photos, kSilent);
     return scorer.score(match_model(truth_->mesh, model, *pages_, {}), kSilent);
   }
   // Where a face lies in a view, in pixels, and whether all of it is in the picture.
@@ -151,11 +149,9 @@ class TruthOfACity : public testing::Test {
       const CameraPoint c = camera_from_world(view.pose, truth_->mesh.positions[corner]);
       if (c.z <= 0) return {0, 0, 0, 0, false};
       const PixelPoint p = pixel_from_camera(view.camera, c);
-      box = {std::min(box.x0, p.x), std::min(box.y0, p.y), std::max(box.x1, p.x), std::max(box.y1, p.y),
-             true};
+      box = {std::min(box.x0, p.x), std::min(box.y0, p.y), std::max(box.x1, p.x), std::max(box.y1, p.y), true};
     }
-    box.inside =
-        box.x0 >= 3 && box.y0 >= 3 && box.x1 <= view.camera.width - 3 && box.y1 <= view.camera.height - 3;
+    box.inside = box.x0 >= 3 && box.y0 >= 3 && box.x1 <= view.camera.width - 3 && box.y1 <= view.camera.height - 3;
     return box;
   }
   // Whether the face's box and 2 px around it show its surface alone.
@@ -174,16 +170,14 @@ class TruthOfACity : public testing::Test {
     std::vector<ViewId> views(truth_->mesh.faces.size(), kNoView);
     for (const ViewId v : *used_)
       for (std::size_t f = 0; f < views.size(); ++f)
-        if (views[f] == kNoView && (*oracle_)[index(v)].classes[f] == FaceClass::full && alone(f, v))
-          views[f] = v;
+        if (views[f] == kNoView && (*oracle_)[index(v)].classes[f] == FaceClass::full && alone(f, v)) views[f] = v;
     return views;
   }
   static double area(std::size_t f) {
     const Triangle& t = truth_->mesh.faces[f];
     const WorldPoint &a = truth_->mesh.positions[t[0]], &b = truth_->mesh.positions[t[1]],
                      &c = truth_->mesh.positions[t[2]];
-    const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z, vx = c.x - a.x, vy = c.y - a.y,
-                 vz = c.z - a.z;
+    const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z, vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
     const double x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
     return std::sqrt(x * x + y * y + z * z) / 2;
   }
@@ -224,19 +218,17 @@ TEST_F(TruthOfACity, WhatMasksExcludeIsSeenByNobody) {
 }
 
 TEST_F(TruthOfACity, IdPicturesShowWhatTheOracleSees) {
-  // A face of some pixels that the oracle sees whole shows its surface at its middle; samples of the picture
-  // are a quarter of a pixel off the centre.
+  // A face of some pixels that the oracle sees whole shows its surface at its middle; samples of the picture are a
+  // quarter of a pixel off the centre.
   const View& view = scene_->views[0];
   std::size_t shown = 0;
   for (std::size_t f = 0; f < truth_->mesh.faces.size(); ++f) {
     if ((*oracle_)[0].classes[f] != FaceClass::full) continue;
     std::array<PixelPoint, 3> at;
     for (std::size_t i = 0; i < 3; ++i)
-      at[i] = pixel_from_camera(
-          view.camera, camera_from_world(view.pose, truth_->mesh.positions[truth_->mesh.faces[f][i]]));
-    const auto edge = [&](std::size_t i, std::size_t j) {
-      return std::hypot(at[j].x - at[i].x, at[j].y - at[i].y);
-    };
+      at[i] = pixel_from_camera(view.camera,
+                                camera_from_world(view.pose, truth_->mesh.positions[truth_->mesh.faces[f][i]]));
+    const auto edge = [&](std::size_t i, std::size_t j) { return std::hypot(at[j].x - at[i].x, at[j].y - at[i].y); };
     const double twice_area =
         std::abs((at[1].x - at[0].x) * (at[2].y - at[0].y) - (at[2].x - at[0].x) * (at[1].y - at[0].y));
     if (twice_area / (edge(0, 1) + edge(1, 2) + edge(2, 0)) < 1.5) continue;  // the inscribed circle's radius
@@ -247,8 +239,7 @@ TEST_F(TruthOfACity, IdPicturesShowWhatTheOracleSees) {
     }
     const PixelPoint p = pixel_from_camera(view.camera, camera_from_world(view.pose, centre));
     const std::uint32_t id =
-        (*ids_)[0]
-               [static_cast<std::size_t>(static_cast<int>(p.y) * view.camera.width + static_cast<int>(p.x))];
+        (*ids_)[0][static_cast<std::size_t>(static_cast<int>(p.y) * view.camera.width + static_cast<int>(p.x))];
     if (id == kMixedSurfaces) continue;
     EXPECT_EQ(id, truth_->face_surface[f]) << f;
     ++shown;
@@ -259,8 +250,8 @@ TEST_F(TruthOfACity, IdPicturesShowWhatTheOracleSees) {
 TEST_F(TruthOfACity, GoodModelHasNothingWrong) {
   const std::vector<ViewId> views = good_views();
   const TruthScore result = score(views);
-  const auto textured = static_cast<std::size_t>(
-      std::count_if(views.begin(), views.end(), [](ViewId v) { return v != kNoView; }));
+  const auto textured =
+      static_cast<std::size_t>(std::count_if(views.begin(), views.end(), [](ViewId v) { return v != kNoView; }));
   EXPECT_EQ(result.textured[0], textured);
   EXPECT_GE(result.faces[0], textured);
   EXPECT_EQ(result.textured[1] + result.textured[2], 0u);
@@ -288,8 +279,8 @@ TEST_F(TruthOfACity, WrongColoursAreFoundUpToThoseThatCannotBeTold) {
   const double share = spoilt / (spoilt + sound);
   ASSERT_GT(share, 0.02);
   const TruthScore result = score(views);
-  // A face turned away from the camera shows its own surface's other side where nothing else hides it, and
-  // colours of some surfaces are alike: two thirds are found at least.
+  // A face turned away from the camera shows its own surface's other side where nothing else hides it, and colours of
+  // some surfaces are alike: two thirds are found at least.
   EXPECT_GT(result.full.wrong + result.full.strange, 0.6 * share);
   EXPECT_LT(result.full.wrong, 1.2 * share);
   std::size_t found = 0;
@@ -314,8 +305,8 @@ TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
     tags[f] = static_cast<std::uint8_t>(f % 7 == 0 ? FaceTag::partial : FaceTag::seen);
   }
   PhotoCache photos(*scene_, {}, 0);
-  const TruthScorer scorer(*truth_, truth_->mesh, best_classes(truth_->mesh, *scene_, *used_, kSilent),
-                           *scene_, *used_, photos, kSilent);
+  const TruthScorer scorer(*truth_, truth_->mesh, best_classes(truth_->mesh, *scene_, *used_, kSilent), *scene_, *used_,
+                           photos, kSilent);
   const OriginScore score = scorer.score(origins_of_labels(truth_->mesh, *scene_, labels, tags));
 
   double seen = 0, taken = 0, away = 0;
@@ -323,8 +314,8 @@ TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
     EXPECT_TRUE(hidden[p.face]) << p.face;
     EXPECT_EQ(p.view, views[p.face]);
     EXPECT_NE(p.surface, truth_->face_surface[p.face]);
-    const auto at = static_cast<std::size_t>(static_cast<int>(p.at.y) * scene_->views[0].camera.width +
-                                             static_cast<int>(p.at.x));
+    const auto at =
+        static_cast<std::size_t>(static_cast<int>(p.at.y) * scene_->views[0].camera.width + static_cast<int>(p.at.x));
     EXPECT_EQ(p.surface, (*ids_)[index(p.view)][at]);
   }
   for (std::size_t f = 0; f < views.size(); ++f) {
@@ -337,8 +328,7 @@ TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
     if (score.right_area[f] > 0 || !hidden[f]) taken += area(f);
   }
   ASSERT_GT(away, 0.02 * seen);
-  // Hidden by its own surface, as at the far side of a crown, a face is where the picture says its surface
-  // is.
+  // Hidden by its own surface, as at the far side of a crown, a face is where the picture says its surface is.
   EXPECT_GT(score.all.wrong, 0.6 * away / seen);
   EXPECT_LT(score.all.wrong, 1.1 * away / seen);
   EXPECT_GT(score.all.unknown, 0.05);

@@ -25,7 +25,6 @@ bool is_candidate(const CostTable& table, std::size_t face, std::uint32_t view) 
 }
 
 // --- photo-consistency
-// --------------------------------------------------------------------------------------
 
 TEST(PhotoConsistency, OneOfFewIsFound) {
   for (std::size_t count = 3; count <= 12; ++count) {
@@ -51,8 +50,7 @@ TEST(PhotoConsistency, NoMajorityNoVerdict) {
 }
 
 TEST(PhotoConsistency, ThoseWithoutAVoteAreJudged) {
-  std::vector<ColourSample> samples{
-      {{100, 100, 100}}, {{101, 100, 100}}, {{99, 100, 101}}, {{250, 0, 0}, false}};
+  std::vector<ColourSample> samples{{{100, 100, 100}}, {{101, 100, 100}}, {{99, 100, 101}}, {{250, 0, 0}, false}};
   std::vector<double> distance;
   disagreement(samples, distance);
   EXPECT_LT(distance[0], kOutlierDistance);
@@ -60,7 +58,6 @@ TEST(PhotoConsistency, ThoseWithoutAVoteAreJudged) {
 }
 
 // --- candidates
-// ---------------------------------------------------------------------------------------------
 
 /// A wall in 12 x 12 x 2 faces that five cameras see as a whole, and what each photo shows.
 struct Wall {
@@ -71,8 +68,7 @@ struct Wall {
     for (int i = 0; i < 5; ++i) views.push_back(view_from(0.25 * (i - 2)));
   }
 
-  Candidates collect(const std::vector<Image>& photos, const CostOptions& options,
-                     bool backwards = false) const {
+  Candidates collect(const std::vector<Image>& photos, const CostOptions& options, bool backwards = false) const {
     CandidateCollector collector(mesh, options);
     for (std::uint32_t i = 0; i < views.size(); ++i) {
       const std::uint32_t view = backwards ? static_cast<std::uint32_t>(views.size()) - 1 - i : i;
@@ -211,8 +207,8 @@ TEST(Candidates, PartialViewsOnlyWhereNoneIsFullAndByHiddenShare) {
   };
   ASSERT_NE(share(0), share(1));
   // The hidden share counts at hidden_cost, and again in the quality, which is that of the visible part.
-  const double difference = static_cast<double>(cost_of(candidates.table, 0, 0)) -
-                            static_cast<double>(cost_of(candidates.table, 0, 1));
+  const double difference =
+      static_cast<double>(cost_of(candidates.table, 0, 0)) - static_cast<double>(cost_of(candidates.table, 0, 1));
   EXPECT_GE(std::abs(difference), options.hidden_cost * std::abs(share(0) - share(1)) - 1e-4);
   EXPECT_EQ(difference > 0, share(0) < share(1));
 }
@@ -242,16 +238,16 @@ TEST(Candidates, MarginCostsItsShare) {
         ++pixels;
         inside += margin[i];
       }
-    const double rise = static_cast<double>(cost_of(result[1].table, face, 0)) -
-                        static_cast<double>(cost_of(result[0].table, face, 0));
+    const double rise =
+        static_cast<double>(cost_of(result[1].table, face, 0)) - static_cast<double>(cost_of(result[0].table, face, 0));
     EXPECT_NEAR(rise, 2 * inside / pixels, 1e-4) << face;
     costly += rise > 0;
   }
   EXPECT_GT(costly, 8u);
 }
 
-// The same square in views of ever shorter focal length: areas 1, 1/4, 1/8 and 1/64, that is 0, 2, 3 and 6
-// halvings of which two are free and two count at most.
+// The same square in views of ever shorter focal length: areas 1, 1/4, 1/8 and 1/64, that is 0, 2, 3 and 6 halvings of
+// which two are free and two count at most.
 TEST(Candidates, CoarseViewsCostByTheirHalvings) {
   Mesh mesh;
   add_rectangle(mesh, -2, -2, 2, 2, 8, 1);
@@ -273,13 +269,12 @@ TEST(Candidates, CoarseViewsCostByTheirHalvings) {
   }
   for (const std::size_t face : {0u, 1u})
     for (std::uint32_t i = 0; i < 4; ++i)
-      EXPECT_NEAR(cost_of(result[1].table, face, i) - cost_of(result[0].table, face, i), 0.5 * counted[i],
-                  1e-4)
+      EXPECT_NEAR(cost_of(result[1].table, face, i) - cost_of(result[0].table, face, i), 0.5 * counted[i], 1e-4)
           << face << " " << i;
 }
 
-// A thin pole before the wall, which the photos show two pixels further to the right than the mesh has it:
-// next to it faces look clear of the pole and have its colour.
+// A thin pole before the wall, which the photos show two pixels further to the right than the mesh has it: next to it
+// faces look clear of the pole and have its colour.
 TEST(Candidates, MarginKeepsAMisplacedPoleOffTheWall) {
   Wall wall;
   const std::size_t wall_faces = wall.mesh.faces.size();
@@ -293,9 +288,7 @@ TEST(Candidates, MarginKeepsAMisplacedPoleOffTheWall) {
     return x + 0.5 > left + 2 && x + 0.5 < left + 2 + 3.2;
   };
   for (std::size_t i = 0; i < wall.views.size(); ++i) {
-    photos.push_back(paint([&](int x, int) {
-      return is_red(i, x) ? Colour{200, 0, 0} : Colour{90, 90, 90};
-    }));
+    photos.push_back(paint([&](int x, int) { return is_red(i, x) ? Colour{200, 0, 0} : Colour{90, 90, 90}; }));
     seen.push_back(look(wall.mesh, wall.views[i]));
   }
   const auto red_pixels = [&](int margin_px) {

@@ -1,5 +1,5 @@
-// Small scenes of rectangles and painted photos, and what a view sees of them by definition: for tests of
-// statistics and costs.
+// Small scenes of rectangles and painted photos, and what a view sees of them by definition: for tests of statistics
+// and costs.
 #pragma once
 
 #include <array>
@@ -15,8 +15,7 @@ namespace gpvc::test {
 
 inline constexpr int kWidth = 64, kHeight = 48;
 
-/// 64 x 48 pixels, f = 64 px, looking along +z from `x` to the right of the origin: at z = 8 a pixel is 1/8
-/// wide.
+/// 64 x 48 pixels, f = 64 px, looking along +z from `x` to the right of the origin: at z = 8 a pixel is 1/8 wide.
 inline View view_from(double x) {
   View view;
   view.camera = {kWidth, kHeight, 64, 64, 32, 24, {}};
@@ -84,9 +83,7 @@ inline ViewVisibility look(const Mesh& mesh, const View& view, ViewId id = {}) {
     if (face != kNoFace) ++seen[index(face)];
   for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
     const bool full = samples[face] > 0 && seen[face] == samples[face];
-    result.classes.push_back(full             ? FaceClass::full
-                             : seen[face] > 0 ? FaceClass::partial
-                                              : FaceClass::hidden);
+    result.classes.push_back(full ? FaceClass::full : seen[face] > 0 ? FaceClass::partial : FaceClass::hidden);
     if (result.classes.back() != FaceClass::partial) continue;
     FaceCoverage entry;
     entry.face = FaceId{face};

@@ -16,7 +16,7 @@ namespace {
 
 using namespace test;
 
-// --- statistics -------------------------------------------------------------------------------------------
+// --- statistics
 
 // A square of 24 x 24 pixels before a ramp of 2 grey levels a pixel, in two triangles of 288 px.
 TEST(ViewStatistics, AreaGradientAndColour) {
@@ -36,8 +36,8 @@ TEST(ViewStatistics, AreaGradientAndColour) {
       EXPECT_TRUE(record.is_full());
       EXPECT_EQ(record.margin, 0);
     }
-    // Columns 20 to 43; the first triangle has the left upper half of them, 24 pixels in the first column,
-    // one less in each of the next: the centres on the diagonal belong to neither here, so 23.
+    // Columns 20 to 43; the first triangle has the left upper half of them, 24 pixels in the first column, one less in
+    // each of the next: the centres on the diagonal belong to neither here, so 23.
     double sum = 0, count = 0;
     for (int column = 0; column < 24; ++column) {
       sum += (23 - column) * 2.0 * (20 + column);
@@ -128,7 +128,7 @@ TEST(PhotoLookup, AgreesWithTheLensModel) {
   }
 }
 
-// --- silhouettes ------------------------------------------------------------------------------------------
+// --- silhouettes
 
 std::vector<std::uint8_t> margin_of(const Mesh& mesh, const View& view, int margin_px) {
   const ViewVisibility visibility = look(mesh, view);
@@ -141,8 +141,7 @@ std::vector<std::uint8_t> margin_of(const Mesh& mesh, const View& view, int marg
 }
 
 TEST(Silhouettes, StripOnBothSidesOfAnOccluder) {
-  // A board at z = 4 covers columns 24..39 and rows 16..31 of a wall at z = 8 (no centre on the wall's
-  // diagonal).
+  // A board at z = 4 covers columns 24..39 and rows 16..31 of a wall at z = 8 (no centre on the wall's diagonal).
   Mesh mesh;
   add_rectangle(mesh, -8.1, -8.2, 8.3, 8.4, 8, 1);
   add_rectangle(mesh, -0.5, -0.5, 0.5, 0.505, 4, 1);
@@ -189,9 +188,7 @@ TEST(Silhouettes, SkyIsADiscontinuityAndThePhotosBorderIsNot) {
   add_rectangle(mesh, -2, -8, 2, 8, 8, 1);
   const auto margin = margin_of(mesh, view_from(0), 2);
   for (int x = 0; x < kWidth; ++x)
-    EXPECT_EQ(margin[static_cast<std::size_t>(20 * kWidth + x)] != 0,
-              (x >= 14 && x < 18) || (x >= 46 && x < 50))
-        << x;
+    EXPECT_EQ(margin[static_cast<std::size_t>(20 * kWidth + x)] != 0, (x >= 14 && x < 18) || (x >= 46 && x < 50)) << x;
   // The same through a lens whose model ends 8 px from the centre: what was cleared beyond is no sky.
   View view = view_from(0);
   view.camera.distortion.k1 = 1e-9;
@@ -201,8 +198,7 @@ TEST(Silhouettes, SkyIsADiscontinuityAndThePhotosBorderIsNot) {
     for (int x = 0; x < kWidth; ++x)
       if (!in_photo(view.camera, {x + 0.5, y + 0.5}))
         visibility.ivm.faces[static_cast<std::size_t>(y * kWidth + x)] = kNoFace;
-  const auto cleared =
-      silhouette_margin(view.camera, visibility.ivm, 2, [](FaceId) { return InverseDepth{}; });
+  const auto cleared = silhouette_margin(view.camera, visibility.ivm, 2, [](FaceId) { return InverseDepth{}; });
   EXPECT_EQ(std::count(cleared.begin(), cleared.end(), 1), 0);
 }
 

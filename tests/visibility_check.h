@@ -30,12 +30,11 @@ inline std::string disputed_pixel(const View& view, std::size_t face, const View
     if (index(e.face) == face) entry = &e;
   for (int y = 0; y < view.camera.height; ++y)
     for (int x = 0; x < view.camera.width; ++x) {
-      const bool owns =
-          expected.owners[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) +
-                          static_cast<std::size_t>(x)] == face;
-      const bool sees = entry != nullptr ? found.coverage.sees(*entry, x, y)
-                                         : found.classes[face] == FaceClass::full &&
-                                               (owns || found.ivm.at(x, y) == FaceId(face));
+      const bool owns = expected.owners[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) +
+                                        static_cast<std::size_t>(x)] == face;
+      const bool sees = entry != nullptr
+                            ? found.coverage.sees(*entry, x, y)
+                            : found.classes[face] == FaceClass::full && (owns || found.ivm.at(x, y) == FaceId(face));
       if (owns != sees) return "pixel " + std::to_string(x) + ", " + std::to_string(y);
     }
   return "no pixel centre of the frame";
@@ -67,8 +66,7 @@ inline void expect_coverage(const View& view, const ViewVisibility& found, const
     for (int y = coverage.y0 - 1; y <= coverage.y0 + coverage.height; ++y)
       for (int x = coverage.x0 - 1; x <= coverage.x0 + coverage.width; ++x) {
         const bool in_frame = x >= 0 && y >= 0 && x < view.camera.width && y < view.camera.height;
-        const bool owns =
-            in_frame && expected.owners[static_cast<std::size_t>(y * view.camera.width + x)] == f;
+        const bool owns = in_frame && expected.owners[static_cast<std::size_t>(y * view.camera.width + x)] == f;
         ASSERT_EQ(found.coverage.sees(coverage, x, y), owns)
             << "view " << view.name << " face " << f << " pixel " << x << ", " << y;
       }
@@ -76,10 +74,9 @@ inline void expect_coverage(const View& view, const ViewVisibility& found, const
   EXPECT_EQ(entry, found.coverage.entries.size());
 }
 
-/// Every face without a tie has the oracle's class, and every partial face the oracle's coverage; view 7.
-/// Returns how many faces are tied.
-inline std::size_t expect_answer(const View& view, const ViewVisibility& found,
-                                 const oracle::Answer& expected) {
+/// Every face without a tie has the oracle's class, and every partial face the oracle's coverage; view 7. Returns how
+/// many faces are tied.
+inline std::size_t expect_answer(const View& view, const ViewVisibility& found, const oracle::Answer& expected) {
   EXPECT_EQ(found.classes.size(), expected.classes.size());
   std::size_t tied = 0;
   for (std::size_t f = 0; f < expected.classes.size(); ++f) {
@@ -88,8 +85,7 @@ inline std::size_t expect_answer(const View& view, const ViewVisibility& found,
     } else if (found.classes[f] != expected.classes[f]) {
       ADD_FAILURE() << "view " << view.name << " face " << f << " of " << expected.classes.size() << ": "
                     << static_cast<int>(found.classes[f]) << ", the oracle says "
-                    << static_cast<int>(expected.classes[f]) << "; "
-                    << disputed_pixel(view, f, found, expected);
+                    << static_cast<int>(expected.classes[f]) << "; " << disputed_pixel(view, f, found, expected);
     }
   }
   expect_coverage(view, found, expected);
@@ -103,9 +99,8 @@ inline void expect_same_visibility(const ViewVisibility& found, const ViewVisibi
   ASSERT_EQ(found.coverage.entries.size(), expected.coverage.entries.size());
   for (std::size_t i = 0; i < expected.coverage.entries.size(); ++i) {
     const FaceCoverage &a = found.coverage.entries[i], &b = expected.coverage.entries[i];
-    ASSERT_EQ(
-        std::tie(a.face, a.view, a.x0, a.y0, a.width, a.height, a.visible, a.visible_share, a.first_word),
-        std::tie(b.face, b.view, b.x0, b.y0, b.width, b.height, b.visible, b.visible_share, b.first_word))
+    ASSERT_EQ(std::tie(a.face, a.view, a.x0, a.y0, a.width, a.height, a.visible, a.visible_share, a.first_word),
+              std::tie(b.face, b.view, b.x0, b.y0, b.width, b.height, b.visible, b.visible_share, b.first_word))
         << "face " << index(b.face);
   }
   EXPECT_EQ(found.statistics.full, expected.statistics.full);

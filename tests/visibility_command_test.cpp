@@ -25,14 +25,13 @@ class VisibilityCommand : public testing::Test {
  protected:
   void SetUp() override {
     if (list_devices().empty()) GTEST_SKIP() << "no EGL device makes an OpenGL 4.5 context here";
-    ASSERT_TRUE(fs::exists(fs::path(GPVC_APP_SCENE) / "run.json"))
-        << "ctest makes the scene: app_scene.synth";
+    ASSERT_TRUE(fs::exists(fs::path(GPVC_APP_SCENE) / "run.json")) << "ctest makes the scene: app_scene.synth";
   }
 
   Outcome run(const std::string& words) const {
     const fs::path out = folder_.path() / "stdout", err = folder_.path() / "stderr";
-    const int status = std::system(
-        ("'" GPVC_BINARY "' " + words + " >'" + out.string() + "' 2>'" + err.string() + "'").c_str());
+    const int status =
+        std::system(("'" GPVC_BINARY "' " + words + " >'" + out.string() + "' 2>'" + err.string() + "'").c_str());
     return {WEXITSTATUS(status), test::read_file(out), test::read_file(err)};
   }
 
@@ -64,8 +63,7 @@ TEST_F(VisibilityCommand, SeveralMeshesAreSeenTogetherAndWrittenApart) {
   const Outcome single = run(scene() + whole_mesh() + " --ivm -o '" + one.string() + "'");
   ASSERT_EQ(single.exit_code, 0) << single.err;
   // Options between, before and after the meshes.
-  const Outcome both =
-      run(scene() + "'" + a.string() + "' -o '" + two.string() + "' '" + b.string() + "' --ivm");
+  const Outcome both = run(scene() + "'" + a.string() + "' -o '" + two.string() + "' '" + b.string() + "' --ivm");
   ASSERT_EQ(both.exit_code, 0) << both.err;
   std::size_t views = 0;
   for (const auto& entry : fs::directory_iterator(one / "visibility")) {
@@ -119,8 +117,7 @@ TEST_F(VisibilityCommand, OracleCheckAgreesAndSaysSo) {
 TEST_F(VisibilityCommand, OracleCheckOfAnotherModeReportsAndSucceeds) {
   const fs::path out = folder_.path() / "out";
   const Outcome outcome =
-      run(scene() + whole_mesh() + " --oracle-check 100 --no-subpixel --visibility none -o '" + out.string() +
-          "'");
+      run(scene() + whole_mesh() + " --oracle-check 100 --no-subpixel --visibility none -o '" + out.string() + "'");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto check = json(out / "oracle.json");
   EXPECT_EQ(check["views"].size(), 5U) << "there are no more";

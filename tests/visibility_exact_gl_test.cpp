@@ -1,6 +1,5 @@
-// Scenes that each provoke one thing that drawing, or drawing with LPCC, gets wrong; the exact correction
-// must agree with the oracle on every face, and the others must be seen to fail, or the scene provokes
-// nothing.
+// Scenes that each provoke one thing that drawing, or drawing with LPCC, gets wrong; the exact correction must agree
+// with the oracle on every face, and the others must be seen to fail, or the scene provokes nothing.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -38,21 +37,19 @@ class ExactGl : public testing::Test {
     return stage.classify(view, ViewId{7});
   }
 
-  /// The exact correction runs on the CPU and in shaders, on what OpenGL draws and what the CPU draws, which
-  /// must agree on every bit.
+  /// The exact correction runs on the CPU and in shaders, on what OpenGL draws and what the CPU draws, which must agree
+  /// on every bit.
   ViewVisibility classify(const Mesh& mesh, const View& view, CoverageCorrection correction) {
     const ViewVisibility cpu = classify(mesh, view, with(correction, Classifier::cpu));
     if (correction == CoverageCorrection::exact) {
       expect_same(classify(mesh, view, with(correction, Classifier::gpu)), cpu);
-      expect_same_visibility(classify(mesh, view, with(correction, Classifier::automatic, Drawing::native)),
-                             cpu);
+      expect_same_visibility(classify(mesh, view, with(correction, Classifier::automatic, Drawing::native)), cpu);
     }
     return cpu;
   }
 
   /// As a stage does it, with less of the device.
-  ViewVisibility classify_within(const Mesh& mesh, const View& view, const GpuLimits& limits,
-                                 std::string_view note) {
+  ViewVisibility classify_within(const Mesh& mesh, const View& view, const GpuLimits& limits, std::string_view note) {
     device_->make_current();
     const VisibilityOptions options = with(CoverageCorrection::exact, Classifier::gpu);
     ViewSource source(mesh, options, limits.staged_reads);
@@ -110,9 +107,8 @@ TEST_F(ExactGl, AFaceWhoseOnlyPixelWasStolenBySnapping) {
 }
 
 TEST_F(ExactGl, AThirdLayerUnderAnEdge) {
-  // Nearest, a sliver that covers no centre but is drawn over one; next, the face that owns it; farthest, a
-  // face whose edge runs through the same pixel: LPCC compares it with the sliver alone and gives it the
-  // pixel.
+  // Nearest, a sliver that covers no centre but is drawn over one; next, the face that owns it; farthest, a face whose
+  // edge runs through the same pixel: LPCC compares it with the sliver alone and gives it the pixel.
   const View view = scenes::view_of(120, 90, 100);
   Mesh mesh;
   std::vector<std::size_t> farthest;
@@ -120,15 +116,12 @@ TEST_F(ExactGl, AThirdLayerUnderAnEdge) {
     for (int x = 4; x < 105; x += 12) {
       const double cx = x + 0.5, cy = y + 4.5;
       farthest.push_back(mesh.faces.size());
-      scenes::add_at_pixels(
-          mesh, view.camera,
-          {{{cx - 0.3, cy - 4.2, 12}, {cx - 0.3, cy + 4.3, 12}, {cx + 8.31, cy - 4.2, 12}}});
-      scenes::add_at_pixels(
-          mesh, view.camera,
-          {{{cx - 0.31, cy - 0.32, 10}, {cx - 0.22, cy + 0.41, 10}, {cx + 0.37, cy + 0.02, 10}}});
-      scenes::add_at_pixels(
-          mesh, view.camera,
-          {{{cx + kSnapped, cy - 0.41, 8}, {cx + kSnapped, cy + 0.43, 8}, {cx + 0.4, cy, 8}}});
+      scenes::add_at_pixels(mesh, view.camera,
+                            {{{cx - 0.3, cy - 4.2, 12}, {cx - 0.3, cy + 4.3, 12}, {cx + 8.31, cy - 4.2, 12}}});
+      scenes::add_at_pixels(mesh, view.camera,
+                            {{{cx - 0.31, cy - 0.32, 10}, {cx - 0.22, cy + 0.41, 10}, {cx + 0.37, cy + 0.02, 10}}});
+      scenes::add_at_pixels(mesh, view.camera,
+                            {{{cx + kSnapped, cy - 0.41, 8}, {cx + kSnapped, cy + 0.43, 8}, {cx + 0.4, cy, 8}}});
     }
   expect_provoked(mesh, view, farthest.size(), 1);
   const ViewVisibility paper = classify(mesh, view, CoverageCorrection::paper);
@@ -140,8 +133,8 @@ TEST_F(ExactGl, AThirdLayerUnderAnEdge) {
 }
 
 TEST_F(ExactGl, ADepthFightInsideAFace) {
-  // Two tilted sheets 1e-8 of their depth apart, the nearer one later in the mesh: the depth buffer cannot
-  // tell them apart anywhere, and LPCC looks at edges alone.
+  // Two tilted sheets 1e-8 of their depth apart, the nearer one later in the mesh: the depth buffer cannot tell them
+  // apart anywhere, and LPCC looks at edges alone.
   const View view = scenes::view_of(160, 120, 120);
   const auto sheet = [](double lift) {
     return [lift](int i, int j) { return (9 + 0.31 * i - 0.17 * j) * (1 + lift); };
@@ -152,8 +145,8 @@ TEST_F(ExactGl, ADepthFightInsideAFace) {
 }
 
 TEST_F(ExactGl, EdgesThroughCentresButForRounding) {
-  // The middle of one edge of every triangle is a pixel centre, as far as doubles go: the rasterizer snaps
-  // the edge to either side, and the sign of an edge value there is noise, or the top-left rule.
+  // The middle of one edge of every triangle is a pixel centre, as far as doubles go: the rasterizer snaps the edge to
+  // either side, and the sign of an edge value there is noise, or the top-left rule.
   const View view = scenes::view_of(200, 200, 128);
   std::mt19937 random(5);
   const auto uniform = [&](double low, double high) {
@@ -230,13 +223,11 @@ TEST_F(ExactGl, FansOfManyFacesOnOneEdgeSeenFromInside) {
 }
 
 TEST_F(ExactGl, TilesAndMasksChangeNothing) {
-  // An image above the GL limit is drawn in tiles, and shaders look at it in tiles; here the limits are made
-  // small. A mask takes out half of what lies in stripes; the oracle knows none, so only the first answers
-  // it.
+  // An image above the GL limit is drawn in tiles, and shaders look at it in tiles; here the limits are made small. A
+  // mask takes out half of what lies in stripes; the oracle knows none, so only the first answers it.
   const View view = scenes::view_of(203, 131, 150, 90, 71);
   PhotoExclusion stripes{203, 131, 4, std::vector<std::uint64_t>(4 * 131)};
-  for (std::size_t i = 0; i < stripes.words.size(); ++i)
-    stripes.words[i] = i % 7 < 3 ? 0x00FFF0000F00FFFF : 0;
+  for (std::size_t i = 0; i < stripes.words.size(); ++i) stripes.words[i] = i % 7 < 3 ? 0x00FFF0000F00FFFF : 0;
   const PhotoMask whole(view.camera), striped(whole, stripes);
   device_->make_current();
   for (const double size : {0.7, 6.0, 70.0}) {
@@ -260,13 +251,8 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
       for (const PhotoMask* mask : {&whole, &striped}) {
         ViewVisibility result{{view.camera.width, view.camera.height, drawn}, {}, {}, {}};
         mask->clear_outside(result.ivm.faces);
-        const ClassifyView prepared{mesh,
-                                    view.camera,
-                                    ViewId{7},
-                                    *mask,
-                                    projected,
-                                    result.ivm.faces,
-                                    projection_rounding(view.camera)};
+        const ClassifyView prepared{
+            mesh, view.camera, ViewId{7}, *mask, projected, result.ivm.faces, projection_rounding(view.camera)};
         CpuClassifier(options).classify(prepared, result);
         if (mask == &whole) {
           EXPECT_EQ(expect_answer(view, result, expected), 0U) << "tile " << tile;
@@ -280,8 +266,7 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
           const VisibilityOptions lazy = with(CoverageCorrection::paper);
           std::vector<FaceCode> codes;
           ViewVisibility completed, paper;
-          GpuClassifier(mesh, renderer, lazy, limits)
-              .classify(prepared, view.pose, codes, completed.statistics);
+          GpuClassifier(mesh, renderer, lazy, limits).classify(prepared, view.pose, codes, completed.statistics);
           CpuClassifier(lazy).complete(prepared, codes, completed);
           CpuClassifier(lazy).classify(prepared, paper);
           EXPECT_EQ(completed.classes, paper.classes) << "tile " << tile;
@@ -299,8 +284,8 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
 }
 
 TEST_F(ExactGl, MeshesAboveTheStorageBufferLimit) {
-  // 128 MiB, which llvmpipe allows a storage buffer, are 11.2 million faces or 5.6 million vertices. Most lie
-  // behind the camera; those that matter come last, beyond the limit.
+  // 128 MiB, which llvmpipe allows a storage buffer, are 11.2 million faces or 5.6 million vertices. Most lie behind
+  // the camera; those that matter come last, beyond the limit.
   const View view = scenes::view_of(160, 120, 150);
   const Mesh soup = scenes::soup(view.camera, 1000, 8, 77);
   constexpr std::uint32_t kVertices = 5'700'000, kFaces = 11'300'000;
@@ -323,8 +308,8 @@ TEST_F(ExactGl, MeshesAboveTheStorageBufferLimit) {
 }
 
 TEST_F(ExactGl, ShadersTakeWhatADeviceAllows) {
-  // Less and less storage: vertices and faces in several dispatches, then no room for the claims, then for
-  // the candidates.
+  // Less and less storage: vertices and faces in several dispatches, then no room for the claims, then for the
+  // candidates.
   const View view = scenes::view_of(160, 120, 150);
   Mesh mesh = scenes::soup(view.camera, 3000, 9, 77);
   scenes::append(mesh, Mesh(mesh));  // every sample ties, and is claimed

@@ -43,8 +43,7 @@ class VisibilityGl : public testing::Test {
       given.drawing = drawing;
       return classify(mesh, view, given);
     };
-    const ViewVisibility gpu = on(Classifier::gpu, Drawing::opengl),
-                         cpu = on(Classifier::cpu, Drawing::opengl),
+    const ViewVisibility gpu = on(Classifier::gpu, Drawing::opengl), cpu = on(Classifier::cpu, Drawing::opengl),
                          drawn = on(Classifier::automatic, Drawing::native);
     expect_same_visibility(gpu, cpu);
     EXPECT_EQ(gpu.statistics.processed_faces, cpu.statistics.processed_faces);
@@ -200,17 +199,14 @@ TEST_F(VisibilityGl, LayersCloserThanTheDepthBufferResolves) {
   // 1e-7 of the depth apart: below the step of a 32-bit float, far above that of a double.
   const View view = scenes::view_of(200, 150, 150);
   const auto hill = [](double lift) {
-    return [lift](int i, int j) {
-      return (10 + 0.3 * std::sin(0.4 * i) + 0.2 * std::cos(0.3 * j)) * (1 + lift);
-    };
+    return [lift](int i, int j) { return (10 + 0.3 * std::sin(0.4 * i) + 0.2 * std::cos(0.3 * j)) * (1 + lift); };
   };
   for (const double lift : {1e-7, 1e-9, 1e-10}) {
     Mesh mesh = scenes::terrain(view.camera, 20, 15, 15, 12, 8.3, 10, hill(lift));
     scenes::append(mesh, scenes::terrain(view.camera, 20, 15, 15, 12, 8.3, 10, hill(0)));
     const ViewVisibility found = classify(mesh, view);
     EXPECT_EQ(expect_oracle(mesh, view, found), 0U) << lift;
-    for (std::size_t f = 600; f < 1200; ++f)
-      EXPECT_EQ(found.classes[f], FaceClass::full) << lift << " face " << f;
+    for (std::size_t f = 600; f < 1200; ++f) EXPECT_EQ(found.classes[f], FaceClass::full) << lift << " face " << f;
   }
 }
 
@@ -223,8 +219,7 @@ TEST_F(VisibilityGl, IntersectingSheetsAndFansOfManyFaces) {
     scenes::add_face(mesh, {0.1, -2, 9}, {0.12, 2, 10}, {3 * std::cos(angle), 0.2, 10 + 3 * std::sin(angle)});
   }
   // Two sheets through each other and through the fan.
-  scenes::append(
-      mesh, scenes::terrain(view.camera, 6, 6, 22.3, 13, 17.7, 10, [](int i, int) { return 8 + 0.7 * i; }));
+  scenes::append(mesh, scenes::terrain(view.camera, 6, 6, 22.3, 13, 17.7, 10, [](int i, int) { return 8 + 0.7 * i; }));
   scenes::append(mesh, scenes::terrain(view.camera, 6, 6, 27.23, 11.37, 17.1, 10,
                                        [](int i, int j) { return 12 - 0.3 * i - 0.3 * j; }));
   EXPECT_EQ(expect_oracle(mesh, view, classify(mesh, view)), 0U);
@@ -279,8 +274,7 @@ TEST_F(VisibilityGl, VesMissesAnOccluderInsideAFaceAndHiversDoesNot) {
   Mesh mesh;
   scenes::add_at_pixels(mesh, view.camera, {{{10, 10, 10}, {10, 90, 10}, {90, 50, 10}}});
   scenes::add_at_pixels(mesh, view.camera, {{{35, 45, 5}, {35, 55, 5}, {42, 50, 5}}});
-  EXPECT_EQ(classify(mesh, view, options(CoverageCorrection::paper, Sampling::ves)).classes[0],
-            FaceClass::full);
+  EXPECT_EQ(classify(mesh, view, options(CoverageCorrection::paper, Sampling::ves)).classes[0], FaceClass::full);
   EXPECT_EQ(classify(mesh, view, options(CoverageCorrection::paper)).classes[0], FaceClass::partial);
 }
 
@@ -382,8 +376,7 @@ TEST_F(VisibilityGl, MovingTheSceneByAnExactShiftChangesNothing) {
     Mesh moved = mesh;
     for (WorldPoint& p : moved.positions) p = {p.x + shift.x, p.y + shift.y, p.z + shift.z};
     View there = view;
-    there.pose.centre = {view.pose.centre.x + shift.x, view.pose.centre.y + shift.y,
-                         view.pose.centre.z + shift.z};
+    there.pose.centre = {view.pose.centre.x + shift.x, view.pose.centre.y + shift.y, view.pose.centre.z + shift.z};
     const ViewVisibility found = classify(moved, there);
     EXPECT_EQ(found.classes, here.classes);
     EXPECT_EQ(found.ivm.faces, here.ivm.faces);

@@ -65,15 +65,14 @@ TEST(VisibilityMode, EpsilonIsNamedAsShortAsReadsBackExactly) {
 TEST(VisibilityMode, RefusesWithOneSentenceThatQuotesTheMode) {
   EXPECT_EQ(complaint("shadow-map:spc"),
             "'shadow-map:spc' is no visibility mode: expected shadow-map:apc:EPS or shadow-map:spc:EPS");
-  EXPECT_EQ(complaint("ray:thick:1"),
-            "'ray:thick:1' is no visibility mode: 'thick' is neither sparse nor dense");
+  EXPECT_EQ(complaint("ray:thick:1"), "'ray:thick:1' is no visibility mode: 'thick' is neither sparse nor dense");
   for (const char* epsilon : {"0", "-1", "nan", "inf", "1e999", "0x1p3", "1,5", " 1", "1 ", "", "1m", "-0"}) {
     const std::string mode = std::string("ray:dense:") + epsilon;
     EXPECT_EQ(complaint(mode), in_quotes(mode) + " is no visibility mode: its bias " + in_quotes(epsilon) +
                                    " is not a number above 0, like 0.001 or 1e-5");
   }
-  for (const char* mode : {"", ":", "GPVC", "gpvc:", "gpvc:hivers", "none:1", "shadow-map",
-                           "shadow-map:spc:1:2", "shadow-map:SPC:1", "ray::1", "rays:dense:1"})
+  for (const char* mode : {"", ":", "GPVC", "gpvc:", "gpvc:hivers", "none:1", "shadow-map", "shadow-map:spc:1:2",
+                           "shadow-map:SPC:1", "ray::1", "rays:dense:1"})
     EXPECT_TRUE(complaint(mode).starts_with(in_quotes(mode) + " is no visibility mode: ")) << mode;
 }
 

@@ -70,8 +70,7 @@ TEST_F(ModesGl, PerPixelModesSeeThroughAHoleInAWallAsTheOracleDoes) {
   for (const char* name : kPerPixel) {
     const ViewVisibility seen = classify(mesh, view, name);
     for (std::size_t f = 0; f < mesh.faces.size(); ++f)
-      EXPECT_EQ(static_cast<int>(seen.classes[f]), static_cast<int>(truth.classes[f]))
-          << name << " face " << f;
+      EXPECT_EQ(static_cast<int>(seen.classes[f]), static_cast<int>(truth.classes[f])) << name << " face " << f;
     EXPECT_EQ(seen.coverage.words, gpvc.coverage.words) << name;
     ASSERT_EQ(seen.coverage.entries.size(), gpvc.coverage.entries.size());
     for (std::size_t i = 0; i < seen.coverage.entries.size(); ++i) {
@@ -105,13 +104,12 @@ TEST_F(ModesGl, NoTestTakesWhateverLiesInTheImage) {
 TEST_F(ModesGl, NoTestKeepsBackFacesAndWhatIsBesideTheImageOut) {
   const View view = scenes::view_of(100, 75, 80);
   Mesh mesh;
-  scenes::add_at_pixels(mesh, view.camera, {{{10, 10, 5}, {10, 40, 5}, {40, 10, 5}}});     // front
-  scenes::add_at_pixels(mesh, view.camera, {{{10, 10, 5}, {40, 10, 5}, {10, 40, 5}}});     // back
-  scenes::add_at_pixels(mesh, view.camera, {{{110, 10, 5}, {110, 40, 5}, {140, 10, 5}}});  // beside
-  scenes::add_at_pixels(mesh, view.camera, {{{90, 10, 5}, {90, 40, 5}, {140, 10, 5}}});  // across the border
-  scenes::add_at_pixels(mesh, view.camera,
-                        {{{50.1, 50.1, 5}, {50.1, 50.3, 5}, {50.3, 50.1, 5}}});  // sub-pixel
-  scenes::add_face(mesh, {0, 0, -5}, {0, 1, -5}, {1, 0, -5});                    // behind
+  scenes::add_at_pixels(mesh, view.camera, {{{10, 10, 5}, {10, 40, 5}, {40, 10, 5}}});              // front
+  scenes::add_at_pixels(mesh, view.camera, {{{10, 10, 5}, {40, 10, 5}, {10, 40, 5}}});              // back
+  scenes::add_at_pixels(mesh, view.camera, {{{110, 10, 5}, {110, 40, 5}, {140, 10, 5}}});           // beside
+  scenes::add_at_pixels(mesh, view.camera, {{{90, 10, 5}, {90, 40, 5}, {140, 10, 5}}});             // across the border
+  scenes::add_at_pixels(mesh, view.camera, {{{50.1, 50.1, 5}, {50.1, 50.3, 5}, {50.3, 50.1, 5}}});  // sub-pixel
+  scenes::add_face(mesh, {0, 0, -5}, {0, 1, -5}, {1, 0, -5});                                       // behind
   const ViewVisibility seen = classify(mesh, view, "none");
   using enum FaceClass;
   EXPECT_EQ(seen.classes, (std::vector<FaceClass>{full, hidden, hidden, partial, full, hidden}));
@@ -125,8 +123,7 @@ TEST_F(ModesGl, AnOccluderStrictlyInsideAFaceEscapesSparseRaysAlone) {
   Mesh mesh;
   scenes::add_at_pixels(mesh, view.camera, {{{10.2, 10.2, 10}, {10.2, 90.2, 10}, {90.2, 50.2, 10}}});
   scenes::add_at_pixels(mesh, view.camera, {{{35.2, 45.2, 5}, {35.2, 55.2, 5}, {42.2, 50.2, 5}}});
-  for (const char* name : kPerPixel)
-    EXPECT_EQ(classify(mesh, view, name).classes[0], FaceClass::partial) << name;
+  for (const char* name : kPerPixel) EXPECT_EQ(classify(mesh, view, name).classes[0], FaceClass::partial) << name;
   EXPECT_EQ(classify(mesh, view, "ray:sparse:0.001").classes[0], FaceClass::full);
   EXPECT_EQ(classify(mesh, view, "none").classes[0], FaceClass::full);
 }
@@ -266,8 +263,7 @@ TEST_F(ModesGl, SubpixelFacesAreTestedAtTheirOwnSamples) {
   scenes::append(mesh, scenes::terrain(view.camera, 42, 42, 19.6, 9.7, 0.5, 9, flat(9)));
   for (const char* name : kPerPixel) {
     const ViewVisibility seen = classify(mesh, view, name);
-    for (std::size_t f = 3200; f < mesh.faces.size(); ++f)
-      ASSERT_EQ(seen.classes[f], FaceClass::full) << name;
+    for (std::size_t f = 3200; f < mesh.faces.size(); ++f) ASSERT_EQ(seen.classes[f], FaceClass::full) << name;
     // A depth map has one depth a pixel, and the screen ends within some.
     std::size_t hidden = 0;
     for (std::size_t f = 0; f < 3200; ++f) hidden += seen.classes[f] == FaceClass::hidden;
@@ -402,8 +398,7 @@ TEST(DepthMapping, SymmetricPlanesHoldTheWholeBoxInFloats) {
   };
   for (int repeat = 0; repeat < 2000; ++repeat) {
     const double size = std::exp(uniform(-7, 7)), distance = size * uniform(2, 1000);
-    const MeshBox box{{-size * uniform(0, 1), -size, -size * uniform(0, 1)},
-                      {size, size * uniform(0, 1), size}};
+    const MeshBox box{{-size * uniform(0, 1), -size, -size * uniform(0, 1)}, {size, size * uniform(0, 1), size}};
     Pose pose;
     pose.rotation = scenes::rotation(uniform(-3, 3), uniform(-3, 3), uniform(-3, 3));
     const auto& r = pose.rotation;
@@ -415,8 +410,7 @@ TEST(DepthMapping, SymmetricPlanesHoldTheWholeBoxInFloats) {
                                    corner & 4 ? box.high.z : box.low.z})
               .z;
       ASSERT_GT(z, 0);
-      const auto clip =
-          static_cast<float>((2 * mapping.window.at_infinity - 1) * z + 2 * mapping.window.per_inverse_z);
+      const auto clip = static_cast<float>((2 * mapping.window.at_infinity - 1) * z + 2 * mapping.window.per_inverse_z);
       const auto w = static_cast<float>(z);
       ASSERT_GE(clip, -w);
       ASSERT_LE(clip, w);

@@ -1,5 +1,5 @@
-// Visibility by brute force: every pixel centre against every triangle, as rays in long double. Shares no
-// geometry with visibility/: no projection, no edge functions, no rasterizer.
+// Visibility by brute force: every pixel centre against every triangle, as rays in long double. Shares no geometry with
+// visibility/: no projection, no edge functions, no rasterizer.
 #pragma once
 
 #include <algorithm>
@@ -127,10 +127,8 @@ class Squares {
     for (std::size_t f = 0; f < faces.size(); ++f) {
       const Projected& p = faces[f];
       const bool bounded = p.all_in_front;
-      const int x0 = bounded ? square(p.x0 - 1, columns_) : 0,
-                x1 = bounded ? square(p.x1 + 1, columns_) : columns_ - 1;
-      const int y0 = bounded ? square(p.y0 - 1, rows_) : 0,
-                y1 = bounded ? square(p.y1 + 1, rows_) : rows_ - 1;
+      const int x0 = bounded ? square(p.x0 - 1, columns_) : 0, x1 = bounded ? square(p.x1 + 1, columns_) : columns_ - 1;
+      const int y0 = bounded ? square(p.y0 - 1, rows_) : 0, y1 = bounded ? square(p.y1 + 1, rows_) : rows_ - 1;
       for (int y = y0; y <= y1; ++y)
         for (int x = x0; x <= x1; ++x) list(x, y).push_back(f);
     }
@@ -145,16 +143,15 @@ class Squares {
     return static_cast<int>(std::clamp(std::floor(position / kSize), Real{0}, static_cast<Real>(count - 1)));
   }
   std::vector<std::size_t>& list(int x, int y) {
-    return lists_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) +
-                  static_cast<std::size_t>(x)];
+    return lists_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x)];
   }
   int columns_, rows_;
   std::vector<std::vector<std::size_t>> lists_;
 };
 
 /// Whether `face` is the nearest at a position its projection contains; `tied` collects doubts.
-inline bool owns(const std::vector<Projected>& faces, const Squares& squares, const Ray& ray, Real px,
-                 Real py, std::size_t face, bool& tied) {
+inline bool owns(const std::vector<Projected>& faces, const Squares& squares, const Ray& ray, Real px, Real py,
+                 std::size_t face, bool& tied) {
   const std::optional<Hit> own = meet(ray, faces[face].corners, kTiePx);
   if (!own) {
     tied = true;
@@ -193,8 +190,7 @@ inline Answer classify(const Mesh& mesh, const View& view, bool subpixel = true)
     const Projected& p = faces[f];
     bool tied = false;
     std::size_t samples = 0, seen = 0, outside = 0;
-    // Samples count wherever they are; of a face that crosses the camera plane, those one pixel around the
-    // frame.
+    // Samples count wherever they are; of a face that crosses the camera plane, those one pixel around the frame.
     const int w = camera.width, h = camera.height;
     const auto bound = [&](Real v, int low, int high) {
       return static_cast<int>(std::clamp(std::floor(v), static_cast<Real>(low), static_cast<Real>(high)));
@@ -221,8 +217,7 @@ inline Answer classify(const Mesh& mesh, const View& view, bool subpixel = true)
         }
         if (!owns(faces, squares, ray, px, py, f, tied)) continue;
         ++seen;
-        answer
-            .owners[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] =
+        answer.owners[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] =
             static_cast<std::uint32_t>(f);
       }
     // Larger than the frame, or beside it: samples further away may exist; inside tells.

@@ -19,9 +19,7 @@ inline View view_of(int width, int height, double f, double cx, double cy) {
   return view;
 }
 
-inline View view_of(int width, int height, double f) {
-  return view_of(width, height, f, width / 2.0, height / 2.0);
-}
+inline View view_of(int width, int height, double f) { return view_of(width, height, f, width / 2.0, height / 2.0); }
 
 /// Rotations about x, then y, then z, in radians.
 inline std::array<double, 9> rotation(double x, double y, double z) {
@@ -50,15 +48,14 @@ inline WorldPoint at_pixel(const Camera& camera, double x, double y, double z) {
 }
 
 /// A triangle with corners at pixels, each with a depth; counter-clockwise on the screen is front-facing.
-inline void add_at_pixels(Mesh& mesh, const Camera& camera,
-                          const std::array<std::array<double, 3>, 3>& corners) {
+inline void add_at_pixels(Mesh& mesh, const Camera& camera, const std::array<std::array<double, 3>, 3>& corners) {
   add_face(mesh, at_pixel(camera, corners[0][0], corners[0][1], corners[0][2]),
            at_pixel(camera, corners[1][0], corners[1][1], corners[1][2]),
            at_pixel(camera, corners[2][0], corners[2][1], corners[2][2]));
 }
 
-/// Unconnected triangles of about `size_px` pixels all over the frame and beyond its borders, facing
-/// anywhere, at depths 5 to 15.
+/// Unconnected triangles of about `size_px` pixels all over the frame and beyond its borders, facing anywhere, at
+/// depths 5 to 15.
 inline Mesh soup(const Camera& camera, std::size_t faces, double size_px, std::uint32_t seed) {
   std::mt19937 random(seed);
   const auto uniform = [&](double low, double high) {
@@ -77,11 +74,11 @@ inline Mesh soup(const Camera& camera, std::size_t faces, double size_px, std::u
   return mesh;
 }
 
-/// A height field of columns x rows cells of two front faces each, seen from above by a camera at (0, 0, 0)
-/// that looks along +z; `depth(i, j)` of each corner. Vertices are shared.
+/// A height field of columns x rows cells of two front faces each, seen from above by a camera at (0, 0, 0) that looks
+/// along +z; `depth(i, j)` of each corner. Vertices are shared.
 template <class Depth>
-Mesh terrain(const Camera& camera, int columns, int rows, double x0, double y0, double cell_px,
-             double scale_depth, Depth&& depth) {
+Mesh terrain(const Camera& camera, int columns, int rows, double x0, double y0, double cell_px, double scale_depth,
+             Depth&& depth) {
   Mesh mesh;
   for (int j = 0; j <= rows; ++j)
     for (int i = 0; i <= columns; ++i) {
@@ -104,10 +101,10 @@ inline void append(Mesh& mesh, const Mesh& other) {
   for (const Triangle& t : other.faces) mesh.faces.push_back({t[0] + first, t[1] + first, t[2] + first});
 }
 
-/// Two uneven terrain layers of 2 cells^2 faces each, the lower one `gap_m` below the upper, seen from
-/// `distance_m` above. The upper layer is perforated: its triangles are shrunk towards their centroids, so
-/// that gaps run all around them. A triangle of the lower layer is larger than the perforated ones and wider
-/// than the gaps: it is neither wholly hidden nor wholly seen, whatever the parallax.
+/// Two uneven terrain layers of 2 cells^2 faces each, the lower one `gap_m` below the upper, seen from `distance_m`
+/// above. The upper layer is perforated: its triangles are shrunk towards their centroids, so that gaps run all around
+/// them. A triangle of the lower layer is larger than the perforated ones and wider than the gaps: it is neither wholly
+/// hidden nor wholly seen, whatever the parallax.
 inline Mesh layers(const Camera& camera, double distance_m, double gap_m, int cells) {
   constexpr double kShrink = 0.7;
   const double relief = 8 * (distance_m / 6100);
@@ -117,15 +114,13 @@ inline Mesh layers(const Camera& camera, double distance_m, double gap_m, int ce
     heights.push_back(distance_m + relief * (static_cast<double>(random()) / 4294967296.0 - 0.5));
   const double cell = 0.9 * camera.width / cells;
   const auto height = [&](int i, int j) { return heights[static_cast<std::size_t>(j * (cells + 1) + i)]; };
-  const Mesh whole =
-      terrain(camera, cells, cells, 0.05 * camera.width, 0.05 * camera.height, cell, distance_m, height);
+  const Mesh whole = terrain(camera, cells, cells, 0.05 * camera.width, 0.05 * camera.height, cell, distance_m, height);
   Mesh mesh;
   for (const Triangle& t : whole.faces) {
     const WorldPoint &a = whole.positions[t[0]], &b = whole.positions[t[1]], &c = whole.positions[t[2]];
     const WorldPoint g{(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3};
     const auto shrunk = [&](const WorldPoint& p) {
-      return WorldPoint{g.x + kShrink * (p.x - g.x), g.y + kShrink * (p.y - g.y),
-                        g.z + kShrink * (p.z - g.z)};
+      return WorldPoint{g.x + kShrink * (p.x - g.x), g.y + kShrink * (p.y - g.y), g.z + kShrink * (p.z - g.z)};
     };
     add_face(mesh, shrunk(a), shrunk(b), shrunk(c));
   }

@@ -1,8 +1,8 @@
-// A convex figure wider than 1 + 2 / sqrt(3) in every direction of the grid contains a point of it (flatness
-// theorem in the plane, Hurkens 1990). So the directions need to be gone through, from the axes on, only
-// until the face is found to be thin along one, by Gauss' reduction of a basis under the norm "width of the
-// face along an integer vector": then few lines of the grid cross it that way, and on each the centres inside
-// an edge are a half-line, whose end the exact predicate finds by halving.
+// A convex figure wider than 1 + 2 / sqrt(3) in every direction of the grid contains a point of it (flatness theorem in
+// the plane, Hurkens 1990). So the directions need to be gone through, from the axes on, only until the face is found
+// to be thin along one, by Gauss' reduction of a basis under the norm "width of the face along an integer vector": then
+// few lines of the grid cross it that way, and on each the centres inside an edge are a half-line, whose end the exact
+// predicate finds by halving.
 #include "visibility/centre_search.h"
 
 #include <algorithm>
@@ -50,8 +50,8 @@ struct GridFace {
     return range.high - range.low;
   }
   bool inside_edge(const GridVector& p, std::size_t k) const {
-    const FacePoint point = face_point(face, origin_x + static_cast<double>(p.x) + 0.5,
-                                       origin_y + static_cast<double>(p.y) + 0.5);
+    const FacePoint point =
+        face_point(face, origin_x + static_cast<double>(p.x) + 0.5, origin_y + static_cast<double>(p.y) + 0.5);
     return inside_edge_exactly(point, k);
   }
 };
@@ -60,11 +60,10 @@ GridVector plus(const GridVector& a, std::int64_t times, const GridVector& b) {
   return {a.x + times * b.x, a.y + times * b.y};
 }
 
-/// The multiple of `b` that makes the face narrowest along `a` + it. The width is convex in it, and beyond
-/// twice width(a) / width(b) larger than width(a).
+/// The multiple of `b` that makes the face narrowest along `a` + it. The width is convex in it, and beyond twice
+/// width(a) / width(b) larger than width(a).
 std::int64_t best_multiple(const GridFace& face, const GridVector& a, const GridVector& b) {
-  std::int64_t high = static_cast<std::int64_t>(std::ceil(2 * face.width(a) / face.width(b))) + 1,
-               low = -high;
+  std::int64_t high = static_cast<std::int64_t>(std::ceil(2 * face.width(a) / face.width(b))) + 1, low = -high;
   while (low < high) {
     const std::int64_t middle = low + (high - low) / 2;
     if (face.width(plus(a, middle, b)) <= face.width(plus(a, middle + 1, b)))
@@ -75,8 +74,8 @@ std::int64_t best_multiple(const GridFace& face, const GridVector& a, const Grid
   return low;
 }
 
-/// Widths are sums of products of a corner and a vector, both below 2^26 here: rounding takes less than 2^-1
-/// of what lies between 1 + 2 / sqrt(3) = 2.155 and this.
+/// Widths are sums of products of a corner and a vector, both below 2^26 here: rounding takes less than 2^-1 of what
+/// lies between 1 + 2 / sqrt(3) = 2.155 and this.
 constexpr double kThin = 3;
 
 /// A direction along which the face is no wider than kThin; none where it is wider in all of them.
@@ -138,13 +137,12 @@ bool line_has_centre(const GridFace& face, const GridVector& d, std::int64_t m) 
 
 bool covers_a_pixel(const RasterFace& face) {
   for (const ProjectedVertex& v : face.vertex)
-    if (!(v.z > 0) || std::abs(v.u) > kFarthestCentre * v.z || std::abs(v.v) > kFarthestCentre * v.z)
-      return true;
+    if (!(v.z > 0) || std::abs(v.u) > kFarthestCentre * v.z || std::abs(v.v) > kFarthestCentre * v.z) return true;
   const GridFace grid(face);
   const std::optional<GridVector> d = thin_direction(grid);
   if (!d) return true;
-  // A corner is off by what dividing and subtracting round, 2^-28 at 2^24, and a product by 2^-52 of itself.
-  // A line too many does no harm.
+  // A corner is off by what dividing and subtracting round, 2^-28 at 2^24, and a product by 2^-52 of itself. A line too
+  // many does no harm.
   const Range range = grid.along(*d);
   const double slack = 0x1p-26 * static_cast<double>(std::abs(d->x) + std::abs(d->y));
   const auto last = static_cast<std::int64_t>(std::floor(range.high + slack));

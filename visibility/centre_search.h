@@ -5,9 +5,9 @@
 
 namespace gpvc {
 
-/// Exact, for front and back faces, not for edge-on ones. True for faces that cross the camera plane, whose
-/// projection is unbounded and wider than a line, and for those that reach further than kFarthestCentre from
-/// the origin. O(log size).
+/// Exact, for front and back faces, not for edge-on ones. True for faces that cross the camera plane, whose projection
+/// is unbounded and wider than a line, and for those that reach further than kFarthestCentre from the origin. O(log
+/// size).
 bool covers_a_pixel(const RasterFace& face);
 
 /// Pixels. Faces reach this far when a corner lies within millimetres of the camera plane.

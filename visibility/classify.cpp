@@ -13,8 +13,8 @@ namespace gpvc {
 namespace {
 
 /// Whether every sample that the sampling mode asks for is stored as the face's; counts those looked at.
-bool stores_everywhere(const ClassifyView& view, FaceId face, const SpanWalker& walker,
-                       std::span<const Span> spans, Sampling sampling, std::size_t& samples) {
+bool stores_everywhere(const ClassifyView& view, FaceId face, const SpanWalker& walker, std::span<const Span> spans,
+                       Sampling sampling, std::size_t& samples) {
   for (const Span& span : spans) {
     std::int32_t x0 = span.x1, x1 = span.x1;
     if (sampling == Sampling::ves && walker.inner(span.y, x0, x1)) {
@@ -56,8 +56,7 @@ void CpuClassifier::complete(const ClassifyView& view, FaceScan& scan, ViewVisib
   finisher_->finish(view, scan, result);
 }
 
-void CpuClassifier::complete(const ClassifyView& view, std::span<const FaceCode> codes,
-                             ViewVisibility& result) {
+void CpuClassifier::complete(const ClassifyView& view, std::span<const FaceCode> codes, ViewVisibility& result) {
   scan_->start(codes.size());
   tbb::enumerable_thread_specific<std::vector<Span>> spans_of_unsure;
   for_each_block(codes.size(), [&](std::size_t, std::size_t first, std::size_t end) {
@@ -126,8 +125,7 @@ FaceCode CpuClassifier::scan_face(const ClassifyView& view, FaceId face, std::ve
   collect_spans(raster, walker, false, spans);
   if (spans.empty()) return lacks_centre(view.camera, raster) ? FaceCode::no_centre : FaceCode::hidden;
   if (candidate_faces_[index(face)] == 0) return FaceCode::hidden;
-  return stores_everywhere(view, face, walker, spans, options_.sampling, samples) &&
-                 inside_frame(view.camera, raster)
+  return stores_everywhere(view, face, walker, spans, options_.sampling, samples) && inside_frame(view.camera, raster)
              ? FaceCode::full
              : FaceCode::partial;
 }

@@ -33,8 +33,7 @@ struct ClassifyView {
   ProjectionRounding rounding;
 
   FaceId owner(std::int32_t x, std::int32_t y) const {
-    return ivm[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
-               static_cast<std::size_t>(x)];
+    return ivm[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x)];
   }
   const FaceId* row(std::int32_t y) const {
     return ivm.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width);
@@ -75,8 +74,7 @@ struct ClassifyView {
   /// The least and the greatest depth of its vertices.
   DepthRange depths(FaceId face) const {
     const Triangle& t = mesh.faces[index(face)];
-    const double a = projected.vertices[t[0]].z, b = projected.vertices[t[1]].z,
-                 c = projected.vertices[t[2]].z;
+    const double a = projected.vertices[t[0]].z, b = projected.vertices[t[1]].z, c = projected.vertices[t[2]].z;
     return {std::min(a, std::min(b, c)), std::max(a, std::max(b, c))};
   }
   PixelBox frame() const { return {0, 0, camera.width, camera.height}; }
@@ -104,22 +102,20 @@ class CpuClassifier {
   explicit CpuClassifier(const VisibilityOptions& options);
   ~CpuClassifier();
 
-  /// Fills classes, coverage and the counts of the statistics. O(faces + pixels), TBB; the same bits for any
-  /// number of threads.
+  /// Fills classes, coverage and the counts of the statistics. O(faces + pixels), TBB; the same bits for any number of
+  /// threads.
   void classify(const ClassifyView& view, ViewVisibility& result);
-  /// The same, for CoverageCorrection::exact, when shaders have scanned the faces; `scan` is used up. Adds to
-  /// claims_s what deciding takes that they leave open.
+  /// The same, for CoverageCorrection::exact, when shaders have scanned the faces; `scan` is used up. Adds to claims_s
+  /// what deciding takes that they leave open.
   void complete(const ClassifyView& view, FaceScan& scan, ViewVisibility& result);
-  /// The same when shaders have looked at the samples already: the codes are kept but for unsure ones, and
-  /// what they do not hold is added: coverage, and the classes of faces without pixel centre. Not for
-  /// CoverageCorrection::exact.
+  /// The same when shaders have looked at the samples already: the codes are kept but for unsure ones, and what they do
+  /// not hold is added: coverage, and the classes of faces without pixel centre. Not for CoverageCorrection::exact.
   void complete(const ClassifyView& view, std::span<const FaceCode> codes, ViewVisibility& result);
 
  private:
   void find_candidates(const ClassifyView& view);
   void scan_faces(const ClassifyView& view);
-  FaceCode scan_face(const ClassifyView& view, FaceId face, std::vector<Span>& spans,
-                     std::size_t& samples) const;
+  FaceCode scan_face(const ClassifyView& view, FaceId face, std::vector<Span>& spans, std::size_t& samples) const;
 
   VisibilityOptions options_;
   std::vector<std::uint8_t> candidate_faces_;  ///< owns a pixel of the IVM

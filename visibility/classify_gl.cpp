@@ -17,8 +17,7 @@ constexpr std::size_t kMostPerDispatch = std::size_t{1} << 21;
 /// Ranges of buffers begin at multiples of 256 bytes, the most that may be asked for.
 constexpr std::size_t kAlignment = 256;
 constexpr std::size_t kProjectedBytes = 3 * sizeof(double);
-/// Work groups for the faces of many pixels, each of which takes one after the other: enough for every
-/// device.
+/// Work groups for the faces of many pixels, each of which takes one after the other: enough for every device.
 constexpr GLuint kLargeGroups = 1024;
 
 enum TextureUnit : GLuint { kIvm, kMask, kVertices, kCorners, kTiles };
@@ -80,8 +79,8 @@ GpuLimits gpu_limits() {
 std::string GpuClassifier::obstacle(const Mesh& mesh, const GpuLimits& limits) {
   if (mesh.positions.size() * 3 > limits.texels || mesh.faces.size() * 3 > limits.texels)
     return "the mesh exceeds the texture buffers of this device";
-  // Candidates take a bit a face in one piece; everything else is cut into dispatches, the smallest of which
-  // projects an aligned number of vertices.
+  // Candidates take a bit a face in one piece; everything else is cut into dispatches, the smallest of which projects
+  // an aligned number of vertices.
   if (mesh.faces.size() / 8 + 8 > limits.storage_bytes || kAlignment * kProjectedBytes > limits.storage_bytes)
     return "the mesh exceeds the storage buffers of this device";
   return {};
@@ -121,8 +120,7 @@ GpuClassifier::GpuClassifier(const Mesh& mesh, const IvmRenderer& renderer, cons
                                "making the list of large faces");
     make_claims(std::min(limits.first_claims, limits.storage_bytes / sizeof(Claim)));
   } else {
-    candidate_faces_ =
-        make_buffer((faces + 31) / 32 * sizeof(GLuint), nullptr, 0, "making the candidate list");
+    candidate_faces_ = make_buffer((faces + 31) / 32 * sizeof(GLuint), nullptr, 0, "making the candidate list");
   }
 }
 
@@ -148,8 +146,8 @@ void GpuClassifier::upload_mask(const PhotoMask& mask) {
   check_gl("uploading the photo mask");
 }
 
-/// The renderer keeps its last tile alone, so the view's item buffer goes back to the device, in as few tiles
-/// of one size as there can be.
+/// The renderer keeps its last tile alone, so the view's item buffer goes back to the device, in as few tiles of one
+/// size as there can be.
 void GpuClassifier::upload_tiles(const ClassifyView& view) {
   tile_width_ = tile_height_ = 0;
   if (renderer_.tiles(view.camera) == 1) return;
@@ -170,16 +168,14 @@ void GpuClassifier::upload_tiles(const ClassifyView& view) {
   for (int tile = 0; tile < across * down; ++tile) {
     const int x0 = tile % across * tile_width_, y0 = tile / across * tile_height_;
     glTextureSubImage3D(tiles_texture_.name(), 0, 0, 0, tile, std::min(tile_width_, width - x0),
-                        std::min(tile_height_, height - y0), 1, GL_RED_INTEGER, GL_UNSIGNED_INT,
-                        view.row(y0) + x0);
+                        std::min(tile_height_, height - y0), 1, GL_RED_INTEGER, GL_UNSIGNED_INT, view.row(y0) + x0);
   }
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   check_gl("uploading the tiles of the IVM");
 }
 
 void GpuClassifier::set_image(const GlProgram& program, const ClassifyView& view) const {
-  glProgramUniform2i(program.name(), uniform_location(program, "size"), view.camera.width,
-                     view.camera.height);
+  glProgramUniform2i(program.name(), uniform_location(program, "size"), view.camera.width, view.camera.height);
   glProgramUniform2i(program.name(), uniform_location(program, "tile_size"), tile_width_, tile_height_);
   set_int(program, "photo_stride", view.mask.whole() ? 0 : static_cast<int>(2 * view.mask.stride()));
   if (program.name() == candidates_program_.name()) return;
@@ -200,8 +196,7 @@ void GpuClassifier::project(const Pose& pose, const Camera& camera) {
   glBindTextureUnit(kVertices, positions_texture_.name());
   for (std::size_t first = 0; first < mesh_.positions.size(); first += vertices_per_dispatch_) {
     const std::size_t count = std::min(vertices_per_dispatch_, mesh_.positions.size() - first);
-    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, projected_.name(),
-                      static_cast<GLintptr>(first * kProjectedBytes),
+    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, projected_.name(), static_cast<GLintptr>(first * kProjectedBytes),
                       static_cast<GLsizeiptr>(count * kProjectedBytes));
     set_uint(project_program_, "first_vertex", first);
     set_uint(project_program_, "vertex_count", count);
@@ -315,8 +310,8 @@ void GpuClassifier::scan_faces(const ClassifyView& view) {
     bind_codes(first, count);
     if (first > 0) {
       glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-      glClearNamedBufferSubData(counts_.name(), GL_R32UI, offsetof(Counts, large_faces), sizeof(GLuint),
-                                GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+      glClearNamedBufferSubData(counts_.name(), GL_R32UI, offsetof(Counts, large_faces), sizeof(GLuint), GL_RED_INTEGER,
+                                GL_UNSIGNED_INT, nullptr);
     }
     dispatch_faces(scan_program_, first, count);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
@@ -329,8 +324,7 @@ void GpuClassifier::scan_faces(const ClassifyView& view) {
   glFinish();
 }
 
-bool GpuClassifier::scan(const ClassifyView& view, const Pose& pose, FaceScan& scan,
-                         VisibilityStatistics& statistics) {
+bool GpuClassifier::scan(const ClassifyView& view, const Pose& pose, FaceScan& scan, VisibilityStatistics& statistics) {
   scan.start(mesh_.faces.size());
   if (faces_per_dispatch_ == 0) return true;
   if (!view.projected.moderate) return false;
@@ -339,8 +333,8 @@ bool GpuClassifier::scan(const ClassifyView& view, const Pose& pose, FaceScan& s
   scan_faces(view);
   Counts counts = read_counts();
   if (counts.claims > claim_capacity_) {
-    // The same scan makes the same number of claims: with room for all of them it loses none. Some more is
-    // kept for the views to come.
+    // The same scan makes the same number of claims: with room for all of them it loses none. Some more is kept for the
+    // views to come.
     const std::size_t most = limits_.storage_bytes / sizeof(Claim);
     if (counts.claims <= most) {
       make_claims(std::min<std::size_t>(counts.claims + counts.claims / 4, most));

@@ -1,14 +1,13 @@
 // Visibility classification in compute shaders: the twin of the CPU classifier, with the same bits.
 //
-// For CoverageCorrection::off and ::paper shaders classify. For ::exact they scan (shaders/scan.comp): they
-// find the samples of every face, tell where all of them are stored as its own, and list the samples whose
-// stored owner is not certainly the nearer one; CpuClassifier::complete() goes on from there.
+// For CoverageCorrection::off and ::paper shaders classify. For ::exact they scan (shaders/scan.comp): they find the
+// samples of every face, tell where all of them are stored as its own, and list the samples whose stored owner is not
+// certainly the nearer one; CpuClassifier::complete() goes on from there.
 //
-// What a view moves on the device, F faces, V vertices, P pixels: 48 V bytes to project, 12 F for corners,
-// some 72 F for vertices (mostly from caches: neighbours share them), 4 P of item buffer and P / 8 of mask
-// where there is one. To the host come F bytes of codes, 24 of counts and 8 a claim, in three reads after one
-// wait. For 611 000 faces and 12 megapixels that is 0.11 GB on the device and 1 MB to the host, beside the 48
-// MB of the item buffer itself.
+// What a view moves on the device, F faces, V vertices, P pixels: 48 V bytes to project, 12 F for corners, some 72 F
+// for vertices (mostly from caches: neighbours share them), 4 P of item buffer and P / 8 of mask where there is one. To
+// the host come F bytes of codes, 24 of counts and 8 a claim, in three reads after one wait. For 611 000 faces and 12
+// megapixels that is 0.11 GB on the device and 1 MB to the host, beside the 48 MB of the item buffer itself.
 #pragma once
 
 #include <string>
@@ -42,18 +41,18 @@ class GpuClassifier {
   /// Empty when the mesh can be classified within the limits; else the reason why not.
   static std::string obstacle(const Mesh& mesh, const GpuLimits& limits);
 
-  // Both look at the IVM that the renderer drew last where that is one tile, else at the view's. They add the
-  // seconds of uploading, of the shaders and of reading back to the statistics.
+  // Both look at the IVM that the renderer drew last where that is one tile, else at the view's. They add the seconds
+  // of uploading, of the shaders and of reading back to the statistics.
 
-  /// For CoverageCorrection::off and ::paper. `codes`: per face. Adds processed faces, samples and corrected
-  /// samples to the statistics. These agree with the CPU's on fully visible faces alone: of the others a
-  /// shader looks at samples until one sees the face and one does not, the ends of all rows first; the CPU
-  /// stops at the first that does not, and leaves its pass for the coverage out.
+  /// For CoverageCorrection::off and ::paper. `codes`: per face. Adds processed faces, samples and corrected samples to
+  /// the statistics. These agree with the CPU's on fully visible faces alone: of the others a shader looks at samples
+  /// until one sees the face and one does not, the ends of all rows first; the CPU stops at the first that does not,
+  /// and leaves its pass for the coverage out.
   void classify(const ClassifyView& view, const Pose& pose, std::vector<FaceCode>& codes,
                 VisibilityStatistics& statistics);
 
-  /// For CoverageCorrection::exact. False when there is no answer for this view: its depths leave the range
-  /// that error bounds hold for, or its claims exceed a storage buffer.
+  /// For CoverageCorrection::exact. False when there is no answer for this view: its depths leave the range that error
+  /// bounds hold for, or its claims exceed a storage buffer.
   bool scan(const ClassifyView& view, const Pose& pose, FaceScan& scan, VisibilityStatistics& statistics);
 
  private:

@@ -39,9 +39,9 @@ DepthMapping depth_mapping(Projection projection, double near, const MeshBox& bo
   if (projection == Projection::apc) return {projection, {0, near}};
   const Range depths = depths_of(box, pose);
   if (!(depths.high > 0)) return {projection, {2, -2}};  // nothing is ahead: planes at 1 and 2
-  // Clip coordinates are floats: z and w are off by 2^-24 of themselves, so a vertex that lies in the near
-  // plane stays in front of it when the plane moves by 2^-20 of its distance. At the far plane z - w shrinks
-  // by the ratio of the planes, and the margin grows by it.
+  // Clip coordinates are floats: z and w are off by 2^-24 of themselves, so a vertex that lies in the near plane stays
+  // in front of it when the plane moves by 2^-20 of its distance. At the far plane z - w shrinks by the ratio of the
+  // planes, and the margin grows by it.
   constexpr double kMargin = 0x1p-20, kNearest = 0x1p-14;
   const double n = std::max(depths.low, depths.high * kNearest) * (1 - kMargin);
   const double f = depths.high * (1 + kMargin * depths.high / n);

@@ -103,12 +103,10 @@ EGLContext create_context(EGLDisplay display) {
     all.push_back(EGL_NONE);
     return eglCreateContext(display, config, EGL_NO_CONTEXT, all.data());
   };
-  // After a reset of the device buffers hold anything; only a context that is lost by it says so
-  // (check_gl()).
+  // After a reset of the device buffers hold anything; only a context that is lost by it says so (check_gl()).
   EGLContext context = made_with({EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET});
   if (context == EGL_NO_CONTEXT) context = made_with({});  // EGL 1.4, or a driver that cannot tell
-  if (context == EGL_NO_CONTEXT)
-    throw egl_failure("eglCreateContext", "the driver makes no OpenGL 4.5 core context");
+  if (context == EGL_NO_CONTEXT) throw egl_failure("eglCreateContext", "the driver makes no OpenGL 4.5 core context");
   return context;
 }
 
@@ -163,8 +161,7 @@ EglContext::EglContext(const EglPlatform& platform) : display_(std::make_unique<
 
 EglContext::~EglContext() {
   const EGLDisplay display = display_->handle;
-  if (eglGetCurrentContext() == context_)
-    eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  if (eglGetCurrentContext() == context_) eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   eglDestroyContext(display, context_);
 }
 
@@ -180,8 +177,8 @@ namespace {
 std::vector<EglPlatform> egl_platforms() {
   std::vector<EglPlatform> platforms;
   const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-  const bool enumerates = has_extension(extensions, "EGL_EXT_device_enumeration") ||
-                          has_extension(extensions, "EGL_EXT_device_base");
+  const bool enumerates =
+      has_extension(extensions, "EGL_EXT_device_enumeration") || has_extension(extensions, "EGL_EXT_device_base");
   const auto query_devices = egl_function<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
   if (enumerates && has_extension(extensions, "EGL_EXT_platform_device") && query_devices != nullptr) {
     EGLint count = 0;
@@ -222,10 +219,10 @@ std::vector<EglCandidate> egl_candidates(std::vector<std::string>* failures) {
     try {
       const EglContext context(platform);
       // The surfaceless platform reaches a device that the enumeration may have listed already.
-      const bool listed = platform.device == nullptr &&
-                          std::any_of(found.begin(), found.end(), [&](const EglCandidate& other) {
-                            return other.info.renderer == context.info().renderer;
-                          });
+      const bool listed =
+          platform.device == nullptr && std::any_of(found.begin(), found.end(), [&](const EglCandidate& other) {
+            return other.info.renderer == context.info().renderer;
+          });
       if (!listed) found.push_back({platform, context.info()});
     } catch (const GpuError& error) {
       if (failures != nullptr) failures->emplace_back(error.what());

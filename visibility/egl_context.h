@@ -40,8 +40,8 @@ struct EglCandidate {
   DeviceInfo info;
 };
 
-/// What list_devices() lists, with the platform of each. `failures`, when given, gets a sentence for each
-/// platform on which no context could be made.
+/// What list_devices() lists, with the platform of each. `failures`, when given, gets a sentence for each platform on
+/// which no context could be made.
 std::vector<EglCandidate> egl_candidates(std::vector<std::string>* failures = nullptr);
 
 }  // namespace gpvc

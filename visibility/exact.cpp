@@ -10,7 +10,6 @@ namespace gpvc {
 namespace {
 
 // --- expansions
-// -------------------------------------------------------------------------------------------------
 // A number as a sum of doubles that do not overlap, in order of growing size, without zeros.
 
 struct TwoTerms {
@@ -129,11 +128,10 @@ int compare_by_expansions(const FacePoint& f, const FacePoint& g) {
 }
 
 // --- ties on a lattice
-// ------------------------------------------------------------------------------------------
 // Where corners keep to fractions of a pixel, most edges run through centres, and every value is a double.
 
-/// a x b as it is, or nothing where doubles may not hold both parts: a rest is a multiple of 2^-105 of the
-/// product, so anything from 2^-969 to 2^1023 would do.
+/// a x b as it is, or nothing where doubles may not hold both parts: a rest is a multiple of 2^-105 of the product, so
+/// anything from 2^-969 to 2^1023 would do.
 std::optional<TwoTerms> held_product(double a, double b) {
   const TwoTerms terms = two_product(a, b);
   if (a == 0 || b == 0) return TwoTerms{0, 0};
@@ -141,8 +139,8 @@ std::optional<TwoTerms> held_product(double a, double b) {
   return terms;
 }
 
-/// The sign of a x b - c x d, where it can be had. Rounding is monotone: products whose larger terms differ
-/// differ in the same order, and others as their rests do.
+/// The sign of a x b - c x d, where it can be had. Rounding is monotone: products whose larger terms differ differ in
+/// the same order, and others as their rests do.
 std::optional<int> sign_of_difference(double a, double b, double c, double d) {
   const auto p = held_product(a, b), q = held_product(c, d);
   if (!p || !q) return std::nullopt;
@@ -194,7 +192,6 @@ std::optional<bool> covers_on_lattice(const FacePoint& point) {
 }
 
 // --- filters
-// ----------------------------------------------------------------------------------------------------
 
 template <class Real>
 constexpr Real kRoundoff = std::numeric_limits<Real>::epsilon() / 2;
@@ -210,13 +207,12 @@ Real largest(const std::array<Real, 3>& v) {
   return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
 }
 
-/// A is rounded by at most da = r (|px z| + |A|), B likewise by db; the products of e carry 2 (a db + b da),
-/// their own rounding 4 r a b. The factors below are twice that, for the terms of second order.
+/// A is rounded by at most da = r (|px z| + |A|), B likewise by db; the products of e carry 2 (a db + b da), their own
+/// rounding 4 r a b. The factors below are twice that, for the terms of second order.
 template <class Real>
-Real edge_error(const RasterFace& face, Real px, Real py, const std::array<Real, 3>& a,
-                const std::array<Real, 3>& b) {
-  const Real z = static_cast<Real>(
-      std::max({std::abs(face.vertex[0].z), std::abs(face.vertex[1].z), std::abs(face.vertex[2].z)}));
+Real edge_error(const RasterFace& face, Real px, Real py, const std::array<Real, 3>& a, const std::array<Real, 3>& b) {
+  const Real z =
+      static_cast<Real>(std::max({std::abs(face.vertex[0].z), std::abs(face.vertex[1].z), std::abs(face.vertex[2].z)}));
   const Real am = largest(a), bm = largest(b);
   const Real da = kRoundoff<Real> * (std::abs(px) * z + am), db = kRoundoff<Real> * (std::abs(py) * z + bm);
   return 4 * (am * db + bm * da) + 8 * kRoundoff<Real> * am * bm;
@@ -251,9 +247,9 @@ struct Depth {
   Real value, error;
 };
 
-/// z0 + n / s, with n = dz1 e1 + dz2 e2 and s = e0 + e1 + e2, for non-negative e. With E the error of an e,
-/// dz the larger |dz|, and s at least twice its own error 3 E + 3 r s: n / s is no larger than dz and off by
-/// at most dz (10 E / s + 14 r); the sum rounds once more.
+/// z0 + n / s, with n = dz1 e1 + dz2 e2 and s = e0 + e1 + e2, for non-negative e. With E the error of an e, dz the
+/// larger |dz|, and s at least twice its own error 3 E + 3 r s: n / s is no larger than dz and off by at most dz (10 E
+/// / s + 14 r); the sum rounds once more.
 template <class Real>
 Depth<Real> depth(const RasterFace& face, const std::array<Real, 3>& e, Real edge_error) {
   const auto& v = face.vertex;
@@ -262,8 +258,7 @@ Depth<Real> depth(const RasterFace& face, const std::array<Real, 3>& e, Real edg
   const Real dz = std::max(std::abs(dz1), std::abs(dz2));
   if (!(s > 8 * edge_error)) return {z0, std::numeric_limits<Real>::infinity()};
   const Real value = z0 + (dz1 * e[1] + dz2 * e[2]) / s;
-  return {value,
-          dz * (12 * edge_error / s + 16 * kRoundoff<Real>)+2 * kRoundoff<Real> * (std::abs(value) + dz)};
+  return {value, dz * (12 * edge_error / s + 16 * kRoundoff<Real>)+2 * kRoundoff<Real> * (std::abs(value) + dz)};
 }
 
 template <class Real>
@@ -274,9 +269,7 @@ int compare(const Depth<Real>& f, const Depth<Real>& g) {
   return 0;
 }
 
-bool same_vertex(const ProjectedVertex& a, const ProjectedVertex& b) {
-  return a.u == b.u && a.v == b.v && a.z == b.z;
-}
+bool same_vertex(const ProjectedVertex& a, const ProjectedVertex& b) { return a.u == b.u && a.v == b.v && a.z == b.z; }
 
 bool same_triangle(const RasterFace& f, const RasterFace& g) {
   return std::all_of(f.vertex.begin(), f.vertex.end(), [&](const ProjectedVertex& p) {
@@ -287,8 +280,7 @@ bool same_triangle(const RasterFace& f, const RasterFace& g) {
 bool same_depth_everywhere(const RasterFace& f, const RasterFace& g) {
   const double z = f.vertex[0].z;
   const auto flat = [z](const ProjectedVertex& p) { return p.z == z; };
-  return (std::all_of(f.vertex.begin(), f.vertex.end(), flat) &&
-          std::all_of(g.vertex.begin(), g.vertex.end(), flat)) ||
+  return (std::all_of(f.vertex.begin(), f.vertex.end(), flat) && std::all_of(g.vertex.begin(), g.vertex.end(), flat)) ||
          same_triangle(f, g);
 }
 

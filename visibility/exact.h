@@ -1,6 +1,6 @@
-// Predicates on edge values and depths whose answers are those of real arithmetic on the projected vertices:
-// a floating-point filter first, then what doubles hold without rounding, long double, and expansions
-// (Shewchuk 1997) when none of these can tell.
+// Predicates on edge values and depths whose answers are those of real arithmetic on the projected vertices: a
+// floating-point filter first, then what doubles hold without rounding, long double, and expansions (Shewchuk 1997)
+// when none of these can tell.
 #pragma once
 
 #include "visibility/raster.h"
@@ -23,8 +23,7 @@ bool covers_exactly(const FacePoint& point);
 /// The same of one edge, the one opposite vertex k.
 bool inside_edge_exactly(const FacePoint& point, std::size_t k);
 
-/// Order of the depths of two faces that both cover the same position: negative when f is nearer, 0 on an
-/// exact tie.
+/// Order of the depths of two faces that both cover the same position: negative when f is nearer, 0 on an exact tie.
 int compare_depth_exactly(const FacePoint& f, const FacePoint& g);
 
 }  // namespace gpvc

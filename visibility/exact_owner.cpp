@@ -10,8 +10,7 @@ void OwnerContest::start() {
   for (Owner& owner : owners_) owner.face = kNoFace;
 }
 
-OwnerContest::Owner& OwnerContest::owner_of(const ClassifyView& view, const QuickLimits& limits,
-                                            FaceId stored) {
+OwnerContest::Owner& OwnerContest::owner_of(const ClassifyView& view, const QuickLimits& limits, FaceId stored) {
   Owner& owner = owners_[index(stored) % owners_.size()];
   if (owner.face == stored) return owner;
   owner.face = stored;
@@ -21,8 +20,8 @@ OwnerContest::Owner& OwnerContest::owner_of(const ClassifyView& view, const Quic
   return owner;
 }
 
-bool OwnerContest::keeps(const ClassifyView& view, const QuickLimits& limits, Contender& contender,
-                         FaceId stored, const Span& run) {
+bool OwnerContest::keeps(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored,
+                         const Span& run) {
   Owner& owner = owner_of(view, limits, stored);
   const double first = run.x0 + 0.5, last = run.x1 - 0.5, y = run.y + 0.5;
   if (!owner.quick.contains(first, y) || (last > first && !owner.quick.contains(last, y))) return false;
@@ -34,8 +33,8 @@ bool OwnerContest::keeps(const ClassifyView& view, const QuickLimits& limits, Co
   return owner.depth.before(other, first, y) && owner.depth.before(other, last, y);
 }
 
-bool OwnerContest::wins(const ClassifyView& view, const QuickLimits& limits, Contender& contender,
-                        FaceId stored, std::int32_t x, std::int32_t y) {
+bool OwnerContest::wins(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored,
+                        std::int32_t x, std::int32_t y) {
   if (stored == kNoFace) return true;
   Owner& owner = owner_of(view, limits, stored);
   const double px = x + 0.5, py = y + 0.5;
@@ -81,8 +80,7 @@ void OwnerOverlay::resolve(const ClassifyView& view, std::vector<Claim>& claims)
 bool OwnerOverlay::touches(std::size_t first, std::size_t end) const {
   if (first >= end) return false;
   const std::size_t first_word = first / 64, last_word = (end - 1) / 64;
-  const std::uint64_t from = ~std::uint64_t{0} << (first % 64),
-                      to = ~std::uint64_t{0} >> (63 - (end - 1) % 64);
+  const std::uint64_t from = ~std::uint64_t{0} << (first % 64), to = ~std::uint64_t{0} >> (63 - (end - 1) % 64);
   if (first_word == last_word) return (corrected_[first_word] & from & to) != 0;
   if ((corrected_[first_word] & from) != 0 || (corrected_[last_word] & to) != 0) return true;
   for (std::size_t word = first_word + 1; word < last_word; ++word)

@@ -1,11 +1,11 @@
-// Coverage correction `exact`: the IVM proposes an owner for every pixel, and every face that covers a pixel
-// centre contests it.
+// Coverage correction `exact`: the IVM proposes an owner for every pixel, and every face that covers a pixel centre
+// contests it.
 //
-// A face covering the centre of pixel p claims p when the stored owner does not cover the centre, or lies
-// behind the face there (the higher index on a tie); both decided exactly. If the stored owner is right,
-// nobody claims. If it is wrong, the right one does: it covers the centre, and it lies in front of the stored
-// owner unless that one does not cover the centre at all. So the nearest of the claimants is the owner, and
-// nothing is assumed about the rasterizer: neither its snapping nor its depth buffer needs an error bound.
+// A face covering the centre of pixel p claims p when the stored owner does not cover the centre, or lies behind the
+// face there (the higher index on a tie); both decided exactly. If the stored owner is right, nobody claims. If it is
+// wrong, the right one does: it covers the centre, and it lies in front of the stored owner unless that one does not
+// cover the centre at all. So the nearest of the claimants is the owner, and nothing is assumed about the rasterizer:
+// neither its snapping nor its depth buffer needs an error bound.
 #pragma once
 
 #include <array>
@@ -26,8 +26,7 @@ struct Claim {
 /// A face that contests owners; made ready for the exact predicates when they are first needed.
 class Contender {
  public:
-  Contender(const ClassifyView& view, FaceId face)
-      : view_(view), face_(face), nearest_(view.depths(face).nearest) {}
+  Contender(const ClassifyView& view, FaceId face) : view_(view), face_(face), nearest_(view.depths(face).nearest) {}
   FaceId face() const { return face_; }
   double nearest() const { return nearest_; }
   const QuickDepth& depth(const QuickLimits& limits) {
@@ -55,13 +54,12 @@ class OwnerContest {
  public:
   /// Forgets the view before.
   void start();
-  /// True when the contender, which covers the run, certainly beats its stored owner nowhere in it: both are
-  /// convex and their 1 / z linear, so what is certain of the ends is certain of all between.
-  bool keeps(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored,
-             const Span& run);
+  /// True when the contender, which covers the run, certainly beats its stored owner nowhere in it: both are convex and
+  /// their 1 / z linear, so what is certain of the ends is certain of all between.
+  bool keeps(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored, const Span& run);
   /// Whether the contender, which covers pixel (x, y), beats its stored owner there.
-  bool wins(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored,
-            std::int32_t x, std::int32_t y);
+  bool wins(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored, std::int32_t x,
+            std::int32_t y);
 
  private:
   struct Owner {

@@ -54,8 +54,7 @@ FaceCode ExactScan::Scanner::scan_raster(const ClassifyView& view, FaceId face, 
   const bool front = raster.facing == Facing::front;
   const SpanWalker walker(raster, pixel_bounds(raster, bounds, view.frame()));
   collect_spans(raster, walker, true, spans_);
-  if (spans_.empty())
-    return front && lacks_centre(view.camera, raster) ? FaceCode::no_centre : FaceCode::hidden;
+  if (spans_.empty()) return front && lacks_centre(view.camera, raster) ? FaceCode::no_centre : FaceCode::hidden;
   if (front && all_stored(view.ivm, view.camera.width, spans_, face) && inside_frame(view.camera, raster))
     return full();
   return contest(view, face, front);
@@ -90,9 +89,9 @@ FaceCode ExactScan::Scanner::contest(const ClassifyView& view, FaceId face, bool
         if (!view.mask.contains(x, span.y)) continue;
         ++counts_.contested_samples;
         if (owners_.wins(view, limits_, contender, owner, x, span.y))
-          claims_.push_back({static_cast<std::uint32_t>(static_cast<std::size_t>(span.y) * width +
-                                                        static_cast<std::size_t>(x)),
-                             face});
+          claims_.push_back(
+              {static_cast<std::uint32_t>(static_cast<std::size_t>(span.y) * width + static_cast<std::size_t>(x)),
+               face});
       }
     }
   }
@@ -103,8 +102,7 @@ FaceCode ExactScan::Scanner::contest(const ClassifyView& view, FaceId face, bool
 void ExactScan::Scanner::keep_if_right(const ClassifyView& view, const Claim& claim) {
   const auto width = static_cast<std::uint32_t>(view.camera.width);
   Contender contender(view, claim.face);
-  if (owners_.wins(view, limits_, contender, view.ivm[claim.pixel],
-                   static_cast<std::int32_t>(claim.pixel % width),
+  if (owners_.wins(view, limits_, contender, view.ivm[claim.pixel], static_cast<std::int32_t>(claim.pixel % width),
                    static_cast<std::int32_t>(claim.pixel / width)))
     claims_.push_back(claim);
 }

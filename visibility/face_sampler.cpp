@@ -123,10 +123,10 @@ bool FaceSampler::sees_all_dense() {
                      [&](const Span& span) { return sees_run(span.y, span.x0, span.x1); });
 }
 
-/// VVC and EVC on the ends of the rows and the whole of the first and the last row, then RVC on what lies
-/// between. Deviation from algorithm 2: a region is not cut into three at its barycentre but into blocks of
-/// rows, halved until a row is left, so that every sample is read once and none needs to be marked; the
-/// conditions, and the class, are those of the paper.
+/// VVC and EVC on the ends of the rows and the whole of the first and the last row, then RVC on what lies between.
+/// Deviation from algorithm 2: a region is not cut into three at its barycentre but into blocks of rows, halved until a
+/// row is left, so that every sample is read once and none needs to be marked; the conditions, and the class, are those
+/// of the paper.
 bool FaceSampler::sees_all_hivers() {
   const auto& spans = spans_;
   const Span &top = spans.front(), &bottom = spans.back();
@@ -159,8 +159,7 @@ bool FaceSampler::sees_all_ves(const SpanWalker& walker) {
       continue;
     }
     for (std::int32_t x = span.x0; x < span.x1; ++x)
-      if (crossed_by_edge(raster_, edge_values(raster_, x + 0.5, span.y + 0.5)) &&
-          !sees_run(span.y, x, x + 1))
+      if (crossed_by_edge(raster_, edge_values(raster_, x + 0.5, span.y + 0.5)) && !sees_run(span.y, x, x + 1))
         return false;
   }
   return true;
@@ -190,8 +189,8 @@ FaceClass FaceSampler::cover() {
     in_image += static_cast<std::size_t>(span.x1 - span.x0);
     const FaceId* stored = view_.row(span.y);
     const std::size_t row = pixel_number(0, span.y);
-    const bool as_stored = exact() && !overlay_.touches(row + static_cast<std::size_t>(span.x0),
-                                                        row + static_cast<std::size_t>(span.x1));
+    const bool as_stored =
+        exact() && !overlay_.touches(row + static_cast<std::size_t>(span.x0), row + static_cast<std::size_t>(span.x1));
     for (std::int32_t x = span.x0; x < span.x1; ++x) {
       if (as_stored ? stored[x] != face_ : !sees(x, span.y)) continue;
       const std::size_t bit =
@@ -216,9 +215,8 @@ std::size_t FaceSampler::samples_around() const {
   const std::int32_t w = view_.camera.width, h = view_.camera.height;
   const SpanWalker walker(raster_, pixel_bounds(raster_, {-w, -h, 2 * w, 2 * h}));
   std::size_t count = 0;
-  walker.walk(
-      [&](std::int32_t x, std::int32_t y) { return covers_plainly(raster_, x, y); },
-      [&](std::int32_t, std::int32_t x0, std::int32_t x1) { count += static_cast<std::size_t>(x1 - x0); });
+  walker.walk([&](std::int32_t x, std::int32_t y) { return covers_plainly(raster_, x, y); },
+              [&](std::int32_t, std::int32_t x0, std::int32_t x1) { count += static_cast<std::size_t>(x1 - x0); });
   return count;
 }
 

@@ -49,18 +49,18 @@ void join(const Blocks& blocks, ViewVisibility& result) {
 /// True when all vertices are in front of the camera and in [0, W] x [0, H].
 bool inside_frame(const Camera& camera, const RasterFace& face);
 
-/// For a front face without sample on the frame: whether it has sub-pixel samples, that is, contains no pixel
-/// centre beyond the frame either and does not certainly lie there.
+/// For a front face without sample on the frame: whether it has sub-pixel samples, that is, contains no pixel centre
+/// beyond the frame either and does not certainly lie there.
 bool lacks_centre(const Camera& camera, const RasterFace& face);
 
-/// The runs of pixels in the frame whose centres the face covers. Exact where `exact`, else by edge values as
-/// the shaders compute them.
+/// The runs of pixels in the frame whose centres the face covers. Exact where `exact`, else by edge values as the
+/// shaders compute them.
 void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact, std::vector<Span>& spans);
 
 class FaceSampler {
  public:
-  /// `overlay`: corrected owners, for CoverageCorrection::exact. Entries and bits of partial faces are
-  /// appended to `coverage`.
+  /// `overlay`: corrected owners, for CoverageCorrection::exact. Entries and bits of partial faces are appended to
+  /// `coverage`.
   FaceSampler(const ClassifyView& view, const VisibilityOptions& options, const OwnerOverlay& overlay,
               CoverageTable& coverage, SampleCounts& counts)
       : view_(view),
@@ -86,8 +86,7 @@ class FaceSampler {
   FaceClass cover();
   std::size_t samples_around() const;
   std::size_t pixel_number(std::int32_t x, std::int32_t y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(view_.camera.width) +
-           static_cast<std::size_t>(x);
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(view_.camera.width) + static_cast<std::size_t>(x);
   }
   bool exact() const { return options_.correction == CoverageCorrection::exact; }
 

@@ -52,8 +52,7 @@ InverseDepth::InverseDepth(const RasterFace& raster, const Span& near) : x0_(nea
   per_y_ = sum_per_y / determinant;
 }
 
-std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView& view,
-                                                              const RasterFace& raster) {
+std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView& view, const RasterFace& raster) {
   const auto& v = raster.vertex;
   std::array<SubpixelSample, kSubpixelSamples> samples;
   for (std::size_t k = 0; k < kSubpixelSamples; ++k) {

@@ -1,5 +1,5 @@
-// What the methods that test samples one by one share: the samples of the front faces of a view, and the
-// coverage of the partial ones.
+// What the methods that test samples one by one share: the samples of the front faces of a view, and the coverage of
+// the partial ones.
 #pragma once
 
 #include <algorithm>
@@ -20,12 +20,11 @@ struct FrontFace {
   bool inside = false;      ///< all vertices in front of the camera and in [0, W] x [0, H]
 };
 
-/// Whether the face faces the camera and has a sample on the frame. Fills `found`, whose memory is used
-/// again.
+/// Whether the face faces the camera and has a sample on the frame. Fills `found`, whose memory is used again.
 bool find_front_face(const ClassifyView& view, FaceId face, FrontFace& found);
 
-/// 1 / z of a face's plane at pixel centres, which is linear over the image: with e the edge values of a
-/// centre, z = (sum of e z) / (sum of e), and the numerator is the same everywhere.
+/// 1 / z of a face's plane at pixel centres, which is linear over the image: with e the edge values of a centre, z =
+/// (sum of e z) / (sum of e), and the numerator is the same everywhere.
 struct InverseDepth {
   InverseDepth(const RasterFace& raster, const Span& near);
   double at(std::int32_t x, std::int32_t y) const { return first_ + per_x_ * (x - x0_) + per_y_ * (y - y0_); }
@@ -40,19 +39,18 @@ struct SubpixelSample {
   double x = 0, y = 0, z = 0;
   bool in_image = false;
 };
-std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView& view,
-                                                              const RasterFace& raster);
+std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView& view, const RasterFace& raster);
 
 /// Faces in blocks of a fixed size, so that what a block yields does not depend on the number of threads.
 struct FaceBlock : BlockYield {
   FrontFace front;  ///< scratch
 
-  /// The class of the front face when `sees(x, y)` says which of its samples see it: hidden when none, full
-  /// when all and the face is inside, else partial, with its coverage.
+  /// The class of the front face when `sees(x, y)` says which of its samples see it: hidden when none, full when all
+  /// and the face is inside, else partial, with its coverage.
   template <class Sees>
   FaceClass cover(const ClassifyView& view, const Sees& sees);
-  /// The same class, found as HIVERS finds it: ends of the rows first, until a sample does not see the face;
-  /// those looked at are counted. What is partial is then covered, sample by sample.
+  /// The same class, found as HIVERS finds it: ends of the rows first, until a sample does not see the face; those
+  /// looked at are counted. What is partial is then covered, sample by sample.
   template <class Sees>
   FaceClass sample(const ClassifyView& view, const Sees& sees);
   /// Likewise without pixel centre, `visible` of the sub-pixel samples seeing it.

@@ -82,8 +82,8 @@ void GlReadBuffer::reserve(std::size_t bytes) {
   *this = {};
   constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
   buffer_ = make_buffer(bytes, nullptr, kAccess | GL_CLIENT_STORAGE_BIT, "making memory to read from");
-  mapped_ = static_cast<const std::byte*>(
-      glMapNamedBufferRange(buffer_.name(), 0, static_cast<GLsizeiptr>(bytes), kAccess));
+  mapped_ =
+      static_cast<const std::byte*>(glMapNamedBufferRange(buffer_.name(), 0, static_cast<GLsizeiptr>(bytes), kAccess));
   check_gl("mapping memory to read from");
   if (mapped_ == nullptr) throw GpuError("the driver maps no buffer of " + std::to_string(bytes) + " bytes");
   bytes_ = bytes;

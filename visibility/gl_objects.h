@@ -62,9 +62,9 @@ GlBuffer make_buffer(std::span<const T> values, GLbitfield flags, std::string_vi
   return make_buffer(values.size_bytes(), values.data(), flags, stage);
 }
 
-/// Memory that the device copies to and the host reads, mapped as long as it lives. On a graphics card that
-/// is the bus's pace, without a driver's detours by memory that may be paged out, and what shaders write to
-/// stays on the card; a software renderer is faster without.
+/// Memory that the device copies to and the host reads, mapped as long as it lives. On a graphics card that is the
+/// bus's pace, without a driver's detours by memory that may be paged out, and what shaders write to stays on the card;
+/// a software renderer is faster without.
 class GlReadBuffer {
  public:
   /// Room for so many bytes; what it held is lost when it grows. Throws GpuError.
@@ -93,8 +93,7 @@ GlFramebuffer make_framebuffer(GLuint colour_texture, GLuint depth_texture, std:
 
 GlVertexArray make_vertex_array();
 
-/// A file of shaders/, embedded in the program: shader_source("ivm.vert"). Throws std::logic_error for an
-/// unknown name.
+/// A file of shaders/, embedded in the program: shader_source("ivm.vert"). Throws std::logic_error for an unknown name.
 std::string_view shader_source(std::string_view file);
 
 struct ShaderStage {
@@ -103,8 +102,8 @@ struct ShaderStage {
   std::vector<std::string_view> files;
 };
 
-/// Compiles and links. `defines` ("NAME VALUE", one a line) follow the version line. Throws GpuError with the
-/// driver's log.
+/// Compiles and links. `defines` ("NAME VALUE", one a line) follow the version line. Throws GpuError with the driver's
+/// log.
 GlProgram make_program(std::span<const ShaderStage> stages, std::string_view defines = {});
 
 /// Location of an active uniform; throws GpuError when there is none.

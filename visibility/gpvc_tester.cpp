@@ -38,8 +38,7 @@ void GpvcTester::choose_classifier(const DeviceInfo& device, const GpuLimits& li
     note_ = "cpu: asked for";
   } else if (options_.classifier == Classifier::automatic && device.software) {
     note_ = "cpu: " + device.renderer + " runs there too, and shaders are slower";
-  } else if (const std::string obstacle = GpuClassifier::obstacle(source_.mesh(), limits);
-             !obstacle.empty()) {
+  } else if (const std::string obstacle = GpuClassifier::obstacle(source_.mesh(), limits); !obstacle.empty()) {
     note_ = "cpu: " + obstacle;
   } else {
     note_ = options_.classifier == Classifier::gpu ? "gpu: asked for" : "gpu: " + device.renderer;

@@ -84,8 +84,8 @@ void CpuIvm::list_faces(const ClassifyView& view, FaceScan& scan) {
 }
 
 /// What is known of the face, when no tile will tell.
-std::uint8_t CpuIvm::list_face(const ClassifyView& view, FaceId face, const FaceBounds& bounds,
-                               TileLists::Part& lists, std::vector<FaceId>& vast) const {
+std::uint8_t CpuIvm::list_face(const ClassifyView& view, FaceId face, const FaceBounds& bounds, TileLists::Part& lists,
+                               std::vector<FaceId>& vast) const {
   const PixelBox box = bounds.bounded ? pixel_centres(bounds, view.frame()) : covered_box(view, face);
   const std::int64_t tiles = grid_.touched(box);
   if (tiles == 0) {

@@ -101,12 +101,9 @@ IvmRenderer::Times IvmRenderer::render(const Camera& camera, const Pose& pose, c
 }
 
 void IvmRenderer::read_tile(const Camera& camera, int x0, int y0, const Output& output) {
-  const PixelBox tile{x0, y0, std::min(x0 + tile_width_, camera.width),
-                      std::min(y0 + tile_height_, camera.height)};
-  if (output.faces != nullptr)
-    read_pixels(GL_RED_INTEGER, GL_UNSIGNED_INT, tile, camera.width, output.faces->data());
-  if (output.depths != nullptr)
-    read_pixels(GL_DEPTH_COMPONENT, GL_FLOAT, tile, camera.width, output.depths->data());
+  const PixelBox tile{x0, y0, std::min(x0 + tile_width_, camera.width), std::min(y0 + tile_height_, camera.height)};
+  if (output.faces != nullptr) read_pixels(GL_RED_INTEGER, GL_UNSIGNED_INT, tile, camera.width, output.faces->data());
+  if (output.depths != nullptr) read_pixels(GL_DEPTH_COMPONENT, GL_FLOAT, tile, camera.width, output.depths->data());
 }
 
 /// Four bytes a pixel into rows of `stride` of them.
@@ -150,8 +147,7 @@ void IvmRenderer::set_view(const Camera& camera, const Pose& pose) {
   glProgramUniform1dv(program_.name(), intrinsics_, 4, intrinsics.data());
   // Window depth times w; twice that less w where clip space is symmetric.
   if (mapping_.projection == Projection::spc) {
-    glProgramUniform2d(program_.name(), clip_from_depth_, 2 * window.at_infinity - 1,
-                       2 * window.per_inverse_z);
+    glProgramUniform2d(program_.name(), clip_from_depth_, 2 * window.at_infinity - 1, 2 * window.per_inverse_z);
   } else {
     glProgramUniform2d(program_.name(), clip_from_depth_, window.at_infinity, window.per_inverse_z);
   }

@@ -14,10 +14,10 @@ struct WindowDepth {
   double at_infinity = 0, per_inverse_z = 0;
 };
 
-/// How a view is drawn in depth. apc (formula 5): reversed, N / z. spc (formulas 1 and 2, figure 6): from 0
-/// at the near plane to 1 at the far one, both fitted to the box around the mesh along the view direction.
-/// With a camera in that box, or beside it, the near plane lies at the far one's distance times 2^-14 and
-/// what is nearer is not drawn: symmetric depth has no resolution to spare there.
+/// How a view is drawn in depth. apc (formula 5): reversed, N / z. spc (formulas 1 and 2, figure 6): from 0 at the near
+/// plane to 1 at the far one, both fitted to the box around the mesh along the view direction. With a camera in that
+/// box, or beside it, the near plane lies at the far one's distance times 2^-14 and what is nearer is not drawn:
+/// symmetric depth has no resolution to spare there.
 struct DepthMapping {
   Projection projection = Projection::apc;
   WindowDepth window;
@@ -37,9 +37,9 @@ class IvmRenderer {
  public:
   struct Options {
     Projection projection = Projection::apc;
-    /// N of formula 5. Depth is N / z in a float, whose relative step is the same at any scale, so N may be
-    /// as small as the exponent range allows: nothing beyond 2^-64 m of the camera plane is clipped away, and
-    /// depths up to 2^62 m stay normal numbers.
+    /// N of formula 5. Depth is N / z in a float, whose relative step is the same at any scale, so N may be as small as
+    /// the exponent range allows: nothing beyond 2^-64 m of the camera plane is clipped away, and depths up to 2^62 m
+    /// stay normal numbers.
     double near = 0x1p-64;
     int largest_tile = 0;       ///< pixels in width and height; 0: what the driver allows
     bool staged_reads = false;  ///< through a GlReadBuffer
@@ -93,8 +93,7 @@ class IvmRenderer {
   GlBuffer positions_, faces_;
   GlVertexArray vertices_;
   GlProgram program_;
-  GLint pose_ = -1, intrinsics_ = -1, tile_origin_ = -1, clip_from_pixel_ = -1, clip_from_depth_ = -1,
-        first_face_ = -1;
+  GLint pose_ = -1, intrinsics_ = -1, tile_origin_ = -1, clip_from_pixel_ = -1, clip_from_depth_ = -1, first_face_ = -1;
   GlTexture colour_, depth_;
   GlFramebuffer target_;
   GlReadBuffer staging_;

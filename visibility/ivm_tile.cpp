@@ -17,9 +17,9 @@ constexpr double kNear = 0x1p-21;
 constexpr float kFar = 0x1p-20F;
 /// How far a plane of 1 / z may be off, relative to D, to be drawn with certainty.
 constexpr double kPlane = 0x1p-25;
-/// What 1 / z may be. With a plane no further off than kPlane a face is wider than 2^-19 of its area, so that
-/// its gradient times a run stays below 2^127; what is lost where that product is denormal, 2^-143, is
-/// nothing beside 2^-24 D.
+/// What 1 / z may be. With a plane no further off than kPlane a face is wider than 2^-19 of its area, so that its
+/// gradient times a run stays below 2^127; what is lost where that product is denormal, 2^-143, is nothing beside 2^-24
+/// D.
 constexpr double kLeast = 0x1p-100, kMost = 0x1p100;
 
 constexpr auto kSide = static_cast<std::size_t>(IvmTile::kSide);
@@ -77,8 +77,8 @@ void IvmTile::draw(const ClassifyView& view, const QuickLimits& limits, const Pi
 void IvmTile::draw_face(const ClassifyView& view, const QuickLimits& limits, std::uint32_t number) {
   const FaceBounds bounds = view.bounds(faces_[number]);
   Entry& entry = entries_[number];
-  entry.shared = !(bounds.bounded && bounds.x0 >= box_.x0 && bounds.y0 >= box_.y0 && bounds.x1 <= box_.x1 &&
-                   bounds.y1 <= box_.y1);
+  entry.shared =
+      !(bounds.bounded && bounds.x0 >= box_.x0 && bounds.y0 >= box_.y0 && bounds.x1 <= box_.x1 && bounds.y1 <= box_.y1);
   if (draw_certain(view, limits, bounds, number)) return;
   entry.marks = kMarkUnsure;
   unsure_.push_back(number);
@@ -97,16 +97,9 @@ bool IvmTile::draw_certain(const ClassifyView& view, const QuickLimits& limits, 
   if (box.empty()) return true;
   const auto [largest, least] = view.inverse_depths(face);
   if (!(least >= kLeast && largest <= kMost && largest <= 2 * least)) return false;
-  Drawing drawing{depths_.data(),
-                  owners_.data(),
-                  lost_.data(),
-                  pixel(box.x0, box.y0),
-                  box,
-                  {},
-                  view.quick_depth(quick, face),
-                  largest,
-                  number,
-                  &close_};
+  Drawing drawing{
+      depths_.data(), owners_.data(), lost_.data(), pixel(box.x0, box.y0), box, {}, view.quick_depth(quick, face),
+      largest,        number,         &close_};
   if (!(drawing.plane.error <= kPlane * largest) || !quick.cross(box, drawing.edges)) return false;
   const bool certain = draw_rows(drawing);
   entry.samples = drawing.samples;
@@ -131,11 +124,11 @@ void IvmTile::settle_close(std::uint32_t number) {
 
 /// Row by row, until one is not certain: false then.
 ///
-/// The value of a run's first pixel and the gradient along it are off by no more than two errors of the plane
-/// together, 2^-24 D: the way to the pixel is rounded twice more than in QuickDepth::at(), which the error
-/// there leaves room for. Turned into floats they are off by 2^-24 D each, their product and their sum by as
-/// much again: the gradient times the run's length is no more than D, and so are all values of a run but for
-/// these errors. That makes 5.01 * 2^-24 D, below 0.63 kNear D. For what is stored, with its D at most 2 s (1
+/// The value of a run's first pixel and the gradient along it are off by no more than two errors of the plane together,
+/// 2^-24 D: the way to the pixel is rounded twice more than in QuickDepth::at(), which the error there leaves room for.
+/// Turned into floats they are off by 2^-24 D each, their product and their sum by as much again: the gradient times
+/// the run's length is no more than D, and so are all values of a run but for these errors. That makes 5.01 * 2^-24 D,
+/// below 0.63 kNear D. For what is stored, with its D at most 2 s (1
 /// + 2^-19), 0.64 kFar s. The third that is left pays for rounding the difference and the sum of both.
 GPVC_WIDE_CLONES bool IvmTile::draw_rows(Drawing& face) {
   const EightInts lanes{0, 1, 2, 3, 4, 5, 6, 7};
@@ -161,8 +154,8 @@ GPVC_WIDE_CLONES bool IvmTile::draw_rows(Drawing& face) {
       if (length <= 0) continue;
       face.samples += static_cast<std::uint32_t>(length);
       const auto value = static_cast<float>(starts[row]);
-      const std::size_t first = face.first + static_cast<std::size_t>(first_row + row) * kSide +
-                                static_cast<std::size_t>(runs.begins[row]);
+      const std::size_t first =
+          face.first + static_cast<std::size_t>(first_row + row) * kSide + static_cast<std::size_t>(runs.begins[row]);
       for (std::int32_t x = 0; x < length; x += static_cast<std::int32_t>(kLanes)) {
         const std::size_t at = first + static_cast<std::size_t>(x);
         const EightFloats values = value + per_x * (lane_numbers + static_cast<float>(x));
@@ -181,8 +174,7 @@ GPVC_WIDE_CLONES bool IvmTile::draw_rows(Drawing& face) {
         std::memcpy(face.owners + at, &new_owners, sizeof(new_owners));
         if (!any(replaces | unclear)) continue;
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
-          if (unclear[lane] != 0)
-            face.close->push_back({static_cast<std::uint32_t>(at + lane), values[lane]});
+          if (unclear[lane] != 0) face.close->push_back({static_cast<std::uint32_t>(at + lane), values[lane]});
           if (replaces[lane] == 0) continue;
           face.lost[owners[lane]] = 1;
           ++face.hidden;
@@ -197,9 +189,9 @@ GPVC_WIDE_CLONES bool IvmTile::draw_rows(Drawing& face) {
   return runs.sure;
 }
 
-/// Contested in full by whoever asked for the tile, so it need only come close to where it is seen: pixels
-/// near its edges are covered as doubles have it. A doubt must cover its pixel in real arithmetic, so none is
-/// noted of another unsure face that is replaced.
+/// Contested in full by whoever asked for the tile, so it need only come close to where it is seen: pixels near its
+/// edges are covered as doubles have it. A doubt must cover its pixel in real arithmetic, so none is noted of another
+/// unsure face that is replaced.
 void IvmTile::draw_unsure(const ClassifyView& view, std::uint32_t number) {
   const RasterFace raster = view.raster(faces_[number]);
   if (raster.facing == Facing::edge_on) return;
@@ -243,8 +235,8 @@ void IvmTile::clear_outside_photo(const ClassifyView& view, std::size_t first_do
   static_assert(kSide % 64 == 0);
   for (std::int32_t y = box_.y0; y < box_.y1; ++y)
     for (std::int32_t from = box_.x0; from < box_.x1; from += 64) {
-      const std::uint64_t word = view.mask.words()[static_cast<std::size_t>(y) * view.mask.stride() +
-                                                   static_cast<std::size_t>(from) / 64];
+      const std::uint64_t word =
+          view.mask.words()[static_cast<std::size_t>(y) * view.mask.stride() + static_cast<std::size_t>(from) / 64];
       if (~word == 0) continue;
       for (std::int32_t x = from; x < std::min(from + 64, box_.x1); ++x) {
         if (view.mask.contains(x, y)) continue;
@@ -257,9 +249,8 @@ void IvmTile::clear_outside_photo(const ClassifyView& view, std::size_t first_do
     return !view.mask.contains(static_cast<int>(claim.pixel % view_width_),
                                static_cast<int>(claim.pixel / view_width_));
   };
-  doubts_.erase(
-      std::remove_if(doubts_.begin() + static_cast<std::ptrdiff_t>(first_doubt), doubts_.end(), outside),
-      doubts_.end());
+  doubts_.erase(std::remove_if(doubts_.begin() + static_cast<std::ptrdiff_t>(first_doubt), doubts_.end(), outside),
+                doubts_.end());
 }
 
 void IvmTile::store(const ClassifyView& view, std::span<FaceId> ivm) {

@@ -1,15 +1,14 @@
 // One tile of the initial visibility map, drawn on the CPU with certainty instead of a depth buffer's step.
 //
-// A face whose runs of pixels are certain (QuickFace) is drawn at 1 / z, in floats. With D its largest 1 / z,
-// and its smallest no less than D / 2, what is drawn is off by less than kNear D (draw_rows() says why); what
-// another face has stored at s by less than kFar s, because that one's D is at most 2 s. Whoever is ahead by
-// more than both together is nearer in real arithmetic, and so is whoever replaces it in turn. Where neither
-// is, the greater value is kept, and the face that loses is noted as a doubt: if it is the right owner, it
-// beats the stored one exactly. So the owner of a pixel is the nearest face, or among the doubts.
+// A face whose runs of pixels are certain (QuickFace) is drawn at 1 / z, in floats. With D its largest 1 / z, and its
+// smallest no less than D / 2, what is drawn is off by less than kNear D (draw_rows() says why); what another face has
+// stored at s by less than kFar s, because that one's D is at most 2 s. Whoever is ahead by more than both together is
+// nearer in real arithmetic, and so is whoever replaces it in turn. Where neither is, the greater value is kept, and
+// the face that loses is noted as a doubt: if it is the right owner, it beats the stored one exactly. So the owner of a
+// pixel is the nearest face, or among the doubts.
 //
-// All other faces (crossing the camera plane, beyond QuickLimits, deeper than that, slivers) are drawn last,
-// by rounded depths, and are left to the caller to contest in full; a certain face that one of them replaces
-// is a doubt, too.
+// All other faces (crossing the camera plane, beyond QuickLimits, deeper than that, slivers) are drawn last, by rounded
+// depths, and are left to the caller to contest in full; a certain face that one of them replaces is a doubt, too.
 #pragma once
 
 #include <cstdint>
@@ -50,12 +49,11 @@ class IvmTile {
 
   /// Forgets the doubts.
   void start_view();
-  /// Draws `faces` and `vast`, different ones, into the pixels of the box, at most kSide a side, of a
-  /// row-major item buffer as wide as the view; kNoFace outside the photo. Adds to what is known of the
-  /// faces, atomically where they reach beyond the box. The same for the same order of faces.
-  void draw(const ClassifyView& view, const QuickLimits& limits, const PixelBox& box,
-            std::span<const FaceId> faces, std::span<const FaceId> vast, std::span<FaceId> ivm,
-            DrawnFaces& drawn);
+  /// Draws `faces` and `vast`, different ones, into the pixels of the box, at most kSide a side, of a row-major item
+  /// buffer as wide as the view; kNoFace outside the photo. Adds to what is known of the faces, atomically where they
+  /// reach beyond the box. The same for the same order of faces.
+  void draw(const ClassifyView& view, const QuickLimits& limits, const PixelBox& box, std::span<const FaceId> faces,
+            std::span<const FaceId> vast, std::span<FaceId> ivm, DrawnFaces& drawn);
 
   /// Of all tiles of the view: faces that may beat the stored owner of a pixel.
   std::span<const Claim> doubts() const { return doubts_; }

@@ -35,8 +35,6 @@ void NoTest::classify(const ClassifyView& view, const View&, ViewVisibility& res
 
 }  // namespace
 
-std::unique_ptr<ViewTester> make_no_test(const VisibilityOptions& options) {
-  return std::make_unique<NoTest>(options);
-}
+std::unique_ptr<ViewTester> make_no_test(const VisibilityOptions& options) { return std::make_unique<NoTest>(options); }
 
 }  // namespace gpvc

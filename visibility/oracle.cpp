@@ -1,9 +1,9 @@
-// The oracle: the definition of visibility.h taken literally. Every face is drawn into squares of the image
-// in doubles whose error is bounded; whatever lies within a tie of an edge or of another depth is decided
-// again without rounding. See oracle_faces.h for the bounds, oracle_exact.h for the arithmetic.
+// The oracle: the definition of visibility.h taken literally. Every face is drawn into squares of the image in doubles
+// whose error is bounded; whatever lies within a tie of an edge or of another depth is decided again without rounding.
+// See oracle_faces.h for the bounds, oracle_exact.h for the arithmetic.
 //
-// A tie has a say when, depending on how it falls, the face's class would be another: all classes that are
-// possible are worked out beside the exact one.
+// A tie has a say when, depending on how it falls, the face's class would be another: all classes that are possible are
+// worked out beside the exact one.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -38,8 +38,7 @@ struct ByTile {
 struct Grid {
   int columns, rows;
   explicit Grid(const Camera& c)
-      : columns((c.width + Tile::kSize - 1) / Tile::kSize),
-        rows((c.height + Tile::kSize - 1) / Tile::kSize) {}
+      : columns((c.width + Tile::kSize - 1) / Tile::kSize), rows((c.height + Tile::kSize - 1) / Tile::kSize) {}
   std::size_t tiles() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
   static int square(float position, int count) {
     return std::clamp(static_cast<int>(std::floor(position / Tile::kSize)), 0, count - 1);
@@ -48,8 +47,7 @@ struct Grid {
   void for_each_touched(const FaceFacts& f, Callback&& callback) const {
     for (int y = square(f.y0, rows); y <= square(f.y1, rows); ++y)
       for (int x = square(f.x0, columns); x <= square(f.x1, columns); ++x)
-        callback(static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
-                 static_cast<std::size_t>(x));
+        callback(static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x));
   }
 };
 
@@ -130,8 +128,7 @@ class Oracle {
   OracleView run() {
     ByTile<std::uint32_t> faces(grid_.tiles(), [&](auto&& add) {
       for (std::uint32_t f = 0; f < tallies_.size(); ++f)
-        if (scene_.facts[f].reaches)
-          grid_.for_each_touched(scene_.facts[f], [&](std::size_t tile) { add(tile, f); });
+        if (scene_.facts[f].reaches) grid_.for_each_touched(scene_.facts[f], [&](std::size_t tile) { add(tile, f); });
     });
     for_each_tile([&](std::size_t tile) { tile_at(tile)->decide_pixels(faces.at(tile), tallies_); });
     tbb::parallel_for(std::size_t{0}, tallies_.size(), [&](std::size_t f) { look_for_centres(f); });
@@ -154,8 +151,8 @@ class Oracle {
     tbb::parallel_for(std::size_t{0}, grid_.tiles(), callback);
   }
 
-  /// Whether the projection contains a pixel centre, in the frame or beyond. The projection of a face that
-  /// crosses the camera plane is unbounded and widens: it always does.
+  /// Whether the projection contains a pixel centre, in the frame or beyond. The projection of a face that crosses the
+  /// camera plane is unbounded and widens: it always does.
   void look_for_centres(std::size_t f) {
     if (!may_face_camera(f)) return;
     const Tally& tally = tallies_[f];
@@ -171,8 +168,7 @@ class Oracle {
       exact_centres_[f] = 1;
     } else if (!near_edges.empty()) {
       const ExactFace exact(scene_.mesh, scene_.view, f);
-      for (const GridPosition& p : near_edges)
-        exact_centres_[f] |= exact.coverage(exact_position(p.x, p.y)).inside;
+      for (const GridPosition& p : near_edges) exact_centres_[f] |= exact.coverage(exact_position(p.x, p.y)).inside;
     }
   }
 
@@ -195,8 +191,7 @@ class Oracle {
              static_cast<std::size_t>(column / Tile::kSize);
       placed.sample.face = f;
       placed.sample.number = number;
-      placed.sample.pixel =
-          static_cast<std::uint16_t>(row % Tile::kSize * Tile::kSize + column % Tile::kSize);
+      placed.sample.pixel = static_cast<std::uint16_t>(row % Tile::kSize * Tile::kSize + column % Tile::kSize);
       return true;
     };
     ByTile<Sample> samples(grid_.tiles(), [&](auto&& add) {

@@ -119,8 +119,7 @@ ExactFace::Coverage ExactFace::coverage(const ExactPoint& point) const {
 ExactDepth ExactFace::depth(const ExactPoint& point) const {
   // The ray t * point meets the plane of the vertices where t = det(0, 1, 2) / sum of det(point, i, j).
   Dyadic sum;
-  for (std::size_t k = 0; k < 3; ++k)
-    sum = sum + determinant(point, vertices_[(k + 1) % 3], vertices_[(k + 2) % 3]);
+  for (std::size_t k = 0; k < 3; ++k) sum = sum + determinant(point, vertices_[(k + 1) % 3], vertices_[(k + 2) % 3]);
   Dyadic volume = determinant(vertices_[0], vertices_[1], vertices_[2]);
   const Dyadic minus(-1.0);
   if (volume.sign() < 0) {

@@ -1,9 +1,8 @@
 // Exact answers for the oracle: where the real numbers that the input's doubles stand for put a sample.
 //
-// A double is m * 2^e. Sums, differences and products of such numbers are such numbers, so with integers of
-// any size nothing is ever rounded: not the camera's rotation, not the projection, not a determinant. It
-// costs some ten microseconds a question, so the oracle asks only where doubles with error bounds cannot
-// tell.
+// A double is m * 2^e. Sums, differences and products of such numbers are such numbers, so with integers of any size
+// nothing is ever rounded: not the camera's rotation, not the projection, not a determinant. It costs some ten
+// microseconds a question, so the oracle asks only where doubles with error bounds cannot tell.
 #pragma once
 
 #include <array>

@@ -34,8 +34,8 @@ Vector turned(const Pose& pose, const Vector& d) {
 Vertex project(const View& view, const WorldPoint& p) {
   const Camera& c = view.camera;
   const Vector d = difference(p, view.pose.centre), q = turned(view.pose, d);
-  // Rotations have entries up to 1: a coordinate of q is off by 6 r of d's sum, the products with focal
-  // length, principal point and a position of the frame carry that and round four times themselves.
+  // Rotations have entries up to 1: a coordinate of q is off by 6 r of d's sum, the products with focal length,
+  // principal point and a position of the frame carry that and round four times themselves.
   const long double steps = 16 * std::numeric_limits<long double>::epsilon();
   const long double scale = std::max(c.fx, c.fy) + std::max(std::abs(c.cx), std::abs(c.cy)) +
                             static_cast<long double>(c.width) + c.height + 1;
@@ -57,8 +57,7 @@ void orient(const Mesh& mesh, const View& view, std::size_t face, FaceFacts& fac
     facts.orientation = volume < 0 ? -1 : 1;
   else
     facts.orientation = static_cast<std::int8_t>(ExactFace(mesh, view, face).orientation());
-  // Sine of an angle between face and ray, or between two edges, that rounded coordinates cannot keep apart
-  // from zero.
+  // Sine of an angle between face and ray, or between two edges, that rounded coordinates cannot keep apart from zero.
   facts.thin = std::abs(volume) <= 1e-12L * size;
 }
 
@@ -72,13 +71,12 @@ bool exactly_inside(const Mesh& mesh, const View& view, std::size_t face) {
   return true;
 }
 
-/// True when the part in front of the camera certainly lies beside the frame: every vertex does, beyond the
-/// same border, in homogeneous terms.
+/// True when the part in front of the camera certainly lies beside the frame: every vertex does, beyond the same
+/// border, in homogeneous terms.
 bool beside_frame(const Camera& c, const Corners& corners) {
   const auto all = [&](auto&& beyond) { return std::all_of(corners.begin(), corners.end(), beyond); };
   const long double w = c.width, h = c.height;
-  return all([](const Vertex& v) { return v.z < -v.error; }) ||
-         all([](const Vertex& v) { return v.x < -v.error; }) ||
+  return all([](const Vertex& v) { return v.z < -v.error; }) || all([](const Vertex& v) { return v.x < -v.error; }) ||
          all([](const Vertex& v) { return v.y < -v.error; }) ||
          all([w](const Vertex& v) { return v.x - w * v.z > v.error; }) ||
          all([h](const Vertex& v) { return v.y - h * v.z > v.error; });
@@ -132,15 +130,12 @@ FaceFacts face_facts(const Mesh& mesh, const View& view, const Corners& corners,
       const long double x = v.x / v.z, y = v.y / v.z, error = v.error / v.z + kTiePx;
       extent.add(x, y);
       const long double room = std::min(std::min(x, y), std::min(c.width - x, c.height - y));
-      facts.inside = std::min(facts.inside, room > error     ? Answer::yes
-                                            : room >= -error ? Answer::maybe
-                                                             : Answer::no);
+      facts.inside = std::min(facts.inside, room > error ? Answer::yes : room >= -error ? Answer::maybe : Answer::no);
     }
   }
   // A position within the frame is kept as float, off by 2^-24 of 2^16 at most.
   constexpr long double kWider = 0.01L;
-  if (extent.x1 < -kWider || extent.y1 < -kWider || extent.x0 > c.width + kWider ||
-      extent.y0 > c.height + kWider)
+  if (extent.x1 < -kWider || extent.y1 < -kWider || extent.x0 > c.width + kWider || extent.y0 > c.height + kWider)
     return facts;
   orient(mesh, view, face, facts);
   if (facts.orientation == 0) return facts;
@@ -159,8 +154,8 @@ FaceFacts face_facts(const Mesh& mesh, const View& view, const Corners& corners,
 }
 
 LocalFace::LocalFace(const Corners& corners, int orientation, double origin_x, double origin_y) {
-  // Vertices as seen from the origin, each divided by a power of two that brings it to size 1: no product
-  // overflows, and no digit is lost to the origin's own coordinates.
+  // Vertices as seen from the origin, each divided by a power of two that brings it to size 1: no product overflows,
+  // and no digit is lost to the origin's own coordinates.
   std::array<double, 3> a{}, b{}, z{}, lost{};
   std::array<int, 3> scale{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -185,10 +180,9 @@ LocalFace::LocalFace(const Corners& corners, int orientation, double origin_x, d
     const double size_x = std::abs(b[i] * z[j]) + std::abs(z[i] * b[j]);
     const double size_y = std::abs(z[i] * a[j]) + std::abs(a[i] * z[j]);
     const double size_c = std::abs(a[i] * b[j]) + std::abs(b[i] * a[j]);
-    // Each product carries two rounded factors and rounds itself, the difference once more, evaluation twice
-    // or thrice: 7 r. What the vertices are off by is multiplied by the other's coordinates, at most 1.
-    edge.error =
-        8 * kRoundoff * (kReach * (size_x + size_y) + size_c) + 2 * (lost[i] + lost[j]) * (2 * kReach + 1);
+    // Each product carries two rounded factors and rounds itself, the difference once more, evaluation twice or thrice:
+    // 7 r. What the vertices are off by is multiplied by the other's coordinates, at most 1.
+    edge.error = 8 * kRoundoff * (kReach * (size_x + size_y) + size_c) + 2 * (lost[i] + lost[j]) * (2 * kReach + 1);
     edge.slope = std::hypot(edge.x, edge.y);
     edge.doubtful = kTiePx * edge.slope + edge.error;
     weight_[k] = std::ldexp(1.0, least - scale[k]);

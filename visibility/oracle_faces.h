@@ -1,7 +1,7 @@
 // Faces as the oracle's doubles see them, each value with a bound of its error.
 //
-// With r the roundoff of a type (2^-53 for double, 2^-64 for long double), a sum or product of n steps is off
-// by at most n r times the sum of the sizes of what went in. Bounds below name n and are rounded up.
+// With r the roundoff of a type (2^-53 for double, 2^-64 for long double), a sum or product of n steps is off by at
+// most n r times the sum of the sizes of what went in. Bounds below name n and are rounded up.
 #pragma once
 
 #include <array>
@@ -18,9 +18,8 @@ inline constexpr double kTiePx = 1e-9, kTieDepth = 1e-12;
 
 enum class Answer : std::uint8_t { no, maybe, yes };
 
-/// (x, y, z) with x = fx X + cx Z, y = fy Y + cy Z for the camera frame's X, Y, Z = z: the pixel position
-/// times depth. Each of x - p z and y - q z, for a position (p, q) within the frame, and z is off by at most
-/// `error`.
+/// (x, y, z) with x = fx X + cx Z, y = fy Y + cy Z for the camera frame's X, Y, Z = z: the pixel position times depth.
+/// Each of x - p z and y - q z, for a position (p, q) within the frame, and z is off by at most `error`.
 struct Vertex {
   long double x = 0, y = 0, z = 0, error = 0;
 };
@@ -90,9 +89,9 @@ class LocalFace {
       sum += share;
       weighed += share * (depth_[k] - depth_[0]);
     }
-    // The shares are off by `lost` together, and the depths differ by `span_`: the mean of the depths is off
-    // by at most 2 span lost / sum while lost is below half of sum, its own rounding by 16 r of the depths.
-    // A value that is negative within its error keeps the shares' sizes below sum + 2 lost: the factor 4.
+    // The shares are off by `lost` together, and the depths differ by `span_`: the mean of the depths is off by at most
+    // 2 span lost / sum while lost is below half of sum, its own rounding by 16 r of the depths. A value that is
+    // negative within its error keeps the shares' sizes below sum + 2 lost: the factor 4.
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
     if (!(sum > 2 * lost)) return {0, std::numeric_limits<double>::infinity()};
     return {depth_[0] + weighed / sum, 4 * span_ * lost / sum + kRounding * largest_};

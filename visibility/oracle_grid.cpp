@@ -1,7 +1,7 @@
-// A triangle that is wider than 1 + 2 / sqrt(3) in every direction of the grid contains a point of it (the
-// flatness theorem in the plane, Hurkens 1990). So it is enough to find the direction it is thinnest in, by
-// Gauss' reduction of a basis under the norm "width of the triangle along an integer vector", and either to
-// be content with the width or to look along the few lines of the grid that cross the triangle that way.
+// A triangle that is wider than 1 + 2 / sqrt(3) in every direction of the grid contains a point of it (the flatness
+// theorem in the plane, Hurkens 1990). So it is enough to find the direction it is thinnest in, by Gauss' reduction of
+// a basis under the norm "width of the triangle along an integer vector", and either to be content with the width or to
+// look along the few lines of the grid that cross the triangle that way.
 #include "visibility/oracle_grid.h"
 
 #include <algorithm>
@@ -63,8 +63,8 @@ Direction less(const Direction& a, const Direction& b, std::int64_t times) {
   return {a.x - times * b.x, a.y - times * b.y};
 }
 
-/// The multiple of `b` that leaves the thinnest `a`; the width is convex in it, with a minimum within
-/// width(a) / width(b) of zero.
+/// The multiple of `b` that leaves the thinnest `a`; the width is convex in it, with a minimum within width(a) /
+/// width(b) of zero.
 std::int64_t best_multiple(const Triangle2& t, const Direction& a, const Direction& b) {
   const auto bound = static_cast<std::int64_t>(std::ceil(2 * width(t, a) / width(t, b))) + 1;
   std::int64_t low = -bound, high = bound;
@@ -117,8 +117,8 @@ Answer contains_a_centre(const Corners& corners, std::vector<GridPosition>& near
     t.corner[k] = {corners[k].x / corners[k].z - 0.5L, corners[k].y / corners[k].z - 0.5L};
     largest = std::max({largest, std::abs(t.corner[k].x), std::abs(t.corner[k].y)});
   }
-  // Widths are products of a corner and a direction of about its size: beyond 2^24 px these leave less than
-  // kTiePx of a long double.
+  // Widths are products of a corner and a direction of about its size: beyond 2^24 px these leave less than kTiePx of a
+  // long double.
   if (!(largest < 0x1p24L)) return Answer::maybe;
   const auto [across, other] = reduced_basis(t);
   // 1 + 2 / sqrt(3) is 2.155; the rest leaves room for kTiePx at the edges.
@@ -137,8 +137,7 @@ Answer contains_a_centre(const Corners& corners, std::vector<GridPosition>& near
           (n * static_cast<Real>(across.x) - m * static_cast<Real>(other.x)) * static_cast<Real>(determinant);
       const Real margin = t.margin(x, y);
       if (margin > kTiePx) return Answer::yes;
-      if (margin >= -kTiePx)
-        near_edges.push_back({static_cast<double>(x + 0.5L), static_cast<double>(y + 0.5L)});
+      if (margin >= -kTiePx) near_edges.push_back({static_cast<double>(x + 0.5L), static_cast<double>(y + 0.5L)});
     }
   }
   return near_edges.empty() ? Answer::no : Answer::maybe;

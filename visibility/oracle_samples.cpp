@@ -42,8 +42,7 @@ Tile::PlacedSample Tile::place(const Sample& sample) const {
 
 void Tile::decide_samples(std::span<const std::uint32_t> faces, std::span<Sample> samples) {
   std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
-    return a.pixel != b.pixel ? a.pixel < b.pixel
-                              : (a.face != b.face ? a.face < b.face : a.number < b.number);
+    return a.pixel != b.pixel ? a.pixel < b.pixel : (a.face != b.face ? a.face < b.face : a.number < b.number);
   });
   placed_.clear();
   first_sample_.fill(0);
@@ -71,8 +70,7 @@ void Tile::hide_samples(std::uint32_t face, std::span<Sample> samples) {
   }
 }
 
-void Tile::hide_sample(std::uint32_t face, const LocalFace& shape, Sample& sample,
-                       const PlacedSample& placed) {
+void Tile::hide_sample(std::uint32_t face, const LocalFace& shape, Sample& sample, const PlacedSample& placed) {
   LocalFace::Values values;
   const Answer covered = shape.covers(placed.dx, placed.dy, placed.position_error, values);
   if (covered == Answer::no) return;

@@ -12,12 +12,10 @@ void add(std::uint32_t& sum, std::uint32_t more) {
   if (more != 0) std::atomic_ref(sum).fetch_add(more, std::memory_order_relaxed);
 }
 
-void mark(std::uint32_t& bits, std::uint32_t more) {
-  std::atomic_ref(bits).fetch_or(more, std::memory_order_relaxed);
-}
+void mark(std::uint32_t& bits, std::uint32_t more) { std::atomic_ref(bits).fetch_or(more, std::memory_order_relaxed); }
 
-/// Two depths closer than this may be a tie, or rounded across each other. The fourth digit covers that the
-/// bound is taken of a rounded depth.
+/// Two depths closer than this may be a tie, or rounded across each other. The fourth digit covers that the bound is
+/// taken of a rounded depth.
 double doubtful_gap(const LocalFace::Depth& a, const LocalFace::Depth& b) {
   return a.error + b.error + 1.0001 * kTieDepth * std::abs(a.value);
 }
@@ -35,19 +33,13 @@ Tile::Tile(const OracleScene& scene, int column, int row)
 
 Tile::Box Tile::box_of(std::uint32_t face) const {
   const FaceFacts& facts = scene_.facts[face];
-  const auto low = [](float bound, int first) {
-    return std::max(first, static_cast<int>(std::floor(bound)));
-  };
-  const auto high = [](float bound, int end) {
-    return std::min(end, static_cast<int>(std::floor(bound)) + 1);
-  };
-  return {low(facts.x0, x0_), low(facts.y0, y0_), high(facts.x1, x0_ + width_),
-          high(facts.y1, y0_ + height_)};
+  const auto low = [](float bound, int first) { return std::max(first, static_cast<int>(std::floor(bound))); };
+  const auto high = [](float bound, int end) { return std::min(end, static_cast<int>(std::floor(bound)) + 1); };
+  return {low(facts.x0, x0_), low(facts.y0, y0_), high(facts.x1, x0_ + width_), high(facts.y1, y0_ + height_)};
 }
 
 LocalFace Tile::local(std::uint32_t face) const {
-  return {corners_of(scene_.mesh, scene_.vertices, face), scene_.facts[face].orientation, origin_x_,
-          origin_y_};
+  return {corners_of(scene_.mesh, scene_.vertices, face), scene_.facts[face].orientation, origin_x_, origin_y_};
 }
 
 const ExactFace& Tile::exact(std::uint32_t face) {
@@ -57,8 +49,7 @@ const ExactFace& Tile::exact(std::uint32_t face) {
 }
 
 ExactPoint Tile::centre(std::uint32_t pixel) const {
-  return exact_position(x0_ + static_cast<int>(pixel % kSize) + 0.5,
-                        y0_ + static_cast<int>(pixel / kSize) + 0.5);
+  return exact_position(x0_ + static_cast<int>(pixel % kSize) + 0.5, y0_ + static_cast<int>(pixel / kSize) + 0.5);
 }
 
 bool Tile::same_triangle(std::uint32_t f, std::uint32_t g) const {
@@ -102,8 +93,8 @@ void Tile::draw(std::uint32_t face, std::span<Tally> tallies) {
   add(tallies[face].members, members);
 }
 
-/// A face that is certainly behind the nearest so far stays behind: whoever replaces that one is nearer, or
-/// claims the pixel together with it.
+/// A face that is certainly behind the nearest so far stays behind: whoever replaces that one is nearer, or claims the
+/// pixel together with it.
 void Tile::meet(std::uint32_t face, std::size_t pixel, const LocalFace::Depth& depth) {
   Nearest& nearest = nearest_[pixel];
   if (nearest.face != kNobody) {
@@ -121,9 +112,8 @@ void Tile::meet(std::uint32_t face, std::size_t pixel, const LocalFace::Depth& d
 }
 
 void Tile::settle_claims(std::span<Tally> tallies) {
-  std::sort(claims_.begin(), claims_.end(), [](const Claim& a, const Claim& b) {
-    return a.pixel != b.pixel ? a.pixel < b.pixel : a.face < b.face;
-  });
+  std::sort(claims_.begin(), claims_.end(),
+            [](const Claim& a, const Claim& b) { return a.pixel != b.pixel ? a.pixel < b.pixel : a.face < b.face; });
   const auto same = [](const Claim& a, const Claim& b) { return a.pixel == b.pixel && a.face == b.face; };
   claims_.erase(std::unique(claims_.begin(), claims_.end(), same), claims_.end());
   for (std::size_t first = 0; first < claims_.size();) {
@@ -165,8 +155,8 @@ std::vector<Tile::Contender> Tile::contenders(std::span<const Claim> claims, std
       contender.certain = coverage.margin_px > kTiePx;
       if (contender.certain) add(tally.members, 1);
     }
-    const bool behind = outside_[pixel] || (std::isfinite(wall.value) &&
-                                            claim.depth.value > wall.value + doubtful_gap(wall, claim.depth));
+    const bool behind = outside_[pixel] ||
+                        (std::isfinite(wall.value) && claim.depth.value > wall.value + doubtful_gap(wall, claim.depth));
     if (!behind)
       contest.push_back(contender);
     else if (!contender.certain)
@@ -205,9 +195,7 @@ void Tile::settle_contest(std::uint32_t pixel, std::vector<Contender>& contest, 
   for (const Contender& c : contest) {
     Tally& tally = tallies[c.face];
     const bool may_see = c.depth.ahead && (wall == nullptr || ties(c, *wall));
-    const auto rival = [&](const Contender& other) {
-      return &other != &c && other.depth.ahead && ties(other, c);
-    };
+    const auto rival = [&](const Contender& other) { return &other != &c && other.depth.ahead && ties(other, c); };
     const bool may_miss = !c.depth.ahead || std::any_of(contest.begin(), contest.end(), rival);
     if (c.certain) {
       if (!may_see) continue;

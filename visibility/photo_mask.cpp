@@ -76,8 +76,8 @@ void PhotoMask::fill_block(int x0, int y0, int x1, int y1) {
   const auto set_row = [&](int y, std::uint64_t bits) {
     words_[static_cast<std::size_t>(y) * stride_ + static_cast<std::size_t>(x0) / 64] = bits;
   };
-  // When the middle of the block lies further inside the photo than the distortion can stretch half a
-  // diagonal, all of it is inside, unless the model folds back within the block.
+  // When the middle of the block lies further inside the photo than the distortion can stretch half a diagonal, all of
+  // it is inside, unless the model folds back within the block.
   const PixelPoint middle{0.5 * (x0 + x1), 0.5 * (y0 + y1)};
   const double reach = 0.5 * std::hypot(x1 - x0, y1 - y0);
   const double nx = (std::abs(middle.x - camera_.cx) + reach) / camera_.fx;

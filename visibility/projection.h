@@ -1,9 +1,9 @@
 // World to homogeneous pixel coordinates, in double; the CPU twin of project() in shaders/raster.glsl.
 //
-// A vertex is kept as (u, v, z) with pixel = (u / z, v / z): nothing is divided, so vertices behind the
-// camera are as good as any, and every value is made by +, - and x alone, which GLSL repeats bit for bit.
-// These triples are what visibility is exact about: rounding them moves a pixel position by less than
-// 16 * 2^-53 * (|fx| + |cx| + ...) px, about 1e-11 px for a photo of 8000 px.
+// A vertex is kept as (u, v, z) with pixel = (u / z, v / z): nothing is divided, so vertices behind the camera are as
+// good as any, and every value is made by +, - and x alone, which GLSL repeats bit for bit. These triples are what
+// visibility is exact about: rounding them moves a pixel position by less than 16 * 2^-53 * (|fx| + |cx| + ...) px,
+// about 1e-11 px for a photo of 8000 px.
 #pragma once
 
 #include <algorithm>
@@ -27,8 +27,8 @@ inline ProjectedVertex project(const Camera& camera, const Pose& pose, const Wor
 void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose,
                       std::vector<ProjectedVertex>& projected);
 
-/// The pixel position of a vertex and the inverse of its depth, each rounded once: good for bounds, and for
-/// what QuickFace derives of them. Positions are NaN when it is not in front of the camera.
+/// The pixel position of a vertex and the inverse of its depth, each rounded once: good for bounds, and for what
+/// QuickFace derives of them. Positions are NaN when it is not in front of the camera.
 struct RoundedPosition {
   double x, y, per_z;
 };

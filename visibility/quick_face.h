@@ -1,10 +1,10 @@
-// What plain doubles can tell for certain about most faces, at a fraction of the cost of the exact
-// predicates; whatever they cannot tell is left to those, so that answers are the same with and without.
+// What plain doubles can tell for certain about most faces, at a fraction of the cost of the exact predicates; whatever
+// they cannot tell is left to those, so that answers are the same with and without.
 //
-// Works on rounded pixel positions. With M the largest coordinate allowed here, w the width plus the height
-// of a face's rectangle and r = 2^-53: a position is off by d = r M, the quotient's rounding. The cross
-// product of two differences of points of the rectangle is off by 4 d w + 8 d^2 from its inputs and, however
-// it is arranged below, by less than 32 r w (w + 1) from its evaluation. margin() is above the sum of both.
+// Works on rounded pixel positions. With M the largest coordinate allowed here, w the width plus the height of a face's
+// rectangle and r = 2^-53: a position is off by d = r M, the quotient's rounding. The cross product of two differences
+// of points of the rectangle is off by 4 d w + 8 d^2 from its inputs and, however it is arranged below, by less than 32
+// r w (w + 1) from its evaluation. margin() is above the sum of both.
 #pragma once
 
 #include <algorithm>
@@ -36,11 +36,11 @@ class QuickLimits {
         reach_(moderate ? 2.0 * std::max(width, height) : -1.0),
         whole_x_(width * (1 - 0x1p-50)),
         whole_y_(height * (1 - 0x1p-50)) {
-    // raster_face() finds a face edge-on when its determinant, that is depths za zb zc times the cross
-    // product A of its edges, lies below a margin of at most za zb zc 16 r (3 L w (1 + L q) + 16 L^2): L is
-    // the sum of a vertex's |x| + |y| and u_per_z, q is z_per_u; cofactors are no larger than w (1 + L q),
-    // and with the nearest vertex first no difference of u, v or z is larger than twice the farther depth
-    // times L. Twice that for the rounding of the determinant itself.
+    // raster_face() finds a face edge-on when its determinant, that is depths za zb zc times the cross product A of its
+    // edges, lies below a margin of at most za zb zc 16 r (3 L w (1 + L q) + 16 L^2): L is the sum of a vertex's |x| +
+    // |y| and u_per_z, q is z_per_u; cofactors are no larger than w (1 + L q), and with the nearest vertex first no
+    // difference of u, v or z is larger than twice the farther depth times L. Twice that for the rounding of the
+    // determinant itself.
     const double l = 2 * reach_ + rounding.u_per_z;
     flat_ = 0x1p-48 * 16 * l * l;
     flat_per_w_ = 0x1p-48 * 3 * l * (1 + l * rounding.z_per_u);
@@ -51,9 +51,7 @@ class QuickLimits {
     return b.bounded && b.x0 >= -reach_ && b.y0 >= -reach_ && b.x1 <= reach_ && b.y1 <= reach_;
   }
   /// Certainly inside_frame(): u <= W z whatever the rounding of the product.
-  bool inside(const FaceBounds& b) const {
-    return b.x0 >= 0 && b.y0 >= 0 && b.x1 <= whole_x_ && b.y1 <= whole_y_;
-  }
+  bool inside(const FaceBounds& b) const { return b.x0 >= 0 && b.y0 >= 0 && b.x1 <= whole_x_ && b.y1 <= whole_y_; }
   double margin(double w) const { return 0x1p-48 * w * (reach_ + w + 1) + 0x1p-100 * reach_ * reach_; }
   double edge_on_margin(double w) const { return flat_ + flat_per_w_ * w; }
   PixelBox frame() const { return {0, 0, width_, height_}; }
@@ -85,15 +83,14 @@ struct HalfPlanes {
 class QuickFace {
  public:
   QuickFace() = default;
-  QuickFace(const QuickLimits& limits, const RoundedPosition& a, const RoundedPosition& b,
-            const RoundedPosition& c, const FaceBounds& bounds)
+  QuickFace(const QuickLimits& limits, const RoundedPosition& a, const RoundedPosition& b, const RoundedPosition& c,
+            const FaceBounds& bounds)
       : bounds_(bounds), x_{a.x, b.x, c.x}, y_{a.y, b.y, c.y}, usable_(limits.holds(bounds)) {
     if (!usable_) return;
     const double w = (bounds.x1 - bounds.x0) + (bounds.y1 - bounds.y0);
     margin_ = limits.margin(w);
     const double area = (x_[1] - x_[0]) * (y_[2] - y_[0]) - (y_[1] - y_[0]) * (x_[2] - x_[0]);
-    if (std::abs(area) > margin_ + limits.edge_on_margin(w))
-      facing_ = area < 0 ? Facing::front : Facing::back;
+    if (std::abs(area) > margin_ + limits.edge_on_margin(w)) facing_ = area < 0 ? Facing::front : Facing::back;
   }
 
   /// False: nothing is known.
@@ -107,24 +104,23 @@ class QuickFace {
     const auto [low, high] = sides(px, py);
     return facing_ == Facing::front ? high < -margin_ : low > margin_;
   }
-  /// For positions less (x, y), neither further than `extent` from there along either axis: all that the
-  /// projection holds satisfies them, also when they and positions are rounded to floats and the sums of
-  /// products computed in floats. They hold everywhere where nothing is known.
+  /// For positions less (x, y), neither further than `extent` from there along either axis: all that the projection
+  /// holds satisfies them, also when they and positions are rounded to floats and the sums of products computed in
+  /// floats. They hold everywhere where nothing is known.
   HalfPlanes half_planes(double x, double y, double extent) const;
 
-  /// From the inverse depths of the three vertices, in the order of their positions. Its error is infinite
-  /// where nothing is known.
+  /// From the inverse depths of the three vertices, in the order of their positions. Its error is infinite where
+  /// nothing is known.
   QuickDepth depth(double wa, double wb, double wc) const;
 
-  /// The rectangle around the part of the projection that lies in the rows of pixels y0 .. y1 - 1: x0 and x1
-  /// may be out of order when there is none. \pre usable()
+  /// The rectangle around the part of the projection that lies in the rows of pixels y0 .. y1 - 1: x0 and x1 may be out
+  /// of order when there is none. \pre usable()
   FaceBounds in_rows(std::int32_t y0, std::int32_t y1) const;
 
-  /// Where the edges cross the rows of the box; false when they are not known to do so. \pre the box is not
-  /// empty and lies in the rectangle.
+  /// Where the edges cross the rows of the box; false when they are not known to do so. \pre the box is not empty and
+  /// lies in the rectangle.
   bool cross(const PixelBox& box, RowCrossings& edges) const;
-  /// The runs of the box's pixels whose centres are covered; false when some row is not certain. Four rows at
-  /// a time.
+  /// The runs of the box's pixels whose centres are covered; false when some row is not certain. Four rows at a time.
   bool spans(const PixelBox& box, std::vector<Span>& found) const;
 
  private:

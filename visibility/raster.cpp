@@ -24,8 +24,7 @@ double size(const ProjectedVertex& p, const ProjectionRounding& rounding) {
 }  // namespace
 
 ProjectionRounding projection_rounding(const Camera& camera) {
-  return {camera.fx + camera.fy + std::abs(camera.cx) + std::abs(camera.cy),
-          1 / std::min(camera.fx, camera.fy)};
+  return {camera.fx + camera.fy + std::abs(camera.cx) + std::abs(camera.cy), 1 / std::min(camera.fx, camera.fy)};
 }
 
 RasterFace raster_face(ProjectedVertex first, ProjectedVertex second, ProjectedVertex third,
@@ -35,16 +34,13 @@ RasterFace raster_face(ProjectedVertex first, ProjectedVertex second, ProjectedV
   const double du1 = b.u - a.u, dv1 = b.v - a.v, dz1 = b.z - a.z;
   const double du2 = c.u - a.u, dv2 = c.v - a.v, dz2 = c.z - a.z;
   // Front faces wind clockwise in (u, v) because v runs down: hence the order of the factors.
-  const double pu1 = dz1 * dv2, pu2 = dv1 * dz2, pv1 = du1 * dz2, pv2 = dz1 * du2, pz1 = dv1 * du2,
-               pz2 = du1 * dv2;
+  const double pu1 = dz1 * dv2, pu2 = dv1 * dz2, pv1 = du1 * dz2, pv2 = dz1 * du2, pz1 = dv1 * du2, pz2 = du1 * dv2;
   const double determinant = a.u * (pu1 - pu2) + a.v * (pv1 - pv2) + a.z * (pz1 - pz2);
-  // A rotated coordinate is off by at most 4 r (|x| + |y| + |z|), r = 2^-53, and u = fx x + cx z by
-  // 8 r (|u| + |v| + (fx + fy + |cx| + |cy|) |z|) = 8 r size, as long as fx and fy differ by no more than a
-  // factor of two; z by 4 r size / min(fx, fy). To first order the determinant moves by the error of a
-  // coordinate times its cofactor. Its own evaluation is off by 8 r times the sum of its terms, all taken
-  // positive. Twice all that is the margin.
-  const double input = size(a, rounding) * cofactors(b, c, rounding) +
-                       size(b, rounding) * cofactors(c, a, rounding) +
+  // A rotated coordinate is off by at most 4 r (|x| + |y| + |z|), r = 2^-53, and u = fx x + cx z by 8 r (|u| + |v| +
+  // (fx + fy + |cx| + |cy|) |z|) = 8 r size, as long as fx and fy differ by no more than a factor of two; z by 4 r size
+  // / min(fx, fy). To first order the determinant moves by the error of a coordinate times its cofactor. Its own
+  // evaluation is off by 8 r times the sum of its terms, all taken positive. Twice all that is the margin.
+  const double input = size(a, rounding) * cofactors(b, c, rounding) + size(b, rounding) * cofactors(c, a, rounding) +
                        size(c, rounding) * cofactors(a, b, rounding);
   const double terms = std::abs(a.u) * (std::abs(pu1) + std::abs(pu2)) +
                        std::abs(a.v) * (std::abs(pv1) + std::abs(pv2)) +
@@ -66,8 +62,8 @@ PixelBox pixel_bounds(const RasterFace& face, const FaceBounds& bounds, const Pi
 
 PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window) {
   const auto& v = face.vertex;
-  return pixel_bounds(
-      face, face_bounds(rounded_position(v[0]), rounded_position(v[1]), rounded_position(v[2])), window);
+  return pixel_bounds(face, face_bounds(rounded_position(v[0]), rounded_position(v[1]), rounded_position(v[2])),
+                      window);
 }
 
 SpanWalker::SpanWalker(const RasterFace& face, const PixelBox& bounds) : box_(bounds) {
@@ -78,11 +74,11 @@ SpanWalker::SpanWalker(const RasterFace& face, const PixelBox& bounds) : box_(bo
     lines_[k] = {gradient.x, gradient.y, values.e[k], 1 / gradient.x,
                  0.5 * (std::abs(gradient.x) + std::abs(gradient.y))};
   }
-  // With z, a, b the largest |z|, |A|, |B| of a vertex seen from any pixel of the box, and da, db the
-  // rounding of A and B, a value e computed at its pixel is off by at most 2 (a db + b da) + 4 r a b (r =
-  // 2^-53), and one extrapolated from the first pixel by at most 4 (a db + b da) + 36 r a b, because width *
-  // z <= a and height * z <= b. (|de/dx| + |de/dy|) / 2 adds no more than 2 (a db + b da) + 8 r a b. A value
-  // further from zero than all of these together has the same sign however it is computed, and exactly.
+  // With z, a, b the largest |z|, |A|, |B| of a vertex seen from any pixel of the box, and da, db the rounding of A and
+  // B, a value e computed at its pixel is off by at most 2 (a db + b da) + 4 r a b (r = 2^-53), and one extrapolated
+  // from the first pixel by at most 4 (a db + b da) + 36 r a b, because width * z <= a and height * z <= b. (|de/dx| +
+  // |de/dy|) / 2 adds no more than 2 (a db + b da) + 8 r a b. A value further from zero than all of these together has
+  // the same sign however it is computed, and exactly.
   const double z = largest(face.vertex[0].z, face.vertex[1].z, face.vertex[2].z);
   const double width = box_.x1 - box_.x0, height = box_.y1 - box_.y0;
   const double a = largest(values.a[0], values.a[1], values.a[2]) + width * z;

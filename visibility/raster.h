@@ -46,10 +46,9 @@ inline std::array<ProjectedVertex, 3> nearest_first(const ProjectedVertex& a, co
   return {a, b, c};
 }
 
-/// A face whose determinant cannot be told from zero, given that u, v and z are rounded values, is edge-on:
-/// it is thinner than about 1e-11 px, covers nothing and is never seen. Degenerate faces always are.
-RasterFace raster_face(ProjectedVertex a, ProjectedVertex b, ProjectedVertex c,
-                       const ProjectionRounding& rounding);
+/// A face whose determinant cannot be told from zero, given that u, v and z are rounded values, is edge-on: it is
+/// thinner than about 1e-11 px, covers nothing and is never seen. Degenerate faces always are.
+RasterFace raster_face(ProjectedVertex a, ProjectedVertex b, ProjectedVertex c, const ProjectionRounding& rounding);
 
 /// Edge values of a face at a pixel centre; e[k] belongs to the edge opposite vertex k.
 struct EdgeValues {
@@ -97,8 +96,8 @@ inline bool covers(const RasterFace& face, const EdgeValues& values) {
   return true;
 }
 
-/// Whether the line of an edge crosses the pixel around the centre: at one of the four corners, half a pixel
-/// away along x and y, e reaches zero.
+/// Whether the line of an edge crosses the pixel around the centre: at one of the four corners, half a pixel away along
+/// x and y, e reaches zero.
 inline bool crossed_by_edge(const RasterFace& face, const EdgeValues& values) {
   for (std::size_t k = 0; k < 3; ++k) {
     const Gradient gradient = edge_gradient(face, values, k);
@@ -124,7 +123,6 @@ inline double compare_depth(const PlaneDepth& f, const PlaneDepth& g) {
 }
 
 // --- spans
-// ------------------------------------------------------------------------------------------------------
 
 /// Pixels x0 <= x < x1, y0 <= y < y1.
 struct PixelBox {
@@ -139,10 +137,9 @@ struct FaceBounds {
   bool bounded = false;                   ///< all of it is; else the rectangle is not set
 };
 
-/// True when the projection lies outside [0, W] x [0, H] on one of its sides, or all behind the camera.
-/// Exact: W and H are whole, and a rounded product W z orders as the product itself does with a double. u < 0
-/// at all corners means u < 0 at every point between, and x = u / z < 0 where z > 0; the same for the other
-/// sides, whatever the signs of z.
+/// True when the projection lies outside [0, W] x [0, H] on one of its sides, or all behind the camera. Exact: W and H
+/// are whole, and a rounded product W z orders as the product itself does with a double. u < 0 at all corners means u <
+/// 0 at every point between, and x = u / z < 0 where z > 0; the same for the other sides, whatever the signs of z.
 inline bool misses_frame(const Camera& camera, const std::array<ProjectedVertex, 3>& vertex) {
   const double w = camera.width, h = camera.height;
   const auto all = [&](auto&& beyond) { return beyond(vertex[0]) && beyond(vertex[1]) && beyond(vertex[2]); };
@@ -221,9 +218,9 @@ inline PixelBox touched_pixels(const FaceBounds& bounds, const PixelBox& window)
           std::min(pixel(bounds.y1, window.y0, window.y1) + 1, window.y1)};
 }
 
-/// Walks the rows of a face. Edges are linear along a row, so the ends of its run of pixels are computed and
-/// then confirmed: the pixel inside and the pixel outside of an end must differ from zero by more than
-/// tolerance_. A row that cannot be confirmed is decided pixel by pixel.
+/// Walks the rows of a face. Edges are linear along a row, so the ends of its run of pixels are computed and then
+/// confirmed: the pixel inside and the pixel outside of an end must differ from zero by more than tolerance_. A row
+/// that cannot be confirmed is decided pixel by pixel.
 class SpanWalker {
  public:
   /// `bounds`: pixel_bounds of the face in the window to be walked.
@@ -231,8 +228,8 @@ class SpanWalker {
   bool empty() const { return box_.empty(); }
   const PixelBox& box() const { return box_; }
 
-  /// span(y, x0, x1) for each run of covered pixels, top to bottom, left to right. `inside(x, y)` decides
-  /// single pixels.
+  /// span(y, x0, x1) for each run of covered pixels, top to bottom, left to right. `inside(x, y)` decides single
+  /// pixels.
   template <class Inside, class Span>
   void walk(Inside&& inside, Span&& span) const {
     const std::int32_t width = box_.x1 - box_.x0;
@@ -255,8 +252,8 @@ class SpanWalker {
     }
   }
 
-  /// Sets x0, x1 to the pixels of row y that are covered and that no edge crosses (crossed_by_edge is false).
-  /// False when that is not certain.
+  /// Sets x0, x1 to the pixels of row y that are covered and that no edge crosses (crossed_by_edge is false). False
+  /// when that is not certain.
   bool inner(std::int32_t y, std::int32_t& x0, std::int32_t& x1) const {
     std::int32_t first = 0, last = box_.x1 - box_.x0;
     if (!row(y - box_.y0, 1.0, first, last)) return false;
@@ -279,8 +276,7 @@ class SpanWalker {
   double tolerance_ = 0;
 };
 
-inline bool SpanWalker::row(std::int32_t dy, double crossing_factor, std::int32_t& first,
-                            std::int32_t& last) const {
+inline bool SpanWalker::row(std::int32_t dy, double crossing_factor, std::int32_t& first, std::int32_t& last) const {
   const std::int32_t width = last;
   const double limit = width;
   for (const Line& line : lines_) {

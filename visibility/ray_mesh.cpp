@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::size_t kPacket = 16;
 
-/// A packet of primary rays is a square of pixels. On AVX-512, 12 million of them cost 0.29 s of one core
-/// in coherent packets of 16, 0.31 in streams of 64, 0.43 in packets of 8, 0.73 of 4, and 1.6 one by one.
+/// A packet of primary rays is a square of pixels. On AVX-512, 12 million of them cost 0.29 s of one core in coherent
+/// packets of 16, 0.31 in streams of 64, 0.43 in packets of 8, 0.73 of 4, and 1.6 one by one.
 constexpr int kSquare = 4;
 
 const char* reason(RTCError error) {
@@ -39,8 +39,8 @@ const char* reason(RTCError error) {
   }
 }
 
-void set_ray(RTCRay16& ray, std::size_t lane, const std::array<float, 3>& from,
-             const std::array<double, 3>& direction, float end) {
+void set_ray(RTCRay16& ray, std::size_t lane, const std::array<float, 3>& from, const std::array<double, 3>& direction,
+             float end) {
   ray.org_x[lane] = from[0];
   ray.org_y[lane] = from[1];
   ray.org_z[lane] = from[2];
@@ -73,8 +73,7 @@ struct RayMesh::Scene {
   }
   void check() const {
     const RTCError error = rtcGetDeviceError(device);
-    if (error != RTC_ERROR_NONE)
-      throw std::runtime_error(std::string("tracing rays with Embree: ") + reason(error));
+    if (error != RTC_ERROR_NONE) throw std::runtime_error(std::string("tracing rays with Embree: ") + reason(error));
   }
 };
 
@@ -87,8 +86,8 @@ RayMesh::RayMesh(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
   scene_->scene = rtcNewScene(scene_->device);
   rtcSetSceneFlags(scene_->scene, RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                               3 * sizeof(float), mesh.positions.size()));
   auto* faces = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(Triangle), mesh.faces.size()));
   if (vertices != nullptr && faces != nullptr) {
@@ -114,8 +113,7 @@ std::array<float, 3> RayMesh::relative(const WorldPoint& p) const {
           static_cast<float>(p.z - origin_.z)};
 }
 
-std::size_t RayMesh::first_depths(const ClassifyView& view, const Pose& pose,
-                                  std::vector<float>& depths) const {
+std::size_t RayMesh::first_depths(const ClassifyView& view, const Pose& pose, std::vector<float>& depths) const {
   const int width = view.camera.width, height = view.camera.height;
   depths.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const std::array<float, 3> from = relative(pose.centre);
@@ -160,8 +158,8 @@ std::size_t RayMesh::first_depths(const ClassifyView& view, const Pose& pose,
 
 RayMesh::Target RayMesh::target(const WorldPoint& vertex, const Pose& pose) const {
   const std::array<float, 3> to = relative(vertex), from = relative(pose.centre);
-  return {double{to[0]} - double{from[0]}, double{to[1]} - double{from[1]}, double{to[2]} - double{from[2]},
-          true, false};
+  return {double{to[0]} - double{from[0]}, double{to[1]} - double{from[1]}, double{to[2]} - double{from[2]}, true,
+          false};
 }
 
 void RayMesh::trace(const Pose& pose, double epsilon, std::span<Target> targets) const {

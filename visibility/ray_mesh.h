@@ -11,18 +11,17 @@
 
 namespace gpvc {
 
-/// Coordinates are taken relative to the middle of the mesh before they are rounded to floats, so that no
-/// offset costs precision. Any side of a face stops a ray.
+/// Coordinates are taken relative to the middle of the mesh before they are rounded to floats, so that no offset costs
+/// precision. Any side of a face stops a ray.
 class RayMesh {
  public:
-  /// Borrows the mesh; builds the hierarchy with all TBB threads. Throws std::runtime_error with Embree's
-  /// reason.
+  /// Borrows the mesh; builds the hierarchy with all TBB threads. Throws std::runtime_error with Embree's reason.
   explicit RayMesh(const Mesh& mesh);
   ~RayMesh();
   double build_s() const { return build_s_; }
 
-  /// The depth z of the first intersection on the ray through every pixel centre of the frame that shows
-  /// something of the photo; infinity without one. Row-major. Returns how many rays were traced. TBB.
+  /// The depth z of the first intersection on the ray through every pixel centre of the frame that shows something of
+  /// the photo; infinity without one. Row-major. Returns how many rays were traced. TBB.
   std::size_t first_depths(const ClassifyView& view, const Pose& pose, std::vector<float>& depths) const;
 
   /// A point to be seen from a camera centre.

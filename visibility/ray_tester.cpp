@@ -1,6 +1,6 @@
-// Method::ray: a sample is visible when the first intersection on the ray from the camera to it lies within
-// the bias of it. An intersection farther behind it than that (a ray of floats may slip past the edge of its
-// own face) hides nothing, nor does none at all.
+// Method::ray: a sample is visible when the first intersection on the ray from the camera to it lies within the bias of
+// it. An intersection farther behind it than that (a ray of floats may slip past the edge of its own face) hides
+// nothing, nor does none at all.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -60,8 +60,8 @@ void DenseRays::classify(const ClassifyView& view, const View& of, ViewVisibilit
 }
 
 bool DenseRays::sees(const ClassifyView& view, std::int32_t x, std::int32_t y, double inverse_depth) const {
-  const double hit = depths_[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) +
-                             static_cast<std::size_t>(x)];
+  const double hit =
+      depths_[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x)];
   if (hit * inverse_depth >= 1) return true;
   // The bias is measured along the ray, which is longer than its depth; only near misses need the length.
   if ((hit + options_.epsilon) * inverse_depth < 1) return false;
@@ -74,8 +74,8 @@ FaceClass DenseRays::classify_face(const ClassifyView& view, FaceBlock& block) c
   const InverseDepth depth(block.front.raster, block.front.spans.front());
   const auto sees_bare = [&](std::int32_t x, std::int32_t y) { return sees(view, x, y, depth.at(x, y)); };
   if (view.mask.whole()) return block.sample(view, sees_bare);
-  return block.sample(
-      view, [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y) && sees_bare(x, y); });
+  return block.sample(view,
+                      [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y) && sees_bare(x, y); });
 }
 
 FaceClass DenseRays::classify_subpixel(const ClassifyView& view, const View& of, FaceBlock& block) const {
@@ -84,9 +84,8 @@ FaceClass DenseRays::classify_subpixel(const ClassifyView& view, const View& of,
   for (std::size_t k = 0; k < kSubpixelSamples; ++k) targets[k] = target_at(of, samples[k]);
   rays_.trace(of.pose, options_.epsilon, targets);
   block.counts.samples += kSubpixelSamples;
-  return block.cover_subpixel(
-      view, static_cast<std::uint32_t>(
-                std::count_if(targets.begin(), targets.end(), [](const Target& t) { return t.visible; })));
+  return block.cover_subpixel(view, static_cast<std::uint32_t>(std::count_if(
+                                        targets.begin(), targets.end(), [](const Target& t) { return t.visible; })));
 }
 
 /// One ray per vertex, shared by its faces.
@@ -179,9 +178,8 @@ std::size_t SparseRays::trace_vertices(const ClassifyView& view, const View& of)
   };
   constexpr std::size_t kBlock = 1024;  // fixed: the packets are the same for any number of threads
   const std::size_t vertices = vertices_.size();
-  tbb::parallel_for(std::size_t{0}, (vertices + kBlock - 1) / kBlock, [&](std::size_t block) {
-    trace_block(block * kBlock, std::min((block + 1) * kBlock, vertices));
-  });
+  tbb::parallel_for(std::size_t{0}, (vertices + kBlock - 1) / kBlock,
+                    [&](std::size_t block) { trace_block(block * kBlock, std::min((block + 1) * kBlock, vertices)); });
   return traced;
 }
 

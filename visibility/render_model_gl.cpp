@@ -54,16 +54,16 @@ std::vector<Corner> corners(const TexturedModel& model, const PageFaces& group,
         const ProjectedVertex& p = projected[model.mesh->faces[face][c]];
         const TexCoord uv = group.textured ? model.texcoords[model.face_texcoords[face][c]] : TexCoord{};
         result[3 * n + c] = {static_cast<float>((p.u - tile.x0 * p.z) * scale_x - p.z),
-                             static_cast<float>((p.v - tile.y0 * p.z) * scale_y - p.z),
-                             static_cast<float>(p.z), uv.u, uv.v};
+                             static_cast<float>((p.v - tile.y0 * p.z) * scale_y - p.z), static_cast<float>(p.z), uv.u,
+                             uv.v};
       }
     }
   });
   return result;
 }
 
-// Each block of `factor` x `factor` pixels becomes its mean; blocks at the right and lower edge may be
-// smaller, so that texture coordinates keep their meaning to within half a block there.
+// Each block of `factor` x `factor` pixels becomes its mean; blocks at the right and lower edge may be smaller, so that
+// texture coordinates keep their meaning to within half a block there.
 Image shrunk(const Image& image, int factor) {
   Image small;
   small.width = (image.width + factor - 1) / factor;
@@ -76,8 +76,7 @@ Image shrunk(const Image& image, int factor) {
       for (int v = y * factor; v < std::min((y + 1) * factor, image.height); ++v)
         for (int u = x * factor; u < std::min((x + 1) * factor, image.width); ++u, ++count)
           for (std::size_t c = 0; c < 3; ++c) sum[c] += image.at(u, v)[c];
-      for (std::size_t c = 0; c < 3; ++c)
-        small.at(x, y)[c] = static_cast<std::uint8_t>((sum[c] + count / 2) / count);
+      for (std::size_t c = 0; c < 3; ++c) small.at(x, y)[c] = static_cast<std::uint8_t>((sum[c] + count / 2) / count);
     }
   });
   return small;
@@ -89,8 +88,7 @@ GlTexture page_texture(const Image& page, bool mipmaps, int limit) {
   const int levels = mipmaps ? static_cast<int>(std::bit_width(static_cast<unsigned>(largest))) : 1;
   GlTexture texture = make_texture_2d(GL_RGB8, page.width, page.height, levels, "making a texture page");
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTextureSubImage2D(texture.name(), 0, 0, 0, page.width, page.height, GL_RGB, GL_UNSIGNED_BYTE,
-                      page.pixels.data());
+  glTextureSubImage2D(texture.name(), 0, 0, 0, page.width, page.height, GL_RGB, GL_UNSIGNED_BYTE, page.pixels.data());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glTextureParameteri(texture.name(), GL_TEXTURE_MIN_FILTER, mipmaps ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR);
   glTextureParameteri(texture.name(), GL_TEXTURE_MAG_FILTER, GL_LINEAR);
@@ -140,8 +138,7 @@ class ModelRenderer {
     glEnable(GL_DEPTH_TEST);
     glDepthMask(GL_TRUE);
     glDepthFunc(GL_GREATER);
-    // Window row 0 is the picture's first row: no flip, but what is counter-clockwise to the eye is clockwise
-    // here.
+    // Window row 0 is the picture's first row: no flip, but what is counter-clockwise to the eye is clockwise here.
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glFrontFace(GL_CW);
     glCullFace(GL_BACK);
@@ -170,13 +167,11 @@ class ModelRenderer {
   }
 
   void read(const Tile& tile, RenderResult& result) {
-    std::vector<std::uint8_t> rgba(4 * static_cast<std::size_t>(tile.width) *
-                                   static_cast<std::size_t>(tile.height));
+    std::vector<std::uint8_t> rgba(4 * static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(tile.height));
     glReadPixels(0, 0, tile.width, tile.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
     check_gl("reading the picture");
     tbb::parallel_for(0, tile.height, [&](int y) {
-      const std::uint8_t* from =
-          rgba.data() + 4 * static_cast<std::size_t>(y) * static_cast<std::size_t>(tile.width);
+      const std::uint8_t* from = rgba.data() + 4 * static_cast<std::size_t>(y) * static_cast<std::size_t>(tile.width);
       std::uint8_t* to = result.image.at(tile.x0, tile.y0 + y);
       std::uint8_t* textured = result.textured.data() + (to - result.image.pixels.data()) / 3;
       for (int x = 0; x < tile.width; ++x, from += 4, to += 3) {

@@ -1,5 +1,5 @@
-// Where the edges of a face cross the rows of a box of pixels, four rows at a time; for sources that compile
-// a function twice, see wide.h.
+// Where the edges of a face cross the rows of a box of pixels, four rows at a time; for sources that compile a function
+// twice, see wide.h.
 #pragma once
 
 #include <array>
@@ -17,22 +17,20 @@ struct RowCrossings {
   double tolerance;                           ///< what a crossing may be off
 };
 
-/// The runs of four rows, or of fewer where the box ends: pixels begin .. end - 1 of the box, none where end
-/// <= begin.
+/// The runs of four rows, or of fewer where the box ends: pixels begin .. end - 1 of the box, none where end <= begin.
 struct FourRuns {
   FourInts begins, ends;
   bool sure;  ///< no end is too near to a pixel centre
 };
 
-[[gnu::always_inline]] inline void find_four_runs(const RowCrossings& edges, std::int32_t first_row,
-                                                  std::int32_t rows, FourRuns& runs) {
+[[gnu::always_inline]] inline void find_four_runs(const RowCrossings& edges, std::int32_t first_row, std::int32_t rows,
+                                                  FourRuns& runs) {
   const FourDoubles zero{};
   const FourDoubles row = FourDoubles{0, 1, 2, 3} + static_cast<double>(first_row);
   const FourDoubles a = edges.at[0] + edges.slope[0] * row, b = edges.at[1] + edges.slope[1] * row,
                     c = edges.at[2] + edges.slope[2] * row;
   // Half a pixel beyond the box is as good as any further.
-  const FourDoubles least = zero - 0.5, most_low = zero + (edges.width + 0.5),
-                    most_high = zero + (edges.width - 0.5);
+  const FourDoubles least = zero - 0.5, most_low = zero + (edges.width + 0.5), most_high = zero + (edges.width - 0.5);
   FourDoubles low = a + edges.not_left[0], high = a + edges.not_right[0];
   const FourDoubles low_b = b + edges.not_left[1], high_b = b + edges.not_right[1];
   const FourDoubles low_c = c + edges.not_left[2], high_c = c + edges.not_right[2];
@@ -49,8 +47,8 @@ struct FourRuns {
   // How far the crossings are from the pixel centres on either side of them.
   const FourDoubles begin = __builtin_convertvector(runs.begins, FourDoubles) - low;
   const FourDoubles end = __builtin_convertvector(runs.ends, FourDoubles) - high;
-  const FourFlags sure = (begin > edges.tolerance) & (1.0 - begin > edges.tolerance) &
-                         (end > edges.tolerance) & (1.0 - end > edges.tolerance);
+  const FourFlags sure = (begin > edges.tolerance) & (1.0 - begin > edges.tolerance) & (end > edges.tolerance) &
+                         (1.0 - end > edges.tolerance);
   const FourFlags unsure = ~sure & (row < static_cast<double>(rows));
   runs.sure = (unsure[0] | unsure[1] | unsure[2] | unsure[3]) == 0;
 }

@@ -36,8 +36,7 @@ void ScanFinisher::finish(const ClassifyView& view, FaceScan& scan, ViewVisibili
       } else if (scan.codes[f] == FaceCode::partial) {
         found = sampler.classify(face);
       } else if (scan.codes[f] == FaceCode::no_centre) {
-        found = options_.subpixel ? sampler.classify_subpixel(face, subpixel_.visible(face))
-                                  : FaceClass::unresolved;
+        found = options_.subpixel ? sampler.classify_subpixel(face, subpixel_.visible(face)) : FaceClass::unresolved;
       }
       block.full += found == FaceClass::full;
     }

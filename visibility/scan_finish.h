@@ -1,5 +1,5 @@
-// The second half of a classification, whoever scanned the faces: owners are corrected, sub-pixel faces
-// resolved, and what the scan leaves open is sampled.
+// The second half of a classification, whoever scanned the faces: owners are corrected, sub-pixel faces resolved, and
+// what the scan leaves open is sampled.
 #pragma once
 
 #include <vector>
@@ -14,8 +14,8 @@ class ScanFinisher {
  public:
   explicit ScanFinisher(const VisibilityOptions& options) : options_(options) {}
 
-  /// Fills classes, coverage and the counts of the statistics; the same bits for any number of threads. No
-  /// face is unsure, all claims are right. `scan` is used up. TBB; O(faces / 100 + what was left open).
+  /// Fills classes, coverage and the counts of the statistics; the same bits for any number of threads. No face is
+  /// unsure, all claims are right. `scan` is used up. TBB; O(faces / 100 + what was left open).
   void finish(const ClassifyView& view, FaceScan& scan, ViewVisibility& result);
 
  private:

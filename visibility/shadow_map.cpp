@@ -9,8 +9,7 @@ namespace {
 
 class ShadowMapTester : public ViewTester {
  public:
-  ShadowMapTester(const ViewSource& source, const VisibilityOptions& options)
-      : source_(source), options_(options) {}
+  ShadowMapTester(const ViewSource& source, const VisibilityOptions& options) : source_(source), options_(options) {}
   void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
   std::string note() const override { return "cpu: shadow maps are compared there"; }
 
@@ -28,8 +27,8 @@ class ShadowMapTester : public ViewTester {
   VisibilityOptions options_;
   FaceBlocks blocks_;
   std::span<const float> depths_;
-  /// Window depth grows with distance under SPC and shrinks under APC: farness_ is 1 or -1, and farness_
-  /// times the depth of a point is nearness_ / z + offset_.
+  /// Window depth grows with distance under SPC and shrinks under APC: farness_ is 1 or -1, and farness_ times the
+  /// depth of a point is nearness_ / z + offset_.
   double farness_ = 1, nearness_ = 0, offset_ = 0;
 };
 
@@ -51,8 +50,8 @@ FaceClass ShadowMapTester::classify_face(const ClassifyView& view, FaceBlock& bl
   const InverseDepth depth(block.front.raster, block.front.spans.front());
   const auto sees_bare = [&](std::int32_t x, std::int32_t y) { return sees(view, x, y, depth.at(x, y)); };
   if (view.mask.whole()) return block.sample(view, sees_bare);
-  return block.sample(
-      view, [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y) && sees_bare(x, y); });
+  return block.sample(view,
+                      [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y) && sees_bare(x, y); });
 }
 
 FaceClass ShadowMapTester::classify_subpixel(const ClassifyView& view, FaceBlock& block) const {
@@ -69,8 +68,7 @@ FaceClass ShadowMapTester::classify_subpixel(const ClassifyView& view, FaceBlock
 
 }  // namespace
 
-std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source,
-                                                   const VisibilityOptions& options) {
+std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source, const VisibilityOptions& options) {
   return std::make_unique<ShadowMapTester>(source, options);
 }
 

@@ -11,13 +11,12 @@
 namespace gpvc {
 namespace {
 
-/// Few enough pixels that the samples of a tile fit a processor's cache where there are a dozen a pixel,
-/// enough that most faces smaller than pixels touch one tile.
+/// Few enough pixels that the samples of a tile fit a processor's cache where there are a dozen a pixel, enough that
+/// most faces smaller than pixels touch one tile.
 constexpr int kTileShift = 5;
 constexpr std::int32_t kTileSide = 1 << kTileShift;
 constexpr std::size_t kTilesPerRegion = 4;  ///< along each axis
-/// More tiles than this, a megapixel, few faces touch, as those beside the frame are not listed: they need no
-/// lists.
+/// More tiles than this, a megapixel, few faces touch, as those beside the frame are not listed: they need no lists.
 constexpr std::int64_t kVast = 1024;
 /// From so many faces on threads share a tile.
 constexpr std::size_t kCrowd = 1 << 16;
@@ -25,9 +24,9 @@ constexpr std::size_t kCrowdPart = 1024;
 
 /// Of a vertex in no tile, or too near its border.
 constexpr std::uint32_t kNoTile = std::numeric_limits<std::uint32_t>::max();
-/// What samples and rounded positions may be off. A sample is a weighted mean of the vertices: with r = 2^-53
-/// it is off by less than 16 r times the mean of their coordinates' sizes, and where that reaches 2^26 px on
-/// the frame, the face reaches as far on either side of it and touches all of the frame whatever is added.
+/// What samples and rounded positions may be off. A sample is a weighted mean of the vertices: with r = 2^-53 it is off
+/// by less than 16 r times the mean of their coordinates' sizes, and where that reaches 2^26 px on the frame, the face
+/// reaches as far on either side of it and touches all of the frame whatever is added.
 constexpr double kSlack = 0x1p-24;
 
 FaceBounds widened(const FaceBounds& b) {
@@ -61,8 +60,7 @@ void SubpixelResolver::start(const ClassifyView& view) {
 std::uint32_t SubpixelResolver::tile_of(double x, double y) const {
   const auto column = static_cast<std::size_t>(std::min(static_cast<std::int32_t>(x), width_ - 1));
   const auto row = static_cast<std::size_t>(std::min(static_cast<std::int32_t>(y), height_ - 1));
-  return static_cast<std::uint32_t>(row / kTileSide * static_cast<std::size_t>(grid_.across()) +
-                                    column / kTileSide);
+  return static_cast<std::uint32_t>(row / kTileSide * static_cast<std::size_t>(grid_.across()) + column / kTileSide);
 }
 
 /// A face whose vertices have one and the same tile lies in it with all its samples.
@@ -95,8 +93,7 @@ std::uint32_t SubpixelResolver::tile_around(const Triangle& face) const {
 /// Any number of threads at once.
 void SubpixelResolver::occupy(std::size_t tile) {
   const auto across = static_cast<std::size_t>(grid_.across());
-  const std::size_t region =
-      tile / across / kTilesPerRegion * regions_across_ + tile % across / kTilesPerRegion;
+  const std::size_t region = tile / across / kTilesPerRegion * regions_across_ + tile % across / kTilesPerRegion;
   std::atomic_ref(occupied_[tile]).store(1, std::memory_order_relaxed);
   std::atomic_ref(regions_[region]).store(1, std::memory_order_relaxed);
 }
@@ -176,11 +173,9 @@ void SubpixelResolver::list_face(const ClassifyView& view, FaceId face, TileList
 void SubpixelResolver::add_samples(const ClassifyView& view, std::size_t tile, FaceId face,
                                    SubpixelTile& samples) const {
   const SubpixelPositions at = subpixel_positions(view, face);
-  if (view.mask.everywhere() && tile_around(view.mesh.faces[index(face)]) == tile)
-    return samples.add(face, at);
+  if (view.mask.everywhere() && tile_around(view.mesh.faces[index(face)]) == tile) return samples.add(face, at);
   for (std::size_t k = 0; k < kSubpixelSamples; ++k)
-    if (in_image(view, at.x[k], at.y[k]) && tile_of(at.x[k], at.y[k]) == tile)
-      samples.add(face, at.x[k], at.y[k]);
+    if (in_image(view, at.x[k], at.y[k]) && tile_of(at.x[k], at.y[k]) == tile) samples.add(face, at.x[k], at.y[k]);
 }
 
 void SubpixelResolver::fill(const ClassifyView& view, std::span<const FaceCode> codes, std::size_t tile,

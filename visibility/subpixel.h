@@ -1,10 +1,10 @@
-// Faces whose projection contains no pixel centre: their samples are the centroid and the midpoints from it
-// to the three vertices, and each is decided against every face that covers it, exactly.
+// Faces whose projection contains no pixel centre: their samples are the centroid and the midpoints from it to the
+// three vertices, and each is decided against every face that covers it, exactly.
 //
-// Faces are sorted by tile of the image, and within a tile samples by cell (SubpixelTile), so that what a
-// thread works on stays near it. Every face of the mesh that may touch a tile with samples hides those of its
-// samples that it covers and lies in front of. Marking commutes, so the result does not depend on the order.
-// Cost: O(vertices + faces + tiles touched + pairs of a sample and a face in one row of cells).
+// Faces are sorted by tile of the image, and within a tile samples by cell (SubpixelTile), so that what a thread works
+// on stays near it. Every face of the mesh that may touch a tile with samples hides those of its samples that it covers
+// and lies in front of. Marking commutes, so the result does not depend on the order. Cost: O(vertices + faces + tiles
+// touched + pairs of a sample and a face in one row of cells).
 #pragma once
 
 #include <tbb/concurrent_vector.h>
@@ -23,8 +23,8 @@ namespace gpvc {
 
 class SubpixelResolver {
  public:
-  /// Decides all samples of the faces with the code no_centre, which must be front faces. `blocks` are the
-  /// pixels that each `faces_per_block` consecutive faces of the mesh may touch. TBB.
+  /// Decides all samples of the faces with the code no_centre, which must be front faces. `blocks` are the pixels that
+  /// each `faces_per_block` consecutive faces of the mesh may touch. TBB.
   void resolve(const ClassifyView& view, std::span<const FaceCode> codes, std::span<const PixelBox> blocks,
                std::size_t faces_per_block);
   /// How many of the samples of such a face of the last resolve() see it.
@@ -43,8 +43,7 @@ class SubpixelResolver {
   void list_faces(const ClassifyView& view, std::span<const PixelBox> blocks, std::size_t faces_per_block);
   void list_face(const ClassifyView& view, FaceId face, TileLists::Part& list);
   void resolve_tiles(const ClassifyView& view, std::span<const FaceCode> codes);
-  void fill(const ClassifyView& view, std::span<const FaceCode> codes, std::size_t tile,
-            SubpixelTile& samples) const;
+  void fill(const ClassifyView& view, std::span<const FaceCode> codes, std::size_t tile, SubpixelTile& samples) const;
   void add_samples(const ClassifyView& view, std::size_t tile, FaceId face, SubpixelTile& samples) const;
   void count_visible(const SubpixelTile& samples);
   std::uint32_t tile_of(double x, double y) const;

@@ -14,11 +14,10 @@ namespace {
 
 /// Fewer make more runs a face, more make longer runs; between 1 and 4 the time is much the same.
 constexpr double kSamplesPerCell = 3;
-/// Samples that the kernel reads at once, and how many it may read beyond the last; faces that are made ready
-/// at once.
+/// Samples that the kernel reads at once, and how many it may read beyond the last; faces that are made ready at once.
 constexpr std::uint32_t kLanes = 8;
-/// Of a face over so many columns of cells the kernel looks where its edges cross the rows; over fewer all of
-/// a row takes it less time.
+/// Of a face over so many columns of cells the kernel looks where its edges cross the rows; over fewer all of a row
+/// takes it less time.
 constexpr std::int32_t kManyColumns = 8;
 
 /// Column or row of cells. Grows with the position, whatever the rounding.
@@ -71,14 +70,14 @@ struct SubpixelTile::Batch {
   std::size_t find(const Grid& grid, std::size_t lane, FaceId face, std::uint32_t* found) const;
 };
 
-/// With r = 2^-24, R the largest size of a coordinate of the corners and of the samples here and O that of
-/// the rectangle's corner, all of these are off by less than d = 2 r R + 2^-51 O: rounded to floats, and
-/// before that as quotients and differences of doubles. Let w be the width plus the height of a face, which
-/// has |a| + |b| <= w + 2 d for each edge. At a sample that the face covers, a (x - X) + b (y - Y) with a
-/// corner (X, Y) of the edge is off by 3 d (w + 4 d) because a and b are, and by 2 d (w + 2 d) because x and
-/// y are. Taken as a x + b y + c in floats, with c = -(a X + b Y), it is off by another 7 r R (|a| + |b|),
-/// and samples that rounding has put into the next row of cells are off by as much as 3 r R |b| more: all in
-/// all by less than 11 d (w + 4 d). The area, the value at the third corner, is off by less.
+/// With r = 2^-24, R the largest size of a coordinate of the corners and of the samples here and O that of the
+/// rectangle's corner, all of these are off by less than d = 2 r R + 2^-51 O: rounded to floats, and before that as
+/// quotients and differences of doubles. Let w be the width plus the height of a face, which has |a| + |b| <= w + 2 d
+/// for each edge. At a sample that the face covers, a (x - X) + b (y - Y) with a corner (X, Y) of the edge is off by 3
+/// d (w + 4 d) because a and b are, and by 2 d (w + 2 d) because x and y are. Taken as a x + b y + c in floats, with c
+/// = -(a X + b Y), it is off by another 7 r R (|a| + |b|), and samples that rounding has put into the next row of cells
+/// are off by as much as 3 r R |b| more: all in all by less than 11 d (w + 4 d). The area, the value at the third
+/// corner, is off by less.
 GPVC_WIDE_CLONES void SubpixelTile::Batch::prepare(const Grid& grid) {
   const EightFloats zero{};
   EightFloats px[3], py[3];
@@ -114,8 +113,8 @@ GPVC_WIDE_CLONES void SubpixelTile::Batch::prepare(const Grid& grid) {
   high_x += 3 * off;
   high_y += 3 * off;
   const EightInts missed = (high_x < 0) | (high_y < 0) | (low_x > grid.width) | (low_y > grid.height);
-  const EightFloats scaled[4] = {low_x * grid.columns_per_px, high_x * grid.columns_per_px,
-                                 low_y * grid.rows_per_px, high_y * grid.rows_per_px};
+  const EightFloats scaled[4] = {low_x * grid.columns_per_px, high_x * grid.columns_per_px, low_y * grid.rows_per_px,
+                                 high_y * grid.rows_per_px};
   const float most[4] = {static_cast<float>(grid.columns - 1), static_cast<float>(grid.columns - 1),
                          static_cast<float>(grid.rows - 1), static_cast<float>(grid.rows - 1)};
   EightInts cells[4];
@@ -139,9 +138,9 @@ GPVC_WIDE_CLONES void SubpixelTile::Batch::prepare(const Grid& grid) {
 
 namespace {
 
-/// Where the lines of the half-planes bound the rows of cells: by a least and a greatest x in the first row,
-/// and how both change from row to row. A line that does not bound a side has an infinity there; those that
-/// overflow become NaN, which no comparison below lets through.
+/// Where the lines of the half-planes bound the rows of cells: by a least and a greatest x in the first row, and how
+/// both change from row to row. A line that does not bound a side has an infinity there; those that overflow become
+/// NaN, which no comparison below lets through.
 struct RowEnds {
   std::array<double, 3> low, high, step;
 
@@ -163,9 +162,9 @@ struct RowEnds {
 GPVC_WIDE_CLONES std::size_t SubpixelTile::Batch::find(const Grid& grid, std::size_t lane, FaceId face,
                                                        std::uint32_t* found) const {
   const EightFloats zero{};
-  const EightFloats a0 = zero + a[0][lane], b0 = zero + b[0][lane], c0 = zero + c[0][lane],
-                    a1 = zero + a[1][lane], b1 = zero + b[1][lane], c1 = zero + c[1][lane],
-                    a2 = zero + a[2][lane], b2 = zero + b[2][lane], c2 = zero + c[2][lane];
+  const EightFloats a0 = zero + a[0][lane], b0 = zero + b[0][lane], c0 = zero + c[0][lane], a1 = zero + a[1][lane],
+                    b1 = zero + b[1][lane], c1 = zero + c[1][lane], a2 = zero + a[2][lane], b2 = zero + b[2][lane],
+                    c2 = zero + c[2][lane];
   const EightInts lanes{0, 1, 2, 3, 4, 5, 6, 7};
   std::size_t count = 0;
   const auto look = [&](std::uint32_t i, std::uint32_t end) {
@@ -258,9 +257,7 @@ void SubpixelTile::lay_grid() {
   // Of a narrow rectangle too no more cells than samples.
   const double per_cell = kSamplesPerCell / static_cast<double>(count_);
   const double side = std::max(std::sqrt(width_ * height_ * per_cell), std::max(width_, height_) * per_cell);
-  const auto cells = [side](double length) {
-    return side > 0 ? 1 + static_cast<std::int32_t>(length / side) : 1;
-  };
+  const auto cells = [side](double length) { return side > 0 ? 1 + static_cast<std::int32_t>(length / side) : 1; };
   columns_ = cells(width_);
   rows_ = cells(height_);
   const auto per_px = [](std::int32_t all, double length) {
@@ -320,8 +317,7 @@ void SubpixelTile::look_up(const ClassifyView& view, const QuickLimits& limits, 
     y0 = bounds.y0 - top_;
     y1 = bounds.y1 - top_;
   }
-  const HalfPlanes planes =
-      view.quick(limits, face, bounds).half_planes(left_, top_, std::max(width_, height_));
+  const HalfPlanes planes = view.quick(limits, face, bounds).half_planes(left_, top_, std::max(width_, height_));
   for (std::size_t k = 0; k < 3; ++k) {
     batch.a[k][lane] = static_cast<float>(planes.a[k]);
     batch.b[k][lane] = static_cast<float>(planes.b[k]);
@@ -347,8 +343,8 @@ void SubpixelTile::hide_found(const ClassifyView& view, const QuickLimits& limit
   }
 }
 
-void SubpixelTile::hide_behind(const ClassifyView& view, const QuickLimits& limits,
-                               std::span<const FaceId> faces, Found& found) {
+void SubpixelTile::hide_behind(const ClassifyView& view, const QuickLimits& limits, std::span<const FaceId> faces,
+                               Found& found) {
   if (count_ == 0) return;
   if (found.size() < count_ + kLanes) found.resize(count_ + kLanes);
   const Grid grid{local_x_.data(),

@@ -19,8 +19,8 @@ struct SubpixelPositions {
 
 SubpixelPositions subpixel_positions(const ClassifyView& view, FaceId face);
 
-/// Samples in rows of cells over the rectangle around them, about three a cell: a face finds those that it
-/// may cover in one run a row.
+/// Samples in rows of cells over the rectangle around them, about three a cell: a face finds those that it may cover in
+/// one run a row.
 class SubpixelTile {
  public:
   /// Scratch of one thread.
@@ -48,12 +48,10 @@ class SubpixelTile {
   }
   /// Counting sort into cells. Before the first hide_behind().
   void sort();
-  /// Hides the samples of other faces that one of `faces` covers and lies in front of, decided exactly; ties
-  /// go to the lower face. Any number of threads at once.
-  void hide_behind(const ClassifyView& view, const QuickLimits& limits, std::span<const FaceId> faces,
-                   Found& found);
-  /// sees(face, visible, all) for every face that has samples here: how many are not hidden, and how many it
-  /// has.
+  /// Hides the samples of other faces that one of `faces` covers and lies in front of, decided exactly; ties go to the
+  /// lower face. Any number of threads at once.
+  void hide_behind(const ClassifyView& view, const QuickLimits& limits, std::span<const FaceId> faces, Found& found);
+  /// sees(face, visible, all) for every face that has samples here: how many are not hidden, and how many it has.
   template <class Callback>
   void for_each_face(Callback&& sees) const {
     for (std::size_t first = 0, next = 0; first < count_; first = next) {
@@ -71,8 +69,7 @@ class SubpixelTile {
   void lay_grid();
   void find_cells();
   void gather(const ClassifyView& view, std::span<const FaceId> faces, Batch& batch) const;
-  void look_up(const ClassifyView& view, const QuickLimits& limits, FaceId face, std::size_t lane,
-               Batch& batch) const;
+  void look_up(const ClassifyView& view, const QuickLimits& limits, FaceId face, std::size_t lane, Batch& batch) const;
   void hide_found(const ClassifyView& view, const QuickLimits& limits, FaceId face,
                   std::span<const std::uint32_t> found);
 
@@ -86,8 +83,8 @@ class SubpixelTile {
   float columns_per_px_ = 0, rows_per_px_ = 0;
   std::vector<std::uint32_t> cells_;      ///< of the samples as added
   std::vector<std::uint32_t> first_;      ///< sample of a cell, row by row; one more ends the last
-  std::vector<float> local_x_, local_y_;  ///< by cell, like all that follow; from the corner of the
-                                          ///< rectangle, with some more for reading eight at a time
+  std::vector<float> local_x_, local_y_;  ///< by cell, like all that follow; from the corner of the rectangle, with
+                                          ///< some more for reading eight at a time
   std::vector<FaceId> by_cell_;           ///< faces
   std::vector<std::uint32_t> added_;      ///< which of the samples as added
 };

@@ -30,8 +30,7 @@ void TileLists::sort() {
   faces_.resize(begin);
   tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t number) {
     Part& part = parts_[number];
-    for (const Part::Entry& entry : part.found_)
-      faces_[first_[entry.tile] + part.count_[entry.tile]++] = entry.face;
+    for (const Part::Entry& entry : part.found_) faces_[first_[entry.tile] + part.count_[entry.tile]++] = entry.face;
   });
 }
 

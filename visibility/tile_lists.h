@@ -29,11 +29,10 @@ class TileGrid {
   /// How many tiles the box touches.
   std::int64_t touched(const PixelBox& box) const {
     if (box.empty()) return 0;
-    return std::int64_t{tile_of(box.x1 - 1) - tile_of(box.x0) + 1} *
-           (tile_of(box.y1 - 1) - tile_of(box.y0) + 1);
+    return std::int64_t{tile_of(box.x1 - 1) - tile_of(box.x0) + 1} * (tile_of(box.y1 - 1) - tile_of(box.y0) + 1);
   }
-  /// tile(number) for each tile that the box touches, and, where `face` tells, that the face may touch: a
-  /// sliver across many tiles fills little of its rectangle.
+  /// tile(number) for each tile that the box touches, and, where `face` tells, that the face may touch: a sliver across
+  /// many tiles fills little of its rectangle.
   template <class Callback>
   void for_each(const PixelBox& box, const QuickFace& face, const Callback& tile) const {
     if (box.empty()) return;
@@ -46,8 +45,7 @@ class TileGrid {
         from = tile_of(part.x0);
         to = part.x0 < part.x1 ? tile_of(part.x1 - 1) : from - 1;
       }
-      for (std::int32_t column = from; column <= to; ++column)
-        tile(static_cast<std::size_t>(row * across_ + column));
+      for (std::int32_t column = from; column <= to; ++column) tile(static_cast<std::size_t>(row * across_ + column));
     }
   }
 
@@ -59,8 +57,8 @@ class TileGrid {
   std::int32_t across_ = 0, down_ = 0;
 };
 
-/// What of the faces of a list lies far apart in memory is asked for ahead: the corners of one to come, and
-/// the one that comes after as many again.
+/// What of the faces of a list lies far apart in memory is asked for ahead: the corners of one to come, and the one
+/// that comes after as many again.
 inline void prefetch(const ClassifyView& view, std::span<const FaceId> faces, std::size_t at) {
   constexpr std::size_t kAhead = 8;
   if (at + 2 * kAhead >= faces.size()) return;
@@ -74,8 +72,8 @@ inline void prefetch(const ClassifyView& view, std::span<const FaceId> faces, st
 /// Lists are made by so many parts, whatever the number of threads: enough for every thread to have some.
 inline constexpr std::size_t kListParts = 64;
 
-/// Faces by tile: what parts list at once, sorted by counting. Within a tile faces come part by part, as they
-/// were listed.
+/// Faces by tile: what parts list at once, sorted by counting. Within a tile faces come part by part, as they were
+/// listed.
 class TileLists {
  public:
   class Part {

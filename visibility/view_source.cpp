@@ -21,11 +21,10 @@ ViewSource::ViewSource(const Mesh& mesh, const VisibilityOptions& options, bool 
 }
 
 ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& result) {
-  const auto pixels =
-      static_cast<std::uint64_t>(view.camera.width) * static_cast<std::uint64_t>(view.camera.height);
+  const auto pixels = static_cast<std::uint64_t>(view.camera.width) * static_cast<std::uint64_t>(view.camera.height);
   if (view.camera.width <= 0 || view.camera.height <= 0 || pixels > 0xFFFFFFFFU)
-    throw GpuError("an image of " + std::to_string(view.camera.width) + " x " +
-                   std::to_string(view.camera.height) + " pixels cannot be drawn");
+    throw GpuError("an image of " + std::to_string(view.camera.width) + " x " + std::to_string(view.camera.height) +
+                   " pixels cannot be drawn");
   result.statistics = {};
   result.ivm.width = view.camera.width;
   result.ivm.height = view.camera.height;

@@ -16,12 +16,11 @@ namespace gpvc {
 /// One mesh on the device, drawn and projected view after view. Borrows the mesh.
 class ViewSource {
  public:
-  /// `staged_reads`: see IvmRenderer::Options. `opengl`: false leaves the drawing to the tester, and the mesh
-  /// where it is.
-  ViewSource(const Mesh& mesh, const VisibilityOptions& options, bool staged_reads = false,
-             bool opengl = true);
-  /// Draws the IVM into `result` (or makes room for it), starts its statistics, projects the vertices. What
-  /// is returned borrows from both and from the view.
+  /// `staged_reads`: see IvmRenderer::Options. `opengl`: false leaves the drawing to the tester, and the mesh where it
+  /// is.
+  ViewSource(const Mesh& mesh, const VisibilityOptions& options, bool staged_reads = false, bool opengl = true);
+  /// Draws the IVM into `result` (or makes room for it), starts its statistics, projects the vertices. What is returned
+  /// borrows from both and from the view.
   ClassifyView prepare(const View& view, ViewId id, ViewVisibility& result);
 
   const Mesh& mesh() const { return mesh_; }
@@ -52,8 +51,8 @@ class ViewTester {
 
 struct GpuLimits;  // classify_gl.h
 
-/// Whether Method::gpvc is to draw natively, and why, for the log. Throws std::invalid_argument when it is
-/// asked to and cannot.
+/// Whether Method::gpvc is to draw natively, and why, for the log. Throws std::invalid_argument when it is asked to and
+/// cannot.
 struct DrawingChoice {
   bool native = false;
   std::string note;
@@ -65,8 +64,7 @@ std::unique_ptr<ViewTester> make_gpvc_tester(const ViewSource& source, const Dev
                                              const VisibilityOptions& options, const GpuLimits& limits);
 /// The same classes from what it draws itself; the source need not draw.
 std::unique_ptr<ViewTester> make_native_gpvc_tester(const VisibilityOptions& options);
-std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source,
-                                                   const VisibilityOptions& options);
+std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source, const VisibilityOptions& options);
 std::unique_ptr<ViewTester> make_ray_tester(const ViewSource& source, const VisibilityOptions& options);
 std::unique_ptr<ViewTester> make_no_test(const VisibilityOptions& options);
 

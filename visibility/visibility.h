@@ -38,7 +38,6 @@ class GpuError : public std::runtime_error {
 };
 
 // --- device
-// -----------------------------------------------------------------------------------------------------
 
 struct DeviceInfo {
   int index = 0;          ///< what --device takes
@@ -47,16 +46,13 @@ struct DeviceInfo {
   bool software = false;  ///< a CPU rasterizer (llvmpipe)
 };
 
-/// Every EGL device on which an OpenGL 4.5 core context can be made, hardware first. Never throws for "none":
-/// empty.
+/// Every EGL device on which an OpenGL 4.5 core context can be made, hardware first. Never throws for "none": empty.
 std::vector<DeviceInfo> list_devices();
 
-/// An OpenGL 4.5 core context without a surface, current on the thread that made it. Movable between no
-/// threads.
+/// An OpenGL 4.5 core context without a surface, current on the thread that made it. Movable between no threads.
 class GraphicsDevice {
  public:
-  /// `device` < 0: the first of list_devices(). Throws GpuError, with a sentence for each EGL step that can
-  /// fail.
+  /// `device` < 0: the first of list_devices(). Throws GpuError, with a sentence for each EGL step that can fail.
   explicit GraphicsDevice(int device = -1);
   ~GraphicsDevice();
   GraphicsDevice(const GraphicsDevice&) = delete;
@@ -71,42 +67,41 @@ class GraphicsDevice {
 };
 
 // --- visibility
-// -------------------------------------------------------------------------------------------------
 
 enum class FaceClass : std::uint8_t {
-  hidden = 0,   ///< back-facing, or no in-image sample sees the face
-  partial = 1,  ///< everything else
-  full = 2,  ///< front-facing, all vertices in front of the camera and in [0,W] x [0,H], every sample sees it
+  hidden = 0,      ///< back-facing, or no in-image sample sees the face
+  partial = 1,     ///< everything else
+  full = 2,        ///< front-facing, all vertices in front of the camera and in [0,W] x [0,H], every sample sees it
   unresolved = 3,  ///< no pixel centre in the projection, and sub-pixel resolution is off
 };
 
-/// How visibility is decided. gpvc: the paper, without a bias. The others are what it is compared with
-/// (sections 1 and 3): a depth map compared with a bias, rays with a bias, and no test at all (every front
-/// face inside the image is fully visible).
+/// How visibility is decided. gpvc: the paper, without a bias. The others are what it is compared with (sections 1 and
+/// 3): a depth map compared with a bias, rays with a bias, and no test at all (every front face inside the image is
+/// fully visible).
 enum class Method { gpvc, shadow_map, ray, none };
 enum class Sampling { hivers, ves, dense };
 /// sparse: one ray per vertex; dense: one per covered pixel centre (figure 19).
 enum class Rays { sparse, dense };
-/// apc: reversed depth, near plane at zero (formula 5). spc: symmetric, with near and far planes adapted to
-/// the mesh (formulas 3 and 4, figure 6).
+/// apc: reversed depth, near plane at zero (formula 5). spc: symmetric, with near and far planes adapted to the mesh
+/// (formulas 3 and 4, figure 6).
 enum class Projection { apc, spc };
 
-/// Near plane N of formula 5 in units of the mesh for Method::shadow_map with Projection::apc: window depth
-/// is N / z, which gives the bias its meaning. The value that reproduces table 2. (gpvc, which compares no
-/// depths with a bias, draws with a smaller one.)
+/// Near plane N of formula 5 in units of the mesh for Method::shadow_map with Projection::apc: window depth is N / z,
+/// which gives the bias its meaning. The value that reproduces table 2. (gpvc, which compares no depths with a bias,
+/// draws with a smaller one.)
 inline constexpr double kShadowMapNear = 1e-6;
 
-/// off: the IVM as drawn. paper: LPCC alone. exact: every face that covers a pixel centre contests its stored
-/// owner, in real arithmetic on the projected vertices; ties go to the lower face index.
+/// off: the IVM as drawn. paper: LPCC alone. exact: every face that covers a pixel centre contests its stored owner, in
+/// real arithmetic on the projected vertices; ties go to the lower face index.
 enum class CoverageCorrection { off, paper, exact };
-/// gpu: compute shaders; what they cannot tell for certain, and meshes above the device's limits, the CPU
-/// decides, with the same bits. automatic: the CPU beside a software renderer, shaders on hardware.
+/// gpu: compute shaders; what they cannot tell for certain, and meshes above the device's limits, the CPU decides, with
+/// the same bits. automatic: the CPU beside a software renderer, shaders on hardware.
 enum class Classifier { automatic, cpu, gpu };
 
-/// What draws the IVM. native: a rasterizer of ours, which takes less time than OpenGL does where that runs
-/// on the CPU as well. It snaps nothing, and errs where faces are too close to each other for floats or
-/// rounding hides on which side of a pixel centre an edge runs; the classes are the same. automatic: that
-/// beside a software renderer, where it can be had; OpenGL otherwise.
+/// What draws the IVM. native: a rasterizer of ours, which takes less time than OpenGL does where that runs on the CPU
+/// as well. It snaps nothing, and errs where faces are too close to each other for floats or rounding hides on which
+/// side of a pixel centre an edge runs; the classes are the same. automatic: that beside a software renderer, where it
+/// can be had; OpenGL otherwise.
 enum class Drawing { automatic, opengl, native };
 
 struct VisibilityOptions {
@@ -114,9 +109,9 @@ struct VisibilityOptions {
   Sampling sampling = Sampling::hivers;     ///< gpvc
   Rays rays = Rays::dense;                  ///< ray
   Projection projection = Projection::apc;  ///< gpvc and shadow_map
-  /// The bias. shadow_map: of window depth in [0, 1]; ray: world units, a sample is visible when the first
-  /// intersection from the camera lies within it of the tested point (or behind that point, where a ray of
-  /// floats slipped past the edge of its own face). > 0, finite.
+  /// The bias. shadow_map: of window depth in [0, 1]; ray: world units, a sample is visible when the first intersection
+  /// from the camera lies within it of the tested point (or behind that point, where a ray of floats slipped past the
+  /// edge of its own face). > 0, finite.
   double epsilon = 0;
   CoverageCorrection correction = CoverageCorrection::exact;
   Classifier classifier = Classifier::automatic;
@@ -126,10 +121,9 @@ struct VisibilityOptions {
   bool draw_ivm = true;
 };
 
-/// `gpvc`, `gpvc:ves`, `gpvc:dense`, `shadow-map:spc:EPS`, `shadow-map:apc:EPS`, `ray:sparse:EPS`,
-/// `ray:dense:EPS` or `none` into `options` (method, sampling, rays, epsilon, and a shadow map's projection;
-/// the rest stays). Throws std::invalid_argument: one sentence that quotes the mode and says what was
-/// expected.
+/// `gpvc`, `gpvc:ves`, `gpvc:dense`, `shadow-map:spc:EPS`, `shadow-map:apc:EPS`, `ray:sparse:EPS`, `ray:dense:EPS` or
+/// `none` into `options` (method, sampling, rays, epsilon, and a shadow map's projection; the rest stays). Throws
+/// std::invalid_argument: one sentence that quotes the mode and says what was expected.
 void set_visibility_mode(std::string_view mode, VisibilityOptions& options);
 
 /// The inverse: epsilon as short as reads back exactly.
@@ -154,8 +148,8 @@ struct FaceCoverage {
   std::int32_t x0 = 0, y0 = 0;         ///< first pixel of the box
   std::int32_t width = 0, height = 0;  ///< of the box, in pixels
   std::uint32_t visible = 0;           ///< samples that see the face
-  float visible_share = 0;  ///< of all its samples, (0, 1]; those outside the image count as hidden, as far
-                            ///< as one frame away
+  float visible_share = 0;     ///< of all its samples, (0, 1]; those outside the image count as hidden, as far as one
+                               ///< frame away
   std::size_t first_word = 0;  ///< of its bits in CoverageTable::words; bit y * width + x
 };
 
@@ -172,10 +166,9 @@ struct CoverageTable {
 };
 
 struct VisibilityStatistics {
-  std::size_t processed_faces =
-      0;                    ///< faces classified by sampling (recorded by the fragment shader, paper table 9)
-  std::size_t samples = 0;  ///< IVM look-ups made (paper: sampling count)
-  std::size_t rays = 0;     ///< ray: traced; samples that lie on the same ray share it
+  std::size_t processed_faces = 0;    ///< faces classified by sampling (recorded by the fragment shader, paper table 9)
+  std::size_t samples = 0;            ///< IVM look-ups made (paper: sampling count)
+  std::size_t rays = 0;               ///< ray: traced; samples that lie on the same ray share it
   std::size_t corrected_samples = 0;  ///< samples whose stored owner LPCC overruled
   std::size_t contested_samples = 0;  ///< exact: samples of any face compared with a stored owner
   std::size_t full = 0, partial = 0;
@@ -185,30 +178,30 @@ struct VisibilityStatistics {
   double readback_s = 0;  ///< from the device
   double classify_s = 0;
   double shader_s = 0;  ///< of classify_s: until the compute shaders are done
-  double claims_s = 0;  ///< exact, of classify_s: deciding on the CPU what shaders leave open, but for
-                        ///< sub-pixel samples and coverage
+  double claims_s = 0;  ///< exact, of classify_s: deciding on the CPU what shaders leave open, but for sub-pixel
+                        ///< samples and coverage
 };
 
 struct ViewVisibility {
-  Ivm ivm;  ///< as rendered, pixels outside the photo cleared; never corrected in place
+  Ivm ivm;                         ///< as rendered, pixels outside the photo cleared; never corrected in place
   std::vector<FaceClass> classes;  ///< per face
   CoverageTable coverage;          ///< of the partial faces
   VisibilityStatistics statistics;
 };
 
-/// Visibility of one mesh, view after view. Holds the mesh on the device, unless it draws natively. Must be
-/// used on the device's thread; uses all TBB threads inside. The result does not depend on the number of
-/// threads or on the classifier.
+/// Visibility of one mesh, view after view. Holds the mesh on the device, unless it draws natively. Must be used on the
+/// device's thread; uses all TBB threads inside. The result does not depend on the number of threads or on the
+/// classifier.
 class VisibilityStage {
  public:
-  /// Borrows both. Throws GpuError when the device cannot hold the mesh, std::invalid_argument for options
-  /// that do not go together.
+  /// Borrows both. Throws GpuError when the device cannot hold the mesh, std::invalid_argument for options that do not
+  /// go together.
   VisibilityStage(GraphicsDevice& device, const Mesh& mesh, const VisibilityOptions& options);
   ~VisibilityStage();
   VisibilityStage(const VisibilityStage&) = delete;
   VisibilityStage& operator=(const VisibilityStage&) = delete;
-  /// O(faces + pixels). `view` is stamped into the coverage entries. Images above the GL viewport limit are
-  /// tiled. Reads the view's mask or alpha channel, if it has one: throws InputError.
+  /// O(faces + pixels). `view` is stamped into the coverage entries. Images above the GL viewport limit are tiled.
+  /// Reads the view's mask or alpha channel, if it has one: throws InputError.
   ViewVisibility classify(const View& view, ViewId id);
   /// The same into `result`, whose memory is used again.
   void classify(const View& view, ViewId id, ViewVisibility& result);
@@ -223,34 +216,30 @@ class VisibilityStage {
 };
 
 // --- the oracle
-// ------------------------------------------------------------------------------------------------
 
-/// What the definition above says, by brute force: every sample of every face against every triangle that
-/// covers it, in doubles with error bounds and in exact arithmetic where these cannot tell. No OpenGL, no
-/// code shared with the stage.
+/// What the definition above says, by brute force: every sample of every face against every triangle that covers it, in
+/// doubles with error bounds and in exact arithmetic where these cannot tell. No OpenGL, no code shared with the stage.
 struct OracleView {
   std::vector<FaceClass> classes;  ///< per face
-  std::vector<std::uint8_t> tied;  ///< per face: 1 when an exact tie had a say: a sample within 1e-9 px of
-                                   ///< an edge, or two depths within 1e-12 relative (design: reported apart)
+  std::vector<std::uint8_t> tied;  ///< per face: 1 when an exact tie had a say: a sample within 1e-9 px of an edge, or
+                                   ///< two depths within 1e-12 relative (design: reported apart)
   std::size_t samples = 0;         ///< pixel centres and sub-pixel samples decided
 };
 
-/// O(faces + the pixels that their projections cover), TBB, about 16 bytes a pixel. Deterministic for any
-/// number of threads.
+/// O(faces + the pixels that their projections cover), TBB, about 16 bytes a pixel. Deterministic for any number of
+/// threads.
 OracleView oracle_visibility(const Mesh& mesh, const View& view);
 
 // --- a picture of a textured model
-// ------------------------------------------------------------------------------
 
 struct RenderResult {
   Image image;                         ///< RGB
   std::vector<std::uint8_t> textured;  ///< per pixel: 255 where the model covers it, else 0
 };
 
-/// Draws a textured model from a camera: bilinear lookup of level 0 when `mipmaps` is false (as virtual
-/// rephotography scores it), trilinear when true; back faces culled when `cull` is true. `background` is RGB.
-/// Page images are RGB and become textures (reduced when above the device's limit). Undistorted pinhole
-/// camera.
+/// Draws a textured model from a camera: bilinear lookup of level 0 when `mipmaps` is false (as virtual rephotography
+/// scores it), trilinear when true; back faces culled when `cull` is true. `background` is RGB. Page images are RGB and
+/// become textures (reduced when above the device's limit). Undistorted pinhole camera.
 RenderResult render_model(GraphicsDevice& device, const TexturedModel& model, const std::vector<Image>& pages,
                           const Camera& camera, const Pose& pose, bool mipmaps, bool cull,
                           std::array<std::uint8_t, 3> background);

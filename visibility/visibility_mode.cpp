@@ -44,8 +44,7 @@ double bias(std::string_view mode, std::string_view text) {
 std::size_t biased(std::string_view mode, const std::vector<std::string_view>& parts,
                    const std::array<std::string_view, 2>& choices, double& epsilon) {
   const std::string kind(parts[0]), first(choices[0]), second(choices[1]);
-  if (parts.size() != 3)
-    refuse(mode, "expected " + kind + ":" + first + ":EPS or " + kind + ":" + second + ":EPS");
+  if (parts.size() != 3) refuse(mode, "expected " + kind + ":" + first + ":EPS or " + kind + ":" + second + ":EPS");
   for (std::size_t choice = 0; choice < choices.size(); ++choice) {
     if (parts[1] != choices[choice]) continue;
     epsilon = bias(mode, parts[2]);

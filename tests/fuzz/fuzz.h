@@ -1,7 +1,7 @@
-// What the libFuzzer targets share. All are in one program, which links once; GPVC_FUZZ_TARGET in the
-// environment names the one to run. A target hands bytes to a reader as the file or folder a user would; the
-// reader returns, or throws InputError with one sentence. Anything else (a crash, a sanitizer's finding,
-// another exception, a huge allocation, a hang) is a finding.
+// What the libFuzzer targets share. All are in one program, which links once; GPVC_FUZZ_TARGET in the environment names
+// the one to run. A target hands bytes to a reader as the file or folder a user would; the reader returns, or throws
+// InputError with one sentence. Anything else (a crash, a sanitizer's finding, another exception, a huge allocation, a
+// hang) is a finding.
 #pragma once
 
 #include <unistd.h>
@@ -24,8 +24,7 @@ namespace gpvc::fuzz {
 inline const std::filesystem::path& folder() {
   static const std::filesystem::path kFolder = [] {
     const std::filesystem::path shm = "/dev/shm";
-    const std::filesystem::path base =
-        access(shm.c_str(), W_OK) == 0 ? shm : std::filesystem::temp_directory_path();
+    const std::filesystem::path base = access(shm.c_str(), W_OK) == 0 ? shm : std::filesystem::temp_directory_path();
     const std::filesystem::path made = base / ("gpvc-fuzz-" + std::to_string(getpid()));
     std::filesystem::create_directories(made);
     std::atexit([] { std::filesystem::remove_all(folder()); });
@@ -37,8 +36,7 @@ inline const std::filesystem::path& folder() {
 inline std::filesystem::path write(const std::string& name, std::string_view bytes) {
   const std::filesystem::path file = folder() / name;
   std::FILE* out = std::fopen(file.c_str(), "wb");
-  if (out == nullptr || std::fwrite(bytes.data(), 1, bytes.size(), out) != bytes.size() ||
-      std::fclose(out) != 0)
+  if (out == nullptr || std::fwrite(bytes.data(), 1, bytes.size(), out) != bytes.size() || std::fclose(out) != 0)
     std::abort();
   return file;
 }
@@ -62,8 +60,8 @@ int reads_or_refuses(Read&& read) {
     read();
   } catch (const InputError& error) {
     const std::string_view sentence = error.what();
-    if (sentence.find(folder().string()) == std::string_view::npos ||
-        sentence.find('\n') != std::string_view::npos || sentence.size() > 2000) {
+    if (sentence.find(folder().string()) == std::string_view::npos || sentence.find('\n') != std::string_view::npos ||
+        sentence.size() > 2000) {
       std::fprintf(stderr, "not one sentence about the file: %s\n", error.what());
       std::abort();
     }
