@@ -218,9 +218,9 @@ SynthScene make_cars(const CityOptions& options, std::uint32_t photo, int cars) 
                 true);
     builder.box(Material::paint, place, {-kLength_m / 4, -0.45 * kWidth_m, 0.85}, {kLength_m / 3, 0.45 * kWidth_m, 1.4},
                 false);
-    constexpr Colour kPaints[6] = {{1.1, 0.15, 0.12}, {0.12, 0.25, 0.95}, {1.2, 1.0, 0.1},
-                                   {0.1, 0.1, 0.12},  {0.15, 0.8, 0.75},  {1.0, 0.45, 0.9}};
-    const Colour& paint = kPaints[synth_hash(seed, 5) % 6];
+    constexpr Color kPaints[6] = {{1.1, 0.15, 0.12}, {0.12, 0.25, 0.95}, {1.2, 1.0, 0.1},
+                                  {0.1, 0.1, 0.12},  {0.15, 0.8, 0.75},  {1.0, 0.45, 0.9}};
+    const Color& paint = kPaints[synth_hash(seed, 5) % 6];
     for (std::size_t s = first; s < builder.surfaces(); ++s)
       builder.surface(static_cast<std::uint32_t>(s)).tint = paint;
   }

@@ -183,7 +183,7 @@ void Conversion::write_photo(std::size_t i, PhotoCache& photos) {
   const fs::path file = folder_.file(places_[i]);
   if (!options_.undistort && options_.input.downscale == 1) return copy_whole(view.photo, file);
   const ImageFormat format = is_jpeg(file) ? ImageFormat::jpg : ImageFormat::png;
-  const ColourProfile profile = read_colour_profile(view.photo);
+  const ColorProfile profile = read_color_profile(view.photo);
   const auto photo = photos.photo(used_[i]);
   std::vector<std::uint8_t> inside;
   if (options_.undistort)

@@ -5,12 +5,12 @@
 
 namespace gpvc {
 
-ColourProfile profile_of_photos(const SceneInputData& input, Console& console) {
+ColorProfile profile_of_photos(const SceneInputData& input, Console& console) {
   const auto view_of = [&](std::size_t n) -> const View& { return input.scene.views[index(input.used[n])]; };
-  const ColourProfile first = read_colour_profile(view_of(0).photo);
+  const ColorProfile first = read_color_profile(view_of(0).photo);
   std::vector<std::uint8_t> differs(input.used.size(), 0);
   tbb::parallel_for(std::size_t{1}, input.used.size(),
-                    [&](std::size_t n) { differs[n] = read_colour_profile(view_of(n).photo) != first ? 1 : 0; });
+                    [&](std::size_t n) { differs[n] = read_color_profile(view_of(n).photo) != first ? 1 : 0; });
   constexpr std::size_t kHandful = 5;
   std::string named;
   std::size_t count = 0;

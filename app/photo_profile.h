@@ -8,6 +8,6 @@ namespace gpvc {
 
 /// The first used photo's, empty for none; a warning names photos that carry another, as colours are not converted.
 /// Reads headers alone. Throws InputError.
-ColourProfile profile_of_photos(const SceneInputData& input, Console& console);
+ColorProfile profile_of_photos(const SceneInputData& input, Console& console);
 
 }  // namespace gpvc

@@ -67,7 +67,7 @@ Image id_picture(const std::vector<std::uint32_t>& surfaces, int width, int heig
   picture.height = height;
   picture.pixels.reserve(surfaces.size() * 3);
   for (const std::uint32_t surface : surfaces)
-    for (const std::uint8_t c : id_colour(surface)) picture.pixels.push_back(c);
+    for (const std::uint8_t c : id_color(surface)) picture.pixels.push_back(c);
   return picture;
 }
 

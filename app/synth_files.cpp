@@ -35,7 +35,7 @@ struct Observation {
 
 struct TiePoint {
   WorldPoint position;
-  Colour colour;
+  Color color;
   std::vector<std::array<std::size_t, 2>> track;  // view, index among the view's observations
 };
 
@@ -54,7 +54,7 @@ std::vector<TiePoint> tie_points(const SynthScene& scene, const std::vector<View
       point.position.y += scene.mesh.positions[v].y / 3;
       point.position.z += scene.mesh.positions[v].z / 3;
     }
-    point.colour = surface_albedo(scene.surfaces[scene.face_surface[face]], point.position);
+    point.color = surface_albedo(scene.surfaces[scene.face_surface[face]], point.position);
     std::vector<std::pair<std::size_t, PhotoPoint>> seen;
     for (std::size_t v = 0; v < views.size(); ++v) {
       const CameraPoint c = camera_from_world(views[v].pose, point.position);
@@ -161,8 +161,8 @@ void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& sce
   for (std::size_t n = 0; n < points.size(); ++n) {
     const TiePoint& p = points[n];
     text += fmt::format("{} {} {} {} {} {} {} 0", n + 1, p.position.x + offset.x, p.position.y + offset.y,
-                        p.position.z + offset.z, static_cast<int>(p.colour[0]), static_cast<int>(p.colour[1]),
-                        static_cast<int>(p.colour[2]));
+                        p.position.z + offset.z, static_cast<int>(p.color[0]), static_cast<int>(p.color[1]),
+                        static_cast<int>(p.color[2]));
     for (const auto& [view, i] : p.track) text += fmt::format(" {} {}", view + 1, i);
     text += "\n";
   }

@@ -25,7 +25,7 @@ struct Ray {
 struct SurfacePoint {
   bool sky = true;
   WorldPoint position, normal;  // the side that is seen
-  Colour albedo{206, 218, 232};
+  Color albedo{206, 218, 232};
   std::uint32_t surface = kNoSurface;
 };
 
@@ -191,12 +191,12 @@ struct SynthRenderer::State {
   }
 
   // The mean colour of the samples; those that are not `valid` are black. `surface`: what all of them see.
-  Colour colour(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid,
-                std::uint32_t& surface) const {
+  Color color(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid,
+              std::uint32_t& surface) const {
     Points points;
     first_points(rays, valid, points);
     const std::array<int, kSamples> lit = in_the_sun(points, valid);
-    Colour sum{};
+    Color sum{};
     surface = points[0].surface;
     for (std::size_t i = 0; i < kSamples; ++i) {
       if (points[i].surface != surface) surface = kMixedSurfaces;
@@ -279,8 +279,8 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Ex
         rays[s] = {pose.centre,
                    {r[0] * cx + r[3] * cy + r[6], r[1] * cx + r[4] * cy + r[7], r[2] * cx + r[5] * cy + r[8]}};
       }
-      const Colour c = state_->colour(
-          rays, valid, photo.surfaces[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)]);
+      const Color c =
+          state_->color(rays, valid, photo.surfaces[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)]);
       const double dx = x + 0.5 - half_x, dy = y + 0.5 - half_y;
       const double gain = exposure.at((dx * dx + dy * dy) / (half_x * half_x + half_y * half_y));
       std::uint8_t* out = image.at(x, y);

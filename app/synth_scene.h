@@ -30,7 +30,7 @@ enum class Material : std::uint8_t {
   meadow
 };
 
-using Colour = std::array<double, 3>;  ///< display values, 0..255
+using Color = std::array<double, 3>;  ///< display values, 0..255
 
 /// A plane (or a crown, a hillside) with its own albedo: procedural in (u, v) = ((p - origin) . u_axis, (p - origin) .
 /// v_axis).
@@ -40,8 +40,8 @@ struct Surface {
   WorldPoint u_axis, v_axis;  ///< unit length
   std::uint32_t seed = 0;
   bool windows = false;
-  Colour tint{1, 1, 1};  ///< factor on the albedo: surfaces that meet in photos can be told apart
-  double scale = 1;      ///< metres that a metre of the pattern covers
+  Color tint{1, 1, 1};  ///< factor on the albedo: surfaces that meet in photos can be told apart
+  double scale = 1;     ///< metres that a metre of the pattern covers
 };
 
 struct SynthScene {
@@ -52,7 +52,7 @@ struct SynthScene {
 };
 
 /// The colour of a surface point before light falls on it.
-Colour surface_albedo(const Surface& surface, const WorldPoint& p);
+Color surface_albedo(const Surface& surface, const WorldPoint& p);
 
 /// A camera's own exposure: colours are multiplied by `gain` and fall off towards the corners by `vignetting`.
 struct Exposure {

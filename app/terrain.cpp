@@ -35,10 +35,10 @@ SynthScene built(const LayerOptions& options, double grid, const std::function<v
 }
 
 // Colours far apart: a hue from the wheel's twelve, at two strengths.
-Colour vivid(std::uint32_t n) {
-  constexpr Colour kHues[12] = {{1.5, 0.5, 0.5}, {0.4, 1.3, 0.6}, {0.5, 0.6, 1.6}, {1.5, 1.4, 0.4},
-                                {1.4, 0.5, 1.4}, {0.4, 1.3, 1.4}, {1.6, 0.9, 0.4}, {0.8, 0.5, 1.6},
-                                {0.8, 1.5, 0.4}, {0.4, 0.8, 0.9}, {1.4, 1.1, 1.0}, {0.7, 0.4, 0.4}};
+Color vivid(std::uint32_t n) {
+  constexpr Color kHues[12] = {{1.5, 0.5, 0.5}, {0.4, 1.3, 0.6}, {0.5, 0.6, 1.6}, {1.5, 1.4, 0.4},
+                               {1.4, 0.5, 1.4}, {0.4, 1.3, 1.4}, {1.6, 0.9, 0.4}, {0.8, 0.5, 1.6},
+                               {0.8, 1.5, 0.4}, {0.4, 0.8, 0.9}, {1.4, 1.1, 1.0}, {0.7, 0.4, 0.4}};
   return kHues[n % 12];
 }
 

@@ -92,7 +92,7 @@ Json preview_json(const Viewpoint& view) {
           {"background", kBackground}};
 }
 
-Json write_preview(const fs::path& file, const TexturedScene& scene, UpAxis up, const ColourProfile& profile,
+Json write_preview(const fs::path& file, const TexturedScene& scene, UpAxis up, const ColorProfile& profile,
                    GraphicsDevice& device) {
   const SceneInputData& in = scene.input;
   const Viewpoint view = overview(in.mesh, scene.selection.labels, in.scene, in.used, up,
@@ -149,8 +149,8 @@ void write_textured_scene(const TexturedScene& scene, const TextureOptions& opti
   Stage stage(console, record, "write");
   const SceneInputData& in = scene.input;
   const TextureAtlas& atlas = scene.atlas;
-  const ColourProfile profile = profile_of_photos(in, console);
-  record.counts["colour_profile_bytes"] = profile.size();
+  const ColorProfile profile = profile_of_photos(in, console);
+  record.counts["color_profile_bytes"] = profile.size();
   const Names names = promise_files(folder, atlas.pages.size(), options.texture);
   ModelOptions model;
   model.offset = local_origin(in.mesh, scene.selection.labels, in.scene, in.used);

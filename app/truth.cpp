@@ -11,16 +11,16 @@ namespace {
 namespace fs = std::filesystem;
 
 // Products with an odd number permute what 24 bits hold; near numbers land far apart.
-constexpr std::uint32_t kSpread = 0x9E3779u, kColours = 1u << 24, kMostSurfaces = 1u << 20;
+constexpr std::uint32_t kSpread = 0x9E3779u, kColors = 1u << 24, kMostSurfaces = 1u << 20;
 
 constexpr std::uint32_t inverse(std::uint32_t odd) {
   std::uint32_t x = odd;  // right in the lowest 3 bits; each step doubles them (Newton)
   for (int i = 0; i < 4; ++i) x *= 2 - odd * x;
-  return x % kColours;
+  return x % kColors;
 }
 
-constexpr std::uint32_t number_of(std::uint32_t code) { return code * inverse(kSpread) % kColours; }
-static_assert(number_of(5u * kSpread % kColours) == 5);
+constexpr std::uint32_t number_of(std::uint32_t code) { return code * inverse(kSpread) % kColors; }
+static_assert(number_of(5u * kSpread % kColors) == 5);
 static_assert(number_of(0xFFFFFF) > kMostSurfaces, "white means mixed");
 
 nlohmann::json read_json(const fs::path& file) {
@@ -35,14 +35,14 @@ nlohmann::json read_json(const fs::path& file) {
 
 }  // namespace
 
-std::array<std::uint8_t, 3> id_colour(std::uint32_t surface) {
+std::array<std::uint8_t, 3> id_color(std::uint32_t surface) {
   if (surface == kMixedSurfaces) return {255, 255, 255};
   if (surface == kNoSurface) return {0, 0, 0};
-  const std::uint32_t code = (surface + 1) * kSpread % kColours;
+  const std::uint32_t code = (surface + 1) * kSpread % kColors;
   return {static_cast<std::uint8_t>(code >> 16), static_cast<std::uint8_t>(code >> 8), static_cast<std::uint8_t>(code)};
 }
 
-std::uint32_t surface_of_colour(const std::uint8_t* rgb, std::size_t surfaces) {
+std::uint32_t surface_of_color(const std::uint8_t* rgb, std::size_t surfaces) {
   const std::uint32_t code = std::uint32_t{rgb[0]} << 16 | std::uint32_t{rgb[1]} << 8 | rgb[2];
   if (code == 0) return kNoSurface;
   const std::uint32_t number = number_of(code);
@@ -85,7 +85,7 @@ std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string
                      fmt::format("{} x {}, but the photo is {} x {}", picture.width, picture.height, width, height));
   std::vector<std::uint32_t> surfaces(picture.pixels.size() / 3);
   for (std::size_t i = 0; i < surfaces.size(); ++i)
-    surfaces[i] = surface_of_colour(picture.pixels.data() + 3 * i, truth.all_surfaces);
+    surfaces[i] = surface_of_color(picture.pixels.data() + 3 * i, truth.all_surfaces);
   return surfaces;
 }
 

@@ -30,9 +30,9 @@ namespace gpvc {
 
 /// A colour for each surface below 2^20 and for kMixedSurfaces (white) and kNoSurface (black), far apart for near
 /// numbers.
-std::array<std::uint8_t, 3> id_colour(std::uint32_t surface);
+std::array<std::uint8_t, 3> id_color(std::uint32_t surface);
 /// The inverse; kMixedSurfaces for colours that belong to no surface below `surfaces`.
-std::uint32_t surface_of_colour(const std::uint8_t* rgb, std::size_t surfaces);
+std::uint32_t surface_of_color(const std::uint8_t* rgb, std::size_t surfaces);
 
 struct Truth {
   std::filesystem::path dir;

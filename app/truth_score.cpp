@@ -28,7 +28,7 @@ using IdPicture = std::shared_ptr<const std::vector<std::uint32_t>>;
 constexpr std::size_t kKeptBytes = std::size_t{1} << 30;
 
 // What photos show of a sample, at a gain of 1.
-struct OwnColours {
+struct OwnColors {
   Pixel least{1e9F, 1e9F, 1e9F}, most{-1e9F, -1e9F, -1e9F};
   void add(const Pixel& p) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -78,7 +78,7 @@ struct Shown {
     return (
         *surfaces)[static_cast<std::size_t>(y) * static_cast<std::size_t>(photo->width) + static_cast<std::size_t>(x)];
   }
-  Pixel colour(int x, int y) const {
+  Pixel color(int x, int y) const {
     const double dx = (x + 0.5) / photo->width * 2 - 1, dy = (y + 0.5) / photo->height * 2 - 1;
     // As the synthetic camera has it: by the distance in pixels, 1 in the corner.
     const double w = photo->width, h = photo->height;
@@ -174,7 +174,7 @@ struct TruthScorer::State {
   std::vector<double> areas;                     // of each
   std::vector<Sample> hidden;                    // those that no used photo sees, in face order
   std::vector<double> hidden_areas;              // of each
-  std::vector<OwnColours> own;                   // of each
+  std::vector<OwnColors> own;                    // of each
   std::vector<float> untold;                     // of each
   std::vector<float> gains{1.0F};                // by which a texel may differ from photos at gain 1
   mutable std::map<ViewId, IdPicture> pictures;  // id pictures, as far as kKeptBytes reach
@@ -302,7 +302,7 @@ void TruthScorer::State::collect_own(const Progress& progress) {
       if (!around.alone) return;
       clear[i * words + n / 64] |= std::uint64_t{1} << (n % 64);
       photo.around(*at, kOwnReach_px, [&](int x, int y) {
-        if (photo.surface(x, y) == surface) own[i].add(photo.colour(x, y));
+        if (photo.surface(x, y) == surface) own[i].add(photo.color(x, y));
       });
     });
   }
@@ -345,7 +345,7 @@ void TruthScorer::State::find_untold(const Progress& progress) {
       const std::uint32_t there = photo.surface(x, y);
       if (there == kMixedSurfaces || there == truth.face_surface[samples[i].face]) return;
       ++hiding[i];
-      if (own_distance(i, photo.colour(x, y)) <= kTold) ++alike[i];
+      if (own_distance(i, photo.color(x, y)) <= kTold) ++alike[i];
     });
   }
   untold.resize(samples.size());
@@ -391,8 +391,8 @@ std::vector<double> TruthScorer::State::other_distances(const std::vector<std::o
       photo.around(*at, kOtherReach_px, [&](int x, int y) {
         const std::uint32_t there = photo.surface(x, y);
         if (there == surface || there == kMixedSurfaces) return;
-        const Pixel colour = photo.colour(x, y), &t = *texels[i];
-        for (const float g : gains) others[i] = std::min(others[i], distance(colour, {t[0] * g, t[1] * g, t[2] * g}));
+        const Pixel color = photo.color(x, y), &t = *texels[i];
+        for (const float g : gains) others[i] = std::min(others[i], distance(color, {t[0] * g, t[1] * g, t[2] * g}));
       });
     });
     progress(n + 1, used.size());

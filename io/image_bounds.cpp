@@ -22,11 +22,11 @@ std::string claim(std::int64_t width, std::int64_t height) {
 /// PNG's IHDR: width, height, bits a sample, colour type.
 struct PngHeader {
   std::uint32_t width = 0, height = 0;
-  unsigned bits = 0, colour = 0;
+  unsigned bits = 0, color = 0;
 
   unsigned channels() const {
     constexpr std::array<unsigned, 7> kChannels{1, 0, 3, 1, 2, 0, 4};
-    return colour < kChannels.size() ? kChannels[colour] : 0;
+    return color < kChannels.size() ? kChannels[color] : 0;
   }
 };
 

@@ -211,7 +211,7 @@ Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput
 
 /// One mark a pixel: alpha is 0, or, where `colours` count, all of those are.
 template <typename Sample>
-std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& input, OIIO::TypeDesc type, bool colours) {
+std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& input, OIIO::TypeDesc type, bool colors) {
   const OIIO::ImageSpec& spec = input.spec();
   const auto channels = static_cast<std::size_t>(spec.nchannels);
   const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
@@ -222,7 +222,7 @@ std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& inp
   std::vector<std::uint8_t> marks(count);
   for (std::size_t i = 0; i < count; ++i) {
     const Sample* pixel = samples.data() + i * channels;
-    bool black = colours;
+    bool black = colors;
     for (std::size_t c = 0; c < channels && black; ++c) black = pixel[c] == Sample{0} || (alpha && c == alpha_channel);
     marks[i] = black || (alpha && pixel[alpha_channel] == Sample{0}) ? 1 : 0;
   }
@@ -252,7 +252,7 @@ class OutputProxy final : public OIIO::Filesystem::IOProxy {
   std::vector<std::uint8_t> bytes_;
 };
 
-void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality, const ColourProfile& profile) {
+void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality, const ColorProfile& profile) {
   OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
   spec["Compression"] = "jpeg:" + std::to_string(std::clamp(quality, 1, 100));
   spec["jpeg:subsampling"] = "4:4:4";
@@ -281,17 +281,17 @@ bool has_alpha(const fs::path& file) { return open_image(file)->spec().alpha_cha
 
 namespace {
 
-PixelMarks zero_pixels(const fs::path& file, bool colours) {
+PixelMarks zero_pixels(const fs::path& file, bool colors) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
   check_jpeg(file, "", FileBytes(file).view());
   input->threads(1);
   const OIIO::ImageSpec& spec = input->spec();
-  if (!colours && spec.alpha_channel < 0) throw InputError(file, "", "has lost its alpha channel");
+  if (!colors && spec.alpha_channel < 0) throw InputError(file, "", "has lost its alpha channel");
   // Deeper samples keep their depth: zero alone is zero.
   const bool bytes = spec.format == OIIO::TypeDesc::UINT8;
   return {spec.width, spec.height,
-          bytes ? zero_marks<std::uint8_t>(file, *input, OIIO::TypeDesc::UINT8, colours)
-                : zero_marks<float>(file, *input, OIIO::TypeDesc::FLOAT, colours)};
+          bytes ? zero_marks<std::uint8_t>(file, *input, OIIO::TypeDesc::UINT8, colors)
+                : zero_marks<float>(file, *input, OIIO::TypeDesc::FLOAT, colors)};
 }
 
 }  // namespace
@@ -323,12 +323,12 @@ Image decode_image(const fs::path& file, const std::string& part, std::string_vi
   return decode_rgb(file, part, *input);
 }
 
-ColourProfile read_colour_profile(const fs::path& file) {
+ColorProfile read_color_profile(const fs::path& file) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
   const OIIO::ParamValue* found = input->spec().find_attribute("ICCProfile");
   if (!found || found->type().basetype != OIIO::TypeDesc::UINT8) return {};
   const auto* bytes = static_cast<const std::uint8_t*>(found->data());
-  ColourProfile profile(bytes, bytes + found->datasize());
+  ColorProfile profile(bytes, bytes + found->datasize());
   // ICC.1: a header of 128 bytes with the size at 0, the data's colour space at 16, the signature at 36.
   constexpr std::size_t kHeader = 128, kSpace = 16, kSignature = 36;
   const auto reads = [&](std::size_t at, std::string_view word) {
@@ -364,7 +364,7 @@ Image reduce_image(const Image& image, int factor) {
 }
 
 void write_image(const fs::path& file, const Image& image, ImageFormat format, int quality,
-                 const ColourProfile& profile) {
+                 const ColorProfile& profile) {
   if (image.width < 1 || image.height < 1 || image.channels < 1 || image.channels > 4 ||
       image.pixels.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
                                  static_cast<std::size_t>(image.channels))

@@ -43,6 +43,6 @@ Image reduce_image(const Image& image, int factor);
 
 /// A PNG of 8 bits a channel and 1 to 4 channels, quick rather than small. The bytes do not depend on the number of
 /// threads.
-void write_png(OutputFile& out, const Image& image, const ColourProfile& profile);
+void write_png(OutputFile& out, const Image& image, const ColorProfile& profile);
 
 }  // namespace gpvc

@@ -129,11 +129,11 @@ struct Image {
 Image read_image(const std::filesystem::path& file);
 
 /// An ICC profile, byte for byte as image files embed it; empty: none.
-using ColourProfile = std::vector<std::uint8_t>;
+using ColorProfile = std::vector<std::uint8_t>;
 
 /// From the header alone. Empty also for what is no profile of RGB colours (grey and CMYK photos come converted).
 /// Throws InputError.
-ColourProfile read_colour_profile(const std::filesystem::path& file);
+ColorProfile read_color_profile(const std::filesystem::path& file);
 
 template <typename T>
 struct NpyArray {
@@ -198,7 +198,7 @@ enum class ImageFormat { png, jpg };
 /// `quality` 1..100 applies to jpg (chroma is not subsampled). `profile` is embedded; without one, PNG says sRGB and
 /// JPEG nothing, which means the same.
 void write_image(const std::filesystem::path& file, const Image& image, ImageFormat format, int quality,
-                 const ColourProfile& profile = {});
+                 const ColorProfile& profile = {});
 
 /// Texture coordinates in page units: (0,0) top-left corner of the page, (1,1) bottom-right; glTF's convention.
 struct TexCoord {

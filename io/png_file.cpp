@@ -96,13 +96,13 @@ std::string header_of(const Image& image) {
   std::string header;
   append_big_endian(header, static_cast<std::size_t>(image.width));
   append_big_endian(header, static_cast<std::size_t>(image.height));
-  constexpr std::array<char, 5> kColourTypes{0, 0, 4, 2, 6};  // by channels: grey, grey + alpha, RGB, RGBA
-  const char colour = kColourTypes.at(static_cast<std::size_t>(image.channels));
-  return header + std::string{8, colour, 0, 0, 0};  // bits; deflate, adaptive filters, not interlaced
+  constexpr std::array<char, 5> kColorTypes{0, 0, 4, 2, 6};  // by channels: grey, grey + alpha, RGB, RGBA
+  const char color = kColorTypes.at(static_cast<std::size_t>(image.channels));
+  return header + std::string{8, color, 0, 0, 0};  // bits; deflate, adaptive filters, not interlaced
 }
 
 /// A name, the compression's number, the profile as a zlib stream.
-std::string profile_chunk(const ColourProfile& profile) {
+std::string profile_chunk(const ColorProfile& profile) {
   uLongf size = compressBound(static_cast<uLong>(profile.size()));
   std::string deflated(size, '\0');
   if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &size, profile.data(), static_cast<uLong>(profile.size()),
@@ -114,7 +114,7 @@ std::string profile_chunk(const ColourProfile& profile) {
 
 }  // namespace
 
-void write_png(OutputFile& out, const Image& image, const ColourProfile& profile) {
+void write_png(OutputFile& out, const Image& image, const ColorProfile& profile) {
   const std::size_t line = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels) + 1;
   const auto height = static_cast<std::size_t>(image.height);
   const std::size_t rows = std::max<std::size_t>(kBlockBytes / line, 1);

@@ -19,10 +19,10 @@ class PhotoGains {
  public:
   explicit PhotoGains(std::size_t views) : log2_gain_(views * 3, 0.0) {}
 
-  ColourSample sample(const ViewRecord& item) const {
-    ColourSample result;
+  ColorSample sample(const ViewRecord& item) const {
+    ColorSample result;
     for (std::size_t c = 0; c < 3; ++c)
-      result.rgb[c] = static_cast<float>(item.record->colour[c] / 256.0 * std::exp2(-log2_gain_[item.view * 3 + c]));
+      result.rgb[c] = static_cast<float>(item.record->color[c] / 256.0 * std::exp2(-log2_gain_[item.view * 3 + c]));
     return result;
   }
 
@@ -48,7 +48,7 @@ class PhotoGains {
 
   void compare(std::span<const ViewRecord> records, std::vector<std::uint32_t>& histogram) const {
     if (records.size() < 3) return;
-    std::vector<ColourSample> samples;
+    std::vector<ColorSample> samples;
     for (const ViewRecord& item : records) samples.push_back(sample(item));
     std::vector<float> channel(samples.size());
     for (std::size_t c = 0; c < 3; ++c) {
@@ -106,7 +106,7 @@ constexpr int kRounds = 10;
 /// A single wild colour must not outvote its surroundings.
 constexpr double kMostPerFace = 2 * kOutlierDistance;
 
-void judge_face(std::span<const ViewRecord> records, const PhotoGains& gains, std::vector<ColourSample>& samples,
+void judge_face(std::span<const ViewRecord> records, const PhotoGains& gains, std::vector<ColorSample>& samples,
                 std::vector<double>& distance) {
   const auto full =
       std::count_if(records.begin(), records.end(), [](const ViewRecord& item) { return item.record->is_full(); });
@@ -150,7 +150,7 @@ void judge_records(RecordsByView& by_view, std::size_t faces, const FaceGraph& g
   for (int round = 0; round < 2; ++round) gains.refine(by_view, faces);
   for_each_chunk(faces, [&](std::size_t, std::size_t begin, std::size_t end) {
     const FaceChunk grouped(by_view, begin, end);
-    std::vector<ColourSample> samples;
+    std::vector<ColorSample> samples;
     std::vector<double> distance;
     for (std::size_t face = begin; face != end; ++face) judge_face(grouped.of(face), gains, samples, distance);
   });

@@ -16,7 +16,7 @@ struct Gaussian {
   Vector mean{};
   Symmetric inverse_covariance{};
 
-  double squared_distance(const ColourSample& sample) const {
+  double squared_distance(const ColorSample& sample) const {
     const double x = static_cast<double>(sample.rgb[0]) - mean[0], y = static_cast<double>(sample.rgb[1]) - mean[1],
                  z = static_cast<double>(sample.rgb[2]) - mean[2];
     const Symmetric& m = inverse_covariance;
@@ -26,7 +26,7 @@ struct Gaussian {
 
 /// How far, in grey levels (standard deviation), photos of one and the same surface differ for reasons that make none
 /// of them wrong: 4 levels of noise and JPEG, 4 % of vignetting and sheen.
-double natural_deviation(const Vector& colour) { return 4 + 0.04 * (colour[0] + colour[1] + colour[2]) / 3; }
+double natural_deviation(const Vector& color) { return 4 + 0.04 * (color[0] + color[1] + color[2]) / 3; }
 
 Symmetric inverse(const Symmetric& m) {
   const double a = m[3] * m[5] - m[4] * m[4], b = m[2] * m[4] - m[1] * m[5], c = m[1] * m[4] - m[2] * m[3];
@@ -47,18 +47,18 @@ double median(std::vector<double>& values) {
 }
 
 /// Median colour of the votes, and an isotropic deviation from the median distance to it.
-Gaussian robust_start(std::span<const ColourSample> samples, std::size_t votes) {
+Gaussian robust_start(std::span<const ColorSample> samples, std::size_t votes) {
   Gaussian result;
   std::vector<double> values;
   for (std::size_t c = 0; c < 3; ++c) {
     values.clear();
-    for (const ColourSample& sample : samples)
+    for (const ColorSample& sample : samples)
       if (sample.votes) values.push_back(static_cast<double>(sample.rgb[c]));
     result.mean[c] = median(values);
   }
   result.inverse_covariance = {1, 0, 0, 1, 0, 1};
   values.clear();
-  for (const ColourSample& sample : samples)
+  for (const ColorSample& sample : samples)
     if (sample.votes) values.push_back(std::sqrt(result.squared_distance(sample)));
   // The median length of a normal vector in three dimensions is 1.538 standard deviations. Of three votes the median
   // distance is that of the second, which says nothing about the spread of two that agree.
@@ -69,7 +69,7 @@ Gaussian robust_start(std::span<const ColourSample> samples, std::size_t votes) 
   return result;
 }
 
-Gaussian fit(std::span<const ColourSample> samples, const std::vector<std::uint8_t>& inlier, std::size_t inliers) {
+Gaussian fit(std::span<const ColorSample> samples, const std::vector<std::uint8_t>& inlier, std::size_t inliers) {
   Gaussian result;
   for (std::size_t i = 0; i < samples.size(); ++i)
     if (inlier[i] != 0)
@@ -91,10 +91,10 @@ Gaussian fit(std::span<const ColourSample> samples, const std::vector<std::uint8
 
 }  // namespace
 
-void disagreement(std::span<const ColourSample> samples, std::vector<double>& result) {
+void disagreement(std::span<const ColorSample> samples, std::vector<double>& result) {
   result.assign(samples.size(), 0.0);
   const auto votes = static_cast<std::size_t>(
-      std::count_if(samples.begin(), samples.end(), [](const ColourSample& sample) { return sample.votes; }));
+      std::count_if(samples.begin(), samples.end(), [](const ColorSample& sample) { return sample.votes; }));
   if (votes < 3) return;
 
   constexpr int kRounds = 10;  // as published; it settles in two or three

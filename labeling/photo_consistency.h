@@ -10,7 +10,7 @@
 namespace gpvc {
 
 /// Mean colour of a face in one photo, in grey levels, gains of the photos removed.
-struct ColourSample {
+struct ColorSample {
   std::array<float, 3> rgb{};
   bool votes = true;  ///< takes part in finding the consensus; all samples are judged by it
 };
@@ -38,6 +38,6 @@ constexpr double distance_from_fixed(std::uint16_t fixed) { return fixed / 1024.
 /// of all, so below n = 12 nothing could ever be rejected; we start from the median and the median distance to it. And
 /// the covariance has a floor, since photos of one surface differ by noise, angle and vignetting. O(n) for a handful of
 /// rounds.
-void disagreement(std::span<const ColourSample> samples, std::vector<double>& result);
+void disagreement(std::span<const ColorSample> samples, std::vector<double>& result);
 
 }  // namespace gpvc

@@ -19,7 +19,7 @@ constexpr std::uint32_t kNoSlot = 0xFFFFFFFFu;
 /// Sums over a face's pixels; plain while a run of pixels is added up, atomic where runs meet.
 struct PixelSums {
   std::uint64_t pixels = 0, margin = 0, gradient = 0;
-  std::array<std::uint64_t, 3> colour{};
+  std::array<std::uint64_t, 3> color{};
 
   void add_to(PixelSums& total) const {
     const auto add = [](std::uint64_t& to, std::uint64_t value) {
@@ -28,7 +28,7 @@ struct PixelSums {
     add(total.pixels, pixels);
     if (margin != 0) add(total.margin, margin);
     add(total.gradient, gradient);
-    for (std::size_t c = 0; c < 3; ++c) add(total.colour[c], colour[c]);
+    for (std::size_t c = 0; c < 3; ++c) add(total.color[c], color[c]);
   }
 };
 
@@ -125,7 +125,7 @@ class ViewPass {
     if (!margin_.empty()) sums.margin += margin_[frame_pixel];
     if (!gradient_.empty()) sums.gradient += gradient_[photo_pixel];
     const std::uint8_t* rgb = photo_.pixels.data() + 3 * photo_pixel;
-    for (std::size_t c = 0; c < 3; ++c) sums.colour[c] += rgb[c];
+    for (std::size_t c = 0; c < 3; ++c) sums.color[c] += rgb[c];
   }
 
   /// Adds a row, run by run: neighbours mostly show the same face, and only a run's end touches shared memory.
@@ -172,7 +172,7 @@ class ViewPass {
     result.quality = static_cast<float>(quality);
     result.margin = share16(static_cast<double>(sums.margin) / pixels);
     for (std::size_t c = 0; c < 3; ++c)
-      result.colour[c] = static_cast<std::uint16_t>((sums.colour[c] * 256 + sums.pixels / 2) / sums.pixels);
+      result.color[c] = static_cast<std::uint16_t>((sums.color[c] * 256 + sums.pixels / 2) / sums.pixels);
     return result;
   }
 

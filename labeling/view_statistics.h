@@ -20,11 +20,11 @@ Share16 share16(double share);
 /// One face in one view: 20 bytes, since a scene has tens of millions of them.
 struct FaceRecord {
   std::uint32_t face = 0;
-  float quality = 0;                      ///< of the data term chosen, >= 0, more is better; px^2 or grey levels px
-  std::array<std::uint16_t, 3> colour{};  ///< mean R, G, B of the pixels that show the face, times 256
-  Share16 margin = 0;                     ///< of those pixels, the share within the silhouette margin
-  Share16 visible = 0;                    ///< share of the face's samples that see it; whole when class is full
-  std::uint16_t disagreement = 0;         ///< with the other photos of the face: fixed_distance()
+  float quality = 0;                     ///< of the data term chosen, >= 0, more is better; px^2 or grey levels px
+  std::array<std::uint16_t, 3> color{};  ///< mean R, G, B of the pixels that show the face, times 256
+  Share16 margin = 0;                    ///< of those pixels, the share within the silhouette margin
+  Share16 visible = 0;                   ///< share of the face's samples that see it; whole when class is full
+  std::uint16_t disagreement = 0;        ///< with the other photos of the face: fixed_distance()
   bool is_full() const { return visible == kWholeShare; }
 };
 static_assert(sizeof(FaceRecord) == 20);

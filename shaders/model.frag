@@ -5,6 +5,6 @@ uniform sampler2D page;
 uniform bool textured;
 uniform vec3 background;
 
-layout(location = 0) out vec4 colour;
+layout(location = 0) out vec4 color;
 
-void main() { colour = textured ? vec4(texture(page, uv).rgb, 1.0) : vec4(background, 0.0); }
+void main() { color = textured ? vec4(texture(page, uv).rgb, 1.0) : vec4(background, 0.0); }

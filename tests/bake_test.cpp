@@ -131,7 +131,7 @@ TEST(Sampling, CatmullRomReproducesPixelsAndRamps) {
 }
 
 /// Charts red, nothing else may show: at 1/8 scale, no matter how the averaging boxes fall on charts.
-TEST(Bake, NoBackgroundColourAppearsUpToMipLevelThree) {
+TEST(Bake, NoBackgroundColorAppearsUpToMipLevelThree) {
   AtlasScene s;
   s.add_plane(12, 12, 1.0);
   // Islands: every third square of every third row.

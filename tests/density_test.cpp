@@ -78,7 +78,7 @@ TEST(Density, TexelSizeCoarserThanThePhotoChangesNothing) {
 }
 
 /// However coarse: the cost is bounded by the photo, and the colour is the chart's, not its surroundings'.
-TEST(Density, TexelsLargerThanAChartHaveTheColourOfTheChart) {
+TEST(Density, TexelsLargerThanAChartHaveTheColorOfTheChart) {
   AtlasScene s;
   s.add_plane(4, 4, 1.0);
   View& view = s.add_view(0, 0, 10, 640, 520, 500);  // 50 px a metre
@@ -175,7 +175,7 @@ TEST(Density, ThePlanTellsWhatPagesTake) {
   EXPECT_EQ(plan.estimate().charts, atlas.statistics.charts);
 }
 
-TEST(Density, UnseenFacesTakeTheColourAskedFor) {
+TEST(Density, UnseenFacesTakeTheColorAskedFor) {
   AtlasScene s;
   plane_in_one_photo(s);
   for (std::size_t f = 40; f < 60; ++f) s.labels[f] = kNoView, s.tags[f] = FaceTag::filled;

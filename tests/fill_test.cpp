@@ -9,7 +9,7 @@ Color ramp(double x, double y) {
   return {static_cast<float>(60 + 10 * x), static_cast<float>(80 + 8 * y), static_cast<float>(200 - 6 * x - 4 * y)};
 }
 
-Color colour_of(const TextureAtlas& atlas, std::size_t face, double a, double b) {
+Color color_of(const TextureAtlas& atlas, std::size_t face, double a, double b) {
   return lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, a, b));
 }
 
@@ -28,7 +28,7 @@ TEST(Fill, HoleContinuesALinearRamp) {
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
     for (const auto& [a, b] : {std::pair(1.0, 0.0), std::pair(0.0, 1.0), std::pair(0.0, 0.0), std::pair(0.4, 0.3)}) {
       const WorldPoint p = point_at(s.mesh, f, a, b);
-      const Color d = colour_of(atlas, f, a, b) - ramp(p.x, p.y);
+      const Color d = color_of(atlas, f, a, b) - ramp(p.x, p.y);
       EXPECT_LE(std::max({std::abs(d.r), std::abs(d.g), std::abs(d.b)}), 2.0) << "face " << f;
     }
   }
@@ -55,15 +55,15 @@ TEST(Fill, BlocksDoNotBleedIntoEachOther) {
   for (int i = 0; i <= 8; ++i) {
     for (int j = 0; i + j <= 8; ++j) {
       // Texture coordinates are floats: an error of 2^-24 of the page is a few millionths of a texel.
-      EXPECT_LT(colour_of(atlas, 1, i / 8.0, j / 8.0).g, 0.01);
-      EXPECT_LT(colour_of(atlas, 3, i / 8.0, j / 8.0).r, 0.01);
-      EXPECT_GT(colour_of(atlas, 1, i / 8.0, j / 8.0).r, 230);
-      EXPECT_GT(colour_of(atlas, 3, i / 8.0, j / 8.0).g, 230);
+      EXPECT_LT(color_of(atlas, 1, i / 8.0, j / 8.0).g, 0.01);
+      EXPECT_LT(color_of(atlas, 3, i / 8.0, j / 8.0).r, 0.01);
+      EXPECT_GT(color_of(atlas, 1, i / 8.0, j / 8.0).r, 230);
+      EXPECT_GT(color_of(atlas, 3, i / 8.0, j / 8.0).g, 230);
     }
   }
 }
 
-TEST(Fill, ComponentNoViewShowsTakesTheMeanColour) {
+TEST(Fill, ComponentNoViewShowsTakesTheMeanColor) {
   AtlasScene s;
   s.add_plane(4, 4, 1.0);
   const std::size_t seen = s.mesh.faces.size();
@@ -72,7 +72,7 @@ TEST(Fill, ComponentNoViewShowsTakesTheMeanColour) {
   s.add_view(2, 2, 10, 500, 500, 400);
   s.photograph(0, [](double, double) { return Color{90, 120, 30}; });
   const TextureAtlas atlas = s.build(AtlasOptions{});
-  const Color c = colour_of(atlas, seen + 1, 0.3, 0.3);
+  const Color c = color_of(atlas, seen + 1, 0.3, 0.3);
   EXPECT_EQ(c.r, 90);
   EXPECT_EQ(c.g, 120);
   EXPECT_EQ(c.b, 30);
@@ -86,7 +86,7 @@ TEST(Fill, NothingSeenAtAllStillGivesEveryFaceATexture) {
   const TextureAtlas atlas = s.build(AtlasOptions{});
   ASSERT_EQ(atlas.pages.size(), 1u);
   EXPECT_EQ(atlas.model.face_texcoords.size(), s.mesh.faces.size());
-  EXPECT_GT(colour_of(atlas, 4, 0.3, 0.3).r, 100);
+  EXPECT_GT(color_of(atlas, 4, 0.3, 0.3).r, 100);
 }
 
 }  // namespace

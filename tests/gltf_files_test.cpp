@@ -161,7 +161,7 @@ TEST(WriteGltf, EmbedsPngPagesWithoutTheirProfile) {
   const StripModel test;
   const Image page = read_image(test.pages[0].file);
   write_glb(test.folder.path() / "plain.glb", test.model, test.pages, {});
-  write_image(test.pages[0].file, page, ImageFormat::png, 0, ColourProfile(700, 'x'));
+  write_image(test.pages[0].file, page, ImageFormat::png, 0, ColorProfile(700, 'x'));
   EXPECT_TRUE(contains(test::read_file(test.pages[0].file), "iCCP"));
   write_glb(test.folder.path() / "profile.glb", test.model, test.pages, {});
   EXPECT_FALSE(contains(test::read_file(test.folder.path() / "profile.glb"), "iCCP"));

@@ -56,7 +56,7 @@ TEST(ReadImage, RepeatsGrey) {
   }
 }
 
-TEST(ReadImage, DropsAlphaWithoutTouchingColours) {
+TEST(ReadImage, DropsAlphaWithoutTouchingColors) {
   const TemporaryFolder folder;
   const std::vector<std::pair<std::string, int>> straight{{"oiio:UnassociatedAlpha", 1}};
   const Bytes rgba{10, 20, 30, 0, 40, 50, 60, 128};

@@ -91,7 +91,7 @@ TEST_F(Masks, OfAnotherSizeAreRefusedAtOnce) {
   EXPECT_TRUE(contains(error, "q.mask.png: is 35 x 25 pixels, its photo q.jpg is 70 x 50"));
 }
 
-TEST_F(Masks, BlackIsZeroInEveryColourAndNothingElse) {
+TEST_F(Masks, BlackIsZeroInEveryColorAndNothingElse) {
   const auto file = photo("p.tif.mask.png");
   // 0/1 masks, red labels, and 1 of 65535 are no black.
   Bytes ones = block(7, 7, 9, 9);
@@ -142,7 +142,7 @@ TEST_F(Masks, ReduceWithThePhotoToBlocksWithAnExcludedPixel) {
 }
 
 // A photo of a gradient with a block of magenta: masked, no trace of it is left at any reduction.
-TEST_F(Masks, ExcludedColoursAreNeverHandedOut) {
+TEST_F(Masks, ExcludedColorsAreNeverHandedOut) {
   Bytes rgb;
   for (int y = 0; y < kMaskHeight; ++y)
     for (int x = 0; x < kMaskWidth; ++x) {

@@ -9,7 +9,7 @@ namespace gpvc {
 namespace {
 
 /// Colour of a view in its photo: no average of two of them is a third.
-Color colour_of(std::size_t view) {
+Color color_of(std::size_t view) {
   return {view & 1 ? 250.0f : 10.0f, view & 2 ? 250.0f : 10.0f, view & 4 ? 250.0f : 10.0f};
 }
 
@@ -26,7 +26,7 @@ void patchwork(AtlasScene& s, unsigned seed) {
   }
   for (std::size_t v = 0; v < 8; ++v) {
     s.add_view(7.5, 6, 10, 500, 420, 243 + 7 * double(v));
-    s.photograph(v, [v](double, double) { return colour_of(v); });
+    s.photograph(v, [v](double, double) { return color_of(v); });
   }
 }
 
@@ -65,7 +65,7 @@ TEST(Mips, CellsThatAFaceTouchesHoldItsChartAlone) {
         Color sum;
         for (int j = 0; j < cell; ++j)
           for (int i = 0; i < cell; ++i) sum = sum + load(page.at(x / cell * cell + i, y / cell * cell + j));
-        const Color d = (1.0f / static_cast<float>(cell * cell)) * sum - colour_of(view);
+        const Color d = (1.0f / static_cast<float>(cell * cell)) * sum - color_of(view);
         wrong += std::abs(d.r) + std::abs(d.g) + std::abs(d.b) > 0.5f;
         ++cells;
       });
@@ -103,7 +103,7 @@ TEST(Mips, BilinearLookupsStayWithinTheChart) {
       for (int i = 0; i <= 6; ++i) {
         for (int j = 0; i + j <= 6; ++j) {
           const Color c = lookup(level[atlas.model.face_page[f]], texcoord_at(atlas.model, f, i / 6.0, j / 6.0));
-          const Color d = c - colour_of(index(s.labels[f]));
+          const Color d = c - color_of(index(s.labels[f]));
           worst = std::max({worst, std::abs(d.r), std::abs(d.g), std::abs(d.b)});
         }
       }

@@ -140,8 +140,8 @@ TEST_F(OutputOptions, GltfWithFilesIsPromisedAndReadsBackAsTheGlb) {
 }
 
 /// A header and one tag, as much as image files ask of a profile.
-ColourProfile any_profile(std::uint8_t year) {
-  ColourProfile icc(512, 0);
+ColorProfile any_profile(std::uint8_t year) {
+  ColorProfile icc(512, 0);
   for (std::size_t i = 144; i < icc.size(); ++i)
     icc[i] = static_cast<std::uint8_t>(i * i * i / 7);  // libpng wants some bytes left when deflated
   const std::string head("\0\0\2\0\0\0\0\0\4\0\0\0mntrRGB XYZ ", 24), middle("acsp", 4),
@@ -163,8 +163,8 @@ TEST_F(OutputOptions, PagesKeepThePhotosProfile) {
   for (const fs::path& file : photos) write_image(file, read_image(file), ImageFormat::jpg, 95, any_profile(1));
   for (const std::string format : {"jpg", "png"}) {
     ASSERT_EQ(texture("--force --texture " + format), 0) << said_;
-    EXPECT_EQ(read_colour_profile(out_ / ("model_0." + format)), any_profile(1));
-    EXPECT_EQ(read_colour_profile(out_ / "preview.png"), any_profile(1));
+    EXPECT_EQ(read_color_profile(out_ / ("model_0." + format)), any_profile(1));
+    EXPECT_EQ(read_color_profile(out_ / "preview.png"), any_profile(1));
     EXPECT_FALSE(contains(said_, "warning")) << said_;
     if (format == "jpg") {
       EXPECT_TRUE(contains(read_file(out_ / "model.glb"), read_file(out_ / "model_0.jpg")));
@@ -177,7 +177,7 @@ TEST_F(OutputOptions, PagesKeepThePhotosProfile) {
                                   " photos carry another colour profile than " + photos[0].filename().string() +
                                   ", whose profile the pages keep: " + photos[1].filename().string() + ", " +
                                   photos[2].filename().string()));
-  EXPECT_EQ(read_colour_profile(out_ / "model_0.jpg"), any_profile(1));
+  EXPECT_EQ(read_color_profile(out_ / "model_0.jpg"), any_profile(1));
 }
 
 // The mesh of the scene, at UTM size, comes back with every digit and every face.

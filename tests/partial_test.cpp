@@ -123,7 +123,7 @@ TEST(Partial, HiddenTexelsComeFromTheOtherView) {
   }
 }
 
-TEST(Partial, OccluderColourNeverAppearsNorDoesBackground) {
+TEST(Partial, OccluderColorNeverAppearsNorDoesBackground) {
   HiddenGround g({{{3, 1, 5, 3}, {0, 6, 8, 6.5}}, {{3.5, 1, 6, 3}}});
   const TextureAtlas atlas = g.s.build(AtlasOptions{});
   for (const Image& page : atlas.pages) {
@@ -134,7 +134,7 @@ TEST(Partial, OccluderColourNeverAppearsNorDoesBackground) {
   }
 }
 
-TEST(Partial, OriginsAreThePlacesThatColoursComeFrom) {
+TEST(Partial, OriginsAreThePlacesThatColorsComeFrom) {
   HiddenGround g({{{3, 1, 5, 3}, {6, 1, 7, 2}}, {{1, 5, 3, 7}, {6, 1, 7, 2}}});
   std::vector<WorldPoint> points;
   for (double x = 0.15; x < 8; x += 0.2)
@@ -197,7 +197,7 @@ TEST(Partial, TexelsNoViewShowsAreFilledFromTheirSurroundings) {
   EXPECT_GT(worst, 0.0);
 }
 
-TEST(Partial, WithoutAnyCoverageFacesTakeTheirNeighboursColours) {
+TEST(Partial, WithoutAnyCoverageFacesTakeTheirNeighboursColors) {
   HiddenGround g(std::vector<std::vector<HiddenGround::Box>>(1));
   g.s.coverage = {};
   // A second square to the right, seen by everybody.

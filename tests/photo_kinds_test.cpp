@@ -32,8 +32,8 @@ std::filesystem::path store(const TemporaryFolder& folder, const std::string& na
 }
 
 /// A small ICC profile that libpng accepts: a header and one tag. `space` is of four letters.
-ColourProfile profile(const std::string& space, std::uint8_t year) {
-  ColourProfile icc(512, 0);
+ColorProfile profile(const std::string& space, std::uint8_t year) {
+  ColorProfile icc(512, 0);
   for (std::size_t i = 144; i < icc.size(); ++i)
     icc[i] = static_cast<std::uint8_t>(i * i * i / 7);  // libpng wants some bytes left when deflated
   const auto put = [&](std::size_t at, const std::string& word) {
@@ -217,28 +217,28 @@ TEST(PhotoKinds, OrientationTagsTurnNothing) {
     }
 }
 
-TEST(ColourProfile, ComesFromPhotosOfEveryKind) {
+TEST(ColorProfile, ComesFromPhotosOfEveryKind) {
   const TemporaryFolder folder;
-  const ColourProfile icc = profile("RGB ", 7);
+  const ColorProfile icc = profile("RGB ", 7);
   OIIO::ImageSpec spec;
   spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(icc.size())), icc.data());
   for (const char* name : {"a.jpg", "a.png", "a.tif"}) {
-    EXPECT_EQ(read_colour_profile(store(folder, name, 3, OIIO::TypeUInt8, Bytes{1, 2, 3}, spec)), icc) << name;
-    EXPECT_EQ(read_colour_profile(store(folder, name, 3, OIIO::TypeUInt8, Bytes{1, 2, 3})), ColourProfile{}) << name;
+    EXPECT_EQ(read_color_profile(store(folder, name, 3, OIIO::TypeUInt8, Bytes{1, 2, 3}, spec)), icc) << name;
+    EXPECT_EQ(read_color_profile(store(folder, name, 3, OIIO::TypeUInt8, Bytes{1, 2, 3})), ColorProfile{}) << name;
   }
 }
 
-TEST(ColourProfile, IsWrittenIntoPages) {
+TEST(ColorProfile, IsWrittenIntoPages) {
   const TemporaryFolder folder;
-  ColourProfile icc = profile("RGB ", 7);
+  ColorProfile icc = profile("RGB ", 7);
   const Image page{3, 2, 3, Bytes(18, 99)};
   for (const ImageFormat format : {ImageFormat::png, ImageFormat::jpg}) {
     const auto file = folder.path() / (format == ImageFormat::png ? "a.png" : "a.jpg");
     write_image(file, page, format, 95, icc);
-    EXPECT_EQ(read_colour_profile(file), icc);
+    EXPECT_EQ(read_color_profile(file), icc);
     EXPECT_EQ(read_image(file).pixels.size(), page.pixels.size());
     write_image(file, page, format, 95);
-    EXPECT_EQ(read_colour_profile(file), ColourProfile{});
+    EXPECT_EQ(read_color_profile(file), ColorProfile{});
   }
   write_image(folder.path() / "a.png", page, ImageFormat::png, 0, icc);
   EXPECT_FALSE(contains(test::read_file(folder.path() / "a.png"), "sRGB")) << "one or the other";
@@ -248,17 +248,17 @@ TEST(ColourProfile, IsWrittenIntoPages) {
   icc[2] = 13;
   icc[3] = 64;
   write_image(folder.path() / "a.jpg", page, ImageFormat::jpg, 95, icc);
-  EXPECT_EQ(read_colour_profile(folder.path() / "a.jpg"), icc);
+  EXPECT_EQ(read_color_profile(folder.path() / "a.jpg"), icc);
 }
 
 // Photos of other colour spaces come converted: their profile would be wrong.
-TEST(ColourProfile, OfGreyOrInkIsNoneOfPages) {
+TEST(ColorProfile, OfGreyOrInkIsNoneOfPages) {
   const TemporaryFolder folder;
   for (const std::string space : {"GRAY", "CMYK"}) {
-    const ColourProfile icc = profile(space, 7);
+    const ColorProfile icc = profile(space, 7);
     OIIO::ImageSpec spec;
     spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(icc.size())), icc.data());
-    EXPECT_EQ(read_colour_profile(store(folder, "a.tif", 1, OIIO::TypeUInt8, Bytes{1, 2, 3}, spec)), ColourProfile{});
+    EXPECT_EQ(read_color_profile(store(folder, "a.tif", 1, OIIO::TypeUInt8, Bytes{1, 2, 3}, spec)), ColorProfile{});
   }
 }
 

@@ -503,7 +503,7 @@ TEST(Convert, WritesMasksThatAreNoPlainPngAnew) {
   }
 }
 
-TEST(Convert, UndistortsMasksSoThatNoExcludedColourIsLeft) {
+TEST(Convert, UndistortsMasksSoThatNoExcludedColorIsLeft) {
   for (const FrameRule rule : {FrameRule::keep, FrameRule::inside, FrameRule::all}) {
     MaskedProject project;
     project.frame = rule;

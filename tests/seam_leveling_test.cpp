@@ -22,15 +22,15 @@ void two_views(AtlasScene& s) {
   s.add_view(7, 3, 10, 720, 400, 400);
 }
 
-struct Colours {
+struct Colors {
   double step = 0;   ///< mean absolute difference across the seam, at its edges' middles
   Color mean;        ///< over all faces
   double worst = 0;  ///< difference to `truth`, if given
 };
 
-Colours measure(const TextureAtlas& atlas, const AtlasScene& s, const Albedo& truth = nullptr) {
-  Colours result;
-  const auto colour = [&](std::size_t face, double a, double b) {
+Colors measure(const TextureAtlas& atlas, const AtlasScene& s, const Albedo& truth = nullptr) {
+  Colors result;
+  const auto color = [&](std::size_t face, double a, double b) {
     return lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, a, b));
   };
   double steps = 0;
@@ -43,7 +43,7 @@ Colours measure(const TextureAtlas& atlas, const AtlasScene& s, const Albedo& tr
       const auto has = [&](std::size_t i) {
         return std::find(t.begin(), t.end(), s.mesh.faces[face][i]) != t.end() ? 0.5 : 0.0;
       };
-      return colour(face, has(0), has(1));
+      return color(face, has(0), has(1));
     };
     const Color d = middle(f, g) - middle(g, f);
     steps += (std::abs(d.r) + std::abs(d.g) + std::abs(d.b)) / 3;
@@ -51,7 +51,7 @@ Colours measure(const TextureAtlas& atlas, const AtlasScene& s, const Albedo& tr
   }
   result.step = steps / static_cast<double>(count);
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
-    const Color c = colour(f, 1.0 / 3, 1.0 / 3);
+    const Color c = color(f, 1.0 / 3, 1.0 / 3);
     result.mean = result.mean + (1.0f / static_cast<float>(s.mesh.faces.size())) * c;
     if (!truth) continue;
     const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
@@ -85,7 +85,7 @@ TEST(SeamLeveling, ExposureDifferenceDisappearsAndBrightnessStays) {
   s.photograph(1, weak_waves, [](int, int, Color c) { return 1.25f * c; });
   for (const auto mode : {SeamLeveling::global, SeamLeveling::full}) {
     const TextureAtlas atlas = s.build(with(mode));
-    const Colours c = measure(atlas, s, weak_waves);
+    const Colors c = measure(atlas, s, weak_waves);
     EXPECT_LT(c.step, 1.0);
     EXPECT_LT(c.worst, 3.0);
     EXPECT_GT(atlas.statistics.seam_step_before, 30);
@@ -94,7 +94,7 @@ TEST(SeamLeveling, ExposureDifferenceDisappearsAndBrightnessStays) {
   }
 }
 
-TEST(SeamLeveling, ColourCastIsRemovedPerChannel) {
+TEST(SeamLeveling, ColorCastIsRemovedPerChannel) {
   AtlasScene s;
   two_views(s);
   s.photograph(0, weak_waves, [](int, int, Color c) { return Color{1.1f, 1.0f, 0.85f} * c; });
@@ -114,7 +114,7 @@ TEST(SeamLeveling, VignettingIsRemoved) {
   s.photograph(0, weak_waves, vignette);
   s.photograph(1, weak_waves, vignette);
   const TextureAtlas leveled = s.build(with(SeamLeveling::full));
-  const Colours c = measure(leveled, s);
+  const Colors c = measure(leveled, s);
   EXPECT_LT(c.step, 1.0);
 }
 
@@ -146,10 +146,10 @@ TEST(SeamLeveling, StepsThatNoGainExplainsAreSpreadAndBounded) {
   s.photograph(1, weak_waves, [](int, int y, Color c) {
     return c + (y > 150 && y < 250 ? Color{12, 12, 12} : Color{});
   });
-  const Colours none = measure(s.build(with(SeamLeveling::none)), s);
-  const Colours global = measure(s.build(with(SeamLeveling::global)), s);
+  const Colors none = measure(s.build(with(SeamLeveling::none)), s);
+  const Colors global = measure(s.build(with(SeamLeveling::global)), s);
   const TextureAtlas atlas = s.build(with(SeamLeveling::full));
-  const Colours full = measure(atlas, s, weak_waves);
+  const Colors full = measure(atlas, s, weak_waves);
   EXPECT_GT(none.step, 3);
   EXPECT_LT(global.step, 0.5 * none.step);
   EXPECT_LT(full.step, 1.5);
@@ -167,7 +167,7 @@ TEST(SeamLeveling, ClippedPhotosDoNotMislead) {
   EXPECT_LT(atlas.statistics.seam_step_after, 0.1 * atlas.statistics.seam_step_before);
 }
 
-TEST(SeamLeveling, FacesWithoutSeamsKeepTheirColours) {
+TEST(SeamLeveling, FacesWithoutSeamsKeepTheirColors) {
   AtlasScene s;
   s.add_plane(4, 4, 1.0);
   s.add_view(2, 2, 10, 500, 500, 500);
@@ -219,7 +219,7 @@ TEST(SeamLeveling, ExposureAndVignettingOfManyPhotosAreRemoved) {
     s.labels[f] = ViewId{third(x) + 3 * third(y)};
   }
   const TextureAtlas atlas = s.build(with(SeamLeveling::full));
-  const Colours c = measure(atlas, s, weak_waves);
+  const Colors c = measure(atlas, s, weak_waves);
   EXPECT_GT(measure(s.build(with(SeamLeveling::none)), s).step, 15);
   EXPECT_LT(c.step, 2);
   EXPECT_LT(atlas.statistics.seam_step_after, 2);

@@ -163,7 +163,7 @@ TEST(SynthRenderer, CarsAreInTheirPhotoAlone) {
   EXPECT_NE(make_cars(at.options, 1, 30).mesh.positions, cars.mesh.positions);
 }
 
-TEST(SynthRenderer, ExposureScalesColoursAndDarkensCorners) {
+TEST(SynthRenderer, ExposureScalesColorsAndDarkensCorners) {
   const Overhead at;
   const SynthScene city = make_city(at.options);
   SynthRenderer renderer(city);

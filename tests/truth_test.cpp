@@ -16,14 +16,14 @@ namespace {
 
 const Progress kSilent = [](std::size_t, std::size_t) {};
 
-TEST(IdColour, NamesItsSurface) {
+TEST(IdColor, NamesItsSurface) {
   for (const std::uint32_t s : {0u, 1u, 2u, 77u, 4095u, 65536u, (1u << 20) - 1}) {
-    const auto colour = id_colour(s);
-    EXPECT_EQ(surface_of_colour(colour.data(), 1u << 20), s);
-    EXPECT_EQ(surface_of_colour(colour.data(), s), kMixedSurfaces) << "a scene of fewer surfaces";
+    const auto color = id_color(s);
+    EXPECT_EQ(surface_of_color(color.data(), 1u << 20), s);
+    EXPECT_EQ(surface_of_color(color.data(), s), kMixedSurfaces) << "a scene of fewer surfaces";
   }
-  EXPECT_EQ(surface_of_colour(id_colour(kNoSurface).data(), 1u << 20), kNoSurface);
-  EXPECT_EQ(surface_of_colour(id_colour(kMixedSurfaces).data(), 1u << 20), kMixedSurfaces);
+  EXPECT_EQ(surface_of_color(id_color(kNoSurface).data(), 1u << 20), kNoSurface);
+  EXPECT_EQ(surface_of_color(id_color(kMixedSurfaces).data(), 1u << 20), kMixedSurfaces);
 }
 
 Mesh quad_mesh() {
@@ -263,7 +263,7 @@ TEST_F(TruthOfACity, GoodModelHasNothingWrong) {
 }
 
 // Every fifth face that can be is painted from a photo in which another surface hides it entirely.
-TEST_F(TruthOfACity, WrongColoursAreFoundUpToThoseThatCannotBeTold) {
+TEST_F(TruthOfACity, WrongColorsAreFoundUpToThoseThatCannotBeTold) {
   std::vector<ViewId> views = good_views();
   double spoilt = 0, sound = 0;
   for (std::size_t f = 0; f < views.size(); ++f) {

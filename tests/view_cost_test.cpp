@@ -28,7 +28,7 @@ bool is_candidate(const CostTable& table, std::size_t face, std::uint32_t view) 
 
 TEST(PhotoConsistency, OneOfFewIsFound) {
   for (std::size_t count = 3; count <= 12; ++count) {
-    std::vector<ColourSample> samples(count);
+    std::vector<ColorSample> samples(count);
     for (std::size_t i = 0; i < count; ++i)
       samples[i].rgb = {100.0f + static_cast<float>(i % 3), 110, 120.0f - static_cast<float>(i % 2)};
     samples[count / 2].rgb = {200, 40, 30};
@@ -41,16 +41,16 @@ TEST(PhotoConsistency, OneOfFewIsFound) {
 
 TEST(PhotoConsistency, NoMajorityNoVerdict) {
   std::vector<double> distance;
-  const std::vector<ColourSample> two{{{10, 10, 10}}, {{200, 200, 200}}};
+  const std::vector<ColorSample> two{{{10, 10, 10}}, {{200, 200, 200}}};
   disagreement(two, distance);
   EXPECT_EQ(distance, (std::vector<double>{0, 0}));
-  const std::vector<ColourSample> all_different{{{10, 10, 10}}, {{200, 10, 10}}, {{10, 200, 200}}};
+  const std::vector<ColorSample> all_different{{{10, 10, 10}}, {{200, 10, 10}}, {{10, 200, 200}}};
   disagreement(all_different, distance);
   EXPECT_EQ(distance, (std::vector<double>{0, 0, 0}));
 }
 
 TEST(PhotoConsistency, ThoseWithoutAVoteAreJudged) {
-  std::vector<ColourSample> samples{{{100, 100, 100}}, {{101, 100, 100}}, {{99, 100, 101}}, {{250, 0, 0}, false}};
+  std::vector<ColorSample> samples{{{100, 100, 100}}, {{101, 100, 100}}, {{99, 100, 101}}, {{250, 0, 0}, false}};
   std::vector<double> distance;
   disagreement(samples, distance);
   EXPECT_LT(distance[0], kOutlierDistance);
@@ -92,10 +92,10 @@ std::vector<Image> photos_with_a_visitor(const Wall& wall, const std::vector<dou
   std::vector<Image> photos;
   for (std::size_t i = 0; i < wall.views.size(); ++i)
     photos.push_back(paint([&](int x, int y) {
-      if (i == 1 && x >= 20 && x < 40 && y >= 14 && y < 34) return Colour{200, 20, 20};
+      if (i == 1 && x >= 20 && x < 40 && y >= 14 && y < 34) return Color{200, 20, 20};
       const double world_x = (x + 0.5 - 32) / 8 + wall.views[i].pose.centre.x;
       const int level = static_cast<int>(gains[i] * (110 + 20 * std::sin(3 * world_x)));
-      return Colour{level, level, level};
+      return Color{level, level, level};
     }));
   return photos;
 }
@@ -156,7 +156,7 @@ TEST(Candidates, FacesThatEveryPhotoDisputesKeepTheirViews) {
     photos.push_back(paint([=](int x, int y) {
       // Noise of eight pixels that differs from photo to photo.
       const int cell = (x / 8 * 31 + y / 8 * 17 + i * 101) * 2654435761u % 200;
-      return Colour{20 + cell, 220 - cell, (cell * 7) % 200};
+      return Color{20 + cell, 220 - cell, (cell * 7) % 200};
     }));
   const Candidates candidates = wall.collect(photos, {});
   for (std::size_t face = 0; face < wall.mesh.faces.size(); ++face)
@@ -288,7 +288,7 @@ TEST(Candidates, MarginKeepsAMisplacedPoleOffTheWall) {
     return x + 0.5 > left + 2 && x + 0.5 < left + 2 + 3.2;
   };
   for (std::size_t i = 0; i < wall.views.size(); ++i) {
-    photos.push_back(paint([&](int x, int) { return is_red(i, x) ? Colour{200, 0, 0} : Colour{90, 90, 90}; }));
+    photos.push_back(paint([&](int x, int) { return is_red(i, x) ? Color{200, 0, 0} : Color{90, 90, 90}; }));
     seen.push_back(look(wall.mesh, wall.views[i]));
   }
   const auto red_pixels = [&](int margin_px) {

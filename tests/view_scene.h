@@ -95,18 +95,18 @@ inline ViewVisibility look(const Mesh& mesh, const View& view, ViewId id = {}) {
   return result;
 }
 
-using Colour = std::array<int, 3>;
+using Color = std::array<int, 3>;
 
-inline Image paint(const std::function<Colour(int, int)>& colour) {
+inline Image paint(const std::function<Color(int, int)>& color) {
   Image image{kWidth, kHeight, 3, std::vector<std::uint8_t>(kWidth * kHeight * 3)};
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x)
-      for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<std::uint8_t>(colour(x, y)[c]);
+      for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<std::uint8_t>(color(x, y)[c]);
   return image;
 }
 
 inline Image grey(int level) {
-  return paint([=](int, int) { return Colour{level, level, level}; });
+  return paint([=](int, int) { return Color{level, level, level}; });
 }
 
 }  // namespace gpvc::test

@@ -19,12 +19,12 @@ using namespace test;
 // --- statistics
 
 // A square of 24 x 24 pixels before a ramp of 2 grey levels a pixel, in two triangles of 288 px.
-TEST(ViewStatistics, AreaGradientAndColour) {
+TEST(ViewStatistics, AreaGradientAndColor) {
   Mesh mesh;
   add_rectangle(mesh, -1.5, -1.5, 1.5, 1.5, 8, 1);
   const View view = view_from(0);
   const ViewVisibility visibility = look(mesh, view);
-  const Image ramp = paint([](int x, int) { return Colour{2 * x, 2 * x, 2 * x}; });
+  const Image ramp = paint([](int x, int) { return Color{2 * x, 2 * x, 2 * x}; });
   CostOptions options;
   options.margin_px = 0;
   for (const auto& [term, expected] : {std::pair{DataTerm::area, 288.0}, {DataTerm::gmi, 576.0}}) {
@@ -43,7 +43,7 @@ TEST(ViewStatistics, AreaGradientAndColour) {
       sum += (23 - column) * 2.0 * (20 + column);
       count += 23 - column;
     }
-    EXPECT_NEAR(records[0].colour[1] / 256.0, sum / count, 1.0 / 256);
+    EXPECT_NEAR(records[0].color[1] / 256.0, sum / count, 1.0 / 256);
   }
 }
 
@@ -55,7 +55,7 @@ TEST(ViewStatistics, AngleCountsByItsSquaredCosine) {
   const View view = view_from(0);
   ViewVisibility visibility = look(mesh, view);
   visibility.classes.assign(2, FaceClass::full);
-  const Image ramp = paint([](int x, int) { return Colour{2 * x, 2 * x, 2 * x}; });
+  const Image ramp = paint([](int x, int) { return Color{2 * x, 2 * x, 2 * x}; });
   CostOptions options;
   options.term = DataTerm::gmi;
   const float gmi = view_statistics(mesh, view, ramp, visibility, options)[0].quality;
@@ -97,12 +97,12 @@ TEST(ViewStatistics, FaceWithoutAPixelIsLookedUpAtItsCentroid) {
   const View view = view_from(0);
   ViewVisibility visibility = look(mesh, view);
   visibility.classes = {FaceClass::full};
-  const Image photo = paint([](int x, int y) { return Colour{x, y, 7}; });
+  const Image photo = paint([](int x, int y) { return Color{x, y, 7}; });
   CostOptions options;
   options.term = DataTerm::area;
   const auto records = view_statistics(mesh, view, photo, visibility, options);
   ASSERT_EQ(records.size(), 1u);
-  EXPECT_EQ(records[0].colour, (std::array<std::uint16_t, 3>{40 * 256, 10 * 256, 7 * 256}));
+  EXPECT_EQ(records[0].color, (std::array<std::uint16_t, 3>{40 * 256, 10 * 256, 7 * 256}));
   EXPECT_NEAR(static_cast<double>(records[0].quality), 0.02, 1e-6);
 }
 

@@ -103,11 +103,11 @@ GlTexture make_texture_2d(GLenum internal_format, int width, int height, int lev
   return texture;
 }
 
-GlFramebuffer make_framebuffer(GLuint colour_texture, GLuint depth_texture, std::string_view stage) {
+GlFramebuffer make_framebuffer(GLuint color_texture, GLuint depth_texture, std::string_view stage) {
   GLuint name = 0;
   glCreateFramebuffers(1, &name);
   GlFramebuffer framebuffer(name);
-  glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, colour_texture, 0);
+  glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, color_texture, 0);
   if (depth_texture != 0) glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth_texture, 0);
   check_gl(stage);
   if (glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)

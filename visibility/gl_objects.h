@@ -89,7 +89,7 @@ inline void set_nearest(const GlTexture& texture) {
 }
 
 /// A framebuffer with one colour texture and, unless 0, a depth texture. Throws GpuError when incomplete.
-GlFramebuffer make_framebuffer(GLuint colour_texture, GLuint depth_texture, std::string_view stage);
+GlFramebuffer make_framebuffer(GLuint color_texture, GLuint depth_texture, std::string_view stage);
 
 GlVertexArray make_vertex_array();
 

@@ -71,7 +71,7 @@ class IvmRenderer {
   int tiles(const Camera& camera) const;
 
   /// Of the last tile drawn, for compute shaders.
-  GLuint ivm_texture() const { return colour_.name(); }
+  GLuint ivm_texture() const { return color_.name(); }
   GLuint positions() const { return positions_.name(); }
   GLuint faces() const { return faces_.name(); }
 
@@ -94,7 +94,7 @@ class IvmRenderer {
   GlVertexArray vertices_;
   GlProgram program_;
   GLint pose_ = -1, intrinsics_ = -1, tile_origin_ = -1, clip_from_pixel_ = -1, clip_from_depth_ = -1, first_face_ = -1;
-  GlTexture colour_, depth_;
+  GlTexture color_, depth_;
   GlFramebuffer target_;
   GlReadBuffer staging_;
 };

@@ -128,9 +128,9 @@ class ModelRenderer {
   // Makes a cleared target of the tile's size and the state the draws need.
   void begin(const Tile& tile, bool cull, std::array<std::uint8_t, 3> background) {
     target_ = {};
-    colour_ = make_texture_2d(GL_RGBA8, tile.width, tile.height, 1, "making the picture");
+    color_ = make_texture_2d(GL_RGBA8, tile.width, tile.height, 1, "making the picture");
     depth_ = make_texture_2d(GL_DEPTH_COMPONENT32F, tile.width, tile.height, 1, "making the depth buffer");
-    target_ = make_framebuffer(colour_.name(), depth_.name(), "making the picture's target");
+    target_ = make_framebuffer(color_.name(), depth_.name(), "making the picture's target");
     glBindFramebuffer(GL_FRAMEBUFFER, target_.name());
     glViewport(0, 0, tile.width, tile.height);
     glDisable(GL_SCISSOR_TEST);
@@ -196,7 +196,7 @@ class ModelRenderer {
  private:
   GlProgram program_;
   GlVertexArray vertices_;
-  GlTexture colour_, depth_;
+  GlTexture color_, depth_;
   GlFramebuffer target_;
   GLint textured_ = 0, background_ = 0, texture_limit_ = 0;
   int largest_tile_ = 0;
