@@ -7,7 +7,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build/release
 
-"$root/app/install_packages.sh" build
+"$root/app/setup/install_packages.sh" build
 
 if [ ! -f "$build/build.ninja" ]; then
   echo "Configuring $build"

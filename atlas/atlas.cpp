@@ -6,16 +6,16 @@
 #include <chrono>
 #include <stdexcept>
 
-#include "atlas/bake.h"
-#include "atlas/charts.h"
-#include "atlas/coverage_index.h"
-#include "atlas/fill.h"
-#include "atlas/layout.h"
-#include "atlas/pages.h"
-#include "atlas/partial.h"
-#include "atlas/seam_leveling.h"
+#include "atlas/baking/bake.h"
+#include "atlas/baking/coverage_index.h"
+#include "atlas/baking/fill.h"
+#include "atlas/baking/pages.h"
+#include "atlas/baking/partial.h"
+#include "atlas/charts/charts.h"
+#include "atlas/leveling/seam_leveling.h"
+#include "atlas/packing/layout.h"
 
-namespace gpvc {
+namespace gpvc::atlas {
 
 struct AtlasPlan::State {
   State(const AtlasInput& input, const AtlasOptions& wanted)
@@ -42,7 +42,7 @@ class Stopwatch {
 
 /// Faces of a chart share the texture coordinates of the vertices they share.
 void write_texcoords(const Mesh& mesh, const ChartSet& set, std::span<const ChartPlace> places,
-                     std::span<const Page> pages, TexturedModel& model) {
+                     std::span<const Page> pages, io::TexturedModel& model) {
   std::vector<std::vector<std::pair<std::uint32_t, TexelPoint>>> used(set.charts.size());
   tbb::parallel_for(std::size_t{0}, used.size(), [&](std::size_t c) {
     if (set.charts[c].kind == ChartKind::blocks) return;
@@ -66,7 +66,7 @@ void write_texcoords(const Mesh& mesh, const ChartSet& set, std::span<const Char
     const Page& page = pages[places[c].page];
     const auto coordinate = [&](const TexelPoint& p) {
       const TexelPoint q = places[c].point(p);
-      return TexCoord{static_cast<float>(q.x / page.image.width), static_cast<float>(q.y / page.image.height)};
+      return io::TexCoord{static_cast<float>(q.x / page.image.width), static_cast<float>(q.y / page.image.height)};
     };
     for (std::size_t i = 0; i < used[c].size(); ++i) model.texcoords[first[c] + i] = coordinate(used[c][i].second);
     std::size_t next = first[c];
@@ -210,4 +210,4 @@ AtlasEstimate AtlasPlan::estimate() const {
           page_texels(layout.packing, block_edge(state_->options.padding)), layout.reduction};
 }
 
-}  // namespace gpvc
+}  // namespace gpvc::atlas

@@ -13,7 +13,7 @@
 #include "labeling/labeling.h"
 #include "visibility/visibility.h"
 
-namespace gpvc {
+namespace gpvc::atlas {
 
 enum class SeamLeveling { none, global, full };
 
@@ -53,7 +53,7 @@ struct AtlasStatistics {
 };
 
 struct TextureAtlas {
-  TexturedModel model;       ///< every input face has texture coordinates
+  io::TexturedModel model;   ///< every input face has texture coordinates
   std::vector<Image> pages;  ///< RGB
   AtlasStatistics statistics;
 };
@@ -62,12 +62,12 @@ struct TextureAtlas {
 struct AtlasInput {
   const Mesh& mesh;
   const Scene& scene;
-  PhotoCache& photos;
-  const FaceGraph& graph;
-  std::span<const ViewId> labels;  ///< per face; kNoView = no view, filled from the surroundings
-  std::span<const FaceTag> tags;   ///< per face
-  const CostTable& candidates;     ///< for partial faces: the views that may contribute texels, by cost
-  const CoverageTable& coverage;   ///< which pixels of those views see the partial faces
+  io::PhotoCache& photos;
+  const labeling::FaceGraph& graph;
+  std::span<const ViewId> labels;             ///< per face; kNoView = no view, filled from the surroundings
+  std::span<const labeling::FaceTag> tags;    ///< per face
+  const labeling::CostTable& candidates;      ///< for partial faces: the views that may contribute texels, by cost
+  const visibility::CoverageTable& coverage;  ///< which pixels of those views see the partial faces
 };
 
 /// What pages will take, before any photo is read.
@@ -133,4 +133,4 @@ class TextureOrigins {
 /// plan_atlas and bake_atlas in one.
 TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& options, const Progress& progress);
 
-}  // namespace gpvc
+}  // namespace gpvc::atlas

@@ -6,7 +6,7 @@
 
 #include "io/scene.h"
 
-namespace gpvc {
+namespace gpvc::atlas {
 
 struct Vector3 {
   double x = 0, y = 0, z = 0;
@@ -40,4 +40,4 @@ inline Vector3 ray_direction(const View& view, const PixelPoint& p) {
   return rotate_back(view.pose.rotation, {(p.x - c.cx) / c.fx, (p.y - c.cy) / c.fy, 1});
 }
 
-}  // namespace gpvc
+}  // namespace gpvc::atlas

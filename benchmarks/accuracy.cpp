@@ -18,26 +18,26 @@ namespace gpvc::accuracy {
 
 TrueScene with_truth(std::string name, Mesh mesh, View view) {
   TrueScene scene{std::move(name), std::move(mesh), std::move(view), {}};
-  scene.truth = oracle_visibility(scene.mesh, scene.view);
+  scene.truth = visibility::oracle_visibility(scene.mesh, scene.view);
   return scene;
 }
 
-Score score(GraphicsDevice& device, const TrueScene& scene, const VisibilityOptions& options) {
-  VisibilityStage stage(device, scene.mesh, options);
-  const ViewVisibility found = stage.classify(scene.view, ViewId{0});
+Score score(visibility::GraphicsDevice& device, const TrueScene& scene, const visibility::VisibilityOptions& options) {
+  visibility::VisibilityStage stage(device, scene.mesh, options);
+  const visibility::ViewVisibility found = stage.classify(scene.view, ViewId{0});
   Score score;
   for (std::size_t f = 0; f < found.classes.size(); ++f) {
-    const bool visible = found.classes[f] == FaceClass::full, tied = scene.truth.tied[f] != 0;
+    const bool visible = found.classes[f] == visibility::FaceClass::full, tied = scene.truth.tied[f] != 0;
     ++(visible ? score.visible : score.occluded);
-    score.right += tied || visible == (scene.truth.classes[f] == FaceClass::full);
+    score.right += tied || visible == (scene.truth.classes[f] == visibility::FaceClass::full);
     score.wrong_classes += !tied && found.classes[f] != scene.truth.classes[f];
   }
   return score;
 }
 
-VisibilityOptions mode(const std::string& name) {
-  VisibilityOptions options;
-  set_visibility_mode(name, options);
+visibility::VisibilityOptions mode(const std::string& name) {
+  visibility::VisibilityOptions options;
+  visibility::set_visibility_mode(name, options);
   return options;
 }
 
@@ -110,12 +110,12 @@ int main(int argc, char** argv) {
   using namespace gpvc;
   try {
     const Arguments arguments = parse(argc, argv);
-    if (list_devices().empty()) {
+    if (visibility::list_devices().empty()) {
       std::fputs("accuracy: no EGL device makes an OpenGL 4.5 context here; nothing measured\n", stderr);
       return kNoDevice;
     }
     if (!arguments.folder.empty()) std::filesystem::create_directories(arguments.folder);
-    GraphicsDevice device(arguments.device);
+    visibility::GraphicsDevice device(arguments.device);
     const accuracy::Setup setup{device, arguments.folder, arguments.quick};
     std::string text =
         fmt::format("# Accuracy of visibility\n\nOn {} ({}).\n\n", device.info().renderer, device.info().driver);

@@ -15,7 +15,7 @@ struct TrueScene {
   std::string name;
   Mesh mesh;
   View view;
-  OracleView truth;
+  visibility::OracleView truth;
 };
 
 TrueScene with_truth(std::string name, Mesh mesh, View view);
@@ -29,10 +29,10 @@ struct Score {
   bool operator==(const Score&) const = default;
 };
 
-Score score(GraphicsDevice& device, const TrueScene& scene, const VisibilityOptions& options);
+Score score(visibility::GraphicsDevice& device, const TrueScene& scene, const visibility::VisibilityOptions& options);
 
 /// Options of a mode by name, with all else at its default. Throws std::invalid_argument.
-VisibilityOptions mode(const std::string& name);
+visibility::VisibilityOptions mode(const std::string& name);
 
 /// 0.1, halved down to 1e-13: 40 values; every `step`th of them.
 std::vector<double> epsilons(std::size_t step);
@@ -50,7 +50,7 @@ class Table {
 };
 
 struct Setup {
-  GraphicsDevice& device;
+  visibility::GraphicsDevice& device;
   std::filesystem::path folder;  ///< for CSV files; exists
   bool quick = false;
 };

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "benchmarks/accuracy.h"
-#include "tests/visibility_scenes.h"
+#include "tests/visibility/visibility_scenes.h"
 
 namespace gpvc::accuracy {
 namespace {
@@ -48,12 +48,12 @@ Row measure(const Setup& setup, const TrueScene& scene, const std::vector<double
   Row row;
   row.faces = scene.mesh.faces.size();
   for (std::size_t f = 0; f < row.faces; ++f) {
-    row.full += scene.truth.classes[f] == FaceClass::full;
+    row.full += scene.truth.classes[f] == visibility::FaceClass::full;
     row.tied += scene.truth.tied[f];
   }
-  VisibilityOptions options;
+  visibility::VisibilityOptions options;
   row.exact = score(setup.device, scene, options);
-  options.correction = CoverageCorrection::paper;
+  options.correction = visibility::CoverageCorrection::paper;
   row.paper = score(setup.device, scene, options);
   row.none = score(setup.device, scene, mode("none"));
   for (std::size_t m = 0; m < kBiased.size(); ++m)

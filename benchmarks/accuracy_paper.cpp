@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "benchmarks/accuracy.h"
-#include "tests/visibility_scenes.h"
+#include "tests/visibility/visibility_scenes.h"
 
 namespace gpvc::accuracy {
 namespace {
@@ -17,7 +17,7 @@ constexpr std::array kModels{"A", "B", "C"};
 /// The oracle's word that the upper layer is fully visible and every face of the lower one partially occluded.
 void prove(const TrueScene& model) {
   for (std::size_t f = 0; f < 2 * kLayer; ++f) {
-    const FaceClass expected = f < kLayer ? FaceClass::full : FaceClass::partial;
+    const visibility::FaceClass expected = f < kLayer ? visibility::FaceClass::full : visibility::FaceClass::partial;
     if (model.truth.classes[f] != expected || model.truth.tied[f] != 0)
       throw std::logic_error(fmt::format("model {}: face {} is not what the paper says of it", model.name, f));
   }
@@ -82,21 +82,21 @@ struct GpvcTable {
 };
 
 GpvcTable gpvc_table(const Setup& setup, const std::vector<TrueScene>& models,
-                     const std::vector<CoverageCorrection>& corrections) {
+                     const std::vector<visibility::CoverageCorrection>& corrections) {
   constexpr std::array kNames{"off", "paper", "exact"};
   std::vector<std::string> head{"correction", "projection"};
   for (const TrueScene& model : models)
     for (const char* name : {"V", "O", "Ac (%)"}) head.push_back(fmt::format("{}: {}", model.name, name));
   GpvcTable result{Table(head), true};
-  for (const CoverageCorrection correction : corrections)
-    for (const Projection projection : {Projection::spc, Projection::apc}) {
+  for (const visibility::CoverageCorrection correction : corrections)
+    for (const visibility::Projection projection : {visibility::Projection::spc, visibility::Projection::apc}) {
       std::vector<std::string> row{kNames[static_cast<std::size_t>(correction)],
-                                   projection == Projection::spc ? "SPC" : "APC"};
+                                   projection == visibility::Projection::spc ? "SPC" : "APC"};
       for (const TrueScene& model : models) {
-        VisibilityOptions options;
+        visibility::VisibilityOptions options;
         options.correction = correction;
         options.projection = projection;
-        options.drawing = Drawing::opengl;  // whose rounding the paper is about
+        options.drawing = visibility::Drawing::opengl;  // whose rounding the paper is about
         const Score s = score(setup.device, model, options);
         for (const std::string& text :
              {std::to_string(s.visible), std::to_string(s.occluded), fmt::format("{:.2f}", s.percent())})
@@ -127,8 +127,9 @@ Part paper_tables(const Setup& setup) {
   add(2, "Shadow mapping with APC", bias_table(setup, models, "shadow-map:apc"));
   add(3, "Ray tracing with sparse sampling", bias_table(setup, models, "ray:sparse"));
   add(4, "Ray tracing with dense sampling", bias_table(setup, models, "ray:dense"));
-  add(5, "GPVC before coverage correction", gpvc_table(setup, models, {CoverageCorrection::off}).table);
-  const GpvcTable corrected = gpvc_table(setup, models, {CoverageCorrection::paper, CoverageCorrection::exact});
+  add(5, "GPVC before coverage correction", gpvc_table(setup, models, {visibility::CoverageCorrection::off}).table);
+  const GpvcTable corrected =
+      gpvc_table(setup, models, {visibility::CoverageCorrection::paper, visibility::CoverageCorrection::exact});
   add(6, "GPVC after coverage correction", corrected.table);
   part.perfect = corrected.all_right;
   return part;

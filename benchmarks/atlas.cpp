@@ -8,20 +8,20 @@
 #include <string>
 
 #include "atlas/atlas.h"
-#include "atlas/packing.h"
+#include "atlas/packing/packing.h"
 
 namespace {
 
 using namespace gpvc;
 
 /// Discs, their sizes distributed as charts are: many small, few large.
-std::vector<PackShape> soup(std::size_t count) {
+std::vector<atlas::PackShape> soup(std::size_t count) {
   std::mt19937 random(1);
-  std::vector<PackShape> shapes;
+  std::vector<atlas::PackShape> shapes;
   for (std::size_t i = 0; i < count; ++i) {
     const double share = static_cast<double>(random()) / 0x100000000u;
     const int radius = 1 + static_cast<int>(1.5 / std::sqrt(share + 1.0 / 1600));
-    PackShape shape{2 * radius, 2 * radius, {}};
+    atlas::PackShape shape{2 * radius, 2 * radius, {}};
     for (int row = 0; row < 2 * radius; ++row) {
       const double y = std::abs(row + 0.5 - radius);
       const int half = std::max(1, static_cast<int>(std::sqrt(radius * double(radius) - y * y)));
@@ -38,7 +38,7 @@ void packing(benchmark::State& state) {
   for (const auto& shape : shapes)
     for (const auto& run : shape.runs) cells += run.length;
   for (auto _ : state) {
-    const Packing result = pack_shapes(shapes, 512);
+    const atlas::Packing result = atlas::pack_shapes(shapes, 512);
     page_cells = 0;
     for (const auto& page : result.pages) page_cells += double(page.width) * page.height;
     state.counters["pages"] = static_cast<double>(result.pages.size());
@@ -71,18 +71,18 @@ class Plane {
         labels_.insert(labels_.end(), 2, label(x * cell, y * cell));
       }
     }
-    tags_.assign(mesh_.faces.size(), FaceTag::seen);
+    tags_.assign(mesh_.faces.size(), labeling::FaceTag::seen);
     candidates_.first.assign(mesh_.faces.size() + 1, 0);
-    graph_ = face_graph(mesh_);
+    graph_ = labeling::face_graph(mesh_);
     for (int v = 0; v < 16; ++v) add_view(v);
-    photos_.emplace(scene_, SceneOptions{}, std::size_t{1} << 30);
+    photos_.emplace(scene_, io::SceneOptions{}, std::size_t{1} << 30);
     for (std::uint32_t v = 0; v < 16; ++v) photos_->photo(ViewId{v});
   }
   ~Plane() { std::filesystem::remove_all(folder_); }
   Plane(const Plane&) = delete;
   Plane& operator=(const Plane&) = delete;
 
-  AtlasInput input() { return {mesh_, scene_, *photos_, graph_, labels_, tags_, candidates_, coverage_}; }
+  atlas::AtlasInput input() { return {mesh_, scene_, *photos_, graph_, labels_, tags_, candidates_, coverage_}; }
 
  private:
   static ViewId label(double x, double y) {
@@ -101,28 +101,28 @@ class Plane {
     Image image{1200, 1200, 3, std::vector<std::uint8_t>(3 * 1200 * 1200)};
     for (std::size_t i = 0; i < image.pixels.size(); ++i)
       image.pixels[i] = static_cast<std::uint8_t>(90 + 4 * v + static_cast<int>(i * 2654435761u >> 28));
-    write_image(view.photo, image, ImageFormat::png, 90);
+    io::write_image(view.photo, image, io::ImageFormat::png, 90);
     scene_.views.push_back(view);
   }
 
   std::filesystem::path folder_;
   Mesh mesh_;
   Scene scene_;
-  FaceGraph graph_;
+  labeling::FaceGraph graph_;
   std::vector<ViewId> labels_;
-  std::vector<FaceTag> tags_;
-  CostTable candidates_;
-  CoverageTable coverage_;
-  std::optional<PhotoCache> photos_;
+  std::vector<labeling::FaceTag> tags_;
+  labeling::CostTable candidates_;
+  visibility::CoverageTable coverage_;
+  std::optional<io::PhotoCache> photos_;
 };
 
 /// The whole stage; the counters split it.
 void atlas(benchmark::State& state) {
   Plane plane(static_cast<int>(state.range(0)));
-  const AtlasInput input = plane.input();
+  const atlas::AtlasInput input = plane.input();
   double layout = 0, leveling = 0, baking = 0;
   for (auto _ : state) {
-    const TextureAtlas result = build_atlas(input, AtlasOptions{}, nullptr);
+    const atlas::TextureAtlas result = atlas::build_atlas(input, atlas::AtlasOptions{}, nullptr);
     layout += result.statistics.layout_s;
     leveling += result.statistics.leveling_s;
     baking += result.statistics.baking_s;

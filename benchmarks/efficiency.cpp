@@ -87,9 +87,9 @@ std::string usual_modes(bool software) {
 
 BenchScene scene_of(const Arguments& arguments) {
   if (arguments.files.empty()) return generated_scene();
-  SceneOptions options;
+  io::SceneOptions options;
   if (!arguments.images.empty()) options.images_dir = arguments.images;
-  return {arguments.files[0], read_mesh(arguments.files[1]), read_scene(arguments.files[0], options).views};
+  return {arguments.files[0], io::read_mesh(arguments.files[1]), io::read_scene(arguments.files[0], options).views};
 }
 
 void keep(std::vector<View>& views, std::size_t wanted) {
@@ -100,7 +100,7 @@ void keep(std::vector<View>& views, std::size_t wanted) {
 }
 
 int run(const Arguments& arguments) {
-  GraphicsDevice device(arguments.device);
+  visibility::GraphicsDevice device(arguments.device);
   BenchScene scene = scene_of(arguments);
   keep(scene.views, arguments.views);
   if (!arguments.folder.empty()) std::filesystem::create_directories(arguments.folder);

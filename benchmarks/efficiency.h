@@ -23,7 +23,7 @@ BenchScene generated_scene();
 /// `MODE[/off|/paper|/exact][/cpu|/gpu][/opengl|/native]`: a visibility mode, and for the gpvc modes what else to set.
 struct Row {
   std::string name;
-  VisibilityOptions options;
+  visibility::VisibilityOptions options;
 };
 Row parse_row(const std::string& name);
 
@@ -32,7 +32,7 @@ struct Measured {
   Row row;
   std::string processor;  ///< "cpu" or "gpu"
   std::string drawing;    ///< "opengl" or "native"
-  VisibilityStatistics sum;
+  visibility::VisibilityStatistics sum;
   double total_s = 0;  ///< wall, all in: making the stage, then every view
   double start_s = 0;  ///< of that, making the stage
   double cpu_s = 0;    ///< of all threads meanwhile
@@ -42,7 +42,7 @@ struct Measured {
 
 /// Runs every row over every view; progress on stderr. `differing`: faces whose class under HIVERS is not that under
 /// dense sampling with the same correction and processor, over all views.
-std::vector<Measured> measure(GraphicsDevice& device, const BenchScene& scene, const std::vector<Row>& rows,
+std::vector<Measured> measure(visibility::GraphicsDevice& device, const BenchScene& scene, const std::vector<Row>& rows,
                               std::size_t& differing);
 
 /// Tables 7 to 9 as Markdown on stdout, and table7.csv to table9.csv in `folder` unless that is empty.

@@ -13,7 +13,7 @@
 namespace gpvc::efficiency {
 namespace {
 
-using Classes = std::vector<std::vector<FaceClass>>;  // per view
+using Classes = std::vector<std::vector<visibility::FaceClass>>;  // per view
 
 double cpu_seconds() {
   rusage usage{};
@@ -37,7 +37,7 @@ class Watch {
   double cpu_;
 };
 
-void add(VisibilityStatistics& sum, const VisibilityStatistics& s) {
+void add(visibility::VisibilityStatistics& sum, const visibility::VisibilityStatistics& s) {
   sum.processed_faces += s.processed_faces;
   sum.samples += s.samples;
   sum.rays += s.rays;
@@ -54,7 +54,7 @@ void add(VisibilityStatistics& sum, const VisibilityStatistics& s) {
   sum.claims_s += s.claims_s;
 }
 
-std::size_t unlike(const std::vector<FaceClass>& a, const std::vector<FaceClass>& b) {
+std::size_t unlike(const std::vector<visibility::FaceClass>& a, const std::vector<visibility::FaceClass>& b) {
   std::size_t count = 0;
   for (std::size_t f = 0; f < a.size(); ++f) count += a[f] != b[f];
   return count;
@@ -64,8 +64,8 @@ std::string first_word(const std::string& note) { return note.substr(0, note.fin
 
 /// Rows whose classes must agree on every face have the same key: HIVERS and dense sampling, on either processor,
 /// whatever draws, once corrected in the same way.
-std::string agreement(const VisibilityOptions& options) {
-  if (options.method != Method::gpvc || options.sampling == Sampling::ves) return {};
+std::string agreement(const visibility::VisibilityOptions& options) {
+  if (options.method != visibility::Method::gpvc || options.sampling == visibility::Sampling::ves) return {};
   return fmt::format("{}", static_cast<int>(options.correction));
 }
 
@@ -74,14 +74,18 @@ std::string agreement(const VisibilityOptions& options) {
 Row parse_row(const std::string& name) {
   Row row{name, {}};
   std::size_t at = name.find('/');
-  set_visibility_mode(std::string_view(name).substr(0, at), row.options);
+  visibility::set_visibility_mode(std::string_view(name).substr(0, at), row.options);
   while (at != std::string::npos) {
     const std::size_t next = name.find('/', at + 1);
     const std::string word = name.substr(at + 1, next == std::string::npos ? next : next - at - 1);
-    const std::map<std::string, CoverageCorrection> corrections{
-        {"off", CoverageCorrection::off}, {"paper", CoverageCorrection::paper}, {"exact", CoverageCorrection::exact}};
-    const std::map<std::string, Classifier> classifiers{{"cpu", Classifier::cpu}, {"gpu", Classifier::gpu}};
-    const std::map<std::string, Drawing> drawings{{"opengl", Drawing::opengl}, {"native", Drawing::native}};
+    const std::map<std::string, visibility::CoverageCorrection> corrections{
+        {"off", visibility::CoverageCorrection::off},
+        {"paper", visibility::CoverageCorrection::paper},
+        {"exact", visibility::CoverageCorrection::exact}};
+    const std::map<std::string, visibility::Classifier> classifiers{{"cpu", visibility::Classifier::cpu},
+                                                                    {"gpu", visibility::Classifier::gpu}};
+    const std::map<std::string, visibility::Drawing> drawings{{"opengl", visibility::Drawing::opengl},
+                                                              {"native", visibility::Drawing::native}};
     if (const auto drawing = drawings.find(word); drawing != drawings.end()) {
       row.options.drawing = drawing->second;
     } else if (const auto correction = corrections.find(word); correction != corrections.end()) {
@@ -98,18 +102,18 @@ Row parse_row(const std::string& name) {
   return row;
 }
 
-std::vector<Measured> measure(GraphicsDevice& device, const BenchScene& scene, const std::vector<Row>& rows,
+std::vector<Measured> measure(visibility::GraphicsDevice& device, const BenchScene& scene, const std::vector<Row>& rows,
                               std::size_t& differing) {
   std::vector<Measured> measured;
   Classes first;
   std::map<std::string, Classes> must_agree;
-  ViewVisibility seen;
+  visibility::ViewVisibility seen;
   const bool terminal = isatty(STDERR_FILENO) != 0;
   for (const Row& row : rows) {
     Measured result{row, {}, {}, {}, 0, 0, 0, 0};
     const auto stage = [&] {
       const Watch watch(result);
-      return std::make_unique<VisibilityStage>(device, scene.mesh, row.options);
+      return std::make_unique<visibility::VisibilityStage>(device, scene.mesh, row.options);
     }();
     result.start_s = result.total_s;
     result.processor = stage->classifier_note().substr(0, 3);

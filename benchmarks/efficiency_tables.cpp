@@ -34,7 +34,7 @@ const Cells kTimes{"Processed face number",
                    "Faces unlike GPVC"};
 
 Cells times(const Measured& m, const Measured& gpvc, std::size_t views) {
-  const VisibilityStatistics& s = m.sum;
+  const visibility::VisibilityStatistics& s = m.sum;
   return {std::to_string(s.processed_faces),
           std::to_string(s.samples),
           std::to_string(s.rays),
@@ -55,11 +55,12 @@ Cells times(const Measured& m, const Measured& gpvc, std::size_t views) {
 }
 
 Cells shadow_map_head(const Measured& m) {
-  return {m.row.options.projection == Projection::spc ? "SPC" : "APC", fmt::format("{}", m.row.options.epsilon)};
+  return {m.row.options.projection == visibility::Projection::spc ? "SPC" : "APC",
+          fmt::format("{}", m.row.options.epsilon)};
 }
 
 Cells ray_head(const Measured& m) {
-  return {m.row.options.rays == Rays::sparse ? "Sparse Sampling" : "Dense Sampling",
+  return {m.row.options.rays == visibility::Rays::sparse ? "Sparse Sampling" : "Dense Sampling",
           fmt::format("{}", m.row.options.epsilon)};
 }
 
@@ -73,7 +74,7 @@ Cells gpvc_head(const Measured& m) {
 Cells no_test_head(const Measured&) { return {"none"}; }
 
 struct Layout {
-  Method method;
+  visibility::Method method;
   const char* name;
   const char* title;
   Cells head;
@@ -95,22 +96,22 @@ void write_csv(const std::filesystem::path& file, const std::vector<Cells>& line
 }  // namespace
 
 void print_tables(const BenchScene& scene, const std::vector<Measured>& measured, const std::filesystem::path& folder) {
-  const Layout layouts[] = {{Method::shadow_map,
+  const Layout layouts[] = {{visibility::Method::shadow_map,
                              "table7",
                              "Table 7. Efficiency statistics of the shadow-mapping algorithm.",
                              {"Projection Configuration", "Epsilon"},
                              shadow_map_head},
-                            {Method::ray,
+                            {visibility::Method::ray,
                              "table8",
                              "Table 8. Efficiency statistics of the ray-tracing algorithm.",
                              {"Sampling Type", "Epsilon"},
                              ray_head},
-                            {Method::gpvc,
+                            {visibility::Method::gpvc,
                              "table9",
                              "Table 9. Efficiency statistics of GPVC.",
                              {"Sampling Type", "Correction", "Drawing", "Classifier"},
                              gpvc_head},
-                            {Method::none, "none", "No visibility test.", {"Mode"}, no_test_head}};
+                            {visibility::Method::none, "none", "No visibility test.", {"Mode"}, no_test_head}};
   for (const Layout& layout : layouts) {
     Cells head = layout.head;
     head.insert(head.end(), kTimes.begin(), kTimes.end());

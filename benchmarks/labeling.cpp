@@ -37,21 +37,21 @@ double peak_megabytes() {
 }
 
 void solve_stored(const std::string& costs, const std::string& mesh_file) {
-  const CostTable table = read_costs(costs);
-  const Mesh mesh = read_mesh(mesh_file);
+  const labeling::CostTable table = labeling::read_costs(costs);
+  const Mesh mesh = io::read_mesh(mesh_file);
   double start = seconds_now();
-  const FaceGraph graph = face_graph(mesh);
+  const labeling::FaceGraph graph = labeling::face_graph(mesh);
   std::printf("%zu faces, %zu adjacent pairs (%.3f s), %zu candidates\n", table.faces(), graph.edges.size(),
               seconds_now() - start, table.views.size());
   std::printf("| sweeps | energy | differing pairs | patches | wall s | CPU s |\n|---|---|---|---|---|---|\n");
   // Solved anew with every limit: labels in between are nobody's result, and time is that of a run that stops there.
   double energy = 0;
   for (int sweeps = 0; sweeps <= 30; ++sweeps) {
-    SolverOptions options;
+    labeling::SolverOptions options;
     options.max_sweeps = sweeps;
     start = seconds_now();
     const double cpu = cpu_seconds();
-    const Selection selection = select_views(table, graph, options, {});
+    const labeling::Selection selection = labeling::select_views(table, graph, options, {});
     if (sweeps > 0 && selection.sweeps.back().sweep < sweeps) break;
     energy = selection.energy;
     std::printf("| %d | %.2f | %zu | %zu | %.2f | %.2f |\n", sweeps, energy, selection.differing_pairs,
@@ -60,14 +60,14 @@ void solve_stored(const std::string& costs, const std::string& mesh_file) {
   }
   for (const int rounds : {0, 10, 100}) {
     start = seconds_now();
-    const double bound = potts_lower_bound(table, graph, SolverOptions{}.smoothness, rounds);
+    const double bound = potts_lower_bound(table, graph, labeling::SolverOptions{}.smoothness, rounds);
     std::printf("lower bound after %d rounds: %.2f (energy is %.3f %% above; %.1f s)\n", rounds, bound,
                 100 * (energy / bound - 1), seconds_now() - start);
   }
 }
 
 /// A square grid of triangle pairs seen by 200 views in 20 x 10 overlapping discs: each face takes its 12 nearest.
-void make_instance(std::size_t faces, CostTable& table, FaceGraph& graph) {
+void make_instance(std::size_t faces, labeling::CostTable& table, labeling::FaceGraph& graph) {
   constexpr int kViews = 200, kColumns = 20, kCandidates = 12;
   const auto side = static_cast<std::size_t>(std::sqrt(static_cast<double>(faces) / 2));
   Mesh mesh;
@@ -78,7 +78,7 @@ void make_instance(std::size_t faces, CostTable& table, FaceGraph& graph) {
       mesh.faces.push_back({a, c, a + 1});
       mesh.faces.push_back({a + 1, c, c + 1});
     }
-  graph = face_graph(mesh);
+  graph = labeling::face_graph(mesh);
   std::mt19937 random(1);
   std::uniform_real_distribution<float> noise(0, 0.3f);
   table.first.assign(1, 0);
@@ -110,11 +110,11 @@ void size_table(std::size_t max_faces) {
   std::printf("|---|---|---|---|---|---|---|---|\n");
   for (const std::size_t faces : {10'000u, 30'000u, 100'000u, 300'000u, 1'000'000u, 3'000'000u}) {
     if (faces > max_faces) break;
-    CostTable table;
-    FaceGraph graph;
+    labeling::CostTable table;
+    labeling::FaceGraph graph;
     make_instance(faces, table, graph);
     const double start = seconds_now(), cpu = cpu_seconds();
-    const Selection selection = select_views(table, graph, {}, {});
+    const labeling::Selection selection = labeling::select_views(table, graph, {}, {});
     const double wall = seconds_now() - start;
     std::printf("| %zu | %zu | %.2f | %.2f | %.1f | %.0f | %.1f | %zu |\n", table.faces(), table.views.size(), wall,
                 cpu_seconds() - cpu, 1e6 * wall / static_cast<double>(table.faces()), peak_megabytes(),

@@ -10,7 +10,7 @@ namespace {
 /// A message per pair and direction, one value per candidate of the face it goes to.
 class Messages {
  public:
-  Messages(const CostTable& table, const FaceGraph& graph, double smoothness)
+  Messages(const labeling::CostTable& table, const labeling::FaceGraph& graph, double smoothness)
       : table_(table), smoothness_(smoothness), first_neighbour_(table.faces() + 1, 0) {
     const auto has = [&](std::uint32_t face) { return table.first[face] < table.first[face + 1]; };
     for (const auto& [a, b] : graph.edges)
@@ -124,7 +124,7 @@ class Messages {
     }
   }
 
-  const CostTable& table_;
+  const labeling::CostTable& table_;
   double smoothness_;
   std::vector<std::size_t> first_neighbour_;
   std::vector<Neighbour> neighbours_;
@@ -134,7 +134,8 @@ class Messages {
 
 }  // namespace
 
-double potts_lower_bound(const CostTable& table, const FaceGraph& graph, double smoothness, int rounds) {
+double potts_lower_bound(const labeling::CostTable& table, const labeling::FaceGraph& graph, double smoothness,
+                         int rounds) {
   double cheapest = 0;
   for (std::size_t face = 0; face < table.faces(); ++face)
     if (table.first[face] < table.first[face + 1])

@@ -8,6 +8,7 @@ namespace gpvc {
 /// A lower bound on the energy of any labeling: `rounds` of tree-reweighted message passing (Kolmogorov 2006)
 /// reparametrize the energy, then every pair with its share of its two faces' costs is minimized by itself. With 0
 /// rounds the cheapest costs alone. O(candidates) time and memory a round.
-double potts_lower_bound(const CostTable& table, const FaceGraph& graph, double smoothness, int rounds);
+double potts_lower_bound(const labeling::CostTable& table, const labeling::FaceGraph& graph, double smoothness,
+                         int rounds);
 
 }  // namespace gpvc

@@ -15,13 +15,11 @@
 #include <vector>
 
 #include "io/error.h"
+#include "io/image.h"
+#include "io/progress.h"
 #include "io/scene.h"
 
-namespace gpvc {
-
-/// Called by long stages with units done and their total, from any one thread at a time. May throw Cancelled, which the
-/// stage lets through after leaving nothing half-written.
-using Progress = std::function<void(std::size_t done, std::size_t total)>;
+namespace gpvc::io {
 
 // --- in
 
@@ -107,19 +105,6 @@ std::optional<PhotoExclusion> read_exclusion(const View& view);
 /// Whether the view's mask shows any program all that read_exclusion knows: a PNG without alpha, beside a photo whose
 /// alpha does not count. From the header alone. Throws InputError.
 bool has_plain_mask(const View& view);
-
-/// 8 bits a channel, row-major from the top-left, interleaved.
-struct Image {
-  int width = 0, height = 0, channels = 3;
-  std::vector<std::uint8_t> pixels;  ///< width * height * channels
-
-  const std::uint8_t* at(int x, int y) const {
-    return pixels.data() +
-           (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
-               static_cast<std::size_t>(channels);
-  }
-  std::uint8_t* at(int x, int y) { return const_cast<std::uint8_t*>(static_cast<const Image*>(this)->at(x, y)); }
-};
 
 /// Decodes a photo to 3 channels of 8 bits: grey is repeated, alpha dropped, deeper samples scaled with rounding;
 /// linear light (EXR, HDR) gets sRGB's curve, with 1 as white. EXIF orientation is not applied, to raw photos (DNG)
@@ -304,4 +289,4 @@ std::optional<std::filesystem::path> mask_place(SceneTarget target, const std::f
 void write_scene(SceneTarget target, const Scene& scene, std::span<const ViewId> used,
                  std::span<const std::filesystem::path> places, const std::filesystem::path& folder);
 
-}  // namespace gpvc
+}  // namespace gpvc::io

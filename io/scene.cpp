@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/lens.h"
+#include "io/lens/lens.h"
 
 namespace gpvc {
 
@@ -11,7 +11,7 @@ std::optional<PhotoPoint> photo_from_pixel(const Camera& camera, const PixelPoin
   if (camera.distortion.is_identity()) return PhotoPoint{p.x, p.y};
   const double x = (p.x - camera.cx) / camera.fx, y = (p.y - camera.cy) / camera.fy;
   if (!(x * x + y * y <= camera.distortion.max_r2)) return std::nullopt;
-  const Distorted d = distort(camera.distortion, x, y);
+  const io::Distorted d = io::distort(camera.distortion, x, y);
   return PhotoPoint{camera.fx * d.x + camera.cx, camera.fy * d.y + camera.cy};
 }
 
@@ -26,7 +26,7 @@ std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoin
   if (distortion.model != LensModel::brown) {
     // A fisheye's radius says little about that of the plane: undo its factor, not beyond 85 degrees.
     constexpr double kFarthest = 130;  // tan(85 degrees)^2
-    guess_r2 = std::min(undo_lens_factor(distortion, start_r2), kFarthest);
+    guess_r2 = std::min(io::undo_lens_factor(distortion, start_r2), kFarthest);
   }
   // Start inside the part of the plane where the radial profile grows.
   if (guess_r2 > distortion.max_r2) guess_r2 = 0.81 * distortion.max_r2;
@@ -35,10 +35,10 @@ std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoin
     x *= scale;
     y *= scale;
   }
-  const auto miss_px = [&](const Distorted& d) {
+  const auto miss_px = [&](const io::Distorted& d) {
     return std::hypot(camera.fx * (d.x - target_x), camera.fy * (d.y - target_y));
   };
-  Distorted here = distort(distortion, x, y);
+  io::Distorted here = io::distort(distortion, x, y);
   double miss = miss_px(here);
   // Converged below 1e-10 px, or where doubles end: a coordinate of 1e4 px carries about 2e-12 px of round-off.
   for (int iteration = 0; iteration < 60 && miss > 1e-11; ++iteration) {
@@ -51,7 +51,7 @@ std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoin
     for (double scale = 1; scale > 1e-6 && !better; scale /= 2) {
       const double next_x = x + scale * step_x, next_y = y + scale * step_y;
       if (!(next_x * next_x + next_y * next_y <= distortion.max_r2)) continue;
-      const Distorted next = distort(distortion, next_x, next_y);
+      const io::Distorted next = io::distort(distortion, next_x, next_y);
       const double next_miss = miss_px(next);
       if (!(next_miss < miss)) continue;
       x = next_x;

@@ -8,7 +8,7 @@
 
 #include "labeling/labeling.h"
 
-namespace gpvc {
+namespace gpvc::labeling {
 namespace {
 
 namespace fs = std::filesystem;
@@ -21,7 +21,7 @@ void check_costs(const fs::path& file, std::span<const float> costs) {
 
 template <typename T>
 std::vector<T> read_vector(const fs::path& file) {
-  NpyArray<T> array = read_npy<T>(file);
+  io::NpyArray<T> array = io::read_npy<T>(file);
   if (array.shape.size() != 1) throw InputError(file, "", "expected an array of one dimension");
   return std::move(array.values);
 }
@@ -156,9 +156,9 @@ void write_costs(const fs::path& folder, const CostTable& table) {
   for (std::size_t face = 0; face < counts.size(); ++face)
     counts[face] = static_cast<std::uint32_t>(table.first[face + 1] - table.first[face]);
   const std::size_t faces[] = {counts.size()}, entries[] = {table.views.size()};
-  write_npy(folder / "counts.npy", counts, faces);
-  write_npy(folder / "views.npy", table.views, entries);
-  write_npy(folder / "costs.npy", table.costs, entries);
+  io::write_npy(folder / "counts.npy", counts, faces);
+  io::write_npy(folder / "views.npy", table.views, entries);
+  io::write_npy(folder / "costs.npy", table.costs, entries);
 }
 
-}  // namespace gpvc
+}  // namespace gpvc::labeling

@@ -1,6 +1,6 @@
 #include "labeling/face_records.h"
 
-namespace gpvc {
+namespace gpvc::labeling {
 
 FaceChunk::FaceChunk(RecordsByView& by_view, std::size_t begin_face, std::size_t end_face)
     : begin_face_(begin_face), first_(end_face - begin_face + 1, 0) {
@@ -20,4 +20,4 @@ FaceChunk::FaceChunk(RecordsByView& by_view, std::size_t begin_face, std::size_t
     for (FaceRecord& record : records) records_[next[record.face - begin_face_]++] = {view, &record};
 }
 
-}  // namespace gpvc
+}  // namespace gpvc::labeling

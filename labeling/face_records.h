@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "labeling/view_statistics.h"
+#include "labeling/costs/view_statistics.h"
 
-namespace gpvc {
+namespace gpvc::labeling {
 
 /// Each in face order.
 using RecordsByView = std::map<std::uint32_t, std::vector<FaceRecord>>;
@@ -52,4 +52,4 @@ void for_each_chunk(std::size_t faces, Body body) {
   });
 }
 
-}  // namespace gpvc
+}  // namespace gpvc::labeling

@@ -15,7 +15,7 @@
 #include "io/scene.h"
 #include "visibility/visibility.h"
 
-namespace gpvc {
+namespace gpvc::labeling {
 
 // --- adjacency
 
@@ -86,7 +86,7 @@ class CandidateCollector {
   CandidateCollector(const CandidateCollector&) = delete;
   CandidateCollector& operator=(const CandidateCollector&) = delete;
   /// O(faces + pixels), TBB inside. Views may come in any order; the result does not depend on it.
-  void add_view(ViewId id, const View& view, const Image& photo, const ViewVisibility& visibility);
+  void add_view(ViewId id, const View& view, const Image& photo, const visibility::ViewVisibility& visibility);
   /// A face with a full candidate takes only those, unless outliers reject them all; a face without takes its partial
   /// views, at a cost that grows with the hidden share.
   Candidates finish();
@@ -138,4 +138,4 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
 double labeling_energy(const CostTable& table, const FaceGraph& graph, std::span<const ViewId> labels,
                        double smoothness);
 
-}  // namespace gpvc
+}  // namespace gpvc::labeling

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace gpvc {
+namespace gpvc::labeling {
 
 /// Counts become where each one's items begin when all lie one behind the other; returns how many there are.
 inline std::size_t offsets_from_counts(std::vector<std::size_t>& counts) {
@@ -14,4 +14,4 @@ inline std::size_t offsets_from_counts(std::vector<std::size_t>& counts) {
   return sum;
 }
 
-}  // namespace gpvc
+}  // namespace gpvc::labeling

@@ -16,9 +16,9 @@ file(WRITE ${OUTPUT} "// Made by shaders/embed.cmake.
 #include <string>
 #include <utility>
 
-#include \"visibility/gl_objects.h\"
+#include \"visibility/gl/gl_objects.h\"
 
-namespace gpvc {
+namespace gpvc::visibility {
 namespace {
 
 constexpr std::pair<std::string_view, std::string_view> kShaders[] = {
@@ -32,5 +32,5 @@ std::string_view shader_source(std::string_view file) {
   throw std::logic_error(\"no shader is called \" + std::string(file));
 }
 
-}  // namespace gpvc
+}  // namespace gpvc::visibility
 ")

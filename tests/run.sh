@@ -6,14 +6,14 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 build=$root/build/release
-options=(-DCMAKE_BUILD_TYPE=Release -DGPVC_SANITIZE=OFF -DGPVC_BENCHMARKS=ON)
+options=(-DCMAKE_BUILD_TYPE=Release -DGPVC_SANITIZE=OFF -DGPVC_BENCHMARKS=ON -DCMAKE_UNITY_BUILD=ON)
 if [ "${1:-}" = --sanitize ]; then
   shift
   build=$root/build/sanitize
   options=(-DCMAKE_BUILD_TYPE=Debug -DGPVC_SANITIZE=ON -DGPVC_BENCHMARKS=OFF "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
 fi
 
-"$root/app/install_packages.sh" test
+"$root/app/setup/install_packages.sh" test
 
 # Khronos' glTF validator and three.js come from the npm registry; everything else from Debian.
 node_modules=$root/build/node/node_modules

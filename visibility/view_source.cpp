@@ -2,7 +2,7 @@
 #include "io/clock.h"
 #include "visibility/view_tester.h"
 
-namespace gpvc {
+namespace gpvc::visibility {
 namespace {
 
 IvmRenderer::Options renderer_options(const VisibilityOptions& options, bool staged_reads) {
@@ -42,7 +42,7 @@ ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& re
   }
   const auto start = Clock::now();
   if (lens_mask_.camera() != view.camera) lens_mask_ = PhotoMask(view.camera);
-  exclusion_ = read_exclusion(view);
+  exclusion_ = io::read_exclusion(view);
   mask_ = exclusion_ ? PhotoMask(lens_mask_, *exclusion_) : lens_mask_;
   if (draw_ivm && renderer_) mask_.clear_outside(result.ivm.faces);
   project_vertices(mesh_, view.camera, view.pose, projected_);
@@ -50,4 +50,4 @@ ClassifyView ViewSource::prepare(const View& view, ViewId id, ViewVisibility& re
   return {mesh_, view.camera, id, mask_, projected_, result.ivm.faces, projection_rounding(view.camera)};
 }
 
-}  // namespace gpvc
+}  // namespace gpvc::visibility

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "visibility/classify.h"
-#include "visibility/ivm_gl.h"
-#include "visibility/photo_mask.h"
-#include "visibility/projection.h"
+#include "visibility/classify/classify.h"
+#include "visibility/gl/ivm_gl.h"
+#include "visibility/raster/photo_mask.h"
+#include "visibility/raster/projection.h"
 
-namespace gpvc {
+namespace gpvc::visibility {
 
 /// One mesh on the device, drawn and projected view after view. Borrows the mesh.
 class ViewSource {
@@ -35,7 +35,7 @@ class ViewSource {
   const VisibilityOptions options_;
   std::optional<IvmRenderer> renderer_;
   PhotoMask lens_mask_, mask_;
-  std::optional<PhotoExclusion> exclusion_;
+  std::optional<io::PhotoExclusion> exclusion_;
   ProjectedMesh projected_;
   std::vector<float> depths_;
 };
@@ -68,4 +68,4 @@ std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source, con
 std::unique_ptr<ViewTester> make_ray_tester(const ViewSource& source, const VisibilityOptions& options);
 std::unique_ptr<ViewTester> make_no_test(const VisibilityOptions& options);
 
-}  // namespace gpvc
+}  // namespace gpvc::visibility

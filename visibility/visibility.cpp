@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "io/clock.h"
-#include "visibility/classify_gl.h"
+#include "visibility/gl/classify_gl.h"
 #include "visibility/view_tester.h"
 
-namespace gpvc {
+namespace gpvc::visibility {
 
 struct VisibilityStage::State {
   State(GraphicsDevice& graphics, const Mesh& mesh, const VisibilityOptions& options)
@@ -62,4 +62,4 @@ void VisibilityStage::classify(const View& view, ViewId id, ViewVisibility& resu
 std::string VisibilityStage::classifier_note() const { return state_->tester->note(); }
 std::string VisibilityStage::drawing_note() const { return state_->drawing.note; }
 
-}  // namespace gpvc
+}  // namespace gpvc::visibility

@@ -29,7 +29,7 @@
 #include "io/io.h"
 #include "io/scene.h"
 
-namespace gpvc {
+namespace gpvc::visibility {
 
 /// An OpenGL or EGL call that failed: call, code, stage, driver log.
 class GpuError : public std::runtime_error {
@@ -240,8 +240,8 @@ struct RenderResult {
 /// Draws a textured model from a camera: bilinear lookup of level 0 when `mipmaps` is false (as virtual rephotography
 /// scores it), trilinear when true; back faces culled when `cull` is true. `background` is RGB. Page images are RGB and
 /// become textures (reduced when above the device's limit). Undistorted pinhole camera.
-RenderResult render_model(GraphicsDevice& device, const TexturedModel& model, const std::vector<Image>& pages,
+RenderResult render_model(GraphicsDevice& device, const io::TexturedModel& model, const std::vector<Image>& pages,
                           const Camera& camera, const Pose& pose, bool mipmaps, bool cull,
                           std::array<std::uint8_t, 3> background);
 
-}  // namespace gpvc
+}  // namespace gpvc::visibility

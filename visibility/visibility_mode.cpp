@@ -7,7 +7,7 @@
 
 #include "visibility/visibility.h"
 
-namespace gpvc {
+namespace gpvc::visibility {
 namespace {
 
 constexpr std::array kSamplings{"gpvc", "gpvc:ves", "gpvc:dense"};
@@ -100,4 +100,4 @@ std::string visibility_mode_name(const VisibilityOptions& options) {
   return kSamplings[static_cast<std::size_t>(options.sampling)];
 }
 
-}  // namespace gpvc
+}  // namespace gpvc::visibility

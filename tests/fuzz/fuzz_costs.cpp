@@ -5,7 +5,7 @@ namespace gpvc::fuzz {
 
 GPVC_FUZZ_TARGET(costs) {
   const auto file = write("costs.spt", view(data, size));
-  return reads_or_refuses([&] { read_costs(file); });
+  return reads_or_refuses([&] { labeling::read_costs(file); });
 }
 
 }  // namespace gpvc::fuzz

@@ -5,7 +5,7 @@ namespace gpvc::fuzz {
 
 GPVC_FUZZ_TARGET(glb) {
   const auto file = write("model.glb", view(data, size));
-  return reads_or_refuses([&] { read_textured_model(file); });
+  return reads_or_refuses([&] { io::read_textured_model(file); });
 }
 
 }  // namespace gpvc::fuzz

@@ -1,10 +1,10 @@
 #include "fuzz.h"
-#include "io/image_file.h"
+#include "io/images/image_file.h"
 
 namespace gpvc::fuzz {
 
 GPVC_FUZZ_TARGET(image) {
-  return reads_or_refuses([&] { decode_image(folder() / "page", "image 0", view(data, size)); });
+  return reads_or_refuses([&] { io::decode_image(folder() / "page", "image 0", view(data, size)); });
 }
 
 }  // namespace gpvc::fuzz

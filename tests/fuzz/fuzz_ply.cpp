@@ -5,7 +5,7 @@ namespace gpvc::fuzz {
 
 GPVC_FUZZ_TARGET(ply) {
   const auto file = write("mesh.ply", view(data, size));
-  return reads_or_refuses([&] { read_mesh(file); });
+  return reads_or_refuses([&] { io::read_mesh(file); });
 }
 
 }  // namespace gpvc::fuzz

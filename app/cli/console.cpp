@@ -1,0 +1,146 @@
+#include "app/cli/console.h"
+
+#include <fmt/format.h>
+#include <spdlog/sinks/basic_file_sink.h>
+#include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+namespace gpvc::cli {
+namespace {
+
+constexpr auto kTerminalPeriod = std::chrono::milliseconds(100);
+constexpr auto kPlainPeriod = std::chrono::seconds(5);
+
+std::size_t terminal_columns() {
+  winsize size = {};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1) return size.ws_col;
+  return 80;
+}
+
+// A log may replace an earlier log, never a file of another kind: --log takes a path as easily as the mesh does.
+void refuse_other_files(const std::filesystem::path& file) {
+  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder)) throw OutputError(file, "its folder does not exist");
+  if (!std::filesystem::is_regular_file(file) || std::filesystem::file_size(file) == 0) return;
+  std::string begin(11, ' ');  // 2026-01-31T
+  std::ifstream(file).read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  for (std::size_t i = 0; i < begin.size(); ++i) {
+    const char wanted = i == 4 || i == 7 ? '-' : i == 10 ? 'T' : '0';
+    if (wanted == '0' ? std::isdigit(static_cast<unsigned char>(begin[i])) == 0 : begin[i] != wanted)
+      throw OutputError(file, "exists and is no earlier log; it is not replaced by one");
+  }
+}
+
+std::shared_ptr<spdlog::logger> open_log(const std::filesystem::path& file) {
+  if (file.empty()) return nullptr;
+  refuse_other_files(file);
+  try {
+    auto sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string(), true);
+    auto log = std::make_shared<spdlog::logger>("gpvc", sink);
+    log->set_level(spdlog::level::trace);
+    log->flush_on(spdlog::level::trace);
+    log->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
+    // A full disk must not end a run for its log's sake, but is not kept quiet either.
+    log->set_error_handler([warned = false](const std::string& reason) mutable {
+      if (!warned) std::fprintf(stderr, "gpvc: warning: the log is incomplete: %s\n", reason.c_str());
+      warned = true;
+    });
+    return log;
+  } catch (const spdlog::spdlog_ex&) {
+    throw OutputError(file, "cannot be opened for writing as the log");
+  }
+}
+
+}  // namespace
+
+Console::Console(Loudness loudness, const std::filesystem::path& log_file)
+    : loudness_(loudness), terminal_(isatty(STDERR_FILENO) != 0), log_(open_log(log_file)) {}
+
+Console::~Console() { clear_status(); }
+
+void Console::result(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (status_shown_) print("");
+  if (log_) log_->info("{}", text);
+  std::fputs((text + "\n").c_str(), stdout);
+  std::fflush(stdout);
+}
+
+void Console::note(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (log_) log_->info("{}", text);
+  if (loudness_ != Loudness::quiet) print(text + "\n");
+}
+
+void Console::detail(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (log_) log_->debug("{}", text);
+  if (loudness_ == Loudness::verbose) print(text + "\n");
+}
+
+void Console::warning(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (log_) log_->warn("{}", text);
+  print("gpvc: warning: " + text + "\n");
+}
+
+void Console::error(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (log_) log_->error("{}", text);
+  print("gpvc: error: " + text + "\n");
+}
+
+void Console::status(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (now - last_status_ < (terminal_ ? std::chrono::nanoseconds(kTerminalPeriod) : kPlainPeriod)) return;
+  last_status_ = now;
+  if (log_) log_->trace("{}", text);
+  if (loudness_ == Loudness::quiet) return;
+  if (!terminal_) {
+    print(text + "\n");
+    return;
+  }
+  std::fputs(("\r\x1b[K" + text.substr(0, terminal_columns() - 1)).c_str(), stderr);
+  std::fflush(stderr);
+  status_shown_ = true;
+}
+
+void Console::clear_status() {
+  const std::lock_guard lock(mutex_);
+  if (status_shown_) print("");
+  // The next stage's first plain line waits its time too: short stages print only how long they took.
+  last_status_ = terminal_ ? std::chrono::steady_clock::time_point{} : std::chrono::steady_clock::now();
+}
+
+void Console::print(const std::string& text) {
+  if (status_shown_) std::fputs("\r\x1b[K", stderr);
+  status_shown_ = false;
+  std::fputs(text.c_str(), stderr);
+  std::fflush(stderr);
+}
+
+std::string readable_duration(double seconds) {
+  const auto whole = static_cast<long long>(std::llround(std::max(seconds, 0.0)));
+  if (whole < 100) return fmt::format("{} s", whole);
+  if (whole < 5400) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
+}
+
+std::string readable_count(std::size_t count) {
+  const std::string digits = std::to_string(count);
+  std::string text;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) text.push_back(' ');
+    text.push_back(digits[i]);
+  }
+  return text;
+}
+
+}  // namespace gpvc::cli

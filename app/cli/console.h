@@ -1,0 +1,55 @@
+// What the user reads while a command runs, and the log file, which gets everything.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "io/io.h"
+
+namespace spdlog {
+class logger;
+}
+
+namespace gpvc::cli {
+
+enum class Loudness { quiet, normal, verbose };
+
+/// Thread-safe. On a terminal the last line of stderr is a status line that other lines push down.
+class Console {
+ public:
+  /// `log_file` empty: none. Throws OutputError when it cannot be opened.
+  Console(Loudness loudness, const std::filesystem::path& log_file);
+  ~Console();
+  Console(const Console&) = delete;
+  Console& operator=(const Console&) = delete;
+
+  void result(const std::string& text);   ///< stdout: what the command is for
+  void note(const std::string& text);     ///< stderr, unless quiet
+  void detail(const std::string& text);   ///< stderr when verbose
+  void warning(const std::string& text);  ///< stderr, always
+  void error(const std::string& text);    ///< stderr, always: "gpvc: error: ..."
+
+  /// How far a stage is. On a terminal a line that is overwritten; else a plain line every five seconds.
+  void status(const std::string& text);
+  void clear_status();
+
+ private:
+  void print(const std::string& text);
+
+  std::mutex mutex_;
+  Loudness loudness_;
+  bool terminal_ = false, status_shown_ = false;
+  std::chrono::steady_clock::time_point last_status_;
+  std::shared_ptr<spdlog::logger> log_;
+};
+
+/// "about 2 min 10 s", "45 s": for people.
+std::string readable_duration(double seconds);
+/// 1234567 -> "1 234 567".
+std::string readable_count(std::size_t count);
+
+}  // namespace gpvc::cli

@@ -1,0 +1,265 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "app/cli/scene_input.h"
+#include "app/pipeline/convert_frame.h"
+
+namespace gpvc::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* target_name(io::SceneTarget target) {
+  constexpr const char* kNames[] = {"colmap", "cam", "mvs"};
+  return kNames[static_cast<std::size_t>(target)];
+}
+
+bool is_jpeg(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return extension == ".jpg" || extension == ".jpeg";
+}
+
+/// PNG for all but JPEGs. What follows a dot is part of the name unless it says what kind of image that was.
+std::string resampled_name(fs::path name) {
+  if (is_jpeg(name)) return name.string();
+  return io::has_image_extension(name) ? name.replace_extension(".png").string() : name.string() + ".png";
+}
+
+// Named for the first view that loses something, before a photo is read.
+void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::SceneTarget target) {
+  for (const ViewId id : used)
+    if (const auto lost = io::lost_term(target, scene.views[index(id)].camera))
+      throw InputError(scene.source, scene.views[index(id)].name,
+                       fmt::format("its camera has {}, which the format '{}' cannot state; --undistort writes photos "
+                                   "and cameras without distortion",
+                                   *lost, target_name(target)));
+}
+
+/// What is read must never be replaced by what is made of it, nor stand beside it in a folder that is read as a whole;
+/// nor may anything of somebody else's. Said before photos are converted.
+void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const pipeline::OutputFolder& folder,
+                        const std::vector<fs::path>& places, const std::vector<fs::path>& masks) {
+  std::vector<fs::path> listings;
+  if (options.target == io::SceneTarget::cam)
+    for (fs::path place : places) listings.push_back(place.replace_extension(".cam"));
+  if (options.target == io::SceneTarget::mvs) listings.emplace_back("scene.mvs");
+  if (options.target == io::SceneTarget::colmap)
+    for (const char* name : {"cameras.txt", "images.txt", "points3D.txt"})
+      listings.push_back(fs::path("sparse") / name);
+  const std::string advice = "; choose another folder than " + options.out.string();
+  const fs::path source = fs::weakly_canonical(scene.read_from);
+  for (const fs::path& listing : listings)
+    if (fs::weakly_canonical(options.out / listing).parent_path() == source)
+      throw OutputError(options.out / listing, "would stand in the folder of the scene that is converted" + advice);
+  std::vector<fs::path> made = listings;
+  made.insert(made.end(), places.begin(), places.end());
+  made.insert(made.end(), masks.begin(), masks.end());
+  const std::set<fs::path> sources = input_files(scene);
+  made.insert(made.end(), folder.listed().begin(), folder.listed().end());  // those go as well
+  for (const fs::path& place : made) {
+    const fs::path file = options.out / place;
+    std::error_code ignored;
+    if (!fs::exists(file, ignored)) continue;
+    if (sources.contains(fs::weakly_canonical(file)))
+      throw OutputError(file, "belongs to the scene that is converted" + advice);
+    folder.refuse_strangers(place.generic_string());
+  }
+}
+
+void copy_whole(const fs::path& from, const fs::path& to) {
+  std::error_code failed;
+  fs::copy_file(from, to, failed);
+  if (failed) throw OutputError(to, "cannot be copied from " + from.string() + ": " + failed.message());
+}
+
+struct Frame {
+  evaluate::FrameWindow window;
+  bool blank = false;  ///< some of it shows nothing of the photo
+};
+
+/// What is made of each view, and what of its photo and its mask.
+class Conversion {
+ public:
+  Conversion(const ConvertOptions& options, pipeline::OutputFolder& folder, Console& console)
+      : options_(options), folder_(folder), console_(console) {}
+  void run();
+
+ private:
+  void read();
+  void choose_frames();
+  void choose_places();
+  void write_photo(std::size_t i, io::PhotoCache& photos);
+  void write_mask(std::size_t i);
+  void warn_of_lost_masks() const;
+  Json options_json() const;
+
+  const ConvertOptions& options_;
+  pipeline::OutputFolder& folder_;
+  Console& console_;
+  RunRecord record_;
+  Scene scene_, written_;
+  std::vector<ViewId> used_;
+  std::vector<Frame> frames_;                   ///< per used view
+  std::vector<fs::path> places_;                ///< per used view
+  std::vector<std::optional<fs::path>> masks_;  ///< per used view; nullopt where it has none, or the format
+};
+
+const View& view_of(const Scene& scene, ViewId id) { return scene.views[index(id)]; }
+
+void Conversion::read() {
+  Stage reading(console_, record_, "read");
+  io::SceneOptions reader = options_.input.reader_options();
+  reader.needed = needs_used_views(options_.input.views, options_.input.exclude_views);
+  scene_ = io::read_scene(options_.input.scene, reader);
+  for (const std::string& warning : scene_.warnings) console_.warning(warning);
+  used_ = used_views(scene_.views, options_.input.views, options_.input.exclude_views);
+  reading.finish(fmt::format("{} views", used_.size()));
+}
+
+/// Views with the same camera get the same frame.
+void Conversion::choose_frames() {
+  written_ = scene_;
+  std::vector<std::pair<Camera, Frame>> known;
+  for (const ViewId id : used_) {
+    const Camera& camera = view_of(scene_, id).camera;
+    Frame frame{{0, 0, camera.width, camera.height}, false};
+    const auto same = std::find_if(known.begin(), known.end(), [&](const auto& k) { return k.first == camera; });
+    if (same != known.end()) {
+      frame = same->second;
+    } else if (options_.undistort) {
+      frame.window = pipeline::frame_window(camera, options_.frame);
+      frame.blank = pipeline::shows_blank(camera, frame.window);
+      known.emplace_back(camera, frame);
+      constexpr std::size_t kHandful = 5;
+      if (!camera.distortion.is_identity() && known.size() <= kHandful)
+        console_.note(fmt::format("frame: {} x {} pixels become {} x {}", camera.width, camera.height,
+                                  frame.window.width, frame.window.height));
+    }
+    if (options_.undistort) written_.views[index(id)].camera = pipeline::framed(camera, frame.window);
+    frames_.push_back(frame);
+  }
+}
+
+bool has_mask(const View& view) { return !view.mask.empty() || view.uses_alpha; }
+
+void Conversion::choose_places() {
+  if (options_.undistort || options_.input.downscale > 1)
+    for (const ViewId id : used_) {
+      std::string& name = written_.views[index(id)].name;
+      name = resampled_name(name);
+    }
+  places_ = io::photo_places(options_.target, written_, used_);
+  std::set<fs::path> taken;
+  std::vector<fs::path> masks;
+  for (std::size_t i = 0; i < used_.size(); ++i) {
+    const bool masked = has_mask(view_of(scene_, used_[i])) || frames_[i].blank;
+    masks_.push_back(masked ? io::mask_place(options_.target, places_[i]) : std::nullopt);
+    if (!masks_.back()) continue;
+    masks.push_back(*masks_.back());
+    if (!taken.insert(masks.back()).second)
+      throw OutputError(masks.back(), "two photos that differ in their extension alone would need this mask");
+  }
+  refuse_overwriting(options_, scene_, folder_, places_, masks);
+  folder_.protect(input_files(scene_));
+}
+
+void Conversion::warn_of_lost_masks() const {
+  if (options_.target != io::SceneTarget::cam) return;
+  const auto masked =
+      std::count_if(used_.begin(), used_.end(), [&](ViewId id) { return has_mask(view_of(scene_, id)); });
+  if (masked > 0)
+    console_.warning(fmt::format("mvs-texturing knows no masks: it will use what those of {} photos exclude", masked));
+  if (std::any_of(frames_.begin(), frames_.end(), [](const Frame& frame) { return frame.blank; }))
+    console_.warning(
+        "mvs-texturing takes what the frame leaves blank for picture; --frame inside leaves nothing blank");
+}
+
+void Conversion::write_photo(std::size_t i, io::PhotoCache& photos) {
+  const View& view = view_of(scene_, used_[i]);
+  const fs::path file = folder_.file(places_[i]);
+  if (!options_.undistort && options_.input.downscale == 1) return copy_whole(view.photo, file);
+  const io::ImageFormat format = is_jpeg(file) ? io::ImageFormat::jpg : io::ImageFormat::png;
+  const io::ColorProfile profile = io::read_color_profile(view.photo);
+  const auto photo = photos.photo(used_[i]);
+  std::vector<std::uint8_t> inside;
+  if (options_.undistort)
+    io::write_image(file, evaluate::undistort_photo(*photo, view.camera, frames_[i].window, inside), format,
+                    options_.quality, profile);
+  else
+    io::write_image(file, *photo, format, options_.quality, profile);
+}
+
+void Conversion::write_mask(std::size_t i) {
+  const View& view = view_of(scene_, used_[i]);
+  if (!masks_[i]) return;
+  // What is no PNG must not get a PNG's name, and other programs pass over alpha.
+  const bool as_it_is = !options_.undistort && options_.input.downscale == 1 && io::has_plain_mask(view);
+  if (as_it_is) return copy_whole(view.mask, folder_.file(*masks_[i]));
+  const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
+  if (!exclusion && !options_.undistort) return;
+  const Image mask = options_.undistort
+                         ? pipeline::undistort_mask(exclusion ? &*exclusion : nullptr, view.camera, frames_[i].window)
+                         : pipeline::mask_image(*exclusion);
+  const bool excludes = std::find(mask.pixels.begin(), mask.pixels.end(), 0) != mask.pixels.end();
+  if (excludes) io::write_image(folder_.file(*masks_[i]), mask, io::ImageFormat::png, 0);
+}
+
+void Conversion::run() {
+  read();
+  choose_frames();
+  refuse_lost_terms(written_, used_, options_.target);
+  choose_places();
+  warn_of_lost_masks();
+
+  Stage stage(console_, record_, "photos", "photos");
+  // Photos are written whole: what masks exclude is not painted over.
+  Scene whole = scene_;
+  for (View& view : whole.views) {
+    view.mask.clear();
+    view.uses_alpha = false;
+  }
+  io::PhotoCache photos(whole, options_.input.reader_options(), 0);
+  for (std::size_t i = 0; i < used_.size(); ++i) {
+    stage.progress(i, used_.size());
+    write_photo(i, photos);
+    write_mask(i);
+  }
+  stage.finish(options_.undistort ? "undistorted" : options_.input.downscale > 1 ? "reduced" : "copied");
+
+  if (options_.target == io::SceneTarget::colmap) folder_.file("sparse/cameras.txt");
+  io::write_scene(options_.target, written_, used_, places_, folder_.in_making());
+  folder_.promise_all();
+  record_.counts = {{"views", used_.size()}};
+  write_run_json(folder_, {"convert", options_.common, options_json()}, record_);
+}
+
+Json Conversion::options_json() const {
+  constexpr const char* kFrames[] = {"inside", "keep", "all"};
+  Json json = scene_json(options_.input);
+  json.erase("mesh");
+  json.erase("hold_out");
+  json["format"] = target_name(options_.target);
+  json["undistort"] = options_.undistort;
+  json["frame"] = kFrames[static_cast<std::size_t>(options_.frame)];
+  json["quality"] = options_.quality;
+  return json;
+}
+
+}  // namespace
+
+void run_convert(const ConvertOptions& options, Console& console) {
+  pipeline::OutputFolder folder(options.out, options.force, "convert");
+  try {
+    Conversion(options, folder, console).run();
+    folder.publish();
+  } catch (const OutputError& e) {
+    throw std::runtime_error(folder.with_final_names(e.what()));
+  }
+  console.result((options.out / (options.target == io::SceneTarget::mvs ? "scene.mvs" : "")).string());
+}
+
+}  // namespace gpvc::cli

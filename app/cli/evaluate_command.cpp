@@ -1,0 +1,166 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "app/cli/scene_input.h"
+#include "app/evaluate/evaluate.h"
+#include "app/evaluate/truth.h"
+#include "app/evaluate/truth_origin.h"
+
+namespace gpvc::cli {
+namespace {
+
+// Views by name; all where there are no names, or none of the scene's.
+std::vector<ViewId> named_views(std::span<const View> views, const std::vector<std::string>& names) {
+  std::vector<ViewId> some, all;
+  for (std::uint32_t v = 0; v < views.size(); ++v) {
+    all.push_back(ViewId{v});
+    if (std::find(names.begin(), names.end(), views[v].name) != names.end()) some.push_back(ViewId{v});
+  }
+  return some.empty() ? all : some;
+}
+
+Scene with_views(const Scene& scene, const std::vector<ViewId>& views) {
+  Scene chosen = scene;
+  chosen.views.clear();
+  for (const ViewId id : views) chosen.views.push_back(scene.views[index(id)]);
+  return chosen;
+}
+
+// What gpvc leaves beside its models says whose photo each face shows; models of other programs have nothing of the
+// kind, and a folder where it belongs to another scene is as good as none.
+std::optional<evaluate::OriginOf> known_origins(const std::filesystem::path& model, const Mesh& mesh,
+                                                const Scene& scene) {
+  const std::filesystem::path folder = model.parent_path();
+  for (const char* name : {"views.json", "labels.npy", "tags.npy"})
+    if (!std::filesystem::exists(folder / name)) return std::nullopt;
+  std::vector<std::int32_t> labels = io::read_npy<std::int32_t>(folder / "labels.npy").values;
+  std::vector<std::uint8_t> tags = io::read_npy<std::uint8_t>(folder / "tags.npy").values;
+  if (labels.size() != mesh.faces.size() || tags.size() != mesh.faces.size()) return std::nullopt;
+  const std::vector<std::string> used = marked_views(model, "used");
+  const auto known = [&](const std::string& name) {
+    return std::any_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return v.name == name; });
+  };
+  if (used.empty() || !std::all_of(used.begin(), used.end(), known)) return std::nullopt;
+  return evaluate::origins_of_labels(mesh, scene, std::move(labels), std::move(tags));
+}
+
+Json truth_json(const evaluate::TruthScore& score) {
+  return {{"all", evaluate::shares_json(score.all)},
+          {"seen_whole", evaluate::shares_json(score.full)},
+          {"seen_in_parts", evaluate::shares_json(score.partial)},
+          {"faces", score.faces},
+          {"textured_faces", score.textured},
+          {"samples", score.samples}};
+}
+
+void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Console& console, RunRecord& record) {
+  Stage stage(console, record, "truth", "steps");
+  const evaluate::Truth truth = evaluate::read_truth(options.truth);
+  const Mesh mesh = io::read_mesh(options.input.mesh.empty() ? options.truth / "mesh.ply" : options.input.mesh);
+  io::LoadedModel model = io::read_textured_model(options.model);
+  model.model.mesh = &model.mesh;
+  const evaluate::MatchedModel matched = evaluate::match_model(mesh, model.model, model.pages, model.offset);
+  if (matched.strangers == model.mesh.faces.size())
+    throw InputError(options.model, "",
+                     "none of its faces is a face of the scene's mesh: was it made from another mesh?");
+  if (matched.strangers > 0)
+    console.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out", matched.strangers,
+                                model.mesh.faces.size()));
+  const std::vector<ViewId> used = named_views(scene.views, marked_views(options.model, "used"));
+  io::PhotoCache photos(scene, options.input.reader_options(), 0);
+  const Progress progress = stage.reporter();
+  const std::size_t views = used.size(), steps = 4 * views;  // rays, twice the photos, the texels
+  const std::vector<visibility::FaceClass> best =
+      evaluate::best_classes(mesh, scene, used, part_of(progress, 0, steps));
+  const evaluate::TruthScorer scorer(truth, mesh, best, scene, used, photos, part_of(progress, views, steps));
+  const evaluate::TruthScore score = scorer.score(matched, part_of(progress, 3 * views, steps));
+  record.counts["truth"] = truth_json(score);
+  std::optional<evaluate::OriginScore> origins;
+  if (const std::optional<evaluate::OriginOf> origin = known_origins(options.model, mesh, scene)) {
+    origins = scorer.score(*origin);
+    record.counts["truth"]["origin"] = {{"all", evaluate::shares_json(origins->all)},
+                                        {"seen_whole", evaluate::shares_json(origins->full)},
+                                        {"seen_in_parts", evaluate::shares_json(origins->partial)},
+                                        {"seen_by_none", evaluate::shares_json(origins->none)}};
+  }
+  stage.finish(fmt::format("{} points in {} views", score.samples, used.size()));
+  console.result(evaluate::truth_table(score, origins ? &*origins : nullptr));
+}
+
+// The views whose photos the model's renders are held against.
+std::vector<ViewId> compared_views(const EvaluateCommandOptions& options, std::span<const View> views) {
+  if (!options.input.views.empty()) return used_views(views, options.input.views, "");
+  return named_views(views, marked_views(options.model, "held_out"));
+}
+
+// The photos of the truth's score and of the comparison.
+std::vector<bool> needed_views(const EvaluateCommandOptions& options, std::span<const View> views) {
+  std::vector<bool> needed(views.size(), false);
+  for (const ViewId id : compared_views(options, views)) needed[index(id)] = true;
+  if (!options.truth.empty())
+    for (const ViewId id : named_views(views, marked_views(options.model, "used"))) needed[index(id)] = true;
+  return needed;
+}
+
+// What rendered the model.
+Json compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
+                    std::optional<pipeline::OutputFolder>& folder, Console& console, RunRecord& record) {
+  Stage stage(console, record, "evaluate", "views");
+  const std::vector<ViewId> views = compared_views(options, scene.views);
+  if (options.input.views.empty() && views.size() < scene.views.size())
+    console.note(
+        fmt::format("comparing with the {} views that views.json beside the model marks as held out", views.size()));
+  const Scene chosen = with_views(scene, views);
+  io::PhotoCache photos(chosen, options.input.reader_options(), 0);
+  visibility::GraphicsDevice device(options.common.device);
+  evaluate::EvaluateOptions evaluate;
+  evaluate.model = options.model;
+  if (!options.input.mesh.empty()) evaluate.mesh = options.input.mesh;
+  if (folder) evaluate.out = folder->in_making();
+  evaluate.reduction = options.reduction;
+  const evaluate::Evaluation evaluation = evaluate::evaluate_model(device, chosen, photos, evaluate, stage.reporter());
+  stage.finish(fmt::format("{} views", chosen.views.size()));
+  console.result(evaluate::evaluation_table(evaluation));
+  return device_json(device.info());
+}
+
+Json options_json(const EvaluateCommandOptions& options) {
+  Json json = scene_json(options.input);
+  json["model"] = options.model.string();
+  json["truth"] = options.truth.string();
+  json["reduction"] = options.reduction;
+  return json;
+}
+
+}  // namespace
+
+void run_evaluate(const EvaluateCommandOptions& options, Console& console) {
+  RunRecord record;
+  std::optional<pipeline::OutputFolder> folder;
+  if (!options.out.empty()) folder.emplace(options.out, options.force, "evaluate");
+  try {
+    io::SceneOptions reader = options.input.reader_options();
+    reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
+    const Scene scene = io::read_scene(options.input.scene, reader);
+    if (folder) {
+      std::set<std::filesystem::path> read = input_files(scene);
+      read.insert({options.model, options.input.mesh, options.truth / "truth.json"});
+      folder->protect(read);
+    }
+    for (const std::string& warning : scene.warnings) console.warning(warning);
+    if (!options.truth.empty()) score_truth(options, scene, console, record);
+    Json device = Json::object();
+    if (options.truth.empty() || folder || !options.input.views.empty())
+      device = compare_photos(options, scene, folder, console, record);
+    if (!folder) return;
+    folder->promise_all();
+    write_run_json(*folder, {"evaluate", options.common, options_json(options), device}, record);
+    folder->publish();
+  } catch (const OutputError& e) {
+    throw std::runtime_error(folder ? folder->with_final_names(e.what()) : e.what());
+  }
+}
+
+}  // namespace gpvc::cli

@@ -1,0 +1,171 @@
+#include <fmt/format.h>
+#include <tbb/info.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <future>
+
+#include "app/cli/interrupt.h"
+#include "app/cli/lens_json.h"
+#include "app/cli/scene_input.h"
+#include "app/pipeline/frame_check.h"
+#include "app/pipeline/pipeline.h"
+#include "app/pipeline/viewpoint.h"
+
+namespace gpvc::cli {
+namespace {
+
+std::string camera_text(const Camera& c) {
+  if (c.width == 0) return "size and focal length depend on the photo, which is missing";
+  std::string text =
+      fmt::format("{} x {} px, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}", c.width, c.height, c.fx, c.fy, c.cx, c.cy);
+  const Distortion& d = c.distortion;
+  if (d.is_identity()) return text + ", no distortion";
+  text += fmt::format(", {}", lens_model_name(d.model));
+  const std::string terms = lens_text(d);
+  return terms.empty() ? text : text + " " + terms;
+}
+
+std::string missing_text(const Scene& scene, std::span<const ViewId> used) {
+  std::string names;
+  std::size_t missing = 0;
+  for (const ViewId id : used) {
+    const View& view = scene.views[index(id)];
+    if (!view.photo.empty()) continue;
+    constexpr std::size_t kHandful = 10;
+    if (++missing <= kHandful) names += (names.empty() ? "" : ", ") + view.name;
+    if (missing == kHandful + 1) names += ", ...";
+  }
+  return missing == 0 ? "photos all there" : fmt::format("{} photos missing: {}", missing, names);
+}
+
+void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& console) {
+  std::vector<std::pair<Camera, std::size_t>> cameras;
+  for (const View& view : scene.views) {
+    const auto known =
+        std::find_if(cameras.begin(), cameras.end(), [&](const auto& c) { return c.first == view.camera; });
+    if (known == cameras.end())
+      cameras.emplace_back(view.camera, 1);
+    else
+      ++known->second;
+  }
+  console.result(fmt::format("format   {}", scene.format));
+  console.result(fmt::format("views    {}, {}", scene.views.size(), missing_text(scene, used)));
+  constexpr std::size_t kMost = 20;
+  for (std::size_t i = 0; i < std::min(kMost, cameras.size()); ++i)
+    console.result(fmt::format("camera   {} views: {}", cameras[i].second, camera_text(cameras[i].first)));
+  if (cameras.size() > kMost) console.result(fmt::format("camera   and {} more", cameras.size() - kMost));
+  console.result("cameras  " + pipeline::box_text(pipeline::box_of(scene)));
+  if (!scene.srs.empty()) console.result("srs      " + scene.srs);
+  if (!(scene.offset == WorldPoint{}))
+    console.result(
+        fmt::format("offset   {} {} {} to be added for the srs", scene.offset.x, scene.offset.y, scene.offset.z));
+  for (const std::string& warning : scene.warnings) console.warning(warning);
+}
+
+// Length of a pixel on the mesh at some of its vertices, over the views that frame them.
+std::vector<double> sampling_of(const SceneInputData& in) {
+  constexpr std::size_t kVertices = 20000;
+  const std::size_t step = std::max<std::size_t>(1, in.mesh.positions.size() / kVertices);
+  std::vector<double> sampling;
+  for (std::size_t v = 0; v < in.mesh.positions.size(); v += step)
+    for (const ViewId id : in.used) {
+      const View& view = in.scene.views[index(id)];
+      const CameraPoint c = camera_from_world(view.pose, in.mesh.positions[v]);
+      if (c.z > 0 && view.camera.width > 0 && in_photo(view.camera, pixel_from_camera(view.camera, c)))
+        sampling.push_back(c.z / view.camera.fx);
+    }
+  std::sort(sampling.begin(), sampling.end());
+  return sampling;
+}
+
+void print_mesh(const SceneInputData& in, Console& console) {
+  const Mesh& mesh = in.mesh;
+  const std::string source =
+      mesh.source_face.empty()
+          ? ""
+          : fmt::format(" cut from {} polygons", readable_count(std::size_t{mesh.source_face.back()} + 1));
+  console.result(fmt::format("mesh     {} faces{}, {} vertices", readable_count(mesh.faces.size()), source,
+                             readable_count(mesh.positions.size())));
+  const io::MeshTopology topology = io::mesh_topology(mesh);
+  console.result(fmt::format(
+      "topology {} components, {} boundary edges in {} loops, {} non-manifold faces, {} degenerate faces, {} "
+      "unused vertices",
+      readable_count(topology.components), readable_count(topology.boundary_edges),
+      readable_count(topology.boundary_loops), readable_count(topology.nonmanifold_faces),
+      readable_count(topology.degenerate_faces), readable_count(topology.unused_vertices)));
+  const io::MeshFlaws flaws = io::mesh_flaws(mesh);
+  console.result(
+      fmt::format("flaws    {} duplicate faces, {} faces without area, {} duplicate vertices; all are kept in their "
+                  "place",
+                  readable_count(flaws.duplicate_faces), readable_count(flaws.flat_faces + flaws.degenerate_faces),
+                  readable_count(flaws.duplicate_vertices)));
+  console.result("extent   " + pipeline::box_text(pipeline::box_of(mesh)));
+}
+
+// From runs on two cores without a GPU (README, "Figures"): 0.35 GB for any run (OpenGL in software, the program, the
+// preview), 1650 bytes a face over the photos, 0.1 processor seconds a megapixel of photo to see and paint, 11
+// microseconds a face to choose. Right within a factor of two there; a GPU does not change it much.
+void print_estimate(const SceneInputData& in, int threads, Console& console) {
+  double pixels = 0;
+  for (const ViewId id : in.used) {
+    const Camera& c = in.scene.views[index(id)].camera;
+    pixels += static_cast<double>(c.width) * c.height;
+  }
+  const double faces = static_cast<double>(in.mesh.faces.size());
+  const double bytes = 0.35e9 + 1650 * faces + std::min(3 * pixels, static_cast<double>(pipeline::photo_cache_bytes()));
+  const double seconds = 0.1 * pixels / 1e6 / threads + 11e-6 * faces;
+  console.result(
+      fmt::format("estimate about {:.2g} GB of memory and {} on {} threads for gpvc texture, within a "
+                  "factor of two",
+                  bytes / 1e9, readable_duration(seconds), threads));
+}
+
+void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_file, int threads, Console& console) {
+  console.result(fmt::format("in frame {:.1f} % of the faces may lie in some photo's frame (occlusion not looked at)",
+                             100 * pipeline::framed_share(in.mesh, in.scene, in.used)));
+  const std::optional<double> backs = pipeline::back_share(in.mesh, in.scene, in.used);
+  throw_if_interrupted();
+  if (backs)
+    console.result(fmt::format("turned   {:.1f} % of what the cameras see of it are backs of faces", 100 * *backs));
+  const std::vector<double> sampling = sampling_of(in);
+  throw_if_interrupted();
+  if (!sampling.empty())
+    console.result(fmt::format("sampling {:.6g} units a pixel in the median, {:.6g} .. {:.6g} for nine in ten",
+                               sampling[sampling.size() / 2], sampling[sampling.size() / 20],
+                               sampling[sampling.size() - 1 - sampling.size() / 20]));
+  console.result(fmt::format("up       {}", pipeline::up_name(pipeline::scene_up(in.scene, in.used))));
+  print_estimate(in, threads, console);
+  try {
+    pipeline::check_frames(in.mesh, mesh_file, in.scene, in.used);
+    const std::string warning = pipeline::check_winding(backs, mesh_file);
+    if (!warning.empty()) console.warning(warning);
+  } catch (const InputError& error) {
+    console.warning(error.what());
+  }
+}
+
+}  // namespace
+
+void run_inspect(const InspectOptions& options, Console& console) {
+  io::SceneOptions reader = options.input.reader_options();
+  reader.allow_missing_photos = true;
+  reader.needed = needs_used_views(options.input.views, options.input.exclude_views);
+  SceneInputData in;
+  std::future<Mesh> mesh;
+  if (options.with_mesh) mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
+  in.scene = io::read_scene(options.input.scene, reader);
+  in.used = used_views(in.scene.views, options.input.views, options.input.exclude_views);
+  print_cameras(in.scene, in.used, console);
+  throw_if_interrupted();
+  if (!options.with_mesh) return;
+  in.mesh = mesh.get();
+  throw_if_interrupted();
+  print_mesh(in, console);
+  throw_if_interrupted();
+  const int threads = options.common.threads > 0 ? options.common.threads : tbb::info::default_concurrency();
+  print_coverage(in, options.input.mesh, threads, console);
+}
+
+}  // namespace gpvc::cli

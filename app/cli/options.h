@@ -1,0 +1,154 @@
+// What each command can be told, with the defaults its help prints.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/cli/console.h"
+#include "app/synth/city.h"
+#include "atlas/atlas.h"
+#include "io/io.h"
+#include "labeling/labeling.h"
+#include "visibility/visibility.h"
+
+namespace gpvc::cli {
+
+struct CommonOptions {
+  int threads = 0;  ///< 0: all
+  int device = -1;  ///< of list_devices(); -1: the first
+  std::filesystem::path log;
+  bool quiet = false, verbose = false;
+  std::vector<std::string> command_line;  ///< as given, for run.json
+  Loudness loudness() const { return quiet ? Loudness::quiet : verbose ? Loudness::verbose : Loudness::normal; }
+};
+
+struct SceneInput {
+  std::filesystem::path scene, mesh;
+  std::vector<std::filesystem::path> more_meshes;  ///< follow `mesh`, their faces after its faces
+  std::optional<std::filesystem::path> images_dir;
+  std::string views, exclude_views;  ///< lists as given; empty: all, none
+  std::string hold_out;              ///< a number (every so many views) or a list
+  int downscale = 1;
+  std::optional<std::filesystem::path> masks_dir;
+  bool masks = true;
+  io::SceneOptions reader_options() const {
+    io::SceneOptions options;
+    options.images_dir = images_dir;
+    options.downscale = downscale;
+    options.masks_dir = masks_dir;
+    options.masks = masks;
+    return options;
+  }
+};
+
+struct TextureOptions {
+  CommonOptions common;
+  SceneInput input;
+  std::filesystem::path out;
+  bool force = false;
+  visibility::VisibilityOptions visibility;
+  labeling::CostOptions costs;
+  labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
+  labeling::SolverOptions solver;
+  atlas::AtlasOptions atlas;
+  io::ImageFormat texture = io::ImageFormat::jpg;
+  int quality = 95;
+  io::GltfContainer gltf = io::GltfContainer::glb;
+  bool normals = false;
+  std::optional<io::UpAxis> up;  ///< nullopt: auto
+};
+
+struct VisibilityCommandOptions {
+  CommonOptions common;
+  SceneInput input;
+  std::filesystem::path out;
+  bool force = false, ivm = false;
+  visibility::VisibilityOptions visibility;
+  int oracle_check = 0;  ///< views to compare with the oracle
+};
+
+enum class SynthKind { city, terrain, slits };
+
+struct SynthOptions {
+  CommonOptions common;
+  SynthKind kind = SynthKind::city;
+  synth::FlightOptions flight;
+  std::size_t faces = 60000;
+  double gap_m = 20;        ///< terrain: between the two layers
+  double mesh_noise_m = 0;  ///< each coordinate of the written mesh is off by up to this
+  bool exposure = false;    ///< a gain and vignetting for each photo
+  int cars = 0;             ///< moving, in each photo
+  bool ids = true;          ///< write ids/NAME.png
+  WorldPoint offset;        ///< added to all coordinates
+  std::filesystem::path out;
+  bool force = false;
+  int quality = 95;
+};
+
+/// What `gpvc synth KIND` makes when told nothing.
+SynthOptions synth_defaults(SynthKind kind);
+const char* synth_name(SynthKind kind);
+
+struct EvaluateCommandOptions {
+  CommonOptions common;
+  std::filesystem::path model;
+  SceneInput input;             ///< input.mesh: what should be textured; empty: the model's own faces
+  std::filesystem::path truth;  ///< a synthetic scene's folder; empty: none
+  std::filesystem::path out;    ///< empty: no pictures
+  bool force = false;
+  int reduction = 4;
+};
+
+struct LabelOptions {
+  CommonOptions common;
+  std::filesystem::path costs, mesh, out;
+  bool force = false;
+  labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
+  labeling::SolverOptions solver;
+};
+
+struct InspectOptions {
+  CommonOptions common;
+  SceneInput input;
+  bool with_mesh = false;
+};
+
+/// How far an undistorted photo reaches; the focal length stays.
+enum class FrameRule {
+  inside,  ///< the largest rectangle that shows the photo everywhere
+  keep,    ///< the photo's own size
+  all,     ///< every pixel of the photo
+};
+
+struct ConvertOptions {
+  CommonOptions common;
+  SceneInput input;  ///< no mesh
+  std::filesystem::path out;
+  bool force = false, undistort = false;
+  FrameRule frame = FrameRule::inside;
+  io::SceneTarget target = io::SceneTarget::colmap;
+  int quality = 98;
+};
+
+/// Bad usage found after parsing: exit code 2. what() is one sentence.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// The commands. They throw; run_command_line() turns exceptions into exit codes.
+void run_texture(const TextureOptions& options, Console& console);
+void run_visibility(const VisibilityCommandOptions& options, Console& console);
+void run_evaluate(const EvaluateCommandOptions& options, Console& console);
+void run_label(const LabelOptions& options, Console& console);
+void run_convert(const ConvertOptions& options, Console& console);
+void run_inspect(const InspectOptions& options, Console& console);
+void run_synth(const SynthOptions& options, Console& console);
+
+/// "0.1.0 (ab12cd3)".
+std::string program_version();
+
+}  // namespace gpvc::cli

@@ -1,0 +1,178 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/cli/interrupt.h"
+#include "app/cli/scene_input.h"
+#include "app/evaluate/truth.h"
+#include "app/synth/terrain.h"
+
+namespace gpvc::cli {
+namespace {
+
+// Gains of photos lie between these two, and corners lose up to this share.
+constexpr double kLeastGain = 0.7, kMostGain = 1.4, kVignetting = 0.3;
+
+/// Every second photo takes the gain that makes the product of two of them kLeastGain * kMostGain, about 1: how bright
+/// a scene is as a whole cannot be seen in its photos, so levelled colours are expected at their mean.
+synth::Exposure exposure_of(const SynthOptions& options, std::size_t view) {
+  if (!options.exposure) return {};
+  const std::uint32_t seed = options.flight.seed, number = static_cast<std::uint32_t>(view);
+  const double t = synth::synth_chance(seed, number / 2, 8101);
+  const double first = kLeastGain + (kMostGain - kLeastGain) * t;
+  return {number % 2 == 0 ? first : kLeastGain * kMostGain / first,
+          kVignetting * synth::synth_chance(seed, number, 8102)};
+}
+
+Json options_json(const SynthOptions& o) {
+  return {{"faces", o.faces},
+          {"photos", o.flight.photos},
+          {"width", o.flight.width},
+          {"height", o.flight.height},
+          {"size_m", o.flight.size_m},
+          {"range", o.flight.range},
+          {"gap_m", o.gap_m},
+          {"seed", o.flight.seed},
+          {"distorted", o.flight.distorted},
+          {"mesh_noise_m", o.mesh_noise_m},
+          {"exposure", o.exposure},
+          {"cars", o.cars},
+          {"ids", o.ids},
+          {"offset", Json::array({o.offset.x, o.offset.y, o.offset.z})},
+          {"quality", o.quality}};
+}
+
+synth::SynthScene make_scene(const SynthOptions& options) {
+  if (options.kind == SynthKind::city) return synth::make_city({options.flight, options.faces});
+  const synth::LayerOptions layers{options.faces, options.flight.size_m, options.gap_m, options.flight.seed};
+  return options.kind == SynthKind::terrain ? synth::make_terrain(layers) : synth::make_slits(layers);
+}
+
+// Every coordinate off by up to `noise_m`, rounded to 2^-20 m.
+Mesh noisy(Mesh mesh, double noise_m, std::uint32_t seed) {
+  constexpr double kGrid = 1048576;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    WorldPoint& p = mesh.positions[v];
+    const auto n = static_cast<std::uint32_t>(v);
+    const auto moved = [&](double at, std::uint32_t axis) {
+      return std::round((at + noise_m * (2 * synth::synth_chance(seed, n, axis + 70) - 1)) * kGrid) / kGrid;
+    };
+    p = {moved(p.x, 0), moved(p.y, 1), moved(p.z, 2)};
+  }
+  return mesh;
+}
+
+Image id_picture(const std::vector<std::uint32_t>& surfaces, int width, int height) {
+  Image picture;
+  picture.width = width;
+  picture.height = height;
+  picture.pixels.reserve(surfaces.size() * 3);
+  for (const std::uint32_t surface : surfaces)
+    for (const std::uint8_t c : evaluate::id_color(surface)) picture.pixels.push_back(c);
+  return picture;
+}
+
+void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views, const SynthOptions& options,
+                 pipeline::OutputFolder& folder, Console& console, RunRecord& record) {
+  Stage stage(console, record, "photos", "photos");
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    stage.progress(v, views.size());
+    const View& view = views[v];
+    synth::SynthScene moving;
+    if (options.cars > 0) moving = synth::make_cars({options.flight, 0}, static_cast<std::uint32_t>(v), options.cars);
+    const synth::SynthPhoto photo =
+        renderer.photo(view.camera, view.pose, exposure_of(options, v), options.cars > 0 ? &moving : nullptr);
+    io::write_image(folder.file("images/" + view.name), photo.image, io::ImageFormat::jpg, options.quality);
+    if (!options.ids) continue;
+    io::write_image(folder.file("ids/" + view.name + ".png"),
+                    id_picture(photo.surfaces, view.camera.width, view.camera.height), io::ImageFormat::png, 0);
+  }
+  stage.finish(fmt::format("{} of {} x {}", views.size(), options.flight.width, options.flight.height));
+}
+
+void write_truth(const SynthOptions& options, const synth::SynthScene& scene, const std::vector<View>& views,
+                 pipeline::OutputFolder& folder) {
+  const std::size_t faces = scene.face_surface.size();
+  io::write_npy(folder.file("surfaces.npy"), scene.face_surface, std::span(&faces, 1));
+  synth::write_synth_surfaces(folder.file("surfaces.json"), scene);
+  double least = 1, most = 1;
+  Json photos = Json::object();
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const synth::Exposure e = exposure_of(options, v);
+    photos[views[v].name] = {{"gain", e.gain}, {"vignetting", e.vignetting}};
+    least = std::min(least, e.at(1));
+    most = std::max(most, e.gain);
+  }
+  // A car is two boxes: eleven surfaces.
+  const std::size_t moving = options.cars > 0 ? 11 * static_cast<std::size_t>(options.cars) : 0;
+  const Json truth = {{"surfaces", scene.surfaces.size()},
+                      {"moving_surfaces", moving},
+                      {"least_gain", least},
+                      {"most_gain", most},
+                      {"photos", photos}};
+  write_text_file(folder.file("truth.json"), truth.dump(1) + "\n");
+  if (options.mesh_noise_m > 0) synth::write_synth_mesh(folder.file("true_mesh.ply"), scene.mesh, options.offset);
+}
+
+}  // namespace
+
+SynthOptions synth_defaults(SynthKind kind) {
+  SynthOptions options;
+  options.kind = kind;
+  if (kind == SynthKind::terrain) {
+    options.faces = 40000;
+    options.flight.size_m = 4000;
+    options.flight.range = 1.5;
+    options.flight.target_m = 160;
+  }
+  if (kind == SynthKind::slits) {
+    options.faces = 60000;
+    options.flight.size_m = 1;
+    options.flight.range = 0.9;
+    options.flight.width = 1600;
+    options.flight.height = 1200;
+  }
+  return options;
+}
+
+const char* synth_name(SynthKind kind) {
+  constexpr const char* kNames[] = {"city", "terrain", "slits"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+void run_synth(const SynthOptions& options, Console& console) {
+  RunRecord record;
+  const std::string command = fmt::format("synth {}", synth_name(options.kind));
+  pipeline::OutputFolder folder(options.out, options.force, command);
+  try {
+    Stage building(console, record, synth_name(options.kind));
+    const synth::SynthScene scene = make_scene(options);
+    const std::vector<View> views = synth::synth_flight(options.flight);
+    synth::SynthRenderer renderer(scene);
+    record.counts = {{"faces", scene.mesh.faces.size()},
+                     {"vertices", scene.mesh.positions.size()},
+                     {"surfaces", scene.surfaces.size()},
+                     {"views", views.size()}};
+    if (options.mesh_noise_m > 0)
+      synth::write_synth_mesh(folder.file("mesh.ply"), noisy(scene.mesh, options.mesh_noise_m, options.flight.seed),
+                              options.offset);
+    else
+      synth::write_synth_mesh(folder.file("mesh.ply"), scene.mesh, options.offset);
+    for (const char* name : {"colmap/cameras.txt", "colmap/images.txt"}) folder.file(name);
+    synth::write_synth_cameras(folder.file("colmap/points3D.txt").parent_path(), scene, views, renderer,
+                               options.offset);
+    write_truth(options, scene, views, folder);
+    building.finish(
+        fmt::format("{} faces of {} surfaces", readable_count(scene.mesh.faces.size()), scene.surfaces.size()));
+
+    take_photos(renderer, views, options, folder, console, record);
+    write_run_json(folder, {command, options.common, options_json(options)}, record);
+    folder.publish();
+  } catch (const OutputError& e) {
+    throw std::runtime_error(folder.with_final_names(e.what()));
+  }
+  console.result(fmt::format("scene   {}\nmesh    {}\nphotos  {}", (options.out / "colmap").string(),
+                             (options.out / "mesh.ply").string(), (options.out / "images").string()));
+}
+
+}  // namespace gpvc::cli

@@ -1,0 +1,171 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+#include <string>
+
+#include "app/cli/scene_input.h"
+#include "app/evaluate/oracle_check.h"
+
+namespace gpvc::cli {
+namespace {
+
+void write_classes(const std::filesystem::path& file, std::span<const visibility::FaceClass> classes) {
+  std::vector<std::uint8_t> codes;
+  for (const visibility::FaceClass c : classes) codes.push_back(static_cast<std::uint8_t>(c));
+  const std::size_t shape = codes.size();
+  io::write_npy(file, codes, std::span(&shape, 1));
+}
+
+void write_ivm(const std::filesystem::path& file, const visibility::Ivm& ivm) {
+  std::vector<std::uint32_t> faces;
+  for (const FaceId face : ivm.faces) faces.push_back(static_cast<std::uint32_t>(face));
+  const std::size_t shape[2] = {static_cast<std::size_t>(ivm.height), static_cast<std::size_t>(ivm.width)};
+  io::write_npy(file, faces, shape);
+}
+
+struct Totals {
+  std::size_t full = 0, partial = 0, hidden = 0, unresolved = 0;
+  visibility::VisibilityStatistics statistics;
+
+  void add(const visibility::ViewVisibility& view) {
+    const auto count = [&](visibility::FaceClass c) {
+      return static_cast<std::size_t>(std::count(view.classes.begin(), view.classes.end(), c));
+    };
+    full += count(visibility::FaceClass::full);
+    partial += count(visibility::FaceClass::partial);
+    hidden += count(visibility::FaceClass::hidden);
+    unresolved += count(visibility::FaceClass::unresolved);
+    const visibility::VisibilityStatistics& s = view.statistics;
+    statistics.processed_faces += s.processed_faces;
+    statistics.samples += s.samples;
+    statistics.corrected_samples += s.corrected_samples;
+    statistics.contested_samples += s.contested_samples;
+    statistics.render_s += s.render_s;
+    statistics.upload_s += s.upload_s;
+    statistics.readback_s += s.readback_s;
+    statistics.classify_s += s.classify_s;
+  }
+};
+
+std::string table_head(std::size_t name_width) {
+  return fmt::format("{:{}}  {:>9} {:>9} {:>9} {:>10} {:>9} {:>11} {:>9} {:>8} {:>8} {:>8} {:>8}", "view", name_width,
+                     "full", "partial", "hidden", "unresolved", "processed", "samples", "corrected", "upload s",
+                     "render s", "read s", "class s");
+}
+
+std::string table_row(const std::string& name, std::size_t name_width, const Totals& t) {
+  const visibility::VisibilityStatistics& s = t.statistics;
+  return fmt::format("{:{}}  {:>9} {:>9} {:>9} {:>10} {:>9} {:>11} {:>9} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.3f}", name,
+                     name_width, t.full, t.partial, t.hidden, t.unresolved, s.processed_faces, s.samples,
+                     s.corrected_samples, s.upload_s, s.render_s, s.readback_s, s.classify_s);
+}
+
+// visibility/NAME.npy, or one folder a mesh.
+void write_view(const SceneInputData& in, const View& view, const visibility::ViewVisibility& seen, bool ivm,
+                pipeline::OutputFolder& folder) {
+  const std::filesystem::path name = pipeline::contained_path(view.name).generic_string() + ".npy";
+  const std::span<const visibility::FaceClass> classes(seen.classes);
+  if (in.parts.size() == 1) {
+    write_classes(folder.file("visibility" / name), classes);
+  } else {
+    for (std::size_t m = 0; m < in.parts.size(); ++m)
+      write_classes(folder.file(std::filesystem::path("visibility") / std::to_string(m) / name),
+                    classes.subspan(in.parts[m].first_face, in.parts[m].faces));
+  }
+  if (ivm) write_ivm(folder.file("ivm" / name), seen.ivm);
+}
+
+void record_totals(const Totals& all, Stage& stage, RunRecord& record) {
+  const visibility::VisibilityStatistics& s = all.statistics;
+  stage.add("render_s", s.render_s);
+  stage.add("upload_s", s.upload_s);
+  stage.add("readback_s", s.readback_s);
+  stage.add("classify_s", s.classify_s);
+  record.counts.update({{"full", all.full},
+                        {"partial", all.partial},
+                        {"hidden", all.hidden},
+                        {"unresolved", all.unresolved},
+                        {"processed_faces", s.processed_faces},
+                        {"samples", s.samples},
+                        {"corrected_samples", s.corrected_samples},
+                        {"contested_samples", s.contested_samples}});
+}
+
+void classify_views(const SceneInputData& in, const VisibilityCommandOptions& options,
+                    visibility::GraphicsDevice& device, pipeline::OutputFolder& folder, Console& console,
+                    RunRecord& record, evaluate::OracleCheck& check) {
+  Stage stage(console, record, "visibility", "views");
+  visibility::VisibilityStage visibility(device, in.mesh, options.visibility);
+  console.note("drawing: " + visibility.drawing_note());
+  console.note("classifier: " + visibility.classifier_note());
+  record.counts["drawing"] = visibility.drawing_note();
+  record.counts["classifier"] = visibility.classifier_note();
+  std::size_t name_width = 5;
+  for (const ViewId id : in.used) name_width = std::max(name_width, in.scene.views[index(id)].name.size());
+  console.result(table_head(name_width));
+  Totals all;
+  visibility::ViewVisibility seen;
+  for (std::size_t n = 0; n < in.used.size(); ++n) {
+    stage.progress(n, in.used.size());
+    const View& view = in.scene.views[index(in.used[n])];
+    visibility.classify(view, in.used[n], seen);
+    write_view(in, view, seen, options.ivm, folder);
+    Totals one;
+    one.add(seen);
+    all.add(seen);
+    console.result(table_row(view.name, name_width, one));
+    if (check.wants(in.used[n])) check.compare(in.mesh, view, seen.classes);
+  }
+  console.result(table_row("all", name_width, all));
+  record_totals(all, stage, record);
+  stage.finish(fmt::format("{} views", in.used.size()));
+}
+
+// The oracle knows what is right; only gpvc with the exact correction claims to be.
+bool claims_to_be_exact(const visibility::VisibilityOptions& options) {
+  return options.method == visibility::Method::gpvc && options.correction == visibility::CoverageCorrection::exact;
+}
+
+// Returns how many faces the oracle calls otherwise, where that is a failure.
+std::size_t visibility(const VisibilityCommandOptions& options, pipeline::OutputFolder& folder, Console& console) {
+  RunRecord record;
+  const SceneInputData in = read_scene_input(options.input, console, record);
+  folder.protect(input_files(in));
+  visibility::GraphicsDevice device(options.common.device);
+  console.detail(fmt::format("device: {} ({})", device.info().renderer, device.info().driver));
+  evaluate::OracleCheck check(in.used, static_cast<std::size_t>(options.oracle_check));
+  classify_views(in, options, device, folder, console, record, check);
+  record.counts["meshes"] = meshes_json(in);
+  if (check.views() > 0) {
+    console.result(check.report());
+    write_text_file(folder.file("oracle.json"),
+                    check.json().dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  }
+  write_views_json(folder.file("views.json"), in);
+  Json json = scene_json(options.input);
+  json.update(visibility_json(options.visibility));
+  json["ivm"] = options.ivm;
+  json["oracle_check"] = options.oracle_check;
+  write_run_json(folder, {"visibility", options.common, json, device_json(device.info())}, record);
+  return claims_to_be_exact(options.visibility) ? check.disagreements() : 0;
+}
+
+}  // namespace
+
+void run_visibility(const VisibilityCommandOptions& options, Console& console) {
+  pipeline::OutputFolder folder(options.out, options.force, "visibility");
+  std::size_t wrong = 0;
+  try {
+    wrong = visibility(options, folder, console);
+    folder.publish();
+  } catch (const OutputError& e) {
+    throw std::runtime_error(folder.with_final_names(e.what()));
+  }
+  if (wrong > 0)
+    throw std::runtime_error(
+        fmt::format("{}: {} faces without a tie are classed otherwise than by the oracle; please report this scene",
+                    (options.out / "oracle.json").string(), wrong));
+}
+
+}  // namespace gpvc::cli

@@ -1,0 +1,426 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <fstream>
+#include <thread>
+
+#include "app/cli/interrupt.h"
+#include "app/compare/compare.h"
+#include "app/compare/compare_modes.h"
+#include "app/compare/compare_report.h"
+#include "app/compare/compare_truth.h"
+#include "app/compare/compare_views.h"
+#include "app/evaluate/compare_oracle.h"
+#include "app/evaluate/evaluate.h"
+#include "app/evaluate/texture_islands.h"
+#include "app/pipeline/pipeline.h"
+#include "app/pipeline/texture_files.h"
+#include "io/clock.h"
+
+namespace gpvc::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct External {
+  std::string name;
+  fs::path model;
+};
+
+std::vector<External> externals_of(const CompareOptions& options, const std::vector<ComparedMode>& modes) {
+  std::vector<External> externals;
+  for (const std::string& given : options.externals) {
+    const std::size_t at = given.find('=');
+    if (at == std::string::npos || at == 0 || at + 1 == given.size())
+      throw cli::UsageError(fmt::format("--external: '{}' is not NAME=MODEL", given));
+    External one{given.substr(0, at), given.substr(at + 1)};
+    const auto same_name = [&](const auto& other) { return other.name == one.name; };
+    if (one.name == "photo" || std::any_of(modes.begin(), modes.end(), same_name) ||
+        std::any_of(externals.begin(), externals.end(), same_name))
+      throw cli::UsageError(fmt::format("--external: the name '{}' is taken", one.name));
+    if (!fs::exists(one.model)) throw InputError(one.model, "", "does not exist");
+    externals.push_back(std::move(one));
+  }
+  return externals;
+}
+
+// `count` of the views, spread evenly.
+std::vector<ViewId> spread(const std::vector<ViewId>& views, std::size_t count) {
+  if (views.size() <= count) return views;
+  std::vector<ViewId> some;
+  for (std::size_t n = 0; n < count; ++n) some.push_back(views[(2 * n + 1) * views.size() / (2 * count)]);
+  return some;
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d", &parts);
+  return text.data();
+}
+
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name")) return line.substr(std::min(line.find(':') + 2, line.size()));
+  return "unknown processor";
+}
+
+std::string scene_name(const cli::SceneInput& input) {
+  // SCENE is mostly a folder "colmap" or "sparse/0" within a folder that is the scene's.
+  fs::path path = fs::absolute(input.scene).lexically_normal();
+  if (path.filename().empty()) path = path.parent_path();
+  for (const char* inner : {"0", "sparse", "colmap", "colmap_txt", "undistorted", "dense"})
+    if (path.filename() == inner && path.has_parent_path()) path = path.parent_path();
+  return path.filename().string();
+}
+
+cli::Json score_json(const evaluate::RephotographyScore& score) {
+  return {{"one_minus_ncc", score.ncc_error},
+          {"ssim", score.ssim},
+          {"psnr_db", score.psnr},
+          {"completeness", score.completeness}};
+}
+
+cli::Json names_json(const Scene& scene, const std::vector<ViewId>& views) {
+  cli::Json names = cli::Json::array();
+  for (const ViewId view : views) names.push_back(scene.views[index(view)].name);
+  return names;
+}
+
+/// A comparison under way: what all modes share, and what is known of each so far.
+class Comparison {
+ public:
+  Comparison(const CompareOptions& options, pipeline::OutputFolder& folder, cli::Console& console)
+      : options_(options),
+        folder_(folder),
+        console_(console),
+        modes_(compared_modes(options.modes.empty() ? default_modes() : options.modes,
+                              options.epsilons.empty() ? default_epsilons() : options.epsilons,
+                              options.texture.visibility)),
+        externals_(externals_of(options, modes_)),
+        in_(cli::read_scene_input(options.texture.input, console, record_)),
+        device_(options.texture.common.device),
+        photos_(in_.scene, options.texture.input.reader_options(), pipeline::photo_cache_bytes()),
+        graph_(pipeline::weighed_graph(in_.mesh, options.texture, console, record_)) {}
+
+  void run() {
+    std::set<fs::path> read = cli::input_files(in_);
+    for (const External& external : externals_) read.insert(external.model);
+    folder_.protect(read);
+    prepare();
+    const auto start = Clock::now();
+    const std::size_t all = modes_.size() + externals_.size();
+    for (std::size_t n = 0; n < all; ++n) {
+      cli::throw_if_interrupted();
+      const std::string& name = n < modes_.size() ? modes_[n].name : externals_[n - modes_.size()].name;
+      std::string left;
+      if (n > 0)
+        left = ", " +
+               cli::readable_duration(seconds_since(start) / static_cast<double>(n) * static_cast<double>(all - n)) +
+               " left";
+      console_.note(fmt::format("{} of {}: {}{}", n + 1, all, name, left));
+      cli::Json mode = n < modes_.size() ? described(modes_[n]) : described(externals_[n - modes_.size()]);
+      cli::RunRecord record;
+      try {
+        if (n < modes_.size())
+          texture(modes_[n], mode, record);
+        else
+          load(externals_[n - modes_.size()], mode, record);
+        mode["status"] = "ok";
+      } catch (const Cancelled&) {
+        throw;
+      } catch (const std::exception& error) {
+        mode["status"] = "failed";
+        mode["error"] = error.what();
+        console_.warning(fmt::format("{} failed, the others go on: {}", name, error.what()));
+        ++failed_;
+      }
+      for (cli::Json& stage : record.stages) {
+        stage["mode"] = name;
+        record_.stages.push_back(std::move(stage));
+      }
+      report_.json["modes"].push_back(std::move(mode));
+    }
+    write();
+  }
+
+  /// Throws where a model is missing from the report.
+  void refuse_failures() const {
+    const std::size_t all = modes_.size() + externals_.size();
+    if (failed_ > 0)
+      throw std::runtime_error(fmt::format("{} of {} models failed; {} says why", failed_, all,
+                                           (options_.texture.out / "report.html").string()));
+  }
+
+ private:
+  // What is computed once: the oracle, the photos to score against, the truth.
+  void prepare() {
+    const auto score_views = static_cast<std::size_t>(options_.score_views);
+    ModelViewsOptions views;
+    views.scored = in_.held_out.empty() ? spread(in_.used, score_views) : in_.held_out;
+    const std::size_t crop_views = options_.crops == 0 ? 0 : static_cast<std::size_t>(options_.crop_views);
+    views.cropped = spread(in_.held_out.size() >= crop_views ? in_.held_out : in_.used, crop_views);
+    views.reduction = options_.scored_reduction();
+    views.renders = folder_.in_making() / "renders";
+    fs::create_directories(views.renders);
+    scored_ = views.scored;
+
+    cli::Stage oracle(console_, record_, "exact oracle", "views");
+    oracle_.emplace(in_.mesh, in_.scene, in_.used, static_cast<std::size_t>(options_.oracle_views), oracle.reporter());
+    oracle.finish(fmt::format("{} views", oracle_->views()));
+    cli::Stage frames(console_, record_, "photos to compare with", "views");
+    views_.emplace(device_, in_.mesh, in_.scene, photos_, views, frames.reporter());
+    frames.finish(fmt::format("{} views", scored_.size()));
+    find_truth();
+    report_.json = header();
+  }
+
+  // A folder that only looks like a scene of known truth is not an error unless it was asked for.
+  void find_truth() {
+    fs::path dir = options_.truth ? *options_.truth : fs::absolute(options_.texture.input.scene).lexically_normal();
+    if (!options_.truth) {
+      if (dir.filename().empty()) dir = dir.parent_path();
+      dir = dir.parent_path();
+      if (!fs::exists(dir / "surfaces.json")) return;
+    }
+    cli::Stage stage(console_, record_, "truth", "steps");
+    try {
+      truth_ = std::make_unique<TruthComparison>(dir, in_, photos_, stage.reporter());
+      truth_dir_ = dir;
+      stage.finish("ready");
+    } catch (const InputError& error) {
+      if (options_.truth) throw;
+      console_.warning(fmt::format("the truth beside the scene is not used: {}", error.what()));
+    }
+  }
+
+  cli::Json header() const {
+    const Camera& camera = in_.scene.views[index(in_.used.front())].camera;
+    cli::Json device = cli::device_json(device_.info());
+    return {{"format", "gpvc-compare/1"},
+            {"date", today()},
+            {"scene",
+             {{"name", scene_name(options_.texture.input)},
+              {"scene", options_.texture.input.scene.string()},
+              {"mesh", options_.texture.input.mesh.string()},
+              {"faces", in_.mesh.faces.size()},
+              {"vertices", in_.mesh.positions.size()},
+              {"views", in_.scene.views.size()},
+              {"used_views", in_.used.size()},
+              {"photo_width", camera.width},
+              {"photo_height", camera.height}}},
+            {"program",
+             {{"version", cli::program_version()},
+              {"processor", processor_name()},
+              {"processors", std::thread::hardware_concurrency()},
+              {"device", device}}},
+            {"settings",
+             {{"held_out", names_json(in_.scene, in_.held_out)},
+              {"scored", {{"held_out", !in_.held_out.empty()}, {"views", names_json(in_.scene, scored_)}}},
+              {"reduction", options_.scored_reduction() * options_.texture.input.downscale},
+              {"oracle", oracle_->json(in_.scene)},
+              {"truth", truth_ ? cli::Json(truth_dir_.string()) : cli::Json(nullptr)}}},
+            {"findings", cli::Json::array()},
+            {"modes", cli::Json::array()},
+            {"crops", cli::Json::array()}};
+  }
+
+  static cli::Json described(const ComparedMode& mode) {
+    return {{"name", mode.name},
+            {"kind", "mode"},
+            {"family", mode.family},
+            {"epsilon", mode.epsilon ? cli::Json(*mode.epsilon) : cli::Json(nullptr)}};
+  }
+  static cli::Json described(const External& external) {
+    return {{"name", external.name},
+            {"kind", "external"},
+            {"family", external.name},
+            {"epsilon", nullptr},
+            {"model", external.model.string()}};
+  }
+
+  void texture(const ComparedMode& mode, cli::Json& json, cli::RunRecord& record) {
+    cli::TextureOptions options = options_.texture;
+    options.visibility = mode.visibility;
+    const auto start = Clock::now();
+    evaluate::Agreement agreement;
+    const pipeline::SeenScene seen = pipeline::see_views(
+        in_, photos_, device_, options, console_, record,
+        [&](ViewId id, const visibility::ViewVisibility& visible) { oracle_->compare(id, visible, agreement); });
+    const std::size_t pairs = in_.used.size() * in_.mesh.faces.size();
+    json["visible"] = {{"full", seen.full}, {"partial", seen.partial}, {"occluded", pairs - seen.full}};
+    if (oracle_->views() > 0) json["oracle"] = agreement.json();
+    const pipeline::ViewTimes& t = seen.times;
+    json["time"] = {{"visibility_s", t.render_s + t.build_s + t.upload_s + t.readback_s + t.classify_s},
+                    {"render_s", t.render_s},
+                    {"build_s", t.build_s},
+                    {"upload_s", t.upload_s},
+                    {"readback_s", t.readback_s},
+                    {"classify_s", t.classify_s},
+                    {"costs_s", t.costs_s}};
+    pipeline::count_tags(seen.candidates, options.input.mesh, console_, record);
+    const auto tag_share = [&](const char* tag) {
+      return record.counts["tags"][tag].get<double>() / static_cast<double>(in_.mesh.faces.size());
+    };
+    json["tags"] = {{"seen_share", tag_share("seen")},
+                    {"partial_share", tag_share("partial")},
+                    {"filled_share", tag_share("filled")}};
+    const labeling::Selection selection = pipeline::choose_views(seen, graph_, options, console_, record);
+    const atlas::AtlasInput atlas_input{
+        in_.mesh,     in_.scene, photos_, graph_, selection.labels, seen.candidates.tags, seen.candidates.table,
+        seen.coverage};
+    const atlas::TextureAtlas atlas = pipeline::make_atlas(atlas_input, options, console_, record);
+    json["time"]["total_s"] = seconds_since(start);
+    json["patches"] = selection.patches;
+    json["counts"] = record.counts;
+    if (options_.keep_models) keep(mode, {in_, selection, seen.candidates, atlas}, options, record);
+    std::optional<atlas::AtlasPlan> plan;  // the one the atlas was made from, once more: reads no photo
+    std::optional<atlas::TextureOrigins> origins;
+    if (truth_) origins.emplace(plan.emplace(atlas::plan_atlas(atlas_input, options.atlas)), atlas_input);
+    measure(mode.name, atlas.model, atlas.pages, {}, origins ? &*origins : nullptr, json, record);
+    if (truth_ && options_.keep_models)
+      cli::write_text_file(mode_folder(mode) / "wrong.json",
+                           truth_->wrong_points().dump(1, ' ', false, cli::Json::error_handler_t::replace) + "\n");
+  }
+
+  void load(const External& external, cli::Json& json, cli::RunRecord& record) {
+    io::LoadedModel loaded = evaluate::read_model_with_texture(external.model);
+    loaded.model.mesh = &loaded.mesh;
+    json["patches"] = evaluate::texture_islands(loaded.model);
+    measure(external.name, loaded.model, loaded.pages, loaded.offset, nullptr, json, record);
+  }
+
+  void measure(const std::string& name, const io::TexturedModel& model, const std::vector<Image>& pages,
+               const WorldPoint& offset, const atlas::TextureOrigins* origins, cli::Json& json,
+               cli::RunRecord& record) {
+    cli::Stage stage(console_, record, "scores", "views");
+    json["score"] = score_json(views_->show(model, pages, offset, stage.reporter()));
+    report_.shown.push_back(name);
+    if (truth_)
+      json["truth"] =
+          truth_->score(model, pages, offset, origins, [](std::size_t, std::size_t) { cli::throw_if_interrupted(); });
+    stage.finish(fmt::format("1-NCC {:.4f}", json["score"]["one_minus_ncc"].get<double>()));
+  }
+
+  fs::path mode_folder(const ComparedMode& mode) const {
+    std::string name = mode.name;
+    std::replace(name.begin(), name.end(), ':', '-');
+    return folder_.in_making() / "modes" / name;
+  }
+
+  void keep(const ComparedMode& mode, const pipeline::TexturedScene& scene, const cli::TextureOptions& options,
+            cli::RunRecord& record) {
+    pipeline::OutputFolder folder(mode_folder(mode), true, "texture");
+    pipeline::write_textured_scene(scene, options, device_, folder, console_, record);
+    folder.publish();
+  }
+
+  // How each mode stands to gpvc, with what chance could do to that.
+  void hold_against_gpvc() {
+    const auto at = [&](const std::string& name) {
+      return static_cast<std::size_t>(std::find(report_.shown.begin(), report_.shown.end(), name) -
+                                      report_.shown.begin());
+    };
+    const std::size_t gpvc = at("gpvc");
+    if (gpvc == report_.shown.size()) return;
+    for (cli::Json& mode : report_.json["modes"]) {
+      const std::size_t n = at(mode["name"]);
+      if (n == report_.shown.size() || n == gpvc) continue;
+      const ErrorDifference error = views_->difference(n, gpvc);
+      if (error.known) mode["against_gpvc"]["error"] = {{"ahead", error.less}, {"noise", error.noise}};
+      const cli::Json areas = truth_ ? truth_->ahead(n, gpvc) : cli::Json(nullptr);
+      if (!areas.is_null()) mode["against_gpvc"].update(areas);
+    }
+  }
+
+  void write() {
+    cli::Stage stage(console_, record_, "report");
+    hold_against_gpvc();
+    cli::Json& json = report_.json;
+    report_.crops = views_->crops(static_cast<std::size_t>(options_.crops));
+    for (const Crop& crop : report_.crops) {
+      cli::Json errors = cli::Json::object();
+      for (std::size_t m = 0; m < report_.shown.size(); ++m) errors[report_.shown[m]] = crop.errors[m];
+      json["crops"].push_back({{"view", crop.view},
+                               {"x", crop.x},
+                               {"y", crop.y},
+                               {"width", crop.width},
+                               {"height", crop.height},
+                               {"disagreement", crop.disagreement},
+                               {"errors", errors}});
+    }
+    json["findings"] = findings_of(json);
+    const std::string page = report_page(report_, folder_.in_making());
+    std::error_code ignored;
+    fs::remove_all(folder_.in_making() / "renders", ignored);
+    folder_.promise_all();  // kept models
+    cli::write_text_file(folder_.file("report.html"), page);
+    cli::write_text_file(folder_.file("report.md"), report_markdown(json));
+    cli::write_text_file(folder_.file("report.json"),
+                         json.dump(1, ' ', false, cli::Json::error_handler_t::replace) + "\n");
+    stage.finish(fmt::format("report.html {:.1f} MB", static_cast<double>(page.size()) / 1e6));
+    record_.counts["settings"] = json["settings"];
+    record_.counts["failed"] = failed_;
+    cli::write_run_json(folder_, {"compare", options_.texture.common, given_json(), cli::device_json(device_.info())},
+                        record_);
+  }
+
+  cli::Json given_json() const {
+    cli::Json given = cli::scene_json(options_.texture.input);
+    given["modes"] = cli::Json::array();
+    for (const ComparedMode& mode : modes_) given["modes"].push_back(mode.name);
+    given["external"] = options_.externals;
+    given["truth"] = options_.truth ? cli::Json(options_.truth->string()) : cli::Json(nullptr);
+    given["oracle_views"] = options_.oracle_views;
+    given["score_views"] = options_.score_views;
+    given["reduction"] = options_.scored_reduction();
+    given["crops"] = options_.crops;
+    given["keep_models"] = options_.keep_models;
+    return given;
+  }
+
+  const CompareOptions& options_;
+  pipeline::OutputFolder& folder_;
+  cli::Console& console_;
+  cli::RunRecord record_;
+  std::vector<ComparedMode> modes_;
+  std::vector<External> externals_;
+  cli::SceneInputData in_;
+  std::vector<ViewId> scored_;
+  visibility::GraphicsDevice device_;
+  io::PhotoCache photos_;
+  labeling::FaceGraph graph_;
+  std::optional<evaluate::OracleViews> oracle_;
+  std::optional<ModelViews> views_;
+  std::unique_ptr<TruthComparison> truth_;
+  fs::path truth_dir_;
+  std::size_t failed_ = 0;
+  ComparisonReport report_;
+};
+
+}  // namespace
+
+void run_compare(const CompareOptions& options, cli::Console& console) {
+  if (!options.summarize.empty()) return summarize_reports(options, console);
+  const cli::SceneInput& input = options.texture.input;
+  if (input.scene.empty() || input.mesh.empty())
+    throw cli::UsageError("SCENE and MESH are required (or --summarize with reports)");
+  cli::refuse_overwriting(input, options.texture.out, {"report.html", "report.md", "report.json"});
+  pipeline::OutputFolder folder(options.texture.out, options.texture.force, "compare");
+  try {
+    Comparison comparison(options, folder, console);
+    comparison.run();
+    folder.publish();
+    console.result((options.texture.out / "report.html").string());
+    comparison.refuse_failures();
+  } catch (const OutputError& e) {
+    throw std::runtime_error(folder.with_final_names(e.what()));
+  }
+}
+
+}  // namespace gpvc::compare

@@ -1,0 +1,98 @@
+#include "app/cli/command_options.h"
+#include "app/cli/option_parts.h"
+#include "app/compare/compare.h"
+#include "app/compare/compare_modes.h"
+
+namespace gpvc::compare {
+namespace {
+
+void add_compared(CLI::App& app, CompareOptions& options) {
+  constexpr const char* kGroup = "Comparison";
+  std::string epsilons;
+  for (const double epsilon : default_epsilons())
+    epsilons += (epsilons.empty() ? "" : ",") + fmt::format("{}", epsilon);
+  app.add_option("--modes", options.modes,
+                 "Visibility modes, separated by commas, as texture's --visibility takes them; gpvc:uncorrected "
+                 "and gpvc:paper (coverage correction off, LPCC alone); shadow-map and ray modes without an "
+                 "epsilon run once per --eps")
+      ->type_name("LIST")
+      ->default_str(default_modes())
+      ->group(kGroup);
+  app.add_option("--eps", options.epsilons, "Epsilons of the modes that have a bias, separated by commas")
+      ->type_name("LIST")
+      ->delimiter(',')
+      ->check(cli::in_range(1e-300, 1e300))
+      ->default_str(epsilons)
+      ->group(kGroup);
+  app.add_option("--external", options.externals,
+                 "Another program's textured model of the same mesh, OBJ, GLB or glTF, scored and shown beside "
+                 "ours; may be given several times")
+      ->type_name("NAME=MODEL")
+      ->group(kGroup);
+  app.add_option("--hold-out", options.texture.input.hold_out,
+                 "Leave views out of all texturing and score on them: every K-th, or names and globs")
+      ->type_name("K|LIST")
+      ->group(kGroup);
+  app.add_option("--truth", options.truth, "Folder of a synthetic scene, with surfaces.json")
+      ->type_name("DIR")
+      ->default_str("SCENE's parent, where it holds one")
+      ->group(kGroup);
+  app.add_option("--oracle-views", options.oracle_views,
+                 "Views, drawn at random but always the same, in which classes are held against the exact "
+                 "oracle; 0 is none")
+      ->type_name("N")
+      ->check(cli::in_range(0, 1000000))
+      ->default_str("3")
+      ->group(kGroup);
+  app.add_option("--score-views", options.score_views, "Views scored at most where none is held out, spread evenly")
+      ->type_name("N")
+      ->check(cli::in_range(1, 1000000))
+      ->default_str("12")
+      ->group(kGroup);
+  app.add_option("--reduction", options.reduction, "Score at 1/N of the size that was textured from, 1 to 64")
+      ->type_name("N")
+      ->check(cli::in_range(1, 64))
+      ->default_str("4 without --downscale, so a quarter of the photos")
+      ->group(kGroup);
+  app.add_option("--crops", options.crops, "Places to show, where the models differ most, 0 to 40")
+      ->type_name("N")
+      ->check(cli::in_range(0, 40))
+      ->default_str("8")
+      ->group(kGroup);
+  app.add_option("--summarize", options.summarize,
+                 "Instead of SCENE and MESH: report.json files of several scenes, into one summary")
+      ->type_name("REPORT...")
+      ->group(kGroup);
+}
+
+}  // namespace
+
+CLI::App* add_compare(CLI::App& parent, CompareOptions& options) {
+  CLI::App* app = parent.add_subcommand("compare", "texture a scene once per visibility mode and compare");
+  app->add_option("SCENE", options.texture.input.scene, "Scene, as texture takes it");
+  cli::add_mesh(*app, options.texture.input.mesh);
+  cli::add_photos(*app, options.texture.input);
+  cli::add_masks(*app, options.texture.input);
+  add_compared(*app, options);
+  cli::add_output(*app, options.texture.out, options.texture.force);
+  app->add_flag("--keep-models", options.keep_models, "Also write each mode's model, to modes/NAME")->group("Output");
+  // A summary is of what reports hold: nothing that shapes a comparison can change it.
+  CLI::Option* summarize = app->get_option("--summarize");
+  for (CLI::Option* option : app->get_options()) {
+    const bool shapes =
+        option->get_group() == "Comparison" || option->get_group() == "Input" || option->check_name("--keep-models");
+    if (shapes && option != summarize && !option->get_positional()) summarize->excludes(option);
+  }
+  cli::add_common(*app, options.texture.common);
+  app->footer(std::string("Examples:\n"
+                          "  gpvc compare colmap/sparse/0 mesh.ply -o compared --hold-out 8\n"
+                          "  gpvc compare colmap mesh.ply -o compared --modes none,shadow-map:spc,gpvc --eps 1e-3\n"
+                          "  gpvc compare colmap mesh.ply -o compared --external mvs=mvs/model.obj\n"
+                          "  gpvc compare --summarize city/report.json slits/report.json -o summary\n\n"
+                          "Writes to OUT: report.html (one page with its pictures, needs no network), report.md,\n"
+                          "report.json, run.json. --summarize writes summary.html, summary.md, summary.json.\n\n") +
+              cli::kExitStatus);
+  return app;
+}
+
+}  // namespace gpvc::compare

@@ -1,0 +1,140 @@
+#include "app/evaluate/evaluate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace gpvc::evaluate {
+namespace {
+
+namespace fs = std::filesystem;
+
+Image side_by_side(const Rephotography& r) {
+  Image row;
+  row.width = r.photo.width + r.render.width + r.error.width;
+  row.height = r.photo.height;
+  row.channels = 3;
+  row.pixels.resize(static_cast<std::size_t>(row.width) * static_cast<std::size_t>(row.height) * 3);
+  for (int y = 0; y < row.height; ++y) {
+    std::uint8_t* out = row.at(0, y);
+    for (const Image* part : {&r.photo, &r.render, &r.error})
+      out = std::copy_n(part->at(0, y), static_cast<std::size_t>(part->width) * 3, out);
+  }
+  return row;
+}
+
+void accumulate(const RephotographyScore& score, RephotographyScore& sum) {
+  sum.completeness += score.completeness;
+  sum.psnr += score.psnr;
+  sum.ssim += score.ssim;
+  sum.ncc_error += score.ncc_error;
+  sum.windows += score.windows;
+}
+
+RephotographyScore mean_score(const std::vector<ViewScore>& views) {
+  RephotographyScore mean;
+  double count = 0;
+  for (const ViewScore& view : views) {
+    if (view.score.windows == 0) continue;
+    accumulate(view.score, mean);
+    ++count;
+  }
+  if (count == 0) return mean;
+  for (double* value : {&mean.completeness, &mean.psnr, &mean.ssim, &mean.ncc_error}) *value /= count;
+  return mean;
+}
+
+nlohmann::json to_json(const RephotographyScore& score) {
+  return {{"completeness", score.completeness},
+          {"psnr_db", score.psnr},
+          {"ssim", score.ssim},
+          {"one_minus_ncc", score.ncc_error},
+          {"windows", score.windows}};
+}
+
+void write_pictures(const fs::path& out, const std::string& view, const Rephotography& result) {
+  std::string name = view;
+  std::replace(name.begin(), name.end(), '/', '_');
+  io::write_image(out / (name + ".png"), side_by_side(result), io::ImageFormat::png, 0);
+}
+
+void write_report(const fs::path& out, const Evaluation& evaluation) {
+  nlohmann::json report{{"mean", to_json(evaluation.mean)}};
+  for (const ViewScore& view : evaluation.views) report["views"][view.view] = to_json(view.score);
+  io::OutputFile file(out / "evaluate.json");
+  file.write(report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  file.commit();
+}
+
+}  // namespace
+
+io::LoadedModel read_model_with_texture(const fs::path& file) {
+  io::LoadedModel model = io::read_textured_model(file);
+  const std::vector<std::uint32_t>& pages = model.model.face_page;
+  if (std::all_of(pages.begin(), pages.end(), [](std::uint32_t page) { return page == io::kNoPage; }))
+    throw InputError(file, "", "has no textured face (an OBJ needs its MTL, with map_Kd, beside it)");
+  return model;
+}
+
+std::vector<std::uint8_t> covered_pixels(const visibility::Ivm& ivm) {
+  std::vector<std::uint8_t> covered(ivm.faces.size());
+  std::transform(ivm.faces.begin(), ivm.faces.end(), covered.begin(),
+                 [](FaceId face) -> std::uint8_t { return face == kNoFace ? 0 : 255; });
+  return covered;
+}
+
+Evaluation evaluate_model(visibility::GraphicsDevice& device, const Scene& scene, io::PhotoCache& photos,
+                          const EvaluateOptions& options, const Progress& progress) {
+  io::LoadedModel model = read_model_with_texture(options.model);
+  model.model.mesh = &model.mesh;
+  const Mesh wanted = options.mesh ? io::read_mesh(*options.mesh) : Mesh{};
+  visibility::VisibilityOptions coverage_only;
+  coverage_only.correction = visibility::CoverageCorrection::off;
+  coverage_only.subpixel = false;
+  visibility::VisibilityStage stage(device, options.mesh ? wanted : model.mesh, coverage_only);
+  if (options.out) {
+    std::error_code failed;
+    fs::create_directories(*options.out, failed);
+    if (failed) throw OutputError(*options.out, failed.message());
+  }
+
+  Evaluation evaluation;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const View& view = scene.views[v];
+    const ViewId id{static_cast<std::uint32_t>(v)};
+    View local = view;  // in the model's coordinates
+    local.pose.centre = {view.pose.centre.x - model.offset.x, view.pose.centre.y - model.offset.y,
+                         view.pose.centre.z - model.offset.z};
+    std::vector<std::uint8_t> inside;
+    const Image photo = photo_to_compare(*photos.photo(id), view, inside);
+    const visibility::RenderResult render =
+        visibility::render_model(device, model.model, model.pages, view.camera, local.pose, false, false, {0, 0, 0});
+    const std::vector<std::uint8_t> covered = covered_pixels(stage.classify(options.mesh ? view : local, id).ivm);
+    const Rephotography result =
+        compare_with_photo(photo, inside, render.image, render.textured, covered, options.reduction);
+    evaluation.views.push_back({view.name, result.score});
+    if (options.out) write_pictures(*options.out, view.name, result);
+    progress(v + 1, scene.views.size());
+  }
+  evaluation.mean = mean_score(evaluation.views);
+  if (evaluation.mean.windows == 0)
+    throw InputError(options.model, "", "no view shows enough of it to compare; is it in the cameras' frame?");
+  if (options.out) write_report(*options.out, evaluation);
+  return evaluation;
+}
+
+std::string evaluation_table(const Evaluation& evaluation) {
+  std::size_t width = 4;
+  for (const ViewScore& view : evaluation.views) width = std::max(width, view.view.size());
+  std::string table = fmt::format("{:<{}}  complete   PSNR    SSIM   1-NCC\n", "view", width);
+  const auto line = [&](const std::string& name, const RephotographyScore& s) {
+    if (s.windows == 0) return fmt::format("{:<{}}  nothing to compare\n", name, width);
+    return fmt::format("{:<{}}    {:.4f}  {:5.2f}  {:.4f}  {:.4f}\n", name, width, s.completeness, s.psnr, s.ssim,
+                       s.ncc_error);
+  };
+  for (const ViewScore& view : evaluation.views) table += line(view.view, view.score);
+  return table + line("mean", evaluation.mean);
+}
+
+}  // namespace gpvc::evaluate

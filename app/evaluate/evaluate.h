@@ -1,0 +1,47 @@
+// `gpvc evaluate`: how well a textured model, ours or another program's, reproduces photos.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/evaluate/rephotography.h"
+#include "io/io.h"
+#include "visibility/visibility.h"
+
+namespace gpvc::evaluate {
+
+struct EvaluateOptions {
+  std::filesystem::path model;                ///< OBJ or GLB
+  std::optional<std::filesystem::path> mesh;  ///< what should be textured; default: the model's own faces
+  std::optional<std::filesystem::path> out;   ///< folder for photo | render | error pictures and evaluate.json
+  int reduction = 4;                          ///< photos and renders are compared at 1/reduction of their size
+};
+
+struct ViewScore {
+  std::string view;
+  RephotographyScore score;
+};
+
+struct Evaluation {
+  std::vector<ViewScore> views;
+  RephotographyScore mean;
+};
+
+/// Renders every view of `scene` from the model and compares it with its photo. Views of which nothing can be compared
+/// are listed and left out of the mean.
+Evaluation evaluate_model(visibility::GraphicsDevice& device, const Scene& scene, io::PhotoCache& photos,
+                          const EvaluateOptions& options, const Progress& progress);
+
+/// read_textured_model(), which also throws InputError for a model without a textured face.
+io::LoadedModel read_model_with_texture(const std::filesystem::path& file);
+
+/// 255 where the mesh is, else 0.
+std::vector<std::uint8_t> covered_pixels(const visibility::Ivm& ivm);
+
+/// A table for people, one line a view and the mean.
+std::string evaluation_table(const Evaluation& evaluation);
+
+}  // namespace gpvc::evaluate

@@ -1,0 +1,238 @@
+#include "app/evaluate/rephotography.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace gpvc::evaluate {
+namespace {
+
+constexpr int kWindow = 11;
+constexpr double kSigma = 1.5;
+
+// Where a window of kWindow pixels holds scored pixels alone.
+cv::Mat whole_windows(const cv::Mat& scored) {
+  cv::Mat eroded;
+  cv::erode(scored, eroded, cv::Mat::ones(kWindow, kWindow, CV_8U), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  return eroded;
+}
+
+// Area average of each reduction x reduction block, the remainder cropped; `scored` = 255 where `keep` marks all of it.
+cv::Mat reduce(const Image& image, int reduction) {
+  const int width = image.width / reduction, height = image.height / reduction;
+  const cv::Mat full(image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.pixels.data()));
+  cv::Mat exact;
+  full(cv::Rect(0, 0, width * reduction, height * reduction)).convertTo(exact, CV_32F);
+  cv::Mat reduced;
+  cv::resize(exact, reduced, {width, height}, 0, 0, cv::INTER_AREA);
+  return reduced;
+}
+
+cv::Mat reduce_mask(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b, cv::Size size, int reduction) {
+  cv::Mat reduced(size.height / reduction, size.width / reduction, CV_8U);
+  for (int y = 0; y < reduced.rows; ++y)
+    for (int x = 0; x < reduced.cols; ++x) {
+      bool whole = true;
+      for (int dy = 0; dy < reduction && whole; ++dy)
+        for (int dx = 0; dx < reduction && whole; ++dx) {
+          const auto i = static_cast<std::size_t>(y * reduction + dy) * static_cast<std::size_t>(size.width) +
+                         static_cast<std::size_t>(x * reduction + dx);
+          whole = a[i] != 0 && b[i] != 0;
+        }
+      reduced.at<std::uint8_t>(y, x) = whole ? 255 : 0;
+    }
+  return reduced;
+}
+
+cv::Mat luma(const cv::Mat& rgb) {
+  cv::Mat grey;
+  cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);  // BT.601
+  cv::Mat exact;
+  grey.convertTo(exact, CV_64F);
+  return exact;
+}
+
+struct Moments {
+  cv::Mat mean_a, mean_b, variance_a, variance_b, covariance;
+};
+
+template <class Filter>
+Moments moments(const cv::Mat& a, const cv::Mat& b, Filter filter) {
+  Moments m;
+  cv::Mat aa, bb, ab;
+  filter(a, m.mean_a);
+  filter(b, m.mean_b);
+  filter(a.mul(a), aa);
+  filter(b.mul(b), bb);
+  filter(a.mul(b), ab);
+  m.variance_a = cv::max(aa - m.mean_a.mul(m.mean_a), 0.0);
+  m.variance_b = cv::max(bb - m.mean_b.mul(m.mean_b), 0.0);
+  m.covariance = ab - m.mean_a.mul(m.mean_b);
+  return m;
+}
+
+double mean_ssim(const cv::Mat& a, const cv::Mat& b, const cv::Mat& windows) {
+  const double c1 = 0.01 * 255 * 0.01 * 255, c2 = 0.03 * 255 * 0.03 * 255;
+  const Moments m = moments(a, b, [](const cv::Mat& in, cv::Mat& out) {
+    cv::GaussianBlur(in, out, {kWindow, kWindow}, kSigma, kSigma, cv::BORDER_REFLECT);
+  });
+  cv::Mat numerator = (2 * m.mean_a.mul(m.mean_b) + c1).mul(2 * m.covariance + c2);
+  cv::Mat denominator = (m.mean_a.mul(m.mean_a) + m.mean_b.mul(m.mean_b) + c1).mul(m.variance_a + m.variance_b + c2);
+  cv::Mat ssim = numerator / denominator;
+  return cv::mean(ssim, windows)[0];
+}
+
+// 1 - NCC per window. A window without contrast correlates with nothing, unless both have none.
+cv::Mat ncc_errors(const cv::Mat& a, const cv::Mat& b) {
+  const Moments m = moments(a, b, [](const cv::Mat& in, cv::Mat& out) {
+    cv::boxFilter(in, out, CV_64F, {kWindow, kWindow}, {-1, -1}, true, cv::BORDER_REFLECT);
+  });
+  // Sums of squares of 8-bit values cancel to about 255^2 * 2^-52 * window area ~ 2e-9 grey levels squared.
+  constexpr double kFlat = 1e-8;
+  cv::Mat errors(a.size(), CV_64F);
+  for (int y = 0; y < a.rows; ++y)
+    for (int x = 0; x < a.cols; ++x) {
+      const double va = m.variance_a.at<double>(y, x), vb = m.variance_b.at<double>(y, x);
+      double ncc = va < kFlat && vb < kFlat ? 1.0 : 0.0;
+      if (va >= kFlat && vb >= kFlat) ncc = m.covariance.at<double>(y, x) / std::sqrt(va * vb);
+      errors.at<double>(y, x) = 1.0 - std::clamp(ncc, -1.0, 1.0);
+    }
+  return errors;
+}
+
+Image to_image(const cv::Mat& rgb) {
+  cv::Mat bytes;
+  rgb.convertTo(bytes, CV_8UC3);
+  Image image;
+  image.width = bytes.cols;
+  image.height = bytes.rows;
+  image.channels = 3;
+  image.pixels.assign(bytes.datastart, bytes.dataend);
+  return image;
+}
+
+std::vector<TileError> tile_errors(const cv::Mat& errors, const cv::Mat& windows) {
+  std::vector<TileError> tiles(static_cast<std::size_t>(kErrorTiles) * kErrorTiles);
+  for (int y = 0; y < errors.rows; ++y)
+    for (int x = 0; x < errors.cols; ++x) {
+      if (windows.at<std::uint8_t>(y, x) == 0) continue;
+      TileError& tile =
+          tiles[static_cast<std::size_t>(y * kErrorTiles / errors.rows * kErrorTiles + x * kErrorTiles / errors.cols)];
+      tile.sum += errors.at<double>(y, x);
+      ++tile.windows;
+    }
+  return tiles;
+}
+
+Image error_picture(const cv::Mat& errors, const cv::Mat& windows) {
+  cv::Mat picture(errors.size(), CV_8UC3, cv::Scalar(60, 70, 90));
+  for (int y = 0; y < errors.rows; ++y)
+    for (int x = 0; x < errors.cols; ++x) {
+      if (windows.at<std::uint8_t>(y, x) == 0) continue;
+      const auto grey = static_cast<std::uint8_t>(std::lround(255 * std::min(errors.at<double>(y, x), 1.0)));
+      picture.at<cv::Vec3b>(y, x) = {grey, grey, grey};
+    }
+  return to_image(picture);
+}
+
+double squared_error_over_channels(const cv::Mat& a, const cv::Mat& b, const cv::Mat& scored) {
+  cv::Mat difference = a - b;
+  const cv::Scalar mean = cv::mean(difference.mul(difference), scored);
+  return (mean[0] + mean[1] + mean[2]) / 3;
+}
+
+}  // namespace
+
+Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside) {
+  const Camera& camera = view.camera;
+  Image frame = undistort_photo(photo, camera, {0, 0, camera.width, camera.height}, inside);
+  const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
+  if (!exclusion) return frame;
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      std::uint8_t& pixel =
+          inside[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x)];
+      if (pixel == 0) continue;
+      const PhotoPoint p = *photo_from_pixel(camera, {x + 0.5, y + 0.5});
+      if (exclusion->excludes(std::min(static_cast<int>(p.x), exclusion->width - 1),
+                              std::min(static_cast<int>(p.y), exclusion->height - 1)))
+        pixel = 0;
+    }
+  return frame;
+}
+
+Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,
+                      std::vector<std::uint8_t>& inside) {
+  Image frame;
+  frame.width = window.width;
+  frame.height = window.height;
+  frame.channels = 3;
+  const auto width = static_cast<std::size_t>(window.width);
+  frame.pixels.assign(width * static_cast<std::size_t>(window.height) * 3, 0);
+  inside.assign(width * static_cast<std::size_t>(window.height), 0);
+  tbb::parallel_for(tbb::blocked_range<int>(0, window.height), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y < rows.end(); ++y)
+      for (int x = 0; x < window.width; ++x) {
+        const PixelPoint centre{window.x + x + 0.5, window.y + y + 0.5};
+        if (!in_photo(camera, centre)) continue;
+        const PhotoPoint p = *photo_from_pixel(camera, centre);
+        const double u = std::clamp(p.x - 0.5, 0.0, photo.width - 1.0);
+        const double v = std::clamp(p.y - 0.5, 0.0, photo.height - 1.0);
+        const int x0 = static_cast<int>(u), y0 = static_cast<int>(v);
+        const int x1 = std::min(x0 + 1, photo.width - 1), y1 = std::min(y0 + 1, photo.height - 1);
+        const double fx = u - x0, fy = v - y0;
+        for (int c = 0; c < 3; ++c) {
+          const double top = photo.at(x0, y0)[c] * (1 - fx) + photo.at(x1, y0)[c] * fx;
+          const double bottom = photo.at(x0, y1)[c] * (1 - fx) + photo.at(x1, y1)[c] * fx;
+          frame.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(top * (1 - fy) + bottom * fy));
+        }
+        inside[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = 255;
+      }
+  });
+  return frame;
+}
+
+Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_t> inside, const Image& render,
+                                 std::span<const std::uint8_t> textured, std::span<const std::uint8_t> covered,
+                                 int reduction) {
+  assert(photo.width == render.width && photo.height == render.height);
+  Rephotography result;
+  std::size_t covered_pixels = 0, textured_pixels = 0;
+  for (std::size_t i = 0; i < covered.size(); ++i) {
+    if (covered[i] == 0 || inside[i] == 0) continue;
+    ++covered_pixels;
+    textured_pixels += textured[i] != 0 ? 1 : 0;
+  }
+  if (covered_pixels > 0)
+    result.score.completeness = static_cast<double>(textured_pixels) / static_cast<double>(covered_pixels);
+
+  const cv::Mat taken = reduce(photo, reduction);
+  cv::Mat made = reduce(render, reduction);
+  const cv::Mat scored = reduce_mask(inside, textured, {photo.width, photo.height}, reduction);
+  const cv::Scalar taken_mean = cv::mean(taken, scored), made_mean = cv::mean(made, scored);
+  cv::Scalar gain;
+  for (int c = 0; c < 3; ++c) gain[c] = made_mean[c] > 0 ? taken_mean[c] / made_mean[c] : 1.0;
+  cv::multiply(made, gain, made);
+
+  const cv::Mat windows = whole_windows(scored);
+  result.score.windows = static_cast<std::size_t>(cv::countNonZero(windows));
+  const cv::Mat errors = ncc_errors(luma(taken), luma(made));
+  if (result.score.windows > 0) {
+    const double mse = squared_error_over_channels(taken, made, scored);
+    result.score.psnr = mse > 0 ? 10 * std::log10(255.0 * 255.0 / mse) : 99.0;
+    result.score.ssim = mean_ssim(luma(taken), luma(made), windows);
+    result.score.ncc_error = cv::mean(errors, windows)[0];
+  }
+  result.tiles = tile_errors(errors, windows);
+  result.photo = to_image(taken);
+  result.render = to_image(made);
+  result.error = error_picture(errors, windows);
+  return result;
+}
+
+}  // namespace gpvc::evaluate

@@ -1,0 +1,57 @@
+// Virtual rephotography (Waechter et al. 2017): how close renders of a textured model come to photos of the same place.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "io/io.h"
+
+namespace gpvc::evaluate {
+
+struct RephotographyScore {
+  double completeness = 0;  ///< textured pixels / pixels the model covers, [0, 1]
+  double psnr = 0;          ///< dB, over the three channels after the gain
+  double ssim = 0;          ///< mean over windows, 11 x 11 Gaussian, sigma 1.5, on luma
+  double ncc_error = 0;     ///< mean of 1 - NCC over 11 x 11 boxes, on luma; 0 best
+  std::size_t windows = 0;  ///< windows scored; 0: nothing could be compared
+};
+
+/// A part of a picture: the sum of 1 - NCC over the windows whose middles lie in it.
+struct TileError {
+  double sum = 0;
+  std::size_t windows = 0;
+};
+/// A picture is cut into so many tiles each way, for telling differences from noise.
+inline constexpr int kErrorTiles = 8;
+
+struct Rephotography {
+  RephotographyScore score;
+  std::vector<TileError> tiles;  ///< kErrorTiles x kErrorTiles, row-major
+  Image photo, render;           ///< as compared: reduced, the render after its gain
+  Image error;  ///< 1 - NCC of the window around each pixel, black 0 to white 1; grey-blue where not scored
+};
+
+/// Pixels of a camera's undistorted frame, and beyond its borders; x and y are those of the first.
+struct FrameWindow {
+  int x = 0, y = 0, width = 0, height = 0;
+  bool operator==(const FrameWindow&) const = default;
+};
+
+/// The photo without its distortion, in a window of the camera's frame, bilinear; `inside` gets 0 where that shows
+/// nothing of the photo, else 255.
+Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,
+                      std::vector<std::uint8_t>& inside);
+/// The photo as renders are held against it: in the camera's own frame; `inside` gets 0 also where the view's mask
+/// excludes the photo's pixel. Throws InputError.
+Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside);
+
+/// Compares a render with a photo on the same frame. Both are reduced by `reduction` with area averaging; only reduced
+/// pixels all of whose pixels are marked in `textured` and `inside` count; each channel of the render gets one gain so
+/// that its mean equals the photo's; window scores are over windows wholly inside. `covered` marks what the model
+/// covers, textured or not.
+Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_t> inside, const Image& render,
+                                 std::span<const std::uint8_t> textured, std::span<const std::uint8_t> covered,
+                                 int reduction);
+
+}  // namespace gpvc::evaluate

@@ -1,0 +1,310 @@
+#include "app/pipeline/output_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
+
+#include "io/io.h"
+
+namespace gpvc::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kUnfinished = ".gpvc-unfinished-";
+
+constexpr const char* kEarlier = ".gpvc-earlier-";
+
+// What a command may write at the top of OUT, as far as that is known before it has worked.
+bool is_written_by(std::string_view command, const std::string& name) {
+  if (name == "run.json") return true;
+  using Names = std::vector<std::string_view>;
+  static const std::map<std::string_view, Names> kWritten = {
+      {"texture",
+       {"model.obj", "model.mtl", "model.glb", "model.gltf", "model.bin", "preview.png", "views.json", "labels.npy",
+        "tags.npy", "faces.npy", "source_faces.npy", "offset.txt"}},
+      {"visibility", {"views.json", "oracle.json"}},
+      {"compare", {"report.html", "report.md", "report.json"}},
+      {"compare --summarize", {"summary.html", "summary.md", "summary.json"}},
+      {"evaluate", {"evaluate.json"}},
+      {"label", {"labels.npy"}}};
+  const auto found = kWritten.find(command);
+  if (found == kWritten.end()) return false;
+  const Names& names = found->second;
+  if (std::find(names.begin(), names.end(), name) != names.end()) return true;
+  if (command != "texture" || !name.starts_with("model_")) return false;
+  const std::size_t end = name.find_first_not_of("0123456789", 6);
+  const std::string extension = end == std::string::npos || end == 6 ? "" : name.substr(end);
+  return extension == ".png" || extension == ".jpg" || extension == ".bin";
+}
+
+// What an earlier run left beside its result; discarded where there is none of ours.
+nlohmann::json earlier_run(const fs::path& out) {
+  std::ifstream in(out / "run.json");
+  return nlohmann::json::parse(in, nullptr, false);
+}
+
+// The command of an earlier run; empty where that is not known.
+std::string earlier_command(const fs::path& out) {
+  const auto json = earlier_run(out);
+  const bool ours = json.is_object() && json.value("program", nlohmann::json()) == "gpvc";
+  if (!ours || !json.contains("command") || !json["command"].is_string()) return {};
+  return json["command"].get<std::string>();
+}
+
+std::optional<std::string> name_from_json(const nlohmann::json& entry) {
+  if (entry.is_string()) return entry.get<std::string>();
+  if (!entry.is_object() || !entry.contains("bytes") || !entry["bytes"].is_string()) return std::nullopt;
+  const auto& digits = entry["bytes"].get_ref<const std::string&>();
+  std::string name;
+  for (std::size_t i = 0; i + 1 < digits.size(); i += 2) {
+    int byte = 0;
+    const char* first = digits.data() + i;
+    if (std::from_chars(first, first + 2, byte, 16).ptr != first + 2) return std::nullopt;
+    name += static_cast<char>(byte);
+  }
+  return name;
+}
+
+// The files that an earlier run.json of ours lists, if they are what it lists: relative, inside.
+std::set<std::string> listed_outputs(const fs::path& out) {
+  std::set<std::string> names;
+  if (earlier_command(out).empty()) return names;
+  const auto json = earlier_run(out);
+  if (!json.contains("outputs") || !json["outputs"].is_array()) return names;
+  for (const auto& entry : json["outputs"]) {
+    const std::optional<std::string> name = name_from_json(entry);
+    if (!name) continue;
+    try {
+      names.insert(contained_path(*name).generic_string());
+    } catch (const OutputError&) {
+      continue;  // not ours to touch
+    }
+  }
+  return names;
+}
+
+bool is_there(const fs::path& path) { return fs::exists(fs::symlink_status(path)); }
+
+void remove_empty_parents(const fs::path& out, fs::path folder) {
+  std::error_code ignored;
+  while (folder != out && folder.has_relative_path() && fs::is_empty(folder, ignored) && !ignored) {
+    fs::remove(folder, ignored);
+    folder = folder.parent_path();
+  }
+}
+
+fs::path make_folder_like(const fs::path& prefix) {
+  std::string name = prefix.string() + "XXXXXX";
+  if (mkdtemp(name.data()) == nullptr)
+    throw fs::filesystem_error("", prefix, std::error_code(errno, std::generic_category()));
+  return name;
+}
+
+struct FolderLock {
+  int descriptor = -1;  ///< -1: not ours
+  bool others = false;  ///< another process holds it; else the file system has no locks
+};
+
+// Until the descriptor is closed, at the latest by the end of the process, however that comes.
+FolderLock locked(const fs::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return {descriptor, false};
+  const bool others = errno == EWOULDBLOCK;
+  close(descriptor);
+  return {-1, others};
+}
+
+// Left by a run that was killed: nobody holds its lock. (Numbers of processes say nothing: they recur, in containers at
+// once, and are others on other machines.)
+void remove_abandoned(const fs::path& out) {
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(out))
+    if (entry.path().filename().string().starts_with(kUnfinished)) found.push_back(entry.path());
+  for (const fs::path& folder : found) {
+    const FolderLock lock = locked(folder);
+    if (lock.descriptor < 0) continue;
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+    close(lock.descriptor);
+  }
+}
+
+}  // namespace
+
+OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) : out_(std::move(out)) {
+  try {
+    fs::path missing = fs::absolute(out_).lexically_normal();
+    if (!missing.has_filename()) missing = missing.parent_path();
+    for (; !fs::exists(missing) && missing.has_relative_path(); missing = missing.parent_path())
+      created_.insert(created_.begin(), missing);
+    if (fs::exists(out_) && !fs::is_directory(out_)) throw OutputError(out_, "exists and is not a folder");
+    fs::create_directories(out_);
+    // Another command's result is somebody's input as likely as not: a scene, a model.
+    if (const std::string other = earlier_command(out_); !other.empty() && other != command)
+      throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'; choose another folder", other));
+    listed_ = listed_outputs(out_);
+    if (!listed_.empty() && !force)
+      throw OutputError(out_, fmt::format("already holds a result ({}); choose another folder, or give --force to "
+                                          "replace it when the new one is complete",
+                                          *listed_.begin()));
+    for (const auto& entry : fs::directory_iterator(out_)) {
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with(kEarlier))
+        throw OutputError(entry.path(),
+                          "holds an earlier result, as a run was killed while it replaced it; move the files back "
+                          "or remove them first");
+      if (is_written_by(command, name)) refuse_strangers(name);
+    }
+    remove_abandoned(out_);
+    for (bool taken = true; taken;) {  // by another run for abandoned, before it was locked
+      if (lock_ >= 0) close(lock_);
+      unfinished_ = make_folder_like(out_ / kUnfinished);
+      const FolderLock lock = locked(unfinished_);
+      lock_ = lock.descriptor;
+      taken = lock.others || !fs::exists(unfinished_);
+    }
+    const io::OutputFile probe(unfinished_ / "probe");  // opens a file; removed at once
+  } catch (const fs::filesystem_error& e) {
+    clear_away();
+    throw OutputError(out_, "cannot be written: " + e.code().message());
+  } catch (...) {
+    clear_away();
+    throw;
+  }
+}
+
+OutputFolder::~OutputFolder() { clear_away(); }
+
+void OutputFolder::clear_away() {
+  std::error_code ignored;
+  if (!unfinished_.empty()) fs::remove_all(unfinished_, ignored);
+  if (lock_ >= 0) close(lock_);
+  for (auto it = created_.rbegin(); it != created_.rend(); ++it) fs::remove(*it, ignored);  // only when empty
+}
+
+void OutputFolder::refuse_strangers(const std::string& name) const {
+  const fs::path path = out_ / name;
+  if (!is_there(path)) return;
+  if (!listed_.contains(fs::path(name).lexically_normal().generic_string()))
+    throw OutputError(path, "would be replaced, and belongs to no earlier result; choose another folder");
+  if (fs::is_directory(path)) throw OutputError(path, "is a folder where a file is to be; choose another folder");
+}
+
+void OutputFolder::protect(const std::set<fs::path>& inputs) {
+  for (const fs::path& input : inputs) protected_.insert(fs::weakly_canonical(input));
+  for (const std::string& name : listed_)
+    if (protected_.contains(fs::weakly_canonical(out_ / name)))
+      throw OutputError(out_ / name,
+                        "is read by this run and belongs to the result it would replace; choose another folder");
+}
+
+fs::path OutputFolder::file(const fs::path& relative) {
+  const fs::path inside = contained_path(relative.generic_string());
+  const fs::path path = unfinished_ / inside;
+  refuse_strangers(inside.generic_string());
+  try {
+    fs::create_directories(path.parent_path());
+  } catch (const fs::filesystem_error& e) {
+    throw OutputError((out_ / inside).parent_path(), e.code().message());
+  }
+  promised_.push_back(inside.generic_string());
+  return path;
+}
+
+void OutputFolder::promise_all() {
+  promised_.clear();
+  for (const auto& entry : fs::recursive_directory_iterator(unfinished_))
+    if (entry.is_regular_file()) promised_.push_back(entry.path().lexically_relative(unfinished_).generic_string());
+  std::sort(promised_.begin(), promised_.end());
+}
+
+void OutputFolder::publish() {
+  for (const std::string& name : promised_) {
+    if (!fs::is_regular_file(unfinished_ / name)) throw OutputError(out_ / name, "was not written");
+    if (protected_.contains(fs::weakly_canonical(out_ / name)))
+      throw OutputError(out_ / name, "is read by this run and would be replaced; choose another folder");
+    refuse_strangers(name);
+  }
+  struct Moved {
+    fs::path from, to;
+  };
+  std::vector<Moved> moved;
+  fs::path earlier, at;
+  const auto move = [&](const fs::path& from, const fs::path& to) {
+    fs::create_directories(to.parent_path());
+    fs::rename(from, to);
+    moved.push_back({from, to});
+  };
+  try {
+    for (const std::string& name : listed_) {
+      at = out_ / name;
+      if (!is_there(at) || fs::is_directory(at)) continue;
+      if (earlier.empty()) earlier = make_folder_like(out_ / kEarlier);
+      move(at, earlier / name);
+      remove_empty_parents(out_, at.parent_path());
+    }
+    for (const std::string& name : promised_) {
+      at = out_ / name;
+      move(unfinished_ / name, at);
+    }
+  } catch (const fs::filesystem_error& e) {
+    std::string lost;
+    for (auto it = moved.rbegin(); it != moved.rend(); ++it) {
+      std::error_code failed;
+      fs::create_directories(it->from.parent_path(), failed);
+      fs::rename(it->to, it->from, failed);
+      if (failed) lost = fmt::format("; files of the earlier result are in {}", earlier.string());
+      remove_empty_parents(out_, it->to.parent_path());
+    }
+    std::error_code ignored;
+    if (!earlier.empty() && lost.empty()) fs::remove_all(earlier, ignored);  // all is back: empty folders
+    throw OutputError(at, e.code().message() + lost);
+  }
+  std::error_code ignored;
+  if (!earlier.empty()) fs::remove_all(earlier, ignored);
+  fs::remove_all(unfinished_, ignored);
+}
+
+nlohmann::ordered_json outputs_json(const std::vector<std::string>& names) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const std::string& name : names) {
+    const nlohmann::ordered_json text = nlohmann::ordered_json::parse(
+        nlohmann::ordered_json(name).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    if (text == name) {
+      list.push_back(name);
+      continue;
+    }
+    std::string digits;
+    for (const char c : name) digits += fmt::format("{:02x}", static_cast<unsigned char>(c));
+    list.push_back({{"name", text}, {"bytes", digits}});
+  }
+  return list;
+}
+
+std::string OutputFolder::with_final_names(std::string message) const {
+  const std::string in_making = unfinished_.string();
+  for (std::size_t at = message.find(in_making); at != std::string::npos; at = message.find(in_making, at))
+    message.replace(at, in_making.size(), out_.string());
+  return message;
+}
+
+fs::path contained_path(const std::string& name) {
+  const fs::path path = fs::path(name).lexically_normal();
+  const bool escapes = path.empty() || path == "." || path.has_root_path() || *path.begin() == "..";
+  if (escapes || !path.has_filename()) throw OutputError(name, "is no name for a file inside the output folder");
+  return path;
+}
+
+}  // namespace gpvc::pipeline

@@ -1,0 +1,35 @@
+// A few city blocks and a deterministic flight over them.
+#pragma once
+
+#include "app/synth/synth_scene.h"
+
+namespace gpvc::synth {
+
+/// Blocks repeat around the middle of the scene; a street and its pavements lie between them.
+inline constexpr double kBlockPitch_m = 36, kStreet_m = 8, kWalk_m = 2;
+
+struct FlightOptions {
+  int photos = 20;  ///< a fifth nadir, the rest oblique from four sides
+  int width = 1200, height = 800;
+  double size_m = 100;  ///< edge of the square below
+  double range = 0.8;   ///< from the camera to what it looks at, times size_m
+  double target_m = 0;  ///< height of what cameras look at
+  std::uint32_t seed = 1;
+  bool distorted = true;  ///< lens distortion and an off-centre principal point
+};
+
+/// Views in the order of their names, without photo paths.
+std::vector<View> synth_flight(const FlightOptions& options);
+
+struct CityOptions {
+  FlightOptions flight;
+  std::size_t faces = 60000;  ///< aimed at; the tessellation is chosen to come near
+};
+
+/// O(faces).
+SynthScene make_city(const CityOptions& options);
+
+/// Cars on the streets in one photo alone; their surfaces are numbered from 0. The same number gives the same cars.
+SynthScene make_cars(const CityOptions& options, std::uint32_t photo, int cars);
+
+}  // namespace gpvc::synth

@@ -1,0 +1,317 @@
+#include <embree3/rtcore.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "app/synth/synth_scene.h"
+#include "io/world_vector.h"
+
+namespace gpvc::synth {
+namespace {
+
+constexpr WorldPoint kSun{0.4514015204477136, -0.32099663676281853, 0.8325850266035605};  // unit length
+
+constexpr std::size_t kSamples = 4;  // of a pixel, traced together
+
+struct Ray {
+  WorldPoint origin, direction;
+};
+
+// What a ray meets.
+struct SurfacePoint {
+  bool sky = true;
+  WorldPoint position, normal;  // the side that is seen
+  Color albedo{206, 218, 232};
+  std::uint32_t surface = kNoSurface;
+};
+
+template <class Packet>
+void set_ray(Packet& packet, std::size_t i, const Ray& ray, float far) {
+  packet.org_x[i] = static_cast<float>(ray.origin.x);
+  packet.org_y[i] = static_cast<float>(ray.origin.y);
+  packet.org_z[i] = static_cast<float>(ray.origin.z);
+  packet.dir_x[i] = static_cast<float>(ray.direction.x);
+  packet.dir_y[i] = static_cast<float>(ray.direction.y);
+  packet.dir_z[i] = static_cast<float>(ray.direction.z);
+  packet.tnear[i] = 0;
+  packet.tfar[i] = far;
+  packet.time[i] = 0;
+  packet.mask[i] = 0xFFFFFFFFu;
+  packet.id[i] = 0;
+  packet.flags[i] = 0;
+}
+
+// A scene as Embree holds it, and what its floats cannot say.
+struct TracedScene {
+  const SynthScene& scene;
+  RTCScene traced = nullptr;
+  std::vector<WorldPoint> normals;  // per face, unit length
+  double off_m = 0;  // how far off a surface rays to the sun start: 800 steps of a float of the scene's size
+
+  TracedScene(RTCDevice device, const SynthScene& from);
+  ~TracedScene() {
+    if (traced != nullptr) rtcReleaseScene(traced);
+  }
+  TracedScene(const TracedScene&) = delete;
+  TracedScene& operator=(const TracedScene&) = delete;
+
+  // How far along the ray, in its direction's length, the plane of a face lies; NaN for a ray along it.
+  double distance(const Ray& ray, std::uint32_t face) const {
+    const WorldPoint& n = normals[face];
+    const WorldPoint& a = scene.mesh.positions[scene.mesh.faces[face][0]];
+    const double above = dot(n, a - ray.origin);
+    const double facing = dot(n, ray.direction);
+    return facing == 0 ? std::numeric_limits<double>::quiet_NaN() : above / facing;
+  }
+
+  SurfacePoint on_face(const Ray& ray, std::uint32_t face, std::uint32_t first_surface) const {
+    const double t = distance(ray, face);
+    if (std::isnan(t)) return {};  // along the face: no point to speak of
+    const WorldPoint& n = normals[face];
+    const WorldPoint p{ray.origin.x + t * ray.direction.x, ray.origin.y + t * ray.direction.y,
+                       ray.origin.z + t * ray.direction.z};
+    const WorldPoint seen = dot(n, ray.direction) < 0 ? n : WorldPoint{-n.x, -n.y, -n.z};
+    const std::uint32_t surface = scene.face_surface[face];
+    return {false, p, seen, surface_albedo(scene.surfaces[surface], p), first_surface + surface};
+  }
+};
+
+TracedScene::TracedScene(RTCDevice device, const SynthScene& from) : scene(from) {
+  traced = rtcNewScene(device);
+  rtcSetSceneFlags(traced, RTC_SCENE_FLAG_ROBUST);
+  const Mesh& mesh = scene.mesh;
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                               3 * sizeof(float), mesh.positions.size()));
+  auto* faces = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh.faces.size()));
+  if (vertices == nullptr || faces == nullptr) throw std::bad_alloc();
+  double reach_m = 0;
+  for (const WorldPoint& p : mesh.positions)
+    for (const double v : {p.x, p.y, p.z}) {
+      *vertices++ = static_cast<float>(v);
+      reach_m = std::max(reach_m, std::abs(v));
+    }
+  off_m = reach_m * 1e-4;
+  normals.reserve(mesh.faces.size());
+  for (const Triangle& t : mesh.faces) {
+    for (const std::uint32_t v : t) *faces++ = v;
+    const WorldPoint &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+    const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z, vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
+    const double nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+    const double length = std::sqrt(nx * nx + ny * ny + nz * nz);
+    const double s = length > 0 ? 1 / length : 0;
+    normals.push_back({nx * s, ny * s, nz * s});
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(traced, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(traced);
+}
+
+}  // namespace
+
+struct SynthRenderer::State {
+  RTCDevice device = nullptr;
+  std::optional<TracedScene> still, moving;
+
+  ~State() {
+    moving.reset();
+    still.reset();
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+
+  // The ground goes on for ever.
+  SurfacePoint beyond(const Ray& ray) const {
+    const auto& d = ray.direction;
+    if (!still->scene.endless_ground || d.z >= -1e-3 * (std::abs(d.x) + std::abs(d.y))) return {};
+    const double t = -ray.origin.z / d.z;
+    const WorldPoint p{ray.origin.x + t * d.x, ray.origin.y + t * d.y, 0};
+    return {false, p, {0, 0, 1}, surface_albedo(still->scene.surfaces[0], p), kNoSurface};
+  }
+
+  using Points = std::array<SurfacePoint, kSamples>;
+
+  void first_points(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid,
+                    Points& points) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    alignas(16) std::array<int, kSamples> active{};
+    std::array<double, kSamples> nearest;
+    nearest.fill(std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      active[i] = valid[i] ? -1 : 0;
+      if (valid[i]) points[i] = beyond(rays[i]);
+    }
+    for (const auto* part : {&still, &moving}) {
+      if (!*part) continue;
+      RTCRayHit4 hits;
+      for (std::size_t i = 0; i < kSamples; ++i) {
+        set_ray(hits.ray, i, rays[i], std::numeric_limits<float>::infinity());
+        hits.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        hits.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+      }
+      rtcIntersect4(active.data(), (*part)->traced, &context, &hits);
+      const auto first_surface = static_cast<std::uint32_t>(part == &moving ? still->scene.surfaces.size() : 0);
+      for (std::size_t i = 0; i < kSamples; ++i) {
+        if (!valid[i] || hits.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+        const double t = (*part)->distance(rays[i], hits.hit.primID[i]);
+        if (t >= nearest[i]) continue;
+        nearest[i] = t;
+        points[i] = (*part)->on_face(rays[i], hits.hit.primID[i], first_surface);
+      }
+    }
+  }
+
+  // Which of the points the sun reaches; -1 for yes.
+  std::array<int, kSamples> in_the_sun(const Points& points, const std::array<bool, kSamples>& valid) const {
+    alignas(16) std::array<int, kSamples> lit{};
+    for (std::size_t i = 0; i < kSamples; ++i)
+      lit[i] = valid[i] && !points[i].sky && dot(points[i].normal, kSun) > 0 ? -1 : 0;
+    for (const auto* part : {&still, &moving}) {
+      if (!*part) continue;
+      RTCIntersectContext context;
+      rtcInitIntersectContext(&context);
+      RTCRay4 to_sun;
+      const double off = still->off_m;
+      for (std::size_t i = 0; i < kSamples; ++i) {
+        const WorldPoint &p = points[i].position, &n = points[i].normal;
+        set_ray(to_sun, i, {{p.x + off * n.x, p.y + off * n.y, p.z + off * n.z}, kSun}, 1e4F);
+      }
+      rtcOccluded4(lit.data(), (*part)->traced, &context, &to_sun);
+      for (std::size_t i = 0; i < kSamples; ++i)
+        if (lit[i] != 0 && to_sun.tfar[i] < 0) lit[i] = 0;
+    }
+    return lit;
+  }
+
+  // The mean colour of the samples; those that are not `valid` are black. `surface`: what all of them see.
+  Color color(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid,
+              std::uint32_t& surface) const {
+    Points points;
+    first_points(rays, valid, points);
+    const std::array<int, kSamples> lit = in_the_sun(points, valid);
+    Color sum{};
+    surface = points[0].surface;
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      if (points[i].surface != surface) surface = kMixedSurfaces;
+      if (!valid[i]) continue;
+      const SurfacePoint& p = points[i];
+      double light = p.sky ? 1 : 0.42 + 0.13 * p.normal.z;
+      if (lit[i] != 0) light += 0.55 * dot(p.normal, kSun);
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += p.albedo[c] * light * (1.0 / kSamples);
+    }
+    return sum;
+  }
+
+  // Where the samples of a row of pixels lie on the undistorted plane, four a pixel; NaN beyond the fold of the lens.
+  static void plane_row(const Camera& camera, int y, PixelPoint* row) {
+    for (int x = 0; x < camera.width; ++x)
+      for (int i = 0; i < static_cast<int>(kSamples); ++i) {
+        constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+        const auto pixel = pixel_from_photo(camera, {x + 0.25 + 0.5 * (i % 2), y + 0.25 + 0.5 * (i / 2)});
+        *row++ = pixel ? PixelPoint{(pixel->x - camera.cx) / camera.fx, (pixel->y - camera.cy) / camera.fy}
+                       : PixelPoint{kNone, kNone};
+      }
+  }
+
+  // All photos of a flight share a camera: its samples are kept, unless they are many.
+  void prepare(const Camera& camera) {
+    constexpr std::size_t kMost = (std::size_t{256} << 20) / sizeof(PixelPoint);
+    if (plane_camera && *plane_camera == camera) return;
+    const std::size_t row = kSamples * static_cast<std::size_t>(camera.width);
+    plane.clear();
+    plane_camera = camera;
+    if (row * static_cast<std::size_t>(camera.height) > kMost) return;
+    plane.resize(row * static_cast<std::size_t>(camera.height));
+    tbb::parallel_for(0, camera.height,
+                      [&](int y) { plane_row(camera, y, plane.data() + row * static_cast<std::size_t>(y)); });
+  }
+
+  std::optional<Camera> plane_camera;
+  std::vector<PixelPoint> plane;  // kSamples a pixel, or empty
+};
+
+SynthRenderer::SynthRenderer(const SynthScene& scene) : state_(std::make_unique<State>()) {
+  // The lowest instruction set everywhere: the same bits on every x86-64.
+  state_->device = rtcNewDevice("isa=sse2");
+  if (state_->device == nullptr) throw std::runtime_error("Embree: no device");
+  state_->still.emplace(state_->device, scene);
+}
+
+SynthRenderer::~SynthRenderer() = default;
+
+SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Exposure& exposure,
+                                const SynthScene* moving) {
+  SynthPhoto photo;
+  Image& image = photo.image;
+  image.width = camera.width;
+  image.height = camera.height;
+  const auto width = static_cast<std::size_t>(camera.width), height = static_cast<std::size_t>(camera.height);
+  image.pixels.resize(width * height * 3);
+  photo.surfaces.resize(width * height);
+  const auto& r = pose.rotation;
+  state_->prepare(camera);
+  state_->moving.reset();
+  if (moving != nullptr && !moving->mesh.faces.empty()) state_->moving.emplace(state_->device, *moving);
+  const double half_x = camera.width / 2.0, half_y = camera.height / 2.0;
+  tbb::parallel_for(0, camera.height, [&](int y) {
+    std::vector<PixelPoint> own_row;
+    const std::size_t row_samples = kSamples * width;
+    const PixelPoint* at = state_->plane.data() + row_samples * static_cast<std::size_t>(y);
+    if (state_->plane.empty()) {
+      own_row.resize(row_samples);
+      State::plane_row(camera, y, own_row.data());
+      at = own_row.data();
+    }
+    std::array<Ray, kSamples> rays;
+    std::array<bool, kSamples> valid{};
+    for (int x = 0; x < camera.width; ++x) {
+      for (std::size_t s = 0; s < kSamples; ++s) {
+        const double cx = at->x, cy = at->y;
+        ++at;
+        valid[s] = !std::isnan(cx);  // else black
+        rays[s] = {pose.centre,
+                   {r[0] * cx + r[3] * cy + r[6], r[1] * cx + r[4] * cy + r[7], r[2] * cx + r[5] * cy + r[8]}};
+      }
+      const Color c =
+          state_->color(rays, valid, photo.surfaces[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)]);
+      const double dx = x + 0.5 - half_x, dy = y + 0.5 - half_y;
+      const double gain = exposure.at((dx * dx + dy * dy) / (half_x * half_x + half_y * half_y));
+      std::uint8_t* out = image.at(x, y);
+      for (std::size_t i = 0; i < 3; ++i) out[i] = static_cast<std::uint8_t>(std::clamp(gain * c[i] + 0.5, 0.0, 255.0));
+    }
+  });
+  state_->moving.reset();
+  return photo;
+}
+
+bool SynthRenderer::sees(const Pose& pose, const WorldPoint& p, std::uint32_t face) const {
+  const TracedScene& still = *state_->still;
+  const Ray ray{pose.centre, {p.x - pose.centre.x, p.y - pose.centre.y, p.z - pose.centre.z}};
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit hit{};
+  hit.ray.org_x = static_cast<float>(ray.origin.x);
+  hit.ray.org_y = static_cast<float>(ray.origin.y);
+  hit.ray.org_z = static_cast<float>(ray.origin.z);
+  hit.ray.dir_x = static_cast<float>(ray.direction.x);
+  hit.ray.dir_y = static_cast<float>(ray.direction.y);
+  hit.ray.dir_z = static_cast<float>(ray.direction.z);
+  hit.ray.tfar = 2;
+  hit.ray.mask = 0xFFFFFFFFu;
+  hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(still.traced, &context, &hit);
+  if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID || hit.hit.primID == face) return true;
+  // A neighbour's plane goes through p where it is flat; a dozen rounded operations on numbers of the distance's size
+  // are good to 1e-13 of it, and 1e-9 for rays that meet the plane at a ten-thousandth of a right angle.
+  return !(still.distance(ray, hit.hit.primID) < 1 - 1e-9);
+}
+
+}  // namespace gpvc::synth

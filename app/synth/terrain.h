@@ -1,0 +1,24 @@
+// Scenes of layers: hilly ground under floating sheets, and boards under slats.
+#pragma once
+
+#include "app/synth/synth_scene.h"
+
+namespace gpvc::synth {
+
+struct LayerOptions {
+  std::size_t faces = 40000;  ///< aimed at
+  double size_m = 4000;
+  double gap_m = 20;  ///< terrain: of the sheets above the ground
+  std::uint32_t seed = 1;
+};
+
+/// Two uneven layers, as in the paper's models A, B and C: hills, and over about 0.4 of them sheets that follow the
+/// hills' facets `gap_m` higher, however small that is. Seen from afar: floats of the size of the flight's height are
+/// steps of a millimetre.
+SynthScene make_terrain(const LayerOptions& options);
+
+/// Boards, walls and roofs under slats with narrow slits between them. From stand to stand the distance between board
+/// and slats halves: from size_m / 4 to size_m / 65536.
+SynthScene make_slits(const LayerOptions& options);
+
+}  // namespace gpvc::synth

@@ -1,0 +1,42 @@
+// Look-up of a face's coverage in a view.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "visibility/visibility.h"
+
+namespace gpvc::atlas {
+
+/// Borrows the table, whose entries come view after view in any order.
+class CoverageIndex {
+ public:
+  /// O(n log n).
+  explicit CoverageIndex(const visibility::CoverageTable& table) : table_(&table), order_(table.entries.size()) {
+    for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
+    const auto key = [&](std::uint32_t i) { return std::tuple(table.entries[i].face, table.entries[i].view, i); };
+    std::sort(order_.begin(), order_.end(), [&](auto a, auto b) { return key(a) < key(b); });
+  }
+
+  /// nullptr when the view sees nothing of the face, or the face is not in the table. O(log n).
+  const visibility::FaceCoverage* find(FaceId face, ViewId view) const {
+    const auto found =
+        std::lower_bound(order_.begin(), order_.end(), std::pair(face, view), [&](std::uint32_t i, const auto& wanted) {
+          return std::pair(table_->entries[i].face, table_->entries[i].view) < wanted;
+        });
+    if (found == order_.end()) return nullptr;
+    const visibility::FaceCoverage& entry = table_->entries[*found];
+    return entry.face == face && entry.view == view ? &entry : nullptr;
+  }
+
+  const visibility::CoverageTable& table() const { return *table_; }
+
+ private:
+  const visibility::CoverageTable* table_;
+  std::vector<std::uint32_t> order_;
+};
+
+}  // namespace gpvc::atlas

@@ -1,0 +1,241 @@
+#include "atlas/baking/pages.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+
+namespace gpvc::atlas {
+
+namespace {
+
+/// Per texel a colour and whether it is filled, of a mip level.
+struct MipLevel {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+  std::vector<std::uint8_t> filled;
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  }
+};
+
+/// Box reduction over the filled texels; `color` and `filled` read the finer level.
+template <typename ColorAt, typename FilledAt>
+MipLevel reduce(int width, int height, const ColorAt& color, const FilledAt& filled) {
+  MipLevel level{(width + 1) / 2, (height + 1) / 2, {}, {}};
+  level.rgb.assign(static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height) * 3, 0);
+  level.filled.assign(level.rgb.size() / 3, 0);
+  tbb::parallel_for(tbb::blocked_range<int>(0, level.height, 16), [&](const auto& rows) {
+    for (int y = rows.begin(); y < rows.end(); ++y) {
+      for (int x = 0; x < level.width; ++x) {
+        int count = 0;
+        std::array<int, 3> sum{};
+        for (int fy = 2 * y; fy < std::min(height, 2 * y + 2); ++fy) {
+          for (int fx = 2 * x; fx < std::min(width, 2 * x + 2); ++fx) {
+            if (!filled(fx, fy)) continue;
+            const std::uint8_t* c = color(fx, fy);
+            ++count;
+            for (std::size_t k = 0; k < 3; ++k) sum[k] += c[k];
+          }
+        }
+        if (!count) continue;
+        const std::size_t i = level.at(x, y);
+        level.filled[i] = 1;
+        for (std::size_t k = 0; k < 3; ++k)
+          level.rgb[3 * i + k] = static_cast<std::uint8_t>((sum[k] + count / 2) / count);
+      }
+    }
+  });
+  return level;
+}
+
+void copy_from_coarser(const MipLevel& coarse, int x, int y, std::uint8_t* rgb) {
+  std::copy_n(coarse.rgb.data() + 3 * coarse.at(x / 2, y / 2), 3, rgb);
+}
+
+}  // namespace
+
+Page::Page(const PageSize& blocks, int edge) : block(edge) {
+  image.width = edge * blocks.width, image.height = edge * blocks.height;
+  const std::size_t texels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  image.pixels.assign(texels * 3, 0);
+  state.assign(texels, TexelState::empty);
+  block_owner.assign(static_cast<std::size_t>(blocks.width) * static_cast<std::size_t>(blocks.height), kNoOwner);
+}
+
+std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const Packing& packing, int edge) {
+  std::vector<ChartPlace> places(shapes.size());
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const Placement& p = packing.placements[i];
+    const ChartShape& s = shapes[i];
+    places[i] = {p.page,    edge * p.x, edge * p.y, p.turns, edge * s.blocks.width, edge * s.blocks.height,
+                 s.inset_x, s.inset_y};
+  }
+  return places;
+}
+
+std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge) {
+  std::vector<Page> pages;
+  for (const PageSize& size : packing.pages) pages.emplace_back(size, edge);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const PackShape& shape = shapes[i].blocks;
+    const Placement& p = packing.placements[i];
+    const ChartPlace in_blocks{p.page, p.x, p.y, p.turns, shape.width, shape.height, 0, 0};
+    Page& page = pages[p.page];
+    const auto columns = static_cast<std::size_t>(packing.pages[p.page].width);
+    for (const CellRun& run : shape.runs) {
+      for (int x = run.first; x < run.first + run.length; ++x) {
+        const auto at = in_blocks.texel(x, run.row);
+        page.block_owner[static_cast<std::size_t>(at.y) * columns + static_cast<std::size_t>(at.x)] =
+            static_cast<std::uint32_t>(i);
+      }
+    }
+  }
+  return pages;
+}
+
+namespace {
+
+/// Grows the padding round by round. A round's texels turn from empty to padding only when all of them have been
+/// computed, so none reads another and the order does not matter.
+class Padder {
+ public:
+  explicit Padder(Page& page)
+      : page_(page), width_(page.image.width), height_(page.image.height), queued_(page.state.size(), 0) {}
+
+  std::size_t pad(int padding) {
+    std::vector<std::uint32_t> frontier = first_layer();
+    std::size_t padded = 0;
+    for (int round = 0; !frontier.empty(); ++round) {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, frontier.size(), 4096), [&](const auto& range) {
+        for (std::size_t k = range.begin(); k < range.end(); ++k) take_mean(frontier[k]);
+      });
+      for (const auto i : frontier) page_.state[i] = TexelState::padding;
+      if (round < padding) padded += frontier.size();
+      frontier = next_layer(frontier, round + 1 < padding);
+    }
+    return padded;
+  }
+
+ private:
+  std::uint32_t owner(std::uint32_t i) const {
+    return page_.owner(static_cast<int>(i % static_cast<std::uint32_t>(width_)),
+                       static_cast<int>(i / static_cast<std::uint32_t>(width_)));
+  }
+
+  template <typename Visit>
+  void for_neighbours(std::uint32_t i, const Visit& visit) const {
+    const int x = static_cast<int>(i % static_cast<std::uint32_t>(width_));
+    const int y = static_cast<int>(i / static_cast<std::uint32_t>(width_));
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx)
+        if ((dx || dy) && x + dx >= 0 && x + dx < width_ && y + dy >= 0 && y + dy < height_)
+          visit(static_cast<std::uint32_t>(page_.at(x + dx, y + dy)), dx && dy);
+  }
+
+  /// A block that a chart owns takes nobody else's colour.
+  bool may_pass(std::uint32_t from, std::uint32_t to) const {
+    const std::uint32_t there = owner(to);
+    return there == kNoOwner || there == owner(from);
+  }
+
+  /// Ring texels, which have their colour, and empty texels beside a chart's.
+  std::vector<std::uint32_t> first_layer() {
+    std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>(height_));
+    tbb::parallel_for(0, height_, [&](int y) {
+      for (int x = 0; x < width_; ++x) {
+        const auto i = static_cast<std::uint32_t>(page_.at(x, y));
+        bool first = page_.state[i] == TexelState::ring;
+        if (page_.state[i] == TexelState::empty)
+          for_neighbours(
+              i, [&](std::uint32_t n, bool) { first |= page_.state[n] == TexelState::chart && may_pass(n, i); });
+        if (first) rows[static_cast<std::size_t>(y)].push_back(i);
+      }
+    });
+    std::vector<std::uint32_t> layer;
+    for (const auto& row : rows) layer.insert(layer.end(), row.begin(), row.end());
+    for (const auto i : layer) queued_[i] = 1;
+    return layer;
+  }
+
+  std::vector<std::uint32_t> next_layer(const std::vector<std::uint32_t>& layer, bool into_free_blocks) {
+    std::vector<std::uint32_t> next;
+    for (const auto i : layer) {
+      for_neighbours(i, [&](std::uint32_t n, bool) {
+        if (page_.state[n] != TexelState::empty || queued_[n] || !may_pass(i, n)) return;
+        if (!into_free_blocks && owner(n) == kNoOwner) return;
+        queued_[n] = 1;
+        next.push_back(n);
+      });
+    }
+    return next;
+  }
+
+  void take_mean(std::uint32_t i) {
+    if (page_.state[i] == TexelState::ring) return;
+    Color sum;
+    float weight = 0;
+    for_neighbours(i, [&](std::uint32_t n, bool diagonal) {
+      if (page_.state[n] == TexelState::empty || !may_pass(n, i)) return;
+      const float w = diagonal ? 0.5f : 1.0f;
+      sum = sum + w * load(page_.image.pixels.data() + std::size_t{3} * n);
+      weight += w;
+    });
+    store(page_.image.pixels.data() + std::size_t{3} * i, (1 / weight) * sum);
+  }
+
+  Page& page_;
+  int width_, height_;
+  std::vector<std::uint8_t> queued_;
+};
+
+}  // namespace
+
+std::size_t pad_charts(Page& page, int padding) {
+  const auto inside = std::count(page.state.begin(), page.state.end(), TexelState::chart);
+  return static_cast<std::size_t>(inside) + Padder(page).pad(padding);
+}
+
+void fill_background(Page& page) {
+  const int width = page.image.width, height = page.image.height;
+  std::vector<MipLevel> levels;
+  levels.push_back(reduce(
+      width, height, [&](int x, int y) { return page.image.at(x, y); },
+      [&](int x, int y) { return page.state[page.at(x, y)] != TexelState::empty; }));
+  while (levels.back().width > 1 || levels.back().height > 1) {
+    const MipLevel& finer = levels.back();
+    levels.push_back(reduce(
+        finer.width, finer.height, [&](int x, int y) { return finer.rgb.data() + 3 * finer.at(x, y); },
+        [&](int x, int y) { return finer.filled[finer.at(x, y)] != 0; }));
+  }
+  for (std::size_t k = levels.size() - 1; k-- > 0;) {
+    MipLevel& level = levels[k];
+    for (int y = 0; y < level.height; ++y)
+      for (int x = 0; x < level.width; ++x)
+        if (const std::size_t i = level.at(x, y); !level.filled[i])
+          copy_from_coarser(levels[k + 1], x, y, level.rgb.data() + 3 * i);
+  }
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x)
+      if (page.state[page.at(x, y)] == TexelState::empty) copy_from_coarser(levels[0], x, y, page.image.at(x, y));
+  });
+}
+
+Color mean_color(std::span<const Page> pages) {
+  std::array<std::uint64_t, 3> sum{};
+  std::uint64_t count = 0;
+  for (const Page& page : pages) {
+    for (std::size_t i = 0; i < page.state.size(); ++i) {
+      if (page.state[i] == TexelState::empty) continue;
+      ++count;
+      for (std::size_t k = 0; k < 3; ++k) sum[k] += page.image.pixels[3 * i + k];
+    }
+  }
+  if (!count) return {128, 128, 128};
+  const double n = static_cast<double>(count);
+  return {static_cast<float>(double(sum[0]) / n), static_cast<float>(double(sum[1]) / n),
+          static_cast<float>(double(sum[2]) / n)};
+}
+
+}  // namespace gpvc::atlas

@@ -1,0 +1,97 @@
+// Pages while they are being made, and where charts lie on them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "atlas/baking/sampling.h"
+#include "atlas/charts/chart_raster.h"
+#include "atlas/charts/chart_shape.h"
+#include "atlas/charts/charts.h"
+#include "atlas/packing/packing.h"
+#include "io/io.h"
+
+namespace gpvc::atlas {
+
+enum class TexelState : std::uint8_t { empty = 0, chart = 1, ring = 2, padding = 3 };
+
+struct Page {
+  Image image;
+  std::vector<TexelState> state;           ///< per texel
+  int block = 1;                           ///< edge of the blocks that charts have to themselves
+  std::vector<std::uint32_t> block_owner;  ///< per block, row-major: a chart, or kNoOwner
+
+  /// \param blocks size in blocks
+  Page(const PageSize& blocks, int edge);
+  std::uint32_t owner(int x, int y) const {
+    return block_owner[static_cast<std::size_t>(y / block) * static_cast<std::size_t>(image.width / block) +
+                       static_cast<std::size_t>(x / block)];
+  }
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
+  }
+  void put(int x, int y, const Color& color, TexelState s) {
+    store(image.at(x, y), color);
+    state[at(x, y)] = s;
+  }
+};
+
+/// Maps a chart's texels to its page.
+struct ChartPlace {
+  std::uint32_t page = 0;
+  int x = 0, y = 0;              ///< page texel of the top-left corner of the turned box
+  int turns = 0;                 ///< quarter turns clockwise
+  int width = 0, height = 0;     ///< of the upright box of whole blocks
+  int inset_x = 0, inset_y = 0;  ///< texels from the box's corner to the chart's first texel
+
+  struct Texel {
+    int x, y;
+  };
+  Texel texel(int i, int j) const {
+    const int u = i + inset_x, v = j + inset_y;
+    switch (turns) {
+      case 1:
+        return {x + height - 1 - v, y + u};
+      case 2:
+        return {x + width - 1 - u, y + height - 1 - v};
+      case 3:
+        return {x + v, y + width - 1 - u};
+      default:
+        return {x + u, y + v};
+    }
+  }
+  /// The same for positions in the chart's texel coordinates.
+  TexelPoint point(const TexelPoint& p) const {
+    const double u = p.x + inset_x, v = p.y + inset_y;
+    switch (turns) {
+      case 1:
+        return {x + height - v, y + u};
+      case 2:
+        return {x + width - u, y + height - v};
+      case 3:
+        return {x + v, y + width - u};
+      default:
+        return {x + u, y + v};
+    }
+  }
+};
+
+std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const Packing& packing, int edge);
+
+/// Empty pages whose blocks know their owners.
+std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge);
+
+/// Extends charts outwards, each texel taking the mean of the neighbours nearer to the chart: all over the chart's own
+/// blocks, and up to `padding` texels over blocks that nobody owns. Returns how many texels lie in charts or within
+/// `padding` of one. O(page texels + perimeters * padding).
+std::size_t pad_charts(Page& page, int padding);
+
+/// Gives every empty texel a colour from the nearest filled ones, coarser the farther away, so that averages over any
+/// power-of-two cell hold only colours of charts. A page without a filled texel stays black. O(texels).
+void fill_background(Page& page);
+
+/// Mean of the filled texels of all pages.
+Color mean_color(std::span<const Page> pages);
+
+}  // namespace gpvc::atlas

@@ -1,0 +1,94 @@
+#include "atlas/baking/sampling.h"
+
+#include <algorithm>
+
+namespace gpvc::atlas {
+
+namespace {
+
+std::array<float, 4> catmull_rom(float t) {
+  const float t2 = t * t, t3 = t2 * t;
+  return {0.5f * (-t + 2 * t2 - t3), 0.5f * (2 - 5 * t2 + 3 * t3), 0.5f * (t + 4 * t2 - 3 * t3), 0.5f * (t3 - t2)};
+}
+
+/// The four taps around a coordinate in index space (first pixel centre at 0), clamped to the image.
+struct Taps {
+  std::array<int, 4> index;
+  float fraction;
+};
+
+Taps taps(double position, int size) {
+  const double clamped = std::clamp(position - 0.5, 0.0, size - 1.0);
+  const int base = static_cast<int>(clamped);
+  Taps result{{}, static_cast<float>(clamped - base)};
+  for (int i = 0; i < 4; ++i) result.index[static_cast<std::size_t>(i)] = std::clamp(base - 1 + i, 0, size - 1);
+  return result;
+}
+
+}  // namespace
+
+Color sample_bicubic(const Image& photo, double x, double y) {
+  const Taps tx = taps(x, photo.width), ty = taps(y, photo.height);
+  const auto wx = catmull_rom(tx.fraction), wy = catmull_rom(ty.fraction);
+  Color sum;
+  for (std::size_t j = 0; j < 4; ++j) {
+    const std::uint8_t* line = photo.at(0, ty.index[j]);
+    Color row;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::uint8_t* p = line + 3 * tx.index[i];
+      row.r += wx[i] * static_cast<float>(p[0]);
+      row.g += wx[i] * static_cast<float>(p[1]);
+      row.b += wx[i] * static_cast<float>(p[2]);
+    }
+    sum = sum + wy[j] * row;
+  }
+  return sum;
+}
+
+Color sample_bilinear(const Image& photo, double x, double y) {
+  const Taps tx = taps(x, photo.width), ty = taps(y, photo.height);
+  const float u = tx.fraction, v = ty.fraction;
+  const auto at = [&](std::size_t i, std::size_t j) { return load(photo.at(tx.index[i], ty.index[j])); };
+  return (1 - v) * ((1 - u) * at(1, 1) + u * at(2, 1)) + v * ((1 - u) * at(1, 2) + u * at(2, 2));
+}
+
+int lattice_step(const Camera& camera) {
+  constexpr int kLargest = 16;
+  if (camera.distortion.is_identity()) return kLargest;
+  // Bilinear interpolation over a square of edge s errs by at most s^2 / 8 times the sum of the second derivatives
+  // along x and y. Those of a polynomial lens grow towards the corners: they are measured as second differences on a
+  // grid over the frame, and doubled for what lies between the grid's points.
+  constexpr int kGrid = 24;
+  constexpr double kSpan = 4;  // px
+  double curvature = 0;
+  for (int j = 0; j <= kGrid; ++j) {
+    for (int i = 0; i <= kGrid; ++i) {
+      const double x = double(i) * camera.width / kGrid, y = double(j) * camera.height / kGrid;
+      const auto c = photo_from_pixel(camera, {x, y});
+      double sum_x = 0, sum_y = 0;
+      for (const auto& [dx, dy] : {std::pair(kSpan, 0.0), std::pair(0.0, kSpan)}) {
+        const auto a = photo_from_pixel(camera, {x - dx, y - dy}), b = photo_from_pixel(camera, {x + dx, y + dy});
+        if (!a || !b || !c) continue;
+        sum_x += std::abs(a->x - 2 * c->x + b->x) / (kSpan * kSpan);
+        sum_y += std::abs(a->y - 2 * c->y + b->y) / (kSpan * kSpan);
+      }
+      curvature = std::max(curvature, std::hypot(sum_x, sum_y));
+    }
+  }
+  int step = kLargest;
+  while (step > 1 && 2 * curvature * step * step / 8 > kLatticeError) step /= 2;
+  return step;
+}
+
+PhotoPositions::PhotoPositions(const Camera& camera, double x0, double y0, double x1, double y1)
+    : camera_(&camera), x0_(x0), y0_(y0), inverse_width_(1 / (x1 - x0)), inverse_height_(1 / (y1 - y0)) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto corner = photo_from_pixel(camera, {i % 2 ? x1 : x0, i / 2 ? y1 : y0});
+    if (corner)
+      corners_[i] = *corner;
+    else
+      smooth_ = false;
+  }
+}
+
+}  // namespace gpvc::atlas

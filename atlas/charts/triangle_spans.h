@@ -1,0 +1,75 @@
+// Which cells of a unit grid a triangle touches, row by row.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace gpvc::atlas {
+
+/// A point in a chart's own texel frame: the centre of the chart's first texel is (0.5, 0.5), y down.
+struct TexelPoint {
+  double x = 0, y = 0;
+};
+
+using TexelTriangle = std::array<TexelPoint, 3>;
+
+/// Half-open box of cells.
+struct CellBox {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+};
+
+namespace detail {
+
+/// The inside of a triangle as a x + b y + c >= 0, whatever its winding.
+struct HalfPlane {
+  double a, b, c;
+};
+
+inline std::array<HalfPlane, 3> half_planes(const TexelTriangle& t) {
+  const double doubled_area = (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
+  const double sign = doubled_area < 0 ? -1.0 : 1.0;
+  std::array<HalfPlane, 3> planes{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const TexelPoint &p = t[i], &q = t[(i + 1) % 3];
+    const double a = -(q.y - p.y) * sign, b = (q.x - p.x) * sign;
+    planes[i] = {a, b, -(a * p.x + b * p.y)};
+  }
+  return planes;
+}
+
+}  // namespace detail
+
+/// Calls visit(y, first, last) for every row y of `box` with the cells first..last (inclusive) whose square of
+/// half-size `half` around the cell's centre (x + 0.5, y + 0.5) meets the triangle: a separating-axis test with the
+/// triangle's three normals and the two axes, exact but for rounding. half = 0 asks whether the centre lies inside or
+/// on the border, half = 0.5 whether the cell touches. Works for degenerate triangles, whose edges bound both sides of
+/// their line. O(rows).
+template <typename Visit>
+void triangle_spans(const TexelTriangle& t, double half, const CellBox& box, Visit&& visit) {
+  const auto planes = detail::half_planes(t);
+  const double min_x = std::min({t[0].x, t[1].x, t[2].x}) - half;
+  const double max_x = std::max({t[0].x, t[1].x, t[2].x}) + half;
+  const double min_y = std::min({t[0].y, t[1].y, t[2].y}) - half;
+  const double max_y = std::max({t[0].y, t[1].y, t[2].y}) + half;
+  // The outer max/min keep the casts in range for triangles far outside the box.
+  const int first_row = static_cast<int>(std::ceil(std::clamp(min_y - 0.5, box.y0 - 1.0, box.y1 + 1.0)));
+  const int last_row = static_cast<int>(std::floor(std::clamp(max_y - 0.5, box.y0 - 1.0, box.y1 + 1.0)));
+  for (int y = std::max(first_row, box.y0); y <= std::min(last_row, box.y1 - 1); ++y) {
+    const double centre_y = y + 0.5;
+    double low = min_x, high = max_x;
+    for (const auto& p : planes) {
+      const double rest = p.b * centre_y + p.c + half * (std::abs(p.a) + std::abs(p.b));
+      if (p.a > 0) low = std::max(low, -rest / p.a);
+      if (p.a < 0) high = std::min(high, -rest / p.a);
+      if (p.a == 0 && rest < 0) high = low - 1;
+    }
+    if (!(low <= high)) continue;
+    const int first = std::max(box.x0, static_cast<int>(std::ceil(std::clamp(low - 0.5, box.x0 - 1.0, box.x1 + 1.0))));
+    const int last =
+        std::min(box.x1 - 1, static_cast<int>(std::floor(std::clamp(high - 0.5, box.x0 - 1.0, box.x1 + 1.0))));
+    if (first <= last) visit(y, first, last);
+  }
+}
+
+}  // namespace gpvc::atlas

@@ -1,0 +1,122 @@
+#include "atlas/leveling/color_correction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace gpvc::atlas {
+
+namespace {
+
+/// Samples farther away than this count for nothing; their weights fall to zero there smoothly.
+constexpr float kReach = kStripWidth + 8;
+/// Added to squared distances: half a texel, so that a texel on the seam takes the mean of a few samples.
+constexpr float kSoftening = 0.5f;
+
+/// Arrays over a row of texels, so that the inner loop becomes vector code without reordering any sum.
+template <std::size_t kTexels>
+std::array<Color, kTexels> weigh(std::span<const StripSample> near, double x, double y) {
+  using Row = std::array<float, kTexels>;
+  Row px, red{}, green{}, blue{}, weights{}, nearest2;
+  // Where all samples are doubtful, less of the step is taken for one of brightness: half of it when their mean weight
+  // is this.
+  constexpr float kDoubt = 0.05f;
+  for (std::size_t i = 0; i < kTexels; ++i) px[i] = static_cast<float>(x) + static_cast<float>(i);
+  nearest2.fill(kStripWidth * kStripWidth);
+  for (const StripSample& s : near) {
+    const float dy = s.y - static_cast<float>(y), dy2 = dy * dy;
+    for (std::size_t i = 0; i < kTexels; ++i) {
+      const float dx = s.x - px[i], d2 = dx * dx + dy2;
+      nearest2[i] = d2 < nearest2[i] ? d2 : nearest2[i];
+      const float left = 1 - d2 * (1 / (kReach * kReach)), rest = left > 0 ? left : 0;
+      const float kernel = rest * rest / (d2 + kSoftening), w = kernel * s.weight;
+      red[i] += w * s.step.r;
+      green[i] += w * s.step.g;
+      blue[i] += w * s.step.b;
+      weights[i] += w + kDoubt * kernel;
+    }
+  }
+  std::array<Color, kTexels> result{};
+  for (std::size_t i = 0; i < kTexels; ++i) {
+    const float distance = std::sqrt(nearest2[i]) / kStripWidth;
+    if (distance >= 1 || weights[i] <= 0) continue;
+    const float fade = (1 - distance) * (1 - distance) * (1 + 2 * distance);
+    result[i] = (fade / weights[i]) * Color{red[i], green[i], blue[i]};
+  }
+  return result;
+}
+
+}  // namespace
+
+bool strip_reaches(const Chart& chart, const StripSample& s) {
+  return s.x > -kReach && s.y > -kReach && s.x < static_cast<float>(chart.width) + kReach &&
+         s.y < static_cast<float>(chart.height) + kReach;
+}
+
+ChartStrip make_strip(const Chart& chart, std::span<const StripSample> samples) {
+  ChartStrip strip;
+  strip.columns = chart.width / kStripCell + 1, strip.rows = chart.height / kStripCell + 1;
+  const auto cell = [&](const StripSample& s) {
+    const int x = std::clamp(static_cast<int>(s.x) / kStripCell, 0, strip.columns - 1);
+    const int y = std::clamp(static_cast<int>(s.y) / kStripCell, 0, strip.rows - 1);
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(strip.columns) + static_cast<std::size_t>(x);
+  };
+  strip.first.assign(static_cast<std::size_t>(strip.columns) * static_cast<std::size_t>(strip.rows) + 1, 0);
+  for (const auto& s : samples) ++strip.first[cell(s) + 1];
+  std::partial_sum(strip.first.begin(), strip.first.end(), strip.first.begin());
+  std::vector<std::uint32_t> next(strip.first.begin(), strip.first.end() - 1);
+  strip.samples.resize(samples.size());
+  for (const auto& s : samples) strip.samples[next[cell(s)]++] = s;
+  return strip;
+}
+
+void gather_strip(const ChartStrip& strip, const CellBox& box, std::vector<StripSample>& near) {
+  near.clear();
+  const int reach = static_cast<int>(kReach) + 1;
+  const int x0 = std::max(0, (box.x0 - reach) / kStripCell), y0 = std::max(0, (box.y0 - reach) / kStripCell);
+  const int x1 = std::min(strip.columns - 1, (box.x1 + reach) / kStripCell);
+  const int y1 = std::min(strip.rows - 1, (box.y1 + reach) / kStripCell);
+  bool inside = false;
+  for (int y = y0; y <= y1; ++y) {
+    for (int x = x0; x <= x1; ++x) {
+      const auto cell =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(strip.columns) + static_cast<std::size_t>(x);
+      for (std::uint32_t k = strip.first[cell]; k < strip.first[cell + 1]; ++k) {
+        const StripSample& s = strip.samples[k];
+        const float dx = s.x - std::clamp(s.x, static_cast<float>(box.x0), static_cast<float>(box.x1));
+        const float dy = s.y - std::clamp(s.y, static_cast<float>(box.y0), static_cast<float>(box.y1));
+        const float d2 = dx * dx + dy * dy;
+        if (d2 >= kReach * kReach) continue;
+        near.push_back(s);
+        inside = inside || d2 < kStripWidth * kStripWidth;
+      }
+    }
+  }
+  if (!inside) near.clear();
+}
+
+std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, double x, double y) {
+  return weigh<kStripRow>(near, x, y);
+}
+
+Color strip_offset(std::span<const StripSample> near, double x, double y) { return weigh<1>(near, x, y)[0]; }
+
+float ViewExposure::falloff_gain(const PixelPoint& frame) const {
+  const double dx = frame.x - centre_x, dy = frame.y - centre_y;
+  const double r2 = (dx * dx + dy * dy) * inverse_radius2;
+  return static_cast<float>(std::exp(k1 * r2 + k2 * r2 * r2));
+}
+
+Color ColorCorrection::face_offset(std::uint32_t face, const TexelTriangle& t, double x, double y) const {
+  if (nodes.empty()) return {};
+  const double area = (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
+  const Color &at_a = offsets[nodes[face][0]], &at_b = offsets[nodes[face][1]], &at_c = offsets[nodes[face][2]];
+  if (area == 0) return (1.0f / 3) * (at_a + at_b + at_c);
+  double b = ((x - t[0].x) * (t[2].y - t[0].y) - (y - t[0].y) * (t[2].x - t[0].x)) / area;
+  double c = ((t[1].x - t[0].x) * (y - t[0].y) - (t[1].y - t[0].y) * (x - t[0].x)) / area;
+  b = std::clamp(b, 0.0, 1.0), c = std::clamp(c, 0.0, 1.0);
+  const double a = std::max(0.0, 1 - b - c), sum = a + b + c;
+  return static_cast<float>(a / sum) * at_a + static_cast<float>(b / sum) * at_b + static_cast<float>(c / sum) * at_c;
+}
+
+}  // namespace gpvc::atlas

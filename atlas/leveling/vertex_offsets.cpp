@@ -1,0 +1,227 @@
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/parallel_sort.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "atlas/leveling/seam_leveling.h"
+
+namespace gpvc::atlas {
+
+namespace {
+
+using Offset = Eigen::Array3d;
+using Offsets = std::vector<Offset>;
+
+/// Weights of the energy: 1 for two sides of a seam that differ, kSmooth for two ends of an edge within a chart,
+/// kAnchor for an offset as such. An offset fades over sqrt(kSmooth / kAnchor) = 32 edges from its seam, and of a
+/// constant step a few per cent remain, for the strips.
+constexpr double kSmooth = 1.0, kAnchor = 1e-3;
+/// Differences beyond this many grey levels are no matter of brightness but of content, and count less.
+constexpr double kOutlyingStep = 40;
+/// Sum of sample weights at an edge's end from which its difference counts in full.
+constexpr double kSufficient = 2;
+constexpr double kMostOffset = 80;
+/// Offsets farther from a seam than this, in edges, are zero; those nearer fade towards it.
+constexpr int kRings = 48;
+
+/// A node is a vertex as one view shows it. Fills correction.nodes; returns the number of nodes.
+std::size_t make_nodes(const AtlasInput& input, const ChartSet& set, ColorCorrection& correction) {
+  struct Corner {
+    std::uint32_t vertex, view;
+    std::uint64_t corner;
+    bool operator<(const Corner& o) const {
+      return std::tuple(vertex, view, corner) < std::tuple(o.vertex, o.view, o.corner);
+    }
+  };
+  std::vector<Corner> corners;
+  corners.reserve(3 * input.mesh.faces.size());
+  for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
+    if (set.charts[set.face_chart[face]].kind == ChartKind::blocks) continue;
+    for (std::size_t i = 0; i < 3; ++i)
+      corners.push_back({input.mesh.faces[face][i], static_cast<std::uint32_t>(input.labels[face]), 3 * face + i});
+  }
+  tbb::parallel_sort(corners.begin(), corners.end());
+  correction.nodes.assign(input.mesh.faces.size(), {0, 0, 0});
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    if (k == 0 || corners[k].vertex != corners[k - 1].vertex || corners[k].view != corners[k - 1].view) ++count;
+    correction.nodes[corners[k].corner / 3][corners[k].corner % 3] = static_cast<std::uint32_t>(count - 1);
+  }
+  return count;
+}
+
+/// Links between nodes, compressed by node.
+struct Links {
+  std::vector<std::size_t> first;
+  std::vector<std::uint32_t> node;
+  std::vector<float> weight;
+};
+
+struct Link {
+  std::uint32_t a, b;
+  float weight;
+};
+
+Links compress(std::size_t nodes, const std::vector<Link>& list) {
+  Links links;
+  links.first.assign(nodes + 1, 0);
+  for (const auto& l : list) ++links.first[l.a + 1], ++links.first[l.b + 1];
+  for (std::size_t i = 0; i < nodes; ++i) links.first[i + 1] += links.first[i];
+  links.node.resize(links.first.back());
+  links.weight.resize(links.first.back());
+  std::vector<std::size_t> next(links.first.begin(), links.first.end() - 1);
+  for (const auto& l : list) {
+    links.node[next[l.a]] = l.b, links.weight[next[l.a]++] = l.weight;
+    links.node[next[l.b]] = l.a, links.weight[next[l.b]++] = l.weight;
+  }
+  return links;
+}
+
+/// Differences across seams at their vertices: each sample counts at both ends, the more the nearer.
+void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCorrection& correction,
+               std::vector<Link>& links, Offsets& right) {
+  const auto node_of = [&](std::uint32_t face, std::uint32_t vertex) {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (input.mesh.faces[face][i] == vertex) return correction.nodes[face][i];
+    return correction.nodes[face][0];
+  };
+  for (const SeamEdge& edge : seams.edges) {
+    for (std::size_t end = 0; end < 2; ++end) {
+      Offset difference = Offset::Zero();
+      double weight = 0;
+      for (std::uint32_t i = 0; i < edge.samples; ++i) {
+        const std::size_t at = edge.first_sample + i;
+        const double t = (i + 0.5) / edge.samples, w = double{seams.weight[at]} * (end ? t : 1 - t);
+        const Color d = seams.colors[at][0] - seams.colors[at][1];
+        difference += w * Offset(d.r, d.g, d.b);
+        weight += w;
+      }
+      if (!(weight > 0)) continue;
+      difference /= weight;
+      const double size = std::sqrt(difference.square().mean()) / kOutlyingStep;
+      const double w = std::min(1.0, weight / kSufficient) / (1 + size * size);
+      const std::uint32_t a = node_of(edge.faces[0], edge.vertices[end]);
+      const std::uint32_t b = node_of(edge.faces[1], edge.vertices[end]);
+      links.push_back({a, b, static_cast<float>(w)});
+      right[a] -= static_cast<double>(static_cast<float>(w)) * difference;
+      right[b] += static_cast<double>(static_cast<float>(w)) * difference;
+    }
+  }
+}
+
+/// Nodes within kRings links of a seam.
+std::vector<char> near_seams(const Links& links, const std::vector<Link>& seams) {
+  std::vector<char> near(links.first.size() - 1, 0);
+  std::vector<std::uint32_t> ring, next;
+  for (const auto& l : seams)
+    for (const auto node : {l.a, l.b})
+      if (!near[node]) near[node] = 1, ring.push_back(node);
+  for (int r = 0; r < kRings && !ring.empty(); ++r) {
+    next.clear();
+    for (const auto node : ring)
+      for (std::size_t k = links.first[node]; k < links.first[node + 1]; ++k)
+        if (!near[links.node[k]]) near[links.node[k]] = 1, next.push_back(links.node[k]);
+    std::swap(ring, next);
+  }
+  return near;
+}
+
+/// The normal equations: diagonal minus links, on the active nodes.
+struct System {
+  const Links& links;
+  std::vector<double> diagonal;
+  std::vector<std::uint32_t> active;
+
+  template <typename Body>
+  void for_active(const Body& body) const {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, active.size(), 2048), [&](const auto& range) {
+      for (std::size_t k = range.begin(); k < range.end(); ++k) body(active[k]);
+    });
+  }
+  Offset times(const Offsets& x, std::uint32_t i) const {
+    Offset sum = diagonal[i] * x[i];
+    for (std::size_t k = links.first[i]; k < links.first[i + 1]; ++k)
+      sum -= static_cast<double>(links.weight[k]) * x[links.node[k]];
+    return sum;
+  }
+  /// Sums in an order that does not depend on the number of threads.
+  template <typename Term>
+  Offset sum(const Term& term) const {
+    return tbb::parallel_deterministic_reduce(
+        tbb::blocked_range<std::size_t>(0, active.size(), 4096), Offset(Offset::Zero()),
+        [&](const auto& range, Offset partial) {
+          for (std::size_t k = range.begin(); k < range.end(); ++k) partial += term(active[k]);
+          return partial;
+        },
+        [](const Offset& a, const Offset& b) { return Offset(a + b); });
+  }
+};
+
+/// Conjugate gradients with the diagonal as preconditioner, the three channels side by side.
+Offsets solve(const System& system, const Offsets& right) {
+  // A residual of 1e-3 of the right side leaves offsets exact to a few hundredths of a level near seams.
+  constexpr double kTolerance = 1e-3;
+  constexpr int kMostIterations = 300;
+  const std::size_t n = right.size();
+  Offsets x(n, Offset::Zero()), r(n, Offset::Zero()), p(n, Offset::Zero()), q(n, Offset::Zero());
+  system.for_active([&](std::uint32_t i) {
+    r[i] = right[i];
+    p[i] = r[i] / system.diagonal[i];
+  });
+  Offset rho = system.sum([&](std::uint32_t i) { return Offset(r[i] * p[i]); });
+  const Offset target = kTolerance * kTolerance * rho;
+  for (int k = 0; k < kMostIterations && (rho > target).any(); ++k) {
+    system.for_active([&](std::uint32_t i) { q[i] = system.times(p, i); });
+    const Offset pq = system.sum([&](std::uint32_t i) { return Offset(p[i] * q[i]); });
+    const Offset alpha = (pq > 0).select(rho / pq, Offset::Zero());
+    system.for_active([&](std::uint32_t i) {
+      x[i] += alpha * p[i];
+      r[i] -= alpha * q[i];
+    });
+    const Offset next = system.sum([&](std::uint32_t i) { return Offset(r[i] * r[i] / system.diagonal[i]); });
+    const Offset beta = (rho > 0).select(next / rho, Offset::Zero());
+    system.for_active([&](std::uint32_t i) { p[i] = r[i] / system.diagonal[i] + beta * p[i]; });
+    rho = next;
+  }
+  return x;
+}
+
+}  // namespace
+
+void fit_offsets(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams, ColorCorrection& correction) {
+  const std::size_t nodes = make_nodes(input, set, correction);
+  std::vector<Link> list;
+  Offsets right(nodes, Offset::Zero());
+  add_seams(input, seams, correction, list, right);
+  const std::vector<Link> across = list;
+  list.reserve(list.size() + 3 * input.mesh.faces.size());
+  for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
+    if (set.charts[set.face_chart[face]].kind == ChartKind::blocks) continue;
+    const auto& n = correction.nodes[face];
+    // Both faces of an inner edge bring it, each with half its weight.
+    for (std::size_t i = 0; i < 3; ++i)
+      if (n[i] != n[(i + 1) % 3]) list.push_back({n[i], n[(i + 1) % 3], static_cast<float>(kSmooth / 2)});
+  }
+  const Links links = compress(nodes, list);
+  const std::vector<char> near = near_seams(links, across);
+  System system{links, std::vector<double>(nodes, kAnchor), {}};
+  for (std::uint32_t i = 0; i < nodes; ++i) {
+    for (std::size_t k = links.first[i]; k < links.first[i + 1]; ++k)
+      system.diagonal[i] += static_cast<double>(links.weight[k]);
+    if (near[i]) system.active.push_back(i);
+  }
+  const Offsets x = solve(system, right);
+  correction.offsets.resize(nodes);
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const auto limited = [&](Eigen::Index c) {
+      return static_cast<float>(std::clamp(x[i][c], -kMostOffset, kMostOffset));
+    };
+    correction.offsets[i] = {limited(0), limited(1), limited(2)};
+  }
+}
+
+}  // namespace gpvc::atlas

@@ -1,0 +1,101 @@
+#include "atlas/packing/layout.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace gpvc::atlas {
+
+namespace {
+
+Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
+                       const CoverageIndex& coverage, double reduction) {
+  Layout layout;
+  layout.reduction = reduction;
+  layout.set = make_charts(input, options, neighbours, coverage, reduction);
+  const auto& charts = layout.set.charts;
+  layout.shapes.resize(charts.size());
+  tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t i) {
+    layout.shapes[i] = chart_shape(charts[i], layout.set.corners, options.padding, options.page_size);
+  });
+  std::vector<PackShape> shapes;
+  for (const auto& shape : layout.shapes) shapes.push_back(shape.blocks);
+  layout.packing = pack_shapes(shapes, options.page_size / block_edge(options.padding));
+  return layout;
+}
+
+struct Limits {
+  double pages, texels;
+  double page;  ///< texels of a full page
+};
+
+/// How many times the texels exceed the limits; up to 1: not.
+double excess(const Packing& packing, int edge, const Limits& limits) {
+  const double texels = static_cast<double>(page_texels(packing, edge));
+  const double pages = static_cast<double>(packing.pages.size());
+  double result = texels / limits.texels;
+  // Pages count in whole ones: one page that is as good as full is no excess.
+  if (pages > limits.pages) result = std::max({result, texels / (limits.pages * limits.page), 1.01});
+  return result;
+}
+
+std::string limits_text(const AtlasOptions& options) {
+  std::string text;
+  if (options.max_pages) text += std::to_string(options.max_pages) + (options.max_pages == 1 ? " page" : " pages");
+  if (options.max_texels) text += (text.empty() ? "" : " and ") + std::to_string(options.max_texels) + " texels";
+  return text;
+}
+
+}  // namespace
+
+std::size_t page_texels(const Packing& packing, int edge) {
+  std::size_t sum = 0;
+  for (const auto& p : packing.pages)
+    sum += static_cast<std::size_t>(edge * p.width) * static_cast<std::size_t>(edge * p.height);
+  return sum;
+}
+
+Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
+               const CoverageIndex& coverage) {
+  const auto at = [&](double reduction) { return lay_out_reduced(input, options, neighbours, coverage, reduction); };
+  const int edge = block_edge(options.padding);
+  const double none = std::numeric_limits<double>::infinity();
+  const Limits limits{options.max_pages ? static_cast<double>(options.max_pages) : none,
+                      options.max_texels ? static_cast<double>(options.max_texels) : none,
+                      static_cast<double>(options.page_size) * options.page_size};
+  Layout best = at(1);
+  double over = excess(best.packing, edge, limits);
+  if (over <= 1) return best;
+  best = {};  // of a large mesh each is a gigabyte
+
+  // Texels grow a little less than with the square of the reduction, as margins do not shrink: from what does not fit,
+  // the square root steps down and never too far.
+  constexpr double kLeast = 1.0 / 4096, kEnough = 0.98;
+  double fits = 0, too_large = 1, reduction = 1;
+  for (int round = 0; round < 24; ++round) {
+    const double guess = reduction * std::sqrt(kEnough / over);
+    const bool between = guess > fits && guess < too_large;
+    reduction = between && round % 4 != 3 ? guess : (fits + too_large) / 2;
+    if (reduction < kLeast) break;
+    Layout layout = at(reduction);
+    over = excess(layout.packing, edge, limits);
+    if (over <= 1) {
+      fits = reduction;
+      best = std::move(layout);
+      if (over > 0.96) break;
+    } else {
+      too_large = reduction;
+    }
+    if (fits > 0.99 * too_large) break;
+  }
+  if (fits == 0)
+    throw std::invalid_argument("even the smallest charts exceed the limit of " + limits_text(options) +
+                                ": raise it, or the page size");
+  return best;
+}
+
+}  // namespace gpvc::atlas

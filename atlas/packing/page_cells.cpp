@@ -1,0 +1,145 @@
+#include "atlas/packing/page_cells.h"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+
+namespace gpvc::atlas {
+
+namespace {
+
+constexpr int kWordBits = 64;
+
+}  // namespace
+
+CellShape upright(const PackShape& shape) { return {shape.width, shape.height, shape.runs, {}}; }
+
+CellShape quarter_turn(const CellShape& shape) {
+  CellShape result{shape.height, shape.width, {}, {}};
+  const auto width = static_cast<std::size_t>(result.width);
+  std::vector<char> bits(width * static_cast<std::size_t>(result.height), 0);
+  for (const auto& run : shape.runs)
+    for (int x = run.first; x < run.first + run.length; ++x)
+      bits[static_cast<std::size_t>(x) * width + static_cast<std::size_t>(shape.height - 1 - run.row)] = 1;
+  for (int y = 0; y < result.height; ++y) {
+    const auto line = bits.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y) * width);
+    const auto end = line + result.width;
+    for (auto first = std::find(line, end, 1); first != end;) {
+      const auto last = std::find(first, end, 0);
+      result.runs.push_back({y, static_cast<int>(first - line), static_cast<int>(last - first)});
+      first = std::find(last, end, 1);
+    }
+  }
+  return result;
+}
+
+void order_checks(CellShape& shape) {
+  shape.check_order.resize(shape.runs.size());
+  std::iota(shape.check_order.begin(), shape.check_order.end(), 0u);
+  // Bit-reversed order visits ends and middles first.
+  const int bits = static_cast<int>(std::bit_width(shape.runs.size()));
+  const auto reversed = [bits](std::uint32_t value) {
+    std::uint32_t result = 0;
+    for (int i = 0; i < bits; ++i) result |= ((value >> i) & 1u) << (bits - 1 - i);
+    return result;
+  };
+  std::sort(shape.check_order.begin(), shape.check_order.end(),
+            [&](auto a, auto b) { return reversed(a) < reversed(b); });
+}
+
+PageCells::PageCells(int width, int height)
+    : width_(width),
+      height_(height),
+      words_((width + kWordBits - 1) / kWordBits + 1),
+      levels_(static_cast<int>(std::bit_width(static_cast<unsigned>(width)))),
+      bits_(static_cast<std::size_t>(levels_) * static_cast<std::size_t>(height) * static_cast<std::size_t>(words_), 0),
+      longest_free_(static_cast<std::size_t>(height), width),
+      blocked_(static_cast<std::size_t>(words_)) {}
+
+std::optional<Position> PageCells::find(const CellShape& shape, int first_row, int limit) {
+  if (shape.width > width_) return std::nullopt;
+  for (int y = first_row; y + shape.height <= std::min(height_, limit); ++y) {
+    if (!may_fit(shape, y)) continue;
+    if (const int x = find_in_row(shape, y); x >= 0) return Position{x, y};
+  }
+  return std::nullopt;
+}
+
+void PageCells::occupy(const CellShape& shape, const Position& at) {
+  int touched = -1;
+  for (const auto& run : shape.runs) {
+    if (touched >= 0 && touched != run.row) refresh(at.y + touched);
+    std::uint64_t* bits = row(0, at.y + run.row);
+    for (int x = at.x + run.first; x < at.x + run.first + run.length; ++x)
+      bits[x / kWordBits] |= std::uint64_t{1} << (x % kWordBits);
+    touched = run.row;
+  }
+  if (touched >= 0) refresh(at.y + touched);
+}
+
+/// Bits x + shift of a row, as bits x of the answer's word; beyond the row they are zero.
+std::uint64_t PageCells::shifted(const std::uint64_t* bits, int word, int shift) const {
+  const int whole = word + shift / kWordBits, part = shift % kWordBits;
+  const std::uint64_t low = whole < words_ ? bits[whole] >> part : 0;
+  const std::uint64_t high = part && whole + 1 < words_ ? bits[whole + 1] << (kWordBits - part) : 0;
+  return low | high;
+}
+
+bool PageCells::may_fit(const CellShape& shape, int y) const {
+  for (const auto k : shape.check_order) {
+    const CellRun& run = shape.runs[k];
+    if (run.length > longest_free_[static_cast<std::size_t>(y + run.row)]) return false;
+  }
+  return true;
+}
+
+int PageCells::find_in_row(const CellShape& shape, int y) {
+  const int columns = width_ - shape.width + 1;  // candidate positions
+  const int used = (columns + kWordBits - 1) / kWordBits;
+  std::fill_n(blocked_.begin(), used, 0);
+  if (columns % kWordBits) blocked_[static_cast<std::size_t>(used - 1)] = ~std::uint64_t{0} << (columns % kWordBits);
+  for (const auto k : shape.check_order) {
+    const CellRun& run = shape.runs[k];
+    const int level = static_cast<int>(std::bit_width(static_cast<unsigned>(run.length))) - 1;
+    const std::uint64_t* bits = row(level, y + run.row);
+    const int last = run.first + run.length - (1 << level);
+    std::uint64_t all = ~std::uint64_t{0};
+    for (int word = 0; word < used; ++word) {
+      std::uint64_t& b = blocked_[static_cast<std::size_t>(word)];
+      b |= shifted(bits, word, run.first) | shifted(bits, word, last);
+      all &= b;
+    }
+    if (all == ~std::uint64_t{0}) return -1;
+  }
+  for (int word = 0; word < used; ++word) {
+    const std::uint64_t b = blocked_[static_cast<std::size_t>(word)];
+    if (b != ~std::uint64_t{0}) return word * kWordBits + std::countr_one(b);
+  }
+  return -1;
+}
+
+void PageCells::refresh(int y) {
+  for (int level = 1; level < levels_; ++level) {
+    const std::uint64_t* finer = row(level - 1, y);
+    std::uint64_t* bits = row(level, y);
+    for (int word = 0; word < words_; ++word) bits[word] = finer[word] | shifted(finer, word, 1 << (level - 1));
+  }
+  const std::uint64_t* bits = row(0, y);
+  int longest = 0, current = 0;
+  for (int x = 0; x < width_;) {
+    const std::uint64_t rest = bits[x / kWordBits] >> (x % kWordBits);
+    const int left = std::min(width_ - x, kWordBits - x % kWordBits);
+    const int free = std::min(left, std::countr_zero(rest));
+    current += free;
+    longest = std::max(longest, current);
+    if (free == left) {
+      x += left;
+      continue;
+    }
+    current = 0;
+    x += free + std::min(left - free, std::countr_one(rest >> free));
+  }
+  longest_free_[static_cast<std::size_t>(y)] = longest;
+}
+
+}  // namespace gpvc::atlas

@@ -1,0 +1,65 @@
+#include "io/files/file_bytes.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+namespace gpvc::io {
+
+namespace {
+
+struct Descriptor {
+  int number;
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
+};
+
+/// For pipes and file systems that do not map.
+std::vector<char> read_all(const std::filesystem::path& file, int descriptor) {
+  std::vector<char> bytes;
+  std::size_t size = 0;
+  for (;;) {
+    if (bytes.size() - size < (1u << 16)) bytes.resize(std::max<std::size_t>(2 * bytes.size(), 1u << 17));
+    const ssize_t got = ::read(descriptor, bytes.data() + size, bytes.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw InputError(file, "", std::string("cannot be read: ") + std::strerror(errno));
+    if (got == 0) break;
+    size += static_cast<std::size_t>(got);
+  }
+  bytes.resize(size);
+  return bytes;
+}
+
+}  // namespace
+
+FileBytes::FileBytes(const std::filesystem::path& file, Use use) {
+  const Descriptor descriptor{::open(file.c_str(), O_RDONLY | O_CLOEXEC)};
+  if (descriptor.number < 0) throw InputError(file, "", std::string("cannot be opened: ") + std::strerror(errno));
+  struct stat status {};
+  if (::fstat(descriptor.number, &status) != 0)
+    throw InputError(file, "", std::string("cannot be read: ") + std::strerror(errno));
+  if (S_ISDIR(status.st_mode)) throw InputError(file, "", "is a folder, expected a file");
+  if (S_ISREG(status.st_mode) && status.st_size > 0) {
+    const auto size = static_cast<std::size_t>(status.st_size);
+    const int ahead = use == Use::whole ? MAP_POPULATE : 0;
+    void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE | ahead, descriptor.number, 0);
+    if (mapping != MAP_FAILED) {
+      if (use == Use::in_places) ::madvise(mapping, size, MADV_RANDOM);  // or neighbours are read, too
+      mapping_ = mapping;
+      bytes_ = {static_cast<const char*>(mapping), size};
+      return;
+    }
+  }
+  buffer_ = read_all(file, descriptor.number);
+  bytes_ = {buffer_.data(), buffer_.size()};
+}
+
+FileBytes::~FileBytes() {
+  if (mapping_ != nullptr) ::munmap(mapping_, bytes_.size());
+}
+
+}  // namespace gpvc::io

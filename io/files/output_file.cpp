@@ -1,0 +1,50 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "io/io.h"
+
+namespace gpvc::io {
+
+OutputFile::OutputFile(std::filesystem::path final_name) : final_name_(std::move(final_name)) {
+  static std::atomic<unsigned> serial{0};
+  temporary_ = final_name_;
+  temporary_ += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(serial++);
+  // Exclusive: a leftover of another run is never appended to or shared.
+  const int descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor >= 0) file_ = ::fdopen(descriptor, "wb");
+  if (file_ == nullptr) {
+    const int error = errno;
+    if (descriptor >= 0) ::close(descriptor);
+    throw OutputError(final_name_, std::string("cannot be written: ") + std::strerror(error));
+  }
+  std::setvbuf(file_, nullptr, _IOFBF, std::size_t{1} << 18);
+}
+
+OutputFile::~OutputFile() {
+  if (file_ != nullptr) std::fclose(file_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void OutputFile::write(const void* data, std::size_t bytes) {
+  if (bytes > 0 && std::fwrite(data, 1, bytes, file_) != bytes)
+    throw OutputError(final_name_, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+void OutputFile::commit() {
+  const auto check = [&](bool good) {
+    if (!good) throw OutputError(final_name_, std::string("cannot be written: ") + std::strerror(errno));
+  };
+  check(std::fflush(file_) == 0);
+  check(::fsync(::fileno(file_)) == 0 || errno == EINVAL || errno == ENOTSUP);
+  check(std::fclose(std::exchange(file_, nullptr)) == 0);
+  check(::rename(temporary_.c_str(), final_name_.c_str()) == 0);
+  temporary_.clear();
+}
+
+}  // namespace gpvc::io

@@ -1,0 +1,380 @@
+// Photos and pages through OpenImageIO.
+#include "io/images/image_file.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <mutex>
+#include <stdexcept>
+
+#include "io/files/file_bytes.h"
+#include "io/files/text_scan.h"
+#include "io/images/image_bounds.h"
+#include "io/io.h"
+
+namespace gpvc::io {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// OpenImageIO's messages span lines and repeat the file's name; ours are one sentence.
+std::string one_line(std::string text) {
+  while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ';');
+  return text.empty() ? "unknown error" : text;
+}
+
+/// The formats that photos, masks and pages come in. OpenImageIO tries all of its own on a file, some of which (Targa,
+/// above all) take any bytes for theirs and claim whatever size these say.
+struct Codec {
+  std::string_view name;
+  std::int64_t most_from_byte;  ///< samples that a byte can hold; 0: see check_png, check_jpeg
+};
+// Deflate and what is plainer make at most 1032 bytes of one, each of 8 samples of a bit; zstd's densest block makes
+// 128 KiB of four bytes, and fax codes a white row of a bit.
+constexpr std::int64_t kPlain = 8 * 1032, kDense = 1 << 20;
+constexpr Codec kCodecs[] = {{"jpeg", 0},     {"png", 0},       {"tiff", kDense}, {"openexr", kDense},
+                             {"raw", kDense}, {"webp", kDense}, {"heif", kDense}, {"jpeg2000", kDense},
+                             {"bmp", kPlain}, {"hdr", kPlain},  {"pnm", kPlain},  {"psd", kPlain},
+                             {"dpx", kPlain}};
+
+/// Room for more than the file can hold is refused before it is asked for.
+void check_claims(const fs::path& file, const std::string& part, const OIIO::ImageInput& input, std::uintmax_t bytes) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const std::string_view format = input.format_name();
+  const auto* codec =
+      std::find_if(std::begin(kCodecs), std::end(kCodecs), [&](const Codec& known) { return known.name == format; });
+  if (codec == std::end(kCodecs))
+    throw InputError(file, part,
+                     "is no image that can be read, at most a " + std::string(format) +
+                         " by chance; expected JPEG, PNG, TIFF, EXR or the like");
+  check_size(file, part, spec.width, spec.height, spec.nchannels);
+  if (spec.depth > 1) throw InputError(file, part, "is a volume, expected an image");
+  const std::int64_t samples = std::int64_t{spec.width} * spec.height * spec.nchannels;
+  if (codec->most_from_byte > 0 && static_cast<std::uintmax_t>(samples / codec->most_from_byte) > bytes)
+    throw InputError(file, part,
+                     "claims " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+                         " pixels, more than its " + std::to_string(bytes) + " bytes can hold");
+}
+
+OIIO::ImageSpec reader_options() {
+  OIIO::ImageSpec config;
+  config["oiio:UnassociatedAlpha"] = 1;  // or colours come multiplied by the alpha that is dropped
+  config["raw:user_flip"] = 0;           // or raw photos come turned by their orientation tag
+  return config;
+}
+
+/// Held while OpenImageIO opens a file. Up to its 2.4.7 the headers of JPEGs (ICC profiles) and TIFFs are decoded with
+/// the help of static tables that opening itself adds to (its issue 3756, its pull request 3767). Pixels are decoded
+/// outside of it.
+std::mutex& opening() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+/// The format of most photos and masks, whatever their name says; null for all others. OpenImageIO tries the name's
+/// format first and then all of its own, which fails now and then when several threads do so at once.
+const char* format_by_signature(std::istream& in) {
+  std::array<char, 8> begin{};
+  in.clear();
+  in.seekg(0);
+  in.read(begin.data(), std::ssize(begin));
+  const std::string_view bytes(begin.data(), static_cast<std::size_t>(in.gcount()));
+  if (bytes.starts_with("\xFF\xD8\xFF")) return "jpeg";
+  if (bytes == "\x89PNG\r\n\x1A\n") return "png";
+  return nullptr;
+}
+
+std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (!fs::exists(status)) throw InputError(file, "", "does not exist");
+  if (fs::is_directory(status)) throw InputError(file, "", "is a folder, expected an image");
+  const std::uintmax_t size = fs::file_size(file, error);
+  if (!error && size == 0) throw InputError(file, "", "is empty, expected an image");
+  std::ifstream in(file, std::ios::binary);
+  check_png({file, "", error ? 0 : size, [&in](std::uint64_t at, std::span<unsigned char> to) {
+               in.clear();
+               in.seekg(static_cast<std::streamoff>(at));
+               return bool(in.read(reinterpret_cast<char*>(to.data()), std::ssize(to)));
+             }});
+  const char* format = format_by_signature(in);
+  // Every photo of a scene is opened for its header before the first is decoded.
+  if (format) check_jpeg_metadata(file, "", FileBytes(file, FileBytes::Use::in_places).view());
+  const OIIO::ImageSpec config = reader_options();
+  std::unique_lock lock(opening());
+  std::unique_ptr<OIIO::ImageInput> input;
+  if (format) {
+    input = OIIO::ImageInput::create(format);
+    OIIO::ImageSpec spec;
+    if (input && !input->open(file.string(), spec, config))
+      throw InputError(file, "", "is no image that can be read: " + one_line(input->geterror()));
+  } else {
+    input = OIIO::ImageInput::open(file.string(), &config);
+  }
+  if (!input) throw InputError(file, "", "is no image that can be read: " + one_line(OIIO::geterror()));
+  lock.unlock();
+  check_claims(file, "", *input, error ? std::numeric_limits<std::uintmax_t>::max() : size);
+  // A raw photo is a TIFF, too: one sample a pixel behind a filter of colours, or linear. TIFF/EP and DNG.
+  constexpr int kFilterArray = 32803, kLinearRaw = 34892;
+  const int meaning = input->spec().get_int_attribute("tiff:PhotometricInterpretation");
+  if (meaning == kFilterArray || meaning == kLinearRaw)
+    throw InputError(file, "",
+                     "is a camera's raw photo, which OpenImageIO reads only when it is built with LibRaw and the "
+                     "name ends like .dng; expected that, or a JPEG, PNG or TIFF made of it");
+  return input;
+}
+
+/// libjpeg counts oddities that lose no pixel among its warnings. Stray bytes are padding while they are few: no
+/// encoder aligns what it writes to more than this. More of them are data that the picture had no place for, because
+/// what stood before them is damaged.
+bool is_harmless(const std::string& message) {
+  constexpr std::int64_t kMostPadding = 1 << 16;
+  if (const std::size_t at = message.find(" extraneous bytes before marker"); at != std::string::npos) {
+    const std::size_t space = message.find_last_of(' ', at - 1);
+    const auto stray = integer_from(std::string_view(message).substr(space + 1, at - space - 1));
+    return stray && *stray <= kMostPadding;
+  }
+  for (const char* oddity : {"unknown JFIF revision", "Invalid SOS parameters"})
+    if (message.find(oddity) != std::string::npos) return true;
+  return false;
+}
+
+/// Grey repeated, alpha and further channels dropped.
+Image to_rgb(Image&& in) {
+  if (in.channels == 3) return std::move(in);
+  Image out;
+  out.width = in.width;
+  out.height = in.height;
+  const std::size_t count = static_cast<std::size_t>(in.width) * static_cast<std::size_t>(in.height);
+  out.pixels.resize(3 * count);
+  const auto stride = static_cast<std::size_t>(in.channels);
+  const std::size_t green = stride >= 3 ? 1 : 0, blue = stride >= 3 ? 2 : 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    out.pixels[3 * i] = in.pixels[stride * i];
+    out.pixels[3 * i + 1] = in.pixels[stride * i + green];
+    out.pixels[3 * i + 2] = in.pixels[stride * i + blue];
+  }
+  return out;
+}
+
+/// Decodes the first channels; throws unless all is there.
+void decode(const fs::path& file, const std::string& part, OIIO::ImageInput& input, int channels, OIIO::TypeDesc type,
+            void* pixels) {
+  const bool good = input.read_image(0, 0, 0, channels, type, pixels);
+  const std::string message = input.geterror();
+  if (!good || (!message.empty() && !is_harmless(message)))
+    throw InputError(file, part, "cannot be decoded whole: " + one_line(message));
+}
+
+/// EXR and HDR files hold light, not what a screen is told.
+bool holds_linear_light(const OIIO::ImageSpec& spec) {
+  const std::string space = lower_case(std::string(spec.get_string_attribute("oiio:ColorSpace")));
+  return spec.format.is_floating_point() && (space == "linear" || space == "scene_linear");
+}
+
+/// sRGB's curve, IEC 61966-2-1; what is brighter than white is white, and no number is black.
+std::uint8_t srgb_from_linear(float light) {
+  if (!(light > 0)) return 0;
+  if (light >= 1) return 255;
+  const float value = light <= 0.0031308f ? 12.92f * light : 1.055f * std::pow(light, 1 / 2.4f) - 0.055f;
+  return static_cast<std::uint8_t>(255 * value + 0.5f);
+}
+
+Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput& input) {
+  // No threads of the codec's own: photos are decoded side by side, inside tasks.
+  input.threads(1);
+  const OIIO::ImageSpec& spec = input.spec();
+  Image image;
+  image.width = spec.width;
+  image.height = spec.height;
+  image.channels = std::min(spec.nchannels, 4);
+  image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+                      static_cast<std::size_t>(image.channels));
+  if (holds_linear_light(spec)) {
+    std::vector<float> light(image.pixels.size());
+    decode(file, part, input, image.channels, OIIO::TypeDesc::FLOAT, light.data());
+    std::transform(light.begin(), light.end(), image.pixels.begin(), srgb_from_linear);
+  } else {
+    decode(file, part, input, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
+  }
+  return to_rgb(std::move(image));
+}
+
+/// One mark a pixel: alpha is 0, or, where `colours` count, all of those are.
+template <typename Sample>
+std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& input, OIIO::TypeDesc type, bool colors) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const auto channels = static_cast<std::size_t>(spec.nchannels);
+  const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+  std::vector<Sample> samples(count * channels);
+  decode(file, "", input, spec.nchannels, type, samples.data());
+  const bool alpha = spec.alpha_channel >= 0;
+  const auto alpha_channel = static_cast<std::size_t>(std::max(spec.alpha_channel, 0));
+  std::vector<std::uint8_t> marks(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Sample* pixel = samples.data() + i * channels;
+    bool black = colors;
+    for (std::size_t c = 0; c < channels && black; ++c) black = pixel[c] == Sample{0} || (alpha && c == alpha_channel);
+    marks[i] = black || (alpha && pixel[alpha_channel] == Sample{0}) ? 1 : 0;
+  }
+  return marks;
+}
+
+/// Hands what a codec writes to an OutputFile, so that a full disk is noticed and the name appears at the end.
+class OutputProxy final : public OIIO::Filesystem::IOProxy {
+ public:
+  explicit OutputProxy(const std::string& name) : IOProxy(name, Write) {}
+  const char* proxytype() const override { return "gpvc"; }
+  bool seek(std::int64_t offset) override {
+    m_pos = offset;
+    return true;
+  }
+  std::size_t write(const void* data, std::size_t size) override {
+    const auto begin = static_cast<std::size_t>(m_pos);
+    if (bytes_.size() < begin + size) bytes_.resize(begin + size);
+    std::memcpy(bytes_.data() + begin, data, size);
+    m_pos += static_cast<std::int64_t>(size);
+    return size;
+  }
+  std::size_t size() const override { return bytes_.size(); }
+  const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+};
+
+void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality, const ColorProfile& profile) {
+  OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
+  spec["Compression"] = "jpeg:" + std::to_string(std::clamp(quality, 1, 100));
+  spec["jpeg:subsampling"] = "4:4:4";
+  if (!profile.empty())
+    spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())),
+                   profile.data());
+  OutputProxy proxy(file.string());
+  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("jpeg");
+  if (!output) throw OutputError(file, "cannot be encoded: " + one_line(OIIO::geterror()));
+  output->threads(1);
+  const bool good = output->set_ioproxy(&proxy) && output->open(file.string(), spec) &&
+                    output->write_image(OIIO::TypeDesc::UINT8, image.pixels.data());
+  const bool closed = output->close();
+  if (!good || !closed) throw OutputError(file, "cannot be encoded: " + one_line(output->geterror()));
+  out.write(proxy.bytes().data(), proxy.bytes().size());
+}
+
+}  // namespace
+
+ImageSize read_image_size(const fs::path& file) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  return {input->spec().width, input->spec().height};
+}
+
+bool has_alpha(const fs::path& file) { return open_image(file)->spec().alpha_channel >= 0; }
+
+namespace {
+
+PixelMarks zero_pixels(const fs::path& file, bool colors) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  check_jpeg(file, "", FileBytes(file).view());
+  input->threads(1);
+  const OIIO::ImageSpec& spec = input->spec();
+  if (!colors && spec.alpha_channel < 0) throw InputError(file, "", "has lost its alpha channel");
+  // Deeper samples keep their depth: zero alone is zero.
+  const bool bytes = spec.format == OIIO::TypeDesc::UINT8;
+  return {spec.width, spec.height,
+          bytes ? zero_marks<std::uint8_t>(file, *input, OIIO::TypeDesc::UINT8, colors)
+                : zero_marks<float>(file, *input, OIIO::TypeDesc::FLOAT, colors)};
+}
+
+}  // namespace
+
+PixelMarks black_pixels(const fs::path& file) { return zero_pixels(file, true); }
+PixelMarks transparent_pixels(const fs::path& file) { return zero_pixels(file, false); }
+
+Image read_image(const fs::path& file) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  check_jpeg(file, "", FileBytes(file).view());
+  return decode_rgb(file, "", *input);
+}
+
+Image decode_image(const fs::path& file, const std::string& part, std::string_view bytes) {
+  const bool png = bytes.starts_with("\x89PNG"), jpeg = bytes.starts_with("\xFF\xD8\xFF");
+  if (!png && !jpeg) throw InputError(file, part, "expected a PNG or a JPEG");
+  check_png(bytes_in_memory(file, part, bytes));
+  check_jpeg(file, part, bytes);
+  check_jpeg_metadata(file, part, bytes);
+  OIIO::Filesystem::IOMemReader reader(const_cast<char*>(bytes.data()), bytes.size());
+  std::unique_lock lock(opening());
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(png ? "png" : "jpeg");
+  if (!input) throw InputError(file, part, "cannot be decoded: " + one_line(OIIO::geterror()));
+  OIIO::ImageSpec spec;
+  if (!input->set_ioproxy(&reader) || !input->open(part, spec, reader_options()))
+    throw InputError(file, part, "is no image that can be read: " + one_line(input->geterror()));
+  lock.unlock();
+  check_claims(file, part, *input, bytes.size());
+  return decode_rgb(file, part, *input);
+}
+
+ColorProfile read_color_profile(const fs::path& file) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  const OIIO::ParamValue* found = input->spec().find_attribute("ICCProfile");
+  if (!found || found->type().basetype != OIIO::TypeDesc::UINT8) return {};
+  const auto* bytes = static_cast<const std::uint8_t*>(found->data());
+  ColorProfile profile(bytes, bytes + found->datasize());
+  // ICC.1: a header of 128 bytes with the size at 0, the data's colour space at 16, the signature at 36.
+  constexpr std::size_t kHeader = 128, kSpace = 16, kSignature = 36;
+  const auto reads = [&](std::size_t at, std::string_view word) {
+    return std::equal(word.begin(), word.end(), profile.begin() + static_cast<std::ptrdiff_t>(at));
+  };
+  if (profile.size() < kHeader || !reads(kSpace, "RGB ") || !reads(kSignature, "acsp")) return {};
+  return profile;
+}
+
+Image reduce_image(const Image& image, int factor) {
+  if (factor == 1) return image;
+  Image out;
+  out.width = image.width / factor;
+  out.height = image.height / factor;
+  out.channels = image.channels;
+  const auto channels = static_cast<std::size_t>(image.channels);
+  const std::size_t row = static_cast<std::size_t>(out.width) * channels;
+  out.pixels.resize(row * static_cast<std::size_t>(out.height));
+  const std::uint64_t area = static_cast<std::uint64_t>(factor) * static_cast<std::uint64_t>(factor);
+  std::vector<std::uint64_t> sums(row);
+  for (int y = 0; y < out.height; ++y) {
+    std::fill(sums.begin(), sums.end(), 0);
+    for (int sub_y = 0; sub_y < factor; ++sub_y) {
+      const std::uint8_t* in = image.at(0, y * factor + sub_y);
+      for (std::size_t x = 0; x < row; x += channels)
+        for (int sub_x = 0; sub_x < factor; ++sub_x)
+          for (std::size_t c = 0; c < channels; ++c) sums[x + c] += *in++;
+    }
+    std::uint8_t* to = out.at(0, y);
+    for (std::size_t x = 0; x < row; ++x) to[x] = static_cast<std::uint8_t>((sums[x] + area / 2) / area);
+  }
+  return out;
+}
+
+void write_image(const fs::path& file, const Image& image, ImageFormat format, int quality,
+                 const ColorProfile& profile) {
+  if (image.width < 1 || image.height < 1 || image.channels < 1 || image.channels > 4 ||
+      image.pixels.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+                                 static_cast<std::size_t>(image.channels))
+    throw std::invalid_argument("write_image: the pixels do not fit the size");
+  OutputFile out(file);
+  if (format == ImageFormat::png)
+    write_png(out, image, profile);
+  else
+    write_jpeg(out, file, image, quality, profile);
+  out.commit();
+}
+
+}  // namespace gpvc::io

@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <future>
+#include <list>
+#include <mutex>
+#include <unordered_map>
+
+#include "io/images/image_file.h"
+#include "io/images/mask_file.h"
+#include "io/io.h"
+
+namespace gpvc::io {
+
+namespace {
+
+using Photo = std::shared_ptr<const Image>;
+
+/// Decoded on the calling thread without parallel loops inside: a thread that waits for a photo must not be needed by
+/// the thread that decodes it.
+Photo decode(const View& view, int downscale) {
+  Image image = read_image(view.photo);
+  if (image.width / downscale != view.camera.width || image.height / downscale != view.camera.height)
+    throw InputError(view.photo, "",
+                     "is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                         " pixels, which does not fit its camera any more");
+  if (const std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view)) paint_over(image, *exclusion);
+  return std::make_shared<const Image>(downscale == 1 ? std::move(image) : reduce_image(image, downscale));
+}
+
+}  // namespace
+
+struct PhotoCache::State {
+  struct Entry {
+    std::shared_future<Photo> photo;
+    std::size_t bytes = 0;  ///< 0 while it is decoded; such entries are never dropped
+    std::list<std::size_t>::iterator age;
+  };
+
+  const Scene& scene;
+  int downscale;
+  std::size_t limit_bytes;
+  std::mutex mutex;
+  std::unordered_map<std::size_t, Entry> entries;
+  std::list<std::size_t> by_age;  ///< least recently used first
+  std::size_t bytes = 0;
+
+  void drop_oldest_beyond_limit() {
+    for (auto age = by_age.begin(); bytes > limit_bytes && age != by_age.end();) {
+      const auto entry = entries.find(*age);
+      if (entry->second.bytes == 0) {
+        ++age;
+        continue;
+      }
+      bytes -= entry->second.bytes;
+      entries.erase(entry);
+      age = by_age.erase(age);
+    }
+  }
+};
+
+PhotoCache::PhotoCache(const Scene& scene, const SceneOptions& options, std::size_t limit_bytes)
+    : state_(new State{scene, options.downscale, limit_bytes, {}, {}, {}, 0}) {}
+
+PhotoCache::~PhotoCache() = default;
+
+std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
+  State& state = *state_;
+  const std::size_t key = index(view);
+  std::promise<Photo> promise;
+  {
+    std::unique_lock lock(state.mutex);
+    if (const auto found = state.entries.find(key); found != state.entries.end()) {
+      state.by_age.splice(state.by_age.end(), state.by_age, found->second.age);
+      const std::shared_future<Photo> photo = found->second.photo;
+      lock.unlock();
+      return photo.get();
+    }
+    const auto age = state.by_age.insert(state.by_age.end(), key);
+    state.entries[key] = {promise.get_future().share(), 0, age};
+  }
+  try {
+    Photo photo = decode(state.scene.views.at(key), state.downscale);
+    promise.set_value(photo);
+    const std::lock_guard lock(state.mutex);
+    State::Entry& entry = state.entries.at(key);
+    entry.bytes = std::max<std::size_t>(photo->pixels.size(), 1);
+    state.bytes += entry.bytes;
+    state.drop_oldest_beyond_limit();
+    return photo;
+  } catch (...) {
+    // Everybody who waits gets the error; the next to ask tries again.
+    {
+      const std::lock_guard lock(state.mutex);
+      const auto entry = state.entries.find(key);
+      state.by_age.erase(entry->second.age);
+      state.entries.erase(entry);
+    }
+    promise.set_exception(std::current_exception());
+    throw;
+  }
+}
+
+}  // namespace gpvc::io

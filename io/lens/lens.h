@@ -1,0 +1,58 @@
+// The lens models of scene.h with their derivatives; formulas are stated there.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "io/scene.h"
+
+namespace gpvc::io {
+
+/// Where a lens model has no bound.
+inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+/// A point of the normalized plane after distortion, and how it changes there.
+struct Distorted {
+  double x, y;
+  double dx_dx, dx_dy, dy_dx, dy_dy;
+};
+
+/// LensModel::brown. Inline: the inner loop of everything that samples photos.
+inline Distorted distort_brown(const Distortion& d, double x, double y) {
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3));
+  const double radial_slope = d.k1 + r2 * (2 * d.k2 + r2 * 3 * d.k3);  // d radial / d r2
+  Distorted out;
+  out.x = x * radial + 2 * d.p1 * x * y + d.p2 * (r2 + 2 * x * x);
+  out.y = y * radial + d.p1 * (r2 + 2 * y * y) + 2 * d.p2 * x * y;
+  out.dx_dx = radial + 2 * x * x * radial_slope + 2 * d.p1 * y + 6 * d.p2 * x;
+  out.dx_dy = 2 * x * y * radial_slope + 2 * d.p1 * x + 2 * d.p2 * y;
+  out.dy_dx = out.dx_dy;
+  out.dy_dy = radial + 2 * y * y * radial_slope + 6 * d.p1 * y + 2 * d.p2 * x;
+  return out;
+}
+
+/// Any model.
+Distorted distort_any(const Distortion& d, double x, double y);
+
+inline Distorted distort(const Distortion& d, double x, double y) {
+  return d.model == LensModel::brown ? distort_brown(d, x, y) : distort_any(d, x, y);
+}
+
+/// LensModel's factor is all there is: none of the terms that act behind it.
+inline bool is_bare(LensModel model) {
+  return model == LensModel::fov || model == LensModel::inverse_radial || model == LensModel::division ||
+         model == LensModel::unified;
+}
+
+/// The factor of LensModel at squared radius r2, and its derivative by r divided by r.
+struct LensFactor {
+  double factor, slope;
+};
+LensFactor lens_factor(const Distortion& d, double r2);
+
+/// The squared radius before LensModel's factor that has squared radius `s` after it; infinity where only directions at
+/// or behind 90 degrees reach it.
+double undo_lens_factor(const Distortion& d, double s);
+
+}  // namespace gpvc::io

@@ -1,0 +1,34 @@
+// A textured mesh as glTF wants it: vertices with one texture coordinate each, page by page.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "io/io.h"
+
+namespace gpvc::io {
+
+struct GltfVertex {
+  std::uint32_t position, texcoord;
+};
+
+/// What one page shows: ranges of the vertex and index arrays.
+struct GltfPrimitive {
+  std::uint32_t page = 0;
+  std::size_t first_vertex = 0, vertex_count = 0;
+  std::size_t first_index = 0, index_count = 0;
+};
+
+struct GltfGeometry {
+  std::vector<GltfVertex> vertices;
+  std::vector<std::uint32_t> indices;  ///< within their primitive
+  std::vector<GltfPrimitive> primitives;
+  std::vector<FaceId> faces;  ///< of every triangle
+};
+
+/// One vertex for every distinct (position, texture coordinate) of a page, numbered in the order of first use; pages
+/// without a face have no primitive, faces without a page are left out. O(faces).
+GltfGeometry split_by_page(const TexturedModel& model, std::size_t page_count);
+
+}  // namespace gpvc::io

@@ -1,0 +1,26 @@
+// One function a mesh format; read_mesh picks by content. Adding a format adds a line here and a file.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "io/scene.h"
+
+namespace gpvc::io {
+
+/// \pre bytes start with "ply" and a line end
+Mesh read_ply(const std::filesystem::path& file, std::string_view bytes);
+
+Mesh read_obj(const std::filesystem::path& file, std::string_view bytes);
+
+/// After `triangles` faces were added that face `face` of the file was split into: keeps Mesh::source_face, which stays
+/// empty as long as every face is one triangle.
+void note_source(Mesh& mesh, std::size_t triangles, std::size_t face);
+
+/// Polygons, added as fans, in which a fan turns a triangle over are cut anew. \pre every vertex is there
+void recut_concave(Mesh& mesh);
+
+/// FaceId and vertex indices are 32 bits wide, and the last value means "none".
+inline constexpr std::uint64_t kMaxElements = 0xFFFFFFFEu;
+
+}  // namespace gpvc::io

@@ -1,0 +1,397 @@
+// PLY, after Greg Turk's description: a text header that declares elements and their properties, then the elements in
+// that order, as text or packed binary.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <span>
+
+#include "io/error.h"
+#include "io/files/text_scan.h"
+#include "io/meshes/mesh_file.h"
+
+namespace gpvc::io {
+
+namespace {
+
+enum class Scalar { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+constexpr std::size_t size_of(Scalar type) {
+  constexpr std::array<std::size_t, 8> kSizes{1, 1, 2, 2, 4, 4, 4, 8};
+  return kSizes[static_cast<std::size_t>(type)];
+}
+
+constexpr bool is_integer(Scalar type) { return type < Scalar::float32; }
+
+struct Property {
+  std::string name;
+  Scalar type = Scalar::float32;     ///< of the value, or of the list's items
+  std::optional<Scalar> count_type;  ///< set for lists
+};
+
+struct Element {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<Property> properties;
+
+  bool has_list() const {
+    return std::any_of(properties.begin(), properties.end(),
+                       [](const Property& p) { return p.count_type.has_value(); });
+  }
+  /// Bytes of one element in a binary file, lists counted as empty.
+  std::size_t least_bytes() const {
+    std::size_t bytes = 0;
+    for (const Property& property : properties) bytes += size_of(property.count_type.value_or(property.type));
+    return bytes;
+  }
+  std::optional<std::size_t> find(std::initializer_list<std::string_view> names) const {
+    for (std::size_t i = 0; i < properties.size(); ++i)
+      if (std::find(names.begin(), names.end(), properties[i].name) != names.end()) return i;
+    return std::nullopt;
+  }
+};
+
+enum class Encoding { ascii, little, big };
+
+struct Header {
+  Encoding encoding = Encoding::ascii;
+  std::vector<Element> elements;
+  std::size_t size = 0;  ///< bytes up to the first element
+  std::size_t lines = 0;
+};
+
+// --- header
+
+class HeaderParser {
+ public:
+  HeaderParser(const std::filesystem::path& file, std::string_view text) : file_(file), text_(text) {}
+
+  Header parse() {
+    std::string_view rest = text_;
+    bool have_format = false;
+    for (bool first = true;; first = false) {
+      ++header_.lines;
+      if (rest.find('\n') == std::string_view::npos) fail("the file ends inside the header");
+      std::string_view line = next_line(rest);
+      const std::string_view keyword = next_word(line);
+      if (first) {
+        if (keyword != "ply") fail("expected 'ply'");
+      } else if (keyword == "end_header") {
+        break;
+      } else if (keyword == "format") {
+        header_.encoding = encoding_from(next_word(line));
+        have_format = true;
+      } else if (keyword == "element") {
+        element(line);
+      } else if (keyword == "property") {
+        property(line);
+      } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
+        fail("expected a header keyword, found " + in_quotes(keyword));
+      }
+    }
+    if (!have_format) fail("the header has no format line");
+    header_.size = static_cast<std::size_t>(rest.data() - text_.data());
+    return std::move(header_);
+  }
+
+ private:
+  Encoding encoding_from(std::string_view word) const {
+    if (word == "ascii") return Encoding::ascii;
+    if (word == "binary_little_endian") return Encoding::little;
+    if (word == "binary_big_endian") return Encoding::big;
+    fail("expected format ascii, binary_little_endian or binary_big_endian, found " + in_quotes(word));
+  }
+
+  void element(std::string_view line) {
+    Element element;
+    element.name = next_word(line);
+    const std::string_view count = next_word(line);
+    const std::optional<std::uint64_t> number = integer_from<std::uint64_t>(count);
+    if (element.name.empty() || !number) fail("expected 'element NAME COUNT', found the count " + in_quotes(count));
+    element.count = *number;
+    header_.elements.push_back(std::move(element));
+  }
+
+  void property(std::string_view line) {
+    if (header_.elements.empty()) fail("a property before the first element");
+    Property property;
+    std::string_view word = next_word(line);
+    if (word == "list") {
+      property.count_type = type_from(next_word(line));
+      if (!is_integer(*property.count_type)) fail("the count of a list must have an integer type");
+      word = next_word(line);
+    }
+    property.type = type_from(word);
+    property.name = next_word(line);
+    if (property.name.empty()) fail("a property without a name");
+    header_.elements.back().properties.push_back(std::move(property));
+  }
+
+  Scalar type_from(std::string_view word) const {
+    constexpr std::array<std::array<std::string_view, 2>, 8> kNames{{{"char", "int8"},
+                                                                     {"uchar", "uint8"},
+                                                                     {"short", "int16"},
+                                                                     {"ushort", "uint16"},
+                                                                     {"int", "int32"},
+                                                                     {"uint", "uint32"},
+                                                                     {"float", "float32"},
+                                                                     {"double", "float64"}}};
+    for (std::size_t i = 0; i < kNames.size(); ++i)
+      if (word == kNames[i][0] || word == kNames[i][1]) return static_cast<Scalar>(i);
+    fail("expected a property type (char .. double), found " + in_quotes(word));
+  }
+
+  [[noreturn]] void fail(const std::string& reason) const {
+    throw InputError(file_, "line " + std::to_string(header_.lines), reason);
+  }
+
+  const std::filesystem::path& file_;
+  std::string_view text_;
+  Header header_;
+};
+
+// --- values, one source an encoding; both answer number(type), integer(type) and count(type)
+
+class AsciiValues {
+ public:
+  AsciiValues(const std::filesystem::path& file, std::string_view text, const Header& header)
+      : file_(file), text_(text), rest_(text.substr(header.size)), first_line_(header.lines + 1) {
+    body_ = rest_.data();
+  }
+  /// Every value takes a digit and a blank.
+  std::uint64_t capacity() const { return (rest_.size() + 1) / 2; }
+  std::size_t bytes_of(Scalar) const { return 1; }
+
+  double number(Scalar) {
+    const std::string_view word = next();
+    const std::optional<double> value = number_from(word);
+    if (!value) fail("expected a number, found " + in_quotes(word));
+    return *value;
+  }
+  std::int64_t integer(Scalar) {
+    const std::string_view word = next();
+    const std::optional<std::int64_t> value = integer_from(word);
+    if (!value) fail("expected an integer, found " + in_quotes(word));
+    return *value;
+  }
+  void skip(Scalar type, std::uint64_t count) {
+    for (; count > 0; --count) number(type);
+  }
+  std::string place() const {
+    return "line " + std::to_string(first_line_ + static_cast<std::size_t>(std::count(body_, rest_.data(), '\n')));
+  }
+  [[noreturn]] void fail(const std::string& reason) const { throw InputError(file_, place(), reason); }
+
+ private:
+  std::string_view next() {
+    const std::string_view word = next_word(rest_);
+    if (word.empty()) fail("the file ends before the last element that its header declares");
+    return word;
+  }
+
+  const std::filesystem::path& file_;
+  std::string_view text_, rest_;
+  const char* body_;
+  std::size_t first_line_;
+};
+
+template <bool kSwap>
+class BinaryValues {
+ public:
+  BinaryValues(const std::filesystem::path& file, std::string_view bytes, const Header& header)
+      : file_(file), begin_(bytes.data()), at_(bytes.data() + header.size), end_(bytes.data() + bytes.size()) {}
+
+  std::uint64_t capacity() const { return static_cast<std::uint64_t>(end_ - at_); }
+  std::size_t bytes_of(Scalar type) const { return size_of(type); }
+
+  double number(Scalar type) {
+    switch (type) {
+      case Scalar::float32:
+        return static_cast<double>(take<float>());
+      case Scalar::float64:
+        return take<double>();
+      default:
+        return static_cast<double>(integer(type));
+    }
+  }
+  std::int64_t integer(Scalar type) {
+    switch (type) {
+      case Scalar::int8:
+        return take<std::int8_t>();
+      case Scalar::uint8:
+        return take<std::uint8_t>();
+      case Scalar::int16:
+        return take<std::int16_t>();
+      case Scalar::uint16:
+        return take<std::uint16_t>();
+      case Scalar::int32:
+        return take<std::int32_t>();
+      default:
+        return take<std::uint32_t>();
+    }
+  }
+  void skip(Scalar type, std::uint64_t count) {
+    if (count > capacity() / size_of(type)) fail_at_end();
+    at_ += count * size_of(type);
+  }
+  std::string place() const { return "byte " + std::to_string(at_ - begin_); }
+  [[noreturn]] void fail(const std::string& reason) const { throw InputError(file_, place(), reason); }
+
+ private:
+  template <typename T>
+  T take() {
+    if (static_cast<std::size_t>(end_ - at_) < sizeof(T)) fail_at_end();
+    std::array<char, sizeof(T)> raw;
+    std::memcpy(raw.data(), at_, sizeof(T));
+    if constexpr (kSwap) std::reverse(raw.begin(), raw.end());
+    at_ += sizeof(T);
+    return std::bit_cast<T>(raw);
+  }
+  [[noreturn]] void fail_at_end() const { fail("the file ends before the last element that its header declares"); }
+
+  const std::filesystem::path& file_;
+  const char *begin_, *at_, *end_;
+};
+
+// --- elements
+
+template <typename Values>
+class MeshReader {
+ public:
+  MeshReader(const std::filesystem::path& file, const Header& header, Values values)
+      : file_(file), header_(header), values_(values) {}
+
+  Mesh read() {
+    for (const Element& element : header_.elements)
+      if (element.name == "vertex") vertex_count_ = element.count;
+    for (const Element& element : header_.elements) {
+      check_count(element);
+      if (element.name == "vertex" && mesh_.positions.empty())
+        read_vertices(element);
+      else if (element.name == "face" && mesh_.faces.empty())
+        read_faces(element);
+      else if (element.name == "tristrips" && element.count > 0)
+        throw InputError(file_, "", "holds triangle strips, which are not read; export it with a plain face list");
+      else
+        skip(element);
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  /// Before anything of that size is allocated: can the rest of the file hold so many?
+  void check_count(const Element& element) const {
+    std::uint64_t least = 0;
+    for (const Property& property : element.properties)
+      least += values_.bytes_of(property.count_type.value_or(property.type));
+    if (least > 0 && element.count > values_.capacity() / least)
+      values_.fail("the header declares " + std::to_string(element.count) + " of element " + in_quotes(element.name) +
+                   ", the rest of the file cannot hold so many");
+    if (element.count > kMaxElements && (element.name == "vertex" || element.name == "face"))
+      values_.fail("more than 2^32 - 2 elements " + in_quotes(element.name));
+  }
+
+  void read_vertices(const Element& element) {
+    std::array<std::size_t, 3> axes{};
+    constexpr std::array<std::string_view, 3> kNames{"x", "y", "z"};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::optional<std::size_t> found = element.find({kNames[i]});
+      if (!found || element.properties[*found].count_type)
+        throw InputError(file_, "", "element 'vertex' has no scalar property '" + std::string(kNames[i]) + "'");
+      axes[i] = *found;
+    }
+    mesh_.positions.reserve(element.count);
+    for (std::uint64_t v = 0; v < element.count; ++v) {
+      std::array<double, 3> position{};
+      for (std::size_t i = 0; i < element.properties.size(); ++i) {
+        const Property& property = element.properties[i];
+        const std::size_t axis = static_cast<std::size_t>(std::find(axes.begin(), axes.end(), i) - axes.begin());
+        if (axis < 3)
+          position[axis] = values_.number(property.type);
+        else
+          skip(property);
+      }
+      if (!std::isfinite(position[0]) || !std::isfinite(position[1]) || !std::isfinite(position[2]))
+        throw InputError(file_, "vertex " + std::to_string(v), "a coordinate is not finite");
+      mesh_.positions.push_back({position[0], position[1], position[2]});
+    }
+  }
+
+  void read_faces(const Element& element) {
+    const std::optional<std::size_t> corners = element.find({"vertex_indices", "vertex_index"});
+    if (!corners || !element.properties[*corners].count_type || !is_integer(element.properties[*corners].type))
+      throw InputError(file_, "", "element 'face' has no list of integers 'vertex_indices' or 'vertex_index'");
+    mesh_.faces.reserve(element.count);
+    for (std::uint64_t f = 0; f < element.count; ++f) {
+      for (std::size_t i = 0; i < element.properties.size(); ++i) {
+        if (i == *corners)
+          read_polygon(element.properties[i], f);
+        else
+          skip(element.properties[i]);
+      }
+    }
+  }
+
+  void read_polygon(const Property& property, std::uint64_t face) {
+    const std::int64_t count = values_.integer(*property.count_type);
+    if (count < 3) face_error(face, "has " + std::to_string(count) + " vertices, expected at least 3");
+    const std::uint32_t first = corner(property.type, face);
+    std::uint32_t previous = corner(property.type, face);
+    for (std::int64_t i = 2; i < count; ++i) {
+      const std::uint32_t next = corner(property.type, face);
+      if (mesh_.faces.size() == kMaxElements) face_error(face, "is beyond 2^32 - 2 triangles");
+      mesh_.faces.push_back({first, previous, next});
+      previous = next;
+    }
+    note_source(mesh_, static_cast<std::size_t>(count - 2), face);
+  }
+
+  std::uint32_t corner(Scalar type, std::uint64_t face) {
+    const std::int64_t vertex = values_.integer(type);
+    if (vertex < 0 || static_cast<std::uint64_t>(vertex) >= vertex_count_)
+      face_error(face, "refers to vertex " + std::to_string(vertex) + ", the mesh has " +
+                           std::to_string(vertex_count_) + " vertices");
+    return static_cast<std::uint32_t>(vertex);
+  }
+
+  void skip(const Property& property) {
+    if (!property.count_type) return values_.skip(property.type, 1);
+    const std::int64_t count = values_.integer(*property.count_type);
+    if (count < 0) values_.fail("a list of " + std::to_string(count) + " items");
+    values_.skip(property.type, static_cast<std::uint64_t>(count));
+  }
+
+  void skip(const Element& element) {
+    if (element.properties.empty()) return;
+    for (std::uint64_t i = 0; i < element.count; ++i)
+      for (const Property& property : element.properties) skip(property);
+  }
+
+  [[noreturn]] void face_error(std::uint64_t face, const std::string& reason) const {
+    throw InputError(file_, "face " + std::to_string(face), reason);
+  }
+
+  const std::filesystem::path& file_;
+  const Header& header_;
+  Values values_;
+  std::uint64_t vertex_count_ = 0;
+  Mesh mesh_;
+};
+
+}  // namespace
+
+Mesh read_ply(const std::filesystem::path& file, std::string_view bytes) {
+  const Header header = HeaderParser(file, bytes).parse();
+  switch (header.encoding) {
+    case Encoding::ascii:
+      return MeshReader(file, header, AsciiValues(file, bytes, header)).read();
+    case Encoding::little:
+      return MeshReader(file, header, BinaryValues<false>(file, bytes, header)).read();
+    case Encoding::big:
+      return MeshReader(file, header, BinaryValues<true>(file, bytes, header)).read();
+  }
+  throw InputError(file, "", "has an unknown encoding");
+}
+
+}  // namespace gpvc::io

@@ -1,0 +1,419 @@
+// Textured models back in: any writer's OBJ + MTL, any GLB of triangles with base colour textures.
+#include <tiny_gltf.h>
+#include <tiny_obj_loader.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "io/files/file_bytes.h"
+#include "io/files/text_scan.h"
+#include "io/images/image_file.h"
+#include "io/io.h"
+#include "io/scenes/scene_file.h"
+
+namespace gpvc::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+WorldPoint read_offset(const fs::path& file) {
+  std::ifstream in(file);
+  WorldPoint offset;
+  if (!in) return offset;
+  if (!(in >> offset.x >> offset.y >> offset.z)) throw InputError(file, "line 1", "expected three numbers, x y z");
+  return offset;
+}
+
+/// What a library says, as the end of our sentence: on one line, without the file's name and the library's full stops.
+std::string reason_of(const fs::path& file, std::string said) {
+  const std::string name = file.string();
+  for (std::size_t at; (at = said.find(name)) != std::string::npos;) said.erase(at, name.size());
+  std::string reason;
+  for (const char c : said) {
+    const bool blank = static_cast<unsigned char>(c) <= ' ';
+    if (!blank) reason += c;
+    if (blank && !reason.empty() && reason.back() != ' ') reason += ' ';
+  }
+  reason.erase(reason.find_last_not_of(" .:") + 1);
+  constexpr std::size_t kLongest = 300;
+  return reason.size() <= kLongest ? reason : reason.substr(0, kLongest) + "...";
+}
+
+/// Pages in order of first use; several materials may share one file. A path of another machine is looked for by its
+/// last name beside the model.
+class PageList {
+ public:
+  explicit PageList(const fs::path& model) : model_(model) {}
+  std::uint32_t page(const std::string& name) {
+    const fs::path folder = model_.parent_path(), path = slashed(name);
+    std::error_code error;
+    const fs::path file = fs::exists(folder / path, error) ? folder / path : folder / path.filename();
+    const auto [place, fresh] = pages_.try_emplace(file, static_cast<std::uint32_t>(images_.size()));
+    if (!fresh) return place->second;
+    try {
+      images_.push_back(read_image(file));
+    } catch (const InputError& found) {
+      throw InputError(model_, "texture", reason_of(model_, found.what()));
+    }
+    return place->second;
+  }
+  std::vector<Image> take() { return std::move(images_); }
+
+ private:
+  fs::path model_;
+  std::map<fs::path, std::uint32_t> pages_;
+  std::vector<Image> images_;
+};
+
+LoadedModel read_textured_obj(const fs::path& file) {
+  tinyobj::ObjReaderConfig config;
+  config.triangulate = true;
+  config.vertex_color = false;
+  tinyobj::ObjReader reader;
+  if (!reader.ParseFromFile(file.string(), config))
+    throw InputError(file, "", "expected an OBJ model: " + reason_of(file, reader.Error()));
+
+  LoadedModel result;
+  const tinyobj::attrib_t& attributes = reader.GetAttrib();
+  for (std::size_t i = 0; i + 2 < attributes.vertices.size(); i += 3)
+    result.mesh.positions.push_back({attributes.vertices[i], attributes.vertices[i + 1], attributes.vertices[i + 2]});
+  for (std::size_t i = 0; i + 1 < attributes.texcoords.size(); i += 2)
+    result.model.texcoords.push_back(
+        {static_cast<float>(attributes.texcoords[i]), static_cast<float>(1.0 - attributes.texcoords[i + 1])});
+  const auto unused = static_cast<std::uint32_t>(result.model.texcoords.size());
+  result.model.texcoords.push_back({0, 0});
+
+  PageList pages(file);
+  std::vector<std::uint32_t> page_of_material;
+  for (const tinyobj::material_t& material : reader.GetMaterials())
+    page_of_material.push_back(material.diffuse_texname.empty() ? kNoPage : pages.page(material.diffuse_texname));
+  for (const tinyobj::shape_t& shape : reader.GetShapes()) {
+    for (std::size_t f = 0; 3 * f + 2 < shape.mesh.indices.size(); ++f) {
+      Triangle face{}, texcoords{};
+      bool textured = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const tinyobj::index_t& corner = shape.mesh.indices[3 * f + k];
+        if (corner.vertex_index < 0 || static_cast<std::size_t>(corner.vertex_index) >= result.mesh.positions.size())
+          throw InputError(file, "face " + std::to_string(result.mesh.faces.size()), "vertex index out of range");
+        face[k] = static_cast<std::uint32_t>(corner.vertex_index);
+        textured = textured && corner.texcoord_index >= 0 && corner.texcoord_index < static_cast<int>(unused);
+        texcoords[k] = textured ? static_cast<std::uint32_t>(corner.texcoord_index) : unused;
+      }
+      const int material = shape.mesh.material_ids[f];
+      const bool known = material >= 0 && static_cast<std::size_t>(material) < page_of_material.size();
+      result.mesh.faces.push_back(face);
+      result.model.face_texcoords.push_back(texcoords);
+      result.model.face_page.push_back(textured && known ? page_of_material[static_cast<std::size_t>(material)]
+                                                         : kNoPage);
+    }
+  }
+  result.pages = pages.take();
+  result.offset = read_offset(file.parent_path() / "offset.txt");
+  return result;
+}
+
+// Typed read access to one accessor, checked against its buffer.
+class AccessorView {
+ public:
+  AccessorView(const fs::path& file, const tinygltf::Model& model, int accessor_index, int type) {
+    const auto fail = [&](const std::string& reason) {
+      throw InputError(file, "accessor " + std::to_string(accessor_index), reason);
+    };
+    if (accessor_index < 0 || static_cast<std::size_t>(accessor_index) >= model.accessors.size())
+      fail("expected an accessor that exists");
+    const tinygltf::Accessor& accessor = model.accessors[static_cast<std::size_t>(accessor_index)];
+    if (accessor.bufferView < 0 || static_cast<std::size_t>(accessor.bufferView) >= model.bufferViews.size())
+      fail("expected a buffer view");
+    const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+    if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
+      fail("expected a buffer that exists");
+    if (accessor.type != type) fail("expected another number of components");
+    const std::vector<unsigned char>& buffer = model.buffers[static_cast<std::size_t>(view.buffer)].data;
+    component_ = accessor.componentType;
+    count = accessor.count;
+    const int stride = accessor.ByteStride(view);
+    const int element = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_)) *
+                        tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+    if (stride <= 0 || element <= 0 || stride < element || view.byteOffset > buffer.size() ||
+        accessor.byteOffset > buffer.size() - view.byteOffset)
+      fail("reaches beyond its buffer");
+    const std::size_t first = view.byteOffset + accessor.byteOffset;
+    // The last element need not be followed by its stride's padding.
+    const std::size_t room = buffer.size() - first, last = static_cast<std::size_t>(element);
+    if (count > 0 && (room < last || (room - last) / static_cast<std::size_t>(stride) < count - 1))
+      fail("reaches beyond its buffer");
+    stride_ = static_cast<std::size_t>(stride);
+    data_ = buffer.data() + first;
+  }
+  float component(std::size_t element, std::size_t k) const {
+    float value = 0;
+    std::memcpy(&value, data_ + element * stride_ + 4 * k, sizeof value);
+    return value;
+  }
+  std::uint32_t integer(std::size_t element) const {
+    const unsigned char* at = data_ + element * stride_;
+    if (component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return *at;
+    if (component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
+      std::uint16_t value = 0;
+      std::memcpy(&value, at, sizeof value);
+      return value;
+    }
+    std::uint32_t value = 0;
+    std::memcpy(&value, at, sizeof value);
+    return value;
+  }
+  bool is_index() const {
+    return component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+           component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT || component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+  }
+  bool is_float() const { return component_ == TINYGLTF_COMPONENT_TYPE_FLOAT; }
+  std::size_t count = 0;
+
+ private:
+  const unsigned char* data_ = nullptr;
+  std::size_t stride_ = 0;
+  int component_ = 0;
+};
+
+/// The image that a material shows, kNoPage for none.
+std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, int material) {
+  const auto within = [&](int number, std::size_t count, const char* what) {
+    if (number < 0 || static_cast<std::size_t>(number) >= count)
+      throw InputError(file, what + (" " + std::to_string(number)),
+                       "does not exist, expected one of " + std::to_string(count));
+    return static_cast<std::size_t>(number);
+  };
+  const int texture =
+      model.materials[within(material, model.materials.size(), "material")].pbrMetallicRoughness.baseColorTexture.index;
+  if (texture < 0) return kNoPage;
+  const int image = model.textures[within(texture, model.textures.size(), "texture")].source;
+  return static_cast<std::uint32_t>(within(image, model.images.size(), "image"));
+}
+
+void append_primitive(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                      LoadedModel& result) {
+  if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1) return;
+  const auto position = primitive.attributes.find("POSITION");
+  if (position == primitive.attributes.end()) throw InputError(file, "mesh", "expected a POSITION attribute");
+  const AccessorView positions(file, model, position->second, TINYGLTF_TYPE_VEC3);
+  if (!positions.is_float()) throw InputError(file, "mesh", "expected float positions");
+
+  std::uint32_t page = kNoPage;
+  const auto texcoord = primitive.attributes.find("TEXCOORD_0");
+  if (primitive.material >= 0 && texcoord != primitive.attributes.end()) {
+    page = page_of(file, model, primitive.material);
+  }
+  const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
+  for (std::size_t i = 0; i < positions.count; ++i) {
+    result.mesh.positions.push_back({positions.component(i, 0), positions.component(i, 1), positions.component(i, 2)});
+    result.model.texcoords.push_back({0, 0});
+  }
+  if (page != kNoPage) {
+    const AccessorView texcoords(file, model, texcoord->second, TINYGLTF_TYPE_VEC2);
+    if (!texcoords.is_float()) throw InputError(file, "mesh", "expected float texture coordinates");
+    for (std::size_t i = 0; i < std::min(positions.count, texcoords.count); ++i)
+      result.model.texcoords[base + i] = {texcoords.component(i, 0), texcoords.component(i, 1)};
+  }
+  const auto append_face = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    if (std::max({a, b, c}) >= positions.count)
+      throw InputError(file, "face " + std::to_string(result.mesh.faces.size()), "vertex index out of range");
+    result.mesh.faces.push_back({base + a, base + b, base + c});
+    result.model.face_texcoords.push_back({base + a, base + b, base + c});
+    result.model.face_page.push_back(page);
+  };
+  if (primitive.indices >= 0) {
+    const AccessorView indices(file, model, primitive.indices, TINYGLTF_TYPE_SCALAR);
+    if (!indices.is_index()) throw InputError(file, "mesh", "expected unsigned indices");
+    for (std::size_t i = 0; i + 2 < indices.count; i += 3)
+      append_face(indices.integer(i), indices.integer(i + 1), indices.integer(i + 2));
+  } else {
+    for (std::uint32_t i = 0; i + 2 < positions.count; i += 3) append_face(i, i + 1, i + 2);
+  }
+}
+
+/// Keeps the bytes of images in files and in the JSON. Those in a buffer stay there: tinygltf asks for them before it
+/// has held their place against the buffer's size, and its own decoder believes every length that a PNG claims.
+bool keep_bytes(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size,
+                void*) {
+  if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
+  return true;
+}
+
+std::string_view bytes_of(const fs::path& file, const tinygltf::Model& model, const tinygltf::Image& image,
+                          const std::string& part) {
+  if (image.bufferView < 0) {
+    if (image.image.empty())
+      throw InputError(file, part,
+                       "cannot be read, expected " + (image.uri.empty() ? "its bytes" : "a file " + image.uri));
+    return {reinterpret_cast<const char*>(image.image.data()), image.image.size()};
+  }
+  if (static_cast<std::size_t>(image.bufferView) >= model.bufferViews.size())
+    throw InputError(file, part, "expected a buffer view that exists");
+  const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(image.bufferView)];
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
+    throw InputError(file, part, "expected a buffer that exists");
+  const std::vector<unsigned char>& buffer = model.buffers[static_cast<std::size_t>(view.buffer)].data;
+  if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset)
+    throw InputError(file, part, "reaches beyond its buffer");
+  return {reinterpret_cast<const char*>(buffer.data()) + view.byteOffset, view.byteLength};
+}
+
+/// Decodes the images that faces show, and no others; face_page becomes their place among the pages.
+void add_pages(const fs::path& file, const tinygltf::Model& model, LoadedModel& result) {
+  std::vector<std::uint32_t> page_of_image(model.images.size(), kNoPage);
+  for (std::uint32_t& page : result.model.face_page) {
+    if (page == kNoPage) continue;
+    std::uint32_t& known = page_of_image[page];
+    if (known == kNoPage) {
+      known = static_cast<std::uint32_t>(result.pages.size());
+      const tinygltf::Image& image = model.images[page];
+      std::string part = "image " + std::to_string(page);
+      if (const std::string& name = image.name.empty() ? image.uri : image.name; !name.empty())
+        part += " (" + reason_of(file, name) + ")";
+      result.pages.push_back(decode_image(file, part, bytes_of(file, model, image, part)));
+    }
+    page = known;
+  }
+}
+
+WorldPoint offset_of(const tinygltf::Model& model) {
+  for (const tinygltf::Node& node : model.nodes) {
+    if (!node.extras.Has("offset")) continue;
+    const tinygltf::Value& offset = node.extras.Get("offset");
+    if (offset.IsArray() && offset.ArrayLen() == 3)
+      return {offset.Get(0).GetNumberAsDouble(), offset.Get(1).GetNumberAsDouble(), offset.Get(2).GetNumberAsDouble()};
+  }
+  return {};
+}
+
+/// tinygltf and the JSON library below it go one call deeper per bracket.
+void check_depth(const fs::path& file, std::string_view json) {
+  constexpr int kDeepest = 200;
+  int depth = 0;
+  bool quoted = false;
+  for (std::size_t at = 0; at < json.size(); ++at) {
+    const char c = json[at];
+    if (quoted) {
+      if (c == '\\') ++at;
+      if (c == '"') quoted = false;
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > kDeepest) throw InputError(file, "", "expected a glTF, whose JSON nests less deeply");
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+}
+
+/// The JSON chunk of a GLB. What tinygltf does not hold against the file's size is checked here: it passes a BIN chunk
+/// that ends up to 8 bytes behind the file.
+std::string_view json_of(const fs::path& file, std::string_view glb) {
+  ByteReader reader(file, glb);
+  constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A;
+  const auto word = [&](const char* what) { return reader.read<std::uint32_t>(what); };
+  if (word("the GLB's header") != kMagic) throw InputError(file, "byte 0", "expected a GLB, which begins with 'glTF'");
+  if (const std::uint32_t version = word("the GLB's header"); version != 2)
+    throw InputError(file, "byte 4", "expected a GLB of version 2, found " + std::to_string(version));
+  word("the GLB's header");  // the length of all, which tinygltf compares
+  const std::uint32_t json_bytes = word("the GLB's JSON chunk");
+  if (word("the GLB's JSON chunk") != kJson) throw InputError(file, "byte 16", "expected a GLB's JSON chunk");
+  const std::string_view json = reader.take(json_bytes, "the GLB's JSON chunk");
+  if (reader.remaining() > 0) {
+    const std::uint32_t binary_bytes = word("the GLB's binary chunk");
+    word("the GLB's binary chunk");
+    reader.take(binary_bytes, "the GLB's binary chunk");
+  }
+  return json;
+}
+
+/// Buffers and images in files, read like all other files here.
+tinygltf::FsCallbacks file_callbacks() {
+  tinygltf::FsCallbacks callbacks{};
+  callbacks.FileExists = [](const std::string& name, void*) {
+    std::error_code error;
+    return fs::is_regular_file(name, error);
+  };
+  callbacks.ExpandFilePath = [](const std::string& name, void*) { return name; };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void*) {
+    try {
+      const FileBytes bytes(name);
+      out->assign(bytes.view().begin(), bytes.view().end());
+      return true;
+    } catch (const InputError& found) {
+      *error += found.what();
+      return false;
+    }
+  };
+  return callbacks;
+}
+
+tinygltf::Model parse_gltf(const fs::path& file) {
+  const bool binary = lower_case(file.extension().string()) == ".glb";
+  const std::string expected = binary ? "expected a GLB" : "expected a glTF";
+  const FileBytes bytes(file);
+  const std::string_view view = bytes.view();
+  if (view.empty()) throw InputError(file, "", "is empty, " + expected);
+  if (view.size() > 0xFFFFFFFFu) throw InputError(file, "", expected + " of less than 4 GiB");
+  check_depth(file, binary ? json_of(file, view) : view);
+  tinygltf::TinyGLTF loader;
+  loader.SetImageLoader(keep_bytes, nullptr);
+  loader.SetFsCallbacks(file_callbacks());
+  tinygltf::Model model;
+  std::string error, warning;
+  bool good = false;
+  try {
+    const std::string folder = file.parent_path().string();
+    const auto size = static_cast<unsigned>(view.size());
+    good = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
+                                                reinterpret_cast<const unsigned char*>(view.data()), size, folder)
+                  : loader.LoadASCIIFromString(&model, &error, &warning, view.data(), size, folder);
+  } catch (const std::logic_error& found) {  // of a standard container, at what is empty or out of range
+    error += found.what();
+  } catch (const std::runtime_error& found) {
+    error += found.what();
+  }
+  if (!good) throw InputError(file, "", expected + ": " + reason_of(file, error));
+  return model;
+}
+
+LoadedModel read_textured_gltf(const fs::path& file) {
+  const tinygltf::Model model = parse_gltf(file);
+  LoadedModel result;
+  for (const tinygltf::Mesh& mesh : model.meshes)
+    for (const tinygltf::Primitive& primitive : mesh.primitives) append_primitive(file, model, primitive, result);
+  add_pages(file, model, result);
+  result.offset = offset_of(model);
+  return result;
+}
+
+void check_numbers(const fs::path& file, const LoadedModel& loaded) {
+  for (std::size_t i = 0; i < loaded.mesh.positions.size(); ++i) {
+    const WorldPoint& p = loaded.mesh.positions[i];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+      throw InputError(file, "vertex " + std::to_string(i), "a coordinate is not finite");
+  }
+  for (std::size_t i = 0; i < loaded.model.texcoords.size(); ++i)
+    if (!std::isfinite(loaded.model.texcoords[i].u) || !std::isfinite(loaded.model.texcoords[i].v))
+      throw InputError(file, "texture coordinate " + std::to_string(i), "is not finite");
+}
+
+}  // namespace
+
+LoadedModel read_textured_model(const fs::path& file) {
+  const std::string extension = lower_case(file.extension().string());
+  const bool gltf = extension == ".glb" || extension == ".gltf";
+  if (!gltf && extension != ".obj") throw InputError(file, "", "expected a textured model, .obj, .glb or .gltf");
+  LoadedModel loaded = gltf ? read_textured_gltf(file) : read_textured_obj(file);
+  check_numbers(file, loaded);
+  return loaded;
+}
+
+}  // namespace gpvc::io

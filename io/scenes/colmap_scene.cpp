@@ -1,0 +1,488 @@
+// COLMAP's sparse model, binary and text: https://colmap.github.io/format.html COLMAP's upper left pixel centre is
+// (0.5, 0.5), its camera frame x right, y down, z forward: both are ours. Poses are world-to-camera, x_camera = R
+// x_world + t, so the centre is -R^T t.
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <span>
+
+#include "io/error.h"
+#include "io/files/file_bytes.h"
+#include "io/files/text_scan.h"
+#include "io/scenes/colmap_scene.h"
+#include "io/scenes/omitted_lenses.h"
+
+namespace gpvc::io {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// COLMAP's camera models in the order of their numbers. `terms` says which parameter is which: f (both focal lengths),
+/// x y (one each), c d (principal point), the rest as in term_of; '?' marks a model that is known only to be skipped
+/// and refused by name.
+struct Model {
+  std::string_view name, terms;
+};
+constexpr std::array<Model, 18> kModels{{{"SIMPLE_PINHOLE", "fcd"},
+                                         {"PINHOLE", "xycd"},
+                                         {"SIMPLE_RADIAL", "fcd1"},
+                                         {"RADIAL", "fcd12"},
+                                         {"OPENCV", "xycd12pq"},
+                                         {"OPENCV_FISHEYE", "xycd1234"},
+                                         {"FULL_OPENCV", "xycd12pq3789"},
+                                         {"FOV", "xycdo"},
+                                         {"SIMPLE_RADIAL_FISHEYE", "fcd1"},
+                                         {"RADIAL_FISHEYE", "fcd12"},
+                                         {"THIN_PRISM_FISHEYE", "xycd12pq34st"},
+                                         {"RAD_TAN_THIN_PRISM_FISHEYE", "xycd123456qpsutv"},
+                                         {"SIMPLE_DIVISION", "fcd1"},
+                                         {"DIVISION", "xycd1"},
+                                         {"SIMPLE_FISHEYE", "fcd"},
+                                         {"FISHEYE", "xycd"},
+                                         {"EUCM", "xycdab"},
+                                         {"EQUIRECTANGULAR", "??"}}};
+
+bool is_supported(const Model& model) { return !model.terms.starts_with('?'); }
+
+std::string supported_models() {
+  std::string names;
+  for (const Model& model : kModels)
+    if (is_supported(model)) names += (names.empty() ? "" : ", ") + std::string(model.name);
+  return "supported are " + names;
+}
+
+double& term_of(Camera& camera, char name) {
+  Distortion& d = camera.distortion;
+  switch (name) {
+    case 'x':
+      return camera.fx;
+    case 'y':
+      return camera.fy;
+    case 'c':
+      return camera.cx;
+    case 'd':
+      return camera.cy;
+    case '1':
+      return d.k1;
+    case '2':
+      return d.k2;
+    case '3':
+      return d.k3;
+    case '4':
+      return d.k4;
+    case 'p':
+      return d.p1;
+    case 'q':
+      return d.p2;
+    case '7':
+      return d.d1;
+    case '8':
+      return d.d2;
+    case '9':
+      return d.d3;
+    case '5':
+      return d.k5;
+    case '6':
+      return d.k6;
+    case 's':
+      return d.s1;
+    case 't':
+      return d.s2;
+    case 'u':
+      return d.s3;
+    case 'v':
+      return d.s4;
+    case 'a':
+      return d.alpha;
+    case 'b':
+      return d.beta;
+    default:
+      return d.omega;
+  }
+}
+
+struct ColmapCamera {
+  const Model* model = nullptr;
+  std::uint64_t width = 0, height = 0;
+  std::vector<double> parameters;
+  std::string place;  ///< where in the cameras' file it stands
+};
+
+using ColmapCameras = std::map<std::uint64_t, ColmapCamera>;
+
+/// SIMPLE_FISHEYE and FISHEYE are equidistant, too, without terms (https://colmap.github.io/cameras.html); no model is
+/// equisolid.
+LensModel lens_of(std::string_view model) {
+  if (model == "FOV") return LensModel::fov;
+  if (model == "EUCM") return LensModel::unified;
+  if (model == "RAD_TAN_THIN_PRISM_FISHEYE") return LensModel::fisheye_624;
+  if (model.ends_with("DIVISION")) return LensModel::division;
+  return model.ends_with("FISHEYE") ? LensModel::equidistant : LensModel::perspective;
+}
+
+/// \pre is_supported(*in.model)
+Camera camera_from(const fs::path& file, const ColmapCamera& in) {
+  const std::string_view terms = in.model->terms;
+  constexpr std::uint64_t kMaxSide = 1u << 24;  // finish_camera's, before it becomes an int
+  if (in.width < 1 || in.height < 1 || in.width > kMaxSide || in.height > kMaxSide)
+    throw InputError(file, in.place,
+                     "an image size of " + std::to_string(in.width) + " x " + std::to_string(in.height));
+  Camera out;
+  out.width = static_cast<int>(in.width);
+  out.height = static_cast<int>(in.height);
+  out.distortion.model = lens_of(in.model->name);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (terms[i] == 'f')
+      out.fx = out.fy = in.parameters[i];
+    else
+      term_of(out, terms[i]) = in.parameters[i];
+  }
+  finish_camera(file, in.place, out);
+  return out;
+}
+
+/// x_camera = R x_world + t.
+Pose pose_from(const fs::path& file, const std::string& place, const std::array<double, 4>& quaternion,
+               const std::array<double, 3>& t) {
+  const std::optional<Matrix3> rotation = rotation_from_quaternion(quaternion);
+  if (!rotation) throw InputError(file, place, "the rotation quaternion has no direction");
+  if (!std::isfinite(t[0]) || !std::isfinite(t[1]) || !std::isfinite(t[2]))
+    throw InputError(file, place, "the translation is not finite");
+  const auto& r = *rotation;
+  return finish_pose(file, place, r,
+                     {-(r[0] * t[0] + r[3] * t[1] + r[6] * t[2]), -(r[1] * t[0] + r[4] * t[1] + r[7] * t[2]),
+                      -(r[2] * t[0] + r[5] * t[1] + r[8] * t[2])});
+}
+
+struct ColmapImage {
+  std::array<double, 4> quaternion;
+  std::array<double, 3> translation;
+  std::uint64_t camera_id = 0;
+  std::string_view name;
+};
+
+/// nullopt for an image whose lens is omitted.
+std::optional<View> view_from(const fs::path& images_file, const std::string& place, const ColmapImage& image,
+                              const fs::path& cameras_file, const ColmapCameras& cameras, OmittedLenses& omitted) {
+  View view;
+  // COLMAP writes '/' on every system; programs for Windows that write its format do not.
+  view.name = image.name.find('/') == std::string_view::npos ? slashed(image.name) : std::string(image.name);
+  if (view.name.empty()) throw InputError(images_file, place, "an image without a name");
+  const auto camera = cameras.find(image.camera_id);
+  if (camera == cameras.end())
+    throw InputError(images_file, place,
+                     "image " + in_quotes(image.name) + " refers to camera " + std::to_string(image.camera_id) +
+                         ", which " + cameras_file.filename().string() + " does not list");
+  if (const Model& model = *camera->second.model; !is_supported(model)) {
+    const std::string name(model.name);
+    omitted.add(name, InputError(cameras_file, camera->second.place,
+                                 "camera model " + name + " is not supported; " + supported_models()));
+    return std::nullopt;
+  }
+  view.camera = camera_from(cameras_file, camera->second);
+  view.pose = pose_from(images_file, place + ": image " + in_quotes(image.name), image.quaternion, image.translation);
+  return view;
+}
+
+// --- binary
+
+ColmapCameras read_cameras_bin(const fs::path& file, std::string_view bytes) {
+  ByteReader reader(file, bytes);
+  constexpr const char* kWhat = "the camera list";
+  const auto count = reader.read<std::uint64_t>(kWhat);
+  ColmapCameras cameras;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    ColmapCamera camera;
+    camera.place = "byte " + std::to_string(bytes.size() - reader.remaining());
+    const auto id = reader.read<std::uint32_t>(kWhat);
+    const auto model = reader.read<std::int32_t>(kWhat);
+    if (model < 0 || static_cast<std::size_t>(model) >= kModels.size())
+      reader.fail("camera model number " + std::to_string(model) + " is unknown; " + supported_models());
+    camera.model = &kModels[static_cast<std::size_t>(model)];
+    camera.width = reader.read<std::uint64_t>(kWhat);
+    camera.height = reader.read<std::uint64_t>(kWhat);
+    for (std::size_t p = 0; p < camera.model->terms.size(); ++p)
+      camera.parameters.push_back(reader.read<double>(kWhat));
+    cameras[id] = std::move(camera);
+  }
+  return cameras;
+}
+
+void read_images_bin(const fs::path& file, std::string_view bytes, const fs::path& cameras_file,
+                     const ColmapCameras& cameras, SceneFile& scene) {
+  ByteReader reader(file, bytes);
+  constexpr const char* kWhat = "the image list";
+  const auto count = reader.read<std::uint64_t>(kWhat);
+  OmittedLenses omitted;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::string place = "byte " + std::to_string(bytes.size() - reader.remaining());
+    ColmapImage image;
+    reader.read<std::uint32_t>(kWhat);  // the image's number: views are ordered by name
+    for (double& q : image.quaternion) q = reader.read<double>(kWhat);
+    for (double& t : image.translation) t = reader.read<double>(kWhat);
+    image.camera_id = reader.read<std::uint32_t>(kWhat);
+    image.name = reader.take_text(kWhat);
+    const auto points = reader.read<std::uint64_t>(kWhat);
+    constexpr std::uint64_t kPointBytes = 24;  // x, y, 3D point number
+    if (points > reader.remaining() / kPointBytes) reader.fail("the file ends inside the points of an image");
+    reader.take(points * kPointBytes, kWhat);
+    if (auto view = view_from(file, place, image, cameras_file, cameras, omitted))
+      scene.views.push_back(std::move(*view));
+  }
+  omitted.settle(scene);
+}
+
+// --- text
+
+/// Lines of a text model with their numbers. COLMAP's own "Number of ...: N" comment is no part of the model, but it
+/// tells of files that were cut: COLMAP ends every line, so there a last line without an end is doubtful.
+class ModelLines {
+ public:
+  ModelLines(const fs::path& file, std::string_view text, const char* what) : file_(file), rest_(text), what_(what) {
+    const std::string comment = "# Number of " + std::string(what) + ": ";
+    const std::size_t at = text.substr(0, 1000).find(comment);
+    if (at == std::string_view::npos) return;
+    std::string_view digits = text.substr(at + comment.size(), 20);
+    digits = digits.substr(0, digits.find_first_not_of("0123456789"));
+    if (const auto number = integer_from<std::uint64_t>(digits)) announced_ = *number;
+  }
+  /// The next line that is neither blank nor a comment.
+  bool next(std::string_view& line) {
+    while (next_raw(line)) {
+      std::string_view copy = line;
+      const std::string_view word = next_word(copy);
+      if (!word.empty() && word.front() != '#') return true;
+    }
+    return false;
+  }
+  bool next_raw(std::string_view& line) {
+    if (rest_.empty()) return false;
+    ++number_;
+    ended_ = rest_.find('\n') != std::string_view::npos;
+    line = next_line(rest_);
+    return true;
+  }
+  /// The line read last has an end.
+  bool ended() const { return ended_; }
+  /// To be called at the end of the file. Entries that are missing were taken out by hand, or the file was cut between
+  /// two lines. `last_ended`: the last entry has a line end; otherwise its `last_part` may be a shorter one than was
+  /// written.
+  void check_count(std::uint64_t found, bool last_ended, const char* last_part,
+                   std::vector<std::string>& warnings) const {
+    if (!announced_) return;
+    if (found < *announced_ && !ended_) fail("the file ends inside this line");
+    const std::string name = file_.filename().string();
+    if (found != *announced_)
+      warnings.push_back(name + " announces " + std::to_string(*announced_) + ' ' + what_ + " and holds " +
+                         std::to_string(found));
+    if (!last_ended) warnings.push_back("the last line of " + name + " has no end; " + last_part + " may be cut short");
+  }
+  std::string place() const { return "line " + std::to_string(number_); }
+  [[noreturn]] void fail(const std::string& reason) const { throw InputError(file_, place(), reason); }
+
+  double number(std::string_view& line, const char* what) const {
+    const std::string_view word = next_word(line);
+    const std::optional<double> value = number_from(word);
+    if (!value) fail(std::string("expected ") + what + ", found " + in_quotes(word));
+    return *value;
+  }
+  std::uint64_t integer(std::string_view& line, const char* what) const {
+    const std::string_view word = next_word(line);
+    const std::optional<std::uint64_t> value = integer_from<std::uint64_t>(word);
+    if (!value) fail(std::string("expected ") + what + ", found " + in_quotes(word));
+    return *value;
+  }
+
+ private:
+  const fs::path& file_;
+  std::string_view rest_;
+  const char* what_;
+  std::size_t number_ = 0;
+  bool ended_ = true;
+  std::optional<std::uint64_t> announced_;
+};
+
+ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text, std::vector<std::string>& warnings) {
+  ModelLines lines(file, text, "cameras");
+  ColmapCameras cameras;
+  for (std::string_view line; lines.next(line);) {
+    ColmapCamera camera;
+    camera.place = lines.place();
+    const std::uint64_t id = lines.integer(line, "a camera number");
+    const std::string_view name = next_word(line);
+    for (const Model& model : kModels)
+      if (model.name == name) camera.model = &model;
+    if (camera.model == nullptr) lines.fail("camera model " + in_quotes(name) + " is unknown; " + supported_models());
+    camera.width = lines.integer(line, "an image width");
+    camera.height = lines.integer(line, "an image height");
+    for (std::size_t p = 0; p < camera.model->terms.size(); ++p)
+      camera.parameters.push_back(lines.number(line, "a camera parameter"));
+    if (const std::string_view extra = next_word(line); !extra.empty())
+      lines.fail("camera model " + std::string(name) + " has " + std::to_string(camera.model->terms.size()) +
+                 " parameters, found a further " + in_quotes(extra));
+    cameras[id] = std::move(camera);
+  }
+  lines.check_count(cameras.size(), lines.ended(), "its last number", warnings);
+  return cameras;
+}
+
+/// The second line of an image holds X Y POINT3D_ID triples. It is not read, but a file written without it must not
+/// lose every other image in silence: the line has to be empty or to end in a number (of any kind: other programs write
+/// -1.0).
+void check_points(const ModelLines& lines, std::string_view line) {
+  while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
+  if (line.empty()) return;
+  const std::size_t blank = line.find_last_of(" \t");
+  if (!number_from(line.substr(blank == std::string_view::npos ? 0 : blank + 1)))
+    lines.fail("expected the points of the image above (X Y POINT3D_ID triples) or an empty line");
+}
+
+void read_images_txt(const fs::path& file, std::string_view text, const fs::path& cameras_file,
+                     const ColmapCameras& cameras, SceneFile& scene) {
+  ModelLines lines(file, text, "images");
+  OmittedLenses omitted;
+  std::uint64_t count = 0;
+  bool pose_ended = true;
+  for (std::string_view line; lines.next(line);) {
+    ++count;
+    pose_ended = lines.ended();
+    ColmapImage image;
+    lines.integer(line, "an image number");
+    for (double& q : image.quaternion) q = lines.number(line, "a quaternion");
+    for (double& t : image.translation) t = lines.number(line, "a translation");
+    image.camera_id = lines.integer(line, "a camera number");
+    while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
+    while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
+    image.name = line;
+    if (auto view = view_from(file, lines.place(), image, cameras_file, cameras, omitted))
+      scene.views.push_back(std::move(*view));
+    if (lines.next_raw(line)) check_points(lines, line);
+  }
+  lines.check_count(count, pose_ended, "the name of the last image", scene.warnings);
+  omitted.settle(scene);
+}
+
+bool holds_model(const fs::path& folder, const char* extension) {
+  std::error_code ignored;
+  return fs::exists(folder / (std::string("cameras") + extension), ignored) &&
+         fs::exists(folder / (std::string("images") + extension), ignored);
+}
+
+/// The models that COLMAP's mapper numbers in a folder, one for each group of images it could not bring into the frame
+/// of another, by number.
+std::map<std::uint32_t, fs::path> numbered_models(const fs::path& folder) {
+  std::map<std::uint32_t, fs::path> models;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    const auto number = integer_from<std::uint32_t>(name);
+    if (number && (holds_model(entry.path(), ".bin") || holds_model(entry.path(), ".txt")))
+      models.emplace(*number, entry.path());
+  }
+  return models;
+}
+
+/// What a model's list of images says, without reading it; 0 for a list that is broken.
+std::uint64_t count_images(const fs::path& model) {
+  std::uint64_t count = 0;
+  if (holds_model(model, ".bin")) {
+    const std::string head = first_bytes(model / "images.bin", sizeof count);
+    if (head.size() == sizeof count) std::memcpy(&count, head.data(), sizeof count);
+    return count;
+  }
+  const FileBytes bytes(model / "images.txt");
+  std::string_view rest = bytes.view();
+  while (!rest.empty()) {
+    std::string_view line = next_line(rest);
+    const std::string_view word = next_word(line);
+    if (word.empty() || word.front() == '#') continue;
+    ++count;
+    next_line(rest);  // its points
+  }
+  return count;
+}
+
+/// A model itself, one of its files, or a data set's root as COLMAP and its users lay it out; the folder above several
+/// numbered models.
+std::optional<fs::path> find(const fs::path& source) {
+  std::error_code ignored;
+  if (fs::is_regular_file(source, ignored)) {
+    const std::string name = source.stem().string(), extension = source.extension().string();
+    if ((name != "cameras" && name != "images") || (extension != ".bin" && extension != ".txt")) return std::nullopt;
+    const fs::path folder = folder_of(source);
+    return holds_model(folder, extension.c_str()) ? std::optional(folder) : std::nullopt;
+  }
+  for (const char* below : {"", "sparse", "colmap"}) {
+    const fs::path folder = below[0] == '\0' ? source : source / below;
+    if (holds_model(folder, ".bin") || holds_model(folder, ".txt")) return folder;
+    const auto models = numbered_models(folder);
+    if (!models.empty()) return models.size() == 1 ? models.begin()->second : folder;
+  }
+  return std::nullopt;
+}
+
+/// Of the numbered models in a folder the one of most images: number 0 is the first that was begun, and often a
+/// fragment.
+fs::path largest_model(const fs::path& folder, std::vector<std::string>& warnings) {
+  const auto models = numbered_models(folder);
+  fs::path best;
+  std::uint64_t most = 0;
+  for (const auto& [number, model] : models)
+    if (const std::uint64_t count = count_images(model); best.empty() || count > most) best = model, most = count;
+  warnings.push_back("the folder holds " + std::to_string(models.size()) + " models; the largest, " +
+                     best.filename().string() + ", of " + std::to_string(most) +
+                     " images, is read, the others cannot be brought into its frame");
+  return best;
+}
+
+SceneFile read(const fs::path& found) {
+  std::vector<std::string> warnings;
+  const fs::path model =
+      holds_model(found, ".bin") || holds_model(found, ".txt") ? found : largest_model(found, warnings);
+  const bool binary = holds_model(model, ".bin");
+  const std::string extension = binary ? ".bin" : ".txt";
+  const fs::path cameras = model / ("cameras" + extension), images = model / ("images" + extension);
+  SceneFile scene;
+  {
+    const FileBytes camera_bytes(cameras), image_bytes(images);
+    scene = parse_colmap(binary, cameras, camera_bytes.view(), images, image_bytes.view());
+  }
+  scene.warnings.insert(scene.warnings.begin(), warnings.begin(), warnings.end());
+  for (const char* part : {"cameras", "images", "points3D", "rigs", "frames"}) {
+    std::error_code ignored;
+    if (const fs::path file = model / (part + extension); fs::is_regular_file(file, ignored))
+      scene.files.push_back(file);
+  }
+  fs::path folder = fs::absolute(model).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
+  for (int level = 0; level <= 2; ++level, folder = folder.parent_path())
+    if (scene.image_folders.empty() || folder / "images" != scene.image_folders.back())
+      scene.image_folders.push_back(folder / "images");
+  return scene;
+}
+
+}  // namespace
+
+SceneFile parse_colmap(bool binary, const fs::path& cameras_file, std::string_view cameras_bytes,
+                       const fs::path& images_file, std::string_view images_bytes) {
+  SceneFile scene;
+  scene.listing = images_file;
+  const ColmapCameras cameras = binary ? read_cameras_bin(cameras_file, cameras_bytes)
+                                       : read_cameras_txt(cameras_file, cameras_bytes, scene.warnings);
+  binary ? read_images_bin(images_file, images_bytes, cameras_file, cameras, scene)
+         : read_images_txt(images_file, images_bytes, cameras_file, cameras, scene);
+  return scene;
+}
+
+const SceneFormat& colmap_scene() {
+  static constexpr SceneFormat kFormat{
+      "COLMAP",
+      "a COLMAP model (a folder with cameras.bin and images.bin or cameras.txt and images.txt, there or in "
+      "sparse/NUMBER, sparse or colmap below it)",
+      find, read};
+  return kFormat;
+}
+
+}  // namespace gpvc::io

@@ -1,0 +1,303 @@
+// OpenSfM's reconstruction.json, which OpenDroneMap uses as well: "Dataset Structure" and "Geometric Models"
+// of OpenSfM's documentation, opensfm.org/docs; the georeferencing of OpenDroneMap from its run_opensfm
+// stage.
+//
+// Pixels   normalized: the middle of the photo is (0, 0), its longer side is 1, x right, y down. OpenSfM's
+// pixel
+//          coordinates put the first centre at (0, 0) and the middle at ((w - 1) / 2, (h - 1) / 2), so in
+//          ours the middle is (w / 2, h / 2): pixel = max(w, h) * normalized + size / 2.
+// Camera   x right, y down, z forward: ours.
+// Pose     rotation (angle-axis) and translation take world to camera: the centre is -R^T t.
+// Lens     perspective, simple_radial, radial and brown as OpenCV's five terms; fisheye and fisheye_opencv as
+//          OpenCV's fisheye. fisheye62 and fisheye624 add tangential and prism terms, which act on what the
+//          projection makes (camera_distortions_functions.h, Disto624), not on what the radial terms make of
+//          it as in Project Aria's model of that name: LensModel::equidistant. Terms that a file does not
+//          state are 0 and the projection is perspective, as in its io.py.
+// World    east, north, up about reference_lla where positions were known. OpenDroneMap replaces it by UTM
+//          less an offset, which stands in odm_georeferencing/coords.txt, and keeps the former as
+//          reconstruction.topocentric.json. It undistorts afterwards: undistorted/reconstruction.json is in
+//          the same coordinates.
+#include <array>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "io/files/file_bytes.h"
+#include "io/files/text_scan.h"
+#include "io/scenes/omitted_lenses.h"
+#include "io/scenes/scene_file.h"
+
+namespace gpvc::io {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// The points of a reconstruction outweigh its cameras a thousandfold and are not kept.
+Json parse_json(const fs::path& file, std::string_view text) {
+  const auto keep = [](int depth, Json::parse_event_t event, Json& value) {
+    return !(event == Json::parse_event_t::key && depth == 2 && value == "points");
+  };
+  try {
+    return Json::parse(text.begin(), text.end(), keep);
+  } catch (const Json::parse_error& error) {
+    throw InputError(file, "byte " + std::to_string(error.byte), "expected well-formed JSON");
+  } catch (const Json::exception&) {
+    throw InputError(file, "", "expected JSON with numbers that doubles can hold");
+  }
+}
+
+std::string digits(double value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+class OpensfmReader {
+ public:
+  OpensfmReader(const fs::path& file, std::string_view text) : file_(file), json_(parse_json(file, text)) {
+    scene_.listing = file;
+  }
+
+  SceneFile read() {
+    if (!json_.is_array() || json_.empty()) fail("", "expected a list of reconstructions");
+    std::size_t best = 0, most = 0;
+    for (std::size_t i = 0; i < json_.size(); ++i) {
+      const Json& reconstruction = json_[i];
+      if (!reconstruction.is_object() || !reconstruction.contains("shots") || !reconstruction["shots"].is_object() ||
+          !reconstruction.contains("cameras") || !reconstruction["cameras"].is_object())
+        fail("reconstruction " + std::to_string(i), "expected the objects 'cameras' and 'shots'");
+      if (reconstruction["shots"].size() > most) best = i, most = reconstruction["shots"].size();
+    }
+    if (json_.size() > 1)
+      scene_.warnings.push_back("the file holds " + std::to_string(json_.size()) +
+                                " reconstructions; the largest, of " + std::to_string(most) +
+                                " shots, is read, the others cannot be brought into its frame");
+    const Json& reconstruction = json_[best];
+    for (const auto& [name, shot] : reconstruction["shots"].items()) read_shot(name, shot, reconstruction["cameras"]);
+    omitted_.settle(scene_);
+    if (unposed_ > 0) scene_.warnings.push_back(std::to_string(unposed_) + " shots without a pose are left out");
+    if (reconstruction.contains("reference_lla")) set_reference(scene_, file_, reconstruction["reference_lla"]);
+    return std::move(scene_);
+  }
+
+  /// {latitude, longitude, altitude}, as embedded or as reference_lla.json. Zeros stand for none.
+  static void set_reference(SceneFile& scene, const fs::path& file, const Json& lla) {
+    std::array<double, 3> values{};
+    constexpr const char* kNames[] = {"latitude", "longitude", "altitude"};
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!lla.is_object() || !lla.contains(kNames[i]) || !lla[kNames[i]].is_number())
+        throw InputError(file, "reference_lla", "expected the numbers latitude, longitude and altitude");
+      values[i] = lla[kNames[i]].get<double>();
+    }
+    if (values[0] == 0 && values[1] == 0) return;
+    scene.srs = "ENU:" + digits(values[0]) + "," + digits(values[1]);
+    scene.offset = {0, 0, values[2]};
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& place, const std::string& reason) const {
+    throw InputError(file_, place, reason);
+  }
+
+  double number(const std::string& place, const Json& object, const char* key) const {
+    if (!object.contains(key)) fail(place, std::string("has no '") + key + "'");
+    return optional_number(place, object, key);
+  }
+  /// 0 when it is not there.
+  double optional_number(const std::string& place, const Json& object, const char* key) const {
+    const auto found = object.find(key);
+    if (found == object.end()) return 0;
+    if (!found->is_number()) fail(place, std::string("expected a number as '") + key + "'");
+    return found->get<double>();
+  }
+
+  WorldPoint triple(const std::string& place, const Json& object, const char* key) const {
+    const Json& values = object[key];
+    if (!values.is_array() || values.size() != 3 || !values[0].is_number() || !values[1].is_number() ||
+        !values[2].is_number())
+      fail(place, std::string("expected three numbers as '") + key + "'");
+    return {values[0].get<double>(), values[1].get<double>(), values[2].get<double>()};
+  }
+
+  void read_shot(const std::string& name, const Json& shot, const Json& cameras) {
+    const std::string place = "shot " + in_quotes(name);
+    if (!shot.is_object()) fail(place, "expected an object");
+    if (!shot.contains("rotation") || !shot.contains("translation")) {
+      ++unposed_;
+      return;
+    }
+    if (!shot.contains("camera") || !shot["camera"].is_string()) fail(place, "expected the name of a 'camera'");
+    const std::string id = shot["camera"].get<std::string>();
+    const auto found = cameras.find(id);
+    if (found == cameras.end()) fail(place, "its camera " + in_quotes(id) + " is not in the file");
+    const std::string of_camera = "camera " + in_quotes(id);
+    if (const std::string type = projection_of(of_camera, *found); !is_supported(type)) {
+      omitted_.add(type, InputError(file_, of_camera,
+                                    "projection type " + in_quotes(type) +
+                                        " is not supported; supported are perspective, simple_radial, radial, "
+                                        "brown, fisheye, fisheye_opencv, fisheye62 and fisheye624"));
+      return;
+    }
+    const auto [camera, fresh] = cameras_.try_emplace(id);
+    if (fresh) camera->second = camera_of(of_camera, *found);
+
+    View view;
+    view.name = slashed(name);
+    view.camera = camera->second;
+    const WorldPoint axis = triple(place, shot, "rotation"), t = triple(place, shot, "translation");
+    const double angle = std::hypot(axis.x, axis.y, axis.z);
+    // sin(angle / 2) / angle tends to 1/2: no division by zero.
+    const double s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
+    const auto rotation = rotation_from_quaternion({std::cos(angle / 2), s * axis.x, s * axis.y, s * axis.z});
+    if (!rotation) fail(place, "the rotation is not finite");
+    const WorldPoint c = product(transposed(*rotation), t);
+    view.pose = finish_pose(file_, place, *rotation, {-c.x, -c.y, -c.z});
+    scene_.views.push_back(std::move(view));
+  }
+
+  int side(const std::string& place, const Json& object, const char* key) const {
+    const double value = number(place, object, key);
+    if (!(value >= 1 && value <= 1 << 24 && value == std::floor(value)))
+      fail(place, std::string("expected a whole number of 1 to 2^24 pixels as '") + key + "'");
+    return static_cast<int>(value);
+  }
+
+  std::string projection_of(const std::string& place, const Json& camera) const {
+    if (!camera.is_object()) fail(place, "expected an object");
+    if (!camera.contains("projection_type")) return "perspective";
+    if (!camera["projection_type"].is_string()) fail(place, "expected a text as 'projection_type'");
+    return camera["projection_type"].get<std::string>();
+  }
+
+  static bool is_fisheye(std::string_view type) {
+    return type == "fisheye" || type == "fisheye_opencv" || type == "fisheye62" || type == "fisheye624";
+  }
+
+  static bool is_supported(std::string_view type) {
+    return is_fisheye(type) || type == "perspective" || type == "simple_radial" || type == "radial" || type == "brown";
+  }
+
+  /// \pre is_supported(projection_of(place, in))
+  Camera camera_of(const std::string& place, const Json& in) const {
+    const std::string type = projection_of(place, in);
+    Camera camera;
+    camera.width = side(place, in, "width");
+    camera.height = side(place, in, "height");
+    const double longer = std::max(camera.width, camera.height);
+    const bool one_focal = type == "perspective" || type == "fisheye";
+    camera.fx = longer * number(place, in, one_focal ? "focal" : "focal_x");
+    camera.fy = longer * number(place, in, one_focal ? "focal" : "focal_y");
+    const auto term = [&](const char* name) { return optional_number(place, in, name); };
+    camera.cx = camera.width / 2.0 + longer * (one_focal ? 0 : term("c_x"));
+    camera.cy = camera.height / 2.0 + longer * (one_focal ? 0 : term("c_y"));
+    Distortion& d = camera.distortion;
+    d.model = is_fisheye(type) ? LensModel::equidistant : LensModel::brown;
+    d.k1 = term("k1");
+    if (type != "simple_radial") d.k2 = term("k2");
+    const bool six = type == "fisheye62" || type == "fisheye624";
+    if (type == "brown" || type == "fisheye_opencv" || six) d.k3 = term("k3");
+    if (type == "fisheye_opencv" || six) d.k4 = term("k4");
+    if (type == "brown" || six) {
+      d.p1 = term("p1");
+      d.p2 = term("p2");
+    }
+    if (six) {
+      d.k5 = term("k5");
+      d.k6 = term("k6");
+    }
+    if (type == "fisheye624") {
+      // Ours count across, theirs along: x takes s0 r2 + s1 r2^2, y the other two.
+      d.s1 = term("s0");
+      d.s3 = term("s1");
+      d.s2 = term("s2");
+      d.s4 = term("s3");
+    }
+    finish_camera(file_, place, camera);
+    return camera;
+  }
+
+  const fs::path& file_;
+  Json json_;
+  SceneFile scene_;
+  std::map<std::string, Camera> cameras_;
+  OmittedLenses omitted_;
+  std::size_t unposed_ = 0;
+};
+
+std::optional<fs::path> find(const fs::path& source) {
+  std::error_code ignored;
+  if (fs::is_regular_file(source, ignored)) {
+    if (lower_case(source.extension().string()) != ".json") return std::nullopt;
+    std::string head = first_bytes(source, 256);
+    std::string_view text = head;
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    return next_word(text).starts_with('[') ? std::optional(source) : std::nullopt;
+  }
+  for (const char* below : {"reconstruction.json", "opensfm/reconstruction.json"})
+    if (fs::is_regular_file(source / below, ignored)) return source / below;
+  return std::nullopt;
+}
+
+SceneFile parse(const fs::path& file, std::string_view text) { return OpensfmReader(file, text).read(); }
+
+/// OpenDroneMap's coords.txt: the system, then easting and northing of the offset. proj.txt states it better.
+void read_georeferencing(const fs::path& folder, SceneFile& scene) {
+  std::error_code ignored;
+  const fs::path coords = folder / "coords.txt", proj = folder / "proj.txt";
+  scene.srs.clear();
+  scene.offset = {};
+  if (!fs::is_regular_file(coords, ignored)) {
+    scene.warnings.push_back("the positions are in a projected system less an offset, which is not known: " +
+                             coords.string() + " is missing");
+    return;
+  }
+  const FileBytes bytes(coords);
+  std::string_view text = bytes.view();
+  scene.srs = next_line(text);
+  const auto x = number_from(next_word(text)), y = number_from(next_word(text));
+  if (!x || !y || !std::isfinite(*x) || !std::isfinite(*y))
+    throw InputError(coords, "line 2", "expected easting and northing of the offset");
+  scene.offset = {*x, *y, 0};
+  if (fs::is_regular_file(proj, ignored)) {
+    const FileBytes definition(proj);
+    std::string_view line = definition.view();
+    if (const std::string_view first = next_line(line); !first.empty()) scene.srs = first;
+  }
+}
+
+SceneFile read(const fs::path& found) {
+  SceneFile scene;
+  {
+    const FileBytes bytes(found);
+    scene = parse(found, bytes.view());
+  }
+  const fs::path folder = folder_of(found);
+  std::error_code ignored;
+  // The data set's folder, of which the undistorted one is a part.
+  const bool undistorted = fs::absolute(found).lexically_normal().parent_path().filename() == "undistorted";
+  const fs::path project = undistorted ? folder / ".." : folder;
+  const fs::path reference = project / "reference_lla.json";
+  if (scene.srs.empty() && fs::is_regular_file(reference, ignored)) {
+    const FileBytes bytes(reference);
+    OpensfmReader::set_reference(scene, reference, parse_json(reference, bytes.view()));
+  }
+  const std::string name = found.filename().string();
+  const bool projected =
+      name.ends_with(".geocoords.json") ||
+      (name == "reconstruction.json" && fs::is_regular_file(project / "reconstruction.topocentric.json", ignored));
+  if (projected) read_georeferencing(project / ".." / "odm_georeferencing", scene);
+  scene.image_folders = {folder / "images", folder / ".." / "images", folder};
+  return scene;
+}
+
+}  // namespace
+
+const SceneFormat& opensfm_scene() {
+  static constexpr SceneFormat kFormat{
+      "OpenSfM", "an OpenSfM or OpenDroneMap reconstruction.json (or a folder with it, or with opensfm/ in it)", find,
+      read, parse};
+  return kFormat;
+}
+
+}  // namespace gpvc::io

@@ -1,0 +1,421 @@
+#include "io/scenes/photo_files.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <compare>
+#include <map>
+#include <set>
+#include <unordered_map>
+
+#include "io/files/text_scan.h"
+#include "io/images/image_file.h"
+
+namespace gpvc::io {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// "a/b/../c" as {a, c}; leading "..", "/" and "C:" stay as parts of their own.
+std::vector<std::string> parts_of(const std::string& path) {
+  std::vector<std::string> parts;
+  for (const fs::path& part : fs::path(path).lexically_normal())
+    if (!part.empty() && part != ".") parts.push_back(part.string());
+  return parts;
+}
+
+bool is_drive(const std::string& part) { return part.size() == 2 && part[1] == ':'; }
+
+/// Fit to be joined to a folder, and to name outputs.
+bool is_plain(const std::string& name) {
+  const std::vector<std::string> parts = parts_of(name);
+  return !parts.empty() && name.front() != '/' && !is_drive(parts.front()) && parts.front() != ".." &&
+         name.find("/..") == std::string::npos;
+}
+
+bool is_file(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+bool is_folder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+/// Behind all links; the path itself where that cannot be told.
+fs::path real_path(const fs::path& path) {
+  std::error_code failed;
+  const fs::path real = fs::canonical(path, failed);
+  return failed ? path.lexically_normal() : real;
+}
+
+/// \pre both are real paths
+bool lies_in(const fs::path& inner, const fs::path& outer) {
+  const fs::path relative = inner.lexically_relative(outer);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+/// Cameras write these beside the photos that they develop themselves.
+bool is_raw(const fs::path& name) {
+  const std::string extension = lower_case(name.extension().string());
+  for (const char* known : {".dng", ".arw", ".cr2", ".cr3", ".nef", ".orf", ".pef", ".raf", ".rw2"})
+    if (extension == known) return true;
+  return false;
+}
+
+/// Parts that agree from the end: as they stand or in any case of letters, of file names `by_stem` any.
+std::size_t common_tail(const std::vector<std::string>& a, const std::vector<std::string>& b, bool exact,
+                        bool by_stem) {
+  std::size_t common = 0;
+  while (common < a.size() && common < b.size()) {
+    const std::string &x = a[a.size() - 1 - common], &y = b[b.size() - 1 - common];
+    const bool same = exact ? x == y : lower_case(x) == lower_case(y) || (by_stem && common == 0);
+    if (!same) break;
+    ++common;
+  }
+  return common;
+}
+
+constexpr auto kReadableFolders = fs::directory_options::skip_permission_denied;
+
+/// The files in and below a folder, by file name in small letters, and by that without extension.
+class PhotoIndex {
+ public:
+  PhotoIndex(const fs::path& folder, bool deep) : folder_(folder) {
+    if (deep)
+      add_below();
+    else
+      add_inside();
+  }
+
+  void add(const fs::path& path) {
+    if (!is_file(path)) return;
+    by_name_[lower_case(path.filename().string())].push_back(path);
+    if (has_image_extension(path)) by_stem_[lower_case(path.stem().string())].push_back(path);
+  }
+
+  /// The file whose path has the longest tail in common with `wanted`, `favourite` where several have; empty when none
+  /// fits. Throws when several fit equally well.
+  fs::path match(const fs::path& listing, const std::string& wanted, const fs::path& favourite) const {
+    const std::vector<std::string> tail = parts_of(wanted);
+    const std::string key = lower_case(tail.back());
+    for (const bool exact : {true, false})
+      if (const auto found = best(tail, by_name_, key, exact, false); !found.empty())
+        return only(found, listing, wanted, favourite);
+    if (has_image_extension(tail.back())) return {};
+    auto found = best(tail, by_stem_, key, false, true);
+    if (!std::all_of(found.begin(), found.end(), is_raw)) std::erase_if(found, is_raw);
+    return found.empty() ? fs::path() : only(found, listing, wanted, favourite);
+  }
+
+ private:
+  using Index = std::unordered_map<std::string, std::vector<fs::path>>;
+
+  void add_inside() {
+    std::error_code error;
+    for (auto it = fs::directory_iterator(folder_, kReadableFolders, error); !error && it != fs::directory_iterator();
+         it.increment(error))
+      add(it->path());
+  }
+
+  /// Links to folders are followed, in the order of their paths. A folder that several lead to is entered under each of
+  /// their names, since names are what `match` goes by, but once under each, and by none that lies in it: that ends all
+  /// loops.
+  void add_below() {
+    std::set<fs::path> links;
+    add_below(folder_, links);
+    std::set<std::pair<fs::path, fs::path>> entered;
+    while (!links.empty()) {
+      const fs::path link = links.extract(links.begin()).value(), target = real_path(link);
+      if (lies_in(real_path(link.parent_path()), target)) continue;
+      if (entered.emplace(target, link.filename()).second) add_below(link, links);
+    }
+  }
+
+  void add_below(const fs::path& folder, std::set<fs::path>& links) {
+    std::error_code error, ignored;
+    for (auto it = fs::recursive_directory_iterator(folder, kReadableFolders, error);
+         !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+      if (it->is_symlink(ignored) && is_folder(it->path()))
+        links.insert(it->path());
+      else
+        add(it->path());
+    }
+  }
+
+  static std::vector<fs::path> best(const std::vector<std::string>& tail, const Index& index, const std::string& key,
+                                    bool exact, bool by_stem) {
+    const auto candidates = index.find(key);
+    if (candidates == index.end()) return {};
+    std::size_t longest = 0;
+    std::vector<fs::path> found;
+    for (const fs::path& path : candidates->second) {
+      const std::size_t common = common_tail(tail, parts_of(path.string()), exact, by_stem);
+      if (common == 0 || common < longest) continue;
+      if (common > longest) found.clear();
+      longest = common;
+      found.push_back(path);
+    }
+    return found;
+  }
+
+  fs::path only(std::vector<fs::path> found, const fs::path& listing, const std::string& wanted,
+                const fs::path& favourite) const {
+    if (found.size() == 1) return found.front();
+    if (std::find(found.begin(), found.end(), favourite) != found.end()) return favourite;
+    std::sort(found.begin(), found.end());
+    std::set<fs::path> files;
+    std::erase_if(found, [&](const fs::path& path) { return !files.insert(real_path(path)).second; });
+    if (found.size() == 1) return found.front();
+    std::string names;
+    for (std::size_t i = 0; i < found.size() && i < 5; ++i)
+      names += (i == 0 ? "" : ", ") + found[i].lexically_relative(folder_).string();
+    throw InputError(listing, "",
+                     "the photo '" + wanted + "' could be any of " + std::to_string(found.size()) + " files in " +
+                         folder_.string() + ": " + names + (found.size() > 5 ? ", ..." : ""));
+  }
+
+  fs::path folder_;
+  Index by_name_, by_stem_;
+};
+
+/// Of the usual folders the first in which a photo lies under its name, else the first that exists.
+fs::path usual_folder(const SceneFile& scene, bool allow_none) {
+  fs::path existing;
+  std::string looked;
+  for (const fs::path& folder : scene.image_folders) {
+    looked += (looked.empty() ? "" : ", ") + folder.string();
+    if (!is_folder(folder)) continue;
+    if (existing.empty()) existing = folder;
+    for (const View& view : scene.views)
+      if (is_file(folder / view.name)) return folder;
+  }
+  if (existing.empty() && allow_none) return folder_of(scene.listing);
+  if (existing.empty())
+    throw InputError(scene.listing, "", "the folder of the photos was not found; looked for " + looked);
+  return existing;
+}
+
+/// A photo at another size than its camera's: the same picture when one factor explains both sides, whichever way they
+/// were rounded. An equal side rounds nothing and allows no other.
+bool same_shape(int width, int height, const Camera& camera) {
+  if ((width == camera.width) != (height == camera.height)) return false;
+  // width = factor * camera.width, rounded to nearest or cut: factor lies in [width - 1/2, width + 1).
+  const double low = std::max((width - 0.5) / camera.width, (height - 0.5) / camera.height);
+  const double high = std::min((width + 1.0) / camera.width, (height + 1.0) / camera.height);
+  return low < high;
+}
+
+void scale(Camera& camera, int width, int height) {
+  const double x = static_cast<double>(width) / camera.width, y = static_cast<double>(height) / camera.height;
+  camera.fx *= x;
+  camera.cx *= x;
+  camera.fy *= y;
+  camera.cy *= y;
+  camera.width = width;
+  camera.height = height;
+}
+
+/// Paths without the folders that all have in common, nor what leads out of a folder; empty where nothing is left.
+std::vector<std::string> below_shared_folder(const std::vector<std::vector<std::string>>& paths, bool with_drives) {
+  std::size_t shared = paths.front().empty() ? 0 : paths.front().size() - 1;
+  for (const auto& path : paths) {
+    std::size_t same = 0;
+    while (same < shared && same + 1 < path.size() && path[same] == paths.front()[same]) ++same;
+    shared = same;
+  }
+  std::vector<std::string> below;
+  for (const auto& path : paths) {
+    std::string joined;
+    for (std::size_t p = shared; p < path.size(); ++p) {
+      if (path[p] == ".." || path[p] == "/" || (is_drive(path[p]) && !with_drives)) continue;
+      joined += (joined.empty() ? "" : "/") + (is_drive(path[p]) ? path[p].substr(0, 1) : path[p]);
+    }
+    below.push_back(joined);
+  }
+  return below;
+}
+
+bool repeated(std::vector<std::string> names) {
+  std::sort(names.begin(), names.end());
+  return std::adjacent_find(names.begin(), names.end()) != names.end();
+}
+
+/// How well a file fits the path that a view states, the first that differs deciding.
+struct Fit {
+  bool in_place = false;                 ///< it lies where the path says
+  std::size_t tail = 0, exact_tail = 0;  ///< parts in common, in any case of letters and as they stand
+  auto operator<=>(const Fit&) const = default;
+};
+
+constexpr Fit kInPlace{true, 0, 0};
+
+Fit fit_of_match(const fs::path& file, const std::string& stated) {
+  const std::vector<std::string> is = parts_of(file.string()), wanted = parts_of(stated);
+  return {false, common_tail(wanted, is, false, true), common_tail(wanted, is, true, false)};
+}
+
+/// Where the photo of one view is missing, that of another with the same file name may be what was found for both: it
+/// stays with the views that it fits best, needed or not.
+void settle_shared_photos(SceneFile& scene, const std::vector<bool>& needed, const std::vector<Fit>& fits) {
+  std::map<fs::path, std::vector<std::size_t>> finders;
+  for (std::size_t i = 0; i < scene.views.size(); ++i)
+    if (const fs::path& photo = scene.views[i].photo; !photo.empty())
+      finders[real_path(folder_of(photo)) / photo.filename()].push_back(i);
+  std::size_t doubtful = 0;
+  std::string example;
+  for (const auto& [file, views] : finders) {
+    Fit best;
+    for (const std::size_t i : views) best = std::max(best, fits[i]);
+    std::vector<std::size_t> wanting, left_out;
+    for (const std::size_t i : views)
+      if (fits[i] < best)
+        scene.views[i].photo.clear();
+      else
+        (needed[i] ? wanting : left_out).push_back(i);
+    if (wanting.empty()) continue;
+    const View& view = scene.views[wanting.front()];
+    if (wanting.size() > 1)
+      throw InputError(scene.listing, "",
+                       "the images '" + view.name + "' and '" + scene.views[wanting[1]].name +
+                           "' are the same photo, " + view.photo.string());
+    if (left_out.empty() || best.in_place) continue;
+    if (doubtful++ == 0)
+      example = view.photo.string() + " is taken for '" + view.name + "', not for '" +
+                scene.views[left_out.front()].name + "'";
+    for (const std::size_t i : left_out) scene.views[i].photo.clear();
+  }
+  if (doubtful > 0)
+    scene.warnings.push_back(std::to_string(doubtful) + " photos could as well be those of views left out: " + example);
+}
+
+}  // namespace
+
+bool has_image_extension(const fs::path& name) {
+  const std::string extension = lower_case(name.extension().string());
+  for (const char* known : {".jpg", ".jpeg", ".jpe", ".png", ".tif",  ".tiff", ".exr",  ".webp", ".bmp", ".jp2", ".j2k",
+                            ".pgm", ".ppm",  ".pnm", ".hdr", ".heic", ".heif", ".avif", ".psd",  ".dpx", ".tga"})
+    if (extension == known) return true;
+  return is_raw(name);
+}
+
+void settle_names(SceneFile& scene) {
+  const bool plain =
+      std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return is_plain(v.name); });
+  if (!plain) {
+    std::vector<std::vector<std::string>> names;
+    for (const View& view : scene.views) names.push_back(parts_of(view.name));
+    // Drives tell photos apart only where their folders do not.
+    std::vector<std::string> below = below_shared_folder(names, false);
+    if (repeated(below)) below = below_shared_folder(names, true);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (below[i].empty())
+        throw InputError(scene.listing, "", "the image '" + scene.views[i].name + "' has no file name");
+      View& view = scene.views[i];
+      if (view.photo.empty() && (names[i].front() == "/" || is_drive(names[i].front()))) view.photo = view.name;
+      view.name = below[i];
+    }
+  }
+  std::sort(scene.views.begin(), scene.views.end(), [](const View& a, const View& b) { return a.name < b.name; });
+  const auto twice = std::adjacent_find(scene.views.begin(), scene.views.end(),
+                                        [](const View& a, const View& b) { return a.name == b.name; });
+  if (twice != scene.views.end()) throw InputError(scene.listing, "", "lists the image '" + twice->name + "' twice");
+}
+
+fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options) {
+  std::vector<std::string> stated;
+  std::vector<Fit> fits(scene.views.size(), kInPlace);
+  std::size_t open = 0;
+  for (View& view : scene.views) {
+    stated.push_back(view.photo.empty() ? view.name : view.photo.string());
+    if (!view.photo.empty() && !options.images_dir) {
+      const fs::path there = folder_of(scene.listing) / view.photo;  // an absolute path stands for itself
+      view.photo = is_file(there) ? there : fs::path();
+    } else {
+      view.photo.clear();
+    }
+    open += view.photo.empty() ? 1 : 0;
+  }
+  fs::path folder = folder_of(scene.listing);
+  if (open > 0) {
+    if (options.images_dir && !is_folder(*options.images_dir))
+      throw InputError(*options.images_dir, "", "is not a folder; it was given as the folder of the photos");
+    folder = options.images_dir ? *options.images_dir : usual_folder(scene, options.allow_missing_photos);
+    std::optional<PhotoIndex> index;
+    for (std::size_t i = 0; i < scene.views.size(); ++i) {
+      View& view = scene.views[i];
+      if (!view.photo.empty()) continue;
+      const fs::path named = folder / view.name;
+      if (parts_of(stated[i]).size() <= parts_of(view.name).size() && is_file(named)) {
+        view.photo = named;
+        continue;
+      }
+      // Beside the scene's file anything may lie below: only a folder meant for photos is searched in depth.
+      std::error_code ignored;
+      const bool deep = options.images_dir || !fs::equivalent(folder, folder_of(scene.listing), ignored);
+      if (!index) index.emplace(folder, deep);
+      if (!deep && named.parent_path() != folder) index->add(named);
+      try {
+        view.photo = index->match(scene.listing, stated[i], named);
+        fits[i] = fit_of_match(view.photo, stated[i]);
+      } catch (const InputError&) {
+        if (needed[i]) throw;
+      }
+    }
+  }
+  settle_shared_photos(scene, needed, fits);
+  return folder;
+}
+
+void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
+  // Errors are collected so that the first view's is the one reported, whatever the threads did.
+  std::vector<std::string> problem(scene.views.size());
+  std::vector<ImageSize> sizes(scene.views.size());
+  tbb::parallel_for(std::size_t{0}, scene.views.size(), [&](std::size_t i) {
+    const View& view = scene.views[i];
+    if (view.photo.empty()) return;
+    try {
+      sizes[i] = read_image_size(view.photo);
+    } catch (const InputError& error) {
+      problem[i] = error.what();
+    }
+  });
+  std::size_t scaled = 0;
+  std::string example;
+  for (std::size_t i = 0; i < problem.size(); ++i) {
+    View& view = scene.views[i];
+    if (!problem[i].empty() && needed[i])
+      throw InputError(view.photo, "", problem[i].substr(view.photo.string().size() + 2));
+    if (!problem[i].empty()) view.photo.clear();
+    if (view.photo.empty()) continue;
+    const auto [width, height] = sizes[i];
+    Camera& camera = view.camera;
+    if (camera.width == 0) {
+      scene.size_camera(camera, width, height);
+      camera.width = width;
+      camera.height = height;
+      finish_camera(scene.listing, "image '" + view.name + "'", camera);
+    } else if (width != camera.width || height != camera.height) {
+      if (!same_shape(width, height, camera) && !needed[i]) {
+        view.photo.clear();
+        continue;
+      }
+      const std::string differs = "is " + size_text(width, height) + " pixels, its camera in " +
+                                  folder_of(scene.listing).string() + " is calibrated for " +
+                                  size_text(camera.width, camera.height);
+      if (!same_shape(width, height, camera))
+        throw InputError(view.photo, "",
+                         differs + (same_shape(height, width, camera) ? ": it has been turned by a quarter"
+                                                                      : ", which is of another shape"));
+      if (scaled++ == 0) example = view.name + " " + differs;
+      scale(camera, width, height);
+    }
+  }
+  if (scaled > 0)
+    scene.warnings.push_back("the cameras of " + std::to_string(scaled) +
+                             " photos were scaled to the photos' size: " + example);
+}
+
+}  // namespace gpvc::io

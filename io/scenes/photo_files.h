@@ -1,0 +1,29 @@
+// Which file on disk is which photo of a scene.
+#pragma once
+
+#include "io/io.h"
+#include "io/scenes/scene_file.h"
+
+namespace gpvc::io {
+
+/// Turns names that are whole paths into names relative to the folder they share, and keeps an absolute one as the path
+/// that the file states; orders views by name. Throws InputError when two are the same.
+void settle_names(SceneFile& scene);
+
+/// Sets View::photo, empty where there is none. Looked at in this order: the path that the file states (unless
+/// SceneOptions::images_dir is given), the view's name below the folder of the photos where that is all of the path
+/// stated, and the files in and under that folder by the longest common tail of their paths: as it stands, then in any
+/// case of letters, then, for a name without an image's extension, with any, raw files last. Of several with the same
+/// tail the one at the view's name below the folder is taken. A file that is found for several views is that of the
+/// view it was stated for, or whose path has the longest tail in common with it, be that view `needed` (one flag each)
+/// or not; the others are without. Where this tells nothing, a needed view goes before those that are not, with a
+/// warning. Throws InputError when no folder is found, and for needed views when several files share the longest tail,
+/// and when two of them are one file. Returns the folder searched last.
+std::filesystem::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options);
+
+/// Reads the size of every photo found and fits its camera to it: cameras without a size get their pixels, cameras
+/// calibrated at another size of the same shape are scaled, and a photo of another shape is an InputError. Of views
+/// that are not `needed` a photo that does not fit is forgotten instead.
+void fit_cameras(SceneFile& scene, const std::vector<bool>& needed);
+
+}  // namespace gpvc::io

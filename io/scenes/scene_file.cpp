@@ -1,0 +1,141 @@
+#include "io/scenes/scene_file.h"
+
+#include <stdexcept>
+
+#include "io/files/text_scan.h"
+#include "io/images/mask_file.h"
+#include "io/io.h"
+#include "io/scenes/photo_files.h"
+#include "io/scenes/xml_file.h"
+
+namespace gpvc::io {
+
+std::span<const SceneFormat* const> scene_formats() {
+  static const SceneFormat* const kFormats[] = {&blocks_exchange_scene(), &cam_scene(),     &colmap_scene(),
+                                                &metashape_scene(),       &openmvs_scene(), &opensfm_scene()};
+  return kFormats;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Found {
+  const SceneFormat* format;
+  fs::path path;
+};
+
+/// What a file that is no scene seems to be instead; empty for what tells nothing.
+std::string looks_of(const fs::path& source) {
+  std::error_code error;
+  if (fs::is_directory(source, error)) return {};
+  const std::string head = first_bytes(source, 256);
+  const std::size_t text = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (head.empty()) return "is empty";
+  if (head.starts_with("ply")) return "is a mesh; the scene goes before it";
+  if (head.starts_with("\xFF\xD8\xFF") || head.starts_with("\x89PNG") || head.starts_with("II*") ||
+      head.starts_with("MM"))
+    return "is a photo";
+  if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF")) return "is text in UTF-16, not in UTF-8";
+  const char first = text == std::string::npos ? '\0' : head[text];
+  if (const std::string root = xml_root(source); !root.empty() && first == '<')
+    return "is XML of another program, whose root is " + in_quotes(root);
+  if (first == '[' || first == '{') return "is JSON of another program, or not named .json";
+  return {};
+}
+
+Found format_of(const fs::path& source) {
+  std::optional<Found> found;
+  for (const SceneFormat* format : scene_formats()) {
+    const std::optional<fs::path> path = format->find(source);
+    if (!path) continue;
+    if (found)
+      throw InputError(source, "",
+                       std::string("holds both a ") + found->format->name + " scene (" + found->path.string() +
+                           ") and a " + format->name + " scene (" + path->string() + "); name the one that is meant");
+    found = Found{format, *path};
+  }
+  if (found) return *found;
+  std::string expected;
+  for (const SceneFormat* format : scene_formats())
+    expected += (expected.empty() ? "" : "; ") + std::string(format->expects);
+  const std::string looks = looks_of(source);
+  throw InputError(source, "", (looks.empty() ? "is no scene" : looks) + ": expected " + expected);
+}
+
+/// A link to a scene leads to its photos, too.
+void look_behind_links(SceneFile& scene) {
+  std::error_code failed;
+  const fs::path here = fs::absolute(folder_of(scene.listing)).lexically_normal();
+  const fs::path real = fs::canonical(scene.listing, failed).parent_path();
+  if (failed || here == real) return;
+  for (const fs::path& folder : std::vector<fs::path>(scene.image_folders))
+    if (const fs::path relative = fs::absolute(folder).lexically_normal().lexically_relative(here); !relative.empty())
+      scene.image_folders.push_back(real / relative);
+}
+
+void refuse_missing(const SceneFile& scene, const std::vector<bool>& needed, const fs::path& folder) {
+  std::string named;
+  std::size_t missing = 0;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const View& view = scene.views[i];
+    if (!view.photo.empty() || !needed[i]) continue;
+    constexpr std::size_t kHandful = 5;
+    if (++missing <= kHandful) named += (named.empty() ? "" : ", ") + view.name;
+    if (missing == kHandful + 1) named += ", ...";
+  }
+  if (missing > 0)
+    throw InputError(scene.listing, "",
+                     std::to_string(missing) + " of " + std::to_string(scene.views.size()) + " photos are not in " +
+                         folder.string() + ": " + named);
+}
+
+/// x' = x / N holds exactly for pixel centres at (0.5, 0.5); what is left over at the right and bottom is cut.
+Camera reduced(const View& view, int factor) {
+  Camera camera = view.camera;
+  camera.width /= factor;
+  camera.height /= factor;
+  if (camera.width < 1 || camera.height < 1)
+    throw InputError(view.photo, "", "is too small to be reduced by " + std::to_string(factor));
+  camera.fx /= factor;
+  camera.fy /= factor;
+  camera.cx /= factor;
+  camera.cy /= factor;
+  return camera;
+}
+
+}  // namespace
+
+Scene read_scene(const fs::path& source, const SceneOptions& options) {
+  if (options.downscale < 1) throw std::invalid_argument("SceneOptions::downscale must be at least 1");
+  std::error_code ignored;
+  if (!fs::exists(source, ignored)) throw InputError(source, "", "does not exist");
+  const Found found = format_of(source);
+  SceneFile file = found.format->read(found.path);
+  if (file.views.empty()) throw InputError(file.listing, "", "lists no image with a pose");
+  settle_names(file);
+  look_behind_links(file);
+  const std::vector<bool> needed =
+      options.needed ? options.needed(file.views) : std::vector<bool>(file.views.size(), true);
+  const fs::path folder = find_photos(file, needed, options);
+  if (!options.allow_missing_photos) refuse_missing(file, needed, folder);
+  fit_cameras(file, needed);
+  find_masks(file, options);
+  Scene scene;
+  scene.source = source;
+  scene.views = std::move(file.views);
+  for (View& view : scene.views) {
+    if (view.camera.width != 0) view.camera = reduced(view, options.downscale);
+    view.reduction = options.downscale;
+  }
+  scene.srs = std::move(file.srs);
+  scene.offset = file.offset;
+  scene.format = found.format->name;
+  scene.read_from = found.path;
+  scene.files = std::move(file.files);
+  if (scene.files.empty()) scene.files = {file.listing};
+  scene.warnings = std::move(file.warnings);
+  return scene;
+}
+
+}  // namespace gpvc::io

@@ -1,0 +1,122 @@
+// What the readers of scene formats share: files to look into, cameras and poses to check.
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "io/files/text_scan.h"
+#include "io/scenes/scene_file.h"
+
+namespace gpvc::io {
+
+namespace fs = std::filesystem;
+
+std::string first_bytes(const fs::path& file, std::size_t count) {
+  std::string bytes(count, '\0');
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) return {};
+  std::ifstream in(file, std::ios::binary);
+  in.read(bytes.data(), static_cast<std::streamsize>(count));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  return bytes;
+}
+
+std::optional<fs::path> only_file(const fs::path& folder, std::string_view extension, bool (*fits)(const fs::path&)) {
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) return std::nullopt;
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (lower_case(entry.path().extension().string()) == extension && fits(entry.path())) found.push_back(entry.path());
+  if (found.empty()) return std::nullopt;
+  std::sort(found.begin(), found.end());
+  if (found.size() > 1)
+    throw InputError(folder, "",
+                     "holds " + std::to_string(found.size()) + " scenes, among them " + found[0].filename().string() +
+                         " and " + found[1].filename().string() + "; name the one that is meant");
+  return found.front();
+}
+
+fs::path folder_of(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  return folder.empty() ? fs::path(".") : folder;
+}
+
+std::string slashed(std::string_view path) {
+  constexpr std::string_view kScheme = "file:///";
+  std::string text(path.starts_with(kScheme) ? path.substr(kScheme.size()) : path);
+  std::replace(text.begin(), text.end(), '\\', '/');
+  return text;
+}
+
+void finish_camera(const fs::path& file, const std::string& place, Camera& camera) {
+  constexpr int kMaxSide = 1 << 24;  // far beyond any sensor
+  if (camera.width != 0 || camera.height != 0) {
+    if (camera.width < 1 || camera.height < 1 || camera.width > kMaxSide || camera.height > kMaxSide)
+      throw InputError(file, place,
+                       "an image size of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
+                           ", expected 1 to 2^24 pixels a side");
+  }
+  const Distortion& d = camera.distortion;
+  for (const double term :
+       {camera.fx, camera.fy, camera.cx, camera.cy, d.k1,   d.k2,    d.k3, d.k4, d.p1, d.p2, d.p3,    d.p4,  d.d1,
+        d.d2,      d.d3,      d.s1,      d.s2,      d.skew, d.omega, d.k5, d.k6, d.s3, d.s4, d.alpha, d.beta})
+    if (!std::isfinite(term)) throw InputError(file, place, "a camera parameter is not finite");
+  if (!(camera.fx > 0 && camera.fy > 0)) throw InputError(file, place, "the focal length is not positive");
+  if (d.model == LensModel::fov && !(d.omega > 0 && d.omega < 3.14159))
+    throw InputError(file, place, "the field of view is not between 0 and pi, its parameter omega");
+  if (d.model == LensModel::unified && !(d.alpha >= 0 && d.alpha <= 1 && d.beta > 0))
+    throw InputError(file, place, "the unified model's alpha is not between 0 and 1, or its beta not positive");
+  limit_distortion(camera);
+}
+
+Matrix3 product(const Matrix3& a, const Matrix3& b) {
+  Matrix3 out{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t k = 0; k < 3; ++k) out[3 * i + j] += a[3 * i + k] * b[3 * k + j];
+  return out;
+}
+
+Matrix3 transposed(const Matrix3& m) { return {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]}; }
+
+WorldPoint product(const Matrix3& m, const WorldPoint& p) {
+  return {m[0] * p.x + m[1] * p.y + m[2] * p.z, m[3] * p.x + m[4] * p.y + m[5] * p.z,
+          m[6] * p.x + m[7] * p.y + m[8] * p.z};
+}
+
+std::optional<Matrix3> rotation_from_quaternion(const std::array<double, 4>& q) {
+  const double norm = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
+  if (!(norm > 0) || !std::isfinite(norm)) return std::nullopt;
+  const double w = q[0] / norm, x = q[1] / norm, y = q[2] / norm, z = q[3] / norm;
+  return Matrix3{1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+                 2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                 2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+}
+
+std::optional<Matrix3> rotation_near(const Matrix3& m) {
+  constexpr double kPrinting = 0.01;
+  const Matrix3 square = product(m, transposed(m));
+  for (std::size_t i = 0; i < 9; ++i)
+    if (!(std::abs(square[i] - (i % 4 == 0 ? 1 : 0)) <= kPrinting)) return std::nullopt;
+  // Newton's iteration for the polar decomposition, R <- (R + R^-T) / 2, squares the distance each time; the inverse
+  // transposed is the cofactors over the determinant.
+  Matrix3 r = m;
+  for (int iteration = 0; iteration < 5; ++iteration) {
+    const Matrix3 c{r[4] * r[8] - r[5] * r[7], r[5] * r[6] - r[3] * r[8], r[3] * r[7] - r[4] * r[6],
+                    r[2] * r[7] - r[1] * r[8], r[0] * r[8] - r[2] * r[6], r[1] * r[6] - r[0] * r[7],
+                    r[1] * r[5] - r[2] * r[4], r[2] * r[3] - r[0] * r[5], r[0] * r[4] - r[1] * r[3]};
+    const double determinant = r[0] * c[0] + r[1] * c[1] + r[2] * c[2];
+    if (!(determinant > 0)) return std::nullopt;  // a mirror
+    for (std::size_t i = 0; i < 9; ++i) r[i] = (r[i] + c[i] / determinant) / 2;
+  }
+  return r;
+}
+
+Pose finish_pose(const fs::path& file, const std::string& place, const Matrix3& rotation, const WorldPoint& centre) {
+  for (const double r : rotation)
+    if (!std::isfinite(r)) throw InputError(file, place, "the rotation is not finite");
+  if (!std::isfinite(centre.x) || !std::isfinite(centre.y) || !std::isfinite(centre.z))
+    throw InputError(file, place, "the camera centre is not finite");
+  return {rotation, centre};
+}
+
+}  // namespace gpvc::io

@@ -1,0 +1,86 @@
+#include "io/scenes/xml_file.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/files/text_scan.h"
+#include "io/scenes/scene_file.h"
+
+namespace gpvc::io {
+
+namespace {
+
+std::string line_at(std::string_view text, std::ptrdiff_t offset) {
+  const auto end = static_cast<std::ptrdiff_t>(text.size());
+  const auto lines = std::count(text.begin(), text.begin() + std::clamp<std::ptrdiff_t>(offset, 0, end), '\n');
+  return "line " + std::to_string(lines + 1);
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+}  // namespace
+
+XmlFile::XmlFile(const std::filesystem::path& file, std::string_view text) : file_(file), text_(text) {
+  const pugi::xml_parse_result result = document_.load_buffer(text.data(), text.size());
+  if (!result) {
+    std::string reason = result.description();
+    if (!reason.empty()) reason.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(reason.front())));
+    throw InputError(file, line_at(text, result.offset), "expected well-formed XML: " + reason);
+  }
+  if (!root()) throw InputError(file, "", "expected an XML document, found no element");
+}
+
+std::string XmlFile::place(const pugi::xml_node& node) const { return line_at(text_, node.offset_debug()); }
+
+std::string_view XmlFile::text(const pugi::xml_node& parent, const char* child) {
+  return trimmed(parent.child_value(child));
+}
+
+std::optional<double> XmlFile::number(const pugi::xml_node& parent, const char* child) const {
+  const pugi::xml_node node = parent.child(child);
+  if (!node) return std::nullopt;
+  const std::string_view word = trimmed(node.child_value());
+  const std::optional<double> value = number_from(word);
+  if (!value || !std::isfinite(*value))
+    fail(node, "expected a finite number in " + std::string(child) + ", found " + in_quotes(word));
+  return value;
+}
+
+double XmlFile::needed(const pugi::xml_node& parent, const char* child) const {
+  const std::optional<double> value = number(parent, child);
+  if (!value) fail(parent, std::string(parent.name()) + " has no " + child);
+  return *value;
+}
+
+int XmlFile::side(const pugi::xml_node& parent, const char* child) const {
+  const double value = needed(parent, child);
+  if (!(value >= 1 && value <= 1 << 24 && value == std::floor(value)))
+    fail(parent.child(child), std::string(child) + " is not a whole number of 1 to 2^24 pixels");
+  return static_cast<int>(value);
+}
+
+std::string xml_root(const std::filesystem::path& file) {
+  const std::string head = first_bytes(file, 1u << 14);
+  // Past the declaration, comments and a document type, the first '<' opens the root.
+  for (std::size_t at = head.find('<'); at != std::string::npos; at = head.find('<', at)) {
+    const std::string_view rest = std::string_view(head).substr(at + 1);
+    if (rest.starts_with("!--")) {
+      at = head.find("-->", at + 4);
+    } else if (rest.starts_with("?") || rest.starts_with("!")) {
+      at = head.find('>', at);
+    } else {
+      const std::size_t end = rest.find_first_of(" \t\r\n/>");
+      return end == std::string_view::npos ? std::string() : std::string(rest.substr(0, end));
+    }
+    if (at == std::string::npos) break;
+  }
+  return {};
+}
+
+bool has_xml_root(const std::filesystem::path& file, std::string_view root) { return xml_root(file) == root; }
+
+}  // namespace gpvc::io

@@ -1,0 +1,49 @@
+// An XML file with places for error messages, on pugixml.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <pugixml.hpp>
+#include <string>
+#include <string_view>
+
+#include "io/error.h"
+
+namespace gpvc::io {
+
+class XmlFile {
+ public:
+  /// Throws InputError where the text is no XML or ends early. Only named: `file`. Borrowed until the end: `file` and
+  /// `text`.
+  XmlFile(const std::filesystem::path& file, std::string_view text);
+
+  pugi::xml_node root() const { return document_.document_element(); }
+  /// "line 12"
+  std::string place(const pugi::xml_node& node) const;
+  [[noreturn]] void fail(const pugi::xml_node& node, const std::string& reason) const {
+    throw InputError(file_, place(node), reason);
+  }
+
+  /// The text of the child, without the blanks around it; empty when there is no such child.
+  static std::string_view text(const pugi::xml_node& parent, const char* child);
+  /// nullopt when there is no such child. Throws when its text is no finite number.
+  std::optional<double> number(const pugi::xml_node& parent, const char* child) const;
+  /// Throws also when there is no such child.
+  double needed(const pugi::xml_node& parent, const char* child) const;
+  /// As needed(), for a whole number from 1 to 2^24.
+  int side(const pugi::xml_node& parent, const char* child) const;
+  const std::filesystem::path& path() const { return file_; }
+
+ private:
+  const std::filesystem::path& file_;
+  std::string_view text_;
+  pugi::xml_document document_;
+};
+
+/// The name of a document's root, by its first bytes; empty for what is no XML.
+std::string xml_root(const std::filesystem::path& file);
+
+/// Whether a file begins as an XML document whose root has this name: a look at its first bytes.
+bool has_xml_root(const std::filesystem::path& file, std::string_view root);
+
+}  // namespace gpvc::io

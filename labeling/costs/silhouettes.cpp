@@ -1,0 +1,121 @@
+#include "labeling/costs/silhouettes.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace gpvc::labeling {
+namespace {
+
+constexpr std::uint8_t kHere = 1;   ///< the pixel touches a step to its left or right, or upper side of one below
+constexpr std::uint8_t kBelow = 2;  ///< the pixel below touches the step between the two
+
+/// Decides whether two neighbouring pixels lie across a discontinuity.
+class StepTest {
+ public:
+  StepTest(const Camera& camera, int margin_px, const std::function<InverseDepth(FaceId)>& plane_of)
+      : camera_(camera),
+        plane_of_(plane_of),
+        footprints_(static_cast<float>(margin_px / std::sqrt(camera.fx * camera.fy))) {}
+
+  bool operator()(FaceId a, int ax, int ay, FaceId b, int bx, int by) const {
+    if (a == kNoFace) return in_photo(camera_, {ax + 0.5, ay + 0.5});
+    if (b == kNoFace) return in_photo(camera_, {bx + 0.5, by + 0.5});
+    const InverseDepth plane_a = plane_of_(a), plane_b = plane_of_(b);
+    const auto relative = [](int pixel, double centre) { return static_cast<float>(pixel + 0.5 - centre); };
+    const float x0 = relative(ax, camera_.cx), y0 = relative(ay, camera_.cy);
+    const float x1 = relative(bx, camera_.cx), y1 = relative(by, camera_.cy);
+    const float gap0 = plane_a.at(x0, y0) - plane_b.at(x0, y0);
+    const float gap1 = plane_a.at(x1, y1) - plane_b.at(x1, y1);
+    if ((gap0 > 0) != (gap1 > 0)) return false;
+    // |1/wa - 1/wb| > margin / (f w_near)  <=>  |wa - wb| > margin / f * w_far
+    const float far = std::min(plane_a.at(x0, y0), plane_b.at(x1, y1));
+    return std::min(std::abs(gap0), std::abs(gap1)) > footprints_ * far;
+  }
+
+ private:
+  const Camera& camera_;
+  const std::function<InverseDepth(FaceId)>& plane_of_;
+  float footprints_;
+};
+
+std::vector<std::uint8_t> find_steps(const visibility::Ivm& ivm, const StepTest& is_step) {
+  const auto width = static_cast<std::size_t>(ivm.width);
+  std::vector<std::uint8_t> steps(width * static_cast<std::size_t>(ivm.height));
+  tbb::parallel_for(tbb::blocked_range<int>(0, ivm.height, 16), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y != rows.end(); ++y) {
+      const FaceId* row = ivm.faces.data() + static_cast<std::size_t>(y) * width;
+      std::uint8_t* out = steps.data() + static_cast<std::size_t>(y) * width;
+      for (int x = 0; x + 1 < ivm.width; ++x)
+        if (row[x] != row[x + 1] && is_step(row[x], x, y, row[x + 1], x + 1, y)) {
+          out[x] |= kHere;
+          out[x + 1] |= kHere;
+        }
+      if (y + 1 == ivm.height) continue;
+      const FaceId* next = row + width;
+      for (int x = 0; x < ivm.width; ++x)
+        if (row[x] != next[x] && is_step(row[x], x, y, next[x], x, y + 1)) out[x] |= kHere | kBelow;
+    }
+  });
+  return steps;
+}
+
+/// to |= from & bits. Bytes may be anything, also the pointers of a vector: restrict lets the compiler take many at
+/// once.
+void unite(std::uint8_t* __restrict to, const std::uint8_t* __restrict from, std::uint8_t bits, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(to[i] | (from[i] & bits));
+}
+
+/// row[i] becomes the union of row[i] .. row[i + length - 1], of which the last ones are padding. `other` is of the
+/// same size, for the work.
+void unite_runs(std::vector<std::uint8_t>& row, std::vector<std::uint8_t>& other, std::size_t length) {
+  for (std::size_t done = 1; done < length;) {
+    const std::size_t step = std::min(done, length - done);
+    other = row;
+    unite(row.data(), other.data() + step, 0xFF, row.size() - step);
+    done += step;
+  }
+}
+
+}  // namespace
+
+InverseDepth inverse_depth(const Camera& camera, const CameraPoint (&corners)[3]) {
+  const CameraPoint &a = corners[0], &b = corners[1], &c = corners[2];
+  const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z;
+  const double vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
+  const double nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+  const double offset = nx * a.x + ny * a.y + nz * a.z;  // n . X = offset, X = z (u, v, 1)
+  if (offset == 0) return {};
+  return {static_cast<float>(nx / (offset * camera.fx)), static_cast<float>(ny / (offset * camera.fy)),
+          static_cast<float>(nz / offset)};
+}
+
+std::vector<std::uint8_t> silhouette_margin(const Camera& camera, const visibility::Ivm& ivm, int margin_px,
+                                            const std::function<InverseDepth(FaceId)>& plane_of) {
+  const auto width = static_cast<std::size_t>(ivm.width);
+  const std::vector<std::uint8_t> steps = find_steps(ivm, StepTest(camera, margin_px, plane_of));
+  std::vector<std::uint8_t> margin(steps.size());
+  const int reach = margin_px - 1;  // a pixel that touches the step is already within one
+  tbb::parallel_for(tbb::blocked_range<int>(0, ivm.height, 16), [&](const tbb::blocked_range<int>& rows) {
+    // A square grown by rows, then by columns; padded, so that the inner loops have no ends to mind.
+    const auto pad = static_cast<std::size_t>(reach);
+    std::vector<std::uint8_t> column(width + 2 * pad), work;
+    for (int y = rows.begin(); y != rows.end(); ++y) {
+      std::fill(column.begin(), column.end(), std::uint8_t{0});
+      for (int other = std::max(0, y - margin_px); other <= std::min(ivm.height - 1, y + reach); ++other) {
+        const std::uint8_t* in = steps.data() + static_cast<std::size_t>(other) * width;
+        const std::uint8_t bits = other == y - margin_px ? kBelow : kHere | kBelow;
+        unite(column.data() + pad, in, bits, width);
+      }
+      unite_runs(column, work, 2 * pad + 1);
+      std::uint8_t* out = margin.data() + static_cast<std::size_t>(y) * width;
+      std::transform(column.begin(), column.begin() + static_cast<std::ptrdiff_t>(width), out,
+                     [](std::uint8_t any) { return static_cast<std::uint8_t>(any != 0); });
+    }
+  });
+  return margin;
+}
+
+}  // namespace gpvc::labeling

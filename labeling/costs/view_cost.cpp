@@ -1,0 +1,189 @@
+// From statistics per face and view to candidates with costs: outliers out, full views before partial ones, qualities
+// made comparable.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "labeling/costs/outliers.h"
+#include "labeling/costs/photo_consistency.h"
+#include "labeling/face_records.h"
+#include "labeling/labeling.h"
+
+namespace gpvc::labeling {
+namespace {
+
+/// What one face may choose from, before qualities are made comparable.
+struct Choice {
+  std::vector<ViewRecord> taken;
+  std::vector<float> quality;  ///< of those taken
+  FaceTag tag = FaceTag::filled;
+  std::size_t rejected = 0;
+};
+
+class Chooser {
+ public:
+  explicit Chooser(const CostOptions& options) : options_(options) {}
+
+  const Choice& choose(std::span<const ViewRecord> records) {
+    choice_ = {};
+    const auto take = [&](auto wanted) {
+      for (std::size_t i = 0; i < records.size(); ++i)
+        if (wanted(i)) add(records[i]);
+      return !choice_.taken.empty();
+    };
+    const auto full = [&](std::size_t i) { return records[i].record->is_full(); };
+    const auto kept = [&](std::size_t i) { return !rejected(*records[i].record); };
+    choice_.rejected = static_cast<std::size_t>(
+        std::count_if(records.begin(), records.end(), [&](const ViewRecord& item) { return rejected(*item.record); }));
+    const auto clear = [&](std::size_t i) { return records[i].record->margin < kWholeShare / 2; };
+    const auto in_strip = [&](std::size_t i) { return records[i].record->margin == kWholeShare; };
+
+    // Full views that lie in a silhouette's strip as a whole give way to partial ones that mostly do not.
+    bool full_outside = false, partial_clear = false;
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      full_outside |= full(i) && kept(i) && !in_strip(i);
+      partial_clear |= !full(i) && kept(i) && clear(i);
+    }
+    if (full_outside || !partial_clear)
+      if (take([&](std::size_t i) { return full(i) && kept(i); })) return finish(FaceTag::seen);
+    if (take([&](std::size_t i) { return !full(i) && kept(i); })) return finish(FaceTag::partial);
+    // All rejected: a doubtful photo is better than none.
+    choice_.rejected = 0;
+    if (take(full)) return finish(FaceTag::seen);
+    if (take([&](std::size_t) { return true; })) return finish(FaceTag::partial);
+    return choice_;
+  }
+
+ private:
+  bool rejected(const FaceRecord& record) const {
+    return options_.outliers == Outliers::clamp && record.disagreement > fixed_distance(kOutlierMeanDistance);
+  }
+
+  void add(const ViewRecord& item) {
+    const double distance = distance_from_fixed(item.record->disagreement);
+    const double agreement = options_.outliers == Outliers::damp ? std::exp(-distance * distance / 2) : 1.0;
+    choice_.taken.push_back(item);
+    choice_.quality.push_back(static_cast<float>(static_cast<double>(item.record->quality) * agreement));
+  }
+
+  const Choice& finish(FaceTag tag) {
+    choice_.tag = tag;
+    return choice_;
+  }
+
+  const CostOptions& options_;
+  Choice choice_;
+};
+
+// --- costs
+
+/// The value that a share `quantile` of the values (>= 0) does not exceed. Bits of non-negative floats ascend with
+/// them, so two histograms of 16 bits each find it exactly and without a sorted copy.
+float quantile_of(const std::vector<float>& values, double quantile) {
+  if (values.empty()) return 0;
+  auto rank = static_cast<std::uint64_t>(quantile * static_cast<double>(values.size() - 1));
+  std::vector<std::uint64_t> bins(65536, 0);
+  const auto find = [&] {
+    std::uint32_t bin = 0;
+    while (rank >= bins[bin]) rank -= bins[bin++];
+    return bin;
+  };
+  for (const float value : values) ++bins[std::bit_cast<std::uint32_t>(value) >> 16];
+  const std::uint32_t high = find();
+  bins.assign(65536, 0);
+  for (const float value : values)
+    if (const auto bits = std::bit_cast<std::uint32_t>(value); bits >> 16 == high) ++bins[bits & 0xFFFFu];
+  return std::bit_cast<float>(high << 16 | find());
+}
+
+/// Halvings of quality from the best of the face to this one, those that CostOptions::coarse_cost counts.
+double coarse_halvings(float quality, float best) {
+  constexpr double kFree = 2, kMost = 2;
+  if (!(best > 0)) return 0;
+  if (!(quality > 0)) return kMost;
+  return std::clamp(std::log2(static_cast<double>(best) / static_cast<double>(quality)) - kFree, 0.0, kMost);
+}
+
+/// A chunk's part of the table.
+struct TablePart {
+  std::vector<std::uint32_t> views;
+  std::vector<float> quality, penalty;
+  std::vector<std::uint32_t> counts;  ///< per face
+  std::vector<FaceTag> tags;
+  std::size_t full = 0, partial = 0, rejected = 0;
+
+  void add(const Choice& choice, const CostOptions& options) {
+    const float best = choice.quality.empty() ? 0 : *std::max_element(choice.quality.begin(), choice.quality.end());
+    counts.push_back(static_cast<std::uint32_t>(choice.taken.size()));
+    tags.push_back(choice.tag);
+    rejected += choice.rejected;
+    for (std::size_t i = 0; i < choice.taken.size(); ++i) {
+      const FaceRecord& record = *choice.taken[i].record;
+      (record.is_full() ? full : partial) += 1;
+      views.push_back(choice.taken[i].view);
+      quality.push_back(choice.quality[i]);
+      penalty.push_back(static_cast<float>(options.margin_cost * record.margin / kWholeShare +
+                                           options.hidden_cost * (kWholeShare - record.visible) / kWholeShare +
+                                           options.coarse_cost * coarse_halvings(choice.quality[i], best)));
+    }
+  }
+};
+
+}  // namespace
+
+struct CandidateCollector::State {
+  const Mesh& mesh;
+  CostOptions options;
+  RecordsByView by_view;
+};
+
+CandidateCollector::CandidateCollector(const Mesh& mesh, const CostOptions& options)
+    : state_(new State{mesh, options, {}}) {}
+CandidateCollector::~CandidateCollector() = default;
+
+void CandidateCollector::add_view(ViewId id, const View& view, const Image& photo,
+                                  const visibility::ViewVisibility& visibility) {
+  state_->by_view[static_cast<std::uint32_t>(id)] =
+      view_statistics(state_->mesh, view, photo, visibility, state_->options);
+}
+
+Candidates CandidateCollector::finish() {
+  const CostOptions& options = state_->options;
+  RecordsByView& by_view = state_->by_view;
+  const std::size_t faces = state_->mesh.faces.size();
+  if (options.outliers != Outliers::none) judge_records(by_view, faces, face_graph(state_->mesh));
+
+  std::vector<TablePart> parts(chunk_count(faces));
+  for_each_chunk(faces, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    const FaceChunk grouped(by_view, begin, end);
+    Chooser chooser(options);
+    for (std::size_t face = begin; face != end; ++face) parts[chunk].add(chooser.choose(grouped.of(face)), options);
+  });
+  by_view.clear();
+
+  Candidates result;
+  std::vector<float> penalty;
+  result.table.first.reserve(faces + 1);
+  result.table.first.push_back(0);
+  for (TablePart& part : parts) {
+    for (const std::uint32_t count : part.counts) result.table.first.push_back(result.table.first.back() + count);
+    result.table.views.insert(result.table.views.end(), part.views.begin(), part.views.end());
+    result.table.costs.insert(result.table.costs.end(), part.quality.begin(), part.quality.end());
+    penalty.insert(penalty.end(), part.penalty.begin(), part.penalty.end());
+    result.tags.insert(result.tags.end(), part.tags.begin(), part.tags.end());
+    result.full += part.full;
+    result.partial += part.partial;
+    result.rejected += part.rejected;
+    part = {};
+  }
+  // Costs in [0, 1] before weights and penalties. A few huge faces must not flatten all others: the best half per cent
+  // count alike (Waechter et al. 2014 normalize so, too).
+  const float best = quantile_of(result.table.costs, 0.995);
+  for (std::size_t i = 0; i < penalty.size(); ++i) {
+    const float quality = best > 0 ? std::min(1.0f, result.table.costs[i] / best) : 1.0f;
+    result.table.costs[i] = static_cast<float>(options.data_weight) * (1.0f - quality) + penalty[i];
+  }
+  return result;
+}
+
+}  // namespace gpvc::labeling

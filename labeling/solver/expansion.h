@@ -1,0 +1,87 @@
+// Alpha expansion on a graph of weighted pairs: from one labeling to the next that a minimum cut finds.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "labeling/solver/graph_cut.h"
+
+namespace gpvc::labeling {
+
+inline constexpr std::uint32_t kNoLabel = 0xFFFFFFFFu;
+
+/// Nodes with candidate labels, and pairs of nodes that cost their weight when labels differ. A node without candidates
+/// has no label, and its pairs are left out.
+struct LabelProblem {
+  // Candidates by node, labels ascending; borrowed.
+  std::span<const std::size_t> first;  ///< nodes + 1
+  std::span<const std::uint32_t> labels;
+  std::span<const float> costs;
+
+  struct Neighbour {
+    std::uint32_t node;
+    float weight;
+  };
+  std::vector<std::size_t> neighbour_first;  ///< nodes + 1
+  std::vector<Neighbour> neighbours;         ///< both ways
+
+  struct Candidate {
+    std::uint32_t node;
+    float cost;
+  };
+  std::vector<std::size_t> label_first;  ///< labels + 1
+  std::vector<Candidate> by_label;       ///< the candidates once more, by label, nodes ascending
+
+  /// Costs become integers of 1 / scale, a power of two: as fine as sums over all nodes and pairs can be held.
+  double scale = 1;
+
+  std::size_t nodes() const { return first.size() - 1; }
+  std::size_t label_count() const { return label_first.size() - 1; }
+  Capacity fixed(float cost) const { return static_cast<Capacity>(static_cast<double>(cost) * scale + 0.5); }
+  /// Even, since a pair whose labels differ already is split into halves.
+  Capacity fixed_weight(float weight) const {
+    return 2 * static_cast<Capacity>(static_cast<double>(weight) * (scale / 2) + 0.5);
+  }
+};
+
+struct WeightedPair {
+  std::uint32_t a, b;
+  float weight;
+};
+
+/// Borrows the table. O(candidates + pairs).
+LabelProblem make_problem(std::span<const std::size_t> first, std::span<const std::uint32_t> labels,
+                          std::span<const float> costs, std::span<const WeightedPair> pairs);
+
+/// Each node's cheapest candidate (the lowest label of equals).
+std::vector<std::uint32_t> cheapest_labels(const LabelProblem& problem);
+
+/// Energy in units of 1 / scale.
+Capacity fixed_energy(const LabelProblem& problem, std::span<const std::uint32_t> labels);
+
+/// Improves labels in place, expansion by expansion; the energy never rises. `batch` labels are cut at a time, in
+/// parallel, from the same labeling; where their moves touch each other, the later ones are applied only where they
+/// still pay. The result depends on `batch`, never on the number of threads.
+class Expander {
+ public:
+  Expander(const LabelProblem& problem, std::vector<std::uint32_t>& labels, std::size_t batch);
+  ~Expander();
+
+  /// Every label once; returns the number of nodes that changed. The first sweep and those after a sweep without change
+  /// look at whole graphs, the others only at the surroundings of what changed since the label was last looked at.
+  /// Calls after_batch() whenever a batch has been applied.
+  std::size_t sweep(const std::function<void()>& after_batch = {});
+
+  /// The last sweep proved that no expansion of any label lowers the energy.
+  bool is_fixpoint() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace gpvc::labeling

@@ -1,0 +1,205 @@
+// Boost.Graph stays in this source. Its algorithm runs on a view of flat arrays that models the concepts it asks for:
+// an adjacency_list would spend more time on its own building than on the flow.
+#include "labeling/solver/graph_cut.h"
+
+#include <algorithm>
+#include <boost/graph/boykov_kolmogorov_max_flow.hpp>
+#include <boost/graph/graph_traits.hpp>
+#include <boost/iterator/counting_iterator.hpp>
+#include <boost/property_map/property_map.hpp>
+#include <utility>
+
+namespace gpvc::labeling {
+
+namespace {
+
+/// Breadth-first spanning forest of at most `limit` nodes a tree: nodes in order of discovery, and the arc to each
+/// node's parent.
+struct Forest {
+  std::vector<std::uint32_t> order, parent_arc;
+
+  void grow(const CutGraph::Topology& graph, std::size_t limit) {
+    const auto nodes = static_cast<std::uint32_t>(graph.terminal.size());
+    order.clear();
+    parent_arc.assign(nodes, kUnseen);
+    for (std::uint32_t root = 0; root < nodes; ++root) {
+      if (parent_arc[root] != kUnseen) continue;
+      parent_arc[root] = kRoot;
+      const std::size_t begin = order.size();
+      order.push_back(root);
+      for (std::size_t i = begin; i < order.size() && order.size() - begin < limit; ++i)
+        for (std::uint32_t arc = graph.first[order[i]]; arc < graph.first[order[i] + 1]; ++arc) {
+          if (parent_arc[graph.target[arc]] != kUnseen) continue;
+          parent_arc[graph.target[arc]] = graph.reverse[arc];
+          order.push_back(graph.target[arc]);
+        }
+    }
+  }
+
+  static constexpr std::uint32_t kUnseen = 0xFFFFFFFFu, kRoot = 0xFFFFFFFEu;
+};
+
+/// Sends what nodes have from the source, or need for the sink, up the forest as far as capacities allow, so that
+/// supply and demand meet. Any flow may be sent in advance without changing the minimum cuts, and this one takes linear
+/// time: costs of neighbours differ by little and either way, and what remains for the search trees is a small part.
+void send_up(CutGraph::Topology& graph, const Forest& forest) {
+  for (std::size_t i = forest.order.size(); i-- > 0;) {
+    const std::uint32_t node = forest.order[i], arc = forest.parent_arc[node];
+    const Capacity terminal = graph.terminal[node];
+    if (arc == Forest::kRoot || terminal == 0) continue;
+    const std::uint32_t back = graph.reverse[arc];
+    const Capacity sent =
+        terminal > 0 ? std::min(terminal, graph.capacity[arc]) : -std::min(-terminal, graph.capacity[back]);
+    graph.terminal[node] -= sent;
+    graph.terminal[graph.target[arc]] += sent;
+    graph.capacity[arc] -= sent;
+    graph.capacity[back] += sent;
+  }
+}
+
+}  // namespace
+
+// Nodes 0..n-1, then source and sink. A node's arcs: its one terminal arc if it has any, then the topology's.
+struct CutGraph::Arrays {
+  std::vector<std::uint32_t> first;  ///< nodes + 3
+  std::vector<std::uint32_t> target, reverse;
+  std::vector<Capacity> residual;
+  std::vector<std::uint32_t> parent_arc;
+  std::vector<boost::default_color_type> tree;
+  std::vector<std::int32_t> distance;
+  std::vector<std::uint8_t> source_side;
+  Forest forest;
+
+  void build(const Topology& problem);
+};
+
+namespace {
+
+struct FlowGraphCategory : boost::vertex_list_graph_tag, boost::edge_list_graph_tag, boost::incidence_graph_tag {};
+
+/// What Boost's algorithm sees; boost::graph_traits takes the types from here.
+struct FlowGraph {
+  using vertex_descriptor = std::uint32_t;
+  using edge_descriptor = std::uint32_t;
+  using vertex_iterator = boost::counting_iterator<std::uint32_t>;
+  using edge_iterator = boost::counting_iterator<std::uint32_t>;
+  using out_edge_iterator = boost::counting_iterator<std::uint32_t>;
+  using directed_category = boost::directed_tag;
+  using edge_parallel_category = boost::allow_parallel_edge_tag;
+  using traversal_category = FlowGraphCategory;
+  using vertices_size_type = std::uint32_t;
+  using edges_size_type = std::uint32_t;
+  using degree_size_type = std::uint32_t;
+  static vertex_descriptor null_vertex() { return 0xFFFFFFFFu; }
+
+  const std::vector<std::uint32_t>* first;
+  const std::vector<std::uint32_t>* target;
+  const std::vector<std::uint32_t>* reverse;
+};
+
+// Found by argument-dependent lookup from inside Boost.
+using ArcIterator = boost::counting_iterator<std::uint32_t>;
+
+std::uint32_t num_vertices(const FlowGraph& graph) { return static_cast<std::uint32_t>(graph.first->size() - 1); }
+std::uint32_t num_edges(const FlowGraph& graph) { return static_cast<std::uint32_t>(graph.target->size()); }
+std::pair<ArcIterator, ArcIterator> vertices(const FlowGraph& graph) {
+  return {ArcIterator(0), ArcIterator(num_vertices(graph))};
+}
+std::pair<ArcIterator, ArcIterator> edges(const FlowGraph& graph) {
+  return {ArcIterator(0), ArcIterator(num_edges(graph))};
+}
+std::pair<ArcIterator, ArcIterator> out_edges(std::uint32_t node, const FlowGraph& graph) {
+  return {ArcIterator((*graph.first)[node]), ArcIterator((*graph.first)[node + 1])};
+}
+std::uint32_t out_degree(std::uint32_t node, const FlowGraph& graph) {
+  return (*graph.first)[node + 1] - (*graph.first)[node];
+}
+std::uint32_t target(std::uint32_t arc, const FlowGraph& graph) { return (*graph.target)[arc]; }
+std::uint32_t source(std::uint32_t arc, const FlowGraph& graph) { return (*graph.target)[(*graph.reverse)[arc]]; }
+
+}  // namespace
+
+void CutGraph::Topology::clear() {
+  first.assign(1, 0);
+  target.clear();
+  reverse.clear();
+  capacity.clear();
+  terminal.clear();
+}
+
+void CutGraph::Topology::link_reverse() {
+  reverse.resize(target.size());
+  for (std::uint32_t node = 0; node < terminal.size(); ++node)
+    for (std::uint32_t arc = first[node]; arc < first[node + 1]; ++arc) {
+      std::uint32_t back = first[target[arc]];
+      while (target[back] != node) ++back;
+      reverse[arc] = back;
+    }
+}
+
+void CutGraph::Arrays::build(const Topology& problem) {
+  const auto nodes = static_cast<std::uint32_t>(problem.terminal.size());
+  const std::uint32_t source_node = nodes, sink_node = nodes + 1;
+  first.resize(nodes + 3);
+  std::uint32_t terminals = 0, source_arcs = 0;
+  for (std::uint32_t node = 0; node < nodes; ++node) {
+    first[node] = problem.first[node] + terminals;
+    terminals += problem.terminal[node] != 0;
+    source_arcs += problem.terminal[node] > 0;
+  }
+  const auto inner_arcs = static_cast<std::uint32_t>(problem.target.size());
+  first[source_node] = inner_arcs + terminals;
+  first[sink_node] = first[source_node] + source_arcs;
+  first[sink_node + 1] = inner_arcs + 2 * terminals;
+
+  target.resize(first.back());
+  reverse.resize(first.back());
+  residual.resize(first.back());
+  std::uint32_t next_source = first[source_node], next_sink = first[sink_node];
+  for (std::uint32_t node = 0; node < nodes; ++node) {
+    std::uint32_t arc = first[node];
+    if (const Capacity terminal = problem.terminal[node]; terminal != 0) {
+      const std::uint32_t back = terminal > 0 ? next_source++ : next_sink++;
+      target[arc] = terminal > 0 ? source_node : sink_node;
+      residual[arc] = terminal > 0 ? 0 : -terminal;
+      target[back] = node;
+      residual[back] = terminal > 0 ? terminal : 0;
+      reverse[arc] = back;
+      reverse[back] = arc;
+      ++arc;
+    }
+    for (std::uint32_t from = problem.first[node]; from < problem.first[node + 1]; ++from, ++arc) {
+      const std::uint32_t other = problem.target[from];
+      target[arc] = other;
+      residual[arc] = problem.capacity[from];
+      reverse[arc] =
+          problem.reverse[from] - problem.first[other] + first[other] + (problem.terminal[other] != 0 ? 1u : 0u);
+    }
+  }
+}
+
+CutGraph::CutGraph() : arrays_(std::make_unique<Arrays>()) { topology.clear(); }
+CutGraph::~CutGraph() = default;
+
+const std::vector<std::uint8_t>& CutGraph::solve() {
+  Arrays& a = *arrays_;
+  const auto nodes = static_cast<std::uint32_t>(topology.terminal.size());
+  a.forest.grow(topology, nodes);
+  send_up(topology, a.forest);
+  a.source_side.assign(nodes, 0);
+  if (std::none_of(topology.terminal.begin(), topology.terminal.end(), [](Capacity t) { return t > 0; }))
+    return a.source_side;
+  a.build(topology);
+  a.parent_arc.resize(nodes + 2);
+  a.tree.resize(nodes + 2);
+  a.distance.assign(nodes + 2, 0);
+  FlowGraph graph{&a.first, &a.target, &a.reverse};
+  // Capacities may be overwritten by residuals: the algorithm copies one to the other before anything else.
+  boost::boykov_kolmogorov_max_flow(graph, a.residual.data(), a.residual.data(), a.reverse.data(), a.parent_arc.data(),
+                                    a.tree.data(), a.distance.data(),
+                                    boost::typed_identity_property_map<std::uint32_t>(), nodes, nodes + 1);
+  for (std::uint32_t node = 0; node < nodes; ++node) a.source_side[node] = a.tree[node] == boost::black_color;
+  return a.source_side;
+}
+
+}  // namespace gpvc::labeling

@@ -1,0 +1,82 @@
+// What the program says about input that cannot be used.
+#include "tests/app/app_fixture.h"
+
+namespace gpvc {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+
+TEST_F(App, RefusesAMissingImage) {
+  fs::remove(scene_ / "images" / "nadir_001.jpg");
+  expect_refused("nadir_001.jpg", "");
+}
+
+TEST_F(App, TexturesWithoutAnExcludedImageThatIsMissing) {
+  fs::remove(scene_ / "images" / "nadir_001.jpg");
+  for (const auto& choice : {std::vector<std::string>{"--exclude-views", "nadir_001.jpg"},
+                             std::vector<std::string>{"--views", "east_001,[nsw]o*_001.jpg,west_001"}}) {
+    const Outcome outcome = run(texture(out_, choice));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(run_json(out_)["counts"]["used_views"], 4);
+    fs::remove_all(out_);
+  }
+}
+
+TEST_F(App, RefusesATruncatedImage) {
+  const fs::path photo = scene_ / "images" / "nadir_001.jpg";
+  fs::resize_file(photo, fs::file_size(photo) / 2);
+  // Visibility needs no pixel of it; texture does.
+  expect_one_sentence(run(texture(out_)), "nadir_001.jpg", "");
+  EXPECT_FALSE(fs::exists(out_));
+}
+
+TEST_F(App, RefusesCamerasCutInTheMiddle) {
+  const fs::path cameras = scene_ / "colmap" / "cameras.txt";
+  fs::resize_file(cameras, fs::file_size(cameras) - 40);
+  expect_refused("cameras.txt", "");
+}
+
+TEST_F(App, RefusesImagesCutInTheMiddle) {
+  const fs::path images = scene_ / "colmap" / "images.txt";
+  const std::string text = read_file(images);
+  fs::resize_file(images, text.find("nadir_001.jpg") - 20);
+  expect_refused("images.txt", "");
+}
+
+TEST_F(App, RefusesAMissingScene) {
+  fs::remove_all(scene_ / "colmap");
+  expect_refused("colmap", "");
+}
+
+TEST_F(App, RefusesAMeshWithNan) {
+  std::ofstream(scene_ / "mesh.ply") << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                        "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                        "end_header\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n";
+  expect_refused("mesh.ply", "");
+}
+
+TEST_F(App, RefusesAMeshWithIndicesOutOfRange) {
+  std::ofstream(scene_ / "mesh.ply") << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                        "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                        "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n";
+  expect_refused("mesh.ply", "3");
+}
+
+TEST_F(App, RefusesAMeshWithoutFaces) {
+  std::ofstream(scene_ / "mesh.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                                        "property float z\nend_header\n0 0 0\n";
+  expect_refused("mesh.ply", "face");
+}
+
+TEST_F(App, ExplainsAMeshInAnotherFrame) {
+  std::ofstream(scene_ / "mesh.ply")
+      << "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
+         "property double z\nelement face 1\nproperty list uchar int vertex_indices\n"
+         "end_header\n500000 5000000 0\n500001 5000000 0\n500000 5000001 0\n3 0 1 2\n";
+  expect_one_sentence(run(texture(out_)), "no photo sees any face", "same coordinates");
+  EXPECT_FALSE(fs::exists(out_));
+}
+
+}  // namespace
+}  // namespace gpvc

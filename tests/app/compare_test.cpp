@@ -1,0 +1,143 @@
+// What `gpvc compare` makes of its arguments and of its figures.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "app/cli/options.h"
+#include "app/compare/compare_modes.h"
+#include "app/compare/compare_report.h"
+#include "app/evaluate/compare_oracle.h"
+
+namespace gpvc {
+namespace {
+
+std::vector<std::string> names_of(const std::string& list, const std::vector<double>& epsilons) {
+  std::vector<std::string> names;
+  for (const compare::ComparedMode& mode : compare::compared_modes(list, epsilons, {})) names.push_back(mode.name);
+  return names;
+}
+
+TEST(CompareModes, RunsBiasedModesOncePerEpsilon) {
+  EXPECT_EQ(names_of("none, ray:dense,gpvc", {1e-5, 0.01}),
+            (std::vector<std::string>{"none", "ray:dense:1e-05", "ray:dense:0.01", "gpvc"}));
+  EXPECT_EQ(names_of("shadow-map:spc:0.5,shadow-map:spc", {0.5, 0.25}),
+            (std::vector<std::string>{"shadow-map:spc:0.5", "shadow-map:spc:0.25"}));
+  EXPECT_EQ(names_of(compare::default_modes(), compare::default_epsilons()).size(), 4u * 4u + 4u);
+}
+
+TEST(CompareModes, TellsFamilyEpsilonAndCorrection) {
+  const auto modes = compare::compared_modes("shadow-map:apc:0.001,gpvc:uncorrected,gpvc:paper,gpvc:ves", {}, {});
+  ASSERT_EQ(modes.size(), 4u);
+  EXPECT_EQ(modes[0].family, "shadow-map:apc");
+  EXPECT_EQ(modes[0].epsilon, 0.001);
+  EXPECT_EQ(modes[0].visibility.method, visibility::Method::shadow_map);
+  EXPECT_EQ(modes[0].visibility.projection, visibility::Projection::apc);
+  EXPECT_EQ(modes[1].visibility.correction, visibility::CoverageCorrection::off);
+  EXPECT_EQ(modes[2].visibility.correction, visibility::CoverageCorrection::paper);
+  EXPECT_EQ(modes[3].visibility.correction, visibility::CoverageCorrection::exact);
+  EXPECT_EQ(modes[3].visibility.sampling, visibility::Sampling::ves);
+  EXPECT_FALSE(modes[3].epsilon);
+}
+
+TEST(CompareModes, RefusesWhatIsNoMode) {
+  EXPECT_THROW(names_of("gpvc,shadow", {1e-3}), cli::UsageError);
+  EXPECT_THROW(names_of(" , ", {1e-3}), cli::UsageError);
+  EXPECT_THROW(names_of("none:1e-3", {1e-3}), cli::UsageError);
+}
+
+TEST(Agreement, CountsByTheOraclesClass) {
+  evaluate::Agreement agreement;
+  agreement.pairs = {{{90, 6, 4}, {1, 8, 1}, {2, 0, 18}}};  // rows hidden, partial, full
+  EXPECT_DOUBLE_EQ(agreement.share(visibility::FaceClass::hidden), 0.9);
+  EXPECT_DOUBLE_EQ(agreement.share(visibility::FaceClass::partial), 0.8);
+  EXPECT_DOUBLE_EQ(agreement.share(visibility::FaceClass::full), 0.9);
+  EXPECT_DOUBLE_EQ(agreement.missed_full(), 1 - 0.9);
+  EXPECT_DOUBLE_EQ(agreement.false_full(), 5.0 / 23.0);
+  EXPECT_DOUBLE_EQ(agreement.accuracy(), 116.0 / 130.0);
+}
+
+cli::Json small_report() {
+  const auto mode = [](const char* name, const char* family, cli::Json epsilon, double agreement, double wrong) {
+    return cli::Json{
+        {"name", name},
+        {"kind", "mode"},
+        {"family", family},
+        {"epsilon", std::move(epsilon)},
+        {"status", "ok"},
+        {"oracle", {{"agreement", agreement}}},
+        {"truth", {{"all", {{"textured", 1.0}, {"wrong", wrong}}}, {"origin", {{"all", {{"right", 1 - wrong}}}}}}}};
+  };
+  cli::Json report{{"scene", {{"name", "here"}, {"faces", 1234567}, {"views", 5}, {"used_views", 4}}},
+                   {"program", {{"version", "1"}, {"device", {{"renderer", "a </script> device"}}}}},
+                   {"settings", {{"scored", {{"held_out", true}}}}},
+                   {"findings", cli::Json::array()}};
+  report["modes"] =
+      cli::Json::array({mode("ray:dense:0.1", "ray:dense", 0.1, 0.5, 0.25),
+                        mode("ray:dense:0.01", "ray:dense", 0.01, 0.75, 0.5), mode("gpvc", "gpvc", nullptr, 1.0, 0.0)});
+  return report;
+}
+
+TEST(Findings, NameEachFamilysBestEpsilon) {
+  const auto findings = compare::findings_of(small_report());
+  ASSERT_EQ(findings.size(), 3u);
+  EXPECT_EQ(findings[0],
+            "Classes that agree with the exact oracle: gpvc 100.000 %; ray:dense at its best epsilon, 0.01: "
+            "75.000 %.");
+  EXPECT_NE(findings[1].find("ray:dense at its best epsilon, 0.1: 75.000 %"), std::string::npos) << findings[1];
+  EXPECT_EQ(findings[2],
+            "By classes that agree with the oracle no mode with a bias is ahead of gpvc at any epsilon; 2 of 2 "
+            "behind.");
+}
+
+TEST(Contest, CallsATieWhatChanceCanDo) {
+  cli::Json report = small_report();
+  report["modes"][0]["against_gpvc"] = {{"right", {{"ahead", 0.0004}, {"noise", 0.0002}}},
+                                        {"error", {{"ahead", 0.005}, {"noise", 0.002}}}};
+  report["modes"][1]["against_gpvc"] = {{"right", {{"ahead", -0.0005}, {"noise", 0.0002}}},
+                                        {"error", {{"ahead", -0.0001}, {"noise", 0.002}}}};
+  for (cli::Json& mode : report["modes"])
+    if (mode["epsilon"].is_number()) mode["against_gpvc"]["faithful"] = {{"ahead", -0.25}, {"noise", 0.001}};
+  const auto findings = compare::contest_findings(report);
+  ASSERT_EQ(findings.size(), 4u);
+  EXPECT_EQ(findings[1],
+            "By area textured faithfully no mode with a bias is ahead of gpvc at any epsilon; 2 of 2 behind.");
+  EXPECT_EQ(findings[0],
+            "By seen area textured rightly no mode with a bias is ahead of gpvc at any epsilon; a tie: "
+            "ray:dense:0.1; 1 of 2 behind.");
+  EXPECT_EQ(findings[3],
+            "By error of renders ahead of gpvc: ray:dense:0.1 (+0.0050 \u00b1 0.0020, ahead); a tie: "
+            "ray:dense:0.01; 0 of 2 behind.");
+  const cli::Json table = compare::contest_table(report);
+  EXPECT_EQ(table["columns"].size(), 5u);
+  ASSERT_EQ(table["rows"].size(), 2u) << "modes with a bias alone";
+  EXPECT_EQ(table["rows"][1][1], "-0.0500 \u00b1 0.0200, behind");
+  EXPECT_EQ(table["rows"][0][2], "-25.0000 \u00b1 0.1000, behind");
+  EXPECT_EQ(table["rows"][0][3], "-50.0000, behind");
+  // An agreement that is the same to the last pair is a tie; one pair more is not.
+  report["modes"][0]["oracle"]["agreement"] = 1.0;
+  EXPECT_NE(compare::contest_findings(report)[2].find("a tie: ray:dense:0.1"), std::string::npos);
+  report["modes"].erase(2);
+  EXPECT_TRUE(compare::contest_table(report).is_null()) << "without gpvc there is nothing to hold them against";
+}
+
+TEST(ReportMarkdown, GivesEveryModeARowAndLeavesOutWhatIsUnknown) {
+  cli::Json report = small_report();
+  report["modes"][0]["status"] = "failed";
+  report["modes"][0]["error"] = "a | b";
+  report["findings"] = compare::findings_of(report);
+  const std::string text = compare::report_markdown(report);
+  EXPECT_NE(text.find("1 234 567 faces"), std::string::npos) << text;
+  EXPECT_NE(text.find("| ray:dense:0.1 (failed: a \\| b) | 50.000 |"), std::string::npos) << text;
+  EXPECT_NE(text.find("| gpvc | 100.000 |"), std::string::npos) << text;
+  EXPECT_EQ(text.find("PSNR"), std::string::npos) << text;
+}
+
+TEST(ReportPage, KeepsDataInsideItsElement) {
+  const std::string page = compare::page_with(small_report());
+  EXPECT_NE(page.find("a \\u003c/script> device"), std::string::npos);
+  EXPECT_EQ(page.find("placed here"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gpvc

@@ -1,0 +1,76 @@
+// Coverage that comes back as it went in.
+#include "app/pipeline/coverage_store.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace gpvc {
+namespace {
+
+void add_entry(std::uint32_t face, int width, int height, const auto& is_seen, visibility::CoverageTable& table) {
+  visibility::FaceCoverage entry;
+  entry.face = FaceId{face};
+  entry.width = width;
+  entry.height = height;
+  entry.first_word = table.words.size();
+  const std::size_t bits = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  table.words.resize(entry.first_word + (bits + 63) / 64, 0);
+  for (std::size_t bit = 0; bit < bits; ++bit)
+    if (is_seen(bit)) table.words[entry.first_word + bit / 64] |= std::uint64_t{1} << (bit % 64);
+  table.entries.push_back(entry);
+}
+
+TEST(CoverageStore, GivesBackWhatPartialFacesNeed) {
+  std::mt19937 random(3);
+  pipeline::CoverageStore store;
+  std::vector<visibility::CoverageTable> views(3);
+  for (visibility::CoverageTable& view : views) {
+    add_entry(
+        0, 0, 0, [](std::size_t) { return true; }, view);  // seen by sub-pixel samples
+    add_entry(
+        1, 7, 3, [&](std::size_t) { return random() % 2 != 0; }, view);
+    add_entry(
+        2, 640, 300, [](std::size_t bit) { return bit % 640 > 100 && bit % 640 < 500; }, view);
+    add_entry(
+        3, 64, 5, [](std::size_t bit) { return bit / 64 % 2 != 0; }, view);
+    add_entry(
+        4, 1000, 13, [&](std::size_t) { return random() % 50 != 0; }, view);
+    store.add(view);
+  }
+  const std::vector<labeling::FaceTag> tags{labeling::FaceTag::partial, labeling::FaceTag::partial,
+                                            labeling::FaceTag::partial, labeling::FaceTag::seen,
+                                            labeling::FaceTag::partial};
+  const visibility::CoverageTable kept = store.of_partial_faces(tags);
+  ASSERT_EQ(kept.entries.size(), 12u);
+  auto next = kept.entries.begin();
+  for (const visibility::CoverageTable& view : views)
+    for (const visibility::FaceCoverage& entry : view.entries) {
+      if (entry.face == FaceId{3}) continue;
+      EXPECT_EQ(next->face, entry.face);
+      for (int y = 0; y < entry.height; ++y)
+        for (int x = 0; x < entry.width; ++x) ASSERT_EQ(kept.sees(*next, x, y), view.sees(entry, x, y));
+      ++next;
+    }
+}
+
+TEST(CoverageStore, LargeFacesTakeLittle) {
+  // A quarter circle of 12 megapixels: a tenth of its bits is enough.
+  visibility::CoverageTable table;
+  add_entry(
+      0, 4000, 3000, [](std::size_t bit) { return bit % 4000 * (bit % 4000) + bit / 4000 * (bit / 4000) < 9000000; },
+      table);
+  pipeline::CoverageStore store;
+  store.add(table);
+  EXPECT_LT(store.bytes() * 8, 4000u * 3000u / 10);
+  // More words alike than a run counts.
+  table = {};
+  add_entry(
+      0, 16384, 16384, [](std::size_t) { return true; }, table);
+  store = {};
+  store.add(table);
+  EXPECT_EQ(store.of_partial_faces(std::vector<labeling::FaceTag>{labeling::FaceTag::partial}).words, table.words);
+}
+
+}  // namespace
+}  // namespace gpvc

@@ -1,0 +1,181 @@
+// What stands in OUT, before and after runs that end well, badly or not at all.
+#include "app/pipeline/output_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "io/error.h"
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+namespace fs = std::filesystem;
+using test::read_file;
+
+class OutputFolderTest : public testing::Test {
+ protected:
+  void put(const std::string& name, const std::string& text) const {
+    fs::create_directories((out_ / name).parent_path());
+    std::ofstream(out_ / name) << text;
+  }
+  static void make(pipeline::OutputFolder& folder, const std::string& name, const std::string& text) {
+    std::ofstream(folder.file(name)) << text;
+  }
+  // A result of one file, as `texture` leaves it.
+  void publish_first() const {
+    pipeline::OutputFolder folder(out_, false, "texture");
+    make(folder, "model.obj", "first");
+    make(folder, "run.json", R"({"program": "gpvc", "command": "texture", "outputs": ["model.obj", "run.json"]})");
+    folder.publish();
+  }
+  std::string refusal(bool force, const std::string& command = "texture") const {
+    try {
+      const pipeline::OutputFolder folder(out_, force, command);
+    } catch (const OutputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> all;
+    for (const auto& entry : fs::recursive_directory_iterator(out_))
+      all.push_back(entry.path().lexically_relative(out_).string());
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+
+  test::TemporaryFolder folder_;
+  fs::path out_ = folder_.path() / "out";
+};
+
+TEST_F(OutputFolderTest, StrangersFilesAreRefusedAtOnce) {
+  for (const char* name : {"model_view.png", "model_.png", "model_3.txt"}) put(name, "a screenshot");
+  EXPECT_EQ(refusal(false), "");
+  fs::remove_all(out_);
+  for (const char* name : {"model.obj", "offset.txt", "model_3.jpg", "run.json"}) {
+    put(name, "mine");
+    for (const bool force : {false, true}) EXPECT_NE(refusal(force).find(name), std::string::npos) << name;
+    EXPECT_EQ(read_file(out_ / name), "mine");
+    fs::remove_all(out_);
+  }
+  put("mesh.ply", "mine");  // known when it is promised
+  pipeline::OutputFolder folder(out_, true, "synth city");
+  EXPECT_THROW(folder.file("mesh.ply"), OutputError);
+}
+
+TEST_F(OutputFolderTest, AStrangersListRemovesNothing) {
+  put("notes.txt", "mine");
+  put("run.json", R"({"outputs": ["notes.txt"]})");
+  EXPECT_NE(refusal(true), "");
+  put("run.json", R"({"program": "gpvc", "command": "synth city", "outputs": ["notes.txt"]})");
+  EXPECT_NE(refusal(true), "");
+  EXPECT_EQ(read_file(out_ / "notes.txt"), "mine");
+}
+
+TEST_F(OutputFolderTest, ReplacesItsOwnResultAlone) {
+  publish_first();
+  put("notes.txt", "mine");
+  EXPECT_NE(refusal(false).find("--force"), std::string::npos);
+  pipeline::OutputFolder folder(out_, true, "texture");
+  make(folder, "model.glb", "second");
+  folder.publish();
+  EXPECT_EQ(names(), (std::vector<std::string>{"model.glb", "notes.txt"}));
+}
+
+TEST_F(OutputFolderTest, AFailedPublishBringsTheEarlierResultBack) {
+  publish_first();
+  const std::string run_json = read_file(out_ / "run.json");
+  {
+    pipeline::OutputFolder folder(out_, true, "texture");
+    make(folder, "model.obj", "second");
+    make(folder, "new/page.jpg", "second");
+    put("new", "a file that came meanwhile, where a folder has to be");
+    EXPECT_THROW(folder.publish(), OutputError);
+  }
+  EXPECT_EQ(names(), (std::vector<std::string>{"model.obj", "new", "run.json"}));
+  EXPECT_EQ(read_file(out_ / "model.obj"), "first");
+  EXPECT_EQ(read_file(out_ / "run.json"), run_json);
+}
+
+TEST_F(OutputFolderTest, NamesThatAreNoUtf8AreListedAsTheyAre) {
+  const std::string latin =
+      "images/\xDC"
+      "ber.jpg";
+  for (const bool force : {false, true}) {
+    pipeline::OutputFolder folder(out_, force, "convert");
+    folder.refuse_strangers(
+        "images/./\xDC"
+        "ber.jpg");
+    make(folder, latin, force ? "second" : "first");
+    std::ofstream run(folder.file("run.json"));
+    run << nlohmann::json{
+        {"program", "gpvc"}, {"command", "convert"}, {"outputs", pipeline::outputs_json(folder.promised())}};
+    run.close();
+    folder.publish();
+  }
+  EXPECT_EQ(read_file(out_ / latin), "second");
+  EXPECT_FALSE(pipeline::outputs_json({"plain.jpg"})[0].is_object());
+}
+
+TEST_F(OutputFolderTest, AFolderInTheWayLosesNothing) {
+  publish_first();
+  pipeline::OutputFolder folder(out_, true, "texture");
+  make(folder, "model.obj", "second");
+  make(folder, "offset.txt", "second");
+  put("offset.txt/mine", "mine");
+  EXPECT_THROW(folder.publish(), OutputError);
+  EXPECT_EQ(read_file(out_ / "model.obj"), "first");
+  EXPECT_EQ(read_file(out_ / "offset.txt/mine"), "mine");
+}
+
+// Files on another disk behind a link cannot be moved aside.
+TEST_F(OutputFolderTest, WhatCannotBeMovedBlocksNoLaterRun) {
+  const fs::path elsewhere = "/dev/shm";
+  std::error_code none;
+  if (!fs::is_directory(elsewhere, none) ||
+      fs::space(elsewhere, none).capacity == fs::space(folder_.path(), none).capacity)
+    GTEST_SKIP() << "no second file system here";
+  const fs::path away = elsewhere / folder_.path().filename();
+  fs::create_directories(away);
+  std::ofstream(away / "a.jpg") << "first";
+  fs::create_directories(out_);
+  fs::create_directory_symlink(away, out_ / "images");
+  put("run.json", R"({"program": "gpvc", "command": "convert", "outputs": ["images/a.jpg", "run.json"]})");
+  for (int run = 0; run < 2; ++run) {
+    pipeline::OutputFolder folder(out_, true, "convert");
+    make(folder, "run.json", "second");
+    EXPECT_THROW(folder.publish(), OutputError);
+  }
+  EXPECT_EQ(read_file(away / "a.jpg"), "first");
+  EXPECT_EQ(names(), (std::vector<std::string>{"images", "run.json"}));
+  fs::remove_all(away);
+}
+
+TEST_F(OutputFolderTest, LeftoversAreRemovedAndNeverTaken) {
+  // Of runs that were killed, whatever number their process had.
+  for (const std::string name : {"1", "4242", "a1B2c3"}) put(".gpvc-unfinished-" + name + "/stale.jpg", "stale");
+  std::optional<pipeline::OutputFolder> folder(std::in_place, out_, false, "convert");
+  make(*folder, "fresh.jpg", "fresh");
+  // One under way is none.
+  const pipeline::OutputFolder other(out_, false, "convert");
+  EXPECT_TRUE(fs::exists(folder->in_making() / "fresh.jpg"));
+  folder->promise_all();
+  folder->publish();
+  folder.reset();
+  EXPECT_EQ(read_file(out_ / "fresh.jpg"), "fresh");
+  EXPECT_FALSE(fs::exists(out_ / "stale.jpg"));
+  EXPECT_EQ(names().size(), 2u) << "the other run's folder alone";
+}
+
+TEST_F(OutputFolderTest, AResultThatAKilledRunHeldIsTold) {
+  put(".gpvc-earlier-a1B2c3/model.obj", "first");
+  EXPECT_NE(refusal(true).find("earlier result"), std::string::npos);
+  EXPECT_EQ(read_file(out_ / ".gpvc-earlier-a1B2c3/model.obj"), "first");
+}
+
+}  // namespace
+}  // namespace gpvc

@@ -1,0 +1,192 @@
+// Scenes of layers, and what spoils scenes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "app/synth/city.h"
+#include "app/synth/synth_builder.h"
+#include "app/synth/terrain.h"
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+void expect_exact_in_floats(const Mesh& mesh) {
+  for (const WorldPoint& p : mesh.positions)
+    for (const double v : {p.x, p.y, p.z}) ASSERT_EQ(static_cast<double>(static_cast<float>(v)), v);
+}
+
+TEST(Terrain, SheetsFollowTheHillsAtTheGap) {
+  synth::LayerOptions low, high;
+  low.faces = high.faces = 5000;
+  low.gap_m = 1;
+  high.gap_m = 9;
+  const synth::SynthScene a = synth::make_terrain(low), b = synth::make_terrain(high);
+  EXPECT_NEAR(static_cast<double>(a.mesh.faces.size()), 5000, 500);
+  ASSERT_EQ(a.mesh.faces.size(), b.mesh.faces.size());
+  ASSERT_EQ(a.face_surface, b.face_surface);
+  expect_exact_in_floats(a.mesh);
+  std::size_t above = 0;
+  for (std::size_t f = 0; f < a.mesh.faces.size(); ++f)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const WorldPoint &p = a.mesh.positions[a.mesh.faces[f][i]], &q = b.mesh.positions[b.mesh.faces[f][i]];
+      EXPECT_EQ(q.z - p.z, a.face_surface[f] == 0 ? 0 : 8);
+      above += a.face_surface[f] != 0;
+    }
+  EXPECT_GT(above, a.mesh.faces.size() * 2 / 5);
+}
+
+// With heights that follow the same hills over other triangles the layers would cross.
+TEST(Terrain, EveryFacetOfASheetHasOneOfTheGroundBelow) {
+  synth::LayerOptions options;
+  options.faces = 5000;
+  options.gap_m = 0.01;
+  const synth::SynthScene scene = synth::make_terrain(options);
+  const auto flat = [](const WorldPoint& p) { return std::pair(p.x, p.y); };
+  std::map<std::set<std::pair<double, double>>, std::map<std::pair<double, double>, double>> ground;
+  std::size_t sheets = 0;
+  for (std::size_t f = 0; f < scene.mesh.faces.size(); ++f) {
+    std::set<std::pair<double, double>> corners;
+    std::map<std::pair<double, double>, double> heights;
+    for (const std::uint32_t v : scene.mesh.faces[f]) {
+      const WorldPoint& p = scene.mesh.positions[v];
+      corners.insert(flat(p));
+      heights[flat(p)] = p.z;
+    }
+    if (scene.face_surface[f] == 0) {
+      ground[corners] = heights;
+      continue;
+    }
+    ASSERT_TRUE(ground.contains(corners)) << f;
+    // A 1024th for the rounding of heights.
+    for (const auto& [at, z] : heights) EXPECT_NEAR(z - ground[corners][at], 0.01, 1.01 / 1024);
+    ++sheets;
+  }
+  EXPECT_GT(sheets, 700u);
+}
+
+TEST(Slits, GapsHalveFromAQuarterToHundredthsOfAMillimetre) {
+  synth::LayerOptions options;
+  options.faces = 20000;
+  options.size_m = 1;
+  const synth::SynthScene scene = synth::make_slits(options);
+  expect_exact_in_floats(scene.mesh);
+  // A stand is a board of brick and, after it, its slats: the nearest surface above the board is the gap off.
+  std::vector<WorldPoint> middle(scene.surfaces.size());
+  std::vector<double> corners(scene.surfaces.size(), 0);
+  for (std::size_t f = 0; f < scene.mesh.faces.size(); ++f)
+    for (const std::uint32_t v : scene.mesh.faces[f]) {
+      middle[scene.face_surface[f]] = middle[scene.face_surface[f]] + scene.mesh.positions[v];
+      ++corners[scene.face_surface[f]];
+    }
+  std::vector<double> gaps;
+  const synth::Surface* board = nullptr;
+  for (std::size_t s = 0; s < scene.surfaces.size(); ++s) {
+    if (scene.surfaces[s].material == synth::Material::brick) {
+      board = &scene.surfaces[s];
+      gaps.push_back(1e9);
+    } else if (board != nullptr) {
+      const WorldPoint &u = board->u_axis, &v = board->v_axis;
+      const WorldPoint normal{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
+      gaps.back() = std::min(gaps.back(), dot(normal, middle[s] * (1 / corners[s]) - board->origin));
+    }
+  }
+  ASSERT_EQ(gaps.size(), 16u);
+  std::sort(gaps.begin(), gaps.end());
+  EXPECT_NEAR(gaps.front(), 1.0 / 65536, 4e-6);  // vertices lie on a grid of 2^-20
+  EXPECT_NEAR(gaps.back(), 0.25, 4e-6);
+  for (std::size_t i = 1; i < gaps.size(); ++i) EXPECT_LT(gaps[i], 2.1 * gaps[i - 1]);
+}
+
+// Straight down from 25 m on two squares, the upper one 2^-13 m (an eighth of a millimetre) above the lower.
+TEST(SynthRenderer, TellsLayersAnEighthOfAMillimetreApart) {
+  synth::SynthBuilder builder(10, 1048576, 1);
+  builder.quad(synth::Material::gravel, {-2, -2, 0}, {4, 0, 0}, {0, 4, 0});
+  builder.quad(synth::Material::paint, {-1, -1, 1.0 / 8192}, {2, 0, 0}, {0, 2, 0});
+  const synth::SynthScene scene = builder.take();
+  synth::SynthRenderer renderer(scene);
+  Camera camera;
+  camera.width = camera.height = 41;
+  camera.fx = camera.fy = 200;
+  camera.cx = camera.cy = 20.5;
+  Pose pose;
+  pose.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
+  pose.centre = {0, 0, 25};
+  const synth::SynthPhoto photo = renderer.photo(camera, pose);
+  const auto at = [&](int x, int y) { return photo.surfaces[static_cast<std::size_t>(y * 41 + x)]; };
+  EXPECT_EQ(at(20, 20), 1u);
+  EXPECT_EQ(at(20 - 7, 20), 1u);  // 8 px a metre: the paint ends 8 px from the middle
+  EXPECT_EQ(at(20 - 10, 20), 0u);
+  EXPECT_EQ(at(0, 0), synth::kNoSurface);
+  EXPECT_FALSE(renderer.sees(pose, {0.5, 0.25, 0}, 1)) << "under the paint";
+  EXPECT_TRUE(renderer.sees(pose, {1.5, 0.25, 0}, 1));
+  EXPECT_TRUE(renderer.sees(pose, {0.5, 0.25, 1.0 / 8192}, 2));
+}
+
+struct Overhead {
+  synth::CityOptions options;
+  View view;
+  Overhead() {
+    options.faces = 6000;
+    options.flight.size_m = 60;
+    options.flight.photos = 1;
+    options.flight.width = 160;
+    options.flight.height = 120;
+    view = synth::synth_flight(options.flight).front();
+  }
+};
+
+TEST(SynthRenderer, CarsAreInTheirPhotoAlone) {
+  const Overhead at;
+  const synth::SynthScene city = synth::make_city(at.options), cars = synth::make_cars(at.options, 0, 30);
+  ASSERT_EQ(cars.surfaces.size(), 30u * 11);
+  synth::SynthRenderer renderer(city);
+  const synth::SynthPhoto before = renderer.photo(at.view.camera, at.view.pose),
+                          with = renderer.photo(at.view.camera, at.view.pose, {}, &cars),
+                          after = renderer.photo(at.view.camera, at.view.pose);
+  EXPECT_EQ(before.image.pixels, after.image.pixels);
+  std::size_t car_pixels = 0;
+  for (std::size_t i = 0; i < with.surfaces.size(); ++i) {
+    const std::uint32_t s = with.surfaces[i];
+    const bool car = s < synth::kMixedSurfaces && s >= city.surfaces.size();
+    car_pixels += car;
+    if (car) {
+      EXPECT_LT(s, city.surfaces.size() + cars.surfaces.size());
+    } else if (s != synth::kMixedSurfaces) {
+      EXPECT_EQ(s, before.surfaces[i]);
+    }
+  }
+  EXPECT_GT(car_pixels, 20u);
+  EXPECT_NE(synth::make_cars(at.options, 1, 30).mesh.positions, cars.mesh.positions);
+}
+
+TEST(SynthRenderer, ExposureScalesColorsAndDarkensCorners) {
+  const Overhead at;
+  const synth::SynthScene city = synth::make_city(at.options);
+  synth::SynthRenderer renderer(city);
+  const Image plain = renderer.photo(at.view.camera, at.view.pose).image,
+              dark = renderer.photo(at.view.camera, at.view.pose, {0.5, 0.4}).image;
+  for (const auto& [x, y, share] : {std::array<double, 3>{80, 60, 0}, {0, 0, 1}, {159, 119, 1}})
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(dark.at(static_cast<int>(x), static_cast<int>(y))[c],
+                  plain.at(static_cast<int>(x), static_cast<int>(y))[c] * 0.5 * (1 - 0.4 * share), 2.5);
+}
+
+TEST(SynthFiles, MeshesFarOffAreWrittenExactly) {
+  const test::TemporaryFolder folder;
+  synth::LayerOptions options;
+  options.faces = 2000;
+  const Mesh mesh = synth::make_terrain(options).mesh;
+  const WorldPoint utm{448192, 5411328, 256};
+  synth::write_synth_mesh(folder.path() / "mesh.ply", mesh, utm);
+  const Mesh back = io::read_mesh(folder.path() / "mesh.ply");
+  ASSERT_EQ(back.positions.size(), mesh.positions.size());
+  EXPECT_EQ(back.faces, mesh.faces);
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) ASSERT_EQ(back.positions[v], mesh.positions[v] + utm);
+}
+
+}  // namespace
+}  // namespace gpvc

@@ -1,0 +1,237 @@
+#include <gtest/gtest.h>
+
+#include "atlas/leveling/seam_leveling.h"
+#include "tests/atlas/atlas_scene.h"
+
+namespace gpvc::atlas {
+namespace {
+
+Color weak_waves(double x, double y) {
+  return {static_cast<float>(110 + 40 * std::sin(2 * x) * std::cos(1.7 * y)),
+          static_cast<float>(100 + 30 * std::cos(1.3 * x + y)), static_cast<float>(70 + 5 * x + 3 * y)};
+}
+
+/// A plane of 12 x 6 m: the left half from view 0, the right half from view 1, a ragged border between them.
+void two_views(AtlasScene& s) {
+  s.add_plane(24, 12, 0.5);
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+    const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
+    s.labels[f] = ViewId{p.x > 6 + std::sin(3 * p.y) ? 1u : 0u};
+  }
+  s.add_view(5, 3, 10, 720, 400, 400);
+  s.add_view(7, 3, 10, 720, 400, 400);
+}
+
+struct Colors {
+  double step = 0;   ///< mean absolute difference across the seam, at its edges' middles
+  Color mean;        ///< over all faces
+  double worst = 0;  ///< difference to `truth`, if given
+};
+
+Colors measure(const TextureAtlas& atlas, const AtlasScene& s, const Albedo& truth = nullptr) {
+  Colors result;
+  const auto color = [&](std::size_t face, double a, double b) {
+    return lookup(atlas.pages[atlas.model.face_page[face]], texcoord_at(atlas.model, face, a, b));
+  };
+  double steps = 0;
+  std::size_t count = 0;
+  for (const auto& [f, g] : s.graph.edges) {
+    if (s.labels[f] == s.labels[g]) continue;
+    // Barycentric coordinates of the shared edge's middle in a face: one half at shared vertices.
+    const auto middle = [&](std::size_t face, std::size_t other) {
+      const auto& t = s.mesh.faces[other];
+      const auto has = [&](std::size_t i) {
+        return std::find(t.begin(), t.end(), s.mesh.faces[face][i]) != t.end() ? 0.5 : 0.0;
+      };
+      return color(face, has(0), has(1));
+    };
+    const Color d = middle(f, g) - middle(g, f);
+    steps += (std::abs(d.r) + std::abs(d.g) + std::abs(d.b)) / 3;
+    ++count;
+  }
+  result.step = steps / static_cast<double>(count);
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+    const Color c = color(f, 1.0 / 3, 1.0 / 3);
+    result.mean = result.mean + (1.0f / static_cast<float>(s.mesh.faces.size())) * c;
+    if (!truth) continue;
+    const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
+    const Color d = c - truth(p.x, p.y);
+    result.worst = std::max<double>(result.worst, std::max({std::abs(d.r), std::abs(d.g), std::abs(d.b)}));
+  }
+  return result;
+}
+
+AtlasOptions with(SeamLeveling seams) {
+  AtlasOptions options;
+  options.seams = seams;
+  return options;
+}
+
+TEST(SeamLeveling, NoneLeavesPhotosAsTheyAre) {
+  AtlasScene s;
+  two_views(s);
+  s.photograph(0, weak_waves);
+  s.photograph(1, weak_waves, [](int, int, Color c) { return 0.7f * c; });
+  const TextureAtlas atlas = s.build(with(SeamLeveling::none));
+  EXPECT_GT(measure(atlas, s).step, 20);
+  EXPECT_EQ(atlas.statistics.seam_step_before, 0);
+}
+
+/// Gains of 0.8 and 1.25, whose geometric mean is one: exactly the albedo must come back.
+TEST(SeamLeveling, ExposureDifferenceDisappearsAndBrightnessStays) {
+  AtlasScene s;
+  two_views(s);
+  s.photograph(0, weak_waves, [](int, int, Color c) { return 0.8f * c; });
+  s.photograph(1, weak_waves, [](int, int, Color c) { return 1.25f * c; });
+  for (const auto mode : {SeamLeveling::global, SeamLeveling::full}) {
+    const TextureAtlas atlas = s.build(with(mode));
+    const Colors c = measure(atlas, s, weak_waves);
+    EXPECT_LT(c.step, 1.0);
+    EXPECT_LT(c.worst, 3.0);
+    EXPECT_GT(atlas.statistics.seam_step_before, 30);
+    EXPECT_LT(atlas.statistics.seam_step_after, 1.0);
+    EXPECT_GT(atlas.statistics.seam_edges, 10u);
+  }
+}
+
+TEST(SeamLeveling, ColorCastIsRemovedPerChannel) {
+  AtlasScene s;
+  two_views(s);
+  s.photograph(0, weak_waves, [](int, int, Color c) { return Color{1.1f, 1.0f, 0.85f} * c; });
+  s.photograph(1, weak_waves, [](int, int, Color c) { return Color{1 / 1.1f, 1.0f, 1 / 0.85f} * c; });
+  const TextureAtlas atlas = s.build(with(SeamLeveling::full));
+  EXPECT_LT(measure(atlas, s, weak_waves).worst, 3.0);
+}
+
+/// A fall-off towards the corners that both views share shows as a step that changes sign along the seam.
+TEST(SeamLeveling, VignettingIsRemoved) {
+  AtlasScene s;
+  two_views(s);
+  const auto vignette = [](int x, int y, Color c) {
+    const double dx = x + 0.5 - 360, dy = y + 0.5 - 200, r2 = (dx * dx + dy * dy) / (360 * 360 + 200 * 200);
+    return static_cast<float>(1 / (1 + 0.5 * r2)) * c;
+  };
+  s.photograph(0, weak_waves, vignette);
+  s.photograph(1, weak_waves, vignette);
+  const TextureAtlas leveled = s.build(with(SeamLeveling::full));
+  const Colors c = measure(leveled, s);
+  EXPECT_LT(c.step, 1.0);
+}
+
+/// A texel's centre may lie far outside the photo, where the fitted fall-off means nothing.
+TEST(SeamLeveling, FallOffOfCoarseTexelsIsThatOfThePhotoTheyShow) {
+  AtlasScene s;
+  two_views(s);
+  for (std::size_t v = 0; v < 2; ++v) {
+    s.photograph(v, weak_waves, [](int x, int y, Color c) {
+      const double dx = x + 0.5 - 360, dy = y + 0.5 - 200;
+      return static_cast<float>(1 / (1 + 0.5 * (dx * dx + dy * dy) / (360 * 360 + 200 * 200))) * c;
+    });
+  }
+  AtlasOptions options = with(SeamLeveling::global);
+  const Color fine = measure(s.build(options), s).mean;
+  options.texel_size = 50;  // 2000 px
+  const Color coarse = measure(s.build(options), s).mean;
+  EXPECT_NEAR(coarse.r, fine.r, 10);
+  EXPECT_NEAR(coarse.g, fine.g, 10);
+  EXPECT_NEAR(coarse.b, fine.b, 10);
+}
+
+/// An offset, which no gain models: the two sides meet halfway, and colours far away move less than that.
+TEST(SeamLeveling, StepsThatNoGainExplainsAreSpreadAndBounded) {
+  AtlasScene s;
+  two_views(s);
+  s.photograph(0, weak_waves);
+  // Brighter along a stripe that crosses the border once.
+  s.photograph(1, weak_waves, [](int, int y, Color c) {
+    return c + (y > 150 && y < 250 ? Color{12, 12, 12} : Color{});
+  });
+  const Colors none = measure(s.build(with(SeamLeveling::none)), s);
+  const Colors global = measure(s.build(with(SeamLeveling::global)), s);
+  const TextureAtlas atlas = s.build(with(SeamLeveling::full));
+  const Colors full = measure(atlas, s, weak_waves);
+  EXPECT_GT(none.step, 3);
+  EXPECT_LT(global.step, 0.5 * none.step);
+  EXPECT_LT(full.step, 1.5);
+  EXPECT_LT(full.step, global.step);
+  EXPECT_LT(full.worst, 12 + 6);  // the stripe itself, and half its step
+}
+
+TEST(SeamLeveling, ClippedPhotosDoNotMislead) {
+  AtlasScene s;
+  two_views(s);
+  const Albedo bright = [](double x, double y) { return 1.5f * weak_waves(x, y); };
+  s.photograph(0, bright);
+  s.photograph(1, bright, [](int, int, Color c) { return 1.4f * c; });  // much of it above 255
+  const TextureAtlas atlas = s.build(with(SeamLeveling::full));
+  EXPECT_LT(atlas.statistics.seam_step_after, 0.1 * atlas.statistics.seam_step_before);
+}
+
+TEST(SeamLeveling, FacesWithoutSeamsKeepTheirColors) {
+  AtlasScene s;
+  s.add_plane(4, 4, 1.0);
+  s.add_view(2, 2, 10, 500, 500, 500);
+  s.photograph(0, weak_waves);
+  EXPECT_EQ(s.build(with(SeamLeveling::full)).pages.at(0).pixels, s.build(with(SeamLeveling::none)).pages.at(0).pixels);
+}
+
+TEST(SeamLeveling, GainsOfManyViewsAreFound) {
+  AtlasScene s;
+  s.add_plane(40, 8, 0.5);
+  constexpr std::size_t kViews = 8;
+  const auto gain = [](std::size_t v) { return static_cast<float>(std::exp(0.35 * std::sin(2.4 * double(v)))); };
+  double logs = 0;
+  for (std::size_t v = 0; v < kViews; ++v) logs += std::log(gain(v)) / double(kViews);
+  for (std::size_t v = 0; v < kViews; ++v) {
+    s.add_view(1.25 + 2.5 * double(v), 2, 10, 400, 300, 400);
+    s.photograph(v, weak_waves, [&](int, int, Color c) { return gain(v) * c; });
+  }
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f)
+    s.labels[f] = ViewId{static_cast<std::uint32_t>(point_at(s.mesh, f, 0.3, 0.3).x / 2.5)};
+  s.graph = labeling::face_graph(s.mesh);
+  io::PhotoCache photos(s.scene, io::SceneOptions{}, std::size_t{1} << 28);
+  s.candidates.first.assign(s.mesh.faces.size() + 1, 0);
+  const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
+  const CoverageIndex coverage(s.coverage);
+  const auto exposure = fit_exposure(input, sample_seams(input, coverage));
+  for (std::size_t v = 0; v < kViews; ++v)
+    EXPECT_NEAR(std::log(exposure[v].gain.g) + std::log(gain(v)) - logs, 0, 0.015) << v;
+}
+
+/// Nine photos of a plane, gains from 0.7 to 1.4 and a fall-off towards the corners: seams disappear and colours stay
+/// where they are.
+TEST(SeamLeveling, ExposureAndVignettingOfManyPhotosAreRemoved) {
+  AtlasScene s;
+  s.add_plane(36, 36, 0.5);
+  for (int v = 0; v < 9; ++v) s.add_view(3 + 6 * (v % 3), 3 + 6 * (v / 3), 10, 400, 400, 300);
+  // Their geometric mean is one: brightness as a whole cannot be known from the photos.
+  constexpr double kGains[] = {0.7, 1.4, 1.0, 1.19, 0.85, 1.3, 0.77, 0.92, 1.075};
+  for (std::size_t v = 0; v < 9; ++v) {
+    s.photograph(v, weak_waves, [&](int x, int y, Color c) {
+      const double dx = x + 0.5 - 200, dy = y + 0.5 - 200, r2 = (dx * dx + dy * dy) / (2 * 200 * 200);
+      return static_cast<float>(kGains[v] * (1 - 0.3 * r2)) * c;
+    });
+  }
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+    const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
+    const double x = p.x + 0.7 * std::sin(1.9 * p.y), y = p.y + 0.6 * std::sin(2.3 * p.x);
+    const auto third = [](double t) { return static_cast<std::uint32_t>(std::clamp(t / 6, 0.0, 2.0)); };
+    s.labels[f] = ViewId{third(x) + 3 * third(y)};
+  }
+  const TextureAtlas atlas = s.build(with(SeamLeveling::full));
+  const Colors c = measure(atlas, s, weak_waves);
+  EXPECT_GT(measure(s.build(with(SeamLeveling::none)), s).step, 15);
+  EXPECT_LT(c.step, 2);
+  EXPECT_LT(atlas.statistics.seam_step_after, 2);
+  Color truth;
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+    const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
+    truth = truth + (1.0f / static_cast<float>(s.mesh.faces.size())) * weak_waves(p.x, p.y);
+  }
+  EXPECT_NEAR(c.mean.r, truth.r, 3);
+  EXPECT_NEAR(c.mean.g, truth.g, 3);
+  EXPECT_NEAR(c.mean.b, truth.b, 3);
+}
+
+}  // namespace
+}  // namespace gpvc::atlas

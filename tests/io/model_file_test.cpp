@@ -1,0 +1,330 @@
+#include <tiny_gltf.h>
+
+#include <cmath>
+
+#include "io/io.h"
+#include "tests/atlas/strip_model.h"
+
+namespace gpvc::io {
+namespace {
+
+using test::contains;
+using test::StripModel;
+using test::write_glb;
+
+tinygltf::Model read_glb(const std::filesystem::path& file) {
+  tinygltf::Model gltf;
+  tinygltf::TinyGLTF loader;
+  std::string error, warning;
+  EXPECT_TRUE(loader.LoadBinaryFromFile(&gltf, &error, &warning, file.string())) << error;
+  EXPECT_EQ(error + warning, "");
+  return gltf;
+}
+
+template <typename T>
+std::vector<T> values_of(const tinygltf::Model& gltf, int accessor_number, std::size_t components) {
+  const tinygltf::Accessor& accessor = gltf.accessors.at(static_cast<std::size_t>(accessor_number));
+  const tinygltf::BufferView& view = gltf.bufferViews.at(static_cast<std::size_t>(accessor.bufferView));
+  std::vector<T> values(accessor.count * components);
+  EXPECT_EQ(view.byteLength, values.size() * sizeof(T));
+  std::memcpy(values.data(), gltf.buffers.at(0).data.data() + view.byteOffset + accessor.byteOffset,
+              values.size() * sizeof(T));
+  return values;
+}
+
+// Every triangle of the GLB has the corners, the winding, the texture coordinates and the page of its input face.
+TEST(WriteGlb, HoldsEveryFaceWithItsTexture) {
+  const StripModel test;
+  const ModelOptions options{{500000, 5400000, 0}, UpAxis::pos_z};
+  const auto file = test.folder.path() / "m.glb";
+  const std::vector<FaceId> faces = write_glb(file, test.model, test.pages, options);
+  EXPECT_EQ(faces, (std::vector<FaceId>{FaceId{1}, FaceId{0}, FaceId{2}, FaceId{3}}));
+
+  const tinygltf::Model gltf = read_glb(file);
+  ASSERT_EQ(gltf.meshes.size(), 1);
+  ASSERT_EQ(gltf.meshes[0].primitives.size(), 2);
+  std::size_t triangle = 0;
+  for (std::size_t page = 0; page < 2; ++page) {
+    const tinygltf::Primitive& primitive = gltf.meshes[0].primitives[page];
+    EXPECT_EQ(gltf.accessors[static_cast<std::size_t>(primitive.indices)].componentType,
+              TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
+    const auto indices = values_of<std::uint32_t>(gltf, primitive.indices, 1);
+    const auto positions = values_of<float>(gltf, primitive.attributes.at("POSITION"), 3);
+    const auto texcoords = values_of<float>(gltf, primitive.attributes.at("TEXCOORD_0"), 2);
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      const std::size_t face = index(faces[triangle + i / 3]);
+      ASSERT_EQ(test.model.face_page[face], page);
+      const WorldPoint& world = test.mesh.positions[test.mesh.faces[face][i % 3]];
+      const TexCoord& texcoord = test.model.texcoords[test.model.face_texcoords[face][i % 3]];
+      const std::size_t v = indices[i];
+      EXPECT_EQ(positions[3 * v], static_cast<float>(world.x - 500000));
+      EXPECT_EQ(positions[3 * v + 1], static_cast<float>(world.y - 5400000));
+      EXPECT_EQ(positions[3 * v + 2], static_cast<float>(world.z));
+      EXPECT_EQ(texcoords[2 * v], texcoord.u);
+      EXPECT_EQ(texcoords[2 * v + 1], texcoord.v);
+    }
+    triangle += indices.size() / 3;
+  }
+  EXPECT_EQ(triangle, 4);
+  // Page 1: (0,t0) (2,t1) (1,t2) (2,t6) (4,t3) (3,t4) (5,t6); the second use of (4,t3) is shared.
+  EXPECT_EQ(values_of<float>(gltf, gltf.meshes[0].primitives[1].attributes.at("POSITION"), 3).size(), 3 * 7);
+}
+
+TEST(WriteGlb, BoundsAreThoseOfTheStoredFloats) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {{500000, 5400000, 0}, UpAxis::pos_y});
+  const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+  for (const tinygltf::Primitive& primitive : gltf.meshes[0].primitives) {
+    const int number = primitive.attributes.at("POSITION");
+    const auto positions = values_of<float>(gltf, number, 3);
+    const tinygltf::Accessor& accessor = gltf.accessors[static_cast<std::size_t>(number)];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float low = positions[axis], high = positions[axis];
+      for (std::size_t i = axis; i < positions.size(); i += 3) {
+        low = std::min(low, positions[i]);
+        high = std::max(high, positions[i]);
+      }
+      EXPECT_EQ(accessor.minValues[axis], static_cast<double>(low));
+      EXPECT_EQ(accessor.maxValues[axis], static_cast<double>(high));
+    }
+  }
+}
+
+TEST(WriteGlb, EmbedsPagesByteForByte) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+  ASSERT_EQ(gltf.images.size(), 2);
+  for (std::size_t page = 0; page < 2; ++page) {
+    const int material = gltf.meshes[0].primitives[page].material;
+    const tinygltf::Material& unlit = gltf.materials[static_cast<std::size_t>(material)];
+    EXPECT_TRUE(unlit.extensions.contains("KHR_materials_unlit"));
+    const tinygltf::Texture& texture =
+        gltf.textures[static_cast<std::size_t>(unlit.pbrMetallicRoughness.baseColorTexture.index)];
+    const tinygltf::Image& image = gltf.images[static_cast<std::size_t>(texture.source)];
+    EXPECT_EQ(image.mimeType, page == 0 ? "image/png" : "image/jpeg");
+    EXPECT_EQ(image.width, 5);
+    EXPECT_EQ(image.height, 3);
+    const tinygltf::BufferView& view = gltf.bufferViews[static_cast<std::size_t>(image.bufferView)];
+    const auto* bytes = reinterpret_cast<const char*>(gltf.buffers[0].data.data() + view.byteOffset);
+    EXPECT_EQ(std::string(bytes, view.byteLength), test::read_file(test.pages[page].file));
+    const tinygltf::Sampler& sampler = gltf.samplers[static_cast<std::size_t>(texture.sampler)];
+    EXPECT_EQ(sampler.minFilter, TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR);
+    EXPECT_EQ(sampler.wrapS, TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE);
+  }
+  EXPECT_EQ(gltf.extensionsUsed, std::vector<std::string>{"KHR_materials_unlit"});
+  EXPECT_TRUE(contains(gltf.asset.generator, "gpvc "));
+}
+
+TEST(WriteGlb, KeepsTheOffsetInTheRootsExtras) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {{500000.123456789, -5400000, 1e-7}, UpAxis::pos_y});
+  const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+  ASSERT_EQ(gltf.scenes[0].nodes, std::vector<int>{0});
+  const tinygltf::Value& offset = gltf.nodes[0].extras.Get("offset");
+  EXPECT_EQ(offset.Get(0).GetNumberAsDouble(), 500000.123456789);
+  EXPECT_EQ(offset.Get(1).GetNumberAsDouble(), -5400000);
+  EXPECT_EQ(offset.Get(2).GetNumberAsDouble(), 1e-7);
+}
+
+/// v turned by the unit quaternion (x, y, z, w): v + 2 q x (q x v + w v).
+std::array<double, 3> turned(const std::vector<double>& q, const std::array<double, 3>& v) {
+  const auto cross = [](const std::array<double, 3>& a, const std::array<double, 3>& b) {
+    return std::array<double, 3>{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  };
+  const std::array<double, 3> axis{q[0], q[1], q[2]};
+  std::array<double, 3> inner = cross(axis, v);
+  for (std::size_t i = 0; i < 3; ++i) inner[i] += q[3] * v[i];
+  std::array<double, 3> out = cross(axis, inner);
+  for (std::size_t i = 0; i < 3; ++i) out[i] = v[i] + 2 * out[i];
+  return out;
+}
+
+TEST(WriteGlb, TurnsTheUpAxisToPlusY) {
+  const StripModel test;
+  const std::array<std::array<double, 3>, 6> axes{
+      {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+  for (int up = 0; up < 6; ++up) {
+    write_glb(test.folder.path() / "m.glb", test.model, test.pages, {{}, static_cast<UpAxis>(up)});
+    const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+    std::vector<double> rotation = gltf.nodes[0].rotation;
+    if (rotation.empty()) rotation = {0, 0, 0, 1};
+    ASSERT_EQ(rotation.size(), 4);
+    const std::array<double, 3> y = turned(rotation, axes[static_cast<std::size_t>(up)]);
+    EXPECT_NEAR(y[0], 0, 1e-15) << up;
+    EXPECT_NEAR(y[1], 1, 1e-15) << up;
+    EXPECT_NEAR(y[2], 0, 1e-15) << up;
+  }
+}
+
+TEST(WriteGlb, RefusesWhatFloatsCannotHold) {
+  StripModel test;
+  test.mesh.positions[0].x = 1e300;
+  EXPECT_THROW(write_glb(test.folder.path() / "m.glb", test.model, test.pages, {}), OutputError);
+  EXPECT_FALSE(std::filesystem::exists(test.folder.path() / "m.glb"));
+}
+
+TEST(WriteGlb, WritesTheSameBytesTwice) {
+  const StripModel test;
+  write_glb(test.folder.path() / "a.glb", test.model, test.pages, {});
+  write_glb(test.folder.path() / "b.glb", test.model, test.pages, {});
+  EXPECT_EQ(test::read_file(test.folder.path() / "a.glb"), test::read_file(test.folder.path() / "b.glb"));
+}
+
+TEST(WriteObj, ReadsBackTheSamePositionsAndFaces) {
+  StripModel test;
+  for (const double hard : {0.1, 1.0 / 3, 1e-310, -0.0, 1.7976931348623157e308, 123456789.123456789})
+    test.mesh.positions.push_back({hard, -hard, std::nextafter(hard, 0)});
+  const auto file = test.folder.path() / "model.obj";
+  write_obj(file, test.model, test.pages, {});
+  const Mesh back = read_mesh(file);
+  EXPECT_EQ(back.positions, test.mesh.positions);
+  EXPECT_EQ(back.faces, test.mesh.faces);
+
+  const WorldPoint offset{500000, 5400000, 0.25};
+  write_obj(file, test.model, test.pages, {offset, UpAxis::pos_y});
+  const Mesh local = read_mesh(file);
+  for (std::size_t i = 0; i < local.positions.size(); ++i) {
+    const WorldPoint& p = test.mesh.positions[i];
+    EXPECT_EQ(local.positions[i], (WorldPoint{p.x - offset.x, p.y - offset.y, p.z - offset.z}));
+  }
+}
+
+TEST(WriteObj, WritesTheDocumentedText) {
+  StripModel test;
+  test.mesh.positions.resize(5);
+  for (std::size_t i = 0; i < 5; ++i) test.mesh.positions[i] = {static_cast<double>(i), 0.5, -2e-7};
+  test.mesh.faces = {{0, 2, 1}, {2, 3, 1}, {2, 4, 3}};
+  test.model.face_texcoords.resize(3);
+  test.model.face_page.resize(3);
+  const auto file = test.folder.path() / "model.obj";
+  write_obj(file, test.model, test.pages, {});
+  EXPECT_EQ(test::read_file(file),
+            "mtllib model.mtl\nv 0 0.5 -2e-07\nv 1 0.5 -2e-07\nv 2 0.5 -2e-07\nv 3 0.5 -2e-07\nv 4 0.5 -2e-07\n"
+            "vt 0 1\nvt 0.25 1\nvt 0 0.875\nvt 0.5 0.5\nvt 0.75 0.5\nvt 0.1 0.100000024\nvt 1 0\n"
+            "usemtl page_1\nf 1/1 3/2 2/3\nusemtl page_0\nf 3/4 4/5 2/6\nusemtl page_1\nf 3/7 5/4 4/5\n");
+  const std::string mtl = test::read_file(test.folder.path() / "model.mtl");
+  EXPECT_TRUE(contains(mtl, "newmtl page_0\n"));
+  EXPECT_TRUE(contains(mtl, "\nmap_Kd model_0.png\n"));
+  EXPECT_TRUE(contains(mtl, "\nmap_Kd model_1.jpg\n"));
+}
+
+TEST(WriteModel, RefusesIndicesThatDoNotExist) {
+  const auto refused = [](const auto& change) {
+    StripModel test;
+    change(test.model);
+    EXPECT_THROW(write_obj(test.folder.path() / "m.obj", test.model, test.pages, {}), std::invalid_argument);
+    EXPECT_THROW(write_glb(test.folder.path() / "m.glb", test.model, test.pages, {}), std::invalid_argument);
+  };
+  refused([](TexturedModel& model) { model.face_page[2] = 2; });
+  refused([](TexturedModel& model) { model.face_texcoords[2][1] = 7; });
+  refused([](TexturedModel& model) { model.face_page.pop_back(); });
+  refused([](TexturedModel& model) { model.face_page.assign(4, kNoPage - 1); });
+}
+
+// --- and back
+
+/// `text` with `to` in place of `from`, which it holds once.
+std::string exchanged(std::string text, std::string_view from, std::string_view to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  EXPECT_EQ(text.find(from, at + 1), std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string refusal(const StripModel& test, const std::string& glb) {
+  const auto file = test.folder.write("changed.glb", glb);
+  return test::input_error([&] { read_textured_model(file); });
+}
+
+TEST(ReadTexturedModel, ReadsBothOwnContainersBack) {
+  const StripModel test;
+  const auto faces = write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, {});
+  for (const char* name : {"m.glb", "m.gltf"}) {
+    const LoadedModel back = read_textured_model(test.folder.path() / name);
+    ASSERT_EQ(back.pages.size(), 2u);
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+      const std::uint32_t page = test.model.face_page[index(faces[i])];
+      EXPECT_EQ(back.pages[back.model.face_page[i]].pixels, read_image(test.pages[page].file).pixels) << name;
+    }
+  }
+}
+
+TEST(ReadTexturedModel, RefusesAGlbCutAnywhere) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  const std::string good = test::read_file(test.folder.path() / "m.glb");
+  for (std::size_t size = 0; size < good.size(); ++size)
+    EXPECT_TRUE(contains(refusal(test, good.substr(0, size)), "changed.glb: ")) << size;
+}
+
+// Widths and heights stand behind the name IHDR, big endian, and behind a JPEG's SOF0 marker; a chunk's length before
+// its name.
+TEST(ReadTexturedModel, HoldsImagesClaimsAgainstTheirBytes) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  const std::string good = test::read_file(test.folder.path() / "m.glb");
+  const auto with = [&](std::string_view name, std::ptrdiff_t from, std::string_view bytes) {
+    std::string changed = good;
+    const auto at = static_cast<std::ptrdiff_t>(good.find(name)) + from;
+    return changed.replace(static_cast<std::size_t>(at), bytes.size(), bytes);
+  };
+  using namespace std::string_view_literals;
+  EXPECT_TRUE(contains(refusal(test, with("IHDR", 4, "\0\0\x75\x30\0\0\x75\x30"sv)),
+                       "changed.glb: image 0: claims 30000 x 30000 pixels, more than its "));
+  EXPECT_TRUE(contains(refusal(test, with("IHDR", 4, "\x7F\xFF\xFF\xFF\x7F\xFF\xFF\xFF"sv)),
+                       "claims 2147483647 x 2147483647 pixels, expected at most 2^30"));
+  EXPECT_TRUE(contains(refusal(test, with("IDAT", -4, "\x7F\0\0\0"sv)), "the PNG ends too early"));
+  EXPECT_TRUE(contains(refusal(test, with("\xFF\xC0"sv, 5, "\x40\0\x40\0"sv)),
+                       "image 1: claims 16384 x 16384 pixels, more than its "));
+  EXPECT_TRUE(contains(refusal(test, with("\x89PNG", 0, "GIF8")), "image 0: expected a PNG or a JPEG"));
+}
+
+TEST(ReadTexturedModel, RefusesImagesBeyondTheirBuffer) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+  const auto& view = gltf.bufferViews[static_cast<std::size_t>(gltf.images[1].bufferView)];
+  const std::string length = "\"byteLength\":" + std::to_string(view.byteLength);
+  std::string longer = length;
+  longer[longer.find(':') + 1] = '9';
+  EXPECT_TRUE(contains(refusal(test, exchanged(test::read_file(test.folder.path() / "m.glb"), length, longer)),
+                       "image 1: reaches beyond its buffer"));
+}
+
+TEST(ReadTexturedModel, RefusesJsonThatNestsWithoutEnd) {
+  const StripModel test;
+  std::string json = R"({"asset":{"version":"2.0"},"extras":)";
+  json.append(1000000, '[').append(1000000, ']') += '}';
+  const auto file = test.folder.write("deep.gltf", json);
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(file); }), "nests less deeply"));
+}
+
+TEST(ReadTexturedModel, NamesPagesThatAreMissing) {
+  const StripModel test;
+  const GltfFiles files = write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, {});
+  std::filesystem::remove(test.pages[1].file);
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(files.file); }),
+                       "m.gltf: image 1 (model_1.jpg): cannot be read, expected a file model_1.jpg"));
+  std::filesystem::create_directory(test.pages[1].file);
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(files.file); }), "expected a file"));
+  std::filesystem::remove(files.buffers[0]);
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(files.file); }), "m.bin"));
+}
+
+// Another machine's path is looked for beside the model by its last name.
+TEST(ReadTexturedModel, FindsAnObjsPagesOrNamesThem) {
+  const StripModel test;
+  write_obj(test.folder.path() / "m.obj", test.model, test.pages, {});
+  const std::string mtl = test::read_file(test.folder.path() / "m.mtl");
+  test.folder.write("m.mtl", exchanged(mtl, "map_Kd model_1.jpg", "map_Kd C:\\out\\model_1.jpg"));
+  EXPECT_EQ(read_textured_model(test.folder.path() / "m.obj").pages.size(), 2u);
+  test.folder.write("m.mtl", exchanged(mtl, "map_Kd model_1.jpg", "map_Kd /no such/\x01 place.jpg"));
+  const std::string error = test::input_error([&] { read_textured_model(test.folder.path() / "m.obj"); });
+  EXPECT_TRUE(contains(error, "m.obj: texture: "));
+  EXPECT_TRUE(contains(error, " place.jpg: does not exist"));
+}
+
+}  // namespace
+}  // namespace gpvc::io

@@ -1,0 +1,129 @@
+#include <sys/mount.h>
+#include <unistd.h>
+
+#include "io/io.h"
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc::io {
+namespace {
+
+using test::contains;
+using test::TemporaryFolder;
+
+template <typename Call>
+std::string output_error(const Call& call) {
+  try {
+    call();
+  } catch (const OutputError& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "no OutputError";
+  return {};
+}
+
+TEST(OutputFile, AppearsUnderItsNameOnlyWhenComplete) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "a file";
+  {
+    OutputFile out(file);
+    out.write("first ");
+    EXPECT_FALSE(std::filesystem::exists(file));
+    out.write("second");
+    out.commit();
+    EXPECT_EQ(test::read_file(file), "first second");
+  }
+  EXPECT_EQ(folder.count(), 1);
+}
+
+TEST(OutputFile, LeavesNothingAndTheOldFileWithoutCommit) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a", "old");
+  {
+    OutputFile out(file);
+    out.write("new");
+  }
+  EXPECT_EQ(test::read_file(file), "old");
+  EXPECT_EQ(folder.count(), 1);
+}
+
+TEST(OutputFile, SaysWhyAFolderCannotBeWritten) {
+  const TemporaryFolder folder;
+  const auto absent = folder.path() / "absent" / "a";
+  EXPECT_TRUE(
+      contains(output_error([&] { OutputFile out(absent); }), absent.string() + ": cannot be written: No such"));
+  const auto file = folder.write("file", "x");
+  EXPECT_TRUE(contains(output_error([&] { OutputFile out(file / "a"); }), "Not a directory"));
+  // A folder in the place of the file.
+  std::filesystem::create_directories(folder.path() / "taken" / "full");
+  OutputFile out(folder.path() / "taken");
+  EXPECT_TRUE(contains(output_error([&] { out.commit(); }), "cannot be written"));
+}
+
+TEST(OutputFile, SaysThatAFolderIsReadOnly) {
+  const TemporaryFolder folder;
+  // Root may write everywhere: be somebody else for a moment.
+  const bool root = ::geteuid() == 0;
+  constexpr uid_t kNobody = 65534;
+  if (root && ::seteuid(kNobody) != 0) GTEST_SKIP() << "root cannot become another user here";
+  if (!root) std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_read);
+  EXPECT_TRUE(contains(output_error([&] { OutputFile out(folder.path() / "a"); }), "Permission denied"));
+  if (root && ::seteuid(0) != 0) FAIL() << "not root again";
+  if (!root) std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_all);
+}
+
+/// A file system of 256 KiB.
+class TinyDisk {
+ public:
+  TinyDisk() { mounted_ = ::mount("tmpfs", folder_.path().c_str(), "tmpfs", 0, "size=256k") == 0; }
+  ~TinyDisk() {
+    if (mounted_) ::umount2(folder_.path().c_str(), MNT_DETACH);
+  }
+  bool mounted() const { return mounted_; }
+  const TemporaryFolder& folder() const { return folder_; }
+
+ private:
+  TemporaryFolder folder_;
+  bool mounted_ = false;
+};
+
+TEST(FullDisk, StopsEveryWriterWithNothingLeft) {
+  const TinyDisk disk;
+  if (!disk.mounted()) GTEST_SKIP() << "no permission to mount a small file system";
+  const auto folder = disk.folder().path();
+  const auto full = [&](const auto& call) {
+    EXPECT_TRUE(contains(output_error(call), "No space left"));
+    EXPECT_EQ(disk.folder().count(), 0);
+  };
+  full([&] {
+    OutputFile out(folder / "a");
+    out.write(std::string(1 << 20, 'x'));
+    out.commit();
+  });
+  const std::vector<std::uint32_t> values(1 << 17);
+  full([&] { write_npy(folder / "a.npy", values, std::vector<std::size_t>{values.size()}); });
+  Image image{600, 600, 3, {}};
+  for (std::uint32_t i = 0, noise = 1; i < 3 * 600 * 600; ++i, noise = noise * 1664525u + 1013904223u)
+    image.pixels.push_back(static_cast<std::uint8_t>(noise >> 24));
+  full([&] { write_image(folder / "a.png", image, ImageFormat::png, 0); });
+  full([&] { write_image(folder / "a.jpg", image, ImageFormat::jpg, 100); });
+
+  const TemporaryFolder elsewhere;
+  write_image(elsewhere.path() / "page.png", image, ImageFormat::png, 0);
+  Mesh mesh;
+  TexturedModel model;
+  model.mesh = &mesh;
+  for (std::uint32_t i = 0; i < 30000; ++i) {
+    mesh.positions.push_back({0.1 * i, 0.2 * i, 0.3 * i});
+    model.texcoords.push_back({0.5f, 0.25f});
+    mesh.faces.push_back({i, i, i});
+    model.face_texcoords.push_back({i, i, i});
+    model.face_page.push_back(0);
+  }
+  const std::vector<PageFile> pages{{elsewhere.path() / "page.png", ImageFormat::png}};
+  full([&] { write_gltf(folder / "a", GltfContainer::glb, model, pages, {}); });
+  EXPECT_TRUE(contains(output_error([&] { write_obj(folder / "a.obj", model, pages, {}); }), "No space left"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.obj"));
+}
+
+}  // namespace
+}  // namespace gpvc::io

@@ -1,0 +1,146 @@
+#include <atomic>
+#include <thread>
+
+#include "io/io.h"
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc::io {
+namespace {
+
+using test::contains;
+using test::input_error;
+using test::TemporaryFolder;
+
+constexpr int kPhotoWidth = 40, kPhotoHeight = 30;
+constexpr std::size_t kPhotoBytes = 3 * kPhotoWidth * kPhotoHeight;
+
+/// Photos of one colour each: view i is all i.
+struct CachedPhotos {
+  explicit CachedPhotos(int count) {
+    for (int i = 0; i < count; ++i) {
+      View view;
+      view.name = std::string("p").append(std::to_string(i)).append(".png");
+      view.photo = folder.path() / view.name;
+      view.camera.width = kPhotoWidth;
+      view.camera.height = kPhotoHeight;
+      write_image(view.photo,
+                  {kPhotoWidth, kPhotoHeight, 3, std::vector<std::uint8_t>(kPhotoBytes, static_cast<std::uint8_t>(i))},
+                  ImageFormat::png, 0);
+      scene.views.push_back(std::move(view));
+    }
+  }
+  TemporaryFolder folder;
+  Scene scene;
+};
+
+ViewId view(int i) { return ViewId{static_cast<std::uint32_t>(i)}; }
+
+TEST(PhotoCache, KeepsWhatFitsAndDropsTheLeastRecentlyUsed) {
+  const CachedPhotos photos(3);
+  PhotoCache cache(photos.scene, {}, 2 * kPhotoBytes);
+  // Without a reference elsewhere, a weak pointer lives exactly as long as the photo is cached.
+  std::weak_ptr<const Image> zero = cache.photo(view(0)), one = cache.photo(view(1));
+  EXPECT_FALSE(zero.expired());
+  cache.photo(view(0));
+  const std::weak_ptr<const Image> two = cache.photo(view(2));
+  EXPECT_FALSE(zero.expired());
+  EXPECT_TRUE(one.expired());
+  EXPECT_FALSE(two.expired());
+  EXPECT_EQ(cache.photo(view(0)), zero.lock());
+}
+
+TEST(PhotoCache, HoldsNothingBeyondItsLimit) {
+  const CachedPhotos photos(2);
+  PhotoCache cache(photos.scene, {}, kPhotoBytes - 1);
+  const std::weak_ptr<const Image> zero = cache.photo(view(0));
+  EXPECT_TRUE(zero.expired());
+  EXPECT_EQ(cache.photo(view(1))->pixels.front(), 1);
+}
+
+TEST(PhotoCache, GivesEveryThreadTheSamePhoto) {
+  const CachedPhotos photos(4);
+  PhotoCache cache(photos.scene, {}, 4 * kPhotoBytes);
+  for (int i = 0; i < 4; ++i) {
+    std::vector<std::shared_ptr<const Image>> got(8);
+    {
+      std::vector<std::jthread> threads;
+      for (auto& photo : got) threads.emplace_back([&] { photo = cache.photo(view(i)); });
+    }
+    for (const auto& photo : got) EXPECT_EQ(photo, got.front());
+    EXPECT_EQ(got.front()->pixels.back(), i);
+  }
+}
+
+TEST(PhotoCache, StaysRightWhileThreadsCompeteForALittleRoom) {
+  const CachedPhotos photos(6);
+  PhotoCache cache(photos.scene, {}, 2 * kPhotoBytes);
+  std::atomic<int> wrong = 0;
+  {
+    std::vector<std::jthread> threads;
+    for (unsigned t = 0; t < 4; ++t)
+      threads.emplace_back([&, t] {
+        std::uint32_t random = t + 1;
+        for (int i = 0; i < 200; ++i) {
+          random = random * 1664525u + 1013904223u;
+          const int which = static_cast<int>(random >> 16) % 6;
+          wrong += cache.photo(view(which))->pixels.front() != which;
+        }
+      });
+  }
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(PhotoCache, PassesErrorsToEveryoneAndTriesAgainLater) {
+  const CachedPhotos photos(1);
+  const std::string good = test::read_file(photos.scene.views[0].photo);
+  photos.folder.write("p0.png", good.substr(0, good.size() / 2));
+  PhotoCache cache(photos.scene, {}, 10 * kPhotoBytes);
+  std::atomic<int> errors = 0;
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < 6; ++t)
+      threads.emplace_back([&] {
+        try {
+          cache.photo(view(0));
+        } catch (const InputError&) {
+          ++errors;
+        }
+      });
+  }
+  EXPECT_EQ(errors, 6);
+  photos.folder.write("p0.png", good);
+  EXPECT_EQ(cache.photo(view(0))->width, kPhotoWidth);
+}
+
+TEST(PhotoCache, ReducesPhotosByBoxes) {
+  const TemporaryFolder folder;
+  // 5 x 4 reduced by 2: the last column is cut.
+  //   0  1 | 10 20 | 99
+  //   2  4 | 30 41 | 99     means 1.75 -> 2 and 25.25 -> 25
+  Image image{5, 4, 3, {}};
+  for (const int grey : {0, 1, 10, 20, 99, 2, 4, 30, 41, 99, 255, 255, 0, 0, 99, 255, 255, 0, 2, 99})
+    image.pixels.insert(image.pixels.end(), 3, static_cast<std::uint8_t>(grey));
+  write_image(folder.path() / "a.png", image, ImageFormat::png, 0);
+  Scene scene;
+  scene.views.resize(1);
+  scene.views[0].photo = folder.path() / "a.png";
+  scene.views[0].camera.width = 2;
+  scene.views[0].camera.height = 2;
+  SceneOptions options;
+  options.downscale = 2;
+  PhotoCache cache(scene, options, 1000);
+  const auto photo = cache.photo(view(0));
+  std::vector<int> greys;
+  for (std::size_t i = 0; i < photo->pixels.size(); i += 3) greys.push_back(photo->pixels[i]);
+  EXPECT_EQ(greys, (std::vector<int>{2, 25, 255, 1}));
+}
+
+TEST(PhotoCache, RefusesAPhotoThatChangedItsSize) {
+  CachedPhotos photos(1);
+  photos.scene.views[0].camera.width = kPhotoWidth + 1;
+  PhotoCache cache(photos.scene, {}, 1000);
+  EXPECT_TRUE(contains(input_error([&] { cache.photo(view(0)); }), "40 x 30"));
+}
+
+}  // namespace
+}  // namespace gpvc::io

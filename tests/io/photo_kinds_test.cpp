@@ -1,0 +1,266 @@
+// What kinds of photos there are: depths, channels, colour spaces, orientation tags, embedded profiles.
+#include <OpenImageIO/imageio.h>
+
+#include <initializer_list>
+#include <limits>
+
+#include "io/io.h"
+#include "tests/atlas/strip_model.h"
+
+namespace gpvc::io {
+namespace {
+
+using test::contains;
+using test::TemporaryFolder;
+using Bytes = std::vector<std::uint8_t>;
+
+template <typename T>
+std::filesystem::path store(const TemporaryFolder& folder, const std::string& name, int channels, OIIO::TypeDesc type,
+                            const std::vector<T>& samples, OIIO::ImageSpec spec = {}) {
+  const auto file = folder.path() / name;
+  spec.width = spec.full_width = static_cast<int>(samples.size()) / channels;
+  spec.height = spec.full_height = 1;
+  spec.depth = spec.full_depth = 1;
+  spec.nchannels = channels;
+  spec.default_channel_names();
+  spec.set_format(type);
+  spec["oiio:UnassociatedAlpha"] = 1;
+  const auto out = OIIO::ImageOutput::create(file.string());
+  EXPECT_TRUE(out && out->open(file.string(), spec) && out->write_image(type, samples.data()) && out->close())
+      << (out ? out->geterror() : "");
+  return file;
+}
+
+/// A small ICC profile that libpng accepts: a header and one tag. `space` is of four letters.
+ColorProfile profile(const std::string& space, std::uint8_t year) {
+  ColorProfile icc(512, 0);
+  for (std::size_t i = 144; i < icc.size(); ++i)
+    icc[i] = static_cast<std::uint8_t>(i * i * i / 7);  // libpng wants some bytes left when deflated
+  const auto put = [&](std::size_t at, const std::string& word) {
+    std::copy(word.begin(), word.end(), icc.begin() + static_cast<std::ptrdiff_t>(at));
+  };
+  icc[2] = 2;
+  icc[8] = 4;
+  put(12, "mntr");
+  put(16, space);
+  put(20, "XYZ ");
+  icc[25] = year;
+  put(36, "acsp");
+  put(68, std::string("\0\0\xF6\xD6\0\1\0\0\0\0\xD3\x2D", 12));  // D50
+  icc[131] = 1;
+  put(132, std::string("wtpt\0\0\0\x90\0\0\1\x70", 12));
+  return icc;
+}
+
+TEST(PhotoKinds, SixteenBitsInOneToFourChannels) {
+  const TemporaryFolder folder;
+  constexpr std::uint16_t k = 257;  // 255 levels to 65535
+  for (const std::string name : {"a.png", "a.tif"}) {
+    using Words = std::vector<std::uint16_t>;
+    EXPECT_EQ(read_image(store(folder, name, 1, OIIO::TypeUInt16, Words{7 * k, 200 * k})).pixels,
+              (Bytes{7, 7, 7, 200, 200, 200}));
+    EXPECT_EQ(read_image(store(folder, name, 2, OIIO::TypeUInt16, Words{7 * k, 0, 200 * k, 65535})).pixels,
+              (Bytes{7, 7, 7, 200, 200, 200}));
+    EXPECT_EQ(read_image(store(folder, name, 3, OIIO::TypeUInt16, Words{1 * k, 2 * k, 3 * k})).pixels,
+              (Bytes{1, 2, 3}));
+    EXPECT_EQ(read_image(store(folder, name, 4, OIIO::TypeUInt16, Words{1 * k, 2 * k, 3 * k, 9 * k})).pixels,
+              (Bytes{1, 2, 3}));
+  }
+}
+
+std::filesystem::path store_exr(const TemporaryFolder& folder, const OIIO::TypeDesc& type,
+                                const std::vector<float>& samples) {
+  OIIO::ImageSpec spec(static_cast<int>(samples.size()) / 3, 1, 3, type);
+  const auto file = folder.path() / "a.exr";
+  const auto out = OIIO::ImageOutput::create(file.string());
+  EXPECT_TRUE(out && out->open(file.string(), spec) && out->write_image(OIIO::TypeFloat, samples.data()) &&
+              out->close());
+  return file;
+}
+
+// An EXR's samples are light: sRGB's curve makes 0.2140 middle grey, and a fifth 123.6. What is no number is black,
+// what is brighter than white is white.
+TEST(PhotoKinds, LightInFloatsAndHalvesGetsTheScreensCurve) {
+  const TemporaryFolder folder;
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  for (const OIIO::TypeDesc& type : {OIIO::TypeFloat, OIIO::TypeHalf}) {
+    const auto file = store_exr(folder, type, {0, 0.2f, 1, 0.0021f, 0.2140f, 16, -3, nan, infinity});
+    EXPECT_EQ(read_image(file).pixels, (Bytes{0, 124, 255, 7, 127, 255, 0, 0, 255}));
+  }
+  // A TIFF's floats are not said to be light.
+  EXPECT_EQ(read_image(store(folder, "a.tif", 1, OIIO::TypeFloat, std::vector<float>{0, 0.2f, 1})).pixels,
+            (Bytes{0, 0, 0, 51, 51, 51, 255, 255, 255}));
+}
+
+/// A DNG of 64 x 48 sensor elements, white light left of the middle and a fifth of it right, with a tag that says that
+/// the camera was held upright.
+std::string tiny_dng() {
+  struct Entry {
+    std::uint16_t tag, type;
+    std::uint32_t count;
+    std::string bytes;
+  };
+  std::vector<Entry> entries;
+  const auto add = [&]<typename T>(unsigned tag, unsigned type, std::initializer_list<T> values,
+                                   std::size_t parts = 1) {
+    std::string bytes;
+    for (const T value : values) bytes += test::bytes_of(value);
+    entries.push_back({static_cast<std::uint16_t>(tag), static_cast<std::uint16_t>(type),
+                       static_cast<std::uint32_t>(values.size() / parts), bytes});
+  };
+  using Byte = std::uint8_t;
+  using Word = std::uint16_t;
+  using Long = std::uint32_t;
+  constexpr Long kWidth = 64, kHeight = 48, kOrientation = 274, kStrip = 273;
+  constexpr unsigned kByte = 1, kAscii = 2, kShort = 3, kLong = 4, kRational = 5, kSigned = 10;
+  add(256, kLong, {kWidth});
+  add(257, kLong, {kHeight});
+  add(258, kShort, {Word{16}});
+  add(259, kShort, {Word{1}});      // not compressed
+  add(262, kShort, {Word{32803}});  // a colour filter array
+  add(271, kAscii, {'T', 'i', 'n', 'y', '\0'});
+  add(272, kAscii, {'T', 'i', 'n', 'y', '\0'});
+  add(kStrip, kLong, {Long{0}});
+  add(kOrientation, kShort, {Word{6}});
+  add(277, kShort, {Word{1}});
+  add(278, kLong, {kHeight});
+  add(279, kLong, {2 * kWidth * kHeight});
+  add(33421, kShort, {Word{2}, Word{2}});
+  add(33422, kByte, {Byte{0}, Byte{1}, Byte{1}, Byte{2}});  // red, green; green, blue
+  add(50706, kByte, {Byte{1}, Byte{4}, Byte{0}, Byte{0}});
+  add(50717, kLong, {Long{65535}});
+  add(50721, kSigned, {1, 1, 0, 1, 0, 1, 0, 1, 1, 1, 0, 1, 0, 1, 0, 1, 1, 1}, 2);
+  add(50728, kRational, {Long{1}, Long{1}, Long{1}, Long{1}, Long{1}, Long{1}}, 2);
+  add(50778, kShort, {Word{21}});  // lit by D65
+  constexpr std::size_t kHeader = 8;
+  const std::size_t behind = kHeader + 2 + 12 * entries.size() + 4;
+  std::size_t strip = behind;
+  for (const Entry& entry : entries) strip += entry.bytes.size() > 4 ? entry.bytes.size() : 0;
+  std::string file =
+      std::string("II*\0", 4) + test::bytes_of(Long{kHeader}) + test::bytes_of(static_cast<Word>(entries.size()));
+  std::string far;
+  for (const Entry& entry : entries) {
+    file += test::bytes_of(entry.tag) + test::bytes_of(entry.type) + test::bytes_of(entry.count);
+    std::string field = entry.bytes;
+    if (entry.tag == kStrip) field = test::bytes_of(static_cast<Long>(strip));
+    if (field.size() > 4) {
+      const auto place = static_cast<Long>(behind + far.size());
+      far += field;
+      field = test::bytes_of(place);
+    }
+    field.resize(4, '\0');
+    file += field;
+  }
+  file += test::bytes_of(Long{0}) + far;
+  for (Long y = 0; y < kHeight; ++y)
+    for (Long x = 0; x < kWidth; ++x) file += test::bytes_of(Word{x < kWidth / 2 ? Word{40000} : Word{8000}});
+  return file;
+}
+
+// As it lies on the sensor, whatever its orientation says. A name that does not say DNG leads to the TIFF reader, as
+// does an OpenImageIO without LibRaw: it would take the sensor's elements for grey pixels.
+TEST(PhotoKinds, RawPhotosWhereLibRawIsThere) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a.dng", tiny_dng());
+  const auto tiff = folder.write("a.tif", tiny_dng());
+  EXPECT_TRUE(contains(test::input_error([&] { read_image(tiff); }), "a.tif: is a camera's raw photo"));
+  if (!OIIO::ImageInput::create("raw")) {
+    EXPECT_TRUE(contains(test::input_error([&] { read_image(file); }), "a.dng: is "));
+    return;
+  }
+  const Image image = read_image(file);
+  ASSERT_EQ(image.width, 64);
+  ASSERT_EQ(image.height, 48);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_GT(image.at(10, 20)[c], 190);
+    EXPECT_NEAR(image.at(54, 20)[c], image.at(54, 40)[c], 1);
+    EXPECT_NEAR(image.at(54, 20)[c], 98, 12);
+  }
+}
+
+// Adobe's CMYK JPEG, whose samples count what is left of white: 200, 40, 80, 255 everywhere.
+TEST(PhotoKinds, CmykBecomesRgb) {
+  const TemporaryFolder folder;
+  constexpr unsigned char kJpeg[] = {
+      0xFF, 0xD8, 0xFF, 0xEE, 0x00, 0x0E, 0x41, 0x64, 0x6F, 0x62, 0x65, 0x00, 0x64, 0x00, 0x00, 0x00, 0x00, 0x00,
+      0xFF, 0xDB, 0x00, 0x43, 0x00, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+      0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+      0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01,
+      0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0x01, 0xFF, 0xC0, 0x00,
+      0x14, 0x08, 0x00, 0x08, 0x00, 0x08, 0x04, 0x43, 0x11, 0x00, 0x4D, 0x11, 0x00, 0x59, 0x11, 0x00, 0x4B, 0x11,
+      0x00, 0xFF, 0xC4, 0x00, 0x15, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+      0x00, 0x00, 0x00, 0x00, 0x0A, 0x09, 0xFF, 0xC4, 0x00, 0x14, 0x10, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+      0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xFF, 0xDA, 0x00, 0x0E, 0x04, 0x43, 0x00, 0x4D,
+      0x00, 0x59, 0x00, 0x4B, 0x00, 0x00, 0x3F, 0x00, 0x48, 0x02, 0x7E, 0x8F, 0xE7, 0xF0, 0xFF, 0xD9,
+  };
+  const Image jpeg = read_image(folder.write("a.jpg", {reinterpret_cast<const char*>(kJpeg), sizeof kJpeg}));
+  ASSERT_EQ(jpeg.pixels.size(), 3u * 64);
+  EXPECT_NEAR(jpeg.pixels[0], 200, 1);
+  EXPECT_NEAR(jpeg.pixels[1], 40, 1);
+  EXPECT_NEAR(jpeg.pixels[2], 80, 1);
+}
+
+TEST(PhotoKinds, OrientationTagsTurnNothing) {
+  const TemporaryFolder folder;
+  for (const std::string name : {"a.tif", "a.png", "a.jpg"})
+    for (int orientation = 1; orientation <= 8; ++orientation) {
+      OIIO::ImageSpec spec;
+      spec.attribute("Orientation", orientation);
+      spec.attribute("Compression", "jpeg:100");
+      if (name != "a.jpg") spec.attribute("Compression", "none");
+      const Image image =
+          read_image(store(folder, name, 1, OIIO::TypeUInt8, Bytes{0, 0, 0, 0, 0, 255, 255, 255, 255, 255}, spec));
+      EXPECT_EQ(image.width, 10);
+      EXPECT_EQ(image.height, 1);
+      EXPECT_LT(image.at(0, 0)[0], 20) << name << " " << orientation;
+      EXPECT_GT(image.at(9, 0)[0], 235) << name << " " << orientation;
+    }
+}
+
+TEST(ColorProfile, ComesFromPhotosOfEveryKind) {
+  const TemporaryFolder folder;
+  const ColorProfile icc = profile("RGB ", 7);
+  OIIO::ImageSpec spec;
+  spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(icc.size())), icc.data());
+  for (const char* name : {"a.jpg", "a.png", "a.tif"}) {
+    EXPECT_EQ(read_color_profile(store(folder, name, 3, OIIO::TypeUInt8, Bytes{1, 2, 3}, spec)), icc) << name;
+    EXPECT_EQ(read_color_profile(store(folder, name, 3, OIIO::TypeUInt8, Bytes{1, 2, 3})), ColorProfile{}) << name;
+  }
+}
+
+TEST(ColorProfile, IsWrittenIntoPages) {
+  const TemporaryFolder folder;
+  ColorProfile icc = profile("RGB ", 7);
+  const Image page{3, 2, 3, Bytes(18, 99)};
+  for (const ImageFormat format : {ImageFormat::png, ImageFormat::jpg}) {
+    const auto file = folder.path() / (format == ImageFormat::png ? "a.png" : "a.jpg");
+    write_image(file, page, format, 95, icc);
+    EXPECT_EQ(read_color_profile(file), icc);
+    EXPECT_EQ(read_image(file).pixels.size(), page.pixels.size());
+    write_image(file, page, format, 95);
+    EXPECT_EQ(read_color_profile(file), ColorProfile{});
+  }
+  write_image(folder.path() / "a.png", page, ImageFormat::png, 0, icc);
+  EXPECT_FALSE(contains(test::read_file(folder.path() / "a.png"), "sRGB")) << "one or the other";
+  // JPEG cuts profiles above 64 KiB into several markers.
+  icc.resize(200000, 5);
+  icc[1] = 3;
+  icc[2] = 13;
+  icc[3] = 64;
+  write_image(folder.path() / "a.jpg", page, ImageFormat::jpg, 95, icc);
+  EXPECT_EQ(read_color_profile(folder.path() / "a.jpg"), icc);
+}
+
+// Photos of other colour spaces come converted: their profile would be wrong.
+TEST(ColorProfile, OfGreyOrInkIsNoneOfPages) {
+  const TemporaryFolder folder;
+  for (const std::string space : {"GRAY", "CMYK"}) {
+    const ColorProfile icc = profile(space, 7);
+    OIIO::ImageSpec spec;
+    spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(icc.size())), icc.data());
+    EXPECT_EQ(read_color_profile(store(folder, "a.tif", 1, OIIO::TypeUInt8, Bytes{1, 2, 3}, spec)), ColorProfile{});
+  }
+}
+
+}  // namespace
+}  // namespace gpvc::io

@@ -1,0 +1,40 @@
+// Method::none: what lies in the image is taken for visible.
+#include <algorithm>
+
+#include "visibility/classify/front_faces.h"
+#include "visibility/view_tester.h"
+
+namespace gpvc::visibility {
+namespace {
+
+class NoTest : public ViewTester {
+ public:
+  explicit NoTest(const VisibilityOptions& options) : subpixel_(options.subpixel) {}
+  void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
+  std::string note() const override { return "cpu: there is nothing to test"; }
+
+ private:
+  bool subpixel_;
+  FaceBlocks blocks_;
+};
+
+void NoTest::classify(const ClassifyView& view, const View&, ViewVisibility& result) {
+  blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
+    if (!find_front_face(view, face, block.front)) return FaceClass::hidden;
+    if (block.front.spans.empty()) {
+      if (!subpixel_) return FaceClass::unresolved;
+      const auto samples = subpixel_samples(view, block.front.raster);
+      const auto in_image =
+          std::count_if(samples.begin(), samples.end(), [](const SubpixelSample& s) { return s.in_image; });
+      return block.cover_subpixel(view, static_cast<std::uint32_t>(in_image));
+    }
+    if (block.front.inside && view.mask.whole()) return FaceClass::full;
+    return block.cover(view, [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y); });
+  });
+}
+
+}  // namespace
+
+std::unique_ptr<ViewTester> make_no_test(const VisibilityOptions& options) { return std::make_unique<NoTest>(options); }
+
+}  // namespace gpvc::visibility

@@ -1,0 +1,47 @@
+// A mesh that rays can be traced against: the only file pair that knows Embree.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "visibility/classify/classify.h"
+
+namespace gpvc::visibility {
+
+/// Coordinates are taken relative to the middle of the mesh before they are rounded to floats, so that no offset costs
+/// precision. Any side of a face stops a ray.
+class RayMesh {
+ public:
+  /// Borrows the mesh; builds the hierarchy with all TBB threads. Throws std::runtime_error with Embree's reason.
+  explicit RayMesh(const Mesh& mesh);
+  ~RayMesh();
+  double build_s() const { return build_s_; }
+
+  /// The depth z of the first intersection on the ray through every pixel centre of the frame that shows something of
+  /// the photo; infinity without one. Row-major. Returns how many rays were traced. TBB.
+  std::size_t first_depths(const ClassifyView& view, const Pose& pose, std::vector<float>& depths) const;
+
+  /// A point to be seen from a camera centre.
+  struct Target {
+    double x = 0, y = 0, z = 0;  ///< from the camera centre, along the world's axes
+    bool wanted = false;
+    bool visible = false;  ///< set by trace: no intersection lies more than the bias before the point
+  };
+  /// A vertex of the mesh as the rays will meet it: both ends rounded as the hierarchy rounds them.
+  Target target(const WorldPoint& vertex, const Pose& pose) const;
+  /// At most 16 of them.
+  void trace(const Pose& pose, double epsilon, std::span<Target> targets) const;
+
+ private:
+  struct Scene;
+  std::array<float, 3> relative(const WorldPoint& p) const;
+
+  std::unique_ptr<Scene> scene_;
+  WorldPoint origin_;
+  double build_s_ = 0;
+};
+
+}  // namespace gpvc::visibility

@@ -1,0 +1,193 @@
+// Method::ray: a sample is visible when the first intersection on the ray from the camera to it lies within the bias of
+// it. An intersection farther behind it than that (a ray of floats may slip past the edge of its own face) hides
+// nothing, nor does none at all.
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "visibility/baselines/ray_mesh.h"
+#include "visibility/classify/front_faces.h"
+#include "visibility/view_tester.h"
+
+namespace gpvc::visibility {
+namespace {
+
+using Target = RayMesh::Target;
+
+/// The point that a frame position and a depth name, seen from the camera centre, along the world's axes.
+Target target_at(const View& of, const SubpixelSample& sample) {
+  const double x = (sample.x - of.camera.cx) / of.camera.fx * sample.z;
+  const double y = (sample.y - of.camera.cy) / of.camera.fy * sample.z;
+  const auto& r = of.pose.rotation;
+  return {r[0] * x + r[3] * y + r[6] * sample.z, r[1] * x + r[4] * y + r[7] * sample.z,
+          r[2] * x + r[5] * y + r[8] * sample.z, sample.in_image, false};
+}
+
+/// One ray per covered pixel centre (figure 19); faces that cover the same centre share it.
+class DenseRays : public ViewTester {
+ public:
+  DenseRays(const Mesh& mesh, const VisibilityOptions& options) : rays_(mesh), options_(options) {}
+  void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
+  std::string note() const override { return "cpu: Embree traces there"; }
+
+ private:
+  FaceClass classify_face(const ClassifyView& view, FaceBlock& block) const;
+  FaceClass classify_subpixel(const ClassifyView& view, const View& of, FaceBlock& block) const;
+  bool sees(const ClassifyView& view, std::int32_t x, std::int32_t y, double inverse_depth) const;
+
+  RayMesh rays_;
+  VisibilityOptions options_;
+  bool built_ = false;
+  FaceBlocks blocks_;
+  std::vector<float> depths_;
+};
+
+void DenseRays::classify(const ClassifyView& view, const View& of, ViewVisibility& result) {
+  if (!std::exchange(built_, true)) result.statistics.build_s = rays_.build_s();
+  const std::size_t primary = rays_.first_depths(view, of.pose, depths_);
+  std::atomic<std::size_t> secondary{0};
+  blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
+    if (!find_front_face(view, face, block.front)) return FaceClass::hidden;
+    if (block.front.spans.empty() && !options_.subpixel) return FaceClass::unresolved;
+    ++block.counts.processed_faces;
+    if (!block.front.spans.empty()) return classify_face(view, block);
+    secondary.fetch_add(kSubpixelSamples, std::memory_order_relaxed);
+    return classify_subpixel(view, of, block);
+  });
+  result.statistics.rays = primary + secondary;
+}
+
+bool DenseRays::sees(const ClassifyView& view, std::int32_t x, std::int32_t y, double inverse_depth) const {
+  const double hit =
+      depths_[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x)];
+  if (hit * inverse_depth >= 1) return true;
+  // The bias is measured along the ray, which is longer than its depth; only near misses need the length.
+  if ((hit + options_.epsilon) * inverse_depth < 1) return false;
+  const double nx = (x + 0.5 - view.camera.cx) / view.camera.fx;
+  const double ny = (y + 0.5 - view.camera.cy) / view.camera.fy;
+  return (hit + options_.epsilon / std::sqrt(1 + nx * nx + ny * ny)) * inverse_depth >= 1;
+}
+
+FaceClass DenseRays::classify_face(const ClassifyView& view, FaceBlock& block) const {
+  const InverseDepth depth(block.front.raster, block.front.spans.front());
+  const auto sees_bare = [&](std::int32_t x, std::int32_t y) { return sees(view, x, y, depth.at(x, y)); };
+  if (view.mask.whole()) return block.sample(view, sees_bare);
+  return block.sample(view,
+                      [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y) && sees_bare(x, y); });
+}
+
+FaceClass DenseRays::classify_subpixel(const ClassifyView& view, const View& of, FaceBlock& block) const {
+  std::array<Target, kSubpixelSamples> targets;
+  const auto samples = subpixel_samples(view, block.front.raster);
+  for (std::size_t k = 0; k < kSubpixelSamples; ++k) targets[k] = target_at(of, samples[k]);
+  rays_.trace(of.pose, options_.epsilon, targets);
+  block.counts.samples += kSubpixelSamples;
+  return block.cover_subpixel(view, static_cast<std::uint32_t>(std::count_if(
+                                        targets.begin(), targets.end(), [](const Target& t) { return t.visible; })));
+}
+
+/// One ray per vertex, shared by its faces.
+class SparseRays : public ViewTester {
+ public:
+  SparseRays(const Mesh& mesh, const VisibilityOptions& options) : rays_(mesh), epsilon_(options.epsilon) {}
+  void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
+  std::string note() const override { return "cpu: Embree traces there"; }
+
+ private:
+  enum class Vertex : std::uint8_t { unused, wanted, visible };
+  void want_vertices(const ClassifyView& view);
+  std::size_t trace_vertices(const ClassifyView& view, const View& of);
+  bool in_image(const ClassifyView& view, const ProjectedVertex& v) const;
+
+  RayMesh rays_;
+  double epsilon_;
+  bool built_ = false;
+  FaceBlocks blocks_;
+  std::vector<std::uint8_t> front_;  ///< per face: faces the camera, and some of it may be on the frame
+  std::vector<Vertex> vertices_;
+};
+
+void SparseRays::classify(const ClassifyView& view, const View& of, ViewVisibility& result) {
+  if (!std::exchange(built_, true)) result.statistics.build_s = rays_.build_s();
+  want_vertices(view);
+  const std::size_t traced = trace_vertices(view, of);
+  blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
+    if (front_[index(face)] == 0) return FaceClass::hidden;
+    ++block.counts.processed_faces;
+    const Triangle& t = view.mesh.faces[index(face)];
+    const auto visible = static_cast<std::uint32_t>(
+        std::count_if(t.begin(), t.end(), [&](std::uint32_t v) { return vertices_[v] == Vertex::visible; }));
+    if (visible == 0) return FaceClass::hidden;
+    if (visible == 3) return FaceClass::full;
+    // What lies between the vertices nobody looked at: a share, and no pixels.
+    FaceCoverage entry;
+    entry.face = face;
+    entry.view = view.id;
+    entry.visible = visible;
+    entry.visible_share = static_cast<float>(visible) / 3;
+    entry.first_word = block.coverage.words.size();
+    block.coverage.entries.push_back(entry);
+    return FaceClass::partial;
+  });
+  result.statistics.samples = result.statistics.rays = traced;
+}
+
+void SparseRays::want_vertices(const ClassifyView& view) {
+  front_.assign(view.mesh.faces.size(), 0);
+  vertices_.assign(view.mesh.positions.size(), Vertex::unused);
+  tbb::parallel_for(std::size_t{0}, front_.size(), [&](std::size_t f) {
+    const FaceId face{static_cast<std::uint32_t>(f)};
+    if (outside(view.bounds(face), view.camera.width, view.camera.height)) return;
+    const RasterFace raster = view.raster(face);
+    if (raster.facing != Facing::front || misses_frame(view.camera, raster.vertex)) return;
+    front_[f] = 1;
+    for (const std::uint32_t v : view.mesh.faces[f])
+      std::atomic_ref(vertices_[v]).store(Vertex::wanted, std::memory_order_relaxed);
+  });
+}
+
+bool SparseRays::in_image(const ClassifyView& view, const ProjectedVertex& v) const {
+  const double w = view.camera.width, h = view.camera.height;
+  if (!(v.z > 0 && v.u >= 0 && v.v >= 0 && v.u <= w * v.z && v.v <= h * v.z)) return false;
+  return view.mask.contains(PixelPoint{v.u / v.z, v.v / v.z});
+}
+
+std::size_t SparseRays::trace_vertices(const ClassifyView& view, const View& of) {
+  constexpr std::size_t kAtOnce = 16;
+  std::atomic<std::size_t> traced{0};
+  const auto trace_block = [&](std::size_t first, std::size_t last) {
+    std::array<Target, kAtOnce> targets;
+    std::array<std::size_t, kAtOnce> numbers{};
+    std::size_t count = 0;
+    const auto flush = [&] {
+      rays_.trace(of.pose, epsilon_, std::span(targets).first(count));
+      for (std::size_t i = 0; i < count; ++i)
+        if (targets[i].visible) vertices_[numbers[i]] = Vertex::visible;
+      traced.fetch_add(count, std::memory_order_relaxed);
+      count = 0;
+    };
+    for (std::size_t v = first; v < last; ++v) {
+      if (vertices_[v] != Vertex::wanted || !in_image(view, view.projected.vertices[v])) continue;
+      numbers[count] = v;
+      targets[count++] = rays_.target(view.mesh.positions[v], of.pose);
+      if (count == kAtOnce) flush();
+    }
+    if (count > 0) flush();
+  };
+  constexpr std::size_t kBlock = 1024;  // fixed: the packets are the same for any number of threads
+  const std::size_t vertices = vertices_.size();
+  tbb::parallel_for(std::size_t{0}, (vertices + kBlock - 1) / kBlock,
+                    [&](std::size_t block) { trace_block(block * kBlock, std::min((block + 1) * kBlock, vertices)); });
+  return traced;
+}
+
+}  // namespace
+
+std::unique_ptr<ViewTester> make_ray_tester(const ViewSource& source, const VisibilityOptions& options) {
+  if (options.rays == Rays::sparse) return std::make_unique<SparseRays>(source.mesh(), options);
+  return std::make_unique<DenseRays>(source.mesh(), options);
+}
+
+}  // namespace gpvc::visibility

@@ -1,0 +1,95 @@
+// Coverage correction `exact`: the IVM proposes an owner for every pixel, and every face that covers a pixel centre
+// contests it.
+//
+// A face covering the centre of pixel p claims p when the stored owner does not cover the centre, or lies behind the
+// face there (the higher index on a tie); both decided exactly. If the stored owner is right, nobody claims. If it is
+// wrong, the right one does: it covers the centre, and it lies in front of the stored owner unless that one does not
+// cover the centre at all. So the nearest of the claimants is the owner, and nothing is assumed about the rasterizer:
+// neither its snapping nor its depth buffer needs an error bound.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "visibility/classify/classify.h"
+#include "visibility/raster/exact.h"
+
+namespace gpvc::visibility {
+
+struct Claim {
+  std::uint32_t pixel;  ///< y * width + x
+  FaceId face;
+};
+
+/// A face that contests owners; made ready for the exact predicates when they are first needed.
+class Contender {
+ public:
+  Contender(const ClassifyView& view, FaceId face) : view_(view), face_(face), nearest_(view.depths(face).nearest) {}
+  FaceId face() const { return face_; }
+  double nearest() const { return nearest_; }
+  const QuickDepth& depth(const QuickLimits& limits) {
+    if (!measured_) depth_ = view_.quick_depth(view_.quick(limits, face_, view_.bounds(face_)), face_);
+    measured_ = true;
+    return depth_;
+  }
+  const RasterFace& raster() {
+    if (!prepared_) raster_ = view_.raster(face_);
+    prepared_ = true;
+    return raster_;
+  }
+
+ private:
+  const ClassifyView& view_;
+  FaceId face_;
+  double nearest_;
+  bool measured_ = false, prepared_ = false;
+  QuickDepth depth_;
+  RasterFace raster_;
+};
+
+/// Contests stored owners, remembering the last few of them; one a thread.
+class OwnerContest {
+ public:
+  /// Forgets the view before.
+  void start();
+  /// True when the contender, which covers the run, certainly beats its stored owner nowhere in it: both are convex and
+  /// their 1 / z linear, so what is certain of the ends is certain of all between.
+  bool keeps(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored, const Span& run);
+  /// Whether the contender, which covers pixel (x, y), beats its stored owner there.
+  bool wins(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored, std::int32_t x,
+            std::int32_t y);
+
+ private:
+  struct Owner {
+    FaceId face = kNoFace;
+    QuickFace quick;
+    double farthest = 0;
+    bool measured = false, prepared = false;
+    QuickDepth depth;
+    RasterFace raster;
+  };
+  Owner& owner_of(const ClassifyView& view, const QuickLimits& limits, FaceId stored);
+
+  std::array<Owner, 256> owners_;
+};
+
+/// The pixels whose owner is not the stored one.
+class OwnerOverlay {
+ public:
+  /// Sorts the claims and keeps the nearest claimant of each pixel. O(claims log claims).
+  void resolve(const ClassifyView& view, std::vector<Claim>& claims);
+  std::span<const Claim> entries() const { return entries_; }
+  /// Whether it holds any of a run of pixels.
+  bool touches(std::size_t first, std::size_t end) const;
+  bool contains(std::size_t pixel) const { return (corrected_[pixel / 64] >> (pixel % 64)) & 1U; }
+  /// \pre contains(pixel). O(log entries).
+  FaceId owner(std::size_t pixel) const;
+
+ private:
+  std::vector<Claim> entries_;            ///< by pixel
+  std::vector<std::uint64_t> corrected_;  ///< a bit a pixel
+};
+
+}  // namespace gpvc::visibility

@@ -1,0 +1,51 @@
+// Depth in the window under both projections.
+#include <algorithm>
+#include <cmath>
+
+#include "visibility/gl/ivm_gl.h"
+
+namespace gpvc::visibility {
+namespace {
+
+/// Depths of the box along the view direction.
+struct Range {
+  double low = 0, high = 0;
+};
+
+Range depths_of(const MeshBox& box, const Pose& pose) {
+  const auto& r = pose.rotation;
+  const auto along = [](double axis, double low, double high) {
+    return Range{std::min(axis * low, axis * high), std::max(axis * low, axis * high)};
+  };
+  const Range x = along(r[6], box.low.x - pose.centre.x, box.high.x - pose.centre.x);
+  const Range y = along(r[7], box.low.y - pose.centre.y, box.high.y - pose.centre.y);
+  const Range z = along(r[8], box.low.z - pose.centre.z, box.high.z - pose.centre.z);
+  return {x.low + y.low + z.low, x.high + y.high + z.high};
+}
+
+}  // namespace
+
+MeshBox box_around(const Mesh& mesh) {
+  if (mesh.positions.empty()) return {};
+  MeshBox box{mesh.positions.front(), mesh.positions.front()};
+  for (const WorldPoint& p : mesh.positions) {
+    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
+    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
+  }
+  return box;
+}
+
+DepthMapping depth_mapping(Projection projection, double near, const MeshBox& box, const Pose& pose) {
+  if (projection == Projection::apc) return {projection, {0, near}};
+  const Range depths = depths_of(box, pose);
+  if (!(depths.high > 0)) return {projection, {2, -2}};  // nothing is ahead: planes at 1 and 2
+  // Clip coordinates are floats: z and w are off by 2^-24 of themselves, so a vertex that lies in the near plane stays
+  // in front of it when the plane moves by 2^-20 of its distance. At the far plane z - w shrinks by the ratio of the
+  // planes, and the margin grows by it.
+  constexpr double kMargin = 0x1p-20, kNearest = 0x1p-14;
+  const double n = std::max(depths.low, depths.high * kNearest) * (1 - kMargin);
+  const double f = depths.high * (1 + kMargin * depths.high / n);
+  return {projection, {f / (f - n), -f * n / (f - n)}};
+}
+
+}  // namespace gpvc::visibility

@@ -1,0 +1,271 @@
+#include "visibility/gl/egl_context.h"
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "visibility/gl/gl_objects.h"
+
+namespace gpvc::visibility {
+namespace {
+
+std::string egl_error_name(EGLint code) {
+  switch (code) {
+    case EGL_SUCCESS:
+      return "EGL_SUCCESS";
+    case EGL_NOT_INITIALIZED:
+      return "EGL_NOT_INITIALIZED";
+    case EGL_BAD_ACCESS:
+      return "EGL_BAD_ACCESS";
+    case EGL_BAD_ALLOC:
+      return "EGL_BAD_ALLOC";
+    case EGL_BAD_ATTRIBUTE:
+      return "EGL_BAD_ATTRIBUTE";
+    case EGL_BAD_CONFIG:
+      return "EGL_BAD_CONFIG";
+    case EGL_BAD_CONTEXT:
+      return "EGL_BAD_CONTEXT";
+    case EGL_BAD_DISPLAY:
+      return "EGL_BAD_DISPLAY";
+    case EGL_BAD_MATCH:
+      return "EGL_BAD_MATCH";
+    case EGL_BAD_PARAMETER:
+      return "EGL_BAD_PARAMETER";
+    case EGL_CONTEXT_LOST:
+      return "EGL_CONTEXT_LOST";
+    default: {
+      std::array<char, 16> text{};
+      std::snprintf(text.data(), text.size(), "0x%04x", static_cast<unsigned>(code));
+      return text.data();
+    }
+  }
+}
+
+GpuError egl_failure(const std::string& call, const std::string& meaning) {
+  return GpuError(call + " failed with " + egl_error_name(eglGetError()) + ": " + meaning);
+}
+
+/// `name` as a whole word of the blank-separated list.
+bool has_extension(const char* list, std::string_view name) {
+  std::string_view rest = list != nullptr ? list : "";
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(' '), rest.size());
+    if (rest.substr(0, end) == name) return true;
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return false;
+}
+
+template <class Function>
+Function egl_function(const char* name) {
+  return reinterpret_cast<Function>(eglGetProcAddress(name));
+}
+
+EGLDisplay open_display(const EglPlatform& platform) {
+  const auto get_display = egl_function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
+  if (get_display == nullptr)
+    throw GpuError("eglGetPlatformDisplayEXT is missing: this EGL has no EGL_EXT_platform_base");
+  void* native = platform.device != nullptr ? platform.device : static_cast<void*>(EGL_DEFAULT_DISPLAY);
+  const EGLDisplay display = get_display(platform.platform, native, nullptr);
+  if (display == EGL_NO_DISPLAY) throw egl_failure("eglGetPlatformDisplayEXT", "the device gives no display");
+  return display;
+}
+
+/// EGL hands out one display per device, whoever asks, and eglTerminate ends it for all of them.
+std::mutex display_mutex;
+std::map<EGLDisplay, int>& display_users() {
+  static std::map<EGLDisplay, int> users;
+  return users;
+}
+
+EGLContext create_context(EGLDisplay display) {
+  EGLConfig config = EGL_NO_CONFIG_KHR;
+  if (!has_extension(eglQueryString(display, EGL_EXTENSIONS), "EGL_KHR_no_config_context")) {
+    const std::array<EGLint, 5> wanted{EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0, EGL_NONE};
+    EGLint count = 0;
+    if (!eglChooseConfig(display, wanted.data(), &config, 1, &count) || count == 0)
+      throw egl_failure("eglChooseConfig", "the device has no configuration for desktop OpenGL");
+  }
+  const std::vector<EGLint> attributes{EGL_CONTEXT_MAJOR_VERSION,       4,
+                                       EGL_CONTEXT_MINOR_VERSION,       5,
+                                       EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT};
+  const auto made_with = [&](std::initializer_list<EGLint> more) {
+    std::vector<EGLint> all = attributes;
+    all.insert(all.end(), more);
+    all.push_back(EGL_NONE);
+    return eglCreateContext(display, config, EGL_NO_CONTEXT, all.data());
+  };
+  // After a reset of the device buffers hold anything; only a context that is lost by it says so (check_gl()).
+  EGLContext context = made_with({EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET});
+  if (context == EGL_NO_CONTEXT) context = made_with({});  // EGL 1.4, or a driver that cannot tell
+  if (context == EGL_NO_CONTEXT) throw egl_failure("eglCreateContext", "the driver makes no OpenGL 4.5 core context");
+  return context;
+}
+
+std::string gl_string(GLenum name) {
+  const auto* text = reinterpret_cast<const char*>(glGetString(name));
+  return text != nullptr ? text : "";
+}
+
+bool is_software(const std::string& renderer) {
+  for (const char* name : {"llvmpipe", "softpipe", "SWR", "Software Rasterizer", "SwiftShader", "lavapipe"})
+    if (renderer.find(name) != std::string::npos) return true;
+  return false;
+}
+
+}  // namespace
+
+struct EglContext::Display {
+  explicit Display(const EglPlatform& platform) : handle(open_display(platform)) {
+    const std::lock_guard lock(display_mutex);
+    if (!eglInitialize(handle, nullptr, nullptr))
+      throw egl_failure("eglInitialize", "the driver of this device does not start");
+    ++display_users()[handle];
+  }
+  ~Display() {
+    const std::lock_guard lock(display_mutex);
+    if (--display_users()[handle] == 0) eglTerminate(handle);
+  }
+  Display(const Display&) = delete;
+  Display& operator=(const Display&) = delete;
+  EGLDisplay handle;
+};
+
+EglContext::EglContext(const EglPlatform& platform) : display_(std::make_unique<Display>(platform)) {
+  const EGLDisplay display = display_->handle;
+  if (!has_extension(eglQueryString(display, EGL_EXTENSIONS), "EGL_KHR_surfaceless_context"))
+    throw GpuError("EGL_KHR_surfaceless_context is missing: this driver cannot render without a window");
+  if (!eglBindAPI(EGL_OPENGL_API)) throw egl_failure("eglBindAPI", "the driver has no desktop OpenGL");
+  context_ = create_context(display);
+  try {
+    make_current();
+    info_.renderer = gl_string(GL_RENDERER);
+    info_.driver = gl_string(GL_VERSION);
+    info_.software = is_software(info_.renderer);
+    if (info_.renderer.empty())
+      throw GpuError("glGetString(GL_RENDERER) is empty: libOpenGL reaches no driver for this context");
+  } catch (...) {
+    eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    eglDestroyContext(display, context_);
+    throw;
+  }
+}
+
+EglContext::~EglContext() {
+  const EGLDisplay display = display_->handle;
+  if (eglGetCurrentContext() == context_) eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  eglDestroyContext(display, context_);
+}
+
+void EglContext::make_current() const {
+  eglBindAPI(EGL_OPENGL_API);
+  if (eglGetCurrentContext() == context_) return;
+  if (!eglMakeCurrent(display_->handle, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
+    throw egl_failure("eglMakeCurrent", "the context is current on another thread, or lost");
+}
+
+namespace {
+
+std::vector<EglPlatform> egl_platforms() {
+  std::vector<EglPlatform> platforms;
+  const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+  const bool enumerates =
+      has_extension(extensions, "EGL_EXT_device_enumeration") || has_extension(extensions, "EGL_EXT_device_base");
+  const auto query_devices = egl_function<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
+  if (enumerates && has_extension(extensions, "EGL_EXT_platform_device") && query_devices != nullptr) {
+    EGLint count = 0;
+    if (query_devices(0, nullptr, &count) && count > 0) {
+      std::vector<EGLDeviceEXT> devices(static_cast<std::size_t>(count));
+      if (query_devices(count, devices.data(), &count)) {
+        devices.resize(static_cast<std::size_t>(count));
+        for (const EGLDeviceEXT device : devices) platforms.push_back({EGL_PLATFORM_DEVICE_EXT, device});
+      }
+    }
+  }
+  if (has_extension(extensions, "EGL_MESA_platform_surfaceless"))
+    platforms.push_back({EGL_PLATFORM_SURFACELESS_MESA, nullptr});
+  return platforms;
+}
+
+/// Probing makes contexts current; whoever had one current before gets it back.
+class CurrentContextGuard {
+ public:
+  CurrentContextGuard() : display_(eglGetCurrentDisplay()), context_(eglGetCurrentContext()) {}
+  ~CurrentContextGuard() {
+    if (context_ != EGL_NO_CONTEXT) eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_);
+  }
+  CurrentContextGuard(const CurrentContextGuard&) = delete;
+  CurrentContextGuard& operator=(const CurrentContextGuard&) = delete;
+
+ private:
+  EGLDisplay display_;
+  EGLContext context_;
+};
+
+}  // namespace
+
+std::vector<EglCandidate> egl_candidates(std::vector<std::string>* failures) {
+  const CurrentContextGuard guard;
+  std::vector<EglCandidate> found;
+  for (const EglPlatform& platform : egl_platforms()) {
+    try {
+      const EglContext context(platform);
+      // The surfaceless platform reaches a device that the enumeration may have listed already.
+      const bool listed =
+          platform.device == nullptr && std::any_of(found.begin(), found.end(), [&](const EglCandidate& other) {
+            return other.info.renderer == context.info().renderer;
+          });
+      if (!listed) found.push_back({platform, context.info()});
+    } catch (const GpuError& error) {
+      if (failures != nullptr) failures->emplace_back(error.what());
+    }
+  }
+  std::stable_partition(found.begin(), found.end(),
+                        [](const EglCandidate& candidate) { return !candidate.info.software; });
+  for (std::size_t i = 0; i < found.size(); ++i) found[i].info.index = static_cast<int>(i);
+  return found;
+}
+
+std::vector<DeviceInfo> list_devices() {
+  std::vector<DeviceInfo> devices;
+  for (EglCandidate& candidate : egl_candidates()) devices.push_back(std::move(candidate.info));
+  return devices;
+}
+
+struct GraphicsDevice::Context {
+  explicit Context(const EglCandidate& candidate) : egl(candidate.platform), info(candidate.info) {}
+  EglContext egl;
+  DeviceInfo info;
+};
+
+GraphicsDevice::GraphicsDevice(int device) {
+  std::vector<std::string> failures;
+  const std::vector<EglCandidate> candidates = egl_candidates(&failures);
+  if (candidates.empty()) {
+    std::string reasons;
+    for (const std::string& failure : failures) reasons.append(" ").append(failure).append(".");
+    throw GpuError(
+        "no EGL device makes an OpenGL 4.5 core context; without a GPU driver install Mesa's "
+        "software renderer (Debian: libegl1, libgl1-mesa-dri)." +
+        reasons);
+  }
+  const std::size_t chosen = device < 0 ? 0 : static_cast<std::size_t>(device);
+  if (chosen >= candidates.size())
+    throw GpuError("device " + std::to_string(device) + " does not exist: devices are numbered 0 to " +
+                   std::to_string(candidates.size() - 1));
+  context_ = std::make_unique<Context>(candidates[chosen]);
+}
+
+GraphicsDevice::~GraphicsDevice() = default;
+const DeviceInfo& GraphicsDevice::info() const { return context_->info; }
+void GraphicsDevice::make_current() const { context_->egl.make_current(); }
+
+}  // namespace gpvc::visibility

@@ -1,0 +1,151 @@
+#include "visibility/gl/gl_objects.h"
+
+#include <stdexcept>
+
+namespace gpvc::visibility {
+namespace {
+
+const char* gl_error_name(GLenum code) {
+  switch (code) {
+    case GL_INVALID_ENUM:
+      return "GL_INVALID_ENUM";
+    case GL_INVALID_VALUE:
+      return "GL_INVALID_VALUE";
+    case GL_INVALID_OPERATION:
+      return "GL_INVALID_OPERATION";
+    case GL_INVALID_FRAMEBUFFER_OPERATION:
+      return "GL_INVALID_FRAMEBUFFER_OPERATION";
+    case GL_OUT_OF_MEMORY:
+      return "GL_OUT_OF_MEMORY";
+    case GL_CONTEXT_LOST:
+      return "GL_CONTEXT_LOST";
+    default:
+      return "an unknown OpenGL error";
+  }
+}
+
+std::string joined(const std::vector<std::string_view>& files) {
+  std::string names;
+  for (const std::string_view file : files) names += (names.empty() ? "" : " + ") + std::string(file);
+  return names;
+}
+
+/// A shader object lives only until its program is linked.
+using GlShader = GlObject<[](GLuint name) { glDeleteShader(name); }>;
+
+GlShader compile(const ShaderStage& stage, std::string_view defines) {
+  std::string text = "#version 450 core\n";
+  text += defines;
+  if (!defines.empty() && defines.back() != '\n') text += '\n';
+  for (const std::string_view file : stage.files) {
+    text += "#line 1\n";
+    text += shader_source(file);
+  }
+  GlShader shader(glCreateShader(stage.type));
+  const GLchar* data = text.c_str();
+  const GLint length = static_cast<GLint>(text.size());
+  glShaderSource(shader.name(), 1, &data, &length);
+  glCompileShader(shader.name());
+  GLint compiled = GL_FALSE;
+  glGetShaderiv(shader.name(), GL_COMPILE_STATUS, &compiled);
+  if (compiled == GL_FALSE) {
+    GLint log_length = 0;
+    glGetShaderiv(shader.name(), GL_INFO_LOG_LENGTH, &log_length);
+    std::string log(static_cast<std::size_t>(log_length), '\0');
+    glGetShaderInfoLog(shader.name(), log_length, nullptr, log.data());
+    throw GpuError("the driver rejects shader " + joined(stage.files) + ": " + log.c_str());
+  }
+  return shader;
+}
+
+}  // namespace
+
+void check_gl(std::string_view stage) {
+  const GLenum code = glGetError();
+  if (code == GL_NO_ERROR) return;
+  // Several may be pending; a lost context repeats its error forever.
+  for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i) continue;
+  throw GpuError(std::string(stage) + ": " + gl_error_name(code));
+}
+
+GlBuffer make_buffer(std::size_t bytes, const void* data, GLbitfield flags, std::string_view stage) {
+  GLuint name = 0;
+  glCreateBuffers(1, &name);
+  GlBuffer buffer(name);
+  glNamedBufferStorage(name, static_cast<GLsizeiptr>(bytes), data, flags);
+  check_gl(std::string(stage) + ": a buffer of " + std::to_string(bytes) + " bytes");
+  return buffer;
+}
+
+void GlReadBuffer::reserve(std::size_t bytes) {
+  if (bytes <= bytes_) return;
+  *this = {};
+  constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+  buffer_ = make_buffer(bytes, nullptr, kAccess | GL_CLIENT_STORAGE_BIT, "making memory to read from");
+  mapped_ =
+      static_cast<const std::byte*>(glMapNamedBufferRange(buffer_.name(), 0, static_cast<GLsizeiptr>(bytes), kAccess));
+  check_gl("mapping memory to read from");
+  if (mapped_ == nullptr) throw GpuError("the driver maps no buffer of " + std::to_string(bytes) + " bytes");
+  bytes_ = bytes;
+}
+
+const std::byte* GlReadBuffer::wait() const {
+  glFinish();
+  return mapped_;
+}
+
+GlTexture make_texture_2d(GLenum internal_format, int width, int height, int levels, std::string_view stage) {
+  GLuint name = 0;
+  glCreateTextures(GL_TEXTURE_2D, 1, &name);
+  GlTexture texture(name);
+  glTextureStorage2D(name, levels, internal_format, width, height);
+  check_gl(std::string(stage) + ": a texture of " + std::to_string(width) + " x " + std::to_string(height));
+  return texture;
+}
+
+GlFramebuffer make_framebuffer(GLuint color_texture, GLuint depth_texture, std::string_view stage) {
+  GLuint name = 0;
+  glCreateFramebuffers(1, &name);
+  GlFramebuffer framebuffer(name);
+  glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, color_texture, 0);
+  if (depth_texture != 0) glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth_texture, 0);
+  check_gl(stage);
+  if (glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    throw GpuError(std::string(stage) + ": the driver calls the framebuffer incomplete");
+  return framebuffer;
+}
+
+GlVertexArray make_vertex_array() {
+  GLuint name = 0;
+  glCreateVertexArrays(1, &name);
+  return GlVertexArray(name);
+}
+
+GlProgram make_program(std::span<const ShaderStage> stages, std::string_view defines) {
+  GlProgram program(glCreateProgram());
+  std::string names;
+  for (const ShaderStage& stage : stages) {
+    const GlShader shader = compile(stage, defines);
+    glAttachShader(program.name(), shader.name());
+    names += (names.empty() ? "" : ", ") + joined(stage.files);
+  }
+  glLinkProgram(program.name());
+  GLint linked = GL_FALSE;
+  glGetProgramiv(program.name(), GL_LINK_STATUS, &linked);
+  if (linked == GL_FALSE) {
+    GLint length = 0;
+    glGetProgramiv(program.name(), GL_INFO_LOG_LENGTH, &length);
+    std::string log(static_cast<std::size_t>(length), '\0');
+    glGetProgramInfoLog(program.name(), length, nullptr, log.data());
+    throw GpuError("the driver does not link " + names + ": " + log.c_str());
+  }
+  return program;
+}
+
+GLint uniform_location(const GlProgram& program, const char* name) {
+  const GLint location = glGetUniformLocation(program.name(), name);
+  if (location < 0) throw GpuError("the shader program has no active uniform " + std::string(name));
+  return location;
+}
+
+}  // namespace gpvc::visibility

@@ -1,0 +1,102 @@
+// The initial visibility map (section 2.1): an item buffer drawn by the graphics pipeline.
+#pragma once
+
+#include <vector>
+
+#include "visibility/gl/gl_objects.h"
+#include "visibility/raster/raster.h"
+#include "visibility/visibility.h"
+
+namespace gpvc::visibility {
+
+/// Window depth as a function of z: at_infinity + per_inverse_z / z.
+struct WindowDepth {
+  double at_infinity = 0, per_inverse_z = 0;
+};
+
+/// How a view is drawn in depth. apc (formula 5): reversed, N / z. spc (formulas 1 and 2, figure 6): from 0 at the near
+/// plane to 1 at the far one, both fitted to the box around the mesh along the view direction. With a camera in that
+/// box, or beside it, the near plane lies at the far one's distance times 2^-14 and what is nearer is not drawn:
+/// symmetric depth has no resolution to spare there.
+struct DepthMapping {
+  Projection projection = Projection::apc;
+  WindowDepth window;
+};
+
+/// The box around all vertices of a mesh.
+struct MeshBox {
+  WorldPoint low, high;
+};
+MeshBox box_around(const Mesh& mesh);
+
+/// `near`: N of formula 5, for apc.
+DepthMapping depth_mapping(Projection projection, double near, const MeshBox& box, const Pose& pose);
+
+/// Holds a mesh and a render target on the current device. All calls on the device's thread.
+class IvmRenderer {
+ public:
+  struct Options {
+    Projection projection = Projection::apc;
+    /// N of formula 5. Depth is N / z in a float, whose relative step is the same at any scale, so N may be as small as
+    /// the exponent range allows: nothing beyond 2^-64 m of the camera plane is clipped away, and depths up to 2^62 m
+    /// stay normal numbers.
+    double near = 0x1p-64;
+    int largest_tile = 0;       ///< pixels in width and height; 0: what the driver allows
+    bool staged_reads = false;  ///< through a GlReadBuffer
+  };
+  /// Uploads the mesh, which is borrowed. Throws GpuError.
+  IvmRenderer(const Mesh& mesh, const Options& options);
+  explicit IvmRenderer(const Mesh& mesh, int largest_tile = 0)
+      : IvmRenderer(mesh, Options{.largest_tile = largest_tile}) {}
+
+  /// Uploading the mesh counts for the first view.
+  struct Times {
+    double upload_s = 0, render_s = 0, readback_s = 0;
+  };
+  /// What is read back, row-major from the top-left; nullptr: not wanted.
+  struct Output {
+    std::vector<FaceId>* faces = nullptr;  ///< kNoFace where nothing is
+    std::vector<float>* depths = nullptr;  ///< in the window, see mapping()
+  };
+  /// Draws every face, front and back, in order; depth ties keep the lower face. Distortion is not looked at.
+  Times render(const Camera& camera, const Pose& pose, const Output& output);
+  Times render(const Camera& camera, const Pose& pose, std::vector<FaceId>& faces) {
+    return render(camera, pose, Output{&faces, nullptr});
+  }
+
+  /// Of the last view drawn.
+  const DepthMapping& mapping() const { return mapping_; }
+
+  /// How many tiles an image of this camera takes.
+  int tiles(const Camera& camera) const;
+
+  /// Of the last tile drawn, for compute shaders.
+  GLuint ivm_texture() const { return color_.name(); }
+  GLuint positions() const { return positions_.name(); }
+  GLuint faces() const { return faces_.name(); }
+
+ private:
+  void make_target(int width, int height);
+  void set_view(const Camera& camera, const Pose& pose);
+  void draw_tile(int x0, int y0);
+  void set_depth_state() const;
+  void draw_faces();
+  void read_tile(const Camera& camera, int x0, int y0, const Output& output);
+  void read_pixels(GLenum format, GLenum type, const PixelBox& tile, int stride, void* pixels);
+
+  const Mesh& mesh_;
+  Options options_;
+  MeshBox box_;
+  DepthMapping mapping_;
+  int tile_width_ = 0, tile_height_ = 0;
+  double pending_upload_s_ = 0;
+  GlBuffer positions_, faces_;
+  GlVertexArray vertices_;
+  GlProgram program_;
+  GLint pose_ = -1, intrinsics_ = -1, tile_origin_ = -1, clip_from_pixel_ = -1, clip_from_depth_ = -1, first_face_ = -1;
+  GlTexture color_, depth_;
+  GlFramebuffer target_;
+  GlReadBuffer staging_;
+};
+
+}  // namespace gpvc::visibility

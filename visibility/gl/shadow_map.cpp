@@ -1,0 +1,75 @@
+// Method::shadow_map: the depth of every sample compared with the nearest depth drawn at its pixel.
+#include <algorithm>
+
+#include "visibility/classify/front_faces.h"
+#include "visibility/view_tester.h"
+
+namespace gpvc::visibility {
+namespace {
+
+class ShadowMapTester : public ViewTester {
+ public:
+  ShadowMapTester(const ViewSource& source, const VisibilityOptions& options) : source_(source), options_(options) {}
+  void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
+  std::string note() const override { return "cpu: shadow maps are compared there"; }
+
+ private:
+  FaceClass classify_face(const ClassifyView& view, FaceBlock& block) const;
+  FaceClass classify_subpixel(const ClassifyView& view, FaceBlock& block) const;
+  /// Whether a point of the surface at 1 / z = `inverse_depth` is seen through pixel (x, y).
+  bool sees(const ClassifyView& view, std::int32_t x, std::int32_t y, double inverse_depth) const {
+    const double stored = depths_[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) +
+                                  static_cast<std::size_t>(x)];
+    return nearness_ * inverse_depth + offset_ <= farness_ * stored + options_.epsilon;
+  }
+
+  const ViewSource& source_;
+  VisibilityOptions options_;
+  FaceBlocks blocks_;
+  std::span<const float> depths_;
+  /// Window depth grows with distance under SPC and shrinks under APC: farness_ is 1 or -1, and farness_ times the
+  /// depth of a point is nearness_ / z + offset_.
+  double farness_ = 1, nearness_ = 0, offset_ = 0;
+};
+
+void ShadowMapTester::classify(const ClassifyView& view, const View&, ViewVisibility& result) {
+  depths_ = source_.depths();
+  const DepthMapping& mapping = source_.renderer().mapping();
+  farness_ = mapping.projection == Projection::spc ? 1 : -1;
+  nearness_ = farness_ * mapping.window.per_inverse_z;
+  offset_ = farness_ * mapping.window.at_infinity;
+  blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
+    if (!find_front_face(view, face, block.front)) return FaceClass::hidden;
+    if (block.front.spans.empty() && !options_.subpixel) return FaceClass::unresolved;
+    ++block.counts.processed_faces;
+    return block.front.spans.empty() ? classify_subpixel(view, block) : classify_face(view, block);
+  });
+}
+
+FaceClass ShadowMapTester::classify_face(const ClassifyView& view, FaceBlock& block) const {
+  const InverseDepth depth(block.front.raster, block.front.spans.front());
+  const auto sees_bare = [&](std::int32_t x, std::int32_t y) { return sees(view, x, y, depth.at(x, y)); };
+  if (view.mask.whole()) return block.sample(view, sees_bare);
+  return block.sample(view,
+                      [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y) && sees_bare(x, y); });
+}
+
+FaceClass ShadowMapTester::classify_subpixel(const ClassifyView& view, FaceBlock& block) const {
+  std::uint32_t visible = 0;
+  for (const SubpixelSample& sample : subpixel_samples(view, block.front.raster)) {
+    ++block.counts.samples;
+    if (!sample.in_image) continue;
+    const int x = std::min(static_cast<int>(sample.x), view.camera.width - 1);
+    const int y = std::min(static_cast<int>(sample.y), view.camera.height - 1);
+    visible += sees(view, x, y, 1 / sample.z);
+  }
+  return block.cover_subpixel(view, visible);
+}
+
+}  // namespace
+
+std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source, const VisibilityOptions& options) {
+  return std::make_unique<ShadowMapTester>(source, options);
+}
+
+}  // namespace gpvc::visibility

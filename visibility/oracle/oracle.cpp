@@ -1,0 +1,256 @@
+// The oracle: the definition of visibility.h taken literally. Every face is drawn into squares of the image in doubles
+// whose error is bounded; whatever lies within a tie of an edge or of another depth is decided again without rounding.
+// See oracle_faces.h for the bounds, oracle_exact.h for the arithmetic.
+//
+// A tie has a say when, depending on how it falls, the face's class would be another: all classes that are possible are
+// worked out beside the exact one.
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "visibility/oracle/oracle_grid.h"
+#include "visibility/oracle/oracle_tile.h"
+
+namespace gpvc::visibility {
+namespace truth {
+namespace {
+
+/// Indices grouped by tile: those of tile t are items[first[t]] up to items[first[t + 1]].
+template <class Item>
+struct ByTile {
+  std::vector<std::size_t> first;
+  std::vector<Item> items;
+
+  /// `each(add)` calls add(tile, item) for all, twice over in the same order.
+  template <class Each>
+  ByTile(std::size_t tiles, Each&& each) : first(tiles + 1, 0) {
+    each([&](std::size_t tile, const Item&) { ++first[tile + 1]; });
+    for (std::size_t t = 0; t < tiles; ++t) first[t + 1] += first[t];
+    items.resize(first[tiles]);
+    std::vector<std::size_t> next(first.begin(), first.end() - 1);
+    each([&](std::size_t tile, const Item& item) { items[next[tile]++] = item; });
+  }
+  std::span<Item> at(std::size_t tile) { return {items.data() + first[tile], first[tile + 1] - first[tile]}; }
+};
+
+struct Grid {
+  int columns, rows;
+  explicit Grid(const Camera& c)
+      : columns((c.width + Tile::kSize - 1) / Tile::kSize), rows((c.height + Tile::kSize - 1) / Tile::kSize) {}
+  std::size_t tiles() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
+  static int square(float position, int count) {
+    return std::clamp(static_cast<int>(std::floor(position / Tile::kSize)), 0, count - 1);
+  }
+  template <class Callback>
+  void for_each_touched(const FaceFacts& f, Callback&& callback) const {
+    for (int y = square(f.y0, rows); y <= square(f.y1, rows); ++y)
+      for (int x = square(f.x0, columns); x <= square(f.x1, columns); ++x)
+        callback(static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x));
+  }
+};
+
+/// What the samples of a face allow: exactly, and whichever way ties fall.
+struct Sight {
+  bool sees = false, misses = false;       ///< exactly: a sample sees the face, a sample does not
+  bool must_see = false, may_see = false;  ///< a sample
+  bool must_miss = false, may_miss = false;
+};
+
+FaceClass class_of(bool sees, bool misses, bool inside) {
+  if (!sees) return FaceClass::hidden;
+  return inside && !misses ? FaceClass::full : FaceClass::partial;
+}
+
+std::uint8_t bit(FaceClass c) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(c)); }
+
+/// The classes a face can have, as bits.
+std::uint8_t possible_classes(const Sight& s, Answer inside) {
+  std::uint8_t classes = 0;
+  if (!s.must_see) classes |= bit(FaceClass::hidden);
+  if (s.may_see && !s.must_miss && inside != Answer::no) classes |= bit(FaceClass::full);
+  if (s.may_see && (s.may_miss || inside != Answer::yes)) classes |= bit(FaceClass::partial);
+  return classes;
+}
+
+Sight sight_of(const Tally& t) {
+  Sight s;
+  s.sees = t.seen + t.seen_exact > 0 || (t.on_edge & kEdgeInSeen) != 0;
+  s.misses = t.members > t.seen + t.seen_exact || (t.on_edge & kEdgeInUnseen) != 0;
+  s.must_see = t.seen > 0;
+  s.may_see = t.seen + t.disputed > 0 || (t.on_edge & kEdgeMaySee) != 0;
+  s.must_miss = t.members > t.seen + t.disputed;
+  s.may_miss = t.members > t.seen || (t.on_edge & kEdgeMayMiss) != 0;
+  return s;
+}
+
+/// Whether a sub-pixel sample lies in the image; `exactly` where that is a tie.
+Answer in_image(const Camera& c, double x, double y, bool& exactly) {
+  const auto inside = [&](double px, double py) {
+    return px >= 0 && py >= 0 && px <= c.width && py <= c.height && in_photo(c, {px, py});
+  };
+  exactly = inside(x, y);
+  int count = 0;
+  for (const double dx : {-kTiePx, kTiePx})
+    for (const double dy : {-kTiePx, kTiePx}) count += inside(x + dx, y + dy);
+  return count == 4 ? Answer::yes : count == 0 ? Answer::no : Answer::maybe;
+}
+
+/// How the four samples of a face without pixel centre fare.
+struct FourSamples {
+  Sight sight;
+  void add(bool exactly, Answer image, bool hidden, bool disputed, bool beaten) {
+    const bool sees = exactly && !hidden && !beaten;
+    sight.sees |= sees;
+    sight.misses |= !sees;
+    const bool may = image != Answer::no && !hidden, must = may && image == Answer::yes && !disputed;
+    sight.may_see |= may;
+    sight.must_see |= must;
+    sight.must_miss |= !may;
+    sight.may_miss |= !must;
+  }
+};
+
+class Oracle {
+ public:
+  Oracle(const Mesh& mesh, const View& view)
+      : scene_{mesh, view, project_vertices(mesh, view), {}},
+        grid_(view.camera),
+        tallies_(mesh.faces.size()),
+        centres_(mesh.faces.size(), Answer::yes),
+        exact_centres_(mesh.faces.size(), 1) {
+    scene_.facts.resize(mesh.faces.size());
+    tbb::parallel_for(std::size_t{0}, mesh.faces.size(),
+                      [&](std::size_t f) { scene_.facts[f] = face_facts(mesh, view, corners(f), f); });
+  }
+
+  OracleView run() {
+    ByTile<std::uint32_t> faces(grid_.tiles(), [&](auto&& add) {
+      for (std::uint32_t f = 0; f < tallies_.size(); ++f)
+        if (scene_.facts[f].reaches) grid_.for_each_touched(scene_.facts[f], [&](std::size_t tile) { add(tile, f); });
+    });
+    for_each_tile([&](std::size_t tile) { tile_at(tile)->decide_pixels(faces.at(tile), tallies_); });
+    tbb::parallel_for(std::size_t{0}, tallies_.size(), [&](std::size_t f) { look_for_centres(f); });
+    std::vector<FourSamples> four(tallies_.size());
+    const std::size_t placed = decide_samples(faces, four);
+    return answer(four, placed);
+  }
+
+ private:
+  Corners corners(std::size_t face) const { return corners_of(scene_.mesh, scene_.vertices, face); }
+  bool may_face_camera(std::size_t f) const {
+    return scene_.facts[f].reaches && (scene_.facts[f].orientation < 0 || scene_.facts[f].thin);
+  }
+  std::unique_ptr<Tile> tile_at(std::size_t tile) const {
+    const auto columns = static_cast<std::size_t>(grid_.columns);
+    return std::make_unique<Tile>(scene_, static_cast<int>(tile % columns), static_cast<int>(tile / columns));
+  }
+  template <class Callback>
+  void for_each_tile(Callback&& callback) const {
+    tbb::parallel_for(std::size_t{0}, grid_.tiles(), callback);
+  }
+
+  /// Whether the projection contains a pixel centre, in the frame or beyond. The projection of a face that crosses the
+  /// camera plane is unbounded and widens: it always does.
+  void look_for_centres(std::size_t f) {
+    if (!may_face_camera(f)) return;
+    const Tally& tally = tallies_[f];
+    const FaceFacts& facts = scene_.facts[f];
+    if (tally.members > 0 || facts.crosses) return;
+    centres_[f] = tally.on_edge != 0 ? Answer::maybe : Answer::no;
+    exact_centres_[f] = (tally.on_edge & kEdgeIn) != 0;
+    if (facts.inside == Answer::yes) return;
+    std::vector<GridPosition> near_edges;
+    const Answer anywhere = contains_a_centre(corners(f), near_edges);
+    centres_[f] = std::max(centres_[f], anywhere);
+    if (anywhere == Answer::yes) {
+      exact_centres_[f] = 1;
+    } else if (!near_edges.empty()) {
+      const ExactFace exact(scene_.mesh, scene_.view, f);
+      for (const GridPosition& p : near_edges) exact_centres_[f] |= exact.coverage(exact_position(p.x, p.y)).inside;
+    }
+  }
+
+  /// Returns how many samples lie in the image.
+  std::size_t decide_samples(ByTile<std::uint32_t>& faces, std::vector<FourSamples>& four) {
+    struct Placed {
+      Sample sample;
+      Answer image;
+      bool exactly;
+    };
+    const Camera& c = scene_.view.camera;
+    const auto place = [&](std::uint32_t f, std::uint16_t number, Placed& placed, std::size_t& tile) {
+      const Vertex point = sample_point(corners(f), number);
+      const auto x = static_cast<double>(point.x / point.z), y = static_cast<double>(point.y / point.z);
+      placed.image = in_image(c, x, y, placed.exactly);
+      if (placed.image == Answer::no) return false;
+      const int column = std::clamp(static_cast<int>(std::floor(x)), 0, c.width - 1);
+      const int row = std::clamp(static_cast<int>(std::floor(y)), 0, c.height - 1);
+      tile = static_cast<std::size_t>(row / Tile::kSize) * static_cast<std::size_t>(grid_.columns) +
+             static_cast<std::size_t>(column / Tile::kSize);
+      placed.sample.face = f;
+      placed.sample.number = number;
+      placed.sample.pixel = static_cast<std::uint16_t>(row % Tile::kSize * Tile::kSize + column % Tile::kSize);
+      return true;
+    };
+    ByTile<Sample> samples(grid_.tiles(), [&](auto&& add) {
+      for (std::uint32_t f = 0; f < tallies_.size(); ++f) {
+        if (!may_face_camera(f) || centres_[f] == Answer::yes) continue;
+        four[f] = {};
+        for (std::uint16_t number = 0; number < 4; ++number) {
+          Placed placed{};
+          std::size_t tile = 0;
+          if (place(f, number, placed, tile))
+            add(tile, placed.sample);
+          else
+            four[f].add(false, Answer::no, false, false, false);
+        }
+      }
+    });
+    for_each_tile([&](std::size_t tile) {
+      if (!samples.at(tile).empty()) tile_at(tile)->decide_samples(faces.at(tile), samples.at(tile));
+    });
+    for (const Sample& s : samples.items) {
+      Placed placed{};
+      std::size_t tile = 0;
+      place(s.face, s.number, placed, tile);
+      four[s.face].add(placed.exactly, placed.image, s.hidden, s.disputed, s.beaten);
+    }
+    return samples.items.size();
+  }
+
+  OracleView answer(const std::vector<FourSamples>& four, std::size_t placed) const {
+    OracleView view;
+    view.samples = placed;
+    view.classes.assign(tallies_.size(), FaceClass::hidden);
+    view.tied.assign(tallies_.size(), 0);
+    for (std::size_t f = 0; f < tallies_.size(); ++f) {
+      if (!may_face_camera(f)) continue;
+      const FaceFacts& facts = scene_.facts[f];
+      const Sight pixels = sight_of(tallies_[f]);
+      const Sight& exact = exact_centres_[f] != 0 ? pixels : four[f].sight;
+      view.samples += tallies_[f].members;
+      std::uint8_t possible = 0;
+      if (centres_[f] != Answer::no) possible |= possible_classes(pixels, facts.inside);
+      if (centres_[f] != Answer::yes) possible |= possible_classes(four[f].sight, facts.inside);
+      if (facts.thin) possible |= bit(FaceClass::hidden);
+      if (facts.orientation < 0) view.classes[f] = class_of(exact.sees, exact.misses, facts.inside_exactly);
+      view.tied[f] = (possible & (possible - 1U)) != 0;
+    }
+    return view;
+  }
+
+  OracleScene scene_;
+  Grid grid_;
+  std::vector<Tally> tallies_;
+  std::vector<Answer> centres_;  ///< whether the projection contains a pixel centre
+  std::vector<std::uint8_t> exact_centres_;
+};
+
+}  // namespace
+}  // namespace truth
+
+OracleView oracle_visibility(const Mesh& mesh, const View& view) { return truth::Oracle(mesh, view).run(); }
+
+}  // namespace gpvc::visibility

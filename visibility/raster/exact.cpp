@@ -1,0 +1,326 @@
+#include "visibility/raster/exact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace gpvc::visibility {
+namespace {
+
+// --- expansions
+// A number as a sum of doubles that do not overlap, in order of growing size, without zeros.
+
+struct TwoTerms {
+  double high, low;
+};
+
+TwoTerms two_sum(double a, double b) {
+  const double sum = a + b, b_part = sum - a;
+  return {sum, (a - (sum - b_part)) + (b - b_part)};
+}
+
+TwoTerms two_product(double a, double b) {
+  const double product = a * b;
+  return {product, std::fma(a, b, -product)};
+}
+
+using Expansion = std::vector<double>;
+
+/// Shewchuk's GROW-EXPANSION with zero elimination.
+void add(Expansion& expansion, double value) {
+  std::size_t kept = 0;
+  for (const double term : expansion) {
+    const TwoTerms sum = two_sum(value, term);
+    value = sum.high;
+    if (sum.low != 0) expansion[kept++] = sum.low;
+  }
+  expansion.resize(kept);
+  if (value != 0) expansion.push_back(value);
+}
+
+Expansion sum(Expansion a, const Expansion& b, double sign = 1) {
+  for (const double term : b) add(a, sign * term);
+  return a;
+}
+
+Expansion product(const Expansion& a, const Expansion& b) {
+  Expansion result;
+  for (const double x : a)
+    for (const double y : b) {
+      const TwoTerms terms = two_product(x, y);
+      if (terms.low != 0) add(result, terms.low);
+      add(result, terms.high);
+    }
+  return result;
+}
+
+/// The largest term decides: the others together are smaller.
+int sign(const Expansion& a) { return a.empty() ? 0 : (a.back() > 0 ? 1 : -1); }
+
+Expansion difference(double a, double b) {
+  const TwoTerms terms = two_sum(a, -b);
+  Expansion result;
+  if (terms.low != 0) result.push_back(terms.low);
+  if (terms.high != 0) result.push_back(terms.high);
+  return result;
+}
+
+/// coordinate - position * depth
+Expansion seen_from(double coordinate, double position, double depth) {
+  const TwoTerms terms = two_product(-position, depth);
+  Expansion result;
+  if (terms.low != 0) add(result, terms.low);
+  add(result, terms.high);
+  add(result, coordinate);
+  return result;
+}
+
+struct ExactEdges {
+  std::array<Expansion, 3> a, b, e;
+};
+
+Expansion exact_edge(const std::array<Expansion, 3>& a, const std::array<Expansion, 3>& b, std::size_t k) {
+  const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+  return sum(product(a[j], b[i]), product(a[i], b[j]), -1);
+}
+
+ExactEdges exact_edges(const FacePoint& point) {
+  ExactEdges edges;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const ProjectedVertex& v = point.face->vertex[k];
+    edges.a[k] = seen_from(v.u, point.px, v.z);
+    edges.b[k] = seen_from(v.v, point.py, v.z);
+  }
+  for (std::size_t k = 0; k < 3; ++k) edges.e[k] = exact_edge(edges.a, edges.b, k);
+  return edges;
+}
+
+bool inside_by_expansions(const FacePoint& point, const ExactEdges& edges, std::size_t k) {
+  if (const int side = sign(edges.e[k]); side != 0) return side > 0;
+  const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+  const Expansion zi{point.face->vertex[i].z}, zj{point.face->vertex[j].z};
+  const int x = sign(sum(product(zi, edges.b[j]), product(zj, edges.b[i]), -1));
+  if (x != 0) return x > 0;
+  return sign(sum(product(zj, edges.a[i]), product(zi, edges.a[j]), -1)) > 0;
+}
+
+bool covers_by_expansions(const FacePoint& point) {
+  const ExactEdges edges = exact_edges(point);
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!inside_by_expansions(point, edges, k)) return false;
+  return true;
+}
+
+int compare_by_expansions(const FacePoint& f, const FacePoint& g) {
+  const auto plane = [](const FacePoint& point, Expansion& s, Expansion& n) {
+    const ExactEdges edges = exact_edges(point);
+    const auto& v = point.face->vertex;
+    s = sum(sum(edges.e[0], edges.e[1]), edges.e[2]);
+    n = sum(product(difference(v[1].z, v[0].z), edges.e[1]), product(difference(v[2].z, v[0].z), edges.e[2]));
+  };
+  Expansion sf, nf, sg, ng;
+  plane(f, sf, nf);
+  plane(g, sg, ng);
+  const Expansion apart = product(difference(f.face->vertex[0].z, g.face->vertex[0].z), product(sf, sg));
+  return sign(sum(sum(apart, product(nf, sg)), product(ng, sf), -1));
+}
+
+// --- ties on a lattice
+// Where corners keep to fractions of a pixel, most edges run through centres, and every value is a double.
+
+/// a x b as it is, or nothing where doubles may not hold both parts: a rest is a multiple of 2^-105 of the product, so
+/// anything from 2^-969 to 2^1023 would do.
+std::optional<TwoTerms> held_product(double a, double b) {
+  const TwoTerms terms = two_product(a, b);
+  if (a == 0 || b == 0) return TwoTerms{0, 0};
+  if (!(std::abs(terms.high) > 0x1p-900 && std::abs(terms.high) < 0x1p1000)) return std::nullopt;
+  return terms;
+}
+
+/// The sign of a x b - c x d, where it can be had. Rounding is monotone: products whose larger terms differ differ in
+/// the same order, and others as their rests do.
+std::optional<int> sign_of_difference(double a, double b, double c, double d) {
+  const auto p = held_product(a, b), q = held_product(c, d);
+  if (!p || !q) return std::nullopt;
+  const auto order = [](double x, double y) { return static_cast<int>(x > y) - static_cast<int>(x < y); };
+  return p->high != q->high ? order(p->high, q->high) : order(p->low, q->low);
+}
+
+/// coordinate - position * depth, where a double holds it.
+std::optional<double> held_difference(double coordinate, double position, double depth) {
+  const auto product = held_product(position, depth);
+  if (!product || product->low != 0) return std::nullopt;
+  const TwoTerms difference = two_sum(coordinate, -product->high);
+  if (!(difference.low == 0) || !std::isfinite(difference.high)) return std::nullopt;
+  return difference.high;
+}
+
+/// A vertex as seen from a point.
+struct SeenVertex {
+  double a, b, z;
+};
+
+std::optional<SeenVertex> held_vertex(const FacePoint& point, std::size_t k) {
+  const ProjectedVertex& v = point.face->vertex[k];
+  const auto a = held_difference(v.u, point.px, v.z), b = held_difference(v.v, point.py, v.z);
+  if (!a || !b) return std::nullopt;
+  return SeenVertex{*a, *b, v.z};
+}
+
+/// inside_edge_exactly() where doubles hold the ends of the edge, as seen from the point.
+std::optional<bool> inside_on_lattice(const FacePoint& point, std::size_t k) {
+  const auto from = held_vertex(point, (k + 1) % 3), to = held_vertex(point, (k + 2) % 3);
+  if (!from || !to) return std::nullopt;
+  const auto side = sign_of_difference(to->a, from->b, from->a, to->b);
+  if (!side || *side != 0) return side ? std::optional(*side > 0) : std::nullopt;
+  const auto x = sign_of_difference(from->z, to->b, to->z, from->b);
+  if (!x || *x != 0) return x ? std::optional(*x > 0) : std::nullopt;
+  const auto y = sign_of_difference(to->z, from->a, from->z, to->a);
+  return y ? std::optional(*y > 0) : std::nullopt;
+}
+
+/// covers_exactly() where that answers for all edges in question, up to one that decides.
+std::optional<bool> covers_on_lattice(const FacePoint& point) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (point.values.e[k] > point.error) continue;
+    const std::optional<bool> inside = inside_on_lattice(point, k);
+    if (!inside || !*inside) return inside;
+  }
+  return true;
+}
+
+// --- filters
+
+template <class Real>
+constexpr Real kRoundoff = std::numeric_limits<Real>::epsilon() / 2;
+
+template <class Real>
+struct Values {
+  std::array<Real, 3> a, b, e;
+  Real error;
+};
+
+template <class Real>
+Real largest(const std::array<Real, 3>& v) {
+  return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+}
+
+/// A is rounded by at most da = r (|px z| + |A|), B likewise by db; the products of e carry 2 (a db + b da), their own
+/// rounding 4 r a b. The factors below are twice that, for the terms of second order.
+template <class Real>
+Real edge_error(const RasterFace& face, Real px, Real py, const std::array<Real, 3>& a, const std::array<Real, 3>& b) {
+  const Real z =
+      static_cast<Real>(std::max({std::abs(face.vertex[0].z), std::abs(face.vertex[1].z), std::abs(face.vertex[2].z)}));
+  const Real am = largest(a), bm = largest(b);
+  const Real da = kRoundoff<Real> * (std::abs(px) * z + am), db = kRoundoff<Real> * (std::abs(py) * z + bm);
+  return 4 * (am * db + bm * da) + 8 * kRoundoff<Real> * am * bm;
+}
+
+Values<long double> long_values(const FacePoint& point) {
+  Values<long double> values;
+  const long double px = point.px, py = point.py;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const ProjectedVertex& v = point.face->vertex[k];
+    values.a[k] = v.u - px * v.z;
+    values.b[k] = v.v - py * v.z;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+    values.e[k] = values.a[j] * values.b[i] - values.a[i] * values.b[j];
+  }
+  values.error = edge_error<long double>(*point.face, px, py, values.a, values.b);
+  return values;
+}
+
+/// 1 covered, -1 not, 0 cannot tell.
+template <class Real>
+int side_of_edges(const std::array<Real, 3>& e, Real error) {
+  if (e[0] > error && e[1] > error && e[2] > error) return 1;
+  if (e[0] < -error || e[1] < -error || e[2] < -error) return -1;
+  return 0;
+}
+
+template <class Real>
+struct Depth {
+  Real value, error;
+};
+
+/// z0 + n / s, with n = dz1 e1 + dz2 e2 and s = e0 + e1 + e2, for non-negative e. With E the error of an e, dz the
+/// larger |dz|, and s at least twice its own error 3 E + 3 r s: n / s is no larger than dz and off by at most dz (10 E
+/// / s + 14 r); the sum rounds once more.
+template <class Real>
+Depth<Real> depth(const RasterFace& face, const std::array<Real, 3>& e, Real edge_error) {
+  const auto& v = face.vertex;
+  const Real z0 = v[0].z, dz1 = v[1].z - z0, dz2 = v[2].z - z0;
+  const Real s = e[0] + e[1] + e[2];
+  const Real dz = std::max(std::abs(dz1), std::abs(dz2));
+  if (!(s > 8 * edge_error)) return {z0, std::numeric_limits<Real>::infinity()};
+  const Real value = z0 + (dz1 * e[1] + dz2 * e[2]) / s;
+  return {value, dz * (12 * edge_error / s + 16 * kRoundoff<Real>)+2 * kRoundoff<Real> * (std::abs(value) + dz)};
+}
+
+template <class Real>
+int compare(const Depth<Real>& f, const Depth<Real>& g) {
+  const Real margin = 2 * (f.error + g.error);
+  if (f.value < g.value - margin) return -1;
+  if (f.value > g.value + margin) return 1;
+  return 0;
+}
+
+bool same_vertex(const ProjectedVertex& a, const ProjectedVertex& b) { return a.u == b.u && a.v == b.v && a.z == b.z; }
+
+bool same_triangle(const RasterFace& f, const RasterFace& g) {
+  return std::all_of(f.vertex.begin(), f.vertex.end(), [&](const ProjectedVertex& p) {
+    return same_vertex(p, g.vertex[0]) || same_vertex(p, g.vertex[1]) || same_vertex(p, g.vertex[2]);
+  });
+}
+
+bool same_depth_everywhere(const RasterFace& f, const RasterFace& g) {
+  const double z = f.vertex[0].z;
+  const auto flat = [z](const ProjectedVertex& p) { return p.z == z; };
+  return (std::all_of(f.vertex.begin(), f.vertex.end(), flat) && std::all_of(g.vertex.begin(), g.vertex.end(), flat)) ||
+         same_triangle(f, g);
+}
+
+}  // namespace
+
+FacePoint face_point(const RasterFace& face, double px, double py) {
+  FacePoint point{&face, px, py, edge_values(face, px, py), 0};
+  point.error = edge_error<double>(face, px, py, point.values.a, point.values.b);
+  return point;
+}
+
+bool covers_exactly(const FacePoint& point) {
+  if (const int side = side_of_edges<double>(point.values.e, point.error); side != 0) return side > 0;
+  if (const std::optional<bool> covered = covers_on_lattice(point)) return *covered;
+  const Values<long double> longer = long_values(point);
+  if (const int side = side_of_edges<long double>(longer.e, longer.error); side != 0) return side > 0;
+  return covers_by_expansions(point);
+}
+
+bool inside_edge_exactly(const FacePoint& point, std::size_t k) {
+  const double e = point.values.e[k];
+  if (std::abs(e) > point.error) return e > 0;
+  if (const std::optional<bool> inside = inside_on_lattice(point, k)) return *inside;
+  const Values<long double> longer = long_values(point);
+  if (std::abs(longer.e[k]) > longer.error) return longer.e[k] > 0;
+  return inside_by_expansions(point, exact_edges(point), k);
+}
+
+int compare_depth_exactly(const FacePoint& f, const FacePoint& g) {
+  if (const int order =
+          compare(depth<double>(*f.face, f.values.e, f.error), depth<double>(*g.face, g.values.e, g.error));
+      order != 0)
+    return order;
+  if (same_depth_everywhere(*f.face, *g.face)) return 0;
+  const Values<long double> longer_f = long_values(f), longer_g = long_values(g);
+  if (const int order = compare(depth<long double>(*f.face, longer_f.e, longer_f.error),
+                                depth<long double>(*g.face, longer_g.e, longer_g.error));
+      order != 0)
+    return order;
+  return compare_by_expansions(f, g);
+}
+
+}  // namespace gpvc::visibility
