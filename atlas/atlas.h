@@ -62,7 +62,7 @@ struct TextureAtlas {
 struct AtlasInput {
   const Mesh& mesh;
   const Scene& scene;
-  io::PhotoCache& photos;
+  io::PhotoSource& photos;
   const labeling::FaceGraph& graph;
   std::span<const ViewId> labels;             ///< per face; kNoView = no view, filled from the surroundings
   std::span<const labeling::FaceTag> tags;    ///< per face

@@ -75,7 +75,7 @@ class Plane {
     candidates_.first.assign(mesh_.faces.size() + 1, 0);
     graph_ = labeling::face_graph(mesh_);
     for (int v = 0; v < 16; ++v) add_view(v);
-    photos_.emplace(scene_, io::SceneOptions{}, std::size_t{1} << 30);
+    photos_.emplace(scene_, 1, std::size_t{1} << 30);
     for (std::uint32_t v = 0; v < 16; ++v) photos_->photo(ViewId{v});
   }
   ~Plane() { std::filesystem::remove_all(folder_); }

@@ -16,6 +16,7 @@
 
 #include "io/error.h"
 #include "io/image.h"
+#include "io/photos.h"
 #include "io/progress.h"
 #include "io/scene.h"
 
@@ -85,27 +86,6 @@ struct SceneOptions {
 /// assumed is in Scene::warnings. Throws InputError.
 Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);
 
-/// Pixels of a photo that must not be used: one bit a pixel, `stride` words a row. What they show counts as outside the
-/// photo.
-struct PhotoExclusion {
-  int width = 0, height = 0;
-  std::size_t stride = 0;
-  std::vector<std::uint64_t> words;
-  bool excludes(int x, int y) const {
-    const auto column = static_cast<std::size_t>(x);
-    return (words[static_cast<std::size_t>(y) * stride + column / 64] >> (column % 64)) & 1u;
-  }
-};
-
-/// At the view's camera size: pixels that are black in the view's mask (NAME.mask.png with the photo's whole name or
-/// its name without extension, the former first; in SceneOptions::masks_dir also NAME.png) or of alpha 0 in mask or
-/// photo; of a reduced photo, blocks that contain one. nullopt when nothing is excluded. Throws InputError.
-std::optional<PhotoExclusion> read_exclusion(const View& view);
-
-/// Whether the view's mask shows any program all that read_exclusion knows: a PNG without alpha, beside a photo whose
-/// alpha does not count. From the header alone. Throws InputError.
-bool has_plain_mask(const View& view);
-
 /// Decodes a photo to 3 channels of 8 bits: grey is repeated, alpha dropped, deeper samples scaled with rounding;
 /// linear light (EXR, HDR) gets sRGB's curve, with 1 as white. EXIF orientation is not applied, to raw photos (DNG)
 /// neither (cameras are calibrated on the stored pixels). Errors are a truncated file, a JPEG with zeros in the place
@@ -130,24 +110,6 @@ struct NpyArray {
 /// InputError on another type or order and on a truncated file.
 template <typename T>
 NpyArray<T> read_npy(const std::filesystem::path& file);
-
-/// Decoded photos of a scene under a byte limit, least recently used out first. Thread-safe; a photo asked for by two
-/// threads is decoded once, on one of them and without parallel loops. Photos come at their view's camera size, with
-/// excluded pixels painted over from their surroundings, so that no filter picks them up. Photos handed out live on
-/// outside the limit until released. `scene` must outlive the cache.
-class PhotoCache {
- public:
-  PhotoCache(const Scene& scene, const SceneOptions& options, std::size_t limit_bytes);
-  ~PhotoCache();
-  PhotoCache(const PhotoCache&) = delete;
-  PhotoCache& operator=(const PhotoCache&) = delete;
-  /// Throws InputError when the photo cannot be decoded whole.
-  std::shared_ptr<const Image> photo(ViewId view);
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
-};
 
 // --- out
 

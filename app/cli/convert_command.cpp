@@ -92,7 +92,7 @@ class Conversion {
   void read();
   void choose_frames();
   void choose_places();
-  void write_photo(std::size_t i, io::PhotoCache& photos);
+  void write_photo(std::size_t i, io::PhotoSource& photos);
   void write_mask(std::size_t i);
   void warn_of_lost_masks() const;
   Json options_json() const;
@@ -178,7 +178,7 @@ void Conversion::warn_of_lost_masks() const {
         "mvs-texturing takes what the frame leaves blank for picture; --frame inside leaves nothing blank");
 }
 
-void Conversion::write_photo(std::size_t i, io::PhotoCache& photos) {
+void Conversion::write_photo(std::size_t i, io::PhotoSource& photos) {
   const View& view = view_of(scene_, used_[i]);
   const fs::path file = folder_.file(places_[i]);
   if (!options_.undistort && options_.input.downscale == 1) return copy_whole(view.photo, file);
@@ -222,7 +222,7 @@ void Conversion::run() {
     view.mask.clear();
     view.uses_alpha = false;
   }
-  io::PhotoCache photos(whole, options_.input.reader_options(), 0);
+  io::PhotoCache photos(whole, options_.input.downscale, 0);
   for (std::size_t i = 0; i < used_.size(); ++i) {
     stage.progress(i, used_.size());
     write_photo(i, photos);

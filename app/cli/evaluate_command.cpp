@@ -69,7 +69,7 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
     console.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out", matched.strangers,
                                 model.mesh.faces.size()));
   const std::vector<ViewId> used = named_views(scene.views, marked_views(options.model, "used"));
-  io::PhotoCache photos(scene, options.input.reader_options(), 0);
+  io::PhotoCache photos(scene, options.input.downscale, 0);
   const Progress progress = stage.reporter();
   const std::size_t views = used.size(), steps = 4 * views;  // rays, twice the photos, the texels
   const std::vector<visibility::FaceClass> best =
@@ -113,7 +113,7 @@ Json compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
     console.note(
         fmt::format("comparing with the {} views that views.json beside the model marks as held out", views.size()));
   const Scene chosen = with_views(scene, views);
-  io::PhotoCache photos(chosen, options.input.reader_options(), 0);
+  io::PhotoCache photos(chosen, options.input.downscale, 0);
   visibility::GraphicsDevice device(options.common.device);
   evaluate::EvaluateOptions evaluate;
   evaluate.model = options.model;

@@ -41,7 +41,7 @@ void texture(const TextureOptions& options, pipeline::OutputFolder& folder, Cons
   folder.protect(input_files(in));
   visibility::GraphicsDevice device(options.common.device);
   console.detail(fmt::format("device: {} ({})", device.info().renderer, device.info().driver));
-  io::PhotoCache photos(in.scene, options.input.reader_options(), pipeline::photo_cache_bytes());
+  io::PhotoCache photos(in.scene, options.input.downscale, pipeline::photo_cache_bytes());
 
   const labeling::FaceGraph graph = pipeline::weighed_graph(in.mesh, options, console, record);
   const pipeline::SeenScene seen = pipeline::see_views(in, photos, device, options, console, record);

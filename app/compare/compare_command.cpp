@@ -105,7 +105,7 @@ class Comparison {
         externals_(externals_of(options, modes_)),
         in_(cli::read_scene_input(options.texture.input, console, record_)),
         device_(options.texture.common.device),
-        photos_(in_.scene, options.texture.input.reader_options(), pipeline::photo_cache_bytes()),
+        photos_(in_.scene, options.texture.input.downscale, pipeline::photo_cache_bytes()),
         graph_(pipeline::weighed_graph(in_.mesh, options.texture, console, record_)) {}
 
   void run() {

@@ -23,7 +23,7 @@ cli::Json difference(const std::vector<float>& a, const std::vector<float>& b, d
 }  // namespace
 
 struct TruthComparison::State {
-  State(const std::filesystem::path& dir, const cli::SceneInputData& in, io::PhotoCache& photos,
+  State(const std::filesystem::path& dir, const cli::SceneInputData& in, io::PhotoSource& photos,
         const Progress& progress)
       : input(in),
         truth(evaluate::read_truth(dir)),
@@ -43,7 +43,7 @@ struct TruthComparison::State {
 };
 
 TruthComparison::TruthComparison(const std::filesystem::path& dir, const cli::SceneInputData& input,
-                                 io::PhotoCache& photos, const Progress& progress)
+                                 io::PhotoSource& photos, const Progress& progress)
     : state_(std::make_unique<State>(dir, input, photos, progress)) {}
 TruthComparison::~TruthComparison() = default;
 

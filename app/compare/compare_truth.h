@@ -14,7 +14,7 @@ namespace gpvc::compare {
 class TruthComparison {
  public:
   /// Borrows input and photos. Throws InputError.
-  TruthComparison(const std::filesystem::path& dir, const cli::SceneInputData& input, io::PhotoCache& photos,
+  TruthComparison(const std::filesystem::path& dir, const cli::SceneInputData& input, io::PhotoSource& photos,
                   const Progress& progress);
   ~TruthComparison();
   TruthComparison(const TruthComparison&) = delete;

@@ -117,8 +117,8 @@ void add_score(const evaluate::RephotographyScore& one, evaluate::RephotographyS
 
 }  // namespace
 
-ModelViews::ModelViews(visibility::GraphicsDevice& device, const Mesh& mesh, const Scene& scene, io::PhotoCache& photos,
-                       ModelViewsOptions options, const Progress& progress)
+ModelViews::ModelViews(visibility::GraphicsDevice& device, const Mesh& mesh, const Scene& scene,
+                       io::PhotoSource& photos, ModelViewsOptions options, const Progress& progress)
     : device_(device), scene_(scene), photos_(photos), options_(std::move(options)) {
   visibility::VisibilityOptions outline;
   outline.correction = visibility::CoverageCorrection::off;

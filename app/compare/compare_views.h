@@ -41,7 +41,7 @@ struct ErrorDifference {
 class ModelViews {
  public:
   /// Borrows all. Draws the mesh once from each scored view. Keeps a few bytes a pixel of each scored view.
-  ModelViews(visibility::GraphicsDevice& device, const Mesh& mesh, const Scene& scene, io::PhotoCache& photos,
+  ModelViews(visibility::GraphicsDevice& device, const Mesh& mesh, const Scene& scene, io::PhotoSource& photos,
              ModelViewsOptions options, const Progress& progress);
 
   /// Renders a model from every view, keeps the renders of the cropped ones, returns the mean score over the scored
@@ -74,7 +74,7 @@ class ModelViews {
 
   visibility::GraphicsDevice& device_;
   const Scene& scene_;
-  io::PhotoCache& photos_;
+  io::PhotoSource& photos_;
   ModelViewsOptions options_;
   std::vector<Frame> frames_;                                         ///< per scored view
   std::vector<std::vector<std::uint8_t>> covered_;                    ///< per cropped view

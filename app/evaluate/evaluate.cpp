@@ -84,7 +84,7 @@ std::vector<std::uint8_t> covered_pixels(const visibility::Ivm& ivm) {
   return covered;
 }
 
-Evaluation evaluate_model(visibility::GraphicsDevice& device, const Scene& scene, io::PhotoCache& photos,
+Evaluation evaluate_model(visibility::GraphicsDevice& device, const Scene& scene, io::PhotoSource& photos,
                           const EvaluateOptions& options, const Progress& progress) {
   io::LoadedModel model = read_model_with_texture(options.model);
   model.model.mesh = &model.mesh;

@@ -32,7 +32,7 @@ struct Evaluation {
 
 /// Renders every view of `scene` from the model and compares it with its photo. Views of which nothing can be compared
 /// are listed and left out of the mean.
-Evaluation evaluate_model(visibility::GraphicsDevice& device, const Scene& scene, io::PhotoCache& photos,
+Evaluation evaluate_model(visibility::GraphicsDevice& device, const Scene& scene, io::PhotoSource& photos,
                           const EvaluateOptions& options, const Progress& progress);
 
 /// read_textured_model(), which also throws InputError for a model without a textured face.

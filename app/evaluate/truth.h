@@ -152,7 +152,7 @@ class TruthScorer {
   /// point and used view. What a photo's mask excludes is seen by nobody, and nobody's fault. Progress counts photos,
   /// each of which is gone through twice. \pre truth.mesh and mesh have the same faces
   TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const visibility::FaceClass> best, const Scene& scene,
-              std::span<const ViewId> used, io::PhotoCache& photos, const Progress& progress);
+              std::span<const ViewId> used, io::PhotoSource& photos, const Progress& progress);
   ~TruthScorer();
   TruthScorer(const TruthScorer&) = delete;
   TruthScorer& operator=(const TruthScorer&) = delete;

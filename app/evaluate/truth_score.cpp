@@ -169,7 +169,7 @@ struct TruthScorer::State {
   std::vector<visibility::FaceClass> best;
   const Scene& scene;
   std::vector<ViewId> used;
-  io::PhotoCache& photos;
+  io::PhotoSource& photos;
   std::vector<Sample> samples;                   // the seen ones, in face order
   std::vector<double> areas;                     // of each
   std::vector<Sample> hidden;                    // those that no used photo sees, in face order
@@ -181,7 +181,7 @@ struct TruthScorer::State {
   mutable std::size_t kept_bytes = 0;
 
   State(const Truth& t, const Mesh& m, std::span<const visibility::FaceClass> b, const Scene& s,
-        std::span<const ViewId> u, io::PhotoCache& p)
+        std::span<const ViewId> u, io::PhotoSource& p)
       : truth(t), mesh(m), best(b.begin(), b.end()), scene(s), used(u.begin(), u.end()), photos(p) {}
   void sample_faces();
   void part_seen_from_hidden();
@@ -354,7 +354,7 @@ void TruthScorer::State::find_untold(const Progress& progress) {
 }
 
 TruthScorer::TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const visibility::FaceClass> best,
-                         const Scene& scene, std::span<const ViewId> used, io::PhotoCache& photos,
+                         const Scene& scene, std::span<const ViewId> used, io::PhotoSource& photos,
                          const Progress& progress)
     : state_(new State(truth, mesh, best, scene, used, photos)) {
   if (mesh.faces.size() != truth.mesh.faces.size() || mesh.faces.size() != best.size())

@@ -38,7 +38,7 @@ labeling::FaceGraph weighed_graph(const Mesh& mesh, const cli::TextureOptions& o
   return graph;
 }
 
-SeenScene see_views(const cli::SceneInputData& in, io::PhotoCache& photos, visibility::GraphicsDevice& device,
+SeenScene see_views(const cli::SceneInputData& in, io::PhotoSource& photos, visibility::GraphicsDevice& device,
                     const cli::TextureOptions& options, cli::Console& console, cli::RunRecord& record,
                     const ViewObserver& observe) {
   cli::Stage stage(console, record, "visibility and costs", "views");

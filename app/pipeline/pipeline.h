@@ -35,7 +35,7 @@ using ViewObserver = std::function<void(ViewId, const visibility::ViewVisibility
 
 /// View after view: while the device draws one, the costs of the one before are taken and the next photo is decoded.
 /// Throws GpuError, InputError, Cancelled.
-SeenScene see_views(const cli::SceneInputData& in, io::PhotoCache& photos, visibility::GraphicsDevice& device,
+SeenScene see_views(const cli::SceneInputData& in, io::PhotoSource& photos, visibility::GraphicsDevice& device,
                     const cli::TextureOptions& options, cli::Console& console, cli::RunRecord& record,
                     const ViewObserver& observe = {});
 

@@ -12,7 +12,7 @@ namespace gpvc::atlas {
 
 /// Calls use(view, photo) for every view of `views`, in order, on the calling thread.
 template <typename Use>
-void each_photo(io::PhotoCache& photos, std::span<const std::uint32_t> views, Use&& use) {
+void each_photo(io::PhotoSource& photos, std::span<const std::uint32_t> views, Use&& use) {
   std::shared_ptr<const Image> photo, next;
   if (!views.empty()) next = photos.photo(ViewId{views.front()});
   for (std::size_t k = 0; k < views.size(); ++k) {

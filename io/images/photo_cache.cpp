@@ -57,10 +57,15 @@ struct PhotoCache::State {
   }
 };
 
-PhotoCache::PhotoCache(const Scene& scene, const SceneOptions& options, std::size_t limit_bytes)
-    : state_(new State{scene, options.downscale, limit_bytes, {}, {}, {}, 0}) {}
+PhotoCache::PhotoCache(const Scene& scene, int downscale, std::size_t limit_bytes)
+    : state_(new State{scene, downscale, limit_bytes, {}, {}, {}, 0}) {}
 
 PhotoCache::~PhotoCache() = default;
+
+std::shared_ptr<const PhotoExclusion> PhotoCache::exclusion(ViewId view) {
+  std::optional<PhotoExclusion> exclusion = read_exclusion(state_->scene.views.at(index(view)));
+  return exclusion ? std::make_shared<const PhotoExclusion>(std::move(*exclusion)) : nullptr;
+}
 
 std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
   State& state = *state_;

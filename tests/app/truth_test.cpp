@@ -134,7 +134,7 @@ class TruthOfACity : public testing::Test {
   }
   evaluate::TruthScore score(const std::vector<ViewId>& views) const {
     const io::TexturedModel model = textured(views);
-    io::PhotoCache photos(*scene_, {}, 0);
+    io::PhotoCache photos(*scene_, 1, 0);
     const evaluate::TruthScorer scorer(*truth_, truth_->mesh,
                                        evaluate::best_classes(truth_->mesh, *scene_, *used_, kSilent), *scene_, *used_,
                                        photos, kSilent);
@@ -198,7 +198,7 @@ class TruthOfACity : public testing::Test {
 TEST_F(TruthOfACity, WhatMasksExcludeIsSeenByNobody) {
   const std::vector<visibility::FaceClass> best = evaluate::best_classes(truth_->mesh, *scene_, *used_, kSilent);
   const auto samples = [&](const Scene& scene) {
-    io::PhotoCache photos(scene, {}, 0);
+    io::PhotoCache photos(scene, 1, 0);
     const evaluate::TruthScorer scorer(*truth_, truth_->mesh, best, scene, *used_, photos, kSilent);
     const io::TexturedModel model = textured(std::vector<ViewId>(truth_->mesh.faces.size(), kNoView));
     return scorer.score(evaluate::match_model(truth_->mesh, model, *pages_, {}), kSilent).samples;
@@ -308,7 +308,7 @@ TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
     labels[f] = static_cast<std::int32_t>(index(views[f]));
     tags[f] = static_cast<std::uint8_t>(f % 7 == 0 ? labeling::FaceTag::partial : labeling::FaceTag::seen);
   }
-  io::PhotoCache photos(*scene_, {}, 0);
+  io::PhotoCache photos(*scene_, 1, 0);
   const evaluate::TruthScorer scorer(*truth_, truth_->mesh,
                                      evaluate::best_classes(truth_->mesh, *scene_, *used_, kSilent), *scene_, *used_,
                                      photos, kSilent);
@@ -365,7 +365,7 @@ TEST_F(TruthOfACity, GhostsAreWhatHiddenFacesTakeFromOthers) {
       area_painted += area(f);
     }
   }
-  io::PhotoCache photos(*scene_, {}, 0);
+  io::PhotoCache photos(*scene_, 1, 0);
   const evaluate::TruthScorer scorer(*truth_, truth_->mesh, best, *scene_, *used_, photos, kSilent);
   const evaluate::OriginShares clean =
       scorer.score(evaluate::origins_of_labels(truth_->mesh, *scene_, labels, tags)).all;

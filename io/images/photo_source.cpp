@@ -1,0 +1,54 @@
+#include <stdexcept>
+#include <string>
+
+#include "io/images/mask_file.h"
+#include "io/photos.h"
+
+namespace gpvc::io {
+
+namespace {
+
+void check_picture(const View& view, const Image& image) {
+  if (image.width != view.camera.width || image.height != view.camera.height || image.channels != 3)
+    throw std::invalid_argument("the picture of view " + view.name + " is " + std::to_string(image.width) + " x " +
+                                std::to_string(image.height) + " pixels of " + std::to_string(image.channels) +
+                                " channels, expected " + std::to_string(view.camera.width) + " x " +
+                                std::to_string(view.camera.height) + " of 3");
+}
+
+std::shared_ptr<const Image> usable_image(const View& view, Picture&& picture) {
+  check_picture(view, picture.image);
+  if (picture.exclusion) paint_over(picture.image, *picture.exclusion);
+  return std::make_shared<const Image>(std::move(picture.image));
+}
+
+}  // namespace
+
+PictureSource::PictureSource(const Scene& scene, std::vector<Picture> pictures) {
+  if (pictures.size() != scene.views.size())
+    throw std::invalid_argument("a scene of " + std::to_string(scene.views.size()) + " views was given " +
+                                std::to_string(pictures.size()) + " pictures");
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    exclusions_.push_back(pictures[i].exclusion ? std::make_shared<const PhotoExclusion>(*pictures[i].exclusion)
+                                                : nullptr);
+    images_.push_back(usable_image(scene.views[i], std::move(pictures[i])));
+  }
+}
+
+std::shared_ptr<const Image> PictureSource::photo(ViewId view) { return images_.at(index(view)); }
+std::shared_ptr<const PhotoExclusion> PictureSource::exclusion(ViewId view) { return exclusions_.at(index(view)); }
+
+CallbackSource::CallbackSource(const Scene& scene, Load load) : scene_(scene), load_(std::move(load)) {}
+
+std::shared_ptr<const Image> CallbackSource::photo(ViewId view) {
+  return usable_image(scene_.views.at(index(view)), load_(view));
+}
+
+std::shared_ptr<const PhotoExclusion> CallbackSource::exclusion(ViewId view) {
+  Picture picture = load_(view);
+  check_picture(scene_.views.at(index(view)), picture.image);
+  if (!picture.exclusion) return nullptr;
+  return std::make_shared<const PhotoExclusion>(std::move(*picture.exclusion));
+}
+
+}  // namespace gpvc::io

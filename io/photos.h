@@ -1,0 +1,105 @@
+// Where a run's photos come from, and which of their pixels must not be used.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "error.h"
+#include "image.h"
+#include "scene.h"
+
+namespace gpvc::io {
+
+/// Pixels of a photo that must not be used: one bit a pixel, `stride` words a row. What they show counts as outside the
+/// photo.
+struct PhotoExclusion {
+  int width = 0, height = 0;
+  std::size_t stride = 0;
+  std::vector<std::uint64_t> words;
+  bool excludes(int x, int y) const {
+    const auto column = static_cast<std::size_t>(x);
+    return (words[static_cast<std::size_t>(y) * stride + column / 64] >> (column % 64)) & 1u;
+  }
+};
+
+/// The photos of a scene by view: all that the stages know of where pictures come from. Implementations are thread-safe.
+class PhotoSource {
+ public:
+  virtual ~PhotoSource() = default;
+  /// 3 channels at the view's camera size, with excluded pixels painted over from their surroundings, so that no filter
+  /// picks them up. Throws InputError.
+  virtual std::shared_ptr<const Image> photo(ViewId view) = 0;
+  /// Pixels that must not be used, at the view's camera size; null when all may be. Throws InputError.
+  virtual std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) = 0;
+};
+
+/// Decoded photos of a scene under a byte limit, least recently used out first. Thread-safe; a photo asked for by two
+/// threads is decoded once, on one of them and without parallel loops. Photos come at their view's camera size, with
+/// excluded pixels painted over from their surroundings, so that no filter picks them up. Photos handed out live on
+/// outside the limit until released. `scene` must outlive the cache.
+class PhotoCache final : public PhotoSource {
+ public:
+  /// `downscale`: SceneOptions::downscale that the scene was read with.
+  PhotoCache(const Scene& scene, int downscale, std::size_t limit_bytes);
+  ~PhotoCache() override;
+  PhotoCache(const PhotoCache&) = delete;
+  PhotoCache& operator=(const PhotoCache&) = delete;
+  /// Throws InputError when the photo cannot be decoded whole.
+  std::shared_ptr<const Image> photo(ViewId view) override;
+  /// What read_exclusion says of the view; nothing is kept.
+  std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// A picture that the caller holds, and the pixels of it that must not be used.
+struct Picture {
+  Image image;  ///< 3 channels, of the view's camera size
+  std::optional<PhotoExclusion> exclusion{};
+};
+
+/// Pictures in memory, one a view.
+class PictureSource final : public PhotoSource {
+ public:
+  /// Throws std::invalid_argument when a picture is not of its camera's size or has not 3 channels.
+  PictureSource(const Scene& scene, std::vector<Picture> pictures);
+  std::shared_ptr<const Image> photo(ViewId view) override;
+  std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
+
+ private:
+  std::vector<std::shared_ptr<const Image>> images_;
+  std::vector<std::shared_ptr<const PhotoExclusion>> exclusions_;
+};
+
+/// Pictures that a function makes when they are asked for. It is called from several threads at a time, and once for each
+/// time a photo or an exclusion is asked for: nothing is kept.
+class CallbackSource final : public PhotoSource {
+ public:
+  using Load = std::function<Picture(ViewId view)>;
+  /// Borrows the scene.
+  CallbackSource(const Scene& scene, Load load);
+  /// Throws std::invalid_argument as PictureSource does, and what the function throws.
+  std::shared_ptr<const Image> photo(ViewId view) override;
+  std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
+
+ private:
+  const Scene& scene_;
+  Load load_;
+};
+
+/// At the view's camera size: pixels that are black in the view's mask (NAME.mask.png with the photo's whole name or
+/// its name without extension, the former first; in SceneOptions::masks_dir also NAME.png) or of alpha 0 in mask or
+/// photo; of a reduced photo, blocks that contain one. nullopt when nothing is excluded. Throws InputError.
+std::optional<PhotoExclusion> read_exclusion(const View& view);
+
+/// Whether the view's mask shows any program all that read_exclusion knows: a PNG without alpha, beside a photo whose
+/// alpha does not count. From the header alone. Throws InputError.
+bool has_plain_mask(const View& view);
+
+}  // namespace gpvc::io
