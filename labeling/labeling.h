@@ -11,9 +11,10 @@
 #include <span>
 #include <vector>
 
-#include "io/io.h"
-#include "io/scene.h"
-#include "visibility/visibility.h"
+#include "../io/io.h"
+#include "../io/names.h"
+#include "../io/scene.h"
+#include "../visibility/visibility.h"
 
 namespace gpvc::labeling {
 
@@ -33,6 +34,10 @@ FaceGraph face_graph(const Mesh& mesh);
 /// so that tessellation does not matter; at most 4, so that one long edge does not rule), less across a fold ((1 + cos)
 /// / 2 of the angle between the normals, at least 0.05, where seams hide), or length and fold.
 enum class EdgeWeights { uniform, length, dihedral, length_dihedral };
+inline constexpr Named<EdgeWeights> kEdgeWeightsNames[] = {{"uniform", EdgeWeights::uniform},
+                                                           {"length", EdgeWeights::length},
+                                                           {"dihedral", EdgeWeights::dihedral},
+                                                           {"both", EdgeWeights::length_dihedral}};
 
 /// Fills graph.weights. O(pairs), TBB.
 void weigh_edges(const Mesh& mesh, EdgeWeights weights, FaceGraph& graph);
@@ -47,8 +52,16 @@ struct CostTable {
   std::size_t faces() const { return first.empty() ? 0 : first.size() - 1; }
 };
 
+/// What makes a view good for a face: its projected area, the photo's gradient magnitude integrated over that area, or
+/// the integral weighted by the viewing angle.
 enum class DataTerm { area, gmi, gmi_angle };
+inline constexpr Named<DataTerm> kDataTermNames[] = {
+    {"area", DataTerm::area}, {"gmi", DataTerm::gmi}, {"gmi-angle", DataTerm::gmi_angle}};
+
+/// What becomes of a view whose colour disagrees with the face's other views: nothing, a lower quality, or rejection.
 enum class Outliers { none, damp, clamp };
+inline constexpr Named<Outliers> kOutliersNames[] = {
+    {"none", Outliers::none}, {"damp", Outliers::damp}, {"clamp", Outliers::clamp}};
 
 struct CostOptions {
   DataTerm term = DataTerm::area;
@@ -70,7 +83,9 @@ struct CostOptions {
   double hidden_cost = 1.0;
 };
 
-enum class FaceTag : std::uint8_t { seen = 0, partial = 1, filled = 2 };
+/// By how much of a face its best view shows: some view sees it in full, only partial views see it, none does. The
+/// values are those of tags.npy.
+enum class FaceTag : std::uint8_t { seen = 0, partial = 1, unseen = 2 };
 
 struct Candidates {
   CostTable table;

@@ -41,7 +41,7 @@ void run_label(const LabelOptions& options, Console& console) {
     const Json facts = {{"costs", options.costs.string()},
                         {"mesh", options.mesh.string()},
                         {"smoothness", options.solver.smoothness},
-                        {"edge_weights", edge_weights_name(options.edge_weights)},
+                        {"edge_weights", name_of(labeling::kEdgeWeightsNames, options.edge_weights)},
                         {"max_sweeps", options.solver.max_sweeps}};
     write_run_json(folder, {"label", options.common, facts}, record);
     folder.publish();

@@ -173,15 +173,9 @@ void add_visibility(CLI::App& app, visibility::VisibilityOptions& options) {
 }
 
 void add_edge_weights(CLI::App& app, labeling::EdgeWeights& weights) {
-  constexpr Choice<labeling::EdgeWeights> kWeights[] = {{"uniform", labeling::EdgeWeights::uniform},
-                                                        {"length", labeling::EdgeWeights::length},
-                                                        {"dihedral", labeling::EdgeWeights::dihedral},
-                                                        {"both", labeling::EdgeWeights::length_dihedral}};
   add_choice<labeling::EdgeWeights>(
-      app, "--edge-weights", kWeights, [&](labeling::EdgeWeights v) { weights = v; }, "uniform",
-      "What the smoothness counts: neighbours, the length of their edge, its flatness (seams hide in folds), "
-      "or "
-      "both")
+      app, "--edge-weights", labeling::kEdgeWeightsNames, [&](labeling::EdgeWeights v) { weights = v; }, "uniform",
+      "What the smoothness counts: neighbours, the length of their edge, its flatness (seams hide in folds), or both")
       ->group("View selection");
 }
 

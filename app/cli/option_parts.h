@@ -11,14 +11,12 @@
 #include <vector>
 
 #include "app/cli/options.h"
+#include "io/names.h"
 
 namespace gpvc::cli {
 
 template <class Value>
-struct Choice {
-  const char* name;
-  Value value;
-};
+using Choice = Named<Value>;
 
 // A number of the type within bounds. Unlike CLI::Range it refuses NaN, says what it wanted, and keeps out of the help.
 template <class Value>

@@ -242,11 +242,6 @@ Json visibility_json(const visibility::VisibilityOptions& options) {
           {"subpixel", options.subpixel}};
 }
 
-const char* edge_weights_name(labeling::EdgeWeights weights) {
-  constexpr const char* kNames[] = {"uniform", "length", "dihedral", "both"};
-  return kNames[static_cast<std::size_t>(weights)];
-}
-
 Json scene_json(const SceneInput& input) {
   Json json = {{"scene", input.scene.string()}, {"mesh", input.mesh.string()}};
   if (!input.more_meshes.empty()) {

@@ -61,7 +61,6 @@ void write_run_json(pipeline::OutputFolder& folder, const RunFacts& facts, const
 
 Json device_json(const visibility::DeviceInfo& device);
 Json visibility_json(const visibility::VisibilityOptions& options);
-const char* edge_weights_name(labeling::EdgeWeights weights);
 Json scene_json(const SceneInput& input);
 /// For run.json: which faces and vertices are whose.
 Json meshes_json(const SceneInputData& input);

@@ -7,17 +7,15 @@ namespace gpvc::cli {
 namespace {
 
 Json options_json(const TextureOptions& o) {
-  constexpr const char* kTerms[] = {"area", "gmi", "gmi-angle"};
-  constexpr const char* kOutliers[] = {"none", "damp", "clamp"};
   constexpr const char* kUnseen[] = {"fill", "drop", "color"};
   constexpr const char* kSeams[] = {"none", "global", "full"};
   Json json = scene_json(o.input);
   json.update(visibility_json(o.visibility));
-  json["data_term"] = kTerms[static_cast<std::size_t>(o.costs.term)];
-  json["outliers"] = kOutliers[static_cast<std::size_t>(o.costs.outliers)];
+  json["data_term"] = name_of(labeling::kDataTermNames, o.costs.term);
+  json["outliers"] = name_of(labeling::kOutliersNames, o.costs.outliers);
   json["margin_px"] = o.costs.margin_px;
   json["smoothness"] = o.solver.smoothness;
-  json["edge_weights"] = edge_weights_name(o.edge_weights);
+  json["edge_weights"] = name_of(labeling::kEdgeWeightsNames, o.edge_weights);
   json["max_sweeps"] = o.solver.max_sweeps;
   json["page_size"] = o.atlas.page_size;
   json["padding"] = o.atlas.padding;

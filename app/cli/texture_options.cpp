@@ -6,23 +6,16 @@ namespace {
 
 void add_selection(CLI::App& app, TextureOptions& options) {
   constexpr const char* kGroup = "View selection";
-  constexpr Choice<labeling::DataTerm> kTerms[] = {{"area", labeling::DataTerm::area},
-                                                   {"gmi", labeling::DataTerm::gmi},
-                                                   {"gmi-angle", labeling::DataTerm::gmi_angle}};
-  constexpr Choice<labeling::Outliers> kOutliers[] = {
-      {"none", labeling::Outliers::none}, {"damp", labeling::Outliers::damp}, {"clamp", labeling::Outliers::clamp}};
-  constexpr const char* kTermNames[] = {"area", "gmi", "gmi-angle"};
-  constexpr const char* kOutlierNames[] = {"none", "damp", "clamp"};
   add_choice<labeling::DataTerm>(
-      app, "--data-term", kTerms, [&](labeling::DataTerm v) { options.costs.term = v; },
-      kTermNames[static_cast<std::size_t>(labeling::CostOptions{}.term)],
+      app, "--data-term", labeling::kDataTermNames, [&](labeling::DataTerm v) { options.costs.term = v; },
+      name_of(labeling::kDataTermNames, labeling::CostOptions{}.term),
       "What makes a view good for a face: its area in pixels, the image gradient integrated over it, or that "
       "weighted by "
       "the viewing angle")
       ->group(kGroup);
   add_choice<labeling::Outliers>(
-      app, "--outliers", kOutliers, [&](labeling::Outliers v) { options.costs.outliers = v; },
-      kOutlierNames[static_cast<std::size_t>(labeling::CostOptions{}.outliers)],
+      app, "--outliers", labeling::kOutliersNames, [&](labeling::Outliers v) { options.costs.outliers = v; },
+      name_of(labeling::kOutliersNames, labeling::CostOptions{}.outliers),
       "Views that disagree in colour with the others (cars, people): keep, make dearer, or drop")
       ->group(kGroup);
   app.add_option("--smoothness", options.solver.smoothness,

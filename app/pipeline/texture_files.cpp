@@ -138,7 +138,7 @@ std::string offset_text(const io::ModelOptions& model) {
 io::TexturedModel without_unseen(const TexturedScene& scene) {
   io::TexturedModel model = scene.atlas.model;
   for (std::size_t face = 0; face < model.face_page.size(); ++face)
-    if (scene.candidates.tags[face] == labeling::FaceTag::filled) model.face_page[face] = io::kNoPage;
+    if (scene.candidates.tags[face] == labeling::FaceTag::unseen) model.face_page[face] = io::kNoPage;
   return model;
 }
 

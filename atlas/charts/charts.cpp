@@ -94,7 +94,7 @@ void ChartMaker::project() {
 
 FaceUse ChartMaker::use_of(std::size_t face, TexelTriangle& corners) const {
   const ViewId label = input_.labels[face];
-  if (label == kNoView || input_.tags[face] == labeling::FaceTag::filled) return FaceUse::unseen;
+  if (label == kNoView || input_.tags[face] == labeling::FaceTag::unseen) return FaceUse::unseen;
   const View& view = input_.scene.views[index(label)];
   const FaceUse wanted = input_.tags[face] == labeling::FaceTag::partial ? FaceUse::partial : FaceUse::plain;
   for (std::size_t i = 0; i < 3; ++i) {

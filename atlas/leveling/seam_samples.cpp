@@ -15,7 +15,7 @@ namespace {
 constexpr int kMostSamples = 512;
 
 bool has_view(const AtlasInput& input, std::uint32_t face) {
-  return input.labels[face] != kNoView && input.tags[face] != labeling::FaceTag::filled;
+  return input.labels[face] != kNoView && input.tags[face] != labeling::FaceTag::unseen;
 }
 
 /// The two vertices that both faces have; false for faces that share none or are degenerate.

@@ -16,7 +16,7 @@ namespace {
 struct Choice {
   std::vector<ViewRecord> taken;
   std::vector<float> quality;  ///< of those taken
-  FaceTag tag = FaceTag::filled;
+  FaceTag tag = FaceTag::unseen;
   std::size_t rejected = 0;
 };
 

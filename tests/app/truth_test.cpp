@@ -296,7 +296,7 @@ TEST_F(TruthOfACity, WrongColorsAreFoundUpToThoseThatCannotBeTold) {
 TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
   std::vector<ViewId> views = good_views();
   std::vector<std::int32_t> labels(views.size(), -1);
-  std::vector<std::uint8_t> tags(views.size(), static_cast<std::uint8_t>(labeling::FaceTag::filled));
+  std::vector<std::uint8_t> tags(views.size(), static_cast<std::uint8_t>(labeling::FaceTag::unseen));
   std::vector<bool> hidden(views.size(), false);
   for (std::size_t f = 0; f < views.size(); ++f) {
     if (views[f] == kNoView) continue;
@@ -347,7 +347,7 @@ TEST_F(TruthOfACity, GhostsAreWhatHiddenFacesTakeFromOthers) {
   const std::vector<ViewId> good = good_views();
   const std::vector<visibility::FaceClass> best = evaluate::best_classes(truth_->mesh, *scene_, *used_, kSilent);
   std::vector<std::int32_t> labels(good.size(), -1), painted;
-  std::vector<std::uint8_t> tags(good.size(), static_cast<std::uint8_t>(labeling::FaceTag::filled)), painted_tags;
+  std::vector<std::uint8_t> tags(good.size(), static_cast<std::uint8_t>(labeling::FaceTag::unseen)), painted_tags;
   for (std::size_t f = 0; f < good.size(); ++f) {
     if (good[f] == kNoView) continue;
     labels[f] = static_cast<std::int32_t>(index(good[f]));

@@ -184,7 +184,7 @@ TEST(Bake, SameBytesForAnyNumberOfThreads) {
     AtlasScene s;
     s.add_plane(10, 10, 0.8);
     for (std::size_t f = 0; f < s.labels.size(); ++f) s.labels[f] = ViewId{static_cast<std::uint32_t>(f / 37 % 2)};
-    for (std::size_t f = 60; f < 75; ++f) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::filled;
+    for (std::size_t f = 60; f < 75; ++f) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::unseen;
     for (int v = 0; v < 2; ++v) {
       View& view = s.add_view(3.5 + v, 4, 10, 640, 640, 500);
       view.camera.distortion = {-0.1, 0.02, 0, 0, 0};

@@ -171,7 +171,7 @@ TEST_F(Charts, PiecesOfAPhotoCloserThanTheirMarginsShareAChart) {
   }
   scene_.add_view(4, 0.5, 10, 200, 100, 100);
   for (std::size_t f = 0; f < 10; ++f)
-    if (f / 2 % 2) scene_.labels[f] = kNoView, scene_.tags[f] = labeling::FaceTag::filled;
+    if (f / 2 % 2) scene_.labels[f] = kNoView, scene_.tags[f] = labeling::FaceTag::unseen;
   const ChartSet set = make(1024);
   expect_sound(set, 1024);
   ASSERT_EQ(set.charts.size(), 3u);
@@ -186,7 +186,7 @@ TEST_F(Charts, LargeRaggedPiecesAreCut) {
   scene_.add_view(3, 3, 10, 620, 620, 1000);
   for (std::size_t f = 0; f < scene_.labels.size(); ++f) {
     const WorldPoint p = point_at(scene_.mesh, f, 1.0 / 3, 1.0 / 3);
-    if (p.x > 1.5 && p.y > 1.5) scene_.labels[f] = kNoView, scene_.tags[f] = labeling::FaceTag::filled;
+    if (p.x > 1.5 && p.y > 1.5) scene_.labels[f] = kNoView, scene_.tags[f] = labeling::FaceTag::unseen;
   }
   const ChartSet set = make(4096);
   expect_sound(set, 4096);

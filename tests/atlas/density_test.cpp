@@ -148,7 +148,7 @@ TEST(Density, LimitsThatNothingMeetsAreAnError) {
   AtlasScene s;
   s.add_plane(30, 30, 1.0);
   s.labels.assign(s.labels.size(), kNoView);
-  s.tags.assign(s.tags.size(), labeling::FaceTag::filled);
+  s.tags.assign(s.tags.size(), labeling::FaceTag::unseen);
   AtlasOptions options = without_leveling();
   options.max_texels = 4096;  // 1800 faces of 4 texels each
   try {
@@ -178,7 +178,7 @@ TEST(Density, ThePlanTellsWhatPagesTake) {
 TEST(Density, UnseenFacesTakeTheColorAskedFor) {
   AtlasScene s;
   plane_in_one_photo(s);
-  for (std::size_t f = 40; f < 60; ++f) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::filled;
+  for (std::size_t f = 40; f < 60; ++f) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::unseen;
   AtlasOptions options = without_leveling();
   options.unseen = UnseenFaces::color;
   options.unseen_color = {255, 0, 200};

@@ -19,7 +19,7 @@ TEST(Fill, HoleContinuesALinearRamp) {
   s.add_plane(12, 12, 1.0);
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
     const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
-    if (std::abs(p.x - 6) < 3 && std::abs(p.y - 6) < 2) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::filled;
+    if (std::abs(p.x - 6) < 3 && std::abs(p.y - 6) < 2) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::unseen;
   }
   s.add_view(6, 6, 10, 600, 600, 400);
   s.photograph(0, ramp);
@@ -48,7 +48,7 @@ TEST(Fill, BlocksDoNotBleedIntoEachOther) {
   // Face 0 red, its unseen neighbour takes red; face 2 green, as its unseen neighbour.
   s.mesh.faces[3] = {s.mesh.faces[2][0], s.mesh.faces[2][2], s.mesh.faces[3][2]};
   s.labels = {ViewId{0}, kNoView, ViewId{0}, kNoView};
-  s.tags = {labeling::FaceTag::seen, labeling::FaceTag::filled, labeling::FaceTag::seen, labeling::FaceTag::filled};
+  s.tags = {labeling::FaceTag::seen, labeling::FaceTag::unseen, labeling::FaceTag::seen, labeling::FaceTag::unseen};
   s.add_view(3, 0.5, 10, 1000, 400, 400);
   s.photograph(0, [](double x, double) { return x < 2.5 ? Color{240, 0, 0} : Color{0, 240, 0}; });
   const TextureAtlas atlas = s.build(AtlasOptions{});
@@ -68,7 +68,7 @@ TEST(Fill, ComponentNoViewShowsTakesTheMeanColor) {
   s.add_plane(4, 4, 1.0);
   const std::size_t seen = s.mesh.faces.size();
   s.add_plane(2, 2, 1.0, -5);
-  for (std::size_t f = seen; f < s.mesh.faces.size(); ++f) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::filled;
+  for (std::size_t f = seen; f < s.mesh.faces.size(); ++f) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::unseen;
   s.add_view(2, 2, 10, 500, 500, 400);
   s.photograph(0, [](double, double) { return Color{90, 120, 30}; });
   const TextureAtlas atlas = s.build(AtlasOptions{});
@@ -82,7 +82,7 @@ TEST(Fill, NothingSeenAtAllStillGivesEveryFaceATexture) {
   AtlasScene s;
   s.add_plane(3, 3, 1.0);
   s.labels.assign(s.labels.size(), kNoView);
-  s.tags.assign(s.tags.size(), labeling::FaceTag::filled);
+  s.tags.assign(s.tags.size(), labeling::FaceTag::unseen);
   const TextureAtlas atlas = s.build(AtlasOptions{});
   ASSERT_EQ(atlas.pages.size(), 1u);
   EXPECT_EQ(atlas.model.face_texcoords.size(), s.mesh.faces.size());

@@ -22,7 +22,7 @@ void patchwork(AtlasScene& s, unsigned seed) {
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
     const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
     s.labels[f] = ViewId{cell(p.x, p.y) % 8};
-    if ((f * 2654435761u + seed) % 97 < 5) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::filled;
+    if ((f * 2654435761u + seed) % 97 < 5) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::unseen;
   }
   for (std::size_t v = 0; v < 8; ++v) {
     s.add_view(7.5, 6, 10, 500, 420, 243 + 7 * double(v));

@@ -320,7 +320,7 @@ TEST(Candidates, FaceThatNoViewSeesIsFilled) {
   CandidateCollector collector(mesh, {});
   collector.add_view(ViewId{3}, view_from(0), grey(9), look(mesh, view_from(100)));
   const Candidates candidates = collector.finish();
-  EXPECT_EQ(candidates.tags, (std::vector{FaceTag::filled, FaceTag::filled}));
+  EXPECT_EQ(candidates.tags, (std::vector{FaceTag::unseen, FaceTag::unseen}));
   EXPECT_EQ(candidates.table.first, (std::vector<std::size_t>{0, 0, 0}));
 }
 
