@@ -1,4 +1,4 @@
-// Cost tables on disk: our three arrays, and mvs-texturing's sparse table.
+// Cost tables on disk: a folder of three arrays, and mvs-texturing's sparse table.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "io/grouping.h"
 #include "labeling/labeling.h"
 
 namespace gpvc::labeling {
@@ -13,10 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void check_costs(const fs::path& file, std::span<const float> costs) {
-  for (std::size_t i = 0; i < costs.size(); ++i)
-    if (!(costs[i] >= 0) || !std::isfinite(costs[i]))
-      throw InputError(file, "entry " + std::to_string(i), "a cost is negative or not finite");
+void check_cost(const fs::path& file, std::size_t entry, float cost) {
+  if (!(cost >= 0) || !std::isfinite(cost))
+    throw InputError(file, "entry " + std::to_string(entry), "a cost is negative or not finite");
 }
 
 template <typename T>
@@ -26,8 +26,8 @@ std::vector<T> read_vector(const fs::path& file) {
   return std::move(array.values);
 }
 
-// Choosing takes time and memory in proportion to the largest view number, which no size of the file bounds: what the
-// 16 bits of mvs-texturing's table hold is more than any flight, and anything above a number misread.
+// View selection takes time and memory in proportion to the largest view number, which the file's size does not bound.
+// The 16 bits that mvs-texturing's table has for it are enough for any flight; a larger number is an error in the file.
 constexpr std::uint32_t kViewNumbers = 1u << 16;
 
 void check_views(const fs::path& file, const CostTable& table) {
@@ -58,7 +58,7 @@ CostTable read_folder(const fs::path& folder) {
     throw InputError(folder / "costs.npy", "",
                      "has " + std::to_string(table.costs.size()) + " entries, but views.npy has " +
                          std::to_string(table.views.size()));
-  check_costs(folder / "costs.npy", table.costs);
+  for (std::size_t i = 0; i < table.costs.size(); ++i) check_cost(folder / "costs.npy", i, table.costs[i]);
   check_views(folder / "views.npy", table);
   return table;
 }
@@ -82,63 +82,65 @@ SparseEntry entry_at(const std::string& bytes, std::size_t i) {
   return entry;
 }
 
-void sort_by_view(CostTable& table, const fs::path& file) {
-  std::vector<std::pair<std::uint32_t, float>> row;
-  for (std::size_t face = 0; face + 1 < table.first.size(); ++face) {
-    row.clear();
-    for (std::size_t i = table.first[face]; i < table.first[face + 1]; ++i)
-      row.emplace_back(table.views[i], table.costs[i]);
+struct SparseFile {
+  std::uint64_t faces = 0, views = 0, entries = 0;
+  std::string bytes;  ///< of the entries
+};
+
+SparseFile read_sparse_file(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError(file, "", "cannot be opened");
+  std::string magic, version;
+  SparseFile table;
+  in >> magic >> version >> table.faces >> table.views >> table.entries;
+  if (!in || magic != "SPT" || in.get() != '\n')
+    throw InputError(file, "line 1", "expected 'SPT 0.2 FACES VIEWS ENTRIES'");
+  const std::uint64_t size = fs::file_size(file), header = static_cast<std::uint64_t>(in.tellg());
+  if ((size - header) / kEntryBytes < table.entries)
+    throw InputError(file, "byte " + std::to_string(size),
+                     "the file ends before its " + std::to_string(table.entries) + " entries");
+  // Faces without an entry take no byte of the file, so the file's size does not bound their number. A table with
+  // entries for less than one face in 1024 is an error in the header rather than a mesh.
+  constexpr std::uint64_t kMaxFacesPerEntry = 1024, kAlwaysAllowed = 1u << 20;
+  if (table.faces > 0xFFFFFFFEu || table.faces > kAlwaysAllowed + kMaxFacesPerEntry * table.entries)
+    throw InputError(file, "line 1",
+                     "claims " + std::to_string(table.faces) + " faces, too many for its " +
+                         std::to_string(table.entries) + " entries");
+  table.bytes.resize(table.entries * kEntryBytes);
+  if (!in.read(table.bytes.data(), static_cast<std::streamsize>(table.bytes.size())))
+    throw InputError(file, "", "cannot be read");
+  return table;
+}
+
+CostTable read_sparse_table(const fs::path& file) {
+  const SparseFile sparse = read_sparse_file(file);
+  for (std::size_t i = 0; i < sparse.entries; ++i) {
+    const SparseEntry entry = entry_at(sparse.bytes, i);
+    if (entry.face >= sparse.faces || entry.view >= sparse.views)
+      throw InputError(file, "entry " + std::to_string(i), "its face or view is out of range");
+    check_cost(file, i, entry.cost);
+  }
+  using Candidate = std::pair<std::uint32_t, float>;  // view, cost
+  Grouped<Candidate> rows = group_items<Candidate>(sparse.faces, [&](const auto& add) {
+    for (std::size_t i = 0; i < sparse.entries; ++i) {
+      const SparseEntry entry = entry_at(sparse.bytes, i);
+      add(entry.face, {entry.view, entry.cost});
+    }
+  });
+  CostTable table;
+  table.views.reserve(sparse.entries);
+  table.costs.reserve(sparse.entries);
+  for (std::size_t face = 0; face < sparse.faces; ++face) {
+    const std::span<Candidate> row = rows[face];
     std::sort(row.begin(), row.end());
     for (std::size_t i = 0; i < row.size(); ++i) {
       if (i > 0 && row[i].first == row[i - 1].first)
         throw InputError(file, "face " + std::to_string(face), "has a view twice");
-      table.views[table.first[face] + i] = row[i].first;
-      table.costs[table.first[face] + i] = row[i].second;
+      table.views.push_back(row[i].first);
+      table.costs.push_back(row[i].second);
     }
   }
-}
-
-CostTable read_sparse_table(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file, "", "cannot be opened");
-  std::string magic, version;
-  std::uint64_t faces = 0, views = 0, entries = 0;
-  in >> magic >> version >> faces >> views >> entries;
-  if (!in || magic != "SPT" || in.get() != '\n')
-    throw InputError(file, "line 1", "expected 'SPT 0.2 FACES VIEWS ENTRIES'");
-  const std::uint64_t size = fs::file_size(file), header = static_cast<std::uint64_t>(in.tellg());
-  if ((size - header) / kEntryBytes < entries)
-    throw InputError(file, "byte " + std::to_string(size),
-                     "the file ends before its " + std::to_string(entries) + " entries");
-  // Faces without an entry take no byte of the file, so that its size alone bounds nothing: a table that has an entry
-  // for less than one face in 1024 is a number misread, not a mesh.
-  constexpr std::uint64_t kMostFacesPerEntry = 1024, kAlways = 1u << 20;
-  if (faces > 0xFFFFFFFEu || faces > kAlways + kMostFacesPerEntry * entries)
-    throw InputError(
-        file, "line 1",
-        "claims " + std::to_string(faces) + " faces, too many for its " + std::to_string(entries) + " entries");
-  std::string bytes(entries * kEntryBytes, '\0');
-  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) throw InputError(file, "", "cannot be read");
-
-  CostTable table;
-  table.first.assign(faces + 1, 0);
-  for (std::size_t i = 0; i < entries; ++i) {
-    const SparseEntry entry = entry_at(bytes, i);
-    if (entry.face >= faces || entry.view >= views)
-      throw InputError(file, "entry " + std::to_string(i), "its face or view is out of range");
-    ++table.first[entry.face + 1];
-  }
-  for (std::size_t face = 0; face < faces; ++face) table.first[face + 1] += table.first[face];
-  table.views.resize(entries);
-  table.costs.resize(entries);
-  std::vector<std::size_t> next(table.first.begin(), table.first.end() - 1);
-  for (std::size_t i = 0; i < entries; ++i) {
-    const SparseEntry entry = entry_at(bytes, i);
-    table.views[next[entry.face]] = entry.view;
-    table.costs[next[entry.face]++] = entry.cost;
-  }
-  check_costs(file, table.costs);
-  sort_by_view(table, file);
+  table.first = std::move(rows.first);
   return table;
 }
 

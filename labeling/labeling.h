@@ -1,5 +1,5 @@
-// One view per face: data costs from one pass over each view's IVM, Potts smoothness on the face adjacency graph, alpha
-// expansion (Boykov, Veksler, Zabih 2001) with max-flow by Boykov and Kolmogorov (2004) from Boost.Graph.
+// Chooses one view for each face: data costs from one pass over each view's IVM, Potts smoothness on the face adjacency
+// graph, alpha expansion (Boykov, Veksler, Zabih 2001) with the maximum flow of Boykov and Kolmogorov (2004).
 #pragma once
 
 #include <array>
@@ -20,36 +20,46 @@ namespace gpvc::labeling {
 
 // --- adjacency
 
-/// Pairs of faces that share an edge (two vertex indices), each pair once, lower face first, in ascending order. An
-/// edge with k > 2 faces (non-manifold) joins each consecutive pair in face order, so degree stays linear.
+/// Pairs of faces that share an edge (two vertex indices), each pair once, lower face first, in ascending order. The k
+/// faces of a non-manifold edge form a chain in face order, so that the number of pairs stays linear.
 struct FaceGraph {
   std::vector<std::array<std::uint32_t, 2>> edges;
   std::vector<float> weights = {};  ///< per pair, >= 0; empty: all 1
 };
 
-/// O(faces log faces), deterministic for any number of threads.
+/// O(faces log faces), TBB inside. The result does not depend on the number of threads.
 FaceGraph face_graph(const Mesh& mesh);
 
-/// What a seam between two faces costs: the same everywhere (Potts), in proportion to the shared edge's length (mean 1,
-/// so that tessellation does not matter; at most 4, so that one long edge does not rule), less across a fold ((1 + cos)
-/// / 2 of the angle between the normals, at least 0.05, where seams hide), or length and fold.
+/// What a seam between two faces costs.
+/// - uniform: the same everywhere (Potts).
+/// - length: in proportion to the shared edge's length. The mean is 1, so that the tessellation does not matter; the
+///   maximum is 4, so that a few long edges do not decide everything.
+/// - dihedral: less across a fold, where seams are hard to see: (1 + cos) / 2 of the angle between the normals, at least
+///   0.05.
+/// - length_dihedral: the product of both.
 enum class EdgeWeights { uniform, length, dihedral, length_dihedral };
 inline constexpr Named<EdgeWeights> kEdgeWeightsNames[] = {{"uniform", EdgeWeights::uniform},
                                                            {"length", EdgeWeights::length},
                                                            {"dihedral", EdgeWeights::dihedral},
                                                            {"both", EdgeWeights::length_dihedral}};
 
-/// Fills graph.weights. O(pairs), TBB.
+/// Fills graph.weights. O(pairs), TBB inside.
 void weigh_edges(const Mesh& mesh, EdgeWeights weights, FaceGraph& graph);
 
 // --- data costs
 
-/// Candidate views of every face with their costs, compressed by face; views ascend within a face. Never dense.
+/// Candidate views of every face with their costs, compressed by face; views ascend within a face.
 struct CostTable {
   std::vector<std::size_t> first;    ///< faces + 1 offsets into views and costs
   std::vector<std::uint32_t> views;  ///< index(ViewId)
-  std::vector<float> costs;          ///< >= 0, finite; 0 best
+  std::vector<float> costs;          ///< finite, >= 0; 0 is best
   std::size_t faces() const { return first.empty() ? 0 : first.size() - 1; }
+  std::span<const std::uint32_t> views_of(std::size_t face) const {
+    return {views.data() + first[face], first[face + 1] - first[face]};
+  }
+  std::span<const float> costs_of(std::size_t face) const {
+    return {costs.data() + first[face], first[face + 1] - first[face]};
+  }
 };
 
 /// What makes a view good for a face: its projected area, the photo's gradient magnitude integrated over that area, or
@@ -66,21 +76,24 @@ inline constexpr Named<Outliers> kOutliersNames[] = {
 struct CostOptions {
   DataTerm term = DataTerm::area;
   Outliers outliers = Outliers::clamp;
-  /// Cost of the data term's worst against its best, where a pair of differing neighbours costs 1 (the solver's
-  /// smoothness): less means larger patches. Chosen by held-out error.
+  /// Cost of the data term's worst quality (its best costs 0), where two neighbouring faces with different views cost 1,
+  /// the solver's smoothness. A lower weight gives larger patches. Chosen by the error on held-out photos.
   double data_weight = 0.25;
-  /// Width of the strip along depth discontinuities of the IVM in which candidates cost more (photos and mesh disagree
-  /// there by a few pixels); 0 = off.
+  /// Width of the strip along depth discontinuities of the IVM in which candidates cost more, because photos and mesh
+  /// disagree there by a few pixels; 0 = no strip.
   int margin_px = 5;
-  /// Added to the cost of a face that lies in that strip as a whole, in proportion otherwise. The default outweighs the
-  /// three neighbours that a face can disagree with, so that a clean view wins even for a single face.
+  /// Added to the cost of a face that lies in the strip entirely, in proportion otherwise. The default outweighs the
+  /// three neighbours that a face can disagree with, so that even a single face prefers a view outside the strip.
   double margin_cost = 3.0;
-  /// Added per halving of a view's quality against the face's best candidate, beyond the first two, at most twice: a
-  /// grazing view smears, and in the data term alone, which compares with the best faces of the whole scene, a small
-  /// face's views hardly differ. Two halvings are free because patches are worth that much.
+  /// Added per halving of a view's quality against the face's best candidate. The data term compares with the best faces
+  /// of the whole scene, which leaves the views of a small face nearly equal, although a grazing view smears. The first
+  /// two halvings are free, because larger patches are worth that loss; at most two more are counted.
   double coarse_cost = 0.5;
   /// Added to the cost of a partial view, times the share of the face that it does not see.
   double hidden_cost = 1.0;
+  /// Quality from which on a candidate's data cost is 0. 0: the 99.5 % quantile of all candidates, see Candidates. A part
+  /// of a scene takes the whole scene's, so that its costs compare with those of other parts.
+  float reference_quality = 0;
 };
 
 /// By how much of a face its best view shows: some view sees it in full, only partial views see it, none does. The
@@ -89,21 +102,28 @@ enum class FaceTag : std::uint8_t { seen = 0, partial = 1, unseen = 2 };
 
 struct Candidates {
   CostTable table;
-  std::vector<FaceTag> tags;                        ///< per face: has a full candidate / only partial ones / none
-  std::size_t full = 0, partial = 0, rejected = 0;  ///< candidates kept, and dropped as outliers
+  std::vector<FaceTag> tags;                        ///< per face
+  std::size_t full = 0, partial = 0, rejected = 0;  ///< number of candidates kept, and of views rejected as outliers
+  float reference_quality = 0;                      ///< the one used, see CostOptions
 };
 
-/// Collects per-view statistics (pixel area, gradient magnitude, mean colour) for the faces a view sees, sparse.
+/// Collects statistics (pixel area, gradient magnitude, mean colour) of the faces that each view sees, then derives
+/// candidates and costs from them.
 class CandidateCollector {
  public:
-  CandidateCollector(const Mesh& mesh, const CostOptions& options);
+  /// `wanted`: a flag per face, or empty for all. Faces that are not wanted occlude and get no candidates (FaceTag::unseen).
+  /// Wanted faces get the statistics that they have in a run on all faces. Their candidates and costs are equal to that
+  /// run's as well if reference_quality is given and `outliers` is none: outliers are found by comparing photos over all
+  /// collected faces, so wanted faces need a border of some ten more faces around them to come close.
+  CandidateCollector(const Mesh& mesh, const CostOptions& options, std::vector<std::uint8_t> wanted = {});
   ~CandidateCollector();
   CandidateCollector(const CandidateCollector&) = delete;
   CandidateCollector& operator=(const CandidateCollector&) = delete;
-  /// O(faces + pixels), TBB inside. Views may come in any order; the result does not depend on it.
+  /// Each view once, in any order; the result does not depend on the order. O(faces + pixels), TBB inside.
   void add_view(ViewId id, const View& view, const Image& photo, const visibility::ViewVisibility& visibility);
-  /// A face with a full candidate takes only those, unless outliers reject them all; a face without takes its partial
-  /// views, at a cost that grows with the hidden share.
+  /// The candidates of a face are its full views. They are its partial views, at a cost that grows with the hidden share,
+  /// where it has no full view, where all full views are outliers, or where all of them have the face within the strip
+  /// along silhouettes and some partial view has less than half of it there. To be called once.
   Candidates finish();
 
  private:
@@ -111,21 +131,22 @@ class CandidateCollector {
   std::unique_ptr<State> state_;
 };
 
-/// Reads a cost table: a folder with counts.npy (uint32, candidates of each face), views.npy (uint32) and costs.npy
-/// (float32), both face after face as in CostTable, or mvs-texturing's sparse table (`SPT 0.2 FACES VIEWS ENTRIES\n`,
-/// then records of uint32 face, uint16 view, float32 cost, little-endian, in any order). Throws InputError. O(entries).
+/// Reads a cost table: a folder with counts.npy (uint32, number of candidates per face), views.npy (uint32) and
+/// costs.npy (float32), both face after face as in CostTable, or mvs-texturing's sparse table (`SPT 0.2 FACES VIEWS
+/// ENTRIES\n`, then records of uint32 face, uint16 view, float32 cost, little-endian, in any order). Throws InputError.
+/// O(entries).
 CostTable read_costs(const std::filesystem::path& path);
 
-/// Writes the folder that read_costs reads (made when missing). Throws OutputError.
+/// Writes the folder that read_costs reads; makes it if it is missing. Throws OutputError.
 void write_costs(const std::filesystem::path& folder, const CostTable& table);
 
 // --- selection
 
 struct SolverOptions {
-  double smoothness = 1.0;  ///< Potts penalty of a pair with different views
-  int max_sweeps = 30;      ///< over all labels, most of them over few faces; stops earlier at the fixpoint
-  /// Patches of at most this many faces are merged into a neighbour's where that raises the energy by no more than
-  /// small_patch_rise each.
+  double smoothness = 1.0;  ///< cost of two neighbouring faces with different views, times the pair's weight
+  int max_sweeps = 30;      ///< sweeps over all labels; stops earlier at a fixpoint
+  /// A patch of at most so many faces takes a neighbouring patch's view if that raises the energy by no more than
+  /// small_patch_rise.
   int small_patch_faces = 4;
   double small_patch_rise = 0.0;
 };
@@ -133,23 +154,31 @@ struct SolverOptions {
 struct SweepReport {
   int sweep = 0;
   double energy = 0;
-  double seconds = 0;
+  double seconds = 0;  ///< since the start of the selection
 };
 
 struct Selection {
   std::vector<ViewId> labels;      ///< per face; kNoView where the table has no candidate
-  std::size_t merged_patches = 0;  ///< small ones, after the last sweep
-  double energy = 0;  ///< sum of chosen costs + smoothness * weights of differing pairs (both with candidates)
+  std::size_t merged_patches = 0;  ///< small patches merged after the last sweep
+  double energy = 0;               ///< labeling_energy of the labels
   std::size_t differing_pairs = 0;
   std::size_t patches = 0;  ///< connected components of equal label
   std::vector<SweepReport> sweeps;
 };
 
-/// Minimizes the energy by alpha expansion. Deterministic for any number of threads; energy never rises.
+/// Minimizes the energy by alpha expansion. The result does not depend on the number of threads; the energy never rises
+/// from sweep to sweep.
+///
+/// `fixed`: empty, or a view per face that the face must keep, kNoView where the solver chooses. With it a part of a mesh
+/// is solved inside labels that are given around it. A fixed face needs no candidates: the pairs with its neighbours
+/// count, its own cost is taken from the table where the table has it. labels[face] == fixed[face] wherever that is a
+/// view, and the other faces get the labels of a fixpoint: no expansion of any label over them lowers the energy, given
+/// the fixed ones (unless max_sweeps ends the search). Throws std::invalid_argument if `fixed` is of another size.
 Selection select_views(const CostTable& table, const FaceGraph& graph, const SolverOptions& options,
-                       const Progress& progress);
+                       const Progress& progress, std::span<const ViewId> fixed = {});
 
-/// Energy, differing pairs and patches of given labels (for tests, comparisons and `gpvc label`).
+/// Sum of the costs of the given labels and of smoothness * weight over the pairs whose labels differ (pairs with a face
+/// without a view do not count). A label that is no candidate of its face costs nothing.
 double labeling_energy(const CostTable& table, const FaceGraph& graph, std::span<const ViewId> labels,
                        double smoothness);
 

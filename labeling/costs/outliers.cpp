@@ -8,13 +8,13 @@
 #include <cmath>
 #include <utility>
 
+#include "io/grouping.h"
 #include "labeling/costs/photo_consistency.h"
-#include "labeling/offsets.h"
 
 namespace gpvc::labeling {
 namespace {
 
-/// Per view and channel, the factor that photo's colours are to be divided by.
+/// Per view and channel, the gain of the photo: the factor by which its colours are to be divided.
 class PhotoGains {
  public:
   explicit PhotoGains(std::size_t views) : log2_gain_(views * 3, 0.0) {}
@@ -26,12 +26,12 @@ class PhotoGains {
     return result;
   }
 
-  /// One round: every face compares its photos with their median; a photo's gain is the median of its ratios. Only
-  /// histograms are shared, so the order of faces is of no account.
+  /// One round: every face compares its photos with their median; a photo's gain is the median of its ratios. Threads
+  /// share histograms alone, so the result does not depend on the order of the faces.
   void refine(RecordsByView& by_view, std::size_t faces) {
     std::vector<std::uint32_t> histogram(log2_gain_.size() * kBins, 0);
-    // 64 chunks are plenty of faces (1 M) to take medians from.
-    const std::size_t chunks = (faces + kChunkFaces - 1) / kChunkFaces, stride = chunks / 64 + 1;
+    // The faces of 64 chunks (1 M) suffice for the medians.
+    const std::size_t stride = chunk_count(faces) / 64 + 1;
     for_each_chunk(faces, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
       if (chunk % stride != 0) return;
       const FaceChunk grouped(by_view, begin, end);
@@ -44,7 +44,7 @@ class PhotoGains {
  private:
   static constexpr std::size_t kBins = 512;  ///< of 1/64 f-stop (1 %), from -4 to +4
   static constexpr double kBinsPerStop = 64;
-  static constexpr float kDark = 8;  ///< grey levels below which a ratio says little
+  static constexpr float kDark = 8;  ///< grey levels below which noise dominates a ratio
 
   void compare(std::span<const ViewRecord> records, std::vector<std::uint32_t>& histogram) const {
     if (records.size() < 3) return;
@@ -72,7 +72,7 @@ class PhotoGains {
     if (total == 0) return 0;
     std::size_t bin = 0;
     while (2 * (sum + bins[bin]) < total) sum += bins[bin++];
-    // Ratios of exactly one sit at the lower edge of the middle bin; the position within a bin tells them apart.
+    // A ratio of exactly one lies on the lower edge of the middle bin, so a median in that bin counts as one.
     const double within = (static_cast<double>(total) / 2 - static_cast<double>(sum)) / bins[bin];
     const double edge = (static_cast<double>(bin) - kBins / 2.0) / kBinsPerStop;
     return bin == kBins / 2 ? 0.0 : edge + within / kBinsPerStop;
@@ -81,33 +81,25 @@ class PhotoGains {
   std::vector<double> log2_gain_;
 };
 
-/// Faces around each face.
-struct Neighbours {
-  std::vector<std::size_t> first;
-  std::vector<std::uint32_t> faces;
+using Neighbours = Grouped<std::uint32_t>;  // per face, the faces that share an edge with it
 
-  Neighbours(const FaceGraph& graph, std::size_t face_count) : first(face_count + 1, 0), faces(2 * graph.edges.size()) {
+Neighbours neighbours_of_faces(const FaceGraph& graph, std::size_t faces) {
+  return group_items<std::uint32_t>(faces, [&](const auto& add) {
     for (const auto& [a, b] : graph.edges) {
-      ++first[a];
-      ++first[b];
+      add(a, b);
+      add(b, a);
     }
-    offsets_from_counts(first);
-    std::vector<std::size_t> next = first;
-    for (const auto& [a, b] : graph.edges) {
-      faces[next[a]++] = b;
-      faces[next[b]++] = a;
-    }
-  }
-};
+  });
+}
 
-/// Rounds of averaging over a face and those it shares edges with: some thirty faces count. Chosen by held-out error
-/// and by patches, of which none, 3 and 10 rounds leave 2801, 559 and 459 on a park with trees.
+/// Rounds of averaging over a face and those it shares edges with; ten of them weigh some thirty faces. Chosen by the
+/// error on held-out photos and by the number of patches: 0, 3 and 10 rounds leave 2801, 559 and 459 on a park with trees.
 constexpr int kRounds = 10;
-/// A single wild colour must not outvote its surroundings.
-constexpr double kMostPerFace = 2 * kOutlierDistance;
+/// Limits the influence of a single face with a very different colour.
+constexpr double kMaxDistance = 2 * kOutlierDistance;
 
-void judge_face(std::span<const ViewRecord> records, const PhotoGains& gains, std::vector<ColorSample>& samples,
-                std::vector<double>& distance) {
+void measure_disagreement(std::span<const ViewRecord> records, const PhotoGains& gains,
+                          std::vector<ColorSample>& samples, std::vector<double>& distance) {
   const auto full =
       std::count_if(records.begin(), records.end(), [](const ViewRecord& item) { return item.record->is_full(); });
   samples.clear();
@@ -117,12 +109,12 @@ void judge_face(std::span<const ViewRecord> records, const PhotoGains& gains, st
   }
   disagreement(samples, distance);
   for (std::size_t i = 0; i < records.size(); ++i)
-    records[i].record->disagreement = fixed_distance(std::min(distance[i], kMostPerFace));
+    records[i].record->disagreement = fixed_distance(std::min(distance[i], kMaxDistance));
 }
 
 constexpr std::uint32_t kNoRecord = 0xFFFFFFFFu;
 
-/// `record_of_face`: kNoRecord for every face, before and after.
+/// `record_of_face`: work space, kNoRecord for every face before and after.
 void average_over_faces(std::vector<FaceRecord>& records, const Neighbours& neighbours,
                         std::vector<std::uint32_t>& record_of_face) {
   for (std::uint32_t i = 0; i < records.size(); ++i) record_of_face[records[i].face] = i;
@@ -131,8 +123,8 @@ void average_over_faces(std::vector<FaceRecord>& records, const Neighbours& neig
     for (std::size_t i = 0; i < records.size(); ++i) before[i] = records[i].disagreement;
     for (std::size_t i = 0; i < records.size(); ++i) {
       std::uint32_t sum = before[i], count = 1;
-      for (std::size_t k = neighbours.first[records[i].face]; k < neighbours.first[records[i].face + 1]; ++k)
-        if (const std::uint32_t other = record_of_face[neighbours.faces[k]]; other != kNoRecord) {
+      for (const std::uint32_t face : neighbours[records[i].face])
+        if (const std::uint32_t other = record_of_face[face]; other != kNoRecord) {
           sum += before[other];
           ++count;
         }
@@ -144,7 +136,7 @@ void average_over_faces(std::vector<FaceRecord>& records, const Neighbours& neig
 
 }  // namespace
 
-void judge_records(RecordsByView& by_view, std::size_t faces, const FaceGraph& graph) {
+void find_outliers(RecordsByView& by_view, std::size_t faces, const FaceGraph& graph) {
   if (by_view.empty()) return;
   PhotoGains gains(std::size_t{by_view.rbegin()->first} + 1);
   for (int round = 0; round < 2; ++round) gains.refine(by_view, faces);
@@ -152,9 +144,10 @@ void judge_records(RecordsByView& by_view, std::size_t faces, const FaceGraph& g
     const FaceChunk grouped(by_view, begin, end);
     std::vector<ColorSample> samples;
     std::vector<double> distance;
-    for (std::size_t face = begin; face != end; ++face) judge_face(grouped.of(face), gains, samples, distance);
+    for (std::size_t face = begin; face != end; ++face)
+      measure_disagreement(grouped.of(face), gains, samples, distance);
   });
-  const Neighbours neighbours(graph, faces);
+  const Neighbours neighbours = neighbours_of_faces(graph, faces);
   std::vector<std::vector<FaceRecord>*> views;
   for (auto& [view, records] : by_view) views.push_back(&records);
   tbb::enumerable_thread_specific<std::vector<std::uint32_t>> record_of_face;

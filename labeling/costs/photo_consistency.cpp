@@ -24,13 +24,13 @@ struct Gaussian {
   }
 };
 
-/// How far, in grey levels (standard deviation), photos of one and the same surface differ for reasons that make none
-/// of them wrong: 4 levels of noise and JPEG, 4 % of vignetting and sheen.
+/// Standard deviation, in grey levels, among photos that all show the same surface: 4 levels for noise and JPEG, 4 % for
+/// vignetting and sheen.
 double natural_deviation(const Vector& color) { return 4 + 0.04 * (color[0] + color[1] + color[2]) / 3; }
 
 Symmetric inverse(const Symmetric& m) {
   const double a = m[3] * m[5] - m[4] * m[4], b = m[2] * m[4] - m[1] * m[5], c = m[1] * m[4] - m[2] * m[3];
-  const double determinant = m[0] * a + m[1] * b + m[2] * c;  // > 0: the floor makes it positive definite
+  const double determinant = m[0] * a + m[1] * b + m[2] * c;  // > 0: the floor makes the matrix positive definite
   return {a / determinant,
           b / determinant,
           c / determinant,
@@ -46,8 +46,8 @@ double median(std::vector<double>& values) {
   return (*middle + *std::max_element(values.begin(), middle)) / 2;
 }
 
-/// Median colour of the votes, and an isotropic deviation from the median distance to it.
-Gaussian robust_start(std::span<const ColorSample> samples, std::size_t votes) {
+/// Median colour of the voting samples, and an isotropic deviation derived from the median distance to it.
+Gaussian robust_estimate(std::span<const ColorSample> samples, std::size_t votes) {
   Gaussian result;
   std::vector<double> values;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -97,8 +97,8 @@ void disagreement(std::span<const ColorSample> samples, std::vector<double>& res
       std::count_if(samples.begin(), samples.end(), [](const ColorSample& sample) { return sample.votes; }));
   if (votes < 3) return;
 
-  constexpr int kRounds = 10;  // as published; it settles in two or three
-  Gaussian consensus = robust_start(samples, votes);
+  constexpr int kRounds = 10;  // as published; two or three are usually enough
+  Gaussian consensus = robust_estimate(samples, votes);
   std::vector<std::uint8_t> inlier(samples.size(), 0), before;
   for (int round = 0; round < kRounds; ++round) {
     std::size_t inliers = 0;

@@ -10,7 +10,7 @@
 namespace gpvc::labeling {
 namespace {
 
-/// Rec. 601 luma in grey levels, with one pixel repeated at either end.
+/// Rec. 601 luma in grey levels, with the first and the last pixel repeated.
 void luma_row(const Image& photo, int y, std::vector<std::int16_t>& out) {
   const auto width = static_cast<std::size_t>(photo.width);
   const std::uint8_t* in = photo.at(0, std::clamp(y, 0, photo.height - 1));

@@ -8,8 +8,8 @@
 
 namespace gpvc::labeling {
 
-/// Per pixel, row-major: |gradient| of luma in 1/kGradientUnit grey levels a pixel (Sobel's kernel, whose weights sum
-/// to 8), rounded; at the border the outermost pixels are repeated. O(pixels), TBB inside.
+/// Per pixel, row-major: gradient magnitude of luma in 1/kGradientUnit grey levels a pixel, rounded (Sobel's kernel,
+/// whose weights sum to 8; the outermost pixels are repeated beyond the border). O(pixels), TBB inside.
 std::vector<std::uint16_t> gradient_magnitude(const Image& photo);
 
 inline constexpr int kGradientUnit = 8;

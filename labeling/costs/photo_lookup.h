@@ -1,4 +1,4 @@
-// Nearest photo pixel of a pixel of the undistorted frame.
+// Finds the photo's pixel that lies nearest to a pixel of the undistorted frame.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,9 @@
 
 namespace gpvc::labeling {
 
-/// The distortion on a lattice of every kStep-th pixel, linear in between. A linear piece of a function whose second
-/// derivative is at most c is off by c step^2 / 8; a lens of k1 = 0.2 and f = 2000 px bends by c = 6 k1 r / f < 1e-3
-/// per px at r = 1, that is 0.02 px here: nothing to a nearest lookup.
+/// The distortion, evaluated at every kStep-th pixel and interpolated linearly in between. The error is at most
+/// c step^2 / 8 where the second derivative is at most c. A lens of k1 = 0.2 and f = 2000 px has c = 6 k1 r / f < 1e-3 per
+/// px at r = 1: an error of 0.02 px, too small to matter for the nearest pixel.
 class PhotoLookup {
  public:
   static constexpr int kStep = 16;
@@ -22,18 +22,18 @@ class PhotoLookup {
   /// One row of the frame, cheap to make.
   class Row {
    public:
-    /// Index of the photo's pixel (row-major), nullopt where the lens model has no answer.
+    /// Index of the photo's pixel (row-major); nullopt where the lens model is undefined.
     std::optional<std::size_t> pixel(int x) const;
 
    private:
     friend class PhotoLookup;
     const PhotoLookup* lookup_ = nullptr;
     int y_ = 0;
-    std::vector<PhotoPoint> nodes_;  ///< empty: identity; NaN where the model folds
+    std::vector<PhotoPoint> nodes_;  ///< empty: no distortion; NaN where the lens model folds
   };
   Row row(int y) const;
 
-  /// The same for a single pixel, without a row or a lattice.
+  /// The same for a single pixel, exactly.
   std::optional<std::size_t> pixel(int x, int y) const;
 
  private:
@@ -45,7 +45,7 @@ class PhotoLookup {
 };
 
 inline std::size_t PhotoLookup::clamped_index(double x, double y) const {
-  // Casting towards zero is the floor for what is then clamped.
+  // A cast truncates instead of flooring; the two differ below 0 alone, where the result is clamped.
   const auto clamp = [](double value, int size) {
     const int i = static_cast<int>(value);
     return static_cast<std::size_t>(i < 0 ? 0 : i >= size ? size - 1 : i);

@@ -9,8 +9,8 @@
 namespace gpvc::labeling {
 namespace {
 
-constexpr std::uint8_t kHere = 1;   ///< the pixel touches a step to its left or right, or upper side of one below
-constexpr std::uint8_t kBelow = 2;  ///< the pixel below touches the step between the two
+constexpr std::uint8_t kHere = 1;   ///< the pixel touches a step to its left, to its right or below it
+constexpr std::uint8_t kBelow = 2;  ///< the step is below the pixel, so that the pixel below touches it, too
 
 /// Decides whether two neighbouring pixels lie across a discontinuity.
 class StepTest {
@@ -62,34 +62,38 @@ std::vector<std::uint8_t> find_steps(const visibility::Ivm& ivm, const StepTest&
   return steps;
 }
 
-/// to |= from & bits. Bytes may be anything, also the pointers of a vector: restrict lets the compiler take many at
-/// once.
+/// to |= from & bits. Bytes may alias anything; __restrict lets the compiler vectorize the loop.
 void unite(std::uint8_t* __restrict to, const std::uint8_t* __restrict from, std::uint8_t bits, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(to[i] | (from[i] & bits));
 }
 
-/// row[i] becomes the union of row[i] .. row[i + length - 1], of which the last ones are padding. `other` is of the
-/// same size, for the work.
-void unite_runs(std::vector<std::uint8_t>& row, std::vector<std::uint8_t>& other, std::size_t length) {
+/// row[i] becomes the union of row[i] to row[i + length - 1]; the last length - 1 elements are padding. `copy` is work
+/// space.
+void unite_runs(std::vector<std::uint8_t>& row, std::vector<std::uint8_t>& copy, std::size_t length) {
   for (std::size_t done = 1; done < length;) {
     const std::size_t step = std::min(done, length - done);
-    other = row;
-    unite(row.data(), other.data() + step, 0xFF, row.size() - step);
+    copy = row;
+    unite(row.data(), copy.data() + step, 0xFF, row.size() - step);
     done += step;
   }
 }
 
 }  // namespace
 
-InverseDepth inverse_depth(const Camera& camera, const CameraPoint (&corners)[3]) {
+CameraPoint area_normal(const CameraPoint (&corners)[3]) {
   const CameraPoint &a = corners[0], &b = corners[1], &c = corners[2];
   const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z;
   const double vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
-  const double nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-  const double offset = nx * a.x + ny * a.y + nz * a.z;  // n . X = offset, X = z (u, v, 1)
+  return {uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx};
+}
+
+InverseDepth inverse_depth(const Camera& camera, const CameraPoint (&corners)[3]) {
+  const CameraPoint n = area_normal(corners);
+  const CameraPoint& a = corners[0];
+  const double offset = n.x * a.x + n.y * a.y + n.z * a.z;  // n . X = offset, X = z (u, v, 1)
   if (offset == 0) return {};
-  return {static_cast<float>(nx / (offset * camera.fx)), static_cast<float>(ny / (offset * camera.fy)),
-          static_cast<float>(nz / offset)};
+  return {static_cast<float>(n.x / (offset * camera.fx)), static_cast<float>(n.y / (offset * camera.fy)),
+          static_cast<float>(n.z / offset)};
 }
 
 std::vector<std::uint8_t> silhouette_margin(const Camera& camera, const visibility::Ivm& ivm, int margin_px,
@@ -97,21 +101,21 @@ std::vector<std::uint8_t> silhouette_margin(const Camera& camera, const visibili
   const auto width = static_cast<std::size_t>(ivm.width);
   const std::vector<std::uint8_t> steps = find_steps(ivm, StepTest(camera, margin_px, plane_of));
   std::vector<std::uint8_t> margin(steps.size());
-  const int reach = margin_px - 1;  // a pixel that touches the step is already within one
+  const int reach = margin_px - 1;  // pixels that touch the step are within one pixel of it
   tbb::parallel_for(tbb::blocked_range<int>(0, ivm.height, 16), [&](const tbb::blocked_range<int>& rows) {
-    // A square grown by rows, then by columns; padded, so that the inner loops have no ends to mind.
+    // Grows by a square: first over rows, then along the row. Padding spares the inner loops their ends.
     const auto pad = static_cast<std::size_t>(reach);
-    std::vector<std::uint8_t> column(width + 2 * pad), work;
+    std::vector<std::uint8_t> united(width + 2 * pad), work;
     for (int y = rows.begin(); y != rows.end(); ++y) {
-      std::fill(column.begin(), column.end(), std::uint8_t{0});
+      std::fill(united.begin(), united.end(), std::uint8_t{0});
       for (int other = std::max(0, y - margin_px); other <= std::min(ivm.height - 1, y + reach); ++other) {
         const std::uint8_t* in = steps.data() + static_cast<std::size_t>(other) * width;
         const std::uint8_t bits = other == y - margin_px ? kBelow : kHere | kBelow;
-        unite(column.data() + pad, in, bits, width);
+        unite(united.data() + pad, in, bits, width);
       }
-      unite_runs(column, work, 2 * pad + 1);
+      unite_runs(united, work, 2 * pad + 1);
       std::uint8_t* out = margin.data() + static_cast<std::size_t>(y) * width;
-      std::transform(column.begin(), column.begin() + static_cast<std::ptrdiff_t>(width), out,
+      std::transform(united.begin(), united.begin() + static_cast<std::ptrdiff_t>(width), out,
                      [](std::uint8_t any) { return static_cast<std::uint8_t>(any != 0); });
     }
   });

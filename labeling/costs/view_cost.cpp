@@ -1,21 +1,23 @@
-// From statistics per face and view to candidates with costs: outliers out, full views before partial ones, qualities
-// made comparable.
+// Derives candidates and costs from the statistics per face and view: rejects outliers, prefers full views to partial
+// ones, and scales qualities so that they compare over the scene.
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
+#include "labeling/costs/face_records.h"
 #include "labeling/costs/outliers.h"
 #include "labeling/costs/photo_consistency.h"
-#include "labeling/face_records.h"
 #include "labeling/labeling.h"
 
 namespace gpvc::labeling {
 namespace {
 
-/// What one face may choose from, before qualities are made comparable.
+/// The candidates of one face.
 struct Choice {
   std::vector<ViewRecord> taken;
-  std::vector<float> quality;  ///< of those taken
+  std::vector<float> quality;  ///< of the taken views
   FaceTag tag = FaceTag::unseen;
   std::size_t rejected = 0;
 };
@@ -38,7 +40,8 @@ class Chooser {
     const auto clear = [&](std::size_t i) { return records[i].record->margin < kWholeShare / 2; };
     const auto in_strip = [&](std::size_t i) { return records[i].record->margin == kWholeShare; };
 
-    // Full views that lie in a silhouette's strip as a whole give way to partial ones that mostly do not.
+    // If all full views have the face entirely within the strip along silhouettes, partial views that have most of it
+    // outside are preferred.
     bool full_outside = false, partial_clear = false;
     for (std::size_t i = 0; i < records.size(); ++i) {
       full_outside |= full(i) && kept(i) && !in_strip(i);
@@ -47,7 +50,7 @@ class Chooser {
     if (full_outside || !partial_clear)
       if (take([&](std::size_t i) { return full(i) && kept(i); })) return finish(FaceTag::seen);
     if (take([&](std::size_t i) { return !full(i) && kept(i); })) return finish(FaceTag::partial);
-    // All rejected: a doubtful photo is better than none.
+    // All views are rejected, but a doubtful photo is better than none.
     choice_.rejected = 0;
     if (take(full)) return finish(FaceTag::seen);
     if (take([&](std::size_t) { return true; })) return finish(FaceTag::partial);
@@ -77,8 +80,8 @@ class Chooser {
 
 // --- costs
 
-/// The value that a share `quantile` of the values (>= 0) does not exceed. Bits of non-negative floats ascend with
-/// them, so two histograms of 16 bits each find it exactly and without a sorted copy.
+/// The value that a share `quantile` of the values (>= 0) does not exceed. The bits of non-negative floats are ordered as
+/// the floats are, so two histograms of 16 bits each find it exactly without a sorted copy.
 float quantile_of(const std::vector<float>& values, double quantile) {
   if (values.empty()) return 0;
   auto rank = static_cast<std::uint64_t>(quantile * static_cast<double>(values.size() - 1));
@@ -96,15 +99,15 @@ float quantile_of(const std::vector<float>& values, double quantile) {
   return std::bit_cast<float>(high << 16 | find());
 }
 
-/// Halvings of quality from the best of the face to this one, those that CostOptions::coarse_cost counts.
+/// Halvings of quality from the face's best view to this one, as CostOptions::coarse_cost counts them.
 double coarse_halvings(float quality, float best) {
-  constexpr double kFree = 2, kMost = 2;
+  constexpr double kFree = 2, kMax = 2;
   if (!(best > 0)) return 0;
-  if (!(quality > 0)) return kMost;
-  return std::clamp(std::log2(static_cast<double>(best) / static_cast<double>(quality)) - kFree, 0.0, kMost);
+  if (!(quality > 0)) return kMax;
+  return std::clamp(std::log2(static_cast<double>(best) / static_cast<double>(quality)) - kFree, 0.0, kMax);
 }
 
-/// A chunk's part of the table.
+/// The candidates of a chunk of faces; penalties are costs beside the data term.
 struct TablePart {
   std::vector<std::uint32_t> views;
   std::vector<float> quality, penalty;
@@ -129,29 +132,65 @@ struct TablePart {
   }
 };
 
+/// The candidates of all chunks, with qualities in place of costs. Empties the parts.
+Candidates joined(std::vector<TablePart>& parts, std::size_t faces, std::vector<float>& penalty) {
+  Candidates result;
+  CostTable& table = result.table;
+  table.first.reserve(faces + 1);
+  table.first.push_back(0);
+  for (TablePart& part : parts) {
+    for (const std::uint32_t count : part.counts) table.first.push_back(table.first.back() + count);
+    table.views.insert(table.views.end(), part.views.begin(), part.views.end());
+    table.costs.insert(table.costs.end(), part.quality.begin(), part.quality.end());
+    penalty.insert(penalty.end(), part.penalty.begin(), part.penalty.end());
+    result.tags.insert(result.tags.end(), part.tags.begin(), part.tags.end());
+    result.full += part.full;
+    result.partial += part.partial;
+    result.rejected += part.rejected;
+    part = {};
+  }
+  return result;
+}
+
+/// Turns qualities into costs. Data costs lie in [0, 1] before their weight. A few huge faces must not make all others
+/// nearly equal, so the best half per cent of qualities all cost 0 (Waechter et al. 2014 do so, too).
+void set_costs(const CostOptions& options, const std::vector<float>& penalty, Candidates& candidates) {
+  std::vector<float>& costs = candidates.table.costs;
+  const float best = options.reference_quality > 0 ? options.reference_quality : quantile_of(costs, 0.995);
+  for (std::size_t i = 0; i < costs.size(); ++i) {
+    const float quality = best > 0 ? std::min(1.0f, costs[i] / best) : 1.0f;
+    costs[i] = static_cast<float>(options.data_weight) * (1.0f - quality) + penalty[i];
+  }
+  candidates.reference_quality = best;
+}
+
 }  // namespace
 
 struct CandidateCollector::State {
   const Mesh& mesh;
   CostOptions options;
+  std::vector<std::uint8_t> wanted;
   RecordsByView by_view;
 };
 
-CandidateCollector::CandidateCollector(const Mesh& mesh, const CostOptions& options)
-    : state_(new State{mesh, options, {}}) {}
+CandidateCollector::CandidateCollector(const Mesh& mesh, const CostOptions& options, std::vector<std::uint8_t> wanted)
+    : state_(new State{mesh, options, std::move(wanted), {}}) {
+  if (!state_->wanted.empty() && state_->wanted.size() != mesh.faces.size())
+    throw std::invalid_argument("CandidateCollector: expected a flag per face, or none");
+}
 CandidateCollector::~CandidateCollector() = default;
 
 void CandidateCollector::add_view(ViewId id, const View& view, const Image& photo,
                                   const visibility::ViewVisibility& visibility) {
   state_->by_view[static_cast<std::uint32_t>(id)] =
-      view_statistics(state_->mesh, view, photo, visibility, state_->options);
+      view_statistics(state_->mesh, view, photo, visibility, state_->options, state_->wanted);
 }
 
 Candidates CandidateCollector::finish() {
   const CostOptions& options = state_->options;
   RecordsByView& by_view = state_->by_view;
   const std::size_t faces = state_->mesh.faces.size();
-  if (options.outliers != Outliers::none) judge_records(by_view, faces, face_graph(state_->mesh));
+  if (options.outliers != Outliers::none) find_outliers(by_view, faces, face_graph(state_->mesh));
 
   std::vector<TablePart> parts(chunk_count(faces));
   for_each_chunk(faces, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
@@ -160,29 +199,9 @@ Candidates CandidateCollector::finish() {
     for (std::size_t face = begin; face != end; ++face) parts[chunk].add(chooser.choose(grouped.of(face)), options);
   });
   by_view.clear();
-
-  Candidates result;
   std::vector<float> penalty;
-  result.table.first.reserve(faces + 1);
-  result.table.first.push_back(0);
-  for (TablePart& part : parts) {
-    for (const std::uint32_t count : part.counts) result.table.first.push_back(result.table.first.back() + count);
-    result.table.views.insert(result.table.views.end(), part.views.begin(), part.views.end());
-    result.table.costs.insert(result.table.costs.end(), part.quality.begin(), part.quality.end());
-    penalty.insert(penalty.end(), part.penalty.begin(), part.penalty.end());
-    result.tags.insert(result.tags.end(), part.tags.begin(), part.tags.end());
-    result.full += part.full;
-    result.partial += part.partial;
-    result.rejected += part.rejected;
-    part = {};
-  }
-  // Costs in [0, 1] before weights and penalties. A few huge faces must not flatten all others: the best half per cent
-  // count alike (Waechter et al. 2014 normalize so, too).
-  const float best = quantile_of(result.table.costs, 0.995);
-  for (std::size_t i = 0; i < penalty.size(); ++i) {
-    const float quality = best > 0 ? std::min(1.0f, result.table.costs[i] / best) : 1.0f;
-    result.table.costs[i] = static_cast<float>(options.data_weight) * (1.0f - quality) + penalty[i];
-  }
+  Candidates result = joined(parts, faces, penalty);
+  set_costs(options, penalty, result);
   return result;
 }
 

@@ -16,11 +16,12 @@ namespace {
 
 constexpr std::uint32_t kNoSlot = 0xFFFFFFFFu;
 
-/// Sums over a face's pixels; plain while a run of pixels is added up, atomic where runs meet.
+/// Sums over pixels of a face.
 struct PixelSums {
   std::uint64_t pixels = 0, margin = 0, gradient = 0;
   std::array<std::uint64_t, 3> color{};
 
+  /// Adds to a sum that several threads add to.
   void add_to(PixelSums& total) const {
     const auto add = [](std::uint64_t& to, std::uint64_t value) {
       std::atomic_ref<std::uint64_t>(to).fetch_add(value, std::memory_order_relaxed);
@@ -32,33 +33,76 @@ struct PixelSums {
   }
 };
 
-/// The projection of a face, as far as costs need it.
+double length(const CameraPoint& a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
+
+/// What costs need of a face's projection.
 struct FaceShape {
   InverseDepth plane;
-  float area_px = 0;    ///< of the projection, unclipped by the image; 0 when a vertex lies far from that
+  float area_px = 0;    ///< of the projection, unclipped by the image; 0 if a vertex lies far outside the image
   float cos_angle = 0;  ///< between normal and line of sight to the centroid
   float x = 0, y = 0;   ///< of the projected centroid
 };
 
-CameraPoint minus(const CameraPoint& a, const CameraPoint& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-double length(const CameraPoint& a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
+/// True within the region that FaceCoverage::visible_share refers to. The projection of a face that ends close to the
+/// camera plane grows without bound beyond it.
+bool is_near(const Camera& camera, const PixelPoint& p) {
+  const double w = camera.width, h = camera.height;
+  return p.x >= -w && p.x <= 2 * w && p.y >= -h && p.y <= 2 * h;
+}
 
+/// Area of the projection in pixels; 0 unless all corners lie in front of the camera and near the image.
+double projected_area(const Camera& camera, const CameraPoint (&p)[3]) {
+  if (!(p[0].z > 0 && p[1].z > 0 && p[2].z > 0)) return 0;
+  const PixelPoint a = pixel_from_camera(camera, p[0]), b = pixel_from_camera(camera, p[1]),
+                   c = pixel_from_camera(camera, p[2]);
+  if (!is_near(camera, a) || !is_near(camera, b) || !is_near(camera, c)) return 0;
+  return std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)) / 2;
+}
+
+FaceShape shape_of(const Camera& camera, const CameraPoint (&p)[3]) {
+  FaceShape result;
+  result.plane = inverse_depth(camera, p);
+  result.area_px = static_cast<float>(projected_area(camera, p));
+  const CameraPoint centroid{(p[0].x + p[1].x + p[2].x) / 3, (p[0].y + p[1].y + p[2].y) / 3,
+                             (p[0].z + p[1].z + p[2].z) / 3};
+  const CameraPoint n = area_normal(p);
+  const double norm = length(n) * length(centroid);
+  if (norm > 0)
+    result.cos_angle = static_cast<float>(std::abs(n.x * centroid.x + n.y * centroid.y + n.z * centroid.z) / norm);
+  if (centroid.z > 0) {
+    const PixelPoint pixel = pixel_from_camera(camera, centroid);
+    result.x = static_cast<float>(pixel.x);
+    result.y = static_cast<float>(pixel.y);
+  }
+  return result;
+}
+
+/// The data term: how good the view is for a face. Another term belongs here, in DataTerm and in kDataTermNames.
+double quality_of(DataTerm term, const FaceShape& shape, double visible_share, const PixelSums& sums) {
+  const auto pixels = static_cast<double>(sums.pixels);
+  double quality = shape.area_px > 0 ? static_cast<double>(shape.area_px) * visible_share : pixels;
+  if (term != DataTerm::area) quality *= static_cast<double>(sums.gradient) / (kGradientUnit * pixels);
+  if (term == DataTerm::gmi_angle)
+    quality *= static_cast<double>(shape.cos_angle) * static_cast<double>(shape.cos_angle);
+  return quality;
+}
+
+/// One view's pass over its IVM.
 class ViewPass {
  public:
   ViewPass(const Mesh& mesh, const View& view, const Image& photo, const visibility::ViewVisibility& visibility,
            const CostOptions& options)
       : mesh_(mesh), view_(view), photo_(photo), visibility_(visibility), options_(options), lookup_(view.camera) {}
 
-  std::vector<FaceRecord> run() {
-    list_faces();
-    tbb::parallel_for(std::size_t{0}, faces_.size(), [&](std::size_t slot) { shapes_[slot] = shape(faces_[slot]); });
+  std::vector<FaceRecord> run(std::span<const std::uint8_t> wanted) {
+    list_faces(wanted);
+    tbb::parallel_for(std::size_t{0}, faces_.size(),
+                      [&](std::size_t slot) { shapes_[slot] = shape_of(view_.camera, corners(faces_[slot]).p); });
     if (options_.margin_px > 0)
       margin_ = silhouette_margin(view_.camera, visibility_.ivm, options_.margin_px, [this](FaceId face) {
         const std::uint32_t slot = slot_of_face_[index(face)];
-        if (slot != kNoSlot) return shapes_[slot].plane;
-        CameraPoint corners[3];
-        load(static_cast<std::uint32_t>(face), corners);
-        return inverse_depth(view_.camera, corners);
+        return slot != kNoSlot ? shapes_[slot].plane
+                               : inverse_depth(view_.camera, corners(static_cast<std::uint32_t>(face)).p);
       });
     if (options_.term != DataTerm::area) gradient_ = gradient_magnitude(photo_);
     const int rows = visibility_.ivm.height;
@@ -69,12 +113,13 @@ class ViewPass {
   }
 
  private:
-  /// Gives every full or partial face a slot, in face order.
-  void list_faces() {
+  /// Gives every wanted face that is full or partial a slot, in face order.
+  void list_faces(std::span<const std::uint8_t> wanted) {
     const auto& classes = visibility_.classes;
     slot_of_face_.assign(classes.size(), kNoSlot);
     for (std::uint32_t face = 0; face < classes.size(); ++face)
-      if (classes[face] == visibility::FaceClass::full || classes[face] == visibility::FaceClass::partial) {
+      if ((classes[face] == visibility::FaceClass::full || classes[face] == visibility::FaceClass::partial) &&
+          (wanted.empty() || wanted[face] != 0)) {
         slot_of_face_[face] = static_cast<std::uint32_t>(faces_.size());
         faces_.push_back(face);
       }
@@ -82,42 +127,13 @@ class ViewPass {
     shapes_.resize(faces_.size());
   }
 
-  void load(std::uint32_t face, CameraPoint (&corners)[3]) const {
-    for (std::size_t i = 0; i < 3; ++i)
-      corners[i] = camera_from_world(view_.pose, mesh_.positions[mesh_.faces[face][i]]);
-  }
-
-  /// Within what FaceCoverage::visible_share is a share of. Beyond, the projection of a face that ends close to the
-  /// camera plane is of any size.
-  bool is_near(const PixelPoint& p) const {
-    const double w = view_.camera.width, h = view_.camera.height;
-    return p.x >= -w && p.x <= 2 * w && p.y >= -h && p.y <= 2 * h;
-  }
-
-  FaceShape shape(std::uint32_t face) const {
+  struct Corners {
     CameraPoint p[3];
-    load(face, p);
-    FaceShape result;
-    result.plane = inverse_depth(view_.camera, p);
-    const CameraPoint centroid{(p[0].x + p[1].x + p[2].x) / 3, (p[0].y + p[1].y + p[2].y) / 3,
-                               (p[0].z + p[1].z + p[2].z) / 3};
-    const CameraPoint u = minus(p[1], p[0]), v = minus(p[2], p[0]);
-    const CameraPoint n{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
-    const double norm = length(n) * length(centroid);
-    if (norm > 0)
-      result.cos_angle = static_cast<float>(std::abs(n.x * centroid.x + n.y * centroid.y + n.z * centroid.z) / norm);
-    if (centroid.z > 0) {
-      const PixelPoint pixel = pixel_from_camera(view_.camera, centroid);
-      result.x = static_cast<float>(pixel.x);
-      result.y = static_cast<float>(pixel.y);
-    }
-    if (p[0].z > 0 && p[1].z > 0 && p[2].z > 0) {
-      const PixelPoint a = pixel_from_camera(view_.camera, p[0]), b = pixel_from_camera(view_.camera, p[1]),
-                       c = pixel_from_camera(view_.camera, p[2]);
-      if (is_near(a) && is_near(b) && is_near(c))
-        result.area_px = static_cast<float>(std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)) / 2);
-    }
-    return result;
+  };
+  Corners corners(std::uint32_t face) const {
+    const Triangle& t = mesh_.faces[face];
+    const auto corner = [&](std::size_t i) { return camera_from_world(view_.pose, mesh_.positions[t[i]]); };
+    return {{corner(0), corner(1), corner(2)}};
   }
 
   void add_pixel(std::size_t frame_pixel, std::size_t photo_pixel, PixelSums& sums) const {
@@ -128,7 +144,8 @@ class ViewPass {
     for (std::size_t c = 0; c < 3; ++c) sums.color[c] += rgb[c];
   }
 
-  /// Adds a row, run by run: neighbours mostly show the same face, and only a run's end touches shared memory.
+  /// Adds a row run by run: neighbouring pixels mostly show the same face, and only the end of a run touches memory that
+  /// threads share.
   void add_row(int y) {
     const PhotoLookup::Row row = lookup_.row(y);
     const int width = visibility_.ivm.width;
@@ -146,7 +163,7 @@ class ViewPass {
     }
   }
 
-  /// For a face that owns no pixel: the one its centroid lies in.
+  /// For a face that owns no pixel: the pixel that its centroid lies in.
   void add_centroid(const FaceShape& face_shape, PixelSums& sums) const {
     const visibility::Ivm& ivm = visibility_.ivm;
     const int x = std::clamp(static_cast<int>(face_shape.x), 0, ivm.width - 1);
@@ -164,20 +181,15 @@ class ViewPass {
     result.face = faces_[slot];
     result.visible = visible_share >= 1 ? kWholeShare : std::min<Share16>(share16(visible_share), kWholeShare - 1);
     if (sums.pixels == 0) return result;
-    const auto pixels = static_cast<double>(sums.pixels);
-    double quality = face_shape.area_px > 0 ? static_cast<double>(face_shape.area_px) * visible_share : pixels;
-    if (options_.term != DataTerm::area) quality *= static_cast<double>(sums.gradient) / (kGradientUnit * pixels);
-    if (options_.term == DataTerm::gmi_angle)
-      quality *= static_cast<double>(face_shape.cos_angle) * static_cast<double>(face_shape.cos_angle);
-    result.quality = static_cast<float>(quality);
-    result.margin = share16(static_cast<double>(sums.margin) / pixels);
+    result.quality = static_cast<float>(quality_of(options_.term, face_shape, visible_share, sums));
+    result.margin = share16(static_cast<double>(sums.margin) / static_cast<double>(sums.pixels));
     for (std::size_t c = 0; c < 3; ++c)
       result.color[c] = static_cast<std::uint16_t>((sums.color[c] * 256 + sums.pixels / 2) / sums.pixels);
     return result;
   }
 
-  std::vector<FaceRecord> records() const {
-    // Both lists are in face order.
+  /// The visible share of every listed face. Both lists are in face order.
+  std::vector<float> visible_shares() const {
     std::vector<float> visible(faces_.size(), 1.0f);
     const auto& entries = visibility_.coverage.entries;
     std::size_t entry = 0;
@@ -185,16 +197,21 @@ class ViewPass {
       if (visibility_.classes[faces_[slot]] == visibility::FaceClass::full) continue;
       while (entry < entries.size() && index(entries[entry].face) < faces_[slot]) ++entry;
       const bool found = entry < entries.size() && index(entries[entry].face) == faces_[slot];
-      visible[slot] = found ? std::min(entries[entry].visible_share, kPartialShareAtMost) : 0.5f;
+      visible[slot] = found ? std::min(entries[entry].visible_share, kMaxPartialShare) : 0.5f;
     }
+    return visible;
+  }
+
+  std::vector<FaceRecord> records() const {
+    const std::vector<float> visible = visible_shares();
     std::vector<FaceRecord> result(faces_.size());
     tbb::parallel_for(std::size_t{0}, faces_.size(),
                       [&](std::size_t slot) { result[slot] = record(slot, static_cast<double>(visible[slot])); });
     return result;
   }
 
-  /// Partial though every in-image sample sees it: a vertex lies outside the image.
-  static constexpr float kPartialShareAtMost = 65534.0f / 65535.0f;
+  /// A face is partial although every in-image sample sees it if a vertex lies outside the image.
+  static constexpr float kMaxPartialShare = 65534.0f / 65535.0f;
 
   const Mesh& mesh_;
   const View& view_;
@@ -214,8 +231,9 @@ class ViewPass {
 Share16 share16(double share) { return static_cast<Share16>(std::lround(std::clamp(share, 0.0, 1.0) * kWholeShare)); }
 
 std::vector<FaceRecord> view_statistics(const Mesh& mesh, const View& view, const Image& photo,
-                                        const visibility::ViewVisibility& visibility, const CostOptions& options) {
-  return ViewPass(mesh, view, photo, visibility, options).run();
+                                        const visibility::ViewVisibility& visibility, const CostOptions& options,
+                                        std::span<const std::uint8_t> wanted) {
+  return ViewPass(mesh, view, photo, visibility, options).run(wanted);
 }
 
 }  // namespace gpvc::labeling

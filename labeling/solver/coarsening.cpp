@@ -6,47 +6,44 @@
 namespace gpvc::labeling {
 namespace {
 
-/// Breadth-first pieces, in the order of the lowest node of each.
-std::size_t find_clusters(const LabelProblem& problem, std::size_t cluster_size,
-                          std::vector<std::uint32_t>& cluster_of_node, std::vector<std::uint32_t>& members,
-                          std::vector<std::size_t>& member_first) {
+/// Numbers the clusters, breadth-first pieces in the order of their lowest nodes, and lists the members of each.
+Grouped<std::uint32_t> find_clusters(const LabelProblem& problem, std::size_t cluster_size,
+                                     std::vector<std::uint32_t>& cluster_of_node) {
+  Grouped<std::uint32_t> clusters;
+  std::vector<std::uint32_t>& members = clusters.items;
   cluster_of_node.assign(problem.nodes(), kNoLabel);
-  member_first.assign(1, 0);
-  std::uint32_t clusters = 0;
   for (std::uint32_t seed = 0; seed < problem.nodes(); ++seed) {
     if (cluster_of_node[seed] != kNoLabel || problem.first[seed] == problem.first[seed + 1]) continue;
+    const auto cluster = static_cast<std::uint32_t>(clusters.groups());
     const std::size_t begin = members.size();
     members.push_back(seed);
-    cluster_of_node[seed] = clusters;
+    cluster_of_node[seed] = cluster;
     for (std::size_t i = begin; i < members.size(); ++i)
-      for (std::size_t k = problem.neighbour_first[members[i]]; k < problem.neighbour_first[members[i] + 1]; ++k) {
-        const std::uint32_t other = problem.neighbours[k].node;
-        if (members.size() - begin == cluster_size || cluster_of_node[other] != kNoLabel) continue;
-        cluster_of_node[other] = clusters;
-        members.push_back(other);
+      for (const LabelProblem::Neighbour& neighbour : problem.neighbours[members[i]]) {
+        if (members.size() - begin == cluster_size || cluster_of_node[neighbour.node] != kNoLabel) continue;
+        cluster_of_node[neighbour.node] = cluster;
+        members.push_back(neighbour.node);
       }
-    member_first.push_back(members.size());
-    ++clusters;
+    clusters.first.push_back(members.size());
   }
   return clusters;
 }
 
-/// Appends one cluster's candidates.
+/// Appends the candidates of one cluster.
 void add_candidates(const LabelProblem& problem, std::span<const std::uint32_t> members, float missing_penalty,
                     CoarseProblem& coarse) {
   struct Item {
     std::uint32_t label;
-    float excess;  ///< over the node's cheapest
+    float excess;  ///< over the node's cheapest candidate
   };
   std::vector<Item> items;
   double cheapest_sum = 0;
   for (const std::uint32_t node : members) {
-    const auto begin = problem.costs.begin() + static_cast<std::ptrdiff_t>(problem.first[node]);
-    const auto end = problem.costs.begin() + static_cast<std::ptrdiff_t>(problem.first[node + 1]);
-    const float cheapest = *std::min_element(begin, end);
+    const std::span<const std::uint32_t> labels = problem.labels_of(node);
+    const std::span<const float> costs = problem.costs_of(node);
+    const float cheapest = *std::min_element(costs.begin(), costs.end());
     cheapest_sum += static_cast<double>(cheapest);
-    for (std::size_t i = problem.first[node]; i < problem.first[node + 1]; ++i)
-      items.push_back({problem.labels[i], problem.costs[i] - cheapest});
+    for (std::size_t i = 0; i < labels.size(); ++i) items.push_back({labels[i], costs[i] - cheapest});
   }
   std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.label < b.label; });
   std::size_t most = 0;
@@ -69,9 +66,9 @@ void add_candidates(const LabelProblem& problem, std::span<const std::uint32_t> 
 std::vector<WeightedPair> cluster_pairs(const LabelProblem& problem, const CoarseProblem& coarse) {
   std::vector<WeightedPair> pairs;
   for (std::uint32_t node = 0; node < problem.nodes(); ++node)
-    for (std::size_t i = problem.neighbour_first[node]; i < problem.neighbour_first[node + 1]; ++i) {
-      const std::uint32_t a = coarse.cluster_of_node[node], b = coarse.cluster_of_node[problem.neighbours[i].node];
-      if (a < b) pairs.push_back({a, b, problem.neighbours[i].weight});
+    for (const LabelProblem::Neighbour& neighbour : problem.neighbours[node]) {
+      const std::uint32_t a = coarse.cluster_of_node[node], b = coarse.cluster_of_node[neighbour.node];
+      if (a < b) pairs.push_back({a, b, neighbour.weight});
     }
   std::stable_sort(pairs.begin(), pairs.end(), [](const WeightedPair& x, const WeightedPair& y) {
     return std::pair(x.a, x.b) < std::pair(y.a, y.b);
@@ -91,18 +88,15 @@ std::vector<WeightedPair> cluster_pairs(const LabelProblem& problem, const Coars
 
 CoarseProblem coarsen(const LabelProblem& problem, std::size_t cluster_size) {
   CoarseProblem coarse;
-  std::vector<std::uint32_t> members;
-  std::vector<std::size_t> member_first;
-  const std::size_t clusters = find_clusters(problem, cluster_size, coarse.cluster_of_node, members, member_first);
+  const Grouped<std::uint32_t> clusters = find_clusters(problem, cluster_size, coarse.cluster_of_node);
+  const std::vector<LabelProblem::Neighbour>& neighbours = problem.neighbours.items;
   double weight_sum = 0;
-  for (const auto& neighbour : problem.neighbours) weight_sum += static_cast<double>(neighbour.weight);
-  const auto mean_weight = problem.neighbours.empty()
-                               ? 0.0f
-                               : static_cast<float>(weight_sum / static_cast<double>(problem.neighbours.size()));
+  for (const LabelProblem::Neighbour& neighbour : neighbours) weight_sum += static_cast<double>(neighbour.weight);
+  const float mean_weight =
+      neighbours.empty() ? 0.0f : static_cast<float>(weight_sum / static_cast<double>(neighbours.size()));
   coarse.first.push_back(0);
-  for (std::size_t cluster = 0; cluster < clusters; ++cluster)
-    add_candidates(problem, {members.data() + member_first[cluster], member_first[cluster + 1] - member_first[cluster]},
-                   mean_weight, coarse);
+  for (std::size_t cluster = 0; cluster < clusters.groups(); ++cluster)
+    add_candidates(problem, clusters[cluster], mean_weight, coarse);
   coarse.problem = make_problem(coarse.first, coarse.labels, coarse.costs, cluster_pairs(problem, coarse));
   return coarse;
 }
@@ -113,9 +107,8 @@ std::vector<std::uint32_t> refine_labels(const LabelProblem& problem, const Coar
   for (std::size_t node = 0; node < labels.size(); ++node) {
     if (labels[node] == kNoLabel) continue;
     const std::uint32_t wanted = coarse_labels[coarse.cluster_of_node[node]];
-    const auto begin = problem.labels.begin() + static_cast<std::ptrdiff_t>(problem.first[node]);
-    const auto end = problem.labels.begin() + static_cast<std::ptrdiff_t>(problem.first[node + 1]);
-    if (std::binary_search(begin, end, wanted)) labels[node] = wanted;
+    const std::span<const std::uint32_t> candidates = problem.labels_of(node);
+    if (std::binary_search(candidates.begin(), candidates.end(), wanted)) labels[node] = wanted;
   }
   return labels;
 }

@@ -1,4 +1,4 @@
-// A smaller labeling problem whose solution is a good start for the larger one.
+// Makes a smaller labeling problem whose solution is a good start for the larger one.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace gpvc::labeling {
 
-/// Clusters of neighbouring nodes as nodes. Owns what its problem borrows.
+/// The problem whose nodes are clusters of the larger problem's nodes, with the arrays that it borrows.
 struct CoarseProblem {
   std::vector<std::uint32_t> cluster_of_node;  ///< kNoLabel for nodes without candidates
   std::vector<std::size_t> first;
@@ -17,12 +17,13 @@ struct CoarseProblem {
   LabelProblem problem;
 };
 
-/// Connected clusters of at most `cluster_size` nodes. A cluster's candidates are the labels that at least half of its
-/// nodes have; a node that lacks the label counts with its cheapest cost and one pair's weight. Pairs between two
-/// clusters become one of the sum of their weights. Deterministic; O(candidates log candidates a cluster).
+/// Makes connected clusters of at most `cluster_size` nodes. A cluster's candidates are the labels that at least half of
+/// its nodes have, or the most frequent ones where no label reaches half; a node that lacks the label counts with its
+/// cheapest cost and the mean weight of a pair. The pairs between two clusters become one pair with the sum of their
+/// weights. O(candidates * log(candidates of a cluster)).
 CoarseProblem coarsen(const LabelProblem& problem, std::size_t cluster_size);
 
-/// Labels of the fine problem: the cluster's where it is a candidate, else the cheapest.
+/// Labels of the finer problem: the cluster's label where the node has it as a candidate, else the cheapest.
 std::vector<std::uint32_t> refine_labels(const LabelProblem& problem, const CoarseProblem& coarse,
                                          const std::vector<std::uint32_t>& coarse_labels);
 

@@ -1,4 +1,4 @@
-// Weights of the face adjacency graph from the shape of the mesh.
+// Weights the pairs of the face adjacency graph by the shape of the mesh.
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -13,14 +13,14 @@
 namespace gpvc::labeling {
 namespace {
 
-constexpr double kLongest = 4, kLeastFold = 0.05;
+constexpr double kMaxLength = 4, kMinFold = 0.05;
 
 glm::dvec3 at(const Mesh& mesh, std::uint32_t vertex) {
   const WorldPoint& p = mesh.positions[vertex];
   return {p.x, p.y, p.z};
 }
 
-// The corners two faces share; the first two where they share three.
+/// Distance of two corners that the faces share; of the first two where they share three.
 double shared_length(const Mesh& mesh, const Triangle& a, const Triangle& b) {
   std::array<std::uint32_t, 3> shared{};
   std::size_t count = 0;
@@ -36,9 +36,9 @@ glm::dvec3 normal(const Mesh& mesh, const Triangle& face) {
   return length > 0 ? n / length : glm::dvec3(0);
 }
 
-// Degenerate faces have no normal: neither flat nor folded, half.
+/// Degenerate faces have no normal; their pairs count as half folded.
 double flatness(const Mesh& mesh, const Triangle& a, const Triangle& b) {
-  return std::max(kLeastFold, (1 + glm::dot(normal(mesh, a), normal(mesh, b))) / 2);
+  return std::max(kMinFold, (1 + glm::dot(normal(mesh, a), normal(mesh, b))) / 2);
 }
 
 }  // namespace
@@ -59,10 +59,10 @@ void weigh_edges(const Mesh& mesh, EdgeWeights weights, FaceGraph& graph) {
   if (by_length) {
     each_pair([&](std::size_t i, const Triangle& a, const Triangle& b) { lengths[i] = shared_length(mesh, a, b); });
     for (const double length : lengths)
-      mean += length / static_cast<double>(lengths.size());  // in order: the same sum always
+      mean += length / static_cast<double>(lengths.size());  // not in parallel: the sum depends on the order
   }
   each_pair([&](std::size_t i, const Triangle& a, const Triangle& b) {
-    const double length = mean > 0 ? std::min(kLongest, lengths[i] / mean) : 1.0;
+    const double length = mean > 0 ? std::min(kMaxLength, lengths[i] / mean) : 1.0;
     graph.weights[i] = static_cast<float>(length * (by_fold ? flatness(mesh, a, b) : 1.0));
   });
 }

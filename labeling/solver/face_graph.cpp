@@ -1,12 +1,12 @@
-// Faces that share an edge, found by bucketing half-edges by their lower vertex: linear work, no hashing, and an order
-// that no thread can disturb.
+// Finds faces that share an edge by grouping half-edges by their lower vertex: almost linear work, no hashing, and an
+// order that does not depend on threads.
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 
+#include "io/grouping.h"
 #include "labeling/labeling.h"
-#include "labeling/offsets.h"
 
 namespace gpvc::labeling {
 namespace {
@@ -18,7 +18,7 @@ struct HalfEdge {
   auto operator<=>(const HalfEdge&) const = default;
 };
 
-/// Calls visit(lower vertex, higher vertex) for the edges of a triangle; one from a vertex to itself is none.
+/// Calls visit(lower vertex, higher vertex) for the edges of a triangle, without edges from a vertex to itself.
 template <class Visit>
 void for_each_edge(const Triangle& triangle, Visit visit) {
   for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -27,70 +27,44 @@ void for_each_edge(const Triangle& triangle, Visit visit) {
   }
 }
 
-/// Turns counts (one bucket each, a spare at the end) into the buckets' first offsets.
-template <class Body>
-void parallel_over(std::size_t count, Body body) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4096), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
+/// Ascending within a vertex.
+Grouped<HalfEdge> half_edges_by_lower_vertex(const Mesh& mesh) {
+  Grouped<HalfEdge> half_edges = group_items<HalfEdge>(mesh.positions.size(), [&](const auto& add) {
+    for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
+      for_each_edge(mesh.faces[face], [&](std::uint32_t low, std::uint32_t high) { add(low, {high, face}); });
   });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, half_edges.groups(), 4096), [&](const auto& vertices) {
+    for (std::size_t vertex = vertices.begin(); vertex != vertices.end(); ++vertex)
+      std::sort(half_edges[vertex].begin(), half_edges[vertex].end());
+  });
+  return half_edges;
 }
 
-struct Buckets {
-  std::vector<std::size_t> first;  ///< buckets + 1
-  std::vector<HalfEdge> items;     ///< ascending within a bucket
-};
-
-Buckets half_edges_by_lower_vertex(const Mesh& mesh) {
-  Buckets buckets;
-  buckets.first.assign(mesh.positions.size() + 1, 0);
-  for (const Triangle& triangle : mesh.faces)
-    for_each_edge(triangle, [&](std::uint32_t low, std::uint32_t) { ++buckets.first[low]; });
-  buckets.items.resize(offsets_from_counts(buckets.first));
-  std::vector<std::size_t> next = buckets.first;
-  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
-    for_each_edge(mesh.faces[face], [&](std::uint32_t low, std::uint32_t high) {
-      buckets.items[next[low]++] = {high, face};
-    });
-  parallel_over(mesh.positions.size(), [&](std::size_t vertex) {
-    std::sort(buckets.items.begin() + static_cast<std::ptrdiff_t>(buckets.first[vertex]),
-              buckets.items.begin() + static_cast<std::ptrdiff_t>(buckets.first[vertex + 1]));
-  });
-  return buckets;
-}
-
-/// Calls visit(lower face, higher face) for consecutive faces around each edge of one bucket. A face that has the edge
+/// Calls visit(lower face, higher face) for consecutive faces around each edge of one vertex. A face that has the edge
 /// twice (its third vertex is one of the edge's) counts once.
 template <class Visit>
-void for_each_pair(const HalfEdge* begin, const HalfEdge* end, Visit visit) {
-  for (const HalfEdge* item = begin; item + 1 < end; ++item)
-    if (item[0].other_vertex == item[1].other_vertex && item[0].face != item[1].face) visit(item[0].face, item[1].face);
+void for_each_pair(std::span<const HalfEdge> half_edges, Visit visit) {
+  for (std::size_t i = 1; i < half_edges.size(); ++i) {
+    const HalfEdge &a = half_edges[i - 1], &b = half_edges[i];
+    if (a.other_vertex == b.other_vertex && a.face != b.face) visit(a.face, b.face);
+  }
 }
 
 }  // namespace
 
 FaceGraph face_graph(const Mesh& mesh) {
-  const Buckets buckets = half_edges_by_lower_vertex(mesh);
-  const auto bucket_begin = [&](std::size_t vertex) { return buckets.items.data() + buckets.first[vertex]; };
-
-  // The same trick once more, by lower face, puts the pairs in ascending order.
-  std::vector<std::size_t> first(mesh.faces.size() + 1, 0);
-  for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex)
-    for_each_pair(bucket_begin(vertex), bucket_begin(vertex + 1),
-                  [&](std::uint32_t low, std::uint32_t) { ++first[low]; });
-  std::vector<std::uint32_t> higher(offsets_from_counts(first));
-  std::vector<std::size_t> next = first;
-  for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex)
-    for_each_pair(bucket_begin(vertex), bucket_begin(vertex + 1),
-                  [&](std::uint32_t low, std::uint32_t high) { higher[next[low]++] = high; });
-
+  const Grouped<HalfEdge> half_edges = half_edges_by_lower_vertex(mesh);
+  // Grouped by lower face and sorted, the pairs are in ascending order.
+  Grouped<std::uint32_t> higher_faces = group_items<std::uint32_t>(mesh.faces.size(), [&](const auto& add) {
+    for (std::size_t vertex = 0; vertex < half_edges.groups(); ++vertex) for_each_pair(half_edges[vertex], add);
+  });
   FaceGraph graph;
-  graph.edges.reserve(higher.size());
+  graph.edges.reserve(higher_faces.items.size());
   for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
-    const auto begin = higher.begin() + static_cast<std::ptrdiff_t>(first[face]);
-    const auto end = higher.begin() + static_cast<std::ptrdiff_t>(first[face + 1]);
-    std::sort(begin, end);
-    for (auto it = begin; it != end; ++it)
-      if (it == begin || *it != it[-1]) graph.edges.push_back({face, *it});
+    const std::span<std::uint32_t> others = higher_faces[face];
+    std::sort(others.begin(), others.end());
+    const auto end = std::unique(others.begin(), others.end());
+    for (auto other = others.begin(); other != end; ++other) graph.edges.push_back({face, *other});
   }
   return graph;
 }

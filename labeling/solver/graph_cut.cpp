@@ -1,5 +1,5 @@
-// Boost.Graph stays in this source. Its algorithm runs on a view of flat arrays that models the concepts it asks for:
-// an adjacency_list would spend more time on its own building than on the flow.
+// The only source that uses Boost.Graph. Its algorithm runs on a view of flat arrays that models the graph concepts it
+// requires, because building an adjacency_list would take longer than computing the flow.
 #include "labeling/solver/graph_cut.h"
 
 #include <algorithm>
@@ -39,10 +39,11 @@ struct Forest {
   static constexpr std::uint32_t kUnseen = 0xFFFFFFFFu, kRoot = 0xFFFFFFFEu;
 };
 
-/// Sends what nodes have from the source, or need for the sink, up the forest as far as capacities allow, so that
-/// supply and demand meet. Any flow may be sent in advance without changing the minimum cuts, and this one takes linear
-/// time: costs of neighbours differ by little and either way, and what remains for the search trees is a small part.
-void send_up(CutGraph::Topology& graph, const Forest& forest) {
+/// Pushes each node's excess (capacity from the source or to the sink) towards the root of its tree as far as capacities
+/// allow, so that supply and demand cancel. Flow pushed in advance does not change the minimum cuts. This takes linear
+/// time and leaves little for the search trees of the algorithm, since terminal capacities of neighbours are small and of
+/// either sign.
+void push_to_roots(CutGraph::Topology& graph, const Forest& forest) {
   for (std::size_t i = forest.order.size(); i-- > 0;) {
     const std::uint32_t node = forest.order[i], arc = forest.parent_arc[node];
     const Capacity terminal = graph.terminal[node];
@@ -59,7 +60,8 @@ void send_up(CutGraph::Topology& graph, const Forest& forest) {
 
 }  // namespace
 
-// Nodes 0..n-1, then source and sink. A node's arcs: its one terminal arc if it has any, then the topology's.
+// The graph as the algorithm sees it: nodes 0 to n - 1, then source and sink. A node's arcs are its terminal arc, if it has
+// one, then those of the topology.
 struct CutGraph::Arrays {
   std::vector<std::uint32_t> first;  ///< nodes + 3
   std::vector<std::uint32_t> target, reverse;
@@ -71,13 +73,16 @@ struct CutGraph::Arrays {
   Forest forest;
 
   void build(const Topology& problem);
+
+ private:
+  void place_rows(const Topology& problem);
 };
 
 namespace {
 
 struct FlowGraphCategory : boost::vertex_list_graph_tag, boost::edge_list_graph_tag, boost::incidence_graph_tag {};
 
-/// What Boost's algorithm sees; boost::graph_traits takes the types from here.
+/// The view that Boost's algorithm works on; boost::graph_traits takes the types from here.
 struct FlowGraph {
   using vertex_descriptor = std::uint32_t;
   using edge_descriptor = std::uint32_t;
@@ -137,9 +142,10 @@ void CutGraph::Topology::link_reverse() {
     }
 }
 
-void CutGraph::Arrays::build(const Topology& problem) {
+/// Fills `first` and resizes the arrays of arcs.
+void CutGraph::Arrays::place_rows(const Topology& problem) {
   const auto nodes = static_cast<std::uint32_t>(problem.terminal.size());
-  const std::uint32_t source_node = nodes, sink_node = nodes + 1;
+  const auto inner_arcs = static_cast<std::uint32_t>(problem.target.size());
   first.resize(nodes + 3);
   std::uint32_t terminals = 0, source_arcs = 0;
   for (std::uint32_t node = 0; node < nodes; ++node) {
@@ -147,14 +153,18 @@ void CutGraph::Arrays::build(const Topology& problem) {
     terminals += problem.terminal[node] != 0;
     source_arcs += problem.terminal[node] > 0;
   }
-  const auto inner_arcs = static_cast<std::uint32_t>(problem.target.size());
-  first[source_node] = inner_arcs + terminals;
-  first[sink_node] = first[source_node] + source_arcs;
-  first[sink_node + 1] = inner_arcs + 2 * terminals;
-
+  first[nodes] = inner_arcs + terminals;
+  first[nodes + 1] = first[nodes] + source_arcs;
+  first[nodes + 2] = inner_arcs + 2 * terminals;
   target.resize(first.back());
   reverse.resize(first.back());
   residual.resize(first.back());
+}
+
+void CutGraph::Arrays::build(const Topology& problem) {
+  place_rows(problem);
+  const auto nodes = static_cast<std::uint32_t>(problem.terminal.size());
+  const std::uint32_t source_node = nodes, sink_node = nodes + 1;
   std::uint32_t next_source = first[source_node], next_sink = first[sink_node];
   for (std::uint32_t node = 0; node < nodes; ++node) {
     std::uint32_t arc = first[node];
@@ -185,7 +195,7 @@ const std::vector<std::uint8_t>& CutGraph::solve() {
   Arrays& a = *arrays_;
   const auto nodes = static_cast<std::uint32_t>(topology.terminal.size());
   a.forest.grow(topology, nodes);
-  send_up(topology, a.forest);
+  push_to_roots(topology, a.forest);
   a.source_side.assign(nodes, 0);
   if (std::none_of(topology.terminal.begin(), topology.terminal.end(), [](Capacity t) { return t > 0; }))
     return a.source_side;
@@ -194,7 +204,7 @@ const std::vector<std::uint8_t>& CutGraph::solve() {
   a.tree.resize(nodes + 2);
   a.distance.assign(nodes + 2, 0);
   FlowGraph graph{&a.first, &a.target, &a.reverse};
-  // Capacities may be overwritten by residuals: the algorithm copies one to the other before anything else.
+  // Capacities and residuals may be the same array: the algorithm begins by copying one to the other.
   boost::boykov_kolmogorov_max_flow(graph, a.residual.data(), a.residual.data(), a.reverse.data(), a.parent_arc.data(),
                                     a.tree.data(), a.distance.data(),
                                     boost::typed_identity_property_map<std::uint32_t>(), nodes, nodes + 1);

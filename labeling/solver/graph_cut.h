@@ -8,10 +8,10 @@
 
 namespace gpvc::labeling {
 
-/// Integers: exact and the same for any order of operations.
+/// Integers, so that sums are exact and do not depend on the order of operations.
 using Capacity = std::int64_t;
 
-/// A cut problem and its answer; meant to be refilled, so that its memory is allocated once.
+/// A cut problem and its solution, meant to be filled again, so that its memory is allocated once.
 class CutGraph {
  public:
   CutGraph();
@@ -19,8 +19,8 @@ class CutGraph {
   CutGraph(const CutGraph&) = delete;
   CutGraph& operator=(const CutGraph&) = delete;
 
-  /// Nodes and arcs, compressed by node; every arc has one back, of a capacity of its own. Flow may be pushed through
-  /// it in advance: then these are the residuals.
+  /// Nodes and arcs, compressed by node. Every arc has a reverse arc with a capacity of its own. If flow has been pushed
+  /// already, capacities are what remains of them.
   struct Topology {
     std::vector<std::uint32_t> first;  ///< nodes + 1
     std::vector<std::uint32_t> target, reverse;
@@ -33,8 +33,8 @@ class CutGraph {
   };
   Topology topology;
 
-  /// Nodes that the source still reaches once the flow is maximal: the smallest source side of all minimum cuts. Result
-  /// per node, valid until the next solve. Worst case of the algorithm O(arcs nodes^2 flow), in practice near linear.
+  /// A flag per node, 1 if the source still reaches it when the flow is maximal: the smallest source side of all minimum
+  /// cuts. Valid until the next solve. O(arcs * nodes^2 * flow) in the worst case, in practice nearly linear.
   const std::vector<std::uint8_t>& solve();
 
  private:

@@ -1,4 +1,4 @@
-// Patches: connected nodes of equal label.
+// Patches: connected components of equal label.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace gpvc::labeling {
 
-/// Calls visit(span of nodes) for each patch, in the order of their lowest nodes; nodes without a label are in none.
-/// Labels may change during a visit, if only those of the nodes visited.
+/// Calls visit(span of nodes) for each patch, in the order of their lowest nodes. Nodes without a label belong to no patch.
+/// A visit may change the labels of its own nodes.
 template <class Visit>
 void for_each_patch(const LabelProblem& problem, std::span<const std::uint32_t> labels, Visit visit) {
   std::vector<std::uint8_t> seen(problem.nodes(), 0);
@@ -21,18 +21,17 @@ void for_each_patch(const LabelProblem& problem, std::span<const std::uint32_t> 
     seen[seed] = 1;
     patch.assign(1, seed);
     for (std::size_t i = 0; i < patch.size(); ++i)
-      for (std::size_t k = problem.neighbour_first[patch[i]]; k < problem.neighbour_first[patch[i] + 1]; ++k) {
-        const std::uint32_t other = problem.neighbours[k].node;
-        if (seen[other] != 0 || labels[other] != labels[seed]) continue;
-        seen[other] = 1;
-        patch.push_back(other);
+      for (const LabelProblem::Neighbour& neighbour : problem.neighbours[patch[i]]) {
+        if (seen[neighbour.node] != 0 || labels[neighbour.node] != labels[seed]) continue;
+        seen[neighbour.node] = 1;
+        patch.push_back(neighbour.node);
       }
     visit(std::span<const std::uint32_t>(patch));
   }
 }
 
-/// Gives each patch of at most `max_nodes` the label of a neighbouring patch, the one that costs least, where all its
-/// nodes have that candidate and the energy rises by at most `max_rise` (>= 0). Returns how many.
+/// Merges each patch of at most `max_nodes` into the neighbouring patch whose label costs least, if all its nodes have
+/// that label as a candidate and the energy rises by at most `max_rise` (>= 0). Returns the number of merged patches.
 std::size_t merge_small_patches(const LabelProblem& problem, std::size_t max_nodes, double max_rise,
                                 std::vector<std::uint32_t>& labels);
 

@@ -1,5 +1,6 @@
-// select_views: from costs to labels, coarse to fine, and what is to be said about the result.
+// select_views: from costs to labels, coarse to fine, and the figures of the result.
 #include <algorithm>
+#include <stdexcept>
 
 #include "io/clock.h"
 #include "labeling/labeling.h"
@@ -10,10 +11,10 @@
 namespace gpvc::labeling {
 namespace {
 
-/// Labels that one batch cuts at a time on the full graph. More would use more cores and waste more cuts.
+/// Labels per batch on the full graph. A larger batch uses more cores and wastes more cuts.
 constexpr std::size_t kBatch = 8;
 constexpr std::size_t kClusterSize = 16;
-constexpr std::size_t kSmallEnough = 2000;  ///< nodes that need no coarser start
+constexpr std::size_t kMaxDirectNodes = 2000;  ///< problems up to this size are solved without a coarser start
 constexpr int kCoarseSweeps = 8;
 
 std::size_t count_patches(const LabelProblem& problem, std::span<const std::uint32_t> labels) {
@@ -22,22 +23,25 @@ std::size_t count_patches(const LabelProblem& problem, std::span<const std::uint
   return patches;
 }
 
+bool differ(std::span<const ViewId> labels, const std::array<std::uint32_t, 2>& pair) {
+  const ViewId a = labels[pair[0]], b = labels[pair[1]];
+  return a != kNoView && b != kNoView && a != b;
+}
+
 std::size_t count_differing_pairs(const FaceGraph& graph, std::span<const ViewId> labels) {
-  std::size_t differing = 0;
-  for (const auto& [a, b] : graph.edges)
-    differing += labels[a] != kNoView && labels[b] != kNoView && labels[a] != labels[b];
-  return differing;
+  return static_cast<std::size_t>(
+      std::count_if(graph.edges.begin(), graph.edges.end(), [&](const auto& pair) { return differ(labels, pair); }));
 }
 
 double pair_weight(const FaceGraph& graph, std::size_t pair) {
   return graph.weights.empty() ? 1.0 : static_cast<double>(graph.weights[pair]);
 }
 
-/// Solves a chain of smaller problems, the smallest first, each from the one before.
+/// Labels to start from: the solution of a coarser problem, which is solved in the same way.
 std::vector<std::uint32_t> coarse_start(const LabelProblem& problem) {
-  if (problem.nodes() <= kSmallEnough) return cheapest_labels(problem);
+  if (problem.nodes() <= kMaxDirectNodes) return cheapest_labels(problem);
   const CoarseProblem coarse = coarsen(problem, kClusterSize);
-  // Clusters hardly smaller than nodes: nothing to gain.
+  // Clusters of less than two nodes on average are not worth solving first.
   if (2 * coarse.problem.nodes() > problem.nodes()) return cheapest_labels(problem);
   std::vector<std::uint32_t> labels = coarse_start(coarse.problem);
   Expander expander(coarse.problem, labels, 1);
@@ -51,6 +55,36 @@ std::vector<ViewId> view_ids(const std::vector<std::uint32_t>& labels) {
   return views;
 }
 
+std::vector<WeightedPair> weighted_pairs(const FaceGraph& graph, double smoothness) {
+  std::vector<WeightedPair> pairs;
+  pairs.reserve(graph.edges.size());
+  for (std::size_t i = 0; i < graph.edges.size(); ++i)
+    pairs.push_back({graph.edges[i][0], graph.edges[i][1], static_cast<float>(smoothness * pair_weight(graph, i))});
+  return pairs;
+}
+
+/// The table in which each fixed face has its fixed view as its only candidate. No label but that can then be given to it.
+CostTable with_fixed_labels(const CostTable& table, std::span<const ViewId> fixed) {
+  CostTable result;
+  result.first.reserve(table.first.size());
+  result.first.push_back(0);
+  for (std::size_t face = 0; face < table.faces(); ++face) {
+    const std::span<const std::uint32_t> views = table.views_of(face);
+    const std::span<const float> costs = table.costs_of(face);
+    const auto fixed_view = static_cast<std::uint32_t>(fixed[face]);
+    if (fixed[face] == kNoView) {
+      result.views.insert(result.views.end(), views.begin(), views.end());
+      result.costs.insert(result.costs.end(), costs.begin(), costs.end());
+    } else {
+      const auto own = std::find(views.begin(), views.end(), fixed_view);
+      result.views.push_back(fixed_view);
+      result.costs.push_back(own == views.end() ? 0.0f : costs[static_cast<std::size_t>(own - views.begin())]);
+    }
+    result.first.push_back(result.views.size());
+  }
+  return result;
+}
+
 }  // namespace
 
 double labeling_energy(const CostTable& table, const FaceGraph& graph, std::span<const ViewId> labels,
@@ -61,23 +95,21 @@ double labeling_energy(const CostTable& table, const FaceGraph& graph, std::span
       if (table.views[i] == index(labels[face])) energy += static_cast<double>(table.costs[i]);
   if (graph.weights.empty()) return energy + smoothness * static_cast<double>(count_differing_pairs(graph, labels));
   double seams = 0;
-  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
-    const auto [a, b] = graph.edges[i];
-    if (labels[a] != kNoView && labels[b] != kNoView && labels[a] != labels[b]) seams += pair_weight(graph, i);
-  }
+  for (std::size_t i = 0; i < graph.edges.size(); ++i)
+    if (differ(labels, graph.edges[i])) seams += pair_weight(graph, i);
   return energy + smoothness * seams;
 }
 
 Selection select_views(const CostTable& table, const FaceGraph& graph, const SolverOptions& options,
-                       const Progress& progress) {
+                       const Progress& progress, std::span<const ViewId> fixed) {
   const auto start = Clock::now();
-  std::vector<WeightedPair> pairs;
-  pairs.reserve(graph.edges.size());
-  for (std::size_t i = 0; i < graph.edges.size(); ++i)
-    pairs.push_back(
-        {graph.edges[i][0], graph.edges[i][1], static_cast<float>(options.smoothness * pair_weight(graph, i))});
-  const LabelProblem problem = make_problem(table.first, table.views, table.costs, pairs);
-  pairs = {};
+  if (!fixed.empty()) {
+    if (fixed.size() != table.faces())
+      throw std::invalid_argument("select_views: expected a fixed view per face, or none");
+    return select_views(with_fixed_labels(table, fixed), graph, options, progress);
+  }
+  const LabelProblem problem =
+      make_problem(table.first, table.views, table.costs, weighted_pairs(graph, options.smoothness));
   std::vector<std::uint32_t> labels = coarse_start(problem);
 
   Selection result;

@@ -109,6 +109,58 @@ TEST(Labeling, ManyViewsStayWithinTwiceTheOptimum) {
   EXPECT_LE(sum, 1.01 * optimal_sum);  // measured 1.001
 }
 
+/// The instance in which fixed faces have no choice.
+Instance restricted(const Instance& instance, const std::vector<ViewId>& fixed) {
+  Instance result{{}, instance.graph};
+  result.table.first.push_back(0);
+  for (std::size_t face = 0; face < instance.table.faces(); ++face) {
+    bool found = false;
+    for (std::size_t i = instance.table.first[face]; i < instance.table.first[face + 1]; ++i) {
+      if (fixed[face] != kNoView && index(fixed[face]) != instance.table.views[i]) continue;
+      result.table.views.push_back(instance.table.views[i]);
+      result.table.costs.push_back(instance.table.costs[i]);
+      found = true;
+    }
+    if (fixed[face] != kNoView && !found) {
+      result.table.views.push_back(static_cast<std::uint32_t>(fixed[face]));
+      result.table.costs.push_back(0);
+    }
+    result.table.first.push_back(result.table.views.size());
+  }
+  return result;
+}
+
+// Fixed views 0 to 2 of two candidates: view 2 is no candidate of any face.
+TEST(Labeling, FixedFacesKeepTheirViewsAndTheOthersReachTheOptimum) {
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    const Instance instance = random_grid(4, 3, 2, seed % 2 == 0 ? 1.0 : 0.8, seed);
+    std::mt19937 random(seed);
+    std::vector<ViewId> fixed(12, kNoView);
+    for (ViewId& view : fixed)
+      if (random() % 3 == 0) view = ViewId{static_cast<std::uint32_t>(random() % 3)};
+    SolverOptions options;
+    options.smoothness = 0.4;
+    const Selection selection = select_views(instance.table, instance.graph, options, {}, fixed);
+    for (std::size_t face = 0; face < fixed.size(); ++face)
+      if (fixed[face] != kNoView) {
+        EXPECT_EQ(selection.labels[face], fixed[face]) << "seed " << seed << " face " << face;
+      }
+    const double energy = labeling_energy(instance.table, instance.graph, selection.labels, options.smoothness);
+    EXPECT_NEAR(energy, brute_force_minimum(restricted(instance, fixed), options.smoothness), kSumError)
+        << "seed " << seed;
+    EXPECT_NEAR(selection.energy, energy, kSumError);
+  }
+}
+
+TEST(Labeling, NoneFixedIsTheOrdinarySelection) {
+  const Instance instance = random_grid(20, 20, 5, 0.6, 8);
+  const std::vector<ViewId> none(instance.table.faces(), kNoView);
+  EXPECT_EQ(select_views(instance.table, instance.graph, {}, {}, none).labels,
+            select_views(instance.table, instance.graph, {}, {}).labels);
+  EXPECT_THROW(select_views(instance.table, instance.graph, {}, {}, std::vector<ViewId>(3, kNoView)),
+               std::invalid_argument);
+}
+
 TEST(Labeling, FacesWithoutCandidatesHaveNoViewAndCostNothing) {
   const Instance instance = random_grid(6, 6, 4, 0.2, 5);
   const Selection selection = solve(instance, 1);
@@ -170,6 +222,31 @@ TEST(Labeling, EnergyNeverRisesFromOneBatchOfExpansionsToTheNext) {
     Expander again(problem, labels, 1);
     EXPECT_EQ(again.sweep(), 0u) << "batch " << batch;
   }
+}
+
+// The middle of a solved scene, solved again within the labels around it, with the candidates of the middle alone.
+TEST(Labeling, PartWithinFixedLabelsIsAsGoodAsTheWhole) {
+  const Instance instance = large_instance();
+  const Selection whole = solve(instance, 0.3);
+  const auto is_inside = [](std::size_t face) { return face % 150 >= 50 && face % 150 < 100; };
+  std::vector<ViewId> fixed = whole.labels;
+  CostTable part{{0}, {}, {}};
+  for (std::size_t face = 0; face < fixed.size(); ++face) {
+    if (is_inside(face)) {
+      fixed[face] = kNoView;
+      part.views.insert(part.views.end(), instance.table.views_of(face).begin(), instance.table.views_of(face).end());
+      part.costs.insert(part.costs.end(), instance.table.costs_of(face).begin(), instance.table.costs_of(face).end());
+    }
+    part.first.push_back(part.views.size());
+  }
+  SolverOptions options;
+  options.smoothness = 0.3;
+  const Selection solved = select_views(part, instance.graph, options, {}, fixed);
+  for (std::size_t face = 0; face < fixed.size(); ++face)
+    if (!is_inside(face)) {
+      EXPECT_EQ(solved.labels[face], whole.labels[face]) << face;
+    }
+  EXPECT_LE(labeling_energy(instance.table, instance.graph, solved.labels, 0.3), 1.001 * whole.energy);
 }
 
 TEST(Labeling, SweepsReportFallingEnergy) {
@@ -237,7 +314,7 @@ TEST(Coarsening, ClustersAreConnectedAndKeepTheSumOfCosts) {
   for (const auto& [a, b] : instance.graph.edges)
     across += coarse.cluster_of_node[a] != kNoLabel && coarse.cluster_of_node[b] != kNoLabel &&
               coarse.cluster_of_node[a] != coarse.cluster_of_node[b];
-  for (const auto& neighbour : coarse.problem.neighbours) weight += static_cast<double>(neighbour.weight);
+  for (const auto& neighbour : coarse.problem.neighbours.items) weight += static_cast<double>(neighbour.weight);
   EXPECT_EQ(weight, 2 * across);
 }
 

@@ -175,6 +175,36 @@ TEST(Candidates, OrderOfViewsAndThreadsDoNotMatter) {
   EXPECT_TRUE(std::is_sorted(forwards.table.views.begin(), forwards.table.views.begin() + 5));
 }
 
+TEST(Candidates, WantedFacesCostWhatTheyCostInTheWhole) {
+  const Wall wall;
+  const auto photos = photos_with_a_visitor(wall, {1, 0.9, 1.1, 1, 1.2});
+  CostOptions options;
+  options.term = DataTerm::gmi;
+  options.outliers = Outliers::none;
+  const Candidates whole = wall.collect(photos, options);
+  options.reference_quality = whole.reference_quality;
+  std::vector<std::uint8_t> wanted(wall.mesh.faces.size());
+  for (std::size_t face = 0; face < wanted.size(); ++face) wanted[face] = wall.centroid(face).x < 0.3;
+  CandidateCollector collector(wall.mesh, options, wanted);
+  for (std::uint32_t i = 0; i < wall.views.size(); ++i)
+    collector.add_view(ViewId{i}, wall.views[i], photos[i], look(wall.mesh, wall.views[i], ViewId{i}));
+  const Candidates part = collector.finish();
+  const auto rows = [](const CostTable& table, std::size_t face) {
+    const auto views = table.views_of(face);
+    const auto costs = table.costs_of(face);
+    return std::pair(std::vector(views.begin(), views.end()), std::vector(costs.begin(), costs.end()));
+  };
+  for (std::size_t face = 0; face < wanted.size(); ++face) {
+    EXPECT_EQ(part.tags[face], wanted[face] != 0 ? whole.tags[face] : FaceTag::unseen);
+    if (wanted[face] != 0) {
+      EXPECT_EQ(rows(part.table, face), rows(whole.table, face)) << face;
+    } else {
+      EXPECT_TRUE(part.table.views_of(face).empty()) << face;
+    }
+  }
+  EXPECT_THROW(CandidateCollector(wall.mesh, options, {1, 0}), std::invalid_argument);
+}
+
 // A wall of two triangles behind a board, from two cameras: each sees the wall partially, and differently.
 TEST(Candidates, PartialViewsOnlyWhereNoneIsFullAndByHiddenShare) {
   Mesh mesh;
@@ -314,7 +344,7 @@ TEST(Candidates, MarginKeepsAMisplacedPoleOffTheWall) {
   EXPECT_LE(10 * red_pixels(CostOptions{}.margin_px), without);
 }
 
-TEST(Candidates, FaceThatNoViewSeesIsFilled) {
+TEST(Candidates, FaceThatNoViewSeesIsUnseen) {
   Mesh mesh;
   add_rectangle(mesh, -1, -1, 1, 1, -8, 1);
   CandidateCollector collector(mesh, {});

@@ -11,40 +11,37 @@
 #include <utility>
 #include <vector>
 
+#include "io/grouping.h"
 #include "labeling/costs/view_statistics.h"
 
 namespace gpvc::labeling {
 
-/// Each in face order.
+/// Per view (index(ViewId)), its records in face order.
 using RecordsByView = std::map<std::uint32_t, std::vector<FaceRecord>>;
 
 struct ViewRecord {
-  std::uint32_t view;
-  FaceRecord* record;
+  std::uint32_t view = 0;
+  FaceRecord* record = nullptr;
 };
 
 /// The records of a range of faces, grouped by face, views ascending.
 class FaceChunk {
  public:
-  /// O(records in it + views log records).
+  /// O(records of these faces + views * log(records of a view)).
   FaceChunk(RecordsByView& by_view, std::size_t begin_face, std::size_t end_face);
 
-  std::span<const ViewRecord> of(std::size_t face) const {
-    const std::size_t i = face - begin_face_;
-    return {records_.data() + first_[i], first_[i + 1] - first_[i]};
-  }
+  std::span<const ViewRecord> of(std::size_t face) const { return records_[face - begin_face_]; }
 
  private:
   std::size_t begin_face_;
-  std::vector<std::size_t> first_;
-  std::vector<ViewRecord> records_;
+  Grouped<ViewRecord> records_;
 };
 
 inline constexpr std::size_t kChunkFaces = 16384;
 
 inline std::size_t chunk_count(std::size_t faces) { return (faces + kChunkFaces - 1) / kChunkFaces; }
 
-/// Calls body(chunk, first face, one past the last) for all chunks of `faces`, in parallel.
+/// Calls body(chunk, first face, one past the last face) for all chunks of `faces`, in parallel.
 template <class Body>
 void for_each_chunk(std::size_t faces, Body body) {
   tbb::parallel_for(std::size_t{0}, chunk_count(faces), [&](std::size_t chunk) {

@@ -1,0 +1,41 @@
+// Items grouped by a number, in compressed rows: all items one after the other, and where each group begins.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace gpvc {
+
+template <class Item>
+struct Grouped {
+  std::vector<std::size_t> first = {0};  ///< groups + 1 offsets into items
+  std::vector<Item> items;
+
+  std::size_t groups() const { return first.size() - 1; }
+  std::span<Item> operator[](std::size_t group) {
+    return {items.data() + first[group], first[group + 1] - first[group]};
+  }
+  std::span<const Item> operator[](std::size_t group) const {
+    return {items.data() + first[group], first[group + 1] - first[group]};
+  }
+};
+
+/// Groups what for_each_item(add) passes to add(group, item), in that order within a group: a counting sort. The visitor
+/// is called twice, to count and to fill, and must pass the same items both times. O(groups + items).
+template <class Item, class ForEachItem>
+Grouped<Item> group_items(std::size_t groups, ForEachItem for_each_item) {
+  Grouped<Item> result;
+  std::vector<std::size_t>& first = result.first;
+  // Counts are kept two places further on, so that after summing first[group + 1] is where the group's next item goes,
+  // and after filling where the group ends.
+  first.assign(groups + 2, 0);
+  for_each_item([&](std::size_t group, const Item&) { ++first[group + 2]; });
+  for (std::size_t i = 2; i < first.size(); ++i) first[i] += first[i - 1];
+  result.items.resize(first.back());
+  for_each_item([&](std::size_t group, const Item& item) { result.items[first[group + 1]++] = item; });
+  first.pop_back();
+  return result;
+}
+
+}  // namespace gpvc
