@@ -102,8 +102,7 @@ uint classify(bool candidate) {
       if (!settled && sampling != 2) look_at_rows(low, high, kBetween, covered);
     }
   }
-  // Centres beyond the frame are looked for without bounds, which is not for here.
-  if (!covered) return inside_frame() ? kNoCentre : kUnsure;
+  if (!covered) return kNoCentre;
   if (!candidate || !any_seen) return kHidden;
   return all_seen && inside_frame() ? kFull : kPartial;
 }

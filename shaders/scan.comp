@@ -122,11 +122,9 @@ void scan_rows(ivec2 low, ivec2 high, int lane, int lanes) {
 uint code_of_face() {
   if (unsure) return kUnsure;
   if (raster.facing == kBack) return kHidden;
-  bool inside = inside_frame();
-  // Whether a face beyond the frame's border has samples there: few ask.
-  if (own + foreign == 0u) return inside ? kNoCentre : kUnsure;
+  if (own + foreign == 0u) return kNoCentre;
   if (own == 0u) return kUnstored;
-  return foreign == 0u && inside ? kFull : kPartial;
+  return foreign == 0u && inside_frame() ? kFull : kPartial;
 }
 
 /// Of the work group.

@@ -9,10 +9,10 @@
 //   APC     asymmetric projection configuration: reversed depth, near plane at zero (formula 5)
 // Deviation from formula 12: clip coordinates keep w = z, so the rasterizer clips at the camera plane.
 //
-// Samples of a face in a view: the pixels whose centres lie in its projection (TLR for centres exactly on an
-// edge), taken on the unbounded pixel grid after clipping at z > 0. When there is none, and sub-pixel
-// resolution is on: the centroid and the midpoints from the centroid to the three vertices. A pixel is in the
-// image when it lies on the W x H grid and its centre, distorted, lies in the photo, on a pixel that neither
+// Samples of a face in a view: the pixels of the frame whose centres lie in its projection (TLR for centres exactly on
+// an edge), after clipping at z > 0. A face that reaches the frame but covers no pixel centre of it takes, when sub-pixel
+// resolution is on, the centroid and the midpoints from the centroid to the three vertices; those that project outside
+// the frame see nothing. A pixel is in the image when its centre, distorted, lies in the photo, on a pixel that neither
 // the view's mask nor the photo's alpha excludes.
 // A degenerate face, or one seen edge-on to the accuracy of doubles (thinner than about 1e-11 px), is hidden
 // and hides nothing.
@@ -72,7 +72,7 @@ enum class FaceClass : std::uint8_t {
   hidden = 0,      ///< back-facing, or no in-image sample sees the face
   partial = 1,     ///< everything else
   full = 2,        ///< front-facing, all vertices in front of the camera and in [0,W] x [0,H], every sample sees it
-  unresolved = 3,  ///< no pixel centre in the projection, and sub-pixel resolution is off
+  unresolved = 3,  ///< no pixel centre of the frame in the projection, and sub-pixel resolution is off
 };
 
 /// How visibility is decided. gpvc: the paper, without a bias. The others are what it is compared with (sections 1 and

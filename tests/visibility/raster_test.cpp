@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "visibility/classify/face_sampler.h"
-#include "visibility/raster/centre_search.h"
 #include "visibility/raster/exact.h"
 
 namespace gpvc::visibility {
@@ -289,14 +288,6 @@ TEST(Exact, CoplanarTrianglesTieWherever) {
   EXPECT_GT(compared, 50U);
 }
 
-/// Looks at every centre around the face.
-bool has_centre(const RasterFace& face, int side) {
-  for (int y = -side; y < side; ++y)
-    for (int x = -side; x < side; ++x)
-      if (covers_exactly(face_point(face, x + 0.5, y + 0.5))) return true;
-  return false;
-}
-
 TEST(Raster, FacesThatCrossTheCameraPlaneBesideTheFrameMissIt) {
   const Camera camera{100, 80, 100, 100, 50, 40, {}};
   std::mt19937 random(8);
@@ -315,76 +306,6 @@ TEST(Raster, FacesThatCrossTheCameraPlaneBesideTheFrameMissIt) {
   }
   EXPECT_GT(missing, 200);
   EXPECT_GT(crossing, 400);
-}
-
-TEST(CentreSearch, FindsWhatLookingEverywhereFinds) {
-  std::mt19937 random(5);
-  constexpr int kSide = 24;
-  std::uniform_real_distribution<double> anywhere(-kSide, kSide), small(-1.2, 1.2), depth(0.1, 9);
-  std::uniform_int_distribution<int> quarter(-4 * kSide, 4 * kSide), centre(-kSide, kSide - 1);
-  int with = 0, without = 0;
-  for (int n = 0; n < 6000; ++n) {
-    std::array<ProjectedVertex, 3> v;
-    const double x = anywhere(random), y = anywhere(random), dx = anywhere(random), dy = anywhere(random);
-    for (int k = 0; k < 3; ++k) {
-      const double t = depth(random) / 9;
-      const auto clamped = [](double c) { return std::clamp(c, -kSide + 0.0, kSide + 0.0); };
-      if (n % 4 == 0) v[static_cast<std::size_t>(k)] = at(quarter(random) / 4.0, quarter(random) / 4.0, depth(random));
-      if (n % 4 == 1)
-        v[static_cast<std::size_t>(k)] = at(clamped(x + small(random)), clamped(y + small(random)), depth(random));
-      // Slivers between two places, and along a line through centres.
-      if (n % 4 == 2)
-        v[static_cast<std::size_t>(k)] =
-            at(clamped(x + t * dx + 0.1 * small(random)), clamped(y + t * dy + 0.1 * small(random)), depth(random));
-      if (n % 4 == 3)
-        v[static_cast<std::size_t>(k)] = at(centre(random) + 0.5, centre(random) + (k == 0 ? 0.5 : 0.5 + 0x1p-20), 1);
-    }
-    const RasterFace face = face_of(v[0], v[1], v[2]);
-    if (face.facing == Facing::edge_on) continue;
-    const bool expected = has_centre(face, kSide + 1);
-    ++(expected ? with : without);
-    EXPECT_EQ(covers_a_pixel(face), expected) << n;
-  }
-  EXPECT_GT(with, 1000);
-  EXPECT_GT(without, 1000);
-}
-
-TEST(CentreSearch, EndsForFacesThatReachMillionsOfPixels) {
-  // Ground beside a level camera, a corner a millimetre in front of the camera plane.
-  for (const double ahead : {1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 1e-300}) {
-    const RasterFace face =
-        raster_face({-2600, 3900, ahead}, {26000, 3900, ahead}, {-2600, 3900, 10}, {9000, 1 / 2600.0});
-    ASSERT_NE(face.facing, Facing::edge_on) << ahead;
-    EXPECT_TRUE(covers_a_pixel(face)) << ahead;
-  }
-  // A thousand kilometres of a hundredth of a pixel: along a column between the centres, onto them, and across.
-  constexpr double kLong = 1 << 23;
-  EXPECT_FALSE(covers_a_pixel(face_of(at(10.0, -kLong), at(10.01, -kLong), at(10.005, kLong))));
-  EXPECT_TRUE(covers_a_pixel(face_of(at(10.495, -kLong), at(10.505, -kLong), at(10.5, kLong))));
-  EXPECT_FALSE(covers_a_pixel(face_of(at(0, 0.2), at(0, 0.21), at(0.4, 0.205))));
-  // Through one centre alone, at the far end of a slope without a common measure with the grid.
-  const double slope = std::sqrt(2.0);
-  for (const double far : {1000.0, 100000.0, 4000000.0}) {
-    const double x = std::floor(far) + 0.5, y = std::floor(far * slope) + 0.5;
-    const RasterFace hit = face_of(at(x - 0.3, y - 0.3), at(x + 0.3, y - 0.2), at(x, y + 0.3));
-    EXPECT_TRUE(covers_a_pixel(hit)) << far;
-    const RasterFace missed = face_of(at(x + 0.2, y + 0.2), at(x + 0.8, y + 0.3), at(x + 0.5, y + 0.8));
-    EXPECT_FALSE(covers_a_pixel(missed)) << far;
-  }
-  EXPECT_TRUE(covers_a_pixel(face_of(at(0, 0, -1), at(1, 0, 1), at(0, 1, 1)))) << "crosses the camera plane";
-}
-
-TEST(Raster, EdgesTogetherAreTheFace) {
-  std::mt19937 random(6);
-  std::uniform_int_distribution<int> eighth(0, 80);
-  for (int n = 0; n < 3000; ++n) {
-    const auto corner = [&] { return at(eighth(random) / 8.0, eighth(random) / 8.0, 1 + n % 3 * 0.3); };
-    const RasterFace face = face_of(corner(), corner(), corner());
-    if (face.facing == Facing::edge_on) continue;
-    const FacePoint point = face_point(face, n % 10 + 0.5, n / 10 % 10 + 0.5);
-    EXPECT_EQ(inside_edge_exactly(point, 0) && inside_edge_exactly(point, 1) && inside_edge_exactly(point, 2),
-              covers_exactly(point));
-  }
 }
 
 }  // namespace

@@ -118,6 +118,16 @@ inline bool in_image(const Camera& camera, Real px, Real py) {
          in_photo(camera, {static_cast<double>(px), static_cast<double>(py)});
 }
 
+/// True when all corners are behind the camera or beyond one and the same border of the frame.
+inline bool beside_frame(const Camera& camera, const Corners& corners) {
+  const auto all = [&](auto&& beyond) { return std::all_of(corners.begin(), corners.end(), beyond); };
+  const auto u = [&](const Vec& v) { return camera.fx * v.x + camera.cx * v.z; };
+  const auto v = [&](const Vec& p) { return camera.fy * p.y + camera.cy * p.z; };
+  return all([](const Vec& p) { return !(p.z > 0); }) || all([&](const Vec& p) { return u(p) < 0; }) ||
+         all([&](const Vec& p) { return v(p) < 0; }) || all([&](const Vec& p) { return u(p) > camera.width * p.z; }) ||
+         all([&](const Vec& p) { return v(p) > camera.height * p.z; });
+}
+
 /// Faces by the square of the image that they may touch, so that large scenes can be checked too.
 class Squares {
  public:
@@ -190,16 +200,12 @@ inline Answer classify(const Mesh& mesh, const View& view, bool subpixel = true)
     const Projected& p = faces[f];
     bool tied = false;
     std::size_t samples = 0, seen = 0, outside = 0;
-    // Samples count wherever they are; of a face that crosses the camera plane, those one pixel around the frame.
     const int w = camera.width, h = camera.height;
-    const auto bound = [&](Real v, int low, int high) {
-      return static_cast<int>(std::clamp(std::floor(v), static_cast<Real>(low), static_cast<Real>(high)));
+    const auto bound = [](Real v, int most) {
+      return static_cast<int>(std::clamp(std::floor(v), Real{0}, static_cast<Real>(most)));
     };
-    const int far = 4 * std::max(w, h);
-    const int xa = p.all_in_front ? bound(p.x0 - 1, -far, far) : -1,
-              xb = p.all_in_front ? bound(p.x1 + 1, -far, far) : w;
-    const int ya = p.all_in_front ? bound(p.y0 - 1, -far, far) : -1,
-              yb = p.all_in_front ? bound(p.y1 + 1, -far, far) : h;
+    const int xa = p.all_in_front ? bound(p.x0 - 1, w - 1) : 0, xb = p.all_in_front ? bound(p.x1 + 1, w - 1) : w - 1;
+    const int ya = p.all_in_front ? bound(p.y0 - 1, h - 1) : 0, yb = p.all_in_front ? bound(p.y1 + 1, h - 1) : h - 1;
     for (int y = ya; y <= yb; ++y)
       for (int x = xa; x <= xb; ++x) {
         const Real px = x + Real{0.5}, py = y + Real{0.5};
@@ -211,7 +217,7 @@ inline Answer classify(const Mesh& mesh, const View& view, bool subpixel = true)
           continue;
         }
         ++samples;
-        if (x < 0 || y < 0 || x >= w || y >= h || !in_image(camera, px, py)) {
+        if (!in_image(camera, px, py)) {
           ++outside;
           continue;
         }
@@ -220,9 +226,8 @@ inline Answer classify(const Mesh& mesh, const View& view, bool subpixel = true)
         answer.owners[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] =
             static_cast<std::uint32_t>(f);
       }
-    // Larger than the frame, or beside it: samples further away may exist; inside tells.
     visibility::FaceClass found = visibility::FaceClass::hidden;
-    if (p.front_facing && samples == 0 && p.all_in_front) {
+    if (p.front_facing && samples == 0 && !beside_frame(camera, p.corners)) {
       if (!subpixel) {
         found = visibility::FaceClass::unresolved;
       } else {
@@ -232,7 +237,8 @@ inline Answer classify(const Mesh& mesh, const View& view, bool subpixel = true)
                              Vec{g.x + b.x, g.y + b.y, g.z + b.z}, Vec{g.x + c.x, g.y + c.y, g.z + c.z}}) {
           const Real px = camera.fx * v.x / v.z + camera.cx, py = camera.fy * v.y / v.z + camera.cy;
           ++samples;
-          if (in_image(camera, px, py)) seen += owns(faces, squares, ray_of(camera, px, py), px, py, f, tied);
+          if (v.z > 0 && in_image(camera, px, py))
+            seen += owns(faces, squares, ray_of(camera, px, py), px, py, f, tied);
         }
       }
     }

@@ -67,9 +67,7 @@ void CpuClassifier::complete(const ClassifyView& view, std::span<const FaceCode>
       const SpanWalker walker(raster, pixel_bounds(raster, view.frame()));
       std::vector<Span>& spans = spans_of_unsure.local();
       collect_spans(raster, walker, false, spans);
-      scan_->codes[f] = !spans.empty()                      ? FaceCode::partial  // it is sampled below
-                        : lacks_centre(view.camera, raster) ? FaceCode::no_centre
-                                                            : FaceCode::hidden;
+      scan_->codes[f] = spans.empty() ? FaceCode::no_centre : FaceCode::partial;  // a partial face is sampled below
     }
   });
   finisher_->finish(view, *scan_, result);
@@ -123,7 +121,7 @@ FaceCode CpuClassifier::scan_face(const ClassifyView& view, FaceId face, std::ve
   if (raster.facing != Facing::front) return FaceCode::hidden;
   const SpanWalker walker(raster, pixel_bounds(raster, bounds, view.frame()));
   collect_spans(raster, walker, false, spans);
-  if (spans.empty()) return lacks_centre(view.camera, raster) ? FaceCode::no_centre : FaceCode::hidden;
+  if (spans.empty()) return misses_frame(view.camera, raster.vertex) ? FaceCode::hidden : FaceCode::no_centre;
   if (candidate_faces_[index(face)] == 0) return FaceCode::hidden;
   return stores_everywhere(view, face, walker, spans, options_.sampling, samples) && inside_frame(view.camera, raster)
              ? FaceCode::full

@@ -54,7 +54,8 @@ FaceCode ExactScan::Scanner::scan_raster(const ClassifyView& view, FaceId face, 
   const bool front = raster.facing == Facing::front;
   const SpanWalker walker(raster, pixel_bounds(raster, bounds, view.frame()));
   collect_spans(raster, walker, true, spans_);
-  if (spans_.empty()) return front && lacks_centre(view.camera, raster) ? FaceCode::no_centre : FaceCode::hidden;
+  if (spans_.empty())
+    return front && !misses_frame(view.camera, raster.vertex) ? FaceCode::no_centre : FaceCode::hidden;
   if (front && all_stored(view.ivm, view.camera.width, spans_, face) && inside_frame(view.camera, raster))
     return full();
   return contest(view, face, front);

@@ -5,7 +5,6 @@
 
 #include "visibility/classify/lpcc.h"
 #include "visibility/classify/subpixel.h"
-#include "visibility/raster/centre_search.h"
 #include "visibility/raster/exact.h"
 
 namespace gpvc::visibility {
@@ -46,10 +45,6 @@ bool inside_frame(const Camera& camera, const RasterFace& face) {
   return std::all_of(face.vertex.begin(), face.vertex.end(), [&](const ProjectedVertex& v) {
     return v.z > 0 && v.u >= 0 && v.v >= 0 && v.u <= camera.width * v.z && v.v <= camera.height * v.z;
   });
-}
-
-bool lacks_centre(const Camera& camera, const RasterFace& face) {
-  return !misses_frame(camera, face.vertex) && (inside_frame(camera, face) || !covers_a_pixel(face));
 }
 
 void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact, std::vector<Span>& spans) {

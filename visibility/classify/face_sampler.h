@@ -49,10 +49,6 @@ void join(const Blocks& blocks, ViewVisibility& result) {
 /// True when all vertices are in front of the camera and in [0, W] x [0, H].
 bool inside_frame(const Camera& camera, const RasterFace& face);
 
-/// For a front face without sample on the frame: whether it has sub-pixel samples, that is, contains no pixel centre
-/// beyond the frame either and does not certainly lie there.
-bool lacks_centre(const Camera& camera, const RasterFace& face);
-
 /// The runs of pixels in the frame whose centres the face covers. Exact where `exact`, else by edge values as the
 /// shaders compute them.
 void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact, std::vector<Span>& spans);

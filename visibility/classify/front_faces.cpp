@@ -33,8 +33,7 @@ bool find_front_face(const ClassifyView& view, FaceId face, FrontFace& found) {
   const SpanWalker walker(found.raster, pixel_bounds(found.raster, bounds, view.frame()));
   collect_spans(found.raster, walker, true, found.spans);
   found.inside = inside_frame(view.camera, found.raster);
-  if (!found.spans.empty()) return true;
-  return lacks_centre(view.camera, found.raster);
+  return !found.spans.empty() || !misses_frame(view.camera, found.raster.vertex);
 }
 
 InverseDepth::InverseDepth(const RasterFace& raster, const Span& near) : x0_(near.x0), y0_(near.y) {
@@ -61,7 +60,7 @@ std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView
     if (k < 3) q = {q.u + 3 * v[k].u, q.v + 3 * v[k].v, q.z + 3 * v[k].z};
     SubpixelSample& sample = samples[k];
     sample = {q.u / q.z, q.v / q.z, q.z / (k < 3 ? 6 : 3), false};
-    sample.in_image = sample.x >= 0 && sample.y >= 0 && sample.x <= view.camera.width &&
+    sample.in_image = sample.z > 0 && sample.x >= 0 && sample.y >= 0 && sample.x <= view.camera.width &&
                       sample.y <= view.camera.height && view.mask.contains(PixelPoint{sample.x, sample.y});
   }
   return samples;

@@ -31,7 +31,8 @@ GPVC_WIDE_CLONES void place_samples(const std::array<ProjectedVertex, 3>& v, dou
   const FourDoubles u = all * (v[0].u + v[1].u + v[2].u) + 3 * FourDoubles{v[0].u, v[1].u, v[2].u, 0};
   const FourDoubles w = all * (v[0].v + v[1].v + v[2].v) + 3 * FourDoubles{v[0].v, v[1].v, v[2].v, 0};
   const FourDoubles z = all * (v[0].z + v[1].z + v[2].z) + 3 * FourDoubles{v[0].z, v[1].z, v[2].z, 0};
-  const FourDoubles px = u / z, py = w / z;
+  const FourDoubles nowhere = FourDoubles{} + std::numeric_limits<double>::quiet_NaN();
+  const FourDoubles px = z > 0 ? u / z : nowhere, py = w / z;
   std::memcpy(x, &px, sizeof(px));
   std::memcpy(y, &py, sizeof(py));
 }

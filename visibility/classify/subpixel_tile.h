@@ -12,7 +12,8 @@ namespace gpvc::visibility {
 
 inline constexpr std::size_t kSubpixelSamples = 4;
 
-/// Of one face: the midpoints from the centroid to the vertices, and the centroid.
+/// Sub-pixel samples of one face: the midpoints from the centroid to the vertices, then the centroid. x is NaN for a
+/// sample that is not in front of the camera.
 struct SubpixelPositions {
   std::array<double, kSubpixelSamples> x, y;
 };

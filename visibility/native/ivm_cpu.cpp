@@ -33,7 +33,7 @@ PixelBox covered_box(const ClassifyView& view, FaceId face) {
 FaceCode code_of(std::uint8_t marks) {
   if ((marks & kMarkUnsure) != 0) return FaceCode::unsure;
   if ((marks & kMarkFront) == 0) return FaceCode::hidden;
-  // Whether it reaches beyond the frame is another matter there.
+  // A face that may leave the frame is decided by ExactScan.
   if ((marks & kMarkInside) == 0) return FaceCode::unsure;
   if ((marks & kMarkSampled) == 0) return FaceCode::no_centre;
   if ((marks & kMarkLost) == 0) return FaceCode::full;

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <memory>
 
-#include "visibility/oracle/oracle_grid.h"
 #include "visibility/oracle/oracle_tile.h"
 
 namespace gpvc::visibility {
@@ -151,25 +150,12 @@ class Oracle {
     tbb::parallel_for(std::size_t{0}, grid_.tiles(), callback);
   }
 
-  /// Whether the projection contains a pixel centre, in the frame or beyond. The projection of a face that crosses the
-  /// camera plane is unbounded and widens: it always does.
+  /// Whether the projection contains a pixel centre of the frame.
   void look_for_centres(std::size_t f) {
-    if (!may_face_camera(f)) return;
     const Tally& tally = tallies_[f];
-    const FaceFacts& facts = scene_.facts[f];
-    if (tally.members > 0 || facts.crosses) return;
+    if (!may_face_camera(f) || tally.members > 0) return;
     centres_[f] = tally.on_edge != 0 ? Answer::maybe : Answer::no;
     exact_centres_[f] = (tally.on_edge & kEdgeIn) != 0;
-    if (facts.inside == Answer::yes) return;
-    std::vector<GridPosition> near_edges;
-    const Answer anywhere = contains_a_centre(corners(f), near_edges);
-    centres_[f] = std::max(centres_[f], anywhere);
-    if (anywhere == Answer::yes) {
-      exact_centres_[f] = 1;
-    } else if (!near_edges.empty()) {
-      const ExactFace exact(scene_.mesh, scene_.view, f);
-      for (const GridPosition& p : near_edges) exact_centres_[f] |= exact.coverage(exact_position(p.x, p.y)).inside;
-    }
   }
 
   /// Returns how many samples lie in the image.
@@ -182,6 +168,7 @@ class Oracle {
     const Camera& c = scene_.view.camera;
     const auto place = [&](std::uint32_t f, std::uint16_t number, Placed& placed, std::size_t& tile) {
       const Vertex point = sample_point(corners(f), number);
+      if (!(point.z > 0)) return false;  // behind the camera: not projected
       const auto x = static_cast<double>(point.x / point.z), y = static_cast<double>(point.y / point.z);
       placed.image = in_image(c, x, y, placed.exactly);
       if (placed.image == Answer::no) return false;
@@ -244,7 +231,7 @@ class Oracle {
   OracleScene scene_;
   Grid grid_;
   std::vector<Tally> tallies_;
-  std::vector<Answer> centres_;  ///< whether the projection contains a pixel centre
+  std::vector<Answer> centres_;  ///< whether the projection contains a pixel centre of the frame
   std::vector<std::uint8_t> exact_centres_;
 };
 

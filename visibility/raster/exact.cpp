@@ -169,7 +169,7 @@ std::optional<SeenVertex> held_vertex(const FacePoint& point, std::size_t k) {
   return SeenVertex{*a, *b, v.z};
 }
 
-/// inside_edge_exactly() where doubles hold the ends of the edge, as seen from the point.
+/// LEF and TLR of the edge opposite vertex k, where doubles hold the ends of the edge, as seen from the point.
 std::optional<bool> inside_on_lattice(const FacePoint& point, std::size_t k) {
   const auto from = held_vertex(point, (k + 1) % 3), to = held_vertex(point, (k + 2) % 3);
   if (!from || !to) return std::nullopt;
@@ -298,15 +298,6 @@ bool covers_exactly(const FacePoint& point) {
   const Values<long double> longer = long_values(point);
   if (const int side = side_of_edges<long double>(longer.e, longer.error); side != 0) return side > 0;
   return covers_by_expansions(point);
-}
-
-bool inside_edge_exactly(const FacePoint& point, std::size_t k) {
-  const double e = point.values.e[k];
-  if (std::abs(e) > point.error) return e > 0;
-  if (const std::optional<bool> inside = inside_on_lattice(point, k)) return *inside;
-  const Values<long double> longer = long_values(point);
-  if (std::abs(longer.e[k]) > longer.error) return longer.e[k] > 0;
-  return inside_by_expansions(point, exact_edges(point), k);
 }
 
 int compare_depth_exactly(const FacePoint& f, const FacePoint& g) {

@@ -20,9 +20,6 @@ FacePoint face_point(const RasterFace& face, double px, double py);
 /// LEF and TLR, decided exactly. The face must not be edge-on.
 bool covers_exactly(const FacePoint& point);
 
-/// The same of one edge, the one opposite vertex k.
-bool inside_edge_exactly(const FacePoint& point, std::size_t k);
-
 /// Order of the depths of two faces that both cover the same position: negative when f is nearer, 0 on an exact tie.
 int compare_depth_exactly(const FacePoint& f, const FacePoint& g);
 

@@ -51,7 +51,9 @@ class QuickLimits {
     return b.bounded && b.x0 >= -reach_ && b.y0 >= -reach_ && b.x1 <= reach_ && b.y1 <= reach_;
   }
   /// Certainly inside_frame(): u <= W z whatever the rounding of the product.
-  bool inside(const FaceBounds& b) const { return b.x0 >= 0 && b.y0 >= 0 && b.x1 <= whole_x_ && b.y1 <= whole_y_; }
+  bool inside(const FaceBounds& b) const {
+    return b.bounded && b.x0 >= 0 && b.y0 >= 0 && b.x1 <= whole_x_ && b.y1 <= whole_y_;
+  }
   double margin(double w) const { return 0x1p-48 * w * (reach_ + w + 1) + 0x1p-100 * reach_ * reach_; }
   double edge_on_margin(double w) const { return flat_ + flat_per_w_ * w; }
   PixelBox frame() const { return {0, 0, width_, height_}; }
