@@ -230,18 +230,4 @@ struct OracleView {
 /// threads.
 OracleView oracle_visibility(const Mesh& mesh, const View& view);
 
-// --- a picture of a textured model
-
-struct RenderResult {
-  Image image;                         ///< RGB
-  std::vector<std::uint8_t> textured;  ///< per pixel: 255 where the model covers it, else 0
-};
-
-/// Draws a textured model from a camera: bilinear lookup of level 0 when `mipmaps` is false (as virtual rephotography
-/// scores it), trilinear when true; back faces culled when `cull` is true. `background` is RGB. Page images are RGB and
-/// become textures (reduced when above the device's limit). Undistorted pinhole camera.
-RenderResult render_model(GraphicsDevice& device, const io::TexturedModel& model, const std::vector<Image>& pages,
-                          const Camera& camera, const Pose& pose, bool mipmaps, bool cull,
-                          std::array<std::uint8_t, 3> background);
-
 }  // namespace gpvc::visibility

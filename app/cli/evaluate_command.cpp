@@ -104,8 +104,8 @@ std::vector<bool> needed_views(const EvaluateCommandOptions& options, std::span<
   return needed;
 }
 
-// What rendered the model.
-Json compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
+/// Compares renders of the model with the photos and prints the table; pictures and JSON go to the folder.
+void compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
                     std::optional<pipeline::OutputFolder>& folder, Console& console, RunRecord& record) {
   Stage stage(console, record, "evaluate", "views");
   const std::vector<ViewId> views = compared_views(options, scene.views);
@@ -114,16 +114,14 @@ Json compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
         fmt::format("comparing with the {} views that views.json beside the model marks as held out", views.size()));
   const Scene chosen = with_views(scene, views);
   io::PhotoCache photos(chosen, options.input.downscale, 0);
-  visibility::GraphicsDevice device(options.common.device);
   evaluate::EvaluateOptions evaluate;
   evaluate.model = options.model;
   if (!options.input.mesh.empty()) evaluate.mesh = options.input.mesh;
   if (folder) evaluate.out = folder->in_making();
   evaluate.reduction = options.reduction;
-  const evaluate::Evaluation evaluation = evaluate::evaluate_model(device, chosen, photos, evaluate, stage.reporter());
+  const evaluate::Evaluation evaluation = evaluate::evaluate_model(chosen, photos, evaluate, stage.reporter());
   stage.finish(fmt::format("{} views", chosen.views.size()));
   console.result(evaluate::evaluation_table(evaluation));
-  return device_json(device.info());
 }
 
 Json options_json(const EvaluateCommandOptions& options) {
@@ -151,12 +149,11 @@ void run_evaluate(const EvaluateCommandOptions& options, Console& console) {
     }
     for (const std::string& warning : scene.warnings) console.warning(warning);
     if (!options.truth.empty()) score_truth(options, scene, console, record);
-    Json device = Json::object();
     if (options.truth.empty() || folder || !options.input.views.empty())
-      device = compare_photos(options, scene, folder, console, record);
+      compare_photos(options, scene, folder, console, record);
     if (!folder) return;
     folder->promise_all();
-    write_run_json(*folder, {"evaluate", options.common, options_json(options), device}, record);
+    write_run_json(*folder, {"evaluate", options.common, options_json(options)}, record);
     folder->publish();
   } catch (const OutputError& e) {
     throw std::runtime_error(folder ? folder->with_final_names(e.what()) : e.what());

@@ -48,7 +48,7 @@ void texture(const TextureOptions& options, pipeline::OutputFolder& folder, Cons
   const atlas::TextureAtlas atlas = pipeline::make_atlas(
       {in.mesh, in.scene, photos, graph, selection.labels, seen.candidates.tags, seen.candidates.table, seen.coverage},
       options, console, record);
-  pipeline::write_textured_scene({in, selection, seen.candidates, atlas}, options, device, folder, console, record);
+  pipeline::write_textured_scene({in, selection, seen.candidates, atlas}, options, folder, console, record);
   write_run_json(folder, {"texture", options.common, options_json(options), device_json(device.info())}, record);
 }
 

@@ -174,7 +174,7 @@ class Comparison {
     oracle_.emplace(in_.mesh, in_.scene, in_.used, static_cast<std::size_t>(options_.oracle_views), oracle.reporter());
     oracle.finish(fmt::format("{} views", oracle_->views()));
     cli::Stage frames(console_, record_, "photos to compare with", "views");
-    views_.emplace(device_, in_.mesh, in_.scene, photos_, views, frames.reporter());
+    views_.emplace(in_.mesh, in_.scene, photos_, views, frames.reporter());
     frames.finish(fmt::format("{} views", scored_.size()));
     find_truth();
     report_.json = header();
@@ -316,7 +316,7 @@ class Comparison {
   void keep(const ComparedMode& mode, const pipeline::TexturedScene& scene, const cli::TextureOptions& options,
             cli::RunRecord& record) {
     pipeline::OutputFolder folder(mode_folder(mode), true, "texture");
-    pipeline::write_textured_scene(scene, options, device_, folder, console_, record);
+    pipeline::write_textured_scene(scene, options, folder, console_, record);
     folder.publish();
   }
 

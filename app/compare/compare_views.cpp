@@ -7,6 +7,8 @@
 #include <set>
 
 #include "app/evaluate/evaluate.h"
+#include "app/pipeline/render_model.h"
+#include "io/world_vector.h"
 
 namespace gpvc::compare {
 namespace {
@@ -117,23 +119,21 @@ void add_score(const evaluate::RephotographyScore& one, evaluate::RephotographyS
 
 }  // namespace
 
-ModelViews::ModelViews(visibility::GraphicsDevice& device, const Mesh& mesh, const Scene& scene,
-                       io::PhotoSource& photos, ModelViewsOptions options, const Progress& progress)
-    : device_(device), scene_(scene), photos_(photos), options_(std::move(options)) {
-  visibility::VisibilityOptions outline;
-  outline.correction = visibility::CoverageCorrection::off;
-  outline.subpixel = false;
-  visibility::VisibilityStage stage(device, mesh, outline);
+ModelViews::ModelViews(const Mesh& mesh, const Scene& scene, io::PhotoSource& photos, ModelViewsOptions options,
+                       const Progress& progress)
+    : scene_(scene), photos_(photos), options_(std::move(options)) {
   for (const ViewId id : options_.scored) {
     progress(frames_.size(), options_.scored.size());
     const View& view = scene.views[index(id)];
     Frame frame;
     frame.photo = evaluate::photo_to_compare(*photos.photo(id), view, frame.inside);
-    frame.covered = evaluate::covered_pixels(stage.classify(view, id).ivm);
+    frame.covered = evaluate::covered_pixels(mesh, view.camera, view.pose);
     frames_.push_back(std::move(frame));
   }
-  for (const ViewId id : options_.cropped)
-    covered_.push_back(evaluate::covered_pixels(stage.classify(scene.views[index(id)], id).ivm));
+  for (const ViewId id : options_.cropped) {
+    const View& view = scene.views[index(id)];
+    covered_.push_back(evaluate::covered_pixels(mesh, view.camera, view.pose));
+  }
 }
 
 std::filesystem::path ModelViews::render_file(std::size_t model, std::size_t view) const {
@@ -153,9 +153,8 @@ evaluate::RephotographyScore ModelViews::show(const io::TexturedModel& model, co
     progress(done++, all.size());
     const View& view = scene_.views[index(id)];
     Pose pose = view.pose;
-    pose.centre = {pose.centre.x - offset.x, pose.centre.y - offset.y, pose.centre.z - offset.z};
-    const visibility::RenderResult render =
-        visibility::render_model(device_, model, pages, view.camera, pose, false, false, {0, 0, 0});
+    pose.centre = pose.centre - offset;
+    const pipeline::RenderResult render = pipeline::render_model(model, pages, view.camera, pose);
     if (std::binary_search(options_.cropped.begin(), options_.cropped.end(), id)) {
       io::write_image(render_file(thumbnails_.size(), small.size()), render.image, io::ImageFormat::jpg,
                       kRenderQuality);

@@ -10,7 +10,6 @@
 #include "app/cli/run_record.h"
 #include "app/evaluate/rephotography.h"
 #include "io/io.h"
-#include "visibility/visibility.h"
 
 namespace gpvc::compare {
 
@@ -41,8 +40,8 @@ struct ErrorDifference {
 class ModelViews {
  public:
   /// Borrows all. Draws the mesh once from each scored view. Keeps a few bytes a pixel of each scored view.
-  ModelViews(visibility::GraphicsDevice& device, const Mesh& mesh, const Scene& scene, io::PhotoSource& photos,
-             ModelViewsOptions options, const Progress& progress);
+  ModelViews(const Mesh& mesh, const Scene& scene, io::PhotoSource& photos, ModelViewsOptions options,
+             const Progress& progress);
 
   /// Renders a model from every view, keeps the renders of the cropped ones, returns the mean score over the scored
   /// ones. `offset` is to be added to the model's positions.
@@ -72,7 +71,6 @@ class ModelViews {
   std::vector<Window> windows(std::size_t view) const;
   Crop cut(const Window& window) const;
 
-  visibility::GraphicsDevice& device_;
   const Scene& scene_;
   io::PhotoSource& photos_;
   ModelViewsOptions options_;

@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/pipeline/render_model.h"
+#include "io/world_vector.h"
+#include "visibility/item_buffer.h"
+
 namespace gpvc::evaluate {
 namespace {
 
@@ -77,22 +81,19 @@ io::LoadedModel read_model_with_texture(const fs::path& file) {
   return model;
 }
 
-std::vector<std::uint8_t> covered_pixels(const visibility::Ivm& ivm) {
+std::vector<std::uint8_t> covered_pixels(const Mesh& mesh, const Camera& camera, const Pose& pose) {
+  const visibility::Ivm ivm = visibility::draw_item_buffer(mesh, camera, pose);
   std::vector<std::uint8_t> covered(ivm.faces.size());
   std::transform(ivm.faces.begin(), ivm.faces.end(), covered.begin(),
                  [](FaceId face) -> std::uint8_t { return face == kNoFace ? 0 : 255; });
   return covered;
 }
 
-Evaluation evaluate_model(visibility::GraphicsDevice& device, const Scene& scene, io::PhotoSource& photos,
-                          const EvaluateOptions& options, const Progress& progress) {
+Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const EvaluateOptions& options,
+                          const Progress& progress) {
   io::LoadedModel model = read_model_with_texture(options.model);
   model.model.mesh = &model.mesh;
   const Mesh wanted = options.mesh ? io::read_mesh(*options.mesh) : Mesh{};
-  visibility::VisibilityOptions coverage_only;
-  coverage_only.correction = visibility::CoverageCorrection::off;
-  coverage_only.subpixel = false;
-  visibility::VisibilityStage stage(device, options.mesh ? wanted : model.mesh, coverage_only);
   if (options.out) {
     std::error_code failed;
     fs::create_directories(*options.out, failed);
@@ -103,14 +104,13 @@ Evaluation evaluate_model(visibility::GraphicsDevice& device, const Scene& scene
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const View& view = scene.views[v];
     const ViewId id{static_cast<std::uint32_t>(v)};
-    View local = view;  // in the model's coordinates
-    local.pose.centre = {view.pose.centre.x - model.offset.x, view.pose.centre.y - model.offset.y,
-                         view.pose.centre.z - model.offset.z};
+    Pose local = view.pose;  // in the model's coordinates
+    local.centre = view.pose.centre - model.offset;
     std::vector<std::uint8_t> inside;
     const Image photo = photo_to_compare(*photos.photo(id), view, inside);
-    const visibility::RenderResult render =
-        visibility::render_model(device, model.model, model.pages, view.camera, local.pose, false, false, {0, 0, 0});
-    const std::vector<std::uint8_t> covered = covered_pixels(stage.classify(options.mesh ? view : local, id).ivm);
+    const pipeline::RenderResult render = pipeline::render_model(model.model, model.pages, view.camera, local);
+    const std::vector<std::uint8_t> covered =
+        options.mesh ? covered_pixels(wanted, view.camera, view.pose) : covered_pixels(model.mesh, view.camera, local);
     const Rephotography result =
         compare_with_photo(photo, inside, render.image, render.textured, covered, options.reduction);
     evaluation.views.push_back({view.name, result.score});

@@ -9,7 +9,6 @@
 
 #include "app/evaluate/rephotography.h"
 #include "io/io.h"
-#include "visibility/visibility.h"
 
 namespace gpvc::evaluate {
 
@@ -32,14 +31,14 @@ struct Evaluation {
 
 /// Renders every view of `scene` from the model and compares it with its photo. Views of which nothing can be compared
 /// are listed and left out of the mean.
-Evaluation evaluate_model(visibility::GraphicsDevice& device, const Scene& scene, io::PhotoSource& photos,
-                          const EvaluateOptions& options, const Progress& progress);
+Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const EvaluateOptions& options,
+                          const Progress& progress);
 
 /// read_textured_model(), which also throws InputError for a model without a textured face.
 io::LoadedModel read_model_with_texture(const std::filesystem::path& file);
 
-/// 255 where the mesh is, else 0.
-std::vector<std::uint8_t> covered_pixels(const visibility::Ivm& ivm);
+/// Per pixel of an undistorted camera: 255 where the mesh covers its centre, else 0.
+std::vector<std::uint8_t> covered_pixels(const Mesh& mesh, const Camera& camera, const Pose& pose);
 
 /// A table for people, one line a view and the mean.
 std::string evaluation_table(const Evaluation& evaluation);

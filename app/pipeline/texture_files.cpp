@@ -9,7 +9,9 @@
 
 #include "app/cli/interrupt.h"
 #include "app/pipeline/photo_profile.h"
+#include "app/pipeline/render_model.h"
 #include "app/pipeline/viewpoint.h"
+#include "io/images/image_file.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -18,23 +20,6 @@ namespace fs = std::filesystem;
 
 constexpr int kPreviewWidth = 1600, kPreviewHeight = 1200, kPreviewSamples = 2;
 constexpr std::array<std::uint8_t, 3> kBackground{214, 217, 221};
-
-// Each block of factor x factor pixels becomes its mean.
-Image reduced(const Image& image, int factor) {
-  Image small;
-  small.width = image.width / factor;
-  small.height = image.height / factor;
-  small.pixels.resize(static_cast<std::size_t>(small.width) * static_cast<std::size_t>(small.height) * 3);
-  tbb::parallel_for(0, small.height, [&](int y) {
-    for (int x = 0; x < small.width; ++x)
-      for (int c = 0; c < 3; ++c) {
-        int sum = factor * factor / 2;
-        for (int n = 0; n < factor * factor; ++n) sum += image.at(x * factor + n % factor, y * factor + n / factor)[c];
-        small.at(x, y)[c] = static_cast<std::uint8_t>(sum / (factor * factor));
-      }
-  });
-  return small;
-}
 
 void write_faces(const fs::path& file, const std::vector<FaceId>& faces) {
   std::vector<std::uint32_t> values;
@@ -93,13 +78,13 @@ cli::Json preview_json(const Viewpoint& view) {
 }
 
 cli::Json write_preview(const fs::path& file, const TexturedScene& scene, io::UpAxis up,
-                        const io::ColorProfile& profile, visibility::GraphicsDevice& device) {
+                        const io::ColorProfile& profile) {
   const cli::SceneInputData& in = scene.input;
   const Viewpoint view = overview(in.mesh, scene.selection.labels, in.scene, in.used, up,
                                   kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
-  const visibility::RenderResult render = visibility::render_model(device, scene.atlas.model, scene.atlas.pages,
-                                                                   view.camera, view.pose, true, true, kBackground);
-  io::write_image(file, reduced(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile);
+  const RenderResult render =
+      render_model(scene.atlas.model, scene.atlas.pages, view.camera, view.pose, {true, true, kBackground});
+  io::write_image(file, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile);
   return preview_json(view);
 }
 
@@ -144,9 +129,8 @@ io::TexturedModel without_unseen(const TexturedScene& scene) {
 
 }  // namespace
 
-void write_textured_scene(const TexturedScene& scene, const cli::TextureOptions& options,
-                          visibility::GraphicsDevice& device, OutputFolder& folder, cli::Console& console,
-                          cli::RunRecord& record) {
+void write_textured_scene(const TexturedScene& scene, const cli::TextureOptions& options, OutputFolder& folder,
+                          cli::Console& console, cli::RunRecord& record) {
   cli::Stage stage(console, record, "write");
   const cli::SceneInputData& in = scene.input;
   const atlas::TextureAtlas& atlas = scene.atlas;
@@ -183,7 +167,7 @@ void write_textured_scene(const TexturedScene& scene, const cli::TextureOptions&
     files.faces = {};
     return files;
   });
-  record.counts["preview"] = write_preview(names.preview, scene, model.up, profile, device);
+  record.counts["preview"] = write_preview(names.preview, scene, model.up, profile);
   obj.get();
   arrays.get();
   promise_gltf(gltf.get(), options.gltf, folder, console);

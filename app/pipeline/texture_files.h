@@ -16,9 +16,8 @@ struct TexturedScene {
 };
 
 /// Writes everything but run.json: pages, OBJ, GLB and the arrays on other threads while the preview is drawn on this
-/// one, the device's. Throws OutputError, GpuError, Cancelled.
-void write_textured_scene(const TexturedScene& scene, const cli::TextureOptions& options,
-                          visibility::GraphicsDevice& device, OutputFolder& folder, cli::Console& console,
-                          cli::RunRecord& record);
+/// one. Throws OutputError, Cancelled.
+void write_textured_scene(const TexturedScene& scene, const cli::TextureOptions& options, OutputFolder& folder,
+                          cli::Console& console, cli::RunRecord& record);
 
 }  // namespace gpvc::pipeline

@@ -1,6 +1,7 @@
 // Photos into a texture, the texture drawn from the photos' own cameras: the photos must come back.
 #include <gtest/gtest.h>
 
+#include "app/pipeline/render_model.h"
 #include "tests/atlas/atlas_scene.h"
 
 namespace gpvc::atlas {
@@ -33,11 +34,11 @@ void two_views(AtlasScene& s, const Distortion& distortion) {
 }
 
 /// Drawn against what the pinhole camera would see of the truth, silhouettes and two pixels beside them left out.
-double psnr(const AtlasScene& s, const TextureAtlas& atlas, std::size_t v, visibility::GraphicsDevice& device) {
+double psnr(const AtlasScene& s, const TextureAtlas& atlas, std::size_t v) {
   View view = s.scene.views[v];
   view.camera.distortion = {};
-  const visibility::RenderResult drawn =
-      visibility::render_model(device, atlas.model, atlas.pages, view.camera, view.pose, false, true, {0, 0, 0});
+  const pipeline::RenderResult drawn =
+      pipeline::render_model(atlas.model, atlas.pages, view.camera, view.pose, {.cull_back_faces = true});
   const auto covered = [&](int x, int y) {
     return x >= 0 && y >= 0 && x < drawn.image.width && y < drawn.image.height &&
            drawn.textured[static_cast<std::size_t>(y) * static_cast<std::size_t>(drawn.image.width) +
@@ -68,8 +69,7 @@ void expect_round_trip(const Distortion& distortion, double texel_size) {
   options.seams = SeamLeveling::none;
   options.texel_size = texel_size;
   const TextureAtlas atlas = s.build(options);
-  visibility::GraphicsDevice device;
-  for (std::size_t v = 0; v < 2; ++v) EXPECT_GE(psnr(s, atlas, v, device), 40) << "view " << v;
+  for (std::size_t v = 0; v < 2; ++v) EXPECT_GE(psnr(s, atlas, v), 40) << "view " << v;
 }
 
 TEST(AtlasRender, PinholePhotosComeBack) { expect_round_trip({}, 0); }

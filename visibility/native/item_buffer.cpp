@@ -1,0 +1,24 @@
+#include "visibility/item_buffer.h"
+
+#include <cassert>
+#include <limits>
+
+#include "visibility/native/ivm_cpu.h"
+
+namespace gpvc::visibility {
+
+Ivm draw_item_buffer(const Mesh& mesh, const Camera& camera, const Pose& pose) {
+  Camera pinhole = camera;
+  pinhole.distortion = {};
+  const auto pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  assert(camera.width > 0 && camera.height > 0 && pixels <= std::numeric_limits<std::uint32_t>::max());
+  Ivm ivm{camera.width, camera.height, std::vector<FaceId>(pixels)};
+  ProjectedMesh projected;
+  project_vertices(mesh, pinhole, pose, projected);
+  const PhotoMask whole(pinhole);
+  FaceScan scan;
+  CpuIvm().draw({mesh, pinhole, ViewId{}, whole, projected, ivm.faces, projection_rounding(pinhole)}, ivm.faces, scan);
+  return ivm;
+}
+
+}  // namespace gpvc::visibility
