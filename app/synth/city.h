@@ -5,7 +5,7 @@
 
 namespace gpvc::synth {
 
-/// Blocks repeat around the middle of the scene; a street and its pavements lie between them.
+/// Blocks repeat around the middle of the scene, with a street and its pavements between them.
 inline constexpr double kBlockPitch_m = 36, kStreet_m = 8, kWalk_m = 2;
 
 struct FlightOptions {
@@ -23,13 +23,13 @@ std::vector<View> synth_flight(const FlightOptions& options);
 
 struct CityOptions {
   FlightOptions flight;
-  std::size_t faces = 60000;  ///< aimed at; the tessellation is chosen to come near
+  std::size_t faces = 60000;  ///< aimed at; the tessellation comes near
 };
 
 /// O(faces).
 SynthScene make_city(const CityOptions& options);
 
-/// Cars on the streets in one photo alone; their surfaces are numbered from 0. The same number gives the same cars.
+/// Cars on the streets in one photo; their surfaces are numbered from 0. The same photo has the same cars every time.
 SynthScene make_cars(const CityOptions& options, std::uint32_t photo, int cars);
 
 }  // namespace gpvc::synth

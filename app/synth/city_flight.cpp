@@ -7,7 +7,7 @@
 namespace gpvc::synth {
 namespace {
 
-// Looks along `forward`, the picture's right hand level or, for a camera that looks straight down, `right`.
+// The pose of a camera that looks along `forward`, with the photo's x axis near `right`.
 Pose look(const WorldPoint& centre, const WorldPoint& forward, const WorldPoint& right) {
   const WorldPoint z = unit(forward), x0 = unit(right);
   const WorldPoint y = unit(cross(z, x0)), x = cross(y, z);
@@ -35,7 +35,7 @@ Camera flight_camera(const FlightOptions& options) {
 
 struct Heading {
   const char* name;
-  double x, y;  // the way an oblique camera looks, on the ground
+  double x, y;  // horizontal viewing direction of an oblique camera
 };
 
 }  // namespace
@@ -46,7 +46,7 @@ std::vector<View> synth_flight(const FlightOptions& options) {
   const Camera camera = flight_camera(options);
   std::vector<View> views;
   for (int group = 0; group < 5; ++group) {
-    // The remainder goes to nadir first.
+    // Nadir photos come first in sharing the remainder.
     const int order = (group + 4) % 5;
     const int count = options.photos / 5 + (order < options.photos % 5 ? 1 : 0);
     const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count))));
@@ -62,13 +62,13 @@ std::vector<View> synth_flight(const FlightOptions& options) {
       const WorldPoint target{options.size_m * (gx + 0.06 * wobble(1)), options.size_m * (gy + 0.06 * wobble(2)),
                               options.target_m};
       const double range = options.size_m * (options.range + 0.06 * wobble(3));
-      // Oblique cameras look down by about 45 degrees; a strip flown back looks the other way up in nadir photos.
+      // Oblique cameras look down by about 45 degrees. Nadir photos of every second strip are turned by 180 degrees.
       const WorldPoint forward = nadir ? WorldPoint{0.05 * wobble(4), 0.05 * wobble(5), -1}
                                        : unit({heading.x + 0.1 * wobble(4), heading.y + 0.1 * wobble(5), -1});
       const double turn = row % 2 == 0 ? 1 : -1;
       const WorldPoint right =
           nadir ? WorldPoint{turn, 0.08 * wobble(6), 0} : WorldPoint{heading.y, -heading.x, 0.05 * wobble(6)};
-      const WorldPoint centre{target.x - range * forward.x, target.y - range * forward.y, target.z - range * forward.z};
+      const WorldPoint centre = target - forward * range;
       View view;
       char name[32];
       std::snprintf(name, sizeof name, "%s_%03d.jpg", heading.name, n + 1);

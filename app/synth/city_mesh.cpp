@@ -6,7 +6,7 @@
 namespace gpvc::synth {
 namespace {
 
-constexpr double kGrid = 1024;  // 1 mm
+constexpr double kGrid_per_m = 1024;
 
 struct Building {
   Placement place;          // origin: the middle of the footprint, on the ground
@@ -17,7 +17,7 @@ struct Building {
 
 void add_balconies(SynthBuilder& builder, const Building& b, std::uint32_t seed) {
   constexpr double kFloor_m = 3, kBay_m = 5, kDepth_m = 1.3, kSlab_m = 0.2, kRail_m = 1.0, kThin_m = 0.1;
-  constexpr double kIntoWall_m = 0.1;  // slabs end inside the wall: no two coplanar faces
+  constexpr double kIntoWall_m = 0.1;  // slabs end inside the wall, so that no two faces are coplanar
   for (int side = -1; side <= 1; side += 2)
     for (int floor = 1; (floor + 1) * kFloor_m <= b.height_m; ++floor)
       for (int bay = 0; (bay + 1) * kBay_m <= b.width_m; ++bay) {
@@ -110,7 +110,7 @@ void add_building(SynthBuilder& builder, const WorldPoint& middle, std::uint32_t
 void add_tree(SynthBuilder& builder, const WorldPoint& foot, std::uint32_t seed) {
   const double trunk = 2.2 + synth_chance(seed, 1), radius = 1.5 + 1.1 * synth_chance(seed, 2);
   builder.trunk(foot, trunk, 0.25);
-  // The crown floats: its lowest leaf is 0.1 m or more above the trunk, as where thin branches are not in a mesh.
+  // The crown floats, as in meshes that lack thin branches: its lowest leaf is at least 0.1 m above the trunk.
   builder.ball(foot + WorldPoint{0, 0, trunk + 1.14 * radius + 0.1}, radius, seed);
 }
 
@@ -175,31 +175,15 @@ void build(SynthBuilder& builder, double size_m) {
 }  // namespace
 
 SynthScene make_city(const CityOptions& options) {
-  // The number of faces falls as the edge grows: bisect over what counting says.
-  double fine = 0.005, coarse = 50, best = coarse;
-  std::size_t best_miss = SIZE_MAX;
-  for (int step = 0; step < 24 && fine * 1.002 < coarse; ++step) {
-    const double middle = std::sqrt(fine * coarse);
-    SynthBuilder counter(middle, kGrid, options.flight.seed, true);
-    build(counter, options.flight.size_m);
-    const std::size_t faces = counter.faces();
-    (faces > options.faces ? fine : coarse) = middle;
-    const std::size_t miss = faces > options.faces ? faces - options.faces : options.faces - faces;
-    if (miss < best_miss) {
-      best_miss = miss;
-      best = middle;
-    }
-  }
-  SynthBuilder builder(best, kGrid, options.flight.seed);
-  build(builder, options.flight.size_m);
-  SynthScene scene = builder.take();
+  SynthScene scene = build_scene(options.faces, {0.005, 50, 1.002}, kGrid_per_m, options.flight.seed,
+                                 [&](SynthBuilder& builder) { build(builder, options.flight.size_m); });
   scene.endless_ground = true;
   return scene;
 }
 
 SynthScene make_cars(const CityOptions& options, std::uint32_t photo, int cars) {
   constexpr double kLength_m = 4.2, kWidth_m = 1.8, kLane_m = 1.9;
-  SynthBuilder builder(10, kGrid, synth_hash(options.flight.seed, photo, 9001));
+  SynthBuilder builder(10, kGrid_per_m, synth_hash(options.flight.seed, photo, 9001));
   const double half = options.flight.size_m / 2;
   const int streets = std::max(1, static_cast<int>((half + kStreet_m / 2) / kBlockPitch_m) * 2);
   for (int n = 0; n < cars; ++n) {

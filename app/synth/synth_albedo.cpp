@@ -24,7 +24,7 @@ Color mix(const Color& a, const Color& b, double t) {
 }
 Color scale(const Color& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
 
-// Three octaves around 0, in [-1, 1]: patches of 1/frequency, half and a quarter of that.
+// Noise of three octaves in [-1, 1]: patches of the size 1 / frequency, half and a quarter of it.
 double rough(double u, double v, double frequency, std::uint32_t seed) {
   const double a = synth_noise(u * frequency, v * frequency, seed),
                b = synth_noise(u * frequency * 2, v * frequency * 2, seed + 1),
@@ -32,7 +32,7 @@ double rough(double u, double v, double frequency, std::uint32_t seed) {
   return (a * 4 + b * 2 + c) * (2.0 / 7) - 1;
 }
 
-// Blocks repeat around the middle of the scene, also beyond the mesh.
+// Streets, pavements and gardens. Blocks repeat around the middle of the scene, also beyond the mesh.
 Color ground(double x, double y) {
   const Cell bx = cell(x / kBlockPitch_m + 0.5), by = cell(y / kBlockPitch_m + 0.5);
   const double px = std::abs(bx.inside - 0.5) * kBlockPitch_m, py = std::abs(by.inside - 0.5) * kBlockPitch_m;

@@ -10,23 +10,23 @@ std::uint32_t SynthBuilder::add_surface(Material material, const WorldPoint& p, 
   const WorldPoint u = unit(du);
   const WorldPoint v = unit(dv - u * dot(u, dv));
   Surface surface{material, p, u, v, synth_hash(seed_, id, 77)};
-  // Surfaces that meet or hide one another are to be told apart by colour.
+  // Surfaces that meet or hide one another must differ in colour.
   for (std::uint32_t c = 0; c < 3 && id > 0; ++c) surface.tint[c] = 0.7 + 0.6 * synth_chance(surface.seed, 500 + c);
   scene_.surfaces.push_back(surface);
   return id;
 }
 
 std::uint32_t SynthBuilder::vertex(const WorldPoint& p) {
-  const Key key{std::llround(p.x * grid_), std::llround(p.y * grid_), std::llround(p.z * grid_)};
+  const Key key{std::llround(p.x * grid_per_m_), std::llround(p.y * grid_per_m_), std::llround(p.z * grid_per_m_)};
   const auto [at, fresh] = vertices_.try_emplace(key, static_cast<std::uint32_t>(scene_.mesh.positions.size()));
   if (fresh)
-    scene_.mesh.positions.push_back(
-        {static_cast<double>(key.x) / grid_, static_cast<double>(key.y) / grid_, static_cast<double>(key.z) / grid_});
+    scene_.mesh.positions.push_back({static_cast<double>(key.x) / grid_per_m_, static_cast<double>(key.y) / grid_per_m_,
+                                     static_cast<double>(key.z) / grid_per_m_});
   return at->second;
 }
 
 void SynthBuilder::face(std::uint32_t surface, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-  if (a == b || b == c || c == a) return;  // a piece below the grid
+  if (a == b || b == c || c == a) return;  // smaller than the grid
   scene_.mesh.faces.push_back({a, b, c});
   scene_.face_surface.push_back(surface);
 }
@@ -45,6 +45,15 @@ void SynthBuilder::cells(std::uint32_t surface, const std::vector<std::uint32_t>
     }
 }
 
+template <class VertexAt>
+void SynthBuilder::triangular_cells(std::uint32_t surface, int n, VertexAt at) {
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i + j < n; ++i) {
+      face(surface, at(i, j), at(i + 1, j), at(i, j + 1));
+      if (i + j + 1 < n) face(surface, at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+    }
+}
+
 std::uint32_t SynthBuilder::quad(Material material, const WorldPoint& p, const WorldPoint& du, const WorldPoint& dv,
                                  bool windows) {
   const std::uint32_t surface = add_surface(material, p, du, dv);
@@ -56,7 +65,7 @@ std::uint32_t SynthBuilder::quad(Material material, const WorldPoint& p, const W
   for (int j = 0; j <= nv; ++j)
     for (int i = 0; i <= nu; ++i) {
       double a = i, b = j;
-      if (i > 0 && i < nu && j > 0 && j < nv) {  // inside: no regular grid, photogrammetry makes none
+      if (i > 0 && i < nu && j > 0 && j < nv) {  // irregular inside, as meshes from photogrammetry are
         const auto n = static_cast<std::uint32_t>(j * (nu + 1) + i);
         a += 0.5 * (synth_chance(scene_.surfaces[surface].seed, n, 1) - 0.5);
         b += 0.5 * (synth_chance(scene_.surfaces[surface].seed, n, 2) - 0.5);
@@ -76,11 +85,7 @@ void SynthBuilder::triangle(Material material, const WorldPoint& a, const WorldP
   const auto at = [&](int i, int j) {  // i steps towards b, j towards c
     return vertex(a + ab * (static_cast<double>(i) / n) + (c - a) * (static_cast<double>(j) / n));
   };
-  for (int j = 0; j < n; ++j)
-    for (int i = 0; i + j < n; ++i) {
-      face(surface, at(i, j), at(i + 1, j), at(i, j + 1));
-      if (i + j + 1 < n) face(surface, at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
-    }
+  triangular_cells(surface, n, at);
 }
 
 void SynthBuilder::box(Material material, const Placement& place, const WorldPoint& lo, const WorldPoint& hi,
@@ -148,7 +153,8 @@ void SynthBuilder::ball(const WorldPoint& centre, double radius_m, std::uint32_t
   if (count_only_) return;
   const auto push_out = [&](const WorldPoint& direction) {
     const WorldPoint d = unit(direction);
-    // Lumps of about a third of the radius; the key is coarse, so that neighbouring sides agree on shared corners.
+    // Lumps of about a third of the radius. The direction is rounded for the hash, so that neighbouring sides of the
+    // icosahedron agree on shared vertices.
     const auto coarse = [](double v) { return static_cast<std::uint32_t>(std::llround(v * 4096)); };
     const double lump = 0.86 + 0.28 * synth_chance(seed ^ coarse(d.x), coarse(d.y), coarse(d.z));
     return vertex(centre + d * (radius_m * lump));
@@ -158,11 +164,7 @@ void SynthBuilder::ball(const WorldPoint& centre, double radius_m, std::uint32_t
     const WorldPoint ab = corners[static_cast<std::size_t>(side[1])] - a;
     const WorldPoint ac = corners[static_cast<std::size_t>(side[2])] - a;
     const auto at = [&](int i, int j) { return push_out(a + ab * (1.0 * i / n) + ac * (1.0 * j / n)); };
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i + j < n; ++i) {
-        face(surface, at(i, j), at(i + 1, j), at(i, j + 1));
-        if (i + j + 1 < n) face(surface, at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
-      }
+    triangular_cells(surface, n, at);
   }
 }
 
@@ -176,6 +178,25 @@ void SynthBuilder::trunk(const WorldPoint& foot, double height_m, double radius_
     triangle(Material::bark, foot + WorldPoint{0, 0, height_m}, foot + WorldPoint{a[0], a[1], height_m},
              foot + WorldPoint{b[0], b[1], height_m});
   }
+}
+
+SynthScene build_scene(std::size_t faces, EdgeSearch search, double grid_per_m, std::uint32_t seed,
+                       const std::function<void(SynthBuilder&)>& build) {
+  double best_m = search.coarse_m;
+  std::size_t best_miss = SIZE_MAX;
+  for (int step = 0; step < 24 && search.fine_m * search.precision < search.coarse_m; ++step) {
+    const double middle_m = std::sqrt(search.fine_m * search.coarse_m);
+    SynthBuilder counter(middle_m, grid_per_m, seed, true);
+    build(counter);
+    const std::size_t made = counter.faces(), miss = made > faces ? made - faces : faces - made;
+    (made > faces ? search.fine_m : search.coarse_m) = middle_m;
+    if (miss >= best_miss) continue;
+    best_miss = miss;
+    best_m = middle_m;
+  }
+  SynthBuilder builder(best_m, grid_per_m, seed);
+  build(builder);
+  return builder.take();
 }
 
 }  // namespace gpvc::synth

@@ -10,7 +10,7 @@
 
 namespace gpvc::synth {
 
-/// Turns and moves what is built in axes of its own: x along the ridge, y across, z up.
+/// The rigid motion from a part's own axes (x along the ridge, y across, z up) into the scene.
 struct Placement {
   WorldPoint origin;
   double cos = 1, sin = 0;
@@ -20,32 +20,32 @@ struct Placement {
 
 class SynthBuilder {
  public:
-  /// Coordinates are rounded to multiples of 1 / `grid` m, so that floats hold them and equal edges weld. With
-  /// `count_only` no scene is made, only faces are counted.
-  SynthBuilder(double edge_m, double grid, std::uint32_t seed, bool count_only = false)
-      : edge_m_(edge_m), grid_(grid), seed_(seed), count_only_(count_only) {}
+  /// Coordinates are rounded to multiples of 1 / `grid_per_m`, so that floats hold them exactly and equal edges weld. With
+  /// `count_only` faces are counted and no scene is made.
+  SynthBuilder(double edge_m, double grid_per_m, std::uint32_t seed, bool count_only = false)
+      : edge_m_(edge_m), grid_per_m_(grid_per_m), seed_(seed), count_only_(count_only) {}
 
   SynthScene take() { return std::move(scene_); }
   std::size_t faces() const { return count_only_ ? counted_ : scene_.mesh.faces.size(); }
   std::uint32_t chance_seed(std::uint32_t a, std::uint32_t b) const { return synth_hash(seed_, a, b); }
 
-  /// A parallelogram seen from du x dv, in its own surface.
+  /// A parallelogram that faces the direction du x dv, with a surface of its own.
   std::uint32_t quad(Material material, const WorldPoint& p, const WorldPoint& du, const WorldPoint& dv,
                      bool windows = false);
   std::size_t surfaces() const { return scene_.surfaces.size(); }
   Surface& surface(std::uint32_t id) { return scene_.surfaces[id]; }
-  /// A triangle a, b, c, counter-clockwise from outside.
+  /// A triangle, counter-clockwise seen from outside.
   void triangle(Material material, const WorldPoint& a, const WorldPoint& b, const WorldPoint& c);
   /// A box with corners lo and hi in the placement's axes, without its lower side unless `bottom`.
   void box(Material material, const Placement& place, const WorldPoint& lo, const WorldPoint& hi, bool bottom);
-  /// A lumpy ball of leaves: an icosahedron, split and pushed out by chance.
+  /// A ball of leaves with lumps: a subdivided icosahedron whose vertices are moved outwards at random.
   void ball(const WorldPoint& centre, double radius_m, std::uint32_t seed);
   void trunk(const WorldPoint& foot, double height_m, double radius_m);
-  /// Ground of the height that `height` gives, over a rectangle of the map, seen from above.
+  /// A height field over a rectangle of the map, seen from above.
   std::uint32_t relief(Material material, const WorldPoint& lo, const WorldPoint& hi,
                        const std::function<double(double x, double y)>& height);
-  /// The cells of relief(lo, hi) that lie between `from` and `to` entirely, in a surface of their own: what follows the
-  /// same heights follows them facet by facet. Nothing where there are no such cells.
+  /// The cells of relief(lo, hi) that lie entirely between `from` and `to`, with a surface of their own. Two of the same
+  /// heights follow each other facet by facet. No value if there are no such cells.
   std::optional<std::uint32_t> relief_part(Material material, const WorldPoint& lo, const WorldPoint& hi,
                                            const WorldPoint& from, const WorldPoint& to,
                                            const std::function<double(double x, double y)>& height);
@@ -55,9 +55,12 @@ class SynthBuilder {
   std::uint32_t add_surface(Material material, const WorldPoint& p, const WorldPoint& du, const WorldPoint& dv);
   std::uint32_t vertex(const WorldPoint& p);
   void face(std::uint32_t surface, std::uint32_t a, std::uint32_t b, std::uint32_t c);
-  /// Two triangles a cell; diagonals alternate, so that no direction is preferred, and `odd` says with which of the two
-  /// the first cell begins.
+  /// Two triangles a cell. Diagonals alternate, so that no direction is preferred; `odd` selects the first cell's diagonal.
   void cells(std::uint32_t surface, const std::vector<std::uint32_t>& grid, int nu, int nv, bool odd = false);
+
+  /// n^2 triangles of the triangle whose vertex at(i, j) lies i steps towards the second corner, j towards the third.
+  template <class VertexAt>
+  void triangular_cells(std::uint32_t surface, int n, VertexAt at);
 
   struct Key {
     std::int64_t x, y, z;
@@ -70,12 +73,23 @@ class SynthBuilder {
     }
   };
 
-  double edge_m_, grid_;
+  double edge_m_, grid_per_m_;
   std::uint32_t seed_;
   bool count_only_;
   std::size_t counted_ = 0;
   SynthScene scene_;
   std::unordered_map<Key, std::uint32_t, KeyHash> vertices_;
 };
+
+/// Where to search for the edge length: between two lengths, until they differ by less than the factor `precision`.
+struct EdgeSearch {
+  double fine_m, coarse_m;
+  double precision = 1;
+};
+
+/// The scene that `build` makes at the edge length that gives about `faces` faces: their number falls as edges grow, so
+/// the search bisects over counts.
+SynthScene build_scene(std::size_t faces, EdgeSearch search, double grid_per_m, std::uint32_t seed,
+                       const std::function<void(SynthBuilder&)>& build);
 
 }  // namespace gpvc::synth

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/synth/synth_scene.h"
+#include "io/world_vector.h"
 
 namespace gpvc::synth {
 namespace {
@@ -39,7 +40,7 @@ struct TiePoint {
   std::vector<std::array<std::size_t, 2>> track;  // view, index among the view's observations
 };
 
-// Some face centroids that at least two views see: what a feature matcher would have left.
+// Some face centroids that at least two views see, in place of the points that a feature matcher would find.
 std::vector<TiePoint> tie_points(const SynthScene& scene, const std::vector<View>& views, const SynthRenderer& renderer,
                                  std::vector<std::vector<Observation>>& observations) {
   constexpr std::size_t kPoints = 1500;
@@ -50,9 +51,8 @@ std::vector<TiePoint> tie_points(const SynthScene& scene, const std::vector<View
     const Triangle& t = scene.mesh.faces[face];
     TiePoint point;
     for (const std::uint32_t v : t) {
-      point.position.x += scene.mesh.positions[v].x / 3;
-      point.position.y += scene.mesh.positions[v].y / 3;
-      point.position.z += scene.mesh.positions[v].z / 3;
+      const WorldPoint& corner = scene.mesh.positions[v];
+      point.position = point.position + WorldPoint{corner.x / 3, corner.y / 3, corner.z / 3};
     }
     point.color = surface_albedo(scene.surfaces[scene.face_surface[face]], point.position);
     std::vector<std::pair<std::size_t, PhotoPoint>> seen;
@@ -83,7 +83,8 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
 
 void write_synth_mesh(const std::filesystem::path& file, const Mesh& mesh, const WorldPoint& offset) {
   const auto moved = [&](const WorldPoint& p) {
-    return std::array<double, 3>{p.x + offset.x, p.y + offset.y, p.z + offset.z};
+    const WorldPoint at = p + offset;
+    return std::array<double, 3>{at.x, at.y, at.z};
   };
   const bool floats = std::all_of(mesh.positions.begin(), mesh.positions.end(), [&](const WorldPoint& p) {
     const auto at = moved(p);
@@ -140,13 +141,12 @@ void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& sce
   write_text(dir / "cameras.txt", cameras);
 
   std::string images =
-      "# Image list, two lines each: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME / POINTS2D[] as "
-      "X, Y, "
+      "# Image list, two lines each: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME / POINTS2D[] as X, Y, "
       "POINT3D_ID\n";
   for (std::size_t v = 0; v < views.size(); ++v) {
     const auto q = quaternion(views[v].pose.rotation);
     Pose moved = views[v].pose;
-    moved.centre = {moved.centre.x + offset.x, moved.centre.y + offset.y, moved.centre.z + offset.z};
+    moved.centre = moved.centre + offset;
     const CameraPoint t = camera_from_world(moved, {});
     images +=
         fmt::format("{} {} {} {} {} {} {} {} 1 {}\n", v + 1, q[0], q[1], q[2], q[3], t.x, t.y, t.z, views[v].name);
@@ -170,12 +170,10 @@ void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& sce
 }
 
 void write_synth_surfaces(const std::filesystem::path& file, const SynthScene& scene) {
-  constexpr const char* kNames[] = {"ground", "plaster", "brick", "tiles", "gravel", "concrete",
-                                    "bark",   "leaves",  "metal", "paint", "meadow"};
   const auto triple = [](const WorldPoint& p) { return nlohmann::ordered_json::array({p.x, p.y, p.z}); };
   nlohmann::ordered_json surfaces = nlohmann::ordered_json::array();
   for (const Surface& s : scene.surfaces)
-    surfaces.push_back({{"material", kNames[static_cast<std::size_t>(s.material)]},
+    surfaces.push_back({{"material", name_of(kMaterialNames, s.material)},
                         {"origin", triple(s.origin)},
                         {"u_axis", triple(s.u_axis)},
                         {"v_axis", triple(s.v_axis)},

@@ -15,16 +15,16 @@ namespace {
 
 constexpr WorldPoint kSun{0.4514015204477136, -0.32099663676281853, 0.8325850266035605};  // unit length
 
-constexpr std::size_t kSamples = 4;  // of a pixel, traced together
+constexpr std::size_t kSamples = 4;  // a pixel, traced together
 
 struct Ray {
   WorldPoint origin, direction;
 };
 
-// What a ray meets.
+// The point that a ray hits.
 struct SurfacePoint {
   bool sky = true;
-  WorldPoint position, normal;  // the side that is seen
+  WorldPoint position, normal;  // of the side that is seen
   Color albedo{206, 218, 232};
   std::uint32_t surface = kNoSurface;
 };
@@ -45,12 +45,12 @@ void set_ray(Packet& packet, std::size_t i, const Ray& ray, float far) {
   packet.flags[i] = 0;
 }
 
-// A scene as Embree holds it, and what its floats cannot say.
+// A scene in Embree, with normals in double, since Embree's floats are too coarse for distances.
 struct TracedScene {
   const SynthScene& scene;
   RTCScene traced = nullptr;
   std::vector<WorldPoint> normals;  // per face, unit length
-  double off_m = 0;  // how far off a surface rays to the sun start: 800 steps of a float of the scene's size
+  double off_m = 0;  // distance from a surface at which rays to the sun start: 800 float steps at the scene's size
 
   TracedScene(RTCDevice device, const SynthScene& from);
   ~TracedScene() {
@@ -59,7 +59,7 @@ struct TracedScene {
   TracedScene(const TracedScene&) = delete;
   TracedScene& operator=(const TracedScene&) = delete;
 
-  // How far along the ray, in its direction's length, the plane of a face lies; NaN for a ray along it.
+  // Distance along the ray to the plane of a face, in lengths of its direction; NaN for a ray along the plane.
   double distance(const Ray& ray, std::uint32_t face) const {
     const WorldPoint& n = normals[face];
     const WorldPoint& a = scene.mesh.positions[scene.mesh.faces[face][0]];
@@ -70,11 +70,10 @@ struct TracedScene {
 
   SurfacePoint on_face(const Ray& ray, std::uint32_t face, std::uint32_t first_surface) const {
     const double t = distance(ray, face);
-    if (std::isnan(t)) return {};  // along the face: no point to speak of
+    if (std::isnan(t)) return {};
     const WorldPoint& n = normals[face];
-    const WorldPoint p{ray.origin.x + t * ray.direction.x, ray.origin.y + t * ray.direction.y,
-                       ray.origin.z + t * ray.direction.z};
-    const WorldPoint seen = dot(n, ray.direction) < 0 ? n : WorldPoint{-n.x, -n.y, -n.z};
+    const WorldPoint p = ray.origin + ray.direction * t;
+    const WorldPoint seen = dot(n, ray.direction) < 0 ? n : n * -1;
     const std::uint32_t surface = scene.face_surface[face];
     return {false, p, seen, surface_albedo(scene.surfaces[surface], p), first_surface + surface};
   }
@@ -101,11 +100,7 @@ TracedScene::TracedScene(RTCDevice device, const SynthScene& from) : scene(from)
   for (const Triangle& t : mesh.faces) {
     for (const std::uint32_t v : t) *faces++ = v;
     const WorldPoint &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-    const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z, vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
-    const double nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-    const double length = std::sqrt(nx * nx + ny * ny + nz * nz);
-    const double s = length > 0 ? 1 / length : 0;
-    normals.push_back({nx * s, ny * s, nz * s});
+    normals.push_back(unit(cross(b - a, c - a)));
   }
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(traced, geometry);
@@ -125,7 +120,7 @@ struct SynthRenderer::State {
     if (device != nullptr) rtcReleaseDevice(device);
   }
 
-  // The ground goes on for ever.
+  // The point of the endless ground that a ray hits, if the scene has one; else sky.
   SurfacePoint beyond(const Ray& ray) const {
     const auto& d = ray.direction;
     if (!still->scene.endless_ground || d.z >= -1e-3 * (std::abs(d.x) + std::abs(d.y))) return {};
@@ -168,7 +163,7 @@ struct SynthRenderer::State {
     }
   }
 
-  // Which of the points the sun reaches; -1 for yes.
+  // -1 for each point that the sun reaches, else 0.
   std::array<int, kSamples> in_the_sun(const Points& points, const std::array<bool, kSamples>& valid) const {
     alignas(16) std::array<int, kSamples> lit{};
     for (std::size_t i = 0; i < kSamples; ++i)
@@ -180,8 +175,7 @@ struct SynthRenderer::State {
       RTCRay4 to_sun;
       const double off = still->off_m;
       for (std::size_t i = 0; i < kSamples; ++i) {
-        const WorldPoint &p = points[i].position, &n = points[i].normal;
-        set_ray(to_sun, i, {{p.x + off * n.x, p.y + off * n.y, p.z + off * n.z}, kSun}, 1e4F);
+        set_ray(to_sun, i, {points[i].position + points[i].normal * off, kSun}, 1e4F);
       }
       rtcOccluded4(lit.data(), (*part)->traced, &context, &to_sun);
       for (std::size_t i = 0; i < kSamples; ++i)
@@ -190,7 +184,7 @@ struct SynthRenderer::State {
     return lit;
   }
 
-  // The mean colour of the samples; those that are not `valid` are black. `surface`: what all of them see.
+  // The mean colour of the samples; invalid ones are black. `surface`: the surface that all of them see.
   Color color(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid,
               std::uint32_t& surface) const {
     Points points;
@@ -209,7 +203,7 @@ struct SynthRenderer::State {
     return sum;
   }
 
-  // Where the samples of a row of pixels lie on the undistorted plane, four a pixel; NaN beyond the fold of the lens.
+  // Positions of a row's samples on the undistorted image plane, four a pixel; NaN beyond the fold of the lens model.
   static void plane_row(const Camera& camera, int y, PixelPoint* row) {
     for (int x = 0; x < camera.width; ++x)
       for (int i = 0; i < static_cast<int>(kSamples); ++i) {
@@ -220,7 +214,7 @@ struct SynthRenderer::State {
       }
   }
 
-  // All photos of a flight share a camera: its samples are kept, unless they are many.
+  // Keeps the samples of the camera, which all photos of a flight share, unless they are too many.
   void prepare(const Camera& camera) {
     constexpr std::size_t kMost = (std::size_t{256} << 20) / sizeof(PixelPoint);
     if (plane_camera && *plane_camera == camera) return;
@@ -238,7 +232,7 @@ struct SynthRenderer::State {
 };
 
 SynthRenderer::SynthRenderer(const SynthScene& scene) : state_(std::make_unique<State>()) {
-  // The lowest instruction set everywhere: the same bits on every x86-64.
+  // The same instruction set on every x86-64, for the same bits.
   state_->device = rtcNewDevice("isa=sse2");
   if (state_->device == nullptr) throw std::runtime_error("Embree: no device");
   state_->still.emplace(state_->device, scene);
@@ -275,7 +269,7 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Ex
       for (std::size_t s = 0; s < kSamples; ++s) {
         const double cx = at->x, cy = at->y;
         ++at;
-        valid[s] = !std::isnan(cx);  // else black
+        valid[s] = !std::isnan(cx);
         rays[s] = {pose.centre,
                    {r[0] * cx + r[3] * cy + r[6], r[1] * cx + r[4] * cy + r[7], r[2] * cx + r[5] * cy + r[8]}};
       }
@@ -293,7 +287,7 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Ex
 
 bool SynthRenderer::sees(const Pose& pose, const WorldPoint& p, std::uint32_t face) const {
   const TracedScene& still = *state_->still;
-  const Ray ray{pose.centre, {p.x - pose.centre.x, p.y - pose.centre.y, p.z - pose.centre.z}};
+  const Ray ray{pose.centre, p - pose.centre};
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit hit{};
@@ -309,8 +303,8 @@ bool SynthRenderer::sees(const Pose& pose, const WorldPoint& p, std::uint32_t fa
   hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(still.traced, &context, &hit);
   if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID || hit.hit.primID == face) return true;
-  // A neighbour's plane goes through p where it is flat; a dozen rounded operations on numbers of the distance's size
-  // are good to 1e-13 of it, and 1e-9 for rays that meet the plane at a ten-thousandth of a right angle.
+  // Where the surface is flat, the plane of a neighbouring face contains p. A dozen rounded operations on numbers of the
+  // distance's size are accurate to 1e-13 of it, and to 1e-9 for rays at 1e-4 of a right angle to the plane.
   return !(still.distance(ray, hit.hit.primID) < 1 - 1e-9);
 }
 

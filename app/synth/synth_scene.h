@@ -1,6 +1,6 @@
 // Synthetic scenes of known truth: a mesh whose every face belongs to a surface with an albedo of its own, and photos
-// of it traced with Embree, which shares no code with the visibility stage it serves to test. Bits do not depend on the
-// machine or the threads: +, -, x, /, sqrt and integer hashes alone, no libm.
+// of it traced with Embree, which shares no code with the visibility stage that it serves to test. The same bits on every
+// machine and with any number of threads: only +, -, x, /, sqrt and integer hashes are used, nothing else of libm.
 #pragma once
 
 #include <array>
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/io.h"
+#include "io/names.h"
 #include "io/scene.h"
 
 namespace gpvc::synth {
@@ -29,18 +30,23 @@ enum class Material : std::uint8_t {
   paint,
   meadow
 };
+inline constexpr Named<Material> kMaterialNames[] = {
+    {"ground", Material::ground}, {"plaster", Material::plaster}, {"brick", Material::brick},
+    {"tiles", Material::tiles},   {"gravel", Material::gravel},   {"concrete", Material::concrete},
+    {"bark", Material::bark},     {"leaves", Material::leaves},   {"metal", Material::metal},
+    {"paint", Material::paint},   {"meadow", Material::meadow}};
 
 using Color = std::array<double, 3>;  ///< display values, 0..255
 
-/// A plane (or a crown, a hillside) with its own albedo: procedural in (u, v) = ((p - origin) . u_axis, (p - origin) .
-/// v_axis).
+/// A plane, a crown or a hillside with an albedo of its own, which is a function of u = (p - origin) . u_axis and
+/// v = (p - origin) . v_axis.
 struct Surface {
   Material material = Material::ground;
   WorldPoint origin;
   WorldPoint u_axis, v_axis;  ///< unit length
   std::uint32_t seed = 0;
   bool windows = false;
-  Color tint{1, 1, 1};  ///< factor on the albedo: surfaces that meet in photos can be told apart
+  Color tint{1, 1, 1};  ///< factor on the albedo, by which surfaces that meet in photos differ
   double scale = 1;     ///< metres that a metre of the pattern covers
 };
 
@@ -48,32 +54,32 @@ struct SynthScene {
   Mesh mesh;                                ///< z up, metres; every coordinate exact in float
   std::vector<std::uint32_t> face_surface;  ///< per face, index into surfaces
   std::vector<Surface> surfaces;            ///< surfaces[0] is the ground
-  bool endless_ground = false;              ///< photos show the ground of surfaces[0], z = 0, beyond the mesh too
+  bool endless_ground = false;              ///< photos show surfaces[0] at z = 0 beyond the mesh, too
 };
 
-/// The colour of a surface point before light falls on it.
+/// Albedo at a point of the surface, with the surface's tint.
 Color surface_albedo(const Surface& surface, const WorldPoint& p);
 
-/// A camera's own exposure: colours are multiplied by `gain` and fall off towards the corners by `vignetting`.
+/// A photo's exposure: colours are multiplied by `gain`, and by 1 - `vignetting` in the corners.
 struct Exposure {
   double gain = 1, vignetting = 0;
-  /// At the squared distance from the middle of the picture, 1 in the corners.
+  /// Factor at the squared distance from the middle of the photo, where 1 is a corner.
   double at(double corner_share) const { return gain * (1 - vignetting * corner_share); }
 };
 
-/// Pixels of an id picture whose samples see several surfaces.
+/// Marks pixels whose samples see several surfaces.
 inline constexpr std::uint32_t kMixedSurfaces = 0xFFFFFFFEu;
-/// Pixels that see the sky or nothing.
+/// Marks pixels that see the sky or nothing.
 inline constexpr std::uint32_t kNoSurface = 0xFFFFFFFFu;
 
 struct SynthPhoto {
   Image image;
-  /// Per pixel the surface that all its samples see, kMixedSurfaces or kNoSurface; moving things have numbers from the
-  /// scene's surfaces on.
+  /// Per pixel the surface that all its samples see, kMixedSurfaces or kNoSurface. Surfaces of moving objects are numbered
+  /// from the number of the scene's surfaces on.
   std::vector<std::uint32_t> surfaces;
 };
 
-/// Light, shadow and camera for a scene. Holds an Embree scene.
+/// Renders photos of a scene with sun and shadows. Holds an Embree scene.
 class SynthRenderer {
  public:
   explicit SynthRenderer(const SynthScene& scene);
@@ -81,12 +87,12 @@ class SynthRenderer {
   SynthRenderer(const SynthRenderer&) = delete;
   SynthRenderer& operator=(const SynthRenderer&) = delete;
 
-  /// What the camera takes, 2 x 2 samples a pixel, through its lens distortion. Uses all TBB threads. `moving`: what is
-  /// there in this photo alone.
+  /// A photo through the camera's lens distortion, 2 x 2 samples a pixel. Uses all TBB threads. `moving`: objects that are
+  /// in this photo only.
   SynthPhoto photo(const Camera& camera, const Pose& pose, const Exposure& exposure = {},
                    const SynthScene* moving = nullptr);
-  /// True when nothing lies between a point of face `face` and the camera centre: the first face that the ray from the
-  /// centre meets is that one, or no nearer than it in double precision.
+  /// True if nothing lies between a point of face `face` and the camera centre: the first face that the ray from the
+  /// centre hits is `face` or, in double precision, no nearer than the point.
   bool sees(const Pose& pose, const WorldPoint& p, std::uint32_t face) const;
 
  private:
@@ -94,18 +100,18 @@ class SynthRenderer {
   std::unique_ptr<State> state_;
 };
 
-/// Binary little-endian PLY, coordinates plus `offset`; float where that is exact, else double.
+/// Writes binary little-endian PLY of the coordinates plus `offset`, in float if that is exact, else in double.
 void write_synth_mesh(const std::filesystem::path& file, const Mesh& mesh, const WorldPoint& offset);
 
-/// COLMAP text model: cameras.txt, images.txt, and points3D.txt with some surface points and the views that see them.
-/// Positions and camera centres are moved by `offset`.
+/// Writes a COLMAP text model: cameras.txt, images.txt, and points3D.txt with some surface points and the views that see
+/// them. Positions and camera centres are moved by `offset`.
 void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& scene, const std::vector<View>& views,
                          const SynthRenderer& renderer, const WorldPoint& offset);
 
-/// surfaces.json: material, frame, seed, tint and scale per surface.
+/// Writes surfaces.json: material, frame, seed, tint and scale of every surface.
 void write_synth_surfaces(const std::filesystem::path& file, const SynthScene& scene);
 
-/// A hash of integers, the only source of chance in a scene.
+/// A hash of integers, the only source of randomness in a scene.
 constexpr std::uint32_t synth_hash(std::uint32_t a, std::uint32_t b = 0, std::uint32_t c = 0) {
   std::uint32_t h = a * 0x9E3779B1u ^ (b * 0x85EBCA77u + 0x165667B1u) ^ (c * 0xC2B2AE3Du + 0x27D4EB2Fu);
   h ^= h >> 16;

@@ -12,13 +12,13 @@ struct LayerOptions {
   std::uint32_t seed = 1;
 };
 
-/// Two uneven layers, as in the paper's models A, B and C: hills, and over about 0.4 of them sheets that follow the
-/// hills' facets `gap_m` higher, however small that is. Seen from afar: floats of the size of the flight's height are
-/// steps of a millimetre.
+/// Two uneven layers, as in the paper's models A, B and C: hills, and sheets over about 0.4 of them that follow the hills'
+/// facets `gap_m` higher, however small that is. Meant to be seen from afar: at the flight's height a float has steps of
+/// a millimetre.
 SynthScene make_terrain(const LayerOptions& options);
 
-/// Boards, walls and roofs under slats with narrow slits between them. From stand to stand the distance between board
-/// and slats halves: from size_m / 4 to size_m / 65536.
+/// Boards, walls and roofs under slats with narrow slits between them. The distance between board and slats halves from
+/// stand to stand, from size_m / 4 to size_m / 65536.
 SynthScene make_slits(const LayerOptions& options);
 
 }  // namespace gpvc::synth
