@@ -1,4 +1,4 @@
-// What the two parts of the accuracy benchmark share: scenes whose truth the oracle knows, modes, tables.
+// What the two parts of the accuracy benchmark share: scenes with the oracle's classes, modes, scores.
 #pragma once
 
 #include <cstddef>
@@ -6,11 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/table.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::accuracy {
 
-/// A mesh and a view, with what the oracle says of them.
+/// A mesh and a view, with the oracle's classes.
 struct TrueScene {
   std::string name;
   Mesh mesh;
@@ -37,21 +38,9 @@ visibility::VisibilityOptions mode(const std::string& name);
 /// 0.1, halved down to 1e-13: 40 values; every `step`th of them.
 std::vector<double> epsilons(std::size_t step);
 
-/// Table as Markdown; first the columns' names. Also leaves NAME.csv in `folder`, unless that is empty.
-class Table {
- public:
-  explicit Table(std::vector<std::string> columns) : rows_{std::move(columns)} {}
-  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
-  std::string markdown() const;
-  void write_csv(const std::filesystem::path& file) const;
-
- private:
-  std::vector<std::vector<std::string>> rows_;
-};
-
 struct Setup {
   visibility::GraphicsDevice& device;
-  std::filesystem::path folder;  ///< for CSV files; exists
+  std::filesystem::path folder;  ///< for CSV files, or empty; exists
   bool quick = false;
 };
 

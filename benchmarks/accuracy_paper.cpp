@@ -1,4 +1,4 @@
-// Tables 1 to 6: three models of two layers, and how many of their 9604 faces each mode gets right.
+// Tables 1 to 6 of the paper: how many of the 9604 faces of three models of two layers each mode gets right.
 #include <fmt/format.h>
 
 #include <array>
@@ -14,7 +14,7 @@ constexpr std::size_t kLayer = 4802;
 constexpr std::array kGaps{0.01, 1.0, 100.0};
 constexpr std::array kModels{"A", "B", "C"};
 
-/// The oracle's word that the upper layer is fully visible and every face of the lower one partially occluded.
+/// Throws unless the upper layer is fully visible and every face of the lower one partially occluded, by the oracle.
 void prove(const TrueScene& model) {
   for (std::size_t f = 0; f < 2 * kLayer; ++f) {
     const visibility::FaceClass expected = f < kLayer ? visibility::FaceClass::full : visibility::FaceClass::partial;
@@ -35,7 +35,7 @@ std::vector<TrueScene> make_models() {
 
 std::string number(double value) { return fmt::format("{:.3g}", value); }
 
-/// Rows of one model: neighbouring epsilons with the same outcome share one.
+/// Rows of one model; consecutive epsilons with the same result share a row.
 std::vector<std::array<std::string, 4>> rows_of(const std::vector<double>& epsilons, const std::vector<Score>& scores) {
   std::vector<std::array<std::string, 4>> rows;
   for (std::size_t first = 0; first < scores.size();) {

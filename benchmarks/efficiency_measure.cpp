@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -7,7 +6,8 @@
 #include <memory>
 #include <stdexcept>
 
-#include "efficiency.h"
+#include "benchmarks/command.h"
+#include "benchmarks/efficiency.h"
 #include "io/clock.h"
 
 namespace gpvc::efficiency {
@@ -15,14 +15,7 @@ namespace {
 
 using Classes = std::vector<std::vector<visibility::FaceClass>>;  // per view
 
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-         1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
-
-/// Adds up wall and CPU time of what runs while it lives.
+/// Adds the wall and CPU time of its lifetime.
 class Watch {
  public:
   explicit Watch(Measured& into) : into_(into), start_(Clock::now()), cpu_(cpu_seconds()) {}
@@ -62,8 +55,8 @@ std::size_t unlike(const std::vector<visibility::FaceClass>& a, const std::vecto
 
 std::string first_word(const std::string& note) { return note.substr(0, note.find(':')); }
 
-/// Rows whose classes must agree on every face have the same key: HIVERS and dense sampling, on either processor,
-/// whatever draws, once corrected in the same way.
+/// A key that rows share if their classes must agree on every face: HIVERS and dense sampling with the same correction, on
+/// either processor and with either way of drawing. Empty for rows that need not agree with any.
 std::string agreement(const visibility::VisibilityOptions& options) {
   if (options.method != visibility::Method::gpvc || options.sampling == visibility::Sampling::ves) return {};
   return fmt::format("{}", static_cast<int>(options.correction));
@@ -98,7 +91,7 @@ Row parse_row(const std::string& name) {
     }
     at = next;
   }
-  row.options.draw_ivm = false;  // what a method needs, and no more
+  row.options.draw_ivm = false;  // unless the method needs it
   return row;
 }
 

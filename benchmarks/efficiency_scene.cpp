@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "efficiency.h"
+#include "benchmarks/efficiency.h"
 
 namespace gpvc::efficiency {
 namespace {
@@ -51,7 +51,7 @@ Mesh relief() {
   return mesh;
 }
 
-/// From `distance` away, `tilt` from the vertical, looking at (x, y, 5) towards `heading`.
+/// A view of (x, y, 5) from `distance` away, in the direction `heading`, `tilt` off the vertical.
 View looking_at(double x, double y, double heading, double tilt, double distance) {
   View view;
   view.camera = {4000, 3000, 3500, 3500, 2000 + 14.3, 1500 - 9.7, {}};

@@ -1,11 +1,7 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cstdio>
-#include <fstream>
-#include <stdexcept>
-
-#include "efficiency.h"
+#include "benchmarks/efficiency.h"
+#include "benchmarks/table.h"
 
 namespace gpvc::efficiency {
 namespace {
@@ -14,7 +10,7 @@ using Cells = std::vector<std::string>;
 
 std::string seconds(double s) { return fmt::format("{:.3f}", s); }
 
-/// The paper's columns, then where the time goes, then how it compares with GPVC in the same run.
+/// The paper's columns, then the parts of the time, then the comparison with the first row of the run.
 const Cells kTimes{"Processed face number",
                    "Sampling count",
                    "Rays",
@@ -81,18 +77,6 @@ struct Layout {
   Cells (*cells)(const Measured&);
 };
 
-std::string joined(const Cells& cells, const char* begin, const char* between, const char* end) {
-  std::string line = begin;
-  for (std::size_t i = 0; i < cells.size(); ++i) line += (i == 0 ? "" : between) + cells[i];
-  return line + end + "\n";
-}
-
-void write_csv(const std::filesystem::path& file, const std::vector<Cells>& lines) {
-  std::ofstream out(file);
-  for (const Cells& line : lines) out << joined(line, "", ",", "");
-  if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
-}
-
 }  // namespace
 
 void print_tables(const BenchScene& scene, const std::vector<Measured>& measured, const std::filesystem::path& folder) {
@@ -115,21 +99,17 @@ void print_tables(const BenchScene& scene, const std::vector<Measured>& measured
   for (const Layout& layout : layouts) {
     Cells head = layout.head;
     head.insert(head.end(), kTimes.begin(), kTimes.end());
-    std::vector<Cells> lines{head};
+    Table table(head);
     for (const Measured& m : measured) {
       if (m.row.options.method != layout.method) continue;
       Cells cells = layout.cells(m);
       const Cells rest = times(m, measured.front(), scene.views.size());
       cells.insert(cells.end(), rest.begin(), rest.end());
-      lines.push_back(cells);
+      table.add(cells);
     }
-    if (lines.size() == 1) continue;
-    std::printf("\n%s\n\n", layout.title);
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      std::fputs(joined(lines[i], "| ", " | ", " |").c_str(), stdout);
-      if (i == 0) std::fputs(joined(Cells(head.size(), "---"), "|", "|", "|").c_str(), stdout);
-    }
-    if (!folder.empty()) write_csv(folder / (std::string(layout.name) + ".csv"), lines);
+    if (table.empty()) continue;
+    fmt::print("\n{}\n\n{}", layout.title, table.markdown());
+    if (!folder.empty()) table.write_csv(folder / (std::string(layout.name) + ".csv"));
   }
 }
 

@@ -1,68 +1,49 @@
-// View selection measured. `labeling COSTS MESH` solves a stored instance: energy, differing pairs and patches against
-// sweeps and time, and a lower bound. `labeling --sizes [MAX_FACES]` makes instances of its own, 12 candidates a face
-// out of 200 views, and prints time and memory against size.
-#include <sys/resource.h>
-
+// Measures view selection. `labeling COSTS MESH` solves a stored instance: energy, differing pairs and patches against
+// sweeps and time, and a lower bound on the energy. `labeling --sizes` makes instances with 12 candidates per face out of
+// 200 views, and prints time and memory against size.
 #include <algorithm>
-#include <chrono>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
-#include <exception>
 #include <random>
 #include <string>
 
+#include "benchmarks/command.h"
+#include "benchmarks/potts_lower_bound.h"
+#include "io/clock.h"
 #include "labeling/labeling.h"
-#include "potts_lower_bound.h"
 
 namespace gpvc {
 namespace {
 
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-         1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
-
-double peak_megabytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
 void solve_stored(const std::string& costs, const std::string& mesh_file) {
   const labeling::CostTable table = labeling::read_costs(costs);
   const Mesh mesh = io::read_mesh(mesh_file);
-  double start = seconds_now();
+  auto start = Clock::now();
   const labeling::FaceGraph graph = labeling::face_graph(mesh);
   std::printf("%zu faces, %zu adjacent pairs (%.3f s), %zu candidates\n", table.faces(), graph.edges.size(),
-              seconds_now() - start, table.views.size());
+              seconds_since(start), table.views.size());
   std::printf("| sweeps | energy | differing pairs | patches | wall s | CPU s |\n|---|---|---|---|---|---|\n");
-  // Solved anew with every limit: labels in between are nobody's result, and time is that of a run that stops there.
+  // Each limit on sweeps is a run of its own, so that labels and time are those of a run that stops there.
   double energy = 0;
   for (int sweeps = 0; sweeps <= 30; ++sweeps) {
     labeling::SolverOptions options;
     options.max_sweeps = sweeps;
-    start = seconds_now();
+    start = Clock::now();
     const double cpu = cpu_seconds();
     const labeling::Selection selection = labeling::select_views(table, graph, options, {});
     if (sweeps > 0 && selection.sweeps.back().sweep < sweeps) break;
     energy = selection.energy;
     std::printf("| %d | %.2f | %zu | %zu | %.2f | %.2f |\n", sweeps, energy, selection.differing_pairs,
-                selection.patches, seconds_now() - start, cpu_seconds() - cpu);
+                selection.patches, seconds_since(start), cpu_seconds() - cpu);
     std::fflush(stdout);
   }
   for (const int rounds : {0, 10, 100}) {
-    start = seconds_now();
+    start = Clock::now();
     const double bound = potts_lower_bound(table, graph, labeling::SolverOptions{}.smoothness, rounds);
     std::printf("lower bound after %d rounds: %.2f (energy is %.3f %% above; %.1f s)\n", rounds, bound,
-                100 * (energy / bound - 1), seconds_now() - start);
+                100 * (energy / bound - 1), seconds_since(start));
   }
 }
 
@@ -113,9 +94,10 @@ void size_table(std::size_t max_faces) {
     labeling::CostTable table;
     labeling::FaceGraph graph;
     make_instance(faces, table, graph);
-    const double start = seconds_now(), cpu = cpu_seconds();
+    const auto start = Clock::now();
+    const double cpu = cpu_seconds();
     const labeling::Selection selection = labeling::select_views(table, graph, {}, {});
-    const double wall = seconds_now() - start;
+    const double wall = seconds_since(start);
     std::printf("| %zu | %zu | %.2f | %.2f | %.1f | %.0f | %.1f | %zu |\n", table.faces(), table.views.size(), wall,
                 cpu_seconds() - cpu, 1e6 * wall / static_cast<double>(table.faces()), peak_megabytes(),
                 selection.energy, selection.patches);
@@ -127,19 +109,20 @@ void size_table(std::size_t max_faces) {
 }  // namespace gpvc
 
 int main(int argc, char** argv) {
-  try {
-    const std::string first = argc > 1 ? argv[1] : "";
-    if (first == "--sizes") {
-      gpvc::size_table(argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 3'000'000);
-    } else if (argc == 3) {
-      gpvc::solve_stored(argv[1], argv[2]);
-    } else {
-      std::fprintf(stderr, "usage: labeling COSTS MESH\n       labeling --sizes [MAX_FACES]\n");
-      return 2;
-    }
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
-  return 0;
+  CLI::App app("Measures view selection");
+  std::string costs, mesh;
+  bool sizes = false;
+  std::size_t max_faces = 3'000'000;
+  app.add_option("COSTS", costs, "Costs, as `gpvc label` reads them");
+  app.add_option("MESH", mesh, "Mesh of as many faces");
+  app.add_flag("--sizes", sizes, "Measure generated instances by size instead");
+  app.add_option("--max-faces", max_faces, "Largest generated instance");
+  return gpvc::run_benchmark(app, argc, argv, [&] {
+    if (sizes == !mesh.empty()) throw std::invalid_argument("expected either COSTS and MESH or --sizes");
+    if (sizes)
+      gpvc::size_table(max_faces);
+    else
+      gpvc::solve_stored(costs, mesh);
+    return 0;
+  });
 }

@@ -1,8 +1,10 @@
-#include "potts_lower_bound.h"
+#include "benchmarks/potts_lower_bound.h"
 
 #include <algorithm>
 #include <limits>
 #include <utility>
+
+#include "io/grouping.h"
 
 namespace gpvc {
 namespace {
@@ -11,25 +13,18 @@ namespace {
 class Messages {
  public:
   Messages(const labeling::CostTable& table, const labeling::FaceGraph& graph, double smoothness)
-      : table_(table), smoothness_(smoothness), first_neighbour_(table.faces() + 1, 0) {
-    const auto has = [&](std::uint32_t face) { return table.first[face] < table.first[face + 1]; };
-    for (const auto& [a, b] : graph.edges)
-      if (has(a) && has(b)) {
-        ++first_neighbour_[a];
-        ++first_neighbour_[b];
-      }
-    std::size_t sum = 0;
-    for (std::size_t& count : first_neighbour_) sum += std::exchange(count, sum);
-    neighbours_.resize(sum);
-    std::vector<std::size_t> next = first_neighbour_;
+      : table_(table), smoothness_(smoothness) {
     std::size_t values = 0;
-    for (const auto& [a, b] : graph.edges)
-      if (has(a) && has(b)) {
+    neighbours_ = group_items<Neighbour>(table.faces(), [&](const auto& add) {
+      values = 0;
+      for (const auto& [a, b] : graph.edges) {
+        if (candidates(a) == 0 || candidates(b) == 0) continue;
         const std::size_t to_a = values, to_b = values + candidates(a);
         values = to_b + candidates(b);
-        neighbours_[next[a]++] = {b, to_a, to_b};
-        neighbours_[next[b]++] = {a, to_b, to_a};
+        add(a, {b, to_a, to_b});
+        add(b, {a, to_b, to_a});
       }
+    });
     values_.assign(values, 0);
   }
 
@@ -44,14 +39,12 @@ class Messages {
     for (std::uint32_t face = 0; face < table_.faces(); ++face) {
       if (candidates(face) == 0) continue;
       gather(face, belief_);
-      const double degree = static_cast<double>(first_neighbour_[face + 1] - first_neighbour_[face]);
+      const double degree = static_cast<double>(neighbours_[face].size());
       if (degree == 0) sum += *std::min_element(belief_.begin(), belief_.end());
-      for (std::size_t n = first_neighbour_[face]; n < first_neighbour_[face + 1]; ++n) {
-        const Neighbour& neighbour = neighbours_[n];
+      for (const Neighbour& neighbour : neighbours_[face]) {
         if (neighbour.face < face) continue;
         gather(neighbour.face, other_belief);
-        const double other_degree =
-            static_cast<double>(first_neighbour_[neighbour.face + 1] - first_neighbour_[neighbour.face]);
+        const double other_degree = static_cast<double>(neighbours_[neighbour.face].size());
         for (std::size_t i = 0; i < belief_.size(); ++i)
           here_.push_back(belief_[i] / degree - values_[neighbour.from + i]);
         for (std::size_t i = 0; i < other_belief.size(); ++i)
@@ -67,17 +60,16 @@ class Messages {
  private:
   struct Neighbour {
     std::uint32_t face;
-    std::size_t from, to;  ///< first value of the message from it, and to it
+    std::size_t from, to;  ///< first value of the message from that face, and of the one to it
   };
 
-  std::size_t candidates(std::uint32_t face) const { return table_.first[face + 1] - table_.first[face]; }
-  std::uint32_t view(std::uint32_t face, std::size_t i) const { return table_.views[table_.first[face] + i]; }
+  std::size_t candidates(std::uint32_t face) const { return table_.costs_of(face).size(); }
+  std::uint32_t view(std::uint32_t face, std::size_t i) const { return table_.views_of(face)[i]; }
 
   void gather(std::uint32_t face, std::vector<double>& belief) const {
-    belief.assign(table_.costs.begin() + static_cast<std::ptrdiff_t>(table_.first[face]),
-                  table_.costs.begin() + static_cast<std::ptrdiff_t>(table_.first[face + 1]));
-    for (std::size_t n = first_neighbour_[face]; n < first_neighbour_[face + 1]; ++n)
-      for (std::size_t i = 0; i < belief.size(); ++i) belief[i] += values_[neighbours_[n].from + i];
+    belief.assign(table_.costs_of(face).begin(), table_.costs_of(face).end());
+    for (const Neighbour& neighbour : neighbours_[face])
+      for (std::size_t i = 0; i < belief.size(); ++i) belief[i] += values_[neighbour.from + i];
   }
 
   /// min over both candidates of here + there + [different] * smoothness.
@@ -98,12 +90,11 @@ class Messages {
   void send(std::uint32_t face, bool forwards) {
     if (candidates(face) == 0) return;
     gather(face, belief_);
-    const auto begin = first_neighbour_[face], end = first_neighbour_[face + 1];
+    const std::span<const Neighbour> neighbours = std::as_const(neighbours_)[face];
     std::size_t later = 0;
-    for (std::size_t n = begin; n < end; ++n) later += neighbours_[n].face > face;
-    const double share = 1.0 / static_cast<double>(std::max<std::size_t>({later, end - begin - later, 1}));
-    for (std::size_t n = begin; n < end; ++n) {
-      const Neighbour& neighbour = neighbours_[n];
+    for (const Neighbour& neighbour : neighbours) later += neighbour.face > face;
+    const double share = 1.0 / static_cast<double>(std::max<std::size_t>({later, neighbours.size() - later, 1}));
+    for (const Neighbour& neighbour : neighbours) {
       if ((neighbour.face > face) != forwards) continue;
       double lowest = std::numeric_limits<double>::max();
       for (std::size_t i = 0; i < belief_.size(); ++i) {
@@ -126,8 +117,7 @@ class Messages {
 
   const labeling::CostTable& table_;
   double smoothness_;
-  std::vector<std::size_t> first_neighbour_;
-  std::vector<Neighbour> neighbours_;
+  Grouped<Neighbour> neighbours_;
   std::vector<double> values_;
   std::vector<double> belief_, here_, there_;
 };
@@ -138,10 +128,8 @@ double potts_lower_bound(const labeling::CostTable& table, const labeling::FaceG
                          int rounds) {
   double cheapest = 0;
   for (std::size_t face = 0; face < table.faces(); ++face)
-    if (table.first[face] < table.first[face + 1])
-      cheapest += static_cast<double>(
-          *std::min_element(table.costs.begin() + static_cast<std::ptrdiff_t>(table.first[face]),
-                            table.costs.begin() + static_cast<std::ptrdiff_t>(table.first[face + 1])));
+    if (const std::span<const float> costs = table.costs_of(face); !costs.empty())
+      cheapest += static_cast<double>(*std::min_element(costs.begin(), costs.end()));
   if (rounds <= 0) return cheapest;
   Messages messages(table, graph, smoothness);
   for (int i = 0; i < rounds; ++i) messages.round();
