@@ -133,14 +133,4 @@ std::string readable_duration(double seconds) {
   return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
 }
 
-std::string readable_count(std::size_t count) {
-  const std::string digits = std::to_string(count);
-  std::string text;
-  for (std::size_t i = 0; i < digits.size(); ++i) {
-    if (i > 0 && (digits.size() - i) % 3 == 0) text.push_back(' ');
-    text.push_back(digits[i]);
-  }
-  return text;
-}
-
 }  // namespace gpvc::cli

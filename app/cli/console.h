@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -49,7 +48,5 @@ class Console {
 
 /// "about 2 min 10 s", "45 s": for people.
 std::string readable_duration(double seconds);
-/// 1234567 -> "1 234 567".
-std::string readable_count(std::size_t count);
 
 }  // namespace gpvc::cli

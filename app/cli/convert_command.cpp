@@ -4,17 +4,12 @@
 #include <set>
 
 #include "app/cli/scene_input.h"
-#include "app/pipeline/convert_frame.h"
+#include "app/pipeline/undistort.h"
 
 namespace gpvc::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-const char* target_name(io::SceneTarget target) {
-  constexpr const char* kNames[] = {"colmap", "cam", "mvs"};
-  return kNames[static_cast<std::size_t>(target)];
-}
 
 bool is_jpeg(const fs::path& file) {
   std::string extension = file.extension().string();
@@ -36,7 +31,7 @@ void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::
       throw InputError(scene.source, scene.views[index(id)].name,
                        fmt::format("its camera has {}, which the format '{}' cannot state; --undistort writes photos "
                                    "and cameras without distortion",
-                                   *lost, target_name(target)));
+                                   *lost, name_of(io::kSceneTargetNames, target)));
 }
 
 /// What is read must never be replaced by what is made of it, nor stand beside it in a folder that is read as a whole;
@@ -77,16 +72,16 @@ void copy_whole(const fs::path& from, const fs::path& to) {
 }
 
 struct Frame {
-  evaluate::FrameWindow window;
+  pipeline::FrameWindow window;
   bool blank = false;  ///< some of it shows nothing of the photo
 };
 
 /// What is made of each view, and what of its photo and its mask.
 class Conversion {
  public:
-  Conversion(const ConvertOptions& options, pipeline::OutputFolder& folder, Console& console)
-      : options_(options), folder_(folder), console_(console) {}
-  void run();
+  Conversion(const ConvertOptions& options, RunRecord& record, pipeline::OutputFolder& folder)
+      : options_(options), record_(record), folder_(folder) {}
+  RunFacts run();
 
  private:
   void read();
@@ -98,9 +93,8 @@ class Conversion {
   Json options_json() const;
 
   const ConvertOptions& options_;
+  RunRecord& record_;
   pipeline::OutputFolder& folder_;
-  Console& console_;
-  RunRecord record_;
   Scene scene_, written_;
   std::vector<ViewId> used_;
   std::vector<Frame> frames_;                   ///< per used view
@@ -111,13 +105,13 @@ class Conversion {
 const View& view_of(const Scene& scene, ViewId id) { return scene.views[index(id)]; }
 
 void Conversion::read() {
-  Stage reading(console_, record_, "read");
+  record_.begin({"read"});
   io::SceneOptions reader = options_.input.reader_options();
   reader.needed = needs_used_views(options_.input.views, options_.input.exclude_views);
   scene_ = io::read_scene(options_.input.scene, reader);
-  for (const std::string& warning : scene_.warnings) console_.warning(warning);
+  for (const std::string& warning : scene_.warnings) record_.warning(warning);
   used_ = used_views(scene_.views, options_.input.views, options_.input.exclude_views);
-  reading.finish(fmt::format("{} views", used_.size()));
+  record_.end(fmt::format("{} views", used_.size()));
 }
 
 /// Views with the same camera get the same frame.
@@ -136,10 +130,10 @@ void Conversion::choose_frames() {
       known.emplace_back(camera, frame);
       constexpr std::size_t kHandful = 5;
       if (!camera.distortion.is_identity() && known.size() <= kHandful)
-        console_.note(fmt::format("frame: {} x {} pixels become {} x {}", camera.width, camera.height,
-                                  frame.window.width, frame.window.height));
+        record_.note(fmt::format("frame: {} x {} pixels become {} x {}", camera.width, camera.height,
+                                 frame.window.width, frame.window.height));
     }
-    if (options_.undistort) written_.views[index(id)].camera = pipeline::framed(camera, frame.window);
+    if (options_.undistort) written_.views[index(id)].camera = pipeline::camera_of_window(camera, frame.window);
     frames_.push_back(frame);
   }
 }
@@ -172,10 +166,9 @@ void Conversion::warn_of_lost_masks() const {
   const auto masked =
       std::count_if(used_.begin(), used_.end(), [&](ViewId id) { return has_mask(view_of(scene_, id)); });
   if (masked > 0)
-    console_.warning(fmt::format("mvs-texturing knows no masks: it will use what those of {} photos exclude", masked));
+    record_.warning(fmt::format("mvs-texturing knows no masks: it will use what those of {} photos exclude", masked));
   if (std::any_of(frames_.begin(), frames_.end(), [](const Frame& frame) { return frame.blank; }))
-    console_.warning(
-        "mvs-texturing takes what the frame leaves blank for picture; --frame inside leaves nothing blank");
+    record_.warning("mvs-texturing takes what the frame leaves blank for picture; --frame inside leaves nothing blank");
 }
 
 void Conversion::write_photo(std::size_t i, io::PhotoSource& photos) {
@@ -187,7 +180,7 @@ void Conversion::write_photo(std::size_t i, io::PhotoSource& photos) {
   const auto photo = photos.photo(used_[i]);
   std::vector<std::uint8_t> inside;
   if (options_.undistort)
-    io::write_image(file, evaluate::undistort_photo(*photo, view.camera, frames_[i].window, inside), format,
+    io::write_image(file, pipeline::undistort_photo(*photo, view.camera, frames_[i].window, inside), format,
                     options_.quality, profile);
   else
     io::write_image(file, *photo, format, options_.quality, profile);
@@ -208,14 +201,14 @@ void Conversion::write_mask(std::size_t i) {
   if (excludes) io::write_image(folder_.file(*masks_[i]), mask, io::ImageFormat::png, 0);
 }
 
-void Conversion::run() {
+RunFacts Conversion::run() {
   read();
   choose_frames();
   refuse_lost_terms(written_, used_, options_.target);
   choose_places();
   warn_of_lost_masks();
 
-  Stage stage(console_, record_, "photos", "photos");
+  record_.begin({"photos", "photos"});
   // Photos are written whole: what masks exclude is not painted over.
   Scene whole = scene_;
   for (View& view : whole.views) {
@@ -224,27 +217,26 @@ void Conversion::run() {
   }
   io::PhotoCache photos(whole, options_.input.downscale, 0);
   for (std::size_t i = 0; i < used_.size(); ++i) {
-    stage.progress(i, used_.size());
+    record_.progress(i, used_.size());
     write_photo(i, photos);
     write_mask(i);
   }
-  stage.finish(options_.undistort ? "undistorted" : options_.input.downscale > 1 ? "reduced" : "copied");
+  record_.end(options_.undistort ? "undistorted" : options_.input.downscale > 1 ? "reduced" : "copied");
 
   if (options_.target == io::SceneTarget::colmap) folder_.file("sparse/cameras.txt");
   io::write_scene(options_.target, written_, used_, places_, folder_.in_making());
   folder_.promise_all();
   record_.counts = {{"views", used_.size()}};
-  write_run_json(folder_, {"convert", options_.common, options_json()}, record_);
+  return {options_json()};
 }
 
 Json Conversion::options_json() const {
-  constexpr const char* kFrames[] = {"inside", "keep", "all"};
   Json json = scene_json(options_.input);
   json.erase("mesh");
   json.erase("hold_out");
-  json["format"] = target_name(options_.target);
+  json["format"] = name_of(io::kSceneTargetNames, options_.target);
   json["undistort"] = options_.undistort;
-  json["frame"] = kFrames[static_cast<std::size_t>(options_.frame)];
+  json["frame"] = name_of(pipeline::kFrameRuleNames, options_.frame);
   json["quality"] = options_.quality;
   return json;
 }
@@ -252,13 +244,9 @@ Json Conversion::options_json() const {
 }  // namespace
 
 void run_convert(const ConvertOptions& options, Console& console) {
-  pipeline::OutputFolder folder(options.out, options.force, "convert");
-  try {
-    Conversion(options, folder, console).run();
-    folder.publish();
-  } catch (const OutputError& e) {
-    throw std::runtime_error(folder.with_final_names(e.what()));
-  }
+  run_command("convert", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) {
+    return Conversion(options, record, folder).run();
+  });
   console.result((options.out / (options.target == io::SceneTarget::mvs ? "scene.mvs" : "")).string());
 }
 

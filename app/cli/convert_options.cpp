@@ -4,26 +4,20 @@
 namespace gpvc::cli {
 
 CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
-  constexpr Choice<io::SceneTarget> kTargets[] = {
-      {"colmap", io::SceneTarget::colmap}, {"cam", io::SceneTarget::cam}, {"mvs", io::SceneTarget::mvs}};
   CLI::App* app = parent.add_subcommand("convert", "write a scene for another program");
   add_scene(*app, options.input);
   add_photos(*app, options.input);
   add_masks(*app, options.input);
   add_output(*app, options.out, options.force);
-  add_choice<io::SceneTarget>(
-      *app, "--format", kTargets, [&](io::SceneTarget v) { options.target = v; }, "colmap",
-      "COLMAP's text model, mvs-texturing's .cam files, or OpenMVS' scene.mvs")
+  add_choice(*app, "--format", io::kSceneTargetNames, options.target,
+             "COLMAP's text model, mvs-texturing's .cam files, or OpenMVS' scene.mvs")
       ->group("Output");
   CLI::Option* undistort =
       app->add_flag("--undistort", options.undistort, "Write photos without lens distortion, and cameras that say so")
           ->group("Output");
-  constexpr Choice<FrameRule> kFrames[] = {
-      {"inside", FrameRule::inside}, {"keep", FrameRule::keep}, {"all", FrameRule::all}};
-  add_choice<FrameRule>(
-      *app, "--frame", kFrames, [&](FrameRule v) { options.frame = v; }, "inside",
-      "How far undistorted photos reach, at the same focal length: as far as nothing is blank; the photo's "
-      "size; or all of the photo, up to twice its width and height. What is blank is masked")
+  add_choice(*app, "--frame", pipeline::kFrameRuleNames, options.frame,
+             "How far undistorted photos reach, at the same focal length: as far as nothing is blank; the photo's "
+             "size; or all of the photo, up to twice its width and height. What is blank is masked")
       ->needs(undistort)
       ->group("Output");
   app->add_option("--quality", options.quality, "Of jpg photos that are written anew, 1 to 100")

@@ -55,8 +55,8 @@ Json truth_json(const evaluate::TruthScore& score) {
           {"samples", score.samples}};
 }
 
-void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Console& console, RunRecord& record) {
-  Stage stage(console, record, "truth", "steps");
+void score_truth(const EvaluateCommandOptions& options, const Scene& scene, RunRecord& record) {
+  record.begin({"truth", "steps"});
   const evaluate::Truth truth = evaluate::read_truth(options.truth);
   const Mesh mesh = io::read_mesh(options.input.mesh.empty() ? options.truth / "mesh.ply" : options.input.mesh);
   io::LoadedModel model = io::read_textured_model(options.model);
@@ -66,16 +66,16 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
     throw InputError(options.model, "",
                      "none of its faces is a face of the scene's mesh: was it made from another mesh?");
   if (matched.strangers > 0)
-    console.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out", matched.strangers,
-                                model.mesh.faces.size()));
+    record.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out", matched.strangers,
+                               model.mesh.faces.size()));
   const std::vector<ViewId> used = named_views(scene.views, marked_views(options.model, "used"));
   io::PhotoCache photos(scene, options.input.downscale, 0);
-  const Progress progress = stage.reporter();
+  const Progress progress = record.reporter();
   const std::size_t views = used.size(), steps = 4 * views;  // rays, twice the photos, the texels
   const std::vector<visibility::FaceClass> best =
-      evaluate::best_classes(mesh, scene, used, part_of(progress, 0, steps));
-  const evaluate::TruthScorer scorer(truth, mesh, best, scene, used, photos, part_of(progress, views, steps));
-  const evaluate::TruthScore score = scorer.score(matched, part_of(progress, 3 * views, steps));
+      evaluate::best_classes(mesh, scene, used, pipeline::part_of(progress, 0, steps));
+  const evaluate::TruthScorer scorer(truth, mesh, best, scene, used, photos, pipeline::part_of(progress, views, steps));
+  const evaluate::TruthScore score = scorer.score(matched, pipeline::part_of(progress, 3 * views, steps));
   record.counts["truth"] = truth_json(score);
   std::optional<evaluate::OriginScore> origins;
   if (const std::optional<evaluate::OriginOf> origin = known_origins(options.model, mesh, scene)) {
@@ -85,8 +85,8 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, Cons
                                         {"seen_in_parts", evaluate::shares_json(origins->partial)},
                                         {"seen_by_none", evaluate::shares_json(origins->none)}};
   }
-  stage.finish(fmt::format("{} points in {} views", score.samples, used.size()));
-  console.result(evaluate::truth_table(score, origins ? &*origins : nullptr));
+  record.end(fmt::format("{} points in {} views", score.samples, used.size()));
+  record.console.result(evaluate::truth_table(score, origins ? &*origins : nullptr));
 }
 
 // The views whose photos the model's renders are held against.
@@ -104,13 +104,13 @@ std::vector<bool> needed_views(const EvaluateCommandOptions& options, std::span<
   return needed;
 }
 
-/// Compares renders of the model with the photos and prints the table; pictures and JSON go to the folder.
-void compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
-                    std::optional<pipeline::OutputFolder>& folder, Console& console, RunRecord& record) {
-  Stage stage(console, record, "evaluate", "views");
+// Compares renders of the model with the photos and prints the table; pictures and JSON go to the folder.
+void compare_photos(const EvaluateCommandOptions& options, const Scene& scene, RunRecord& record,
+                    const pipeline::OutputFolder* folder) {
+  record.begin({"evaluate", "views"});
   const std::vector<ViewId> views = compared_views(options, scene.views);
   if (options.input.views.empty() && views.size() < scene.views.size())
-    console.note(
+    record.note(
         fmt::format("comparing with the {} views that views.json beside the model marks as held out", views.size()));
   const Scene chosen = with_views(scene, views);
   io::PhotoCache photos(chosen, options.input.downscale, 0);
@@ -119,9 +119,9 @@ void compare_photos(const EvaluateCommandOptions& options, const Scene& scene,
   if (!options.input.mesh.empty()) evaluate.mesh = options.input.mesh;
   if (folder) evaluate.out = folder->in_making();
   evaluate.reduction = options.reduction;
-  const evaluate::Evaluation evaluation = evaluate::evaluate_model(chosen, photos, evaluate, stage.reporter());
-  stage.finish(fmt::format("{} views", chosen.views.size()));
-  console.result(evaluate::evaluation_table(evaluation));
+  const evaluate::Evaluation evaluation = evaluate::evaluate_model(chosen, photos, evaluate, record.reporter());
+  record.end(fmt::format("{} views", chosen.views.size()));
+  record.console.result(evaluate::evaluation_table(evaluation));
 }
 
 Json options_json(const EvaluateCommandOptions& options) {
@@ -132,32 +132,35 @@ Json options_json(const EvaluateCommandOptions& options) {
   return json;
 }
 
+// `folder`: null for none.
+RunFacts evaluate_into(const EvaluateCommandOptions& options, RunRecord& record, pipeline::OutputFolder* folder) {
+  io::SceneOptions reader = options.input.reader_options();
+  reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
+  const Scene scene = io::read_scene(options.input.scene, reader);
+  if (folder != nullptr) {
+    std::set<std::filesystem::path> read = input_files(scene);
+    read.insert({options.model, options.input.mesh, options.truth / "truth.json"});
+    folder->protect(read);
+  }
+  for (const std::string& warning : scene.warnings) record.warning(warning);
+  if (!options.truth.empty()) score_truth(options, scene, record);
+  if (options.truth.empty() || folder != nullptr || !options.input.views.empty())
+    compare_photos(options, scene, record, folder);
+  if (folder != nullptr) folder->promise_all();
+  return {options_json(options)};
+}
+
 }  // namespace
 
 void run_evaluate(const EvaluateCommandOptions& options, Console& console) {
-  RunRecord record;
-  std::optional<pipeline::OutputFolder> folder;
-  if (!options.out.empty()) folder.emplace(options.out, options.force, "evaluate");
-  try {
-    io::SceneOptions reader = options.input.reader_options();
-    reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
-    const Scene scene = io::read_scene(options.input.scene, reader);
-    if (folder) {
-      std::set<std::filesystem::path> read = input_files(scene);
-      read.insert({options.model, options.input.mesh, options.truth / "truth.json"});
-      folder->protect(read);
-    }
-    for (const std::string& warning : scene.warnings) console.warning(warning);
-    if (!options.truth.empty()) score_truth(options, scene, console, record);
-    if (options.truth.empty() || folder || !options.input.views.empty())
-      compare_photos(options, scene, folder, console, record);
-    if (!folder) return;
-    folder->promise_all();
-    write_run_json(*folder, {"evaluate", options.common, options_json(options)}, record);
-    folder->publish();
-  } catch (const OutputError& e) {
-    throw std::runtime_error(folder ? folder->with_final_names(e.what()) : e.what());
+  if (options.out.empty()) {
+    RunRecord record(console);
+    evaluate_into(options, record, nullptr);
+    return;
   }
+  run_command("evaluate", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) {
+    return evaluate_into(options, record, &folder);
+  });
 }
 
 }  // namespace gpvc::cli

@@ -10,7 +10,6 @@
 #include "app/cli/lens_json.h"
 #include "app/cli/scene_input.h"
 #include "app/pipeline/frame_check.h"
-#include "app/pipeline/pipeline.h"
 #include "app/pipeline/viewpoint.h"
 
 namespace gpvc::cli {
@@ -85,22 +84,23 @@ void print_mesh(const SceneInputData& in, Console& console) {
   const std::string source =
       mesh.source_face.empty()
           ? ""
-          : fmt::format(" cut from {} polygons", readable_count(std::size_t{mesh.source_face.back()} + 1));
-  console.result(fmt::format("mesh     {} faces{}, {} vertices", readable_count(mesh.faces.size()), source,
-                             readable_count(mesh.positions.size())));
+          : fmt::format(" cut from {} polygons", pipeline::readable_count(std::size_t{mesh.source_face.back()} + 1));
+  console.result(fmt::format("mesh     {} faces{}, {} vertices", pipeline::readable_count(mesh.faces.size()), source,
+                             pipeline::readable_count(mesh.positions.size())));
   const io::MeshTopology topology = io::mesh_topology(mesh);
   console.result(fmt::format(
       "topology {} components, {} boundary edges in {} loops, {} non-manifold faces, {} degenerate faces, {} "
       "unused vertices",
-      readable_count(topology.components), readable_count(topology.boundary_edges),
-      readable_count(topology.boundary_loops), readable_count(topology.nonmanifold_faces),
-      readable_count(topology.degenerate_faces), readable_count(topology.unused_vertices)));
+      pipeline::readable_count(topology.components), pipeline::readable_count(topology.boundary_edges),
+      pipeline::readable_count(topology.boundary_loops), pipeline::readable_count(topology.nonmanifold_faces),
+      pipeline::readable_count(topology.degenerate_faces), pipeline::readable_count(topology.unused_vertices)));
   const io::MeshFlaws flaws = io::mesh_flaws(mesh);
   console.result(
       fmt::format("flaws    {} duplicate faces, {} faces without area, {} duplicate vertices; all are kept in their "
                   "place",
-                  readable_count(flaws.duplicate_faces), readable_count(flaws.flat_faces + flaws.degenerate_faces),
-                  readable_count(flaws.duplicate_vertices)));
+                  pipeline::readable_count(flaws.duplicate_faces),
+                  pipeline::readable_count(flaws.flat_faces + flaws.degenerate_faces),
+                  pipeline::readable_count(flaws.duplicate_vertices)));
   console.result("extent   " + pipeline::box_text(pipeline::box_of(mesh)));
 }
 
@@ -135,7 +135,7 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
     console.result(fmt::format("sampling {:.6g} units a pixel in the median, {:.6g} .. {:.6g} for nine in ten",
                                sampling[sampling.size() / 2], sampling[sampling.size() / 20],
                                sampling[sampling.size() - 1 - sampling.size() / 20]));
-  console.result(fmt::format("up       {}", pipeline::up_name(pipeline::scene_up(in.scene, in.used))));
+  console.result(fmt::format("up       {}", name_of(io::kUpAxisNames, pipeline::scene_up(in.scene, in.used))));
   print_estimate(in, threads, console);
   try {
     pipeline::check_frames(in.mesh, mesh_file, in.scene, in.used);

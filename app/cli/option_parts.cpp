@@ -103,12 +103,6 @@ void add_output(CLI::App& app, std::filesystem::path& out, bool& force) {
 }
 
 void add_visibility(CLI::App& app, visibility::VisibilityOptions& options) {
-  constexpr Choice<visibility::CoverageCorrection> kCorrections[] = {{"off", visibility::CoverageCorrection::off},
-                                                                     {"paper", visibility::CoverageCorrection::paper},
-                                                                     {"exact", visibility::CoverageCorrection::exact}};
-  constexpr Choice<visibility::Classifier> kClassifiers[] = {{"auto", visibility::Classifier::automatic},
-                                                             {"cpu", visibility::Classifier::cpu},
-                                                             {"gpu", visibility::Classifier::gpu}};
   const auto set_mode = [&options](const std::string& mode) {
     try {
       visibility::set_visibility_mode(mode, options);
@@ -118,63 +112,51 @@ void add_visibility(CLI::App& app, visibility::VisibilityOptions& options) {
   };
   app.add_option_function<std::string>(
          "--visibility", set_mode,
-         "How visibility is decided. gpvc: without a bias, faces sampled hierarchically, gpvc:ves at their "
-         "vertices and edges only, gpvc:dense at every pixel (same classes as gpvc). For comparison: "
-         "shadow-map:apc:EPS and shadow-map:spc:EPS, a depth map with a bias in window depth, 0 to 1 (apc: "
-         "depth is " +
+         "How visibility is decided. gpvc: without a bias, faces sampled hierarchically, gpvc:ves at their vertices "
+         "and "
+         "edges only, gpvc:dense at every pixel (same classes as gpvc). For comparison: shadow-map:apc:EPS and "
+         "shadow-map:spc:EPS, a depth map with a bias in window depth, 0 to 1 (apc: depth is " +
              fmt::format("{}", visibility::kShadowMapNear) +
-             " / z); ray:sparse:EPS and ray:dense:EPS, rays to vertices or pixel centres with a bias in "
-             "units "
-             "of the mesh; none, all that is in the image")
+             " / z); ray:sparse:EPS and ray:dense:EPS, rays to vertices or pixel centres with a bias in units of the "
+             "mesh; none, all that is in the image")
       ->type_name("MODE")
       ->default_str("gpvc")
       ->group(kVisibilityGroup);
-  // Options take effect in the order they are added: the mode is known here.
-  const auto set_projection = [&options](visibility::Projection projection) {
+  // Options take effect in the order they are added here, so the mode is known.
+  const auto check_projection = [&options](visibility::Projection) {
     if (options.method != visibility::Method::gpvc)
       throw CLI::ValidationError("--projection", fmt::format("belongs to the gpvc modes, not to {}",
                                                              visibility::visibility_mode_name(options)));
-    options.projection = projection;
   };
-  constexpr Choice<visibility::Projection> kProjections[] = {{"apc", visibility::Projection::apc},
-                                                             {"spc", visibility::Projection::spc}};
   add_choice<visibility::Projection>(
-      app, "--projection", kProjections, set_projection, "apc",
-      "Depth that gpvc draws with: reversed with the near plane at zero, or symmetric with planes that fit "
-      "the mesh")
+      app, "--projection", visibility::kProjectionNames, options.projection,
+      "Depth that gpvc draws with: reversed with the near plane at zero, or symmetric with planes that fit the mesh",
+      check_projection)
       ->group(kVisibilityGroup);
-  std::string fallback;
-  for (const auto& choice : kCorrections)
-    if (choice.value == visibility::VisibilityOptions{}.correction) fallback = choice.name;
-  add_choice<visibility::CoverageCorrection>(
-      app, "--coverage-correction", kCorrections, [&](visibility::CoverageCorrection v) { options.correction = v; },
-      fallback, "Repair of what the rasterizer's snapping and rounding got wrong")
+  add_choice(app, "--coverage-correction", visibility::kCoverageCorrectionNames, options.correction,
+             "Repair of what the rasterizer's snapping and rounding got wrong")
       ->group(kVisibilityGroup);
-  add_choice<visibility::Classifier>(
-      app, "--classifier", kClassifiers, [&](visibility::Classifier v) { options.classifier = v; }, "auto",
-      "Where faces are classified; the result is the same")
+  add_choice(app, "--classifier", visibility::kClassifierNames, options.classifier,
+             "Where faces are classified; the result is the same")
       ->group(kVisibilityGroup);
-  const auto set_drawing = [&options](visibility::Drawing drawing) {
+  const auto check_drawing = [&options](visibility::Drawing drawing) {
     if (const std::string obstacle = visibility::native_drawing_obstacle(options);
         drawing == visibility::Drawing::native && !obstacle.empty())
-      throw CLI::ValidationError("--drawing", "native cannot be had here: " + obstacle);
-    options.drawing = drawing;
+      throw CLI::ValidationError("--drawing", "native does not go with the other options: " + obstacle);
   };
-  constexpr Choice<visibility::Drawing> kDrawings[] = {{"auto", visibility::Drawing::automatic},
-                                                       {"opengl", visibility::Drawing::opengl},
-                                                       {"native", visibility::Drawing::native}};
   add_choice<visibility::Drawing>(
-      app, "--drawing", kDrawings, set_drawing, "auto",
-      "What draws the item buffer of gpvc. native: a rasterizer of ours, which auto takes where OpenGL "
-      "would be drawn by the CPU as well, and more slowly; the classes are the same")
+      app, "--drawing", visibility::kDrawingNames, options.drawing,
+      "What draws the item buffer of gpvc. native: gpvc's own rasterizer, which auto takes where OpenGL would be "
+      "drawn by the CPU as well, and more slowly; the classes are the same",
+      check_drawing)
       ->group(kVisibilityGroup);
   app.add_flag("!--no-subpixel", options.subpixel, "Do not resolve faces smaller than a pixel")
       ->group(kVisibilityGroup);
 }
 
 void add_edge_weights(CLI::App& app, labeling::EdgeWeights& weights) {
-  add_choice<labeling::EdgeWeights>(
-      app, "--edge-weights", labeling::kEdgeWeightsNames, [&](labeling::EdgeWeights v) { weights = v; }, "uniform",
+  add_choice(
+      app, "--edge-weights", labeling::kEdgeWeightsNames, weights,
       "What the smoothness counts: neighbours, the length of their edge, its flatness (seams hide in folds), or both")
       ->group("View selection");
 }

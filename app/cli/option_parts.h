@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <functional>
 #include <iterator>
 #include <string>
@@ -14,9 +15,6 @@
 #include "io/names.h"
 
 namespace gpvc::cli {
-
-template <class Value>
-using Choice = Named<Value>;
 
 // A number of the type within bounds. Unlike CLI::Range it refuses NaN, says what it wanted, and keeps out of the help.
 template <class Value>
@@ -31,19 +29,20 @@ CLI::Validator in_range(Value least, Value most) {
       "");
 }
 
-// An option that takes one of a few words.
+// An option that takes one of the names in a table. Its default is what `value` holds. `check` may throw.
 template <class Value, std::size_t kCount>
-CLI::Option* add_choice(CLI::App& app, const std::string& name, const Choice<Value> (&choices)[kCount],
-                        std::function<void(Value)> set, const std::string& fallback, const std::string& text) {
+CLI::Option* add_choice(CLI::App& app, const std::string& name, const Named<Value> (&names)[kCount], Value& value,
+                        const std::string& text, const std::function<void(Value)>& check = {}) {
   std::string words;
-  for (const auto& choice : choices) words += (words.empty() ? "" : "|") + std::string(choice.name);
-  const std::vector<Choice<Value>> known(std::begin(choices), std::end(choices));
-  const auto parse = [known, set, words, name](const std::string& given) {
-    for (const auto& choice : known)
-      if (given == choice.name) return set(choice.value);
-    throw CLI::ValidationError(name, fmt::format("'{}' is none of {}", given, words));
+  for (const Named<Value>& known : names) words += (words.empty() ? "" : "|") + std::string(known.name);
+  const std::vector<Named<Value>> all(std::begin(names), std::end(names));
+  const auto parse = [all, words, name, check, &value](const std::string& given) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const Named<Value>& n) { return given == n.name; });
+    if (found == all.end()) throw CLI::ValidationError(name, fmt::format("'{}' is none of {}", given, words));
+    if (check) check(found->value);
+    value = found->value;
   };
-  return app.add_option_function<std::string>(name, parse, text)->type_name(words)->default_str(fallback);
+  return app.add_option_function<std::string>(name, parse, text)->type_name(words)->default_str(name_of(names, value));
 }
 
 CLI::Validator not_empty();

@@ -8,11 +8,10 @@
 #include <vector>
 
 #include "app/cli/console.h"
+#include "app/cli/enum_names.h"
+#include "app/pipeline/pipeline.h"
+#include "app/pipeline/undistort.h"
 #include "app/synth/city.h"
-#include "atlas/atlas.h"
-#include "io/io.h"
-#include "labeling/labeling.h"
-#include "visibility/visibility.h"
 
 namespace gpvc::cli {
 
@@ -23,6 +22,13 @@ struct CommonOptions {
   bool quiet = false, verbose = false;
   std::vector<std::string> command_line;  ///< as given, for run.json
   Loudness loudness() const { return quiet ? Loudness::quiet : verbose ? Loudness::verbose : Loudness::normal; }
+};
+
+/// What every command with a result is told.
+struct CommandOptions {
+  CommonOptions common;
+  std::filesystem::path out;
+  bool force = false;
 };
 
 struct SceneInput {
@@ -44,36 +50,21 @@ struct SceneInput {
   }
 };
 
-struct TextureOptions {
-  CommonOptions common;
+struct TextureOptions : CommandOptions {
   SceneInput input;
-  std::filesystem::path out;
-  bool force = false;
-  visibility::VisibilityOptions visibility;
-  labeling::CostOptions costs;
-  labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
-  labeling::SolverOptions solver;
-  atlas::AtlasOptions atlas;
-  io::ImageFormat texture = io::ImageFormat::jpg;
-  int quality = 95;
-  io::GltfContainer gltf = io::GltfContainer::glb;
-  bool normals = false;
-  std::optional<io::UpAxis> up;  ///< nullopt: auto
+  pipeline::Settings settings;
 };
 
-struct VisibilityCommandOptions {
-  CommonOptions common;
+struct VisibilityCommandOptions : CommandOptions {
   SceneInput input;
-  std::filesystem::path out;
-  bool force = false, ivm = false;
+  bool ivm = false;
   visibility::VisibilityOptions visibility;
   int oracle_check = 0;  ///< views to compare with the oracle
 };
 
 enum class SynthKind { city, terrain, slits };
 
-struct SynthOptions {
-  CommonOptions common;
+struct SynthOptions : CommandOptions {
   SynthKind kind = SynthKind::city;
   synth::FlightOptions flight;
   std::size_t faces = 60000;
@@ -83,8 +74,6 @@ struct SynthOptions {
   int cars = 0;             ///< moving, in each photo
   bool ids = true;          ///< write ids/NAME.png
   WorldPoint offset;        ///< added to all coordinates
-  std::filesystem::path out;
-  bool force = false;
   int quality = 95;
 };
 
@@ -92,20 +81,16 @@ struct SynthOptions {
 SynthOptions synth_defaults(SynthKind kind);
 const char* synth_name(SynthKind kind);
 
-struct EvaluateCommandOptions {
-  CommonOptions common;
+/// `out` may be empty: no pictures.
+struct EvaluateCommandOptions : CommandOptions {
   std::filesystem::path model;
   SceneInput input;             ///< input.mesh: what should be textured; empty: the model's own faces
   std::filesystem::path truth;  ///< a synthetic scene's folder; empty: none
-  std::filesystem::path out;    ///< empty: no pictures
-  bool force = false;
   int reduction = 4;
 };
 
-struct LabelOptions {
-  CommonOptions common;
-  std::filesystem::path costs, mesh, out;
-  bool force = false;
+struct LabelOptions : CommandOptions {
+  std::filesystem::path costs, mesh;
   labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
   labeling::SolverOptions solver;
 };
@@ -116,19 +101,10 @@ struct InspectOptions {
   bool with_mesh = false;
 };
 
-/// How far an undistorted photo reaches; the focal length stays.
-enum class FrameRule {
-  inside,  ///< the largest rectangle that shows the photo everywhere
-  keep,    ///< the photo's own size
-  all,     ///< every pixel of the photo
-};
-
-struct ConvertOptions {
-  CommonOptions common;
+struct ConvertOptions : CommandOptions {
   SceneInput input;  ///< no mesh
-  std::filesystem::path out;
-  bool force = false, undistort = false;
-  FrameRule frame = FrameRule::inside;
+  bool undistort = false;
+  pipeline::FrameRule frame = pipeline::FrameRule::inside;
   io::SceneTarget target = io::SceneTarget::colmap;
   int quality = 98;
 };

@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <tbb/info.h>
 
 #include <cmath>
 
 #include "app/cli/interrupt.h"
-#include "io/clock.h"
+#include "app/pipeline/output_names.h"
 
 namespace gpvc::cli {
 namespace {
@@ -15,60 +16,91 @@ double seconds(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 *
 
 double rounded(double s) { return std::round(s * 1e4) / 1e4; }
 
-}  // namespace
-
-double process_cpu_seconds() {
+rusage process_usage() {
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);
+  return usage;
+}
+
+// Processor time of the whole process, user and system.
+double process_cpu_seconds() {
+  const rusage usage = process_usage();
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-std::size_t peak_resident_bytes() {
-  rusage usage = {};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::size_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
+// To be called last: lists the files promised so far and the time spent.
+void write_run_json(const std::string& command, const CommonOptions& common, const RunFacts& facts,
+                    const RunRecord& record, pipeline::OutputFolder& folder) {
+  const auto file = folder.file("run.json");
+  double wall = 0, cpu = 0;
+  for (const Json& stage : record.stages) {
+    wall += stage["wall_s"].get<double>();
+    cpu += stage["cpu_s"].get<double>();
+  }
+  const auto peak_bytes = static_cast<std::size_t>(process_usage().ru_maxrss) * 1024;  // Linux counts in KiB
+  evaluate::write_json(file, {{"program", "gpvc"},
+                              {"version", program_version()},
+                              {"command", command},
+                              {"command_line", common.command_line},
+                              {"options", facts.options},
+                              {"threads", common.threads > 0 ? common.threads : tbb::info::default_concurrency()},
+                              {"device", facts.device},
+                              {"stages", record.stages},
+                              {"wall_s", wall},
+                              {"cpu_s", cpu},
+                              {"peak_resident_bytes", peak_bytes},
+                              {"counts", record.counts},
+                              {"outputs", pipeline::outputs_json(folder.promised())}});
 }
 
-Stage::Stage(Console& console, RunRecord& record, std::string name, std::string unit, bool ends_early)
-    : console_(console),
-      record_(record),
-      name_(std::move(name)),
-      unit_(std::move(unit)),
-      ends_early_(ends_early),
-      start_(Clock::now()),
-      start_cpu_s_(process_cpu_seconds()) {
-  throw_if_interrupted();
-  console_.clear_status();
-  console_.status(name_ + " ...");
+}  // namespace
+
+void RunRecord::begin(const pipeline::StageInfo& stage) {
+  check_cancelled();
+  stage_ = stage;
+  stage_figures_ = Json::object();
+  start_ = Clock::now();
+  start_cpu_s_ = process_cpu_seconds();
+  console.clear_status();
+  console.status(stage_.name + " ...");
 }
 
-double Stage::wall_s() const { return seconds_since(start_); }
-
-void Stage::progress(std::size_t done, std::size_t total) {
-  throw_if_interrupted();
-  const double elapsed = wall_s();
-  std::string text = ends_early_ ? fmt::format("{}: {} {}, {} at most", name_, done, unit_, total)
-                                 : fmt::format("{}: {}/{} {}", name_, done, total, unit_);
-  if (!ends_early_ && done > 0 && total >= done && elapsed > 0) {
+void RunRecord::progress(std::size_t done, std::size_t total) {
+  check_cancelled();
+  const double elapsed = seconds_since(start_);
+  std::string text = stage_.ends_early ? fmt::format("{}: {} {}, {} at most", stage_.name, done, stage_.unit, total)
+                                       : fmt::format("{}: {}/{} {}", stage_.name, done, total, stage_.unit);
+  if (!stage_.ends_early && done > 0 && total >= done && elapsed > 0) {
     const double rate = static_cast<double>(done) / elapsed;
     text += rate >= 1 ? fmt::format(", {:.3g}/s", rate) : fmt::format(", {:.3g} s each", 1 / rate);
     text += ", " + readable_duration(static_cast<double>(total - done) / rate) + " left";
   }
-  console_.status(text);
+  console.status(text);
 }
 
-Progress Stage::reporter() {
-  return [this](std::size_t done, std::size_t total) { progress(done, total); };
+void RunRecord::end(const std::string& summary) {
+  const double wall = seconds_since(start_), cpu = process_cpu_seconds() - start_cpu_s_;
+  Json stage = {{"name", stage_.name}, {"wall_s", rounded(wall)}, {"cpu_s", rounded(cpu)}};
+  stage.update(stage_figures_);
+  stages.push_back(stage);
+  console.clear_status();
+  console.note(fmt::format("{}: {}{:.2f} s", stage_.name, summary.empty() ? "" : summary + ", ", wall));
+  check_cancelled();
 }
 
-void Stage::finish(const std::string& summary) {
-  const double wall = wall_s(), cpu = process_cpu_seconds() - start_cpu_s_;
-  Json stage = {{"name", name_}, {"wall_s", rounded(wall)}, {"cpu_s", rounded(cpu)}};
-  stage.update(extra_);
-  record_.stages.push_back(stage);
-  console_.clear_status();
-  console_.note(fmt::format("{}: {}{:.2f} s", name_, summary.empty() ? "" : summary + ", ", wall));
-  throw_if_interrupted();
+void RunRecord::check_cancelled() { throw_if_interrupted(); }
+
+void run_command(const std::string& name, const CommandOptions& options, Console& console,
+                 const std::function<RunFacts(RunRecord& record, pipeline::OutputFolder& folder)>& body) {
+  pipeline::OutputFolder folder(options.out, options.force, name);
+  try {
+    RunRecord record(console);
+    const RunFacts facts = body(record, folder);
+    write_run_json(name, options.common, facts, record, folder);
+    folder.publish();
+  } catch (const OutputError& e) {
+    throw std::runtime_error(folder.with_final_names(e.what()));
+  }
 }
 
 }  // namespace gpvc::cli

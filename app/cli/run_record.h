@@ -1,60 +1,61 @@
-// What a run did and what it cost: the stages as the user sees them, and run.json.
+// A command under way: what the user reads of it, run.json, and the steps that every command with results shares.
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "app/cli/console.h"
+#include "app/cli/options.h"
+#include "app/evaluate/json.h"
+#include "app/pipeline/output_folder.h"
 #include "io/clock.h"
-#include "io/io.h"
 
 namespace gpvc::cli {
 
-using Json = nlohmann::ordered_json;
+using evaluate::Json;
 
-/// Seconds of processor time of the whole process, user and system.
-double process_cpu_seconds();
-/// Peak resident memory of the process.
-std::size_t peak_resident_bytes();
-
-struct RunRecord {
-  Json stages = Json::array();  ///< name, wall_s, cpu_s, and what the stage adds
-  Json counts = Json::object();
-};
-
-/// Progress of a part of a whole of `total` steps, `before` of which were done before it. Borrows `whole`.
-inline Progress part_of(const Progress& whole, std::size_t before, std::size_t total) {
-  return [&whole, before, total](std::size_t done, std::size_t) { whole(before + done, total); };
-}
-
-/// A stage of a command from construction to finish(): progress on the console, time into the record.
-class Stage {
+/// Shows a run on the console and keeps its stages and figures for run.json. Throws Cancelled after Ctrl-C.
+class RunRecord final : public pipeline::Observer {
  public:
-  /// `unit`: what progress counts ("views"), plural. `ends_early`: the total is a limit, not an estimate of the work.
-  Stage(Console& console, RunRecord& record, std::string name, std::string unit = "", bool ends_early = false);
+  explicit RunRecord(Console& shown_on) : console(shown_on) {}
 
-  /// Throws Cancelled after Ctrl-C.
-  void progress(std::size_t done, std::size_t total);
-  /// progress() as the stages take it; valid as long as this object.
-  Progress reporter();
-  /// Something for the record: a share of the time, a count.
-  void add(const std::string& key, const Json& value) { extra_[key] = value; }
-  /// Prints "NAME: SUMMARY in 1.23 s".
-  void finish(const std::string& summary);
+  void begin(const pipeline::StageInfo& stage) override;
+  void progress(std::size_t done, std::size_t total) override;
+  /// Prints "NAME: SUMMARY, 1.23 s".
+  void end(const std::string& summary) override;
+  void note(const std::string& text) override { console.note(text); }
+  void detail(const std::string& text) override { console.detail(text); }
+  void warning(const std::string& text) override { console.warning(text); }
+  void figure(const std::string& name, const pipeline::Figure& value) override {
+    evaluate::set_figure(counts, name, value);
+  }
+  void stage_figure(const std::string& name, const pipeline::Figure& value) override {
+    evaluate::set_figure(stage_figures_, name, value);
+  }
+  void check_cancelled() override;
+
+  Console& console;
+  Json stages = Json::array();  ///< name, wall_s, cpu_s and the stage's figures
+  Json counts = Json::object();
 
  private:
-  double wall_s() const;
-
-  Console& console_;
-  RunRecord& record_;
-  std::string name_, unit_;
-  bool ends_early_;
+  pipeline::StageInfo stage_;
   Clock::time_point start_;
-  double start_cpu_s_;
-  Json extra_ = Json::object();
+  double start_cpu_s_ = 0;
+  Json stage_figures_ = Json::object();
 };
+
+/// What run.json says beside the record.
+struct RunFacts {
+  Json options = Json::object();
+  Json device = Json::object();
+};
+
+/// Runs a command whose result is a folder: calls `body`, which writes files into the folder, adds run.json and puts
+/// everything under its final name. Errors name files by their final names.
+void run_command(const std::string& name, const CommandOptions& options, Console& console,
+                 const std::function<RunFacts(RunRecord& record, pipeline::OutputFolder& folder)>& body);
 
 }  // namespace gpvc::cli

@@ -73,10 +73,10 @@ Image id_picture(const std::vector<std::uint32_t>& surfaces, int width, int heig
 }
 
 void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views, const SynthOptions& options,
-                 pipeline::OutputFolder& folder, Console& console, RunRecord& record) {
-  Stage stage(console, record, "photos", "photos");
+                 RunRecord& record, pipeline::OutputFolder& folder) {
+  record.begin({"photos", "photos"});
   for (std::size_t v = 0; v < views.size(); ++v) {
-    stage.progress(v, views.size());
+    record.progress(v, views.size());
     const View& view = views[v];
     synth::SynthScene moving;
     if (options.cars > 0) moving = synth::make_cars({options.flight, 0}, static_cast<std::uint32_t>(v), options.cars);
@@ -87,7 +87,7 @@ void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views,
     io::write_image(folder.file("ids/" + view.name + ".png"),
                     id_picture(photo.surfaces, view.camera.width, view.camera.height), io::ImageFormat::png, 0);
   }
-  stage.finish(fmt::format("{} of {} x {}", views.size(), options.flight.width, options.flight.height));
+  record.end(fmt::format("{} of {} x {}", views.size(), options.flight.width, options.flight.height));
 }
 
 void write_truth(const SynthOptions& options, const synth::SynthScene& scene, const std::vector<View>& views,
@@ -110,8 +110,30 @@ void write_truth(const SynthOptions& options, const synth::SynthScene& scene, co
                       {"least_gain", least},
                       {"most_gain", most},
                       {"photos", photos}};
-  write_text_file(folder.file("truth.json"), truth.dump(1) + "\n");
+  evaluate::write_json(folder.file("truth.json"), truth);
   if (options.mesh_noise_m > 0) synth::write_synth_mesh(folder.file("true_mesh.ply"), scene.mesh, options.offset);
+}
+
+RunFacts synthesize(const SynthOptions& options, RunRecord& record, pipeline::OutputFolder& folder) {
+  record.begin({synth_name(options.kind)});
+  const synth::SynthScene scene = make_scene(options);
+  const std::vector<View> views = synth::synth_flight(options.flight);
+  synth::SynthRenderer renderer(scene);
+  record.counts = {{"faces", scene.mesh.faces.size()},
+                   {"vertices", scene.mesh.positions.size()},
+                   {"surfaces", scene.surfaces.size()},
+                   {"views", views.size()}};
+  const bool exact = options.mesh_noise_m == 0;
+  synth::write_synth_mesh(folder.file("mesh.ply"),
+                          exact ? scene.mesh : noisy(scene.mesh, options.mesh_noise_m, options.flight.seed),
+                          options.offset);
+  for (const char* name : {"colmap/cameras.txt", "colmap/images.txt"}) folder.file(name);
+  synth::write_synth_cameras(folder.file("colmap/points3D.txt").parent_path(), scene, views, renderer, options.offset);
+  write_truth(options, scene, views, folder);
+  record.end(
+      fmt::format("{} faces of {} surfaces", pipeline::readable_count(scene.mesh.faces.size()), scene.surfaces.size()));
+  take_photos(renderer, views, options, record, folder);
+  return {options_json(options)};
 }
 
 }  // namespace
@@ -141,36 +163,9 @@ const char* synth_name(SynthKind kind) {
 }
 
 void run_synth(const SynthOptions& options, Console& console) {
-  RunRecord record;
   const std::string command = fmt::format("synth {}", synth_name(options.kind));
-  pipeline::OutputFolder folder(options.out, options.force, command);
-  try {
-    Stage building(console, record, synth_name(options.kind));
-    const synth::SynthScene scene = make_scene(options);
-    const std::vector<View> views = synth::synth_flight(options.flight);
-    synth::SynthRenderer renderer(scene);
-    record.counts = {{"faces", scene.mesh.faces.size()},
-                     {"vertices", scene.mesh.positions.size()},
-                     {"surfaces", scene.surfaces.size()},
-                     {"views", views.size()}};
-    if (options.mesh_noise_m > 0)
-      synth::write_synth_mesh(folder.file("mesh.ply"), noisy(scene.mesh, options.mesh_noise_m, options.flight.seed),
-                              options.offset);
-    else
-      synth::write_synth_mesh(folder.file("mesh.ply"), scene.mesh, options.offset);
-    for (const char* name : {"colmap/cameras.txt", "colmap/images.txt"}) folder.file(name);
-    synth::write_synth_cameras(folder.file("colmap/points3D.txt").parent_path(), scene, views, renderer,
-                               options.offset);
-    write_truth(options, scene, views, folder);
-    building.finish(
-        fmt::format("{} faces of {} surfaces", readable_count(scene.mesh.faces.size()), scene.surfaces.size()));
-
-    take_photos(renderer, views, options, folder, console, record);
-    write_run_json(folder, {command, options.common, options_json(options)}, record);
-    folder.publish();
-  } catch (const OutputError& e) {
-    throw std::runtime_error(folder.with_final_names(e.what()));
-  }
+  run_command(command, options, console,
+              [&](RunRecord& record, pipeline::OutputFolder& folder) { return synthesize(options, record, folder); });
   console.result(fmt::format("scene   {}\nmesh    {}\nphotos  {}", (options.out / "colmap").string(),
                              (options.out / "mesh.ply").string(), (options.out / "images").string()));
 }

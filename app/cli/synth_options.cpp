@@ -109,10 +109,9 @@ void add_photo_options(CLI::App& app, SynthOptions& options) {
       ->check(in_range(0.3, 10.0))
       ->default_str(fmt::format("{}", flight.range))
       ->group(kGroup);
-  constexpr Choice<bool> kLenses[] = {{"opencv", true}, {"pinhole", false}};
-  add_choice<bool>(
-      app, "--lens", kLenses, [&flight](bool v) { flight.distorted = v; }, "opencv",
-      "A mildly distorting lens with an off-centre principal point, or none")
+  constexpr Named<bool> kLenses[] = {{"opencv", true}, {"pinhole", false}};
+  add_choice(app, "--lens", kLenses, flight.distorted,
+             "A mildly distorting lens with an off-centre principal point, or none")
       ->group(kGroup);
   app.add_option("--quality", options.quality, "Of the jpg photos, 1 to 100")
       ->type_name("N")

@@ -1,68 +1,71 @@
 #include <fmt/format.h>
 
-#include "app/pipeline/pipeline.h"
-#include "app/pipeline/texture_files.h"
+#include "app/cli/scene_input.h"
 
 namespace gpvc::cli {
 namespace {
 
 Json options_json(const TextureOptions& o) {
-  constexpr const char* kUnseen[] = {"fill", "drop", "color"};
-  constexpr const char* kSeams[] = {"none", "global", "full"};
+  const pipeline::Settings& s = o.settings;
   Json json = scene_json(o.input);
-  json.update(visibility_json(o.visibility));
-  json["data_term"] = name_of(labeling::kDataTermNames, o.costs.term);
-  json["outliers"] = name_of(labeling::kOutliersNames, o.costs.outliers);
-  json["margin_px"] = o.costs.margin_px;
-  json["smoothness"] = o.solver.smoothness;
-  json["edge_weights"] = name_of(labeling::kEdgeWeightsNames, o.edge_weights);
-  json["max_sweeps"] = o.solver.max_sweeps;
-  json["page_size"] = o.atlas.page_size;
-  json["padding"] = o.atlas.padding;
-  json["texel_size"] = o.atlas.texel_size;
-  json["max_pages"] = o.atlas.max_pages;
-  json["max_texels"] = o.atlas.max_texels;
-  json["unseen"] = kUnseen[static_cast<std::size_t>(o.atlas.unseen)];
-  json["unseen_color"] = o.atlas.unseen_color;
-  json["seams"] = kSeams[static_cast<std::size_t>(o.atlas.seams)];
-  json["texture"] = o.texture == io::ImageFormat::png ? "png" : "jpg";
-  json["quality"] = o.quality;
-  json["gltf"] = o.gltf == io::GltfContainer::glb ? "glb" : "files";
-  json["normals"] = o.normals;
-  json["up"] = o.up ? "given" : "auto";
+  json.update(visibility_json(s.visibility));
+  json["data_term"] = name_of(labeling::kDataTermNames, s.costs.term);
+  json["outliers"] = name_of(labeling::kOutliersNames, s.costs.outliers);
+  json["margin_px"] = s.costs.margin_px;
+  json["smoothness"] = s.solver.smoothness;
+  json["edge_weights"] = name_of(labeling::kEdgeWeightsNames, s.edge_weights);
+  json["max_sweeps"] = s.solver.max_sweeps;
+  json["page_size"] = s.atlas.page_size;
+  json["padding"] = s.atlas.padding;
+  json["texel_size"] = s.atlas.texel_size;
+  json["max_pages"] = s.atlas.max_pages;
+  json["max_texels"] = s.atlas.max_texels;
+  json["unseen"] = name_of(atlas::kUnseenFacesNames, s.atlas.unseen);
+  json["unseen_color"] = s.atlas.unseen_color;
+  json["seams"] = name_of(atlas::kSeamLevelingNames, s.atlas.seams);
+  json["texture"] = name_of(io::kImageFormatNames, s.output.texture);
+  json["quality"] = s.output.quality;
+  json["gltf"] = name_of(io::kGltfContainerNames, s.output.gltf);
+  json["normals"] = s.output.normals;
+  json["up"] = s.output.up ? "given" : "auto";
   return json;
 }
 
-void texture(const TextureOptions& options, pipeline::OutputFolder& folder, Console& console) {
-  RunRecord record;
-  const SceneInputData in = read_scene_input(options.input, console, record);
+// The camera and background of preview.png, so that pictures of other renderers can be compared with it.
+Json preview_json(const pipeline::WrittenModel& written) {
+  const Camera& c = written.preview.camera;
+  return {{"width", c.width},
+          {"height", c.height},
+          {"fx", c.fx},
+          {"fy", c.fy},
+          {"cx", c.cx},
+          {"cy", c.cy},
+          {"rotation", rotation_json(written.preview.pose)},
+          {"centre", point_json(written.preview.pose.centre)},
+          {"background", written.background}};
+}
+
+RunFacts texture(const TextureOptions& options, RunRecord& record, pipeline::OutputFolder& folder) {
+  const SceneInputData in = read_scene_input(options.input, record);
   folder.protect(input_files(in));
   visibility::GraphicsDevice device(options.common.device);
-  console.detail(fmt::format("device: {} ({})", device.info().renderer, device.info().driver));
+  record.detail(fmt::format("device: {} ({})", device.info().renderer, device.info().driver));
   io::PhotoCache photos(in.scene, options.input.downscale, pipeline::photo_cache_bytes());
-
-  const labeling::FaceGraph graph = pipeline::weighed_graph(in.mesh, options, console, record);
-  const pipeline::SeenScene seen = pipeline::see_views(in, photos, device, options, console, record);
-  pipeline::count_tags(seen.candidates, options.input.mesh, console, record);
-  const labeling::Selection selection = pipeline::choose_views(seen, graph, options, console, record);
-  const atlas::TextureAtlas atlas = pipeline::make_atlas(
-      {in.mesh, in.scene, photos, graph, selection.labels, seen.candidates.tags, seen.candidates.table, seen.coverage},
-      options, console, record);
-  pipeline::write_textured_scene({in, selection, seen.candidates, atlas}, options, folder, console, record);
-  write_run_json(folder, {"texture", options.common, options_json(options), device_json(device.info())}, record);
+  const pipeline::TexturedMesh textured = pipeline::texture(in.input(), options.settings, photos, device, record);
+  write_views_json(folder.file("views.json"), in);
+  const pipeline::WrittenModel written = pipeline::write(in.input(), textured, options.settings, folder, record);
+  record.counts["preview"] = preview_json(written);
+  record.counts["up"] = name_of(io::kUpAxisNames, written.up);
+  record.counts["offset"] = point_json(written.offset);
+  return {options_json(options), device_json(device.info())};
 }
 
 }  // namespace
 
 void run_texture(const TextureOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"model.obj"});
-  pipeline::OutputFolder folder(options.out, options.force, "texture");
-  try {
-    texture(options, folder, console);
-    folder.publish();
-  } catch (const OutputError& e) {
-    throw std::runtime_error(folder.with_final_names(e.what()));
-  }
+  run_command("texture", options, console,
+              [&](RunRecord& record, pipeline::OutputFolder& folder) { return texture(options, record, folder); });
   for (const char* name : {"model.obj", "model.glb", "model.gltf", "preview.png"})
     if (std::filesystem::exists(options.out / name)) console.result((options.out / name).string());
 }

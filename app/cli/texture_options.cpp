@@ -6,26 +6,22 @@ namespace {
 
 void add_selection(CLI::App& app, TextureOptions& options) {
   constexpr const char* kGroup = "View selection";
-  add_choice<labeling::DataTerm>(
-      app, "--data-term", labeling::kDataTermNames, [&](labeling::DataTerm v) { options.costs.term = v; },
-      name_of(labeling::kDataTermNames, labeling::CostOptions{}.term),
-      "What makes a view good for a face: its area in pixels, the image gradient integrated over it, or that "
-      "weighted by "
-      "the viewing angle")
+  labeling::CostOptions& costs = options.settings.costs;
+  add_choice(app, "--data-term", labeling::kDataTermNames, costs.term,
+             "What makes a view good for a face: its area in pixels, the image gradient integrated over it, or that "
+             "weighted by the viewing angle")
       ->group(kGroup);
-  add_choice<labeling::Outliers>(
-      app, "--outliers", labeling::kOutliersNames, [&](labeling::Outliers v) { options.costs.outliers = v; },
-      name_of(labeling::kOutliersNames, labeling::CostOptions{}.outliers),
-      "Views that disagree in colour with the others (cars, people): keep, make dearer, or drop")
+  add_choice(app, "--outliers", labeling::kOutliersNames, costs.outliers,
+             "Views that disagree in colour with the others (cars, people): keep, make dearer, or drop")
       ->group(kGroup);
-  app.add_option("--smoothness", options.solver.smoothness,
+  app.add_option("--smoothness", options.settings.solver.smoothness,
                  "Price of two neighbouring faces with different views; 0 and up")
       ->type_name("X")
       ->check(in_range(0.0, 1e6))
       ->default_str(fmt::format("{}", labeling::SolverOptions{}.smoothness))
       ->group(kGroup);
-  add_edge_weights(app, options.edge_weights);
-  app.add_option("--margin", options.costs.margin_px,
+  add_edge_weights(app, options.settings.edge_weights);
+  app.add_option("--margin", options.settings.costs.margin_px,
                  "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there; 0 is off")
       ->type_name("PX")
       ->check(in_range(0, 64))
@@ -52,12 +48,9 @@ void add_density(CLI::App& app, atlas::AtlasOptions& atlas) {
 
 void add_unseen(CLI::App& app, atlas::AtlasOptions& atlas) {
   constexpr const char* kGroup = "Texture";
-  constexpr Choice<atlas::UnseenFaces> kUnseen[] = {
-      {"fill", atlas::UnseenFaces::fill}, {"drop", atlas::UnseenFaces::drop}, {"color", atlas::UnseenFaces::color}};
-  add_choice<atlas::UnseenFaces>(
-      app, "--unseen", kUnseen, [&](atlas::UnseenFaces v) { atlas.unseen = v; }, "fill",
-      "Faces that no photo shows: fill takes colours from around them, drop leaves them out of the GLB (the "
-      "OBJ keeps every face), color paints them")
+  add_choice(app, "--unseen", atlas::kUnseenFacesNames, atlas.unseen,
+             "Faces that no photo shows: fill takes colours from around them, drop leaves them out of the GLB (the OBJ "
+             "keeps every face), color paints them")
       ->group(kGroup);
   const auto take = [&](const std::vector<int>& channels) {
     for (std::size_t c = 0; c < 3; ++c) atlas.unseen_color[c] = static_cast<std::uint8_t>(channels[c]);
@@ -73,55 +66,48 @@ void add_unseen(CLI::App& app, atlas::AtlasOptions& atlas) {
 
 void add_texture_output(CLI::App& app, TextureOptions& options) {
   constexpr const char* kGroup = "Texture";
-  constexpr Choice<atlas::SeamLeveling> kSeams[] = {{"none", atlas::SeamLeveling::none},
-                                                    {"global", atlas::SeamLeveling::global},
-                                                    {"full", atlas::SeamLeveling::full}};
-  constexpr Choice<io::ImageFormat> kFormats[] = {{"jpg", io::ImageFormat::jpg}, {"png", io::ImageFormat::png}};
-  constexpr Choice<io::GltfContainer> kContainers[] = {{"glb", io::GltfContainer::glb},
-                                                       {"files", io::GltfContainer::files}};
-  constexpr Choice<std::optional<io::UpAxis>> kUps[] = {
-      {"auto", std::nullopt},    {"+x", io::UpAxis::pos_x}, {"-x", io::UpAxis::neg_x}, {"+y", io::UpAxis::pos_y},
-      {"-y", io::UpAxis::neg_y}, {"+z", io::UpAxis::pos_z}, {"-z", io::UpAxis::neg_z}};
-  app.add_option("--page-size", options.atlas.page_size, "Largest edge of a texture page, 256 to 32768 texels")
+  atlas::AtlasOptions& atlas = options.settings.atlas;
+  pipeline::OutputSettings& output = options.settings.output;
+  app.add_option("--page-size", atlas.page_size, "Largest edge of a texture page, 256 to 32768 texels")
       ->type_name("N")
       ->check(in_range(256, 32768))
       ->default_str(std::to_string(atlas::AtlasOptions{}.page_size))
       ->group(kGroup);
-  app.add_option("--padding", options.atlas.padding,
-                 "Texels around a chart that carry its colours on, 1 to 64; with 8, mip levels down to an eighth "
-                 "keep charts apart, with 4 down to a quarter")
+  app.add_option("--padding", atlas.padding,
+                 "Texels around a chart that carry its colours on, 1 to 64; with 8, mip levels down to an eighth keep "
+                 "charts apart, with 4 down to a quarter")
       ->type_name("N")
       ->check(in_range(1, 64))
       ->default_str(std::to_string(atlas::AtlasOptions{}.padding))
       ->group(kGroup);
-  add_density(app, options.atlas);
-  add_unseen(app, options.atlas);
-  add_choice<atlas::SeamLeveling>(
-      app, "--seams", kSeams, [&](atlas::SeamLeveling v) { options.atlas.seams = v; }, "full",
-      "Levelling of colour across seams: none, one correction per chart and vertex, or that and a blend near "
-      "the seam")
+  add_density(app, atlas);
+  add_unseen(app, atlas);
+  add_choice(
+      app, "--seams", atlas::kSeamLevelingNames, atlas.seams,
+      "Levelling of colour across seams: none, one correction per chart and vertex, or that and a blend near the "
+      "seam")
       ->group(kGroup);
-  add_choice<io::ImageFormat>(
-      app, "--texture", kFormats, [&](io::ImageFormat v) { options.texture = v; }, "jpg",
-      "Format of the pages: jpg is what photos were and quick to write and load, png loses nothing more")
+  add_choice(app, "--texture", io::kImageFormatNames, output.texture,
+             "Format of the pages: jpg is what photos were and quick to write and load, png loses nothing more")
       ->group(kGroup);
-  app.add_option("--quality", options.quality, "Of jpg pages, 1 to 100")
+  app.add_option("--quality", output.quality, "Of jpg pages, 1 to 100")
       ->type_name("N")
       ->check(in_range(1, 100))
       ->default_str("95")
       ->group(kGroup);
-  add_choice<io::GltfContainer>(
-      app, "--gltf", kContainers, [&](io::GltfContainer v) { options.gltf = v; }, "glb",
-      "glb: one file, model.glb; files: model.gltf with model.bin and the pages beside it, which is what a "
-      "model "
+  add_choice(
+      app, "--gltf", io::kGltfContainerNames, output.gltf,
+      "glb: one file, model.glb; files: model.gltf with model.bin and the pages beside it, which is what a model "
       "beyond the 4 GiB of a GLB becomes in any case")
       ->group(kGroup);
-  app.add_flag("--normals", options.normals,
+  app.add_flag("--normals", output.normals,
                "Write smooth normals too: vn in the OBJ, NORMAL in the GLB; nothing is shaded by default")
       ->group(kGroup);
-  add_choice<std::optional<io::UpAxis>>(
-      app, "--up", kUps, [&](std::optional<io::UpAxis> v) { options.up = v; }, "auto",
-      "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction")
+  constexpr Named<std::optional<io::UpAxis>> kUps[] = {
+      {"auto", std::nullopt},    {"+x", io::UpAxis::pos_x}, {"-x", io::UpAxis::neg_x}, {"+y", io::UpAxis::pos_y},
+      {"-y", io::UpAxis::neg_y}, {"+z", io::UpAxis::pos_z}, {"-z", io::UpAxis::neg_z}};
+  add_choice(app, "--up", kUps, output.up,
+             "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction")
       ->group(kGroup);
 }
 
@@ -138,7 +124,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_output(*app, options.out, options.force);
   add_texture_output(*app, options);
   add_selection(*app, options);
-  add_visibility(*app, options.visibility);
+  add_visibility(*app, options.settings.visibility);
   add_common(*app, options.common);
   app->footer(
       std::string("Examples:\n"

@@ -76,12 +76,12 @@ void write_view(const SceneInputData& in, const View& view, const visibility::Vi
   if (ivm) write_ivm(folder.file("ivm" / name), seen.ivm);
 }
 
-void record_totals(const Totals& all, Stage& stage, RunRecord& record) {
+void record_totals(const Totals& all, RunRecord& record) {
   const visibility::VisibilityStatistics& s = all.statistics;
-  stage.add("render_s", s.render_s);
-  stage.add("upload_s", s.upload_s);
-  stage.add("readback_s", s.readback_s);
-  stage.add("classify_s", s.classify_s);
+  record.stage_figure("render_s", s.render_s);
+  record.stage_figure("upload_s", s.upload_s);
+  record.stage_figure("readback_s", s.readback_s);
+  record.stage_figure("classify_s", s.classify_s);
   record.counts.update({{"full", all.full},
                         {"partial", all.partial},
                         {"hidden", all.hidden},
@@ -93,33 +93,33 @@ void record_totals(const Totals& all, Stage& stage, RunRecord& record) {
 }
 
 void classify_views(const SceneInputData& in, const VisibilityCommandOptions& options,
-                    visibility::GraphicsDevice& device, pipeline::OutputFolder& folder, Console& console,
-                    RunRecord& record, evaluate::OracleCheck& check) {
-  Stage stage(console, record, "visibility", "views");
+                    visibility::GraphicsDevice& device, pipeline::OutputFolder& folder, RunRecord& record,
+                    evaluate::OracleCheck& check) {
+  record.begin({"visibility", "views"});
   visibility::VisibilityStage visibility(device, in.mesh, options.visibility);
-  console.note("drawing: " + visibility.drawing_note());
-  console.note("classifier: " + visibility.classifier_note());
+  record.note("drawing: " + visibility.drawing_note());
+  record.note("classifier: " + visibility.classifier_note());
   record.counts["drawing"] = visibility.drawing_note();
   record.counts["classifier"] = visibility.classifier_note();
   std::size_t name_width = 5;
   for (const ViewId id : in.used) name_width = std::max(name_width, in.scene.views[index(id)].name.size());
-  console.result(table_head(name_width));
+  record.console.result(table_head(name_width));
   Totals all;
   visibility::ViewVisibility seen;
   for (std::size_t n = 0; n < in.used.size(); ++n) {
-    stage.progress(n, in.used.size());
+    record.progress(n, in.used.size());
     const View& view = in.scene.views[index(in.used[n])];
     visibility.classify(view, in.used[n], seen);
     write_view(in, view, seen, options.ivm, folder);
     Totals one;
     one.add(seen);
     all.add(seen);
-    console.result(table_row(view.name, name_width, one));
+    record.console.result(table_row(view.name, name_width, one));
     if (check.wants(in.used[n])) check.compare(in.mesh, view, seen.classes);
   }
-  console.result(table_row("all", name_width, all));
-  record_totals(all, stage, record);
-  stage.finish(fmt::format("{} views", in.used.size()));
+  record.console.result(table_row("all", name_width, all));
+  record_totals(all, record);
+  record.end(fmt::format("{} views", in.used.size()));
 }
 
 // The oracle knows what is right; only gpvc with the exact correction claims to be.
@@ -127,41 +127,36 @@ bool claims_to_be_exact(const visibility::VisibilityOptions& options) {
   return options.method == visibility::Method::gpvc && options.correction == visibility::CoverageCorrection::exact;
 }
 
-// Returns how many faces the oracle calls otherwise, where that is a failure.
-std::size_t visibility(const VisibilityCommandOptions& options, pipeline::OutputFolder& folder, Console& console) {
-  RunRecord record;
-  const SceneInputData in = read_scene_input(options.input, console, record);
+// Sets `wrong` to the number of faces classed otherwise than by the oracle where that is a failure.
+RunFacts visibility(const VisibilityCommandOptions& options, RunRecord& record, pipeline::OutputFolder& folder,
+                    std::size_t& wrong) {
+  const SceneInputData in = read_scene_input(options.input, record);
   folder.protect(input_files(in));
   visibility::GraphicsDevice device(options.common.device);
-  console.detail(fmt::format("device: {} ({})", device.info().renderer, device.info().driver));
+  record.detail(fmt::format("device: {} ({})", device.info().renderer, device.info().driver));
   evaluate::OracleCheck check(in.used, static_cast<std::size_t>(options.oracle_check));
-  classify_views(in, options, device, folder, console, record, check);
+  classify_views(in, options, device, folder, record, check);
   record.counts["meshes"] = meshes_json(in);
   if (check.views() > 0) {
-    console.result(check.report());
-    write_text_file(folder.file("oracle.json"),
-                    check.json().dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    record.console.result(check.report());
+    evaluate::write_json(folder.file("oracle.json"), check.json());
   }
   write_views_json(folder.file("views.json"), in);
   Json json = scene_json(options.input);
   json.update(visibility_json(options.visibility));
   json["ivm"] = options.ivm;
   json["oracle_check"] = options.oracle_check;
-  write_run_json(folder, {"visibility", options.common, json, device_json(device.info())}, record);
-  return claims_to_be_exact(options.visibility) ? check.disagreements() : 0;
+  if (claims_to_be_exact(options.visibility)) wrong = check.disagreements();
+  return {json, device_json(device.info())};
 }
 
 }  // namespace
 
 void run_visibility(const VisibilityCommandOptions& options, Console& console) {
-  pipeline::OutputFolder folder(options.out, options.force, "visibility");
   std::size_t wrong = 0;
-  try {
-    wrong = visibility(options, folder, console);
-    folder.publish();
-  } catch (const OutputError& e) {
-    throw std::runtime_error(folder.with_final_names(e.what()));
-  }
+  run_command("visibility", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) {
+    return visibility(options, record, folder, wrong);
+  });
   if (wrong > 0)
     throw std::runtime_error(
         fmt::format("{}: {} faces without a tie are classed otherwise than by the oracle; please report this scene",

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <thread>
 
-#include "app/cli/interrupt.h"
+#include "app/cli/scene_input.h"
 #include "app/compare/compare.h"
 #include "app/compare/compare_modes.h"
 #include "app/compare/compare_report.h"
@@ -16,7 +16,6 @@
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/texture_islands.h"
 #include "app/pipeline/pipeline.h"
-#include "app/pipeline/texture_files.h"
 #include "io/clock.h"
 
 namespace gpvc::compare {
@@ -95,20 +94,20 @@ cli::Json names_json(const Scene& scene, const std::vector<ViewId>& views) {
 /// A comparison under way: what all modes share, and what is known of each so far.
 class Comparison {
  public:
-  Comparison(const CompareOptions& options, pipeline::OutputFolder& folder, cli::Console& console)
+  Comparison(const CompareOptions& options, cli::RunRecord& record, pipeline::OutputFolder& folder)
       : options_(options),
+        record_(record),
         folder_(folder),
-        console_(console),
         modes_(compared_modes(options.modes.empty() ? default_modes() : options.modes,
                               options.epsilons.empty() ? default_epsilons() : options.epsilons,
-                              options.texture.visibility)),
+                              options.texture.settings.visibility)),
         externals_(externals_of(options, modes_)),
-        in_(cli::read_scene_input(options.texture.input, console, record_)),
+        in_(cli::read_scene_input(options.texture.input, record_)),
         device_(options.texture.common.device),
         photos_(in_.scene, options.texture.input.downscale, pipeline::photo_cache_bytes()),
-        graph_(pipeline::weighed_graph(in_.mesh, options.texture, console, record_)) {}
+        graph_(pipeline::weighed_graph(in_.mesh, options.texture.settings.edge_weights, record_)) {}
 
-  void run() {
+  cli::RunFacts run() {
     std::set<fs::path> read = cli::input_files(in_);
     for (const External& external : externals_) read.insert(external.model);
     folder_.protect(read);
@@ -116,16 +115,16 @@ class Comparison {
     const auto start = Clock::now();
     const std::size_t all = modes_.size() + externals_.size();
     for (std::size_t n = 0; n < all; ++n) {
-      cli::throw_if_interrupted();
+      record_.check_cancelled();
       const std::string& name = n < modes_.size() ? modes_[n].name : externals_[n - modes_.size()].name;
       std::string left;
       if (n > 0)
         left = ", " +
                cli::readable_duration(seconds_since(start) / static_cast<double>(n) * static_cast<double>(all - n)) +
                " left";
-      console_.note(fmt::format("{} of {}: {}{}", n + 1, all, name, left));
+      record_.note(fmt::format("{} of {}: {}{}", n + 1, all, name, left));
       cli::Json mode = n < modes_.size() ? described(modes_[n]) : described(externals_[n - modes_.size()]);
-      cli::RunRecord record;
+      cli::RunRecord record(record_.console);
       try {
         if (n < modes_.size())
           texture(modes_[n], mode, record);
@@ -137,7 +136,7 @@ class Comparison {
       } catch (const std::exception& error) {
         mode["status"] = "failed";
         mode["error"] = error.what();
-        console_.warning(fmt::format("{} failed, the others go on: {}", name, error.what()));
+        record_.warning(fmt::format("{} failed, the others go on: {}", name, error.what()));
         ++failed_;
       }
       for (cli::Json& stage : record.stages) {
@@ -147,6 +146,7 @@ class Comparison {
       report_.json["modes"].push_back(std::move(mode));
     }
     write();
+    return {given_json(), cli::device_json(device_.info())};
   }
 
   /// Throws where a model is missing from the report.
@@ -170,12 +170,12 @@ class Comparison {
     fs::create_directories(views.renders);
     scored_ = views.scored;
 
-    cli::Stage oracle(console_, record_, "exact oracle", "views");
-    oracle_.emplace(in_.mesh, in_.scene, in_.used, static_cast<std::size_t>(options_.oracle_views), oracle.reporter());
-    oracle.finish(fmt::format("{} views", oracle_->views()));
-    cli::Stage frames(console_, record_, "photos to compare with", "views");
-    views_.emplace(in_.mesh, in_.scene, photos_, views, frames.reporter());
-    frames.finish(fmt::format("{} views", scored_.size()));
+    record_.begin({"exact oracle", "views"});
+    oracle_.emplace(in_.mesh, in_.scene, in_.used, static_cast<std::size_t>(options_.oracle_views), record_.reporter());
+    record_.end(fmt::format("{} views", oracle_->views()));
+    record_.begin({"photos to compare with", "views"});
+    views_.emplace(in_.mesh, in_.scene, photos_, views, record_.reporter());
+    record_.end(fmt::format("{} views", scored_.size()));
     find_truth();
     report_.json = header();
   }
@@ -188,14 +188,14 @@ class Comparison {
       dir = dir.parent_path();
       if (!fs::exists(dir / "surfaces.json")) return;
     }
-    cli::Stage stage(console_, record_, "truth", "steps");
+    record_.begin({"truth", "steps"});
     try {
-      truth_ = std::make_unique<TruthComparison>(dir, in_, photos_, stage.reporter());
+      truth_ = std::make_unique<TruthComparison>(dir, in_.input(), photos_, record_.reporter());
       truth_dir_ = dir;
-      stage.finish("ready");
+      record_.end("ready");
     } catch (const InputError& error) {
       if (options_.truth) throw;
-      console_.warning(fmt::format("the truth beside the scene is not used: {}", error.what()));
+      record_.warning(fmt::format("the truth beside the scene is not used: {}", error.what()));
     }
   }
 
@@ -245,47 +245,47 @@ class Comparison {
   }
 
   void texture(const ComparedMode& mode, cli::Json& json, cli::RunRecord& record) {
-    cli::TextureOptions options = options_.texture;
-    options.visibility = mode.visibility;
+    pipeline::Settings settings = options_.texture.settings;
+    settings.visibility = mode.visibility;
+    const pipeline::Input input = in_.input();
     const auto start = Clock::now();
     evaluate::Agreement agreement;
-    const pipeline::SeenScene seen = pipeline::see_views(
-        in_, photos_, device_, options, console_, record,
-        [&](ViewId id, const visibility::ViewVisibility& visible) { oracle_->compare(id, visible, agreement); });
+    const auto compare = [&](ViewId id, const visibility::ViewVisibility& visible) {
+      oracle_->compare(id, visible, agreement);
+    };
+    pipeline::Seen seen = pipeline::see(input, settings, photos_, device_, record, {.faces = {}, .on_view = compare});
+    const visibility::VisibilityStatistics& t = seen.statistics;
     const std::size_t pairs = in_.used.size() * in_.mesh.faces.size();
-    json["visible"] = {{"full", seen.full}, {"partial", seen.partial}, {"occluded", pairs - seen.full}};
+    json["visible"] = {{"full", t.full}, {"partial", t.partial}, {"occluded", pairs - t.full}};
     if (oracle_->views() > 0) json["oracle"] = agreement.json();
-    const pipeline::ViewTimes& t = seen.times;
     json["time"] = {{"visibility_s", t.render_s + t.build_s + t.upload_s + t.readback_s + t.classify_s},
                     {"render_s", t.render_s},
                     {"build_s", t.build_s},
                     {"upload_s", t.upload_s},
                     {"readback_s", t.readback_s},
                     {"classify_s", t.classify_s},
-                    {"costs_s", t.costs_s}};
-    pipeline::count_tags(seen.candidates, options.input.mesh, console_, record);
+                    {"costs_s", seen.costs_s}};
     const auto tag_share = [&](const char* tag) {
       return record.counts["tags"][tag].get<double>() / static_cast<double>(in_.mesh.faces.size());
     };
     json["tags"] = {{"seen_share", tag_share("seen")},
                     {"partial_share", tag_share("partial")},
                     {"filled_share", tag_share("filled")}};
-    const labeling::Selection selection = pipeline::choose_views(seen, graph_, options, console_, record);
-    const atlas::AtlasInput atlas_input{
-        in_.mesh,     in_.scene, photos_, graph_, selection.labels, seen.candidates.tags, seen.candidates.table,
-        seen.coverage};
-    const atlas::TextureAtlas atlas = pipeline::make_atlas(atlas_input, options, console_, record);
+    pipeline::TexturedMesh textured;
+    textured.selection = pipeline::choose(seen.candidates.table, graph_, settings.solver, record);
+    const atlas::AtlasInput atlas_input =
+        pipeline::atlas_input(input, photos_, graph_, seen, textured.selection.labels);
+    textured.tags = seen.candidates.tags;
+    textured.atlas = pipeline::make_atlas(atlas_input, settings.atlas, record);
     json["time"]["total_s"] = seconds_since(start);
-    json["patches"] = selection.patches;
+    json["patches"] = textured.selection.patches;
     json["counts"] = record.counts;
-    if (options_.keep_models) keep(mode, {in_, selection, seen.candidates, atlas}, options, record);
+    if (options_.keep_models) keep(mode, textured, settings, record);
     std::optional<atlas::AtlasPlan> plan;  // the one the atlas was made from, once more: reads no photo
     std::optional<atlas::TextureOrigins> origins;
-    if (truth_) origins.emplace(plan.emplace(atlas::plan_atlas(atlas_input, options.atlas)), atlas_input);
-    measure(mode.name, atlas.model, atlas.pages, {}, origins ? &*origins : nullptr, json, record);
-    if (truth_ && options_.keep_models)
-      cli::write_text_file(mode_folder(mode) / "wrong.json",
-                           truth_->wrong_points().dump(1, ' ', false, cli::Json::error_handler_t::replace) + "\n");
+    if (truth_) origins.emplace(plan.emplace(atlas::plan_atlas(atlas_input, settings.atlas)), atlas_input);
+    measure(mode.name, textured.atlas.model, textured.atlas.pages, {}, origins ? &*origins : nullptr, json, record);
+    if (truth_ && options_.keep_models) evaluate::write_json(mode_folder(mode) / "wrong.json", truth_->wrong_points());
   }
 
   void load(const External& external, cli::Json& json, cli::RunRecord& record) {
@@ -298,13 +298,13 @@ class Comparison {
   void measure(const std::string& name, const io::TexturedModel& model, const std::vector<Image>& pages,
                const WorldPoint& offset, const atlas::TextureOrigins* origins, cli::Json& json,
                cli::RunRecord& record) {
-    cli::Stage stage(console_, record, "scores", "views");
-    json["score"] = score_json(views_->show(model, pages, offset, stage.reporter()));
+    record.begin({"scores", "views"});
+    json["score"] = score_json(views_->show(model, pages, offset, record.reporter()));
     report_.shown.push_back(name);
     if (truth_)
       json["truth"] =
-          truth_->score(model, pages, offset, origins, [](std::size_t, std::size_t) { cli::throw_if_interrupted(); });
-    stage.finish(fmt::format("1-NCC {:.4f}", json["score"]["one_minus_ncc"].get<double>()));
+          truth_->score(model, pages, offset, origins, [&](std::size_t, std::size_t) { record.check_cancelled(); });
+    record.end(fmt::format("1-NCC {:.4f}", json["score"]["one_minus_ncc"].get<double>()));
   }
 
   fs::path mode_folder(const ComparedMode& mode) const {
@@ -313,10 +313,11 @@ class Comparison {
     return folder_.in_making() / "modes" / name;
   }
 
-  void keep(const ComparedMode& mode, const pipeline::TexturedScene& scene, const cli::TextureOptions& options,
+  void keep(const ComparedMode& mode, const pipeline::TexturedMesh& textured, const pipeline::Settings& settings,
             cli::RunRecord& record) {
     pipeline::OutputFolder folder(mode_folder(mode), true, "texture");
-    pipeline::write_textured_scene(scene, options, folder, console_, record);
+    cli::write_views_json(folder.file("views.json"), in_);
+    pipeline::write(in_.input(), textured, settings, folder, record);
     folder.publish();
   }
 
@@ -339,7 +340,7 @@ class Comparison {
   }
 
   void write() {
-    cli::Stage stage(console_, record_, "report");
+    record_.begin({"report"});
     hold_against_gpvc();
     cli::Json& json = report_.json;
     report_.crops = views_->crops(static_cast<std::size_t>(options_.crops));
@@ -359,15 +360,12 @@ class Comparison {
     std::error_code ignored;
     fs::remove_all(folder_.in_making() / "renders", ignored);
     folder_.promise_all();  // kept models
-    cli::write_text_file(folder_.file("report.html"), page);
-    cli::write_text_file(folder_.file("report.md"), report_markdown(json));
-    cli::write_text_file(folder_.file("report.json"),
-                         json.dump(1, ' ', false, cli::Json::error_handler_t::replace) + "\n");
-    stage.finish(fmt::format("report.html {:.1f} MB", static_cast<double>(page.size()) / 1e6));
+    evaluate::write_text(folder_.file("report.html"), page);
+    evaluate::write_text(folder_.file("report.md"), report_markdown(json));
+    evaluate::write_json(folder_.file("report.json"), json);
+    record_.end(fmt::format("report.html {:.1f} MB", static_cast<double>(page.size()) / 1e6));
     record_.counts["settings"] = json["settings"];
     record_.counts["failed"] = failed_;
-    cli::write_run_json(folder_, {"compare", options_.texture.common, given_json(), cli::device_json(device_.info())},
-                        record_);
   }
 
   cli::Json given_json() const {
@@ -385,9 +383,8 @@ class Comparison {
   }
 
   const CompareOptions& options_;
+  cli::RunRecord& record_;
   pipeline::OutputFolder& folder_;
-  cli::Console& console_;
-  cli::RunRecord record_;
   std::vector<ComparedMode> modes_;
   std::vector<External> externals_;
   cli::SceneInputData in_;
@@ -411,16 +408,13 @@ void run_compare(const CompareOptions& options, cli::Console& console) {
   if (input.scene.empty() || input.mesh.empty())
     throw cli::UsageError("SCENE and MESH are required (or --summarize with reports)");
   cli::refuse_overwriting(input, options.texture.out, {"report.html", "report.md", "report.json"});
-  pipeline::OutputFolder folder(options.texture.out, options.texture.force, "compare");
-  try {
-    Comparison comparison(options, folder, console);
-    comparison.run();
-    folder.publish();
-    console.result((options.texture.out / "report.html").string());
-    comparison.refuse_failures();
-  } catch (const OutputError& e) {
-    throw std::runtime_error(folder.with_final_names(e.what()));
-  }
+  std::optional<Comparison> comparison;
+  const auto compare = [&](cli::RunRecord& record, pipeline::OutputFolder& folder) {
+    return comparison.emplace(options, record, folder).run();
+  };
+  cli::run_command("compare", options.texture, console, compare);
+  console.result((options.texture.out / "report.html").string());
+  comparison->refuse_failures();
 }
 
 }  // namespace gpvc::compare

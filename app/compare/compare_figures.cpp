@@ -92,7 +92,7 @@ cli::Json figure_of(const cli::Json& mode, const Figure& figure) {
 
 std::string printed_figure(const cli::Json& value, const Figure& figure) {
   if (!value.is_number()) return "";
-  if (figure.digits == 0) return cli::readable_count(value.get<std::size_t>());
+  if (figure.digits == 0) return pipeline::readable_count(value.get<std::size_t>());
   const double factor = std::string(figure.unit) == "%" ? 100 : 1;
   return fmt::format("{:.{}f}", factor * value.get<double>(), figure.digits);
 }

@@ -180,18 +180,15 @@ void summarize_reports(const CompareOptions& options, cli::Console& console) {
   }
   if (summary["tables"].empty())
     throw InputError(options.summarize.front(), "", "and the reports beside it hold no figure of gpvc to compare with");
-  pipeline::OutputFolder folder(options.texture.out, options.texture.force, "compare --summarize");
-  try {
-    cli::write_text_file(folder.file("summary.html"), page_with(summary));
-    cli::write_text_file(folder.file("summary.md"), markdown(summary));
-    cli::write_text_file(folder.file("summary.json"), summary.dump(1) + "\n");
-    cli::Json given = cli::Json::object();
-    for (const auto& file : options.summarize) given["reports"].push_back(file.string());
-    cli::write_run_json(folder, {"compare --summarize", options.texture.common, given}, {});
-    folder.publish();
-  } catch (const OutputError& e) {
-    throw std::runtime_error(folder.with_final_names(e.what()));
-  }
+  cli::run_command("compare --summarize", options.texture, console,
+                   [&](cli::RunRecord&, pipeline::OutputFolder& folder) -> cli::RunFacts {
+                     evaluate::write_text(folder.file("summary.html"), page_with(summary));
+                     evaluate::write_text(folder.file("summary.md"), markdown(summary));
+                     evaluate::write_json(folder.file("summary.json"), summary);
+                     cli::Json given = cli::Json::object();
+                     for (const auto& file : options.summarize) given["reports"].push_back(file.string());
+                     return {given};
+                   });
   for (const cli::Json& table : summary["tables"]) console.result(table["note"].get<std::string>());
   console.result((options.texture.out / "summary.html").string());
 }

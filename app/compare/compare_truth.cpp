@@ -23,14 +23,13 @@ cli::Json difference(const std::vector<float>& a, const std::vector<float>& b, d
 }  // namespace
 
 struct TruthComparison::State {
-  State(const std::filesystem::path& dir, const cli::SceneInputData& in, io::PhotoSource& photos,
-        const Progress& progress)
+  State(const std::filesystem::path& dir, const pipeline::Input& in, io::PhotoSource& photos, const Progress& progress)
       : input(in),
         truth(evaluate::read_truth(dir)),
-        best(evaluate::best_classes(in.mesh, in.scene, in.used, cli::part_of(progress, 0, 3 * in.used.size()))),
-        scorer(truth, in.mesh, best, in.scene, in.used, photos,
-               cli::part_of(progress, in.used.size(), 3 * in.used.size())) {}
-  const cli::SceneInputData& input;
+        best(evaluate::best_classes(in.mesh, in.scene, in.views, pipeline::part_of(progress, 0, 3 * in.views.size()))),
+        scorer(truth, in.mesh, best, in.scene, in.views, photos,
+               pipeline::part_of(progress, in.views.size(), 3 * in.views.size())) {}
+  const pipeline::Input input;
   evaluate::Truth truth;
   std::vector<visibility::FaceClass> best;
   evaluate::TruthScorer scorer;
@@ -42,7 +41,7 @@ struct TruthComparison::State {
   std::vector<evaluate::WrongPoint> wrong;
 };
 
-TruthComparison::TruthComparison(const std::filesystem::path& dir, const cli::SceneInputData& input,
+TruthComparison::TruthComparison(const std::filesystem::path& dir, const pipeline::Input& input,
                                  io::PhotoSource& photos, const Progress& progress)
     : state_(std::make_unique<State>(dir, input, photos, progress)) {}
 TruthComparison::~TruthComparison() = default;

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "app/cli/run_record.h"
-#include "app/cli/scene_input.h"
+#include "app/pipeline/pipeline.h"
 #include "io/io.h"
 
 namespace gpvc::compare {
@@ -14,7 +14,7 @@ namespace gpvc::compare {
 class TruthComparison {
  public:
   /// Borrows input and photos. Throws InputError.
-  TruthComparison(const std::filesystem::path& dir, const cli::SceneInputData& input, io::PhotoSource& photos,
+  TruthComparison(const std::filesystem::path& dir, const pipeline::Input& input, io::PhotoSource& photos,
                   const Progress& progress);
   ~TruthComparison();
   TruthComparison(const TruthComparison&) = delete;

@@ -47,7 +47,7 @@ double Agreement::false_full() const {
 
 double Agreement::missed_full() const { return 1.0 - share(visibility::FaceClass::full); }
 
-cli::Json Agreement::json() const {
+Json Agreement::json() const {
   return {{"agreement", accuracy()},
           {"hidden_agreement", share(visibility::FaceClass::hidden)},
           {"partial_agreement", share(visibility::FaceClass::partial)},
@@ -74,8 +74,8 @@ std::size_t OracleViews::tied() const {
   return sum;
 }
 
-cli::Json OracleViews::json(const Scene& scene) const {
-  cli::Json names = cli::Json::array();
+Json OracleViews::json(const Scene& scene) const {
+  Json names = Json::array();
   for (const View& view : views_) names.push_back(scene.views[index(view.id)].name);
   return {{"views", names}, {"tied_pairs", tied()}};
 }

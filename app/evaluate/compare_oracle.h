@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "app/cli/run_record.h"
+#include "app/evaluate/json.h"
 #include "io/io.h"
 #include "io/scene.h"
 #include "visibility/visibility.h"
@@ -26,7 +26,7 @@ struct Agreement {
   double false_full() const;
   /// Of the pairs that are full, the share the mode does not call so.
   double missed_full() const;
-  cli::Json json() const;
+  Json json() const;
 };
 
 /// The oracle's classes of a few views, found once. One byte a face and view.
@@ -37,7 +37,7 @@ class OracleViews {
               const Progress& progress);
   std::size_t views() const { return views_.size(); }
   std::size_t tied() const;
-  cli::Json json(const Scene& scene) const;
+  Json json(const Scene& scene) const;
   /// Adds a view's pairs, if it is one of the views.
   void compare(ViewId view, const visibility::ViewVisibility& visible, Agreement& agreement) const;
 

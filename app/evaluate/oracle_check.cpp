@@ -7,7 +7,6 @@
 #include <limits>
 #include <random>
 
-#include "app/cli/console.h"
 #include "io/clock.h"
 
 namespace gpvc::evaluate {
@@ -87,8 +86,8 @@ std::string OracleCheck::report() const {
   std::string text = fmt::format(
       "oracle: {} views (seed {}), {} faces and views, {} samples, {:.2f} s\n"
       "{:22} {:>12} {:>12} {:>12}\n",
-      views_.size(), kSeed, cli::readable_count(faces_), cli::readable_count(samples_), seconds_, "found \\ oracle",
-      kClassNames[0], kClassNames[1], kClassNames[2]);
+      views_.size(), kSeed, pipeline::readable_count(faces_), pipeline::readable_count(samples_), seconds_,
+      "found \\ oracle", kClassNames[0], kClassNames[1], kClassNames[2]);
   const std::size_t rows = any_unresolved() ? 4 : 3;
   for (std::size_t i = 0; i < rows; ++i)
     text += fmt::format("{:22} {:>12} {:>12} {:>12}\n", kClassNames[i], matrix_[i][0], matrix_[i][1], matrix_[i][2]);
@@ -101,14 +100,14 @@ std::string OracleCheck::report() const {
   return text;
 }
 
-cli::Json OracleCheck::json() const {
-  cli::Json first = cli::Json::array();
+Json OracleCheck::json() const {
+  Json first = Json::array();
   for (const Disagreement& d : first_)
     first.push_back({{"view", d.view},
                      {"face", d.face},
                      {"found", name_of(d.found)},
                      {"oracle", name_of(d.truth)},
-                     {"centroid_px", std::isfinite(d.x) ? cli::Json::array({d.x, d.y}) : cli::Json(nullptr)}});
+                     {"centroid_px", std::isfinite(d.x) ? Json::array({d.x, d.y}) : Json(nullptr)}});
   return {{"seed", kSeed},
           {"classes", {kClassNames[0], kClassNames[1], kClassNames[2], kClassNames[3]}},
           {"confusion", matrix_},  // rows found, columns the oracle's

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/run_record.h"
+#include "app/evaluate/json.h"
 #include "io/scene.h"
 #include "visibility/visibility.h"
 
@@ -26,7 +26,7 @@ class OracleCheck {
   /// What the user reads: confusion matrix, ties apart, the first disagreements.
   std::string report() const;
   /// oracle.json.
-  cli::Json json() const;
+  Json json() const;
 
  private:
   struct Disagreement {
@@ -41,7 +41,7 @@ class OracleCheck {
   bool any_unresolved() const;
 
   std::vector<ViewId> drawn_;
-  std::vector<cli::Json> views_;
+  std::vector<Json> views_;
   std::vector<Disagreement> first_;
   Matrix matrix_{};
   std::size_t faces_ = 0, tied_ = 0, tied_differing_ = 0, disagreements_ = 0, samples_ = 0;

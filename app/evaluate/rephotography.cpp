@@ -9,6 +9,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "app/pipeline/undistort.h"
+
 namespace gpvc::evaluate {
 namespace {
 
@@ -150,7 +152,7 @@ double squared_error_over_channels(const cv::Mat& a, const cv::Mat& b, const cv:
 
 Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside) {
   const Camera& camera = view.camera;
-  Image frame = undistort_photo(photo, camera, {0, 0, camera.width, camera.height}, inside);
+  Image frame = pipeline::undistort_photo(photo, camera, {0, 0, camera.width, camera.height}, inside);
   const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
   if (!exclusion) return frame;
   for (int y = 0; y < camera.height; ++y)
@@ -163,37 +165,6 @@ Image photo_to_compare(const Image& photo, const View& view, std::vector<std::ui
                               std::min(static_cast<int>(p.y), exclusion->height - 1)))
         pixel = 0;
     }
-  return frame;
-}
-
-Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,
-                      std::vector<std::uint8_t>& inside) {
-  Image frame;
-  frame.width = window.width;
-  frame.height = window.height;
-  frame.channels = 3;
-  const auto width = static_cast<std::size_t>(window.width);
-  frame.pixels.assign(width * static_cast<std::size_t>(window.height) * 3, 0);
-  inside.assign(width * static_cast<std::size_t>(window.height), 0);
-  tbb::parallel_for(tbb::blocked_range<int>(0, window.height), [&](const tbb::blocked_range<int>& rows) {
-    for (int y = rows.begin(); y < rows.end(); ++y)
-      for (int x = 0; x < window.width; ++x) {
-        const PixelPoint centre{window.x + x + 0.5, window.y + y + 0.5};
-        if (!in_photo(camera, centre)) continue;
-        const PhotoPoint p = *photo_from_pixel(camera, centre);
-        const double u = std::clamp(p.x - 0.5, 0.0, photo.width - 1.0);
-        const double v = std::clamp(p.y - 0.5, 0.0, photo.height - 1.0);
-        const int x0 = static_cast<int>(u), y0 = static_cast<int>(v);
-        const int x1 = std::min(x0 + 1, photo.width - 1), y1 = std::min(y0 + 1, photo.height - 1);
-        const double fx = u - x0, fy = v - y0;
-        for (int c = 0; c < 3; ++c) {
-          const double top = photo.at(x0, y0)[c] * (1 - fx) + photo.at(x1, y0)[c] * fx;
-          const double bottom = photo.at(x0, y1)[c] * (1 - fx) + photo.at(x1, y1)[c] * fx;
-          frame.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(top * (1 - fy) + bottom * fy));
-        }
-        inside[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = 255;
-      }
-  });
   return frame;
 }
 

@@ -32,16 +32,6 @@ struct Rephotography {
   Image error;  ///< 1 - NCC of the window around each pixel, black 0 to white 1; grey-blue where not scored
 };
 
-/// Pixels of a camera's undistorted frame, and beyond its borders; x and y are those of the first.
-struct FrameWindow {
-  int x = 0, y = 0, width = 0, height = 0;
-  bool operator==(const FrameWindow&) const = default;
-};
-
-/// The photo without its distortion, in a window of the camera's frame, bilinear; `inside` gets 0 where that shows
-/// nothing of the photo, else 255.
-Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,
-                      std::vector<std::uint8_t>& inside);
 /// The photo as renders are held against it: in the camera's own frame; `inside` gets 0 also where the view's mask
 /// excludes the photo's pixel. Throws InputError.
 Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside);

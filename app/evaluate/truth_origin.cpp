@@ -102,7 +102,7 @@ std::string origin_table(const OriginScore& score) {
   return table;
 }
 
-cli::Json shares_json(const TruthShares& s) {
+Json shares_json(const TruthShares& s) {
   return {{"area", s.area},
           {"seen_area", s.seen_area},
           {"textured", s.textured},
@@ -112,7 +112,7 @@ cli::Json shares_json(const TruthShares& s) {
           {"right", s.textured * (1 - s.wrong)}};
 }
 
-cli::Json shares_json(const OriginShares& s) {
+Json shares_json(const OriginShares& s) {
   return {{"seen_area", s.seen_area},
           {"photo", s.photo},
           {"filled", 1 - s.photo},

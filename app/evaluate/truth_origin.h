@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "app/cli/run_record.h"
+#include "app/evaluate/json.h"
 #include "app/evaluate/truth.h"
 
 namespace gpvc::evaluate {
@@ -26,7 +26,7 @@ void make_shares(OriginShares& sums);
 
 std::string origin_table(const OriginScore& score);
 /// The shares as run.json, evaluate's and compare's reports have them.
-cli::Json shares_json(const TruthShares& shares);
-cli::Json shares_json(const OriginShares& shares);
+Json shares_json(const TruthShares& shares);
+Json shares_json(const OriginShares& shares);
 
 }  // namespace gpvc::evaluate

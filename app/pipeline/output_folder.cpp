@@ -15,6 +15,7 @@
 #include <optional>
 #include <system_error>
 
+#include "app/pipeline/output_names.h"
 #include "io/io.h"
 
 namespace gpvc::pipeline {

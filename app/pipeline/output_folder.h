@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <set>
 #include <string>
 #include <string_view>
@@ -59,9 +58,6 @@ class OutputFolder {
   std::vector<std::string> promised_;
   std::set<std::filesystem::path> protected_;  ///< canonical
 };
-
-/// How run.json lists files: names, and {"name", "bytes"} for one that is no UTF-8, `bytes` in hexadecimal digits.
-nlohmann::ordered_json outputs_json(const std::vector<std::string>& names);
 
 /// A path below a folder from a name that a scene file gives: keeps sub-folders, refuses what leaves the folder ("..",
 /// a root). Throws OutputError.

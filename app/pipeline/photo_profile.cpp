@@ -5,12 +5,15 @@
 
 namespace gpvc::pipeline {
 
-io::ColorProfile profile_of_photos(const cli::SceneInputData& input, cli::Console& console) {
-  const auto view_of = [&](std::size_t n) -> const View& { return input.scene.views[index(input.used[n])]; };
-  const io::ColorProfile first = io::read_color_profile(view_of(0).photo);
-  std::vector<std::uint8_t> differs(input.used.size(), 0);
-  tbb::parallel_for(std::size_t{1}, input.used.size(),
-                    [&](std::size_t n) { differs[n] = io::read_color_profile(view_of(n).photo) != first ? 1 : 0; });
+io::ColorProfile profile_of_photos(const Input& input, Observer& observer) {
+  const auto view_of = [&](std::size_t n) -> const View& { return input.scene.views[index(input.views[n])]; };
+  const auto profile_of = [&](std::size_t n) {
+    return view_of(n).photo.empty() ? io::ColorProfile{} : io::read_color_profile(view_of(n).photo);
+  };
+  const io::ColorProfile first = profile_of(0);
+  std::vector<std::uint8_t> differs(input.views.size(), 0);
+  tbb::parallel_for(std::size_t{1}, input.views.size(),
+                    [&](std::size_t n) { differs[n] = profile_of(n) != first ? 1 : 0; });
   constexpr std::size_t kHandful = 5;
   std::string named;
   std::size_t count = 0;
@@ -20,10 +23,9 @@ io::ColorProfile profile_of_photos(const cli::SceneInputData& input, cli::Consol
     if (count == kHandful + 1) named += ", ...";
   }
   if (count > 0)
-    console.warning(
-        fmt::format("{} of {} photos carry another colour profile than {}, {}: {}; colours are not "
-                    "converted",
-                    count, differs.size(), view_of(0).name,
+    observer.warning(
+        fmt::format("{} of {} photos carry another colour profile than {}, {}: {}; colours are not converted", count,
+                    differs.size(), view_of(0).name,
                     first.empty() ? "which has none, so the pages have none" : "whose profile the pages keep", named));
   return first;
 }

@@ -1,13 +1,12 @@
 // The colour profile that photos and pages share.
 #pragma once
 
-#include "app/cli/console.h"
-#include "app/cli/scene_input.h"
+#include "app/pipeline/pipeline.h"
 
 namespace gpvc::pipeline {
 
-/// The first used photo's, empty for none; a warning names photos that carry another, as colours are not converted.
-/// Reads headers alone. Throws InputError.
-io::ColorProfile profile_of_photos(const cli::SceneInputData& input, cli::Console& console);
+/// The profile of the first view's photo file, empty where it has none or there is no file. Warns of photos with another
+/// profile, as colours are not converted. Reads file headers only. Throws InputError.
+io::ColorProfile profile_of_photos(const Input& input, Observer& observer);
 
 }  // namespace gpvc::pipeline

@@ -1,53 +1,140 @@
-// The steps of texturing, as the commands string them together: what the views see, one view per face, the atlas. Each
-// is a stage on the console and in the record.
+// Textures a mesh from calibrated photos. texture() does all of it; see(), choose(), plan(), bake() and write() are its
+// steps, for callers who need one of them alone or who work on a part of the faces and views. Nothing here prints or reads
+// options: an Observer hears what happens.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <filesystem>
 #include <functional>
+#include <optional>
+#include <span>
+#include <vector>
 
-#include "app/cli/options.h"
-#include "app/cli/run_record.h"
-#include "app/cli/scene_input.h"
+#include "../../atlas/atlas.h"
+#include "../../io/io.h"
+#include "../../labeling/labeling.h"
+#include "../../visibility/visibility.h"
+#include "observer.h"
+#include "output_folder.h"
+#include "viewpoint.h"
 
 namespace gpvc::pipeline {
 
-/// Photos are decoded once where they fit: a quarter of the memory, a gigabyte at most.
+struct OutputSettings {
+  io::ImageFormat texture = io::ImageFormat::jpg;
+  int quality = 95;  ///< of JPEG pages
+  io::GltfContainer gltf = io::GltfContainer::glb;
+  bool normals = false;
+  std::optional<io::UpAxis> up;  ///< nullopt: found from the cameras
+};
+
+struct Settings {
+  visibility::VisibilityOptions visibility;
+  labeling::CostOptions costs;
+  labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
+  labeling::SolverOptions solver;
+  atlas::AtlasOptions atlas;
+  OutputSettings output;
+};
+
+/// What is textured from which views. Borrows everything.
+struct Input {
+  const Scene& scene;
+  const Mesh& mesh;
+  std::span<const ViewId> views;               ///< to texture from, ascending
+  std::filesystem::path mesh_file = {"mesh"};  ///< named in errors and warnings
+};
+
+/// All views of a scene.
+std::vector<ViewId> all_views(const Scene& scene);
+
+/// Throws InputError when no view can see the mesh (cameras and mesh in different frames) or when the mesh is inside out;
+/// warns when parts of it are.
+void check_input(const Input& input, Observer& observer);
+
+/// The byte limit for a PhotoCache: a quarter of the memory, one gigabyte at most.
 std::size_t photo_cache_bytes();
 
-/// Adjacency of the faces, weighed as options.edge_weights says.
-labeling::FaceGraph weighed_graph(const Mesh& mesh, const cli::TextureOptions& options, cli::Console& console,
-                                  cli::RunRecord& record);
+// --- the whole
 
-/// Seconds over all views.
-struct ViewTimes {
-  double render_s = 0, build_s = 0, upload_s = 0, readback_s = 0, classify_s = 0, costs_s = 0;
+struct TexturedMesh {
+  labeling::Selection selection;        ///< with the view of each face
+  std::vector<labeling::FaceTag> tags;  ///< per face
+  atlas::TextureAtlas atlas;            ///< pages and model; borrows the mesh
 };
 
-struct SeenScene {
+/// Checks the input and textures it from all views, on the first graphics device. Throws InputError, GpuError and what
+/// photos and observer throw.
+TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& settings, io::PhotoSource& photos,
+                     Observer& observer);
+
+/// Textures an input that was checked.
+TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSource& photos,
+                     visibility::GraphicsDevice& device, Observer& observer);
+
+// --- the steps
+
+/// Adjacency of the faces, with the weights of a seam between them.
+labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weights, Observer& observer);
+
+struct Seen {
   labeling::Candidates candidates;
-  visibility::CoverageTable coverage;  ///< of faces tagged partial
-  std::size_t full = 0, partial = 0;   ///< pairs of view and face
-  ViewTimes times;
+  visibility::CoverageTable coverage;           ///< of faces tagged partial
+  visibility::VisibilityStatistics statistics;  ///< over all views
+  double costs_s = 0;
 };
 
-/// Called for each view once it is classified, on the caller's thread.
-using ViewObserver = std::function<void(ViewId, const visibility::ViewVisibility&)>;
+struct SeeOptions {
+  /// Faces that get candidates, ascending; empty: all. All faces of the mesh occlude and take part in judging outliers
+  /// and in the scale of the costs, so that the candidates are those of a run over all faces.
+  std::span<const FaceId> faces = {};
+  /// Called for each view once it is classified, on the caller's thread.
+  std::function<void(ViewId, const visibility::ViewVisibility&)> on_view = {};
+};
 
-/// View after view: while the device draws one, the costs of the one before are taken and the next photo is decoded.
-/// Throws GpuError, InputError, Cancelled.
-SeenScene see_views(const cli::SceneInputData& in, io::PhotoSource& photos, visibility::GraphicsDevice& device,
-                    const cli::TextureOptions& options, cli::Console& console, cli::RunRecord& record,
-                    const ViewObserver& observe = {});
+/// Visibility and candidates, view after view: while one is drawn, the costs of the one before are computed and the next
+/// photo is decoded. Throws InputError where no view sees any face.
+Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, visibility::GraphicsDevice& device,
+         Observer& observer, const SeeOptions& options = {});
 
-/// What the tags say, and a word where hardly anything is seen: cameras and mesh in two frames. Throws InputError where
-/// nothing is.
-void count_tags(const labeling::Candidates& candidates, const std::filesystem::path& mesh, cli::Console& console,
-                cli::RunRecord& record);
+/// Faces by tag: seen, partial, unseen.
+std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);
 
-labeling::Selection choose_views(const SeenScene& seen, const labeling::FaceGraph& graph,
-                                 const cli::TextureOptions& options, cli::Console& console, cli::RunRecord& record);
+/// One view per face. `fixed`: empty, or a view per face that the face must keep, kNoView for the faces to decide.
+labeling::Selection choose(const labeling::CostTable& costs, const labeling::FaceGraph& graph,
+                           const labeling::SolverOptions& options, Observer& observer,
+                           std::span<const ViewId> fixed = {});
 
-atlas::TextureAtlas make_atlas(const atlas::AtlasInput& input, const cli::TextureOptions& options,
-                               cli::Console& console, cli::RunRecord& record);
+/// What plan() and bake() are given after see() and choose(). Borrows all.
+atlas::AtlasInput atlas_input(const Input& input, io::PhotoSource& photos, const labeling::FaceGraph& graph,
+                              const Seen& seen, std::span<const ViewId> labels);
+
+/// Charts and their places on pages; notes what they take before any photo is read.
+atlas::AtlasPlan plan(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer);
+
+/// Levels the seams and bakes the pages of a plan; input and options are what it was made from.
+atlas::TextureAtlas bake(const atlas::AtlasPlan& plan, const atlas::AtlasInput& input,
+                         const atlas::AtlasOptions& options, Observer& observer);
+
+/// plan() and bake() as one stage.
+atlas::TextureAtlas make_atlas(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer);
+
+/// What write() decided on the way.
+struct WrittenModel {
+  Viewpoint preview;  ///< of preview.png
+  std::array<std::uint8_t, 3> background{};
+  io::UpAxis up{};
+  WorldPoint offset;  ///< to be added to the model's coordinates
+};
+
+/// labels.npy: int32 per face, its view or -1. Throws OutputError.
+void write_labels(const std::filesystem::path& file, std::span<const ViewId> labels);
+
+/// Writes the result into the folder: model.obj, model.mtl, pages, model.glb or its parts, preview.png, labels.npy,
+/// tags.npy, faces.npy and, where they are needed, offset.txt and source_faces.npy. Pages and models are written on other
+/// threads while the preview is drawn. Throws OutputError.
+WrittenModel write(const Input& input, const TexturedMesh& textured, const Settings& settings, OutputFolder& folder,
+                   Observer& observer);
 
 }  // namespace gpvc::pipeline

@@ -1,5 +1,4 @@
-#include "app/pipeline/texture_files.h"
-
+// The files of a textured model.
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -7,10 +6,9 @@
 #include <filesystem>
 #include <future>
 
-#include "app/cli/interrupt.h"
 #include "app/pipeline/photo_profile.h"
+#include "app/pipeline/pipeline.h"
 #include "app/pipeline/render_model.h"
-#include "app/pipeline/viewpoint.h"
 #include "io/images/image_file.h"
 
 namespace gpvc::pipeline {
@@ -28,19 +26,15 @@ void write_faces(const fs::path& file, const std::vector<FaceId>& faces) {
   io::write_npy(file, values, std::span(&shape, 1));
 }
 
-void write_labels(const fs::path& labels_file, const fs::path& tags_file, const TexturedScene& scene) {
-  std::vector<std::int32_t> labels;
-  for (const ViewId label : scene.selection.labels)
-    labels.push_back(static_cast<std::int32_t>(static_cast<std::uint32_t>(label)));
-  std::vector<std::uint8_t> tags;
-  for (const labeling::FaceTag tag : scene.candidates.tags) tags.push_back(static_cast<std::uint8_t>(tag));
-  const std::size_t shape = labels.size();
-  io::write_npy(labels_file, labels, std::span(&shape, 1));
-  io::write_npy(tags_file, tags, std::span(&shape, 1));
+void write_tags(const fs::path& file, const std::vector<labeling::FaceTag>& tags) {
+  std::vector<std::uint8_t> values;
+  for (const labeling::FaceTag tag : tags) values.push_back(static_cast<std::uint8_t>(tag));
+  const std::size_t shape = values.size();
+  io::write_npy(file, values, std::span(&shape, 1));
 }
 
 struct Names {
-  fs::path obj, faces, labels, tags, views, preview;
+  fs::path obj, faces, labels, tags, preview;
   std::vector<io::PageFile> pages;
 };
 
@@ -52,48 +46,34 @@ Names promise_files(OutputFolder& folder, std::size_t pages, io::ImageFormat for
   for (std::size_t n = 0; n < pages; ++n)
     names.pages.push_back({folder.file(fmt::format("model_{}.{}", n, extension)), format});
   names.preview = folder.file("preview.png");
-  names.views = folder.file("views.json");
   names.labels = folder.file("labels.npy");
   names.tags = folder.file("tags.npy");
   names.faces = folder.file("faces.npy");
   return names;
 }
 
-// The picture's camera and background, so that another renderer can be held against it.
-cli::Json preview_json(const Viewpoint& view) {
-  const Camera& c = view.camera;
-  const auto& r = view.pose.rotation;
-  const WorldPoint& at = view.pose.centre;
-  constexpr double kSamples = kPreviewSamples;
-  return {{"width", kPreviewWidth},
-          {"height", kPreviewHeight},
-          {"fx", c.fx / kSamples},
-          {"fy", c.fy / kSamples},
-          {"cx", c.cx / kSamples},
-          {"cy", c.cy / kSamples},
-          {"rotation", cli::Json::array({cli::Json::array({r[0], r[1], r[2]}), cli::Json::array({r[3], r[4], r[5]}),
-                                         cli::Json::array({r[6], r[7], r[8]})})},
-          {"centre", cli::Json::array({at.x, at.y, at.z})},
-          {"background", kBackground}};
-}
-
-cli::Json write_preview(const fs::path& file, const TexturedScene& scene, io::UpAxis up,
+Viewpoint write_preview(const fs::path& file, const Input& input, const TexturedMesh& textured, io::UpAxis up,
                         const io::ColorProfile& profile) {
-  const cli::SceneInputData& in = scene.input;
-  const Viewpoint view = overview(in.mesh, scene.selection.labels, in.scene, in.used, up,
-                                  kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
+  Viewpoint view = overview(input.mesh, textured.selection.labels, input.scene, input.views, up,
+                            kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
   const RenderResult render =
-      render_model(scene.atlas.model, scene.atlas.pages, view.camera, view.pose, {true, true, kBackground});
+      render_model(textured.atlas.model, textured.atlas.pages, view.camera, view.pose, {true, true, kBackground});
   io::write_image(file, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile);
-  return preview_json(view);
+  // As drawn, at the size of the picture.
+  constexpr double kSamples = kPreviewSamples;
+  Camera& camera = view.camera;
+  camera.width = kPreviewWidth;
+  camera.height = kPreviewHeight;
+  for (double* length : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *length /= kSamples;
+  return view;
 }
 
 // Which files a glTF takes is known once it is written.
-void promise_gltf(const io::GltfFiles& files, io::GltfContainer wanted, OutputFolder& folder, cli::Console& console) {
+void promise_gltf(const io::GltfFiles& files, io::GltfContainer wanted, OutputFolder& folder, Observer& observer) {
   folder.file(files.file.filename());
   for (const fs::path& buffer : files.buffers) folder.file(buffer.filename());
   if (wanted == io::GltfContainer::glb && !files.buffers.empty())
-    console.warning(
+    observer.warning(
         fmt::format("model.glb would be {:.2f} GiB and a GLB ends at 4: wrote model.gltf instead, "
                     "which needs the .bin files and the pages beside it",
                     static_cast<double>(files.glb_bytes) / 0x1p30));
@@ -120,60 +100,77 @@ std::string offset_text(const io::ModelOptions& model) {
 }
 
 // The model without the faces that no photo shows: faces without a page are left out of a glTF.
-io::TexturedModel without_unseen(const TexturedScene& scene) {
-  io::TexturedModel model = scene.atlas.model;
+io::TexturedModel without_unseen(const TexturedMesh& textured) {
+  io::TexturedModel model = textured.atlas.model;
   for (std::size_t face = 0; face < model.face_page.size(); ++face)
-    if (scene.candidates.tags[face] == labeling::FaceTag::unseen) model.face_page[face] = io::kNoPage;
+    if (textured.tags[face] == labeling::FaceTag::unseen) model.face_page[face] = io::kNoPage;
   return model;
+}
+
+io::ModelOptions model_options(const Input& input, const TexturedMesh& textured, const OutputSettings& settings) {
+  io::ModelOptions model;
+  model.offset = local_origin(input.mesh, textured.selection.labels, input.scene, input.views);
+  model.normals = settings.normals;
+  model.up = settings.up ? *settings.up : scene_up(input.scene, input.views);
+  model.srs = one_line(input.scene.srs);
+  model.srs_offset = input.scene.offset;
+  return model;
+}
+
+void write_offset(const io::ModelOptions& model, OutputFolder& folder) {
+  if (model.offset == WorldPoint{} && model.srs.empty() && model.srs_offset == WorldPoint{}) return;
+  io::OutputFile file(folder.file("offset.txt"));
+  file.write(offset_text(model));
+  file.commit();
 }
 
 }  // namespace
 
-void write_textured_scene(const TexturedScene& scene, const cli::TextureOptions& options, OutputFolder& folder,
-                          cli::Console& console, cli::RunRecord& record) {
-  cli::Stage stage(console, record, "write");
-  const cli::SceneInputData& in = scene.input;
-  const atlas::TextureAtlas& atlas = scene.atlas;
-  const io::ColorProfile profile = profile_of_photos(in, console);
-  record.counts["color_profile_bytes"] = profile.size();
-  const Names names = promise_files(folder, atlas.pages.size(), options.texture);
-  io::ModelOptions model;
-  model.offset = local_origin(in.mesh, scene.selection.labels, in.scene, in.used);
-  model.normals = options.normals;
-  model.up = options.up ? *options.up : scene_up(in.scene, in.used);
-  model.srs = one_line(in.scene.srs);
-  model.srs_offset = in.scene.offset;
-  if (!(model.offset == WorldPoint{}) || !model.srs.empty() || !(model.srs_offset == WorldPoint{}))
-    cli::write_text_file(folder.file("offset.txt"), offset_text(model));
-  if (!in.mesh.source_face.empty()) {
-    const std::size_t shape = in.mesh.source_face.size();
-    io::write_npy(folder.file("source_faces.npy"), in.mesh.source_face, std::span(&shape, 1));
+void write_labels(const fs::path& file, std::span<const ViewId> labels) {
+  std::vector<std::int32_t> values;
+  for (const ViewId label : labels) values.push_back(static_cast<std::int32_t>(static_cast<std::uint32_t>(label)));
+  const std::size_t shape = values.size();
+  io::write_npy(file, values, std::span(&shape, 1));
+}
+
+WrittenModel write(const Input& input, const TexturedMesh& textured, const Settings& settings, OutputFolder& folder,
+                   Observer& observer) {
+  observer.begin({"write"});
+  const atlas::TextureAtlas& atlas = textured.atlas;
+  const OutputSettings& output = settings.output;
+  const io::ColorProfile profile = profile_of_photos(input, observer);
+  observer.figure("color_profile_bytes", profile.size());
+  const Names names = promise_files(folder, atlas.pages.size(), output.texture);
+  const io::ModelOptions model = model_options(input, textured, output);
+  write_offset(model, folder);
+  if (!input.mesh.source_face.empty()) {
+    const std::size_t shape = input.mesh.source_face.size();
+    io::write_npy(folder.file("source_faces.npy"), input.mesh.source_face, std::span(&shape, 1));
   }
 
   auto obj = std::async(std::launch::async, [&] { io::write_obj(names.obj, atlas.model, names.pages, model); });
   auto arrays = std::async(std::launch::async, [&] {
-    cli::write_views_json(names.views, in);
-    write_labels(names.labels, names.tags, scene);
+    write_labels(names.labels, textured.selection.labels);
+    write_tags(names.tags, textured.tags);
   });
   auto gltf = std::async(std::launch::async, [&] {
     tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) {
-      cli::throw_if_interrupted();
-      io::write_image(names.pages[n].file, atlas.pages[n], options.texture, options.quality, profile);
+      observer.check_cancelled();
+      io::write_image(names.pages[n].file, atlas.pages[n], output.texture, output.quality, profile);
     });
-    const bool drop = options.atlas.unseen == atlas::UnseenFaces::drop;
-    io::GltfFiles files = io::write_gltf(folder.in_making() / "model", options.gltf,
-                                         drop ? without_unseen(scene) : atlas.model, names.pages, model);
+    const bool drop = settings.atlas.unseen == atlas::UnseenFaces::drop;
+    io::GltfFiles files = io::write_gltf(folder.in_making() / "model", output.gltf,
+                                         drop ? without_unseen(textured) : atlas.model, names.pages, model);
     write_faces(names.faces, files.faces);
     files.faces = {};
     return files;
   });
-  record.counts["preview"] = write_preview(names.preview, scene, model.up, profile);
+  const Viewpoint preview = write_preview(names.preview, input, textured, model.up, profile);
   obj.get();
   arrays.get();
-  promise_gltf(gltf.get(), options.gltf, folder, console);
-  record.counts["up"] = up_name(model.up);
-  record.counts["offset"] = cli::Json::array({model.offset.x, model.offset.y, model.offset.z});
-  stage.finish(fmt::format("{} {}", atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages"));
+  promise_gltf(gltf.get(), output.gltf, folder, observer);
+  observer.end(fmt::format("{} {}", atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages"));
+  return {preview, kBackground, model.up, model.offset};
 }
 
 }  // namespace gpvc::pipeline

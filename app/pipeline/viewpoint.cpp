@@ -128,11 +128,6 @@ WorldPoint up_vector(io::UpAxis axis) {
   return kVectors[static_cast<std::size_t>(axis)];
 }
 
-const char* up_name(io::UpAxis axis) {
-  constexpr const char* kNames[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
-  return kNames[static_cast<std::size_t>(axis)];
-}
-
 Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene, std::span<const ViewId> used,
                    io::UpAxis axis, int width, int height) {
   const MeanCamera mean = mean_camera(scene, used);

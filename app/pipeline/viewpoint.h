@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "io/io.h"
-#include "io/scene.h"
+#include "../../io/io.h"
+#include "../../io/scene.h"
 
 namespace gpvc::pipeline {
 
@@ -16,7 +16,6 @@ namespace gpvc::pipeline {
 io::UpAxis scene_up(const Scene& scene, std::span<const ViewId> used);
 
 WorldPoint up_vector(io::UpAxis axis);
-const char* up_name(io::UpAxis axis);  ///< "+z"
 
 struct Viewpoint {
   Camera camera;

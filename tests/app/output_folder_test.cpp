@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/pipeline/output_names.h"
 #include "io/error.h"
 #include "tests/support/temporary_folder.h"
 

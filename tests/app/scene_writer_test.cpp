@@ -8,7 +8,7 @@
 
 #include "app/cli/console.h"
 #include "app/cli/options.h"
-#include "app/pipeline/convert_frame.h"
+#include "app/pipeline/undistort.h"
 #include "io/io.h"
 #include "tests/support/scene_folder.h"
 #include "tests/support/temporary_folder.h"
@@ -239,7 +239,7 @@ struct SmallProject {
   }
   TemporaryFolder folder;
   fs::path scene = "colmap";
-  cli::FrameRule frame = cli::FrameRule::keep;
+  pipeline::FrameRule frame = pipeline::FrameRule::keep;
   int downscale = 1;
 };
 
@@ -377,15 +377,15 @@ std::vector<Camera> distorted_cameras() {
 
 TEST(FrameWindow, InsideShowsThePhotoEverywhereAndNoMoreFits) {
   for (const Camera& camera : distorted_cameras()) {
-    const evaluate::FrameWindow w = pipeline::frame_window(camera, cli::FrameRule::inside);
+    const pipeline::FrameWindow w = pipeline::frame_window(camera, pipeline::FrameRule::inside);
     ASSERT_GT(w.width, camera.width / 2);
     ASSERT_GT(w.height, camera.height / 2);
     for (int y = w.y; y < w.y + w.height; ++y)
       for (int x = w.x; x < w.x + w.width; ++x) ASSERT_TRUE(in_photo(camera, {x + 0.5, y + 0.5})) << x << ", " << y;
   }
   const Camera barrel = distorted_cameras()[0], pincushion = distorted_cameras()[1];
-  const evaluate::FrameWindow wide = pipeline::frame_window(barrel, cli::FrameRule::inside),
-                              narrow = pipeline::frame_window(pincushion, cli::FrameRule::inside);
+  const pipeline::FrameWindow wide = pipeline::frame_window(barrel, pipeline::FrameRule::inside),
+                              narrow = pipeline::frame_window(pincushion, pipeline::FrameRule::inside);
   EXPECT_GT(wide.width, barrel.width);
   EXPECT_LT(narrow.width, pincushion.width);
   // One more column to the left is blank somewhere, though not at the corners alone.
@@ -396,7 +396,7 @@ TEST(FrameWindow, InsideShowsThePhotoEverywhereAndNoMoreFits) {
 
 TEST(FrameWindow, AllKeepsEveryPixelOfThePhotoWithinBounds) {
   for (const Camera& camera : distorted_cameras()) {
-    const evaluate::FrameWindow w = pipeline::frame_window(camera, cli::FrameRule::all);
+    const pipeline::FrameWindow w = pipeline::frame_window(camera, pipeline::FrameRule::all);
     EXPECT_LE(w.width, 2 * camera.width);
     EXPECT_LE(w.height, 2 * camera.height);
     std::size_t beyond = 0;
@@ -414,19 +414,21 @@ TEST(FrameWindow, AllKeepsEveryPixelOfThePhotoWithinBounds) {
 
 TEST(FrameWindow, IsThePhotosOwnOtherwise) {
   const Camera camera = distorted_cameras()[0];
-  const evaluate::FrameWindow own{0, 0, camera.width, camera.height};
-  EXPECT_EQ(pipeline::frame_window(camera, cli::FrameRule::keep), own);
-  for (const cli::FrameRule rule : {cli::FrameRule::inside, cli::FrameRule::keep, cli::FrameRule::all}) {
-    const evaluate::FrameWindow window = pipeline::frame_window(pinhole(), rule);
-    EXPECT_EQ(window, (evaluate::FrameWindow{0, 0, 96, 72}));
-    EXPECT_EQ(pipeline::framed(pinhole(), window), pinhole());
+  const pipeline::FrameWindow own{0, 0, camera.width, camera.height};
+  EXPECT_EQ(pipeline::frame_window(camera, pipeline::FrameRule::keep), own);
+  for (const pipeline::FrameRule rule :
+       {pipeline::FrameRule::inside, pipeline::FrameRule::keep, pipeline::FrameRule::all}) {
+    const pipeline::FrameWindow window = pipeline::frame_window(pinhole(), rule);
+    EXPECT_EQ(window, (pipeline::FrameWindow{0, 0, 96, 72}));
+    EXPECT_EQ(pipeline::camera_of_window(pinhole(), window), pinhole());
   }
 }
 
 // The same direction lies at the same place of the scene, whichever frame shows it.
 TEST(Convert, FramesMoveThePrincipalPointAlone) {
   SmallProject project;
-  for (const cli::FrameRule rule : {cli::FrameRule::keep, cli::FrameRule::inside, cli::FrameRule::all}) {
+  for (const pipeline::FrameRule rule :
+       {pipeline::FrameRule::keep, pipeline::FrameRule::inside, pipeline::FrameRule::all}) {
     project.frame = rule;
     const std::string out = "frame " + std::to_string(static_cast<int>(rule));
     ASSERT_EQ(project.convert(io::SceneTarget::colmap, true, out), "");
@@ -436,12 +438,12 @@ TEST(Convert, FramesMoveThePrincipalPointAlone) {
     Camera lens{40, 30, 35, 35, 20, 15, {}};
     lens.distortion.k1 = -0.1, lens.distortion.k2 = 0.01;
     limit_distortion(lens);
-    const evaluate::FrameWindow window = pipeline::frame_window(lens, rule);
-    EXPECT_EQ(camera, pipeline::framed(lens, window));
+    const pipeline::FrameWindow window = pipeline::frame_window(lens, rule);
+    EXPECT_EQ(camera, pipeline::camera_of_window(lens, window));
     EXPECT_EQ(io::read_image(scene.views[0].photo).width, window.width);
     // A barrel leaves the middles of the sides blank when its corners are kept.
-    EXPECT_EQ(pipeline::shows_blank(lens, window), rule == cli::FrameRule::all);
-    EXPECT_EQ(fs::exists(project.folder.path() / out / "masks/a.png.png"), rule == cli::FrameRule::all);
+    EXPECT_EQ(pipeline::shows_blank(lens, window), rule == pipeline::FrameRule::all);
+    EXPECT_EQ(fs::exists(project.folder.path() / out / "masks/a.png.png"), rule == pipeline::FrameRule::all);
   }
 }
 
@@ -507,7 +509,8 @@ TEST(Convert, WritesMasksThatAreNoPlainPngAnew) {
 }
 
 TEST(Convert, UndistortsMasksSoThatNoExcludedColorIsLeft) {
-  for (const cli::FrameRule rule : {cli::FrameRule::keep, cli::FrameRule::inside, cli::FrameRule::all}) {
+  for (const pipeline::FrameRule rule :
+       {pipeline::FrameRule::keep, pipeline::FrameRule::inside, pipeline::FrameRule::all}) {
     MaskedProject project;
     project.frame = rule;
     ASSERT_EQ(project.convert(io::SceneTarget::colmap, true, "out"), "");

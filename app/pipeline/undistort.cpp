@@ -1,5 +1,6 @@
-#include "app/pipeline/convert_frame.h"
+#include "app/pipeline/undistort.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -8,13 +9,13 @@
 namespace gpvc::pipeline {
 namespace {
 
-/// Along each edge of the photo, how far out and how far in the frame shows it.
+/// The outermost and innermost place in the frame of each edge of the photo, which distortion bends.
 struct Reach {
   double left_out, left_in, right_out, right_in, top_out, top_in, bottom_out, bottom_in;
 };
 
-/// The ends of all pixels along the four edges. Where the lens shows an edge in no direction ahead, it bounds nothing
-/// inwards and everything outwards.
+/// From the corners of all pixels along the four edges. A place that the lens model shows in no direction ahead of the
+/// camera does not bound the inner rectangle and leaves the outer one unbounded.
 Reach reach_of(const Camera& c) {
   const double w = c.width, h = c.height;
   Reach reach{w, -w, 0, 2 * w, h, -h, 0, 2 * h};
@@ -36,8 +37,8 @@ Reach reach_of(const Camera& c) {
   return reach;
 }
 
-/// Whole pixels between two places, neither beyond half of `size` outside [0, size] nor beyond where the lens model
-/// folds, `fold` pixels from its centre.
+/// Whole pixels between two places, clamped to half of `size` beyond [0, size] and to `fold` pixels from the centre,
+/// where the lens model folds.
 std::pair<int, int> whole_pixels(double low, double high, int size, double centre, double fold, bool outwards) {
   low = std::max({low, -0.5 * size, centre - fold});
   high = std::min({high, 1.5 * size, centre + fold});
@@ -46,14 +47,14 @@ std::pair<int, int> whole_pixels(double low, double high, int size, double centr
   return {static_cast<int>(first), std::max(static_cast<int>(last), static_cast<int>(first))};
 }
 
-/// Which borders of a window show a blank. Where none does, nothing within is blank either, because the photo's edge is
-/// one closed curve in the frame.
+/// Borders of a window with a blank pixel. Where there is none, nothing inside the window is blank, because the photo's
+/// edge is one closed curve in the frame.
 struct Blanks {
   bool left = false, right = false, top = false, bottom = false;
   bool any() const { return left || right || top || bottom; }
 };
 
-Blanks blanks_of(const Camera& camera, const evaluate::FrameWindow& w) {
+Blanks blanks_of(const Camera& camera, const FrameWindow& w) {
   const auto blank = [&](int x, int y) { return !in_photo(camera, {x + 0.5, y + 0.5}); };
   Blanks blanks;
   for (int y = w.y; y < w.y + w.height; ++y) {
@@ -69,35 +70,68 @@ Blanks blanks_of(const Camera& camera, const evaluate::FrameWindow& w) {
 
 }  // namespace
 
-bool shows_blank(const Camera& camera, const evaluate::FrameWindow& window) { return blanks_of(camera, window).any(); }
+bool shows_blank(const Camera& camera, const FrameWindow& window) { return blanks_of(camera, window).any(); }
 
-evaluate::FrameWindow frame_window(const Camera& camera, cli::FrameRule rule) {
-  const evaluate::FrameWindow own{0, 0, camera.width, camera.height};
-  if (rule == cli::FrameRule::keep || camera.distortion.is_identity()) return own;
-  const bool all = rule == cli::FrameRule::all;
+FrameWindow frame_window(const Camera& camera, FrameRule rule) {
+  const FrameWindow own{0, 0, camera.width, camera.height};
+  if (rule == FrameRule::keep || camera.distortion.is_identity()) return own;
+  const bool all = rule == FrameRule::all;
   const Reach reach = reach_of(camera);
   const double fold = std::sqrt(camera.distortion.max_r2);
   const auto [x0, x1] = whole_pixels(all ? reach.left_out : reach.left_in, all ? reach.right_out : reach.right_in,
                                      camera.width, camera.cx, fold * camera.fx, all);
   const auto [y0, y1] = whole_pixels(all ? reach.top_out : reach.top_in, all ? reach.bottom_out : reach.bottom_in,
                                      camera.height, camera.cy, fold * camera.fy, all);
-  evaluate::FrameWindow window{x0, y0, x1 - x0, y1 - y0};
+  FrameWindow window{x0, y0, x1 - x0, y1 - y0};
   while (!all && window.width > 0 && window.height > 0) {
     const Blanks blanks = blanks_of(camera, window);
     if (!blanks.any()) break;
-    window.x += blanks.left, window.width -= blanks.left + blanks.right;
-    window.y += blanks.top, window.height -= blanks.top + blanks.bottom;
+    window.x += blanks.left;
+    window.y += blanks.top;
+    window.width -= blanks.left + blanks.right;
+    window.height -= blanks.top + blanks.bottom;
   }
   constexpr int kLeast = 5;
   const bool enough = kLeast * window.width >= camera.width && kLeast * window.height >= camera.height;
   return enough ? window : own;
 }
 
-Camera framed(const Camera& camera, const evaluate::FrameWindow& window) {
+Camera camera_of_window(const Camera& camera, const FrameWindow& window) {
   return {window.width, window.height, camera.fx, camera.fy, camera.cx - window.x, camera.cy - window.y, {}};
 }
 
-Image undistort_mask(const io::PhotoExclusion* exclusion, const Camera& camera, const evaluate::FrameWindow& window) {
+Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,
+                      std::vector<std::uint8_t>& inside) {
+  Image frame;
+  frame.width = window.width;
+  frame.height = window.height;
+  frame.channels = 3;
+  const auto width = static_cast<std::size_t>(window.width);
+  frame.pixels.assign(width * static_cast<std::size_t>(window.height) * 3, 0);
+  inside.assign(width * static_cast<std::size_t>(window.height), 0);
+  tbb::parallel_for(tbb::blocked_range<int>(0, window.height), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y < rows.end(); ++y)
+      for (int x = 0; x < window.width; ++x) {
+        const PixelPoint centre{window.x + x + 0.5, window.y + y + 0.5};
+        if (!in_photo(camera, centre)) continue;
+        const PhotoPoint p = *photo_from_pixel(camera, centre);
+        const double u = std::clamp(p.x - 0.5, 0.0, photo.width - 1.0);
+        const double v = std::clamp(p.y - 0.5, 0.0, photo.height - 1.0);
+        const int x0 = static_cast<int>(u), y0 = static_cast<int>(v);
+        const int x1 = std::min(x0 + 1, photo.width - 1), y1 = std::min(y0 + 1, photo.height - 1);
+        const double fx = u - x0, fy = v - y0;
+        for (int c = 0; c < 3; ++c) {
+          const double top = photo.at(x0, y0)[c] * (1 - fx) + photo.at(x1, y0)[c] * fx;
+          const double bottom = photo.at(x0, y1)[c] * (1 - fx) + photo.at(x1, y1)[c] * fx;
+          frame.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(top * (1 - fy) + bottom * fy));
+        }
+        inside[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = 255;
+      }
+  });
+  return frame;
+}
+
+Image undistort_mask(const io::PhotoExclusion* exclusion, const Camera& camera, const FrameWindow& window) {
   Image mask{window.width, window.height, 1, {}};
   mask.pixels.assign(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height), 0);
   tbb::parallel_for(0, window.height, [&](int y) {

@@ -1,0 +1,128 @@
+#include "app/cli/view_lists.h"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/near_words.h"
+
+namespace gpvc::cli {
+namespace {
+
+std::vector<std::string> listed(const std::string& list) {
+  std::vector<std::string> names;
+  if (list.starts_with("@")) {
+    std::ifstream in(list.substr(1));
+    if (!in) throw InputError(list.substr(1), "", "cannot be read as a list of views");
+    for (std::string line; std::getline(in, line);) {
+      if (!line.empty() && line.back() == '\r') line.pop_back();
+      if (!line.empty()) names.push_back(line);
+    }
+    return names;
+  }
+  for (std::size_t at = 0; at <= list.size();) {
+    const std::size_t comma = std::min(list.find(',', at), list.size());
+    if (comma > at) names.push_back(list.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return names;
+}
+
+std::string near_names(std::span<const View> views, const std::string& name) {
+  std::vector<std::string> names;
+  for (const View& view : views) names.push_back(view.name);
+  std::string text;
+  for (const std::string& near : near_words(name, names, 3)) text += (text.empty() ? "" : ", ") + near;
+  return text;
+}
+
+// What a LIST's entry may be, the plainest reading that fits winning: a name as it stands, a glob, a name without its
+// extension.
+enum class Reading { name, glob, stem };
+
+bool fits(const std::string& entry, const std::string& view, Reading reading) {
+  if (reading == Reading::name) return view == entry;
+  if (reading == Reading::glob) return fnmatch(entry.c_str(), view.c_str(), 0) == 0;
+  return std::filesystem::path(view).replace_extension() == std::filesystem::path(entry);
+}
+
+std::vector<bool> matched(std::span<const View> views, const std::string& option, const std::string& list) {
+  std::vector<bool> hit(views.size(), false);
+  for (const std::string& entry : listed(list)) {
+    std::vector<std::size_t> found;
+    for (const Reading reading : {Reading::name, Reading::glob, Reading::stem}) {
+      if (!found.empty()) break;
+      for (std::size_t v = 0; v < views.size(); ++v)
+        if (fits(entry, views[v].name, reading)) found.push_back(v);
+      if (reading == Reading::stem && found.size() > 1)
+        throw UsageError(fmt::format("{}: '{}' may be {} or {}; give the extension", option, entry,
+                                     views[found[0]].name, views[found[1]].name));
+    }
+    if (found.empty())
+      throw UsageError(
+          fmt::format("{}: the scene has no view '{}'; near are {}", option, entry, near_names(views, entry)));
+    for (const std::size_t v : found) hit[v] = true;
+  }
+  return hit;
+}
+
+}  // namespace
+
+std::vector<ViewId> used_views(std::span<const View> all, const std::string& views, const std::string& exclude_views) {
+  std::vector<bool> wanted(all.size(), true), excluded(all.size(), false);
+  if (!views.empty()) wanted = matched(all, "--views", views);
+  if (!exclude_views.empty()) excluded = matched(all, "--exclude-views", exclude_views);
+  std::vector<ViewId> used;
+  for (std::size_t v = 0; v < all.size(); ++v)
+    if (wanted[v] && !excluded[v]) used.push_back(ViewId{static_cast<std::uint32_t>(v)});
+  if (used.empty()) throw UsageError("--views and --exclude-views leave no view");
+  return used;
+}
+
+std::function<std::vector<bool>(std::span<const View>)> needs_used_views(std::string views, std::string exclude_views) {
+  return [views = std::move(views), exclude_views = std::move(exclude_views)](std::span<const View> all) {
+    std::vector<bool> needed(all.size(), false);
+    for (const ViewId id : used_views(all, views, exclude_views)) needed[index(id)] = true;
+    return needed;
+  };
+}
+
+std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> used, const std::string& hold_out) {
+  std::vector<ViewId> held;
+  if (hold_out.empty()) return held;
+  const bool named =
+      std::any_of(scene.views.begin(), scene.views.end(), [&](const View& view) { return view.name == hold_out; });
+  std::size_t every = 0;
+  const char* end = hold_out.data() + hold_out.size();
+  const auto [parsed, failed] = std::from_chars(hold_out.data(), end, every);
+  if (!named && failed == std::errc{} && parsed == end) {
+    if (every < 2)
+      throw UsageError(fmt::format("--hold-out {}: every K-th view is held out, and K is 2 or more", hold_out));
+    for (std::size_t n = every - 1; n < used.size(); n += every) held.push_back(used[n]);
+    if (held.empty()) throw UsageError(fmt::format("--hold-out {}: there are only {} views", hold_out, used.size()));
+    return held;
+  }
+  const std::vector<bool> hit = matched(scene.views, "--hold-out", hold_out);
+  std::copy_if(used.begin(), used.end(), std::back_inserter(held), [&](ViewId id) { return hit[index(id)]; });
+  if (held.empty()) throw UsageError("--hold-out names only views that --views and --exclude-views leave out");
+  if (held.size() == used.size()) throw UsageError("--hold-out leaves no view to texture from");
+  return held;
+}
+
+std::vector<std::string> marked_views(const std::filesystem::path& model, const std::string& mark) {
+  std::vector<std::string> names;
+  std::ifstream in(model.parent_path() / "views.json");
+  const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
+  if (!json.is_object() || !json.contains("views") || !json["views"].is_array()) return names;
+  for (const nlohmann::json& view : json["views"])
+    if (view.is_object() && view.contains("name") && view["name"].is_string() && view.contains(mark) &&
+        view[mark] == true)
+      names.push_back(view["name"].get<std::string>());
+  return names;
+}
+
+}  // namespace gpvc::cli

@@ -1,0 +1,13 @@
+// Names of output files in run.json.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace gpvc::pipeline {
+
+/// The names as JSON; for one that is not UTF-8 {"name", "bytes"}, with `bytes` in hexadecimal digits.
+nlohmann::ordered_json outputs_json(const std::vector<std::string>& names);
+
+}  // namespace gpvc::pipeline

@@ -1,0 +1,145 @@
+// What the views see: visibility, candidates and coverage, view after view.
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <future>
+
+#include "app/pipeline/coverage_store.h"
+#include "app/pipeline/pipeline.h"
+#include "io/clock.h"
+
+namespace gpvc::pipeline {
+namespace {
+
+void add(const visibility::VisibilityStatistics& one, visibility::VisibilityStatistics& sum) {
+  sum.full += one.full;
+  sum.partial += one.partial;
+  sum.render_s += one.render_s;
+  sum.build_s += one.build_s;
+  sum.upload_s += one.upload_s;
+  sum.readback_s += one.readback_s;
+  sum.classify_s += one.classify_s;
+}
+
+// A run that is limited to one thread decodes photos and computes costs on it.
+std::launch launch_policy() {
+  using Control = tbb::global_control;
+  return Control::active_value(Control::max_allowed_parallelism) == 1 ? std::launch::deferred : std::launch::async;
+}
+
+// Leaves candidates to the given faces alone.
+void keep_faces(std::span<const FaceId> faces, labeling::Candidates& candidates) {
+  labeling::CostTable& table = candidates.table;
+  std::vector<bool> kept(table.faces(), false);
+  for (const FaceId face : faces) kept[index(face)] = true;
+  labeling::CostTable rest;
+  rest.first.push_back(0);
+  for (std::size_t f = 0; f < kept.size(); ++f) {
+    if (kept[f]) {
+      for (std::size_t i = table.first[f]; i < table.first[f + 1]; ++i) {
+        rest.views.push_back(table.views[i]);
+        rest.costs.push_back(table.costs[i]);
+      }
+    } else {
+      candidates.tags[f] = labeling::FaceTag::unseen;
+    }
+    rest.first.push_back(rest.views.size());
+  }
+  table = std::move(rest);
+}
+
+void report_times(const Seen& seen, Observer& observer) {
+  const visibility::VisibilityStatistics& s = seen.statistics;
+  for (const auto& [name, value] : {std::pair{"render_s", s.render_s},
+                                    {"build_s", s.build_s},
+                                    {"upload_s", s.upload_s},
+                                    {"readback_s", s.readback_s},
+                                    {"classify_s", s.classify_s},
+                                    {"costs_s", seen.costs_s}})
+    observer.stage_figure(name, value);
+}
+
+void report_tags(const Input& input, const labeling::Candidates& candidates, Observer& observer) {
+  const auto [seen, partial, unseen] = count_tags(candidates.tags);
+  observer.figure("tags.seen", seen);
+  observer.figure("tags.partial", partial);
+  observer.figure("tags.filled", unseen);
+  observer.figure("candidates.full", candidates.full);
+  observer.figure("candidates.partial", candidates.partial);
+  observer.figure("candidates.rejected", candidates.rejected);
+  const auto percent = [&](std::size_t count) {
+    return 100 * static_cast<double>(count) / static_cast<double>(candidates.tags.size());
+  };
+  observer.note(fmt::format("faces: {:.1f} % seen whole by some view, {:.1f} % in parts, {:.1f} % filled",
+                            percent(seen), percent(partial), percent(unseen)));
+  if (seen + partial == 0)
+    throw InputError(input.mesh_file, "",
+                     "no photo sees any face of the mesh: are mesh and cameras in the same coordinates, and the "
+                     "cameras outside the mesh?");
+  if (20 * (seen + partial) < candidates.tags.size())
+    observer.warning("photos see less than 5 % of the faces; are mesh and cameras in the same coordinates?");
+}
+
+}  // namespace
+
+std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
+  std::array<std::size_t, 3> counts{};
+  for (const labeling::FaceTag tag : tags) ++counts[static_cast<std::size_t>(tag)];
+  return counts;
+}
+
+Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, visibility::GraphicsDevice& device,
+         Observer& observer, const SeeOptions& options) {
+  observer.begin({"visibility and costs", "views"});
+  visibility::VisibilityStage visibility(device, input.mesh, settings.visibility);
+  for (const auto& [name, text] :
+       {std::pair{"drawing", visibility.drawing_note()}, {"classifier", visibility.classifier_note()}}) {
+    observer.note(fmt::format("{}: {}", name, text));
+    observer.figure(name, text);
+  }
+  labeling::CandidateCollector collector(input.mesh, settings.costs);
+  const std::launch policy = launch_policy();
+  Seen seen;
+  CoverageStore coverage;
+  std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
+  std::future<void> costs;
+  for (std::size_t n = 0; n < input.views.size(); ++n) {
+    observer.progress(n, input.views.size());
+    const ViewId id = input.views[n];
+    const View& view = input.scene.views[index(id)];
+    auto decoded = std::async(policy, [&photos, id] { return photos.photo(id); });
+    visibility::ViewVisibility& visible = buffers[n % 2];
+    visibility.classify(view, id, visible);
+    add(visible.statistics, seen.statistics);
+    if (options.on_view) options.on_view(id, visible);
+    if (visible.statistics.full + visible.statistics.partial == 0)
+      observer.warning(fmt::format(
+          "{}: sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong", view.name));
+    coverage.add(visible.coverage);
+    if (costs.valid()) costs.get();
+    costs = std::async(policy, [&, id, photo = decoded.share()] {
+      const auto pixels = photo.get();
+      const auto start = Clock::now();
+      collector.add_view(id, view, *pixels, visible);
+      seen.costs_s += seconds_since(start);
+    });
+  }
+  if (costs.valid()) costs.get();
+  const auto start = Clock::now();
+  seen.candidates = collector.finish();
+  if (!options.faces.empty()) keep_faces(options.faces, seen.candidates);
+  seen.costs_s += seconds_since(start);
+  seen.coverage = coverage.of_partial_faces(seen.candidates.tags);
+  const visibility::VisibilityStatistics& s = seen.statistics;
+  report_times(seen, observer);
+  observer.figure("full", s.full);
+  observer.figure("partial", s.partial);
+  observer.figure("hidden", input.views.size() * input.mesh.faces.size() - s.full - s.partial);
+  observer.end(fmt::format("{} views", input.views.size()));
+  report_tags(input, seen.candidates, observer);
+  return seen;
+}
+
+}  // namespace gpvc::pipeline

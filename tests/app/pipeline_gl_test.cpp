@@ -1,0 +1,174 @@
+// The pipeline as a program that embeds it calls it: pictures in memory, an observer, single steps, parts of the scene.
+#include "app/pipeline/pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/synth/city.h"
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+// Keeps what it hears, and cancels at the first progress of a stage, if it is told one.
+class Listener : public pipeline::Observer {
+ public:
+  explicit Listener(std::string cancel_in = "") : cancel_in_(std::move(cancel_in)) {}
+  void begin(const pipeline::StageInfo& stage) override { begun.push_back(stage.name); }
+  void end(const std::string&) override { ended.push_back(begun.back()); }
+  void progress(std::size_t done, std::size_t total) override {
+    EXPECT_LE(done, total);
+    if (begun.back() == cancel_in_) throw Cancelled();
+  }
+  void figure(const std::string& name, const pipeline::Figure&) override { figures.push_back(name); }
+
+  std::vector<std::string> begun, ended, figures;
+
+ private:
+  std::string cancel_in_;
+};
+
+class Pipeline : public testing::Test {
+ protected:
+  struct City {
+    City() {
+      synth::FlightOptions flight;
+      flight.photos = 6;
+      flight.width = 240;
+      flight.height = 160;
+      flight.size_m = 50;
+      synth::SynthScene made = synth::make_city({flight, 4000});
+      synth::SynthRenderer renderer(made);
+      scene.views = synth::synth_flight(flight);
+      for (View& view : scene.views) {
+        view.photo = folder.path() / (std::to_string(pictures.size()) + ".png");
+        pictures.push_back({renderer.photo(view.camera, view.pose).image});
+        io::write_image(view.photo, pictures.back().image, io::ImageFormat::png, 0);
+      }
+      mesh = std::move(made.mesh);
+      views = pipeline::all_views(scene);
+    }
+    test::TemporaryFolder folder;
+    Scene scene;
+    Mesh mesh;
+    std::vector<io::Picture> pictures;
+    std::vector<ViewId> views;
+  };
+  static void SetUpTestSuite() { city_ = std::make_unique<City>(); }
+  static void TearDownTestSuite() { city_.reset(); }
+
+  static pipeline::Input input() { return {city_->scene, city_->mesh, city_->views}; }
+  static pipeline::TexturedMesh texture(io::PhotoSource& photos, pipeline::Observer& observer) {
+    return pipeline::texture(city_->scene, city_->mesh, {}, photos, observer);
+  }
+
+  static inline std::unique_ptr<City> city_;
+  io::PictureSource photos_{city_->scene, city_->pictures};
+  pipeline::Observer silent_;
+};
+
+void expect_equal(const pipeline::TexturedMesh& a, const pipeline::TexturedMesh& b) {
+  EXPECT_EQ(a.selection.labels, b.selection.labels);
+  EXPECT_EQ(a.tags, b.tags);
+  ASSERT_EQ(a.atlas.pages.size(), b.atlas.pages.size());
+  for (std::size_t n = 0; n < a.atlas.pages.size(); ++n)
+    EXPECT_TRUE(a.atlas.pages[n].pixels == b.atlas.pages[n].pixels) << "page " << n;
+}
+
+TEST_F(Pipeline, PicturesInMemoryGiveWhatFilesGive) {
+  io::PhotoCache files(city_->scene, 1, pipeline::photo_cache_bytes());
+  const pipeline::TexturedMesh from_memory = texture(photos_, silent_);
+  ASSERT_FALSE(from_memory.atlas.pages.empty());
+  expect_equal(from_memory, texture(files, silent_));
+}
+
+TEST_F(Pipeline, ObserverHearsTheStagesInOrder) {
+  Listener listener;
+  texture(photos_, listener);
+  EXPECT_EQ(listener.begun,
+            (std::vector<std::string>{"face graph", "visibility and costs", "view selection", "atlas"}));
+  EXPECT_EQ(listener.ended, listener.begun);
+  for (const char* name : {"tags.seen", "patches", "charts"})
+    EXPECT_EQ(std::count(listener.figures.begin(), listener.figures.end(), name), 1) << name;
+}
+
+TEST_F(Pipeline, ObserverCancelsAnyStageWithProgress) {
+  for (const char* stage : {"visibility and costs", "view selection", "atlas"}) {
+    Listener listener(stage);
+    EXPECT_THROW(texture(photos_, listener), Cancelled);
+    EXPECT_EQ(listener.begun.back(), stage);
+    EXPECT_EQ(listener.ended.size() + 1, listener.begun.size());
+  }
+}
+
+TEST_F(Pipeline, StepsTogetherGiveTheWhole) {
+  const pipeline::Settings settings;
+  visibility::GraphicsDevice device;
+  const labeling::FaceGraph graph = pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent_);
+  const pipeline::Seen seen = pipeline::see(input(), settings, photos_, device, silent_);
+  pipeline::TexturedMesh steps;
+  steps.selection = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_);
+  steps.tags = seen.candidates.tags;
+  const atlas::AtlasInput atlas_input = pipeline::atlas_input(input(), photos_, graph, seen, steps.selection.labels);
+  const atlas::AtlasPlan plan = pipeline::plan(atlas_input, settings.atlas, silent_);
+  steps.atlas = pipeline::bake(plan, atlas_input, settings.atlas, silent_);
+  expect_equal(steps, pipeline::texture(input(), settings, photos_, device, silent_));
+}
+
+TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {
+  visibility::GraphicsDevice device;
+  const pipeline::Seen whole = pipeline::see(input(), {}, photos_, device, silent_);
+  std::vector<FaceId> part;
+  for (std::uint32_t f = 0; f < city_->mesh.faces.size(); f += 3) part.push_back(FaceId{f});
+  const pipeline::Seen seen = pipeline::see(input(), {}, photos_, device, silent_, {.faces = part, .on_view = {}});
+  const labeling::CostTable &all = whole.candidates.table, &some = seen.candidates.table;
+  ASSERT_EQ(some.faces(), all.faces());
+  for (std::size_t f = 0; f < all.faces(); ++f) {
+    if (f % 3 != 0) {
+      EXPECT_EQ(some.first[f], some.first[f + 1]);
+      EXPECT_EQ(seen.candidates.tags[f], labeling::FaceTag::unseen);
+      continue;
+    }
+    EXPECT_EQ(seen.candidates.tags[f], whole.candidates.tags[f]);
+    ASSERT_EQ(some.first[f + 1] - some.first[f], all.first[f + 1] - all.first[f]);
+    for (std::size_t i = 0; i < some.first[f + 1] - some.first[f]; ++i) {
+      EXPECT_EQ(some.views[some.first[f] + i], all.views[all.first[f] + i]);
+      EXPECT_EQ(some.costs[some.first[f] + i], all.costs[all.first[f] + i]);
+    }
+  }
+  EXPECT_TRUE(std::all_of(seen.coverage.entries.begin(), seen.coverage.entries.end(),
+                          [](const visibility::FaceCoverage& entry) { return index(entry.face) % 3 == 0; }));
+}
+
+TEST_F(Pipeline, OnlyTheGivenViewsAreUsed) {
+  visibility::GraphicsDevice device;
+  const std::vector<ViewId> some{ViewId{1}, ViewId{4}};
+  const pipeline::Seen seen = pipeline::see({city_->scene, city_->mesh, some}, {}, photos_, device, silent_);
+  ASSERT_FALSE(seen.candidates.table.views.empty());
+  EXPECT_TRUE(std::all_of(seen.candidates.table.views.begin(), seen.candidates.table.views.end(),
+                          [](std::uint32_t view) { return view == 1 || view == 4; }));
+}
+
+TEST_F(Pipeline, LabelsAroundAPartStay) {
+  visibility::GraphicsDevice device;
+  const pipeline::Settings settings;
+  const labeling::FaceGraph graph = pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent_);
+  const pipeline::Seen seen = pipeline::see(input(), settings, photos_, device, silent_);
+  std::vector<ViewId> fixed = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_).labels;
+  for (std::size_t f = 0; f < fixed.size() / 2; ++f) fixed[f] = kNoView;  // to be chosen again
+  const labeling::Selection again = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_, fixed);
+  for (std::size_t f = fixed.size() / 2; f < fixed.size(); ++f) EXPECT_EQ(again.labels[f], fixed[f]);
+}
+
+TEST_F(Pipeline, AMeshThatNoPhotoSeesIsRefused) {
+  Mesh away = city_->mesh;
+  for (WorldPoint& p : away.positions) p.x += 1e6;
+  EXPECT_THROW(pipeline::texture(city_->scene, away, {}, photos_, silent_), InputError);
+}
+
+}  // namespace
+}  // namespace gpvc
