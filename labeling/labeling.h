@@ -96,8 +96,7 @@ struct CostOptions {
   float reference_quality = 0;
 };
 
-/// By how much of a face its best view shows: some view sees it in full, only partial views see it, none does. The
-/// values are those of tags.npy.
+/// How a face's candidates see it: in full, only in part, or there are none. The values are those of tags.npy.
 enum class FaceTag : std::uint8_t { seen = 0, partial = 1, unseen = 2 };
 
 struct Candidates {

@@ -132,8 +132,8 @@ TEST(City, FlightLooksDownAndFromFourSides) {
 }
 
 TEST(SynthRenderer, PhotoShowsAKnownPointWhereTheCameraPutsIt) {
-  // The centre line of the street along y = 18 m: white dashes on asphalt, 1.5 m long, from x = 0 on. Straight above
-  // the first dash, the middle of the picture is white and 2 m to the side it is dark.
+  // The centre line of the street along y = 18 m: white dashes on asphalt, 1.5 m long, from x = 0 on. Seen from straight
+  // above the first dash, the middle of the photo is white, and 2 m to the side it is dark.
   synth::CityOptions options;
   options.faces = 8000;
   const synth::SynthScene city = synth::make_city(options);
@@ -164,8 +164,8 @@ TEST(SynthRenderer, DistortedPhotoIsThePinholePhotoBent) {
   const View view = synth::synth_flight(options.flight).front();
   ASSERT_FALSE(view.camera.distortion.is_identity());
   const Image bent = renderer.photo(view.camera, view.pose).image;
-  // A ray through a photo's pixel is the ray through the undistorted frame's pixel that the lens sends there: render a
-  // pinhole camera of one pixel around that place.
+  // The ray through a photo's pixel is the ray through the pixel of the undistorted frame that the lens maps to it. A
+  // pinhole camera of one pixel around that ray must see the same.
   for (const PhotoPoint at : {PhotoPoint{10.5, 12.5}, {60.5, 40.5}, {109.5, 70.5}}) {
     const auto pixel = pixel_from_photo(view.camera, at);
     ASSERT_TRUE(pixel.has_value());

@@ -74,7 +74,7 @@ TEST(Slits, GapsHalveFromAQuarterToHundredthsOfAMillimetre) {
   options.size_m = 1;
   const synth::SynthScene scene = synth::make_slits(options);
   expect_exact_in_floats(scene.mesh);
-  // A stand is a board of brick and, after it, its slats: the nearest surface above the board is the gap off.
+  // A stand is a board of brick, followed by its slats. The gap is the distance from the board to the nearest of them.
   std::vector<WorldPoint> middle(scene.surfaces.size());
   std::vector<double> corners(scene.surfaces.size(), 0);
   for (std::size_t f = 0; f < scene.mesh.faces.size(); ++f)

@@ -74,7 +74,7 @@ TEST_F(CostFile, SparseTableOutOfRangeIsRefused) {
   EXPECT_THROW(read_costs(write("SPT 0.2 3 5 1\n" + record(0, 5, 1.0f))), InputError);
   EXPECT_THROW(read_costs(write("SPT 0.2 3 5 2\n" + record(0, 1, 1.0f) + record(0, 1, 0.5f))), InputError);
   EXPECT_THROW(read_costs(write("SPT 0.2 3 5 1\n" + record(0, 1, -1.0f))), InputError);
-  // Faces without entries take no bytes: a mesh of billions is a misread number, not room to ask for.
+  // Faces without entries take no bytes, so a header can claim billions of them; no memory is allocated for those.
   EXPECT_THROW(read_costs(write("SPT 0.2 4294967294 5 1\n" + record(0, 1, 1.0f))), InputError);
   EXPECT_THROW(read_costs(folder_ / "missing.spt"), InputError);
 }

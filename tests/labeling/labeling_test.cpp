@@ -40,7 +40,7 @@ Instance random_grid(std::uint32_t width, std::uint32_t height, std::uint32_t vi
   return instance;
 }
 
-/// The lowest energy there is, by trying everything.
+/// The lowest energy of all labelings.
 double brute_force_minimum(const Instance& instance, double smoothness) {
   const CostTable& table = instance.table;
   std::vector<std::size_t> choice(table.first.begin(), table.first.end() - 1);
@@ -62,7 +62,7 @@ double brute_force_minimum(const Instance& instance, double smoothness) {
   }
 }
 
-/// Sums of some dozen terms in double, in another order.
+/// Rounding of sums of some dozen terms in double, in another order.
 constexpr double kSumError = 1e-12;
 
 Selection solve(const Instance& instance, double smoothness) {
@@ -218,7 +218,7 @@ TEST(Labeling, EnergyNeverRisesFromOneBatchOfExpansionsToTheNext) {
       });
     EXPECT_TRUE(expander.is_fixpoint());
     EXPECT_LT(before, start - start / 20);
-    // A fixpoint is one for a fresh look at whole graphs, too.
+    // Whole graphs, cut anew, confirm the fixpoint.
     Expander again(problem, labels, 1);
     EXPECT_EQ(again.sweep(), 0u) << "batch " << batch;
   }
@@ -267,7 +267,7 @@ TEST(Labeling, SameLabelsForAnyNumberOfThreads) {
 }
 
 TEST(Labeling, PatchesAndPairsAreCounted) {
-  // Costs force the labels 0 0 1 / 1 1 0 upon a grid of 3 x 2:
+  // Single candidates give a grid of 3 x 2 these labels:
   //   0 0 1      patches: the zeros at the left, the one at the right, the ones below, the zero at the right
   //   1 1 0      pairs: below 0-1 three times, beside 0-1 twice
   Instance instance = random_grid(3, 2, 1, 1.0, 1);
@@ -278,7 +278,7 @@ TEST(Labeling, PatchesAndPairsAreCounted) {
 }
 
 TEST(Labeling, PairsWeighWhatTheySay) {
-  // 0 -3- 1 -1- 2: node 1 has no opinion and goes with the heavier pair.
+  // 0 -3- 1 -1- 2: both labels cost node 1 the same, so it takes the label of the heavier pair.
   const std::vector<std::size_t> first{0, 1, 3, 4};
   const std::vector<std::uint32_t> views{0, 0, 1, 1};
   const std::vector<float> costs{0, 0.5f, 0.5f, 0};
@@ -319,8 +319,7 @@ TEST(Coarsening, ClustersAreConnectedAndKeepTheSumOfCosts) {
 }
 
 TEST(Patches, SmallOnesMergeWhereTheRiseIsAllowed) {
-  // A row 0 0 1 0 0 whose middle may take 0 at a cost 0.75 higher, which saves two pairs of 0.25: a rise of
-  // 0.25.
+  // A row 0 0 1 0 0 whose middle may take 0 at a cost higher by 0.75, which saves two pairs of 0.25: a rise of 0.25.
   const std::vector<std::size_t> first{0, 1, 2, 4, 5, 6};
   const std::vector<std::uint32_t> views{0, 0, 0, 1, 0, 0};
   const std::vector<float> costs{0, 0, 0.75f, 0, 0, 0};

@@ -87,7 +87,7 @@ struct Wall {
   }
 };
 
-/// Photos of a wall of vertical stripes; in photo 1 something red covers columns 20..39 of rows 14..33.
+/// Photos of a wall of vertical stripes; in photo 1 a red object covers columns 20 to 39 of rows 14 to 33.
 std::vector<Image> photos_with_a_visitor(const Wall& wall, const std::vector<double>& gains) {
   std::vector<Image> photos;
   for (std::size_t i = 0; i < wall.views.size(); ++i)
@@ -118,7 +118,7 @@ TEST(Candidates, VisitorInOnePhotoIsRejectedAndNothingElse) {
         EXPECT_FALSE(is_candidate(candidates.table, face, 1)) << face;
         ++inside;
       }
-      // Averaging blurs the verdict by a few faces of 2.7 px.
+      // Averaging blurs the outline by a few faces of 2.7 px.
       if (depth < -12) {
         EXPECT_TRUE(is_candidate(candidates.table, face, 1)) << face;
       }
@@ -309,7 +309,7 @@ TEST(Candidates, MarginKeepsAMisplacedPoleOffTheWall) {
   Wall wall;
   const std::size_t wall_faces = wall.mesh.faces.size();
   add_rectangle(wall.mesh, -0.1, -3, 0.1, 3, 4, 1);
-  // From one camera to the next the pole moves by 6 px on the wall: some see every place clear of it.
+  // From one camera to the next the pole moves by 6 px on the wall, so every place is clear of it in some views.
   for (int i = 0; i < 5; ++i) wall.views[static_cast<std::size_t>(i)] = view_from(0.75 * (i - 2));
   std::vector<Image> photos;
   std::vector<visibility::ViewVisibility> seen;

@@ -143,7 +143,7 @@ TEST(Silhouettes, StripOnBothSidesOfAnOccluder) {
         const int inside = std::min(std::min(x - 23, 40 - x), std::min(y - 15, 32 - y));
         const int outside = std::max(std::max(24 - x, x - 39), std::max(16 - y, y - 31));
         const bool expected = inside > 0 ? inside <= margin_px : outside <= margin_px;
-        // Beyond the outline's corners the strip is round or square, as one likes: not tested.
+        // Beyond the outline's corners the strip may be round or square: not tested.
         if (inside <= 0 && (x < 24 || x > 39) && (y < 16 || y > 31)) continue;
         ASSERT_EQ(margin[static_cast<std::size_t>(y * kWidth + x)] != 0, expected)
             << x << ' ' << y << " margin " << margin_px;
@@ -179,7 +179,7 @@ TEST(Silhouettes, SkyIsADiscontinuityAndThePhotosBorderIsNot) {
   const auto margin = margin_of(mesh, view_from(0), 2);
   for (int x = 0; x < kWidth; ++x)
     EXPECT_EQ(margin[static_cast<std::size_t>(20 * kWidth + x)] != 0, (x >= 14 && x < 18) || (x >= 46 && x < 50)) << x;
-  // The same through a lens whose model ends 8 px from the centre: what was cleared beyond is no sky.
+  // The same through a lens whose model ends 8 px from the centre: empty pixels beyond are not sky.
   View view = view_from(0);
   view.camera.distortion.k1 = 1e-9;
   view.camera.distortion.max_r2 = 0.125 * 0.125;
