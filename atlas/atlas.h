@@ -8,10 +8,12 @@
 #include <span>
 #include <vector>
 
-#include "io/io.h"
-#include "io/scene.h"
-#include "labeling/labeling.h"
-#include "visibility/visibility.h"
+#include "../io/photos.h"
+#include "../io/progress.h"
+#include "../io/scene.h"
+#include "../io/textured_model.h"
+#include "../labeling/labeling.h"
+#include "../visibility/visibility.h"
 
 namespace gpvc::atlas {
 

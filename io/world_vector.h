@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "io/io.h"
+#include "io/scene.h"
 
 namespace gpvc {
 

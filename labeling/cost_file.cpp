@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "io/grouping.h"
+#include "io/npy.h"
 #include "labeling/labeling.h"
 
 namespace gpvc::labeling {

@@ -11,8 +11,9 @@
 #include <span>
 #include <vector>
 
-#include "../io/io.h"
+#include "../io/image.h"
 #include "../io/names.h"
+#include "../io/progress.h"
 #include "../io/scene.h"
 #include "../visibility/visibility.h"
 

@@ -26,8 +26,8 @@
 #include <string_view>
 #include <vector>
 
-#include "io/io.h"
-#include "io/scene.h"
+#include "../io/scene.h"
+#include "../io/textured_model.h"
 
 namespace gpvc::visibility {
 

@@ -1,4 +1,5 @@
 #include "app/cli/console.h"
+#include "io/error.h"
 
 #include <fmt/format.h>
 #include <spdlog/sinks/basic_file_sink.h>

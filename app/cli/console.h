@@ -7,8 +7,6 @@
 #include <mutex>
 #include <string>
 
-#include "io/io.h"
-
 namespace spdlog {
 class logger;
 }

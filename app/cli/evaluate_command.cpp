@@ -7,6 +7,8 @@
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/truth.h"
 #include "app/evaluate/truth_origin.h"
+#include "io/mesh.h"
+#include "io/npy.h"
 
 namespace gpvc::cli {
 namespace {

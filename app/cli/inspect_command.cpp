@@ -11,6 +11,7 @@
 #include "app/cli/scene_input.h"
 #include "app/pipeline/frame_check.h"
 #include "app/pipeline/viewpoint.h"
+#include "io/mesh.h"
 
 namespace gpvc::cli {
 namespace {

@@ -6,6 +6,7 @@
 #include "app/cli/scene_input.h"
 #include "app/evaluate/truth.h"
 #include "app/synth/terrain.h"
+#include "io/npy.h"
 
 namespace gpvc::cli {
 namespace {

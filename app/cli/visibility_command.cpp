@@ -6,6 +6,7 @@
 
 #include "app/cli/scene_input.h"
 #include "app/evaluate/oracle_check.h"
+#include "io/npy.h"
 
 namespace gpvc::cli {
 namespace {

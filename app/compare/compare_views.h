@@ -9,7 +9,9 @@
 
 #include "app/cli/run_record.h"
 #include "app/evaluate/rephotography.h"
-#include "io/io.h"
+#include "io/photos.h"
+#include "io/progress.h"
+#include "io/textured_model.h"
 
 namespace gpvc::compare {
 

@@ -1,4 +1,6 @@
 #include "app/evaluate/evaluate.h"
+#include "io/mesh.h"
+#include "io/output_file.h"
 
 #include <fmt/format.h>
 

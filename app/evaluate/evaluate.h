@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "app/evaluate/rephotography.h"
-#include "io/io.h"
+#include "io/photos.h"
+#include "io/progress.h"
+#include "io/textured_model.h"
 
 namespace gpvc::evaluate {
 

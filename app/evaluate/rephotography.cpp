@@ -1,4 +1,5 @@
 #include "app/evaluate/rephotography.h"
+#include "io/photos.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

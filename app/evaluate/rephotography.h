@@ -5,7 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "io/io.h"
+#include "io/image.h"
+#include "io/scene.h"
 
 namespace gpvc::evaluate {
 

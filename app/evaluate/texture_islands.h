@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "io/io.h"
+#include "io/textured_model.h"
 
 namespace gpvc::evaluate {
 

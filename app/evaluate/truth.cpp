@@ -1,4 +1,6 @@
 #include "app/evaluate/truth.h"
+#include "io/mesh.h"
+#include "io/npy.h"
 
 #include <fmt/format.h>
 

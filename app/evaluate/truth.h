@@ -22,8 +22,10 @@
 
 #include "app/synth/synth_scene.h"
 #include "atlas/atlas.h"
-#include "io/io.h"
+#include "io/photos.h"
+#include "io/progress.h"
 #include "io/scene.h"
+#include "io/textured_model.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::evaluate {

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 
+#include "io/error.h"
 #include "io/world_vector.h"
 
 namespace gpvc::pipeline {

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "io/io.h"
+#include "io/scene.h"
 
 namespace gpvc::pipeline {
 

@@ -5,8 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "io/io.h"
+#include "io/image.h"
 #include "io/scene.h"
+#include "io/textured_model.h"
 
 namespace gpvc::pipeline {
 

@@ -10,6 +10,7 @@
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/render_model.h"
 #include "io/images/image_file.h"
+#include "io/npy.h"
 
 namespace gpvc::pipeline {
 namespace {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/synth/synth_scene.h"
+#include "io/output_file.h"
 #include "io/world_vector.h"
 
 namespace gpvc::synth {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "io/io.h"
+#include "io/image.h"
 #include "io/names.h"
 #include "io/scene.h"
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <span>
 
-#include "io/io.h"
+#include "io/photos.h"
 
 namespace gpvc::atlas {
 

@@ -10,7 +10,7 @@
 #include "atlas/charts/chart_shape.h"
 #include "atlas/charts/charts.h"
 #include "atlas/packing/packing.h"
-#include "io/io.h"
+#include "io/image.h"
 
 namespace gpvc::atlas {
 

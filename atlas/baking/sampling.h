@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "io/io.h"
+#include "io/image.h"
 #include "io/scene.h"
 
 namespace gpvc::atlas {

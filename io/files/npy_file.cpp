@@ -7,7 +7,8 @@
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
-#include "io/io.h"
+#include "io/npy.h"
+#include "io/output_file.h"
 
 namespace gpvc::io {
 

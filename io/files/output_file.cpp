@@ -7,7 +7,7 @@
 #include <cstring>
 #include <utility>
 
-#include "io/io.h"
+#include "io/output_file.h"
 
 namespace gpvc::io {
 

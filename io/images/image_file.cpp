@@ -17,7 +17,6 @@
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/images/image_bounds.h"
-#include "io/io.h"
 
 namespace gpvc::io {
 

@@ -7,7 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "io/io.h"
+#include "io/images.h"
+#include "io/output_file.h"
 
 namespace gpvc::io {
 

@@ -4,7 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "io/io.h"
+#include "io/photos.h"
+#include "io/scene_files.h"
 #include "io/scenes/scene_file.h"
 
 namespace gpvc::io {

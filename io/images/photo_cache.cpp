@@ -4,9 +4,10 @@
 #include <mutex>
 #include <unordered_map>
 
+#include "io/images.h"
 #include "io/images/image_file.h"
 #include "io/images/mask_file.h"
-#include "io/io.h"
+#include "io/photos.h"
 
 namespace gpvc::io {
 

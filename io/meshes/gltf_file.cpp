@@ -14,9 +14,10 @@
 #include <utility>
 
 #include "io/files/file_bytes.h"
-#include "io/io.h"
 #include "io/meshes/gltf_geometry.h"
 #include "io/meshes/normals.h"
+#include "io/output_file.h"
+#include "io/textured_model.h"
 
 namespace gpvc::io {
 

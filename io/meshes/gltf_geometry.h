@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "io/io.h"
+#include "io/textured_model.h"
 
 namespace gpvc::io {
 

@@ -1,7 +1,7 @@
 #include "io/meshes/mesh_file.h"
 
 #include "io/files/file_bytes.h"
-#include "io/io.h"
+#include "io/mesh.h"
 
 namespace gpvc::io {
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "io/io.h"
+#include "io/mesh.h"
 
 namespace gpvc::io {
 

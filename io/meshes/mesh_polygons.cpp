@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "io/io.h"
+#include "io/mesh.h"
 #include "io/meshes/mesh_file.h"
 #include "io/world_vector.h"
 

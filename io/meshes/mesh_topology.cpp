@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "io/io.h"
+#include "io/mesh.h"
 
 namespace gpvc::io {
 namespace {

@@ -5,8 +5,9 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "io/io.h"
 #include "io/meshes/normals.h"
+#include "io/output_file.h"
+#include "io/textured_model.h"
 
 namespace gpvc::io {
 

@@ -15,8 +15,8 @@
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
-#include "io/io.h"
 #include "io/scenes/scene_file.h"
+#include "io/textured_model.h"
 
 namespace gpvc::io {
 namespace {

@@ -1,7 +1,7 @@
 // Which file on disk is which photo of a scene.
 #pragma once
 
-#include "io/io.h"
+#include "io/scene_files.h"
 #include "io/scenes/scene_file.h"
 
 namespace gpvc::io {

@@ -4,7 +4,7 @@
 
 #include "io/files/text_scan.h"
 #include "io/images/mask_file.h"
-#include "io/io.h"
+#include "io/scene_files.h"
 #include "io/scenes/photo_files.h"
 #include "io/scenes/xml_file.h"
 

@@ -7,7 +7,8 @@
 #include <set>
 #include <utility>
 
-#include "io/io.h"
+#include "io/output_file.h"
+#include "io/scene_files.h"
 
 namespace gpvc::io {
 namespace {

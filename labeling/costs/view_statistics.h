@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "io/io.h"
+#include "io/image.h"
 #include "io/scene.h"
 #include "labeling/labeling.h"
 #include "visibility/visibility.h"

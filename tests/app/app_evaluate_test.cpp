@@ -1,7 +1,7 @@
 // gpvc evaluate and what gpvc texture leaves for it.
 #include <algorithm>
 
-#include "io/io.h"
+#include "io/images.h"
 #include "tests/app/app_fixture.h"
 
 namespace gpvc {

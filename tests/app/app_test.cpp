@@ -3,6 +3,8 @@
 #include <set>
 
 #include "app/synth/city.h"
+#include "io/mesh.h"
+#include "io/scene_files.h"
 #include "labeling/labeling.h"
 #include "tests/app/app_fixture.h"
 

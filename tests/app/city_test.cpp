@@ -6,6 +6,9 @@
 #include <map>
 #include <set>
 
+#include "io/images.h"
+#include "io/mesh.h"
+#include "io/scene_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc {

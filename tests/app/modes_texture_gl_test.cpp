@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/app.h"
-#include "io/io.h"
+#include "io/npy.h"
 #include "tests/support/temporary_folder.h"
 #include "visibility/visibility.h"
 

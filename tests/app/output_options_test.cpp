@@ -6,7 +6,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "io/io.h"
+#include "io/mesh.h"
+#include "io/textured_model.h"
 #include "tests/support/temporary_folder.h"
 #include "visibility/visibility.h"
 

@@ -9,6 +9,7 @@
 #include "app/synth/city.h"
 #include "app/synth/synth_builder.h"
 #include "app/synth/terrain.h"
+#include "io/mesh.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc {

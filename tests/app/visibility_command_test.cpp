@@ -7,7 +7,8 @@
 #include <iomanip>
 #include <nlohmann/json.hpp>
 
-#include "io/io.h"
+#include "io/mesh.h"
+#include "io/npy.h"
 #include "tests/support/temporary_folder.h"
 #include "visibility/visibility.h"
 

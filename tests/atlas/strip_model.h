@@ -1,7 +1,7 @@
 // A small textured mesh for tests of the writers.
 #pragma once
 
-#include "io/io.h"
+#include "io/textured_model.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc::test {

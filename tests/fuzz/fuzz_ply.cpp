@@ -1,5 +1,5 @@
 #include "fuzz.h"
-#include "io/io.h"
+#include "io/mesh.h"
 
 namespace gpvc::fuzz {
 

@@ -1,5 +1,5 @@
 #include "fuzz.h"
-#include "io/io.h"
+#include "io/textured_model.h"
 
 namespace gpvc::fuzz {
 

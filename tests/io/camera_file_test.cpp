@@ -1,7 +1,8 @@
 #include <cmath>
 #include <random>
 
-#include "io/io.h"
+#include "io/images.h"
+#include "io/scene_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc::io {

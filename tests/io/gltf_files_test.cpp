@@ -5,6 +5,7 @@
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #include <cmath>
 
+#include "io/mesh.h"
 #include "io/meshes/normals.h"
 #include "tests/atlas/strip_model.h"
 

@@ -10,8 +10,8 @@
 #include <thread>
 
 #include "io/files/file_bytes.h"
+#include "io/images.h"
 #include "io/images/image_file.h"
-#include "io/io.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc::io {

@@ -1,7 +1,9 @@
 // Masks and alpha channels: which are found, what they exclude, and that no colour of theirs is ever handed out.
 #include <OpenImageIO/imageio.h>
 
-#include "io/io.h"
+#include "io/images.h"
+#include "io/photos.h"
+#include "io/scene_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc::io {

@@ -2,7 +2,7 @@
 #include <limits>
 #include <random>
 
-#include "io/io.h"
+#include "io/mesh.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc::io {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "io/io.h"
+#include "io/mesh.h"
 
 namespace gpvc::io {
 namespace {

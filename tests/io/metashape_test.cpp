@@ -1,3 +1,4 @@
+#include "io/scene_files.h"
 #include "tests/support/scene_folder.h"
 
 namespace gpvc::io {

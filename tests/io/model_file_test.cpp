@@ -2,7 +2,8 @@
 
 #include <cmath>
 
-#include "io/io.h"
+#include "io/mesh.h"
+#include "io/textured_model.h"
 #include "tests/atlas/strip_model.h"
 
 namespace gpvc::io {

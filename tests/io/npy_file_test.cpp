@@ -1,7 +1,7 @@
 #include <limits>
 #include <numeric>
 
-#include "io/io.h"
+#include "io/npy.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc::io {

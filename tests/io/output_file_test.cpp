@@ -1,7 +1,9 @@
 #include <sys/mount.h>
 #include <unistd.h>
 
-#include "io/io.h"
+#include "io/npy.h"
+#include "io/output_file.h"
+#include "io/textured_model.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc::io {

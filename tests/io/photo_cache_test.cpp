@@ -1,7 +1,9 @@
 #include <atomic>
 #include <thread>
 
-#include "io/io.h"
+#include "io/images.h"
+#include "io/photos.h"
+#include "io/scene_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc::io {

@@ -4,7 +4,7 @@
 #include <initializer_list>
 #include <limits>
 
-#include "io/io.h"
+#include "io/images.h"
 #include "tests/atlas/strip_model.h"
 
 namespace gpvc::io {

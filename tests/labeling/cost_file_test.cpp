@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "io/npy.h"
 #include "labeling/labeling.h"
 #include "tests/support/temporary_folder.h"
 

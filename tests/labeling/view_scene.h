@@ -8,7 +8,8 @@
 #include <functional>
 #include <vector>
 
-#include "io/io.h"
+#include "io/image.h"
+#include "io/scene.h"
 #include "labeling/costs/silhouettes.h"
 #include "visibility/visibility.h"
 

@@ -6,7 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "io/io.h"
+#include "io/images.h"
+#include "io/scene.h"
 #include "io/scenes/scene_file.h"
 #include "tests/support/temporary_folder.h"
 

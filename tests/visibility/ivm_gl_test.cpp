@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "io/photos.h"
 #include "tests/visibility/visibility_oracle.h"
 #include "tests/visibility/visibility_scenes.h"
 

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "io/photos.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/visibility/visibility_oracle.h"
 #include "tests/visibility/visibility_scenes.h"

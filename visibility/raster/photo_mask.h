@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "io/io.h"
+#include "io/photos.h"
 #include "io/scene.h"
 
 namespace gpvc::visibility {

@@ -1,0 +1,38 @@
+// Image files: reading, writing, color profiles.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "error.h"
+#include "image.h"
+
+namespace gpvc::io {
+
+/// Decodes a photo to 3 channels of 8 bits: grey is repeated, alpha dropped, deeper samples scaled with rounding; linear
+/// light (EXR, HDR) gets sRGB's curve, with 1 as white. EXIF orientation is not applied, to raw photos (DNG) neither
+/// (cameras are calibrated on the stored pixels). Throws InputError on a truncated file, on a JPEG part of whose data has
+/// been overwritten with zeros (where its Huffman tables show it), and on a claim of more pixels than the file can hold,
+/// or than 2^30. Raw photos need an OpenImageIO with LibRaw.
+Image read_image(const std::filesystem::path& file);
+
+/// True if the name ends like an image's: .jpg, .tif, .dng and others, in upper or lower case. Any other text behind the
+/// last dot is part of the name.
+bool has_image_extension(const std::filesystem::path& name);
+
+/// An ICC profile, byte for byte as image files embed it; empty: none.
+using ColorProfile = std::vector<std::uint8_t>;
+
+/// From the header alone. Also empty for a profile that is not of RGB colours (grey and CMYK photos come converted).
+/// Throws InputError.
+ColorProfile read_color_profile(const std::filesystem::path& file);
+
+enum class ImageFormat { png, jpg };
+
+/// `quality` 1..100 applies to jpg (chroma is not subsampled). `profile` is embedded; without one, PNG says sRGB and
+/// JPEG nothing, which means the same. Throws OutputError.
+void write_image(const std::filesystem::path& file, const Image& image, ImageFormat format, int quality,
+                 const ColorProfile& profile = {});
+
+}  // namespace gpvc::io

@@ -1,0 +1,48 @@
+// Triangle meshes: reading them, and reports on how they are made.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+
+#include "error.h"
+#include "scene.h"
+
+namespace gpvc::io {
+
+/// Reads PLY (ASCII, binary little and big endian, float or double, any extra properties) or OBJ, told apart by content,
+/// not by extension. Polygons of more than three vertices are split: as a fan where that turns no triangle over, by
+/// ear clipping elsewhere; Mesh::source_face leads back to them. Groups, texture coordinates, normals, lines and points
+/// of an OBJ are ignored. Throws InputError on NaN or infinite coordinates, on indices out of range, on a truncated file,
+/// and on a mesh without faces. O(file size).
+Mesh read_mesh(const std::filesystem::path& file);
+
+/// Appends `more` to `all`: its vertex and face numbers, and the polygon numbers in Mesh::source_face, continue those of
+/// `all`, as if one file held both meshes. \pre together at most 2^32 - 2 vertices, faces and polygons. O(more), and
+/// O(all) when the first polygons are appended.
+void append_mesh(Mesh& all, const Mesh& more);
+
+/// The connectivity of a mesh, as far as a halfedge structure can hold it.
+struct MeshTopology {
+  std::size_t components = 0;  ///< connected over edges, among the faces held
+  std::size_t boundary_edges = 0, boundary_loops = 0;
+  std::size_t nonmanifold_faces = 0;  ///< not held: on an edge that has two faces already, or oriented against them
+  std::size_t degenerate_faces = 0;   ///< not held: name a vertex twice
+  std::size_t unused_vertices = 0;    ///< in no face held
+};
+
+/// Counts of unusual elements; all of them stay in the mesh.
+struct MeshFlaws {
+  std::size_t degenerate_faces = 0;       ///< name a vertex twice
+  std::size_t flat_faces = 0;             ///< three vertices in a line, or two at one position
+  std::size_t duplicate_faces = 0;        ///< name the same vertices as an earlier face, in any order
+  std::size_t unreferenced_vertices = 0;  ///< in no face
+  std::size_t duplicate_vertices = 0;     ///< at the position of an earlier vertex
+};
+
+/// O(n log n).
+MeshFlaws mesh_flaws(const Mesh& mesh);
+
+/// A report alone, computed by OpenMesh: the arrays of Mesh stay the truth. O(faces).
+MeshTopology mesh_topology(const Mesh& mesh);
+
+}  // namespace gpvc::io

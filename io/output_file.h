@@ -1,0 +1,30 @@
+// A file that appears under its name only when it is complete.
+#pragma once
+
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "error.h"
+
+namespace gpvc::io {
+
+/// Writes to `final_name` + a temporary suffix in the same folder; commit() flushes to disk, checks and renames.
+/// Without commit() the temporary file is removed. write() and commit() throw OutputError (disk full, no permission).
+class OutputFile {
+ public:
+  explicit OutputFile(std::filesystem::path final_name);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  void write(const void* data, std::size_t bytes);
+  void write(const std::string& text) { write(text.data(), text.size()); }
+  void commit();
+
+ private:
+  std::filesystem::path final_name_, temporary_;
+  std::FILE* file_ = nullptr;
+};
+
+}  // namespace gpvc::io

@@ -1,0 +1,70 @@
+// Scenes (cameras, poses, photo names) in the formats of other programs: reading and writing.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "error.h"
+#include "scene.h"
+
+namespace gpvc::io {
+
+// --- reading
+
+struct SceneOptions {
+  /// Folder of the photos, which may lie at any depth and behind links to folders; they are matched by the longest common
+  /// tail of their paths. Default: where the scene's file says, then the format's usual folders.
+  std::optional<std::filesystem::path> images_dir{};
+  /// Views whose photo is not found keep an empty View::photo (and, in formats that leave the size to the photo, a
+  /// camera of width 0) instead of being an error.
+  bool allow_missing_photos = false;
+  /// Tells which of the views, in their final order and under their final names, need their photo; default: all. A photo
+  /// of another view that is missing, ambiguous, unreadable or of another shape than its camera leaves View::photo empty
+  /// (and a camera of width 0, see above) instead of being an error.
+  std::function<std::vector<bool>(std::span<const View> views)> needed{};
+  /// Photos are reduced by this factor (box average) and cameras with them; >= 1.
+  int downscale = 1;
+  /// Folder of the masks, by the views' names; default: beside the photos.
+  std::optional<std::filesystem::path> masks_dir{};
+  bool masks = true;  ///< look for masks, and use alpha channels
+};
+
+/// Reads a scene of any format that a scenes/NAME_scene.cpp reads; the format is recognized by what `source` (a file or a
+/// folder) is or contains. Each of those files states its format's pixel and axis conventions, which are converted to
+/// ours. Checks that every photo exists and that its header has the camera's size, without decoding it: a photo of
+/// another size but the same shape scales its camera; the error names the first few missing photos. A reduced camera is
+/// width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N, which is exact in this convention. What was left out or
+/// assumed is in Scene::warnings. Throws InputError.
+Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);
+
+// --- writing
+
+/// colmap: sparse/{cameras,images,points3D}.txt; cam: mvs-texturing's NAME.cam beside each photo; mvs: OpenMVS'
+/// scene.mvs.
+enum class SceneTarget { colmap, cam, mvs };
+
+/// The first term of the camera's lens that the format cannot state ("p1", "the equisolid (fisheye) projection"); nullopt
+/// when it can state all of it.
+std::optional<std::string> lost_term(SceneTarget target, const Camera& camera);
+
+/// Where the format expects the photo of each used view, relative to its folder. Throws OutputError where two views would
+/// share one file.
+std::vector<std::filesystem::path> photo_places(SceneTarget target, const Scene& scene, std::span<const ViewId> used);
+
+/// Where the format's programs look for the mask of a photo at one of `photo_places`, according to their manuals:
+/// COLMAP's ImageReader.mask_path has NAME.EXT.png (colmap.github.io/faq, "Mask image regions"), here in masks/;
+/// OpenMVS takes NAME.mask.png beside the photo (with --ignore-mask-label 0). nullopt for cam: mvs-texturing has no
+/// masks, and would take one beside a PNG for its photo.
+std::optional<std::filesystem::path> mask_place(SceneTarget target, const std::filesystem::path& photo_place);
+
+/// Writes cameras and poses, and the names in `places`, below `folder`, whose sub-folder `sparse` exists for colmap; no
+/// photo is touched. Numbers read back exactly, and so do positions in world and pixels to the rounding of t = -R C.
+/// Throws OutputError, also for a lens with a lost_term.
+void write_scene(SceneTarget target, const Scene& scene, std::span<const ViewId> used,
+                 std::span<const std::filesystem::path> places, const std::filesystem::path& folder);
+
+}  // namespace gpvc::io

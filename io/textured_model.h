@@ -1,0 +1,91 @@
+// Textured meshes: writing OBJ and glTF, reading them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "error.h"
+#include "image.h"
+#include "images.h"
+#include "scene.h"
+
+namespace gpvc::io {
+
+/// Texture coordinates in page units: (0,0) top-left corner of the page, (1,1) bottom-right; glTF's convention.
+struct TexCoord {
+  float u = 0, v = 0;
+};
+
+/// A textured mesh in the input's face order.
+struct TexturedModel {
+  const Mesh* mesh = nullptr;  ///< borrowed
+  std::vector<TexCoord> texcoords;
+  std::vector<Triangle> face_texcoords;  ///< per face, indices into texcoords
+  std::vector<std::uint32_t> face_page;  ///< per face, index into page files, or kNoPage
+};
+
+/// face_page of a face without texture, whose face_texcoords mean nothing.
+inline constexpr std::uint32_t kNoPage = 0xFFFFFFFFu;
+
+/// Throws std::invalid_argument unless every face has a page below `page_count` and texture coordinates that exist, or
+/// kNoPage; both writers call it first. O(faces).
+void check_model(const TexturedModel& model, std::size_t page_count);
+
+/// Pages that an OBJ or GLB refers to.
+struct PageFile {
+  std::filesystem::path file;  ///< complete image file on disk
+  ImageFormat format = ImageFormat::png;
+};
+
+enum class UpAxis { pos_x, neg_x, pos_y, neg_y, pos_z, neg_z };
+
+struct ModelOptions {
+  WorldPoint offset;          ///< subtracted from every position (in double) before printing or rounding to float
+  UpAxis up = UpAxis::pos_y;  ///< world axis that points up; becomes the root node's rotation in glTF (+y up)
+  std::string srs{};          ///< Scene::srs and Scene::offset: for the root node's extras
+  WorldPoint srs_offset{};
+  bool normals = false;  ///< with smooth vertex normals, weighted by the faces' angles
+  /// Of a .bin beside a .gltf, unless a single page's triangles take more: lengths that 31 bits hold.
+  std::size_t buffer_limit_bytes = 0x7FFFFFFF;
+};
+
+/// `NAME.obj` with NAME.mtl beside it: positions in the input's order, faces in the input's order, usemtl where the
+/// page changes; coordinates less the offset are printed so that they read back exactly. v runs upwards in OBJ. Faces
+/// without a page are listed without texture coordinates, under a grey material. Throws OutputError.
+void write_obj(const std::filesystem::path& obj_file, const TexturedModel& model, std::span<const PageFile> pages,
+               const ModelOptions& options);
+
+/// One self-contained binary file, or a description with buffers and pages beside it.
+enum class GltfContainer { glb, files };
+
+struct GltfFiles {
+  std::filesystem::path file;                  ///< STEM.glb or STEM.gltf
+  std::vector<std::filesystem::path> buffers;  ///< STEM.bin, STEM_1.bin, ...; none beside a GLB
+  std::vector<FaceId> faces;                   ///< input face of every triangle, in the file's order
+  std::size_t glb_bytes = 0;                   ///< of the GLB written, or of the one that was too large
+};
+
+/// glTF 2.0: KHR_materials_unlit, one primitive a page, 32-bit indices, offset in the root node's extras. Faces without
+/// a page are left out. A GLB ends at 4 GiB: what would be larger becomes files. With files, the pages stay where they
+/// are and are referred to relative to STEM. Throws OutputError, also when no face has a page or a local coordinate
+/// exceeds 32-bit floats.
+GltfFiles write_gltf(const std::filesystem::path& stem, GltfContainer container, const TexturedModel& model,
+                     std::span<const PageFile> pages, const ModelOptions& options);
+
+/// A textured model from a file: ours or another program's.
+struct LoadedModel {
+  Mesh mesh;            ///< coordinates as they stand in the file
+  TexturedModel model;  ///< model.mesh is null: set it to &mesh once this value no longer moves
+  std::vector<Image> pages;
+  WorldPoint offset;  ///< to be added to positions: `offset.txt` beside an OBJ, a GLB root node's extras; else 0
+};
+
+/// OBJ + MTL (map_Kd, of any writer), GLB or glTF (triangles with a baseColorTexture; rotations of nodes are not applied:
+/// our writer's root rotation only says which way is up). Faces without a texture get kNoPage. Throws InputError.
+LoadedModel read_textured_model(const std::filesystem::path& file);
+
+}  // namespace gpvc::io
