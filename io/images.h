@@ -21,6 +21,10 @@ Image read_image(const std::filesystem::path& file);
 /// last dot is part of the name.
 bool has_image_extension(const std::filesystem::path& name);
 
+/// Every `factor` x `factor` block averaged with rounding to nearest; a remainder at the right and bottom is cut. \pre
+/// 1 <= factor <= width, height
+Image reduce_image(const Image& image, int factor);
+
 /// An ICC profile, byte for byte as image files embed it; empty: none.
 using ColorProfile = std::vector<std::uint8_t>;
 

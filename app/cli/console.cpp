@@ -1,5 +1,4 @@
 #include "app/cli/console.h"
-#include "io/error.h"
 
 #include <fmt/format.h>
 #include <spdlog/sinks/basic_file_sink.h>
@@ -11,6 +10,8 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+
+#include "io/error.h"
 
 namespace gpvc::cli {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "app/evaluate/evaluate.h"
 #include "app/pipeline/render_model.h"
-#include "io/world_vector.h"
+#include "io/vector.h"
 
 namespace gpvc::compare {
 namespace {

@@ -1,6 +1,4 @@
 #include "app/evaluate/evaluate.h"
-#include "io/mesh.h"
-#include "io/output_file.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/pipeline/render_model.h"
-#include "io/world_vector.h"
+#include "io/mesh.h"
+#include "io/output_file.h"
+#include "io/vector.h"
 #include "visibility/item_buffer.h"
 
 namespace gpvc::evaluate {

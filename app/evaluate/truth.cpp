@@ -1,11 +1,12 @@
 #include "app/evaluate/truth.h"
-#include "io/mesh.h"
-#include "io/npy.h"
 
 #include <fmt/format.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "io/mesh.h"
+#include "io/npy.h"
 
 namespace gpvc::evaluate {
 namespace {

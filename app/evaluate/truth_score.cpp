@@ -8,7 +8,8 @@
 
 #include "app/evaluate/truth.h"
 #include "app/evaluate/truth_origin.h"
-#include "io/world_vector.h"
+#include "io/bilinear.h"
+#include "io/vector.h"
 
 namespace gpvc::evaluate {
 namespace {
@@ -131,22 +132,6 @@ synth::SynthScene traced_scene(const Truth& truth, WorldPoint& origin) {
   return scene;
 }
 
-// What a renderer shows there: bilinear, clamped at the page's edge.
-Pixel look_up(const Image& page, double u, double v) {
-  const double x = std::clamp(u * page.width - 0.5, 0.0, page.width - 1.0),
-               y = std::clamp(v * page.height - 0.5, 0.0, page.height - 1.0);
-  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-  const int x1 = std::min(x0 + 1, page.width - 1), y1 = std::min(y0 + 1, page.height - 1);
-  const double fx = x - x0, fy = y - y0;
-  Pixel p{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double top = page.at(x0, y0)[i] * (1 - fx) + page.at(x1, y0)[i] * fx;
-    const double bottom = page.at(x0, y1)[i] * (1 - fx) + page.at(x1, y1)[i] * fx;
-    p[i] = static_cast<float>(top * (1 - fy) + bottom * fy);
-  }
-  return p;
-}
-
 std::optional<Pixel> texel(const MatchedModel& matched, const Sample& s) {
   const std::uint32_t face = matched.model_face[s.face];
   if (face == kNoModelFace || matched.model->face_page[face] >= matched.pages.size()) return std::nullopt;
@@ -158,7 +143,9 @@ std::optional<Pixel> texel(const MatchedModel& matched, const Sample& s) {
     u += weights[i] * static_cast<double>(t.u);
     v += weights[i] * static_cast<double>(t.v);
   }
-  return look_up(matched.pages[matched.model->face_page[face]], u, v);
+  const Image& page = matched.pages[matched.model->face_page[face]];
+  const Rgb color = bilinear(page, u * page.width, v * page.height);
+  return Pixel{static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])};
 }
 
 }  // namespace

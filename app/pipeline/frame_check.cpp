@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "io/error.h"
-#include "io/world_vector.h"
+#include "io/vector.h"
 
 namespace gpvc::pipeline {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "io/world_vector.h"
+#include "io/vector.h"
 
 namespace gpvc::pipeline {
 namespace {

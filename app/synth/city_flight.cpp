@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include "app/synth/city.h"
-#include "io/world_vector.h"
+#include "io/vector.h"
 
 namespace gpvc::synth {
 namespace {

@@ -6,7 +6,7 @@
 #include <unordered_map>
 
 #include "app/synth/synth_scene.h"
-#include "io/world_vector.h"
+#include "io/vector.h"
 
 namespace gpvc::synth {
 

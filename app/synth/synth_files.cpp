@@ -7,7 +7,7 @@
 
 #include "app/synth/synth_scene.h"
 #include "io/output_file.h"
-#include "io/world_vector.h"
+#include "io/vector.h"
 
 namespace gpvc::synth {
 namespace {

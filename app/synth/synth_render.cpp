@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "app/synth/synth_scene.h"
-#include "io/world_vector.h"
+#include "io/vector.h"
 
 namespace gpvc::synth {
 namespace {

@@ -38,10 +38,6 @@ PixelMarks black_pixels(const std::filesystem::path& file);
 /// Where alpha is 0. Throws InputError, also when there is no alpha channel.
 PixelMarks transparent_pixels(const std::filesystem::path& file);
 
-/// Every `factor` x `factor` block averaged with rounding to nearest; a remainder at the right and bottom is cut. \pre
-/// 1 <= factor <= width, height
-Image reduce_image(const Image& image, int factor);
-
 /// A PNG of 8 bits a channel and 1 to 4 channels, quick rather than small. The bytes do not depend on the number of
 /// threads.
 void write_png(OutputFile& out, const Image& image, const ColorProfile& profile);

@@ -8,6 +8,7 @@
 
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
+#include "io/push_pull.h"
 
 namespace gpvc::io {
 namespace {
@@ -63,51 +64,6 @@ PhotoExclusion empty_exclusion(int width, int height) {
 
 bool any(const PhotoExclusion& exclusion) {
   return std::any_of(exclusion.words.begin(), exclusion.words.end(), [](std::uint64_t w) { return w != 0; });
-}
-
-/// A picture of which only some pixels are known.
-struct Level {
-  Image image;
-  std::vector<std::uint8_t> known;
-};
-
-/// Blocks of 2 x 2, the last ones narrower: the mean of what is known of them.
-Level halved(const Image& image, const std::vector<std::uint8_t>& known) {
-  Level half;
-  half.image.width = (image.width + 1) / 2;
-  half.image.height = (image.height + 1) / 2;
-  const auto width = static_cast<std::size_t>(half.image.width);
-  half.image.pixels.resize(3 * width * static_cast<std::size_t>(half.image.height));
-  half.known.resize(width * static_cast<std::size_t>(half.image.height));
-  for (int y = 0; y < half.image.height; ++y)
-    for (int x = 0; x < half.image.width; ++x) {
-      std::array<unsigned, 3> sum{};
-      unsigned count = 0;
-      for (int sy = 2 * y; sy < std::min(2 * y + 2, image.height); ++sy)
-        for (int sx = 2 * x; sx < std::min(2 * x + 2, image.width); ++sx) {
-          if (known[static_cast<std::size_t>(sy) * static_cast<std::size_t>(image.width) +
-                    static_cast<std::size_t>(sx)] == 0)
-            continue;
-          ++count;
-          for (std::size_t c = 0; c < 3; ++c) sum[c] += image.at(sx, sy)[c];
-        }
-      if (count == 0) continue;
-      half.known[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = 1;
-      for (std::size_t c = 0; c < 3; ++c)
-        half.image.at(x, y)[c] = static_cast<std::uint8_t>((sum[c] + count / 2) / count);
-    }
-  return half;
-}
-
-void fill_unknown(Image& image, const std::vector<std::uint8_t>& known) {
-  const bool whole = std::find(known.begin(), known.end(), 0) == known.end();
-  if (whole || (image.width == 1 && image.height == 1)) return;
-  Level half = halved(image, known);
-  fill_unknown(half.image, half.known);
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x)
-      if (known[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)] == 0)
-        std::copy_n(half.image.at(x / 2, y / 2), 3, image.at(x, y));
 }
 
 }  // namespace
@@ -197,8 +153,7 @@ void paint_over(Image& image, const PhotoExclusion& exclusion) {
   known.reserve(image.pixels.size() / 3);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) known.push_back(exclusion.excludes(x, y) ? 0 : 1);
-  // Of a photo without a usable pixel nothing is asked.
-  if (std::find(known.begin(), known.end(), 1) != known.end()) fill_unknown(image, known);
+  fill_holes(image, known, false);
 }
 
 bool has_plain_mask(const View& view) {

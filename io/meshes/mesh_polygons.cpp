@@ -6,7 +6,7 @@
 
 #include "io/mesh.h"
 #include "io/meshes/mesh_file.h"
-#include "io/world_vector.h"
+#include "io/vector.h"
 
 namespace gpvc::io {
 
