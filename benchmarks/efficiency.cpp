@@ -7,6 +7,8 @@
 #include <tbb/info.h>
 
 #include "benchmarks/command.h"
+#include "io/mesh.h"
+#include "io/scene_files.h"
 
 namespace gpvc::efficiency {
 namespace {

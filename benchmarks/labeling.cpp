@@ -12,6 +12,7 @@
 #include "benchmarks/command.h"
 #include "benchmarks/potts_lower_bound.h"
 #include "io/clock.h"
+#include "io/mesh.h"
 #include "labeling/labeling.h"
 
 namespace gpvc {
