@@ -1,14 +1,15 @@
 // The oracle: the definition of visibility.h taken literally. Every face is drawn into squares of the image in doubles
-// whose error is bounded; whatever lies within a tie of an edge or of another depth is decided again without rounding.
-// See oracle_faces.h for the bounds, oracle_exact.h for the arithmetic.
+// with bounded error; whatever lies within a tie of an edge or of another depth is decided again without rounding. The
+// bounds are in oracle_faces.h, the exact arithmetic in oracle_exact.h. Nothing is shared with the classifier.
 //
-// A tie has a say when, depending on how it falls, the face's class would be another: all classes that are possible are
-// worked out beside the exact one.
+// A tie matters when the class of the face depends on how it is resolved, so all possible classes of a face are
+// computed beside the exact one.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "visibility/oracle/oracle_tile.h"
 
@@ -16,13 +17,13 @@ namespace gpvc::visibility {
 namespace truth {
 namespace {
 
-/// Indices grouped by tile: those of tile t are items[first[t]] up to items[first[t + 1]].
+/// Items grouped by tile: those of tile t are items[first[t]] up to items[first[t + 1]].
 template <class Item>
 struct ByTile {
   std::vector<std::size_t> first;
   std::vector<Item> items;
 
-  /// `each(add)` calls add(tile, item) for all, twice over in the same order.
+  /// `each(add)` must call add(tile, item) for all items; it is called twice and must keep their order.
   template <class Each>
   ByTile(std::size_t tiles, Each&& each) : first(tiles + 1, 0) {
     each([&](std::size_t tile, const Item&) { ++first[tile + 1]; });
@@ -50,11 +51,11 @@ struct Grid {
   }
 };
 
-/// What the samples of a face allow: exactly, and whichever way ties fall.
+/// What the samples of a face say: in exact arithmetic, and for every way of resolving ties.
 struct Sight {
-  bool sees = false, misses = false;       ///< exactly: a sample sees the face, a sample does not
-  bool must_see = false, may_see = false;  ///< a sample
-  bool must_miss = false, may_miss = false;
+  bool sees = false, misses = false;         ///< exactly: some sample sees the face, some sample does not
+  bool must_see = false, may_see = false;    ///< some sample sees it for every, for some way of resolving ties
+  bool must_miss = false, may_miss = false;  ///< the same for a sample that does not see it
 };
 
 FaceClass class_of(bool sees, bool misses, bool inside) {
@@ -64,7 +65,7 @@ FaceClass class_of(bool sees, bool misses, bool inside) {
 
 std::uint8_t bit(FaceClass c) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(c)); }
 
-/// The classes a face can have, as bits.
+/// The classes that the face has for some way of resolving ties, as bits.
 std::uint8_t possible_classes(const Sight& s, Answer inside) {
   std::uint8_t classes = 0;
   if (!s.must_see) classes |= bit(FaceClass::hidden);
@@ -84,7 +85,8 @@ Sight sight_of(const Tally& t) {
   return s;
 }
 
-/// Whether a sub-pixel sample lies in the image; `exactly` where that is a tie.
+/// Whether a sub-pixel sample lies in the image: `maybe` within a tie of the border. `exactly` is set to the answer
+/// without ties.
 Answer in_image(const Camera& c, double x, double y, bool& exactly) {
   const auto inside = [&](double px, double py) {
     return px >= 0 && py >= 0 && px <= c.width && py <= c.height && in_photo(c, {px, py});
@@ -96,14 +98,15 @@ Answer in_image(const Camera& c, double x, double y, bool& exactly) {
   return count == 4 ? Answer::yes : count == 0 ? Answer::no : Answer::maybe;
 }
 
-/// How the four samples of a face without pixel centre fare.
+/// What the four samples of a face without pixel centre say.
 struct FourSamples {
   Sight sight;
-  void add(bool exactly, Answer image, bool hidden, bool disputed, bool beaten) {
-    const bool sees = exactly && !hidden && !beaten;
+  void add(const Sample& sample) {
+    const bool sees = sample.in_image_exactly && !sample.hidden && !sample.beaten;
     sight.sees |= sees;
     sight.misses |= !sees;
-    const bool may = image != Answer::no && !hidden, must = may && image == Answer::yes && !disputed;
+    const bool may = sample.in_image != Answer::no && !sample.hidden;
+    const bool must = may && sample.in_image == Answer::yes && !sample.disputed;
     sight.may_see |= may;
     sight.must_see |= must;
     sight.must_miss |= !may;
@@ -158,53 +161,49 @@ class Oracle {
     exact_centres_[f] = (tally.on_edge & kEdgeIn) != 0;
   }
 
-  /// Returns how many samples lie in the image.
-  std::size_t decide_samples(ByTile<std::uint32_t>& faces, std::vector<FourSamples>& four) {
-    struct Placed {
-      Sample sample;
-      Answer image;
-      bool exactly;
-    };
+  struct SampleInTile {
+    std::size_t tile;
+    Sample sample;
+  };
+
+  /// Nothing when the sample certainly lies outside the image.
+  std::optional<SampleInTile> place(std::uint32_t face, std::uint16_t number) const {
+    const Vertex point = sample_point(corners(face), number);
+    if (!(point.z > 0)) return std::nullopt;  // behind the camera: not projected
     const Camera& c = scene_.view.camera;
-    const auto place = [&](std::uint32_t f, std::uint16_t number, Placed& placed, std::size_t& tile) {
-      const Vertex point = sample_point(corners(f), number);
-      if (!(point.z > 0)) return false;  // behind the camera: not projected
-      const auto x = static_cast<double>(point.x / point.z), y = static_cast<double>(point.y / point.z);
-      placed.image = in_image(c, x, y, placed.exactly);
-      if (placed.image == Answer::no) return false;
-      const int column = std::clamp(static_cast<int>(std::floor(x)), 0, c.width - 1);
-      const int row = std::clamp(static_cast<int>(std::floor(y)), 0, c.height - 1);
-      tile = static_cast<std::size_t>(row / Tile::kSize) * static_cast<std::size_t>(grid_.columns) +
-             static_cast<std::size_t>(column / Tile::kSize);
-      placed.sample.face = f;
-      placed.sample.number = number;
-      placed.sample.pixel = static_cast<std::uint16_t>(row % Tile::kSize * Tile::kSize + column % Tile::kSize);
-      return true;
-    };
-    ByTile<Sample> samples(grid_.tiles(), [&](auto&& add) {
-      for (std::uint32_t f = 0; f < tallies_.size(); ++f) {
-        if (!may_face_camera(f) || centres_[f] == Answer::yes) continue;
-        four[f] = {};
-        for (std::uint16_t number = 0; number < 4; ++number) {
-          Placed placed{};
-          std::size_t tile = 0;
-          if (place(f, number, placed, tile))
-            add(tile, placed.sample);
-          else
-            four[f].add(false, Answer::no, false, false, false);
+    const auto x = static_cast<double>(point.x / point.z), y = static_cast<double>(point.y / point.z);
+    SampleInTile placed{0, {face, number}};
+    placed.sample.in_image = in_image(c, x, y, placed.sample.in_image_exactly);
+    if (placed.sample.in_image == Answer::no) return std::nullopt;
+    const int column = std::clamp(static_cast<int>(std::floor(x)), 0, c.width - 1);
+    const int row = std::clamp(static_cast<int>(std::floor(y)), 0, c.height - 1);
+    placed.tile = static_cast<std::size_t>(row / Tile::kSize) * static_cast<std::size_t>(grid_.columns) +
+                  static_cast<std::size_t>(column / Tile::kSize);
+    placed.sample.pixel = static_cast<std::uint16_t>(row % Tile::kSize * Tile::kSize + column % Tile::kSize);
+    return placed;
+  }
+
+  /// Decides the sub-pixel samples of the faces that may have no pixel centre. Returns how many lie in the image.
+  std::size_t decide_samples(ByTile<std::uint32_t>& faces, std::vector<FourSamples>& four) {
+    std::vector<SampleInTile> placed;
+    for (std::uint32_t f = 0; f < tallies_.size(); ++f) {
+      if (!may_face_camera(f) || centres_[f] == Answer::yes) continue;
+      for (std::uint16_t number = 0; number < 4; ++number) {
+        if (const std::optional<SampleInTile> sample = place(f, number)) {
+          placed.push_back(*sample);
+        } else {
+          four[f].add({f, number});
         }
       }
+    }
+    ByTile<Sample> samples(grid_.tiles(), [&](auto&& add) {
+      for (const SampleInTile& sample : placed) add(sample.tile, sample.sample);
     });
     for_each_tile([&](std::size_t tile) {
       if (!samples.at(tile).empty()) tile_at(tile)->decide_samples(faces.at(tile), samples.at(tile));
     });
-    for (const Sample& s : samples.items) {
-      Placed placed{};
-      std::size_t tile = 0;
-      place(s.face, s.number, placed, tile);
-      four[s.face].add(placed.exactly, placed.image, s.hidden, s.disputed, s.beaten);
-    }
-    return samples.items.size();
+    for (const Sample& sample : samples.items) four[sample.face].add(sample);
+    return placed.size();
   }
 
   OracleView answer(const std::vector<FourSamples>& four, std::size_t placed) const {

@@ -71,11 +71,6 @@ Dyadic Dyadic::operator*(const Dyadic& other) const {
   return product;
 }
 
-long double Dyadic::rounded() const {
-  const Leading top = leading(mantissa_);
-  return std::ldexp(top.value, top.shift + exponent_);
-}
-
 long double Dyadic::ratio(const Dyadic& a, const Dyadic& b) {
   const Leading above = leading(a.mantissa_), below = leading(b.mantissa_);
   return std::ldexp(above.value / below.value, (above.shift + a.exponent_) - (below.shift + b.exponent_));

@@ -1,8 +1,8 @@
 // Exact answers for the oracle: where the real numbers that the input's doubles stand for put a sample.
 //
 // A double is m * 2^e. Sums, differences and products of such numbers are such numbers, so with integers of any size
-// nothing is ever rounded: not the camera's rotation, not the projection, not a determinant. It costs some ten
-// microseconds a question, so the oracle asks only where doubles with error bounds cannot tell.
+// nothing is ever rounded: not the camera's rotation, not the projection, not a determinant. A query costs some ten
+// microseconds, so the oracle makes one only where doubles with error bounds cannot decide.
 #pragma once
 
 #include <array>
@@ -20,8 +20,6 @@ class Dyadic {
   /// \pre finite
   explicit Dyadic(double value);
   int sign() const { return mantissa_.sign(); }
-  /// Rounded to long double; 0 and infinity where that ends.
-  long double rounded() const;
   Dyadic operator+(const Dyadic& other) const;
   Dyadic operator-(const Dyadic& other) const;
   Dyadic operator*(const Dyadic& other) const;
@@ -39,13 +37,13 @@ struct ExactPoint {
   Dyadic x, y, w;
 };
 
-/// Pixel position (x, y) as it stands.
+/// The pixel position (x, y), unrounded.
 ExactPoint exact_position(double x, double y);
 
 /// A depth as a fraction of two numbers > 0, along a ray that both sides of a comparison share.
 struct ExactDepth {
   Dyadic numerator, denominator;
-  bool ahead = false;  ///< the face's plane is met in front of the camera; nothing else means anything if not
+  bool ahead = false;  ///< the ray meets the face's plane in front of the camera; else the fraction is meaningless
 };
 
 /// Sign of a - b.

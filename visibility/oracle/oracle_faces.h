@@ -1,4 +1,4 @@
-// Faces as the oracle's doubles see them, each value with a bound of its error.
+// Faces in the oracle's doubles, each value with a bound of its error.
 //
 // With r the roundoff of a type (2^-53 for double, 2^-64 for long double), a sum or product of n steps is off by at
 // most n r times the sum of the sizes of what went in. Bounds below name n and are rounded up.
@@ -13,7 +13,7 @@
 
 namespace gpvc::visibility::truth {
 
-/// What design and header call a tie.
+/// A tie: a sample this close to an edge, or two depths this close, relative to the depth.
 inline constexpr double kTiePx = 1e-9, kTieDepth = 1e-12;
 
 enum class Answer : std::uint8_t { no, maybe, yes };
@@ -34,7 +34,7 @@ inline Corners corners_of(const Mesh& mesh, const std::vector<Vertex>& vertices,
   return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
 }
 
-/// What holds of a face in a view before any sample is looked at.
+/// What is known of a face in a view before its samples are decided.
 struct FaceFacts {
   std::int8_t orientation = 0;  ///< -1 front, 1 back, 0 edge-on or degenerate: hides nothing, never seen
   bool thin = false;            ///< too close to edge-on for doubles to agree about its orientation: a tie
@@ -47,7 +47,7 @@ struct FaceFacts {
 
 FaceFacts face_facts(const Mesh& mesh, const View& view, const Corners& corners, std::size_t face);
 
-/// A face near one position of the frame, the origin of dx and dy below; good as far as kReach pixels.
+/// A face near one position of the frame, the origin of dx and dy below; valid within kReach pixels of it.
 class LocalFace {
  public:
   static constexpr double kReach = 34;
@@ -58,7 +58,7 @@ class LocalFace {
   struct Edge {
     double x, y, c;   ///< x dx + y dy + c: positive inside
     double error;     ///< of that value
-    double doubtful;  ///< where it is below this, and above minus this, the edge is within kTiePx, or may be
+    double doubtful;  ///< where the value's size is below this, the edge may be within kTiePx
     double slope;     ///< of that value, per pixel
   };
   using Values = std::array<double, 3>;

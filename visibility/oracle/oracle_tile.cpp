@@ -14,8 +14,8 @@ void add(std::uint32_t& sum, std::uint32_t more) {
 
 void mark(std::uint32_t& bits, std::uint32_t more) { std::atomic_ref(bits).fetch_or(more, std::memory_order_relaxed); }
 
-/// Two depths closer than this may be a tie, or rounded across each other. The fourth digit covers that the bound is
-/// taken of a rounded depth.
+/// Two depths closer than this may be a tie, or their order may be lost to rounding. The fourth digit covers that the
+/// bound is relative to a rounded depth.
 double doubtful_gap(const LocalFace::Depth& a, const LocalFace::Depth& b) {
   return a.error + b.error + 1.0001 * kTieDepth * std::abs(a.value);
 }
@@ -60,14 +60,14 @@ bool Tile::same_triangle(std::uint32_t f, std::uint32_t g) const {
 }
 
 void Tile::decide_pixels(std::span<const std::uint32_t> faces, std::span<Tally> tallies) {
-  nearest_.fill({std::numeric_limits<double>::infinity(), 0, kNobody});
+  nearest_.fill({std::numeric_limits<double>::infinity(), 0, kNoOwner});
   if (!scene_.view.camera.distortion.is_identity())
     for (int y = 0; y < height_; ++y)
       for (int x = 0; x < width_; ++x)
         outside_[static_cast<std::size_t>(y * kSize + x)] =
             !in_photo(scene_.view.camera, {x0_ + x + 0.5, y0_ + y + 0.5});
   for (const std::uint32_t face : faces) draw(face, tallies);
-  settle_claims(tallies);
+  resolve_claims(tallies);
   count_seen(tallies);
 }
 
@@ -88,16 +88,16 @@ void Tile::draw(std::uint32_t face, std::span<Tally> tallies) {
         continue;
       }
       ++members;
-      if (!outside_[pixel]) meet(face, pixel, depth);
+      if (!outside_[pixel]) compare_with_nearest(face, pixel, depth);
     }
   add(tallies[face].members, members);
 }
 
-/// A face that is certainly behind the nearest so far stays behind: whoever replaces that one is nearer, or claims the
-/// pixel together with it.
-void Tile::meet(std::uint32_t face, std::size_t pixel, const LocalFace::Depth& depth) {
+/// A face that is certainly behind the nearest so far stays behind: a face that replaces the nearest is nearer still,
+/// or claims the pixel together with it.
+void Tile::compare_with_nearest(std::uint32_t face, std::size_t pixel, const LocalFace::Depth& depth) {
   Nearest& nearest = nearest_[pixel];
-  if (nearest.face != kNobody) {
+  if (nearest.face != kNoOwner) {
     const LocalFace::Depth best{nearest.depth, nearest.error};
     const double gap = doubtful_gap(best, depth);
     if (depth.value > best.value + gap) return;
@@ -111,7 +111,7 @@ void Tile::meet(std::uint32_t face, std::size_t pixel, const LocalFace::Depth& d
   nearest = {depth.value, depth.error, face};
 }
 
-void Tile::settle_claims(std::span<Tally> tallies) {
+void Tile::resolve_claims(std::span<Tally> tallies) {
   std::sort(claims_.begin(), claims_.end(),
             [](const Claim& a, const Claim& b) { return a.pixel != b.pixel ? a.pixel < b.pixel : a.face < b.face; });
   const auto same = [](const Claim& a, const Claim& b) { return a.pixel == b.pixel && a.face == b.face; };
@@ -120,24 +120,20 @@ void Tile::settle_claims(std::span<Tally> tallies) {
     std::size_t next = first + 1;
     while (next < claims_.size() && claims_[next].pixel == claims_[first].pixel) ++next;
     contested_[claims_[first].pixel] = true;
-    settle_pixel({claims_.data() + first, next - first}, tallies);
+    std::vector<Contender> contest = contenders({claims_.data() + first, next - first}, tallies);
+    resolve_contest(claims_[first].pixel, contest, tallies);
     first = next;
   }
   claims_.clear();
 }
 
-void Tile::settle_pixel(std::span<const Claim> claims, std::span<Tally> tallies) {
-  std::vector<Contender> contest = contenders(claims, tallies);
-  settle_contest(claims.front().pixel, contest, tallies);
-}
-
-/// The claimants that may be nearest, with the nearest of those that claim nothing. The others are counted.
+/// The claimants that may be nearest, and the nearest face if it made no claim. Tallies the others.
 std::vector<Tile::Contender> Tile::contenders(std::span<const Claim> claims, std::span<Tally> tallies) {
   const std::uint32_t pixel = claims.front().pixel;
   std::vector<Claim> all(claims.begin(), claims.end());
   const Nearest& nearest = nearest_[pixel];
   const auto is_nearest = [&](const Claim& claim) { return claim.face == nearest.face; };
-  if (nearest.face != kNobody && std::none_of(all.begin(), all.end(), is_nearest))
+  if (nearest.face != kNoOwner && std::none_of(all.begin(), all.end(), is_nearest))
     all.push_back({pixel, nearest.face, {nearest.depth, nearest.error}, true});
   const double infinity = std::numeric_limits<double>::infinity();
   LocalFace::Depth wall{outside_[pixel] ? -infinity : infinity, 0};
@@ -165,26 +161,28 @@ std::vector<Tile::Contender> Tile::contenders(std::span<const Claim> claims, std
   return contest;
 }
 
-void Tile::settle_contest(std::uint32_t pixel, std::vector<Contender>& contest, std::span<Tally> tallies) {
+void Tile::resolve_contest(std::uint32_t pixel, std::vector<Contender>& contest, std::span<Tally> tallies) {
   if (contest.empty()) return;
   if (contest.size() == 1 && contest[0].certain) return add(tallies[contest[0].face].seen, 1);
   const auto twin = [&](const Contender& c) { return c.certain && same_triangle(contest[0].face, c.face); };
-  if (std::all_of(contest.begin(), contest.end(), twin)) {
-    std::uint32_t owner = contest[0].face;
-    for (const Contender& c : contest) {
-      add(tallies[c.face].disputed, 1);
-      owner = std::min(owner, c.face);
-    }
-    return add(tallies[owner].seen_exact, 1);
+  if (!std::all_of(contest.begin(), contest.end(), twin)) return resolve_exactly(pixel, contest, tallies);
+  // Copies of one triangle tie everywhere, and the lowest index owns the pixel.
+  std::uint32_t owner = contest[0].face;
+  for (const Contender& c : contest) {
+    add(tallies[c.face].disputed, 1);
+    owner = std::min(owner, c.face);
   }
+  add(tallies[owner].seen_exact, 1);
+}
+
+/// First decides the contest, then tallies it. The owner is the nearest of those that cover the centre; the wall is the
+/// nearest of those that cover it beyond a tie, which hides whatever lies behind it for every way of resolving ties.
+void Tile::resolve_exactly(std::uint32_t pixel, std::vector<Contender>& contest, std::span<Tally> tallies) {
   const ExactPoint point = centre(pixel);
   for (Contender& c : contest) c.depth = exact(c.face).depth(point);
   const auto before = [](const Contender& a, const Contender& b) {
     const int order = compare(a.depth, b.depth);
     return order < 0 || (order == 0 && a.face < b.face);
-  };
-  const auto ties = [](const Contender& a, const Contender& b) {
-    return compare(a.depth, b.depth) <= 0 || relative_gap(a.depth, b.depth) <= kTieDepth;
   };
   const Contender *wall = nullptr, *owner = nullptr;
   for (const Contender& c : contest) {
@@ -192,37 +190,45 @@ void Tile::settle_contest(std::uint32_t pixel, std::vector<Contender>& contest, 
     if (c.certain && (wall == nullptr || before(c, *wall))) wall = &c;
     if (c.inside && (owner == nullptr || before(c, *owner))) owner = &c;
   }
-  for (const Contender& c : contest) {
-    Tally& tally = tallies[c.face];
-    const bool may_see = c.depth.ahead && (wall == nullptr || ties(c, *wall));
-    const auto rival = [&](const Contender& other) { return &other != &c && other.depth.ahead && ties(other, c); };
-    const bool may_miss = !c.depth.ahead || std::any_of(contest.begin(), contest.end(), rival);
-    if (c.certain) {
-      if (!may_see) continue;
-      add(may_miss ? tally.disputed : tally.seen, 1);
-      if (may_miss && &c == owner) add(tally.seen_exact, 1);
-    } else {
-      std::uint32_t bits = kEdgeAny | (may_see ? kEdgeMaySee : 0U) | (may_miss ? kEdgeMayMiss : 0U);
-      if (c.inside) bits |= kEdgeIn | (&c == owner ? kEdgeInSeen : kEdgeInUnseen);
-      mark(tally.on_edge, bits);
-    }
+  for (const Contender& c : contest) count_contender(c, contest, wall, owner, tallies[c.face]);
+}
+
+void Tile::count_contender(const Contender& contender, std::span<const Contender> contest, const Contender* wall,
+                           const Contender* owner, Tally& tally) {
+  const auto ties_or_precedes = [](const Contender& a, const Contender& b) {
+    return compare(a.depth, b.depth) <= 0 || relative_gap(a.depth, b.depth) <= kTieDepth;
+  };
+  const auto rival = [&](const Contender& other) {
+    return &other != &contender && other.depth.ahead && ties_or_precedes(other, contender);
+  };
+  const bool ahead = contender.depth.ahead;
+  const bool may_see = ahead && (wall == nullptr || ties_or_precedes(contender, *wall));
+  const bool may_miss = !ahead || std::any_of(contest.begin(), contest.end(), rival);
+  if (contender.certain) {
+    if (!may_see) return;
+    add(may_miss ? tally.disputed : tally.seen, 1);
+    if (may_miss && &contender == owner) add(tally.seen_exact, 1);
+    return;
   }
+  std::uint32_t bits = kEdgeAny | (may_see ? kEdgeMaySee : 0U) | (may_miss ? kEdgeMayMiss : 0U);
+  if (contender.inside) bits |= kEdgeIn | (&contender == owner ? kEdgeInSeen : kEdgeInUnseen);
+  mark(tally.on_edge, bits);
 }
 
 void Tile::count_seen(std::span<Tally> tallies) const {
   for (int y = 0; y < height_; ++y) {
-    std::uint32_t face = kNobody, count = 0;
+    std::uint32_t face = kNoOwner, count = 0;
     for (int x = 0; x < width_; ++x) {
       const auto pixel = static_cast<std::size_t>(y * kSize + x);
-      const std::uint32_t here = contested_[pixel] ? kNobody : nearest_[pixel].face;
+      const std::uint32_t here = contested_[pixel] ? kNoOwner : nearest_[pixel].face;
       if (here != face) {
-        if (face != kNobody) add(tallies[face].seen, count);
+        if (face != kNoOwner) add(tallies[face].seen, count);
         face = here;
         count = 0;
       }
       ++count;
     }
-    if (face != kNobody) add(tallies[face].seen, count);
+    if (face != kNoOwner) add(tallies[face].seen, count);
   }
 }
 
