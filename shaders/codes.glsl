@@ -1,13 +1,13 @@
-// What becomes of a face, a byte a face: visibility/face_code.h.
+// The result of scanning a face, one byte a face: visibility/classify/face_code.h.
 const uint kHidden = 0u, kPartial = 1u, kFull = 2u, kNoCentre = 3u, kUnstored = 4u, kUnsure = 5u;
 
-layout(std430, binding = 0) buffer Codes { uint codes[]; };  // codes[0] begins with first_face
+layout(std430, binding = 0) buffer Codes { uint codes[]; };  // codes[0]: first_face and the next three
 uniform uint first_face, face_count;
 
-// Four faces a word.
+// Four codes a word.
 shared uint packed_codes[16];
 
-/// Writes the codes of the 64 faces of the work group. All of its invocations must call it.
+/// Writes the codes of the 64 faces of the workgroup. All its invocations must call it.
 void store_code(uint code) {
   uint lane = gl_LocalInvocationID.x;
   if (lane < 16u) packed_codes[lane] = 0u;

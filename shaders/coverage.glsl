@@ -1,4 +1,4 @@
-// The GLSL twin of visibility/raster.h.
+// The GLSL twin of visibility/raster/raster.h: the same operations in the same order.
 
 const uint kEdgeOn = 0u, kFront = 1u, kBack = 2u;
 

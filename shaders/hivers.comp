@@ -1,5 +1,6 @@
-// Classification of the faces of one view, an invocation a face: LPCC (algorithm 1) on every look-up, VES or HIVERS
-// (algorithm 2) as the order of look-ups. The twin of visibility/face_sampler.cpp and visibility/lpcc.h.
+// Classifies the faces of one view for coverage corrections `off` and `paper`, one invocation a face: LPCC (algorithm
+// 1) on every look-up, VES or HIVERS (algorithm 2) as the order of look-ups. The twin of visibility/classify/
+// face_sampler.cpp and lpcc.h.
 layout(local_size_x = 64) in;
 
 layout(std430, binding = 1) readonly buffer CandidateFaces { uint candidate_faces[]; };
@@ -35,7 +36,7 @@ bool sees(ivec2 pixel) {
 // --- sampling
 bool any_seen = false, all_seen = true;
 
-/// False when nothing can change the class any more.
+/// False once no further sample can change the class.
 bool look(ivec2 pixel) {
   if (sees(pixel)) {
     any_seen = true;
@@ -47,8 +48,8 @@ bool look(ivec2 pixel) {
 
 const int kEverySample = 0, kEnds = 1, kBetween = 2, kEdges = 3;
 
-/// Looks at the samples of a row that `part` names. Returns false to stop; `covered` tells whether there was any sample
-/// at all.
+/// Looks at the samples of a row that `part` selects. Returns false to stop; sets `covered` when the row has any
+/// sample.
 bool look_at_row(Row row, int y, int part, inout bool covered) {
   int first = row.first, last = row.last;
   if (row.certain && part == kBetween) {
@@ -62,7 +63,7 @@ bool look_at_row(Row row, int y, int part, inout bool covered) {
     if (row.certain && part == kEnds && x > row.first && x < row.last - 1) x = row.last - 1;
     pixel = ivec2(x, y);
     if (part == kEdges && !crossed_by_edge(raster, values_at(pixel))) {
-      // Does not count for VES, but the face may be seen here alone.
+      // VES does not test inner samples, but the face may be seen only here, and then is partial, not hidden.
       if (!any_seen) any_seen = sees(pixel);
       if (any_seen && !all_seen) return false;
       continue;
@@ -72,7 +73,7 @@ bool look_at_row(Row row, int y, int part, inout bool covered) {
   return true;
 }
 
-/// All rows, until the class is settled.
+/// All rows, until the class is known.
 bool look_at_rows(ivec2 low, ivec2 high, int part, inout bool covered) {
   for (int y = low.y; y < high.y; ++y)
     if (!look_at_row(row_of(low, high, y), y, part, covered)) return false;
@@ -89,7 +90,7 @@ uint classify(bool candidate) {
     ivec2 extent = high - low;
     if (candidate && uint(extent.x) * uint(extent.y) >= kLargeFace) return kUnsure;
     if (!candidate) {
-      // Only whether there is a sample matters.
+      // A face that owns no pixel is hidden, or has no pixel centre: find out which.
       for (int y = low.y; y < high.y && !covered; ++y) {
         Row row = row_of(low, high, y);
         for (int x = row.first; x < row.last && !covered; ++x)
@@ -98,8 +99,8 @@ uint classify(bool candidate) {
     } else if (sampling == 1) {
       look_at_rows(low, high, kEdges, covered);
     } else {
-      bool settled = !look_at_rows(low, high, sampling == 2 ? kEverySample : kEnds, covered);
-      if (!settled && sampling != 2) look_at_rows(low, high, kBetween, covered);
+      bool known = !look_at_rows(low, high, sampling == 2 ? kEverySample : kEnds, covered);
+      if (!known && sampling != 2) look_at_rows(low, high, kBetween, covered);
     }
   }
   if (!covered) return kNoCentre;
@@ -107,7 +108,7 @@ uint classify(bool candidate) {
   return all_seen && inside_frame() ? kFull : kPartial;
 }
 
-// Of the work group: one invocation adds up for all, as atomics on one address are served one after the other.
+// Sums of the workgroup: one invocation adds them to the totals, because atomics on one address are serialized.
 shared uint group_faces, group_samples, group_corrected;
 
 void main() {

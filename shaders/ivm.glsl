@@ -1,8 +1,8 @@
-// The item buffer as it was drawn: the renderer's texture, or tiles of it where one texture is too small.
+// The item buffer as drawn: the renderer's texture, or tiles of it when the image exceeds the largest texture.
 layout(binding = 0) uniform usampler2D ivm;
 layout(binding = 4) uniform usampler2DArray ivm_tiles;  // row by row
 uniform ivec2 size;       // of the image, pixels
-uniform ivec2 tile_size;  // 0: all of it is in `ivm`
+uniform ivec2 tile_size;  // 0: `ivm` holds the whole image
 
 uint stored_at(ivec2 pixel) {
   if (tile_size.x == 0) return texelFetch(ivm, pixel, 0).r;

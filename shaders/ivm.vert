@@ -1,6 +1,6 @@
-// Shader-based projection (section 3.1), world to clip. Deviation from formula 12: w = z, not 1, so that the rasterizer
-// clips at the camera plane. Depth in clip space is linear in z: the constant N for APC (formula 5, depth = N / z),
-// both terms for SPC (formula 1).
+// Shader-based projection (section 3.1), from world to clip coordinates. Deviation from formula 12: w = z, not 1, so
+// that the rasterizer clips at the camera plane. Depth in clip space is linear in z: the constant N for APC (formula 5,
+// depth = N / z), both terms for SPC (formula 1).
 layout(location = 0) in dvec3 world;
 
 uniform double pose[12];

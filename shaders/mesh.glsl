@@ -1,4 +1,4 @@
-// The faces of the mesh in the view at hand, from vertices that project.comp has projected.
+// The faces of the mesh in the current view, from the vertices that project.comp has projected.
 layout(binding = 2) uniform usamplerBuffer projected;  // u, v and z of a vertex, a double a texel
 layout(binding = 3) uniform usamplerBuffer corners;    // a vertex index a texel
 

@@ -1,4 +1,5 @@
-// One bit a pixel, 32 pixels a texel, rows of whole texels: the pixel's centre, distorted, lies in the photo.
+// The photo mask: one bit a pixel, 32 pixels a texel, each row padded to whole texels. Set when the pixel's centre,
+// distorted, lies in the photo on a pixel that is not excluded.
 const uint kNoFace = 0xFFFFFFFFu;
 
 layout(binding = 1) uniform usamplerBuffer photo_mask;

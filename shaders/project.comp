@@ -1,5 +1,5 @@
-// Projects the vertices once a view: the twin of visibility/projection.h. Per vertex 24 bytes are read and 24 written,
-// neighbours beside each other.
+// Projects the vertices, once per view: the twin of visibility/raster/projection.h. Reads 24 bytes and writes 24 per
+// vertex, coalesced.
 layout(local_size_x = 64) in;
 
 layout(binding = 2) uniform usamplerBuffer positions;  // a double a texel

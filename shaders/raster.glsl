@@ -1,6 +1,5 @@
-// Projection, edge functions and coverage, the same arithmetic as visibility/projection.h and visibility/raster.h,
-// where every rule is explained: only +, - and x on doubles, all `precise`, in the same order, so that both give the
-// same bits.
+// Projection with the same arithmetic as visibility/raster/projection.h: only +, - and x on doubles, all `precise`, in
+// the same order, so that both give the same bits.
 
 /// A vertex in homogeneous pixel coordinates: pixel = (u / z, v / z), z the depth along the optical axis.
 struct ProjectedVertex {

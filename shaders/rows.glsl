@@ -1,6 +1,7 @@
-// The rows of pixels that a face covers: the twin of SpanWalker in visibility/raster.h, where the tolerance is derived.
+// The rows of pixels that a face covers: the twin of SpanWalker in visibility/raster/raster.h. raster.cpp derives the
+// tolerance.
 
-// --- the face at hand
+// --- the current face
 uint face;
 RasterFace raster;
 
@@ -17,7 +18,7 @@ bool inside_frame() {
   return true;
 }
 
-/// The twin of the one in visibility/raster.h.
+/// The twin of misses_frame() in visibility/raster/raster.h.
 bool misses_frame() {
   bvec4 beyond = bvec4(true);
   bool behind = true;
@@ -30,7 +31,7 @@ bool misses_frame() {
   return behind || any(beyond);
 }
 
-/// Pixels whose centres may be covered, `high` excluded; a double quotient is off by far less than 2^-20 px.
+/// Pixels whose centres may be covered, from `low` up to `high`; a double quotient is off by far less than 2^-20 px.
 void pixel_bounds(out ivec2 low, out ivec2 high) {
   low = ivec2(0);
   high = size;
@@ -46,14 +47,14 @@ void pixel_bounds(out ivec2 low, out ivec2 high) {
   high = ivec2(floor(clamp(most + margin, dvec2(0.0LF), dvec2(size))));
 }
 
-/// Pixels of its rectangle from which on a face is not for one invocation, but for a work group (64 have 8 each, and
-/// one alone at most 511 after the others are done) or the CPU.
+/// Bounding-box area, in pixels, from which a face is split over a workgroup (scan.comp: at least 8 pixels for each of
+/// its 64 invocations) or left to the CPU (hivers.comp), so that no invocation runs long after the others are done.
 const uint kLargeFace = 512u;
 
 // --- rows
 struct Row {
-  bool certain;     // covered are exactly the pixels first .. last - 1
-  int first, last;  // else every pixel between is to be asked
+  bool certain;     // exactly the pixels first .. last - 1 are covered
+  int first, last;  // otherwise each of them has to be tested
 };
 
 dvec3 line[3];  // e = x dx + y dy + c from the centre of pixel `low`
@@ -79,7 +80,7 @@ Row row_of(ivec2 low, ivec2 high, int y) {
       if (c < 0.0LF) row.last = 0;
       continue;
     }
-    // The first pixel on the far side of the edge line, then confirmed on both of its sides.
+    // The first pixel on the far side of the edge's line, confirmed by the values at that pixel and at the one before.
     int split = int(ceil(clamp(-c / x, 0.0LF, double(width))));
     double sign = x > 0.0LF ? 1.0LF : -1.0LF;
     if (split < width && !(sign * (x * double(split) + c) > tolerance)) row.certain = false;

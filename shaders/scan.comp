@@ -1,12 +1,12 @@
-// First look at the faces of one view for the exact correction: the twin of ExactScan, with the same outcome for every
-// face it is sure about; the others, and the pixels that faces claim, the CPU decides (visibility/exact_scan.cpp).
-// Compiled twice: an invocation a face, which leaves faces of many pixels to the second variant (LARGE), a work group a
-// face, its invocations side by side in a row.
+// Scans the faces of one view for the exact correction: the twin of ExactScan, with the same result for every face it
+// is sure about. The CPU decides the other faces and the claimed pixels (visibility/classify/exact_scan.cpp). Compiled
+// twice: with one invocation a face, which leaves large faces to the second variant (LARGE), with one workgroup a face,
+// whose invocations take adjacent pixels of a row.
 //
-// What is certain is so by error bounds on doubles (r = 2^-53), for which it does not matter whether the compiler fuses
-// multiplications and additions: that only rounds less. Depths in front of the camera lie in [1e-60, 1e60]
-// (ProjectedMesh::moderate), so that no product that matters overflows or loses bits to underflow; what overflows
-// behind the camera compares as not certain.
+// Certainty rests on error bounds of doubles (r = 2^-53). They hold whether or not the compiler fuses multiplications
+// and additions, which only rounds less. Depths in front of the camera lie in [1e-60, 1e60] (ProjectedMesh::moderate),
+// so no relevant product overflows or loses bits to underflow; values that overflow behind the camera compare as not
+// certain.
 layout(local_size_x = 64) in;
 
 layout(std430, binding = 1) buffer Counts {
@@ -17,17 +17,18 @@ layout(std430, binding = 1) buffer Counts {
 layout(std430, binding = 2) writeonly buffer Claims { uvec2 claims[]; };  // pixel, face
 layout(std430, binding = 3) buffer Large { uint large_faces[]; };         // less first_face
 
-// Of the samples of the face at hand, those stored as its own, those that are not, and of these those in the photo.
+// Counts of the face's samples: stored as its own, stored as another's or nothing, and of the latter those in the
+// photo.
 uint own = 0u, foreign = 0u, contested = 0u;
 bool unsure = false;
 double nearest;
 
-// --- the stored owner at hand; neighbours mostly have the same
+// --- the latest stored owner, kept because adjacent pixels mostly have the same one
 uint owner_face = kNoFace;
 RasterFace owner;
 double owner_farthest;
 
-/// No edge value is further than this from its real value: edge_error() in visibility/exact.cpp.
+/// Upper bound of the error of each edge value: edge_error() in visibility/raster/exact.cpp.
 double edge_error(const RasterFace of, const EdgeValues values, double px, double py) {
   double z = largest(of.vertex[0].z, of.vertex[1].z, of.vertex[2].z);
   double a = largest(values.a[0], values.a[1], values.a[2]), b = largest(values.b[0], values.b[1], values.b[2]);
@@ -35,9 +36,9 @@ double edge_error(const RasterFace of, const EdgeValues values, double px, doubl
   return 4.0LF * (a * db + b * da) + 8.0LF * kRoundoff * (a * b);
 }
 
-/// Depth of the plane at a centre that the face covers, and how far that is off: depth() in visibility/exact.cpp, where
-/// a quotient is off by r of itself. Here it may be off by 2.5 ULP = 5 r, when the divisor lies in [2^-126, 2^126]: 4 r
-/// more, which the 16 r that are added here exceed.
+/// Depth of the plane at a centre that the face covers, and the bound of its error: depth() in
+/// visibility/raster/exact.cpp, where a quotient is off by r of itself. GLSL allows 2.5 ULP = 5 r when the divisor lies
+/// in [2^-126, 2^126]: 4 r more, which the additional 16 r here exceed.
 bool depth_of(const RasterFace of, const EdgeValues values, double error, out dvec2 depth) {
   double z0 = of.vertex[0].z, dz1 = of.vertex[1].z - z0, dz2 = of.vertex[2].z - z0;
   double s = values.e[0] + values.e[1] + values.e[2];
@@ -47,8 +48,8 @@ bool depth_of(const RasterFace of, const EdgeValues values, double error, out dv
   return s > 8.0LF * error && s > 1e-37LF && s < 1e37LF;
 }
 
-/// Whether the stored owner certainly covers the centre of a pixel and is certainly nearer there.
-bool keeps(uint stored, ivec2 pixel) {
+/// True when the stored owner certainly covers the centre of a pixel and is certainly nearer there.
+bool stored_owner_keeps(uint stored, ivec2 pixel) {
   if (stored == kNoFace) return false;
   if (stored != owner_face) {
     owner_face = stored;
@@ -68,7 +69,8 @@ bool keeps(uint stored, ivec2 pixel) {
   return known && g.x + 2.0LF * (f.y + g.y) < f.x;
 }
 
-/// Counts beyond the capacity too, up to where the counter might wrap.
+/// Keeps counting beyond the capacity, so that the CPU learns how much room is needed, but stops before the counter
+/// wraps.
 void claim(ivec2 pixel) {
   uint slot = atomicAdd(claim_count, 1u);
   if (slot < uint(claims.length())) {
@@ -88,11 +90,11 @@ void scan_sample(ivec2 pixel) {
   ++foreign;
   if (!in_image) return;
   ++contested;
-  if (!keeps(stored, pixel)) claim(pixel);
+  if (!stored_owner_keeps(stored, pixel)) claim(pixel);
 }
 
-/// 1 when the centre is certainly covered, -1 when it certainly is not. The tolerance of the rows is above the error of
-/// values at any pixel of the rectangle.
+/// 1 when the centre is certainly covered, -1 when it certainly is not, 0 otherwise. The tolerance of the rows is above
+/// the error of the values at any pixel of the bounding box.
 int side_of_edges(ivec2 pixel) {
   EdgeValues values = values_at(pixel);
   if (values.e[0] > tolerance && values.e[1] > tolerance && values.e[2] > tolerance) return 1;
@@ -100,7 +102,7 @@ int side_of_edges(ivec2 pixel) {
   return 0;
 }
 
-/// The samples of the rectangle that invocation `lane` of `lanes` looks at, until one is not certain.
+/// Scans the pixels of the bounding box that belong to invocation `lane` of `lanes`, until one is not certain.
 void scan_rows(ivec2 low, ivec2 high, int lane, int lanes) {
   nearest = min(raster.vertex[0].z, min(raster.vertex[1].z, raster.vertex[2].z));
   prepare_rows(low, high);
@@ -118,7 +120,7 @@ void scan_rows(ivec2 low, ivec2 high, int lane, int lanes) {
   }
 }
 
-/// From what was counted.
+/// The code that follows from the counts. \pre the face may reach the frame
 uint code_of_face() {
   if (unsure) return kUnsure;
   if (raster.facing == kBack) return kHidden;
@@ -127,7 +129,7 @@ uint code_of_face() {
   return foreign == 0u && inside_frame() ? kFull : kPartial;
 }
 
-/// Of the work group.
+/// Sums of the workgroup.
 shared uint full_faces, full_samples, contested_sum;
 
 void start_counts() {
@@ -135,7 +137,7 @@ void start_counts() {
   barrier();
 }
 
-/// One invocation adds up for all: atomics on one address are served one after the other.
+/// One invocation adds the sums to the totals, because atomics on one address are serialized.
 void add_counts() {
   barrier();
   if (gl_LocalInvocationID.x != 0u) return;
@@ -201,7 +203,7 @@ uint scan_face(uint number) {
   ivec2 extent = max(high - low, ivec2(0));
   if (uint(extent.x) * uint(extent.y) >= kLargeFace) {
     large_faces[atomicAdd(large_count, 1u)] = number;
-    return kHidden;  // to be written over
+    return kHidden;  // the LARGE variant overwrites this
   }
   if (extent.x > 0 && extent.y > 0) scan_rows(low, high, 0, 1);
   return code_of_face();
