@@ -10,7 +10,7 @@ namespace gpvc::visibility {
 namespace {
 
 // --- expansions
-// A number as a sum of doubles that do not overlap, in order of growing size, without zeros.
+// A number as a sum of non-overlapping, non-zero doubles, smallest first.
 
 struct TwoTerms {
   double high, low;
@@ -56,7 +56,7 @@ Expansion product(const Expansion& a, const Expansion& b) {
   return result;
 }
 
-/// The largest term decides: the others together are smaller.
+/// The sign of the largest term, which exceeds the others together.
 int sign(const Expansion& a) { return a.empty() ? 0 : (a.back() > 0 ? 1 : -1); }
 
 Expansion difference(double a, double b) {
@@ -97,13 +97,26 @@ ExactEdges exact_edges(const FacePoint& point) {
   return edges;
 }
 
+/// LEF and TLR: the sign of the edge value or, on the edge, of its gradient along x, or else along y. Each callback
+/// returns a sign as std::optional<int>, nothing when it cannot decide.
+template <class Edge, class GradientX, class GradientY>
+std::optional<bool> inside_by_signs(const Edge& edge, const GradientX& gradient_x, const GradientY& gradient_y) {
+  std::optional<int> side = edge();
+  if (side && *side == 0) side = gradient_x();
+  if (side && *side == 0) side = gradient_y();
+  if (!side) return std::nullopt;
+  return *side > 0;
+}
+
 bool inside_by_expansions(const FacePoint& point, const ExactEdges& edges, std::size_t k) {
-  if (const int side = sign(edges.e[k]); side != 0) return side > 0;
   const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
   const Expansion zi{point.face->vertex[i].z}, zj{point.face->vertex[j].z};
-  const int x = sign(sum(product(zi, edges.b[j]), product(zj, edges.b[i]), -1));
-  if (x != 0) return x > 0;
-  return sign(sum(product(zj, edges.a[i]), product(zi, edges.a[j]), -1)) > 0;
+  const auto sign_of = [](const Expansion& a, const Expansion& b, const Expansion& c, const Expansion& d) {
+    return std::optional<int>(sign(sum(product(a, b), product(c, d), -1)));
+  };
+  return *inside_by_signs([&] { return std::optional<int>(sign(edges.e[k])); },
+                          [&] { return sign_of(zi, edges.b[j], zj, edges.b[i]); },
+                          [&] { return sign_of(zj, edges.a[i], zi, edges.a[j]); });
 }
 
 bool covers_by_expansions(const FacePoint& point) {
@@ -128,10 +141,10 @@ int compare_by_expansions(const FacePoint& f, const FacePoint& g) {
 }
 
 // --- ties on a lattice
-// Where corners keep to fractions of a pixel, most edges run through centres, and every value is a double.
+// Where corners lie on fractions of a pixel, many edges run through pixel centres, and every value is a double.
 
-/// a x b as it is, or nothing where doubles may not hold both parts: a rest is a multiple of 2^-105 of the product, so
-/// anything from 2^-969 to 2^1023 would do.
+/// a x b as an unrounded pair, or nothing when a part may not be representable: the low part is a multiple of 2^-105 of
+/// the product, so any product from 2^-969 to 2^1023 would be safe.
 std::optional<TwoTerms> held_product(double a, double b) {
   const TwoTerms terms = two_product(a, b);
   if (a == 0 || b == 0) return TwoTerms{0, 0};
@@ -139,8 +152,8 @@ std::optional<TwoTerms> held_product(double a, double b) {
   return terms;
 }
 
-/// The sign of a x b - c x d, where it can be had. Rounding is monotone: products whose larger terms differ differ in
-/// the same order, and others as their rests do.
+/// The sign of a x b - c x d, if both products are representable. Rounding is monotone, so the high parts order the
+/// products, and the low parts do where the high parts are equal.
 std::optional<int> sign_of_difference(double a, double b, double c, double d) {
   const auto p = held_product(a, b), q = held_product(c, d);
   if (!p || !q) return std::nullopt;
@@ -148,7 +161,7 @@ std::optional<int> sign_of_difference(double a, double b, double c, double d) {
   return p->high != q->high ? order(p->high, q->high) : order(p->low, q->low);
 }
 
-/// coordinate - position * depth, where a double holds it.
+/// coordinate - position * depth, if a double represents it.
 std::optional<double> held_difference(double coordinate, double position, double depth) {
   const auto product = held_product(position, depth);
   if (!product || product->low != 0) return std::nullopt;
@@ -169,19 +182,17 @@ std::optional<SeenVertex> held_vertex(const FacePoint& point, std::size_t k) {
   return SeenVertex{*a, *b, v.z};
 }
 
-/// LEF and TLR of the edge opposite vertex k, where doubles hold the ends of the edge, as seen from the point.
+/// LEF and TLR of the edge opposite vertex k, if doubles represent its ends as seen from the point.
 std::optional<bool> inside_on_lattice(const FacePoint& point, std::size_t k) {
   const auto from = held_vertex(point, (k + 1) % 3), to = held_vertex(point, (k + 2) % 3);
   if (!from || !to) return std::nullopt;
-  const auto side = sign_of_difference(to->a, from->b, from->a, to->b);
-  if (!side || *side != 0) return side ? std::optional(*side > 0) : std::nullopt;
-  const auto x = sign_of_difference(from->z, to->b, to->z, from->b);
-  if (!x || *x != 0) return x ? std::optional(*x > 0) : std::nullopt;
-  const auto y = sign_of_difference(to->z, from->a, from->z, to->a);
-  return y ? std::optional(*y > 0) : std::nullopt;
+  return inside_by_signs([&] { return sign_of_difference(to->a, from->b, from->a, to->b); },
+                         [&] { return sign_of_difference(from->z, to->b, to->z, from->b); },
+                         [&] { return sign_of_difference(to->z, from->a, from->z, to->a); });
 }
 
-/// covers_exactly() where that answers for all edges in question, up to one that decides.
+/// covers_exactly(), if inside_on_lattice() decides every edge that the double filter leaves open, or finds one that
+/// excludes the point.
 std::optional<bool> covers_on_lattice(const FacePoint& point) {
   for (std::size_t k = 0; k < 3; ++k) {
     if (point.values.e[k] > point.error) continue;
@@ -234,12 +245,12 @@ Values<long double> long_values(const FacePoint& point) {
   return values;
 }
 
-/// 1 covered, -1 not, 0 cannot tell.
+/// Whether edge values with these errors are certainly those of a covered point; nothing when that is not certain.
 template <class Real>
-int side_of_edges(const std::array<Real, 3>& e, Real error) {
-  if (e[0] > error && e[1] > error && e[2] > error) return 1;
-  if (e[0] < -error || e[1] < -error || e[2] < -error) return -1;
-  return 0;
+std::optional<bool> certainly_covers(const std::array<Real, 3>& e, Real error) {
+  if (e[0] > error && e[1] > error && e[2] > error) return true;
+  if (e[0] < -error || e[1] < -error || e[2] < -error) return false;
+  return std::nullopt;
 }
 
 template <class Real>
@@ -262,11 +273,11 @@ Depth<Real> depth(const RasterFace& face, const std::array<Real, 3>& e, Real edg
 }
 
 template <class Real>
-int compare(const Depth<Real>& f, const Depth<Real>& g) {
+std::optional<int> compare(const Depth<Real>& f, const Depth<Real>& g) {
   const Real margin = 2 * (f.error + g.error);
   if (f.value < g.value - margin) return -1;
   if (f.value > g.value + margin) return 1;
-  return 0;
+  return std::nullopt;
 }
 
 bool same_vertex(const ProjectedVertex& a, const ProjectedVertex& b) { return a.u == b.u && a.v == b.v && a.z == b.z; }
@@ -284,6 +295,18 @@ bool same_depth_everywhere(const RasterFace& f, const RasterFace& g) {
          same_triangle(f, g);
 }
 
+/// The first answer of a ladder of predicates, each slower than the one before and undecided less often. All but the
+/// last return std::optional; the last always decides.
+template <class First, class... Rest>
+auto first_certain(const First& first, const Rest&... rest) {
+  if constexpr (sizeof...(rest) == 0) {
+    return first();
+  } else {
+    const auto answer = first();
+    return answer ? *answer : first_certain(rest...);
+  }
+}
+
 }  // namespace
 
 FacePoint face_point(const RasterFace& face, double px, double py) {
@@ -293,25 +316,25 @@ FacePoint face_point(const RasterFace& face, double px, double py) {
 }
 
 bool covers_exactly(const FacePoint& point) {
-  if (const int side = side_of_edges<double>(point.values.e, point.error); side != 0) return side > 0;
-  if (const std::optional<bool> covered = covers_on_lattice(point)) return *covered;
-  const Values<long double> longer = long_values(point);
-  if (const int side = side_of_edges<long double>(longer.e, longer.error); side != 0) return side > 0;
-  return covers_by_expansions(point);
+  return first_certain([&] { return certainly_covers<double>(point.values.e, point.error); },
+                       [&] { return covers_on_lattice(point); },
+                       [&] {
+                         const Values<long double> longer = long_values(point);
+                         return certainly_covers<long double>(longer.e, longer.error);
+                       },
+                       [&] { return covers_by_expansions(point); });
 }
 
 int compare_depth_exactly(const FacePoint& f, const FacePoint& g) {
-  if (const int order =
-          compare(depth<double>(*f.face, f.values.e, f.error), depth<double>(*g.face, g.values.e, g.error));
-      order != 0)
-    return order;
-  if (same_depth_everywhere(*f.face, *g.face)) return 0;
-  const Values<long double> longer_f = long_values(f), longer_g = long_values(g);
-  if (const int order = compare(depth<long double>(*f.face, longer_f.e, longer_f.error),
-                                depth<long double>(*g.face, longer_g.e, longer_g.error));
-      order != 0)
-    return order;
-  return compare_by_expansions(f, g);
+  return first_certain(
+      [&] { return compare(depth<double>(*f.face, f.values.e, f.error), depth<double>(*g.face, g.values.e, g.error)); },
+      [&] { return same_depth_everywhere(*f.face, *g.face) ? std::optional(0) : std::nullopt; },
+      [&] {
+        const Values<long double> longer_f = long_values(f), longer_g = long_values(g);
+        return compare(depth<long double>(*f.face, longer_f.e, longer_f.error),
+                       depth<long double>(*g.face, longer_g.e, longer_g.error));
+      },
+      [&] { return compare_by_expansions(f, g); });
 }
 
 }  // namespace gpvc::visibility

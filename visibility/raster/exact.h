@@ -1,18 +1,18 @@
-// Predicates on edge values and depths whose answers are those of real arithmetic on the projected vertices: a
-// floating-point filter first, then what doubles hold without rounding, long double, and expansions (Shewchuk 1997)
-// when none of these can tell.
+// Predicates on edge values and depths with the answers of real arithmetic on the projected vertices. Each tries a
+// floating-point filter first, then ties that doubles represent without rounding, then a filter in long double, and at
+// last expansions (Shewchuk 1997), which always decide.
 #pragma once
 
 #include "visibility/raster/raster.h"
 
 namespace gpvc::visibility {
 
-/// A face and a position of the undistorted frame (a pixel centre, or any other), with the edge values there.
+/// A face and a position of the undistorted frame, with the edge values there.
 struct FacePoint {
   const RasterFace* face;
   double px, py;
   EdgeValues values;
-  double error;  ///< no edge value is further than this from its real value
+  double error;  ///< upper bound of the error of each edge value
 };
 
 FacePoint face_point(const RasterFace& face, double px, double py);
