@@ -26,7 +26,7 @@ struct Bench {
         ivm(static_cast<std::size_t>(seen.camera.width) * static_cast<std::size_t>(seen.camera.height), kNoFace) {
     project_vertices(mesh, view.camera, view.pose, projected);
   }
-  ClassifyView prepared() const {
+  PreparedView prepared() const {
     return {mesh, view.camera, ViewId{0}, mask, projected, ivm, projection_rounding(view.camera)};
   }
   ViewVisibility classify(CoverageCorrection correction, Sampling sampling = Sampling::hivers) const {
@@ -76,19 +76,20 @@ TEST(Exact, DoesNotTrustTheItemBuffer) {
 }
 
 /// Which of the sub-pixel samples of `faces` no face hides, by asking the exact predicates about every pair.
-std::vector<std::uint32_t> visible_by_brute_force(const ClassifyView& view, const std::vector<FaceId>& faces) {
+std::vector<std::uint32_t> visible_by_brute_force(const PreparedView& view, const std::vector<FaceId>& faces) {
   std::vector<RasterFace> rasters;
   for (std::uint32_t f = 0; f < view.mesh.faces.size(); ++f) rasters.push_back(view.raster(FaceId{f}));
   std::vector<std::uint32_t> visible;
   for (const FaceId face : faces) {
     visible.push_back(0);
-    for (const SubpixelSample& sample : subpixel_samples(view, rasters[index(face)])) {
-      if (!sample.in_image) continue;
-      const FacePoint own = face_point(rasters[index(face)], sample.x, sample.y);
+    const SubpixelPositions at = subpixel_positions(view, face);
+    for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
+      if (!view.in_image(at.x[k], at.y[k])) continue;
+      const FacePoint own = face_point(rasters[index(face)], at.x[k], at.y[k]);
       bool hidden = false;
       for (std::size_t f = 0; f < rasters.size() && !hidden; ++f) {
         if (f == index(face) || rasters[f].facing == Facing::edge_on) continue;
-        const FacePoint there = face_point(rasters[f], sample.x, sample.y);
+        const FacePoint there = face_point(rasters[f], at.x[k], at.y[k]);
         if (!covers_exactly(there)) continue;
         const int order = compare_depth_exactly(there, own);
         hidden = order < 0 || (order == 0 && f < index(face));
@@ -102,7 +103,7 @@ std::vector<std::uint32_t> visible_by_brute_force(const ClassifyView& view, cons
 /// Checks the front faces among `first` .. `end` - 1, and that some samples see them and some do not.
 void expect_brute_force(const Mesh& mesh, const View& view, std::uint32_t first, std::uint32_t end) {
   const Bench bench(mesh, view);
-  const ClassifyView prepared = bench.prepared();
+  const PreparedView prepared = bench.prepared();
   std::vector<FaceId> faces;
   std::vector<FaceCode> codes(mesh.faces.size(), FaceCode::hidden);
   for (std::uint32_t f = first; f < end; ++f) {
@@ -178,9 +179,10 @@ TEST(Subpixel, EdgesBesideSamplesDecideAsThePredicatesDo) {
   const Bench bench(mesh, view);
   Mesh all = mesh;
   for (std::uint32_t f = 0; f < kFaces; ++f) {
-    const SubpixelSample at =
-        subpixel_samples(bench.prepared(), bench.prepared().raster(FaceId{f}))[random() % kSubpixelSamples];
-    if (!at.in_image) continue;
+    const SubpixelPositions positions = subpixel_positions(bench.prepared(), FaceId{f});
+    const std::size_t k = random() % kSubpixelSamples;
+    const PixelPoint at{positions.x[k], positions.y[k]};
+    if (!bench.prepared().in_image(at.x, at.y)) continue;
     const double angle = uniform(0, 6.3), size = f % 4 == 0 ? 40 : 0.4, past = uniform(-1e-7, 1e-7);
     const double dx = std::cos(angle), dy = std::sin(angle);
     const auto corner = [&](double along, double beside) -> std::array<double, 3> {

@@ -12,6 +12,7 @@
 
 #include "tests/visibility/visibility_check.h"
 #include "tests/visibility/visibility_scenes.h"
+#include "visibility/classify/classify.h"
 
 namespace gpvc::visibility {
 namespace {
@@ -27,7 +28,7 @@ class Drawn {
   /// From what was drawn, which it uses up.
   ViewVisibility classify(const VisibilityOptions& options = {}) {
     ViewVisibility result{{view_.camera.width, view_.camera.height, ivm}, {}, {}, {}};
-    CpuClassifier(options).complete(prepared(ivm), scan, result);
+    CpuClassifier(options).finish_exact_scan(prepared(ivm), scan, result);
     return result;
   }
   /// From an empty item buffer: every face contests every pixel that it covers.
@@ -49,7 +50,7 @@ class Drawn {
   FaceScan scan;
 
  private:
-  ClassifyView prepared(std::span<const FaceId> owners) const {
+  PreparedView prepared(std::span<const FaceId> owners) const {
     return {mesh_, view_.camera, ViewId{7}, mask_, projected_, owners, projection_rounding(view_.camera)};
   }
 

@@ -179,8 +179,8 @@ TEST(QuickFace, DepthsThatAreCertainAreThoseOfTheExactPredicates) {
       if (repeat % 2 == 0)
         for (std::size_t k = 0; k < 3; ++k) d[k] = {c[k].u * apart, c[k].v * apart, c[k].z * apart};
       const Prepared f(c), g(d);
-      const QuickDepth of_f = f.quick.depth(1 / c[0].z, 1 / c[1].z, 1 / c[2].z);
-      const QuickDepth of_g = g.quick.depth(1 / d[0].z, 1 / d[1].z, 1 / d[2].z);
+      const InverseDepth of_f = f.quick.inverse_depth(1 / c[0].z, 1 / c[1].z, 1 / c[2].z);
+      const InverseDepth of_g = g.quick.inverse_depth(1 / d[0].z, 1 / d[1].z, 1 / d[2].z);
       for (int k = 0; k < 4; ++k) {
         const double px = corners.uniform(f.bounds.x0, f.bounds.x1);
         const double py = corners.uniform(f.bounds.y0, f.bounds.y1);
@@ -233,7 +233,7 @@ TEST(QuickFace, NothingIsCertainBeyondItsReach) {
   const QuickLimits immoderate(kWidth, kHeight, kRounding, false);
   const Prepared near({ProjectedVertex{5, 4, 1}, ProjectedVertex{5, 40, 1}, ProjectedVertex{9, 2, 1}});
   EXPECT_TRUE(near.quick.usable());
-  EXPECT_FALSE(immoderate.holds(near.bounds));
+  EXPECT_FALSE(immoderate.hold_for(near.bounds));
 }
 
 }  // namespace

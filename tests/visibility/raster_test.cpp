@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "visibility/classify/face_sampler.h"
+#include "visibility/classify/front_faces.h"
 #include "visibility/raster/exact.h"
 
 namespace gpvc::visibility {
@@ -180,10 +180,10 @@ TEST(SpanWalker, InnerPixelsAreThoseNoEdgeCrosses) {
     std::vector<Span> spans;
     collect_spans(face, walker, true, spans);
     for (const Span& span : spans) {
-      std::int32_t x0 = 0, x1 = 0;
-      if (!walker.inner(span.y, x0, x1)) continue;
+      const std::optional<Span> inner = walker.inner_run(span.y);
+      if (!inner) continue;
       for (std::int32_t x = span.x0; x < span.x1; ++x)
-        EXPECT_EQ(crossed_by_edge(face, edge_values(face, x + 0.5, span.y + 0.5)), x < x0 || x >= x1);
+        EXPECT_EQ(crossed_by_edge(face, edge_values(face, x + 0.5, span.y + 0.5)), x < inner->x0 || x >= inner->x1);
     }
   }
 }

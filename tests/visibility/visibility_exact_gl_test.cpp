@@ -261,13 +261,13 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
           FaceScan scan;
           ViewVisibility scanned;
           ASSERT_TRUE(gpu->scan(prepared, view.pose, scan, scanned.statistics));
-          CpuClassifier(options).complete(prepared, scan, scanned);
+          CpuClassifier(options).finish_exact_scan(prepared, scan, scanned);
           expect_same(scanned, result);
           const VisibilityOptions lazy = with(CoverageCorrection::paper);
           std::vector<FaceCode> codes;
           ViewVisibility completed, paper;
           GpuClassifier(mesh, renderer, lazy, limits).classify(prepared, view.pose, codes, completed.statistics);
-          CpuClassifier(lazy).complete(prepared, codes, completed);
+          CpuClassifier(lazy).finish_codes(prepared, codes, completed);
           CpuClassifier(lazy).classify(prepared, paper);
           EXPECT_EQ(completed.classes, paper.classes) << "tile " << tile;
           EXPECT_EQ(completed.coverage.words, paper.coverage.words) << "tile " << tile;
@@ -357,7 +357,7 @@ TEST_F(ExactGl, SeveralDispatchesScanAMesh) {
   const auto unsure = std::count(scan.codes.begin(), scan.codes.end(), FaceCode::unsure);
   EXPECT_LT(unsure, 10) << "shaders leave little open";
   EXPECT_LT(scan.claims.size(), expected.statistics.contested_samples / 4);
-  CpuClassifier(options).complete(prepared, scan, result);
+  CpuClassifier(options).finish_exact_scan(prepared, scan, result);
   expect_same(result, expected);
 }
 

@@ -1,6 +1,4 @@
 // Method::none: what lies in the image is taken for visible.
-#include <algorithm>
-
 #include "visibility/classify/front_faces.h"
 #include "visibility/view_tester.h"
 
@@ -23,10 +21,10 @@ void NoTest::classify(const ClassifyView& view, const View&, ViewVisibility& res
     if (!find_front_face(view, face, block.front)) return FaceClass::hidden;
     if (block.front.spans.empty()) {
       if (!subpixel_) return FaceClass::unresolved;
-      const auto samples = subpixel_samples(view, block.front.raster);
-      const auto in_image =
-          std::count_if(samples.begin(), samples.end(), [](const SubpixelSample& s) { return s.in_image; });
-      return block.cover_subpixel(view, static_cast<std::uint32_t>(in_image));
+      const SubpixelPositions at = subpixel_positions(view, face);
+      std::uint32_t in_image = 0;
+      for (std::size_t k = 0; k < kSubpixelSamples; ++k) in_image += view.in_image(at.x[k], at.y[k]);
+      return block.cover_subpixel(view, face, block.front.inside, in_image);
     }
     if (block.front.inside && view.mask.whole()) return FaceClass::full;
     return block.cover(view, [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y); });

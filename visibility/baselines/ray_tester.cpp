@@ -16,13 +16,13 @@ namespace {
 
 using Target = RayMesh::Target;
 
-/// The point that a frame position and a depth name, seen from the camera centre, along the world's axes.
-Target target_at(const View& of, const SubpixelSample& sample) {
-  const double x = (sample.x - of.camera.cx) / of.camera.fx * sample.z;
-  const double y = (sample.y - of.camera.cy) / of.camera.fy * sample.z;
+/// The point at a position of the frame and a depth, seen from the camera centre, along the world's axes.
+Target target_at(const View& of, double px, double py, double z, bool in_image) {
+  const double x = (px - of.camera.cx) / of.camera.fx * z;
+  const double y = (py - of.camera.cy) / of.camera.fy * z;
   const auto& r = of.pose.rotation;
-  return {r[0] * x + r[3] * y + r[6] * sample.z, r[1] * x + r[4] * y + r[7] * sample.z,
-          r[2] * x + r[5] * y + r[8] * sample.z, sample.in_image, false};
+  return {r[0] * x + r[3] * y + r[6] * z, r[1] * x + r[4] * y + r[7] * z, r[2] * x + r[5] * y + r[8] * z, in_image,
+          false};
 }
 
 /// One ray per covered pixel centre (figure 19); faces that cover the same centre share it.
@@ -71,8 +71,9 @@ bool DenseRays::sees(const ClassifyView& view, std::int32_t x, std::int32_t y, d
 }
 
 FaceClass DenseRays::classify_face(const ClassifyView& view, FaceBlock& block) const {
-  const InverseDepth depth(block.front.raster, block.front.spans.front());
-  const auto sees_bare = [&](std::int32_t x, std::int32_t y) { return sees(view, x, y, depth.at(x, y)); };
+  const Span& top = block.front.spans.front();
+  const InverseDepth depth = inverse_depth_from(block.front.raster, top.x0 + 0.5, top.y + 0.5);
+  const auto sees_bare = [&](std::int32_t x, std::int32_t y) { return sees(view, x, y, depth.at(x + 0.5, y + 0.5)); };
   if (view.mask.whole()) return block.sample(view, sees_bare);
   return block.sample(view,
                       [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y) && sees_bare(x, y); });
@@ -80,12 +81,13 @@ FaceClass DenseRays::classify_face(const ClassifyView& view, FaceBlock& block) c
 
 FaceClass DenseRays::classify_subpixel(const ClassifyView& view, const View& of, FaceBlock& block) const {
   std::array<Target, kSubpixelSamples> targets;
-  const auto samples = subpixel_samples(view, block.front.raster);
-  for (std::size_t k = 0; k < kSubpixelSamples; ++k) targets[k] = target_at(of, samples[k]);
+  const SubpixelPositions at = subpixel_positions(view, block.front.face);
+  for (std::size_t k = 0; k < kSubpixelSamples; ++k)
+    targets[k] = target_at(of, at.x[k], at.y[k], at.depth(k), view.in_image(at.x[k], at.y[k]));
   rays_.trace(of.pose, options_.epsilon, targets);
   block.counts.samples += kSubpixelSamples;
-  return block.cover_subpixel(view, static_cast<std::uint32_t>(std::count_if(
-                                        targets.begin(), targets.end(), [](const Target& t) { return t.visible; })));
+  const auto visible = std::count_if(targets.begin(), targets.end(), [](const Target& t) { return t.visible; });
+  return block.cover_subpixel(view, block.front.face, block.front.inside, static_cast<std::uint32_t>(visible));
 }
 
 /// One ray per vertex, shared by its faces.
@@ -121,14 +123,8 @@ void SparseRays::classify(const ClassifyView& view, const View& of, ViewVisibili
         std::count_if(t.begin(), t.end(), [&](std::uint32_t v) { return vertices_[v] == Vertex::visible; }));
     if (visible == 0) return FaceClass::hidden;
     if (visible == 3) return FaceClass::full;
-    // What lies between the vertices nobody looked at: a share, and no pixels.
-    FaceCoverage entry;
-    entry.face = face;
-    entry.view = view.id;
-    entry.visible = visible;
-    entry.visible_share = static_cast<float>(visible) / 3;
-    entry.first_word = block.coverage.words.size();
-    block.coverage.entries.push_back(entry);
+    // Only vertices were tested: a share, and no pixels.
+    add_share(view, face, visible, 3, block.coverage);
     return FaceClass::partial;
   });
   result.statistics.samples = result.statistics.rays = traced;

@@ -12,14 +12,16 @@
 namespace gpvc::visibility {
 namespace {
 
-/// Whether every sample that the sampling mode asks for is stored as the face's; counts those looked at.
-bool stores_everywhere(const ClassifyView& view, FaceId face, const SpanWalker& walker, std::span<const Span> spans,
+/// True when every sample that the sampling mode looks at is stored as the face's; counts the samples looked at.
+bool stores_everywhere(const PreparedView& view, FaceId face, const SpanWalker& walker, std::span<const Span> spans,
                        Sampling sampling, std::size_t& samples) {
   for (const Span& span : spans) {
+    // VES leaves out the inner pixels from x0 to x1.
     std::int32_t x0 = span.x1, x1 = span.x1;
-    if (sampling == Sampling::ves && walker.inner(span.y, x0, x1)) {
-      x0 = std::clamp(x0, span.x0, span.x1);
-      x1 = std::clamp(x1, x0, span.x1);
+    const std::optional<Span> inner = sampling == Sampling::ves ? walker.inner_run(span.y) : std::nullopt;
+    if (inner) {
+      x0 = std::clamp(inner->x0, span.x0, span.x1);
+      x1 = std::clamp(inner->x1, x0, span.x1);
     }
     for (std::int32_t x = span.x0; x < x0; ++x)
       if (view.owner(x, span.y) != face) return false;
@@ -39,7 +41,7 @@ CpuClassifier::CpuClassifier(const VisibilityOptions& options)
       finisher_(std::make_unique<ScanFinisher>(options)) {}
 CpuClassifier::~CpuClassifier() = default;
 
-void CpuClassifier::classify(const ClassifyView& view, ViewVisibility& result) {
+void CpuClassifier::classify(const PreparedView& view, ViewVisibility& result) {
   if (options_.correction == CoverageCorrection::exact) {
     exact_->scan(view, *scan_);
   } else {
@@ -49,14 +51,14 @@ void CpuClassifier::classify(const ClassifyView& view, ViewVisibility& result) {
   finisher_->finish(view, *scan_, result);
 }
 
-void CpuClassifier::complete(const ClassifyView& view, FaceScan& scan, ViewVisibility& result) {
+void CpuClassifier::finish_exact_scan(const PreparedView& view, FaceScan& scan, ViewVisibility& result) {
   const auto start = Clock::now();
   exact_->settle(view, scan);
   result.statistics.claims_s += seconds_since(start);
   finisher_->finish(view, scan, result);
 }
 
-void CpuClassifier::complete(const ClassifyView& view, std::span<const FaceCode> codes, ViewVisibility& result) {
+void CpuClassifier::finish_codes(const PreparedView& view, std::span<const FaceCode> codes, ViewVisibility& result) {
   scan_->start(codes.size());
   tbb::enumerable_thread_specific<std::vector<Span>> spans_of_unsure;
   for_each_block(codes.size(), [&](std::size_t, std::size_t first, std::size_t end) {
@@ -75,7 +77,7 @@ void CpuClassifier::complete(const ClassifyView& view, std::span<const FaceCode>
 
 // --- off and paper
 
-void CpuClassifier::find_candidates(const ClassifyView& view) {
+void CpuClassifier::find_candidates(const PreparedView& view) {
   candidate_faces_.assign(view.mesh.faces.size(), 0);
   const auto width = static_cast<std::size_t>(view.camera.width);
   tbb::parallel_for(
@@ -91,8 +93,8 @@ void CpuClassifier::find_candidates(const ClassifyView& view) {
       });
 }
 
-/// Faces that are stored everywhere are done with; the others that own a pixel are to be sampled.
-void CpuClassifier::scan_faces(const ClassifyView& view) {
+/// Faces that own all their samples are full; the others that own a pixel get the code partial, to be sampled.
+void CpuClassifier::scan_faces(const PreparedView& view) {
   struct Part {
     std::vector<Span> spans;
     SampleCounts counts;
@@ -113,7 +115,7 @@ void CpuClassifier::scan_faces(const ClassifyView& view) {
   for (const Part& part : parts) scan_->counts += part.counts;
 }
 
-FaceCode CpuClassifier::scan_face(const ClassifyView& view, FaceId face, std::vector<Span>& spans,
+FaceCode CpuClassifier::scan_face(const PreparedView& view, FaceId face, std::vector<Span>& spans,
                                   std::size_t& samples) const {
   const FaceBounds bounds = view.bounds(face);
   if (outside(bounds, view.camera.width, view.camera.height)) return FaceCode::hidden;

@@ -10,33 +10,33 @@ void OwnerContest::start() {
   for (Owner& owner : owners_) owner.face = kNoFace;
 }
 
-OwnerContest::Owner& OwnerContest::owner_of(const ClassifyView& view, const QuickLimits& limits, FaceId stored) {
+OwnerContest::Owner& OwnerContest::owner_of(const PreparedView& view, FaceId stored) {
   Owner& owner = owners_[index(stored) % owners_.size()];
   if (owner.face == stored) return owner;
   owner.face = stored;
-  owner.quick = view.quick(limits, stored, view.bounds(stored));
+  owner.quick = view.quick(stored, view.bounds(stored));
   owner.farthest = view.depths(stored).farthest;
   owner.measured = owner.prepared = false;
   return owner;
 }
 
-bool OwnerContest::keeps(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored,
-                         const Span& run) {
-  Owner& owner = owner_of(view, limits, stored);
+bool OwnerContest::stored_owner_keeps_run(const PreparedView& view, Contender& contender, FaceId stored,
+                                          const Span& run) {
+  Owner& owner = owner_of(view, stored);
   const double first = run.x0 + 0.5, last = run.x1 - 0.5, y = run.y + 0.5;
   if (!owner.quick.contains(first, y) || (last > first && !owner.quick.contains(last, y))) return false;
-  // Most owners are a layer nearer.
+  // Most stored owners belong to a nearer layer.
   if (owner.farthest < contender.nearest()) return true;
-  if (!owner.measured) owner.depth = view.quick_depth(owner.quick, stored);
+  if (!owner.measured) owner.depth = view.inverse_depth(owner.quick, stored);
   owner.measured = true;
-  const QuickDepth& other = contender.depth(limits);
+  const InverseDepth& other = contender.inverse_depth();
   return owner.depth.before(other, first, y) && owner.depth.before(other, last, y);
 }
 
-bool OwnerContest::wins(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored,
-                        std::int32_t x, std::int32_t y) {
+bool OwnerContest::beats_stored_at(const PreparedView& view, Contender& contender, FaceId stored, std::int32_t x,
+                                   std::int32_t y) {
   if (stored == kNoFace) return true;
-  Owner& owner = owner_of(view, limits, stored);
+  Owner& owner = owner_of(view, stored);
   const double px = x + 0.5, py = y + 0.5;
   if (owner.farthest < contender.nearest() && owner.quick.contains(px, py)) return false;
   if (!owner.prepared) owner.raster = view.raster(stored);
@@ -48,7 +48,7 @@ bool OwnerContest::wins(const ClassifyView& view, const QuickLimits& limits, Con
   return order < 0 || (order == 0 && contender.face() < stored);
 }
 
-void OwnerOverlay::resolve(const ClassifyView& view, std::vector<Claim>& claims) {
+void OwnerOverlay::resolve(const PreparedView& view, std::vector<Claim>& claims) {
   for (const Claim& entry : entries_) corrected_[entry.pixel / 64] = 0;
   entries_.clear();
   corrected_.resize((view.ivm.size() + 63) / 64, 0);

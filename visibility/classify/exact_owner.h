@@ -2,10 +2,10 @@
 // contests it.
 //
 // A face covering the centre of pixel p claims p when the stored owner does not cover the centre, or lies behind the
-// face there (the higher index on a tie); both decided exactly. If the stored owner is right, nobody claims. If it is
-// wrong, the right one does: it covers the centre, and it lies in front of the stored owner unless that one does not
-// cover the centre at all. So the nearest of the claimants is the owner, and nothing is assumed about the rasterizer:
-// neither its snapping nor its depth buffer needs an error bound.
+// face there (the higher index on a tie); both decided exactly. If the stored owner is right, no face claims the pixel.
+// If it is wrong, the right one does: it covers the centre, and it lies in front of the stored owner unless that one
+// does not cover the centre at all. So the nearest of the claimants is the owner, and nothing is assumed about the
+// rasterizer: neither its snapping nor its depth buffer needs an error bound.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "visibility/classify/classify.h"
 #include "visibility/raster/exact.h"
+#include "visibility/raster/prepared_view.h"
 
 namespace gpvc::visibility {
 
@@ -23,14 +23,14 @@ struct Claim {
   FaceId face;
 };
 
-/// A face that contests owners; made ready for the exact predicates when they are first needed.
+/// A face that contests owners. What the tests need of it is computed when first needed.
 class Contender {
  public:
-  Contender(const ClassifyView& view, FaceId face) : view_(view), face_(face), nearest_(view.depths(face).nearest) {}
+  Contender(const PreparedView& view, FaceId face) : view_(view), face_(face), nearest_(view.depths(face).nearest) {}
   FaceId face() const { return face_; }
   double nearest() const { return nearest_; }
-  const QuickDepth& depth(const QuickLimits& limits) {
-    if (!measured_) depth_ = view_.quick_depth(view_.quick(limits, face_, view_.bounds(face_)), face_);
+  const InverseDepth& inverse_depth() {
+    if (!measured_) depth_ = view_.inverse_depth(view_.quick(face_, view_.bounds(face_)), face_);
     measured_ = true;
     return depth_;
   }
@@ -41,36 +41,35 @@ class Contender {
   }
 
  private:
-  const ClassifyView& view_;
+  const PreparedView& view_;
   FaceId face_;
   double nearest_;
   bool measured_ = false, prepared_ = false;
-  QuickDepth depth_;
+  InverseDepth depth_;
   RasterFace raster_;
 };
 
-/// Contests stored owners, remembering the last few of them; one a thread.
+/// Compares contenders with stored owners and caches the latest of these; one a thread.
 class OwnerContest {
  public:
-  /// Forgets the view before.
+  /// Drops what was cached of the last view.
   void start();
-  /// True when the contender, which covers the run, certainly beats its stored owner nowhere in it: both are convex and
-  /// their 1 / z linear, so what is certain of the ends is certain of all between.
-  bool keeps(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored, const Span& run);
-  /// Whether the contender, which covers pixel (x, y), beats its stored owner there.
-  bool wins(const ClassifyView& view, const QuickLimits& limits, Contender& contender, FaceId stored, std::int32_t x,
-            std::int32_t y);
+  /// True when the contender, which covers the run, certainly beats its stored owner nowhere in it. Both faces are
+  /// convex and their 1 / z linear, so what is certain at both ends is certain between them.
+  bool stored_owner_keeps_run(const PreparedView& view, Contender& contender, FaceId stored, const Span& run);
+  /// Exactly: true when the contender, which covers pixel (x, y), beats its stored owner there.
+  bool beats_stored_at(const PreparedView& view, Contender& contender, FaceId stored, std::int32_t x, std::int32_t y);
 
  private:
   struct Owner {
     FaceId face = kNoFace;
     QuickFace quick;
     double farthest = 0;
-    bool measured = false, prepared = false;
-    QuickDepth depth;
+    bool measured = false, prepared = false;  ///< depth, raster are set
+    InverseDepth depth;
     RasterFace raster;
   };
-  Owner& owner_of(const ClassifyView& view, const QuickLimits& limits, FaceId stored);
+  Owner& owner_of(const PreparedView& view, FaceId stored);
 
   std::array<Owner, 256> owners_;
 };
@@ -79,9 +78,9 @@ class OwnerContest {
 class OwnerOverlay {
  public:
   /// Sorts the claims and keeps the nearest claimant of each pixel. O(claims log claims).
-  void resolve(const ClassifyView& view, std::vector<Claim>& claims);
+  void resolve(const PreparedView& view, std::vector<Claim>& claims);
   std::span<const Claim> entries() const { return entries_; }
-  /// Whether it holds any of a run of pixels.
+  /// True when it holds any pixel from `first` up to `end`.
   bool touches(std::size_t first, std::size_t end) const;
   bool contains(std::size_t pixel) const { return (corrected_[pixel / 64] >> (pixel % 64)) & 1U; }
   /// \pre contains(pixel). O(log entries).
@@ -89,7 +88,7 @@ class OwnerOverlay {
 
  private:
   std::vector<Claim> entries_;            ///< by pixel
-  std::vector<std::uint64_t> corrected_;  ///< a bit a pixel
+  std::vector<std::uint64_t> corrected_;  ///< one bit a pixel
 };
 
 }  // namespace gpvc::visibility

@@ -1,6 +1,6 @@
-// CoverageCorrection::exact, its first half: the samples of every face are found exactly and looked up, and where
-// another face is stored the face contests it. Shaders do that too (shaders/scan.comp), but for faces and samples that
-// they are not sure about.
+// The first half of CoverageCorrection::exact: finds the samples of every face exactly, looks them up in the item
+// buffer, and contests those that store another face. The shaders (shaders/scan.comp) and native drawing do the same,
+// except for the faces and samples that they are not sure about: settle() decides these.
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>
@@ -8,28 +8,27 @@
 #include <memory>
 #include <vector>
 
-#include "visibility/classify/classify.h"
 #include "visibility/classify/exact_owner.h"
 #include "visibility/classify/face_code.h"
-#include "visibility/classify/face_sampler.h"
+#include "visibility/classify/front_faces.h"
 
 namespace gpvc::visibility {
 
-/// Few enough faces that they mostly lie beside each other: where sub-pixel faces are few, most rectangles around the
-/// others hold no sample of them.
+/// Faces per culling rectangle; small, so that rectangles stay tight: where sub-pixel faces are few, most rectangles
+/// around other faces contain no sample of them.
 inline constexpr std::size_t kFacesPerRectangle = 64;
 
-/// What is known of a view before stored owners are corrected.
+/// The result of scanning a view, before stored owners are corrected.
 struct FaceScan {
   std::vector<FaceCode> codes;  ///< per face
   /// Samples whose stored owner the face beats; before settle(), may beat. The face must cover the pixel in real
-  /// arithmetic: nothing looks at that again. In any order, some twice.
+  /// arithmetic, which is not tested again. In any order; duplicates are allowed.
   std::vector<Claim> claims;
   SampleCounts counts;  ///< of the faces that are not unsure
-  /// What each kFacesPerRectangle consecutive faces may touch; empty when not known.
+  /// The pixels that each kFacesPerRectangle consecutive faces may touch; empty when not known.
   std::vector<PixelBox> touched;
 
-  /// Forgets everything but the memory.
+  /// Clears everything and keeps the memory.
   void start(std::size_t faces) {
     codes.resize(faces);
     claims.clear();
@@ -38,25 +37,19 @@ struct FaceScan {
   }
 };
 
-/// Scratch memory that views share. Results do not depend on what was scanned before, nor, but for the order of claims,
-/// on threads. TBB.
+/// Scratch memory that views share. Results do not depend on what was scanned before, nor, except for the order of
+/// claims, on threads. TBB.
 class ExactScan {
  public:
   ExactScan();
   ~ExactScan();
   /// Scans all faces. O(faces + samples not stored as their own face's).
-  void scan(const ClassifyView& view, FaceScan& scan);
-  /// Scans the faces that shaders, or native drawing, are not sure about, and leaves of the claims those that are
-  /// right.
-  void settle(const ClassifyView& view, FaceScan& scan);
+  void scan(const PreparedView& view, FaceScan& scan);
+  /// Scans the faces with code unsure and removes the claims that lose against the stored owner.
+  void settle(const PreparedView& view, FaceScan& scan);
 
  private:
   class Scanner;
-  Scanner& scanner();  ///< of this thread
-  void start(const ClassifyView& view);
-  void gather(FaceScan& scan) const;
-
-  const ClassifyView* view_ = nullptr;  ///< at hand
   tbb::enumerable_thread_specific<std::unique_ptr<Scanner>> scanners_;
 };
 

@@ -7,107 +7,120 @@
 namespace gpvc::visibility {
 namespace {
 
-std::size_t count(const std::vector<Span>& spans) {
+/// Samples of a face, counting those beyond the frame as far as one frame away on each side: what
+/// FaceCoverage::visible_share is a share of, so that a face of which the frame shows a corner counts as little seen.
+std::size_t samples_around(const Camera& camera, const FrontFace& front) {
+  const std::int32_t w = camera.width, h = camera.height;
+  const SpanWalker walker(front.raster, pixel_bounds(front.raster, {-w, -h, 2 * w, 2 * h}));
+  std::vector<Span> spans;
+  collect_spans(front.raster, walker, front.exact, spans);
   std::size_t samples = 0;
   for (const Span& span : spans) samples += static_cast<std::size_t>(span.x1 - span.x0);
   return samples;
 }
 
-/// Samples of a face, those outside the frame included as far as one frame away on each side.
-std::size_t samples_around(const ClassifyView& view, const RasterFace& raster) {
-  const std::int32_t w = view.camera.width, h = view.camera.height;
-  const SpanWalker walker(raster, pixel_bounds(raster, {-w, -h, 2 * w, 2 * h}));
-  std::vector<Span> spans;
-  collect_spans(raster, walker, true, spans);
-  return count(spans);
-}
-
 }  // namespace
 
-bool find_front_face(const ClassifyView& view, FaceId face, FrontFace& found) {
+bool inside_frame(const Camera& camera, const RasterFace& face) {
+  return std::all_of(face.vertex.begin(), face.vertex.end(), [&](const ProjectedVertex& v) {
+    return v.z > 0 && v.u >= 0 && v.v >= 0 && v.u <= camera.width * v.z && v.v <= camera.height * v.z;
+  });
+}
+
+void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact, std::vector<Span>& spans) {
+  spans.clear();
+  walker.walk(
+      [&](std::int32_t x, std::int32_t y) {
+        return exact ? covers_exactly(face_point(face, x + 0.5, y + 0.5))
+                     : covers(face, edge_values(face, x + 0.5, y + 0.5));
+      },
+      [&](std::int32_t y, std::int32_t x0, std::int32_t x1) {
+        spans.push_back({y, x0, x1});
+      });
+}
+
+bool find_front_face(const PreparedView& view, FaceId face, FrontFace& found) {
   const FaceBounds bounds = view.bounds(face);
   if (outside(bounds, view.camera.width, view.camera.height)) return false;
   found.face = face;
   found.raster = view.raster(face);
   if (found.raster.facing != Facing::front) return false;
+  found.exact = true;
   const SpanWalker walker(found.raster, pixel_bounds(found.raster, bounds, view.frame()));
-  collect_spans(found.raster, walker, true, found.spans);
+  collect_spans(found.raster, walker, found.exact, found.spans);
   found.inside = inside_frame(view.camera, found.raster);
   return !found.spans.empty() || !misses_frame(view.camera, found.raster.vertex);
 }
 
-InverseDepth::InverseDepth(const RasterFace& raster, const Span& near) : x0_(near.x0), y0_(near.y) {
-  const EdgeValues values = edge_values(raster, x0_ + 0.5, y0_ + 0.5);
-  double sum = 0, determinant = 0, sum_per_x = 0, sum_per_y = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Gradient gradient = edge_gradient(raster, values, k);
-    sum += values.e[k];
-    determinant += values.e[k] * raster.vertex[k].z;
-    sum_per_x += gradient.x;
-    sum_per_y += gradient.y;
-  }
-  first_ = sum / determinant;
-  per_x_ = sum_per_x / determinant;
-  per_y_ = sum_per_y / determinant;
-}
-
-std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView& view, const RasterFace& raster) {
-  const auto& v = raster.vertex;
-  std::array<SubpixelSample, kSubpixelSamples> samples;
-  for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
-    // Sums of three and of six vertices.
-    ProjectedVertex q{v[0].u + v[1].u + v[2].u, v[0].v + v[1].v + v[2].v, v[0].z + v[1].z + v[2].z};
-    if (k < 3) q = {q.u + 3 * v[k].u, q.v + 3 * v[k].v, q.z + 3 * v[k].z};
-    SubpixelSample& sample = samples[k];
-    sample = {q.u / q.z, q.v / q.z, q.z / (k < 3 ? 6 : 3), false};
-    sample.in_image = sample.z > 0 && sample.x >= 0 && sample.y >= 0 && sample.x <= view.camera.width &&
-                      sample.y <= view.camera.height && view.mask.contains(PixelPoint{sample.x, sample.y});
-  }
-  return samples;
-}
-
-FaceCoverage FaceBlock::empty_entry(const ClassifyView& view) {
-  FaceCoverage entry;
-  entry.face = front.face;
-  entry.view = view.id;
-  entry.x0 = std::numeric_limits<std::int32_t>::max();
+CoverageWriter::CoverageWriter(const PreparedView& view, const FrontFace& front, CoverageTable& table)
+    : view_(view), front_(front), table_(table) {
+  entry_.face = front.face;
+  entry_.view = view.id;
+  entry_.x0 = std::numeric_limits<std::int32_t>::max();
   std::int32_t x1 = 0;
   for (const Span& span : front.spans) {
-    entry.x0 = std::min(entry.x0, span.x0);
+    entry_.x0 = std::min(entry_.x0, span.x0);
     x1 = std::max(x1, span.x1);
   }
-  entry.y0 = front.spans.front().y;
-  entry.width = x1 - entry.x0;
-  entry.height = front.spans.back().y + 1 - entry.y0;
-  entry.first_word = coverage.words.size();
-  const std::size_t bits = static_cast<std::size_t>(entry.width) * static_cast<std::size_t>(entry.height);
-  coverage.words.resize(entry.first_word + (bits + 63) / 64);
-  return entry;
+  entry_.y0 = front.spans.front().y;
+  entry_.width = x1 - entry_.x0;
+  entry_.height = front.spans.back().y + 1 - entry_.y0;
+  entry_.first_word = table.words.size();
+  const std::size_t bits = static_cast<std::size_t>(entry_.width) * static_cast<std::size_t>(entry_.height);
+  table.words.resize(entry_.first_word + (bits + 63) / 64);
 }
 
-FaceClass FaceBlock::finish(const ClassifyView& view, FaceCoverage entry) {
-  const std::size_t samples = count(front.spans);
-  if (entry.visible == 0 || (front.inside && entry.visible == samples)) {
-    coverage.words.resize(entry.first_word);
-    return entry.visible == 0 ? FaceClass::hidden : FaceClass::full;
+FaceClass CoverageWriter::finish() {
+  if (entry_.visible == 0 || (front_.inside && entry_.visible == samples_)) {
+    table_.words.resize(entry_.first_word);
+    return entry_.visible == 0 ? FaceClass::hidden : FaceClass::full;
   }
-  const std::size_t all = front.inside ? samples : samples_around(view, front.raster);
-  entry.visible_share = static_cast<float>(static_cast<double>(entry.visible) / static_cast<double>(all));
-  coverage.entries.push_back(entry);
+  const std::size_t all = front_.inside ? samples_ : samples_around(view_.camera, front_);
+  entry_.visible_share = static_cast<float>(static_cast<double>(entry_.visible) / static_cast<double>(all));
+  table_.entries.push_back(entry_);
   return FaceClass::partial;
 }
 
-FaceClass FaceBlock::cover_subpixel(const ClassifyView& view, std::uint32_t visible) {
-  if (visible == 0) return FaceClass::hidden;
-  if (visible == kSubpixelSamples && front.inside) return FaceClass::full;
+void add_share(const PreparedView& view, FaceId face, std::uint32_t visible, std::uint32_t samples,
+               CoverageTable& table) {
   FaceCoverage entry;
-  entry.face = front.face;
+  entry.face = face;
   entry.view = view.id;
   entry.visible = visible;
-  entry.visible_share = static_cast<float>(visible) / kSubpixelSamples;
-  entry.first_word = coverage.words.size();
-  coverage.entries.push_back(entry);
+  entry.visible_share = static_cast<float>(visible) / static_cast<float>(samples);
+  entry.first_word = table.words.size();
+  table.entries.push_back(entry);
+}
+
+void FaceBlock::clear() {
+  coverage.entries.clear();
+  coverage.words.clear();
+  counts = {};
+  full = 0;
+}
+
+FaceClass FaceBlock::cover_subpixel(const PreparedView& view, FaceId face, bool inside, std::uint32_t visible) {
+  if (visible == 0) return FaceClass::hidden;
+  if (visible == kSubpixelSamples && inside) return FaceClass::full;
+  add_share(view, face, visible, kSubpixelSamples, coverage);
   return FaceClass::partial;
+}
+
+void append(const FaceBlock& block, ViewVisibility& result) {
+  CoverageTable& coverage = result.coverage;
+  const std::size_t words = coverage.words.size();
+  for (FaceCoverage entry : block.coverage.entries) {
+    entry.first_word += words;
+    coverage.entries.push_back(entry);
+  }
+  coverage.words.insert(coverage.words.end(), block.coverage.words.begin(), block.coverage.words.end());
+  VisibilityStatistics& statistics = result.statistics;
+  statistics.processed_faces += block.counts.processed_faces;
+  statistics.samples += block.counts.samples;
+  statistics.corrected_samples += block.counts.corrected_samples;
+  statistics.contested_samples += block.counts.contested_samples;
+  statistics.full += block.full;
+  statistics.partial += block.coverage.entries.size();
 }
 
 }  // namespace gpvc::visibility

@@ -1,77 +1,170 @@
-// What the methods that test samples one by one share: the samples of the front faces of a view, and the coverage of
-// the partial ones.
+// Classifying one face after the other by testing its samples: the samples of front faces, the order in which they are
+// looked at (dense or HIVERS), and the coverage of partial faces. Shared by gpvc and the methods it is compared with.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
-#include "visibility/classify/classify.h"
-#include "visibility/classify/face_sampler.h"
-#include "visibility/classify/subpixel.h"
+#include "visibility/classify/subpixel_positions.h"
+#include "visibility/raster/prepared_view.h"
 
 namespace gpvc::visibility {
 
-/// A front face before a view.
+struct SampleCounts {
+  std::size_t processed_faces = 0;
+  std::size_t samples = 0;
+  std::size_t corrected_samples = 0;
+  std::size_t contested_samples = 0;
+
+  SampleCounts& operator+=(const SampleCounts& other) {
+    processed_faces += other.processed_faces;
+    samples += other.samples;
+    corrected_samples += other.corrected_samples;
+    contested_samples += other.contested_samples;
+    return *this;
+  }
+};
+
+/// True when all vertices are in front of the camera and in [0, W] x [0, H].
+bool inside_frame(const Camera& camera, const RasterFace& face);
+
+/// The runs of pixels in the walker's box whose centres the face covers. Exact where `exact`, else by edge values as
+/// the shaders compute them.
+void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact, std::vector<Span>& spans);
+
+/// A front face and its samples in a view.
 struct FrontFace {
   FaceId face = kNoFace;
-  RasterFace raster;
-  std::vector<Span> spans;  ///< runs of samples on the frame; empty: no pixel centre, sub-pixel samples
-  bool inside = false;      ///< all vertices in front of the camera and in [0, W] x [0, H]
+  RasterFace raster;        ///< not set by those who need only the spans of a face inside the frame
+  std::vector<Span> spans;  ///< runs of samples; empty: no pixel centre of the frame, sub-pixel samples
+  bool inside = false;      ///< inside_frame()
+  bool exact = true;        ///< how collect_spans() found the spans
 };
 
-/// Whether the face faces the camera and has a sample on the frame. Fills `found`, whose memory is used again.
-bool find_front_face(const ClassifyView& view, FaceId face, FrontFace& found);
+/// True when the face faces the camera and has samples. Fills `found`, reusing its memory.
+bool find_front_face(const PreparedView& view, FaceId face, FrontFace& found);
 
-/// 1 / z of a face's plane at pixel centres, which is linear over the image: with e the edge values of a centre, z =
-/// (sum of e z) / (sum of e), and the numerator is the same everywhere.
-struct InverseDepth {
-  InverseDepth(const RasterFace& raster, const Span& near);
-  double at(std::int32_t x, std::int32_t y) const { return first_ + per_x_ * (x - x0_) + per_y_ * (y - y0_); }
+/// The order in which the spans of a face are tested against `sees(x, y)`, until one sample does not see the face.
+/// Counts the samples that were looked at.
+template <class Sees>
+class SpanTest {
+ public:
+  SpanTest(const std::vector<Span>& spans, const Sees& sees, std::size_t& samples)
+      : spans_(spans), sees_(sees), samples_(samples) {}
+
+  bool sees_run(std::int32_t y, std::int32_t x0, std::int32_t x1) {
+    for (std::int32_t x = x0; x < x1; ++x) {
+      ++samples_;
+      if (!sees_(x, y)) return false;
+    }
+    return true;
+  }
+  bool sees_all_dense() {
+    return std::all_of(spans_.begin(), spans_.end(),
+                       [&](const Span& span) { return sees_run(span.y, span.x0, span.x1); });
+  }
+  /// VVC and EVC on the ends of the rows and the whole of the first and the last row, then RVC on what lies between.
+  /// Deviation from algorithm 2: a region is not cut into three at its barycentre but into blocks of rows, halved until
+  /// one row is left. So every sample is read once and none needs to be marked; the conditions, and the class, are
+  /// those of the paper.
+  bool sees_all_hivers() {
+    const Span &top = spans_.front(), &bottom = spans_.back();
+    if (!sees_run(top.y, top.x0, top.x1)) return false;
+    if (spans_.size() == 1) return true;
+    if (!sees_run(bottom.y, bottom.x0, bottom.x1)) return false;
+    for (std::size_t i = 1; i + 1 < spans_.size(); ++i) {
+      const Span& span = spans_[i];
+      if (!sees_run(span.y, span.x0, span.x0 + 1)) return false;
+      if (span.x1 - span.x0 > 1 && !sees_run(span.y, span.x1 - 1, span.x1)) return false;
+    }
+    return sees_rows_between(1, spans_.size() - 1);
+  }
 
  private:
-  std::int32_t x0_, y0_;
-  double first_, per_x_, per_y_;
+  bool sees_rows_between(std::size_t first, std::size_t last) {
+    if (first >= last) return true;
+    const std::size_t middle = first + (last - first) / 2;
+    const Span& span = spans_[middle];
+    return sees_run(span.y, span.x0 + 1, span.x1 - 1) && sees_rows_between(first, middle) &&
+           sees_rows_between(middle + 1, last);
+  }
+
+  const std::vector<Span>& spans_;
+  const Sees& sees_;
+  std::size_t& samples_;
 };
 
-/// Where the sub-pixel samples of a face lie: the centroid last, the midpoints from it to the vertices first.
-struct SubpixelSample {
-  double x = 0, y = 0, z = 0;
-  bool in_image = false;
-};
-std::array<SubpixelSample, kSubpixelSamples> subpixel_samples(const ClassifyView& view, const RasterFace& raster);
+/// Writes the coverage of one face behind the entries of a table: a bit for every sample that sees it.
+class CoverageWriter {
+ public:
+  /// The entry's box is that of the face's spans.
+  CoverageWriter(const PreparedView& view, const FrontFace& front, CoverageTable& table);
 
-/// Faces in blocks of a fixed size, so that what a block yields does not depend on the number of threads.
-struct FaceBlock : BlockYield {
+  template <class SeesPixel>
+  void add(const Span& span, const SeesPixel& sees) {
+    const auto width = static_cast<std::size_t>(entry_.width);
+    const std::size_t row = static_cast<std::size_t>(span.y - entry_.y0) * width;
+    samples_ += static_cast<std::size_t>(span.x1 - span.x0);
+    for (std::int32_t x = span.x0; x < span.x1; ++x) {
+      if (!sees(x)) continue;
+      const std::size_t bit = row + static_cast<std::size_t>(x - entry_.x0);
+      table_.words[entry_.first_word + bit / 64] |= std::uint64_t{1} << (bit % 64);
+      ++entry_.visible;
+    }
+  }
+  /// The class of the face once all its spans were added; only a partial face keeps its entry.
+  FaceClass finish();
+
+ private:
+  const PreparedView& view_;
+  const FrontFace& front_;
+  CoverageTable& table_;
+  FaceCoverage entry_;
+  std::size_t samples_ = 0;
+};
+
+/// A coverage entry that has a share but no pixels.
+void add_share(const PreparedView& view, FaceId face, std::uint32_t visible, std::uint32_t samples,
+               CoverageTable& table);
+
+/// The results of a block of consecutive faces.
+struct FaceBlock {
+  CoverageTable coverage;
+  SampleCounts counts;
+  std::size_t full = 0;
   FrontFace front;  ///< scratch
 
-  /// The class of the front face when `sees(x, y)` says which of its samples see it: hidden when none, full when all
-  /// and the face is inside, else partial, with its coverage.
+  /// Keeps the memory.
+  void clear();
+  /// The class of the front face when `sees(x, y)` says which of its samples see it: hidden when none does, full when
+  /// all do and the face is inside the frame, else partial, with its coverage.
   template <class Sees>
-  FaceClass cover(const ClassifyView& view, const Sees& sees);
-  /// The same class, found as HIVERS finds it: ends of the rows first, until a sample does not see the face; those
-  /// looked at are counted. What is partial is then covered, sample by sample.
+  FaceClass cover(const PreparedView& view, const Sees& sees) {
+    CoverageWriter writer(view, front, coverage);
+    for (const Span& span : front.spans) writer.add(span, [&](std::int32_t x) { return sees(x, span.y); });
+    return writer.finish();
+  }
+  /// The same class, found in the order of HIVERS; the samples looked at are counted until one does not see the face.
+  /// A partial face is then covered, sample by sample.
   template <class Sees>
-  FaceClass sample(const ClassifyView& view, const Sees& sees);
-  /// Likewise without pixel centre, `visible` of the sub-pixel samples seeing it.
-  FaceClass cover_subpixel(const ClassifyView& view, std::uint32_t visible);
-
- private:
-  template <class Sees>
-  bool sees_run(const Sees& sees, std::int32_t y, std::int32_t x0, std::int32_t x1);
-  template <class Sees>
-  bool sees_all(const Sees& sees);
-  template <class Sees>
-  bool sees_rows_between(const Sees& sees, std::size_t first, std::size_t last);
-  FaceCoverage empty_entry(const ClassifyView& view);
-  FaceClass finish(const ClassifyView& view, FaceCoverage entry);
+  FaceClass sample(const PreparedView& view, const Sees& sees) {
+    const bool sees_all = front.inside && SpanTest<Sees>(front.spans, sees, counts.samples).sees_all_hivers();
+    return sees_all ? FaceClass::full : cover(view, sees);
+  }
+  /// The class of a front face without pixel centre when `visible` of its sub-pixel samples see it.
+  FaceClass cover_subpixel(const PreparedView& view, FaceId face, bool inside, std::uint32_t visible);
 };
 
+/// Appends the coverage and adds the counts to the statistics.
+void append(const FaceBlock& block, ViewVisibility& result);
+
+/// Faces in blocks of a fixed size, so that the result of a block does not depend on the number of threads.
 class FaceBlocks {
  public:
-  /// classes[f] = classify(FaceId, FaceBlock&) for every face; joins what the blocks counted and covered.
+  /// classes[f] = classify(FaceId, FaceBlock&) for every face; joins the counts and the coverage of the blocks.
   template <class Classify>
-  void run(const ClassifyView& view, ViewVisibility& result, const Classify& classify) {
+  void run(const PreparedView& view, ViewVisibility& result, const Classify& classify) {
     const std::size_t faces = view.mesh.faces.size();
     result.classes.resize(faces);
     blocks_.resize(block_count(faces));
@@ -83,64 +176,13 @@ class FaceBlocks {
         block.full += result.classes[f] == FaceClass::full;
       }
     });
-    join(blocks_, result);
+    result.coverage.entries.clear();
+    result.coverage.words.clear();
+    for (const FaceBlock& block : blocks_) append(block, result);
   }
 
  private:
   std::vector<FaceBlock> blocks_;
 };
-
-template <class Sees>
-FaceClass FaceBlock::cover(const ClassifyView& view, const Sees& sees) {
-  FaceCoverage entry = empty_entry(view);
-  const auto width = static_cast<std::size_t>(entry.width);
-  for (const Span& span : front.spans)
-    for (std::int32_t x = span.x0; x < span.x1; ++x) {
-      if (!sees(x, span.y)) continue;
-      const std::size_t bit =
-          static_cast<std::size_t>(span.y - entry.y0) * width + static_cast<std::size_t>(x - entry.x0);
-      coverage.words[entry.first_word + bit / 64] |= std::uint64_t{1} << (bit % 64);
-      ++entry.visible;
-    }
-  return finish(view, entry);
-}
-
-template <class Sees>
-FaceClass FaceBlock::sample(const ClassifyView& view, const Sees& sees) {
-  return front.inside && sees_all(sees) ? FaceClass::full : cover(view, sees);
-}
-
-template <class Sees>
-bool FaceBlock::sees_run(const Sees& sees, std::int32_t y, std::int32_t x0, std::int32_t x1) {
-  for (std::int32_t x = x0; x < x1; ++x) {
-    ++counts.samples;
-    if (!sees(x, y)) return false;
-  }
-  return true;
-}
-
-template <class Sees>
-bool FaceBlock::sees_all(const Sees& sees) {
-  const std::vector<Span>& spans = front.spans;
-  const Span &top = spans.front(), &bottom = spans.back();
-  if (!sees_run(sees, top.y, top.x0, top.x1)) return false;
-  if (spans.size() == 1) return true;
-  if (!sees_run(sees, bottom.y, bottom.x0, bottom.x1)) return false;
-  for (std::size_t i = 1; i + 1 < spans.size(); ++i) {
-    const Span& span = spans[i];
-    if (!sees_run(sees, span.y, span.x0, span.x0 + 1)) return false;
-    if (span.x1 - span.x0 > 1 && !sees_run(sees, span.y, span.x1 - 1, span.x1)) return false;
-  }
-  return sees_rows_between(sees, 1, spans.size() - 1);
-}
-
-template <class Sees>
-bool FaceBlock::sees_rows_between(const Sees& sees, std::size_t first, std::size_t last) {
-  if (first >= last) return true;
-  const std::size_t middle = first + (last - first) / 2;
-  const Span& span = front.spans[middle];
-  return sees_run(sees, span.y, span.x0 + 1, span.x1 - 1) && sees_rows_between(sees, first, middle) &&
-         sees_rows_between(sees, middle + 1, last);
-}
 
 }  // namespace gpvc::visibility

@@ -50,14 +50,14 @@ void GpvcTester::classify(const ClassifyView& view, const View& of, ViewVisibili
   if (!gpu_) return cpu_.classify(view, result);
   if (options_.correction != CoverageCorrection::exact) return classify_codes(view, of, result);
   if (!gpu_->scan(view, of.pose, scan_, result.statistics)) return cpu_.classify(view, result);
-  cpu_.complete(view, scan_, result);
+  cpu_.finish_exact_scan(view, scan_, result);
 }
 
-/// Statistics are those of the shaders, which have looked at the samples, but for those of large faces.
+/// The shaders have counted the samples, except those of large faces; what the CPU counts again is dropped.
 void GpvcTester::classify_codes(const ClassifyView& view, const View& of, ViewVisibility& result) {
   gpu_->classify(view, of.pose, codes_, result.statistics);
   const VisibilityStatistics counted = result.statistics;
-  cpu_.complete(view, codes_, result);
+  cpu_.finish_codes(view, codes_, result);
   result.statistics.processed_faces = counted.processed_faces;
   result.statistics.samples = counted.samples;
   result.statistics.corrected_samples = counted.corrected_samples;
@@ -80,7 +80,7 @@ void NativeGpvcTester::classify(const ClassifyView& view, const View&, ViewVisib
   const auto start = Clock::now();
   ivm_.draw(view, result.ivm.faces, scan_);
   result.statistics.render_s += seconds_since(start);
-  cpu_.complete(view, scan_, result);
+  cpu_.finish_exact_scan(view, scan_, result);
 }
 
 }  // namespace

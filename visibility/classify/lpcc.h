@@ -1,17 +1,16 @@
 // Lazy-projection coverage correction (algorithm 1), one sample at a time: the IVM is never written.
 #pragma once
 
-#include "visibility/classify/classify.h"
+#include "visibility/raster/prepared_view.h"
 
 namespace gpvc::visibility {
 
-/// Whether pixel (x, y), which `face` covers and which the IVM gives to somebody else, is the face's after
-/// all. Only pixels crossed by one of its edges are corrected:
+/// True when pixel (x, y), which `face` covers and whose stored owner is another face, belongs to `face` after all.
+/// Only pixels crossed by one of its edges are corrected:
 ///   figure 11a: the stored owner does not cover the centre (or nothing is stored);
-///   figure 11b: it does, but the face is nearer there, by their planes at the centre; the lower index on a
-///   tie.
+///   figure 11b: it does, but the face is nearer there, by their planes at the centre; the lower index on a tie.
 /// \pre (x, y) is in the image.
-inline bool lpcc_restores(const ClassifyView& view, FaceId face, const RasterFace& raster, std::int32_t x,
+inline bool lpcc_restores(const PreparedView& view, FaceId face, const RasterFace& raster, std::int32_t x,
                           std::int32_t y) {
   const double px = x + 0.5, py = y + 0.5;
   const EdgeValues values = edge_values(raster, px, py);

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 
+#include "visibility/classify/face_sampler.h"
+
 namespace gpvc::visibility {
 namespace {
 
-/// What faces first .. end - 1 may touch.
-PixelBox pixels_around(const ClassifyView& view, std::size_t first, std::size_t end) {
+/// The pixels that faces first .. end - 1 may touch.
+PixelBox pixels_around(const PreparedView& view, std::size_t first, std::size_t end) {
   FaceBounds all;
   for (std::size_t f = first; f < end; ++f) {
     const FaceBounds bounds = view.bounds(FaceId{static_cast<std::uint32_t>(f)});
@@ -18,41 +20,33 @@ PixelBox pixels_around(const ClassifyView& view, std::size_t first, std::size_t 
 
 }  // namespace
 
-void ScanFinisher::finish(const ClassifyView& view, FaceScan& scan, ViewVisibility& result) {
+void ScanFinisher::finish(const PreparedView& view, FaceScan& scan, ViewVisibility& result) {
   correct_owners(view, scan);
   resolve_subpixel(view, scan);
-  result.classes.resize(scan.codes.size());
-  blocks_.resize(block_count(scan.codes.size()));
-  for_each_block(scan.codes.size(), [&](std::size_t number, std::size_t first, std::size_t end) {
-    BlockYield& block = blocks_[number];
-    block.clear();
-    FaceSampler sampler(view, options_, overlay_, block.coverage, block.counts);
-    for (std::size_t f = first; f < end; ++f) {
-      const FaceId face{static_cast<std::uint32_t>(f)};
-      FaceClass& found = result.classes[f];
-      found = FaceClass::hidden;
-      if (scan.codes[f] == FaceCode::full) {
-        found = FaceClass::full;
-      } else if (scan.codes[f] == FaceCode::partial) {
-        found = sampler.classify(face);
-      } else if (scan.codes[f] == FaceCode::no_centre) {
-        found = options_.subpixel ? sampler.classify_subpixel(face, subpixel_.visible(face)) : FaceClass::unresolved;
-      }
-      block.full += found == FaceClass::full;
+  blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
+    switch (scan.codes[index(face)]) {
+      case FaceCode::full:
+        return FaceClass::full;
+      case FaceCode::partial:
+        return FaceSampler(view, options_, overlay_, block).classify(face);
+      case FaceCode::no_centre:
+        if (!options_.subpixel) return FaceClass::unresolved;
+        return FaceSampler(view, options_, overlay_, block).classify_subpixel(face, subpixel_.visible(face));
+      default:
+        return FaceClass::hidden;
     }
   });
-  join(blocks_, result);
   result.statistics.processed_faces += scan.counts.processed_faces;
   result.statistics.samples += scan.counts.samples;
   result.statistics.contested_samples += scan.counts.contested_samples;
 }
 
-/// Faces that win or lose a pixel are sampled.
-void ScanFinisher::correct_owners(const ClassifyView& view, FaceScan& scan) {
+/// Faces that win or lose a pixel get the code partial, to be sampled.
+void ScanFinisher::correct_owners(const PreparedView& view, FaceScan& scan) {
   overlay_.resolve(view, scan.claims);
   const auto resample = [&](FaceId face) {
     FaceCode& code = scan.codes[index(face)];
-    // The sampler counts it again.
+    // The sampler will count this face again.
     if (code == FaceCode::full) --scan.counts.processed_faces;
     if (code == FaceCode::full || code == FaceCode::unstored) code = FaceCode::partial;
   };
@@ -62,7 +56,7 @@ void ScanFinisher::correct_owners(const ClassifyView& view, FaceScan& scan) {
   }
 }
 
-void ScanFinisher::resolve_subpixel(const ClassifyView& view, FaceScan& scan) {
+void ScanFinisher::resolve_subpixel(const PreparedView& view, FaceScan& scan) {
   if (!options_.subpixel) return;
   const std::size_t faces = scan.codes.size();
   if (scan.touched.empty() &&

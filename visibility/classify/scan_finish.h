@@ -1,10 +1,9 @@
-// The second half of a classification, whoever scanned the faces: owners are corrected, sub-pixel faces resolved, and
-// what the scan leaves open is sampled.
+// The second half of a classification, the same for every kind of scan: corrects stored owners, resolves sub-pixel
+// faces and samples the faces that the scan leaves open.
 #pragma once
 
-#include <vector>
-
 #include "visibility/classify/exact_scan.h"
+#include "visibility/classify/front_faces.h"
 #include "visibility/classify/subpixel.h"
 
 namespace gpvc::visibility {
@@ -14,18 +13,18 @@ class ScanFinisher {
  public:
   explicit ScanFinisher(const VisibilityOptions& options) : options_(options) {}
 
-  /// Fills classes, coverage and the counts of the statistics; the same bits for any number of threads. No face is
-  /// unsure, all claims are right. `scan` is used up. TBB; O(faces / 100 + what was left open).
-  void finish(const ClassifyView& view, FaceScan& scan, ViewVisibility& result);
+  /// Fills classes, coverage and the counts of the statistics; the same bits for any number of threads. Consumes
+  /// `scan`. \pre no face is unsure, all claims are right. TBB; O(faces + samples of the faces left open).
+  void finish(const PreparedView& view, FaceScan& scan, ViewVisibility& result);
 
  private:
-  void correct_owners(const ClassifyView& view, FaceScan& scan);
-  void resolve_subpixel(const ClassifyView& view, FaceScan& scan);
+  void correct_owners(const PreparedView& view, FaceScan& scan);
+  void resolve_subpixel(const PreparedView& view, FaceScan& scan);
 
   VisibilityOptions options_;
   OwnerOverlay overlay_;
   SubpixelResolver subpixel_;
-  std::vector<BlockYield> blocks_;
+  FaceBlocks blocks_;
 };
 
 }  // namespace gpvc::visibility

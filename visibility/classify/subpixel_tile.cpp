@@ -12,136 +12,153 @@
 namespace gpvc::visibility {
 namespace {
 
-/// Fewer make more runs a face, more make longer runs; between 1 and 4 the time is much the same.
+/// Fewer samples a cell make more runs a face, more make longer runs; between 1 and 4 the time is much the same.
 constexpr double kSamplesPerCell = 3;
-/// Samples that the kernel reads at once, and how many it may read beyond the last; faces that are made ready at once.
+/// Faces that are prepared at once, and samples that find() reads at once; it may read that many beyond the last.
 constexpr std::uint32_t kLanes = 8;
-/// Of a face over so many columns of cells the kernel looks where its edges cross the rows; over fewer all of a row
-/// takes it less time.
+/// For a face over at least this many columns of cells find() computes where its edges cross the rows; over fewer it is
+/// faster to read whole rows.
 constexpr std::int32_t kManyColumns = 8;
 
-/// Column or row of cells. Grows with the position, whatever the rounding.
+/// The column or row of cells of a position. Monotone in the position, whatever the rounding.
 std::int32_t cell_at(double position, float per_px, std::int32_t cells) {
   const float cell = static_cast<float>(position) * per_px;
   return static_cast<std::int32_t>(std::clamp(cell, 0.0F, static_cast<float>(cells - 1)));
 }
 
-GPVC_WIDE_CLONES void place_samples(const std::array<ProjectedVertex, 3>& v, double* x, double* y) {
-  const FourDoubles all{1, 1, 1, 1};
-  const FourDoubles u = all * (v[0].u + v[1].u + v[2].u) + 3 * FourDoubles{v[0].u, v[1].u, v[2].u, 0};
-  const FourDoubles w = all * (v[0].v + v[1].v + v[2].v) + 3 * FourDoubles{v[0].v, v[1].v, v[2].v, 0};
-  const FourDoubles z = all * (v[0].z + v[1].z + v[2].z) + 3 * FourDoubles{v[0].z, v[1].z, v[2].z, 0};
-  const FourDoubles nowhere = FourDoubles{} + std::numeric_limits<double>::quiet_NaN();
-  const FourDoubles px = z > 0 ? u / z : nowhere, py = w / z;
-  std::memcpy(x, &px, sizeof(px));
-  std::memcpy(y, &py, sizeof(py));
-}
-
 }  // namespace
 
-SubpixelPositions subpixel_positions(const ClassifyView& view, FaceId face) {
-  const Triangle& t = view.mesh.faces[index(face)];
-  const auto& v = view.projected.vertices;
-  SubpixelPositions samples;
-  place_samples(nearest_first(v[t[0]], v[t[1]], v[t[2]]), samples.x.data(), samples.y.data());
-  return samples;
-}
-
-/// What the kernels look through: positions are from the corner of the rectangle.
+/// The samples as the kernels read them. Positions are relative to the corner of the samples' bounding box.
 struct SubpixelTile::Grid {
   const float *x, *y;
   const FaceId* faces;
   const std::uint32_t* first;
   std::int32_t columns, rows;
   float columns_per_px, rows_per_px;
-  float width, height, origin;  ///< of the rectangle; the larger coordinate of its corner
+  float width, height, origin;  ///< of the bounding box; origin: the larger coordinate of its corner
   double row_height;
 };
 
-/// Faces on their way to the samples that they may hide.
+/// Eight faces, a lane each, and which samples each may cover.
 struct SubpixelTile::Batch {
-  float x[3][kLanes], y[3][kLanes];  ///< corners, from the corner of the rectangle; NaN behind the camera
+  float x[3][kLanes], y[3][kLanes];  ///< corners, relative to the corner of the bounding box; NaN behind the camera
 
-  float a[3][kLanes], b[3][kLanes], c[3][kLanes];  ///< half-planes that hold all samples they cover
-  float left[kLanes], right[kLanes];               ///< like these
+  float a[3][kLanes], b[3][kLanes], c[3][kLanes];  ///< a x + b y + c >= 0 for every sample that the face covers
+  float left[kLanes], right[kLanes];               ///< and left <= x <= right
   std::int32_t first_row[kLanes], last_row[kLanes], first_column[kLanes], last_column[kLanes];
-  std::int32_t sure[kLanes];  ///< 0: all of that is to be found otherwise
+  std::int32_t sure[kLanes];  ///< 0: prepare_lane() has to set all of that
 
   void prepare(const Grid& grid);
   std::size_t find(const Grid& grid, std::size_t lane, FaceId face, std::uint32_t* found) const;
 };
 
-/// With r = 2^-24, R the largest size of a coordinate of the corners and of the samples here and O that of the
-/// rectangle's corner, all of these are off by less than d = 2 r R + 2^-51 O: rounded to floats, and before that as
-/// quotients and differences of doubles. Let w be the width plus the height of a face, which has |a| + |b| <= w + 2 d
-/// for each edge. At a sample that the face covers, a (x - X) + b (y - Y) with a corner (X, Y) of the edge is off by 3
-/// d (w + 4 d) because a and b are, and by 2 d (w + 2 d) because x and y are. Taken as a x + b y + c in floats, with c
-/// = -(a X + b Y), it is off by another 7 r R (|a| + |b|), and samples that rounding has put into the next row of cells
-/// are off by as much as 3 r R |b| more: all in all by less than 11 d (w + 4 d). The area, the value at the third
-/// corner, is off by less.
+namespace {
+
+// Vectors go in and out by reference: returned by value they would depend on the processor that a caller is compiled
+// for.
+
+/// Eight floats of a batch, one a face.
+[[gnu::always_inline]] inline void load(const float (&from)[kLanes], EightFloats& lanes) {
+  std::memcpy(&lanes, from, sizeof(lanes));
+}
+[[gnu::always_inline]] inline void store(const EightFloats& lanes, float (&to)[kLanes]) {
+  std::memcpy(to, &lanes, sizeof(lanes));
+}
+[[gnu::always_inline]] inline void store(const EightInts& lanes, std::int32_t (&to)[kLanes]) {
+  std::memcpy(to, &lanes, sizeof(lanes));
+}
+[[gnu::always_inline]] inline void lower(EightFloats& least, const EightFloats& value) {
+  least = value < least ? value : least;
+}
+[[gnu::always_inline]] inline void raise(EightFloats& greatest, const EightFloats& value) {
+  greatest = greatest < value ? value : greatest;
+}
+/// The cells along one axis of positions, clamped to the grid.
+[[gnu::always_inline]] inline void find_cells(const EightFloats& position, float cells_per_px, std::int32_t cells,
+                                              EightInts& found) {
+  const EightFloats zero{};
+  EightFloats cell = position * cells_per_px;
+  lower(cell, zero + static_cast<float>(cells - 1));
+  found = __builtin_convertvector(cell > 0 ? cell : zero, EightInts);
+}
+
+}  // namespace
+
+/// The half-planes of each face, in floats. Per lane, with the corners X[k], Y[k]:
+///
+///     area = (X1 - X0) (Y2 - Y0) - (Y1 - Y0) (X2 - X0),      turn = its sign
+///     edge i -> j:    a = turn (Yi - Yj),   b = turn (Xj - Xi),   c = slack - (a Xi + b Yi)
+///
+/// The slack. With r = 2^-24, R the largest size of a coordinate of the corners and of the samples here, O that of the
+/// bounding box's corner, and w the width plus the height of a face:
+///
+///     d = 2 r R + 2^-51 O     rounding of a coordinate to float, and before that of quotient and difference in double
+///     |a| + |b|               <= w + 2 d
+///     3 d (w + 4 d)           error of a (x - X) + b (y - Y) from a and b
+///     2 d (w + 2 d)           error of it from x and y
+///     7 r R (|a| + |b|)       evaluating it as a x + b y + c in floats
+///     3 r R |b|               samples that rounding has put into the next row of cells
+///     11 d (w + 4 d)          above the sum; the slack is 16 d (w + 4 d)
+///
+/// The area, which is the value at the third corner, is off by less.
 GPVC_WIDE_CLONES void SubpixelTile::Batch::prepare(const Grid& grid) {
   const EightFloats zero{};
   EightFloats px[3], py[3];
-  std::memcpy(px, x, sizeof(px));
-  std::memcpy(py, y, sizeof(py));
-  EightFloats low_x = px[0] < px[1] ? px[0] : px[1], high_x = px[0] < px[1] ? px[1] : px[0];
-  EightFloats low_y = py[0] < py[1] ? py[0] : py[1], high_y = py[0] < py[1] ? py[1] : py[0];
-  low_x = low_x < px[2] ? low_x : px[2];
-  high_x = high_x < px[2] ? px[2] : high_x;
-  low_y = low_y < py[2] ? low_y : py[2];
-  high_y = high_y < py[2] ? py[2] : high_y;
-  EightFloats reach = zero + (grid.width < grid.height ? grid.height : grid.width);
-  reach = reach < high_x ? high_x : reach;
-  reach = reach < high_y ? high_y : reach;
-  reach = reach < -low_x ? -low_x : reach;
-  reach = reach < -low_y ? -low_y : reach;
+  for (std::size_t k = 0; k < 3; ++k) {
+    load(x[k], px[k]);
+    load(y[k], py[k]);
+  }
+  EightFloats low_x = px[0], high_x = px[0], low_y = py[0], high_y = py[0];
+  for (std::size_t k = 1; k < 3; ++k) {
+    lower(low_x, px[k]);
+    raise(high_x, px[k]);
+    lower(low_y, py[k]);
+    raise(high_y, py[k]);
+  }
+  EightFloats reach = zero + std::max(grid.width, grid.height);
+  raise(reach, high_x);
+  raise(reach, high_y);
+  raise(reach, -low_x);
+  raise(reach, -low_y);
   const EightFloats off = 0x1p-23F * reach + 0x1p-51F * grid.origin;
   const EightFloats slack = 16 * off * ((high_x - low_x) + (high_y - low_y) + 4 * off);
 
   const EightFloats area = (px[1] - px[0]) * (py[2] - py[0]) - (py[1] - py[0]) * (px[2] - px[0]);
-  // No product overflows; corners that are NaN make the area NaN.
+  // No product overflows; a corner that is NaN makes the area NaN.
   const EightInts certain = (reach < 0x1p40F) & ((area > slack) | (area < -slack));
   const EightFloats turn = area < 0 ? zero - 1 : zero + 1;
-  EightFloats of_a[3], of_b[3], of_c[3];
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = i == 2 ? 0 : i + 1;
-    of_a[i] = turn * (py[i] - py[j]);
-    of_b[i] = turn * (px[j] - px[i]);
-    of_c[i] = slack - (of_a[i] * px[i] + of_b[i] * py[i]);
+    const EightFloats of_a = turn * (py[i] - py[j]), of_b = turn * (px[j] - px[i]);
+    store(of_a, a[i]);
+    store(of_b, b[i]);
+    store(slack - (of_a * px[i] + of_b * py[i]), c[i]);
   }
   low_x -= 3 * off;
   low_y -= 3 * off;
   high_x += 3 * off;
   high_y += 3 * off;
   const EightInts missed = (high_x < 0) | (high_y < 0) | (low_x > grid.width) | (low_y > grid.height);
-  const EightFloats scaled[4] = {low_x * grid.columns_per_px, high_x * grid.columns_per_px, low_y * grid.rows_per_px,
-                                 high_y * grid.rows_per_px};
-  const float most[4] = {static_cast<float>(grid.columns - 1), static_cast<float>(grid.columns - 1),
-                         static_cast<float>(grid.rows - 1), static_cast<float>(grid.rows - 1)};
-  EightInts cells[4];
-  for (std::size_t k = 0; k < 4; ++k) {
-    EightFloats cell = scaled[k] < most[k] ? scaled[k] : zero + most[k];
-    cell = cell > 0 ? cell : zero;
-    cells[k] = __builtin_convertvector(cell, EightInts);
-  }
-  cells[3] = missed ? cells[2] - 1 : cells[3];
-  std::memcpy(a, of_a, sizeof(a));
-  std::memcpy(b, of_b, sizeof(b));
-  std::memcpy(c, of_c, sizeof(c));
-  std::memcpy(left, &low_x, sizeof(left));
-  std::memcpy(right, &high_x, sizeof(right));
-  std::memcpy(first_column, &cells[0], sizeof(first_column));
-  std::memcpy(last_column, &cells[1], sizeof(last_column));
-  std::memcpy(first_row, &cells[2], sizeof(first_row));
-  std::memcpy(last_row, &cells[3], sizeof(last_row));
-  std::memcpy(sure, &certain, sizeof(sure));
+  EightInts columns[2], rows[2];
+  find_cells(low_x, grid.columns_per_px, grid.columns, columns[0]);
+  find_cells(high_x, grid.columns_per_px, grid.columns, columns[1]);
+  find_cells(low_y, grid.rows_per_px, grid.rows, rows[0]);
+  find_cells(high_y, grid.rows_per_px, grid.rows, rows[1]);
+  store(low_x, left);
+  store(high_x, right);
+  store(columns[0], first_column);
+  store(columns[1], last_column);
+  store(rows[0], first_row);
+  store(missed ? rows[0] - 1 : rows[1], last_row);
+  store(certain, sure);
 }
 
 namespace {
 
-/// Where the lines of the half-planes bound the rows of cells: by a least and a greatest x in the first row, and how
-/// both change from row to row. A line that does not bound a side has an infinity there; those that overflow become
-/// NaN, which no comparison below lets through.
+/// Bounds on x from the lines of the half-planes: the least and the greatest x in the first row of cells, and how both
+/// change from row to row. A line that does not bound a side has an infinity there; one that overflows becomes NaN,
+/// which no comparison in find() selects. The half-planes already include the slack, and the same monotone cell_at()
+/// places samples and bounds, so no tolerance is needed here.
 struct RowEnds {
   std::array<double, 3> low, high, step;
 
@@ -159,7 +176,12 @@ struct RowEnds {
 
 }  // namespace
 
-/// The samples of other faces that satisfy the half-planes; how many.
+/// Writes the numbers of the samples of other faces that lie in the half-planes of one lane; returns how many. Reads
+/// whole runs of cells: scalar code would be
+///
+///     for each row of cells that the face touches
+///       for each sample of its cells from left to right
+///         if (id != face && e0 >= 0 && e1 >= 0 && e2 >= 0) found[count++] = sample
 GPVC_WIDE_CLONES std::size_t SubpixelTile::Batch::find(const Grid& grid, std::size_t lane, FaceId face,
                                                        std::uint32_t* found) const {
   const EightFloats zero{};
@@ -212,9 +234,9 @@ GPVC_WIDE_CLONES std::size_t SubpixelTile::Batch::find(const Grid& grid, std::si
   return count;
 }
 
-/// A face that may hide samples; made ready for the exact predicates when they are first needed.
+/// A face that may hide samples; its raster face is computed when an exact predicate first needs it.
 struct SubpixelTile::Occluder {
-  /// Whether it covers the sample of another face and is nearer there.
+  /// True when it covers the sample of another face and is nearer there.
   bool hides(double x, double y, FaceId sampled) {
     const DepthRange other = view.depths(sampled);
     if (depths.nearest > other.farthest) return false;
@@ -228,7 +250,7 @@ struct SubpixelTile::Occluder {
     return order < 0 || (order == 0 && face < sampled);
   }
 
-  const ClassifyView& view;
+  const PreparedView& view;
   FaceId face;
   QuickFace quick;
   DepthRange depths;
@@ -255,7 +277,7 @@ void SubpixelTile::lay_grid() {
   }
   width_ = right - left_;
   height_ = bottom - top_;
-  // Of a narrow rectangle too no more cells than samples.
+  // Even a narrow rectangle gets no more cells than samples.
   const double per_cell = kSamplesPerCell / static_cast<double>(count_);
   const double side = std::max(std::sqrt(width_ * height_ * per_cell), std::max(width_, height_) * per_cell);
   const auto cells = [side](double length) { return side > 0 ? 1 + static_cast<std::int32_t>(length / side) : 1; };
@@ -279,7 +301,7 @@ void SubpixelTile::sort() {
                                            cell_at(x_[i] - left_, columns_per_px_, columns_));
     ++first_[cells_[i]];
   }
-  // Ends, which become beginnings as samples are put before them.
+  // Prefix sums are the ends of the cells; they become the beginnings as samples are inserted backwards.
   for (std::size_t cell = 1; cell < first_.size(); ++cell) first_[cell] += first_[cell - 1];
   local_x_.resize(count_ + kLanes);
   local_y_.resize(count_ + kLanes);
@@ -294,10 +316,9 @@ void SubpixelTile::sort() {
   }
 }
 
-/// The corners of up to kLanes faces; lanes without one are NaN.
-void SubpixelTile::gather(const ClassifyView& view, std::span<const FaceId> faces, Batch& batch) const {
+/// The corners of up to kLanes faces; lanes beyond repeat the last face.
+void SubpixelTile::gather(const PreparedView& view, std::span<const FaceId> faces, Batch& batch) const {
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    // Some lanes have the last face again.
     const Triangle& t = view.mesh.faces[index(faces[std::min(lane, faces.size() - 1)])];
     for (std::size_t k = 0; k < 3; ++k) {
       const RoundedPosition& p = view.projected.positions[t[k]];
@@ -307,9 +328,8 @@ void SubpixelTile::gather(const ClassifyView& view, std::span<const FaceId> face
   }
 }
 
-/// The same as prepare() for a face that it is not sure about, in doubles.
-void SubpixelTile::look_up(const ClassifyView& view, const QuickLimits& limits, FaceId face, std::size_t lane,
-                           Batch& batch) const {
+/// What prepare() does, in doubles, for a face that floats are not sure about.
+void SubpixelTile::prepare_lane(const PreparedView& view, FaceId face, std::size_t lane, Batch& batch) const {
   const FaceBounds bounds = view.bounds(face);
   double x0 = 0, x1 = width_, y0 = 0, y1 = height_;
   if (bounds.bounded) {
@@ -318,7 +338,7 @@ void SubpixelTile::look_up(const ClassifyView& view, const QuickLimits& limits, 
     y0 = bounds.y0 - top_;
     y1 = bounds.y1 - top_;
   }
-  const HalfPlanes planes = view.quick(limits, face, bounds).half_planes(left_, top_, std::max(width_, height_));
+  const HalfPlanes planes = view.quick(face, bounds).half_planes(left_, top_, std::max(width_, height_));
   for (std::size_t k = 0; k < 3; ++k) {
     batch.a[k][lane] = static_cast<float>(planes.a[k]);
     batch.b[k][lane] = static_cast<float>(planes.b[k]);
@@ -333,9 +353,8 @@ void SubpixelTile::look_up(const ClassifyView& view, const QuickLimits& limits, 
   if (x1 < 0 || y1 < 0 || x0 > width_ || y0 > height_) batch.last_row[lane] = batch.first_row[lane] - 1;
 }
 
-void SubpixelTile::hide_found(const ClassifyView& view, const QuickLimits& limits, FaceId face,
-                              std::span<const std::uint32_t> found) {
-  Occluder occluder{view, face, view.quick(limits, face, view.bounds(face)), view.depths(face), false, {}};
+void SubpixelTile::hide_found(const PreparedView& view, FaceId face, std::span<const std::uint32_t> found) {
+  Occluder occluder{view, face, view.quick(face, view.bounds(face)), view.depths(face), false, {}};
   for (const std::uint32_t i : found) {
     const std::uint32_t sample = added_[i];
     std::atomic_ref visible(visible_[sample]);
@@ -344,8 +363,7 @@ void SubpixelTile::hide_found(const ClassifyView& view, const QuickLimits& limit
   }
 }
 
-void SubpixelTile::hide_behind(const ClassifyView& view, const QuickLimits& limits, std::span<const FaceId> faces,
-                               Found& found) {
+void SubpixelTile::hide_behind(const PreparedView& view, std::span<const FaceId> faces, Found& found) {
   if (count_ == 0) return;
   if (found.size() < count_ + kLanes) found.resize(count_ + kLanes);
   const Grid grid{local_x_.data(),
@@ -365,10 +383,10 @@ void SubpixelTile::hide_behind(const ClassifyView& view, const QuickLimits& limi
     gather(view, faces, batch);
     batch.prepare(grid);
     for (std::size_t lane = 0; lane < std::min<std::size_t>(kLanes, faces.size()); ++lane) {
-      if (batch.sure[lane] == 0) look_up(view, limits, faces[lane], lane, batch);
+      if (batch.sure[lane] == 0) prepare_lane(view, faces[lane], lane, batch);
       if (batch.first_row[lane] > batch.last_row[lane]) continue;
       const std::size_t count = batch.find(grid, lane, faces[lane], found.data());
-      if (count != 0) hide_found(view, limits, faces[lane], std::span(found).first(count));
+      if (count != 0) hide_found(view, faces[lane], std::span(found).first(count));
     }
   }
 }

@@ -6,30 +6,20 @@
 #include <span>
 #include <vector>
 
-#include "visibility/classify/classify.h"
+#include "visibility/classify/subpixel_positions.h"
 
 namespace gpvc::visibility {
 
-inline constexpr std::size_t kSubpixelSamples = 4;
-
-/// Sub-pixel samples of one face: the midpoints from the centroid to the vertices, then the centroid. x is NaN for a
-/// sample that is not in front of the camera.
-struct SubpixelPositions {
-  std::array<double, kSubpixelSamples> x, y;
-};
-
-SubpixelPositions subpixel_positions(const ClassifyView& view, FaceId face);
-
-/// Samples in rows of cells over the rectangle around them, about three a cell: a face finds those that it may cover in
-/// one run a row.
+/// Samples sorted into a grid of cells over their bounding box, about three a cell: in each row of cells the samples
+/// that a face may cover are consecutive.
 class SubpixelTile {
  public:
-  /// Scratch of one thread.
+  /// Numbers of samples; scratch of one thread.
   using Found = std::vector<std::uint32_t>;
 
-  /// Forgets all samples.
+  /// Removes all samples.
   void start() { count_ = 0; }
-  /// A sample of `face`. Those of one face follow one another.
+  /// Adds a sample of `face`. The samples of one face must be added one after the other.
   void add(FaceId face, double x, double y) {
     if (count_ == x_.size()) grow();
     x_[count_] = x;
@@ -37,7 +27,7 @@ class SubpixelTile {
     faces_[count_] = face;
     ++count_;
   }
-  /// All samples of `face`.
+  /// Adds all samples of `face`.
   void add(FaceId face, const SubpixelPositions& all) {
     if (count_ + kSubpixelSamples > x_.size()) grow();
     for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
@@ -47,12 +37,12 @@ class SubpixelTile {
     }
     count_ += kSubpixelSamples;
   }
-  /// Counting sort into cells. Before the first hide_behind().
+  /// Counting sort into cells; must come before the first hide_behind().
   void sort();
   /// Hides the samples of other faces that one of `faces` covers and lies in front of, decided exactly; ties go to the
-  /// lower face. Any number of threads at once.
-  void hide_behind(const ClassifyView& view, const QuickLimits& limits, std::span<const FaceId> faces, Found& found);
-  /// sees(face, visible, all) for every face that has samples here: how many are not hidden, and how many it has.
+  /// lower index. Thread-safe.
+  void hide_behind(const PreparedView& view, std::span<const FaceId> faces, Found& found);
+  /// Calls sees(face, visible, all) for every face with samples here: how many are not hidden, and how many there are.
   template <class Callback>
   void for_each_face(Callback&& sees) const {
     for (std::size_t first = 0, next = 0; first < count_; first = next) {
@@ -68,26 +58,26 @@ class SubpixelTile {
   struct Occluder;
   void grow();
   void lay_grid();
-  void find_cells();
-  void gather(const ClassifyView& view, std::span<const FaceId> faces, Batch& batch) const;
-  void look_up(const ClassifyView& view, const QuickLimits& limits, FaceId face, std::size_t lane, Batch& batch) const;
-  void hide_found(const ClassifyView& view, const QuickLimits& limits, FaceId face,
-                  std::span<const std::uint32_t> found);
+  void gather(const PreparedView& view, std::span<const FaceId> faces, Batch& batch) const;
+  void prepare_lane(const PreparedView& view, FaceId face, std::size_t lane, Batch& batch) const;
+  void hide_found(const PreparedView& view, FaceId face, std::span<const std::uint32_t> found);
 
+  // Samples in the order they were added.
   std::size_t count_ = 0;
-  std::vector<double> x_, y_;  ///< as added, like the next two
+  std::vector<double> x_, y_;
   std::vector<FaceId> faces_;
   std::vector<std::uint8_t> visible_;
+  std::vector<std::uint32_t> cells_;
 
-  double left_ = 0, top_ = 0, width_ = 0, height_ = 0;  ///< the rectangle
+  double left_ = 0, top_ = 0, width_ = 0, height_ = 0;  ///< the bounding box of the samples
   std::int32_t columns_ = 1, rows_ = 1;
   float columns_per_px_ = 0, rows_per_px_ = 0;
-  std::vector<std::uint32_t> cells_;      ///< of the samples as added
-  std::vector<std::uint32_t> first_;      ///< sample of a cell, row by row; one more ends the last
-  std::vector<float> local_x_, local_y_;  ///< by cell, like all that follow; from the corner of the rectangle, with
-                                          ///< some more for reading eight at a time
-  std::vector<FaceId> by_cell_;           ///< faces
-  std::vector<std::uint32_t> added_;      ///< which of the samples as added
+
+  // Samples in the order of their cells, row by row.
+  std::vector<std::uint32_t> first_;      ///< the first sample of each cell, and the end
+  std::vector<float> local_x_, local_y_;  ///< relative to (left_, top_); padded for reading eight at a time
+  std::vector<FaceId> by_cell_;           ///< their faces, padded as well
+  std::vector<std::uint32_t> added_;      ///< their numbers in the order they were added
 };
 
 }  // namespace gpvc::visibility

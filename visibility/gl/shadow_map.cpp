@@ -47,8 +47,9 @@ void ShadowMapTester::classify(const ClassifyView& view, const View&, ViewVisibi
 }
 
 FaceClass ShadowMapTester::classify_face(const ClassifyView& view, FaceBlock& block) const {
-  const InverseDepth depth(block.front.raster, block.front.spans.front());
-  const auto sees_bare = [&](std::int32_t x, std::int32_t y) { return sees(view, x, y, depth.at(x, y)); };
+  const Span& top = block.front.spans.front();
+  const InverseDepth depth = inverse_depth_from(block.front.raster, top.x0 + 0.5, top.y + 0.5);
+  const auto sees_bare = [&](std::int32_t x, std::int32_t y) { return sees(view, x, y, depth.at(x + 0.5, y + 0.5)); };
   if (view.mask.whole()) return block.sample(view, sees_bare);
   return block.sample(view,
                       [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y) && sees_bare(x, y); });
@@ -56,14 +57,15 @@ FaceClass ShadowMapTester::classify_face(const ClassifyView& view, FaceBlock& bl
 
 FaceClass ShadowMapTester::classify_subpixel(const ClassifyView& view, FaceBlock& block) const {
   std::uint32_t visible = 0;
-  for (const SubpixelSample& sample : subpixel_samples(view, block.front.raster)) {
-    ++block.counts.samples;
-    if (!sample.in_image) continue;
-    const int x = std::min(static_cast<int>(sample.x), view.camera.width - 1);
-    const int y = std::min(static_cast<int>(sample.y), view.camera.height - 1);
-    visible += sees(view, x, y, 1 / sample.z);
+  const SubpixelPositions at = subpixel_positions(view, block.front.face);
+  block.counts.samples += kSubpixelSamples;
+  for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
+    if (!view.in_image(at.x[k], at.y[k])) continue;
+    const int x = std::min(static_cast<int>(at.x[k]), view.camera.width - 1);
+    const int y = std::min(static_cast<int>(at.y[k]), view.camera.height - 1);
+    visible += sees(view, x, y, 1 / at.depth(k));
   }
-  return block.cover_subpixel(view, visible);
+  return block.cover_subpixel(view, block.front.face, block.front.inside, visible);
 }
 
 }  // namespace

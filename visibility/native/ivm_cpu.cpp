@@ -5,16 +5,17 @@
 #include <algorithm>
 #include <array>
 
-#include "visibility/classify/face_sampler.h"
+#include "visibility/classify/front_faces.h"
 
 namespace gpvc::visibility {
 namespace {
 
-/// Faces of more tiles than this, four megapixels, are few.
-constexpr std::int64_t kVast = 256;
+/// A face that touches more tiles than this, four megapixels, is drawn into every tile instead of being listed; there
+/// are few.
+constexpr std::int64_t kMostTiles = 256;
 
-/// The pixels that an unbounded face covers: none where there are none.
-PixelBox covered_box(const ClassifyView& view, FaceId face) {
+/// The box around the pixels that a face across the camera plane covers; empty when there are none.
+PixelBox covered_box(const PreparedView& view, FaceId face) {
   const RasterFace raster = view.raster(face);
   if (raster.facing == Facing::edge_on) return {};
   const SpanWalker walker(raster, pixel_bounds(raster, view.frame()));
@@ -29,11 +30,11 @@ PixelBox covered_box(const ClassifyView& view, FaceId face) {
   return box;
 }
 
-/// \pre a face all of whose tiles were drawn, or one that has none.
+/// \pre all tiles of the face were drawn
 FaceCode code_of(std::uint8_t marks) {
   if ((marks & kMarkUnsure) != 0) return FaceCode::unsure;
   if ((marks & kMarkFront) == 0) return FaceCode::hidden;
-  // A face that may leave the frame is decided by ExactScan.
+  // kMarkInside missing: the face may leave the frame, and ExactScan decides.
   if ((marks & kMarkInside) == 0) return FaceCode::unsure;
   if ((marks & kMarkSampled) == 0) return FaceCode::no_centre;
   if ((marks & kMarkLost) == 0) return FaceCode::full;
@@ -42,28 +43,27 @@ FaceCode code_of(std::uint8_t marks) {
 
 }  // namespace
 
-void CpuIvm::draw(const ClassifyView& view, std::span<FaceId> ivm, FaceScan& scan) {
+void CpuIvm::draw(const PreparedView& view, std::span<FaceId> ivm, FaceScan& scan) {
   const std::size_t faces = view.mesh.faces.size();
-  limits_ = view.quick_limits();
   grid_ = TileGrid(view.frame(), IvmTile::kShift);
   drawn_.start(faces);
   scan.start(faces);
   list_faces(view, scan);
   draw_tiles(view, ivm, scan);
-  tell_codes(scan);
+  derive_face_codes(scan);
 }
 
-void CpuIvm::list_faces(const ClassifyView& view, FaceScan& scan) {
+void CpuIvm::list_faces(const PreparedView& view, FaceScan& scan) {
   const std::size_t faces = view.mesh.faces.size();
   const std::size_t rectangles = (faces + kFacesPerRectangle - 1) / kFacesPerRectangle;
   const std::size_t per_part = (rectangles + kListParts - 1) / kListParts;
   scan.touched.resize(rectangles);
   lists_.start(kListParts, grid_.count());
-  vast_parts_.resize(kListParts);
+  unlisted_parts_.resize(kListParts);
   tbb::parallel_for(std::size_t{0}, kListParts, [&](std::size_t part) {
     TileLists::Part& lists = lists_.part(part);
-    std::vector<FaceId>& vast = vast_parts_[part];
-    vast.clear();
+    std::vector<FaceId>& unlisted = unlisted_parts_[part];
+    unlisted.clear();
     for (std::size_t r = part * per_part; r < std::min((part + 1) * per_part, rectangles); ++r) {
       FaceBounds touched;
       for (std::size_t f = r * kFacesPerRectangle; f < std::min((r + 1) * kFacesPerRectangle, faces); ++f) {
@@ -73,32 +73,33 @@ void CpuIvm::list_faces(const ClassifyView& view, FaceScan& scan) {
         drawn_.samples[f] = 0;
         if (outside(bounds, view.camera.width, view.camera.height)) continue;
         touched = united(touched, bounds);
-        drawn_.marks[f] = list_face(view, face, bounds, lists, vast);
+        drawn_.marks[f] = list_face(view, face, bounds, lists, unlisted);
       }
       scan.touched[r] = touched_pixels(touched, view.frame());
     }
   });
   lists_.sort();
-  vast_.clear();
-  for (const std::vector<FaceId>& vast : vast_parts_) vast_.insert(vast_.end(), vast.begin(), vast.end());
+  unlisted_.clear();
+  for (const std::vector<FaceId>& unlisted : unlisted_parts_)
+    unlisted_.insert(unlisted_.end(), unlisted.begin(), unlisted.end());
 }
 
-/// What is known of the face, when no tile will tell.
-std::uint8_t CpuIvm::list_face(const ClassifyView& view, FaceId face, const FaceBounds& bounds, TileLists::Part& lists,
-                               std::vector<FaceId>& vast) const {
+/// Lists the face in the tiles that it may touch. Returns its marks: those of a face that touches no tile are final.
+std::uint8_t CpuIvm::list_face(const PreparedView& view, FaceId face, const FaceBounds& bounds, TileLists::Part& lists,
+                               std::vector<FaceId>& unlisted) const {
   const PixelBox box = bounds.bounded ? pixel_centres(bounds, view.frame()) : covered_box(view, face);
   const std::int64_t tiles = grid_.touched(box);
   if (tiles == 0) {
-    const QuickFace quick = view.quick(limits_, face, bounds);
+    const QuickFace quick = view.quick(face, bounds);
     if (quick.facing() == Facing::edge_on) return kMarkUnsure;
     return static_cast<std::uint8_t>((quick.facing() == Facing::front ? kMarkFront : 0) |
-                                     (limits_.inside(bounds) ? kMarkInside : 0));
+                                     (view.limits.inside_frame(bounds) ? kMarkInside : 0));
   }
-  if (tiles > kVast) {
-    vast.push_back(face);
+  if (tiles > kMostTiles) {
+    unlisted.push_back(face);
     return 0;
   }
-  const QuickFace quick = tiles > 4 ? view.quick(limits_, face, bounds) : QuickFace();
+  const QuickFace quick = tiles > 4 ? view.quick(face, bounds) : QuickFace();
   std::uint8_t marks = kMarkUnsure;
   grid_.for_each(box, quick, [&](std::size_t tile) {
     lists.add(tile, face);
@@ -107,10 +108,10 @@ std::uint8_t CpuIvm::list_face(const ClassifyView& view, FaceId face, const Face
   return marks;
 }
 
-void CpuIvm::draw_tiles(const ClassifyView& view, std::span<FaceId> ivm, FaceScan& scan) {
+void CpuIvm::draw_tiles(const PreparedView& view, std::span<FaceId> ivm, FaceScan& scan) {
   for (IvmTile& tile : tiles_) tile.start_view();
   tbb::parallel_for(std::size_t{0}, grid_.count(), [&](std::size_t number) {
-    tiles_.local().draw(view, limits_, grid_.pixels(number), lists_.of(number), vast_, ivm, drawn_);
+    tiles_.local().draw(view, grid_.pixels(number), lists_.of(number), unlisted_, ivm, drawn_);
   });
   for (const IvmTile& tile : tiles_) {
     scan.claims.insert(scan.claims.end(), tile.doubts().begin(), tile.doubts().end());
@@ -118,7 +119,7 @@ void CpuIvm::draw_tiles(const ClassifyView& view, std::span<FaceId> ivm, FaceSca
   }
 }
 
-void CpuIvm::tell_codes(FaceScan& scan) const {
+void CpuIvm::derive_face_codes(FaceScan& scan) const {
   tbb::enumerable_thread_specific<SampleCounts> counts;
   for_each_block(scan.codes.size(), [&](std::size_t, std::size_t first, std::size_t end) {
     SampleCounts& sum = counts.local();

@@ -1,4 +1,4 @@
-// Which pixels of the undistorted frame show something of the photo that may be used.
+// Which pixels of the undistorted frame show a usable part of the photo.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,16 @@
 
 namespace gpvc::visibility {
 
-/// One bit a pixel: its centre, distorted, lies in the photo, and not on an excluded pixel.
+/// One bit a pixel: set when its centre, distorted, lies in the photo and not on an excluded pixel.
 class PhotoMask {
  public:
   PhotoMask() = default;
   /// O(pixels) at worst, TBB; nothing is stored for a camera without distortion.
   explicit PhotoMask(const Camera& camera);
-  /// The same less what is excluded, at the camera's size; borrows it. O(pixels), TBB.
+  /// The lens mask without the excluded pixels; borrows `exclusion`, which has the camera's size. O(pixels), TBB.
   PhotoMask(const PhotoMask& lens, const io::PhotoExclusion& exclusion);
 
-  /// Differs between any two masks that may differ.
+  /// An identifier: masks with the same number are equal.
   std::uint64_t number() const { return number_; }
   const Camera& camera() const { return camera_; }
   /// True when every pixel of the frame is in the photo.
@@ -30,9 +30,9 @@ class PhotoMask {
     const auto column = static_cast<std::size_t>(x);
     return (words_[static_cast<std::size_t>(y) * stride_ + column / 64] >> (column % 64)) & 1U;
   }
-  /// True when every position of the frame is, also between the outermost centres and the border.
+  /// True when every position of the frame is in the photo, also those between the outermost centres and the border.
   bool everywhere() const { return everywhere_; }
-  /// Likewise for any position on the frame.
+  /// Same for a subpixel position on the frame.
   bool contains(const PixelPoint& position) const;
   /// 64 pixels a word, stride() words a row; empty when whole().
   std::span<const std::uint64_t> words() const { return words_; }

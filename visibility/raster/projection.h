@@ -1,8 +1,8 @@
 // World to homogeneous pixel coordinates, in double; the CPU twin of project() in shaders/raster.glsl.
 //
-// A vertex is kept as (u, v, z) with pixel = (u / z, v / z): nothing is divided, so vertices behind the camera are as
-// good as any, and every value is made by +, - and x alone, which GLSL repeats bit for bit. These triples are what
-// visibility is exact about: rounding them moves a pixel position by less than 16 * 2^-53 * (|fx| + |cx| + ...) px,
+// A vertex is kept as (u, v, z) with pixel = (u / z, v / z). Nothing is divided, so vertices behind the camera need no
+// special case, and every value comes from +, - and x alone, which GLSL repeats bit for bit. Visibility is exact with
+// respect to these triples: their rounding moves a pixel position by less than 16 * 2^-53 * (|fx| + |cx| + ...) px,
 // about 1e-11 px for a photo of 8000 px.
 #pragma once
 
@@ -27,8 +27,8 @@ inline ProjectedVertex project(const Camera& camera, const Pose& pose, const Wor
 void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose,
                       std::vector<ProjectedVertex>& projected);
 
-/// The pixel position of a vertex and the inverse of its depth, each rounded once: good for bounds, and for what
-/// QuickFace derives of them. Positions are NaN when it is not in front of the camera.
+/// The pixel position of a vertex and the inverse of its depth, each rounded once: for bounds and for QuickFace. The
+/// position is NaN when the vertex is not in front of the camera.
 struct RoundedPosition {
   double x, y, per_z;
 };
@@ -45,10 +45,10 @@ inline RoundedPosition rounded_position(const ProjectedVertex& v) {
 struct ProjectedMesh {
   std::vector<ProjectedVertex> vertices;
   std::vector<RoundedPosition> positions;
-  bool moderate = false;  ///< depths in front lie in [1e-60, 1e60]: no product of three overflows or vanishes
+  bool moderate = false;  ///< depths in front lie in [1e-60, 1e60]: no product of three overflows or underflows
 };
 
-/// Fills `projected`, using its memory again. O(positions), TBB.
+/// Fills `projected`, reusing its memory. O(positions), TBB.
 void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose, ProjectedMesh& projected);
 
 }  // namespace gpvc::visibility

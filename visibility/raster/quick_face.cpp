@@ -7,7 +7,7 @@
 namespace gpvc::visibility {
 namespace {
 
-/// Fills `found`, one span a row at most; how many, or -1 when some row is not certain.
+/// Fills `found`, one span a row at most. Returns how many, or -1 when some row is not certain.
 GPVC_WIDE_CLONES std::ptrdiff_t find_spans(const RowCrossings& edges, const PixelBox& box, Span* found) {
   const std::int32_t rows = box.y1 - box.y0;
   std::ptrdiff_t count = 0;
@@ -24,7 +24,7 @@ GPVC_WIDE_CLONES std::ptrdiff_t find_spans(const RowCrossings& edges, const Pixe
   return count;
 }
 
-/// Whether the runs hold nothing but `face`.
+/// True when the runs hold nothing but `face`.
 GPVC_WIDE_CLONES bool runs_hold(const FaceId* entries, std::size_t total, std::size_t width, const Span* spans,
                                 std::size_t count, FaceId face) {
   const auto wanted = static_cast<std::uint32_t>(face);
@@ -54,10 +54,14 @@ GPVC_WIDE_CLONES bool runs_hold(const FaceId* entries, std::size_t total, std::s
 
 }  // namespace
 
-/// With o the origin, X the extent and r = 2^-24, a value is a x + b y + c with c = -(a (v - o)x + b (v - o)y) from a
-/// vertex v: of floats it is off by at most 6 r (|a| + |b|) X + 3 r |c|, and |c| is no more than the sum of its terms.
-/// What the projection holds is above -margin_ before that; another margin_ is more than c less all that loses when it
-/// is rounded.
+/// The error of evaluation in floats, with r = 2^-24, X the extent and v the edge's first corner relative to the
+/// origin:
+///
+///     value            a x + b y + c     with c = -(a v.x + b v.y)
+///     its error        6 r (|a| + |b|) X + 3 r |c|     and |c| is no more than the sum of its terms' sizes
+///     lower bound      -margin_ for a point of the projection, before rounding
+///
+/// A second margin_ in c covers the rounding of c itself.
 HalfPlanes QuickFace::half_planes(double x, double y, double extent) const {
   HalfPlanes planes;
   if (!usable_ || facing_ == Facing::edge_on) return planes;
@@ -74,8 +78,8 @@ HalfPlanes QuickFace::half_planes(double x, double y, double extent) const {
   return planes;
 }
 
-/// Each edge, cut to the rows. A position and the point where an edge is cut are off by a few roundings of a coordinate
-/// below 2^20 px, far less than the 2^-24 px that are added.
+/// Clips each edge to the rows. A corner and a clipped point are off by a few roundings of a coordinate below 2^20 px,
+/// far less than the slack of 2^-24 px.
 FaceBounds QuickFace::in_rows(std::int32_t y0, std::int32_t y1) const {
   constexpr double kSlack = 0x1p-24;
   const double top = y0 - kSlack, bottom = y1 + kSlack;
@@ -101,15 +105,20 @@ FaceBounds QuickFace::in_rows(std::int32_t y0, std::int32_t y1) const {
           true};
 }
 
-/// With e the margin, r = 2^-53, d what a position is off by and w as there: e is above 32 d w + 32 r w^2. Let D be the
-/// largest 1 / z of a vertex; at a point of the projection 1 / z is no larger, and lies in the rectangle, no further
-/// than w from the first vertex. A numerator n of a gradient is no larger than 2 D w and off by D (4 d + 14 r w); its
-/// product with the way to the point by D (6 d w + 16 r w^2) more or less, so the sum of both is off by at most 2 D e.
-/// Dividing by the area A, which is off by e, makes that 3 D e /
-/// |A|; rounding the gradients, their products and the sums adds 2 D e / |A| + 8 r D. Twice that and more is
-/// the error, which also pays for rounding the difference of two.
-QuickDepth QuickFace::depth(double wa, double wb, double wc) const {
-  QuickDepth plane;
+/// The error of 1 / z at a point of the projection. With m the margin, r, d, w and M as at the top of the header, D the
+/// largest 1 / z of a vertex and A the cross product of two edges (twice the area):
+///
+///     m                               >  32 d w + 32 r w^2
+///     numerator of a gradient         <= 2 D w,  off by D (4 d + 14 r w)
+///     times the way to the point      off by D (6 d w + 16 r w^2), since the way is at most w; both of them: 2 D m
+///     divided by A, itself off by m   off by 3 D m / |A|
+///     rounding of gradients, products and sums                2 D m / |A| + 8 r D
+///     total                           5 D m / |A| + 8 r D
+///
+/// The error that is stored, 16 D m / |A| + 2^-48 D, is more than twice that: it also covers rounding the difference of
+/// two such values.
+InverseDepth QuickFace::inverse_depth(double wa, double wb, double wc) const {
+  InverseDepth plane;
   if (facing_ == Facing::edge_on) return plane;
   const double dx1 = x_[1] - x_[0], dy1 = y_[1] - y_[0], dx2 = x_[2] - x_[0], dy2 = y_[2] - y_[0];
   const double per_area = 1 / (dx1 * dy2 - dy1 * dx2);
@@ -122,18 +131,18 @@ QuickDepth QuickFace::depth(double wa, double wb, double wc) const {
   return plane;
 }
 
-/// Whether the edge from vertex i to vertex j, too level to be crossed by rows, has the rows of the box inside for
-/// certain: then it bounds no run. Along the box the cross product of the edge and the way to a point differs from its
-/// value at y alone by no more than |height| times the width of the rectangle; sums of products are off by far less
-/// than another margin_.
+/// For an edge from vertex i to vertex j that is too level for its crossings to be computed: true when all rows of the
+/// box are certainly inside it, so that it bounds no run. Along a row the cross product of the edge and the way to a
+/// point varies by no more than |height| times the width of the bounding box; evaluation is off by far less than a
+/// second margin_.
 bool QuickFace::level_edge_clears(std::size_t i, std::size_t j, double turn, const PixelBox& box) const {
   const double along = turn * (x_[j] - x_[i]), height = std::abs(y_[j] - y_[i]);
   const double top = along * (box.y0 + 0.5 - y_[i]), bottom = along * (box.y1 - 0.5 - y_[i]);
   return std::min(top, bottom) - height * (bounds_.x1 - bounds_.x0) > 2 * margin_;
 }
 
-/// Where a row crosses the line of an edge is known to margin / |height of the edge|, twice that with the rounding of
-/// the division. Edges that have the face on their right bound the run from the left.
+/// A crossing is off by margin_ / |height of the edge|, and by twice that with the rounding of the division. Edges that
+/// have the face on their right bound the run from the left.
 bool QuickFace::cross(const PixelBox& box, RowCrossings& edges) const {
   if (facing_ == Facing::edge_on) return false;
   constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -178,7 +187,7 @@ bool QuickFace::spans(const PixelBox& box, std::vector<Span>& found) const {
 bool all_stored(std::span<const FaceId> ivm, std::int32_t width, std::span<const Span> spans, FaceId face) {
   if (spans.empty()) return true;
   const auto stride = static_cast<std::size_t>(width);
-  // Most faces that are hidden show it here.
+  // Most hidden faces fail here already.
   const Span& middle = spans[spans.size() / 2];
   if (ivm[static_cast<std::size_t>(middle.y) * stride + static_cast<std::size_t>(middle.x0)] != face) return false;
   return runs_hold(ivm.data(), ivm.size(), stride, spans.data(), spans.size(), face);

@@ -1,10 +1,18 @@
-// What plain doubles can tell for certain about most faces, at a fraction of the cost of the exact predicates; whatever
-// they cannot tell is left to those, so that answers are the same with and without.
+// What plain doubles decide for certain about most faces, at a fraction of the cost of the exact predicates. Whatever
+// they cannot decide is left to those, so results are the same with and without.
 //
-// Works on rounded pixel positions. With M the largest coordinate allowed here, w the width plus the height of a face's
-// rectangle and r = 2^-53: a position is off by d = r M, the quotient's rounding. The cross product of two differences
-// of points of the rectangle is off by 4 d w + 8 d^2 from its inputs and, however it is arranged below, by less than 32
-// r w (w + 1) from its evaluation. margin() is above the sum of both.
+// The margin. All tests here are signs of the cross product of two differences of points in a face's bounding box,
+// computed from rounded pixel positions. With
+//
+//     M  the largest coordinate allowed (QuickLimits),     r = 2^-53,
+//     w  width plus height of the bounding box,            d = r M, the rounding of a position's quotient,
+//
+//     error of the inputs      4 d w + 8 d^2
+//     error of evaluation      32 r w (w + 1), however the product is arranged below
+//     margin(w)                2^-48 w (M + w + 1) + 2^-100 M^2     (2^-48 = 32 r), above the sum of both.
+//
+// A cross product further from zero than margin(w) has the sign of its real value. Rows that an edge crosses follow
+// from it: a crossing is off by the margin over the edge's height (cross()).
 #pragma once
 
 #include <algorithm>
@@ -20,20 +28,13 @@
 
 namespace gpvc::visibility {
 
-/// A run of covered pixels.
-struct Span {
-  std::int32_t y, x0, x1;
-};
-
-/// What quick answers need to know of a view.
+/// The bounds of a view within which the margins hold.
 class QuickLimits {
  public:
   QuickLimits() = default;
   /// `moderate`: see ProjectedMesh; without it nothing is certain.
   QuickLimits(int width, int height, const ProjectionRounding& rounding, bool moderate)
-      : width_(width),
-        height_(height),
-        reach_(moderate ? 2.0 * std::max(width, height) : -1.0),
+      : reach_(moderate ? 2.0 * std::max(width, height) : -1.0),
         whole_x_(width * (1 - 0x1p-50)),
         whole_y_(height * (1 - 0x1p-50)) {
     // raster_face() finds a face edge-on when its determinant, that is depths za zb zc times the cross product A of its
@@ -46,40 +47,26 @@ class QuickLimits {
     flat_per_w_ = 0x1p-48 * 3 * l * (1 + l * rounding.z_per_u);
   }
 
-  /// Whether the rectangle is one that quick answers can be had for.
-  bool holds(const FaceBounds& b) const {
+  /// True if the margins are valid for this bounding box.
+  bool hold_for(const FaceBounds& b) const {
     return b.bounded && b.x0 >= -reach_ && b.y0 >= -reach_ && b.x1 <= reach_ && b.y1 <= reach_;
   }
-  /// Certainly inside_frame(): u <= W z whatever the rounding of the product.
-  bool inside(const FaceBounds& b) const {
+  /// True only if inside_frame() holds for the face: u <= W z whatever the rounding of the product.
+  bool inside_frame(const FaceBounds& b) const {
     return b.bounded && b.x0 >= 0 && b.y0 >= 0 && b.x1 <= whole_x_ && b.y1 <= whole_y_;
   }
   double margin(double w) const { return 0x1p-48 * w * (reach_ + w + 1) + 0x1p-100 * reach_ * reach_; }
   double edge_on_margin(double w) const { return flat_ + flat_per_w_ * w; }
-  PixelBox frame() const { return {0, 0, width_, height_}; }
 
  private:
-  std::int32_t width_ = 0, height_ = 0;
   double reach_ = -1;  ///< M
   double whole_x_ = 0, whole_y_ = 0;
   double flat_ = 0, flat_per_w_ = 0;
 };
 
-/// 1 / z of a face's plane over its rectangle: linear, and known to within error.
-struct QuickDepth {
-  double x = 0, y = 0, first = 0, per_x = 0, per_y = 0;
-  double error = std::numeric_limits<double>::infinity();
-
-  double at(double px, double py) const { return first + per_x * (px - x) + per_y * (py - y); }
-  /// Whether its face certainly lies in front of the other's at a point of both projections.
-  bool before(const QuickDepth& other, double px, double py) const {
-    return at(px, py) - other.at(px, py) > error + other.error;
-  }
-};
-
-/// Where a x + b y + c >= 0 three times over.
+/// Where a x + b y + c >= 0 for each of three half-planes.
 struct HalfPlanes {
-  std::array<double, 3> a{}, b{}, c{1, 1, 1};  ///< everywhere, to begin with
+  std::array<double, 3> a{}, b{}, c{1, 1, 1};  ///< the default holds everywhere
 };
 
 class QuickFace {
@@ -87,7 +74,7 @@ class QuickFace {
   QuickFace() = default;
   QuickFace(const QuickLimits& limits, const RoundedPosition& a, const RoundedPosition& b, const RoundedPosition& c,
             const FaceBounds& bounds)
-      : bounds_(bounds), x_{a.x, b.x, c.x}, y_{a.y, b.y, c.y}, usable_(limits.holds(bounds)) {
+      : bounds_(bounds), x_{a.x, b.x, c.x}, y_{a.y, b.y, c.y}, usable_(limits.hold_for(bounds)) {
     if (!usable_) return;
     const double w = (bounds.x1 - bounds.x0) + (bounds.y1 - bounds.y0);
     margin_ = limits.margin(w);
@@ -95,9 +82,9 @@ class QuickFace {
     if (std::abs(area) > margin_ + limits.edge_on_margin(w)) facing_ = area < 0 ? Facing::front : Facing::back;
   }
 
-  /// False: nothing is known.
+  /// False: nothing is known about the face.
   bool usable() const { return usable_; }
-  /// Certain, unless edge_on: that means not known.
+  /// Certain, unless edge_on, which here means not known.
   Facing facing() const { return facing_; }
 
   /// True when the point certainly lies strictly inside the projection.
@@ -106,21 +93,21 @@ class QuickFace {
     const auto [low, high] = sides(px, py);
     return facing_ == Facing::front ? high < -margin_ : low > margin_;
   }
-  /// For positions less (x, y), neither further than `extent` from there along either axis: all that the projection
-  /// holds satisfies them, also when they and positions are rounded to floats and the sums of products computed in
-  /// floats. They hold everywhere where nothing is known.
+  /// Half-planes over positions relative to (x, y), none further than `extent` from there along either axis. They
+  /// contain the projection even when they and the positions are rounded to floats and evaluated in floats. Where
+  /// nothing is known about the face they hold everywhere.
   HalfPlanes half_planes(double x, double y, double extent) const;
 
   /// From the inverse depths of the three vertices, in the order of their positions. Its error is infinite where
   /// nothing is known.
-  QuickDepth depth(double wa, double wb, double wc) const;
+  InverseDepth inverse_depth(double wa, double wb, double wc) const;
 
-  /// The rectangle around the part of the projection that lies in the rows of pixels y0 .. y1 - 1: x0 and x1 may be out
-  /// of order when there is none. \pre usable()
+  /// The rectangle around the part of the projection that lies in the rows of pixels y0 .. y1 - 1; x0 > x1 is possible
+  /// when there is none. \pre usable()
   FaceBounds in_rows(std::int32_t y0, std::int32_t y1) const;
 
-  /// Where the edges cross the rows of the box; false when they are not known to do so. \pre the box is not empty and
-  /// lies in the rectangle.
+  /// Where the edges cross the rows of the box; false when that is not certain. \pre the box is not empty and lies in
+  /// the face's bounding box.
   bool cross(const PixelBox& box, RowCrossings& edges) const;
   /// The runs of the box's pixels whose centres are covered; false when some row is not certain. Four rows at a time.
   bool spans(const PixelBox& box, std::vector<Span>& found) const;
@@ -134,7 +121,7 @@ class QuickFace {
   bool in_rectangle(double px, double py) const {
     return px >= bounds_.x0 && px <= bounds_.x1 && py >= bounds_.y0 && py <= bounds_.y1;
   }
-  /// Of the cross products of each edge and the way from its start to the point.
+  /// Range of the cross products of each edge and the way from its start to the point.
   Range sides(double px, double py) const {
     const double a = (x_[1] - x_[0]) * (py - y_[0]) - (y_[1] - y_[0]) * (px - x_[0]);
     const double b = (x_[2] - x_[1]) * (py - y_[1]) - (y_[2] - y_[1]) * (px - x_[1]);
@@ -149,7 +136,7 @@ class QuickFace {
   Facing facing_ = Facing::edge_on;
 };
 
-/// Whether all entries that the spans name, in rows of `width` entries, are `face`. Eight at a time.
+/// True when all entries that the spans name, in rows of `width` entries, are `face`. Eight at a time.
 bool all_stored(std::span<const FaceId> ivm, std::int32_t width, std::span<const Span> spans, FaceId face);
 
 }  // namespace gpvc::visibility

@@ -56,6 +56,25 @@ RasterFace raster_face(ProjectedVertex first, ProjectedVertex second, ProjectedV
   return face;
 }
 
+InverseDepth inverse_depth_from(const RasterFace& face, double px, double py) {
+  const EdgeValues values = edge_values(face, px, py);
+  double sum = 0, determinant = 0, sum_per_x = 0, sum_per_y = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Gradient gradient = edge_gradient(face, values, k);
+    sum += values.e[k];
+    determinant += values.e[k] * face.vertex[k].z;
+    sum_per_x += gradient.x;
+    sum_per_y += gradient.y;
+  }
+  InverseDepth plane;
+  plane.x = px;
+  plane.y = py;
+  plane.first = sum / determinant;
+  plane.per_x = sum_per_x / determinant;
+  plane.per_y = sum_per_y / determinant;
+  return plane;
+}
+
 PixelBox pixel_bounds(const RasterFace& face, const FaceBounds& bounds, const PixelBox& window) {
   return face.facing == Facing::edge_on ? PixelBox{} : pixel_centres(bounds, window);
 }
@@ -74,11 +93,15 @@ SpanWalker::SpanWalker(const RasterFace& face, const PixelBox& bounds) : box_(bo
     lines_[k] = {gradient.x, gradient.y, values.e[k], 1 / gradient.x,
                  0.5 * (std::abs(gradient.x) + std::abs(gradient.y))};
   }
-  // With z, a, b the largest |z|, |A|, |B| of a vertex seen from any pixel of the box, and da, db the rounding of A and
-  // B, a value e computed at its pixel is off by at most 2 (a db + b da) + 4 r a b (r = 2^-53), and one extrapolated
-  // from the first pixel by at most 4 (a db + b da) + 36 r a b, because width * z <= a and height * z <= b. (|de/dx| +
-  // |de/dy|) / 2 adds no more than 2 (a db + b da) + 8 r a b. A value further from zero than all of these together has
-  // the same sign however it is computed, and exactly.
+  // The tolerance. With z, a, b the largest |z|, |A|, |B| of a vertex seen from any pixel of the box, da and db the
+  // rounding of A and B, and r = 2^-53, so that width * z <= a and height * z <= b:
+  //
+  //     a value e computed at its own pixel         off by at most  2 (a db + b da) +  4 r a b
+  //     a value extrapolated from the first pixel   off by at most  4 (a db + b da) + 36 r a b
+  //     (|de/dx| + |de/dy|) / 2                     off by at most  2 (a db + b da) +  8 r a b
+  //     sum, rounded up                                             8 (a db + b da) + 64 r a b
+  //
+  // A value further from zero than that has the same sign however it is computed, and in real arithmetic.
   const double z = largest(face.vertex[0].z, face.vertex[1].z, face.vertex[2].z);
   const double width = box_.x1 - box_.x0, height = box_.y1 - box_.y0;
   const double a = largest(values.a[0], values.a[1], values.a[2]) + width * z;

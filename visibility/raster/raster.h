@@ -17,6 +17,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <optional>
 
 #include "visibility/raster/projection.h"
 
@@ -96,8 +98,8 @@ inline bool covers(const RasterFace& face, const EdgeValues& values) {
   return true;
 }
 
-/// Whether the line of an edge crosses the pixel around the centre: at one of the four corners, half a pixel away along
-/// x and y, e reaches zero.
+/// True when the line of an edge crosses the pixel around the centre: at one of the four corners, half a pixel away
+/// along x and y, e reaches zero.
 inline bool crossed_by_edge(const RasterFace& face, const EdgeValues& values) {
   for (std::size_t k = 0; k < 3; ++k) {
     const Gradient gradient = edge_gradient(face, values, k);
@@ -122,7 +124,28 @@ inline double compare_depth(const PlaneDepth& f, const PlaneDepth& g) {
   return (f.z0 - g.z0) * (f.s * g.s) + (f.n * g.s - g.n * f.s);
 }
 
+/// 1 / z of a face's plane, which is linear over the image.
+struct InverseDepth {
+  double x = 0, y = 0, first = 0, per_x = 0, per_y = 0;
+  double error = std::numeric_limits<double>::infinity();  ///< infinite: not known
+
+  double at(double px, double py) const { return first + per_x * (px - x) + per_y * (py - y); }
+  /// True when its face certainly lies in front of the other's at a point of both projections.
+  bool before(const InverseDepth& other, double px, double py) const {
+    return at(px, py) - other.at(px, py) > error + other.error;
+  }
+};
+
+/// Taken from the edge values at (px, py), without an error bound: z = (sum of e z) / (sum of e), and the numerator is
+/// the same everywhere. \pre not edge-on
+InverseDepth inverse_depth_from(const RasterFace& face, double px, double py);
+
 // --- spans
+
+/// A run of covered pixels.
+struct Span {
+  std::int32_t y, x0, x1;
+};
 
 /// Pixels x0 <= x < x1, y0 <= y < y1.
 struct PixelBox {
@@ -130,16 +153,16 @@ struct PixelBox {
   bool empty() const { return x0 >= x1 || y0 >= y1; }
 };
 
-/// Where a face may lie on the unbounded grid.
+/// A rectangle that contains the projection of a face; it may reach beyond the frame.
 struct FaceBounds {
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels
   bool ahead = false;                     ///< false: no point of the face is on the frame
-  bool bounded = false;                   ///< all of it is; else the rectangle is not set
+  bool bounded = false;                   ///< all vertices are in front of the camera; else the rectangle is not set
 };
 
-/// True when the projection lies outside [0, W] x [0, H] on one of its sides, or all behind the camera. Exact: W and H
-/// are whole, and a rounded product W z orders as the product itself does with a double. u < 0 at all corners means u <
-/// 0 at every point between, and x = u / z < 0 where z > 0; the same for the other sides, whatever the signs of z.
+/// True when the projection lies beyond one border of [0, W] x [0, H], or the face is behind the camera. Exact: W and H
+/// are integers, and a rounded product W z orders as the product itself does with a double. u < 0 at all corners means
+/// u < 0 at every point between, and x = u / z < 0 where z > 0; the same for the other sides, whatever the signs of z.
 inline bool misses_frame(const Camera& camera, const std::array<ProjectedVertex, 3>& vertex) {
   const double w = camera.width, h = camera.height;
   const auto all = [&](auto&& beyond) { return beyond(vertex[0]) && beyond(vertex[1]) && beyond(vertex[2]); };
@@ -157,7 +180,7 @@ inline FaceBounds united(const FaceBounds& a, const FaceBounds& b) {
           a.bounded && b.bounded};
 }
 
-/// From rounded positions: a rectangle that contains the projection for certain.
+/// From rounded positions, widened by their rounding.
 inline FaceBounds face_bounds(const RoundedPosition& a, const RoundedPosition& b, const RoundedPosition& c) {
   const bool ahead_a = a.x == a.x, ahead_b = b.x == b.x, ahead_c = c.x == c.x;  // not NaN
   if (!(ahead_a && ahead_b && ahead_c)) return {0, 0, 0, 0, ahead_a || ahead_b || ahead_c, false};
@@ -182,7 +205,7 @@ inline bool outside(const FaceBounds& bounds, double width, double height) {
 PixelBox pixel_bounds(const RasterFace& face, const FaceBounds& bounds, const PixelBox& window);
 PixelBox pixel_bounds(const RasterFace& face, const PixelBox& window);
 
-/// floor() and ceil() of what an int32 holds; the library's are calls where SSE4 is not assumed.
+/// floor() and ceil() of a value that an int32 holds; without SSE4 the library's are function calls.
 inline std::int32_t floor_int(double v) {
   const auto truncated = static_cast<std::int32_t>(v);
   return truncated - (static_cast<double>(truncated) > v ? 1 : 0);
@@ -192,7 +215,7 @@ inline std::int32_t ceil_int(double v) {
   return truncated + (static_cast<double>(truncated) < v ? 1 : 0);
 }
 
-/// pixel_bounds() for the bounds of any face.
+/// The pixels of `window` whose centres may lie within the bounds.
 inline PixelBox pixel_centres(const FaceBounds& bounds, const PixelBox& window) {
   if (!bounds.ahead) return {};
   if (!bounds.bounded) return window;
@@ -218,9 +241,9 @@ inline PixelBox touched_pixels(const FaceBounds& bounds, const PixelBox& window)
           std::min(pixel(bounds.y1, window.y0, window.y1) + 1, window.y1)};
 }
 
-/// Walks the rows of a face. Edges are linear along a row, so the ends of its run of pixels are computed and then
-/// confirmed: the pixel inside and the pixel outside of an end must differ from zero by more than tolerance_. A row
-/// that cannot be confirmed is decided pixel by pixel.
+/// Finds the runs of pixels that a face covers, row by row. Edge values are linear along a row, so the ends of its run
+/// are computed from them and then confirmed: the values at the pixel inside and at the pixel outside of an end must
+/// differ from zero by more than tolerance_. A row that cannot be confirmed is decided pixel by pixel.
 class SpanWalker {
  public:
   /// `bounds`: pixel_bounds of the face in the window to be walked.
@@ -228,15 +251,13 @@ class SpanWalker {
   bool empty() const { return box_.empty(); }
   const PixelBox& box() const { return box_; }
 
-  /// span(y, x0, x1) for each run of covered pixels, top to bottom, left to right. `inside(x, y)` decides single
+  /// Calls span(y, x0, x1) for each run of covered pixels, top to bottom, left to right. `inside(x, y)` decides single
   /// pixels.
-  template <class Inside, class Span>
-  void walk(Inside&& inside, Span&& span) const {
-    const std::int32_t width = box_.x1 - box_.x0;
+  template <class Inside, class Callback>
+  void walk(Inside&& inside, Callback&& span) const {
     for (std::int32_t y = box_.y0; y < box_.y1; ++y) {
-      std::int32_t first = 0, last = width;
-      if (row(y - box_.y0, 0.0, first, last)) {
-        if (first < last) span(y, box_.x0 + first, box_.x0 + last);
+      if (const std::optional<Span> run = certain_run(y, 0.0)) {
+        if (run->x0 < run->x1) span(y, run->x0, run->x1);
         continue;
       }
       for (std::int32_t x = box_.x0; x < box_.x1;) {
@@ -252,15 +273,9 @@ class SpanWalker {
     }
   }
 
-  /// Sets x0, x1 to the pixels of row y that are covered and that no edge crosses (crossed_by_edge is false). False
-  /// when that is not certain.
-  bool inner(std::int32_t y, std::int32_t& x0, std::int32_t& x1) const {
-    std::int32_t first = 0, last = box_.x1 - box_.x0;
-    if (!row(y - box_.y0, 1.0, first, last)) return false;
-    x0 = box_.x0 + first;
-    x1 = box_.x0 + std::max(first, last);
-    return true;
-  }
+  /// The pixels of row y that are covered and that no edge crosses (crossed_by_edge is false): x1 <= x0 where there are
+  /// none. Nothing when that is not certain.
+  std::optional<Span> inner_run(std::int32_t y) const { return certain_run(y, 1.0); }
 
  private:
   struct Line {
@@ -269,16 +284,18 @@ class SpanWalker {
     double crossing;  ///< (|x| + |y|) / 2
   };
 
-  bool row(std::int32_t dy, double crossing_factor, std::int32_t& first, std::int32_t& last) const;
+  std::optional<Span> certain_run(std::int32_t y, double crossing_factor) const;
 
   PixelBox box_;
   std::array<Line, 3> lines_;
   double tolerance_ = 0;
 };
 
-inline bool SpanWalker::row(std::int32_t dy, double crossing_factor, std::int32_t& first, std::int32_t& last) const {
-  const std::int32_t width = last;
+/// The pixels of row y where every edge value exceeds `crossing_factor` times its line's crossing.
+inline std::optional<Span> SpanWalker::certain_run(std::int32_t y, double crossing_factor) const {
+  const std::int32_t dy = y - box_.y0, width = box_.x1 - box_.x0;
   const double limit = width;
+  std::int32_t first = 0, last = width;
   for (const Line& line : lines_) {
     const double c = line.y * dy + (line.c - crossing_factor * line.crossing);
     const double zero = -c * line.per_x;
@@ -286,20 +303,20 @@ inline bool SpanWalker::row(std::int32_t dy, double crossing_factor, std::int32_
     const auto floor = static_cast<std::int32_t>(clamped);
     if (line.x > 0) {
       const std::int32_t begin = floor + (clamped > floor ? 1 : 0);
-      if (begin < width && !(line.x * begin + c > tolerance_)) return false;
-      if (begin > 0 && !(line.x * (begin - 1) + c < -tolerance_)) return false;
+      if (begin < width && !(line.x * begin + c > tolerance_)) return std::nullopt;
+      if (begin > 0 && !(line.x * (begin - 1) + c < -tolerance_)) return std::nullopt;
       if (begin > first) first = begin;
     } else if (line.x < 0) {
       const std::int32_t end = zero < 0 ? 0 : (floor + 1 < width ? floor + 1 : width);
-      if (end > 0 && !(line.x * (end - 1) + c > tolerance_)) return false;
-      if (end < width && !(line.x * end + c < -tolerance_)) return false;
+      if (end > 0 && !(line.x * (end - 1) + c > tolerance_)) return std::nullopt;
+      if (end < width && !(line.x * end + c < -tolerance_)) return std::nullopt;
       if (end < last) last = end;
     } else {
-      if (!(std::abs(c) > tolerance_)) return false;
+      if (!(std::abs(c) > tolerance_)) return std::nullopt;
       if (c < 0) last = 0;
     }
   }
-  return true;
+  return Span{y, box_.x0 + first, box_.x0 + last};
 }
 
 }  // namespace gpvc::visibility

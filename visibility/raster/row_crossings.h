@@ -14,41 +14,45 @@ struct RowCrossings {
   std::array<double, 3> at, slope;            ///< of each edge: in the first row, and from row to row
   std::array<double, 3> not_left, not_right;  ///< -infinity or infinity where an edge does not bound that end
   double width;                               ///< of the box
-  double tolerance;                           ///< what a crossing may be off
+  double tolerance;                           ///< upper bound of the error of a crossing
 };
 
 /// The runs of four rows, or of fewer where the box ends: pixels begin .. end - 1 of the box, none where end <= begin.
 struct FourRuns {
   FourInts begins, ends;
-  bool sure;  ///< no end is too near to a pixel centre
+  bool sure;  ///< no end is within the tolerance of a pixel centre
 };
 
+/// One lane a row. A run begins at the first pixel centre right of the rightmost left edge (low) and ends with the last
+/// one left of the leftmost right edge (high):
+///
+///       0     1     2     3     4     5        pixel centres of the row, in pixels from the first
+///       .     .   / x     x     x  \  .        low = 1.6, high = 4.4
+///                /                  \          begin = int(low + 1) = 2, end = int(high + 1) = 5: pixels 2, 3, 4
+///
+/// Crossings left of the box become -1/2 and those right of it width +- 1/2, which keeps them away from the centres and
+/// makes truncation the floor. The row is sure when both crossings are further than the tolerance from the centres on
+/// either side of them.
 [[gnu::always_inline]] inline void find_four_runs(const RowCrossings& edges, std::int32_t first_row, std::int32_t rows,
                                                   FourRuns& runs) {
   const FourDoubles zero{};
   const FourDoubles row = FourDoubles{0, 1, 2, 3} + static_cast<double>(first_row);
-  const FourDoubles a = edges.at[0] + edges.slope[0] * row, b = edges.at[1] + edges.slope[1] * row,
-                    c = edges.at[2] + edges.slope[2] * row;
-  // Half a pixel beyond the box is as good as any further.
   const FourDoubles least = zero - 0.5, most_low = zero + (edges.width + 0.5), most_high = zero + (edges.width - 0.5);
-  FourDoubles low = a + edges.not_left[0], high = a + edges.not_right[0];
-  const FourDoubles low_b = b + edges.not_left[1], high_b = b + edges.not_right[1];
-  const FourDoubles low_c = c + edges.not_left[2], high_c = c + edges.not_right[2];
-  low = low < low_b ? low_b : low;
-  low = low < low_c ? low_c : low;
-  low = low < least ? least : low;
+  FourDoubles low = least, high = most_high;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const FourDoubles crossing = edges.at[k] + edges.slope[k] * row;
+    const FourDoubles left = crossing + edges.not_left[k], right = crossing + edges.not_right[k];
+    low = low < left ? left : low;
+    high = right < high ? right : high;
+  }
   low = most_low < low ? most_low : low;
-  high = high_b < high ? high_b : high;
-  high = high_c < high ? high_c : high;
   high = high < least ? least : high;
-  high = most_high < high ? most_high : high;
   runs.begins = __builtin_convertvector(low + 1.0, FourInts);
   runs.ends = __builtin_convertvector(high + 1.0, FourInts);
-  // How far the crossings are from the pixel centres on either side of them.
-  const FourDoubles begin = __builtin_convertvector(runs.begins, FourDoubles) - low;
-  const FourDoubles end = __builtin_convertvector(runs.ends, FourDoubles) - high;
-  const FourFlags sure = (begin > edges.tolerance) & (1.0 - begin > edges.tolerance) & (end > edges.tolerance) &
-                         (1.0 - end > edges.tolerance);
+  const FourDoubles to_begin = __builtin_convertvector(runs.begins, FourDoubles) - low;
+  const FourDoubles to_end = __builtin_convertvector(runs.ends, FourDoubles) - high;
+  const FourFlags sure = (to_begin > edges.tolerance) & (1.0 - to_begin > edges.tolerance) &
+                         (to_end > edges.tolerance) & (1.0 - to_end > edges.tolerance);
   const FourFlags unsure = ~sure & (row < static_cast<double>(rows));
   runs.sure = (unsure[0] | unsure[1] | unsure[2] | unsure[3]) == 0;
 }

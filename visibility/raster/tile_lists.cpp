@@ -14,7 +14,7 @@ void TileLists::start(std::size_t parts, std::size_t tiles) {
 }
 
 void TileLists::sort() {
-  // Where a part's entries of a tile begin, relative to the tile's: 32 bits hold as many faces as there are.
+  // Counts become offsets: where a part's entries of a tile begin, relative to the tile's first.
   std::size_t begin = 0;
   for (std::size_t tile = 0; tile + 1 < first_.size(); ++tile) {
     first_[tile] = begin;

@@ -1,4 +1,4 @@
-// An image in square tiles, and lists of the faces that may touch each.
+// A frame cut into square tiles, and lists of the faces that may touch each tile.
 #pragma once
 
 #include <cstddef>
@@ -6,60 +6,79 @@
 #include <span>
 #include <vector>
 
-#include "visibility/classify/classify.h"
+#include "visibility/raster/prepared_view.h"
 
 namespace gpvc::visibility {
 
 class TileGrid {
  public:
   TileGrid() = default;
-  /// Tiles of 2^`shift` pixels a side.
+  /// Tiles of 2^`shift` pixels a side, row by row.
   TileGrid(const PixelBox& frame, int shift)
-      : frame_(frame), shift_(shift), across_(tile_of(frame.x1 - 1) + 1), down_(tile_of(frame.y1 - 1) + 1) {}
+      : frame_(frame), shift_(shift), across_(line_of(frame.x1 - 1) + 1), down_(line_of(frame.y1 - 1) + 1) {}
   std::int32_t across() const { return across_; }
-  std::int32_t down() const { return down_; }
   std::size_t count() const { return static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_); }
-  /// Of the frame.
+  /// The pixels of a tile that lie on the frame.
   PixelBox pixels(std::size_t tile) const {
     const std::int32_t x = static_cast<std::int32_t>(tile) % across_ << shift_;
     const std::int32_t y = static_cast<std::int32_t>(tile) / across_ << shift_;
     const std::int32_t side = 1 << shift_;
     return {x, y, std::min(x + side, frame_.x1), std::min(y + side, frame_.y1)};
   }
+  /// The tile of a pixel.
+  std::size_t tile_of(std::int32_t x, std::int32_t y) const {
+    return static_cast<std::size_t>(line_of(y)) * static_cast<std::size_t>(across_) +
+           static_cast<std::size_t>(line_of(x));
+  }
+  /// The tile of a position on the frame; one on its right or lower border belongs to the last tile.
+  std::size_t tile_of(double x, double y) const {
+    return tile_of(std::min(static_cast<std::int32_t>(x), frame_.x1 - 1),
+                   std::min(static_cast<std::int32_t>(y), frame_.y1 - 1));
+  }
   /// How many tiles the box touches.
   std::int64_t touched(const PixelBox& box) const {
     if (box.empty()) return 0;
-    return std::int64_t{tile_of(box.x1 - 1) - tile_of(box.x0) + 1} * (tile_of(box.y1 - 1) - tile_of(box.y0) + 1);
+    return std::int64_t{line_of(box.x1 - 1) - line_of(box.x0) + 1} * (line_of(box.y1 - 1) - line_of(box.y0) + 1);
   }
-  /// tile(number) for each tile that the box touches, and, where `face` tells, that the face may touch: a sliver across
-  /// many tiles fills little of its rectangle.
+  /// Calls tile(number) for each tile that the box touches. Where `face` is usable, tiles that the face certainly does
+  /// not touch are left out: a sliver across many tiles fills little of its bounding box.
   template <class Callback>
   void for_each(const PixelBox& box, const QuickFace& face, const Callback& tile) const {
     if (box.empty()) return;
-    const std::int32_t first = tile_of(box.x0), last = tile_of(box.x1 - 1);
-    const std::int32_t last_row = tile_of(box.y1 - 1);
-    for (std::int32_t row = tile_of(box.y0); row <= last_row; ++row) {
+    const std::int32_t first = line_of(box.x0), last = line_of(box.x1 - 1);
+    const std::int32_t last_row = line_of(box.y1 - 1);
+    for (std::int32_t row = line_of(box.y0); row <= last_row; ++row) {
       std::int32_t from = first, to = last;
       if (face.usable()) {
         const PixelBox part = touched_pixels(face.in_rows(row << shift_, (row + 1) << shift_), box);
-        from = tile_of(part.x0);
-        to = part.x0 < part.x1 ? tile_of(part.x1 - 1) : from - 1;
+        from = line_of(part.x0);
+        to = part.x0 < part.x1 ? line_of(part.x1 - 1) : from - 1;
       }
       for (std::int32_t column = from; column <= to; ++column) tile(static_cast<std::size_t>(row * across_ + column));
     }
   }
+  /// True when test(number) is for one of the tiles that the box touches.
+  template <class Test>
+  bool any_of(const PixelBox& box, const Test& test) const {
+    if (box.empty()) return false;
+    for (std::int32_t row = line_of(box.y0); row <= line_of(box.y1 - 1); ++row)
+      for (std::int32_t column = line_of(box.x0); column <= line_of(box.x1 - 1); ++column)
+        if (test(static_cast<std::size_t>(row * across_ + column))) return true;
+    return false;
+  }
 
  private:
-  std::int32_t tile_of(std::int32_t pixel) const { return pixel >> shift_; }
+  /// The column or row of tiles of a pixel's column or row.
+  std::int32_t line_of(std::int32_t pixel) const { return pixel >> shift_; }
 
   PixelBox frame_;
   int shift_ = 0;
   std::int32_t across_ = 0, down_ = 0;
 };
 
-/// What of the faces of a list lies far apart in memory is asked for ahead: the corners of one to come, and the one
-/// that comes after as many again.
-inline void prefetch(const ClassifyView& view, std::span<const FaceId> faces, std::size_t at) {
+/// Prefetches the vertices of a face a few places ahead of `at` in a list, and the corner indices of one twice as far
+/// ahead, which the former needs by then.
+inline void prefetch(const PreparedView& view, std::span<const FaceId> faces, std::size_t at) {
   constexpr std::size_t kAhead = 8;
   if (at + 2 * kAhead >= faces.size()) return;
   __builtin_prefetch(&view.mesh.faces[index(faces[at + 2 * kAhead])]);
@@ -69,11 +88,11 @@ inline void prefetch(const ClassifyView& view, std::span<const FaceId> faces, st
   }
 }
 
-/// Lists are made by so many parts, whatever the number of threads: enough for every thread to have some.
+/// Lists are made in this many parts, whatever the number of threads: enough to occupy every thread.
 inline constexpr std::size_t kListParts = 64;
 
-/// Faces by tile: what parts list at once, sorted by counting. Within a tile faces come part by part, as they were
-/// listed.
+/// Faces by tile. Parts list faces concurrently; then a counting sort joins them. Within a tile faces come part by
+/// part, in the order they were added.
 class TileLists {
  public:
   class Part {
@@ -93,9 +112,9 @@ class TileLists {
     std::vector<std::uint32_t> count_;  ///< per tile; while sorting, where the next entry goes
   };
 
-  /// Forgets everything but the memory.
+  /// Clears the lists and keeps their memory.
   void start(std::size_t parts, std::size_t tiles);
-  /// One thread a part.
+  /// Each part must be used by one thread at a time.
   Part& part(std::size_t number) { return parts_[number]; }
   /// After all parts have listed. O(entries + parts x tiles). TBB.
   void sort();

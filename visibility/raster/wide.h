@@ -1,9 +1,10 @@
-// Vectors of the compiler, which any processor takes in pieces of the size that it has.
+// Vector types of the compiler, which splits them to the width of the processor's registers.
 #pragma once
 
 #include <cstdint>
 
-// Two versions of a function, chosen when the program starts. Both do the same operations in the same order.
+// Compiles a function for AVX2 and for the baseline processor; the program chooses when it starts. Both versions do the
+// same operations in the same order.
 #if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_ADDRESS__)
 #define GPVC_WIDE_CLONES __attribute__((target_clones("avx2", "default")))
