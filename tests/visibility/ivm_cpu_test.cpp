@@ -1,5 +1,5 @@
-// What the CPU draws, and what it says of the faces before anything is settled: no graphics. The stage's own tests hold
-// its classes against the oracle, scene by scene (visibility_gl_test, visibility_exact_gl_test).
+// Native drawing: the item buffer and the codes of the faces before ExactScan::settle(), without graphics. The tests of
+// the stage compare its classes with the oracle, scene by scene (visibility_gl_test, visibility_exact_gl_test).
 #include "visibility/native/ivm_cpu.h"
 
 #include <gtest/gtest.h>
@@ -189,8 +189,8 @@ TEST(CpuIvm, FacesThatRecedeFarAreNotTrustedToFloats) {
 }
 
 TEST(CpuIvm, OnlyFacesThatCoverAPixelExactlyClaimIt) {
-  // Corners on pixel centres but for rounding, twice over, the second time nearer: doubles take many an edge to be on
-  // the other side of a centre. All are unsure, and cover one another and what is behind.
+  // Corners within rounding of pixel centres, twice, the second time nearer: doubles put many edges on the wrong side
+  // of a centre. All faces are unsure, and cover one another and the faces behind.
   std::size_t claims = 0;
   for (std::uint32_t seed = 0; seed < 300; ++seed) {
     std::mt19937 random(seed);

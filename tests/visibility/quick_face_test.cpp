@@ -20,7 +20,7 @@ constexpr int kWidth = 60, kHeight = 50;
 constexpr ProjectionRounding kRounding{250, 0.01};
 
 /// Random corners: how far apart, how coarse the grid of positions that they keep to (0: none), how flat, and whether
-/// two of them lie level, but for rounding.
+/// two of them lie level up to rounding.
 struct Kind {
   double size, grid, thickness;
   bool level = false;
@@ -79,7 +79,7 @@ std::vector<std::pair<int, int>> pixels(const std::vector<Span>& spans) {
   return found;
 }
 
-/// Whether the half-planes, seen from a point nearby, hold a position, all in floats.
+/// True when a position satisfies the half-planes relative to a nearby point, all in floats.
 bool holds(const QuickFace& face, double px, double py, Corners& corners) {
   constexpr double kExtent = 32;
   const double x = px + corners.uniform(-kExtent, kExtent), y = py + corners.uniform(-kExtent, kExtent);

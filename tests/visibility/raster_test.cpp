@@ -190,7 +190,7 @@ TEST(SpanWalker, InnerPixelsAreThoseNoEdgeCrosses) {
 
 // --- exact predicates
 
-/// Whether a triangle of integer pixel corners (at depth 1) covers the centre of pixel (0, 0), in integers.
+/// True when a triangle of integer pixel corners (at depth 1) covers the centre of pixel (0, 0), in integers.
 bool covers_in_integers(std::array<std::array<std::int64_t, 2>, 3> v) {
   using Wide = __int128;
   const auto x = [&](std::size_t k) { return 2 * Wide{v[k][0]} - 1; };

@@ -36,7 +36,7 @@ class VisibilityGl : public testing::Test {
     VisibilityStage stage(*device_, mesh, given);
     return stage.classify(view, ViewId{7});
   }
-  /// Exact, and the same in shaders, whoever draws.
+  /// Exact classes; checks that shaders, the CPU and native drawing agree.
   ViewVisibility classify(const Mesh& mesh, const View& view) {
     const auto on = [&](Classifier classifier, Drawing drawing) {
       VisibilityOptions given = options(CoverageCorrection::exact, Sampling::hivers, classifier);

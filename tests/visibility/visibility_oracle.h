@@ -159,7 +159,7 @@ class Squares {
   std::vector<std::vector<std::size_t>> lists_;
 };
 
-/// Whether `face` is the nearest at a position its projection contains; `tied` collects doubts.
+/// True when `face` is the nearest at a position that its projection contains; sets `tied` where that is a tie.
 inline bool owns(const std::vector<Projected>& faces, const Squares& squares, const Ray& ray, Real px, Real py,
                  std::size_t face, bool& tied) {
   const std::optional<Hit> own = meet(ray, faces[face].corners, kTiePx);

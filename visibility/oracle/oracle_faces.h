@@ -81,7 +81,7 @@ class LocalFace {
   struct Depth {
     double value, error;
   };
-  /// Of the face's plane where the edges have these values.
+  /// Depth of the face's plane where the edges have these values.
   Depth depth(const Values& values, double position_error) const {
     double sum = 0, weighed = 0, lost = edge_error_sum_ + position_error * slope_sum_;
     for (std::size_t k = 0; k < 3; ++k) {
