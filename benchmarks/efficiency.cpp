@@ -97,6 +97,7 @@ int main(int argc, char** argv) {
   app.add_option("--modes", arguments.modes,
                  "Visibility modes, separated by commas; ratios are against the first. /off, /paper or /exact, /cpu or "
                  "/gpu, /opengl or /native may be appended to the gpvc modes")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   return gpvc::run_benchmark(app, argc, argv, [&] { return gpvc::efficiency::run(arguments); });
 }
