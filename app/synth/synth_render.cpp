@@ -249,7 +249,6 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Ex
   const auto width = static_cast<std::size_t>(camera.width), height = static_cast<std::size_t>(camera.height);
   image.pixels.resize(width * height * 3);
   photo.surfaces.resize(width * height);
-  const auto& r = pose.rotation;
   state_->prepare(camera);
   state_->moving.reset();
   if (moving != nullptr && !moving->mesh.faces.empty()) state_->moving.emplace(state_->device, *moving);
@@ -270,8 +269,7 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Ex
         const double cx = at->x, cy = at->y;
         ++at;
         valid[s] = !std::isnan(cx);
-        rays[s] = {pose.centre,
-                   {r[0] * cx + r[3] * cy + r[6], r[1] * cx + r[4] * cy + r[7], r[2] * cx + r[5] * cy + r[8]}};
+        rays[s] = {pose.centre, to_world_axes(pose, {cx, cy, 1})};
       }
       const Color c =
           state_->color(rays, valid, photo.surfaces[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)]);
