@@ -42,7 +42,7 @@ bool asks_for_devices(int argc, char** argv) {
   return false;
 }
 
-// What went to standard output did not all arrive (a full disk behind a redirection).
+// True if standard output could not be written completely (a full disk behind a redirection).
 bool results_were_lost() { return std::fflush(stdout) != 0 || std::ferror(stdout) != 0; }
 
 int run_guarded(const CommonOptions& common, const std::function<void(Console&)>& command) {
@@ -76,14 +76,14 @@ int run_guarded(const CommonOptions& common, const std::function<void(Console&)>
   return kFailed;
 }
 
-// The command the user got to.
+// The innermost command that was given.
 const CLI::App& reached_command(const CLI::App& app) {
   const CLI::App* at = &app;
   while (!at->get_subcommands().empty()) at = at->get_subcommands().front();
   return *at;
 }
 
-// What is wrong with the words, where CLI11's own sentence would be less clear.
+// A sentence on what is wrong with the arguments; CLI11's own where that is clear.
 std::string usage_complaint(const CLI::App& reached, const CLI::ParseError& error) {
   const auto meant = [](const std::string& word, const std::vector<std::string>& words) {
     const auto near = near_words(word, words, 1, 1 + word.size() / 4);
@@ -105,6 +105,44 @@ std::string usage_complaint(const CLI::App& reached, const CLI::ParseError& erro
   return error.what();
 }
 
+struct AllOptions {
+  TextureOptions texture;
+  VisibilityCommandOptions visibility;
+  EvaluateCommandOptions evaluate;
+  compare::CompareOptions compare;
+  LabelOptions label;
+  InspectOptions inspect;
+  ConvertOptions convert;
+  SynthOptions city = synth_defaults(SynthKind::city), terrain = synth_defaults(SynthKind::terrain),
+               slits = synth_defaults(SynthKind::slits);
+};
+
+struct Command {
+  CLI::App* app;
+  CommonOptions* common;
+  std::function<void(Console&)> run;
+};
+
+// Adds every command, in the order of the help. Borrows the options.
+std::vector<Command> add_commands(CLI::App& app, AllOptions& o) {
+  std::vector<Command> commands{
+      {add_texture(app, o.texture), &o.texture.common, [&o](Console& c) { run_texture(o.texture, c); }},
+      {add_visibility_command(app, o.visibility), &o.visibility.common,
+       [&o](Console& c) { run_visibility(o.visibility, c); }},
+      {add_evaluate(app, o.evaluate), &o.evaluate.common, [&o](Console& c) { run_evaluate(o.evaluate, c); }},
+      {compare::add_compare(app, o.compare), &o.compare.texture.common,
+       [&o](Console& c) { compare::run_compare(o.compare, c); }},
+      {add_label(app, o.label), &o.label.common, [&o](Console& c) { run_label(o.label, c); }},
+      {add_inspect(app, o.inspect), &o.inspect.common, [&o](Console& c) { run_inspect(o.inspect, c); }},
+      {add_convert(app, o.convert), &o.convert.common, [&o](Console& c) { run_convert(o.convert, c); }}};
+  CLI::App* synth = app.add_subcommand("synth", "make a synthetic scene of known truth");
+  synth->require_subcommand(1);
+  synth->set_help_flag("-h,--help", "Print this help and end")->group(kCommonGroup);
+  for (SynthOptions* kind : {&o.city, &o.terrain, &o.slits})
+    commands.push_back({add_synth(*synth, *kind), &kind->common, [kind](Console& c) { run_synth(*kind, c); }});
+  return commands;
+}
+
 }  // namespace
 
 int run_command_line(int argc, char** argv) {
@@ -122,29 +160,8 @@ int run_command_line(int argc, char** argv) {
       std::string("Try 'gpvc COMMAND --help' for a command's options. --device list prints the EGL devices.\n\n") +
       kExitStatus);
 
-  TextureOptions texture;
-  VisibilityCommandOptions visibility;
-  EvaluateCommandOptions evaluate;
-  SynthOptions city = synth_defaults(SynthKind::city), terrain = synth_defaults(SynthKind::terrain),
-               slits = synth_defaults(SynthKind::slits);
-  CLI::App* texture_app = add_texture(app, texture);
-  CLI::App* visibility_app = add_visibility_command(app, visibility);
-  CLI::App* evaluate_app = add_evaluate(app, evaluate);
-  compare::CompareOptions compare;
-  CLI::App* compare_app = compare::add_compare(app, compare);
-  LabelOptions label;
-  CLI::App* label_app = add_label(app, label);
-  InspectOptions inspect;
-  CLI::App* inspect_app = add_inspect(app, inspect);
-  ConvertOptions convert;
-  CLI::App* convert_app = add_convert(app, convert);
-  CLI::App* synth_app = app.add_subcommand("synth", "make a synthetic scene of known truth");
-  synth_app->require_subcommand(1);
-  synth_app->set_help_flag("-h,--help", "Print this help and end")->group(kCommonGroup);
-  const std::vector<std::pair<CLI::App*, SynthOptions*>> synths{{add_synth(*synth_app, city), &city},
-                                                                {add_synth(*synth_app, terrain), &terrain},
-                                                                {add_synth(*synth_app, slits), &slits}};
-
+  AllOptions options;
+  const std::vector<Command> commands = add_commands(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& e) {  // --help, --version
@@ -155,31 +172,11 @@ int run_command_line(int argc, char** argv) {
                  full_name(reached).c_str());
     return kBadUsage;
   }
-  const std::vector<std::string> given(argv, argv + argc);
-  for (CommonOptions* common :
-       {&texture.common, &visibility.common, &evaluate.common, &compare.texture.common, &label.common, &inspect.common,
-        &convert.common, &city.common, &terrain.common, &slits.common})
-    common->command_line = given;
-  if (texture_app->parsed())
-    return run_guarded(texture.common, [&](Console& console) { run_texture(texture, console); });
-  if (visibility_app->parsed())
-    return run_guarded(visibility.common, [&](Console& console) { run_visibility(visibility, console); });
-  if (evaluate_app->parsed())
-    return run_guarded(evaluate.common, [&](Console& console) { run_evaluate(evaluate, console); });
-  if (compare_app->parsed())
-    return run_guarded(compare.texture.common, [&](Console& console) { compare::run_compare(compare, console); });
-  if (label_app->parsed()) return run_guarded(label.common, [&](Console& console) { run_label(label, console); });
-  if (inspect_app->parsed()) {
-    inspect.with_mesh = !inspect.input.mesh.empty();
-    return run_guarded(inspect.common, [&](Console& console) { run_inspect(inspect, console); });
+  for (const Command& command : commands) {
+    if (!command.app->parsed()) continue;
+    command.common->command_line.assign(argv, argv + argc);
+    return run_guarded(*command.common, command.run);
   }
-  if (convert_app->parsed())
-    return run_guarded(convert.common, [&](Console& console) { run_convert(convert, console); });
-  for (const auto& [synth, options] : synths)
-    if (synth->parsed()) {
-      const SynthOptions& asked = *options;
-      return run_guarded(asked.common, [&asked](Console& console) { run_synth(asked, console); });
-    }
   return kBadUsage;
 }
 

@@ -4,7 +4,7 @@
 namespace gpvc::cli {
 namespace {
 
-// One mesh or more, seen together.
+// One or several meshes that occlude one another.
 void add_meshes(CLI::App& app, SceneInput& input) {
   const auto take = [&input](const std::vector<std::string>& files) {
     input.mesh = files.front();
@@ -25,8 +25,7 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
   add_masks(*app, options.input);
   add_output(*app, options.out, options.force);
   app->add_flag("--ivm", options.ivm,
-                "Also write ivm/NAME.npy: per pixel the face drawn there, before any correction, 0xFFFFFFFF where "
-                "none")
+                "Also write ivm/NAME.npy: per pixel the face drawn there, before any correction, 0xFFFFFFFF for none")
       ->group("Output");
   add_visibility(*app, options.visibility);
   app->add_option("--oracle-check", options.oracle_check,

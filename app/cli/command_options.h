@@ -1,5 +1,5 @@
-// The options of each command, declared once for the parser and the help. Each function adds its command to `parent`
-// and lets it fill `options`, which must outlive the parsing.
+// Declares the options of each command, for the parser and the help. Each function adds its command to `parent`; parsing
+// writes into `options`, which must outlive it.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,8 +10,7 @@ namespace gpvc::cli {
 
 inline constexpr const char* kCommonGroup = "Common";
 inline constexpr const char* kExitStatus =
-    "Exit status: 0 all promised files are complete; 1 bad input or a failed run; 2 bad usage;\n130 "
-    "interrupted.";
+    "Exit status: 0 all promised files are complete; 1 bad input or a failed run; 2 bad usage;\n130 interrupted.";
 
 CLI::App* add_texture(CLI::App& parent, TextureOptions& options);
 CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& options);
@@ -19,7 +18,7 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options);
 CLI::App* add_label(CLI::App& parent, LabelOptions& options);
 CLI::App* add_convert(CLI::App& parent, ConvertOptions& options);
 CLI::App* add_inspect(CLI::App& parent, InspectOptions& options);
-/// Of the kind that `options` holds.
+/// The command for the kind of scene that `options` holds.
 CLI::App* add_synth(CLI::App& parent, SynthOptions& options);
 
 }  // namespace gpvc::cli

@@ -25,7 +25,7 @@ std::size_t terminal_columns() {
   return 80;
 }
 
-// A log may replace an earlier log, never a file of another kind: --log takes a path as easily as the mesh does.
+// A log may replace an earlier log but no other file: a user may well give the mesh to --log by mistake.
 void refuse_other_files(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   if (!std::filesystem::is_directory(folder)) throw OutputError(file, "its folder does not exist");
@@ -48,7 +48,7 @@ std::shared_ptr<spdlog::logger> open_log(const std::filesystem::path& file) {
     log->set_level(spdlog::level::trace);
     log->flush_on(spdlog::level::trace);
     log->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
-    // A full disk must not end a run for its log's sake, but is not kept quiet either.
+    // A run goes on without its log when the disk is full, but says so once.
     log->set_error_handler([warned = false](const std::string& reason) mutable {
       if (!warned) std::fprintf(stderr, "gpvc: warning: the log is incomplete: %s\n", reason.c_str());
       warned = true;
@@ -117,7 +117,7 @@ void Console::status(const std::string& text) {
 void Console::clear_status() {
   const std::lock_guard lock(mutex_);
   if (status_shown_) print("");
-  // The next stage's first plain line waits its time too: short stages print only how long they took.
+  // The first plain line of the next stage waits for the period to pass, so that short stages print only their summary.
   last_status_ = terminal_ ? std::chrono::steady_clock::time_point{} : std::chrono::steady_clock::now();
 }
 

@@ -1,4 +1,4 @@
-// What the user reads while a command runs, and the log file, which gets everything.
+// Messages to the user while a command runs, and the log file, which gets all of them.
 #pragma once
 
 #include <chrono>
@@ -24,13 +24,13 @@ class Console {
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
 
-  void result(const std::string& text);   ///< stdout: what the command is for
+  void result(const std::string& text);   ///< stdout: the command's result
   void note(const std::string& text);     ///< stderr, unless quiet
   void detail(const std::string& text);   ///< stderr when verbose
   void warning(const std::string& text);  ///< stderr, always
   void error(const std::string& text);    ///< stderr, always: "gpvc: error: ..."
 
-  /// How far a stage is. On a terminal a line that is overwritten; else a plain line every five seconds.
+  /// Progress of a stage. On a terminal a line that is overwritten; else a plain line every five seconds.
   void status(const std::string& text);
   void clear_status();
 
@@ -44,7 +44,7 @@ class Console {
   std::shared_ptr<spdlog::logger> log_;
 };
 
-/// "about 2 min 10 s", "45 s": for people.
+/// "2 min 10 s", "45 s".
 std::string readable_duration(double seconds);
 
 }  // namespace gpvc::cli

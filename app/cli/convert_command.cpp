@@ -24,7 +24,7 @@ std::string resampled_name(fs::path name) {
   return io::has_image_extension(name) ? name.replace_extension(".png").string() : name.string() + ".png";
 }
 
-// Named for the first view that loses something, before a photo is read.
+// Refuses the first view whose lens the format cannot state, before a photo is read.
 void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::SceneTarget target) {
   for (const ViewId id : used)
     if (const auto lost = io::lost_term(target, scene.views[index(id)].camera))
@@ -34,8 +34,8 @@ void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::
                                    *lost, name_of(io::kSceneTargetNames, target)));
 }
 
-/// What is read must never be replaced by what is made of it, nor stand beside it in a folder that is read as a whole;
-/// nor may anything of somebody else's. Said before photos are converted.
+/// Refuses, before photos are converted, to replace files of the scene or foreign files, and to put a listing into the
+/// folder of the scene, which is read as a whole.
 void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const pipeline::OutputFolder& folder,
                         const std::vector<fs::path>& places, const std::vector<fs::path>& masks) {
   std::vector<fs::path> listings;
@@ -49,19 +49,20 @@ void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const
   const fs::path source = fs::weakly_canonical(scene.read_from);
   for (const fs::path& listing : listings)
     if (fs::weakly_canonical(options.out / listing).parent_path() == source)
-      throw OutputError(options.out / listing, "would stand in the folder of the scene that is converted" + advice);
+      throw OutputError(options.out / listing,
+                        "would be written into the folder of the scene that is converted" + advice);
   std::vector<fs::path> made = listings;
   made.insert(made.end(), places.begin(), places.end());
   made.insert(made.end(), masks.begin(), masks.end());
   const std::set<fs::path> sources = input_files(scene);
-  made.insert(made.end(), folder.listed().begin(), folder.listed().end());  // those go as well
+  made.insert(made.end(), folder.listed().begin(), folder.listed().end());  // removed with the earlier result
   for (const fs::path& place : made) {
     const fs::path file = options.out / place;
     std::error_code ignored;
     if (!fs::exists(file, ignored)) continue;
     if (sources.contains(fs::weakly_canonical(file)))
       throw OutputError(file, "belongs to the scene that is converted" + advice);
-    folder.refuse_strangers(place.generic_string());
+    folder.refuse_foreign_file(place.generic_string());
   }
 }
 
@@ -73,10 +74,10 @@ void copy_whole(const fs::path& from, const fs::path& to) {
 
 struct Frame {
   pipeline::FrameWindow window;
-  bool blank = false;  ///< some of it shows nothing of the photo
+  bool blank = false;  ///< some pixels show nothing of the photo
 };
 
-/// What is made of each view, and what of its photo and its mask.
+/// The conversion of a scene, its photos and their masks.
 class Conversion {
  public:
   Conversion(const ConvertOptions& options, RunRecord& record, pipeline::OutputFolder& folder)
@@ -166,9 +167,11 @@ void Conversion::warn_of_lost_masks() const {
   const auto masked =
       std::count_if(used_.begin(), used_.end(), [&](ViewId id) { return has_mask(view_of(scene_, id)); });
   if (masked > 0)
-    record_.warning(fmt::format("mvs-texturing knows no masks: it will use what those of {} photos exclude", masked));
+    record_.warning(fmt::format(
+        "mvs-texturing knows no masks: it will use the pixels that the masks of {} photos exclude", masked));
   if (std::any_of(frames_.begin(), frames_.end(), [](const Frame& frame) { return frame.blank; }))
-    record_.warning("mvs-texturing takes what the frame leaves blank for picture; --frame inside leaves nothing blank");
+    record_.warning(
+        "mvs-texturing will use the blank parts of undistorted photos; --frame inside leaves nothing blank");
 }
 
 void Conversion::write_photo(std::size_t i, io::PhotoSource& photos) {
@@ -189,7 +192,7 @@ void Conversion::write_photo(std::size_t i, io::PhotoSource& photos) {
 void Conversion::write_mask(std::size_t i) {
   const View& view = view_of(scene_, used_[i]);
   if (!masks_[i]) return;
-  // What is no PNG must not get a PNG's name, and other programs pass over alpha.
+  // Masks are written as PNG without alpha, which other programs ignore.
   const bool as_it_is = !options_.undistort && options_.input.downscale == 1 && io::has_plain_mask(view);
   if (as_it_is) return copy_whole(view.mask, folder_.file(*masks_[i]));
   const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
@@ -209,7 +212,7 @@ RunFacts Conversion::run() {
   warn_of_lost_masks();
 
   record_.begin({"photos", "photos"});
-  // Photos are written whole: what masks exclude is not painted over.
+  // Photos are written without painting over excluded pixels.
   Scene whole = scene_;
   for (View& view : whole.views) {
     view.mask.clear();

@@ -13,7 +13,7 @@
 namespace gpvc::cli {
 namespace {
 
-// Views by name; all where there are no names, or none of the scene's.
+// The views of these names; all views where none has one of them.
 std::vector<ViewId> named_views(std::span<const View> views, const std::vector<std::string>& names) {
   std::vector<ViewId> some, all;
   for (std::uint32_t v = 0; v < views.size(); ++v) {
@@ -30,8 +30,8 @@ Scene with_views(const Scene& scene, const std::vector<ViewId>& views) {
   return chosen;
 }
 
-// What gpvc leaves beside its models says whose photo each face shows; models of other programs have nothing of the
-// kind, and a folder where it belongs to another scene is as good as none.
+// The photo that each face shows, from the files that gpvc writes beside a model. None for models of other programs, and
+// where the files belong to another scene.
 std::optional<evaluate::OriginOf> known_origins(const std::filesystem::path& model, const Mesh& mesh,
                                                 const Scene& scene) {
   const std::filesystem::path folder = model.parent_path();
@@ -91,13 +91,13 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, RunR
   record.console.result(evaluate::truth_table(score, origins ? &*origins : nullptr));
 }
 
-// The views whose photos the model's renders are held against.
+// The views whose photos the model's renders are compared with.
 std::vector<ViewId> compared_views(const EvaluateCommandOptions& options, std::span<const View> views) {
   if (!options.input.views.empty()) return used_views(views, options.input.views, "");
   return named_views(views, marked_views(options.model, "held_out"));
 }
 
-// The photos of the truth's score and of the comparison.
+// The views whose photos are read, for the comparison and for the score against the truth.
 std::vector<bool> needed_views(const EvaluateCommandOptions& options, std::span<const View> views) {
   std::vector<bool> needed(views.size(), false);
   for (const ViewId id : compared_views(options, views)) needed[index(id)] = true;

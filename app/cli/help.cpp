@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kWidth = 96, kIndent = 2, kColumn = 26;
 
-// `text` wrapped at kWidth, every line after the first indented to `column`; the first starts there already.
+// Wraps a text at kWidth. The first line starts at `column`; the others are indented to it.
 std::string wrapped(const std::string& text, std::size_t column) {
   std::istringstream words(text);
   std::string word, line, all;

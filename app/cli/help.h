@@ -1,4 +1,4 @@
-// Help texts in the manner of a good Unix tool, from the same declarations that parse the options.
+// Help texts, made from the declarations that parse the options.
 #pragma once
 
 #include <CLI/CLI.hpp>

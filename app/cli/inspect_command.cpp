@@ -64,7 +64,7 @@ void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& co
   for (const std::string& warning : scene.warnings) console.warning(warning);
 }
 
-// Length of a pixel on the mesh at some of its vertices, over the views that frame them.
+// Ground sampling distance at some of the vertices, for every view that frames them.
 std::vector<double> sampling_of(const SceneInputData& in) {
   constexpr std::size_t kVertices = 20000;
   const std::size_t step = std::max<std::size_t>(1, in.mesh.positions.size() / kVertices);
@@ -105,9 +105,9 @@ void print_mesh(const SceneInputData& in, Console& console) {
   console.result("extent   " + pipeline::box_text(pipeline::box_of(mesh)));
 }
 
-// From runs on two cores without a GPU (README, "Figures"): 0.35 GB for any run (OpenGL in software, the program, the
-// preview), 1650 bytes a face over the photos, 0.1 processor seconds a megapixel of photo to see and paint, 11
-// microseconds a face to choose. Right within a factor of two there; a GPU does not change it much.
+// Fitted to runs on two cores without a GPU: 0.35 GB for any run, 1650 bytes a face beside the photos, 0.1 processor
+// seconds a megapixel for visibility and baking, 11 microseconds a face for view selection. Within a factor of two of those
+// runs; a GPU changes it little.
 void print_estimate(const SceneInputData& in, int threads, Console& console) {
   double pixels = 0;
   for (const ViewId id : in.used) {
@@ -155,12 +155,13 @@ void run_inspect(const InspectOptions& options, Console& console) {
   reader.needed = needs_used_views(options.input.views, options.input.exclude_views);
   SceneInputData in;
   std::future<Mesh> mesh;
-  if (options.with_mesh) mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
+  const bool with_mesh = !options.input.mesh.empty();
+  if (with_mesh) mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
   in.scene = io::read_scene(options.input.scene, reader);
   in.used = used_views(in.scene.views, options.input.views, options.input.exclude_views);
   print_cameras(in.scene, in.used, console);
   throw_if_interrupted();
-  if (!options.with_mesh) return;
+  if (!with_mesh) return;
   in.mesh = mesh.get();
   throw_if_interrupted();
   print_mesh(in, console);

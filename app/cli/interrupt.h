@@ -3,9 +3,9 @@
 
 namespace gpvc::cli {
 
-/// From now on the first SIGINT, SIGTERM or SIGHUP asks the run to stop at its next step; a second one kills it. Those
-/// that whoever started the program has it ignore (nohup: SIGHUP) stay ignored. A file size limit (SIGXFSZ) and a
-/// reader that is gone (SIGPIPE) become ordinary write errors.
+/// From now on the first SIGINT, SIGTERM or SIGHUP asks the run to stop at its next step; a second one kills it. Signals
+/// that the program was started with as ignored (nohup: SIGHUP) stay ignored. A file size limit (SIGXFSZ) and a closed
+/// pipe (SIGPIPE) become ordinary write errors.
 void install_signal_handlers();
 
 bool interrupted();

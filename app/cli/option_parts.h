@@ -1,4 +1,4 @@
-// Kinds of options and the groups of them that several commands share.
+// Kinds of options, and groups of options that several commands share.
 #pragma once
 
 #include <fmt/format.h>
@@ -16,7 +16,8 @@
 
 namespace gpvc::cli {
 
-// A number of the type within bounds. Unlike CLI::Range it refuses NaN, says what it wanted, and keeps out of the help.
+// Accepts a number of the type within bounds. Unlike CLI::Range it refuses NaN, says what was expected, and adds nothing
+// to the help.
 template <class Value>
 CLI::Validator in_range(Value least, Value most) {
   const std::string kind = std::is_integral_v<Value> ? "a whole number" : "a number";
@@ -47,7 +48,7 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, const Named<Valu
 
 CLI::Validator not_empty();
 
-// Each adds its options to `app` and lets them fill what is given, which must outlive the parsing.
+// Each function adds options to `app`. They write into the given struct, which must outlive the parsing.
 void add_common(CLI::App& app, CommonOptions& common);
 CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh);
 void add_scene(CLI::App& app, SceneInput& input);

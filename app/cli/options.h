@@ -1,4 +1,4 @@
-// What each command can be told, with the defaults its help prints.
+// The options of each command, with their defaults.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct CommonOptions {
   Loudness loudness() const { return quiet ? Loudness::quiet : verbose ? Loudness::verbose : Loudness::normal; }
 };
 
-/// What every command with a result is told.
+/// Options of every command that writes a result.
 struct CommandOptions {
   CommonOptions common;
   std::filesystem::path out;
@@ -77,14 +77,14 @@ struct SynthOptions : CommandOptions {
   int quality = 95;
 };
 
-/// What `gpvc synth KIND` makes when told nothing.
+/// The defaults of `gpvc synth KIND`.
 SynthOptions synth_defaults(SynthKind kind);
 const char* synth_name(SynthKind kind);
 
 /// `out` may be empty: no pictures.
 struct EvaluateCommandOptions : CommandOptions {
   std::filesystem::path model;
-  SceneInput input;             ///< input.mesh: what should be textured; empty: the model's own faces
+  SceneInput input;             ///< input.mesh: the mesh that was to be textured; empty: the model's own faces
   std::filesystem::path truth;  ///< a synthetic scene's folder; empty: none
   int reduction = 4;
 };
@@ -97,8 +97,7 @@ struct LabelOptions : CommandOptions {
 
 struct InspectOptions {
   CommonOptions common;
-  SceneInput input;
-  bool with_mesh = false;
+  SceneInput input;  ///< the mesh may be missing
 };
 
 struct ConvertOptions : CommandOptions {

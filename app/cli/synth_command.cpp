@@ -11,11 +11,11 @@
 namespace gpvc::cli {
 namespace {
 
-// Gains of photos lie between these two, and corners lose up to this share.
+// Bounds of the photos' gains; the largest loss of brightness in the corners.
 constexpr double kLeastGain = 0.7, kMostGain = 1.4, kVignetting = 0.3;
 
-/// Every second photo takes the gain that makes the product of two of them kLeastGain * kMostGain, about 1: how bright
-/// a scene is as a whole cannot be seen in its photos, so levelled colours are expected at their mean.
+/// The gains of two successive photos have the product kLeastGain * kMostGain, about 1. Photos do not show how bright the
+/// scene is as a whole, so levelled colours are expected at the mean of the gains.
 synth::Exposure exposure_of(const SynthOptions& options, std::size_t view) {
   if (!options.exposure) return {};
   const std::uint32_t seed = options.flight.seed, number = static_cast<std::uint32_t>(view);

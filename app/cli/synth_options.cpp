@@ -31,7 +31,7 @@ WorldPoint parse_offset(const std::string& text) {
 
 constexpr const char* kGroup = "Scene";
 
-// What the three kinds differ in.
+// The differences between the three kinds.
 struct Kind {
   const char *what, *contents, *size_help;
   double least_m, most_m;
@@ -56,9 +56,10 @@ Kind kind_of(SynthKind kind) {
 
 void add_spoilers(CLI::App& app, SynthOptions& options) {
   constexpr const char* kSpoilers = "Imperfections";
-  app.add_option("--mesh-noise", options.mesh_noise_m,
-                 "The written mesh is off by up to so many metres in each coordinate of each vertex; photos "
-                 "show the true one")
+  app.add_option(
+         "--mesh-noise", options.mesh_noise_m,
+         "The written mesh is off by up to so many metres in each coordinate of each vertex; photos show the true "
+         "one")
       ->type_name("M")
       ->check(in_range(0.0, 100.0))
       ->default_str("0")
@@ -132,7 +133,7 @@ CLI::App* add_synth(CLI::App& parent, SynthOptions& options) {
       ->check(not_empty())
       ->group("Output");
   app->add_flag("--force", options.force, "Replace an earlier scene in DIR")->group("Output");
-  app->add_flag("!--no-ids", options.ids, "Leave ids/ out, without which --truth cannot be asked for")->group("Output");
+  app->add_flag("!--no-ids", options.ids, "Leave ids/ out, which --truth needs")->group("Output");
   app->add_option("--faces", options.faces, "About so many triangles, as far as the shapes allow; 1000 to 20000000")
       ->type_name("N")
       ->check(in_range(1000, 20000000))

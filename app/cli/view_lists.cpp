@@ -40,8 +40,7 @@ std::string near_names(std::span<const View> views, const std::string& name) {
   return text;
 }
 
-// What a LIST's entry may be, the plainest reading that fits winning: a name as it stands, a glob, a name without its
-// extension.
+// How a list's entry may be read; the first reading that matches a view counts.
 enum class Reading { name, glob, stem };
 
 bool fits(const std::string& entry, const std::string& view, Reading reading) {

@@ -62,7 +62,7 @@ std::string table_row(const std::string& name, std::size_t name_width, const Tot
                      s.corrected_samples, s.upload_s, s.render_s, s.readback_s, s.classify_s);
 }
 
-// visibility/NAME.npy, or one folder a mesh.
+// Writes visibility/NAME.npy; with several meshes visibility/M/NAME.npy for each.
 void write_view(const SceneInputData& in, const View& view, const visibility::ViewVisibility& seen, bool ivm,
                 pipeline::OutputFolder& folder) {
   const std::filesystem::path name = pipeline::contained_path(view.name).generic_string() + ".npy";
@@ -123,7 +123,7 @@ void classify_views(const SceneInputData& in, const VisibilityCommandOptions& op
   record.end(fmt::format("{} views", in.used.size()));
 }
 
-// The oracle knows what is right; only gpvc with the exact correction claims to be.
+// Other modes than gpvc with the exact correction may disagree with the oracle.
 bool claims_to_be_exact(const visibility::VisibilityOptions& options) {
   return options.method == visibility::Method::gpvc && options.correction == visibility::CoverageCorrection::exact;
 }

@@ -7,8 +7,8 @@ namespace {
 
 constexpr std::uint64_t kNone = 0, kAll = ~std::uint64_t{0};
 
-/// So many words that are all 0, then so many that are all 1, then so many others, which follow. In one word: 21, 21
-/// and 22 bits.
+/// A run: numbers of words that are all 0, of words that are all 1, and of other words, which follow the run as they are.
+/// Packed into one word of 21, 21 and 22 bits.
 struct Run {
   std::size_t none = 0, all = 0, others = 0;
   static constexpr std::size_t kMost = (std::size_t{1} << 21) - 1;

@@ -1,4 +1,4 @@
-// Coverage of partial faces while views come in: only at the end is it known which faces need theirs.
+// Coverage of partial faces, collected over the views. Which faces need theirs is known only after the last view.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +11,12 @@
 
 namespace gpvc::pipeline {
 
-/// Bits are kept as runs of words: of faces as large as photos, some megabytes a view, most words are all 0 or all 1.
+/// Keeps the bits run-length encoded by words. Faces as large as photos have megabytes of them a view, most words of which
+/// are all 0 or all 1.
 class CoverageStore {
  public:
   void add(const visibility::CoverageTable& coverage);
-  /// The coverage of faces tagged partial, as it was added. What others have is of no use: those seen whole by some
-  /// view are not pieced together.
+  /// The coverage of faces tagged partial, as it was added. Other faces take their texels from one view and need none.
   visibility::CoverageTable of_partial_faces(std::span<const labeling::FaceTag> tags) const;
   std::size_t bytes() const {
     return runs_.size() * sizeof(std::uint64_t) + entries_.size() * sizeof(visibility::FaceCoverage);

@@ -17,8 +17,8 @@
 namespace gpvc::pipeline {
 namespace {
 
-/// On the inner side of the four planes through the camera and its frame's borders, and of the camera's own; linear in
-/// the point, so a convex hull is outside where all its corners are outside of one plane.
+/// Tests a point against the five planes of the view's frustum: through the four borders of the frame, and the camera's
+/// own. The tests are linear in the point, so a convex hull is outside if all its corners are outside of one plane.
 std::array<bool, 5> inside(const View& view, const WorldPoint& p) {
   const CameraPoint c = camera_from_world(view.pose, p);
   const Camera& k = view.camera;
@@ -43,7 +43,7 @@ std::array<WorldPoint, 8> corners(const Box& b) {
   return out;
 }
 
-constexpr std::size_t kRun = 1024;  ///< neighbouring faces that are looked at by their box first
+constexpr std::size_t kRun = 1024;  ///< neighbouring faces whose bounding box is tested first
 
 Box box_of_run(const Mesh& mesh, std::size_t begin, std::size_t end) {
   Box box;
@@ -68,7 +68,7 @@ bool any_framed(const Mesh& mesh, const Scene& scene, std::span<const ViewId> us
   return found;
 }
 
-// What a view sees first along the rays through a grid of points spread over its frame.
+// The first faces that rays through a grid of points of a view's frame hit.
 class Glance {
  public:
   explicit Glance(const View& view)
@@ -88,20 +88,20 @@ class Glance {
     const Span rows = crosses ? Span{0, kRows - 1} : span(p, &WorldPoint::y, k.fy, k.cy, k.height, kRows);
     if (!(rows.first <= rows.last)) return;
     const WorldPoint a = cross(p[1], p[2]), b = cross(p[2], p[0]), c = cross(p[0], p[1]);
-    const double volume = dot(p[0], a);  // below 0: the camera is on the side from which corners turn left
+    const double volume = dot(p[0], a);  // < 0: the camera sees the front
     if (volume == 0) return;
     for (auto row = static_cast<std::size_t>(rows.first); row <= static_cast<std::size_t>(rows.last); ++row)
       for (auto column = static_cast<std::size_t>(columns.first); column <= static_cast<std::size_t>(columns.last);
            ++column) {
         const WorldPoint ray{((static_cast<double>(column) + 0.5) * k.width / kColumns - k.cx) / k.fx,
                              ((static_cast<double>(row) + 0.5) * k.height / kRows - k.cy) / k.fy, 1};
-        // Ahead of the camera the ray meets the face where all three have the volume's sign.
+        // The ray hits the face ahead of the camera if all three have the volume's sign.
         const double sign = volume > 0 ? 1 : -1;
         const double u = sign * dot(a, ray), v = sign * dot(b, ray), w = sign * dot(c, ray);
         if (!(u >= 0 && v >= 0 && w >= 0 && u + v + w > 0)) continue;
         const auto depth = static_cast<float>(sign * volume / (u + v + w));
         const std::size_t at = row * kColumns + column;
-        // Of a face that is there twice, turned both ways, the front counts.
+        // Of two coincident faces that are turned against each other, the front counts.
         if (!(depth < depth_[at] || (depth == depth_[at] && volume < 0))) continue;
         depth_[at] = depth;
         back_[at] = volume > 0;
@@ -139,8 +139,8 @@ class Glance {
   std::vector<bool> back_;
 };
 
-// Views spread over the used ones whose frame is known: as many as keep the work small beside reading the mesh, and
-// never fewer than four.
+// A sample of the used views whose cameras are known: at least four, and no more than keep the work small compared with
+// reading the mesh.
 std::vector<ViewId> some_views(const Scene& scene, std::span<const ViewId> used, std::size_t faces) {
   std::vector<ViewId> known;
   for (const ViewId id : used) {
@@ -242,9 +242,8 @@ std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span
 }
 
 std::string check_winding(std::optional<double> backs, const std::filesystem::path& mesh_file) {
-  // A mesh turned right shows backs only where it is open: through holes, beyond its rim, of single sheets. Scans from
-  // photos showed none, made-up walls with slits to look through 3.5 %. Above nine in ten hardly anything would get a
-  // photo.
+  // A correctly oriented mesh shows backs only where it is open: through holes, at its rim, on single sheets. Scans from
+  // photos showed none, synthetic walls with slits 3.5 %. Above nine tenths hardly any face would get a photo.
   constexpr double kInsideOut = 0.9, kSuspect = 0.2;
   if (!backs || *backs < kSuspect) return {};
   const std::string share = fmt::format("{:.0f} % of what the cameras see of it are backs of faces", 100 * *backs);

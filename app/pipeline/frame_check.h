@@ -1,4 +1,4 @@
-// Do mesh and cameras share a frame? The usual mistake is one of them in another coordinate system.
+// Checks that mesh and cameras share a coordinate system and that the mesh is not inside out.
 #pragma once
 
 #include <filesystem>
@@ -20,25 +20,25 @@ Box box_of(const Mesh& mesh);
 Box box_of(const Scene& scene);
 std::string box_text(const Box& box);
 
-/// Whether a face may lie in a view's frame: not all of it beyond one border or behind the camera. Says yes to some
-/// faces just outside a corner, never no to one inside.
+/// False if the whole face lies beyond one border of the view's frame or behind the camera. Conservative: true for every
+/// face inside the frame, and for some just outside a corner.
 bool may_be_framed(const View& view, const Mesh& mesh, const Triangle& face);
 
-/// Throws InputError, with both boxes, when no face of the mesh may be framed by any of the views. Looks at single
-/// faces only where the box of a run of faces reaches into a frame, and stops at the first face found.
+/// Throws InputError, with both bounding boxes, when no face of the mesh may be framed by any of the views. Tests single
+/// faces only where the bounding box of 1024 neighbouring ones reaches into a frame, and stops at the first face found.
 void check_frames(const Mesh& mesh, const std::filesystem::path& mesh_file, const Scene& scene,
                   std::span<const ViewId> used);
 
-/// Share of the faces, of 100,000 spread over the mesh, that some view may frame; occlusion is not looked at.
+/// Fraction of faces that some view may frame, over a sample of 100,000; occlusion is ignored.
 double framed_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
 
-/// Share of backs (corners clockwise) among what cameras see first, at a grid of points of at least four of the used
-/// views, spread over them; occlusion is looked at, so that the far sides of closed meshes do not count. Empty when no
-/// point sees a face. Time grows with faces + those in frame x views looked at.
+/// Fraction of rays that hit the back of a face (corners clockwise) first, over a grid of rays from at least four of the
+/// used views. Occlusion counts, so the far sides of closed meshes do not. Empty when no ray hits a face. O(faces + framed
+/// faces x sampled views).
 std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
 
-/// What to warn of a back_share from a fifth, else empty. Throws InputError above nine in ten: the mesh is inside out,
-/// or the cameras stand behind it.
+/// A warning for a back_share of a fifth or more, else empty. Throws InputError above nine tenths: the mesh is inside out,
+/// or the cameras are behind its surface.
 std::string check_winding(std::optional<double> backs, const std::filesystem::path& mesh_file);
 
 }  // namespace gpvc::pipeline

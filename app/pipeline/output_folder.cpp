@@ -24,10 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".gpvc-unfinished-";
-
 constexpr const char* kEarlier = ".gpvc-earlier-";
 
-// What a command may write at the top of OUT, as far as that is known before it has worked.
+// True if the command may write this file at the top of OUT, as far as that is known before it runs.
 bool is_written_by(std::string_view command, const std::string& name) {
   if (name == "run.json") return true;
   using Names = std::vector<std::string_view>;
@@ -50,13 +49,13 @@ bool is_written_by(std::string_view command, const std::string& name) {
   return extension == ".png" || extension == ".jpg" || extension == ".bin";
 }
 
-// What an earlier run left beside its result; discarded where there is none of ours.
+// The run.json of an earlier run; discarded where there is none.
 nlohmann::json earlier_run(const fs::path& out) {
   std::ifstream in(out / "run.json");
   return nlohmann::json::parse(in, nullptr, false);
 }
 
-// The command of an earlier run; empty where that is not known.
+// The command of an earlier run of gpvc; empty where there was none.
 std::string earlier_command(const fs::path& out) {
   const auto json = earlier_run(out);
   const bool ours = json.is_object() && json.value("program", nlohmann::json()) == "gpvc";
@@ -78,7 +77,7 @@ std::optional<std::string> name_from_json(const nlohmann::json& entry) {
   return name;
 }
 
-// The files that an earlier run.json of ours lists, if they are what it lists: relative, inside.
+// The files that an earlier run.json lists, without names that lead out of the folder.
 std::set<std::string> listed_outputs(const fs::path& out) {
   std::set<std::string> names;
   if (earlier_command(out).empty()) return names;
@@ -90,7 +89,7 @@ std::set<std::string> listed_outputs(const fs::path& out) {
     try {
       names.insert(contained_path(*name).generic_string());
     } catch (const OutputError&) {
-      continue;  // not ours to touch
+      continue;
     }
   }
   return names;
@@ -114,11 +113,11 @@ fs::path make_folder_like(const fs::path& prefix) {
 }
 
 struct FolderLock {
-  int descriptor = -1;  ///< -1: not ours
-  bool others = false;  ///< another process holds it; else the file system has no locks
+  int descriptor = -1;  ///< -1: not locked by this process
+  bool others = false;  ///< another process holds the lock; false with -1: the file system has no locks
 };
 
-// Until the descriptor is closed, at the latest by the end of the process, however that comes.
+// The lock lasts until the descriptor is closed or the process ends, in whatever way.
 FolderLock locked(const fs::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return {descriptor, false};
@@ -127,8 +126,8 @@ FolderLock locked(const fs::path& folder) {
   return {-1, others};
 }
 
-// Left by a run that was killed: nobody holds its lock. (Numbers of processes say nothing: they recur, in containers at
-// once, and are others on other machines.)
+// Removes what killed runs left: folders that no process has locked. (Process numbers would not do: they recur, at once in
+// containers, and differ from machine to machine.)
 void remove_abandoned(const fs::path& out) {
   std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(out))
@@ -142,41 +141,57 @@ void remove_abandoned(const fs::path& out) {
   }
 }
 
+// Files on their way to their final names, and the earlier ones that they replace.
+class MovedFiles {
+ public:
+  explicit MovedFiles(const fs::path& out) : out_(out) {}
+
+  void move(const fs::path& from, const fs::path& to) {
+    fs::create_directories(to.parent_path());
+    fs::rename(from, to);
+    moved_.push_back({from, to});
+  }
+  // Moves a file of the earlier result to a hidden folder.
+  void set_aside(const std::string& name) {
+    if (earlier_.empty()) earlier_ = make_folder_like(out_ / kEarlier);
+    move(out_ / name, earlier_ / name);
+    remove_empty_parents(out_, (out_ / name).parent_path());
+  }
+  // Moves all files back. Returns false if one could not be.
+  bool undo() {
+    bool all_back = true;
+    for (auto it = moved_.rbegin(); it != moved_.rend(); ++it) {
+      std::error_code failed;
+      fs::create_directories(it->from.parent_path(), failed);
+      fs::rename(it->to, it->from, failed);
+      if (failed) all_back = false;
+      remove_empty_parents(out_, it->to.parent_path());
+    }
+    return all_back;
+  }
+  const fs::path& earlier() const { return earlier_; }
+  void remove_earlier() const {
+    std::error_code ignored;
+    if (!earlier_.empty()) fs::remove_all(earlier_, ignored);
+  }
+
+ private:
+  struct Moved {
+    fs::path from, to;
+  };
+  const fs::path& out_;
+  fs::path earlier_;  ///< empty until a file is set aside
+  std::vector<Moved> moved_;
+};
+
 }  // namespace
 
 OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) : out_(std::move(out)) {
   try {
-    fs::path missing = fs::absolute(out_).lexically_normal();
-    if (!missing.has_filename()) missing = missing.parent_path();
-    for (; !fs::exists(missing) && missing.has_relative_path(); missing = missing.parent_path())
-      created_.insert(created_.begin(), missing);
-    if (fs::exists(out_) && !fs::is_directory(out_)) throw OutputError(out_, "exists and is not a folder");
-    fs::create_directories(out_);
-    // Another command's result is somebody's input as likely as not: a scene, a model.
-    if (const std::string other = earlier_command(out_); !other.empty() && other != command)
-      throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'; choose another folder", other));
-    listed_ = listed_outputs(out_);
-    if (!listed_.empty() && !force)
-      throw OutputError(out_, fmt::format("already holds a result ({}); choose another folder, or give --force to "
-                                          "replace it when the new one is complete",
-                                          *listed_.begin()));
-    for (const auto& entry : fs::directory_iterator(out_)) {
-      const std::string name = entry.path().filename().string();
-      if (name.starts_with(kEarlier))
-        throw OutputError(entry.path(),
-                          "holds an earlier result, as a run was killed while it replaced it; move the files back "
-                          "or remove them first");
-      if (is_written_by(command, name)) refuse_strangers(name);
-    }
+    create();
+    refuse_results_in_the_way(force, command);
     remove_abandoned(out_);
-    for (bool taken = true; taken;) {  // by another run for abandoned, before it was locked
-      if (lock_ >= 0) close(lock_);
-      unfinished_ = make_folder_like(out_ / kUnfinished);
-      const FolderLock lock = locked(unfinished_);
-      lock_ = lock.descriptor;
-      taken = lock.others || !fs::exists(unfinished_);
-    }
-    const io::OutputFile probe(unfinished_ / "probe");  // opens a file; removed at once
+    make_unfinished();
   } catch (const fs::filesystem_error& e) {
     clear_away();
     throw OutputError(out_, "cannot be written: " + e.code().message());
@@ -184,6 +199,47 @@ OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) :
     clear_away();
     throw;
   }
+}
+
+void OutputFolder::create() {
+  fs::path missing = fs::absolute(out_).lexically_normal();
+  if (!missing.has_filename()) missing = missing.parent_path();
+  for (; !fs::exists(missing) && missing.has_relative_path(); missing = missing.parent_path())
+    created_.insert(created_.begin(), missing);
+  if (fs::exists(out_) && !fs::is_directory(out_)) throw OutputError(out_, "exists and is not a folder");
+  fs::create_directories(out_);
+}
+
+void OutputFolder::refuse_results_in_the_way(bool force, std::string_view command) {
+  // Another command's result (a scene, a model) is likely to be the input of something.
+  if (const std::string other = earlier_command(out_); !other.empty() && other != command)
+    throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'; choose another folder", other));
+  listed_ = listed_outputs(out_);
+  if (!listed_.empty() && !force)
+    throw OutputError(out_,
+                      fmt::format("already holds a result ({}); choose another folder, or give --force to replace "
+                                  "it when the new one is complete",
+                                  *listed_.begin()));
+  for (const auto& entry : fs::directory_iterator(out_)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with(kEarlier))
+      throw OutputError(entry.path(),
+                        "holds an earlier result, as a run was killed while it replaced it; move the files back or "
+                        "remove them first");
+    if (is_written_by(command, name)) refuse_foreign_file(name);
+  }
+}
+
+void OutputFolder::make_unfinished() {
+  // Another run may take the new folder for abandoned and remove it before it is locked.
+  for (bool taken = true; taken;) {
+    if (lock_ >= 0) close(lock_);
+    unfinished_ = make_folder_like(out_ / kUnfinished);
+    const FolderLock lock = locked(unfinished_);
+    lock_ = lock.descriptor;
+    taken = lock.others || !fs::exists(unfinished_);
+  }
+  const io::OutputFile probe(unfinished_ / "probe");  // throws where no file can be made; removed at once
 }
 
 OutputFolder::~OutputFolder() { clear_away(); }
@@ -195,7 +251,7 @@ void OutputFolder::clear_away() {
   for (auto it = created_.rbegin(); it != created_.rend(); ++it) fs::remove(*it, ignored);  // only when empty
 }
 
-void OutputFolder::refuse_strangers(const std::string& name) const {
+void OutputFolder::refuse_foreign_file(const std::string& name) const {
   const fs::path path = out_ / name;
   if (!is_there(path)) return;
   if (!listed_.contains(fs::path(name).lexically_normal().generic_string()))
@@ -214,7 +270,7 @@ void OutputFolder::protect(const std::set<fs::path>& inputs) {
 fs::path OutputFolder::file(const fs::path& relative) {
   const fs::path inside = contained_path(relative.generic_string());
   const fs::path path = unfinished_ / inside;
-  refuse_strangers(inside.generic_string());
+  refuse_foreign_file(inside.generic_string());
   try {
     fs::create_directories(path.parent_path());
   } catch (const fs::filesystem_error& e) {
@@ -236,45 +292,28 @@ void OutputFolder::publish() {
     if (!fs::is_regular_file(unfinished_ / name)) throw OutputError(out_ / name, "was not written");
     if (protected_.contains(fs::weakly_canonical(out_ / name)))
       throw OutputError(out_ / name, "is read by this run and would be replaced; choose another folder");
-    refuse_strangers(name);
+    refuse_foreign_file(name);
   }
-  struct Moved {
-    fs::path from, to;
-  };
-  std::vector<Moved> moved;
-  fs::path earlier, at;
-  const auto move = [&](const fs::path& from, const fs::path& to) {
-    fs::create_directories(to.parent_path());
-    fs::rename(from, to);
-    moved.push_back({from, to});
-  };
+  MovedFiles moved(out_);
+  fs::path at;
   try {
     for (const std::string& name : listed_) {
       at = out_ / name;
-      if (!is_there(at) || fs::is_directory(at)) continue;
-      if (earlier.empty()) earlier = make_folder_like(out_ / kEarlier);
-      move(at, earlier / name);
-      remove_empty_parents(out_, at.parent_path());
+      if (is_there(at) && !fs::is_directory(at)) moved.set_aside(name);
     }
     for (const std::string& name : promised_) {
       at = out_ / name;
-      move(unfinished_ / name, at);
+      moved.move(unfinished_ / name, at);
     }
   } catch (const fs::filesystem_error& e) {
-    std::string lost;
-    for (auto it = moved.rbegin(); it != moved.rend(); ++it) {
-      std::error_code failed;
-      fs::create_directories(it->from.parent_path(), failed);
-      fs::rename(it->to, it->from, failed);
-      if (failed) lost = fmt::format("; files of the earlier result are in {}", earlier.string());
-      remove_empty_parents(out_, it->to.parent_path());
-    }
-    std::error_code ignored;
-    if (!earlier.empty() && lost.empty()) fs::remove_all(earlier, ignored);  // all is back: empty folders
+    const bool all_back = moved.undo();
+    const std::string lost =
+        all_back ? "" : fmt::format("; files of the earlier result are in {}", moved.earlier().string());
+    if (all_back) moved.remove_earlier();
     throw OutputError(at, e.code().message() + lost);
   }
+  moved.remove_earlier();
   std::error_code ignored;
-  if (!earlier.empty()) fs::remove_all(earlier, ignored);
   fs::remove_all(unfinished_, ignored);
 }
 

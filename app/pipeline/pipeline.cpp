@@ -114,8 +114,7 @@ labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weight
 }
 
 labeling::Selection choose(const labeling::CostTable& costs, const labeling::FaceGraph& graph,
-                           const labeling::SolverOptions& options, Observer& observer,
-                           std::span<const ViewId> fixed) {
+                           const labeling::SolverOptions& options, Observer& observer, std::span<const ViewId> fixed) {
   observer.begin({"view selection", "sweeps", true});
   labeling::Selection selection = labeling::select_views(costs, graph, options, observer.reporter(), fixed);
   for (const labeling::SweepReport& sweep : selection.sweeps)

@@ -69,18 +69,18 @@ Viewpoint write_preview(const fs::path& file, const Input& input, const Textured
   return view;
 }
 
-// Which files a glTF takes is known once it is written.
+// The files that a glTF consists of are known only after it is written.
 void promise_gltf(const io::GltfFiles& files, io::GltfContainer wanted, OutputFolder& folder, Observer& observer) {
   folder.file(files.file.filename());
   for (const fs::path& buffer : files.buffers) folder.file(buffer.filename());
   if (wanted == io::GltfContainer::glb && !files.buffers.empty())
-    observer.warning(
-        fmt::format("model.glb would be {:.2f} GiB and a GLB ends at 4: wrote model.gltf instead, "
-                    "which needs the .bin files and the pages beside it",
-                    static_cast<double>(files.glb_bytes) / 0x1p30));
+    observer.warning(fmt::format(
+        "model.glb would be {:.2f} GiB, and a GLB holds at most 4: wrote model.gltf instead, which needs the "
+        ".bin files and the pages beside it",
+        static_cast<double>(files.glb_bytes) / 0x1p30));
 }
 
-// A system's definition may run over several lines.
+// The definition of a reference system may have several lines.
 std::string one_line(const std::string& text) {
   std::string line;
   for (const char c : text) {
@@ -91,7 +91,7 @@ std::string one_line(const std::string& text) {
   return line;
 }
 
-// First what leads from the model's coordinates to the scene's, then what leads from there to its reference system.
+// The offset from the model's coordinates to the scene's, then the one from there to the reference system.
 std::string offset_text(const io::ModelOptions& model) {
   const auto numbers = [](const WorldPoint& p) { return fmt::format("{} {} {}\n", p.x, p.y, p.z); };
   std::string text = numbers(model.offset);
@@ -100,7 +100,7 @@ std::string offset_text(const io::ModelOptions& model) {
   return text;
 }
 
-// The model without the faces that no photo shows: faces without a page are left out of a glTF.
+// The model with unseen faces taken off their pages, which leaves them out of a glTF.
 io::TexturedModel without_unseen(const TexturedMesh& textured) {
   io::TexturedModel model = textured.atlas.model;
   for (std::size_t face = 0; face < model.face_page.size(); ++face)

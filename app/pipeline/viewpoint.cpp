@@ -14,7 +14,7 @@ struct MeanCamera {
   WorldPoint forward, up, centre;
 };
 
-// Means, not of unit length: shorter where cameras disagree.
+// Means over the cameras; forward and up are shorter than 1 where cameras disagree.
 MeanCamera mean_camera(const Scene& scene, std::span<const ViewId> used) {
   MeanCamera mean;
   const double share = 1.0 / static_cast<double>(used.size());
@@ -28,7 +28,7 @@ MeanCamera mean_camera(const Scene& scene, std::span<const ViewId> used) {
   return mean;
 }
 
-// How far the cameras lie from their mean along a direction, root mean square.
+// Root mean square distance of the cameras from their centre along a direction.
 double spread(const Scene& scene, std::span<const ViewId> used, const WorldPoint& centre, const WorldPoint& direction) {
   double sum = 0;
   for (const ViewId id : used) {
@@ -38,8 +38,8 @@ double spread(const Scene& scene, std::span<const ViewId> used, const WorldPoint
   return std::sqrt(sum / static_cast<double>(used.size()));
 }
 
-// Photos taken from the ground: all upright, and from places that differ least in height. Photos of one flight strip,
-// all with one heading, are as upright but spread along their up direction; for a single photo, nothing tells.
+// True for photos taken on the ground: upright cameras whose places differ least in height. The photos of one flight strip
+// share their up direction, too, but are spread along it. Too few photos cannot be told apart.
 bool stand_upright(const Scene& scene, std::span<const ViewId> used, const MeanCamera& mean) {
   if (used.size() < 3 || length(mean.up) < 0.9) return false;
   const WorldPoint up = unit(mean.up);
@@ -56,10 +56,10 @@ io::UpAxis nearest_axis(const WorldPoint& d) {
   return d.x >= 0 ? io::UpAxis::pos_x : io::UpAxis::neg_x;
 }
 
-// The share of points on each side that may lie anywhere.
+// Fraction of points on each side that are ignored as outliers.
 constexpr double kTail = 0.002;
 
-// Corners of the faces that have a view, thinned to some ten thousand faces.
+// Corners of the faces with a view (of all faces where none has one), thinned to about 8000 faces.
 std::vector<WorldPoint> seen_points(const Mesh& mesh, std::span<const ViewId> labels) {
   std::size_t seen = 0;
   for (const ViewId label : labels) seen += label != kNoView ? 1 : 0;
@@ -73,7 +73,7 @@ std::vector<WorldPoint> seen_points(const Mesh& mesh, std::span<const ViewId> la
   return points;
 }
 
-// The value nearest outwards, so that the tails of a few values are their extremes.
+// Rounds the rank outwards, so that quantiles of few values are their extremes.
 double quantile(std::vector<double> values, double q) {
   const double rank = q * static_cast<double>(values.size() - 1);
   const auto at = static_cast<std::ptrdiff_t>(q > 0.5 ? std::ceil(rank) : std::floor(rank));
@@ -81,8 +81,7 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(at)];
 }
 
-// How far in front of `middle` the camera must stand for nearly all points to be in the picture, and how much of it
-// stays empty left, right, above and below, in tangents.
+// A camera that looks along `forward` and has all but the outliers of the points in its picture, with a margin.
 Viewpoint framed(const std::vector<WorldPoint>& points, const WorldPoint& forward, const WorldPoint& up, int width,
                  int height) {
   constexpr double kMargin = 1.08;
@@ -118,7 +117,7 @@ Viewpoint framed(const std::vector<WorldPoint>& points, const WorldPoint& forwar
 io::UpAxis scene_up(const Scene& scene, std::span<const ViewId> used) {
   const MeanCamera mean = mean_camera(scene, used);
   if (stand_upright(scene, used, mean)) return nearest_axis(mean.up);
-  // Cameras all around look at a middle: their directions cancel and only their own up is left.
+  // The viewing directions of cameras all around an object cancel each other; their up directions do not.
   if (length(mean.forward) < 0.05) return nearest_axis(mean.up);
   return nearest_axis(mean.forward * -1);
 }
@@ -132,15 +131,15 @@ Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene
                    io::UpAxis axis, int width, int height) {
   const MeanCamera mean = mean_camera(scene, used);
   const std::vector<WorldPoint> points = seen_points(mesh, labels);
-  // The scene's own up where the cameras show it better than an axis does: minus what they look along, or theirs.
+  // Where the cameras agree, they give the up direction more precisely than an axis does.
   const WorldPoint axis_up = up_vector(axis);
   const WorldPoint forward = unit(mean.forward);
   const bool look_down = dot(forward, axis_up) < -0.7;
   WorldPoint up = look_down && length(mean.forward) > 0.5 ? forward * -1 : axis_up;
   if (!look_down && length(mean.up) > 0.5) up = unit(mean.up);
   if (!look_down && length(mean.forward) > 0.3) return framed(points, forward, up, width, height);
-  // From above: 40 degrees below the horizon, ahead being up in the cameras' pictures or, where those differ, in the
-  // first one's.
+  // From above: look 40 degrees below the horizon, in the direction that is up in the cameras' pictures or, where these
+  // disagree, in the first one's.
   WorldPoint ahead = mean.up - up * dot(mean.up, up);
   if (length(ahead) < 0.2) {
     const auto& r = scene.views[index(used.front())].pose.rotation;

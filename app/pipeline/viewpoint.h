@@ -1,4 +1,4 @@
-// Where up is, and where to look at a result from.
+// The up axis of a scene, a camera for a picture of the result, and a local origin.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 
 namespace gpvc::pipeline {
 
-/// Away from the cameras' mean viewing direction, snapped to the nearest axis of the scene. Cameras that stand upright
-/// on the ground have none of their up in that direction: when their own up directions agree and they look level by
-/// them, the mean of those counts. \pre a used view
+/// The axis of the scene that is nearest to "up": opposite to the cameras' mean viewing direction, or, for photos taken on
+/// the ground (up directions agree, viewing directions are level), the mean of the cameras' own up directions. \pre a used
+/// view
 io::UpAxis scene_up(const Scene& scene, std::span<const ViewId> used);
 
 WorldPoint up_vector(io::UpAxis axis);
@@ -22,15 +22,14 @@ struct Viewpoint {
   Pose pose;
 };
 
-/// A camera of `width` x `height` that frames what of the mesh has a view: from the cameras' side, at 40 degrees below
-/// the horizon at most when they look down steeper. Faces far off the bulk (one corner in five hundred on each side) do
-/// not count; of fewer corners all do.
+/// A camera of `width` x `height` pixels that frames the faces with a view, from the side that the cameras see; at most 40
+/// degrees below the horizon. Outliers, up to one corner in five hundred on each side, are ignored.
 Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene, std::span<const ViewId> used,
                    io::UpAxis up, int width, int height);
 
-/// Subtracted from coordinates so that floats hold them: 0 while rounding stays below a hundredth of the median ground
-/// sampling distance, else the middle of what of the mesh has a view, in whole multiples of a power of ten below its
-/// extent (100 at most). Far stray corners do not count, as in overview().
+/// An origin to subtract from coordinates so that floats hold them. Zero if the rounding error is below a hundredth of the
+/// median ground sampling distance. Otherwise the middle of the faces with a view, rounded to a power of ten below their
+/// extent (at most 100). Outliers are ignored as in overview().
 WorldPoint local_origin(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene,
                         std::span<const ViewId> used);
 

@@ -53,7 +53,7 @@ class OutputFolderTest : public testing::Test {
   fs::path out_ = folder_.path() / "out";
 };
 
-TEST_F(OutputFolderTest, StrangersFilesAreRefusedAtOnce) {
+TEST_F(OutputFolderTest, ForeignFilesAreRefusedAtOnce) {
   for (const char* name : {"model_view.png", "model_.png", "model_3.txt"}) put(name, "a screenshot");
   EXPECT_EQ(refusal(false), "");
   fs::remove_all(out_);
@@ -68,7 +68,7 @@ TEST_F(OutputFolderTest, StrangersFilesAreRefusedAtOnce) {
   EXPECT_THROW(folder.file("mesh.ply"), OutputError);
 }
 
-TEST_F(OutputFolderTest, AStrangersListRemovesNothing) {
+TEST_F(OutputFolderTest, AForeignListRemovesNothing) {
   put("notes.txt", "mine");
   put("run.json", R"({"outputs": ["notes.txt"]})");
   EXPECT_NE(refusal(true), "");
@@ -108,7 +108,7 @@ TEST_F(OutputFolderTest, NamesThatAreNoUtf8AreListedAsTheyAre) {
       "ber.jpg";
   for (const bool force : {false, true}) {
     pipeline::OutputFolder folder(out_, force, "convert");
-    folder.refuse_strangers(
+    folder.refuse_foreign_file(
         "images/./\xDC"
         "ber.jpg");
     make(folder, latin, force ? "second" : "first");

@@ -344,13 +344,13 @@ TEST(Convert, LeavesTheSceneItReadsAsItIs) {
   };
   EXPECT_TRUE(test::contains(refused("mvs/scene.mvs", io::SceneTarget::mvs, "mvs"), "belongs to the scene"));
   EXPECT_TRUE(test::contains(refused("mvs", io::SceneTarget::colmap, "mvs"), "belongs to the scene"));
-  EXPECT_TRUE(test::contains(refused("cam", io::SceneTarget::cam, "cam"), "would stand in the folder"));
-  EXPECT_TRUE(test::contains(refused("cam", io::SceneTarget::mvs, "cam"), "would stand in the folder"));
+  EXPECT_TRUE(test::contains(refused("cam", io::SceneTarget::cam, "cam"), "would be written into the folder"));
+  EXPECT_TRUE(test::contains(refused("cam", io::SceneTarget::mvs, "cam"), "would be written into the folder"));
   EXPECT_TRUE(test::contains(refused("model", io::SceneTarget::mvs, "model"), "belongs to the scene"));
-  EXPECT_TRUE(test::contains(refused("model/sparse", io::SceneTarget::colmap, "model"), "would stand in"));
+  EXPECT_TRUE(test::contains(refused("model/sparse", io::SceneTarget::colmap, "model"), "would be written into"));
   project.scene = "colmap";
   fs::create_directory_symlink(project.folder.path() / "colmap", project.folder.path() / "sparse");
-  EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::colmap, true, "", true), "would stand in"));
+  EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::colmap, true, "", true), "would be written into"));
   fs::remove(project.folder.path() / "sparse");
   EXPECT_EQ(files_below(project.folder.path()), before);
 }
