@@ -5,7 +5,8 @@
 namespace gpvc::cli {
 namespace {
 
-RunFacts label(const LabelOptions& options, RunRecord& record, pipeline::OutputFolder& folder) {
+RunFacts label(const LabelOptions& options, RunRecord& record, pipeline::OutputFolder& folder,
+               labeling::Selection& selection) {
   folder.protect({options.mesh, options.costs});
   record.begin({"read"});
   const Mesh mesh = io::read_mesh(options.mesh);
@@ -18,10 +19,8 @@ RunFacts label(const LabelOptions& options, RunRecord& record, pipeline::OutputF
   const labeling::FaceGraph graph = pipeline::weighed_graph(mesh, options.edge_weights, record);
   record.counts = {
       {"faces", mesh.faces.size()}, {"candidates", table.costs.size()}, {"adjacent_pairs", graph.edges.size()}};
-  const labeling::Selection selection = pipeline::choose(table, graph, options.solver, record);
+  selection = pipeline::choose(table, graph, options.solver, record);
   pipeline::write_labels(folder.file("labels.npy"), selection.labels);
-  record.console.result(fmt::format("energy {:.3f}, {} differing pairs, {} patches", selection.energy,
-                                    selection.differing_pairs, selection.patches));
   return {{{"costs", options.costs.string()},
            {"mesh", options.mesh.string()},
            {"smoothness", options.solver.smoothness},
@@ -32,8 +31,12 @@ RunFacts label(const LabelOptions& options, RunRecord& record, pipeline::OutputF
 }  // namespace
 
 void run_label(const LabelOptions& options, Console& console) {
-  run_command("label", options, console,
-              [&](RunRecord& record, pipeline::OutputFolder& folder) { return label(options, record, folder); });
+  labeling::Selection selection;
+  run_command("label", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) {
+    return label(options, record, folder, selection);
+  });
+  console.result(fmt::format("energy {:.3f}, {} differing pairs, {} patches", selection.energy,
+                             selection.differing_pairs, selection.patches));
 }
 
 }  // namespace gpvc::cli
