@@ -3,24 +3,24 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <stdexcept>
 
 #include "atlas/baking/bake.h"
 #include "atlas/baking/coverage_index.h"
 #include "atlas/baking/fill.h"
-#include "atlas/baking/pages.h"
-#include "atlas/baking/partial.h"
+#include "atlas/baking/partial_bake.h"
+#include "atlas/baking/partial_sources.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/seam_leveling.h"
 #include "atlas/packing/layout.h"
+#include "io/clock.h"
 
 namespace gpvc::atlas {
 
 struct AtlasPlan::State {
   State(const AtlasInput& input, const AtlasOptions& wanted)
       : options(wanted), coverage(input.coverage), neighbours(face_neighbours(input.graph, input.mesh.faces.size())) {}
-  AtlasOptions options;  ///< the page size in whole blocks
+  AtlasOptions options;  ///< the page size rounded down to whole blocks
   CoverageIndex coverage;
   FaceNeighbours neighbours;
   Layout layout;
@@ -29,59 +29,57 @@ struct AtlasPlan::State {
 
 namespace {
 
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    return std::chrono::duration<double>(now - std::exchange(start_, now)).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+/// A vertex with its position in a chart's texels.
+struct ChartVertex {
+  std::uint32_t vertex;
+  TexelPoint at;
 };
 
-/// Faces of a chart share the texture coordinates of the vertices they share.
-void write_texcoords(const Mesh& mesh, const ChartSet& set, std::span<const ChartPlace> places,
-                     std::span<const Page> pages, io::TexturedModel& model) {
-  std::vector<std::vector<std::pair<std::uint32_t, TexelPoint>>> used(set.charts.size());
-  tbb::parallel_for(std::size_t{0}, used.size(), [&](std::size_t c) {
-    if (set.charts[c].kind == ChartKind::blocks) return;
-    auto& mine = used[c];
-    for (const auto face : set.charts[c].faces)
-      for (std::size_t i = 0; i < 3; ++i) mine.emplace_back(mesh.faces[face][i], set.corners[face][i]);
-    const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
-    std::stable_sort(mine.begin(), mine.end(), before);
-    mine.erase(std::unique(mine.begin(), mine.end(), [](const auto& a, const auto& b) { return a.first == b.first; }),
-               mine.end());
-  });
-  std::vector<std::size_t> first(used.size() + 1, 0);
-  for (std::size_t c = 0; c < used.size(); ++c)
-    first[c + 1] =
-        first[c] + (set.charts[c].kind == ChartKind::blocks ? 3 * set.charts[c].faces.size() : used[c].size());
-  if (first.back() >= 0xFFFFFFFFu) throw std::length_error("more texture coordinates than 32-bit indices reach");
+/// A projected chart's vertices, each once, in ascending order: its faces share them. A chart of unseen faces has all
+/// corners, in the order of its faces.
+std::vector<ChartVertex> chart_vertices(const Mesh& mesh, const ChartSet& set, const Chart& chart) {
+  std::vector<ChartVertex> list;
+  for (const auto face : chart.faces)
+    for (std::size_t i = 0; i < 3; ++i) list.push_back({mesh.faces[face][i], set.corners[face][i]});
+  if (chart.kind == ChartKind::unseen) return list;
+  std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
+  const auto same = [](const auto& a, const auto& b) { return a.vertex == b.vertex; };
+  list.erase(std::unique(list.begin(), list.end(), same), list.end());
+  return list;
+}
+
+std::size_t find_vertex(std::span<const ChartVertex> list, std::uint32_t vertex) {
+  const auto found = std::lower_bound(list.begin(), list.end(), vertex,
+                                      [](const ChartVertex& a, std::uint32_t v) { return a.vertex < v; });
+  return static_cast<std::size_t>(found - list.begin());
+}
+
+void write_texcoords(const AtlasBuild& build, io::TexturedModel& model) {
+  const Mesh& mesh = build.input.mesh;
+  const std::vector<Chart>& charts = build.set.charts;
+  std::vector<std::vector<ChartVertex>> vertices(charts.size());
+  tbb::parallel_for(std::size_t{0}, charts.size(),
+                    [&](std::size_t c) { vertices[c] = chart_vertices(mesh, build.set, charts[c]); });
+  std::vector<std::size_t> first(charts.size() + 1, 0);
+  for (std::size_t c = 0; c < charts.size(); ++c) first[c + 1] = first[c] + vertices[c].size();
+  if (first.back() >= 0xFFFFFFFFu) throw std::length_error("more texture coordinates than 32-bit indices can address");
   model.texcoords.resize(first.back());
   model.face_texcoords.resize(mesh.faces.size());
   model.face_page.resize(mesh.faces.size());
-  tbb::parallel_for(std::size_t{0}, used.size(), [&](std::size_t c) {
-    const Page& page = pages[places[c].page];
-    const auto coordinate = [&](const TexelPoint& p) {
-      const TexelPoint q = places[c].point(p);
-      return io::TexCoord{static_cast<float>(q.x / page.image.width), static_cast<float>(q.y / page.image.height)};
-    };
-    for (std::size_t i = 0; i < used[c].size(); ++i) model.texcoords[first[c] + i] = coordinate(used[c][i].second);
-    std::size_t next = first[c];
-    for (const auto face : set.charts[c].faces) {
-      model.face_page[face] = places[c].page;
-      for (std::size_t i = 0; i < 3; ++i) {
-        std::size_t at = next;
-        if (set.charts[c].kind == ChartKind::blocks) {
-          model.texcoords[next++] = coordinate(set.corners[face][i]);
-        } else {
-          const auto found = std::lower_bound(used[c].begin(), used[c].end(), mesh.faces[face][i],
-                                              [](const auto& a, std::uint32_t v) { return a.first < v; });
-          at = first[c] + static_cast<std::size_t>(found - used[c].begin());
-        }
-        model.face_texcoords[face][i] = static_cast<std::uint32_t>(at);
+  tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t c) {
+    const ChartPlace& place = build.places[c];
+    const Image& image = build.pages[place.page].image;
+    for (std::size_t i = 0; i < vertices[c].size(); ++i) {
+      const TexelPoint q = place.point(vertices[c][i].at);
+      model.texcoords[first[c] + i] = {static_cast<float>(q.x / image.width), static_cast<float>(q.y / image.height)};
+    }
+    std::size_t corner = 0;
+    for (const auto face : charts[c].faces) {
+      model.face_page[face] = place.page;
+      for (std::size_t i = 0; i < 3; ++i, ++corner) {
+        const bool shared = charts[c].kind != ChartKind::unseen;
+        const std::size_t at = shared ? find_vertex(vertices[c], mesh.faces[face][i]) : corner;
+        model.face_texcoords[face][i] = static_cast<std::uint32_t>(first[c] + at);
       }
     }
   });
@@ -106,66 +104,83 @@ std::size_t seam_edges(const AtlasInput& input) {
   return count;
 }
 
+void bake_seen(AtlasBuild& build, const Progress& progress) {
+  auto parts = choose_sources(build.input, build.set, build.coverage, build.options.margin_px);
+  bake_photos(build, parts, progress);
+  finish_partial(parts, build);
+}
+
+void bake_unseen(AtlasBuild& build) {
+  if (build.options.unseen == UnseenFaces::color)
+    paint_unseen(build);
+  else
+    fill_unseen(build);
+}
+
+void pad_pages(AtlasBuild& build, AtlasStatistics& statistics) {
+  for (Page& page : build.pages) {
+    const auto inside = std::count(page.state.begin(), page.state.end(), TexelState::chart);
+    statistics.page_texels += page.state.size();
+    statistics.chart_texels += static_cast<std::size_t>(inside);
+    statistics.padded_texels += pad_charts(page, build.options.padding);
+    fill_background(page);
+  }
+}
+
 }  // namespace
 
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress) {
   const AtlasPlan::State& state = plan.state();
-  const AtlasOptions& options = state.options;
-  const ChartSet& set = state.layout.set;
-  const int edge = block_edge(options.padding);
+  const Layout& layout = state.layout;
   TextureAtlas atlas;
   AtlasStatistics& statistics = atlas.statistics;
-  atlas.model.mesh = &input.mesh;
-  statistics.charts = set.charts.size();
-  statistics.filled_faces = set.filled_faces;
-  statistics.reduction = state.layout.reduction;
+  statistics.charts = layout.set.charts.size();
+  statistics.filled_faces = layout.set.unseen_faces;
+  statistics.reduction = layout.reduction;
   statistics.layout_s = state.seconds;
   statistics.seam_edges = seam_edges(input);
-  Stopwatch watch;
 
-  const LevelingResult leveling = level_seams(input, set, state.coverage, options.seams);
+  Clock::time_point start = Clock::now();
+  LevelingResult leveling = level_seams(input, layout.set, state.coverage, state.options.seams);
   statistics.seam_step_before = leveling.step_before;
   statistics.seam_step_after = leveling.step_after;
-  statistics.leveling_s = watch.lap();
+  statistics.leveling_s = seconds_since(start);
 
-  const auto places = chart_places(state.layout.shapes, state.layout.packing, edge);
-  std::vector<Page> pages = make_pages(state.layout.shapes, state.layout.packing, edge);
-  auto parts = choose_sources(input, set, state.coverage, options.margin_px);
-  bake_photos(input, set, places, leveling.correction, options.padding, pages, parts, progress);
-  finish_partial(parts, input, set, state.neighbours, places, options.padding, pages);
-  parts.clear();
-  if (options.unseen == UnseenFaces::color)
-    paint_unseen(set, places, options.unseen_color, pages);
-  else
-    fill_unseen(input, set, places, pages);
-  for (Page& page : pages) {
-    statistics.page_texels += page.state.size();
-    statistics.chart_texels +=
-        static_cast<std::size_t>(std::count(page.state.begin(), page.state.end(), TexelState::chart));
-    statistics.padded_texels += pad_charts(page, options.padding);
-    fill_background(page);
-  }
-  write_texcoords(input.mesh, set, places, pages, atlas.model);
-  for (Page& page : pages) atlas.pages.push_back(std::move(page.image));
-  statistics.baking_s = watch.lap();
+  start = Clock::now();
+  const int edge = block_edge(state.options.padding);
+  AtlasBuild build{input,
+                   state.options,
+                   state.coverage,
+                   state.neighbours,
+                   layout.set,
+                   std::move(leveling.correction),
+                   chart_places(layout.shapes, layout.packing, edge),
+                   make_pages(layout.shapes, layout.packing, edge)};
+  bake_seen(build, progress);
+  bake_unseen(build);
+  pad_pages(build, statistics);
+  atlas.model.mesh = &input.mesh;
+  write_texcoords(build, atlas.model);
+  for (Page& page : build.pages) atlas.pages.push_back(std::move(page.image));
+  statistics.baking_s = seconds_since(start);
   return atlas;
 }
 
 AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options) {
   check(input, options);
-  Stopwatch watch;
+  const Clock::time_point start = Clock::now();
   auto state = std::make_unique<AtlasPlan::State>(input, options);
   const int edge = block_edge(options.padding);
   state->options.page_size = options.page_size / edge * edge;
   state->layout = lay_out(input, state->options, state->neighbours, state->coverage);
-  state->seconds = watch.lap();
+  state->seconds = seconds_since(start);
   return AtlasPlan(std::move(state));
 }
 
 struct TextureOrigins::State {
   const AtlasPlan::State& plan;
   std::vector<PartialChart> parts;
-  std::vector<std::uint32_t> part_of;  ///< per chart; those that are not pieced together have none
+  std::vector<std::uint32_t> part_of;  ///< per chart of kind partial or flat, into parts
 };
 
 TextureOrigins::TextureOrigins(const AtlasPlan& plan, const AtlasInput& input)
@@ -189,7 +204,7 @@ PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
   switch (chart.kind) {
     case ChartKind::plain:
       return {chart.view, chart.frame_position(p.x, p.y), kNoView, {}, 0};
-    case ChartKind::blocks:
+    case ChartKind::unseen:
       return {};
     default:
       return origin_at(state_->parts[state_->part_of[number]], p);

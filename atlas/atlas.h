@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "../io/names.h"
 #include "../io/photos.h"
 #include "../io/progress.h"
 #include "../io/scene.h"
@@ -17,40 +18,47 @@
 
 namespace gpvc::atlas {
 
+/// none: colours as photographed. global: one exposure per view, and offsets that fade away from seams. full: the same,
+/// and what still steps along a seam is blended over a narrow strip on both sides.
 enum class SeamLeveling { none, global, full };
+inline constexpr Named<SeamLeveling> kSeamLevelingNames[] = {
+    {"none", SeamLeveling::none}, {"global", SeamLeveling::global}, {"full", SeamLeveling::full}};
 
-/// What becomes of faces that no view shows: painted with the colours from around the hole, the same but left out where
-/// the output can do without them, or painted in one colour.
+/// How unseen faces, those without a view, are textured. fill: colours continued from around the hole. drop: as fill,
+/// and writers leave the faces out of formats that need not contain every face. color: one colour.
 enum class UnseenFaces { fill, drop, color };
+inline constexpr Named<UnseenFaces> kUnseenFacesNames[] = {
+    {"fill", UnseenFaces::fill}, {"drop", UnseenFaces::drop}, {"color", UnseenFaces::color}};
 
 struct AtlasOptions {
   int page_size = 8192;  ///< largest page edge, texels; pages are cropped to their content
-  /// Texels around a chart that carry extended colour. With 8, mip levels down to 1/8 hold only one chart's colours
-  /// wherever a face touches them: charts lie in blocks of 8 texels that they share with none (of the largest power of
-  /// two up to the padding).
+  /// Texels around a chart that repeat its colours. Pages are divided into blocks whose edge is the largest power of
+  /// two up to the padding, and no two charts share a block: with a padding of 8, mip levels down to 1/8 mix no charts.
   int padding = 8;
   SeamLeveling seams = SeamLeveling::full;
-  /// Texels of partial faces prefer views in which nothing hides the face within this many pixels: photo and mesh
-  /// disagree by a few pixels along silhouettes.
+  /// Texels of partial faces prefer views in which nothing hides the face within this many pixels, because photo and
+  /// mesh disagree by a few pixels along silhouettes.
   int margin_px = 3;
-  /// Charts whose texels would be smaller than this, in world units, are reduced to it; 0: none. Steps of an eighth of
-  /// an octave, never coarser.
+  /// Smallest edge of a texel in world units; 0: no limit. Charts with finer texels are reduced in steps of an eighth
+  /// of an octave, never below the density that this asks for.
   double texel_size = 0;
-  /// Limits on pages and on their texels after cropping, met by one reduction of all charts; 0: none.
+  /// Limits on the number of pages and on their texels after cropping; 0: no limit. All charts are reduced by one
+  /// factor to meet them.
   std::size_t max_pages = 0, max_texels = 0;
   UnseenFaces unseen = UnseenFaces::fill;
   std::array<std::uint8_t, 3> unseen_color{128, 128, 128};
 };
 
 struct AtlasStatistics {
-  std::size_t charts = 0, filled_faces = 0;
-  std::size_t chart_texels = 0;   ///< inside charts, padding not counted
+  std::size_t charts = 0;
+  std::size_t filled_faces = 0;   ///< unseen ones
+  std::size_t chart_texels = 0;   ///< inside charts, without padding
   std::size_t padded_texels = 0;  ///< inside charts or within the padding of one, each counted once
   std::size_t page_texels = 0;    ///< of all pages after cropping
   std::size_t seam_edges = 0;     ///< mesh edges between faces of different views
-  /// Mean grey-level step across seams (0..255); not measured, and zero, without leveling.
+  /// Mean difference across seams in grey levels (0..255). Zero, because not measured, with SeamLeveling::none.
   double seam_step_before = 0, seam_step_after = 0;
-  double reduction = 1;  ///< of all charts, to meet the limits
+  double reduction = 1;  ///< factor on the scale of all charts that meets the limits
   double layout_s = 0, leveling_s = 0, baking_s = 0;
 };
 
@@ -60,26 +68,26 @@ struct TextureAtlas {
   AtlasStatistics statistics;
 };
 
-/// What the atlas is made from; all borrowed.
+/// What the atlas is made from. Borrows everything.
 struct AtlasInput {
   const Mesh& mesh;
   const Scene& scene;
   io::PhotoSource& photos;
   const labeling::FaceGraph& graph;
-  std::span<const ViewId> labels;             ///< per face; kNoView = no view, filled from the surroundings
+  std::span<const ViewId> labels;             ///< per face; kNoView: unseen
   std::span<const labeling::FaceTag> tags;    ///< per face
-  const labeling::CostTable& candidates;      ///< for partial faces: the views that may contribute texels, by cost
+  const labeling::CostTable& candidates;      ///< of partial faces: the views that may contribute texels
   const visibility::CoverageTable& coverage;  ///< which pixels of those views see the partial faces
 };
 
-/// What pages will take, before any photo is read.
+/// The size of the atlas, known before any photo is read.
 struct AtlasEstimate {
   std::size_t charts = 0, pages = 0;
   std::size_t page_texels = 0;  ///< of all pages after cropping; exact
-  double reduction = 1;         ///< of all charts, to meet the limits
+  double reduction = 1;         ///< factor on the scale of all charts that meets the limits
 };
 
-/// Charts and where they lie on pages.
+/// Charts and their places on pages.
 class AtlasPlan {
  public:
   struct State;
@@ -93,29 +101,29 @@ class AtlasPlan {
   std::unique_ptr<State> state_;
 };
 
-/// Charts are faces of one view, connected or so close in its photo that their paddings would overlap; their texture
-/// coordinates are the exact projections into that view's undistorted frame, so photo texels are copied at full
+/// A chart holds faces of one view that are connected, or so close in its photo that their paddings would overlap. Its
+/// texture coordinates are the exact projections into that view's undistorted frame, so photo pixels are copied at full
 /// resolution. Faces tagged partial take each texel from the best view whose coverage shows it. Reads no photo. Throws
-/// std::invalid_argument where options and input do not fit together, or where the smallest charts there can be exceed
-/// a limit.
+/// std::invalid_argument if options and input do not fit together, or if even the smallest charts exceed a limit.
 AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 
-/// Levels and bakes. Each photo is fetched from the cache at most twice, once for its seams and once to bake. `input`
-/// is what the plan was made from. Throws InputError from photos. Progress counts photos baked; it is called from any
-/// thread, one at a time, also while a photo is baked, so that what it throws stops the work soon.
+/// Levels seams and bakes pages. Each photo is fetched at most twice, once for its seams and once to bake. `input` is
+/// what the plan was made from. Throws what the photo source throws. Progress counts baked photos. It is called from
+/// any thread, but by one thread at a time, and also while a photo is being baked, so that an exception from it stops
+/// the work within a fraction of a second.
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress);
 
-/// Whose photos give a point of the texture its colour.
+/// The photos from which a point of the texture takes its colour.
 struct PointOrigin {
-  ViewId first = kNoView;  ///< kNoView: nobody's; filled from around, or painted
-  PixelPoint first_at;     ///< where in its undistorted frame
-  /// Blended in with this share near the border to another view's texels; kNoView: nothing.
+  ViewId first = kNoView;  ///< kNoView: no photo; the colour is continued from the surroundings, or painted
+  PixelPoint first_at;     ///< in the view's undistorted frame
+  /// A second view is blended in close to texels of that view; kNoView: none.
   ViewId second = kNoView;
   PixelPoint second_at;
   double second_share = 0;
 };
 
-/// What bake_atlas takes each point of the texture from, leveling aside: for measuring. Reads no photo.
+/// From which photos bake_atlas takes each point of the texture, for accuracy measurements. Reads no photo.
 class TextureOrigins {
  public:
   /// Borrows both. `input` is what the plan was made from. O(texels of partial faces x candidates), TBB; keeps some
@@ -124,7 +132,7 @@ class TextureOrigins {
   ~TextureOrigins();
   TextureOrigins(const TextureOrigins&) = delete;
   TextureOrigins& operator=(const TextureOrigins&) = delete;
-  /// Of the point A + b (B - A) + c (C - A) of a face, by way of its texture coordinates.
+  /// The origin of the point A + b (B - A) + c (C - A) of a face.
   PointOrigin at(FaceId face, double b, double c) const;
 
  private:

@@ -1,7 +1,6 @@
 // Names of the enums of the libraries, as options and run.json spell them.
 #pragma once
 
-#include "atlas/atlas.h"
 #include "io/io.h"
 #include "io/names.h"
 #include "visibility/visibility.h"
@@ -29,12 +28,3 @@ inline constexpr Named<Drawing> kDrawingNames[] = {
     {"auto", Drawing::automatic}, {"opengl", Drawing::opengl}, {"native", Drawing::native}};
 
 }  // namespace gpvc::visibility
-
-namespace gpvc::atlas {
-
-inline constexpr Named<SeamLeveling> kSeamLevelingNames[] = {
-    {"none", SeamLeveling::none}, {"global", SeamLeveling::global}, {"full", SeamLeveling::full}};
-inline constexpr Named<UnseenFaces> kUnseenFacesNames[] = {
-    {"fill", UnseenFaces::fill}, {"drop", UnseenFaces::drop}, {"color", UnseenFaces::color}};
-
-}  // namespace gpvc::atlas

@@ -1,4 +1,4 @@
-// Look-up of a face's coverage in a view.
+// Finding a face's coverage in a view.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class CoverageIndex {
     std::sort(order_.begin(), order_.end(), [&](auto a, auto b) { return key(a) < key(b); });
   }
 
-  /// nullptr when the view sees nothing of the face, or the face is not in the table. O(log n).
+  /// nullptr if the table has no entry for the face in the view. O(log n).
   const visibility::FaceCoverage* find(FaceId face, ViewId view) const {
     const auto found =
         std::lower_bound(order_.begin(), order_.end(), std::pair(face, view), [&](std::uint32_t i, const auto& wanted) {

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 
+#include "io/grouping.h"
+
 namespace gpvc::atlas {
 
 namespace {
@@ -17,18 +19,18 @@ constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 struct Holes {
   std::vector<std::uint32_t> slot;  ///< per mesh vertex: its place in the lists below, or kNone
   std::vector<Color> color;
-  std::vector<float> samples;                       ///< colours summed so far; > 0: on a border, its colour is given
-  std::vector<std::array<std::uint32_t, 2>> edges;  ///< once per face, so inner edges count twice
+  std::vector<float> samples;                       ///< colours summed so far; > 0: on a border, so the colour is known
+  std::vector<std::array<std::uint32_t, 2>> edges;  ///< of each face, so inner edges are listed twice
 };
 
-Holes find_holes(const AtlasInput& input, const ChartSet& set) {
+Holes find_holes(const Mesh& mesh, const ChartSet& set) {
   Holes holes;
-  holes.slot.assign(input.mesh.positions.size(), kNone);
+  holes.slot.assign(mesh.positions.size(), kNone);
   std::uint32_t count = 0;
   for (const Chart& chart : set.charts) {
-    if (chart.kind != ChartKind::blocks) continue;
+    if (chart.kind != ChartKind::unseen) continue;
     for (const auto face : chart.faces) {
-      const Triangle& t = input.mesh.faces[face];
+      const Triangle& t = mesh.faces[face];
       for (const auto v : t)
         if (holes.slot[v] == kNone) holes.slot[v] = count++;
       for (std::size_t e = 0; e < 3; ++e)
@@ -40,8 +42,8 @@ Holes find_holes(const AtlasInput& input, const ChartSet& set) {
   return holes;
 }
 
-/// Mean of the filled texels around a position; its weight is zero where there is none.
-std::pair<Color, float> color_around(const Page& page, const TexelPoint& p) {
+/// Mean of the filled texels around a position; nullopt where there is none.
+std::optional<Color> color_around(const Page& page, const TexelPoint& p) {
   Color sum;
   float count = 0;
   const int x0 = static_cast<int>(std::floor(p.x)), y0 = static_cast<int>(std::floor(p.y));
@@ -52,47 +54,47 @@ std::pair<Color, float> color_around(const Page& page, const TexelPoint& p) {
       count += 1;
     }
   }
-  return {count > 0 ? (1 / count) * sum : sum, count > 0 ? 1.0f : 0.0f};
+  if (count == 0) return std::nullopt;
+  return (1 / count) * sum;
 }
 
-void gather_border(Holes& holes, const AtlasInput& input, const ChartSet& set, std::span<const ChartPlace> places,
-                   std::span<const Page> pages) {
-  for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
+/// A vertex on a border takes the mean of the colours that the seen faces around it have there.
+void gather_border(Holes& holes, const AtlasBuild& build) {
+  const ChartSet& set = build.set;
+  for (std::size_t face = 0; face < set.face_chart.size(); ++face) {
     const std::uint32_t c = set.face_chart[face];
-    if (set.charts[c].kind == ChartKind::blocks) continue;
+    if (set.charts[c].kind == ChartKind::unseen) continue;
     for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t slot = holes.slot[input.mesh.faces[face][i]];
+      const std::uint32_t slot = holes.slot[build.input.mesh.faces[face][i]];
       if (slot == kNone) continue;
-      const auto [color, weight] = color_around(pages[places[c].page], places[c].point(set.corners[face][i]));
-      holes.color[slot] = holes.color[slot] + weight * color;
-      holes.samples[slot] += weight;
+      const ChartPlace& place = build.places[c];
+      if (const auto color = color_around(build.pages[place.page], place.point(set.corners[face][i]))) {
+        holes.color[slot] = holes.color[slot] + *color;
+        holes.samples[slot] += 1;
+      }
     }
   }
   for (std::size_t i = 0; i < holes.color.size(); ++i)
     if (holes.samples[i] > 0) holes.color[i] = (1 / holes.samples[i]) * holes.color[i];
 }
 
-/// Spreads border colours inwards, breadth first: the start of the iteration, and the answer to which vertices no
-/// border reaches.
+/// Spreads border colours inwards, breadth first, as the start of the iteration. Returns which vertices were reached.
 std::vector<char> spread(Holes& holes) {
-  const std::size_t n = holes.color.size();
-  std::vector<std::size_t> first(n + 1, 0);
-  for (const auto& e : holes.edges)
-    for (const auto v : e) ++first[v + 1];
-  for (std::size_t i = 0; i < n; ++i) first[i + 1] += first[i];
-  std::vector<std::uint32_t> neighbours(first[n]);
-  std::vector<std::size_t> next(first.begin(), first.end() - 1);
-  for (const auto& e : holes.edges) {
-    neighbours[next[e[0]]++] = e[1];
-    neighbours[next[e[1]]++] = e[0];
-  }
-  std::vector<char> reached(n, 0);
+  const auto neighbours = group_items<std::uint32_t>(holes.color.size(), [&](const auto& emit) {
+    for (const auto& [a, b] : holes.edges) {
+      emit(a, b);
+      emit(b, a);
+    }
+  });
+  std::vector<char> reached(holes.color.size(), 0);
   std::vector<std::uint32_t> queue;
-  for (std::uint32_t i = 0; i < n; ++i)
-    if (holes.samples[i] > 0) reached[i] = 1, queue.push_back(i);
+  for (std::uint32_t i = 0; i < reached.size(); ++i) {
+    if (!(holes.samples[i] > 0)) continue;
+    reached[i] = 1;
+    queue.push_back(i);
+  }
   for (std::size_t k = 0; k < queue.size(); ++k) {
-    for (std::size_t j = first[queue[k]]; j < first[queue[k] + 1]; ++j) {
-      const std::uint32_t other = neighbours[j];
+    for (const auto other : neighbours[queue[k]]) {
       if (reached[other]) continue;
       reached[other] = 1;
       holes.color[other] = holes.color[queue[k]];
@@ -102,7 +104,7 @@ std::vector<char> spread(Holes& holes) {
   return reached;
 }
 
-/// Solves the graph Laplacian for the vertices off the border; a matrix of at most seven entries a row.
+/// Solves the graph Laplacian for the vertices inside the holes.
 void make_harmonic(Holes& holes, const std::vector<char>& reached) {
   std::vector<std::uint32_t> unknown(holes.color.size(), kNone), vertex;
   for (std::uint32_t i = 0; i < unknown.size(); ++i) {
@@ -127,14 +129,14 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
   }
   for (Eigen::Index i = 0; i < n; ++i) {
     const Color& c = holes.color[vertex[static_cast<std::size_t>(i)]];
-    guess.row(i) << c.r, c.g, c.b;
+    guess.row(i) = Eigen::RowVector3d(c.r, c.g, c.b);
   }
   Eigen::SparseMatrix<double, Eigen::RowMajor> matrix(n, n);
   matrix.setFromTriplets(entries.begin(), entries.end());
   tbb::parallel_for(0, 3, [&](int channel) {
     Eigen::ConjugateGradient<Eigen::SparseMatrix<double, Eigen::RowMajor>, Eigen::Lower | Eigen::Upper> solver;
-    // A relative residual of 1e-4 is a fraction of a grey level; the cap bounds holes of millions of faces, whose deep
-    // inside then keeps the spread border colour.
+    // A relative residual of 1e-4 is a fraction of a grey level. In holes of millions of faces the iteration ends
+    // before that, and their interior keeps the spread border colours.
     solver.setTolerance(1e-4);
     solver.setMaxIterations(400);
     solver.compute(matrix);
@@ -145,8 +147,13 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
         static_cast<float>(guess(i, 0)), static_cast<float>(guess(i, 1)), static_cast<float>(guess(i, 2))};
 }
 
-void write_block(const std::array<Color, 3>& c, const TexelTriangle& corners, const ChartPlace& place, Page& page) {
-  const int x = static_cast<int>(corners[0].x), y = static_cast<int>(corners[0].y);
+/// Writes the 2 x 2 texels of an unseen face whose corners have the given colours.
+void write_face(AtlasBuild& build, std::uint32_t face, const std::array<Color, 3>& c) {
+  const std::uint32_t chart = build.set.face_chart[face];
+  const ChartPlace& place = build.places[chart];
+  Page& page = build.page_of(chart);
+  const TexelPoint& corner = build.set.corners[face][0];
+  const int x = static_cast<int>(corner.x), y = static_cast<int>(corner.y);
   const auto put = [&](int i, int j, const Color& color) {
     const auto texel = place.texel(x + i, y + j);
     page.put(texel.x, texel.y, color, TexelState::chart);
@@ -159,38 +166,34 @@ void write_block(const std::array<Color, 3>& c, const TexelTriangle& corners, co
 
 }  // namespace
 
-void fill_unseen(const AtlasInput& input, const ChartSet& set, std::span<const ChartPlace> places,
-                 std::span<Page> pages) {
-  if (set.filled_faces == 0) return;
-  Holes holes = find_holes(input, set);
-  gather_border(holes, input, set, places, pages);
+void fill_unseen(AtlasBuild& build) {
+  if (build.set.unseen_faces == 0) return;
+  const Mesh& mesh = build.input.mesh;
+  Holes holes = find_holes(mesh, build.set);
+  gather_border(holes, build);
   const std::vector<char> reached = spread(holes);
   make_harmonic(holes, reached);
   if (std::find(reached.begin(), reached.end(), 0) != reached.end()) {
-    const Color mean = mean_color(pages);
+    const Color mean = mean_color(build.pages);
     for (std::size_t i = 0; i < reached.size(); ++i)
       if (!reached[i]) holes.color[i] = mean;
   }
-  tbb::parallel_for(std::size_t{0}, set.charts.size(), [&](std::size_t c) {
-    const Chart& chart = set.charts[c];
-    if (chart.kind != ChartKind::blocks) return;
-    Page& page = pages[places[c].page];
+  tbb::parallel_for(std::size_t{0}, build.set.charts.size(), [&](std::size_t c) {
+    const Chart& chart = build.set.charts[c];
+    if (chart.kind != ChartKind::unseen) return;
+    const auto color_of = [&](std::uint32_t vertex) { return holes.color[holes.slot[vertex]]; };
     for (const auto face : chart.faces) {
-      const Triangle& t = input.mesh.faces[face];
-      write_block({holes.color[holes.slot[t[0]]], holes.color[holes.slot[t[1]]], holes.color[holes.slot[t[2]]]},
-                  set.corners[face], places[c], page);
+      const Triangle& t = mesh.faces[face];
+      write_face(build, face, {color_of(t[0]), color_of(t[1]), color_of(t[2])});
     }
   });
 }
 
-void paint_unseen(const ChartSet& set, std::span<const ChartPlace> places, const std::array<std::uint8_t, 3>& color,
-                  std::span<Page> pages) {
-  const Color flat = load(color.data());
-  for (std::size_t c = 0; c < set.charts.size(); ++c) {
-    if (set.charts[c].kind != ChartKind::blocks) continue;
-    for (const auto face : set.charts[c].faces)
-      write_block({flat, flat, flat}, set.corners[face], places[c], pages[places[c].page]);
-  }
+void paint_unseen(AtlasBuild& build) {
+  const Color color = load(build.options.unseen_color.data());
+  for (const Chart& chart : build.set.charts)
+    if (chart.kind == ChartKind::unseen)
+      for (const auto face : chart.faces) write_face(build, face, {color, color, color});
 }
 
 }  // namespace gpvc::atlas

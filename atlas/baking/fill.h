@@ -1,23 +1,17 @@
-// Colour for faces that no view shows.
+// Colours for unseen faces.
 #pragma once
 
-#include <span>
-
-#include "atlas/atlas.h"
-#include "atlas/baking/pages.h"
-#include "atlas/charts/charts.h"
+#include "atlas/baking/atlas_build.h"
 
 namespace gpvc::atlas {
 
-/// Writes the charts of kind blocks. Per hole, vertex colours are the harmonic function (uniform edge weights) that
-/// continues the colours on the hole's border; within a face they are interpolated linearly. A hole without border, a
-/// whole component unseen, takes the mean colour of all pages. \pre all other charts are baked. O(faces + unseen faces
-/// * CG iterations).
-void fill_unseen(const AtlasInput& input, const ChartSet& set, std::span<const ChartPlace> places,
-                 std::span<Page> pages);
+/// Writes the charts of unseen faces. In each hole, vertex colours are the harmonic function (uniform edge weights)
+/// that continues the colours on the hole's border; within a face they are interpolated linearly. A hole without a
+/// border, where a whole component of the mesh is unseen, takes the mean colour of all pages. \pre all other charts are
+/// baked. O(faces + unseen faces x CG iterations).
+void fill_unseen(AtlasBuild& build);
 
-/// The same in one colour.
-void paint_unseen(const ChartSet& set, std::span<const ChartPlace> places, const std::array<std::uint8_t, 3>& color,
-                  std::span<Page> pages);
+/// Writes the same charts in options.unseen_color.
+void paint_unseen(AtlasBuild& build);
 
 }  // namespace gpvc::atlas

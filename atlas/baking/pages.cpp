@@ -4,60 +4,15 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <bit>
+#include <array>
+
+#include "io/push_pull.h"
 
 namespace gpvc::atlas {
 
-namespace {
-
-/// Per texel a colour and whether it is filled, of a mip level.
-struct MipLevel {
-  int width = 0, height = 0;
-  std::vector<std::uint8_t> rgb;
-  std::vector<std::uint8_t> filled;
-  std::size_t at(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-  }
-};
-
-/// Box reduction over the filled texels; `color` and `filled` read the finer level.
-template <typename ColorAt, typename FilledAt>
-MipLevel reduce(int width, int height, const ColorAt& color, const FilledAt& filled) {
-  MipLevel level{(width + 1) / 2, (height + 1) / 2, {}, {}};
-  level.rgb.assign(static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height) * 3, 0);
-  level.filled.assign(level.rgb.size() / 3, 0);
-  tbb::parallel_for(tbb::blocked_range<int>(0, level.height, 16), [&](const auto& rows) {
-    for (int y = rows.begin(); y < rows.end(); ++y) {
-      for (int x = 0; x < level.width; ++x) {
-        int count = 0;
-        std::array<int, 3> sum{};
-        for (int fy = 2 * y; fy < std::min(height, 2 * y + 2); ++fy) {
-          for (int fx = 2 * x; fx < std::min(width, 2 * x + 2); ++fx) {
-            if (!filled(fx, fy)) continue;
-            const std::uint8_t* c = color(fx, fy);
-            ++count;
-            for (std::size_t k = 0; k < 3; ++k) sum[k] += c[k];
-          }
-        }
-        if (!count) continue;
-        const std::size_t i = level.at(x, y);
-        level.filled[i] = 1;
-        for (std::size_t k = 0; k < 3; ++k)
-          level.rgb[3 * i + k] = static_cast<std::uint8_t>((sum[k] + count / 2) / count);
-      }
-    }
-  });
-  return level;
-}
-
-void copy_from_coarser(const MipLevel& coarse, int x, int y, std::uint8_t* rgb) {
-  std::copy_n(coarse.rgb.data() + 3 * coarse.at(x / 2, y / 2), 3, rgb);
-}
-
-}  // namespace
-
 Page::Page(const PageSize& blocks, int edge) : block(edge) {
-  image.width = edge * blocks.width, image.height = edge * blocks.height;
+  image.width = edge * blocks.width;
+  image.height = edge * blocks.height;
   const std::size_t texels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   image.pixels.assign(texels * 3, 0);
   state.assign(texels, TexelState::empty);
@@ -97,8 +52,8 @@ std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& 
 
 namespace {
 
-/// Grows the padding round by round. A round's texels turn from empty to padding only when all of them have been
-/// computed, so none reads another and the order does not matter.
+/// Grows the padding layer by layer. The texels of a layer turn from empty to padding only when all of them have been
+/// computed, so none reads another and their order does not matter.
 class Padder {
  public:
   explicit Padder(Page& page)
@@ -134,13 +89,13 @@ class Padder {
           visit(static_cast<std::uint32_t>(page_.at(x + dx, y + dy)), dx && dy);
   }
 
-  /// A block that a chart owns takes nobody else's colour.
+  /// Colours of a chart do not enter blocks that another chart owns.
   bool may_pass(std::uint32_t from, std::uint32_t to) const {
     const std::uint32_t there = owner(to);
     return there == kNoOwner || there == owner(from);
   }
 
-  /// Ring texels, which have their colour, and empty texels beside a chart's.
+  /// Ring texels, which have their colour already, and empty texels beside chart texels.
   std::vector<std::uint32_t> first_layer() {
     std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>(height_));
     tbb::parallel_for(0, height_, [&](int y) {
@@ -198,28 +153,10 @@ std::size_t pad_charts(Page& page, int padding) {
 }
 
 void fill_background(Page& page) {
-  const int width = page.image.width, height = page.image.height;
-  std::vector<MipLevel> levels;
-  levels.push_back(reduce(
-      width, height, [&](int x, int y) { return page.image.at(x, y); },
-      [&](int x, int y) { return page.state[page.at(x, y)] != TexelState::empty; }));
-  while (levels.back().width > 1 || levels.back().height > 1) {
-    const MipLevel& finer = levels.back();
-    levels.push_back(reduce(
-        finer.width, finer.height, [&](int x, int y) { return finer.rgb.data() + 3 * finer.at(x, y); },
-        [&](int x, int y) { return finer.filled[finer.at(x, y)] != 0; }));
-  }
-  for (std::size_t k = levels.size() - 1; k-- > 0;) {
-    MipLevel& level = levels[k];
-    for (int y = 0; y < level.height; ++y)
-      for (int x = 0; x < level.width; ++x)
-        if (const std::size_t i = level.at(x, y); !level.filled[i])
-          copy_from_coarser(levels[k + 1], x, y, level.rgb.data() + 3 * i);
-  }
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x)
-      if (page.state[page.at(x, y)] == TexelState::empty) copy_from_coarser(levels[0], x, y, page.image.at(x, y));
-  });
+  std::vector<std::uint8_t> known(page.state.size());
+  std::transform(page.state.begin(), page.state.end(), known.begin(),
+                 [](TexelState s) { return s != TexelState::empty; });
+  io::fill_holes(page.image, known, true);
 }
 
 Color mean_color(std::span<const Page> pages) {

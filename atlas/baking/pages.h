@@ -1,4 +1,4 @@
-// Pages while they are being made, and where charts lie on them.
+// Pages under construction, and the places of charts on them.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,24 @@ namespace gpvc::atlas {
 
 enum class TexelState : std::uint8_t { empty = 0, chart = 1, ring = 2, padding = 3 };
 
+/// True for texels that take their colour from photos. Without padding there is no ring either.
+inline bool is_baked(TexelReach reach, int padding) {
+  return reach != TexelReach::outside && (reach != TexelReach::ring || padding > 0);
+}
+
+/// The state of a baked texel. \pre not outside
+inline TexelState state_of(TexelReach reach) {
+  return reach == TexelReach::ring ? TexelState::ring : TexelState::chart;
+}
+
 struct Page {
   Image image;
   std::vector<TexelState> state;           ///< per texel
-  int block = 1;                           ///< edge of the blocks that charts have to themselves
+  int block = 1;                           ///< edge of the blocks, which no two charts share
   std::vector<std::uint32_t> block_owner;  ///< per block, row-major: a chart, or kNoOwner
 
-  /// \param blocks size in blocks
+  /// \param blocks size of the page in blocks
+  /// \param edge of a block, texels
   Page(const PageSize& blocks, int edge);
   std::uint32_t owner(int x, int y) const {
     return block_owner[static_cast<std::size_t>(y / block) * static_cast<std::size_t>(image.width / block) +
@@ -42,8 +53,8 @@ struct ChartPlace {
   std::uint32_t page = 0;
   int x = 0, y = 0;              ///< page texel of the top-left corner of the turned box
   int turns = 0;                 ///< quarter turns clockwise
-  int width = 0, height = 0;     ///< of the upright box of whole blocks
-  int inset_x = 0, inset_y = 0;  ///< texels from the box's corner to the chart's first texel
+  int width = 0, height = 0;     ///< of the box of whole blocks before it is turned
+  int inset_x = 0, inset_y = 0;  ///< texels from that box's corner to the chart's first texel
 
   struct Texel {
     int x, y;
@@ -61,7 +72,7 @@ struct ChartPlace {
         return {x + u, y + v};
     }
   }
-  /// The same for positions in the chart's texel coordinates.
+  /// Page position of a position in the chart's texel coordinates.
   TexelPoint point(const TexelPoint& p) const {
     const double u = p.x + inset_x, v = p.y + inset_y;
     switch (turns) {
@@ -79,19 +90,19 @@ struct ChartPlace {
 
 std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const Packing& packing, int edge);
 
-/// Empty pages whose blocks know their owners.
+/// Empty pages with the owners of their blocks.
 std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge);
 
-/// Extends charts outwards, each texel taking the mean of the neighbours nearer to the chart: all over the chart's own
-/// blocks, and up to `padding` texels over blocks that nobody owns. Returns how many texels lie in charts or within
-/// `padding` of one. O(page texels + perimeters * padding).
+/// Extends charts outwards, each texel taking the mean of the neighbours nearer to the chart: over all of the chart's
+/// own blocks, and up to `padding` texels into blocks without an owner. Returns how many texels lie in charts or within
+/// `padding` of one. O(page texels + perimeters x padding).
 std::size_t pad_charts(Page& page, int padding);
 
-/// Gives every empty texel a colour from the nearest filled ones, coarser the farther away, so that averages over any
-/// power-of-two cell hold only colours of charts. A page without a filled texel stays black. O(texels).
+/// Gives every empty texel a colour from the nearest filled ones, see io::fill_holes. A page without a filled texel stays
+/// black. O(texels).
 void fill_background(Page& page);
 
-/// Mean of the filled texels of all pages.
+/// Mean of the filled texels of all pages; grey if there are none.
 Color mean_color(std::span<const Page> pages);
 
 }  // namespace gpvc::atlas

@@ -11,7 +11,7 @@ std::array<float, 4> catmull_rom(float t) {
   return {0.5f * (-t + 2 * t2 - t3), 0.5f * (2 - 5 * t2 + 3 * t3), 0.5f * (t + 4 * t2 - 3 * t3), 0.5f * (t3 - t2)};
 }
 
-/// The four taps around a coordinate in index space (first pixel centre at 0), clamped to the image.
+/// The four pixels around a position along one axis, clamped to the image.
 struct Taps {
   std::array<int, 4> index;
   float fraction;
@@ -55,9 +55,9 @@ Color sample_bilinear(const Image& photo, double x, double y) {
 int lattice_step(const Camera& camera) {
   constexpr int kLargest = 16;
   if (camera.distortion.is_identity()) return kLargest;
-  // Bilinear interpolation over a square of edge s errs by at most s^2 / 8 times the sum of the second derivatives
-  // along x and y. Those of a polynomial lens grow towards the corners: they are measured as second differences on a
-  // grid over the frame, and doubled for what lies between the grid's points.
+  // The error of bilinear interpolation over a square of edge s is at most s^2 / 8 times the sum of the second
+  // derivatives along x and y. These are measured as second differences on a grid over the frame. They grow towards the
+  // corners of the frame, so they are doubled to bound what lies between the points of the grid.
   constexpr int kGrid = 24;
   constexpr double kSpan = 4;  // px
   double curvature = 0;
@@ -76,7 +76,7 @@ int lattice_step(const Camera& camera) {
     }
   }
   int step = kLargest;
-  while (step > 1 && 2 * curvature * step * step / 8 > kLatticeError) step /= 2;
+  while (step > 1 && 2 * curvature * step * step / 8 > kLatticeErrorPx) step /= 2;
   return step;
 }
 
@@ -87,7 +87,7 @@ PhotoPositions::PhotoPositions(const Camera& camera, double x0, double y0, doubl
     if (corner)
       corners_[i] = *corner;
     else
-      smooth_ = false;
+      interpolated_ = false;
   }
 }
 

@@ -16,7 +16,7 @@ struct Level {
   }
 };
 
-/// Means over 2 x 2 cells; the weight saturates at one, so that many known texels count no more than one.
+/// Means over 2 x 2 cells. A cell's weight is at most 1, which a single known texel reaches.
 Level push(const Level& fine) {
   Level coarse{(fine.width + 1) / 2, (fine.height + 1) / 2, {}, {}};
   coarse.color.resize(static_cast<std::size_t>(coarse.width) * static_cast<std::size_t>(coarse.height));

@@ -1,4 +1,4 @@
-// Smooth colours where none is known.
+// Smooth colours for unknown texels.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace gpvc::atlas {
 
-/// Push-pull (Gortler et al. 1996): fills the texels of a row-major raster that are not known from those that are,
-/// nearby ones sharply and distant ones smoothly, and marks all as known. False when none is. O(texels).
+/// Push-pull (Gortler et al. 1996): fills the unknown texels of a row-major raster from the known ones, with detail
+/// close to them and smoothly far away, and marks all as known. False if no texel is known. O(texels).
 bool smooth_fill(std::vector<Color>& color, std::vector<std::uint8_t>& known, int width, int height);
 
 }  // namespace gpvc::atlas

@@ -1,4 +1,4 @@
-// A set of texels held as intervals of rows.
+// A set of texels, stored as intervals of rows.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace gpvc::atlas {
 
-/// Touching intervals of a row are one, so a set of large triangles costs a few entries a row.
+/// Touching intervals of a row are merged, so a set of large triangles costs a few entries per row.
 class TexelSet {
  public:
   bool meets(int y, int first, int last) const {
@@ -29,7 +29,8 @@ class TexelSet {
     auto at = row.upper_bound(first);
     if (at != row.begin() && std::prev(at)->second >= first - 1) --at;
     while (at != row.end() && at->first <= last + 1) {
-      first = std::min(first, at->first), last = std::max(last, at->second);
+      first = std::min(first, at->first);
+      last = std::max(last, at->second);
       at = row.erase(at);
       --intervals_;
     }

@@ -1,7 +1,6 @@
 #include "atlas/charts/chart_raster.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 namespace gpvc::atlas {
@@ -33,26 +32,15 @@ ChartRaster rasterize(std::span<const std::uint32_t> faces, std::span<const Texe
 
 FaceBands face_bands(const Chart& chart, std::span<const TexelTriangle> corners) {
   const int bands = std::max(1, (chart.height + kBandRows - 1) / kBandRows);
-  const auto range = [&](std::uint32_t face) {
-    const TexelTriangle& t = corners[face];
-    const double low = std::min({t[0].y, t[1].y, t[2].y}) - 1.5, high = std::max({t[0].y, t[1].y, t[2].y}) + 1.5;
-    return std::pair(std::clamp(static_cast<int>(std::floor(low / kBandRows)), 0, bands - 1),
-                     std::clamp(static_cast<int>(std::floor(high / kBandRows)), 0, bands - 1));
-  };
-  FaceBands result;
-  result.first.assign(static_cast<std::size_t>(bands) + 1, 0);
-  for (const auto face : chart.faces) {
-    const auto [low, high] = range(face);
-    for (int b = low; b <= high; ++b) ++result.first[static_cast<std::size_t>(b) + 1];
-  }
-  std::partial_sum(result.first.begin(), result.first.end(), result.first.begin());
-  result.faces.resize(result.first.back());
-  std::vector<std::size_t> next(result.first.begin(), result.first.end() - 1);
-  for (const auto face : chart.faces) {
-    const auto [low, high] = range(face);
-    for (int b = low; b <= high; ++b) result.faces[next[static_cast<std::size_t>(b)]++] = face;
-  }
-  return result;
+  const auto band_of = [&](double y) { return std::clamp(static_cast<int>(std::floor(y / kBandRows)), 0, bands - 1); };
+  return group_items<std::uint32_t>(static_cast<std::size_t>(bands), [&](const auto& emit) {
+    for (const auto face : chart.faces) {
+      const TexelTriangle& t = corners[face];
+      const int low = band_of(std::min({t[0].y, t[1].y, t[2].y}) - 1.5);
+      const int high = band_of(std::max({t[0].y, t[1].y, t[2].y}) + 1.5);
+      for (int b = low; b <= high; ++b) emit(static_cast<std::size_t>(b), face);
+    }
+  });
 }
 
 CellBox band_box(const Chart& chart, int band) {

@@ -1,4 +1,4 @@
-// Which face owns which texel of a chart.
+// Which face owns each texel of a chart.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace gpvc::atlas {
 
-/// How a texel lies to its chart's faces, nearest first.
+/// How close a texel is to the face that owns it, nearest first.
 enum class TexelReach : std::uint8_t {
   outside = 0,
   centre = 1,   ///< its centre lies in the owner
@@ -19,7 +19,7 @@ enum class TexelReach : std::uint8_t {
 
 inline constexpr std::uint32_t kNoOwner = 0xFFFFFFFFu;
 
-/// Texels of a box of a chart, row-major. The ring lies one texel outside the chart's box.
+/// Texels of a box of a chart, row-major. Rings reach one texel beyond the box of the whole chart.
 struct ChartRaster {
   CellBox box;                       ///< in the chart's texels
   std::vector<std::uint32_t> owner;  ///< mesh face
@@ -32,26 +32,18 @@ struct ChartRaster {
   }
 };
 
-/// A texel belongs to the first face of its nearest reach. `faces` are those that may reach into the box. O(texels +
-/// faces).
+/// A texel's owner is the face with the nearest reach, the first of `faces` where several have it. `faces` are those
+/// that may reach into the box. O(texels + faces).
 ChartRaster rasterize(std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners, const CellBox& box);
 
-/// Faces of a chart by bands of kBandRows rows, their rings included.
-struct FaceBands {
-  std::vector<std::size_t> first;
-  std::vector<std::uint32_t> faces;
-  int bands() const { return static_cast<int>(first.size()) - 1; }
-  std::span<const std::uint32_t> band(int b) const {
-    const auto i = static_cast<std::size_t>(b);
-    return std::span(faces).subspan(first[i], first[i + 1] - first[i]);
-  }
-};
+/// Faces of a chart, grouped by the bands of kBandRows rows that they or their rings reach.
+using FaceBands = Grouped<std::uint32_t>;
 
 inline constexpr int kBandRows = 64;
 
 FaceBands face_bands(const Chart& chart, std::span<const TexelTriangle> corners);
 
-/// Rows of a band; the first and last bands hold the ring's rows, too.
+/// The texels of a band. The first and last bands include the rows of the rings.
 CellBox band_box(const Chart& chart, int band);
 
 }  // namespace gpvc::atlas

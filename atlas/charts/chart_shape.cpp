@@ -9,7 +9,7 @@ namespace gpvc::atlas {
 
 namespace {
 
-/// Inclusive intervals of texels, or of blocks, per row; ascending, apart from one another.
+/// Inclusive intervals of texels per row, ascending and apart from one another.
 using Intervals = std::vector<std::pair<int, int>>;
 using Rows = std::vector<Intervals>;
 
@@ -25,11 +25,11 @@ void unite(Intervals& list) {
   if (!list.empty()) list.resize(kept + 1);
 }
 
-/// Texels within `margin` of those that faces touch, moved by (margin, margin) so that none is negative.
+/// Texels within `margin` of those that faces touch, shifted by (margin, margin) so that none is negative.
 Rows margin_rows(const Chart& chart, std::span<const TexelTriangle> corners, int margin) {
   const CellBox box{-margin, -margin, chart.width + margin, chart.height + margin};
   Rows rows(static_cast<std::size_t>(box.y1 - box.y0));
-  if (chart.kind == ChartKind::blocks) {
+  if (chart.kind == ChartKind::unseen) {
     for (auto& row : rows) row.emplace_back(0, box.x1 - box.x0 - 1);
     return rows;
   }
@@ -43,7 +43,7 @@ Rows margin_rows(const Chart& chart, std::span<const TexelTriangle> corners, int
   return rows;
 }
 
-/// Rows of blocks when the texels are moved down by `down`; intervals still in texels along x.
+/// Rows of blocks after a shift of the texels by `down`. Intervals along x are still in texels.
 Rows gather_rows(const Rows& rows, int down, int edge) {
   Rows gathered(static_cast<std::size_t>((static_cast<int>(rows.size()) + down + edge - 1) / edge));
   for (int y = 0; y < static_cast<int>(rows.size()); ++y) {
@@ -55,7 +55,7 @@ Rows gather_rows(const Rows& rows, int down, int edge) {
   return gathered;
 }
 
-/// Calls visit(row, first block, last block), runs of a row ascending and apart.
+/// Calls visit(row, first block, last block) after a shift by `right`. The runs of a row ascend and are apart.
 template <typename Visit>
 void block_runs(const Rows& gathered, int right, int edge, const Visit& visit) {
   for (std::size_t y = 0; y < gathered.size(); ++y) {
@@ -90,7 +90,8 @@ ChartShape chart_shape(const Chart& chart, std::span<const TexelTriangle> corner
       block_runs(gathered, right, edge, [&](int, int first, int last) { count += last - first + 1; });
       if (count >= least) continue;
       least = count;
-      best.inset_x = right + margin, best.inset_y = down + margin;
+      best.inset_x = right + margin;
+      best.inset_y = down + margin;
     }
   }
   const Rows gathered = gather_rows(rows, best.inset_y - margin, edge);

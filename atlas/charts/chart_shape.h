@@ -1,12 +1,11 @@
-// The blocks of a page that a chart takes, such that mip levels keep charts apart.
+// The blocks of a page that a chart takes, chosen so that mip levels do not mix charts.
 //
-// Pages are tiled by blocks of 2^k texels, the edge of the coarsest mip level's cell that must stay clean,
-// and no two charts share a block: an average over any cell of that or a finer level holds one chart's
-// colours.
+// Pages are tiled by blocks of 2^k x 2^k texels, the cells of the coarsest mip level that must not mix charts. No two
+// charts share a block, so an average over any cell of that level or a finer one holds the colours of one chart.
 //
 //     |   ....|...    |     # chart    . its margin    | borders of blocks
-//     |  .####|##.    |     Two blocks here; one, if the chart were moved left by three texels: of all
-//     |  .####|##.    |     positions within a block the one that takes the fewest is chosen.
+//     |  .####|##.    |     This chart takes two blocks; moved left by three texels it would take one. Of all
+//     |  .####|##.    |     positions within a block, the one that takes the fewest blocks is chosen.
 #pragma once
 
 #include <span>
@@ -16,13 +15,12 @@
 
 namespace gpvc::atlas {
 
-/// Edge of a block: the largest power of two that is no more than the padding, so that with 8 three mip levels stay
-/// clean.
+/// Edge of a block: the largest power of two up to the padding. With 8, the first three mip levels do not mix charts.
 int block_edge(int padding);
 
-/// Texels around a chart that its blocks contain at least. A bilinear lookup on the border of a chart, on the level
-/// whose cells have edge s, gives up to 1/2 - margin / s of its weight to another block's cell: with a quarter of the
-/// block's edge nothing up to the last clean level but one, and at most 1/4 there.
+/// Least distance, in texels, from a chart to the border of its blocks: a quarter of a block's edge. A bilinear lookup
+/// on the border of a chart, in the mip level whose cells have edge s, gives up to 1/2 - margin / s of its weight to a
+/// cell of another block. That is at most 1/4 in the level whose cells are blocks, and nothing in finer levels.
 int block_margin(int padding);
 
 struct ChartShape {

@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
-#include <optional>
 #include <unordered_set>
 
 #include "atlas/baking/coverage_index.h"
@@ -45,7 +43,7 @@ class ChartMaker {
     add_plain();
     add_partial();
     add_flat();
-    add_blocks();
+    add_unseen();
     return std::move(result_);
   }
 
@@ -56,14 +54,23 @@ class ChartMaker {
   void add_plain();
   void add_partial();
   void add_flat();
-  void add_blocks();
+  void add_unseen();
+  std::vector<std::uint32_t> unseen_in_order() const;
   void split(std::vector<std::uint32_t> faces, std::vector<FramePart>& parts);
   void add_merged(ChartKind kind, TexelSharing sharing, std::vector<FramePart> parts);
   void cut_ragged(FramePart part, std::vector<FramePart>& pieces) const;
+  void finish(Chart chart);
   void add_projected(ChartKind kind, FramePart part, double reduction, std::uint32_t piece);
   std::vector<std::vector<std::uint32_t>> connected_parts(std::span<const std::uint32_t> faces);
   std::vector<std::uint32_t> grow_without_overlap(std::uint32_t seed, std::vector<char>& taken) const;
 
+  std::vector<std::uint32_t> faces_of(FaceUse use) const {
+    std::vector<std::uint32_t> faces;
+    for (std::uint32_t face = 0; face < uses_.size(); ++face)
+      if (uses_[face] == use) faces.push_back(face);
+    return faces;
+  }
+  std::uint32_t next_chart() const { return static_cast<std::uint32_t>(result_.charts.size()); }
   FrameBox box_of(std::span<const std::uint32_t> faces) const {
     FrameBox box;
     for (const auto face : faces) box.add(result_.corners[face]);
@@ -81,12 +88,12 @@ class ChartMaker {
   int room_;  ///< texels of a page's edge left for a chart
   std::vector<FaceUse> uses_;
   std::vector<double> scales_;        ///< per face, texels a frame pixel
-  std::vector<std::uint32_t> group_;  ///< marks of the sets being flooded
+  std::vector<std::uint32_t> group_;  ///< per face, which flood of connected_parts has marked it last
   std::uint32_t next_group_ = 1;
   ChartSet result_;
 };
 
-/// Until charts are made, corners hold positions in the texels of the whole frame at the face's scale.
+/// Until a face is in a chart, its corners are positions in its view's frame times the face's scale.
 void ChartMaker::project() {
   tbb::parallel_for(std::size_t{0}, uses_.size(),
                     [&](std::size_t face) { uses_[face] = use_of(face, result_.corners[face]); });
@@ -102,8 +109,8 @@ FaceUse ChartMaker::use_of(std::size_t face, TexelTriangle& corners) const {
     const CameraPoint p = camera_from_world(view.pose, position);
     if (!(p.z > 0)) return FaceUse::flat;
     const PixelPoint q = pixel_from_camera(view.camera, p);
-    // A partial face may reach far beyond the image; texels there would be sized by a view that does not see them. One
-    // image size each way is allowed before the face gets a parametrization of its own.
+    // A partial face may reach far beyond the image, where its texels would be sized by a view that does not see them.
+    // Beyond one image size in any direction the face gets a parametrization of its own.
     const double w = view.camera.width, h = view.camera.height;
     if (!(q.x >= -w && q.x <= 2 * w && q.y >= -h && q.y <= 2 * h)) return FaceUse::flat;
     corners[i] = {q.x, q.y};
@@ -112,7 +119,7 @@ FaceUse ChartMaker::use_of(std::size_t face, TexelTriangle& corners) const {
   return is_grazing(corners, input_.mesh, face) ? FaceUse::flat : FaceUse::partial;
 }
 
-/// Connected faces of one view share a scale, so that they can share charts.
+/// Connected faces of one view get the same scale, so that they can share charts.
 void ChartMaker::choose_scales() {
   std::vector<std::uint32_t> projected;
   for (std::uint32_t face = 0; face < uses_.size(); ++face)
@@ -132,7 +139,7 @@ void ChartMaker::choose_scales() {
   });
 }
 
-/// Floods `faces` into connected parts, each in ascending order, parts by their first face.
+/// Parts of `faces` that are connected and have one label; faces ascend within a part, and parts by their first face.
 std::vector<std::vector<std::uint32_t>> ChartMaker::connected_parts(std::span<const std::uint32_t> faces) {
   const std::uint32_t waiting = next_group_++, done = next_group_++;
   for (const auto face : faces) group_[face] = waiting;
@@ -142,10 +149,8 @@ std::vector<std::vector<std::uint32_t>> ChartMaker::connected_parts(std::span<co
     std::vector<std::uint32_t> part{seed};
     group_[seed] = done;
     for (std::size_t next = 0; next < part.size(); ++next) {
-      const std::uint32_t face = part[next];
-      for (std::size_t k = neighbours_.first[face]; k < neighbours_.first[face + 1]; ++k) {
-        const std::uint32_t other = neighbours_.faces[k];
-        if (group_[other] != waiting || input_.labels[other] != input_.labels[face]) continue;
+      for (const auto other : neighbours_[part[next]]) {
+        if (group_[other] != waiting || input_.labels[other] != input_.labels[seed]) continue;
         group_[other] = done;
         part.push_back(other);
       }
@@ -157,17 +162,14 @@ std::vector<std::vector<std::uint32_t>> ChartMaker::connected_parts(std::span<co
 }
 
 void ChartMaker::add_plain() {
-  std::vector<std::uint32_t> faces;
-  for (std::uint32_t face = 0; face < uses_.size(); ++face)
-    if (uses_[face] == FaceUse::plain) faces.push_back(face);
   std::vector<FramePart> parts;
-  for (auto& part : connected_parts(faces)) split(std::move(part), parts);
-  // Texels of fully visible faces are the photo's, whichever face reads them.
+  for (auto& part : connected_parts(faces_of(FaceUse::plain))) split(std::move(part), parts);
+  // A texel of fully seen faces has the photo's colour whichever of them it belongs to.
   add_merged(ChartKind::plain, TexelSharing::allowed, std::move(parts));
 }
 
-/// Halves a set that exceeds a page across its longer axis by face centroids, until each connected part fits; a single
-/// face that does not is left to be reduced.
+/// Halves a set of faces that exceeds a page across its longer axis, by face centroids, until each connected part fits.
+/// A single face that does not fit is reduced later.
 void ChartMaker::split(std::vector<std::uint32_t> faces, std::vector<FramePart>& parts) {
   const FrameBox box = box_of(faces);
   if (fits(box) || faces.size() == 1) {
@@ -196,10 +198,10 @@ void ChartMaker::split(std::vector<std::uint32_t> faces, std::vector<FramePart>&
 }
 
 void ChartMaker::add_merged(ChartKind kind, TexelSharing sharing, std::vector<FramePart> parts) {
-  const auto fit = [this](const FrameBox& box) { return fits(box); };
-  const int closeness = block_margin(options_.padding) + block_edge(options_.padding) / 4;
-  for (auto& part : merge_close_parts(std::move(parts), result_.corners, closeness, sharing, fit)) {
-    const auto piece = static_cast<std::uint32_t>(result_.charts.size());
+  const MergeRule rule{block_margin(options_.padding) + block_edge(options_.padding) / 4, sharing,
+                       [this](const FrameBox& box) { return fits(box); }};
+  for (auto& part : merge_close_parts(std::move(parts), result_.corners, rule)) {
+    const std::uint32_t piece = next_chart();
     if (!fits(part.box)) {
       // A single face larger than a page. One texel of slack covers the rounding of the box to whole texels on both
       // sides.
@@ -214,11 +216,11 @@ void ChartMaker::add_merged(ChartKind kind, TexelSharing sharing, std::vector<Fr
   }
 }
 
-/// Large charts that leave much of their box empty leave holes on pages that small ones are too few to fill: halves
-/// across the longer axis pack better, and cost a margin on both sides of the cut.
+/// Large charts that leave much of their box empty make holes on pages, and there are too few small charts to fill
+/// them. Halves across the longer axis pack better, at the price of a margin on both sides of the cut.
 void ChartMaker::cut_ragged(FramePart part, std::vector<FramePart>& pieces) const {
-  // Chosen on two real scenes: pages 0.67 and 0.65 full without cuts, 0.82 and 0.77 with these; half and twice the
-  // length and shares of 0.5 and 0.66 all did worse on one of them.
+  // Chosen on two real scenes: pages were 67 % and 65 % full without cuts and 82 % and 77 % with these values. Half and
+  // twice the length, and shares of 0.5 and 0.66, all did worse on one of the scenes.
   constexpr double kLong = 250, kRagged = 0.55;
   const double width = part.box.x1 - part.box.x0, height = part.box.y1 - part.box.y0;
   double area = 0;
@@ -245,25 +247,30 @@ void ChartMaker::add_projected(ChartKind kind, FramePart part, double reduction,
   chart.view = part.view;
   chart.piece = piece;
   chart.scale = part.scale * reduction;
-  // Texels of the whole frame at the chart's scale: without a further reduction the chart keeps its place in their
-  // grid, so that what was found out about texel centres holds.
-  double x0 = std::floor(part.box.x0), y0 = std::floor(part.box.y0);
-  if (reduction != 1) x0 = part.box.x0 * reduction, y0 = part.box.y0 * reduction;
-  chart.origin_x = x0 / chart.scale, chart.origin_y = y0 / chart.scale;
+  // Without a further reduction the texels stay on the grid of the scaled frame, for which it is known that no texel
+  // centre lies in two partial faces.
+  const double x0 = reduction == 1 ? std::floor(part.box.x0) : part.box.x0 * reduction;
+  const double y0 = reduction == 1 ? std::floor(part.box.y0) : part.box.y0 * reduction;
+  chart.origin_x = x0 / chart.scale;
+  chart.origin_y = y0 / chart.scale;
   const auto texels = [&](double high, double low) {
     return std::clamp(static_cast<int>(std::ceil(high * reduction - low)), 1, room_);
   };
-  chart.width = texels(part.box.x1, x0), chart.height = texels(part.box.y1, y0);
-  for (const auto face : part.faces) {
-    result_.face_chart[face] = static_cast<std::uint32_t>(result_.charts.size());
+  chart.width = texels(part.box.x1, x0);
+  chart.height = texels(part.box.y1, y0);
+  for (const auto face : part.faces)
     for (auto& p : result_.corners[face]) p = {p.x * reduction - x0, p.y * reduction - y0};
-  }
   chart.faces = std::move(part.faces);
+  finish(std::move(chart));
+}
+
+void ChartMaker::finish(Chart chart) {
+  for (const auto face : chart.faces) result_.face_chart[face] = next_chart();
   result_.charts.push_back(std::move(chart));
 }
 
-/// Partial faces hide behind others, so two of one component can project onto the same place. A part grows over
-/// neighbours as long as no texel centre is covered twice.
+/// Two partially seen faces of one connected component can project onto the same place, one behind the other. A part
+/// therefore grows over neighbours only as long as no texel centre is covered twice.
 void ChartMaker::add_partial() {
   std::vector<char> taken(uses_.size(), 0);
   std::vector<FramePart> parts;
@@ -297,8 +304,7 @@ std::vector<std::uint32_t> ChartMaker::grow_without_overlap(std::uint32_t seed, 
   taken[seed] = 1;
   try_add(seed);
   for (std::size_t next = 0; next < faces.size(); ++next) {
-    for (std::size_t k = neighbours_.first[faces[next]]; k < neighbours_.first[faces[next] + 1]; ++k) {
-      const std::uint32_t other = neighbours_.faces[k];
+    for (const auto other : neighbours_[faces[next]]) {
       if (taken[other] || uses_[other] != FaceUse::partial || refused.contains(other) ||
           input_.labels[other] != input_.labels[seed])
         continue;
@@ -314,79 +320,76 @@ std::vector<std::uint32_t> ChartMaker::grow_without_overlap(std::uint32_t seed, 
 }
 
 void ChartMaker::add_flat() {
-  for (std::uint32_t face = 0; face < uses_.size(); ++face) {
-    if (uses_[face] != FaceUse::flat) continue;
+  for (const auto face : faces_of(FaceUse::flat)) {
     const FlatFace flat = flatten(input_.mesh, face, input_.scene, input_.labels[face], coverage_,
                                   {room_, options_.texel_size, reduction_});
     Chart chart;
     chart.kind = ChartKind::flat;
     chart.view = input_.labels[face];
     chart.faces = {face};
-    chart.piece = static_cast<std::uint32_t>(result_.charts.size());
-    chart.width = flat.width, chart.height = flat.height;
+    chart.piece = next_chart();
+    chart.width = flat.width;
+    chart.height = flat.height;
     result_.corners[face] = flat.corners;
-    result_.face_chart[face] = static_cast<std::uint32_t>(result_.charts.size());
-    result_.charts.push_back(std::move(chart));
+    finish(std::move(chart));
   }
 }
 
-/// Blocks of unseen faces, neighbours near each other so that coarser mip levels mix like with like.
-void ChartMaker::add_blocks() {
-  // Small charts fill gaps, large ones waste less padding; with a margin of 2 a square of 30 takes whole blocks of the
-  // page.
-  constexpr int kLargestEdge = 30;
-  const int edge = std::min(kLargestEdge, room_ / kBlock);
+/// Unseen faces, neighbours close to each other so that coarse mip levels mix similar colours.
+std::vector<std::uint32_t> ChartMaker::unseen_in_order() const {
   std::vector<std::uint32_t> order;
   std::vector<char> met(uses_.size(), 0);
-  for (std::uint32_t seed = 0; seed < uses_.size(); ++seed) {
-    if (uses_[seed] != FaceUse::unseen || met[seed]) continue;
+  for (const auto seed : faces_of(FaceUse::unseen)) {
+    if (met[seed]) continue;
     met[seed] = 1;
     std::size_t next = order.size();
     for (order.push_back(seed); next < order.size(); ++next) {
-      for (std::size_t k = neighbours_.first[order[next]]; k < neighbours_.first[order[next] + 1]; ++k) {
-        const std::uint32_t other = neighbours_.faces[k];
+      for (const auto other : neighbours_[order[next]]) {
         if (uses_[other] != FaceUse::unseen || met[other]) continue;
         met[other] = 1;
         order.push_back(other);
       }
     }
   }
-  result_.filled_faces = order.size();
+  return order;
+}
+
+void ChartMaker::add_unseen() {
+  // Small charts fill gaps, large ones waste less padding. With a margin of 2 texels, a square of 30 takes whole blocks
+  // of the page.
+  constexpr int kLargestEdge = 30;
+  const int edge = std::min(kLargestEdge, room_ / kUnseenTexels);  // faces
   const std::size_t capacity = static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge);
+  const std::vector<std::uint32_t> order = unseen_in_order();
+  result_.unseen_faces = order.size();
   for (std::size_t first = 0; first < order.size(); first += capacity) {
     Chart chart;
-    chart.kind = ChartKind::blocks;
-    chart.piece = static_cast<std::uint32_t>(result_.charts.size());
-    chart.faces.assign(order.begin() + static_cast<std::ptrdiff_t>(first),
-                       order.begin() + static_cast<std::ptrdiff_t>(std::min(order.size(), first + capacity)));
-    const int count = static_cast<int>(chart.faces.size());
+    chart.kind = ChartKind::unseen;
+    chart.piece = next_chart();
+    const auto faces = std::span(order).subspan(first, std::min(capacity, order.size() - first));
+    chart.faces.assign(faces.begin(), faces.end());
+    const int count = static_cast<int>(faces.size());
     const int columns = std::min(edge, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count)))));
-    chart.width = kBlock * columns, chart.height = kBlock * ((count + columns - 1) / columns);
+    chart.width = kUnseenTexels * columns;
+    chart.height = kUnseenTexels * ((count + columns - 1) / columns);
     for (int k = 0; k < count; ++k) {
-      const std::uint32_t face = chart.faces[static_cast<std::size_t>(k)];
-      const double x = kBlock * (k % columns) + 0.5, y = kBlock * (k / columns) + 0.5;
-      result_.corners[face] = {TexelPoint{x, y}, TexelPoint{x + 1, y}, TexelPoint{x, y + 1}};
-      result_.face_chart[face] = static_cast<std::uint32_t>(result_.charts.size());
+      const double x = kUnseenTexels * (k % columns) + 0.5, y = kUnseenTexels * (k / columns) + 0.5;
+      result_.corners[faces[static_cast<std::size_t>(k)]] = {TexelPoint{x, y}, TexelPoint{x + 1, y},
+                                                             TexelPoint{x, y + 1}};
     }
-    result_.charts.push_back(std::move(chart));
+    finish(std::move(chart));
   }
 }
 
 }  // namespace
 
 FaceNeighbours face_neighbours(const labeling::FaceGraph& graph, std::size_t faces) {
-  FaceNeighbours result;
-  result.first.assign(faces + 1, 0);
-  for (const auto& edge : graph.edges)
-    for (const auto face : edge) ++result.first[face + 1];
-  std::partial_sum(result.first.begin(), result.first.end(), result.first.begin());
-  result.faces.resize(result.first.back());
-  std::vector<std::size_t> next(result.first.begin(), result.first.end() - 1);
-  for (const auto& edge : graph.edges) {
-    result.faces[next[edge[0]]++] = edge[1];
-    result.faces[next[edge[1]]++] = edge[0];
-  }
-  return result;
+  return group_items<std::uint32_t>(faces, [&](const auto& emit) {
+    for (const auto& [a, b] : graph.edges) {
+      emit(a, b);
+      emit(b, a);
+    }
+  });
 }
 
 ChartSet make_charts(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "atlas/vector3.h"
+#include "io/vector.h"
 
 namespace gpvc::atlas {
 
@@ -16,18 +16,18 @@ struct FlatTriangle {
 };
 
 FlatTriangle lay_flat(const WorldPoint& a, const WorldPoint& b, const WorldPoint& c) {
-  const Vector3 ab = b - a, ac = c - a;
-  const double length = norm(ab);
-  if (!(length > 0)) return {0, norm(ac), 0};
-  const double along = dot(ab, ac) / length;
-  return {length, along, norm(cross(ab, ac)) / length};
+  const WorldPoint ab = b - a, ac = c - a;
+  const double base = length(ab);
+  if (!(base > 0)) return {0, length(ac), 0};
+  const double along = dot(ab, ac) / base;
+  return {base, along, length(cross(ab, ac)) / base};
 }
 
-/// Depth at which the view sees the face, at a pixel that shows it, near the middle of its coverage.
+/// Depth of the face at the pixel that shows it closest to the middle of its coverage.
 std::optional<double> seen_depth(const Mesh& mesh, std::uint32_t face, const View& view,
                                  const visibility::FaceCoverage& entry, const visibility::CoverageTable& table) {
   const auto& t = mesh.faces[face];
-  const Vector3 normal =
+  const WorldPoint normal =
       cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
   const double offset = dot(normal, mesh.positions[t[0]] - view.pose.centre);
   const int middle_x = entry.x0 + entry.width / 2, middle_y = entry.y0 + entry.height / 2;
@@ -38,9 +38,10 @@ std::optional<double> seen_depth(const Mesh& mesh, std::uint32_t face, const Vie
       if (!table.sees(entry, x, y)) continue;
       const double distance = std::hypot(x - middle_x, y - middle_y);
       if (depth && distance >= nearest) continue;
-      const double z = offset / dot(normal, ray_direction(view, {x + 0.5, y + 0.5}));
+      const double z = offset / dot(normal, ray_of(view, {x + 0.5, y + 0.5}));
       if (!(z > 0) || !std::isfinite(z)) continue;
-      depth = z, nearest = distance;
+      depth = z;
+      nearest = distance;
     }
   }
   return depth;
@@ -55,13 +56,35 @@ double nearest_vertex_depth(const Mesh& mesh, std::uint32_t face, const View& vi
   return depth;
 }
 
+/// The corners' order in which the longest edge comes first. Laid along x, it makes a box of at most twice the triangle's
+/// area.
+std::array<std::size_t, 3> longest_edge_first(const Mesh& mesh, const Triangle& t) {
+  const auto edge = [&](std::size_t i) { return length(mesh.positions[t[(i + 1) % 3]] - mesh.positions[t[i]]); };
+  std::size_t longest = 0;
+  for (std::size_t i = 1; i < 3; ++i)
+    if (edge(i) > edge(longest)) longest = i;
+  return {longest, (longest + 1) % 3, (longest + 2) % 3};
+}
+
+/// Texels per world unit that match the view's pixels, within kTexelsPerSeenPixel for a box of the given area.
+double seen_density(const Mesh& mesh, std::uint32_t face, const View& view, const CoverageIndex& coverage, ViewId id,
+                    double area) {
+  const visibility::FaceCoverage* entry = coverage.find(FaceId{face}, id);
+  std::optional<double> depth;
+  if (entry) depth = seen_depth(mesh, face, view, *entry, coverage.table());
+  if (!depth) depth = nearest_vertex_depth(mesh, face, view);
+  const double density = *depth > 0 ? std::max(view.camera.fx, view.camera.fy) / *depth : 0;
+  const double most_texels = kTexelsPerSeenPixel * (entry ? std::max(4.0, double(entry->visible)) : 64.0);
+  return area * density * density > most_texels ? std::sqrt(most_texels / area) : density;
+}
+
 }  // namespace
 
 bool is_grazing(const TexelTriangle& p, const Mesh& mesh, std::size_t face) {
   const auto& t = mesh.faces[face];
   const FlatTriangle flat = lay_flat(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
   if (!(flat.bx > 0) || !(flat.cy > 0)) return false;
-  // Columns of the Jacobian pixels per metre: along the first edge, and across it.
+  // Columns of the Jacobian, pixels per world unit: along the first edge, and across it.
   const double ux = (p[1].x - p[0].x) / flat.bx, uy = (p[1].y - p[0].y) / flat.bx;
   const double vx = (p[2].x - p[0].x - flat.cx * ux) / flat.cy, vy = (p[2].y - p[0].y - flat.cx * uy) / flat.cy;
   const double squares = ux * ux + uy * uy + vx * vx + vy * vy, area = std::abs(ux * vy - uy * vx);
@@ -73,36 +96,21 @@ bool is_grazing(const TexelTriangle& p, const Mesh& mesh, std::size_t face) {
 FlatFace flatten(const Mesh& mesh, std::uint32_t face, const Scene& scene, ViewId label, const CoverageIndex& coverage,
                  const FlatLimits& limits) {
   const auto& t = mesh.faces[face];
-  // The longest edge runs along x, so that the box is at most twice the triangle.
-  std::array<std::size_t, 3> turn{0, 1, 2};
-  const auto edge = [&](std::size_t i) { return norm(mesh.positions[t[(i + 1) % 3]] - mesh.positions[t[i]]); };
-  std::size_t longest = 0;
-  for (std::size_t i = 1; i < 3; ++i)
-    if (edge(i) > edge(longest)) longest = i;
-  for (std::size_t i = 0; i < 3; ++i) turn[i] = (longest + i) % 3;
+  const std::array<std::size_t, 3> turn = longest_edge_first(mesh, t);
   const FlatTriangle flat =
       lay_flat(mesh.positions[t[turn[0]]], mesh.positions[t[turn[1]]], mesh.positions[t[turn[2]]]);
-
-  const View& view = scene.views[index(label)];
-  const visibility::FaceCoverage* entry = coverage.find(FaceId{face}, label);
-  std::optional<double> depth;
-  if (entry) depth = seen_depth(mesh, face, view, *entry, coverage.table());
-  if (!depth) depth = nearest_vertex_depth(mesh, face, view);
-  double texels_per_m = *depth > 0 ? std::max(view.camera.fx, view.camera.fy) / *depth : 0;
-  const double area = flat.bx * flat.cy;  // of the box
-  const double most_texels = kTexelsPerSeenPixel * (entry ? std::max(4.0, double(entry->visible)) : 64.0);
-  if (area * texels_per_m * texels_per_m > most_texels) texels_per_m = std::sqrt(most_texels / area);
-  if (limits.texel_size > 0) texels_per_m = std::min(texels_per_m, 1 / limits.texel_size);
-  texels_per_m *= limits.reduction;
-  // Two texels of slack: half a texel of border on each side and the rounding up of the box.
-  const double extent = std::max(flat.bx, flat.cy) * texels_per_m;
-  if (extent > limits.room - 2) texels_per_m *= (limits.room - 2) / extent;
+  double density = seen_density(mesh, face, scene.views[index(label)], coverage, label, flat.bx * flat.cy);
+  if (limits.texel_size > 0) density = std::min(density, 1 / limits.texel_size);
+  density *= limits.reduction;
+  // Two texels of slack: half a texel of border on each side, and rounding the box up to whole texels.
+  const double extent = std::max(flat.bx, flat.cy) * density;
+  if (extent > limits.room - 2) density *= (limits.room - 2) / extent;
 
   FlatFace result;
-  const double width = flat.bx * texels_per_m, height = flat.cy * texels_per_m;
+  const double width = flat.bx * density, height = flat.cy * density;
   result.corners[turn[0]] = {0.5, 0.5};
   result.corners[turn[1]] = {0.5 + width, 0.5};
-  result.corners[turn[2]] = {0.5 + std::clamp(flat.cx * texels_per_m, 0.0, width), 0.5 + height};
+  result.corners[turn[2]] = {0.5 + std::clamp(flat.cx * density, 0.0, width), 0.5 + height};
   result.width = std::max(1, static_cast<int>(std::ceil(width + 1)));
   result.height = std::max(1, static_cast<int>(std::ceil(height + 1)));
   return result;

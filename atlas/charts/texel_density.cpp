@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "atlas/vector3.h"
+#include "io/vector.h"
 
 namespace gpvc::atlas {
 
@@ -16,7 +16,7 @@ double pixel_size(const Mesh& mesh, std::span<const std::uint32_t> faces, std::s
   for (const auto face : faces) {
     const auto& t = mesh.faces[face];
     const WorldPoint& a = mesh.positions[t[0]];
-    world += norm(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a)) / 2;
+    world += length(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a)) / 2;
     frame += texel_area(corners[face]);
   }
   return world > 0 && frame > 0 ? std::sqrt(world / frame) : 0;

@@ -1,4 +1,4 @@
-// How large a pixel is in the world, and by how much charts are reduced to the density asked for.
+// The size of a pixel in the world, and the scale of charts for a wanted texel density.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@ namespace gpvc::atlas {
 
 double texel_area(const TexelTriangle& corners);
 
-/// Edge, in world units, of a pixel of the frame on the faces: the root of their areas' ratio, world to frame. Zero
-/// where either area is. `corners` are frame positions.
+/// Edge, in world units, of a pixel projected onto the faces: the root of their area in the world over that in the
+/// frame; zero if either is. `corners` are frame positions.
 double pixel_size(const Mesh& mesh, std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners);
 
-/// Texels a pixel of that size is worth, at most 1; steps of an eighth of an octave, never coarser than asked, so that
-/// neighbours can share charts. `texel_size` in world units; 0 asks for nothing.
+/// Scale, at most 1, that makes texels of `texel_size` (world units; 0: no reduction) from pixels of `pixel_size`.
+/// Rounded up to steps of an eighth of an octave, so that neighbouring parts can share charts.
 double scale_for(double texel_size, double pixel_size);
 
 }  // namespace gpvc::atlas

@@ -1,4 +1,4 @@
-// Which cells of a unit grid a triangle touches, row by row.
+// The cells of a unit grid that a triangle touches, row by row.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace gpvc::atlas {
 
-/// A point in a chart's own texel frame: the centre of the chart's first texel is (0.5, 0.5), y down.
+/// A position in the texels of a chart: the centre of the chart's first texel is (0.5, 0.5), y down.
 struct TexelPoint {
   double x = 0, y = 0;
 };
@@ -41,10 +41,10 @@ inline std::array<HalfPlane, 3> half_planes(const TexelTriangle& t) {
 }  // namespace detail
 
 /// Calls visit(y, first, last) for every row y of `box` with the cells first..last (inclusive) whose square of
-/// half-size `half` around the cell's centre (x + 0.5, y + 0.5) meets the triangle: a separating-axis test with the
-/// triangle's three normals and the two axes, exact but for rounding. half = 0 asks whether the centre lies inside or
-/// on the border, half = 0.5 whether the cell touches. Works for degenerate triangles, whose edges bound both sides of
-/// their line. O(rows).
+/// half-size `half` around the cell's centre (x + 0.5, y + 0.5) meets the triangle. half = 0: the centre lies inside or
+/// on the border; half = 0.5: the cell touches the triangle. A separating-axis test with the triangle's three normals
+/// and the two axes, exact up to rounding. Works for degenerate triangles, whose edges bound both sides of their line.
+/// O(rows).
 template <typename Visit>
 void triangle_spans(const TexelTriangle& t, double half, const CellBox& box, Visit&& visit) {
   const auto planes = detail::half_planes(t);
@@ -52,7 +52,7 @@ void triangle_spans(const TexelTriangle& t, double half, const CellBox& box, Vis
   const double max_x = std::max({t[0].x, t[1].x, t[2].x}) + half;
   const double min_y = std::min({t[0].y, t[1].y, t[2].y}) - half;
   const double max_y = std::max({t[0].y, t[1].y, t[2].y}) + half;
-  // The outer max/min keep the casts in range for triangles far outside the box.
+  // Clamped to the box first: far outside it the casts would overflow.
   const int first_row = static_cast<int>(std::ceil(std::clamp(min_y - 0.5, box.y0 - 1.0, box.y1 + 1.0)));
   const int last_row = static_cast<int>(std::floor(std::clamp(max_y - 0.5, box.y0 - 1.0, box.y1 + 1.0)));
   for (int y = std::max(first_row, box.y0); y <= std::min(last_row, box.y1 - 1); ++y) {

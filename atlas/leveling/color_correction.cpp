@@ -2,24 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace gpvc::atlas {
 
 namespace {
 
-/// Samples farther away than this count for nothing; their weights fall to zero there smoothly.
+/// Distance, in texels, at which the weight of a sample has fallen smoothly to zero.
 constexpr float kReach = kStripWidth + 8;
-/// Added to squared distances: half a texel, so that a texel on the seam takes the mean of a few samples.
+/// Added to squared distances, so that a texel on the seam takes the mean of a few samples.
 constexpr float kSoftening = 0.5f;
 
-/// Arrays over a row of texels, so that the inner loop becomes vector code without reordering any sum.
+/// The inner loops run over a row of texels, so that they become vector code without reordering any sum.
 template <std::size_t kTexels>
 std::array<Color, kTexels> weigh(std::span<const StripSample> near, double x, double y) {
   using Row = std::array<float, kTexels>;
   Row px, red{}, green{}, blue{}, weights{}, nearest2;
-  // Where all samples are doubtful, less of the step is taken for one of brightness: half of it when their mean weight
-  // is this.
+  // Where samples have low weights, a part of the step is taken for misregistration rather than brightness: half of it
+  // if their mean weight is this.
   constexpr float kDoubt = 0.05f;
   for (std::size_t i = 0; i < kTexels; ++i) px[i] = static_cast<float>(x) + static_cast<float>(i);
   nearest2.fill(kStripWidth * kStripWidth);
@@ -55,18 +54,17 @@ bool strip_reaches(const Chart& chart, const StripSample& s) {
 
 ChartStrip make_strip(const Chart& chart, std::span<const StripSample> samples) {
   ChartStrip strip;
-  strip.columns = chart.width / kStripCell + 1, strip.rows = chart.height / kStripCell + 1;
+  strip.columns = chart.width / kStripCell + 1;
+  strip.rows = chart.height / kStripCell + 1;
   const auto cell = [&](const StripSample& s) {
     const int x = std::clamp(static_cast<int>(s.x) / kStripCell, 0, strip.columns - 1);
     const int y = std::clamp(static_cast<int>(s.y) / kStripCell, 0, strip.rows - 1);
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(strip.columns) + static_cast<std::size_t>(x);
   };
-  strip.first.assign(static_cast<std::size_t>(strip.columns) * static_cast<std::size_t>(strip.rows) + 1, 0);
-  for (const auto& s : samples) ++strip.first[cell(s) + 1];
-  std::partial_sum(strip.first.begin(), strip.first.end(), strip.first.begin());
-  std::vector<std::uint32_t> next(strip.first.begin(), strip.first.end() - 1);
-  strip.samples.resize(samples.size());
-  for (const auto& s : samples) strip.samples[next[cell(s)]++] = s;
+  const std::size_t cells = static_cast<std::size_t>(strip.columns) * static_cast<std::size_t>(strip.rows);
+  strip.cells = group_items<StripSample>(cells, [&](const auto& emit) {
+    for (const auto& s : samples) emit(cell(s), s);
+  });
   return strip;
 }
 
@@ -81,8 +79,7 @@ void gather_strip(const ChartStrip& strip, const CellBox& box, std::vector<Strip
     for (int x = x0; x <= x1; ++x) {
       const auto cell =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(strip.columns) + static_cast<std::size_t>(x);
-      for (std::uint32_t k = strip.first[cell]; k < strip.first[cell + 1]; ++k) {
-        const StripSample& s = strip.samples[k];
+      for (const StripSample& s : strip.cells[cell]) {
         const float dx = s.x - std::clamp(s.x, static_cast<float>(box.x0), static_cast<float>(box.x1));
         const float dy = s.y - std::clamp(s.y, static_cast<float>(box.y0), static_cast<float>(box.y1));
         const float d2 = dx * dx + dy * dy;
@@ -114,7 +111,8 @@ Color ColorCorrection::face_offset(std::uint32_t face, const TexelTriangle& t, d
   if (area == 0) return (1.0f / 3) * (at_a + at_b + at_c);
   double b = ((x - t[0].x) * (t[2].y - t[0].y) - (y - t[0].y) * (t[2].x - t[0].x)) / area;
   double c = ((t[1].x - t[0].x) * (y - t[0].y) - (t[1].y - t[0].y) * (x - t[0].x)) / area;
-  b = std::clamp(b, 0.0, 1.0), c = std::clamp(c, 0.0, 1.0);
+  b = std::clamp(b, 0.0, 1.0);
+  c = std::clamp(c, 0.0, 1.0);
   const double a = std::max(0.0, 1 - b - c), sum = a + b + c;
   return static_cast<float>(a / sum) * at_a + static_cast<float>(b / sum) * at_b + static_cast<float>(c / sum) * at_c;
 }

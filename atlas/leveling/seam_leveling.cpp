@@ -9,7 +9,7 @@ namespace gpvc::atlas {
 
 namespace {
 
-/// Where along its edge a seam sample lies in the texels of one side's chart.
+/// Positions of an edge's samples in the texels of one side's chart.
 class SidePosition {
  public:
   SidePosition(const Mesh& mesh, const ChartSet& set, const SeamEdge& edge, std::size_t side)
@@ -72,7 +72,7 @@ void add_offsets(const AtlasInput& input, const ChartSet& set, const ColorCorrec
   });
 }
 
-/// A strip runs on over the cuts between charts of one piece.
+/// Adds the sample to all charts of its piece, so that a strip continues across the cuts between them.
 void add_to_piece(const ChartSet& set, std::uint32_t own, const StripSample& sample,
                   std::vector<std::vector<StripSample>>& samples) {
   const Chart& from = set.charts[own];
@@ -86,7 +86,8 @@ void add_to_piece(const ChartSet& set, std::uint32_t own, const StripSample& sam
 }
 
 void lay_strips(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams, ColorCorrection& correction) {
-  // Larger steps are different things on both sides; spreading them would smear one over the other.
+  // Grey levels. Larger steps come from different objects on the two sides; spreading them would smear one object over
+  // the other.
   constexpr float kMostStep = 32;
   std::vector<std::vector<StripSample>> samples(set.charts.size());
   for (const SeamEdge& edge : seams.edges) {

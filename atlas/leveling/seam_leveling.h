@@ -1,12 +1,12 @@
-// Making the colours of neighbouring charts meet.
+// Making the colours of neighbouring charts agree along their seams.
 //
-// Three layers, each for what the one before leaves:
-//   exposure  a factor per view and channel and a fall-off per camera, fitted robustly to the ratios across
-//   seams
+// Three layers, each correcting what the one before leaves:
+//   exposure  a factor per view and channel and a fall-off per camera, fitted robustly to the ratios across seams
 //             (least squares of logarithms, so photos are multiplied: black stays black);
-//   global    an offset per vertex and view (Lempitsky and Ivanov, Seamless Mosaicing of Image-Based Texture
-//             Maps, 2007): equal across seams, smooth within charts, drawn weakly towards zero;
-//   strips    what still steps along a seam is spread into a strip on both sides, as Poisson blending does
+//   offsets   an offset per vertex and view (Lempitsky and Ivanov, Seamless Mosaicing of Image-Based Texture
+//             Maps, 2007) that makes both sides of a seam equal, varies smoothly within charts and is weakly
+//             attracted to zero;
+//   strips    steps that remain along a seam are spread over a strip on both sides, as in Poisson blending
 //             (Perez et al. 2003), but in closed form.
 #pragma once
 
@@ -20,22 +20,22 @@ namespace gpvc::atlas {
 
 struct LevelingResult {
   ColorCorrection correction;
-  /// Difference, in grey levels, of the means of both sides along a seam edge: absolute, averaged over channels and,
+  /// Absolute difference, in grey levels, of the means of both sides along a seam edge, averaged over channels and,
   /// weighted by length, over edges.
   double step_before = 0, step_after = 0;
 };
 
-/// SeamLeveling::none: no correction, no photo read, steps zero. Global: exposure and offsets. Deterministic.
+/// none: no correction, reads no photo, steps are zero. global: exposure and offsets. full: strips, too. Deterministic.
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
                            SeamLeveling mode);
 
-/// Exposure per view from the ratios across seams. The geometric mean over faces of the gains is one in each channel,
-/// so the texture as a whole keeps its brightness; gains lie in [1 / kMostGain, kMostGain].
+/// Exposure per view from the ratios across seams. In each channel the geometric mean of the gains over all faces is
+/// one, so that the texture as a whole keeps its brightness. Gains lie in [1 / kMostGain, kMostGain].
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams);
 
 inline constexpr double kMostGain = 2.5;
 
-/// Fills nodes and offsets; `seams` hold exposed colours.
+/// Fills correction.nodes and correction.offsets. \pre `seams` hold exposed colours
 void fit_offsets(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams, ColorCorrection& correction);
 
 }  // namespace gpvc::atlas

@@ -11,23 +11,21 @@ namespace gpvc::atlas {
 
 namespace {
 
-/// A sample each texel serves the strips along seams; a very long edge is sampled more sparsely.
+/// Strips need about a sample per texel along a seam; longer edges are sampled more sparsely.
 constexpr int kMostSamples = 512;
 
 bool has_view(const AtlasInput& input, std::uint32_t face) {
   return input.labels[face] != kNoView && input.tags[face] != labeling::FaceTag::unseen;
 }
 
-/// The two vertices that both faces have; false for faces that share none or are degenerate.
-bool shared_edge(const Mesh& mesh, std::uint32_t a, std::uint32_t b, std::array<std::uint32_t, 2>& vertices) {
+/// The vertices of an edge that both faces have; nullopt for faces that share none or are degenerate.
+std::optional<std::array<std::uint32_t, 2>> shared_edge(const Triangle& a, const Triangle& b) {
+  const auto in_b = [&](std::uint32_t v) { return std::find(b.begin(), b.end(), v) != b.end(); };
   for (std::size_t e = 0; e < 3; ++e) {
-    const std::uint32_t u = mesh.faces[a][e], v = mesh.faces[a][(e + 1) % 3];
-    const auto& t = mesh.faces[b];
-    if (u == v || std::find(t.begin(), t.end(), u) == t.end() || std::find(t.begin(), t.end(), v) == t.end()) continue;
-    vertices = {u, v};
-    return true;
+    const std::uint32_t u = a[e], v = a[(e + 1) % 3];
+    if (u != v && in_b(u) && in_b(v)) return std::array{u, v};
   }
-  return false;
+  return std::nullopt;
 }
 
 std::optional<PixelPoint> project(const View& view, const WorldPoint& p) {
@@ -36,7 +34,7 @@ std::optional<PixelPoint> project(const View& view, const WorldPoint& p) {
   return pixel_from_camera(view.camera, c);
 }
 
-/// Squared gradient, central differences, of the channel where it is largest.
+/// Squared gradient of the channel where it is largest, by central differences.
 float steepness2(const Image& photo, const PhotoPoint& q) {
   const Color dx = 0.5f * (sample_bilinear(photo, q.x + 1, q.y) - sample_bilinear(photo, q.x - 1, q.y));
   const Color dy = 0.5f * (sample_bilinear(photo, q.x, q.y + 1) - sample_bilinear(photo, q.x, q.y - 1));
@@ -49,8 +47,7 @@ class Sampler {
 
   SeamSamples sample() {
     find_edges();
-    const std::size_t count = result_.colors.size();
-    for (auto& side : steepness2_) side.assign(count, kNotShown);
+    for (auto& side : steepness2_) side.assign(result_.colors.size(), kNotShown);
     std::vector<std::vector<std::pair<std::uint32_t, int>>> sides(input_.scene.views.size());
     for (std::uint32_t e = 0; e < result_.edges.size(); ++e)
       for (int side = 0; side < 2; ++side)
@@ -58,18 +55,13 @@ class Sampler {
     std::vector<std::uint32_t> views;
     for (std::uint32_t v = 0; v < sides.size(); ++v)
       if (!sides[v].empty()) views.push_back(v);
-    each_photo(input_.photos, views, [&](std::uint32_t v, const Image& photo) {
-      tbb::parallel_for(std::size_t{0}, sides[v].size(), [&](std::size_t i) {
-        sample_side(sides[v][i].first, static_cast<std::size_t>(sides[v][i].second), ViewId{v}, photo);
+    each_photo(input_, views, [&](const ViewPhoto& photo) {
+      const auto& mine = sides[index(photo.id)];
+      tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
+        sample_side(result_.edges[mine[i].first], static_cast<std::size_t>(mine[i].second), photo);
       });
     });
-    result_.weight.assign(count, 0.0f);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (steepness2_[0][i] == kNotShown || steepness2_[1][i] == kNotShown) continue;
-      const float noise2 = kPhotoNoise * kPhotoNoise;
-      const float shift2 = kMisregistration_px * kMisregistration_px;
-      result_.weight[i] = noise2 / (noise2 + shift2 * (steepness2_[0][i] + steepness2_[1][i]));
-    }
+    weigh();
     return std::move(result_);
   }
 
@@ -78,8 +70,9 @@ class Sampler {
     std::size_t count = 0;
     for (const auto& [a, b] : input_.graph.edges) {
       if (input_.labels[a] == input_.labels[b] || !has_view(input_, a) || !has_view(input_, b)) continue;
-      SeamEdge edge{{a, b}, {}, count, 0};
-      if (!shared_edge(input_.mesh, a, b, edge.vertices)) continue;
+      const auto vertices = shared_edge(input_.mesh.faces[a], input_.mesh.faces[b]);
+      if (!vertices) continue;
+      SeamEdge edge{{a, b}, *vertices, count, 0};
       edge.samples = static_cast<std::uint32_t>(sample_count(edge));
       count += edge.samples;
       result_.edges.push_back(edge);
@@ -99,26 +92,32 @@ class Sampler {
     return static_cast<int>(std::clamp(std::ceil(longest), 1.0, double{kMostSamples}));
   }
 
-  void sample_side(std::uint32_t e, std::size_t side, ViewId id, const Image& photo) {
-    const SeamEdge& edge = result_.edges[e];
-    const View& view = input_.scene.views[index(id)];
+  void sample_side(const SeamEdge& edge, std::size_t side, const ViewPhoto& photo) {
     const FaceId face{edge.faces[side]};
     const bool partial = input_.tags[index(face)] == labeling::FaceTag::partial;
-    const visibility::FaceCoverage* seen = partial ? coverage_.find(face, id) : nullptr;
+    const visibility::FaceCoverage* seen = partial ? coverage_.find(face, photo.id) : nullptr;
     if (partial && !seen) return;
     const WorldPoint &a = input_.mesh.positions[edge.vertices[0]], &b = input_.mesh.positions[edge.vertices[1]];
     for (std::uint32_t i = 0; i < edge.samples; ++i) {
       const double t = (i + 0.5) / edge.samples;
-      const auto p = project(view, {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z)});
+      const auto p = project(photo.view, {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z)});
       if (!p) continue;
       if (seen && !shows(*seen, *p)) continue;
-      const auto q = photo_from_pixel(view.camera, *p);
-      if (!q || q->x < 0 || q->y < 0 || q->x > photo.width || q->y > photo.height) continue;
+      const auto q = photo_from_pixel(photo.view.camera, *p);
+      if (!q || q->x < 0 || q->y < 0 || q->x > photo.image.width || q->y > photo.image.height) continue;
       const std::size_t at = edge.first_sample + i;
-      result_.colors[at][side] = sample_bilinear(photo, q->x, q->y);
+      result_.colors[at][side] = sample_bilinear(photo.image, q->x, q->y);
       result_.frame[at][side] = *p;
-      steepness2_[side][at] = steepness2(photo, *q);
+      steepness2_[side][at] = steepness2(photo.image, *q);
     }
+  }
+
+  void weigh() {
+    constexpr float kNoise2 = kPhotoNoise * kPhotoNoise, kShift2 = kMisregistrationPx * kMisregistrationPx;
+    result_.weight.assign(result_.colors.size(), 0.0f);
+    for (std::size_t i = 0; i < result_.weight.size(); ++i)
+      if (steepness2_[0][i] != kNotShown && steepness2_[1][i] != kNotShown)
+        result_.weight[i] = kNoise2 / (kNoise2 + kShift2 * (steepness2_[0][i] + steepness2_[1][i]));
   }
 
   bool shows(const visibility::FaceCoverage& seen, const PixelPoint& p) const {

@@ -1,4 +1,4 @@
-// What the two photos on either side of a seam show along it.
+// The colours that the photos on the two sides of a seam show along it.
 #pragma once
 
 #include <array>
@@ -15,25 +15,26 @@ namespace gpvc::atlas {
 struct SeamEdge {
   std::array<std::uint32_t, 2> faces{};
   std::array<std::uint32_t, 2> vertices{};
-  std::size_t first_sample = 0;  ///< into SeamSamples::colors; sample i lies at (i + 0.5) / samples along the edge
+  std::size_t first_sample = 0;  ///< into the lists of SeamSamples; sample i is at (i + 0.5) / samples along the edge
   std::uint32_t samples = 0;
 };
 
-inline constexpr float kMisregistration_px = 0.5f;
-/// Grey levels by which the same place differs between photos for other reasons (noise, highlights).
+/// Typical distance between the projection of a place and where a photo shows it.
+inline constexpr float kMisregistrationPx = 0.5f;
+/// Typical difference of a place between photos for other reasons (noise, highlights), grey levels.
 inline constexpr float kPhotoNoise = 3;
 
 struct SeamSamples {
   std::vector<SeamEdge> edges;
-  std::vector<std::array<Color, 2>> colors;      ///< per sample: as the photos of faces[0] and faces[1] show it
-  std::vector<std::array<PixelPoint, 2>> frame;  ///< where, in the views' frames
-  /// Per sample, 0 to 1: how much of a difference is one of brightness. Photos and mesh disagree by about
-  /// kMisregistration_px, which on a steep gradient alone makes a step; 0 where a photo does not show the place.
+  std::vector<std::array<Color, 2>> colors;      ///< per sample, in the photos of faces[0] and faces[1]
+  std::vector<std::array<PixelPoint, 2>> frame;  ///< per sample, in the frames of these views
+  /// Per sample, 0 to 1: the expected share of brightness in a difference, the rest being misregistration on a steep
+  /// gradient. 0 if one of the photos does not show the place.
   std::vector<float> weight;
 };
 
-/// Samples every seam edge between faces that have views. Photos are fetched once each, at most. A partial face counts
-/// only where its coverage shows it, so that no occluder's colour enters. O(edges + samples).
+/// Samples every edge between faces of different views. Fetches each photo at most once. A partial face is sampled only
+/// where its coverage shows it, so that no occluder's colour enters. O(edges + samples).
 SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage);
 
 }  // namespace gpvc::atlas

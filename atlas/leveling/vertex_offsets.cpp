@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "atlas/leveling/seam_leveling.h"
+#include "io/grouping.h"
 
 namespace gpvc::atlas {
 
@@ -16,19 +17,19 @@ namespace {
 using Offset = Eigen::Array3d;
 using Offsets = std::vector<Offset>;
 
-/// Weights of the energy: 1 for two sides of a seam that differ, kSmooth for two ends of an edge within a chart,
-/// kAnchor for an offset as such. An offset fades over sqrt(kSmooth / kAnchor) = 32 edges from its seam, and of a
-/// constant step a few per cent remain, for the strips.
+/// Weights of the energy's squared differences: 1 between the two sides of a seam, kSmooth between the ends of an edge
+/// within a chart, kAnchor for the offset itself. An offset fades over sqrt(kSmooth / kAnchor) = 32 edges from its
+/// seam. A few per cent of a constant step remain, and are left to the strips.
 constexpr double kSmooth = 1.0, kAnchor = 1e-3;
-/// Differences beyond this many grey levels are no matter of brightness but of content, and count less.
+/// Differences beyond this, in grey levels, come from different content rather than brightness, and get less weight.
 constexpr double kOutlyingStep = 40;
-/// Sum of sample weights at an edge's end from which its difference counts in full.
-constexpr double kSufficient = 2;
+/// Sum of sample weights at one end of an edge that gives its difference full weight.
+constexpr double kSufficientWeight = 2;
 constexpr double kMostOffset = 80;
-/// Offsets farther from a seam than this, in edges, are zero; those nearer fade towards it.
-constexpr int kRings = 48;
+/// Offsets more edges than this away from any seam are zero.
+constexpr int kReachEdges = 48;
 
-/// A node is a vertex as one view shows it. Fills correction.nodes; returns the number of nodes.
+/// A node is a vertex in one view. Fills correction.nodes; returns the number of nodes.
 std::size_t make_nodes(const AtlasInput& input, const ChartSet& set, ColorCorrection& correction) {
   struct Corner {
     std::uint32_t vertex, view;
@@ -40,7 +41,7 @@ std::size_t make_nodes(const AtlasInput& input, const ChartSet& set, ColorCorrec
   std::vector<Corner> corners;
   corners.reserve(3 * input.mesh.faces.size());
   for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
-    if (set.charts[set.face_chart[face]].kind == ChartKind::blocks) continue;
+    if (set.charts[set.face_chart[face]].kind == ChartKind::unseen) continue;
     for (std::size_t i = 0; i < 3; ++i)
       corners.push_back({input.mesh.faces[face][i], static_cast<std::uint32_t>(input.labels[face]), 3 * face + i});
   }
@@ -54,34 +55,21 @@ std::size_t make_nodes(const AtlasInput& input, const ChartSet& set, ColorCorrec
   return count;
 }
 
-/// Links between nodes, compressed by node.
-struct Links {
-  std::vector<std::size_t> first;
-  std::vector<std::uint32_t> node;
-  std::vector<float> weight;
-};
-
+/// A term of the energy: the squared difference of two nodes' offsets.
 struct Link {
   std::uint32_t a, b;
   float weight;
 };
 
-Links compress(std::size_t nodes, const std::vector<Link>& list) {
-  Links links;
-  links.first.assign(nodes + 1, 0);
-  for (const auto& l : list) ++links.first[l.a + 1], ++links.first[l.b + 1];
-  for (std::size_t i = 0; i < nodes; ++i) links.first[i + 1] += links.first[i];
-  links.node.resize(links.first.back());
-  links.weight.resize(links.first.back());
-  std::vector<std::size_t> next(links.first.begin(), links.first.end() - 1);
-  for (const auto& l : list) {
-    links.node[next[l.a]] = l.b, links.weight[next[l.a]++] = l.weight;
-    links.node[next[l.b]] = l.a, links.weight[next[l.b]++] = l.weight;
-  }
-  return links;
-}
+/// A link as one of its nodes sees it.
+struct LinkTo {
+  std::uint32_t node;
+  float weight;
+};
+using Links = Grouped<LinkTo>;
 
-/// Differences across seams at their vertices: each sample counts at both ends, the more the nearer.
+/// Differences across seams, assigned to the seams' vertices: each sample counts at both ends of its edge, more at the
+/// nearer one.
 void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCorrection& correction,
                std::vector<Link>& links, Offsets& right) {
   const auto node_of = [&](std::uint32_t face, std::uint32_t vertex) {
@@ -103,7 +91,7 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
       if (!(weight > 0)) continue;
       difference /= weight;
       const double size = std::sqrt(difference.square().mean()) / kOutlyingStep;
-      const double w = std::min(1.0, weight / kSufficient) / (1 + size * size);
+      const double w = std::min(1.0, weight / kSufficientWeight) / (1 + size * size);
       const std::uint32_t a = node_of(edge.faces[0], edge.vertices[end]);
       const std::uint32_t b = node_of(edge.faces[1], edge.vertices[end]);
       links.push_back({a, b, static_cast<float>(w)});
@@ -113,24 +101,29 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
   }
 }
 
-/// Nodes within kRings links of a seam.
-std::vector<char> near_seams(const Links& links, const std::vector<Link>& seams) {
-  std::vector<char> near(links.first.size() - 1, 0);
+/// Nodes within kReachEdges links of a seam.
+std::vector<char> near_seams(const Links& links, std::span<const Link> seams) {
+  std::vector<char> near(links.groups(), 0);
   std::vector<std::uint32_t> ring, next;
-  for (const auto& l : seams)
-    for (const auto node : {l.a, l.b})
-      if (!near[node]) near[node] = 1, ring.push_back(node);
-  for (int r = 0; r < kRings && !ring.empty(); ++r) {
+  const auto reach = [&](std::uint32_t node, std::vector<std::uint32_t>& list) {
+    if (near[node]) return;
+    near[node] = 1;
+    list.push_back(node);
+  };
+  for (const Link& link : seams) {
+    reach(link.a, ring);
+    reach(link.b, ring);
+  }
+  for (int r = 0; r < kReachEdges && !ring.empty(); ++r) {
     next.clear();
     for (const auto node : ring)
-      for (std::size_t k = links.first[node]; k < links.first[node + 1]; ++k)
-        if (!near[links.node[k]]) near[links.node[k]] = 1, next.push_back(links.node[k]);
+      for (const LinkTo& to : links[node]) reach(to.node, next);
     std::swap(ring, next);
   }
   return near;
 }
 
-/// The normal equations: diagonal minus links, on the active nodes.
+/// The normal equations: the diagonal minus the links, on the active nodes. The other nodes' offsets are zero.
 struct System {
   const Links& links;
   std::vector<double> diagonal;
@@ -144,8 +137,7 @@ struct System {
   }
   Offset times(const Offsets& x, std::uint32_t i) const {
     Offset sum = diagonal[i] * x[i];
-    for (std::size_t k = links.first[i]; k < links.first[i + 1]; ++k)
-      sum -= static_cast<double>(links.weight[k]) * x[links.node[k]];
+    for (const LinkTo& to : links[i]) sum -= static_cast<double>(to.weight) * x[to.node];
     return sum;
   }
   /// Sums in an order that does not depend on the number of threads.
@@ -161,9 +153,9 @@ struct System {
   }
 };
 
-/// Conjugate gradients with the diagonal as preconditioner, the three channels side by side.
+/// Conjugate gradients with the diagonal as preconditioner, for the three channels at once.
 Offsets solve(const System& system, const Offsets& right) {
-  // A residual of 1e-3 of the right side leaves offsets exact to a few hundredths of a level near seams.
+  // A relative residual of 1e-3 leaves errors of a few hundredths of a grey level near seams.
   constexpr double kTolerance = 1e-3;
   constexpr int kMostIterations = 300;
   const std::size_t n = right.size();
@@ -197,21 +189,25 @@ void fit_offsets(const AtlasInput& input, const ChartSet& set, const SeamSamples
   std::vector<Link> list;
   Offsets right(nodes, Offset::Zero());
   add_seams(input, seams, correction, list, right);
-  const std::vector<Link> across = list;
+  const std::size_t across = list.size();
   list.reserve(list.size() + 3 * input.mesh.faces.size());
   for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
-    if (set.charts[set.face_chart[face]].kind == ChartKind::blocks) continue;
+    if (set.charts[set.face_chart[face]].kind == ChartKind::unseen) continue;
     const auto& n = correction.nodes[face];
-    // Both faces of an inner edge bring it, each with half its weight.
+    // Both faces of an inner edge add it, each with half its weight.
     for (std::size_t i = 0; i < 3; ++i)
       if (n[i] != n[(i + 1) % 3]) list.push_back({n[i], n[(i + 1) % 3], static_cast<float>(kSmooth / 2)});
   }
-  const Links links = compress(nodes, list);
-  const std::vector<char> near = near_seams(links, across);
+  const Links links = group_items<LinkTo>(nodes, [&](const auto& emit) {
+    for (const Link& link : list) {
+      emit(link.a, LinkTo{link.b, link.weight});
+      emit(link.b, LinkTo{link.a, link.weight});
+    }
+  });
+  const std::vector<char> near = near_seams(links, std::span(list).first(across));
   System system{links, std::vector<double>(nodes, kAnchor), {}};
   for (std::uint32_t i = 0; i < nodes; ++i) {
-    for (std::size_t k = links.first[i]; k < links.first[i + 1]; ++k)
-      system.diagonal[i] += static_cast<double>(links.weight[k]);
+    for (const LinkTo& to : links[i]) system.diagonal[i] += static_cast<double>(to.weight);
     if (near[i]) system.active.push_back(i);
   }
   const Offsets x = solve(system, right);

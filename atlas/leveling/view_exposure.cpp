@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <tuple>
 
 #include "atlas/leveling/seam_leveling.h"
@@ -12,60 +13,58 @@ namespace gpvc::atlas {
 
 namespace {
 
-/// One seam edge: logarithms of the mean colours on both sides.
+/// The colour ratio across a seam edge.
 struct Ratio {
   std::array<std::uint32_t, 2> views{};
-  std::array<std::array<double, 3>, 2> logs{};
-  std::array<double, 2> r2{};  ///< squared radius of the edge's middle in each frame
+  std::array<std::array<double, 3>, 2> logs{};  ///< of the mean colour on each side, per channel
+  std::array<double, 2> r2{};                   ///< squared radius of the edge's middle in each frame
   double weight = 0;
 };
 
 ViewExposure neutral_exposure(const Camera& c) {
   ViewExposure e;
-  e.centre_x = c.cx, e.centre_y = c.cy;
+  e.centre_x = c.cx;
+  e.centre_y = c.cy;
   e.inverse_radius2 = 4 / (double(c.width) * c.width + double(c.height) * c.height);
   return e;
 }
 
-std::vector<Ratio> ratios_across(const AtlasInput& input, const SeamSamples& seams,
-                                 const std::vector<ViewExposure>& neutral) {
-  // Sensors clip and quantize: below the one a level is several per cent, above the other it may be anything.
-  constexpr float kDarkest = 8, kBrightest = 250;
-  std::vector<Ratio> ratios;
-  for (const SeamEdge& edge : seams.edges) {
-    std::array<Color, 2> sum;
-    std::array<PixelPoint, 2> middle;
-    float total = 0;
-    for (std::size_t i = edge.first_sample; i < edge.first_sample + edge.samples; ++i) {
-      const float w = seams.weight[i];
-      for (std::size_t s = 0; s < 2; ++s) {
-        sum[s] = sum[s] + w * seams.colors[i][s];
-        middle[s].x += double{w} * seams.frame[i][s].x, middle[s].y += double{w} * seams.frame[i][s].y;
-      }
-      total += w;
-    }
-    if (!(total > 0)) continue;
-    Ratio ratio;
-    ratio.weight = double{std::min(total, 64.0f)};
-    bool usable = true;
+/// nullopt if no sample of the edge counts, or if a channel is too dark or too bright.
+std::optional<Ratio> ratio_across(const AtlasInput& input, const SeamSamples& seams, const SeamEdge& edge,
+                                  std::span<const ViewExposure> neutral) {
+  // Sensors quantize and clip: below kDarkest a level is several per cent, and above kBrightest values are unreliable.
+  constexpr float kDarkest = 8, kBrightest = 250, kMostWeight = 64;
+  std::array<Color, 2> sum;
+  std::array<PixelPoint, 2> middle;
+  float total = 0;
+  for (std::size_t i = edge.first_sample; i < edge.first_sample + edge.samples; ++i) {
+    const float w = seams.weight[i];
     for (std::size_t s = 0; s < 2; ++s) {
-      const Color c = (1.0f / total) * sum[s];
-      ratio.views[s] = static_cast<std::uint32_t>(input.labels[edge.faces[s]]);
-      const ViewExposure& e = neutral[ratio.views[s]];
-      const double dx = middle[s].x / double{total} - e.centre_x, dy = middle[s].y / double{total} - e.centre_y;
-      ratio.r2[s] = (dx * dx + dy * dy) * e.inverse_radius2;
-      std::size_t k = 0;
-      for (const float value : {c.r, c.g, c.b}) {
-        usable = usable && value >= kDarkest && value <= kBrightest;
-        ratio.logs[s][k++] = std::log(std::max(1.0f, value));
-      }
+      sum[s] = sum[s] + w * seams.colors[i][s];
+      middle[s].x += double{w} * seams.frame[i][s].x;
+      middle[s].y += double{w} * seams.frame[i][s].y;
     }
-    if (usable) ratios.push_back(ratio);
+    total += w;
   }
-  return ratios;
+  if (!(total > 0)) return std::nullopt;
+  Ratio ratio;
+  ratio.weight = double{std::min(total, kMostWeight)};
+  for (std::size_t s = 0; s < 2; ++s) {
+    const Color c = (1.0f / total) * sum[s];
+    ratio.views[s] = static_cast<std::uint32_t>(input.labels[edge.faces[s]]);
+    const ViewExposure& e = neutral[ratio.views[s]];
+    const double dx = middle[s].x / double{total} - e.centre_x, dy = middle[s].y / double{total} - e.centre_y;
+    ratio.r2[s] = (dx * dx + dy * dy) * e.inverse_radius2;
+    std::size_t k = 0;
+    for (const float value : {c.r, c.g, c.b}) {
+      if (!(value >= kDarkest && value <= kBrightest)) return std::nullopt;
+      ratio.logs[s][k++] = std::log(value);
+    }
+  }
+  return ratio;
 }
 
-/// Unknowns: three log gains a view, then k1 and k2 a camera.
+/// Unknowns: three log gains for each view, then k1 and k2 for each camera.
 struct Unknowns {
   std::vector<std::size_t> camera_of_view;
   std::size_t views = 0, cameras = 0;
@@ -79,28 +78,30 @@ struct Unknowns {
 Unknowns unknowns_of(const Scene& scene) {
   Unknowns u;
   u.views = scene.views.size();
-  std::vector<const Camera*> distinct;
-  std::map<std::tuple<int, int, double, double>, std::size_t> known;
+  std::map<std::tuple<int, int, double, double>, std::size_t> cameras;
   for (const View& view : scene.views) {
     const Camera& c = view.camera;
-    const auto [at, fresh] = known.try_emplace({c.width, c.height, c.fx, c.fy}, known.size());
-    u.camera_of_view.push_back(at->second);
+    const auto entry = cameras.try_emplace({c.width, c.height, c.fx, c.fy}, cameras.size()).first;
+    u.camera_of_view.push_back(entry->second);
   }
-  u.cameras = known.size();
+  u.cameras = cameras.size();
   return u;
 }
 
-/// Share of the labelled faces that each view has.
+/// The share of labelled faces that each view has.
 std::vector<double> shares(const AtlasInput& input) {
   std::vector<double> share(input.scene.views.size(), 0.0);
   double total = 0;
-  for (const auto label : input.labels)
-    if (label != kNoView) share[index(label)] += 1, total += 1;
+  for (const auto label : input.labels) {
+    if (label == kNoView) continue;
+    share[index(label)] += 1;
+    total += 1;
+  }
   for (auto& s : share) s = total > 0 ? s / total : 0;
   return share;
 }
 
-/// The row of a ratio's channel: its residual is row . x + rest.
+/// One equation of the least-squares problem. Its residual is entries . x + rest.
 struct Row {
   std::array<std::pair<int, double>, 6> entries;
   double rest = 0;
@@ -125,51 +126,85 @@ double residual(const Row& row, const Eigen::VectorXd& x) {
   return r;
 }
 
-Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, const std::vector<double>& share) {
+/// The normal equations of weighted rows; the matrix by its lower triangle.
+class NormalEquations {
+ public:
+  explicit NormalEquations(Eigen::Index unknowns) : matrix_(unknowns, unknowns), right_(unknowns) { right_.setZero(); }
+
+  /// Draws an unknown towards zero.
+  void add_anchor(int unknown, double weight) { entries_.emplace_back(unknown, unknown, weight); }
+
+  void add(const Row& row, double weight) {
+    for (const auto& [i, a] : row.entries) {
+      right_[i] -= weight * a * row.rest;
+      for (const auto& [j, b] : row.entries)
+        if (j <= i) entries_.emplace_back(i, j, weight * a * b);
+    }
+  }
+
+  /// To be called now and then: some sixty entries per seam edge add up to few places of the matrix.
+  void compact_if_long() {
+    constexpr std::size_t kLong = std::size_t{1} << 20;
+    if (entries_.size() >= kLong) compact();
+  }
+
+  std::optional<Eigen::VectorXd> solve() {
+    compact();
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver(matrix_);
+    if (solver.info() != Eigen::Success) return std::nullopt;
+    return solver.solve(right_);
+  }
+
+ private:
+  void compact() {
+    Eigen::SparseMatrix<double> part(matrix_.rows(), matrix_.cols());
+    part.setFromTriplets(entries_.begin(), entries_.end());
+    matrix_ += part;
+    entries_.clear();
+  }
+
+  Eigen::SparseMatrix<double> matrix_;
+  Eigen::VectorXd right_;
+  std::vector<Eigen::Triplet<double>> entries_;  ///< not in the matrix yet
+};
+
+/// Anchors decide only what seams leave open: the brightness of all views together, and the fall-off where seams lie at
+/// equal radii. With a thousandth of the data's weight they bias the rest by as much. No view has a smaller share than
+/// a face in ten thousand, so that none is free.
+void add_anchors(NormalEquations& equations, const Unknowns& u, std::span<const double> share, double weight) {
+  for (std::uint32_t v = 0; v < u.views; ++v)
+    for (std::size_t c = 0; c < 3; ++c) equations.add_anchor(u.gain(v, c), weight * std::max(1e-4, share[v]));
+  for (Eigen::Index i = static_cast<Eigen::Index>(3 * u.views); i < u.count(); ++i)
+    equations.add_anchor(static_cast<int>(i), weight);
+}
+
+/// What a weight is divided by in iteratively reweighted least squares. Ratios that are off by more than 10 % come from
+/// parallax, highlights or moving objects. Cauchy weights, except in the first round: its residuals are the exposures
+/// themselves, so its weights fall more slowly.
+double robust_divisor(double error, int round) {
+  constexpr double kOutlyingRatio = 0.1;
+  const double r = error / kOutlyingRatio;
+  return 1 + (round == 0 ? std::abs(r) : r * r);
+}
+
+Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, std::span<const double> share) {
+  constexpr int kRounds = 10;
   double total = 0;
   for (const auto& r : ratios) total += r.weight;
-  // The anchor decides only what seams leave open: the brightness of all views together, and fall-off where seams lie
-  // at equal radii. A thousandth of the data's weight biases the rest by as much. A face in ten thousand is the least
-  // share, so that no view is free.
-  const double anchor = 1e-3 * total;
-  // Cauchy weights: ratios off by more than 10 % are parallax, highlights or moving things.
-  constexpr double kOutlyingRatio = 0.1;
-  constexpr int kRounds = 10;
   Eigen::VectorXd x = Eigen::VectorXd::Zero(u.count());
   for (int round = 0; round < kRounds; ++round) {
-    // Some sixty entries a seam edge add up to few places: not kept until the end.
-    constexpr std::size_t kAtOnce = std::size_t{1} << 20;
-    Eigen::SparseMatrix<double> matrix(u.count(), u.count());
-    std::vector<Eigen::Triplet<double>> entries;
-    const auto add_entries = [&] {
-      Eigen::SparseMatrix<double> part(u.count(), u.count());
-      part.setFromTriplets(entries.begin(), entries.end());
-      matrix += part;
-      entries.clear();
-    };
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(u.count());
-    for (std::uint32_t v = 0; v < u.views; ++v)
-      for (std::size_t c = 0; c < 3; ++c)
-        entries.emplace_back(u.gain(v, c), u.gain(v, c), anchor * std::max(1e-4, share[v]));
-    for (Eigen::Index i = static_cast<Eigen::Index>(3 * u.views); i < u.count(); ++i)
-      entries.emplace_back(static_cast<int>(i), static_cast<int>(i), anchor);
+    NormalEquations equations(u.count());
+    add_anchors(equations, u, share, 1e-3 * total);
     for (const Ratio& ratio : ratios) {
-      if (entries.size() >= kAtOnce) add_entries();
+      equations.compact_if_long();
       for (std::size_t c = 0; c < 3; ++c) {
         const Row row = row_of(ratio, u, c);
-        const double r = residual(row, x) / kOutlyingRatio;
-        const double w = round == 0 ? ratio.weight / (1 + std::abs(r)) : ratio.weight / (1 + r * r);
-        for (const auto& [i, a] : row.entries) {
-          right[i] -= w * a * row.rest;
-          for (const auto& [j, b] : row.entries)
-            if (j <= i) entries.emplace_back(i, j, w * a * b);
-        }
+        equations.add(row, ratio.weight / robust_divisor(residual(row, x), round));
       }
     }
-    add_entries();
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver(matrix);
-    if (solver.info() != Eigen::Success) return x;
-    x = solver.solve(right);
+    std::optional<Eigen::VectorXd> solution = equations.solve();
+    if (!solution) return x;
+    x = std::move(*solution);
   }
   return x;
 }
@@ -179,7 +214,9 @@ Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, const
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams) {
   std::vector<ViewExposure> exposure;
   for (const View& view : input.scene.views) exposure.push_back(neutral_exposure(view.camera));
-  const std::vector<Ratio> ratios = ratios_across(input, seams, exposure);
+  std::vector<Ratio> ratios;
+  for (const SeamEdge& edge : seams.edges)
+    if (const auto ratio = ratio_across(input, seams, edge, exposure)) ratios.push_back(*ratio);
   if (ratios.empty()) return exposure;
   const Unknowns u = unknowns_of(input.scene);
   const Eigen::VectorXd x = solve(ratios, u, shares(input));

@@ -33,12 +33,12 @@ struct Limits {
   double page;  ///< texels of a full page
 };
 
-/// How many times the texels exceed the limits; up to 1: not.
+/// The factor by which the texels exceed the limits; met up to 1.
 double excess(const Packing& packing, int edge, const Limits& limits) {
   const double texels = static_cast<double>(page_texels(packing, edge));
   const double pages = static_cast<double>(packing.pages.size());
   double result = texels / limits.texels;
-  // Pages count in whole ones: one page that is as good as full is no excess.
+  // Texels alone do not tell whether the charts fit on the allowed pages.
   if (pages > limits.pages) result = std::max({result, texels / (limits.pages * limits.page), 1.01});
   return result;
 }
@@ -70,10 +70,10 @@ Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceN
   Layout best = at(1);
   double over = excess(best.packing, edge, limits);
   if (over <= 1) return best;
-  best = {};  // of a large mesh each is a gigabyte
+  best = {};  // the layout of a large mesh takes a gigabyte
 
-  // Texels grow a little less than with the square of the reduction, as margins do not shrink: from what does not fit,
-  // the square root steps down and never too far.
+  // Margins do not shrink, so texels fall a little less than with the square of the reduction: the square root of the
+  // excess never reduces too much. Bisection every fourth round bounds the number of rounds.
   constexpr double kLeast = 1.0 / 4096, kEnough = 0.98;
   double fits = 0, too_large = 1, reduction = 1;
   for (int round = 0; round < 24; ++round) {

@@ -1,4 +1,4 @@
-// Charts, their blocks and their places, within the limits on pages and texels.
+// Charts and their places on pages, within the limits on pages and texels.
 #pragma once
 
 #include <vector>
@@ -13,14 +13,15 @@ struct Layout {
   ChartSet set;
   std::vector<ChartShape> shapes;  ///< per chart
   Packing packing;
-  double reduction = 1;  ///< of all charts, to meet the limits
+  double reduction = 1;  ///< factor on the scale of all charts that meets the limits
 };
 
-/// \param edge of a block, texels
+/// Texels of all pages. \param edge of a block, texels
 std::size_t page_texels(const Packing& packing, int edge);
 
-/// Full density where that meets the limits; else the one reduction of all charts that does and, within about 2 % of
-/// the texels, no more. Throws std::invalid_argument where the smallest charts there can be exceed a limit.
+/// Full density if that meets the limits; otherwise all charts are reduced by one factor until it does, with at least
+/// about 96 % of the texels that the limits allow where possible. Throws std::invalid_argument if even the smallest
+/// charts exceed a limit.
 Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
                const CoverageIndex& coverage);
 

@@ -19,7 +19,7 @@ namespace gpvc::atlas {
 
 namespace {
 
-/// Above this many shapes small ones fill the gaps whatever the order, and trying several costs too much.
+/// With more shapes than this, small ones fill the gaps in any order, and trying several orders would cost too much.
 constexpr std::size_t kManyShapes = 8000;
 
 using Turns = std::array<CellShape, 4>;
@@ -34,11 +34,12 @@ enum class Order { area, longest_edge, height };
 
 struct Attempt {
   Order order;
-  double fill;             ///< share of a near-square last page that its shapes are hoped to cover
-  std::uint32_t seed = 0;  ///< 0: exactly in order; else shuffled among shapes of about the same size
+  double fill;             ///< share of a near-square last page that its shapes are expected to cover
+  std::uint32_t seed = 0;  ///< 0: strictly in order; otherwise shapes of similar size are shuffled
 };
 
-std::vector<std::uint32_t> falling(std::span<const PackShape> shapes, const Attempt& how) {
+/// Shapes from large to small.
+std::vector<std::uint32_t> placement_order(std::span<const PackShape> shapes, const Attempt& how) {
   constexpr double kShuffle = 0.7;  // sizes within a factor of e^1.4 may change places
   std::vector<double> key(shapes.size());
   std::mt19937 random(how.seed);
@@ -48,7 +49,7 @@ std::vector<std::uint32_t> falling(std::span<const PackShape> shapes, const Atte
                               : how.order == Order::longest_edge ? std::max(s.width, s.height)
                                                                  : std::min(s.width, s.height);
     key[i] = static_cast<double>(size);
-    // The generator's own numbers: standard distributions differ between libraries.
+    // Scaled by hand, because standard distributions differ between libraries.
     if (how.seed) key[i] *= std::exp(kShuffle * (static_cast<double>(random()) / 0x80000000u - 1));
   }
   std::vector<std::uint32_t> order(shapes.size());
@@ -57,9 +58,9 @@ std::vector<std::uint32_t> falling(std::span<const PackShape> shapes, const Atte
   return order;
 }
 
-/// Shapes alike enough that where one found no room the next, no larger in cells, is not tried again. Small boxes are
-/// their own class; larger ones, where they are few, are each tried from the top, and where they are many share a class
-/// with those up to an eighth smaller.
+/// Shapes of one class skip the rows where an earlier one of the class found no room. Small boxes have a class per
+/// size. Larger boxes have none if there are few shapes, so that each is tried from the first row; if there are many,
+/// boxes that differ by up to an eighth share a class.
 std::optional<std::pair<int, int>> size_class(const CellShape& shape, bool many) {
   constexpr int kExact = 16;  // cells
   if (!many && (shape.width > kExact || shape.height > kExact)) return std::nullopt;
@@ -72,10 +73,10 @@ std::optional<std::pair<int, int>> size_class(const CellShape& shape, bool many)
 
 struct OpenPage {
   PageCells cells;
-  std::map<std::pair<int, int>, int> first_row;  ///< per size class: rows above have been searched
+  std::map<std::pair<int, int>, int> first_row;  ///< per size class: earlier rows have been searched
 };
 
-/// \param limit rows from which a position is of no use
+/// \param limit the shape must end before this row
 std::optional<Position> search(OpenPage& page, const CellShape& shape, int limit, bool many) {
   const auto key = size_class(shape, many);
   int start = 0;
@@ -88,6 +89,11 @@ std::optional<Position> search(OpenPage& page, const CellShape& shape, int limit
     page.first_row[*key] = found ? found->y : std::numeric_limits<int>::max() / 2;
   return found;
 }
+
+/// Numbers of the pages to be filled.
+struct PageRange {
+  std::uint32_t first = 0, most = std::numeric_limits<std::uint32_t>::max();
+};
 
 class Packer {
  public:
@@ -102,18 +108,19 @@ class Packer {
     });
   }
 
-  /// Puts `order` on pages of the given size, numbered from `first_page`; false when `most_pages` do not suffice.
-  bool place(std::span<const std::uint32_t> order, PageSize size, std::uint32_t first_page, std::uint32_t most_pages,
+  /// Places shapes in `order` on pages of the given size. False if they do not fit in the
+  /// range's pages.
+  bool place(std::span<const std::uint32_t> order, PageSize size, const PageRange& range,
              std::vector<Placement>& placements) const {
     std::vector<OpenPage> pages;
     for (const auto i : order) {
       for (std::uint32_t p = 0;; ++p) {
         if (p == pages.size()) {
-          if (p == most_pages) return false;
+          if (p == range.most) return false;
           pages.push_back({PageCells(size.width, size.height), {}});
         }
         if (const auto put = place_on(pages[p], turns_[i])) {
-          placements[i] = {first_page + p, put->first.x, put->first.y, put->second};
+          placements[i] = {range.first + p, put->first.x, put->first.y, put->second};
           break;
         }
       }
@@ -125,7 +132,7 @@ class Packer {
   std::optional<std::pair<Position, int>> place_on(OpenPage& page, const Turns& turns) const {
     std::optional<std::pair<Position, int>> best;
     int best_end = page.cells.height() + 1;
-    // Many shapes gain nothing from standing on their head.
+    // With many shapes, half turns gain nothing.
     for (int t = 0; t < (many_ ? 2 : 4); ++t) {
       const CellShape& shape = turns[static_cast<std::size_t>(t)];
       const auto at = search(page, shape, std::min(page.cells.height(), best_end), many_);
@@ -164,8 +171,8 @@ std::int64_t texels(const std::vector<PageSize>& pages) {
   return sum;
 }
 
-/// Measured on real charts, orders and widths differ by 3 % of the texels, now for one, now for another, and shuffled
-/// ones by as much again. As many are tried as take about as long whatever the number of shapes.
+/// Measured on real charts, orders and widths differ by 3 % of the texels, shuffled orders by as much again, and none
+/// is best everywhere. The number of attempts is such that the time hardly depends on the number of shapes.
 std::vector<Attempt> attempts(std::size_t shapes) {
   if (shapes > kManyShapes) return {{Order::area, 0.95}};
   constexpr std::size_t kPlacements = 24000;
@@ -177,7 +184,7 @@ std::vector<Attempt> attempts(std::size_t shapes) {
   return tries;
 }
 
-/// Width of a near-square page for the shapes; at least what the widest needs, lying on its side.
+/// Width of a near-square page for the shapes, at least the shorter edge of each.
 int square_width(std::span<const PackShape> shapes, std::span<const std::uint32_t> which, double fill) {
   std::int64_t area = 0;
   int least = 0;
@@ -191,11 +198,11 @@ int square_width(std::span<const PackShape> shapes, std::span<const std::uint32_
 std::vector<Placement> attempt(const Packer& packer, std::span<const PackShape> shapes, int page_size,
                                const Attempt& how) {
   std::vector<Placement> placements(shapes.size());
-  const auto order = falling(shapes, how);
+  const auto order = placement_order(shapes, how);
   const int width = square_width(shapes, order, how.fill);
-  if (width < page_size && packer.place(order, {width, page_size}, 0, 1, placements)) return placements;
-  packer.place(order, {page_size, page_size}, 0, std::numeric_limits<std::uint32_t>::max(), placements);
-  // What is left for the last page comes out near-square instead of a wide strip.
+  if (width < page_size && packer.place(order, {width, page_size}, {0, 1}, placements)) return placements;
+  packer.place(order, {page_size, page_size}, {}, placements);
+  // The last page's shapes are placed again, near-square instead of in a wide strip.
   std::uint32_t last = 0;
   for (const auto& p : placements) last = std::max(last, p.page);
   std::vector<std::uint32_t> rest;
@@ -203,7 +210,7 @@ std::vector<Placement> attempt(const Packer& packer, std::span<const PackShape> 
     if (placements[i].page == last) rest.push_back(i);
   const int rest_width = square_width(shapes, rest, how.fill);
   std::vector<Placement> narrow = placements;
-  if (rest_width < page_size && packer.place(rest, {rest_width, page_size}, last, 1, narrow)) return narrow;
+  if (rest_width < page_size && packer.place(rest, {rest_width, page_size}, {last, 1}, narrow)) return narrow;
   return placements;
 }
 
@@ -227,7 +234,7 @@ Packing pack_shapes(std::span<const PackShape> shapes, int page_size) {
                     [&](std::size_t k) { results[k] = attempt(packer, shapes, page_size, tries[k]); });
   for (auto& result : results) {
     const auto pages = page_sizes(shapes, result);
-    // Fewer pages first: each is a material, and a texture to bind.
+    // Fewer pages come first: each is a material of the model and a texture to bind.
     if (packing.pages.empty() ||
         std::tuple(pages.size(), texels(pages)) < std::tuple(packing.pages.size(), texels(packing.pages))) {
       packing.pages = pages;

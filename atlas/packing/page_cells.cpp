@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <span>
 
 namespace gpvc::atlas {
 
 namespace {
-
 constexpr int kWordBits = 64;
-
 }  // namespace
 
 CellShape upright(const PackShape& shape) { return {shape.width, shape.height, shape.runs, {}}; }
@@ -36,7 +35,7 @@ CellShape quarter_turn(const CellShape& shape) {
 void order_checks(CellShape& shape) {
   shape.check_order.resize(shape.runs.size());
   std::iota(shape.check_order.begin(), shape.check_order.end(), 0u);
-  // Bit-reversed order visits ends and middles first.
+  // Bit-reversed order visits the ends first, then the middle, then the quarters.
   const int bits = static_cast<int>(std::bit_width(shape.runs.size()));
   const auto reversed = [bits](std::uint32_t value) {
     std::uint32_t result = 0;
@@ -54,13 +53,13 @@ PageCells::PageCells(int width, int height)
       levels_(static_cast<int>(std::bit_width(static_cast<unsigned>(width)))),
       bits_(static_cast<std::size_t>(levels_) * static_cast<std::size_t>(height) * static_cast<std::size_t>(words_), 0),
       longest_free_(static_cast<std::size_t>(height), width),
-      blocked_(static_cast<std::size_t>(words_)) {}
+      blocked_columns_(static_cast<std::size_t>(words_)) {}
 
 std::optional<Position> PageCells::find(const CellShape& shape, int first_row, int limit) {
   if (shape.width > width_) return std::nullopt;
   for (int y = first_row; y + shape.height <= std::min(height_, limit); ++y) {
     if (!may_fit(shape, y)) continue;
-    if (const int x = find_in_row(shape, y); x >= 0) return Position{x, y};
+    if (const auto x = find_in_row(shape, y)) return Position{*x, y};
   }
   return std::nullopt;
 }
@@ -77,7 +76,7 @@ void PageCells::occupy(const CellShape& shape, const Position& at) {
   if (touched >= 0) refresh(at.y + touched);
 }
 
-/// Bits x + shift of a row, as bits x of the answer's word; beyond the row they are zero.
+/// A word of the row shifted left by `shift` columns: its bit x is the row's bit x + shift. Zero beyond the row.
 std::uint64_t PageCells::shifted(const std::uint64_t* bits, int word, int shift) const {
   const int whole = word + shift / kWordBits, part = shift % kWordBits;
   const std::uint64_t low = whole < words_ ? bits[whole] >> part : 0;
@@ -85,6 +84,7 @@ std::uint64_t PageCells::shifted(const std::uint64_t* bits, int word, int shift)
   return low | high;
 }
 
+/// A quick test before the search: no run is longer than the longest free run of its row.
 bool PageCells::may_fit(const CellShape& shape, int y) const {
   for (const auto k : shape.check_order) {
     const CellRun& run = shape.runs[k];
@@ -93,31 +93,34 @@ bool PageCells::may_fit(const CellShape& shape, int y) const {
   return true;
 }
 
-int PageCells::find_in_row(const CellShape& shape, int y) {
-  const int columns = width_ - shape.width + 1;  // candidate positions
-  const int used = (columns + kWordBits - 1) / kWordBits;
-  std::fill_n(blocked_.begin(), used, 0);
-  if (columns % kWordBits) blocked_[static_cast<std::size_t>(used - 1)] = ~std::uint64_t{0} << (columns % kWordBits);
+/// The first column at which the shape fits with its top in row y; see the drawing in the header.
+std::optional<int> PageCells::find_in_row(const CellShape& shape, int y) {
+  constexpr std::uint64_t kAllBlocked = ~std::uint64_t{0};
+  const int columns = width_ - shape.width + 1;
+  const int words = (columns + kWordBits - 1) / kWordBits;
+  const std::span blocked = std::span(blocked_columns_).first(static_cast<std::size_t>(words));
+  std::fill(blocked.begin(), blocked.end(), 0);
+  if (columns % kWordBits) blocked.back() = kAllBlocked << (columns % kWordBits);
   for (const auto k : shape.check_order) {
     const CellRun& run = shape.runs[k];
     const int level = static_cast<int>(std::bit_width(static_cast<unsigned>(run.length))) - 1;
+    const int second_half = run.first + run.length - (1 << level);
     const std::uint64_t* bits = row(level, y + run.row);
-    const int last = run.first + run.length - (1 << level);
-    std::uint64_t all = ~std::uint64_t{0};
-    for (int word = 0; word < used; ++word) {
-      std::uint64_t& b = blocked_[static_cast<std::size_t>(word)];
-      b |= shifted(bits, word, run.first) | shifted(bits, word, last);
-      all &= b;
+    std::uint64_t in_all_words = kAllBlocked;
+    for (int word = 0; word < words; ++word) {
+      std::uint64_t& b = blocked[static_cast<std::size_t>(word)];
+      b |= shifted(bits, word, run.first) | shifted(bits, word, second_half);
+      in_all_words &= b;
     }
-    if (all == ~std::uint64_t{0}) return -1;
+    if (in_all_words == kAllBlocked) return std::nullopt;
   }
-  for (int word = 0; word < used; ++word) {
-    const std::uint64_t b = blocked_[static_cast<std::size_t>(word)];
-    if (b != ~std::uint64_t{0}) return word * kWordBits + std::countr_one(b);
-  }
-  return -1;
+  for (int word = 0; word < words; ++word)
+    if (const std::uint64_t b = blocked[static_cast<std::size_t>(word)]; b != kAllBlocked)
+      return word * kWordBits + std::countr_one(b);
+  return std::nullopt;
 }
 
+/// Recomputes the levels above 0 and the longest free run of a row.
 void PageCells::refresh(int y) {
   for (int level = 1; level < levels_; ++level) {
     const std::uint64_t* finer = row(level - 1, y);

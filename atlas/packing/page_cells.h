@@ -1,4 +1,19 @@
-// Occupied cells of a page and where a shape fits between them.
+// Occupied cells of a page, and the search for places where a shape fits between them.
+//
+// All columns of a row are tested at once with machine words, one bit per column. A shape whose box starts at column x
+// collides in a row if any cell of its run, x + first .. x + first + length - 1, is occupied. The columns blocked by a
+// run of length 2^k, for any k, are kept as level k of a sparse table:
+//
+//     level 0   #..#......    bit x: cell x is occupied
+//     level 1   #.##......    bit x: any of the 2 cells x, x + 1
+//     level 2   ####......    bit x: any of the 4 cells x .. x + 3
+//
+// A run of any other length is the union of two overlapping runs of 2^k cells, so every run of the shape costs two
+// shifted look-ups per word. A run of length 3 that starts at the shape's column 1:
+//
+//     level 1 shifted left by 1     .##.......    cells x + 1, x + 2
+//     level 1 shifted left by 2     ##........    cells x + 2, x + 3
+//     blocked columns               ###.......    the first free column is 3
 #pragma once
 
 #include <cstdint>
@@ -13,11 +28,12 @@ namespace gpvc::atlas {
 struct CellShape {
   int width = 0, height = 0;
   std::vector<CellRun> runs;
-  std::vector<std::uint32_t> check_order;  ///< of runs: spread over the rows, so that a misfit shows early
+  std::vector<std::uint32_t> check_order;  ///< of runs: spread over the rows, so that collisions are found early
 };
 
+/// Not turned, without check_order.
 CellShape upright(const PackShape& shape);
-/// Clockwise; without check_order.
+/// Turned clockwise, without check_order.
 CellShape quarter_turn(const CellShape& shape);
 void order_checks(CellShape& shape);
 
@@ -25,14 +41,13 @@ struct Position {
   int x = 0, y = 0;  ///< cells
 };
 
-/// Level k of a row has bit x set when any of the cells x .. x + 2^k - 1 is occupied, so a run of any length is tested
-/// with two look-ups a word.
 class PageCells {
  public:
   PageCells(int width, int height);
   int height() const { return height_; }
 
-  /// The lowest position in rows first_row .. where the shape meets no occupied cell and ends before row `limit`.
+  /// The first position, by row and then column, at row first_row or later where the shape collides with no occupied
+  /// cell and ends before row `limit`.
   std::optional<Position> find(const CellShape& shape, int first_row, int limit);
   void occupy(const CellShape& shape, const Position& at);
 
@@ -44,13 +59,13 @@ class PageCells {
   }
   std::uint64_t shifted(const std::uint64_t* bits, int word, int shift) const;
   bool may_fit(const CellShape& shape, int y) const;
-  int find_in_row(const CellShape& shape, int y);
+  std::optional<int> find_in_row(const CellShape& shape, int y);
   void refresh(int y);
 
   int width_, height_, words_, levels_;
-  std::vector<std::uint64_t> bits_;
-  std::vector<int> longest_free_;  ///< per row: cells of its longest free run
-  std::vector<std::uint64_t> blocked_;
+  std::vector<std::uint64_t> bits_;  ///< by level, row and word
+  std::vector<int> longest_free_;    ///< per row: length of its longest free run
+  std::vector<std::uint64_t> blocked_columns_;
 };
 
 }  // namespace gpvc::atlas
