@@ -1,4 +1,4 @@
-// Packing, seam leveling and baking by size. Scenes are made up, the same on every run.
+// Time of packing, and of the whole atlas stage, by size, on generated scenes that are the same on every run.
 #include <benchmark/benchmark.h>
 
 #include <unistd.h>
@@ -14,8 +14,8 @@ namespace {
 
 using namespace gpvc;
 
-/// Discs, their sizes distributed as charts are: many small, few large.
-std::vector<atlas::PackShape> soup(std::size_t count) {
+/// Discs whose sizes are distributed like those of charts: many small ones, few large ones.
+std::vector<atlas::PackShape> disc_shapes(std::size_t count) {
   std::mt19937 random(1);
   std::vector<atlas::PackShape> shapes;
   for (std::size_t i = 0; i < count; ++i) {
@@ -33,7 +33,7 @@ std::vector<atlas::PackShape> soup(std::size_t count) {
 }
 
 void packing(benchmark::State& state) {
-  const auto shapes = soup(static_cast<std::size_t>(state.range(0)));
+  const auto shapes = disc_shapes(static_cast<std::size_t>(state.range(0)));
   double cells = 0, page_cells = 0;
   for (const auto& shape : shapes)
     for (const auto& run : shape.runs) cells += run.length;
@@ -53,7 +53,7 @@ BENCHMARK(packing)
     ->MeasureProcessCPUTime()
     ->UseRealTime();
 
-/// A square plane of so many faces under sixteen cameras, labels in ragged patches, photos on disk.
+/// A square plane under sixteen cameras, with labels in ragged patches and photos on disk.
 class Plane {
  public:
   explicit Plane(int faces)
@@ -116,7 +116,7 @@ class Plane {
   std::optional<io::PhotoCache> photos_;
 };
 
-/// The whole stage; the counters split it.
+/// The whole stage. Counters hold the time of each part.
 void atlas(benchmark::State& state) {
   Plane plane(static_cast<int>(state.range(0)));
   const atlas::AtlasInput input = plane.input();

@@ -1,4 +1,4 @@
-// Photos into a texture, the texture drawn from the photos' own cameras: the photos must come back.
+// Bakes photos into a texture and renders it from the photos' own cameras: the photos must come back.
 #include <gtest/gtest.h>
 
 #include "app/pipeline/render_model.h"
@@ -7,13 +7,13 @@
 namespace gpvc::atlas {
 namespace {
 
-/// No period below a metre, 40 px in the photos.
+/// Waves with periods above a metre, which is 40 px in the photos.
 Color waves(double x, double y) {
   return {static_cast<float>(128 + 70 * std::sin(2 * x) * std::cos(1.7 * y)),
           static_cast<float>(120 + 60 * std::cos(3.3 * x + y)), static_cast<float>(90 + 6 * x + 4 * y)};
 }
 
-/// Two cameras, the second turned a little, each with half of the faces in a chequered pattern.
+/// Two cameras, the second slightly turned, which share the faces in a chequered pattern.
 void two_views(AtlasScene& s, const Distortion& distortion) {
   s.add_plane(12, 9, 1.0);
   for (int v = 0; v < 2; ++v) {
@@ -33,7 +33,8 @@ void two_views(AtlasScene& s, const Distortion& distortion) {
   }
 }
 
-/// Drawn against what the pinhole camera would see of the truth, silhouettes and two pixels beside them left out.
+/// PSNR of the rendered texture against the view of an ideal pinhole camera, without silhouettes and two pixels beside
+/// them.
 double psnr(const AtlasScene& s, const TextureAtlas& atlas, std::size_t v) {
   View view = s.scene.views[v];
   view.camera.distortion = {};
@@ -76,7 +77,7 @@ TEST(AtlasRender, PinholePhotosComeBack) { expect_round_trip({}, 0); }
 
 TEST(AtlasRender, DistortedPhotosComeBackUndistorted) { expect_round_trip({-0.12, 0.03, 0.001, -0.0015, 0.002}, 0); }
 
-/// Texels of twice a pixel's edge: the waves are smooth enough to survive.
+/// Texels have twice the edge of a pixel. The waves are smooth enough to survive that.
 TEST(AtlasRender, ReducedTexturesComeBackSmoother) { expect_round_trip({-0.12, 0.03, 0, 0, 0}, 0.05); }
 
 }  // namespace

@@ -43,6 +43,11 @@ struct AtlasScene {
     tags.resize(mesh.faces.size(), labeling::FaceTag::seen);
   }
 
+  void leave_unseen(std::size_t face) {
+    labels[face] = kNoView;
+    tags[face] = labeling::FaceTag::unseen;
+  }
+
   /// Camera at (x, y, height) looking down; image x runs along world x, image y against world y.
   View& add_view(double x, double y, double height, int width_px, int height_px, double focal_px) {
     View view;

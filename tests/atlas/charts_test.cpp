@@ -23,7 +23,8 @@ class Charts : public testing::Test {
     const AtlasInput input{scene_.mesh, scene_.scene,      photos,         scene_.graph, scene_.labels,
                            scene_.tags, scene_.candidates, scene_.coverage};
     AtlasOptions options;
-    options.page_size = page_size, options.padding = padding;
+    options.page_size = page_size;
+    options.padding = padding;
     const CoverageIndex coverage(scene_.coverage);
     return make_charts(input, options, face_neighbours(scene_.graph, scene_.mesh.faces.size()), coverage, 1.0);
   }
@@ -32,14 +33,14 @@ class Charts : public testing::Test {
     image.pixels.assign(3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height), 128);
     return image;
   }
-  /// Every face in one chart, its corners inside the chart's box, and the box with padding in the page.
+  /// Every face is in one chart, its corners lie in the chart's box, and the box with padding fits the page.
   void expect_sound(const ChartSet& set, int page_size, int padding = 8) {
     std::vector<int> seen(scene_.mesh.faces.size(), 0);
     for (std::size_t c = 0; c < set.charts.size(); ++c) {
       const Chart& chart = set.charts[c];
       EXPECT_LE(chart.width + 2 * padding, page_size);
       EXPECT_LE(chart.height + 2 * padding, page_size);
-      EXPECT_TRUE(std::is_sorted(chart.faces.begin(), chart.faces.end()) || chart.kind == ChartKind::blocks);
+      EXPECT_TRUE(std::is_sorted(chart.faces.begin(), chart.faces.end()) || chart.kind == ChartKind::unseen);
       for (const auto face : chart.faces) {
         ++seen[face];
         EXPECT_EQ(set.face_chart[face], c);
@@ -109,12 +110,13 @@ TEST_F(Charts, SingleFaceLargerThanAPageIsReduced) {
 }
 
 TEST_F(Charts, PartialFacesOnTheSamePlaceDoNotShareTexels) {
-  // A strip folded over itself: the second square lies under the first one, both face up.
+  // A strip folded over itself: the second square lies under the first one, and both face up.
   /*   a--b      c and d lie below a and b: the squares joined at b-e project onto one another */
   scene_.mesh.positions = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {0, 0, 0}, {0, 1, 0}};
   scene_.mesh.faces = {{0, 1, 2}, {0, 2, 3}, {1, 2, 5}, {1, 5, 4}};
-  // Faces 2 and 3 face down as wound; turned up they cover the same pixels.
-  scene_.mesh.faces[2] = {2, 1, 5}, scene_.mesh.faces[3] = {5, 1, 4};
+  // Faces 2 and 3 as listed face down; turned over they cover the same pixels as the first square.
+  scene_.mesh.faces[2] = {2, 1, 5};
+  scene_.mesh.faces[3] = {5, 1, 4};
   scene_.labels.assign(4, ViewId{0});
   scene_.tags.assign(4, labeling::FaceTag::partial);
   scene_.add_view(0.5, 0.5, 8, 400, 400, 400);
@@ -156,14 +158,14 @@ TEST_F(Charts, UnseenFacesGetSmallBlocks) {
   scene_.labels.assign(scene_.labels.size(), kNoView);
   const ChartSet set = make(512);
   expect_sound(set, 512);
-  EXPECT_EQ(set.filled_faces, scene_.mesh.faces.size());
+  EXPECT_EQ(set.unseen_faces, scene_.mesh.faces.size());
   std::size_t texels = 0;
   for (const Chart& chart : set.charts) texels += static_cast<std::size_t>(chart.width * chart.height);
   EXPECT_LE(texels, 5 * scene_.mesh.faces.size());
 }
 
 TEST_F(Charts, PiecesOfAPhotoCloserThanTheirMarginsShareAChart) {
-  /* squares of 10 px in view 0, the rest, 6 or 40 px wide, is seen by nobody:  0 . 0 .... 0 */
+  /* squares of 10 px in view 0, no view sees the rest, 6 or 40 px wide:  0 . 0 .... 0 */
   scene_.add_plane(5, 1, 1.0);
   for (auto& p : scene_.mesh.positions) {
     constexpr double kColumns[] = {0, 1, 1.6, 2.6, 6.6, 7.6};
@@ -171,7 +173,7 @@ TEST_F(Charts, PiecesOfAPhotoCloserThanTheirMarginsShareAChart) {
   }
   scene_.add_view(4, 0.5, 10, 200, 100, 100);
   for (std::size_t f = 0; f < 10; ++f)
-    if (f / 2 % 2) scene_.labels[f] = kNoView, scene_.tags[f] = labeling::FaceTag::unseen;
+    if (f / 2 % 2) scene_.leave_unseen(f);
   const ChartSet set = make(1024);
   expect_sound(set, 1024);
   ASSERT_EQ(set.charts.size(), 3u);
@@ -180,13 +182,13 @@ TEST_F(Charts, PiecesOfAPhotoCloserThanTheirMarginsShareAChart) {
   EXPECT_EQ(set.charts[1].faces, (std::vector<std::uint32_t>{8, 9}));
 }
 
-/// An L of 600 px fills half its box: it is cut, and the parts know that they are one piece.
+/// An L of 600 px fills half of its box: it is cut into charts of one piece.
 TEST_F(Charts, LargeRaggedPiecesAreCut) {
   scene_.add_plane(24, 24, 0.25);
   scene_.add_view(3, 3, 10, 620, 620, 1000);
   for (std::size_t f = 0; f < scene_.labels.size(); ++f) {
     const WorldPoint p = point_at(scene_.mesh, f, 1.0 / 3, 1.0 / 3);
-    if (p.x > 1.5 && p.y > 1.5) scene_.labels[f] = kNoView, scene_.tags[f] = labeling::FaceTag::unseen;
+    if (p.x > 1.5 && p.y > 1.5) scene_.leave_unseen(f);
   }
   const ChartSet set = make(4096);
   expect_sound(set, 4096);
@@ -237,7 +239,7 @@ TEST(TriangleSpans, AgreeWithASeparatingAxisTestOfEveryCell) {
     triangle_spans(t, 0.5, {0, 0, 10, 10}, [&](int y, int first, int last) {
       for (int x = first; x <= last; ++x) got.emplace(x, y);
     });
-    // Clip the triangle to every cell (Sutherland, Hodgman); something left: they meet.
+    // Clip the triangle to every cell (Sutherland, Hodgman). If anything is left, they meet.
     for (int y = 0; y < 10; ++y) {
       for (int x = 0; x < 10; ++x) {
         std::vector<TexelPoint> polygon(t.begin(), t.end());

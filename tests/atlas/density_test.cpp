@@ -1,4 +1,4 @@
-// Limits on texels: fewer of them, each the mean of the photo's pixels that it covers, and never an abort.
+// Limits on texels: there are fewer, each the mean of the pixels that it covers, and no limit aborts the program.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -8,7 +8,7 @@
 namespace gpvc::atlas {
 namespace {
 
-/// Smooth waves, and stripes a pixel wide in the blue channel that a reduction must average, not alias.
+/// Smooth waves, and in the blue channel stripes a pixel wide, which a reduction must average without aliasing.
 Color stripes(double x, double y) {
   return {static_cast<float>(128 + 60 * std::sin(0.9 * x)), static_cast<float>(120 + 50 * std::cos(0.7 * y)),
           std::sin(2 * 3.141592653589793 * x / 0.04) > 0 ? 220.0f : 20.0f};
@@ -77,7 +77,8 @@ TEST(Density, TexelSizeCoarserThanThePhotoChangesNothing) {
   EXPECT_EQ(plain.pages[0].pixels, limited.pages[0].pixels);
 }
 
-/// However coarse: the cost is bounded by the photo, and the colour is the chart's, not its surroundings'.
+/// For texels of any size, the cost is bounded by the photo, and the colour is that of the chart, not of its
+/// surroundings.
 TEST(Density, TexelsLargerThanAChartHaveTheColorOfTheChart) {
   AtlasScene s;
   s.add_plane(4, 4, 1.0);
@@ -178,7 +179,7 @@ TEST(Density, ThePlanTellsWhatPagesTake) {
 TEST(Density, UnseenFacesTakeTheColorAskedFor) {
   AtlasScene s;
   plane_in_one_photo(s);
-  for (std::size_t f = 40; f < 60; ++f) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::unseen;
+  for (std::size_t f = 40; f < 60; ++f) s.leave_unseen(f);
   AtlasOptions options = without_leveling();
   options.unseen = UnseenFaces::color;
   options.unseen_color = {255, 0, 200};

@@ -19,7 +19,7 @@ TEST(Fill, HoleContinuesALinearRamp) {
   s.add_plane(12, 12, 1.0);
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
     const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
-    if (std::abs(p.x - 6) < 3 && std::abs(p.y - 6) < 2) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::unseen;
+    if (std::abs(p.x - 6) < 3 && std::abs(p.y - 6) < 2) s.leave_unseen(f);
   }
   s.add_view(6, 6, 10, 600, 600, 400);
   s.photograph(0, ramp);
@@ -34,7 +34,7 @@ TEST(Fill, HoleContinuesALinearRamp) {
   }
 }
 
-/// A filled face reads its own four texels alone, whatever lies beside them.
+/// A lookup in a filled face reads only the face's own four texels.
 TEST(Fill, BlocksDoNotBleedIntoEachOther) {
   AtlasScene s;
   s.add_plane(2, 1, 1.0);
@@ -45,7 +45,7 @@ TEST(Fill, BlocksDoNotBleedIntoEachOther) {
       moved.push_back(s.mesh.positions[v]), v = static_cast<std::uint32_t>(5 + moved.size());
   for (auto& p : moved) p.x += 3;
   s.mesh.positions.insert(s.mesh.positions.end(), moved.begin(), moved.end());
-  // Face 0 red, its unseen neighbour takes red; face 2 green, as its unseen neighbour.
+  // Face 0 is red, and so its unseen neighbour must be; face 2 is green, and so is its unseen neighbour.
   s.mesh.faces[3] = {s.mesh.faces[2][0], s.mesh.faces[2][2], s.mesh.faces[3][2]};
   s.labels = {ViewId{0}, kNoView, ViewId{0}, kNoView};
   s.tags = {labeling::FaceTag::seen, labeling::FaceTag::unseen, labeling::FaceTag::seen, labeling::FaceTag::unseen};
@@ -68,7 +68,7 @@ TEST(Fill, ComponentNoViewShowsTakesTheMeanColor) {
   s.add_plane(4, 4, 1.0);
   const std::size_t seen = s.mesh.faces.size();
   s.add_plane(2, 2, 1.0, -5);
-  for (std::size_t f = seen; f < s.mesh.faces.size(); ++f) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::unseen;
+  for (std::size_t f = seen; f < s.mesh.faces.size(); ++f) s.leave_unseen(f);
   s.add_view(2, 2, 10, 500, 500, 400);
   s.photograph(0, [](double, double) { return Color{90, 120, 30}; });
   const TextureAtlas atlas = s.build(AtlasOptions{});

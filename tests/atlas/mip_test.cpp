@@ -1,5 +1,5 @@
-// What averages over cells of 2, 4 and 8 texels hold: colours of one chart alone wherever a face touches, and nowhere a
-// texel that nobody filled.
+// Averages over cells of 2, 4 and 8 texels: cells that a face touches hold the colours of one chart only, and no cell
+// holds an empty texel.
 #include <gtest/gtest.h>
 
 #include "atlas/charts/triangle_spans.h"
@@ -8,12 +8,12 @@
 namespace gpvc::atlas {
 namespace {
 
-/// Colour of a view in its photo: no average of two of them is a third.
+/// The colour of a view's photo. No average of two of them equals a third.
 Color color_of(std::size_t view) {
   return {view & 1 ? 250.0f : 10.0f, view & 2 ? 250.0f : 10.0f, view & 4 ? 250.0f : 10.0f};
 }
 
-/// Patches of many sizes on a plane, each view its colour, some faces seen by nobody.
+/// Patches of many sizes on a plane, a colour for each view, and some unseen faces.
 void patchwork(AtlasScene& s, unsigned seed) {
   s.add_plane(30, 24, 0.5);
   const auto cell = [&](double x, double y) {
@@ -22,7 +22,7 @@ void patchwork(AtlasScene& s, unsigned seed) {
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
     const WorldPoint p = point_at(s.mesh, f, 1.0 / 3, 1.0 / 3);
     s.labels[f] = ViewId{cell(p.x, p.y) % 8};
-    if ((f * 2654435761u + seed) % 97 < 5) s.labels[f] = kNoView, s.tags[f] = labeling::FaceTag::unseen;
+    if ((f * 2654435761u + seed) % 97 < 5) s.leave_unseen(f);
   }
   for (std::size_t v = 0; v < 8; ++v) {
     s.add_view(7.5, 6, 10, 500, 420, 243 + 7 * double(v));
@@ -74,8 +74,8 @@ TEST(Mips, CellsThatAFaceTouchesHoldItsChartAlone) {
   }
 }
 
-/// Bilinear lookups within a face, as a renderer makes them: clean on levels 1 and 2; on level 3 another chart's cell
-/// has a quarter of the weight at most.
+/// Bilinear lookups within a face, as a renderer makes them, read one chart on levels 1 and 2. On level 3 a cell of
+/// another chart has at most a quarter of the weight.
 TEST(Mips, BilinearLookupsStayWithinTheChart) {
   AtlasScene s;
   patchwork(s, 3);
@@ -108,12 +108,12 @@ TEST(Mips, BilinearLookupsStayWithinTheChart) {
         }
       }
     }
-    // Colours differ by 240. A corner meets the weights of both axes: 1 - (3/4)^2 at most.
+    // Colours differ by 240. At a corner of a cell the weights of both axes combine: at most 1 - (3/4)^2.
     EXPECT_LE(worst, cell < 8 ? 0.5f : 240 * 0.4376f) << "at 1/" << cell;
   }
 }
 
-/// One colour in all photos: any other on a page would be background.
+/// All photos have one colour, so any other colour on a page would be background.
 TEST(Mips, NothingOfAPageIsBackground) {
   AtlasScene s;
   patchwork(s, 5);

@@ -11,7 +11,7 @@
 namespace gpvc::atlas {
 namespace {
 
-/// Marks a placed shape's cells on its page and checks that they were free. Returns how many they are.
+/// Marks the cells of a placed shape on its page, checks that they were free, and returns their number.
 std::size_t paint(const PackShape& shape, const Placement& at, const Packing& packing,
                   std::vector<std::vector<std::uint8_t>>& pages) {
   const PageSize& size = packing.pages[at.page];
@@ -33,7 +33,7 @@ std::size_t paint(const PackShape& shape, const Placement& at, const Packing& pa
   return cells;
 }
 
-/// Share of the pages' cells that shapes cover; fails on any overlap.
+/// The share of the pages' cells that shapes cover. Fails on any overlap.
 double check(const std::vector<PackShape>& shapes, const Packing& packing, int page_size) {
   EXPECT_EQ(packing.placements.size(), shapes.size());
   std::vector<std::vector<std::uint8_t>> pages;
@@ -60,14 +60,14 @@ PackShape disc(int radius) {
   return shape;
 }
 
-/// An L: what a box wastes, a small square fills.
+/// An L, whose box leaves room for a small square.
 PackShape corner(int edge) {
   PackShape shape{edge, edge, {}};
   for (int row = 0; row < edge; ++row) shape.runs.push_back({row, 0, row < edge / 2 ? edge / 2 : edge});
   return shape;
 }
 
-/// Two runs in some rows, as a chart with a hole has.
+/// Some rows have two runs, like those of a chart with a hole.
 PackShape frame(int edge) {
   PackShape shape{edge, edge, {}};
   for (int row = 0; row < edge; ++row) {
@@ -130,7 +130,7 @@ TEST(Packing, BoxesOfAnySizeNeverOverlap) {
   EXPECT_GT(check(shapes, packing, 1024), 0.85);
 }
 
-/// Every cell of every page, over many soups: all outlines, all quarter turns.
+/// Checks every cell of every page for many random sets of shapes, in all quarter turns.
 TEST(Packing, ShapesOfAnyOutlineNeverOverlap) {
   std::array<int, 4> turns{};
   for (unsigned seed = 0; seed < 12; ++seed) {

@@ -16,8 +16,8 @@ bool in_rectangle(const WorldPoint& p, double x0, double y0, double x1, double y
   return p.x >= x0 && p.x <= x1 && p.y >= y0 && p.y <= y1;
 }
 
-/// One large square of ground (two faces), and in each of the given views something in front of a rectangle of it, in
-/// the photo as well as in the coverage. Nothing else is in the scene: no GL, all by hand.
+/// A large square of ground (two faces). In each view given rectangles of it are hidden by an occluder, in the photo as
+/// well as in the coverage. Coverage is computed here, without GL.
 struct HiddenGround {
   AtlasScene s;
   struct Box {
@@ -82,7 +82,7 @@ struct HiddenGround {
     return p.y <= p.x ? std::array{1 - p.x / 8, (p.x - p.y) / 8} : std::array{1 - p.y / 8, p.x / 8};
   }
 
-  /// Where each of the points takes its colour from.
+  /// The origin of the texture's colour at each point.
   std::vector<PointOrigin> origins(std::span<const WorldPoint> points, const AtlasOptions& options) {
     s.graph = labeling::face_graph(s.mesh);
     io::PhotoCache photos(s.scene, 1, 0);
@@ -162,8 +162,8 @@ TEST(Partial, OriginsAreThePlacesThatColorsComeFrom) {
   EXPECT_GT(of[2], 10);
 }
 
-/// Of views that all have something close by, the one in which no neighbouring pixel is hidden: that pixel is blended
-/// in.
+/// If every view has an occluder close by, a view in which no neighbouring pixel is hidden is preferred, because
+/// resampling blends neighbouring pixels in.
 TEST(Partial, TexelsBesideAnOccluderComeFromAViewWhereItIsAPixelOrTwoAway) {
   // A pixel is a thirtieth of a unit wide. The first view is the cheaper one.
   HiddenGround g({{{3, 1, 5, 3}}, {{5.12, 1, 6, 3}}});
@@ -174,7 +174,7 @@ TEST(Partial, TexelsBesideAnOccluderComeFromAViewWhereItIsAPixelOrTwoAway) {
   EXPECT_EQ(origins[3].first, ViewId{0}) << "hidden in the second";
 }
 
-/// A pixel that the face's edge crosses with its centre beyond says nothing of the face; its neighbour does.
+/// Where the face's edge crosses a pixel whose centre lies outside, the neighbouring pixel's coverage decides.
 TEST(Partial, TexelsUpToTheEdgeOfAFaceAreNotFilled) {
   // Centres lie 0.2 of a pixel off the diagonal in the first view and 0.1 beyond it in the second. Hidden in the first:
   // a piece of the diagonal.
@@ -185,7 +185,7 @@ TEST(Partial, TexelsUpToTheEdgeOfAFaceAreNotFilled) {
   for (const PointOrigin& origin : g.origins(points, AtlasOptions{})) EXPECT_EQ(origin.first, ViewId{1});
 }
 
-/// What no view shows is filled from around it: smooth, near the truth of a smooth ground.
+/// Hidden places are filled smoothly from their surroundings, which comes close to the truth on smooth ground.
 TEST(Partial, TexelsNoViewShowsAreFilledFromTheirSurroundings) {
   HiddenGround g({{{3, 3.2, 5, 4.8}}, {{2.8, 3, 5.2, 5}}});
   const TextureAtlas atlas = g.s.build(AtlasOptions{});
@@ -200,7 +200,7 @@ TEST(Partial, TexelsNoViewShowsAreFilledFromTheirSurroundings) {
 TEST(Partial, WithoutAnyCoverageFacesTakeTheirNeighboursColors) {
   HiddenGround g(std::vector<std::vector<HiddenGround::Box>>(1));
   g.s.coverage = {};
-  // A second square to the right, seen by everybody.
+  // A second square to the right that the view sees whole.
   g.s.mesh.positions.push_back({10, 0, 0});
   g.s.mesh.positions.push_back({10, 8, 0});
   g.s.mesh.faces.push_back({1, 4, 5});
@@ -216,7 +216,7 @@ TEST(Partial, WithoutAnyCoverageFacesTakeTheirNeighboursColors) {
 
 TEST(Partial, ExposureIsLevelledWithinAFace) {
   HiddenGround g({{{3, 1, 5, 3}}, {{1, 5, 3, 7}}});
-  // A strip of faces to the left labelled by the second view lets leveling know both gains.
+  // A strip of faces to the left, labelled with the second view, makes a seam from which both gains follow.
   g.s.mesh.positions.push_back({-1, 0, 0});
   g.s.mesh.positions.push_back({-1, 8, 0});
   g.s.mesh.faces.push_back({0, 2, 5});
@@ -230,7 +230,7 @@ TEST(Partial, ExposureIsLevelledWithinAFace) {
   AtlasOptions options;
   options.seams = SeamLeveling::full;
   const TextureAtlas atlas = g.s.build(options);
-  // Inside the patch that view 1 gives and just outside, where view 0 does: the same brightness.
+  // The brightness is the same inside the patch from view 1 and just outside it, where view 0 gives the colour.
   const double inside = g.texture_at(atlas, {4.9, 2, 0}).r / ground(4.9, 2).r;
   const double outside = g.texture_at(atlas, {5.4, 2, 0}).r / ground(5.4, 2).r;
   EXPECT_NEAR(inside / outside, 1.0, 0.03);
