@@ -1,4 +1,4 @@
-// Where a run's photos come from, and which of their pixels must not be used.
+// Sources of a run's photos, and of the pixels in them that must not be used.
 #pragma once
 
 #include <cstddef>
@@ -50,7 +50,7 @@ class PhotoCache final : public PhotoSource {
   PhotoCache& operator=(const PhotoCache&) = delete;
   /// Throws InputError when the photo cannot be decoded whole.
   std::shared_ptr<const Image> photo(ViewId view) override;
-  /// What read_exclusion says of the view; nothing is kept.
+  /// The result of read_exclusion; nothing is kept.
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
 
  private:
@@ -98,8 +98,8 @@ class CallbackSource final : public PhotoSource {
 /// photo; of a reduced photo, blocks that contain one. nullopt when nothing is excluded. Throws InputError.
 std::optional<PhotoExclusion> read_exclusion(const View& view);
 
-/// Whether the view's mask shows any program all that read_exclusion knows: a PNG without alpha, beside a photo whose
-/// alpha does not count. From the header alone. Throws InputError.
+/// True if the view's mask tells other programs all that read_exclusion knows: it is a PNG without alpha, and the
+/// photo's alpha does not count. From the header alone. Throws InputError.
 bool has_plain_mask(const View& view);
 
 }  // namespace gpvc::io

@@ -1,4 +1,4 @@
-// How long stages report what they have done.
+// How stages that take long report their progress.
 #pragma once
 
 #include <cstddef>

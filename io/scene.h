@@ -129,9 +129,9 @@ struct Scene {
   WorldPoint offset{};
   std::string format{};                 ///< which reader read it: "COLMAP"
   std::vector<std::string> warnings{};  ///< what was left out or assumed, a sentence each
-  /// What the cameras were read from: a file, or a folder of files that belong together.
+  /// The source of the cameras: a file, or a folder of files that belong together.
   std::filesystem::path read_from{};
-  std::vector<std::filesystem::path> files{};  ///< the files that belong to it, but for photos and masks
+  std::vector<std::filesystem::path> files{};  ///< the files that belong to it, except photos and masks
 };
 
 /// +, - and x alone, in this order, so that a shader can repeat it bit for bit.

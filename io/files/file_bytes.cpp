@@ -18,7 +18,7 @@ struct Descriptor {
   }
 };
 
-/// For pipes and file systems that do not map.
+/// Reads the file, for pipes and file systems that cannot map it.
 std::vector<char> read_all(const std::filesystem::path& file, int descriptor) {
   std::vector<char> bytes;
   std::size_t size = 0;

@@ -15,7 +15,7 @@ OutputFile::OutputFile(std::filesystem::path final_name) : final_name_(std::move
   static std::atomic<unsigned> serial{0};
   temporary_ = final_name_;
   temporary_ += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(serial++);
-  // Exclusive: a leftover of another run is never appended to or shared.
+  // Exclusive, so that a temporary file left by another run is never appended to or shared.
   const int descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor >= 0) file_ = ::fdopen(descriptor, "wb");
   if (file_ == nullptr) {

@@ -57,7 +57,7 @@ inline std::string_view next_line(std::string_view& text) {
   return line;
 }
 
-/// ASCII letters alone: file names are bytes.
+/// Lower case of ASCII letters; other bytes stay, since file names are bytes.
 inline std::string lower_case(std::string_view word) {
   std::string text(word);
   for (char& c : text)

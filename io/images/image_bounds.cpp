@@ -32,7 +32,7 @@ struct PngHeader {
 
 void check_png_claim(const ImageBytes& bytes, const PngHeader& header, std::uint64_t data_bytes) {
   check_size(bytes.file, bytes.part, header.width, header.height, std::max(header.channels(), 1u));
-  // Deflate's densest code: a length of 258 and its distance in a bit each, so 1032 bytes from one.
+  // Deflate at its densest codes a match of 258 bytes in two bits (length and distance), so 1032 bytes come from one.
   constexpr std::uint64_t kMostFromByte = 1032;
   const std::uint64_t bits = std::uint64_t{header.width} * header.height * header.channels() * header.bits;
   if (bits / 8 > kMostFromByte * data_bytes)
@@ -85,7 +85,7 @@ void check_png(const ImageBytes& bytes) {
 void check_size(const std::filesystem::path& file, const std::string& place, std::int64_t width, std::int64_t height,
                 std::int64_t channels) {
   if (width < 1 || height < 1 || channels < 1) throw InputError(file, place, "has no pixels");
-  // 32768 x 32768: larger than any page or photo, and what a bare claim may cost.
+  // 32768 x 32768: larger than any page or photo; it bounds the memory that a false claim can cost.
   constexpr std::int64_t kMostPixels = std::int64_t{1} << 30, kMostSamples = std::int64_t{1} << 32;
   if (width > kMostPixels / height) throw InputError(file, place, claim(width, height) + ", expected at most 2^30");
   if (width * height > kMostSamples / channels)

@@ -31,21 +31,21 @@ std::string one_line(std::string text) {
   return text.empty() ? "unknown error" : text;
 }
 
-/// The formats that photos, masks and pages come in. OpenImageIO tries all of its own on a file, some of which (Targa,
-/// above all) take any bytes for theirs and claim whatever size these say.
+/// The formats accepted for photos, masks and pages. OpenImageIO alone would try all of its formats on a file, and some
+/// of them, above all Targa, accept any bytes and believe the size that they find there.
 struct Codec {
   std::string_view name;
   std::int64_t most_from_byte;  ///< samples that a byte can hold; 0: see check_png, check_jpeg
 };
-// Deflate and what is plainer make at most 1032 bytes of one, each of 8 samples of a bit; zstd's densest block makes
-// 128 KiB of four bytes, and fax codes a white row of a bit.
+// Deflate and simpler codings make at most 1032 bytes from one, each of 8 one-bit samples; the densest block of zstd
+// makes 128 KiB from four bytes; fax coding spends one bit on a white row.
 constexpr std::int64_t kPlain = 8 * 1032, kDense = 1 << 20;
 constexpr Codec kCodecs[] = {{"jpeg", 0},     {"png", 0},       {"tiff", kDense}, {"openexr", kDense},
                              {"raw", kDense}, {"webp", kDense}, {"heif", kDense}, {"jpeg2000", kDense},
                              {"bmp", kPlain}, {"hdr", kPlain},  {"pnm", kPlain},  {"psd", kPlain},
                              {"dpx", kPlain}};
 
-/// Room for more than the file can hold is refused before it is asked for.
+/// Refuses a size that the file cannot hold before memory is allocated for it.
 void check_claims(const fs::path& file, const std::string& part, const OIIO::ImageInput& input, std::uintmax_t bytes) {
   const OIIO::ImageSpec& spec = input.spec();
   const std::string_view format = input.format_name();
@@ -71,16 +71,17 @@ OIIO::ImageSpec reader_options() {
   return config;
 }
 
-/// Held while OpenImageIO opens a file. Up to its 2.4.7 the headers of JPEGs (ICC profiles) and TIFFs are decoded with
-/// the help of static tables that opening itself adds to (its issue 3756, its pull request 3767). Pixels are decoded
-/// outside of it.
+/// Locked while OpenImageIO opens a file. Up to version 2.4.7 it decodes the headers of JPEGs (ICC profiles) and TIFFs
+/// with static tables that opening a file adds to (its issue 3756, its pull request 3767). Pixels are decoded without
+/// the lock.
 std::mutex& opening() {
   static std::mutex mutex;
   return mutex;
 }
 
-/// The format of most photos and masks, whatever their name says; null for all others. OpenImageIO tries the name's
-/// format first and then all of its own, which fails now and then when several threads do so at once.
+/// The format by content, for the formats of most photos and masks; null for all others. OpenImageIO would try the
+/// format of the name's extension first and then all others, which occasionally fails when several threads do so at
+/// once.
 const char* format_by_signature(std::istream& in) {
   std::array<char, 8> begin{};
   in.clear();
@@ -106,7 +107,7 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
                return bool(in.read(reinterpret_cast<char*>(to.data()), std::ssize(to)));
              }});
   const char* format = format_by_signature(in);
-  // Every photo of a scene is opened for its header before the first is decoded.
+  // The headers of all photos of a scene are read before the first is decoded: only the pages needed are read.
   if (format) check_jpeg_metadata(file, "", FileBytes(file, FileBytes::Use::in_places).view());
   const OIIO::ImageSpec config = reader_options();
   std::unique_lock lock(opening());
@@ -122,7 +123,7 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   if (!input) throw InputError(file, "", "is no image that can be read: " + one_line(OIIO::geterror()));
   lock.unlock();
   check_claims(file, "", *input, error ? std::numeric_limits<std::uintmax_t>::max() : size);
-  // A raw photo is a TIFF, too: one sample a pixel behind a filter of colours, or linear. TIFF/EP and DNG.
+  // A raw photo is also a TIFF, with one sample a pixel behind a colour filter array, or linear: TIFF/EP and DNG.
   constexpr int kFilterArray = 32803, kLinearRaw = 34892;
   const int meaning = input->spec().get_int_attribute("tiff:PhotometricInterpretation");
   if (meaning == kFilterArray || meaning == kLinearRaw)
@@ -132,9 +133,8 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   return input;
 }
 
-/// libjpeg counts oddities that lose no pixel among its warnings. Stray bytes are padding while they are few: no
-/// encoder aligns what it writes to more than this. More of them are data that the picture had no place for, because
-/// what stood before them is damaged.
+/// libjpeg's warnings include oddities that lose no pixel. A few stray bytes are padding: no encoder aligns its output
+/// to more than this. More of them are data that found no place in the picture because the data before them is damaged.
 bool is_harmless(const std::string& message) {
   constexpr std::int64_t kMostPadding = 1 << 16;
   if (const std::size_t at = message.find(" extraneous bytes before marker"); at != std::string::npos) {
@@ -165,7 +165,7 @@ Image to_rgb(Image&& in) {
   return out;
 }
 
-/// Decodes the first channels; throws unless all is there.
+/// Decodes the first channels. Throws InputError unless the whole picture could be decoded.
 void decode(const fs::path& file, const std::string& part, OIIO::ImageInput& input, int channels, OIIO::TypeDesc type,
             void* pixels) {
   const bool good = input.read_image(0, 0, 0, channels, type, pixels);
@@ -174,13 +174,13 @@ void decode(const fs::path& file, const std::string& part, OIIO::ImageInput& inp
     throw InputError(file, part, "cannot be decoded whole: " + one_line(message));
 }
 
-/// EXR and HDR files hold light, not what a screen is told.
+/// True for formats of linear light, EXR and HDR.
 bool holds_linear_light(const OIIO::ImageSpec& spec) {
   const std::string space = lower_case(std::string(spec.get_string_attribute("oiio:ColorSpace")));
   return spec.format.is_floating_point() && (space == "linear" || space == "scene_linear");
 }
 
-/// sRGB's curve, IEC 61966-2-1; what is brighter than white is white, and no number is black.
+/// sRGB's curve, IEC 61966-2-1. Values above white become white, NaN becomes black.
 std::uint8_t srgb_from_linear(float light) {
   if (!(light > 0)) return 0;
   if (light >= 1) return 255;
@@ -189,7 +189,7 @@ std::uint8_t srgb_from_linear(float light) {
 }
 
 Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput& input) {
-  // No threads of the codec's own: photos are decoded side by side, inside tasks.
+  // The codec uses one thread: photos are decoded in parallel, inside tasks.
   input.threads(1);
   const OIIO::ImageSpec& spec = input.spec();
   Image image;
@@ -208,7 +208,7 @@ Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput
   return to_rgb(std::move(image));
 }
 
-/// One mark a pixel: alpha is 0, or, where `colours` count, all of those are.
+/// Marks pixels with alpha 0 and, with `colours`, those whose colour channels are all 0.
 template <typename Sample>
 std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& input, OIIO::TypeDesc type, bool colors) {
   const OIIO::ImageSpec& spec = input.spec();
@@ -228,7 +228,7 @@ std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& inp
   return marks;
 }
 
-/// Hands what a codec writes to an OutputFile, so that a full disk is noticed and the name appears at the end.
+/// Passes a codec's output to an OutputFile, so that a full disk is noticed and the file appears only when complete.
 class OutputProxy final : public OIIO::Filesystem::IOProxy {
  public:
   explicit OutputProxy(const std::string& name) : IOProxy(name, Write) {}
@@ -286,7 +286,7 @@ PixelMarks zero_pixels(const fs::path& file, bool colors) {
   input->threads(1);
   const OIIO::ImageSpec& spec = input->spec();
   if (!colors && spec.alpha_channel < 0) throw InputError(file, "", "has lost its alpha channel");
-  // Deeper samples keep their depth: zero alone is zero.
+  // Samples are compared at the file's own depth: only an exact zero is black.
   const bool bytes = spec.format == OIIO::TypeDesc::UINT8;
   return {spec.width, spec.height,
           bytes ? zero_marks<std::uint8_t>(file, *input, OIIO::TypeDesc::UINT8, colors)

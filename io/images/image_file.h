@@ -32,10 +32,10 @@ struct PixelMarks {
   std::vector<std::uint8_t> marked;  ///< per pixel, 0 or 1
 };
 
-/// Where every colour channel is 0, or alpha is; in the file's own depth, so that 1 of 65535 is not black. Throws
-/// InputError.
+/// Marks pixels whose colour channels are all 0 or whose alpha is 0, at the file's own depth: 1 of 65535 is not black.
+/// Throws InputError.
 PixelMarks black_pixels(const std::filesystem::path& file);
-/// Where alpha is 0. Throws InputError, also when there is no alpha channel.
+/// Marks pixels whose alpha is 0. Throws InputError, also when there is no alpha channel.
 PixelMarks transparent_pixels(const std::filesystem::path& file);
 
 /// A PNG of 8 bits a channel and 1 to 4 channels, quick rather than small. The bytes do not depend on the number of

@@ -1,4 +1,4 @@
-// What a JPEG's markers and tables say, held against its bytes. ITU-T T.81, whose tables and figures are cited.
+// Checks of a JPEG's markers and tables against its bytes. Tables and figures cited are those of ITU-T T.81.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -25,9 +25,9 @@ struct Segment {
   std::size_t next = 0;     ///< where it ends; no less than the file's size where that cuts it
 };
 
-/// The first marker at `at` or later with what belongs to it; nothing where there is none. Entropy-coded data and stray
-/// bytes lie between markers; a marker is 0xFF and neither 0x00 (a data byte), 0xFF (fill), a restart D0 .. D7, the
-/// start D8 nor 01. All but the end of the image carry their length.
+/// The first marker at `at` or later, with its segment; nullopt when there is none. Entropy-coded data and stray bytes
+/// lie between markers. A marker is 0xFF followed by anything but 0x00 (a data byte), 0xFF (fill), a restart D0 .. D7,
+/// the start D8 or 01. Every marker but the end of the image is followed by its length.
 std::optional<Segment> next_segment(std::string_view view, std::size_t at) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(view[i]); };
   while ((at = view.find('\xFF', at)) != std::string_view::npos && at + 1 < view.size()) {
@@ -46,15 +46,15 @@ std::optional<Segment> next_segment(std::string_view view, std::size_t at) {
   return std::nullopt;
 }
 
-/// The frame header behind marker 0xC0 .. 0xCF at `at`; tells nothing of what it does not know.
+/// Checks the size in the frame header of marker 0xC0 .. 0xCF at `at`; unknown kinds of frames pass.
 void check_jpeg_claim(const ImageBytes& bytes, std::uint64_t at, unsigned marker) {
   std::array<unsigned char, 6> frame{};  // bits a sample, height, width, components
   if (!bytes.read(at + 4, frame)) return;
   const int height = frame[1] << 8 | frame[2], width = frame[3] << 8 | frame[4];
   check_size(bytes.file, bytes.part, width, height, std::max<unsigned char>(frame[5], 1));
-  // Every block of 8 x 8 samples has a Huffman code of a bit or more, and components of 4 x 1 and 1 x 4 sampling have
-  // the fewest blocks together, half of one a full block: 8 * 64 * 2 pixels from a byte. Arithmetic coding knows no
-  // such bound.
+  // Every block of 8 x 8 samples takes a Huffman code of at least one bit. Components of 4 x 1 and 1 x 4 sampling have
+  // the fewest blocks together, half a block for each block of pixels: 8 * 64 * 2 pixels from a byte. Arithmetic coding
+  // has no such bound.
   constexpr std::uint64_t kMostFromByte = 1024;
   const std::uint64_t pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   if (marker < kArithmetic && pixels > kMostFromByte * bytes.size)
@@ -63,17 +63,16 @@ void check_jpeg_claim(const ImageBytes& bytes, std::uint64_t at, unsigned marker
                          std::to_string(bytes.size) + " bytes can hold");
 }
 
-/// What zero bits alone decode to by a Huffman table: its first code, which is all zeros (T.81, C.2).
+/// The first code of a Huffman table, which consists of zero bits alone (T.81, C.2), and its symbol.
 struct ZeroCode {
   unsigned bits = 0, symbol = 0;
 };
 
-/// Finds bytes that were overwritten with zeros, which libjpeg may decode to something without a word.
-///
-/// Where the first code of a component's AC table is a coefficient without a run before it (0x01 in the tables of T.81,
-/// K.3, that nearly all cameras use), a block of zero bits is one whose 63 coefficients all are there and all have the
-/// same, negative value. No picture has a data unit of such blocks. Where the first code ends the block, zeros are a
-/// flat picture, and nothing is said; nor is it of progressive and arithmetic coding.
+/// Finds data that was overwritten with zeros, which libjpeg may decode without a warning. Zero bits decode to the
+/// first code of each table. In the AC tables of T.81, K.3, which nearly all cameras use, that is 0x01, a coefficient
+/// without a run of zeros before it: a block of zero bits then has all its 63 coefficients, of the same negative value,
+/// which no picture has. With tables whose first code ends the block, zeros are a flat picture, so such files are not
+/// checked, nor are progressive and arithmetic coding.
 class ZeroRuns {
  public:
   void frame(std::string_view header, unsigned marker) {
@@ -100,7 +99,7 @@ class ZeroRuns {
     }
   }
 
-  /// The bits of a data unit of the scan in zeros; 0 where zeros may mean something.
+  /// Bits that a data unit of the scan takes in zeros; 0 where zeros could be picture data.
   std::size_t unit_bits(std::string_view header) const {
     if (header.empty()) return 0;
     const std::size_t count = byte(header, 0);
@@ -137,8 +136,8 @@ class ZeroRuns {
 
 /// Throws where `data`, which begins at byte `start` of the file, holds a whole data unit of zero bits.
 void check_zero_runs(const ImageBytes& bytes, std::string_view data, std::size_t start, std::size_t bits) {
-  // A run may begin within a unit: the code begun takes at most 16 + 15 more bits, the rest of the unit no more than a
-  // unit of zeros, and the next unit is one of zeros alone.
+  // A run may begin within a unit: the code begun there takes at most 16 + 15 more bits, the rest of that unit at most
+  // a unit of zeros, and the next unit is all zeros.
   const std::size_t run = (2 * bits + 32) / 8 + 1;
   for (std::size_t at = run - 1; at < data.size(); at += run) {  // a run this long covers one of these
     if (data[at] != '\0') continue;
@@ -166,7 +165,7 @@ void check_iptc(const ImageBytes& bytes, std::size_t at, std::string_view segmen
   segment.remove_prefix(kPhotoshop.size());
   if (!segment.starts_with(kIptc)) return;
   segment.remove_prefix(kIptc.size());
-  // An empty name and the size, of which the upper half is not looked at.
+  // An empty name, then the size, whose upper half OpenImageIO ignores.
   const auto word = [&](std::size_t i) {
     return std::size_t{static_cast<unsigned char>(segment[i])} << 8 | static_cast<unsigned char>(segment[i + 1]);
   };

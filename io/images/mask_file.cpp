@@ -15,8 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where the scene's file says (a relative path from its folder, never from where the program runs), or beside the
-/// photo, or in the folder of masks under the view's name, whose last spelling is COLMAP's. The first that exists.
+/// The first file that exists of: the mask that the scene's file states (a relative path starts at that file's folder,
+/// never at the current one); masks beside the photo; or, in a given folder of masks, those named after the view, with
+/// COLMAP's spelling last.
 fs::path mask_of(const fs::path& listing, const View& view, const SceneOptions& options) {
   std::vector<fs::path> stems, candidates;
   if (options.masks_dir)
@@ -39,7 +40,7 @@ fs::path mask_of(const fs::path& listing, const View& view, const SceneOptions& 
   return {};
 }
 
-/// JPEG has none: no need to open every photo of a flight.
+/// False for JPEG, which has no alpha: saves opening every photo of a flight.
 bool may_have_alpha(const fs::path& photo) {
   const std::string extension = lower_case(photo.extension().string());
   return extension != ".jpg" && extension != ".jpeg";
@@ -80,7 +81,7 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
   std::error_code ignored;
   if (options.masks_dir && !fs::is_directory(*options.masks_dir, ignored))
     throw InputError(*options.masks_dir, "", "is not a folder; it was given as the folder of the masks");
-  // Errors are collected so that the first view's is the one reported, whatever the threads did.
+  // Errors are collected so that the first view's is reported, for any number of threads.
   std::vector<std::exception_ptr> problems(views.size());
   tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
     View& view = views[i];

@@ -15,8 +15,8 @@ namespace {
 
 using Photo = std::shared_ptr<const Image>;
 
-/// Decoded on the calling thread without parallel loops inside: a thread that waits for a photo must not be needed by
-/// the thread that decodes it.
+/// Decodes on the calling thread without parallel loops: inside one, this thread could pick up a task that waits for
+/// the photo that it is decoding.
 Photo decode(const View& view, int downscale) {
   Image image = read_image(view.photo);
   if (image.width / downscale != view.camera.width || image.height / downscale != view.camera.height)
@@ -93,7 +93,7 @@ std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
     state.drop_oldest_beyond_limit();
     return photo;
   } catch (...) {
-    // Everybody who waits gets the error; the next to ask tries again.
+    // All waiting threads get the error; the next request tries again.
     {
       const std::lock_guard lock(state.mutex);
       const auto entry = state.entries.find(key);

@@ -30,7 +30,7 @@ void write_chunk(OutputFile& out, std::string_view name, std::string_view data) 
   append_big_endian(head, data.size());
   head += name;
   uLong crc = crc32_z(0, reinterpret_cast<const Bytef*>(name.data()), name.size());
-  // A null pointer would start anew.
+  // crc32_z would start a new checksum for a null pointer.
   if (!data.empty()) crc = crc32_z(crc, reinterpret_cast<const Bytef*>(data.data()), data.size());
   std::string tail;
   append_big_endian(tail, crc);

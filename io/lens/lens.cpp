@@ -110,7 +110,7 @@ double undo_lens_factor(const Distortion& d, double s) {
     case LensModel::division:
       return 1 + d.k1 * s > 0 ? squared(q / (1 + d.k1 * s)) : kUnbounded;
     case LensModel::unified: {
-      // What is left along the axis of a ray of radius q; rays at and behind 90 degrees have none.
+      // The depth component of a ray of radius q; rays at and behind 90 degrees have none.
       const double under = 1 - (2 * d.alpha - 1) * d.beta * s, left = 1 - d.alpha * d.alpha * d.beta * s;
       if (!(under >= 0 && left > 0)) return kUnbounded;
       return squared(q * (d.alpha * std::sqrt(under) + 1 - d.alpha) / left);

@@ -8,7 +8,7 @@
 
 namespace gpvc::io {
 
-/// Where a lens model has no bound.
+/// The bound of a lens model that has none.
 inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 /// A point of the normalized plane after distortion, and how it changes there.

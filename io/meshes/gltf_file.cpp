@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 using Float3 = std::array<float, 3>;
 
-/// What is written; borrowed.
+/// The data to be written; all borrowed.
 struct Asset {
   const fs::path& file;
   const TexturedModel& model;
@@ -61,13 +61,13 @@ std::vector<double> rotation_from(UpAxis up) {
   return {};
 }
 
-/// A stretch of a buffer; offsets are multiples of four.
+/// A range of a buffer; offsets are multiples of four.
 struct Part {
   std::size_t buffer = 0, offset = 0, bytes = 0;
 };
 
-/// Where everything lies: primitive after primitive, its indices, positions, texture coordinates and normals one after
-/// the other; behind them, in a GLB, the pages' files. Every buffer is written front to back.
+/// Buffer layout: for each primitive its indices, positions, texture coordinates and normals, one after the other;
+/// behind them, in a GLB, the page files. Every buffer is written front to back.
 struct Layout {
   enum Array { indices, positions, texcoords, normals, kArrays };
   std::vector<std::array<Part, kArrays>> primitives;
@@ -77,11 +77,11 @@ struct Layout {
 
 constexpr std::size_t padded(std::size_t bytes) { return (bytes + 3) / 4 * 4; }
 
-/// glTF's readers ignore a PNG's colour profile, and its validator warns of it: it is left out of GLBs. write_image
-/// puts it behind the signature and the IHDR.
+/// GLBs leave out a PNG's colour profile: glTF readers ignore it, and the validator warns of it. write_image puts it
+/// directly behind the signature and the IHDR.
 constexpr std::size_t kProfileAt = 33;
 
-/// Of the chunk with the profile, 0 without; `page` may be the file's beginning alone.
+/// Size of the chunk with the profile, 0 without one; `page` may be just the beginning of the file.
 std::size_t profile_bytes(std::string_view page) {
   constexpr std::size_t kAround = 12;  // length, name and check sum
   if (!page.starts_with("\x89PNG") || page.size() < kProfileAt + kAround || page.substr(kProfileAt + 4, 4) != "iCCP")
@@ -92,7 +92,7 @@ std::size_t profile_bytes(std::string_view page) {
   return length;
 }
 
-/// From the file's first bytes and its size.
+/// The page's part of the buffer, from the file's size and first bytes.
 std::size_t embedded_bytes(const fs::path& file) {
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(file, error);
@@ -138,7 +138,7 @@ int add_view(tinygltf::Model& gltf, const Part& part, int target) {
   return static_cast<int>(gltf.bufferViews.size()) - 1;
 }
 
-// A view an accessor: tinygltf writes offsets of accessors as int, those of views at full width.
+// One buffer view an accessor: tinygltf writes offsets of accessors as int, those of views in full width.
 int add_accessor(tinygltf::Model& gltf, const Part& part, std::size_t count, int component, int type) {
   const bool is_index = type == TINYGLTF_TYPE_SCALAR;
   tinygltf::Accessor accessor;
@@ -151,7 +151,7 @@ int add_accessor(tinygltf::Model& gltf, const Part& part, std::size_t count, int
   return static_cast<int>(gltf.accessors.size()) - 1;
 }
 
-/// Bounds of exactly the floats in the buffer.
+/// Minimum and maximum of the floats exactly as they stand in the buffer.
 void set_bounds(tinygltf::Accessor& accessor, const Asset& asset, const GltfPrimitive& range) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   Float3 low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
@@ -208,7 +208,7 @@ void add_material(tinygltf::Model& gltf, const fs::path& file, const PageFile& p
   gltf.materials.push_back(std::move(material));
 }
 
-// JSON is UTF-8; text of a scene file need not be.
+// JSON must be UTF-8; text of a scene file may not be.
 std::string valid_utf8(const std::string& text) {
   const std::string json = nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   return nlohmann::json::parse(json).get<std::string>();

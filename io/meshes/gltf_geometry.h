@@ -1,4 +1,4 @@
-// A textured mesh as glTF wants it: vertices with one texture coordinate each, page by page.
+// A textured mesh in glTF's form: vertices with one texture coordinate each, page by page.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ struct GltfVertex {
   std::uint32_t position, texcoord;
 };
 
-/// What one page shows: ranges of the vertex and index arrays.
+/// The triangles of one page: ranges of the vertex and index arrays.
 struct GltfPrimitive {
   std::uint32_t page = 0;
   std::size_t first_vertex = 0, vertex_count = 0;

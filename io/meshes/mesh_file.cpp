@@ -8,7 +8,8 @@ namespace gpvc::io {
 Mesh read_mesh(const std::filesystem::path& file) {
   const FileBytes bytes(file);
   std::string_view text = bytes.view();
-  // Editors for Windows begin UTF-8 with a mark that would hide the first word: the first vertex of an OBJ.
+  // Windows editors begin UTF-8 files with a byte order mark, which would hide the first word, such as an OBJ's first
+  // v.
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   if (text.empty()) throw InputError(file, "", "is empty, expected a PLY or OBJ mesh");
   Mesh mesh = text.starts_with("ply\n") || text.starts_with("ply\r") || text.starts_with("ply ") || text == "ply"

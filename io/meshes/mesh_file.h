@@ -13,11 +13,11 @@ Mesh read_ply(const std::filesystem::path& file, std::string_view bytes);
 
 Mesh read_obj(const std::filesystem::path& file, std::string_view bytes);
 
-/// After `triangles` faces were added that face `face` of the file was split into: keeps Mesh::source_face, which stays
+/// To be called after face `face` of the file was split into `triangles` faces: records Mesh::source_face, which stays
 /// empty as long as every face is one triangle.
 void note_source(Mesh& mesh, std::size_t triangles, std::size_t face);
 
-/// Polygons, added as fans, in which a fan turns a triangle over are cut anew. \pre every vertex is there
+/// Retriangulates polygons that were added as fans and whose fan turns a triangle over. \pre all vertices are read
 void recut_concave(Mesh& mesh);
 
 /// FaceId and vertex indices are 32 bits wide, and the last value means "none".

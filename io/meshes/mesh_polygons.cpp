@@ -22,8 +22,8 @@ WorldPoint area_vector(const std::vector<WorldPoint>& corners) {
   return sum;
 }
 
-/// Cutting off ears (Meisters 1975), seen along the polygon's area vector. Empty when the polygon is no simple one and
-/// runs out of ears.
+/// Ear clipping (Meisters 1975) in projection along the polygon's area vector. Empty when the polygon is not simple and
+/// no ear is left.
 std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const std::vector<WorldPoint>& at) {
   const WorldPoint normal = area_vector(at);
   std::vector<std::size_t> left(corners.size());
@@ -51,7 +51,7 @@ std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const 
   return triangles;
 }
 
-/// Ears take up to the cube of the corners; more of them keep the fan.
+/// Ear clipping takes up to O(corners^3), so polygons with more corners keep their fan.
 constexpr std::size_t kMostCorners = 256;
 
 }  // namespace
@@ -90,7 +90,7 @@ void recut_concave(Mesh& mesh) {
     std::vector<std::uint32_t> corners{mesh.faces[begin][0], mesh.faces[begin][1]};
     for (std::size_t f = begin; f < end; ++f) corners.push_back(mesh.faces[f][2]);
     std::vector<WorldPoint> at;
-    // Relative to the first corner: georeferenced coordinates would drown the products in rounding.
+    // Relative to the first corner: with georeferenced coordinates rounding would swamp the products.
     for (const std::uint32_t v : corners) at.push_back(mesh.positions[v] - mesh.positions[corners[0]]);
     const WorldPoint normal = area_vector(at);
     bool turned = false;

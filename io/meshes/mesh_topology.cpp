@@ -1,4 +1,4 @@
-// Mesh health through OpenMesh's connectivity: what it cannot hold is what is not manifold.
+// Reports on connectivity by OpenMesh: the faces that its halfedges cannot hold are the non-manifold ones.
 #include <OpenMesh/Core/Mesh/TriConnectivity.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace gpvc::io {
 namespace {
 
-// OpenMesh complains about every complex edge on a stream of its own; the counts say the same in one line.
+// OpenMesh prints a line for every complex edge; the counts say the same in one line.
 class QuietOpenMesh {
  public:
   QuietOpenMesh() : was_enabled_(omerr().is_enabled()) { omerr().disable(); }

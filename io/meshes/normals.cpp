@@ -26,7 +26,7 @@ void add(Sum& sum, const Vector& normal, double angle) {
 }
 
 std::array<float, 3> direction_of(const Sum& sum) {
-  // Each term carries a relative error of a few 2^-52: below this, of a thousand faces, only rounding is left.
+  // Each term has a relative error of a few 2^-52: for a thousand faces, a sum below this is rounding alone.
   constexpr double kRounding = 0x1p-40;
   Vector v = sum.normals;
   double size = length(v);
@@ -51,7 +51,7 @@ std::vector<std::array<float, 3>> vertex_normals(const Mesh& mesh) {
     if (!(area > 0) || !std::isfinite(area)) continue;
     for (double& component : normal) component /= area;
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      // Between this edge and the one before turned round; the same cross product at every corner.
+      // The angle between this edge and the previous one reversed; the cross product is the same at every corner.
       const double angle = std::atan2(area, -dot(edges[corner], edges[(corner + 2) % 3]));
       add(sums[face[corner]], normal, angle);
     }

@@ -1,4 +1,4 @@
-// Textured models back in: any writer's OBJ + MTL, any GLB of triangles with base colour textures.
+// Reads textured models: OBJ + MTL of any writer, GLB and glTF of triangles with base colour textures.
 #include <tiny_gltf.h>
 #include <tiny_obj_loader.h>
 
@@ -31,7 +31,7 @@ WorldPoint read_offset(const fs::path& file) {
   return offset;
 }
 
-/// What a library says, as the end of our sentence: on one line, without the file's name and the library's full stops.
+/// A library's message as the end of our sentence: on one line, without the file's name and final full stops.
 std::string reason_of(const fs::path& file, std::string said) {
   const std::string name = file.string();
   for (std::size_t at; (at = said.find(name)) != std::string::npos;) said.erase(at, name.size());
@@ -238,8 +238,8 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model, const 
   }
 }
 
-/// Keeps the bytes of images in files and in the JSON. Those in a buffer stay there: tinygltf asks for them before it
-/// has held their place against the buffer's size, and its own decoder believes every length that a PNG claims.
+/// Keeps the bytes of images in files and in the JSON; those in a buffer stay there. tinygltf calls this before it
+/// checks an image's range against the buffer's size, and its own decoder believes every length that a PNG claims.
 bool keep_bytes(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size,
                 void*) {
   if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
@@ -265,7 +265,7 @@ std::string_view bytes_of(const fs::path& file, const tinygltf::Model& model, co
   return {reinterpret_cast<const char*>(buffer.data()) + view.byteOffset, view.byteLength};
 }
 
-/// Decodes the images that faces show, and no others; face_page becomes their place among the pages.
+/// Decodes only the images that faces show; face_page becomes their index among the pages.
 void add_pages(const fs::path& file, const tinygltf::Model& model, LoadedModel& result) {
   std::vector<std::uint32_t> page_of_image(model.images.size(), kNoPage);
   for (std::uint32_t& page : result.model.face_page) {
@@ -313,8 +313,8 @@ void check_depth(const fs::path& file, std::string_view json) {
   }
 }
 
-/// The JSON chunk of a GLB. What tinygltf does not hold against the file's size is checked here: it passes a BIN chunk
-/// that ends up to 8 bytes behind the file.
+/// The JSON chunk of a GLB. Checks what tinygltf does not: it accepts a BIN chunk that ends up to 8 bytes behind the
+/// file.
 std::string_view json_of(const fs::path& file, std::string_view glb) {
   ByteReader reader(file, glb);
   constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A;

@@ -1,17 +1,15 @@
 // Bentley ContextCapture's (iTwin Capture Modeler's) BlocksExchange XML: "BlocksExchange XML/XMLZ format" and
 // "Perspective camera model" of the ContextCapture User Guide, docs.bentley.com.
 //
-// Pixels   the centre of the upper left pixel is (0, 0), x right, y down: the principal point moves by half a
-// pixel. Camera   axes as CameraOrientation names them (XRightYDown when it does not), z completes them to a
-// right-handed
+// Pixels   the centre of the upper left pixel is (0, 0), x right, y down: the principal point moves by half a pixel.
+// Camera   axes as CameraOrientation names them (XRightYDown when it does not), z completes them to a right-handed
 //          frame; only XRightYDown is ours, the others are turned into it.
-// Pose     Rotation takes world to camera axes, as a matrix or as Omega, Phi, Kappa in degrees:
-//          (Rx(omega) Ry(phi) Rz(kappa))^T. Center is the camera's centre.
-// Lens     Brown's, on the normalized plane with y down whatever the orientation. P1 and P2 are in the
-//          other order than OpenCV's ("in some other conventions, the roles are reversed", says the guide):
-//          x' = x (1 + K1 r2 + K2 r4 + K3 r6) + P1 (r2 + 2 x x) + 2 P2 x y. The focal matrix is
-//          [f Skew; 0 AspectRatio f], so u = cx + f x' + Skew y'. StOriJimmy/libBATools reads both the
-//          same.
+// Pose     Rotation takes world to camera axes, as a matrix or as Omega, Phi, Kappa in degrees: (Rx(omega) Ry(phi)
+//          Rz(kappa))^T. Center is the camera's centre.
+// Lens     Brown's, on the normalized plane with y down whatever the orientation. P1 and P2 are in the other order
+//          than OpenCV's ("in some other conventions, the roles are reversed", says the guide): x' = x (1 + K1 r2 +
+//          K2 r4 + K3 r6) + P1 (r2 + 2 x x) + 2 P2 x y. The focal matrix is [f Skew; 0 AspectRatio f], so u = cx + f
+//          x' + Skew y'. StOriJimmy/libBATools reads both the same.
 // Mask     black pixels are ignored ("Photo properties" of the guide), as ours.
 #include <algorithm>
 #include <cmath>
@@ -53,9 +51,9 @@ std::optional<Matrix3> ours_from_axes(std::string_view orientation) {
   return std::nullopt;
 }
 
-/// Whether a definition (or a name with one in it) states degrees. The values cannot tell: metres about a local origin
-/// may be as small. Of the codes of EPSG those that photos and surveys come in: there is no rule by which their numbers
-/// differ from those of projected systems, and a whole table is another program's.
+/// True if a definition (or a name that contains one) states degrees. The values cannot decide that: metres about a
+/// local origin may be as small. EPSG codes are those that photos and surveys come in: no rule separates their numbers
+/// from those of projected systems, and a complete table is beyond this program.
 bool is_geographic(std::string_view definition) {
   static constexpr std::array kCodes{4326, 4979, 9057,        // WGS 84: of two and of three dimensions, G1762
                                      4322,                    // WGS 72

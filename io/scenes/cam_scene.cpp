@@ -5,13 +5,11 @@
 //   tx ty tz R00 R01 R02 R10 R11 R12 R20 R21 R22
 //   f d0 d1 paspect ppx ppy
 //
-// Pixels   the calibration's upper left pixel centre is (0.5, 0.5): ours. f is divided by the longer side (by
-// the
+// Pixels   the calibration's upper left pixel centre is (0.5, 0.5): ours. f is divided by the longer side (by the
 //          pixel's aspect, paspect, in portrait), ppx and ppy by width and height.
 // Camera   x right, y down, z forward: ours. Pose: x_camera = R x_world + t.
 // Lens     about the photo's middle, on the plane of focal length 1: d0 and d1 as k1 and k2; d0 alone is
-// VisualSFM's,
-//          which works from the photo to the plane.
+//          VisualSFM's, which works from the photo to the plane.
 #include <algorithm>
 #include <cmath>
 

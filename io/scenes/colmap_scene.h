@@ -5,7 +5,7 @@
 
 namespace gpvc::io {
 
-/// Files are only named. Throws InputError.
+/// The files are used in error messages only. Throws InputError.
 SceneFile parse_colmap(bool binary, const std::filesystem::path& cameras_file, std::string_view cameras_bytes,
                        const std::filesystem::path& images_file, std::string_view images_bytes);
 

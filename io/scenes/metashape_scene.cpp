@@ -1,30 +1,27 @@
-// Agisoft Metashape's cameras.xml (File > Export > Export Cameras): Metashape User Manual, Professional
-// Edition, appendix "Camera models" for lenses and axes.
+// Agisoft Metashape's cameras.xml (File > Export > Export Cameras): Metashape User Manual, Professional Edition,
+// appendix "Camera models" for lenses and axes.
 //
-// Pixels   the centre of the upper left pixel is (0.5, 0.5), x right, y down: ours. cx, cy are counted from
-// the
+// Pixels   the centre of the upper left pixel is (0.5, 0.5), x right, y down: ours. cx, cy are counted from the
 //          middle of the photo.
 // Camera   x right, y down, z forward: ours.
-// Pose     a camera's transform takes camera to chunk coordinates, the chunk's (or its component's) transform
-// takes
+// Pose     a camera's transform takes camera to chunk coordinates, the chunk's (or its component's) transform takes
 //          those to the world: rotation, scale, translation. In a chunk that is georeferenced the world is
 //          geocentric; otherwise local.
-// Rig      a camera with a master_id usually has no transform: its master's places it. Rotation and location
-//          of a sensor take its camera's coordinates to those of the rig, the identity where none are stated:
+// Rig      a camera with a master_id usually has no transform: its master's places it. Rotation and location of a
+//          sensor take its camera's coordinates to those of the rig, the identity where none are stated:
 //          chunk_from_slave = chunk_from_master * inverse([R | l] of the master's) * [R | l] of the slave's;
-//          l counts in units of the chunk, like a transform. The manual is silent. Two sources agree: the
-//          converter that made the poses of Meta's Eyeful Tower data set (world2slave =
-//          inverse([R | l]) * world2master, the chunk's scale after that), and the community's Metashape
-//          Expert Manual (sensor.rotation is slave to master, sensor.location the slave's centre there).
+//          l counts in units of the chunk, like a transform. The manual is silent. Two sources agree: the converter
+//          that made the poses of Meta's Eyeful Tower data set (world2slave = inverse([R | l]) * world2master, the
+//          chunk's scale after that), and the community's Metashape Expert Manual (sensor.rotation is slave to
+//          master, sensor.location the slave's centre there).
 // Labels   usually file names without folders, so they repeat when the photos of a flight fill several.
-// Lens     on the normalized plane (frame) or on it bent to theta / r (fisheye, equidistant_fisheye) or
-//          2 sin(theta / 2) / r (equisolid_fisheye; the manual of 2.3 has both, and for the first the formula
-//          that earlier ones have for "fisheye"):
+// Lens     on the normalized plane (frame) or on it bent to theta / r (fisheye, equidistant_fisheye) or 2 sin(theta
+//          / 2) / r (equisolid_fisheye; the manual of 2.3 has both, and for the first the formula that earlier ones
+//          have for "fisheye"):
 //          x' = x (1 + K1 r2 + .. + K4 r8) + (P1 (r2 + 2 x x) + 2 P2 x y) (1 + P3 r2 + P4 r4),
-//          and y' likewise: P1 and P2 in the other order than OpenCV's;
+//          and y' in the same way, P1 and P2 in the other order than OpenCV's;
 //          u = w / 2 + cx + x' f + x' B1 + y' B2, v = h / 2 + cy + y' f.
-//          Files of PhotoScan before 1.2 state fx, fy, skew, cx and cy from the corner, and P1, P2 as OpenCV
-//          does.
+//          Files of PhotoScan before 1.2 state fx, fy, skew, cx and cy from the corner, and P1, P2 as OpenCV does.
 #include <cmath>
 #include <map>
 #include <set>
@@ -331,7 +328,7 @@ class MetashapeReader {
     return chained(master_from_rig, rig_from_slave);
   }
 
-  /// What the sensor states of its place in a rig; <rotation fixed="true"/> states nothing.
+  /// The sensor's pose in a rig, as far as it is stated; <rotation fixed="true"/> states nothing.
   Placement offset_of(const pugi::xml_node& sensor) const {
     Placement out;
     if (const pugi::xml_node node = sensor.child("rotation"); node.first_child()) out.rotation = rotation_in(node);

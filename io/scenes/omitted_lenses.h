@@ -11,8 +11,8 @@
 
 namespace gpvc::io {
 
-/// A lens that no LensModel is (a panorama's) takes its views out of a scene that has others; a scene of nothing else
-/// is refused.
+/// Views with a lens that no LensModel describes (a panorama's) are left out of a scene that has others; a scene
+/// without others is refused.
 class OmittedLenses {
  public:
   /// One view of the lens; `refusal` says what is wrong with it, and where.
@@ -21,7 +21,7 @@ class OmittedLenses {
     ++counts_[lens];
   }
 
-  /// To be called when the scene has all its other views. Throws the first refusal where there are none.
+  /// To be called after the last view was added. Throws the first refusal if the scene has no other views.
   void settle(SceneFile& scene, const char* views = "images") const {
     if (!first_) return;
     if (scene.views.empty()) throw *first_;

@@ -1,11 +1,10 @@
 // OpenMVS' interface archive, .mvs: libs/MVS/Interface.h of github.com/cdcseacave/openMVS, versions 1 to 7.
 //
-// Pixels   the centre of the upper left pixel is (0, 0), x right, y down: the principal point moves by half a
-// pixel.
+// Pixels   the centre of the upper left pixel is (0, 0), x right, y down: the principal point moves by half a pixel.
 //          K is divided by the longer side where the camera states no resolution.
 // Camera   x right, y down, z forward: ours.
-// Pose     R takes world to camera, C is the centre; a camera's own R and C are relative to its platform's
-// pose. Lens     none: photos are undistorted.
+// Pose     R takes world to camera, C is the centre; a camera's own R and C are relative to its platform's pose.
+// Lens     none: photos are undistorted.
 #include <algorithm>
 #include <cmath>
 

@@ -27,7 +27,7 @@ std::vector<std::string> parts_of(const std::string& path) {
 
 bool is_drive(const std::string& part) { return part.size() == 2 && part[1] == ':'; }
 
-/// Fit to be joined to a folder, and to name outputs.
+/// True for a name that can be joined to a folder and can name outputs.
 bool is_plain(const std::string& name) {
   const std::vector<std::string> parts = parts_of(name);
   return !parts.empty() && name.front() != '/' && !is_drive(parts.front()) && parts.front() != ".." &&
@@ -44,7 +44,7 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, ignored);
 }
 
-/// Behind all links; the path itself where that cannot be told.
+/// The path with all links resolved; the path itself where that fails.
 fs::path real_path(const fs::path& path) {
   std::error_code failed;
   const fs::path real = fs::canonical(path, failed);
@@ -57,7 +57,7 @@ bool lies_in(const fs::path& inner, const fs::path& outer) {
   return !relative.empty() && *relative.begin() != "..";
 }
 
-/// Cameras write these beside the photos that they develop themselves.
+/// Raw formats, which cameras write beside the photos that they develop themselves.
 bool is_raw(const fs::path& name) {
   const std::string extension = lower_case(name.extension().string());
   for (const char* known : {".dng", ".arw", ".cr2", ".cr3", ".nef", ".orf", ".pef", ".raf", ".rw2"})
@@ -65,7 +65,7 @@ bool is_raw(const fs::path& name) {
   return false;
 }
 
-/// Parts that agree from the end: as they stand or in any case of letters, of file names `by_stem` any.
+/// Number of path parts equal from the end: exactly, or ignoring case; `by_stem` ignores the file name's extension.
 std::size_t common_tail(const std::vector<std::string>& a, const std::vector<std::string>& b, bool exact,
                         bool by_stem) {
   std::size_t common = 0;
@@ -181,7 +181,7 @@ class PhotoIndex {
   Index by_name_, by_stem_;
 };
 
-/// Of the usual folders the first in which a photo lies under its name, else the first that exists.
+/// The first of the usual folders that holds a photo under its name, else the first that exists.
 fs::path usual_folder(const SceneFile& scene, bool allow_none) {
   fs::path existing;
   std::string looked;
@@ -218,7 +218,7 @@ void scale(Camera& camera, int width, int height) {
   camera.height = height;
 }
 
-/// Paths without the folders that all have in common, nor what leads out of a folder; empty where nothing is left.
+/// Paths without their common folders and without parts that lead out of a folder; empty where nothing is left.
 std::vector<std::string> below_shared_folder(const std::vector<std::vector<std::string>>& paths, bool with_drives) {
   std::size_t shared = paths.front().empty() ? 0 : paths.front().size() - 1;
   for (const auto& path : paths) {
@@ -243,7 +243,7 @@ bool repeated(std::vector<std::string> names) {
   return std::adjacent_find(names.begin(), names.end()) != names.end();
 }
 
-/// How well a file fits the path that a view states, the first that differs deciding.
+/// How well a file fits the path that a view states, compared member by member.
 struct Fit {
   bool in_place = false;                 ///< it lies where the path says
   std::size_t tail = 0, exact_tail = 0;  ///< parts in common, in any case of letters and as they stand
@@ -257,8 +257,8 @@ Fit fit_of_match(const fs::path& file, const std::string& stated) {
   return {false, common_tail(wanted, is, false, true), common_tail(wanted, is, true, false)};
 }
 
-/// Where the photo of one view is missing, that of another with the same file name may be what was found for both: it
-/// stays with the views that it fits best, needed or not.
+/// If one view's photo is missing, another's with the same file name may have been found for both. Such a file goes to
+/// the views that it fits best, needed or not.
 void settle_shared_photos(SceneFile& scene, const std::vector<bool>& needed, const std::vector<Fit>& fits) {
   std::map<fs::path, std::vector<std::size_t>> finders;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
@@ -307,7 +307,7 @@ void settle_names(SceneFile& scene) {
   if (!plain) {
     std::vector<std::vector<std::string>> names;
     for (const View& view : scene.views) names.push_back(parts_of(view.name));
-    // Drives tell photos apart only where their folders do not.
+    // Drive letters distinguish photos only where their folders do not.
     std::vector<std::string> below = below_shared_folder(names, false);
     if (repeated(below)) below = below_shared_folder(names, true);
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -352,7 +352,7 @@ fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const Sc
         view.photo = named;
         continue;
       }
-      // Beside the scene's file anything may lie below: only a folder meant for photos is searched in depth.
+      // The scene file's own folder may hold anything below it, so only a folder meant for photos is searched in depth.
       std::error_code ignored;
       const bool deep = options.images_dir || !fs::equivalent(folder, folder_of(scene.listing), ignored);
       if (!index) index.emplace(folder, deep);
@@ -370,7 +370,7 @@ fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const Sc
 }
 
 void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
-  // Errors are collected so that the first view's is the one reported, whatever the threads did.
+  // Errors are collected so that the first view's is reported, for any number of threads.
   std::vector<std::string> problem(scene.views.size());
   std::vector<ImageSize> sizes(scene.views.size());
   tbb::parallel_for(std::size_t{0}, scene.views.size(), [&](std::size_t i) {

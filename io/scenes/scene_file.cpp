@@ -25,7 +25,7 @@ struct Found {
   fs::path path;
 };
 
-/// What a file that is no scene seems to be instead; empty for what tells nothing.
+/// Guesses what a source that is not a scene is instead; empty when nothing is recognized.
 std::string looks_of(const fs::path& source) {
   std::error_code error;
   if (fs::is_directory(source, error)) return {};
@@ -63,7 +63,7 @@ Found format_of(const fs::path& source) {
   throw InputError(source, "", (looks.empty() ? "is no scene" : looks) + ": expected " + expected);
 }
 
-/// A link to a scene leads to its photos, too.
+/// If the scene's file is a link, its photos may lie beside the file that it links to.
 void look_behind_links(SceneFile& scene) {
   std::error_code failed;
   const fs::path here = fs::absolute(folder_of(scene.listing)).lexically_normal();

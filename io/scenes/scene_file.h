@@ -1,7 +1,6 @@
-// What a scene format's reader hands to read_scene, which does what all formats share: photos on disk, order, sizes,
-// reduction.
-//
-// A format is one file, NAME_scene.cpp, that defines `const SceneFormat& NAME_scene()`; the build finds it.
+// The interface between the readers of scene formats and read_scene, which does what all formats share: finding photos,
+// ordering views, checking sizes, reducing. A format is one file, NAME_scene.cpp, that defines `const SceneFormat&
+// NAME_scene()`, which scene_file.cpp lists.
 #pragma once
 
 #include <array>
@@ -21,7 +20,7 @@ struct SceneFile {
   /// Names, cameras at full size and poses, in any order. Names may be whole paths: read_scene makes them relative and
   /// unique. View::photo and View::mask are the paths that the file states, with '/', or empty.
   std::vector<View> views{};
-  /// The file that lists the images; named when something about them is wrong.
+  /// The file that lists the images; error messages about them name it.
   std::filesystem::path listing{};
   /// All files that belong to the scene, where that is more than `listing`.
   std::vector<std::filesystem::path> files{};
@@ -38,11 +37,11 @@ struct SceneFile {
 struct SceneFormat {
   const char* name;
   const char* expects;  ///< "a COLMAP model (...)", for the error when no format fits
-  /// The file or folder to be read when `source` is, or plainly holds, this format.
+  /// The file or folder to read if `source` is, or contains, a scene of this format.
   std::optional<std::filesystem::path> (*find)(const std::filesystem::path& source);
   /// \pre `found` comes from find. Throws InputError.
   SceneFile (*read)(const std::filesystem::path& found);
-  /// The same from bytes, for formats of a single file that need nothing beside it; `file` is only named.
+  /// Reads from bytes, for formats of a single file; `file` is used in error messages only.
   SceneFile (*parse)(const std::filesystem::path& file, std::string_view bytes) = nullptr;
 };
 
@@ -59,7 +58,7 @@ std::span<const SceneFormat* const> scene_formats();
 
 // --- parts that readers share
 
-/// The first `count` bytes of a file; fewer or none where there are no more or it cannot be read.
+/// The first `count` bytes of a file; fewer if it is shorter, none if it cannot be read.
 std::string first_bytes(const std::filesystem::path& file, std::size_t count);
 
 /// The one file of `folder` with this extension (any case) that `fits`; nullopt when there is none. Throws InputError
@@ -70,11 +69,12 @@ std::optional<std::filesystem::path> only_file(const std::filesystem::path& fold
 /// The folder of a file, "." for a bare name.
 std::filesystem::path folder_of(const std::filesystem::path& file);
 
-/// '\' becomes '/', "file:///" is dropped: paths that Windows programs wrote.
+/// Turns '\' into '/' and drops "file:///": for paths written on Windows.
 std::string slashed(std::string_view path);
 
-/// Sizes within 1 .. 2^24 (safe in every product of two sides), finite terms, positive focal lengths; then
-/// limit_distortion. Throws InputError at `place`. A camera of width 0 (see SceneFile::size_camera) passes.
+/// Checks that sizes lie within 1 .. 2^24 (safe in every product of two sides), terms are finite and focal lengths
+/// positive; then calls limit_distortion. Throws InputError at `place`. A camera of width 0 (see
+/// SceneFile::size_camera) passes.
 void finish_camera(const std::filesystem::path& file, const std::string& place, Camera& camera);
 
 using Matrix3 = std::array<double, 9>;  ///< row-major
@@ -86,8 +86,8 @@ WorldPoint product(const Matrix3& m, const WorldPoint& p);
 /// The rotation of a quaternion w x y z of any length; nullopt when it has no direction.
 std::optional<Matrix3> rotation_from_quaternion(const std::array<double, 4>& q);
 
-/// The rotation next to `m`, which files print with few digits; nullopt when it is none, by more than 0.01 in an entry
-/// of m m^T: three printed decimals still pass.
+/// The rotation closest to `m`, which files print with few digits; nullopt when an entry of m m^T differs by more than
+/// 0.01 from the identity: three printed decimals still pass.
 std::optional<Matrix3> rotation_near(const Matrix3& m);
 
 /// Throws InputError unless rotation and centre are numbers.

@@ -40,10 +40,10 @@ class XmlFile {
   pugi::xml_document document_;
 };
 
-/// The name of a document's root, by its first bytes; empty for what is no XML.
+/// The name of a document's root, from its first bytes; empty if it is not XML.
 std::string xml_root(const std::filesystem::path& file);
 
-/// Whether a file begins as an XML document whose root has this name: a look at its first bytes.
+/// True if a file begins as an XML document whose root has this name, judged by its first bytes.
 bool has_xml_root(const std::filesystem::path& file, std::string_view root);
 
 }  // namespace gpvc::io
