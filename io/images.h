@@ -7,6 +7,7 @@
 
 #include "error.h"
 #include "image.h"
+#include "names.h"
 
 namespace gpvc::io {
 
@@ -33,6 +34,7 @@ using ColorProfile = std::vector<std::uint8_t>;
 ColorProfile read_color_profile(const std::filesystem::path& file);
 
 enum class ImageFormat { png, jpg };
+inline constexpr Named<ImageFormat> kImageFormatNames[] = {{"jpg", ImageFormat::jpg}, {"png", ImageFormat::png}};
 
 /// `quality` 1..100 applies to jpg (chroma is not subsampled). `profile` is embedded; without one, PNG says sRGB and
 /// JPEG nothing, which means the same. Throws OutputError.

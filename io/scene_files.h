@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "error.h"
+#include "names.h"
 #include "scene.h"
 
 namespace gpvc::io {
@@ -46,6 +47,8 @@ Scene read_scene(const std::filesystem::path& source, const SceneOptions& option
 /// colmap: sparse/{cameras,images,points3D}.txt; cam: mvs-texturing's NAME.cam beside each photo; mvs: OpenMVS'
 /// scene.mvs.
 enum class SceneTarget { colmap, cam, mvs };
+inline constexpr Named<SceneTarget> kSceneTargetNames[] = {
+    {"colmap", SceneTarget::colmap}, {"cam", SceneTarget::cam}, {"mvs", SceneTarget::mvs}};
 
 /// The first term of the camera's lens that the format cannot state ("p1", "the equisolid (fisheye) projection"); nullopt
 /// when it can state all of it.

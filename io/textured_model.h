@@ -11,6 +11,7 @@
 #include "error.h"
 #include "image.h"
 #include "images.h"
+#include "names.h"
 #include "scene.h"
 
 namespace gpvc::io {
@@ -42,6 +43,8 @@ struct PageFile {
 };
 
 enum class UpAxis { pos_x, neg_x, pos_y, neg_y, pos_z, neg_z };
+inline constexpr Named<UpAxis> kUpAxisNames[] = {{"+x", UpAxis::pos_x}, {"-x", UpAxis::neg_x}, {"+y", UpAxis::pos_y},
+                                                 {"-y", UpAxis::neg_y}, {"+z", UpAxis::pos_z}, {"-z", UpAxis::neg_z}};
 
 struct ModelOptions {
   WorldPoint offset;          ///< subtracted from every position (in double) before printing or rounding to float
@@ -49,7 +52,8 @@ struct ModelOptions {
   std::string srs{};          ///< Scene::srs and Scene::offset: for the root node's extras
   WorldPoint srs_offset{};
   bool normals = false;  ///< with smooth vertex normals, weighted by the faces' angles
-  /// Of a .bin beside a .gltf, unless a single page's triangles take more: lengths that 31 bits hold.
+  /// Largest size of a .bin beside a .gltf (exceeded only if one page's triangles take more): lengths that 31 bits
+  /// hold.
   std::size_t buffer_limit_bytes = 0x7FFFFFFF;
 };
 
@@ -61,6 +65,8 @@ void write_obj(const std::filesystem::path& obj_file, const TexturedModel& model
 
 /// One self-contained binary file, or a description with buffers and pages beside it.
 enum class GltfContainer { glb, files };
+inline constexpr Named<GltfContainer> kGltfContainerNames[] = {{"glb", GltfContainer::glb},
+                                                               {"files", GltfContainer::files}};
 
 struct GltfFiles {
   std::filesystem::path file;                  ///< STEM.glb or STEM.gltf

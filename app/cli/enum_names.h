@@ -1,21 +1,10 @@
 // Names of the enums of the libraries, as options and run.json spell them.
 #pragma once
 
-#include "io/io.h"
 #include "io/names.h"
+#include "io/scene_files.h"
+#include "io/textured_model.h"
 #include "visibility/visibility.h"
-
-namespace gpvc::io {
-
-inline constexpr Named<ImageFormat> kImageFormatNames[] = {{"jpg", ImageFormat::jpg}, {"png", ImageFormat::png}};
-inline constexpr Named<UpAxis> kUpAxisNames[] = {{"+x", UpAxis::pos_x}, {"-x", UpAxis::neg_x}, {"+y", UpAxis::pos_y},
-                                                 {"-y", UpAxis::neg_y}, {"+z", UpAxis::pos_z}, {"-z", UpAxis::neg_z}};
-inline constexpr Named<GltfContainer> kGltfContainerNames[] = {{"glb", GltfContainer::glb},
-                                                               {"files", GltfContainer::files}};
-inline constexpr Named<SceneTarget> kSceneTargetNames[] = {
-    {"colmap", SceneTarget::colmap}, {"cam", SceneTarget::cam}, {"mvs", SceneTarget::mvs}};
-
-}  // namespace gpvc::io
 
 namespace gpvc::visibility {
 

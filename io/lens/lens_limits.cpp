@@ -1,8 +1,10 @@
 // How far a lens model holds, and how much it can stretch.
 #include <algorithm>
+#include <iterator>
 #include <vector>
 
 #include "io/lens/lens.h"
+#include "io/lens_terms.h"
 
 namespace gpvc {
 
@@ -82,8 +84,8 @@ Polynomial absolute(Polynomial p) {
 void limit_distortion(Camera& camera) {
   Distortion& d = camera.distortion;
   d.max_r2 = Distortion{}.max_r2;
-  if (d.model == LensModel::perspective && d.k4 == 0 && d.d1 == 0 && d.d2 == 0 && d.d3 == 0 && d.p3 == 0 && d.p4 == 0 &&
-      d.s1 == 0 && d.s2 == 0 && d.skew == 0 && d.k5 == 0 && d.k6 == 0 && d.s3 == 0 && d.s4 == 0)
+  if (d.model == LensModel::perspective && std::all_of(std::begin(kLensTerms) + kBrownTerms, std::end(kLensTerms),
+                                                       [&](const LensTerm& further) { return d.*further.term == 0; }))
     d.model = LensModel::brown;
   double fold = io::kUnbounded;  // squared radius after the lens model's factor
   if (d.model == LensModel::inverse_radial) {
@@ -113,7 +115,7 @@ double largest_stretch(const Camera& camera, double r2) {
   const io::LensFactor lens = io::lens_factor(d, r2);
   const double s = r2 * lens.factor * lens.factor;
   // The factor bends a step across by `factor` and a step outwards by factor + r2 slope. Both are largest at the
-  // centre, but for inverse_radial with k1 < 0 and division with k1 > 0, where they are at the rim.
+  // centre, except for inverse_radial with k1 < 0 and division with k1 > 0, where they are largest at the rim.
   const io::LensFactor centre = io::lens_factor(d, 0);
   const double bent = std::max({centre.factor, lens.factor, lens.factor + r2 * lens.slope});
   if (io::is_bare(d.model)) return std::isfinite(bent) ? bent * pixels : io::kUnbounded;
@@ -129,7 +131,7 @@ double largest_stretch(const Camera& camera, double r2) {
     if (!(low > 0)) return io::kUnbounded;
   }
   const double radial = high / low + 2 * s * (high_slope / low + high * low_slope / (low * low));
-  // Where the further terms act: on the point itself, or on what the radial ones make of it.
+  // The point that the tangential and prism terms act on: the undistorted one or, for fisheye_624, the radial one.
   const bool behind = d.model == LensModel::fisheye_624;
   const double fs = behind ? s * high * high : s, fq = std::sqrt(fs);
   // Each entry of the tangential part's derivative is at most 6 (|p1| + |p2|) q, the part itself at most sqrt(10) (|p1|

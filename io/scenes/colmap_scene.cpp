@@ -10,6 +10,7 @@
 #include "io/error.h"
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
+#include "io/scenes/colmap_models.h"
 #include "io/scenes/colmap_scene.h"
 #include "io/scenes/omitted_lenses.h"
 
@@ -19,92 +20,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// COLMAP's camera models in the order of their numbers. `terms` says which parameter is which: f (both focal lengths),
-/// x y (one each), c d (principal point), the rest as in term_of; '?' marks a model that is known only to be skipped
-/// and refused by name.
-struct Model {
-  std::string_view name, terms;
-};
-constexpr std::array<Model, 18> kModels{{{"SIMPLE_PINHOLE", "fcd"},
-                                         {"PINHOLE", "xycd"},
-                                         {"SIMPLE_RADIAL", "fcd1"},
-                                         {"RADIAL", "fcd12"},
-                                         {"OPENCV", "xycd12pq"},
-                                         {"OPENCV_FISHEYE", "xycd1234"},
-                                         {"FULL_OPENCV", "xycd12pq3789"},
-                                         {"FOV", "xycdo"},
-                                         {"SIMPLE_RADIAL_FISHEYE", "fcd1"},
-                                         {"RADIAL_FISHEYE", "fcd12"},
-                                         {"THIN_PRISM_FISHEYE", "xycd12pq34st"},
-                                         {"RAD_TAN_THIN_PRISM_FISHEYE", "xycd123456qpsutv"},
-                                         {"SIMPLE_DIVISION", "fcd1"},
-                                         {"DIVISION", "xycd1"},
-                                         {"SIMPLE_FISHEYE", "fcd"},
-                                         {"FISHEYE", "xycd"},
-                                         {"EUCM", "xycdab"},
-                                         {"EQUIRECTANGULAR", "??"}}};
-
-bool is_supported(const Model& model) { return !model.terms.starts_with('?'); }
-
 std::string supported_models() {
   std::string names;
-  for (const Model& model : kModels)
-    if (is_supported(model)) names += (names.empty() ? "" : ", ") + std::string(model.name);
+  for (const ColmapModel& model : kColmapModels)
+    if (model.is_supported()) names += (names.empty() ? "" : ", ") + std::string(model.name);
   return "supported are " + names;
 }
 
-double& term_of(Camera& camera, char name) {
-  Distortion& d = camera.distortion;
-  switch (name) {
-    case 'x':
-      return camera.fx;
-    case 'y':
-      return camera.fy;
-    case 'c':
-      return camera.cx;
-    case 'd':
-      return camera.cy;
-    case '1':
-      return d.k1;
-    case '2':
-      return d.k2;
-    case '3':
-      return d.k3;
-    case '4':
-      return d.k4;
-    case 'p':
-      return d.p1;
-    case 'q':
-      return d.p2;
-    case '7':
-      return d.d1;
-    case '8':
-      return d.d2;
-    case '9':
-      return d.d3;
-    case '5':
-      return d.k5;
-    case '6':
-      return d.k6;
-    case 's':
-      return d.s1;
-    case 't':
-      return d.s2;
-    case 'u':
-      return d.s3;
-    case 'v':
-      return d.s4;
-    case 'a':
-      return d.alpha;
-    case 'b':
-      return d.beta;
-    default:
-      return d.omega;
-  }
-}
-
 struct ColmapCamera {
-  const Model* model = nullptr;
+  const ColmapModel* model = nullptr;
   std::uint64_t width = 0, height = 0;
   std::vector<double> parameters;
   std::string place;  ///< where in the cameras' file it stands
@@ -112,19 +36,8 @@ struct ColmapCamera {
 
 using ColmapCameras = std::map<std::uint64_t, ColmapCamera>;
 
-/// SIMPLE_FISHEYE and FISHEYE are equidistant, too, without terms (https://colmap.github.io/cameras.html); no model is
-/// equisolid.
-LensModel lens_of(std::string_view model) {
-  if (model == "FOV") return LensModel::fov;
-  if (model == "EUCM") return LensModel::unified;
-  if (model == "RAD_TAN_THIN_PRISM_FISHEYE") return LensModel::fisheye_624;
-  if (model.ends_with("DIVISION")) return LensModel::division;
-  return model.ends_with("FISHEYE") ? LensModel::equidistant : LensModel::perspective;
-}
-
-/// \pre is_supported(*in.model)
+/// \pre in.model->is_supported()
 Camera camera_from(const fs::path& file, const ColmapCamera& in) {
-  const std::string_view terms = in.model->terms;
   constexpr std::uint64_t kMaxSide = 1u << 24;  // finish_camera's, before it becomes an int
   if (in.width < 1 || in.height < 1 || in.width > kMaxSide || in.height > kMaxSide)
     throw InputError(file, in.place,
@@ -132,13 +45,13 @@ Camera camera_from(const fs::path& file, const ColmapCamera& in) {
   Camera out;
   out.width = static_cast<int>(in.width);
   out.height = static_cast<int>(in.height);
-  out.distortion.model = lens_of(in.model->name);
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    if (terms[i] == 'f')
-      out.fx = out.fy = in.parameters[i];
-    else
-      term_of(out, terms[i]) = in.parameters[i];
-  }
+  auto parameter = in.parameters.begin();
+  out.fx = *parameter++;
+  out.fy = in.model->focal_lengths == 1 ? out.fx : *parameter++;
+  out.cx = *parameter++;
+  out.cy = *parameter++;
+  out.distortion.model = in.model->lens;
+  for (const DistortionTerm term : in.model->terms()) out.distortion.*term = *parameter++;
   finish_camera(file, in.place, out);
   return out;
 }
@@ -175,7 +88,7 @@ std::optional<View> view_from(const fs::path& images_file, const std::string& pl
     throw InputError(images_file, place,
                      "image " + in_quotes(image.name) + " refers to camera " + std::to_string(image.camera_id) +
                          ", which " + cameras_file.filename().string() + " does not list");
-  if (const Model& model = *camera->second.model; !is_supported(model)) {
+  if (const ColmapModel& model = *camera->second.model; !model.is_supported()) {
     const std::string name(model.name);
     omitted.add(name, InputError(cameras_file, camera->second.place,
                                  "camera model " + name + " is not supported; " + supported_models()));
@@ -198,12 +111,12 @@ ColmapCameras read_cameras_bin(const fs::path& file, std::string_view bytes) {
     camera.place = "byte " + std::to_string(bytes.size() - reader.remaining());
     const auto id = reader.read<std::uint32_t>(kWhat);
     const auto model = reader.read<std::int32_t>(kWhat);
-    if (model < 0 || static_cast<std::size_t>(model) >= kModels.size())
+    if (model < 0 || static_cast<std::size_t>(model) >= kColmapModels.size())
       reader.fail("camera model number " + std::to_string(model) + " is unknown; " + supported_models());
-    camera.model = &kModels[static_cast<std::size_t>(model)];
+    camera.model = &kColmapModels[static_cast<std::size_t>(model)];
     camera.width = reader.read<std::uint64_t>(kWhat);
     camera.height = reader.read<std::uint64_t>(kWhat);
-    for (std::size_t p = 0; p < camera.model->terms.size(); ++p)
+    for (std::size_t p = 0; p < camera.model->parameters(); ++p)
       camera.parameters.push_back(reader.read<double>(kWhat));
     cameras[id] = std::move(camera);
   }
@@ -312,15 +225,15 @@ ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text, std:
     camera.place = lines.place();
     const std::uint64_t id = lines.integer(line, "a camera number");
     const std::string_view name = next_word(line);
-    for (const Model& model : kModels)
+    for (const ColmapModel& model : kColmapModels)
       if (model.name == name) camera.model = &model;
     if (camera.model == nullptr) lines.fail("camera model " + in_quotes(name) + " is unknown; " + supported_models());
     camera.width = lines.integer(line, "an image width");
     camera.height = lines.integer(line, "an image height");
-    for (std::size_t p = 0; p < camera.model->terms.size(); ++p)
+    for (std::size_t p = 0; p < camera.model->parameters(); ++p)
       camera.parameters.push_back(lines.number(line, "a camera parameter"));
     if (const std::string_view extra = next_word(line); !extra.empty())
-      lines.fail("camera model " + std::string(name) + " has " + std::to_string(camera.model->terms.size()) +
+      lines.fail("camera model " + std::string(name) + " has " + std::to_string(camera.model->parameters()) +
                  " parameters, found a further " + in_quotes(extra));
     cameras[id] = std::move(camera);
   }
@@ -384,7 +297,7 @@ std::map<std::uint32_t, fs::path> numbered_models(const fs::path& folder) {
   return models;
 }
 
-/// What a model's list of images says, without reading it; 0 for a list that is broken.
+/// The number of images that a model's list claims, without reading it; 0 for a broken list.
 std::uint64_t count_images(const fs::path& model) {
   std::uint64_t count = 0;
   if (holds_model(model, ".bin")) {
@@ -423,8 +336,7 @@ std::optional<fs::path> find(const fs::path& source) {
   return std::nullopt;
 }
 
-/// Of the numbered models in a folder the one of most images: number 0 is the first that was begun, and often a
-/// fragment.
+/// The numbered model in a folder with the most images: number 0 is the first that was begun, often a fragment.
 fs::path largest_model(const fs::path& folder, std::vector<std::string>& warnings) {
   const auto models = numbered_models(folder);
   fs::path best;

@@ -1,22 +1,20 @@
-// OpenSfM's reconstruction.json, which OpenDroneMap uses as well: "Dataset Structure" and "Geometric Models"
-// of OpenSfM's documentation, opensfm.org/docs; the georeferencing of OpenDroneMap from its run_opensfm
-// stage.
+// OpenSfM's reconstruction.json, which OpenDroneMap uses as well: "Dataset Structure" and "Geometric Models" of
+// OpenSfM's documentation, opensfm.org/docs; the georeferencing of OpenDroneMap from its run_opensfm stage.
 //
-// Pixels   normalized: the middle of the photo is (0, 0), its longer side is 1, x right, y down. OpenSfM's
-// pixel
-//          coordinates put the first centre at (0, 0) and the middle at ((w - 1) / 2, (h - 1) / 2), so in
-//          ours the middle is (w / 2, h / 2): pixel = max(w, h) * normalized + size / 2.
+// Pixels   normalized: the middle of the photo is (0, 0), its longer side is 1, x right, y down. OpenSfM's pixel
+//          coordinates put the first centre at (0, 0) and the middle at ((w - 1) / 2, (h - 1) / 2), so in ours the
+//          middle is (w / 2, h / 2): pixel = max(w, h) * normalized + size / 2.
 // Camera   x right, y down, z forward: ours.
 // Pose     rotation (angle-axis) and translation take world to camera: the centre is -R^T t.
 // Lens     perspective, simple_radial, radial and brown as OpenCV's five terms; fisheye and fisheye_opencv as
 //          OpenCV's fisheye. fisheye62 and fisheye624 add tangential and prism terms, which act on what the
-//          projection makes (camera_distortions_functions.h, Disto624), not on what the radial terms make of
-//          it as in Project Aria's model of that name: LensModel::equidistant. Terms that a file does not
-//          state are 0 and the projection is perspective, as in its io.py.
-// World    east, north, up about reference_lla where positions were known. OpenDroneMap replaces it by UTM
-//          less an offset, which stands in odm_georeferencing/coords.txt, and keeps the former as
-//          reconstruction.topocentric.json. It undistorts afterwards: undistorted/reconstruction.json is in
-//          the same coordinates.
+//          projection makes (camera_distortions_functions.h, Disto624), not on what the radial terms make of it as
+//          in Project Aria's model of that name: LensModel::equidistant. Terms that a file does not state are 0 and
+//          the projection is perspective, as in its io.py.
+// World    east, north, up about reference_lla where positions were known. OpenDroneMap replaces it by UTM less an
+//          offset, which stands in odm_georeferencing/coords.txt, and keeps the former as
+//          reconstruction.topocentric.json. It undistorts afterwards: undistorted/reconstruction.json is in the same
+//          coordinates.
 #include <array>
 #include <cmath>
 #include <map>
@@ -24,6 +22,7 @@
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
+#include "io/number_text.h"
 #include "io/scenes/omitted_lenses.h"
 #include "io/scenes/scene_file.h"
 
@@ -46,11 +45,6 @@ Json parse_json(const fs::path& file, std::string_view text) {
   } catch (const Json::exception&) {
     throw InputError(file, "", "expected JSON with numbers that doubles can hold");
   }
-}
-
-std::string digits(double value) {
-  std::array<char, 32> text{};
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
 class OpensfmReader {
@@ -91,7 +85,7 @@ class OpensfmReader {
       values[i] = lla[kNames[i]].get<double>();
     }
     if (values[0] == 0 && values[1] == 0) return;
-    scene.srs = "ENU:" + digits(values[0]) + "," + digits(values[1]);
+    scene.srs = "ENU:" + shortest_text(values[0]) + "," + shortest_text(values[1]);
     scene.offset = {0, 0, values[2]};
   }
 

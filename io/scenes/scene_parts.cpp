@@ -1,9 +1,10 @@
-// What the readers of scene formats share: files to look into, cameras and poses to check.
+// Helpers that the readers of scene formats share: recognizing files, checking cameras and poses.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 
 #include "io/files/text_scan.h"
+#include "io/lens_terms.h"
 #include "io/scenes/scene_file.h"
 
 namespace gpvc::io {
@@ -56,10 +57,10 @@ void finish_camera(const fs::path& file, const std::string& place, Camera& camer
                            ", expected 1 to 2^24 pixels a side");
   }
   const Distortion& d = camera.distortion;
-  for (const double term :
-       {camera.fx, camera.fy, camera.cx, camera.cy, d.k1,   d.k2,    d.k3, d.k4, d.p1, d.p2, d.p3,    d.p4,  d.d1,
-        d.d2,      d.d3,      d.s1,      d.s2,      d.skew, d.omega, d.k5, d.k6, d.s3, d.s4, d.alpha, d.beta})
-    if (!std::isfinite(term)) throw InputError(file, place, "a camera parameter is not finite");
+  bool finite = true;
+  for (const double value : {camera.fx, camera.fy, camera.cx, camera.cy}) finite = finite && std::isfinite(value);
+  for (const LensTerm& term : kLensTerms) finite = finite && std::isfinite(d.*term.term);
+  if (!finite) throw InputError(file, place, "a camera parameter is not finite");
   if (!(camera.fx > 0 && camera.fy > 0)) throw InputError(file, place, "the focal length is not positive");
   if (d.model == LensModel::fov && !(d.omega > 0 && d.omega < 3.14159))
     throw InputError(file, place, "the field of view is not between 0 and pi, its parameter omega");

@@ -7,29 +7,23 @@
 #include <set>
 #include <utility>
 
+#include "io/lens_terms.h"
+#include "io/number_text.h"
 #include "io/output_file.h"
 #include "io/scene_files.h"
+#include "io/scenes/colmap_models.h"
+#include "io/scenes/scene_file.h"
 
 namespace gpvc::io {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Shortest text that reads back as the same double.
-std::string digits(double value) {
-  std::array<char, 40> text{};
-  for (int precision = 15; precision <= 17; ++precision) {
-    std::snprintf(text.data(), text.size(), "%.*g", precision, value);
-    if (std::strtod(text.data(), nullptr) == value) break;
-  }
-  return text.data();
-}
-
 std::string joined(std::initializer_list<double> values) {
   std::string text;
   for (const double value : values) {
     if (!text.empty()) text += ' ';
-    text += digits(value);
+    text += shortest_text(value);
   }
   return text;
 }
@@ -40,147 +34,76 @@ void write_text(const fs::path& path, const std::string& text) {
   file.commit();
 }
 
-WorldPoint rotated(const std::array<double, 9>& r, const WorldPoint& p) {
-  return {r[0] * p.x + r[1] * p.y + r[2] * p.z, r[3] * p.x + r[4] * p.y + r[5] * p.z,
-          r[6] * p.x + r[7] * p.y + r[8] * p.z};
-}
-
 /// t of x_camera = R x_world + t.
 WorldPoint translation(const Pose& pose) {
-  const WorldPoint c = rotated(pose.rotation, pose.centre);
+  const WorldPoint c = product(pose.rotation, pose.centre);
   return {-c.x, -c.y, -c.z};
 }
 
-// --- what a lens has, and what a format can say
+// --- what a lens has, and what a format can state
 
-struct Term {
-  const char* name;
-  double value;
-};
-
-/// The first term that is not zero.
-std::optional<std::string> first_of(std::initializer_list<Term> terms) {
-  for (const Term& term : terms)
-    if (term.value != 0) return std::string(term.name);
+/// The first term of the lens that is not zero and not among those `stated`.
+std::optional<std::string> first_term_beyond(const Distortion& d, std::span<const DistortionTerm> stated) {
+  for (const LensTerm& term : kLensTerms)
+    if (d.*term.term != 0 && std::find(stated.begin(), stated.end(), term.term) == stated.end()) return term.name;
   return std::nullopt;
 }
 
-const char* projection_name(LensModel model) {
+std::string projection_name(LensModel model) {
   switch (model) {
     case LensModel::brown:
     case LensModel::perspective:
-      return "perspective";
+      return "the perspective projection";
     case LensModel::equidistant:
-      return "equidistant (fisheye)";
-    case LensModel::equisolid:
-      return "equisolid (fisheye)";
-    case LensModel::fov:
-      return "field-of-view";
-    case LensModel::inverse_radial:
-      return "inverse radial";
-    case LensModel::division:
-      return "division";
-    case LensModel::unified:
-      return "unified";
     case LensModel::fisheye_624:
-      return "equidistant (fisheye)";
+      return "the equidistant (fisheye) projection";
+    case LensModel::equisolid:
+      return "the equisolid (fisheye) projection";
+    case LensModel::fov:
+      return "the field-of-view projection";
+    case LensModel::inverse_radial:
+      return "the inverse radial projection";
+    case LensModel::division:
+      return "the division projection";
+    case LensModel::unified:
+      return "the unified projection";
   }
-  return "unknown";
+  return "an unknown projection";
 }
 
 bool is_perspective(LensModel model) { return model == LensModel::brown || model == LensModel::perspective; }
 
-struct ColmapLens {
-  const char* model;
-  std::string terms;
-};
+/// The first of COLMAP's models that states the whole lens, or else the one of its projection with the most terms;
+/// nullptr when no model has its projection.
+const ColmapModel* colmap_model(const Distortion& d) {
+  const LensModel lens = is_perspective(d.model) ? LensModel::perspective : d.model;
+  const ColmapModel* most = nullptr;
+  for (const ColmapModel& model : kColmapModels) {
+    if (model.focal_lengths < 2 || model.lens != lens) continue;
+    if (!first_term_beyond(d, model.terms())) return &model;
+    if (most == nullptr || model.terms().size() > most->terms().size()) most = &model;
+  }
+  return most;
+}
 
-/// nullopt when `lost` names what COLMAP has no place for.
-std::optional<ColmapLens> colmap_lens(const Camera& c, std::string& lost) {
-  const Distortion& d = c.distortion;
-  const auto with = [&](const char* model, std::initializer_list<double> terms) {
-    std::string all = joined({c.fx, c.fy, c.cx, c.cy});
-    for (const double term : terms) all.append(1, ' ').append(digits(term));
-    return ColmapLens{model, all};
-  };
-  const auto refuse = [&lost](const std::optional<std::string>& term) {
-    if (term) lost = *term;
-    return term.has_value();
-  };
-  if (is_perspective(d.model)) {
-    if (refuse(first_of({{"k4", d.k4}, {"p3", d.p3}, {"p4", d.p4}, {"s1", d.s1}, {"s2", d.s2}, {"skew", d.skew}})))
-      return std::nullopt;
-    if (first_of({{"", d.k3}, {"", d.d1}, {"", d.d2}, {"", d.d3}}))
-      return with("FULL_OPENCV", {d.k1, d.k2, d.p1, d.p2, d.k3, d.d1, d.d2, d.d3});
-    if (d.is_identity()) return with("PINHOLE", {});
-    return with("OPENCV", {d.k1, d.k2, d.p1, d.p2});
-  }
-  if (d.model == LensModel::equidistant) {
-    if (refuse(first_of({{"d1", d.d1},
-                         {"d2", d.d2},
-                         {"d3", d.d3},
-                         {"p3", d.p3},
-                         {"p4", d.p4},
-                         {"skew", d.skew},
-                         {"k5", d.k5},
-                         {"k6", d.k6},
-                         {"s3", d.s3},
-                         {"s4", d.s4}})))
-      return std::nullopt;
-    if (first_of({{"", d.p1}, {"", d.p2}, {"", d.s1}, {"", d.s2}}))
-      return with("THIN_PRISM_FISHEYE", {d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.s1, d.s2});
-    return with("OPENCV_FISHEYE", {d.k1, d.k2, d.k3, d.k4});
-  }
-  if (d.model == LensModel::fov) {
-    if (refuse(first_of({{"skew", d.skew}}))) return std::nullopt;
-    return with("FOV", {d.omega});
-  }
-  if (d.model == LensModel::division) return with("DIVISION", {d.k1});
-  if (d.model == LensModel::unified) return with("EUCM", {d.alpha, d.beta});
-  if (d.model == LensModel::fisheye_624)
-    return with("RAD_TAN_THIN_PRISM_FISHEYE", {d.k1, d.k2, d.k3, d.k4, d.k5, d.k6, d.p2, d.p1, d.s1, d.s3, d.s2, d.s4});
-  lost = std::string("the ") + projection_name(d.model) + " projection";
-  return std::nullopt;
+std::optional<std::string> lost_in_colmap(const Distortion& d) {
+  const ColmapModel* model = colmap_model(d);
+  return model != nullptr ? first_term_beyond(d, model->terms()) : projection_name(d.model);
 }
 
 std::optional<std::string> lost_in_pinhole(const Distortion& d) {
-  if (d.is_identity()) return std::nullopt;
-  if (!is_perspective(d.model)) return std::string("the ") + projection_name(d.model) + " projection";
-  return first_of({{"k1", d.k1},
-                   {"k2", d.k2},
-                   {"k3", d.k3},
-                   {"k4", d.k4},
-                   {"p1", d.p1},
-                   {"p2", d.p2},
-                   {"d1", d.d1},
-                   {"d2", d.d2},
-                   {"d3", d.d3},
-                   {"s1", d.s1},
-                   {"s2", d.s2},
-                   {"skew", d.skew}});
+  return is_perspective(d.model) ? first_term_beyond(d, {}) : projection_name(d.model);
 }
 
-/// Radial terms alone, about the photo's middle, with square pixels; k1 without k2 means another model there.
+/// The format has radial terms alone, about the photo's middle, with square pixels; k1 without k2 selects another model.
 std::optional<std::string> lost_in_cam(const Camera& c) {
   const Distortion& d = c.distortion;
   if (!lost_in_pinhole(d)) return std::nullopt;
-  const bool radial = is_perspective(d.model) && d.k1 != 0 && d.k2 != 0;
-  if (!radial && d.model != LensModel::inverse_radial) {
-    if (is_perspective(d.model) && (d.k1 != 0) != (d.k2 != 0))
-      return std::string(d.k1 != 0 ? "k1 without k2" : "k2 without k1");
-    return lost_in_pinhole(d);
+  if (d.model != LensModel::inverse_radial) {
+    if (!is_perspective(d.model)) return projection_name(d.model);
+    if ((d.k1 != 0) != (d.k2 != 0)) return d.k1 != 0 ? "k1 without k2" : "k2 without k1";
   }
-  if (const auto more = first_of({{"k3", d.k3},
-                                  {"k4", d.k4},
-                                  {"p1", d.p1},
-                                  {"p2", d.p2},
-                                  {"d1", d.d1},
-                                  {"d2", d.d2},
-                                  {"d3", d.d3},
-                                  {"s1", d.s1},
-                                  {"s2", d.s2},
-                                  {"skew", d.skew}}))
-    return more;
+  if (auto more = first_term_beyond(d, std::array{&Distortion::k1, &Distortion::k2})) return more;
   if (c.fx != c.fy) return "fx apart from fy, with distortion";
   if (2 * c.cx != c.width || 2 * c.cy != c.height) return "a principal point off the middle, with distortion";
   return std::nullopt;
@@ -221,12 +144,14 @@ void write_colmap(const fs::path& folder, const Scene& scene, std::span<const Vi
     const View& view = scene.views[index(used[i])];
     auto camera = std::find(known.begin(), known.end(), view.camera);
     if (camera == known.end()) {
-      std::string lost;
-      const std::optional<ColmapLens> lens = colmap_lens(view.camera, lost);
-      known.push_back(view.camera);
+      const Camera& c = view.camera;
+      known.push_back(c);
       camera = known.end() - 1;
-      cameras += std::to_string(known.size()) + " " + lens.value().model + " " + std::to_string(view.camera.width) +
-                 " " + std::to_string(view.camera.height) + " " + lens.value().terms + "\n";
+      const ColmapModel& model = *colmap_model(c.distortion);
+      cameras += std::to_string(known.size()) + " " + std::string(model.name) + " " + std::to_string(c.width) + " " +
+                 std::to_string(c.height) + " " + joined({c.fx, c.fy, c.cx, c.cy});
+      for (const DistortionTerm term : model.terms()) cameras += " " + shortest_text(c.distortion.*term);
+      cameras += "\n";
     }
     const std::array<double, 4> q = quaternion(view.pose.rotation);
     const WorldPoint t = translation(view.pose);
@@ -342,8 +267,7 @@ void write_mvs(const fs::path& folder, const Scene& scene, std::span<const ViewI
 std::optional<std::string> lost_term(SceneTarget target, const Camera& camera) {
   if (target == SceneTarget::mvs) return lost_in_pinhole(camera.distortion);
   if (target == SceneTarget::cam) return lost_in_cam(camera);
-  std::string lost;
-  return colmap_lens(camera, lost) ? std::nullopt : std::optional(lost);
+  return lost_in_colmap(camera.distortion);
 }
 
 std::vector<fs::path> photo_places(SceneTarget target, const Scene& scene, std::span<const ViewId> used) {

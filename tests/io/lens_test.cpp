@@ -9,12 +9,12 @@
 namespace gpvc::io {
 namespace {
 
-struct Named {
+struct NamedLens {
   const char* name;
   Distortion lens;
 };
 
-const std::vector<Named> kLenses{
+const std::vector<NamedLens> kLenses{
     {"brown", {.k1 = -0.28, .k2 = 0.09, .p1 = 4e-4, .p2 = -7e-4, .k3 = -0.01}},
     {"rational",
      {.k1 = 0.3,

@@ -1,3 +1,4 @@
+// The functions of scene.h that go through the lens: between the frame and the photo.
 #include "io/scene.h"
 
 #include <algorithm>
