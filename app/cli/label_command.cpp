@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "app/cli/run_record.h"
+#include "io/mesh.h"
 
 namespace gpvc::cli {
 namespace {

@@ -6,6 +6,7 @@
 #include <future>
 
 #include "app/cli/lens_json.h"
+#include "io/mesh.h"
 
 namespace gpvc::cli {
 namespace {

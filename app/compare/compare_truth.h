@@ -7,7 +7,9 @@
 
 #include "app/cli/run_record.h"
 #include "app/pipeline/pipeline.h"
-#include "io/io.h"
+#include "io/photos.h"
+#include "io/progress.h"
+#include "io/textured_model.h"
 
 namespace gpvc::compare {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/evaluate/json.h"
-#include "io/io.h"
+#include "io/progress.h"
 #include "io/scene.h"
 #include "visibility/visibility.h"
 

@@ -1,6 +1,6 @@
 #include "app/evaluate/json.h"
 
-#include "io/io.h"
+#include "io/output_file.h"
 
 namespace gpvc::evaluate {
 

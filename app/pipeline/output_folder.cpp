@@ -16,7 +16,7 @@
 #include <system_error>
 
 #include "app/pipeline/output_names.h"
-#include "io/io.h"
+#include "io/output_file.h"
 
 namespace gpvc::pipeline {
 namespace {

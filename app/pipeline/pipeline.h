@@ -12,7 +12,8 @@
 #include <vector>
 
 #include "../../atlas/atlas.h"
-#include "../../io/io.h"
+#include "../../io/photos.h"
+#include "../../io/textured_model.h"
 #include "../../labeling/labeling.h"
 #include "../../visibility/visibility.h"
 #include "observer.h"

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "../../io/io.h"
 #include "../../io/names.h"
+#include "../../io/photos.h"
 
 namespace gpvc::pipeline {
 

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "../../io/io.h"
 #include "../../io/scene.h"
+#include "../../io/textured_model.h"
 
 namespace gpvc::pipeline {
 

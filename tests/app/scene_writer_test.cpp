@@ -9,7 +9,9 @@
 #include "app/cli/console.h"
 #include "app/cli/options.h"
 #include "app/pipeline/undistort.h"
-#include "io/io.h"
+#include "io/images.h"
+#include "io/photos.h"
+#include "io/scene_files.h"
 #include "tests/support/scene_folder.h"
 #include "tests/support/temporary_folder.h"
 
