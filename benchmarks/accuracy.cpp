@@ -13,6 +13,8 @@
 
 #include "benchmarks/command.h"
 
+#include "visibility/device.h"
+
 namespace gpvc::accuracy {
 
 TrueScene with_truth(std::string name, Mesh mesh, View view) {
@@ -22,8 +24,8 @@ TrueScene with_truth(std::string name, Mesh mesh, View view) {
 }
 
 Score score(visibility::GraphicsDevice& device, const TrueScene& scene, const visibility::VisibilityOptions& options) {
-  visibility::VisibilityStage stage(device, scene.mesh, options);
-  const visibility::ViewVisibility found = stage.classify(scene.view, ViewId{0});
+  visibility::VisibilityStage stage(scene.mesh, options, &device);
+  const visibility::ViewVisibility found = stage.classify(scene.view, ViewId{0}, nullptr);
   Score score;
   for (std::size_t f = 0; f < found.classes.size(); ++f) {
     const bool visible = found.classes[f] == visibility::FaceClass::full, tied = scene.truth.tied[f] != 0;
@@ -34,11 +36,7 @@ Score score(visibility::GraphicsDevice& device, const TrueScene& scene, const vi
   return score;
 }
 
-visibility::VisibilityOptions mode(const std::string& name) {
-  visibility::VisibilityOptions options;
-  visibility::set_visibility_mode(name, options);
-  return options;
-}
+visibility::VisibilityOptions mode(const std::string& name) { return {visibility::parse_visibility_mode(name)}; }
 
 std::vector<double> epsilons(std::size_t step) {
   std::vector<double> values;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "benchmarks/table.h"
+#include "visibility/oracle.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::accuracy {

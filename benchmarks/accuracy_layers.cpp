@@ -51,10 +51,8 @@ Row measure(const Setup& setup, const TrueScene& scene, const std::vector<double
     row.full += scene.truth.classes[f] == visibility::FaceClass::full;
     row.tied += scene.truth.tied[f];
   }
-  visibility::VisibilityOptions options;
-  row.exact = score(setup.device, scene, options);
-  options.correction = visibility::CoverageCorrection::paper;
-  row.paper = score(setup.device, scene, options);
+  row.exact = score(setup.device, scene, {});
+  row.paper = score(setup.device, scene, {visibility::PaperGpvc{}});
   row.none = score(setup.device, scene, mode("none"));
   for (std::size_t m = 0; m < kBiased.size(); ++m)
     for (const double epsilon : tried)

@@ -83,21 +83,17 @@ struct GpvcTable {
 
 GpvcTable gpvc_table(const Setup& setup, const std::vector<TrueScene>& models,
                      const std::vector<visibility::CoverageCorrection>& corrections) {
-  constexpr std::array kNames{"off", "paper", "exact"};
   std::vector<std::string> head{"correction", "projection"};
   for (const TrueScene& model : models)
     for (const char* name : {"V", "O", "Ac (%)"}) head.push_back(fmt::format("{}: {}", model.name, name));
   GpvcTable result{Table(head), true};
   for (const visibility::CoverageCorrection correction : corrections)
     for (const visibility::Projection projection : {visibility::Projection::spc, visibility::Projection::apc}) {
-      std::vector<std::string> row{kNames[static_cast<std::size_t>(correction)],
+      std::vector<std::string> row{name_of(visibility::kCoverageCorrectionNames, correction),
                                    projection == visibility::Projection::spc ? "SPC" : "APC"};
       for (const TrueScene& model : models) {
-        visibility::VisibilityOptions options;
-        options.correction = correction;
-        options.projection = projection;
-        options.drawing = visibility::Drawing::opengl;  // whose rounding the paper is about
-        const Score s = score(setup.device, model, options);
+        const visibility::PaperGpvc method{.projection = projection, .correction = correction};
+        const Score s = score(setup.device, model, {method});
         for (const std::string& text :
              {std::to_string(s.visible), std::to_string(s.occluded), fmt::format("{:.2f}", s.percent())})
           row.push_back(text);

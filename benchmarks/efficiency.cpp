@@ -10,6 +10,8 @@
 #include "io/mesh.h"
 #include "io/scene_files.h"
 
+#include "visibility/device.h"
+
 namespace gpvc::efficiency {
 namespace {
 

@@ -27,6 +27,13 @@ struct Row {
 };
 Row parse_row(const std::string& name);
 
+/// Sampling and coverage correction of a gpvc method; no correction for the others.
+struct GpvcRow {
+  visibility::Sampling sampling{};
+  const char* correction = nullptr;
+};
+GpvcRow gpvc_row(const visibility::Method& method);
+
 /// What one mode did to all views.
 struct Measured {
   Row row;

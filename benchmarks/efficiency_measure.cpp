@@ -58,37 +58,53 @@ std::string first_word(const std::string& note) { return note.substr(0, note.fin
 /// A key that rows share if their classes must agree on every face: HIVERS and dense sampling with the same correction, on
 /// either processor and with either way of drawing. Empty for rows that need not agree with any.
 std::string agreement(const visibility::VisibilityOptions& options) {
-  if (options.method != visibility::Method::gpvc || options.sampling == visibility::Sampling::ves) return {};
-  return fmt::format("{}", static_cast<int>(options.correction));
+  const GpvcRow row = gpvc_row(options.method);
+  if (row.correction == nullptr || row.sampling == visibility::Sampling::ves) return {};
+  return row.correction;
+}
+
+/// Sets what `word` names; false if it names nothing that the method has.
+bool set(const std::string& word, visibility::Method& method) {
+  const auto find = [&](const auto& names, auto& value) {
+    for (const auto& known : names)
+      if (word == known.name) {
+        value = known.value;
+        return true;
+      }
+    return false;
+  };
+  auto* gpvc = std::get_if<visibility::Gpvc>(&method);
+  auto* paper = std::get_if<visibility::PaperGpvc>(&method);
+  if (gpvc != nullptr && (word == "off" || word == "paper")) {
+    paper = &method.emplace<visibility::PaperGpvc>(visibility::PaperGpvc{
+        gpvc->sampling, visibility::Projection::apc, visibility::CoverageCorrection::paper, gpvc->classifier});
+    gpvc = nullptr;
+  }
+  if (gpvc != nullptr)
+    return word == "exact" || find(visibility::kClassifierNames, gpvc->classifier) ||
+           find(visibility::kDrawingNames, gpvc->drawing);
+  return paper != nullptr && (find(visibility::kCoverageCorrectionNames, paper->correction) ||
+                              find(visibility::kClassifierNames, paper->classifier) || word == "opengl");
 }
 
 }  // namespace
 
+GpvcRow gpvc_row(const visibility::Method& method) {
+  if (const auto* gpvc = std::get_if<visibility::Gpvc>(&method)) return {gpvc->sampling, "exact"};
+  if (const auto* paper = std::get_if<visibility::PaperGpvc>(&method))
+    return {paper->sampling, name_of(visibility::kCoverageCorrectionNames, paper->correction)};
+  return {};
+}
+
 Row parse_row(const std::string& name) {
-  Row row{name, {}};
   std::size_t at = name.find('/');
-  visibility::set_visibility_mode(std::string_view(name).substr(0, at), row.options);
+  Row row{name, {visibility::parse_visibility_mode(std::string_view(name).substr(0, at))}};
   while (at != std::string::npos) {
     const std::size_t next = name.find('/', at + 1);
     const std::string word = name.substr(at + 1, next == std::string::npos ? next : next - at - 1);
-    const std::map<std::string, visibility::CoverageCorrection> corrections{
-        {"off", visibility::CoverageCorrection::off},
-        {"paper", visibility::CoverageCorrection::paper},
-        {"exact", visibility::CoverageCorrection::exact}};
-    const std::map<std::string, visibility::Classifier> classifiers{{"cpu", visibility::Classifier::cpu},
-                                                                    {"gpu", visibility::Classifier::gpu}};
-    const std::map<std::string, visibility::Drawing> drawings{{"opengl", visibility::Drawing::opengl},
-                                                              {"native", visibility::Drawing::native}};
-    if (const auto drawing = drawings.find(word); drawing != drawings.end()) {
-      row.options.drawing = drawing->second;
-    } else if (const auto correction = corrections.find(word); correction != corrections.end()) {
-      row.options.correction = correction->second;
-    } else if (const auto classifier = classifiers.find(word); classifier != classifiers.end()) {
-      row.options.classifier = classifier->second;
-    } else {
-      throw std::invalid_argument("'" + word + "' in '" + name +
-                                  "' is none of off, paper, exact, cpu, gpu, opengl, native");
-    }
+    if (!set(word, row.options.method))
+      throw std::invalid_argument("'" + word + "' in '" + name + "' is none of off, paper, exact, cpu, gpu, opengl, " +
+                                  "native, or does not go with the rest");
     at = next;
   }
   row.options.draw_ivm = false;  // unless the method needs it
@@ -106,7 +122,7 @@ std::vector<Measured> measure(visibility::GraphicsDevice& device, const BenchSce
     Measured result{row, {}, {}, {}, 0, 0, 0, 0};
     const auto stage = [&] {
       const Watch watch(result);
-      return std::make_unique<visibility::VisibilityStage>(device, scene.mesh, row.options);
+      return std::make_unique<visibility::VisibilityStage>(scene.mesh, row.options, &device);
     }();
     result.start_s = result.total_s;
     result.processor = stage->classifier_note().substr(0, 3);
@@ -116,7 +132,7 @@ std::vector<Measured> measure(visibility::GraphicsDevice& device, const BenchSce
     for (std::size_t v = 0; v < scene.views.size(); ++v) {
       {
         const Watch watch(result);
-        stage->classify(scene.views[v], ViewId{static_cast<std::uint32_t>(v)}, seen);
+        stage->classify(scene.views[v], ViewId{static_cast<std::uint32_t>(v)}, nullptr, seen);
       }
       add(result.sum, seen.statistics);
       if (terminal || v + 1 == scene.views.size())

@@ -51,26 +51,31 @@ Cells times(const Measured& m, const Measured& gpvc, std::size_t views) {
 }
 
 Cells shadow_map_head(const Measured& m) {
-  return {m.row.options.projection == visibility::Projection::spc ? "SPC" : "APC",
-          fmt::format("{}", m.row.options.epsilon)};
+  const auto& method = std::get<visibility::ShadowMap>(m.row.options.method);
+  return {method.projection == visibility::Projection::spc ? "SPC" : "APC", fmt::format("{}", method.epsilon)};
 }
 
 Cells ray_head(const Measured& m) {
-  return {m.row.options.rays == visibility::Rays::sparse ? "Sparse Sampling" : "Dense Sampling",
-          fmt::format("{}", m.row.options.epsilon)};
+  const auto& method = std::get<visibility::RayTracing>(m.row.options.method);
+  return {method.sampling == visibility::RaySampling::sparse ? "Sparse Sampling" : "Dense Sampling",
+          fmt::format("{}", method.epsilon)};
 }
 
 Cells gpvc_head(const Measured& m) {
   constexpr const char* kSamplings[] = {"HIVERS", "VES", "Dense Sampling"};
-  constexpr const char* kCorrections[] = {"off", "paper", "exact"};
-  return {kSamplings[static_cast<std::size_t>(m.row.options.sampling)],
-          kCorrections[static_cast<std::size_t>(m.row.options.correction)], m.drawing, m.processor};
+  const GpvcRow row = gpvc_row(m.row.options.method);
+  return {kSamplings[static_cast<std::size_t>(row.sampling)], row.correction, m.drawing, m.processor};
 }
 
 Cells no_test_head(const Measured&) { return {"none"}; }
 
+template <class... Methods>
+bool is_one_of(const visibility::Method& method) {
+  return (std::holds_alternative<Methods>(method) || ...);
+}
+
 struct Layout {
-  visibility::Method method;
+  bool (*contains)(const visibility::Method&);
   const char* name;
   const char* title;
   Cells head;
@@ -80,28 +85,28 @@ struct Layout {
 }  // namespace
 
 void print_tables(const BenchScene& scene, const std::vector<Measured>& measured, const std::filesystem::path& folder) {
-  const Layout layouts[] = {{visibility::Method::shadow_map,
+  const Layout layouts[] = {{is_one_of<visibility::ShadowMap>,
                              "table7",
                              "Table 7. Efficiency statistics of the shadow-mapping algorithm.",
                              {"Projection Configuration", "Epsilon"},
                              shadow_map_head},
-                            {visibility::Method::ray,
+                            {is_one_of<visibility::RayTracing>,
                              "table8",
                              "Table 8. Efficiency statistics of the ray-tracing algorithm.",
                              {"Sampling Type", "Epsilon"},
                              ray_head},
-                            {visibility::Method::gpvc,
+                            {is_one_of<visibility::Gpvc, visibility::PaperGpvc>,
                              "table9",
                              "Table 9. Efficiency statistics of GPVC.",
                              {"Sampling Type", "Correction", "Drawing", "Classifier"},
                              gpvc_head},
-                            {visibility::Method::none, "none", "No visibility test.", {"Mode"}, no_test_head}};
+                            {is_one_of<visibility::NoTest>, "none", "No visibility test.", {"Mode"}, no_test_head}};
   for (const Layout& layout : layouts) {
     Cells head = layout.head;
     head.insert(head.end(), kTimes.begin(), kTimes.end());
     Table table(head);
     for (const Measured& m : measured) {
-      if (m.row.options.method != layout.method) continue;
+      if (!layout.contains(m.row.options.method)) continue;
       Cells cells = layout.cells(m);
       const Cells rest = times(m, measured.front(), scene.views.size());
       cells.insert(cells.end(), rest.begin(), rest.end());

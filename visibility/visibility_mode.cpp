@@ -2,6 +2,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -9,8 +10,6 @@
 
 namespace gpvc::visibility {
 namespace {
-
-constexpr std::array kSamplings{"gpvc", "gpvc:ves", "gpvc:dense"};
 
 std::string quoted(std::string_view text) {
   std::string result(1, '\'');
@@ -40,64 +39,56 @@ double bias(std::string_view mode, std::string_view text) {
   return value;
 }
 
-/// The second and third word of `kind:CHOICE:EPS`: returns the number of the choice, sets the bias.
-std::size_t biased(std::string_view mode, const std::vector<std::string_view>& parts,
-                   const std::array<std::string_view, 2>& choices, double& epsilon) {
-  const std::string kind(parts[0]), first(choices[0]), second(choices[1]);
+/// Reads `kind:CHOICE:EPS`: sets the bias and returns the value that CHOICE names in a table of two.
+template <class Value>
+Value biased(std::string_view mode, const std::vector<std::string_view>& parts, const Named<Value> (&choices)[2],
+             double& epsilon) {
+  const std::string kind(parts[0]), first(choices[0].name), second(choices[1].name);
   if (parts.size() != 3) refuse(mode, "expected " + kind + ":" + first + ":EPS or " + kind + ":" + second + ":EPS");
-  for (std::size_t choice = 0; choice < choices.size(); ++choice) {
-    if (parts[1] != choices[choice]) continue;
+  for (const Named<Value>& choice : choices) {
+    if (parts[1] != choice.name) continue;
     epsilon = bias(mode, parts[2]);
-    return choice;
+    return choice.value;
   }
   refuse(mode, quoted(parts[1]) + " is neither " + first + " nor " + second);
 }
 
-std::string shortest(double value) {
+std::string biased_name(const char* kind, const char* choice, double epsilon) {
   std::array<char, 32> text{};
-  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
-  return {text.data(), end};
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), epsilon);
+  return std::string(kind) + ":" + choice + ":" + std::string(text.data(), end);
 }
 
 }  // namespace
 
-void set_visibility_mode(std::string_view mode, VisibilityOptions& options) {
-  constexpr std::array<std::string_view, 2> kProjections{"apc", "spc"}, kRays{"sparse", "dense"};
-  for (std::size_t sampling = 0; sampling < kSamplings.size(); ++sampling) {
-    if (mode != kSamplings[sampling]) continue;
-    options.method = Method::gpvc;
-    options.sampling = static_cast<Sampling>(sampling);
-    return;
-  }
+Method parse_visibility_mode(std::string_view mode) {
+  for (const auto& [name, sampling] : kSamplingNames)
+    if (mode == name) return Gpvc{sampling};
+  if (mode == "none") return NoTest{};
   const std::vector<std::string_view> parts = words(mode);
-  if (mode == "none") {
-    options.method = Method::none;
-  } else if (parts[0] == "shadow-map") {
-    options.projection = static_cast<Projection>(biased(mode, parts, kProjections, options.epsilon));
-    options.method = Method::shadow_map;
-  } else if (parts[0] == "ray") {
-    options.rays = static_cast<Rays>(biased(mode, parts, kRays, options.epsilon));
-    options.method = Method::ray;
-  } else {
-    refuse(mode,
-           "expected gpvc, gpvc:ves, gpvc:dense, shadow-map:spc:EPS, shadow-map:apc:EPS, ray:sparse:EPS, "
-           "ray:dense:EPS or none");
+  if (parts[0] == "shadow-map") {
+    ShadowMap shadow_map;
+    shadow_map.projection = biased(mode, parts, kProjectionNames, shadow_map.epsilon);
+    return shadow_map;
   }
+  if (parts[0] == "ray") {
+    RayTracing rays;
+    rays.sampling = biased(mode, parts, kRaySamplingNames, rays.epsilon);
+    return rays;
+  }
+  refuse(mode,
+         "expected gpvc, gpvc:ves, gpvc:dense, shadow-map:spc:EPS, shadow-map:apc:EPS, ray:sparse:EPS, "
+         "ray:dense:EPS or none");
 }
 
-std::string visibility_mode_name(const VisibilityOptions& options) {
-  switch (options.method) {
-    case Method::shadow_map:
-      return (options.projection == Projection::spc ? "shadow-map:spc:" : "shadow-map:apc:") +
-             shortest(options.epsilon);
-    case Method::ray:
-      return (options.rays == Rays::sparse ? "ray:sparse:" : "ray:dense:") + shortest(options.epsilon);
-    case Method::none:
-      return "none";
-    case Method::gpvc:
-      break;
-  }
-  return kSamplings[static_cast<std::size_t>(options.sampling)];
+std::string visibility_mode_name(const Method& method) {
+  if (const auto* shadow_map = std::get_if<ShadowMap>(&method))
+    return biased_name("shadow-map", name_of(kProjectionNames, shadow_map->projection), shadow_map->epsilon);
+  if (const auto* rays = std::get_if<RayTracing>(&method))
+    return biased_name("ray", name_of(kRaySamplingNames, rays->sampling), rays->epsilon);
+  if (std::holds_alternative<NoTest>(method)) return "none";
+  const auto* paper = std::get_if<PaperGpvc>(&method);
+  return name_of(kSamplingNames, paper != nullptr ? paper->sampling : std::get<Gpvc>(method).sampling);
 }
 
 }  // namespace gpvc::visibility

@@ -15,6 +15,7 @@
 #include "app/cli/near_words.h"
 #include "app/cli/options.h"
 #include "app/compare/compare.h"
+#include "visibility/device.h"
 
 namespace gpvc::cli {
 namespace {

@@ -102,10 +102,54 @@ void add_output(CLI::App& app, std::filesystem::path& out, bool& force) {
   app.add_flag("--force", force, "Replace an earlier result in OUT once the new one is complete")->group(kGroup);
 }
 
+namespace {
+
+using visibility::CoverageCorrection, visibility::Gpvc, visibility::PaperGpvc;
+
+// The gpvc mode step by step, for an option that only gpvc has. Throws what `option` belongs to when the mode is another.
+PaperGpvc steps_of(const visibility::Method& method, const std::string& option) {
+  if (const auto* paper = std::get_if<PaperGpvc>(&method)) return *paper;
+  const auto* gpvc = std::get_if<Gpvc>(&method);
+  if (gpvc == nullptr)
+    throw CLI::ValidationError(
+        option, fmt::format("belongs to the gpvc modes, not to {}", visibility::visibility_mode_name(method)));
+  return {gpvc->sampling, visibility::Projection::apc, CoverageCorrection::exact, gpvc->classifier};
+}
+
+visibility::Method gpvc_of(const PaperGpvc& steps) {
+  if (steps.projection != visibility::Projection::apc || steps.correction != CoverageCorrection::exact) return steps;
+  return Gpvc{steps.sampling, visibility::Drawing::automatic, steps.classifier};
+}
+
+void set_drawing(visibility::Drawing drawing, visibility::Method& method) {
+  const auto refuse = [](const std::string& reason) {
+    throw CLI::ValidationError("--drawing", "native does not go with " + reason);
+  };
+  if (auto* rays = std::get_if<visibility::RayTracing>(&method)) {
+    rays->drawing = drawing;
+  } else if (auto* none = std::get_if<visibility::NoTest>(&method)) {
+    none->drawing = drawing;
+  } else if (auto* gpvc = std::get_if<Gpvc>(&method)) {
+    if (drawing == visibility::Drawing::native && gpvc->classifier == visibility::Classifier::gpu)
+      refuse("--classifier gpu: shaders classify what OpenGL has drawn");
+    gpvc->drawing = drawing;
+  } else if (drawing == visibility::Drawing::native) {
+    const auto* paper = std::get_if<PaperGpvc>(&method);
+    if (paper == nullptr) refuse(visibility::visibility_mode_name(method) + ": OpenGL draws its depth map");
+    if (paper->correction != CoverageCorrection::exact)
+      refuse(fmt::format("--coverage-correction {}: it is about what OpenGL rounds",
+                         name_of(visibility::kCoverageCorrectionNames, paper->correction)));
+    refuse("--projection spc: only OpenGL draws with it");
+  }
+}
+
+}  // namespace
+
 void add_visibility(CLI::App& app, visibility::VisibilityOptions& options) {
-  const auto set_mode = [&options](const std::string& mode) {
+  visibility::Method& method = options.method;
+  const auto set_mode = [&method](const std::string& mode) {
     try {
-      visibility::set_visibility_mode(mode, options);
+      method = visibility::parse_visibility_mode(mode);
     } catch (const std::invalid_argument& error) {
       throw CLI::ValidationError("--visibility", error.what());
     }
@@ -122,33 +166,40 @@ void add_visibility(CLI::App& app, visibility::VisibilityOptions& options) {
       ->type_name("MODE")
       ->default_str("gpvc")
       ->group(kVisibilityGroup);
-  // Options take effect in the order they are added here, so the mode is known.
-  const auto check_projection = [&options](visibility::Projection) {
-    if (options.method != visibility::Method::gpvc)
-      throw CLI::ValidationError("--projection", fmt::format("belongs to the gpvc modes, not to {}",
-                                                             visibility::visibility_mode_name(options)));
-  };
-  add_choice<visibility::Projection>(
-      app, "--projection", visibility::kProjectionNames, options.projection,
-      "Depth that gpvc draws with: reversed with the near plane at zero, or symmetric with planes that fit the mesh",
-      check_projection)
+  // Options take effect in the order in which they are added, so each one sees the method that those above it chose.
+  add_choice(
+      app, "--projection", visibility::kProjectionNames,
+      [&method](visibility::Projection projection) {
+        PaperGpvc steps = steps_of(method, "--projection");
+        steps.projection = projection;
+        method = gpvc_of(steps);
+      },
+      "apc",
+      "Depth that gpvc draws with: reversed with the near plane at zero, or symmetric with planes that fit the mesh")
       ->group(kVisibilityGroup);
-  add_choice(app, "--coverage-correction", visibility::kCoverageCorrectionNames, options.correction,
-             "Repair of what the rasterizer's snapping and rounding got wrong")
+  add_choice(
+      app, "--coverage-correction", visibility::kCoverageCorrectionNames,
+      [&method](CoverageCorrection correction) {
+        PaperGpvc steps = steps_of(method, "--coverage-correction");
+        steps.correction = correction;
+        method = gpvc_of(steps);
+      },
+      "exact", "Repair of what the rasterizer's snapping and rounding got wrong in the gpvc modes")
       ->group(kVisibilityGroup);
-  add_choice(app, "--classifier", visibility::kClassifierNames, options.classifier,
-             "Where faces are classified; the result is the same")
+  add_choice(
+      app, "--classifier", visibility::kClassifierNames,
+      [&method](visibility::Classifier classifier) {
+        PaperGpvc steps = steps_of(method, "--classifier");
+        steps.classifier = classifier;
+        method = gpvc_of(steps);
+      },
+      "auto", "Where the gpvc modes classify faces that OpenGL has drawn; the result is the same")
       ->group(kVisibilityGroup);
-  const auto check_drawing = [&options](visibility::Drawing drawing) {
-    if (const std::string obstacle = visibility::native_drawing_obstacle(options);
-        drawing == visibility::Drawing::native && !obstacle.empty())
-      throw CLI::ValidationError("--drawing", "native does not go with the other options: " + obstacle);
-  };
-  add_choice<visibility::Drawing>(
-      app, "--drawing", visibility::kDrawingNames, options.drawing,
-      "What draws the item buffer of gpvc. native: gpvc's own rasterizer, which auto takes where OpenGL would be "
-      "drawn by the CPU as well, and more slowly; the classes are the same",
-      check_drawing)
+  add_choice(
+      app, "--drawing", visibility::kDrawingNames,
+      [&method](visibility::Drawing drawing) { set_drawing(drawing, method); }, "auto",
+      "What draws the item buffer. native: a rasterizer on the CPU, which auto takes without graphics hardware; the "
+      "classes are the same")
       ->group(kVisibilityGroup);
   app.add_flag("!--no-subpixel", options.subpixel, "Do not resolve faces smaller than a pixel")
       ->group(kVisibilityGroup);

@@ -30,20 +30,28 @@ CLI::Validator in_range(Value least, Value most) {
       "");
 }
 
-// An option that takes one of the names in a table. Its default is what `value` holds. `check` may throw.
+// An option that takes one of the names in a table and hands its value to `set`, which may throw.
 template <class Value, std::size_t kCount>
-CLI::Option* add_choice(CLI::App& app, const std::string& name, const Named<Value> (&names)[kCount], Value& value,
-                        const std::string& text, const std::function<void(Value)>& check = {}) {
+CLI::Option* add_choice(CLI::App& app, const std::string& name, const Named<Value> (&names)[kCount],
+                        std::type_identity_t<std::function<void(Value)>> set, const std::string& fallback,
+                        const std::string& text) {
   std::string words;
   for (const Named<Value>& known : names) words += (words.empty() ? "" : "|") + std::string(known.name);
   const std::vector<Named<Value>> all(std::begin(names), std::end(names));
-  const auto parse = [all, words, name, check, &value](const std::string& given) {
+  const auto parse = [all, words, name, set](const std::string& given) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const Named<Value>& n) { return given == n.name; });
     if (found == all.end()) throw CLI::ValidationError(name, fmt::format("'{}' is none of {}", given, words));
-    if (check) check(found->value);
-    value = found->value;
+    set(found->value);
   };
-  return app.add_option_function<std::string>(name, parse, text)->type_name(words)->default_str(name_of(names, value));
+  return app.add_option_function<std::string>(name, parse, text)->type_name(words)->default_str(fallback);
+}
+
+// Sets `value`, whose present value is the default.
+template <class Value, std::size_t kCount>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, const Named<Value> (&names)[kCount], Value& value,
+                        const std::string& text) {
+  return add_choice(
+      app, name, names, [&value](Value given) { value = given; }, name_of(names, value), text);
 }
 
 CLI::Validator not_empty();

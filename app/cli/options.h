@@ -8,10 +8,13 @@
 #include <vector>
 
 #include "app/cli/console.h"
-#include "app/cli/enum_names.h"
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/undistort.h"
 #include "app/synth/city.h"
+#include "io/names.h"
+#include "io/scene_files.h"
+#include "io/textured_model.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::cli {
 

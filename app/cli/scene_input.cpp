@@ -110,18 +110,31 @@ void write_views_json(const std::filesystem::path& file, const SceneInputData& i
              {"views", views}});
 }
 
-Json device_json(const visibility::DeviceInfo& device) {
-  return {
-      {"index", device.index}, {"renderer", device.renderer}, {"driver", device.driver}, {"software", device.software}};
+Json device_json(const std::optional<visibility::DeviceInfo>& device) {
+  if (!device) return nullptr;
+  return {{"index", device->index},
+          {"renderer", device->renderer},
+          {"driver", device->driver},
+          {"software", device->software}};
 }
 
 Json visibility_json(const visibility::VisibilityOptions& options) {
-  namespace v = visibility;
-  return {{"visibility", visibility::visibility_mode_name(options)},
-          {"projection", name_of(v::kProjectionNames, options.projection)},
-          {"coverage_correction", name_of(v::kCoverageCorrectionNames, options.correction)},
-          {"classifier", name_of(v::kClassifierNames, options.classifier)},
-          {"drawing", name_of(v::kDrawingNames, options.drawing)},
+  visibility::PaperGpvc steps{{}, {}, visibility::CoverageCorrection::exact, {}};
+  auto drawing = visibility::Drawing::automatic;
+  if (const auto* paper = std::get_if<visibility::PaperGpvc>(&options.method)) steps = *paper;
+  if (const auto* shadow_map = std::get_if<visibility::ShadowMap>(&options.method))
+    steps.projection = shadow_map->projection;
+  if (const auto* rays = std::get_if<visibility::RayTracing>(&options.method)) drawing = rays->drawing;
+  if (const auto* none = std::get_if<visibility::NoTest>(&options.method)) drawing = none->drawing;
+  if (const auto* gpvc = std::get_if<visibility::Gpvc>(&options.method)) {
+    steps.classifier = gpvc->classifier;
+    drawing = gpvc->drawing;
+  }
+  return {{"visibility", visibility::visibility_mode_name(options.method)},
+          {"projection", name_of(visibility::kProjectionNames, steps.projection)},
+          {"coverage_correction", name_of(visibility::kCoverageCorrectionNames, steps.correction)},
+          {"classifier", name_of(visibility::kClassifierNames, steps.classifier)},
+          {"drawing", name_of(visibility::kDrawingNames, drawing)},
           {"subpixel", options.subpixel}};
 }
 

@@ -7,6 +7,7 @@
 
 #include "app/cli/run_record.h"
 #include "app/cli/view_lists.h"
+#include "visibility/device.h"
 
 namespace gpvc::cli {
 
@@ -33,7 +34,8 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record);
 /// views.json: every view in order, with `used` and `held_out`.
 void write_views_json(const std::filesystem::path& file, const SceneInputData& input);
 
-Json device_json(const visibility::DeviceInfo& device);
+/// null without a device.
+Json device_json(const std::optional<visibility::DeviceInfo>& device);
 Json visibility_json(const visibility::VisibilityOptions& options);
 Json scene_json(const SceneInput& input);
 /// The faces and vertices of each mesh.

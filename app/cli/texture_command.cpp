@@ -48,16 +48,16 @@ Json preview_json(const pipeline::WrittenModel& written) {
 RunFacts texture(const TextureOptions& options, RunRecord& record, pipeline::OutputFolder& folder) {
   const SceneInputData in = read_scene_input(options.input, record);
   folder.protect(input_files(in));
-  visibility::GraphicsDevice device(options.common.device);
-  record.detail(fmt::format("device: {} ({})", device.info().renderer, device.info().driver));
   io::PhotoCache photos(in.scene, options.input.downscale, pipeline::photo_cache_bytes());
-  const pipeline::TexturedMesh textured = pipeline::texture(in.input(), options.settings, photos, device, record);
+  pipeline::Settings settings = options.settings;
+  settings.device = options.common.device;
+  const pipeline::TexturedMesh textured = pipeline::texture(in.input(), settings, photos, record);
   write_views_json(folder.file("views.json"), in);
   const pipeline::WrittenModel written = pipeline::write(in.input(), textured, options.settings, folder, record);
   record.counts["preview"] = preview_json(written);
   record.counts["up"] = name_of(io::kUpAxisNames, written.up);
   record.counts["offset"] = point_json(written.offset);
-  return {options_json(options), device_json(device.info())};
+  return {options_json(options), device_json(textured.device)};
 }
 
 }  // namespace

@@ -94,10 +94,10 @@ void record_totals(const Totals& all, RunRecord& record) {
 }
 
 void classify_views(const SceneInputData& in, const VisibilityCommandOptions& options,
-                    visibility::GraphicsDevice& device, pipeline::OutputFolder& folder, RunRecord& record,
+                    visibility::GraphicsDevice* device, pipeline::OutputFolder& folder, RunRecord& record,
                     evaluate::OracleCheck& check) {
   record.begin({"visibility", "views"});
-  visibility::VisibilityStage visibility(device, in.mesh, options.visibility);
+  visibility::VisibilityStage visibility(in.mesh, options.visibility, device);
   record.note("drawing: " + visibility.drawing_note());
   record.note("classifier: " + visibility.classifier_note());
   record.counts["drawing"] = visibility.drawing_note();
@@ -110,7 +110,8 @@ void classify_views(const SceneInputData& in, const VisibilityCommandOptions& op
   for (std::size_t n = 0; n < in.used.size(); ++n) {
     record.progress(n, in.used.size());
     const View& view = in.scene.views[index(in.used[n])];
-    visibility.classify(view, in.used[n], seen);
+    const std::optional<io::PhotoExclusion> excluded = io::read_exclusion(view);
+    visibility.classify(view, in.used[n], excluded ? &*excluded : nullptr, seen);
     write_view(in, view, seen, options.ivm, folder);
     Totals one;
     one.add(seen);
@@ -123,9 +124,11 @@ void classify_views(const SceneInputData& in, const VisibilityCommandOptions& op
   record.end(fmt::format("{} views", in.used.size()));
 }
 
-// Other modes than gpvc with the exact correction may disagree with the oracle.
+// True for the methods that must agree with the oracle: gpvc with the exact correction.
 bool claims_to_be_exact(const visibility::VisibilityOptions& options) {
-  return options.method == visibility::Method::gpvc && options.correction == visibility::CoverageCorrection::exact;
+  const auto* paper = std::get_if<visibility::PaperGpvc>(&options.method);
+  return paper != nullptr ? paper->correction == visibility::CoverageCorrection::exact
+                          : std::holds_alternative<visibility::Gpvc>(options.method);
 }
 
 // Sets `wrong` to the number of faces classed otherwise than by the oracle where that is a failure.
@@ -133,10 +136,10 @@ RunFacts visibility(const VisibilityCommandOptions& options, RunRecord& record, 
                     std::size_t& wrong) {
   const SceneInputData in = read_scene_input(options.input, record);
   folder.protect(input_files(in));
-  visibility::GraphicsDevice device(options.common.device);
-  record.detail(fmt::format("device: {} ({})", device.info().renderer, device.info().driver));
+  const auto device = visibility::find_device(options.visibility, options.common.device);
+  if (device) record.detail(fmt::format("device: {} ({})", device->info().renderer, device->info().driver));
   evaluate::OracleCheck check(in.used, static_cast<std::size_t>(options.oracle_check));
-  classify_views(in, options, device, folder, record, check);
+  classify_views(in, options, device.get(), folder, record, check);
   record.counts["meshes"] = meshes_json(in);
   if (check.views() > 0) {
     record.console.result(check.report());
@@ -148,7 +151,7 @@ RunFacts visibility(const VisibilityCommandOptions& options, RunRecord& record, 
   json["ivm"] = options.ivm;
   json["oracle_check"] = options.oracle_check;
   if (claims_to_be_exact(options.visibility)) wrong = check.disagreements();
-  return {json, device_json(device.info())};
+  return {json, device_json(device ? std::optional(device->info()) : std::nullopt)};
 }
 
 }  // namespace

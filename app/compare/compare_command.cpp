@@ -103,7 +103,6 @@ class Comparison {
                               options.texture.settings.visibility)),
         externals_(externals_of(options, modes_)),
         in_(cli::read_scene_input(options.texture.input, record_)),
-        device_(options.texture.common.device),
         photos_(in_.scene, options.texture.input.downscale, pipeline::photo_cache_bytes()),
         graph_(pipeline::weighed_graph(in_.mesh, options.texture.settings.edge_weights, record_)) {}
 
@@ -146,7 +145,7 @@ class Comparison {
       report_.json["modes"].push_back(std::move(mode));
     }
     write();
-    return {given_json(), cli::device_json(device_.info())};
+    return {given_json(), cli::device_json(device_)};
   }
 
   /// Throws where a model is missing from the report.
@@ -201,7 +200,6 @@ class Comparison {
 
   cli::Json header() const {
     const Camera& camera = in_.scene.views[index(in_.used.front())].camera;
-    cli::Json device = cli::device_json(device_.info());
     return {{"format", "gpvc-compare/1"},
             {"date", today()},
             {"scene",
@@ -218,7 +216,7 @@ class Comparison {
              {{"version", cli::program_version()},
               {"processor", processor_name()},
               {"processors", std::thread::hardware_concurrency()},
-              {"device", device}}},
+              {"device", nullptr}}},
             {"settings",
              {{"held_out", names_json(in_.scene, in_.held_out)},
               {"scored", {{"held_out", !in_.held_out.empty()}, {"views", names_json(in_.scene, scored_)}}},
@@ -247,13 +245,18 @@ class Comparison {
   void texture(const ComparedMode& mode, cli::Json& json, cli::RunRecord& record) {
     pipeline::Settings settings = options_.texture.settings;
     settings.visibility = mode.visibility;
+    settings.device = options_.texture.common.device;
     const pipeline::Input input = in_.input();
     const auto start = Clock::now();
     evaluate::Agreement agreement;
     const auto compare = [&](ViewId id, const visibility::ViewVisibility& visible) {
       oracle_->compare(id, visible, agreement);
     };
-    pipeline::Seen seen = pipeline::see(input, settings, photos_, device_, record, {.faces = {}, .on_view = compare});
+    pipeline::Seen seen = pipeline::see(input, settings, photos_, record, {.faces = {}, .on_view = compare});
+    if (!device_) {
+      device_ = seen.device;
+      report_.json["program"]["device"] = cli::device_json(device_);
+    }
     const visibility::VisibilityStatistics& t = seen.statistics;
     const std::size_t pairs = in_.used.size() * in_.mesh.faces.size();
     json["visible"] = {{"full", t.full}, {"partial", t.partial}, {"occluded", pairs - t.full}};
@@ -389,7 +392,7 @@ class Comparison {
   std::vector<External> externals_;
   cli::SceneInputData in_;
   std::vector<ViewId> scored_;
-  visibility::GraphicsDevice device_;
+  std::optional<visibility::DeviceInfo> device_;  ///< of the first mode that used one
   io::PhotoCache photos_;
   labeling::FaceGraph graph_;
   std::optional<evaluate::OracleViews> oracle_;

@@ -28,28 +28,29 @@ bool takes_epsilon(const std::string& word) {
   return std::find(std::begin(kBiased), std::end(kBiased), word) != std::end(kBiased);
 }
 
-ComparedMode one_mode(const std::string& word, const visibility::VisibilityOptions& base) {
-  ComparedMode mode;
-  mode.visibility = base;
-  std::string known = word;
-  if (word == "gpvc:uncorrected" || word == "gpvc:uncorrected:spc" || word == "gpvc:paper") {
-    known = "gpvc";
-    if (word.ends_with(":spc")) mode.visibility.projection = visibility::Projection::spc;
-    mode.visibility.correction =
-        word == "gpvc:paper" ? visibility::CoverageCorrection::paper : visibility::CoverageCorrection::off;
-  }
+visibility::Method method_of(const std::string& word) {
+  using visibility::PaperGpvc, visibility::Projection, visibility::CoverageCorrection;
+  if (word == "gpvc:uncorrected") return PaperGpvc{.correction = CoverageCorrection::off};
+  if (word == "gpvc:uncorrected:spc")
+    return PaperGpvc{.projection = Projection::spc, .correction = CoverageCorrection::off};
+  if (word == "gpvc:paper") return PaperGpvc{.correction = CoverageCorrection::paper};
   try {
-    visibility::set_visibility_mode(known, mode.visibility);
+    return visibility::parse_visibility_mode(word);
   } catch (const std::invalid_argument& error) {
     throw cli::UsageError(fmt::format("--modes: {}", error.what()));
   }
-  mode.name = known == word ? visibility::visibility_mode_name(mode.visibility) : word;
+}
+
+ComparedMode one_mode(const std::string& word, const visibility::VisibilityOptions& base) {
+  ComparedMode mode;
+  mode.visibility = base;
+  mode.visibility.method = method_of(word);
+  const visibility::Method& method = mode.visibility.method;
+  mode.name = std::holds_alternative<visibility::PaperGpvc>(method) ? word : visibility::visibility_mode_name(method);
   mode.family = mode.name;
-  const visibility::Method method = mode.visibility.method;
-  if (method == visibility::Method::shadow_map || method == visibility::Method::ray) {
-    mode.epsilon = mode.visibility.epsilon;
-    mode.family = mode.name.substr(0, mode.name.rfind(':'));
-  }
+  if (const auto* shadow_map = std::get_if<visibility::ShadowMap>(&method)) mode.epsilon = shadow_map->epsilon;
+  if (const auto* rays = std::get_if<visibility::RayTracing>(&method)) mode.epsilon = rays->epsilon;
+  if (mode.epsilon) mode.family = mode.name.substr(0, mode.name.rfind(':'));
   return mode;
 }
 

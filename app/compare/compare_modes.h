@@ -22,7 +22,7 @@ const std::string& default_modes();
 /// The biases of figures 21 to 24.
 std::vector<double> default_epsilons();
 
-/// The modes of a list separated by commas, in its order, each once: those of set_visibility_mode(),
+/// The modes of a list separated by commas, in its order, each once: those of visibility::parse_visibility_mode(),
 /// `gpvc:uncorrected`, `gpvc:uncorrected:spc` (figure 15's depth) and `gpvc:paper` (coverage correction off and LPCC
 /// alone), and biased ones without their epsilon, which stand for one mode per epsilon. `base` gives what a mode does
 /// not say. Throws UsageError.

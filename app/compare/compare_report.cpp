@@ -141,12 +141,13 @@ std::string report_page(const ComparisonReport& report, const std::filesystem::p
 }
 
 std::string report_markdown(const cli::Json& report) {
-  const cli::Json& scene = report["scene"];
+  const cli::Json &scene = report["scene"], &device = report["program"]["device"];
   std::string text = fmt::format("# Visibility modes compared: {}\n\n", scene["name"].get<std::string>());
-  text += fmt::format(
-      "{} faces, {} of {} views used. gpvc {}, {}.\n\n", pipeline::readable_count(scene["faces"].get<std::size_t>()),
-      scene["used_views"].get<std::size_t>(), scene["views"].get<std::size_t>(),
-      report["program"]["version"].get<std::string>(), report["program"]["device"]["renderer"].get<std::string>());
+  text +=
+      fmt::format("{} faces, {} of {} views used. gpvc {}, {}.\n\n",
+                  pipeline::readable_count(scene["faces"].get<std::size_t>()), scene["used_views"].get<std::size_t>(),
+                  scene["views"].get<std::size_t>(), report["program"]["version"].get<std::string>(),
+                  device.is_null() ? "drawn on the CPU" : device["renderer"].get<std::string>());
   for (const cli::Json& finding : report["findings"]) text += fmt::format("- {}\n", finding.get<std::string>());
   std::vector<const Figure*> figures;
   for (const Figure& figure : compared_figures()) {

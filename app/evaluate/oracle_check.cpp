@@ -8,6 +8,7 @@
 #include <random>
 
 #include "io/clock.h"
+#include "visibility/oracle.h"
 
 namespace gpvc::evaluate {
 namespace {

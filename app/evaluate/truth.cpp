@@ -7,6 +7,7 @@
 
 #include "io/mesh.h"
 #include "io/npy.h"
+#include "visibility/oracle.h"
 
 namespace gpvc::evaluate {
 namespace {

@@ -91,18 +91,16 @@ TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& setti
   const std::vector<ViewId> views = all_views(scene);
   const Input input{scene, mesh, views};
   check_input(input, observer);
-  visibility::GraphicsDevice device;
-  return texture(input, settings, photos, device, observer);
+  return texture(input, settings, photos, observer);
 }
 
-TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSource& photos,
-                     visibility::GraphicsDevice& device, Observer& observer) {
+TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer) {
   const labeling::FaceGraph graph = weighed_graph(input.mesh, settings.edge_weights, observer);
-  Seen seen = see(input, settings, photos, device, observer);
+  Seen seen = see(input, settings, photos, observer);
   labeling::Selection selection = choose(seen.candidates.table, graph, settings.solver, observer);
   atlas::TextureAtlas atlas =
       make_atlas(atlas_input(input, photos, graph, seen, selection.labels), settings.atlas, observer);
-  return {std::move(selection), std::move(seen.candidates.tags), std::move(atlas)};
+  return {std::move(selection), std::move(seen.candidates.tags), std::move(atlas), std::move(seen.device)};
 }
 
 labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weights, Observer& observer) {

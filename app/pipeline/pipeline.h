@@ -15,6 +15,7 @@
 #include "../../io/photos.h"
 #include "../../io/textured_model.h"
 #include "../../labeling/labeling.h"
+#include "../../visibility/device.h"
 #include "../../visibility/visibility.h"
 #include "observer.h"
 #include "output_folder.h"
@@ -32,6 +33,7 @@ struct OutputSettings {
 
 struct Settings {
   visibility::VisibilityOptions visibility;
+  int device = -1;  ///< number of the graphics device to use; -1: see visibility::find_device()
   labeling::CostOptions costs;
   labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
   labeling::SolverOptions solver;
@@ -60,19 +62,19 @@ std::size_t photo_cache_bytes();
 // --- the whole
 
 struct TexturedMesh {
-  labeling::Selection selection;        ///< with the view of each face
-  std::vector<labeling::FaceTag> tags;  ///< per face
-  atlas::TextureAtlas atlas;            ///< pages and model; borrows the mesh
+  labeling::Selection selection;                   ///< with the view of each face
+  std::vector<labeling::FaceTag> tags;             ///< per face
+  atlas::TextureAtlas atlas;                       ///< pages and model; borrows the mesh
+  std::optional<visibility::DeviceInfo> device{};  ///< that drew the views; empty: they were drawn natively
 };
 
-/// Checks the input and textures it from all views, on the first graphics device. Throws InputError, GpuError and what
+/// Checks the input and textures it from all views. Throws InputError, GpuError and what
 /// photos and observer throw.
 TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& settings, io::PhotoSource& photos,
                      Observer& observer);
 
 /// Textures an input that was checked.
-TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSource& photos,
-                     visibility::GraphicsDevice& device, Observer& observer);
+TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer);
 
 // --- the steps
 
@@ -84,6 +86,7 @@ struct Seen {
   visibility::CoverageTable coverage;           ///< of faces tagged partial
   visibility::VisibilityStatistics statistics;  ///< over all views
   double costs_s = 0;
+  std::optional<visibility::DeviceInfo> device{};  ///< that drew the views; empty: they were drawn natively
 };
 
 struct SeeOptions {
@@ -96,8 +99,8 @@ struct SeeOptions {
 
 /// Visibility and candidates, view after view: while one is drawn, the costs of the one before are computed and the next
 /// photo is decoded. Throws InputError where no view sees any face.
-Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, visibility::GraphicsDevice& device,
-         Observer& observer, const SeeOptions& options = {});
+Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer,
+         const SeeOptions& options = {});
 
 /// Faces by tag: seen, partial, unseen.
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);

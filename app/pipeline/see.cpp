@@ -90,10 +90,12 @@ std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
   return counts;
 }
 
-Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, visibility::GraphicsDevice& device,
-         Observer& observer, const SeeOptions& options) {
+Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer,
+         const SeeOptions& options) {
   observer.begin({"visibility and costs", "views"});
-  visibility::VisibilityStage visibility(device, input.mesh, settings.visibility);
+  const auto device = visibility::find_device(settings.visibility, settings.device);
+  if (device) observer.detail(fmt::format("device: {} ({})", device->info().renderer, device->info().driver));
+  visibility::VisibilityStage visibility(input.mesh, settings.visibility, device.get());
   for (const auto& [name, text] :
        {std::pair{"drawing", visibility.drawing_note()}, {"classifier", visibility.classifier_note()}}) {
     observer.note(fmt::format("{}: {}", name, text));
@@ -102,6 +104,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   labeling::CandidateCollector collector(input.mesh, settings.costs);
   const std::launch policy = launch_policy();
   Seen seen;
+  if (device) seen.device = device->info();
   CoverageStore coverage;
   std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
   std::future<void> costs;
@@ -111,7 +114,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
     const View& view = input.scene.views[index(id)];
     auto decoded = std::async(policy, [&photos, id] { return photos.photo(id); });
     visibility::ViewVisibility& visible = buffers[n % 2];
-    visibility.classify(view, id, visible);
+    visibility.classify(view, id, photos.exclusion(id).get(), visible);
     add(visible.statistics, seen.statistics);
     if (options.on_view) options.on_view(id, visible);
     if (visible.statistics.full + visible.statistics.partial == 0)

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/temporary_folder.h"
+#include "visibility/device.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::test {

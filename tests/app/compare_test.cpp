@@ -31,12 +31,11 @@ TEST(CompareModes, TellsFamilyEpsilonAndCorrection) {
   ASSERT_EQ(modes.size(), 4u);
   EXPECT_EQ(modes[0].family, "shadow-map:apc");
   EXPECT_EQ(modes[0].epsilon, 0.001);
-  EXPECT_EQ(modes[0].visibility.method, visibility::Method::shadow_map);
-  EXPECT_EQ(modes[0].visibility.projection, visibility::Projection::apc);
-  EXPECT_EQ(modes[1].visibility.correction, visibility::CoverageCorrection::off);
-  EXPECT_EQ(modes[2].visibility.correction, visibility::CoverageCorrection::paper);
-  EXPECT_EQ(modes[3].visibility.correction, visibility::CoverageCorrection::exact);
-  EXPECT_EQ(modes[3].visibility.sampling, visibility::Sampling::ves);
+  using visibility::PaperGpvc, visibility::CoverageCorrection;
+  EXPECT_EQ(std::get<visibility::ShadowMap>(modes[0].visibility.method).projection, visibility::Projection::apc);
+  EXPECT_EQ(std::get<PaperGpvc>(modes[1].visibility.method).correction, CoverageCorrection::off);
+  EXPECT_EQ(std::get<PaperGpvc>(modes[2].visibility.method).correction, CoverageCorrection::paper);
+  EXPECT_EQ(std::get<visibility::Gpvc>(modes[3].visibility.method).sampling, visibility::Sampling::ves);
   EXPECT_FALSE(modes[3].epsilon);
 }
 

@@ -7,6 +7,7 @@
 #include "app/cli/app.h"
 #include "io/npy.h"
 #include "tests/support/temporary_folder.h"
+#include "visibility/device.h"
 #include "visibility/visibility.h"
 
 namespace gpvc {

@@ -9,6 +9,7 @@
 #include "io/mesh.h"
 #include "io/textured_model.h"
 #include "tests/support/temporary_folder.h"
+#include "visibility/device.h"
 #include "visibility/visibility.h"
 
 namespace gpvc {

@@ -107,24 +107,22 @@ TEST_F(Pipeline, ObserverCancelsAnyStageWithProgress) {
 
 TEST_F(Pipeline, StepsTogetherGiveTheWhole) {
   const pipeline::Settings settings;
-  visibility::GraphicsDevice device;
   const labeling::FaceGraph graph = pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent_);
-  const pipeline::Seen seen = pipeline::see(input(), settings, photos_, device, silent_);
+  const pipeline::Seen seen = pipeline::see(input(), settings, photos_, silent_);
   pipeline::TexturedMesh steps;
   steps.selection = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_);
   steps.tags = seen.candidates.tags;
   const atlas::AtlasInput atlas_input = pipeline::atlas_input(input(), photos_, graph, seen, steps.selection.labels);
   const atlas::AtlasPlan plan = pipeline::plan(atlas_input, settings.atlas, silent_);
   steps.atlas = pipeline::bake(plan, atlas_input, settings.atlas, silent_);
-  expect_equal(steps, pipeline::texture(input(), settings, photos_, device, silent_));
+  expect_equal(steps, pipeline::texture(input(), settings, photos_, silent_));
 }
 
 TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {
-  visibility::GraphicsDevice device;
-  const pipeline::Seen whole = pipeline::see(input(), {}, photos_, device, silent_);
+  const pipeline::Seen whole = pipeline::see(input(), {}, photos_, silent_);
   std::vector<FaceId> part;
   for (std::uint32_t f = 0; f < city_->mesh.faces.size(); f += 3) part.push_back(FaceId{f});
-  const pipeline::Seen seen = pipeline::see(input(), {}, photos_, device, silent_, {.faces = part, .on_view = {}});
+  const pipeline::Seen seen = pipeline::see(input(), {}, photos_, silent_, {.faces = part, .on_view = {}});
   const labeling::CostTable &all = whole.candidates.table, &some = seen.candidates.table;
   ASSERT_EQ(some.faces(), all.faces());
   for (std::size_t f = 0; f < all.faces(); ++f) {
@@ -145,19 +143,17 @@ TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {
 }
 
 TEST_F(Pipeline, OnlyTheGivenViewsAreUsed) {
-  visibility::GraphicsDevice device;
   const std::vector<ViewId> some{ViewId{1}, ViewId{4}};
-  const pipeline::Seen seen = pipeline::see({city_->scene, city_->mesh, some}, {}, photos_, device, silent_);
+  const pipeline::Seen seen = pipeline::see({city_->scene, city_->mesh, some}, {}, photos_, silent_);
   ASSERT_FALSE(seen.candidates.table.views.empty());
   EXPECT_TRUE(std::all_of(seen.candidates.table.views.begin(), seen.candidates.table.views.end(),
                           [](std::uint32_t view) { return view == 1 || view == 4; }));
 }
 
 TEST_F(Pipeline, LabelsAroundAPartStay) {
-  visibility::GraphicsDevice device;
   const pipeline::Settings settings;
   const labeling::FaceGraph graph = pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent_);
-  const pipeline::Seen seen = pipeline::see(input(), settings, photos_, device, silent_);
+  const pipeline::Seen seen = pipeline::see(input(), settings, photos_, silent_);
   std::vector<ViewId> fixed = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_).labels;
   for (std::size_t f = 0; f < fixed.size() / 2; ++f) fixed[f] = kNoView;  // to be chosen again
   const labeling::Selection again = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_, fixed);

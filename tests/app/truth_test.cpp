@@ -10,6 +10,7 @@
 #include "app/evaluate/texture_islands.h"
 #include "app/evaluate/truth_origin.h"
 #include "tests/support/temporary_folder.h"
+#include "visibility/oracle.h"
 
 namespace gpvc {
 namespace {

@@ -10,6 +10,7 @@
 #include "io/mesh.h"
 #include "io/npy.h"
 #include "tests/support/temporary_folder.h"
+#include "visibility/device.h"
 #include "visibility/visibility.h"
 
 namespace gpvc {

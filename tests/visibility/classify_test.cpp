@@ -31,10 +31,9 @@ struct Bench {
   }
   ViewVisibility classify(CoverageCorrection correction, Sampling sampling = Sampling::hivers) const {
     ViewVisibility result;
-    VisibilityOptions options;
+    ClassifyOptions options;
     options.sampling = sampling;
     options.correction = correction;
-    options.classifier = Classifier::cpu;
     CpuClassifier(options).classify(prepared(), result);
     return result;
   }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "visibility/visibility.h"
+#include "visibility/device.h"
 
 namespace gpvc::visibility {
 namespace {
@@ -19,6 +19,15 @@ TEST_F(DeviceGl, ListsHardwareFirstAndNumbersInOrder) {
   EXPECT_TRUE(std::is_sorted(devices.begin(), devices.end(),
                              [](const DeviceInfo& a, const DeviceInfo& b) { return a.software < b.software; }));
   for (std::size_t i = 0; i < devices.size(); ++i) EXPECT_EQ(devices[i].index, static_cast<int>(i));
+}
+
+TEST_F(DeviceGl, FindsHardwareWhereTheListBeginsWithIt) {
+  const std::vector<DeviceInfo> devices = list_devices();
+  const auto found = GraphicsDevice::find_hardware();
+  ASSERT_EQ(found == nullptr, devices.front().software);
+  if (found) {
+    EXPECT_EQ(found->info().renderer, devices.front().renderer);
+  }
 }
 
 TEST_F(DeviceGl, OpensEveryListedDevice) {

@@ -13,6 +13,7 @@
 #include "tests/visibility/visibility_check.h"
 #include "tests/visibility/visibility_scenes.h"
 #include "visibility/classify/classify.h"
+#include "visibility/oracle.h"
 
 namespace gpvc::visibility {
 namespace {
@@ -26,13 +27,13 @@ class Drawn {
     CpuIvm().draw(prepared(ivm), ivm, scan);
   }
   /// From what was drawn, which it uses up.
-  ViewVisibility classify(const VisibilityOptions& options = {}) {
+  ViewVisibility classify(const ClassifyOptions& options = {}) {
     ViewVisibility result{{view_.camera.width, view_.camera.height, ivm}, {}, {}, {}};
     CpuClassifier(options).finish_exact_scan(prepared(ivm), scan, result);
     return result;
   }
   /// From an empty item buffer: every face contests every pixel that it covers.
-  ViewVisibility classify_undrawn(const VisibilityOptions& options = {}) const {
+  ViewVisibility classify_undrawn(const ClassifyOptions& options = {}) const {
     const std::vector<FaceId> nothing(ivm.size(), kNoFace);
     ViewVisibility result;
     CpuClassifier(options).classify(prepared(nothing), result);
@@ -239,9 +240,9 @@ TEST(CpuIvm, NeedlesBesideACornerOfTheFrame) {
     scenes::add_at_pixels(mesh, view.camera,
                           {{{x, 722 + away, 9}, {822.3 + away, y + thin, 9}, {822.3 + away, y - thin, 9}}});
   }
-  VisibilityOptions unresolved;
+  ClassifyOptions unresolved;
   unresolved.subpixel = false;
-  for (const VisibilityOptions& options : {VisibilityOptions{}, unresolved}) {
+  for (const ClassifyOptions& options : {ClassifyOptions{}, unresolved}) {
     Drawn drawn(mesh, view);
     expect_same_visibility(drawn.classify(options), drawn.classify_undrawn(options));
   }

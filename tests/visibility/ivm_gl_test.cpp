@@ -10,6 +10,7 @@
 #include "io/photos.h"
 #include "tests/visibility/visibility_oracle.h"
 #include "tests/visibility/visibility_scenes.h"
+#include "visibility/device.h"
 
 namespace gpvc::visibility {
 namespace {

@@ -3,10 +3,12 @@
 
 #include <memory>
 
+#include "io/images.h"
 #include "io/photos.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/visibility/visibility_oracle.h"
 #include "tests/visibility/visibility_scenes.h"
+#include "visibility/device.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::visibility {
@@ -29,6 +31,11 @@ class MaskGl : public testing::Test {
     view.mask = folder_.path() / ("mask " + std::to_string(masks_++) + ".png");
     io::write_image(view.mask, mask, io::ImageFormat::png, 0);
     return view;
+  }
+  /// Classifies with the view's mask, if it has one.
+  static ViewVisibility classify(VisibilityStage& stage, const View& view) {
+    const std::optional<io::PhotoExclusion> excluded = io::read_exclusion(view);
+    return stage.classify(view, ViewId{0}, excluded ? &*excluded : nullptr);
   }
   static bool excluded(const io::PhotoExclusion& exclusion, const Camera& camera, int x, int y) {
     const auto p = photo_from_pixel(camera, {x + 0.5, y + 0.5});
@@ -83,9 +90,9 @@ TEST_F(MaskGl, TakesExcludedPixelsFromEveryFace) {
   const View view = scenes::view_of(kWidth, kHeight, 150);
   for (const double size : {12.0, 60.0}) {
     const Mesh mesh = scenes::soup(view.camera, size < 50 ? 600 : 120, size, 5);
-    VisibilityStage stage(*device_, mesh, {});
+    VisibilityStage stage(mesh, {}, device_.get());
     const View one = masked(view, 60, 50, 35);
-    expect_masked(mesh, one, stage.classify(one, ViewId{0}));
+    expect_masked(mesh, one, classify(stage, one));
   }
 }
 
@@ -94,11 +101,11 @@ TEST_F(MaskGl, FollowsTheLens) {
   view.camera.distortion.k1 = -0.2;
   limit_distortion(view.camera);
   const Mesh mesh = scenes::soup(view.camera, 1500, 12, 6);
-  VisibilityStage stage(*device_, mesh, {});
+  VisibilityStage stage(mesh, {}, device_.get());
   const View one = masked(view, 40, 30, 30);
-  const ViewVisibility found = stage.classify(one, ViewId{0});
+  const ViewVisibility found = classify(stage, one);
   const io::PhotoExclusion exclusion = *io::read_exclusion(one);
-  const ViewVisibility plain = stage.classify(view, ViewId{0});
+  const ViewVisibility plain = classify(stage, view);
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x)
       EXPECT_EQ(found.ivm.at(x, y), excluded(exclusion, view.camera, x, y) ? kNoFace : plain.ivm.at(x, y));
@@ -108,11 +115,11 @@ TEST_F(MaskGl, FollowsTheLens) {
 TEST_F(MaskGl, TakesSubPixelSamplesToo) {
   const View view = scenes::view_of(kWidth, kHeight, 150);
   const Mesh mesh = scenes::soup(view.camera, 3000, 0.4, 8);
-  VisibilityStage stage(*device_, mesh, {});
-  const ViewVisibility plain = stage.classify(view, ViewId{0});
+  VisibilityStage stage(mesh, {}, device_.get());
+  const ViewVisibility plain = classify(stage, view);
   const View all = masked(view, 0, 0, 1000), most = masked(view, 100, 60, 50);
-  for (const FaceClass c : stage.classify(all, ViewId{0}).classes) EXPECT_EQ(c, FaceClass::hidden);
-  const ViewVisibility found = stage.classify(most, ViewId{0});
+  for (const FaceClass c : classify(stage, all).classes) EXPECT_EQ(c, FaceClass::hidden);
+  const ViewVisibility found = classify(stage, most);
   std::size_t hidden = 0;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const WorldPoint& p = mesh.positions[mesh.faces[f][0]];
@@ -129,20 +136,24 @@ TEST_F(MaskGl, TakesSubPixelSamplesToo) {
   EXPECT_GT(hidden, 100u);
 }
 
+TEST_F(MaskGl, OfAnotherSizeIsRefused) {
+  const View view = scenes::view_of(kWidth, kHeight, 150);
+  const Mesh mesh = scenes::soup(view.camera, 10, 12, 5);
+  VisibilityStage stage(mesh, {}, device_.get());
+  const io::PhotoExclusion smaller{kWidth, kHeight - 1, 3, std::vector<std::uint64_t>(3 * (kHeight - 1))};
+  EXPECT_THROW(stage.classify(view, ViewId{0}, &smaller), std::invalid_argument);
+}
+
 // One stage, mask after mask; the shader's copy must follow.
 TEST_F(MaskGl, IsNotRememberedFromTheViewBefore) {
   const View view = scenes::view_of(kWidth, kHeight, 150);
   const Mesh mesh = scenes::soup(view.camera, 1500, 8, 9);
-  VisibilityOptions options;
-  options.correction = CoverageCorrection::paper;
-  options.classifier = Classifier::cpu;
-  VisibilityStage cpu(*device_, mesh, options);
-  options.classifier = Classifier::gpu;
-  VisibilityStage gpu(*device_, mesh, options);
+  VisibilityStage cpu(mesh, {PaperGpvc{.classifier = Classifier::cpu}}, device_.get());
+  VisibilityStage gpu(mesh, {PaperGpvc{.classifier = Classifier::gpu}}, device_.get());
   std::vector<std::vector<FaceClass>> answers;
   for (const View& one : {view, masked(view, 40, 40, 30), masked(view, 100, 70, 40), view}) {
-    answers.push_back(cpu.classify(one, ViewId{0}).classes);
-    EXPECT_EQ(gpu.classify(one, ViewId{0}).classes, answers.back());
+    answers.push_back(classify(cpu, one).classes);
+    EXPECT_EQ(classify(gpu, one).classes, answers.back());
   }
   EXPECT_EQ(answers[0], answers[3]);
   EXPECT_NE(answers[1], answers[2]);

@@ -4,6 +4,8 @@
 #include <memory>
 
 #include "tests/visibility/visibility_scenes.h"
+#include "visibility/device.h"
+#include "visibility/oracle.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::visibility {
@@ -18,8 +20,8 @@ class OracleGl : public testing::Test {
 
   /// Expects the oracle's class of every face without a tie, and returns how many faces are tied.
   std::size_t expect_oracle(const Mesh& mesh, const View& view) {
-    VisibilityStage stage(*device_, mesh, VisibilityOptions{});
-    const ViewVisibility found = stage.classify(view, ViewId{0});
+    VisibilityStage stage(mesh, VisibilityOptions{}, device_.get());
+    const ViewVisibility found = stage.classify(view, ViewId{0}, nullptr);
     const OracleView truth = oracle_visibility(mesh, view);
     std::size_t tied = 0;
     for (std::size_t f = 0; f < mesh.faces.size(); ++f) {

@@ -6,6 +6,7 @@
 
 #include "tests/visibility/visibility_oracle.h"
 #include "tests/visibility/visibility_scenes.h"
+#include "visibility/oracle.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::visibility {

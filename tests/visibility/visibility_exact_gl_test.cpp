@@ -9,19 +9,16 @@
 
 #include "tests/visibility/visibility_check.h"
 #include "tests/visibility/visibility_scenes.h"
+#include "visibility/classify/view_tester.h"
+#include "visibility/device.h"
 #include "visibility/gl/classify_gl.h"
-#include "visibility/view_tester.h"
 
 namespace gpvc::visibility {
 namespace {
 
-VisibilityOptions with(CoverageCorrection correction, Classifier classifier = Classifier::automatic,
-                       Drawing drawing = Drawing::opengl) {
-  VisibilityOptions options;
-  options.correction = correction;
-  options.classifier = classifier;
-  options.drawing = drawing;
-  return options;
+VisibilityOptions with(CoverageCorrection correction, Classifier classifier = Classifier::automatic) {
+  if (correction == CoverageCorrection::exact) return {Gpvc{Sampling::hivers, Drawing::opengl, classifier}};
+  return {PaperGpvc{Sampling::hivers, Projection::apc, correction, classifier}};
 }
 
 class ExactGl : public testing::Test {
@@ -32,9 +29,11 @@ class ExactGl : public testing::Test {
   }
 
   ViewVisibility classify(const Mesh& mesh, const View& view, const VisibilityOptions& options) {
-    VisibilityStage stage(*device_, mesh, options);
-    EXPECT_EQ(stage.classifier_note().substr(0, 3), options.classifier == Classifier::gpu ? "gpu" : "cpu");
-    return stage.classify(view, ViewId{7});
+    VisibilityStage stage(mesh, options, device_.get());
+    const auto* paper = std::get_if<PaperGpvc>(&options.method);
+    const Classifier classifier = paper != nullptr ? paper->classifier : std::get<Gpvc>(options.method).classifier;
+    EXPECT_EQ(stage.classifier_note().substr(0, 3), classifier == Classifier::gpu ? "gpu" : "cpu");
+    return stage.classify(view, ViewId{7}, nullptr);
   }
 
   /// The exact correction runs on the CPU and in shaders, on what OpenGL draws and what the CPU draws, which must agree
@@ -43,7 +42,7 @@ class ExactGl : public testing::Test {
     const ViewVisibility cpu = classify(mesh, view, with(correction, Classifier::cpu));
     if (correction == CoverageCorrection::exact) {
       expect_same(classify(mesh, view, with(correction, Classifier::gpu)), cpu);
-      expect_same_visibility(classify(mesh, view, with(correction, Classifier::automatic, Drawing::native)), cpu);
+      expect_same_visibility(classify(mesh, view, {Gpvc{.drawing = Drawing::native}}), cpu);
     }
     return cpu;
   }
@@ -51,12 +50,11 @@ class ExactGl : public testing::Test {
   /// As a stage does it, with less of the device.
   ViewVisibility classify_within(const Mesh& mesh, const View& view, const GpuLimits& limits, std::string_view note) {
     device_->make_current();
-    const VisibilityOptions options = with(CoverageCorrection::exact, Classifier::gpu);
-    ViewSource source(mesh, options, limits.staged_reads);
-    const auto tester = make_gpvc_tester(source, device_->info(), options, limits);
+    ViewSource source(mesh, {.native = false, .opengl = {.staged_reads = limits.staged_reads}});
+    const auto tester = make_gpvc_tester(source, device_->info(), ClassifyOptions{}, Classifier::gpu, limits);
     EXPECT_EQ(tester->note(), note);
     ViewVisibility result;
-    const ClassifyView prepared = source.prepare(view, ViewId{7}, result);
+    const ClassifyView prepared = source.prepare(view, ViewId{7}, nullptr, result);
     tester->classify(prepared, view, result);
     return result;
   }
@@ -241,7 +239,7 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
       EXPECT_EQ(renderer.tiles(view.camera) > 1, tile > 0);
       std::vector<FaceId> drawn;
       renderer.render(view.camera, view.pose, drawn);
-      const VisibilityOptions options = with(CoverageCorrection::exact);
+      const ClassifyOptions options;
       GpuLimits limits = gpu_limits();
       limits.texture_side = 64;
       limits.storage_bytes = 1 << 13;  // two dispatches of 2500 faces
@@ -263,7 +261,7 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
           ASSERT_TRUE(gpu->scan(prepared, view.pose, scan, scanned.statistics));
           CpuClassifier(options).finish_exact_scan(prepared, scan, scanned);
           expect_same(scanned, result);
-          const VisibilityOptions lazy = with(CoverageCorrection::paper);
+          const ClassifyOptions lazy{.correction = CoverageCorrection::paper};
           std::vector<FaceCode> codes;
           ViewVisibility completed, paper;
           GpuClassifier(mesh, renderer, lazy, limits).classify(prepared, view.pose, codes, completed.statistics);
@@ -347,11 +345,11 @@ TEST_F(ExactGl, SeveralDispatchesScanAMesh) {
   GpuLimits limits = gpu_limits();
   limits.storage_bytes = 6144;
   device_->make_current();
-  const VisibilityOptions options = with(CoverageCorrection::exact, Classifier::gpu);
-  ViewSource source(mesh, options);
+  const ClassifyOptions options;
+  ViewSource source(mesh, {.native = false});
   GpuClassifier gpu(mesh, source.renderer(), options, limits);
   ViewVisibility result;
-  const ClassifyView prepared = source.prepare(view, ViewId{7}, result);
+  const ClassifyView prepared = source.prepare(view, ViewId{7}, nullptr, result);
   FaceScan scan;
   ASSERT_TRUE(gpu.scan(prepared, view.pose, scan, result.statistics));
   const auto unsure = std::count(scan.codes.begin(), scan.codes.end(), FaceCode::unsure);
@@ -377,14 +375,12 @@ TEST_F(ExactGl, ShadersAgreeInEveryModeOnSoups) {
     for (std::size_t f = 0; f < 40; ++f) mesh.faces.push_back(mesh.faces[7 * f % mesh.faces.size()]);
     for (const Projection projection : {Projection::apc, Projection::spc})
       for (const Sampling sampling : {Sampling::hivers, Sampling::ves, Sampling::dense}) {
-        VisibilityOptions options = with(CoverageCorrection::exact, Classifier::cpu);
-        options.projection = projection;
-        options.sampling = sampling;
-        options.subpixel = sampling != Sampling::dense;
-        const ViewVisibility cpu = classify(mesh, view, options);
-        options.classifier = Classifier::gpu;
-        SCOPED_TRACE(testing::Message() << "size " << size << " mode " << visibility_mode_name(options));
-        expect_same(classify(mesh, view, options), cpu);
+        const auto on = [&](Classifier classifier) {
+          const PaperGpvc method{sampling, projection, CoverageCorrection::exact, classifier};
+          return classify(mesh, view, {method, sampling != Sampling::dense});
+        };
+        SCOPED_TRACE(testing::Message() << "size " << size << " sampling " << name_of(kSamplingNames, sampling));
+        expect_same(on(Classifier::gpu), on(Classifier::cpu));
       }
   }
 }

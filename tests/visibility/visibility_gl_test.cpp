@@ -8,6 +8,7 @@
 
 #include "tests/visibility/visibility_check.h"
 #include "tests/visibility/visibility_scenes.h"
+#include "visibility/device.h"
 
 namespace gpvc::visibility {
 namespace {
@@ -18,11 +19,8 @@ Counts count(const std::vector<FaceClass>& classes) { return count_classes(class
 
 VisibilityOptions options(CoverageCorrection correction, Sampling sampling = Sampling::hivers,
                           Classifier classifier = Classifier::automatic) {
-  VisibilityOptions given;
-  given.sampling = sampling;
-  given.correction = correction;
-  given.classifier = classifier;
-  return given;
+  if (correction == CoverageCorrection::exact) return {Gpvc{sampling, Drawing::automatic, classifier}};
+  return {PaperGpvc{sampling, Projection::apc, correction, classifier}};
 }
 
 class VisibilityGl : public testing::Test {
@@ -33,15 +31,13 @@ class VisibilityGl : public testing::Test {
   }
 
   ViewVisibility classify(const Mesh& mesh, const View& view, const VisibilityOptions& given) {
-    VisibilityStage stage(*device_, mesh, given);
-    return stage.classify(view, ViewId{7});
+    VisibilityStage stage(mesh, given, device_.get());
+    return stage.classify(view, ViewId{7}, nullptr);
   }
   /// Exact classes; checks that shaders, the CPU and native drawing agree.
   ViewVisibility classify(const Mesh& mesh, const View& view) {
     const auto on = [&](Classifier classifier, Drawing drawing) {
-      VisibilityOptions given = options(CoverageCorrection::exact, Sampling::hivers, classifier);
-      given.drawing = drawing;
-      return classify(mesh, view, given);
+      return classify(mesh, view, {Gpvc{Sampling::hivers, drawing, classifier}});
     };
     const ViewVisibility gpu = on(Classifier::gpu, Drawing::opengl), cpu = on(Classifier::cpu, Drawing::opengl),
                          drawn = on(Classifier::automatic, Drawing::native);
@@ -288,11 +284,11 @@ TEST_F(VisibilityGl, ShadersAndCpuGiveTheSameBits) {
     for (std::size_t i = 0; i < mesh.positions.size(); i += 40) mesh.positions[i].z -= 14;
     for (const Sampling sampling : {Sampling::hivers, Sampling::ves, Sampling::dense})
       for (const CoverageCorrection correction : {CoverageCorrection::off, CoverageCorrection::paper}) {
-        VisibilityStage cpu(*device_, mesh, options(correction, sampling, Classifier::cpu));
-        VisibilityStage gpu(*device_, mesh, options(correction, sampling, Classifier::gpu));
+        VisibilityStage cpu(mesh, options(correction, sampling, Classifier::cpu), device_.get());
+        VisibilityStage gpu(mesh, options(correction, sampling, Classifier::gpu), device_.get());
         ASSERT_EQ(cpu.classifier_note().substr(0, 3), "cpu");
         ASSERT_EQ(gpu.classifier_note().substr(0, 3), "gpu");
-        const ViewVisibility a = cpu.classify(view, ViewId{0}), b = gpu.classify(view, ViewId{0});
+        const ViewVisibility a = cpu.classify(view, ViewId{0}, nullptr), b = gpu.classify(view, ViewId{0}, nullptr);
         EXPECT_EQ(a.classes, b.classes) << "size " << size;
         EXPECT_EQ(a.coverage.words, b.coverage.words);
       }
@@ -410,12 +406,12 @@ TEST_F(VisibilityGl, AStageGivesTheSameAnswerForAViewWhateverCameBefore) {
   const Mesh mesh = scenes::soup(scenes::view_of(200, 150, 150).camera, 3000, 4, 55);
   View first = scenes::view_of(200, 150, 150), second = scenes::view_of(150, 200, 170);
   second.pose.rotation = scenes::rotation(0.3, 0, 0);
-  VisibilityStage stage(*device_, mesh, options(CoverageCorrection::exact));
+  VisibilityStage stage(mesh, options(CoverageCorrection::exact), device_.get());
   ViewVisibility again;
-  const ViewVisibility fresh = stage.classify(first, ViewId{0});
-  stage.classify(second, ViewId{1}, again);
+  const ViewVisibility fresh = stage.classify(first, ViewId{0}, nullptr);
+  stage.classify(second, ViewId{1}, nullptr, again);
   EXPECT_EQ(again.classes, classify(mesh, second).classes);
-  stage.classify(first, ViewId{0}, again);
+  stage.classify(first, ViewId{0}, nullptr, again);
   EXPECT_EQ(again.classes, fresh.classes);
   EXPECT_EQ(again.coverage.words, fresh.coverage.words);
   EXPECT_EQ(again.statistics.samples, fresh.statistics.samples);

@@ -5,21 +5,10 @@
 namespace gpvc::visibility {
 namespace {
 
-VisibilityOptions parsed(std::string_view mode) {
-  VisibilityOptions options;
-  set_visibility_mode(mode, options);
-  return options;
-}
-
 std::string complaint(std::string_view mode) {
-  VisibilityOptions options;
-  options.epsilon = 42;
   try {
-    set_visibility_mode(mode, options);
+    parse_visibility_mode(mode);
   } catch (const std::invalid_argument& error) {
-    EXPECT_EQ(options.method, Method::gpvc) << "a refused mode changes nothing";
-    EXPECT_EQ(options.epsilon, 42);
-    EXPECT_EQ(options.projection, Projection::apc);
     return error.what();
   }
   return {};
@@ -34,32 +23,26 @@ std::string in_quotes(std::string_view text) {
 TEST(VisibilityMode, EveryNameReadsBack) {
   for (const char* name : {"gpvc", "gpvc:ves", "gpvc:dense", "shadow-map:spc:1e-05", "shadow-map:apc:0.001",
                            "ray:sparse:0.1", "ray:dense:1e-13", "none"})
-    EXPECT_EQ(visibility_mode_name(parsed(name)), name);
+    EXPECT_EQ(visibility_mode_name(parse_visibility_mode(name)), name);
 }
 
-TEST(VisibilityMode, SetsWhatItNamesAndNothingElse) {
-  EXPECT_EQ(parsed("gpvc:ves").sampling, Sampling::ves);
-  EXPECT_EQ(parsed("ray:sparse:2").rays, Rays::sparse);
-  EXPECT_EQ(parsed("ray:sparse:2").epsilon, 2);
-  EXPECT_EQ(parsed("shadow-map:spc:0.5").projection, Projection::spc);
-  EXPECT_EQ(parsed("shadow-map:apc:0.5").projection, Projection::apc);
-  EXPECT_EQ(parsed("none").method, Method::none);
-  VisibilityOptions options;
-  options.projection = Projection::spc;
-  options.sampling = Sampling::dense;
-  options.subpixel = false;
-  set_visibility_mode("ray:dense:1", options);
-  EXPECT_EQ(options.projection, Projection::spc);
-  EXPECT_EQ(options.sampling, Sampling::dense);
-  EXPECT_FALSE(options.subpixel);
+TEST(VisibilityMode, SetsWhatItNames) {
+  EXPECT_EQ(std::get<Gpvc>(parse_visibility_mode("gpvc:ves")).sampling, Sampling::ves);
+  EXPECT_EQ(std::get<RayTracing>(parse_visibility_mode("ray:sparse:2")).sampling, RaySampling::sparse);
+  EXPECT_EQ(std::get<RayTracing>(parse_visibility_mode("ray:sparse:2")).epsilon, 2);
+  EXPECT_EQ(std::get<ShadowMap>(parse_visibility_mode("shadow-map:spc:0.5")).projection, Projection::spc);
+  EXPECT_EQ(std::get<ShadowMap>(parse_visibility_mode("shadow-map:apc:0.5")).projection, Projection::apc);
+  EXPECT_TRUE(std::holds_alternative<NoTest>(parse_visibility_mode("none")));
+}
+
+TEST(VisibilityMode, PaperGpvcHasTheNameOfItsSampling) {
+  EXPECT_EQ(visibility_mode_name(PaperGpvc{.sampling = Sampling::ves}), "gpvc:ves");
 }
 
 TEST(VisibilityMode, EpsilonIsNamedAsShortAsReadsBackExactly) {
-  VisibilityOptions options = parsed("ray:dense:1");
-  options.epsilon = 0.1 / 1024;
-  const std::string name = visibility_mode_name(options);
-  EXPECT_EQ(parsed(name).epsilon, 0.1 / 1024) << name;
-  EXPECT_EQ(visibility_mode_name(parsed("ray:dense:0.00010000")), "ray:dense:1e-04");
+  const std::string name = visibility_mode_name(RayTracing{RaySampling::dense, 0.1 / 1024});
+  EXPECT_EQ(std::get<RayTracing>(parse_visibility_mode(name)).epsilon, 0.1 / 1024) << name;
+  EXPECT_EQ(visibility_mode_name(parse_visibility_mode("ray:dense:0.00010000")), "ray:dense:1e-04");
 }
 
 TEST(VisibilityMode, RefusesWithOneSentenceThatQuotesTheMode) {

@@ -1,13 +1,13 @@
-// Method::none: what lies in the image is taken for visible.
+// NoTest: every front face in the image counts as visible.
 #include "visibility/classify/front_faces.h"
-#include "visibility/view_tester.h"
+#include "visibility/classify/view_tester.h"
 
 namespace gpvc::visibility {
 namespace {
 
-class NoTest : public ViewTester {
+class NoTestTester : public ViewTester {
  public:
-  explicit NoTest(const VisibilityOptions& options) : subpixel_(options.subpixel) {}
+  explicit NoTestTester(bool subpixel) : subpixel_(subpixel) {}
   void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
   std::string note() const override { return "cpu: there is nothing to test"; }
 
@@ -16,7 +16,7 @@ class NoTest : public ViewTester {
   FaceBlocks blocks_;
 };
 
-void NoTest::classify(const ClassifyView& view, const View&, ViewVisibility& result) {
+void NoTestTester::classify(const ClassifyView& view, const View&, ViewVisibility& result) {
   blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
     if (!find_front_face(view, face, block.front)) return FaceClass::hidden;
     if (block.front.spans.empty()) {
@@ -33,6 +33,6 @@ void NoTest::classify(const ClassifyView& view, const View&, ViewVisibility& res
 
 }  // namespace
 
-std::unique_ptr<ViewTester> make_no_test(const VisibilityOptions& options) { return std::make_unique<NoTest>(options); }
+std::unique_ptr<ViewTester> make_no_test(bool subpixel) { return std::make_unique<NoTestTester>(subpixel); }
 
 }  // namespace gpvc::visibility

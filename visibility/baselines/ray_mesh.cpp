@@ -55,7 +55,7 @@ void set_ray(RTCRay16& ray, std::size_t lane, const std::array<float, 3>& from, 
   ray.flags[lane] = 0;
 }
 
-/// Along the world's axes, with depth 1.
+/// The direction of the ray through a frame position, along the world's axes, with depth 1.
 std::array<double, 3> direction_of(const Camera& camera, const Pose& pose, double x, double y) {
   const double nx = (x - camera.cx) / camera.fx, ny = (y - camera.cy) / camera.fy;
   const auto& r = pose.rotation;
@@ -169,7 +169,7 @@ void RayMesh::trace(const Pose& pose, double epsilon, std::span<Target> targets)
   for (std::size_t lane = 0; lane < kPacket; ++lane) {
     const Target target = lane < targets.size() ? targets[lane] : Target{};
     const double length = std::hypot(target.x, target.y, target.z);
-    // The ray ends the bias before the point; a point nearer than that nothing can hide.
+    // The ray ends one bias in front of the point; a point nearer to the camera than the bias cannot be hidden.
     const double end = 1 - epsilon / length;
     valid[lane] = target.wanted && end > 0 ? -1 : 0;
     set_ray(rays, lane, from, {target.x, target.y, target.z}, static_cast<float>(std::max(end, 0.0)));

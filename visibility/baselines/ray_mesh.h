@@ -1,4 +1,4 @@
-// A mesh that rays can be traced against: the only file pair that knows Embree.
+// A mesh that rays can be traced against. Only this header's source uses Embree.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 
 namespace gpvc::visibility {
 
-/// Coordinates are taken relative to the middle of the mesh before they are rounded to floats, so that no offset costs
-/// precision. Any side of a face stops a ray.
+/// Coordinates are taken relative to the middle of the mesh before they are rounded to floats, so that large offsets do
+/// not cost precision. Both sides of a face stop rays.
 class RayMesh {
  public:
   /// Borrows the mesh; builds the hierarchy with all TBB threads. Throws std::runtime_error with Embree's reason.
@@ -24,15 +24,15 @@ class RayMesh {
   /// the photo; infinity without one. Row-major. Returns how many rays were traced. TBB.
   std::size_t first_depths(const ClassifyView& view, const Pose& pose, std::vector<float>& depths) const;
 
-  /// A point to be seen from a camera centre.
+  /// A point whose visibility from a camera centre is tested.
   struct Target {
     double x = 0, y = 0, z = 0;  ///< from the camera centre, along the world's axes
     bool wanted = false;
-    bool visible = false;  ///< set by trace: no intersection lies more than the bias before the point
+    bool visible = false;  ///< set by trace(): no intersection lies more than the bias in front of the point
   };
-  /// A vertex of the mesh as the rays will meet it: both ends rounded as the hierarchy rounds them.
+  /// A vertex of the mesh as a target, with both ends of the ray rounded as in the hierarchy.
   Target target(const WorldPoint& vertex, const Pose& pose) const;
-  /// At most 16 of them.
+  /// \pre at most 16 targets
   void trace(const Pose& pose, double epsilon, std::span<Target> targets) const;
 
  private:

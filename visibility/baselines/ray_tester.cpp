@@ -1,6 +1,6 @@
-// Method::ray: a sample is visible when the first intersection on the ray from the camera to it lies within the bias of
-// it. An intersection farther behind it than that (a ray of floats may slip past the edge of its own face) hides
-// nothing, nor does none at all.
+// RayTracing: a sample is visible unless the first intersection on the ray from the camera lies more than the bias in
+// front of it. An intersection farther behind the sample (a ray of floats may slip past the edge of its own face) hides
+// nothing.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 #include "visibility/baselines/ray_mesh.h"
 #include "visibility/classify/front_faces.h"
-#include "visibility/view_tester.h"
+#include "visibility/classify/view_tester.h"
 
 namespace gpvc::visibility {
 namespace {
@@ -28,7 +28,7 @@ Target target_at(const View& of, double px, double py, double z, bool in_image) 
 /// One ray per covered pixel centre (figure 19); faces that cover the same centre share it.
 class DenseRays : public ViewTester {
  public:
-  DenseRays(const Mesh& mesh, const VisibilityOptions& options) : rays_(mesh), options_(options) {}
+  DenseRays(const Mesh& mesh, double epsilon, bool subpixel) : rays_(mesh), epsilon_(epsilon), subpixel_(subpixel) {}
   void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
   std::string note() const override { return "cpu: Embree traces there"; }
 
@@ -38,7 +38,8 @@ class DenseRays : public ViewTester {
   bool sees(const ClassifyView& view, std::int32_t x, std::int32_t y, double inverse_depth) const;
 
   RayMesh rays_;
-  VisibilityOptions options_;
+  double epsilon_;
+  bool subpixel_;
   bool built_ = false;
   FaceBlocks blocks_;
   std::vector<float> depths_;
@@ -50,7 +51,7 @@ void DenseRays::classify(const ClassifyView& view, const View& of, ViewVisibilit
   std::atomic<std::size_t> secondary{0};
   blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
     if (!find_front_face(view, face, block.front)) return FaceClass::hidden;
-    if (block.front.spans.empty() && !options_.subpixel) return FaceClass::unresolved;
+    if (block.front.spans.empty() && !subpixel_) return FaceClass::unresolved;
     ++block.counts.processed_faces;
     if (!block.front.spans.empty()) return classify_face(view, block);
     secondary.fetch_add(kSubpixelSamples, std::memory_order_relaxed);
@@ -63,11 +64,11 @@ bool DenseRays::sees(const ClassifyView& view, std::int32_t x, std::int32_t y, d
   const double hit =
       depths_[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x)];
   if (hit * inverse_depth >= 1) return true;
-  // The bias is measured along the ray, which is longer than its depth; only near misses need the length.
-  if ((hit + options_.epsilon) * inverse_depth < 1) return false;
+  // The bias is a length along the ray, which exceeds the depth difference; only near misses need the square root.
+  if ((hit + epsilon_) * inverse_depth < 1) return false;
   const double nx = (x + 0.5 - view.camera.cx) / view.camera.fx;
   const double ny = (y + 0.5 - view.camera.cy) / view.camera.fy;
-  return (hit + options_.epsilon / std::sqrt(1 + nx * nx + ny * ny)) * inverse_depth >= 1;
+  return (hit + epsilon_ / std::sqrt(1 + nx * nx + ny * ny)) * inverse_depth >= 1;
 }
 
 FaceClass DenseRays::classify_face(const ClassifyView& view, FaceBlock& block) const {
@@ -84,7 +85,7 @@ FaceClass DenseRays::classify_subpixel(const ClassifyView& view, const View& of,
   const SubpixelPositions at = subpixel_positions(view, block.front.face);
   for (std::size_t k = 0; k < kSubpixelSamples; ++k)
     targets[k] = target_at(of, at.x[k], at.y[k], at.depth(k), view.in_image(at.x[k], at.y[k]));
-  rays_.trace(of.pose, options_.epsilon, targets);
+  rays_.trace(of.pose, epsilon_, targets);
   block.counts.samples += kSubpixelSamples;
   const auto visible = std::count_if(targets.begin(), targets.end(), [](const Target& t) { return t.visible; });
   return block.cover_subpixel(view, block.front.face, block.front.inside, static_cast<std::uint32_t>(visible));
@@ -93,7 +94,7 @@ FaceClass DenseRays::classify_subpixel(const ClassifyView& view, const View& of,
 /// One ray per vertex, shared by its faces.
 class SparseRays : public ViewTester {
  public:
-  SparseRays(const Mesh& mesh, const VisibilityOptions& options) : rays_(mesh), epsilon_(options.epsilon) {}
+  SparseRays(const Mesh& mesh, double epsilon) : rays_(mesh), epsilon_(epsilon) {}
   void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
   std::string note() const override { return "cpu: Embree traces there"; }
 
@@ -107,7 +108,7 @@ class SparseRays : public ViewTester {
   double epsilon_;
   bool built_ = false;
   FaceBlocks blocks_;
-  std::vector<std::uint8_t> front_;  ///< per face: faces the camera, and some of it may be on the frame
+  std::vector<std::uint8_t> front_;  ///< per face: 1 if it faces the camera and may reach the frame
   std::vector<Vertex> vertices_;
 };
 
@@ -172,7 +173,7 @@ std::size_t SparseRays::trace_vertices(const ClassifyView& view, const View& of)
     }
     if (count > 0) flush();
   };
-  constexpr std::size_t kBlock = 1024;  // fixed: the packets are the same for any number of threads
+  constexpr std::size_t kBlock = 1024;  // fixed, so that the packets do not depend on the number of threads
   const std::size_t vertices = vertices_.size();
   tbb::parallel_for(std::size_t{0}, (vertices + kBlock - 1) / kBlock,
                     [&](std::size_t block) { trace_block(block * kBlock, std::min((block + 1) * kBlock, vertices)); });
@@ -181,9 +182,9 @@ std::size_t SparseRays::trace_vertices(const ClassifyView& view, const View& of)
 
 }  // namespace
 
-std::unique_ptr<ViewTester> make_ray_tester(const ViewSource& source, const VisibilityOptions& options) {
-  if (options.rays == Rays::sparse) return std::make_unique<SparseRays>(source.mesh(), options);
-  return std::make_unique<DenseRays>(source.mesh(), options);
+std::unique_ptr<ViewTester> make_ray_tester(const Mesh& mesh, const RayTracing& rays, bool subpixel) {
+  if (rays.sampling == RaySampling::sparse) return std::make_unique<SparseRays>(mesh, rays.epsilon);
+  return std::make_unique<DenseRays>(mesh, rays.epsilon, subpixel);
 }
 
 }  // namespace gpvc::visibility

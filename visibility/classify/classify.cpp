@@ -34,7 +34,7 @@ bool stores_everywhere(const PreparedView& view, FaceId face, const SpanWalker& 
 
 }  // namespace
 
-CpuClassifier::CpuClassifier(const VisibilityOptions& options)
+CpuClassifier::CpuClassifier(const ClassifyOptions& options)
     : options_(options),
       scan_(std::make_unique<FaceScan>()),
       exact_(std::make_unique<ExactScan>()),

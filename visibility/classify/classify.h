@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "visibility/classify/classify_options.h"
 #include "visibility/classify/face_code.h"
 #include "visibility/raster/prepared_view.h"
 #include "visibility/visibility.h"
@@ -19,7 +20,7 @@ struct FaceScan;
 /// Scratch memory that views share. Results do not depend on what was classified before.
 class CpuClassifier {
  public:
-  explicit CpuClassifier(const VisibilityOptions& options);
+  explicit CpuClassifier(const ClassifyOptions& options);
   ~CpuClassifier();
 
   /// Fills classes, coverage and the counts of the statistics. O(faces + pixels), TBB; the same bits for any number of
@@ -37,7 +38,7 @@ class CpuClassifier {
   void scan_faces(const PreparedView& view);
   FaceCode scan_face(const PreparedView& view, FaceId face, std::vector<Span>& spans, std::size_t& samples) const;
 
-  VisibilityOptions options_;
+  ClassifyOptions options_;
   std::vector<std::uint8_t> candidate_faces_;  ///< per face: 1 if it owns a pixel of the IVM
   std::unique_ptr<FaceScan> scan_;
   std::unique_ptr<ExactScan> exact_;

@@ -2,6 +2,7 @@
 // partial faces.
 #pragma once
 
+#include "visibility/classify/classify_options.h"
 #include "visibility/classify/exact_owner.h"
 #include "visibility/classify/front_faces.h"
 
@@ -10,7 +11,7 @@ namespace gpvc::visibility {
 class FaceSampler {
  public:
   /// `overlay`: corrected owners, for CoverageCorrection::exact. Entries of partial faces and counts go to `block`.
-  FaceSampler(const PreparedView& view, const VisibilityOptions& options, const OwnerOverlay& overlay, FaceBlock& block)
+  FaceSampler(const PreparedView& view, const ClassifyOptions& options, const OwnerOverlay& overlay, FaceBlock& block)
       : view_(view), options_(options), overlay_(overlay), block_(block), front_(block.front) {}
 
   /// \pre a front face with a pixel centre in the frame. Full, partial or hidden.
@@ -28,7 +29,7 @@ class FaceSampler {
   bool exact() const { return options_.correction == CoverageCorrection::exact; }
 
   const PreparedView& view_;
-  const VisibilityOptions& options_;
+  const ClassifyOptions& options_;
   const OwnerOverlay& overlay_;
   FaceBlock& block_;
   FrontFace& front_;          ///< its raster is set unless the spans were found without

@@ -2,6 +2,7 @@
 // faces and samples the faces that the scan leaves open.
 #pragma once
 
+#include "visibility/classify/classify_options.h"
 #include "visibility/classify/exact_scan.h"
 #include "visibility/classify/front_faces.h"
 #include "visibility/classify/subpixel.h"
@@ -11,7 +12,7 @@ namespace gpvc::visibility {
 /// Scratch memory that views share. Results do not depend on what was finished before.
 class ScanFinisher {
  public:
-  explicit ScanFinisher(const VisibilityOptions& options) : options_(options) {}
+  explicit ScanFinisher(const ClassifyOptions& options) : options_(options) {}
 
   /// Fills classes, coverage and the counts of the statistics; the same bits for any number of threads. Consumes
   /// `scan`. \pre no face is unsure, all claims are right. TBB; O(faces + samples of the faces left open).
@@ -21,7 +22,7 @@ class ScanFinisher {
   void correct_owners(const PreparedView& view, FaceScan& scan);
   void resolve_subpixel(const PreparedView& view, FaceScan& scan);
 
-  VisibilityOptions options_;
+  ClassifyOptions options_;
   OwnerOverlay overlay_;
   SubpixelResolver subpixel_;
   FaceBlocks blocks_;

@@ -11,13 +11,13 @@ namespace gpvc::visibility {
 namespace {
 
 constexpr GLuint kGroup = 64;  // local_size_x of all programs but candidate_faces.comp
-constexpr GLuint kTile = 16;   // local_size of that
-/// Faces and vertices a dispatch: below 65536 work groups, the least that is allowed everywhere.
+constexpr GLuint kTile = 16;   // local_size of candidate_faces.comp in both directions
+/// Faces or vertices per dispatch: stays below 65536 work groups, which every device allows.
 constexpr std::size_t kMostPerDispatch = std::size_t{1} << 21;
-/// Ranges of buffers begin at multiples of 256 bytes, the most that may be asked for.
+/// Buffer ranges start at multiples of 256 bytes, the largest alignment that a device may require.
 constexpr std::size_t kAlignment = 256;
 constexpr std::size_t kProjectedBytes = 3 * sizeof(double);
-/// Work groups for the faces of many pixels, each of which takes one after the other: enough for every device.
+/// Work groups that share the large faces, each group taking one face after another: enough to fill any device.
 constexpr GLuint kLargeGroups = 1024;
 
 enum TextureUnit : GLuint { kIvm, kMask, kVertices, kCorners, kTiles };
@@ -65,7 +65,8 @@ GlProgram compute(std::vector<std::string_view> files, std::string_view defines 
 
 }  // namespace
 
-/// As in the shaders: scan.comp uses all, hivers.comp the first three, the last of them for another purpose.
+/// As laid out in the shaders. scan.comp uses all; hivers.comp uses the first three and counts corrected samples in
+/// contested_samples.
 struct GpuClassifier::Counts {
   GLuint processed_faces, samples, contested_samples, contested_overflow, claims, large_faces;
 };
@@ -79,14 +80,14 @@ GpuLimits gpu_limits() {
 std::string GpuClassifier::obstacle(const Mesh& mesh, const GpuLimits& limits) {
   if (mesh.positions.size() * 3 > limits.texels || mesh.faces.size() * 3 > limits.texels)
     return "the mesh exceeds the texture buffers of this device";
-  // Candidates take a bit a face in one piece; everything else is cut into dispatches, the smallest of which projects
-  // an aligned number of vertices.
+  // The candidate list, one bit per face, must fit into one buffer. Everything else is split into dispatches, of which
+  // the smallest projects an aligned number of vertices.
   if (mesh.faces.size() / 8 + 8 > limits.storage_bytes || kAlignment * kProjectedBytes > limits.storage_bytes)
     return "the mesh exceeds the storage buffers of this device";
   return {};
 }
 
-GpuClassifier::GpuClassifier(const Mesh& mesh, const IvmRenderer& renderer, const VisibilityOptions& options,
+GpuClassifier::GpuClassifier(const Mesh& mesh, const IvmRenderer& renderer, const ClassifyOptions& options,
                              const GpuLimits& limits)
     : mesh_(mesh), renderer_(renderer), options_(options), limits_(limits) {
   project_program_ = compute({"raster.glsl", "project.comp"});
@@ -132,7 +133,7 @@ void GpuClassifier::make_claims(std::size_t capacity) {
 void GpuClassifier::upload_mask(const PhotoMask& mask) {
   if (mask_texture_.name() != 0 && mask_number_ == mask.number()) return;
   mask_number_ = mask.number();
-  // A word of 64 pixels is two texels of 32, the lower half first.
+  // A word of 64 pixels becomes two texels of 32 bits, the lower half first.
   static_assert(std::endian::native == std::endian::little);
   constexpr std::uint64_t kNothing = 0;
   const std::span<const std::uint64_t> words =
@@ -146,8 +147,8 @@ void GpuClassifier::upload_mask(const PhotoMask& mask) {
   check_gl("uploading the photo mask");
 }
 
-/// The renderer keeps its last tile alone, so the view's item buffer goes back to the device, in as few tiles of one
-/// size as there can be.
+/// The renderer keeps only its last tile, so an item buffer of several tiles is uploaded again, cut into as few equal
+/// tiles as the texture limit allows.
 void GpuClassifier::upload_tiles(const ClassifyView& view) {
   tile_width_ = tile_height_ = 0;
   if (renderer_.tiles(view.camera) == 1) return;
@@ -207,8 +208,8 @@ void GpuClassifier::project(const Pose& pose, const Camera& camera) {
   check_gl("projecting the vertices");
 }
 
-/// Everything on the device is as shaders want it.
-void GpuClassifier::begin(const ClassifyView& view, const Pose& pose, VisibilityStatistics& statistics) {
+/// Uploads mask and tiles, binds the textures and projects the vertices.
+void GpuClassifier::prepare_view(const ClassifyView& view, const Pose& pose, VisibilityStatistics& statistics) {
   const Clock::time_point start = Clock::now();
   upload_mask(view.mask);
   upload_tiles(view);
@@ -267,7 +268,7 @@ void GpuClassifier::classify(const ClassifyView& view, const Pose& pose, std::ve
                              VisibilityStatistics& statistics) {
   codes.resize(mesh_.faces.size());
   if (faces_per_dispatch_ == 0) return;
-  begin(view, pose, statistics);
+  prepare_view(view, pose, statistics);
   const Clock::time_point start = Clock::now();
   set_image(candidates_program_, view);
   set_image(hivers_program_, view);
@@ -328,13 +329,13 @@ bool GpuClassifier::scan(const ClassifyView& view, const Pose& pose, FaceScan& s
   scan.start(mesh_.faces.size());
   if (faces_per_dispatch_ == 0) return true;
   if (!view.projected.moderate) return false;
-  begin(view, pose, statistics);
+  prepare_view(view, pose, statistics);
   const Clock::time_point start = Clock::now();
   scan_faces(view);
   Counts counts = read_counts();
   if (counts.claims > claim_capacity_) {
-    // The same scan makes the same number of claims: with room for all of them it loses none. Some more is kept for the
-    // views to come.
+    // A second scan makes the same number of claims, so it loses none once there is room for all of them. A quarter more
+    // is allocated for later views.
     const std::size_t most = limits_.storage_bytes / sizeof(Claim);
     if (counts.claims <= most) {
       make_claims(std::min<std::size_t>(counts.claims + counts.claims / 4, most));

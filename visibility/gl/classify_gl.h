@@ -1,13 +1,14 @@
 // Visibility classification in compute shaders: the twin of the CPU classifier, with the same bits.
 //
 // For CoverageCorrection::off and ::paper shaders classify. For ::exact they scan (shaders/scan.comp): they find the
-// samples of every face, tell where all of them are stored as its own, and list the samples whose stored owner is not
-// certainly the nearer one; CpuClassifier::complete() goes on from there.
+// samples of every face, mark the faces that are stored as the owner of all their samples, and list the samples whose
+// stored owner is not certainly the nearer one (claims). CpuClassifier::finish_exact_scan() decides the rest.
 //
-// What a view moves on the device, F faces, V vertices, P pixels: 48 V bytes to project, 12 F for corners, some 72 F
-// for vertices (mostly from caches: neighbours share them), 4 P of item buffer and P / 8 of mask where there is one. To
-// the host come F bytes of codes, 24 of counts and 8 a claim, in three reads after one wait. For 611 000 faces and 12
-// megapixels that is 0.11 GB on the device and 1 MB to the host, beside the 48 MB of the item buffer itself.
+// Memory traffic per view with F faces, V vertices and P pixels. On the device: 48 V bytes to project, 12 F for corners,
+// about 72 F for vertices (mostly from caches, since neighbours share them), 4 P of item buffer and P / 8 of mask if
+// there is one. To the host: F bytes of codes, 24 bytes of counts and 8 bytes per claim, in three reads after one wait.
+// For 611,000 faces and 12 megapixels that is 0.11 GB on the device and 1 MB to the host, besides the 48 MB of the item
+// buffer itself.
 #pragma once
 
 #include <string>
@@ -20,39 +21,38 @@
 
 namespace gpvc::visibility {
 
-/// What shaders may use of a device. Tests allow less than there is.
+/// Limits of a device. Tests set smaller ones than the device has.
 struct GpuLimits {
-  std::size_t texels = 0;                           ///< of a buffer texture
-  std::size_t storage_bytes = 0;                    ///< of a storage buffer
-  int texture_side = 0;                             ///< pixels
-  std::size_t first_claims = std::size_t{1} << 16;  ///< capacity for claims to begin with
-  bool staged_reads = false;                        ///< through a GlReadBuffer
+  std::size_t texels = 0;                           ///< in a buffer texture
+  std::size_t storage_bytes = 0;                    ///< in a storage buffer
+  int texture_side = 0;                             ///< of a texture, in pixels
+  std::size_t first_claims = std::size_t{1} << 16;  ///< initial capacity for claims
+  bool staged_reads = false;                        ///< read through a GlReadBuffer
 };
 
-/// Of the current context.
+/// The limits of the current context.
 GpuLimits gpu_limits();
 
 class GpuClassifier {
  public:
   /// Borrows the mesh and the renderer's buffers. Throws GpuError.
-  GpuClassifier(const Mesh& mesh, const IvmRenderer& renderer, const VisibilityOptions& options,
-                const GpuLimits& limits);
+  GpuClassifier(const Mesh& mesh, const IvmRenderer& renderer, const ClassifyOptions& options, const GpuLimits& limits);
 
-  /// Empty when the mesh can be classified within the limits; else the reason why not.
+  /// Empty if the mesh can be classified within the limits, else the reason why not.
   static std::string obstacle(const Mesh& mesh, const GpuLimits& limits);
 
-  // Both look at the IVM that the renderer drew last where that is one tile, else at the view's. They add the seconds
-  // of uploading, of the shaders and of reading back to the statistics.
+  // Both read the IVM that the renderer drew last if it is one tile, else the view's copy. They add the seconds of
+  // uploading, of the shaders and of reading back to the statistics.
 
   /// For CoverageCorrection::off and ::paper. `codes`: per face. Adds processed faces, samples and corrected samples to
-  /// the statistics. These agree with the CPU's on fully visible faces alone: of the others a shader looks at samples
-  /// until one sees the face and one does not, the ends of all rows first; the CPU stops at the first that does not,
-  /// and leaves its pass for the coverage out.
+  /// the statistics. These counts equal the CPU's on fully visible faces only. On other faces a shader looks at samples,
+  /// the ends of all rows first, until it has found a visible and a hidden one; the CPU stops at the first hidden one
+  /// and does not count its pass for the coverage.
   void classify(const ClassifyView& view, const Pose& pose, std::vector<FaceCode>& codes,
                 VisibilityStatistics& statistics);
 
-  /// For CoverageCorrection::exact. False when there is no answer for this view: its depths leave the range that error
-  /// bounds hold for, or its claims exceed a storage buffer.
+  /// For CoverageCorrection::exact. Returns false when the shaders cannot scan this view: its depths leave the range in
+  /// which the error bounds hold, or its claims exceed a storage buffer.
   bool scan(const ClassifyView& view, const Pose& pose, FaceScan& scan, VisibilityStatistics& statistics);
 
  private:
@@ -60,7 +60,7 @@ class GpuClassifier {
 
   void upload_mask(const PhotoMask& mask);
   void upload_tiles(const ClassifyView& view);
-  void begin(const ClassifyView& view, const Pose& pose, VisibilityStatistics& statistics);
+  void prepare_view(const ClassifyView& view, const Pose& pose, VisibilityStatistics& statistics);
   void set_image(const GlProgram& program, const ClassifyView& view) const;
   void project(const Pose& pose, const Camera& camera);
   void find_candidates(const ClassifyView& view);
@@ -74,7 +74,7 @@ class GpuClassifier {
 
   const Mesh& mesh_;
   const IvmRenderer& renderer_;
-  VisibilityOptions options_;
+  ClassifyOptions options_;
   GpuLimits limits_;
   GlProgram project_program_, candidates_program_, hivers_program_, scan_program_, large_program_;
   GlTexture positions_texture_, projected_texture_, corners_texture_, tiles_texture_, mask_texture_;
@@ -83,8 +83,8 @@ class GpuClassifier {
   GlReadBuffer staging_;
   std::uint64_t mask_number_ = 0;
   std::size_t mask_words_ = 0;
-  int tile_width_ = 0, tile_height_ = 0;    ///< 0: the view at hand is one tile
-  int tiles_width_ = 0, tiles_height_ = 0;  ///< of the image that tiles_texture_ is made for
+  int tile_width_ = 0, tile_height_ = 0;    ///< 0: the current view is one tile
+  int tiles_width_ = 0, tiles_height_ = 0;  ///< of the image that tiles_texture_ was made for
 };
 
 }  // namespace gpvc::visibility

@@ -1,4 +1,4 @@
-// Depth in the window under both projections.
+// Window depth under both projections.
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +7,7 @@
 namespace gpvc::visibility {
 namespace {
 
-/// Depths of the box along the view direction.
+/// Least and greatest depth of a bounding box along the view direction.
 struct Range {
   double low = 0, high = 0;
 };
@@ -38,10 +38,10 @@ MeshBox box_around(const Mesh& mesh) {
 DepthMapping depth_mapping(Projection projection, double near, const MeshBox& box, const Pose& pose) {
   if (projection == Projection::apc) return {projection, {0, near}};
   const Range depths = depths_of(box, pose);
-  if (!(depths.high > 0)) return {projection, {2, -2}};  // nothing is ahead: planes at 1 and 2
-  // Clip coordinates are floats: z and w are off by 2^-24 of themselves, so a vertex that lies in the near plane stays
-  // in front of it when the plane moves by 2^-20 of its distance. At the far plane z - w shrinks by the ratio of the
-  // planes, and the margin grows by it.
+  if (!(depths.high > 0)) return {projection, {2, -2}};  // nothing lies in front of the camera: planes at 1 and 2
+  // Clip coordinates are floats: z and w have relative errors of 2^-24, so a vertex in the near plane is not clipped once
+  // the plane is moved by 2^-20 of its distance. At the far plane z - w is smaller by the ratio of the planes' distances,
+  // so the margin is larger by that ratio.
   constexpr double kMargin = 0x1p-20, kNearest = 0x1p-14;
   const double n = std::max(depths.low, depths.high * kNearest) * (1 - kMargin);
   const double f = depths.high * (1 + kMargin * depths.high / n);

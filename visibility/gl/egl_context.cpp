@@ -1,12 +1,14 @@
 #include "visibility/gl/egl_context.h"
 
-#include <EGL/egl.h>
-#include <EGL/eglext.h>
+#include <dlfcn.h>
+#include <epoxy/egl.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <string>
@@ -16,6 +18,19 @@
 
 namespace gpvc::visibility {
 namespace {
+
+/// The libraries that libepoxy loads at its first call, and ends the process without: empty if they are there, else a
+/// sentence. They stay loaded.
+std::string missing_libraries() {
+  const auto loads = [](const char* library) { return dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr; };
+  static const std::string missing = [&]() -> std::string {
+    if (!loads("libEGL.so.1")) return "libEGL.so.1 is not installed (Debian: libegl1, libgl1-mesa-dri)";
+    if (!loads("libGL.so.1") && !loads("libOpenGL.so.0"))
+      return "neither libGL.so.1 nor libOpenGL.so.0 is installed (Debian: libgl1 or libopengl0)";
+    return {};
+  }();
+  return missing;
+}
 
 std::string egl_error_name(EGLint code) {
   switch (code) {
@@ -75,11 +90,11 @@ EGLDisplay open_display(const EglPlatform& platform) {
     throw GpuError("eglGetPlatformDisplayEXT is missing: this EGL has no EGL_EXT_platform_base");
   void* native = platform.device != nullptr ? platform.device : static_cast<void*>(EGL_DEFAULT_DISPLAY);
   const EGLDisplay display = get_display(platform.platform, native, nullptr);
-  if (display == EGL_NO_DISPLAY) throw egl_failure("eglGetPlatformDisplayEXT", "the device gives no display");
+  if (display == EGL_NO_DISPLAY) throw egl_failure("eglGetPlatformDisplayEXT", "the device has no display");
   return display;
 }
 
-/// EGL hands out one display per device, whoever asks, and eglTerminate ends it for all of them.
+/// EGL has one display per device, shared by all callers, and eglTerminate ends it for all of them.
 std::mutex display_mutex;
 std::map<EGLDisplay, int>& display_users() {
   static std::map<EGLDisplay, int> users;
@@ -103,10 +118,11 @@ EGLContext create_context(EGLDisplay display) {
     all.push_back(EGL_NONE);
     return eglCreateContext(display, config, EGL_NO_CONTEXT, all.data());
   };
-  // After a reset of the device buffers hold anything; only a context that is lost by it says so (check_gl()).
+  // After a device reset buffers hold garbage. A context that is lost on reset reports it (check_gl()).
   EGLContext context = made_with({EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET});
-  if (context == EGL_NO_CONTEXT) context = made_with({});  // EGL 1.4, or a driver that cannot tell
-  if (context == EGL_NO_CONTEXT) throw egl_failure("eglCreateContext", "the driver makes no OpenGL 4.5 core context");
+  if (context == EGL_NO_CONTEXT) context = made_with({});  // EGL 1.4, or a driver that does not report resets
+  if (context == EGL_NO_CONTEXT)
+    throw egl_failure("eglCreateContext", "the driver cannot make an OpenGL 4.5 core context");
   return context;
 }
 
@@ -127,7 +143,7 @@ struct EglContext::Display {
   explicit Display(const EglPlatform& platform) : handle(open_display(platform)) {
     const std::lock_guard lock(display_mutex);
     if (!eglInitialize(handle, nullptr, nullptr))
-      throw egl_failure("eglInitialize", "the driver of this device does not start");
+      throw egl_failure("eglInitialize", "the driver of this device cannot be initialized");
     ++display_users()[handle];
   }
   ~Display() {
@@ -151,7 +167,7 @@ EglContext::EglContext(const EglPlatform& platform) : display_(std::make_unique<
     info_.driver = gl_string(GL_VERSION);
     info_.software = is_software(info_.renderer);
     if (info_.renderer.empty())
-      throw GpuError("glGetString(GL_RENDERER) is empty: libOpenGL reaches no driver for this context");
+      throw GpuError("glGetString(GL_RENDERER) is empty: OpenGL calls reach no driver for this context");
   } catch (...) {
     eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     eglDestroyContext(display, context_);
@@ -195,7 +211,7 @@ std::vector<EglPlatform> egl_platforms() {
   return platforms;
 }
 
-/// Probing makes contexts current; whoever had one current before gets it back.
+/// Restores the context that was current before, since probing makes others current.
 class CurrentContextGuard {
  public:
   CurrentContextGuard() : display_(eglGetCurrentDisplay()), context_(eglGetCurrentContext()) {}
@@ -213,6 +229,10 @@ class CurrentContextGuard {
 }  // namespace
 
 std::vector<EglCandidate> egl_candidates(std::vector<std::string>* failures) {
+  if (const std::string missing = missing_libraries(); !missing.empty()) {
+    if (failures != nullptr) failures->push_back(missing);
+    return {};
+  }
   const CurrentContextGuard guard;
   std::vector<EglCandidate> found;
   for (const EglPlatform& platform : egl_platforms()) {
@@ -234,6 +254,28 @@ std::vector<EglCandidate> egl_candidates(std::vector<std::string>* failures) {
   return found;
 }
 
+namespace {
+
+/// True only if every EGL driver is Mesa's and there are no device files that its hardware drivers could open.
+bool surely_no_hardware() {
+  namespace fs = std::filesystem;
+  for (const char* variable : {"__EGL_VENDOR_LIBRARY_FILENAMES", "__EGL_VENDOR_LIBRARY_DIRS"})
+    if (std::getenv(variable) != nullptr) return false;
+  std::error_code failed;
+  std::size_t mesa = 0;
+  for (const char* folder : {"/etc/glvnd/egl_vendor.d", "/usr/share/glvnd/egl_vendor.d"})
+    for (fs::directory_iterator file(folder, failed), end; file != end; file.increment(failed)) {
+      if (file->path().filename().string().find("mesa") == std::string::npos) return false;
+      ++mesa;
+    }
+  if (mesa == 0) return false;
+  for (const char* path : {"/dev/dxg", "/dev/kgsl-3d0", "/dev/nvidiactl"})
+    if (fs::exists(path, failed) || failed) return false;
+  return fs::directory_iterator("/dev/dri", failed) == fs::directory_iterator();
+}
+
+}  // namespace
+
 std::vector<DeviceInfo> list_devices() {
   std::vector<DeviceInfo> devices;
   for (EglCandidate& candidate : egl_candidates()) devices.push_back(std::move(candidate.info));
@@ -251,10 +293,10 @@ GraphicsDevice::GraphicsDevice(int device) {
   const std::vector<EglCandidate> candidates = egl_candidates(&failures);
   if (candidates.empty()) {
     std::string reasons;
-    for (const std::string& failure : failures) reasons.append(" ").append(failure).append(".");
+    for (const std::string& failure : failures) reasons.append(reasons.empty() ? ": " : "; ").append(failure);
     throw GpuError(
-        "no EGL device makes an OpenGL 4.5 core context; without a GPU driver install Mesa's "
-        "software renderer (Debian: libegl1, libgl1-mesa-dri)." +
+        "no EGL device can make an OpenGL 4.5 core context (without a GPU driver, install Mesa's software renderer; "
+        "Debian: libegl1, libgl1-mesa-dri)" +
         reasons);
   }
   const std::size_t chosen = device < 0 ? 0 : static_cast<std::size_t>(device);
@@ -262,6 +304,15 @@ GraphicsDevice::GraphicsDevice(int device) {
     throw GpuError("device " + std::to_string(device) + " does not exist: devices are numbered 0 to " +
                    std::to_string(candidates.size() - 1));
   context_ = std::make_unique<Context>(candidates[chosen]);
+}
+
+GraphicsDevice::GraphicsDevice(std::unique_ptr<Context> context) : context_(std::move(context)) {}
+
+std::unique_ptr<GraphicsDevice> GraphicsDevice::find_hardware() {
+  if (surely_no_hardware()) return nullptr;
+  const std::vector<EglCandidate> candidates = egl_candidates();
+  if (candidates.empty() || candidates.front().info.software) return nullptr;
+  return std::unique_ptr<GraphicsDevice>(new GraphicsDevice(std::make_unique<Context>(candidates.front())));
 }
 
 GraphicsDevice::~GraphicsDevice() = default;

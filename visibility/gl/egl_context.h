@@ -4,11 +4,11 @@
 #include <memory>
 #include <vector>
 
-#include "visibility/visibility.h"
+#include "visibility/device.h"
 
 namespace gpvc::visibility {
 
-/// One way of getting a context: an EGL device, or Mesa's surfaceless platform.
+/// A way to get a context: an EGL device, or Mesa's surfaceless platform.
 struct EglPlatform {
   unsigned platform = 0;   ///< EGL_PLATFORM_*
   void* device = nullptr;  ///< EGLDeviceEXT, or nullptr (the default display of the platform)
@@ -40,8 +40,8 @@ struct EglCandidate {
   DeviceInfo info;
 };
 
-/// What list_devices() lists, with the platform of each. `failures`, when given, gets a sentence for each platform on
-/// which no context could be made.
+/// The devices of list_devices() with their platforms. `failures`, if given, receives a sentence for each platform on
+/// which no context could be made, or for EGL or OpenGL libraries that are not installed.
 std::vector<EglCandidate> egl_candidates(std::vector<std::string>* failures = nullptr);
 
 }  // namespace gpvc::visibility

@@ -53,7 +53,7 @@ GlShader compile(const ShaderStage& stage, std::string_view defines) {
     glGetShaderiv(shader.name(), GL_INFO_LOG_LENGTH, &log_length);
     std::string log(static_cast<std::size_t>(log_length), '\0');
     glGetShaderInfoLog(shader.name(), log_length, nullptr, log.data());
-    throw GpuError("the driver rejects shader " + joined(stage.files) + ": " + log.c_str());
+    throw GpuError("the driver cannot compile shader " + joined(stage.files) + ": " + log.c_str());
   }
   return shader;
 }
@@ -63,7 +63,7 @@ GlShader compile(const ShaderStage& stage, std::string_view defines) {
 void check_gl(std::string_view stage) {
   const GLenum code = glGetError();
   if (code == GL_NO_ERROR) return;
-  // Several may be pending; a lost context repeats its error forever.
+  // Several errors may be pending; a lost context repeats its error forever.
   for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i) continue;
   throw GpuError(std::string(stage) + ": " + gl_error_name(code));
 }
@@ -81,11 +81,11 @@ void GlReadBuffer::reserve(std::size_t bytes) {
   if (bytes <= bytes_) return;
   *this = {};
   constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
-  buffer_ = make_buffer(bytes, nullptr, kAccess | GL_CLIENT_STORAGE_BIT, "making memory to read from");
+  buffer_ = make_buffer(bytes, nullptr, kAccess | GL_CLIENT_STORAGE_BIT, "creating the read-back buffer");
   mapped_ =
       static_cast<const std::byte*>(glMapNamedBufferRange(buffer_.name(), 0, static_cast<GLsizeiptr>(bytes), kAccess));
-  check_gl("mapping memory to read from");
-  if (mapped_ == nullptr) throw GpuError("the driver maps no buffer of " + std::to_string(bytes) + " bytes");
+  check_gl("mapping the read-back buffer");
+  if (mapped_ == nullptr) throw GpuError("the driver cannot map a buffer of " + std::to_string(bytes) + " bytes");
   bytes_ = bytes;
 }
 
@@ -111,7 +111,7 @@ GlFramebuffer make_framebuffer(GLuint color_texture, GLuint depth_texture, std::
   if (depth_texture != 0) glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth_texture, 0);
   check_gl(stage);
   if (glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    throw GpuError(std::string(stage) + ": the driver calls the framebuffer incomplete");
+    throw GpuError(std::string(stage) + ": the driver reports an incomplete framebuffer");
   return framebuffer;
 }
 
@@ -137,7 +137,7 @@ GlProgram make_program(std::span<const ShaderStage> stages, std::string_view def
     glGetProgramiv(program.name(), GL_INFO_LOG_LENGTH, &length);
     std::string log(static_cast<std::size_t>(length), '\0');
     glGetProgramInfoLog(program.name(), length, nullptr, log.data());
-    throw GpuError("the driver does not link " + names + ": " + log.c_str());
+    throw GpuError("the driver cannot link " + names + ": " + log.c_str());
   }
   return program;
 }

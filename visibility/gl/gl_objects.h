@@ -1,10 +1,8 @@
-// OpenGL 4.5 objects with owners. All calls need a current context (GraphicsDevice::make_current).
+// OpenGL 4.5 objects with owners. All calls need a current context (GraphicsDevice::make_current()); libepoxy looks the
+// functions up at run time.
 #pragma once
 
-#ifndef GL_GLEXT_PROTOTYPES
-#define GL_GLEXT_PROTOTYPES
-#endif
-#include <GL/glcorearb.h>
+#include <epoxy/gl.h>
 
 #include <cstddef>
 #include <span>
@@ -13,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "visibility/visibility.h"
+#include "visibility/device.h"
 
 namespace gpvc::visibility {
 
@@ -62,15 +60,15 @@ GlBuffer make_buffer(std::span<const T> values, GLbitfield flags, std::string_vi
   return make_buffer(values.size_bytes(), values.data(), flags, stage);
 }
 
-/// Memory that the device copies to and the host reads, mapped as long as it lives. On a graphics card that is the
-/// bus's pace, without a driver's detours by memory that may be paged out, and what shaders write to stays on the card;
-/// a software renderer is faster without.
+/// Memory that the device copies to and the host reads, mapped as long as it lives. A graphics card copies to it at the
+/// speed of the bus, without the driver's detour through pageable memory, and the buffers that shaders write to stay on
+/// the card. A software renderer is faster without it.
 class GlReadBuffer {
  public:
-  /// Room for so many bytes; what it held is lost when it grows. Throws GpuError.
+  /// Makes room for `bytes`; the contents are lost when it grows. Throws GpuError.
   void reserve(std::size_t bytes);
   GLuint name() const { return buffer_.name(); }
-  /// What it holds once all commands up to here are done; waits for them.
+  /// Waits for all commands so far and returns the contents.
   const std::byte* wait() const;
 
  private:
@@ -82,7 +80,7 @@ class GlReadBuffer {
 /// An immutable 2D texture of `levels` levels. Throws GpuError (out of memory, above GL_MAX_TEXTURE_SIZE).
 GlTexture make_texture_2d(GLenum internal_format, int width, int height, int levels, std::string_view stage);
 
-/// Integer textures can be read by shaders only without filtering.
+/// Shaders can read integer textures only without filtering.
 inline void set_nearest(const GlTexture& texture) {
   glTextureParameteri(texture.name(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTextureParameteri(texture.name(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);

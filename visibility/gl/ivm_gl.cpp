@@ -14,7 +14,7 @@
 namespace gpvc::visibility {
 namespace {
 
-/// Faces a draw call: keeps gl_PrimitiveID and the index count below 2^31.
+/// Faces per draw call: keeps gl_PrimitiveID and the index count below 2^31.
 constexpr std::size_t kFacesPerDraw = std::size_t{1} << 28;
 
 int texture_limit() {
@@ -106,7 +106,7 @@ void IvmRenderer::read_tile(const Camera& camera, int x0, int y0, const Output& 
   if (output.depths != nullptr) read_pixels(GL_DEPTH_COMPONENT, GL_FLOAT, tile, camera.width, output.depths->data());
 }
 
-/// Four bytes a pixel into rows of `stride` of them.
+/// Reads four bytes per pixel of the tile into an image with rows of `stride` pixels.
 void IvmRenderer::read_pixels(GLenum format, GLenum type, const PixelBox& tile, int stride, void* pixels) {
   constexpr std::size_t kBytes = 4;
   const int width = tile.x1 - tile.x0, height = tile.y1 - tile.y0;
@@ -127,7 +127,7 @@ void IvmRenderer::read_pixels(GLenum format, GLenum type, const PixelBox& tile, 
   glReadPixels(0, 0, width, height, format, type, nullptr);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
   const std::byte* from = staging_.wait();
-  // One thread alone does not keep up with the bus.
+  // A single thread copies more slowly than the bus delivers.
   tbb::parallel_for(tbb::blocked_range<int>(0, height, 64), [&](const tbb::blocked_range<int>& rows) {
     for (int row = rows.begin(); row < rows.end(); ++row)
       std::memcpy(row_at(row), from + row_bytes * static_cast<std::size_t>(row), row_bytes);
@@ -145,7 +145,7 @@ void IvmRenderer::set_view(const Camera& camera, const Pose& pose) {
   const WindowDepth& window = mapping_.window;
   glProgramUniform1dv(program_.name(), pose_, 12, pose_values.data());
   glProgramUniform1dv(program_.name(), intrinsics_, 4, intrinsics.data());
-  // Window depth times w; twice that less w where clip space is symmetric.
+  // Clip z is the window depth times w, or twice that minus w where clip space is symmetric.
   if (mapping_.projection == Projection::spc) {
     glProgramUniform2d(program_.name(), clip_from_depth_, 2 * window.at_infinity - 1, 2 * window.per_inverse_z);
   } else {
@@ -158,7 +158,7 @@ void IvmRenderer::set_depth_state() const {
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE);
   glDepthFunc(symmetric ? GL_LESS : GL_GREATER);
-  // Pixel row 0 is window row 0 and comes first when read back: no flip.
+  // Pixel row 0 is window row 0 and comes first when read back, so nothing is flipped.
   glClipControl(GL_LOWER_LEFT, symmetric ? GL_NEGATIVE_ONE_TO_ONE : GL_ZERO_TO_ONE);
   const GLfloat farthest = symmetric ? 1 : 0;
   glClearBufferfv(GL_DEPTH, 0, &farthest);
@@ -166,7 +166,7 @@ void IvmRenderer::set_depth_state() const {
 
 void IvmRenderer::draw_tile(int x0, int y0) {
   glBindFramebuffer(GL_FRAMEBUFFER, target_.name());
-  // The same viewport for every tile, so that a pixel has the same distance from its vertices in ndc steps.
+  // Every tile uses the same viewport size, so that a pixel is the same step in normalized device coordinates.
   glViewport(0, 0, tile_width_, tile_height_);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_CULL_FACE);

@@ -14,16 +14,16 @@ struct WindowDepth {
   double at_infinity = 0, per_inverse_z = 0;
 };
 
-/// How a view is drawn in depth. apc (formula 5): reversed, N / z. spc (formulas 1 and 2, figure 6): from 0 at the near
-/// plane to 1 at the far one, both fitted to the box around the mesh along the view direction. With a camera in that
-/// box, or beside it, the near plane lies at the far one's distance times 2^-14 and what is nearer is not drawn:
-/// symmetric depth has no resolution to spare there.
+/// The depth mapping of a view. apc (formula 5): reversed, N / z. spc (formulas 1 and 2, figure 6): 0 at the near plane
+/// and 1 at the far plane, both fitted to the mesh's bounding box along the view direction. If the camera lies inside or
+/// beside that box, the near plane lies at 2^-14 of the far plane's distance, and nearer parts are not drawn: symmetric
+/// depth lacks the resolution for more.
 struct DepthMapping {
   Projection projection = Projection::apc;
   WindowDepth window;
 };
 
-/// The box around all vertices of a mesh.
+/// The bounding box of a mesh.
 struct MeshBox {
   WorldPoint low, high;
 };
@@ -37,40 +37,40 @@ class IvmRenderer {
  public:
   struct Options {
     Projection projection = Projection::apc;
-    /// N of formula 5. Depth is N / z in a float, whose relative step is the same at any scale, so N may be as small as
-    /// the exponent range allows: nothing beyond 2^-64 m of the camera plane is clipped away, and depths up to 2^62 m
-    /// stay normal numbers.
+    /// N of formula 5. Depth is N / z in a float, whose relative precision is the same at any scale, so N can be as small
+    /// as the exponent range allows: nothing farther than 2^-64 m from the camera plane is clipped, and depths up to
+    /// 2^62 m stay normal numbers.
     double near = 0x1p-64;
     int largest_tile = 0;       ///< pixels in width and height; 0: what the driver allows
-    bool staged_reads = false;  ///< through a GlReadBuffer
+    bool staged_reads = false;  ///< read back through a GlReadBuffer
   };
   /// Uploads the mesh, which is borrowed. Throws GpuError.
   IvmRenderer(const Mesh& mesh, const Options& options);
   explicit IvmRenderer(const Mesh& mesh, int largest_tile = 0)
       : IvmRenderer(mesh, Options{.largest_tile = largest_tile}) {}
 
-  /// Uploading the mesh counts for the first view.
+  /// The first view includes the upload of the mesh.
   struct Times {
     double upload_s = 0, render_s = 0, readback_s = 0;
   };
-  /// What is read back, row-major from the top-left; nullptr: not wanted.
+  /// Where to read back to, row-major from the top-left; nullptr: not wanted.
   struct Output {
     std::vector<FaceId>* faces = nullptr;  ///< kNoFace where nothing is
-    std::vector<float>* depths = nullptr;  ///< in the window, see mapping()
+    std::vector<float>* depths = nullptr;  ///< window depths, see mapping()
   };
-  /// Draws every face, front and back, in order; depth ties keep the lower face. Distortion is not looked at.
+  /// Draws every face, front and back, in order; at equal depths the lower face index wins. Ignores distortion.
   Times render(const Camera& camera, const Pose& pose, const Output& output);
   Times render(const Camera& camera, const Pose& pose, std::vector<FaceId>& faces) {
     return render(camera, pose, Output{&faces, nullptr});
   }
 
-  /// Of the last view drawn.
+  /// The depth mapping of the last view drawn.
   const DepthMapping& mapping() const { return mapping_; }
 
-  /// How many tiles an image of this camera takes.
+  /// The number of tiles for an image of this camera.
   int tiles(const Camera& camera) const;
 
-  /// Of the last tile drawn, for compute shaders.
+  // For compute shaders; the texture holds the last tile drawn.
   GLuint ivm_texture() const { return color_.name(); }
   GLuint positions() const { return positions_.name(); }
   GLuint faces() const { return faces_.name(); }

@@ -1,30 +1,32 @@
-// Method::shadow_map: the depth of every sample compared with the nearest depth drawn at its pixel.
+// ShadowMap: the depth of every sample is compared with the nearest depth drawn at its pixel.
 #include <algorithm>
 
 #include "visibility/classify/front_faces.h"
-#include "visibility/view_tester.h"
+#include "visibility/classify/view_tester.h"
 
 namespace gpvc::visibility {
 namespace {
 
 class ShadowMapTester : public ViewTester {
  public:
-  ShadowMapTester(const ViewSource& source, const VisibilityOptions& options) : source_(source), options_(options) {}
+  ShadowMapTester(const ViewSource& source, double epsilon, bool subpixel)
+      : source_(source), epsilon_(epsilon), subpixel_(subpixel) {}
   void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
   std::string note() const override { return "cpu: shadow maps are compared there"; }
 
  private:
   FaceClass classify_face(const ClassifyView& view, FaceBlock& block) const;
   FaceClass classify_subpixel(const ClassifyView& view, FaceBlock& block) const;
-  /// Whether a point of the surface at 1 / z = `inverse_depth` is seen through pixel (x, y).
+  /// True if the point of the surface at 1 / z = `inverse_depth` is visible through pixel (x, y).
   bool sees(const ClassifyView& view, std::int32_t x, std::int32_t y, double inverse_depth) const {
     const double stored = depths_[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) +
                                   static_cast<std::size_t>(x)];
-    return nearness_ * inverse_depth + offset_ <= farness_ * stored + options_.epsilon;
+    return nearness_ * inverse_depth + offset_ <= farness_ * stored + epsilon_;
   }
 
   const ViewSource& source_;
-  VisibilityOptions options_;
+  double epsilon_;
+  bool subpixel_;
   FaceBlocks blocks_;
   std::span<const float> depths_;
   /// Window depth grows with distance under SPC and shrinks under APC: farness_ is 1 or -1, and farness_ times the
@@ -40,7 +42,7 @@ void ShadowMapTester::classify(const ClassifyView& view, const View&, ViewVisibi
   offset_ = farness_ * mapping.window.at_infinity;
   blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
     if (!find_front_face(view, face, block.front)) return FaceClass::hidden;
-    if (block.front.spans.empty() && !options_.subpixel) return FaceClass::unresolved;
+    if (block.front.spans.empty() && !subpixel_) return FaceClass::unresolved;
     ++block.counts.processed_faces;
     return block.front.spans.empty() ? classify_subpixel(view, block) : classify_face(view, block);
   });
@@ -70,8 +72,8 @@ FaceClass ShadowMapTester::classify_subpixel(const ClassifyView& view, FaceBlock
 
 }  // namespace
 
-std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source, const VisibilityOptions& options) {
-  return std::make_unique<ShadowMapTester>(source, options);
+std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source, double epsilon, bool subpixel) {
+  return std::make_unique<ShadowMapTester>(source, epsilon, subpixel);
 }
 
 }  // namespace gpvc::visibility

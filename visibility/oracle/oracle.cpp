@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 
+#include "visibility/oracle.h"
 #include "visibility/oracle/oracle_tile.h"
 
 namespace gpvc::visibility {
