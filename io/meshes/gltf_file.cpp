@@ -172,11 +172,11 @@ void set_bounds(tinygltf::Accessor& accessor, const Asset& asset, const GltfPrim
 
 /// A path as a URI: everything but letters, digits and a few marks as %XX.
 std::string uri_of(const fs::path& path) {
-  constexpr std::string_view kPlain = "-._~/", kHex = "0123456789ABCDEF";
+  constexpr std::string_view kUnescaped = "-._~/", kHex = "0123456789ABCDEF";
   std::string uri;
   for (const char c : path.generic_string()) {
     const auto byte = static_cast<unsigned char>(c);
-    if ((byte < 0x80 && std::isalnum(byte)) || kPlain.find(c) != std::string_view::npos)
+    if ((byte < 0x80 && std::isalnum(byte)) || kUnescaped.find(c) != std::string_view::npos)
       uri += c;
     else
       uri.append({'%', kHex[byte >> 4], kHex[byte & 15]});
