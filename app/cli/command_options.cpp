@@ -93,7 +93,7 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
                   "when --views or -o is given; seen is what shows in a photo that views.json beside MODEL\n"
                   "marks as used (all photos where there is none), clear of other surfaces by 2 pixels. A texel\n"
                   "is wrong when it is 16 grey levels off the colours such photos show around the point and\n"
-                  "nearer to one that a photo shows there of another surface; strange when off and near none.\n\n") +
+                  "nearer to one that a photo shows there of another surface; unexplained when off and near none.\n\n") +
       kExitStatus);
   return app;
 }

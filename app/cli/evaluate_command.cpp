@@ -64,19 +64,17 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, RunR
   io::LoadedModel model = io::read_textured_model(options.model);
   model.model.mesh = &model.mesh;
   const evaluate::MatchedModel matched = evaluate::match_model(mesh, model.model, model.pages, model.offset);
-  if (matched.strangers == model.mesh.faces.size())
+  if (matched.unmatched_faces == model.mesh.faces.size())
     throw InputError(options.model, "",
                      "none of its faces is a face of the scene's mesh: was it made from another mesh?");
-  if (matched.strangers > 0)
-    record.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out", matched.strangers,
-                               model.mesh.faces.size()));
+  if (matched.unmatched_faces > 0)
+    record.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out",
+                               matched.unmatched_faces, model.mesh.faces.size()));
   const std::vector<ViewId> used = named_views(scene.views, marked_views(options.model, "used"));
   io::PhotoCache photos(scene, options.input.downscale, 0);
   const Progress progress = record.reporter();
-  const std::size_t views = used.size(), steps = 4 * views;  // rays, twice the photos, the texels
-  const std::vector<visibility::FaceClass> best =
-      evaluate::best_classes(mesh, scene, used, pipeline::part_of(progress, 0, steps));
-  const evaluate::TruthScorer scorer(truth, mesh, best, scene, used, photos, pipeline::part_of(progress, views, steps));
+  const std::size_t views = used.size(), steps = 4 * views;  // the scorer goes through the views three times
+  const evaluate::TruthScorer scorer({truth, mesh, scene, used, photos}, pipeline::part_of(progress, 0, steps));
   const evaluate::TruthScore score = scorer.score(matched, pipeline::part_of(progress, 3 * views, steps));
   record.counts["truth"] = truth_json(score);
   std::optional<evaluate::OriginScore> origins;

@@ -12,8 +12,8 @@
 #include "app/compare/compare_report.h"
 #include "app/compare/compare_truth.h"
 #include "app/compare/compare_views.h"
-#include "app/evaluate/compare_oracle.h"
 #include "app/evaluate/evaluate.h"
+#include "app/evaluate/oracle_check.h"
 #include "app/evaluate/texture_islands.h"
 #include "app/pipeline/pipeline.h"
 #include "io/clock.h"
@@ -70,19 +70,12 @@ std::string processor_name() {
 }
 
 std::string scene_name(const cli::SceneInput& input) {
-  // SCENE is mostly a folder "colmap" or "sparse/0" within a folder that is the scene's.
+  // SCENE is often a folder "colmap" or "sparse/0" within the scene's own folder.
   fs::path path = fs::absolute(input.scene).lexically_normal();
   if (path.filename().empty()) path = path.parent_path();
   for (const char* inner : {"0", "sparse", "colmap", "colmap_txt", "undistorted", "dense"})
     if (path.filename() == inner && path.has_parent_path()) path = path.parent_path();
   return path.filename().string();
-}
-
-cli::Json score_json(const evaluate::RephotographyScore& score) {
-  return {{"one_minus_ncc", score.ncc_error},
-          {"ssim", score.ssim},
-          {"psnr_db", score.psnr},
-          {"completeness", score.completeness}};
 }
 
 cli::Json names_json(const Scene& scene, const std::vector<ViewId>& views) {
@@ -91,7 +84,7 @@ cli::Json names_json(const Scene& scene, const std::vector<ViewId>& views) {
   return names;
 }
 
-/// A comparison under way: what all modes share, and what is known of each so far.
+/// One run of `gpvc compare`: what all modes share, and the report as far as it is known.
 class Comparison {
  public:
   Comparison(const CompareOptions& options, cli::RunRecord& record, pipeline::OutputFolder& folder)
@@ -157,7 +150,7 @@ class Comparison {
   }
 
  private:
-  // What is computed once: the oracle, the photos to score against, the truth.
+  // Computes what all modes share: the oracle's classes, the photos to compare with, the truth.
   void prepare() {
     const auto score_views = static_cast<std::size_t>(options_.score_views);
     ModelViewsOptions views;
@@ -179,7 +172,7 @@ class Comparison {
     report_.json = header();
   }
 
-  // A folder that only looks like a scene of known truth is not an error unless it was asked for.
+  // A scene's folder whose truth cannot be used is an error only if --truth names it.
   void find_truth() {
     fs::path dir = options_.truth ? *options_.truth : fs::absolute(options_.texture.input.scene).lexically_normal();
     if (!options_.truth) {
@@ -248,9 +241,9 @@ class Comparison {
     settings.device = options_.texture.common.device;
     const pipeline::Input input = in_.input();
     const auto start = Clock::now();
-    evaluate::Agreement agreement;
+    evaluate::Confusion confusion;
     const auto compare = [&](ViewId id, const visibility::ViewVisibility& visible) {
-      oracle_->compare(id, visible, agreement);
+      oracle_->compare(id, visible.classes, confusion);
     };
     pipeline::Seen seen = pipeline::see(input, settings, photos_, record, {.faces = {}, .on_view = compare});
     if (!device_) {
@@ -260,7 +253,7 @@ class Comparison {
     const visibility::VisibilityStatistics& t = seen.statistics;
     const std::size_t pairs = in_.used.size() * in_.mesh.faces.size();
     json["visible"] = {{"full", t.full}, {"partial", t.partial}, {"occluded", pairs - t.full}};
-    if (oracle_->views() > 0) json["oracle"] = agreement.json();
+    if (oracle_->views() > 0) json["oracle"] = confusion.agreement_json();
     json["time"] = {{"visibility_s", t.render_s + t.build_s + t.upload_s + t.readback_s + t.classify_s},
                     {"render_s", t.render_s},
                     {"build_s", t.build_s},
@@ -302,7 +295,7 @@ class Comparison {
                const WorldPoint& offset, const atlas::TextureOrigins* origins, cli::Json& json,
                cli::RunRecord& record) {
     record.begin({"scores", "views"});
-    json["score"] = score_json(views_->show(model, pages, offset, record.reporter()));
+    json["score"] = evaluate::score_json(views_->show(model, pages, offset, record.reporter()));
     report_.shown.push_back(name);
     if (truth_)
       json["truth"] =
@@ -324,8 +317,8 @@ class Comparison {
     folder.publish();
   }
 
-  // How each mode stands to gpvc, with what chance could do to that.
-  void hold_against_gpvc() {
+  // The difference of each mode to gpvc, with its standard error.
+  void compare_with_gpvc() {
     const auto at = [&](const std::string& name) {
       return static_cast<std::size_t>(std::find(report_.shown.begin(), report_.shown.end(), name) -
                                       report_.shown.begin());
@@ -344,7 +337,7 @@ class Comparison {
 
   void write() {
     record_.begin({"report"});
-    hold_against_gpvc();
+    compare_with_gpvc();
     cli::Json& json = report_.json;
     report_.crops = views_->crops(static_cast<std::size_t>(options_.crops));
     for (const Crop& crop : report_.crops) {

@@ -18,44 +18,38 @@ const std::vector<Figure>& compared_figures() {
       {"oracle.missed_full", "Missed full", "%", 3, -1,
        "Of the pairs that are fully visible, the share not called so: good photos are not used."},
       {"truth.origin.all.right", "Textured rightly", "%", 3, 1,
-       "Of the area that some used photo shows clear of any other surface, the share that takes its colour "
-       "from a "
-       "photo's pixel of its own surface, edges included; known for synthetic scenes, whose photos come with "
-       "the "
-       "surface of each pixel. What is filled from around does not count."},
+       "Of the area that some used photo shows clear of any other surface, the share that takes its colour from a"
+       " photo's pixel of its own surface, edges included; known for synthetic scenes, whose photos come with the"
+       " surface of each pixel. What is filled from around does not count."},
       {"truth.origin.all.photo", "From a photo", "%", 3, 1,
        "Of that seen area, the share that takes its colour from any photo; the rest is filled from around."},
       {"truth.origin.all.wrong", "From another surface", "%", 4, -1,
-       "Of the area textured from photos, the share whose pixel shows another surface, a pixel or more from "
-       "its "
+       "Of the area textured from photos, the share whose pixel shows another surface, a pixel or more from its "
        "own in that photo."},
       {"truth.origin.all.ghost", "Ghosts where hidden", "%", 3, -1,
-       "Of the area that no used photo sees, the share textured all the same from a photo's pixel of another "
-       "surface: the bridge's deck painted on the ground below."},
+       "Of the area that no used photo sees, the share that is textured from a photo's pixel of another surface "
+       "nevertheless: a bridge's deck painted on the ground below it."},
       {"truth.origin.all.foreign", "Foreign texture", "%", 4, -1,
        "Of all area textured from photos, seen by one or not, the share whose pixel shows another surface."},
       {"truth.origin.all.faithful", "Textured faithfully", "%", 3, 1,
-       "Of all area, the share textured as it ought to be: where a photo sees it, from a pixel of its own "
-       "surface; where none does, not from another surface's."},
+       "Of all area, the share textured as it should be: where a photo sees it, from a pixel of its own surface; "
+       "where none does, not from another surface's."},
       {"truth.origin.all.edge", "Blended edge", "%", 3, 0,
-       "Of the area textured from photos, the share whose place in the photo lies less than a pixel from "
-       "another "
+       "Of the area textured from photos, the share whose place in the photo lies less than a pixel from another "
        "surface, where any resampling blends; counted as right."},
       {"truth.all.textured", "Seen area textured", "%", 2, 1,
-       "Of the area that some used photo shows clear of any other surface, the share with texture, filled or "
-       "from "
-       "a photo."},
+       "Of the area that some used photo shows clear of any other surface, the share with texture, filled or from"
+       " a photo."},
       {"truth.all.wrong", "Wrong by colour", "%", 3, -1,
-       "Of that textured area, the share whose colour is another surface's and not its own: what can be told "
-       "of "
-       "any program's model, a lower bound where colours are alike."},
+       "Of that textured area, the share whose colour is another surface's and not its own. This can be measured "
+       "for any program's model; it is a lower bound where surfaces have similar colours."},
       {"score.one_minus_ncc", "1 - NCC", "", 4, -1,
-       "Error of renders against photos (virtual rephotography, Waechter et al. 2017): one less the "
-       "normalized cross-correlation of 11 x 11 windows."},
+       "Error of renders against photos (virtual rephotography, Waechter et al. 2017): one less the normalized "
+       "cross-correlation of 11 x 11 windows."},
       {"score.ssim", "SSIM", "", 4, 1, "Structural similarity of renders and photos, 1 at best."},
       {"score.psnr_db", "PSNR", "dB", 2, 1, "Peak signal-to-noise ratio after one gain per channel."},
       {"score.completeness", "Complete", "%", 2, 1,
-       "Share of the pixels that the mesh covers and the model textures, over the scored views."},
+       "Share of the pixels covered by the mesh that the model textures, over the scored views."},
       {"visible.full", "V: full", "pairs", 0, 0,
        "Pairs of view and face called fully visible (V of the paper's tables)."},
       {"visible.partial", "Partial", "pairs", 0, 0, "Pairs called partially visible."},
@@ -65,14 +59,12 @@ const std::vector<Figure>& compared_figures() {
       {"tags.filled_share", "Faces filled", "%", 2, 0,
        "Faces for which no view was found, filled from their neighbours."},
       {"patches", "Patches", "", 0, 0,
-       "Connected groups of faces textured from one photo; of other programs' models, connected pieces of "
-       "their "
+       "Connected groups of faces textured from one photo; for other programs' models, connected pieces of their "
        "texture. Fewer mean fewer seams."},
       {"time.visibility_s", "Visibility", "s", 2, -1,
-       "Wall time inside the visibility stage over all views, costs and atlas not counted; other work ran "
-       "beside it."},
+       "Wall time of the visibility stage over all views, without costs and atlas; other work ran beside it."},
       {"time.total_s", "Texturing", "s", 1, -1,
-       "Wall time of all that this mode did for itself: visibility, costs, view selection, atlas."},
+       "Wall time of all that is done for this mode alone: visibility, costs, view selection, atlas."},
   };
   return figures;
 }
@@ -105,7 +97,7 @@ const cli::Json* finished_mode(const cli::Json& report, const std::string& name)
   return nullptr;
 }
 
-// The figures by which modes are told apart: classes, and the texture's truth.
+// A share of the texture's origins; null where they are not known.
 cli::Json origin_share(const cli::Json& mode, const char* key) {
   if (!mode.contains("truth") || !mode["truth"].contains("origin")) return nullptr;
   return mode["truth"]["origin"]["all"].value(key, cli::Json(nullptr));
@@ -113,7 +105,7 @@ cli::Json origin_share(const cli::Json& mode, const char* key) {
 
 std::string percent(double share, int digits) { return fmt::format("{:.{}f} %", 100 * share, digits); }
 
-// "shadow-map:spc at 0.001 (97.100 %)": the best epsilon of a family by a figure.
+// "shadow-map:spc at its best epsilon, 0.001: 97.100 %" for each family with a bias.
 std::vector<std::string> best_of_families(const cli::Json& report,
                                           const std::function<cli::Json(const cli::Json&)>& value) {
   std::map<std::string, const cli::Json*> best;
@@ -150,18 +142,19 @@ std::vector<std::string> findings_of(const cli::Json& report) {
   add("Classes that agree with the exact oracle", agreement);
   add("Seen area textured from photos' pixels of its own surface",
       [](const cli::Json& mode) { return origin_share(mode, "right"); });
-  add("All area textured as it ought to be, what no photo sees from no other surface",
+  add("All area textured as it should be, and hidden area not from another surface",
       [](const cli::Json& mode) { return origin_share(mode, "faithful"); });
   for (std::string& sentence : contest_findings(report)) findings.push_back(std::move(sentence));
   std::vector<std::string> failed;
   for (const cli::Json& mode : report["modes"])
     if (mode["status"] != "ok") failed.push_back(mode["name"].get<std::string>());
   if (!failed.empty())
-    findings.push_back(fmt::format("Failed, with what is known of it in the table: {}.", fmt::join(failed, "; ")));
+    findings.push_back(fmt::format("Failed, with what is known of them in the table: {}.", fmt::join(failed, "; ")));
   if (!report["settings"]["scored"]["held_out"].get<bool>())
     findings.push_back(
-        "No view was held out: the errors are over views that the texture was made from, and favour modes "
-        "that copy a photo back to where it came from.");
+        "No view was held out: the errors are measured in views that the texture was made from, which favours modes "
+        "that "
+        "copy a photo back to where it came from.");
   return findings;
 }
 

@@ -9,7 +9,7 @@
 namespace gpvc::compare {
 namespace {
 
-// Of pictures, before base64 makes 4 bytes of 3.
+// Limit for all pictures of a page, before base64 makes 4 bytes of 3.
 constexpr std::size_t kPictureBytes = 17u << 20;
 
 std::string base64(const std::string& bytes) {
@@ -40,7 +40,7 @@ struct CropPictures {
   std::vector<std::string> renders;
 };
 
-// At the highest quality that keeps the page small.
+// At the highest quality that stays within kPictureBytes.
 std::vector<CropPictures> pictures_of(const std::vector<Crop>& crops, const std::filesystem::path& scratch) {
   std::vector<CropPictures> pictures;
   for (const int quality : {88, 75, 60, 40}) {
@@ -103,7 +103,7 @@ std::string markdown_table(const cli::Json& table) {
 }
 
 std::string page_with(const cli::Json& data) {
-  // "<" never appears in the script element, so no text in the data can end it.
+  // Without "<", no text in the data can end the script element.
   std::string text = data.dump(-1, ' ', false, cli::Json::error_handler_t::replace), safe;
   safe.reserve(text.size());
   for (const char c : text) {

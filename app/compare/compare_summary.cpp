@@ -13,7 +13,7 @@
 namespace gpvc::compare {
 namespace {
 
-// Percentage points within which a bias would have to come of gpvc.
+// A bias is near gpvc within so many percentage points.
 constexpr double kNear = 0.1;
 
 struct Measure {
@@ -67,7 +67,7 @@ const cli::Json* mode_called(const cli::Json& report, const std::string& name) {
   return nullptr;
 }
 
-/// How far a mode stays behind gpvc on each scene, in percentage points; nothing where it failed.
+/// How far a mode is behind gpvc on each scene, in percentage points; nullopt where it failed or was not run.
 struct Row {
   std::string mode;
   std::vector<std::optional<double>> behind;
@@ -136,7 +136,7 @@ std::string verdict(const Table& table, const Measure& measure) {
 }
 
 std::string points(const std::optional<double>& value) {
-  return value ? fmt::format("{:.3f}", *value) : std::string("failed");
+  return value ? fmt::format("{:.3f}", *value) : std::string("not known");
 }
 
 cli::Json table_json(const Table& table, const Measure& measure) {
@@ -179,7 +179,7 @@ void summarize_reports(const CompareOptions& options, cli::Console& console) {
     if (!table.reports.empty()) summary["tables"].push_back(table_json(table, measure));
   }
   if (summary["tables"].empty())
-    throw InputError(options.summarize.front(), "", "and the reports beside it hold no figure of gpvc to compare with");
+    throw InputError(options.summarize.front(), "", "and the other reports hold no figure of gpvc to compare with");
   cli::run_command("compare --summarize", options.texture, console,
                    [&](cli::RunRecord&, pipeline::OutputFolder& folder) -> cli::RunFacts {
                      evaluate::write_text(folder.file("summary.html"), page_with(summary));

@@ -24,14 +24,9 @@ cli::Json difference(const std::vector<float>& a, const std::vector<float>& b, d
 
 struct TruthComparison::State {
   State(const std::filesystem::path& dir, const pipeline::Input& in, io::PhotoSource& photos, const Progress& progress)
-      : input(in),
-        truth(evaluate::read_truth(dir)),
-        best(evaluate::best_classes(in.mesh, in.scene, in.views, pipeline::part_of(progress, 0, 3 * in.views.size()))),
-        scorer(truth, in.mesh, best, in.scene, in.views, photos,
-               pipeline::part_of(progress, in.views.size(), 3 * in.views.size())) {}
+      : input(in), truth(evaluate::read_truth(dir)), scorer({truth, in.mesh, in.scene, in.views, photos}, progress) {}
   const pipeline::Input input;
   evaluate::Truth truth;
-  std::vector<visibility::FaceClass> best;
   evaluate::TruthScorer scorer;
   struct Areas {  // per face; empty where origins are not known
     std::vector<float> right, faithful;
@@ -48,14 +43,14 @@ TruthComparison::~TruthComparison() = default;
 
 cli::Json TruthComparison::score(const io::TexturedModel& model, std::span<const Image> pages, const WorldPoint& offset,
                                  const atlas::TextureOrigins* origins, const Progress& progress) {
-  state_->areas.emplace_back();  // models count from the first, scored or failed
+  state_->areas.emplace_back();  // also for a model whose scoring fails
   const evaluate::MatchedModel matched = evaluate::match_model(state_->input.mesh, model, pages, offset);
   const evaluate::TruthScore score = state_->scorer.score(matched, progress);
   cli::Json json = {{"all", evaluate::shares_json(score.all)},
                     {"full", evaluate::shares_json(score.full)},
                     {"partial", evaluate::shares_json(score.partial)},
                     {"samples", score.samples},
-                    {"strangers", matched.strangers}};
+                    {"unmatched_faces", matched.unmatched_faces}};
   state_->wrong.clear();
   if (origins == nullptr) return json;
   evaluate::OriginScore by_pixel = state_->scorer.score(

@@ -1,4 +1,4 @@
-// A comparison's models held against a synthetic scene's truth.
+// The models of a comparison judged by a synthetic scene's truth.
 #pragma once
 
 #include <filesystem>
@@ -21,11 +21,12 @@ class TruthComparison {
   ~TruthComparison();
   TruthComparison(const TruthComparison&) = delete;
   TruthComparison& operator=(const TruthComparison&) = delete;
-  /// The figures of a model whose positions lack `offset`; with where its texture comes from, if that is known.
+  /// The figures of a model; `offset` is to be added to its positions. `origins`: where its texture comes from, or
+  /// nullptr.
   cli::Json score(const io::TexturedModel& model, std::span<const Image> pages, const WorldPoint& offset,
                   const atlas::TextureOrigins* origins, const Progress& progress);
   /// How far one scored model is ahead of another in the seen area textured rightly, as a share of that area, and one
-  /// standard error, as if each face's points were drawn anew. nullptr where origins are not known.
+  /// standard error, taking each face's points as a random sample. null where origins are not known.
   cli::Json ahead(std::size_t model, std::size_t of) const;
   /// The last scored model's points with another surface's colour.
   cli::Json wrong_points() const;

@@ -14,12 +14,12 @@ namespace gpvc::compare {
 namespace {
 
 constexpr int kCropWidth = 480, kCropHeight = 360;
-constexpr int kThumbnailWidth = 500;  ///< about; windows are looked for in renders of this size
+constexpr int kThumbnailWidth = 500;  ///< roughly; windows to show are searched in renders reduced to this width
 constexpr int kRenderQuality = 95;
 
 int thumbnail_factor(int width) { return std::max(1, width / kThumbnailWidth); }
 
-// Luma of blocks of factor x factor pixels.
+// Luma of a smaller picture.
 Image thumbnail(const Image& image) {
   const int factor = thumbnail_factor(image.width);
   Image small;
@@ -88,8 +88,8 @@ Image cut_out(const Image& image, int x0, int y0, int width, int height) {
   return part;
 }
 
-// Mean absolute difference over the channels, each of the render's brought to the photo's mean, where both can show
-// something: `counted` marks these pixels.
+// Mean absolute difference over the channels of the `counted` pixels; each channel of the render is first multiplied by
+// one gain so that its mean equals the photo's.
 double mean_difference(const Image& photo, const Image& render, const std::vector<bool>& counted) {
   double sum = 0;
   const auto pixels = static_cast<double>(std::count(counted.begin(), counted.end(), true));
@@ -108,14 +108,6 @@ double mean_difference(const Image& photo, const Image& render, const std::vecto
 }
 
 bool overlap(int a, int a_length, int b, int b_length) { return a < b + b_length && b < a + a_length; }
-
-void add_score(const evaluate::RephotographyScore& one, evaluate::RephotographyScore& sum) {
-  sum.completeness += one.completeness;
-  sum.psnr += one.psnr;
-  sum.ssim += one.ssim;
-  sum.ncc_error += one.ncc_error;
-  sum.windows += one.windows;
-}
 
 }  // namespace
 
@@ -146,8 +138,7 @@ evaluate::RephotographyScore ModelViews::show(const io::TexturedModel& model, co
   all.insert(options_.cropped.begin(), options_.cropped.end());
   std::vector<Image> small;
   std::vector<std::vector<evaluate::TileError>> tiles;
-  evaluate::RephotographyScore sum;
-  double count = 0;
+  std::vector<evaluate::RephotographyScore> scores;
   std::size_t done = 0;
   for (const ViewId id : all) {
     progress(done++, all.size());
@@ -165,17 +156,12 @@ evaluate::RephotographyScore ModelViews::show(const io::TexturedModel& model, co
     const Frame& frame = frames_[static_cast<std::size_t>(at - options_.scored.begin())];
     evaluate::Rephotography compared = evaluate::compare_with_photo(frame.photo, frame.inside, render.image,
                                                                     render.textured, frame.covered, options_.reduction);
-    const evaluate::RephotographyScore score = compared.score;
     tiles.push_back(std::move(compared.tiles));
-    if (score.windows == 0) continue;
-    add_score(score, sum);
-    ++count;
+    scores.push_back(compared.score);
   }
   thumbnails_.push_back(std::move(small));
   tiles_.push_back(std::move(tiles));
-  if (count > 0)
-    for (double* value : {&sum.completeness, &sum.psnr, &sum.ssim, &sum.ncc_error}) *value /= count;
-  return sum;
+  return evaluate::mean_score(scores);
 }
 
 ErrorDifference ModelViews::difference(std::size_t model, std::size_t from) const {
@@ -197,7 +183,7 @@ ErrorDifference ModelViews::difference(std::size_t model, std::size_t from) cons
     if (my_windows == 0 || their_windows == 0) continue;
     ++views;
     result.less += their_mean - my_mean;
-    // A mean is a ratio of sums over tiles: what each tile adds to its deviation (Cochran 1977, 6.3).
+    // The variance of a ratio of sums over tiles, from each tile's residual (Cochran 1977, 6.3).
     double squares = 0, tiles = 0;
     for (std::size_t t = 0; t < mine.size(); ++t) {
       const auto of = [](const evaluate::TileError& tile, double m, double windows) {
@@ -239,7 +225,7 @@ std::vector<ModelViews::Window> ModelViews::windows(std::size_t view) const {
   std::vector<Window> found;
   for (int y = 0; y + h <= small.height; y += std::max(1, h / 8))
     for (int x = 0; x + w <= small.width; x += std::max(1, w / 8)) {
-      // Where all agree, or the mesh leaves most of the picture empty, there is nothing to look at.
+      // Not where all models agree, or where the mesh leaves most of the window empty.
       if (differing.mean(x, y, w, h) == 0 || shown.mean(x, y, w, h) < 0.5) continue;
       found.push_back({view, std::min(x * factor, camera.width - width), std::min(y * factor, camera.height - height),
                        width, height, disagreeing.mean(x, y, w, h)});
@@ -283,7 +269,7 @@ Crop ModelViews::cut(const Window& window) const {
   std::vector<std::uint8_t> inside;
   const Image photo = evaluate::photo_to_compare(*photos_.photo(id), view, inside);
   crop.photo = cut_out(photo, window.x, window.y, window.width, window.height);
-  std::vector<bool> counted;  // the mesh ends where the photo may go on
+  std::vector<bool> counted;  // the photo may show more than the mesh covers
   for (int y = window.y; y < window.y + window.height; ++y)
     for (int x = window.x; x < window.x + window.width; ++x) {
       const std::size_t i =

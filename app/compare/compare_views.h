@@ -1,4 +1,4 @@
-// A comparison's models seen from photos' viewpoints: scored against the photos, and kept for the crops.
+// The models of a comparison rendered from photos' viewpoints: scored against the photos, and kept for the crops.
 #pragma once
 
 #include <cstddef>
@@ -32,7 +32,7 @@ struct ModelViewsOptions {
   std::filesystem::path renders;  ///< an existing folder for renders until the crops are cut
 };
 
-/// How much lower one model's mean 1 - NCC is than another's, and what chance could do to that.
+/// How much lower one model's mean 1 - NCC is than another's, with its standard error.
 struct ErrorDifference {
   double less = 0;
   double noise = 0;  ///< one standard error
@@ -50,9 +50,9 @@ class ModelViews {
   evaluate::RephotographyScore show(const io::TexturedModel& model, const std::vector<Image>& pages,
                                     const WorldPoint& offset, const Progress& progress);
 
-  /// Of models in the order they were shown. The standard error of the mean over views of paired differences, as if the
-  /// kErrorTiles x kErrorTiles tiles of each view were drawn from many. Tiles that show the same place are not
-  /// independent, so that it is rather too small.
+  /// Models count in the order they were shown. The standard error is that of the mean, over views, of paired
+  /// differences, with the kErrorTiles x kErrorTiles tiles of each view taken as a random sample. Tiles of several views
+  /// may show the same place and depend on each other, so it is rather too small.
   ErrorDifference difference(std::size_t model, std::size_t from) const;
 
   /// The windows in which the models shown so far differ most, at most `count`, two of a view until all views have

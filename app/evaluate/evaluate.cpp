@@ -30,35 +30,6 @@ Image side_by_side(const Rephotography& r) {
   return row;
 }
 
-void accumulate(const RephotographyScore& score, RephotographyScore& sum) {
-  sum.completeness += score.completeness;
-  sum.psnr += score.psnr;
-  sum.ssim += score.ssim;
-  sum.ncc_error += score.ncc_error;
-  sum.windows += score.windows;
-}
-
-RephotographyScore mean_score(const std::vector<ViewScore>& views) {
-  RephotographyScore mean;
-  double count = 0;
-  for (const ViewScore& view : views) {
-    if (view.score.windows == 0) continue;
-    accumulate(view.score, mean);
-    ++count;
-  }
-  if (count == 0) return mean;
-  for (double* value : {&mean.completeness, &mean.psnr, &mean.ssim, &mean.ncc_error}) *value /= count;
-  return mean;
-}
-
-nlohmann::json to_json(const RephotographyScore& score) {
-  return {{"completeness", score.completeness},
-          {"psnr_db", score.psnr},
-          {"ssim", score.ssim},
-          {"one_minus_ncc", score.ncc_error},
-          {"windows", score.windows}};
-}
-
 void write_pictures(const fs::path& out, const std::string& view, const Rephotography& result) {
   std::string name = view;
   std::replace(name.begin(), name.end(), '/', '_');
@@ -66,8 +37,8 @@ void write_pictures(const fs::path& out, const std::string& view, const Rephotog
 }
 
 void write_report(const fs::path& out, const Evaluation& evaluation) {
-  nlohmann::json report{{"mean", to_json(evaluation.mean)}};
-  for (const ViewScore& view : evaluation.views) report["views"][view.view] = to_json(view.score);
+  nlohmann::json report{{"mean", score_json(evaluation.mean)}};
+  for (const ViewScore& view : evaluation.views) report["views"][view.view] = score_json(view.score);
   io::OutputFile file(out / "evaluate.json");
   file.write(report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   file.commit();
@@ -119,7 +90,9 @@ Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const Eva
     if (options.out) write_pictures(*options.out, view.name, result);
     progress(v + 1, scene.views.size());
   }
-  evaluation.mean = mean_score(evaluation.views);
+  std::vector<RephotographyScore> scores;
+  for (const ViewScore& view : evaluation.views) scores.push_back(view.score);
+  evaluation.mean = mean_score(scores);
   if (evaluation.mean.windows == 0)
     throw InputError(options.model, "", "no view shows enough of it to compare; is it in the cameras' frame?");
   if (options.out) write_report(*options.out, evaluation);

@@ -1,4 +1,4 @@
-// `gpvc evaluate`: how well a textured model, ours or another program's, reproduces photos.
+// How well a textured model, ours or another program's, reproduces photos.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace gpvc::evaluate {
 
 struct EvaluateOptions {
   std::filesystem::path model;                ///< OBJ or GLB
-  std::optional<std::filesystem::path> mesh;  ///< what should be textured; default: the model's own faces
-  std::optional<std::filesystem::path> out;   ///< folder for photo | render | error pictures and evaluate.json
+  std::optional<std::filesystem::path> mesh;  ///< the faces to be textured; default: the model's
+  std::optional<std::filesystem::path> out;   ///< folder for pictures (photo, render, error) and evaluate.json
   int reduction = 4;                          ///< photos and renders are compared at 1/reduction of their size
 };
 
@@ -31,8 +31,8 @@ struct Evaluation {
   RephotographyScore mean;
 };
 
-/// Renders every view of `scene` from the model and compares it with its photo. Views of which nothing can be compared
-/// are listed and left out of the mean.
+/// Renders the model from every view of `scene` and compares the renders with the photos. Views without a comparable
+/// window are listed and left out of the mean. Throws InputError, OutputError.
 Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const EvaluateOptions& options,
                           const Progress& progress);
 

@@ -13,11 +13,39 @@
 namespace gpvc::evaluate {
 namespace {
 
-constexpr std::uint32_t kSeed = 2018;
+using visibility::FaceClass;
+
+// Each of both commands has always drawn the views that its own seed gives.
+constexpr std::uint32_t kCheckSeed = 2018, kCompareSeed = 1;
 constexpr std::size_t kListed = 10;
 constexpr const char* kClassNames[] = {"hidden", "partial", "full", "unresolved"};
 
-const char* name_of(visibility::FaceClass c) { return kClassNames[static_cast<std::size_t>(c)]; }
+std::size_t number(FaceClass c) { return static_cast<std::size_t>(c); }
+const char* name_of(FaceClass c) { return kClassNames[number(c)]; }
+
+double ratio(std::size_t part, std::size_t whole, double otherwise) {
+  return whole == 0 ? otherwise : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+/// With unresolved counted as hidden.
+std::array<std::array<std::size_t, 3>, 3> without_unresolved(const Confusion& confusion) {
+  std::array<std::array<std::size_t, 3>, 3> pairs{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& row = confusion.pairs[i];
+    pairs[i] = {row[0] + row[number(FaceClass::unresolved)], row[1], row[2]};
+  }
+  return pairs;
+}
+
+/// Rows found, columns the oracle's, as oracle.json has it.
+std::array<std::array<std::size_t, 3>, 4> found_by_oracle(const Confusion& confusion) {
+  std::array<std::array<std::size_t, 3>, 4> pairs{};
+  for (std::size_t found = 0; found < 4; ++found)
+    for (std::size_t truth = 0; truth < 3; ++truth) pairs[found][truth] = confusion.pairs[truth][found];
+  return pairs;
+}
+
+bool differs(FaceClass found, FaceClass truth) { return found != truth && found != FaceClass::unresolved; }
 
 PixelPoint centroid_px(const Mesh& mesh, const View& view, std::size_t face) {
   CameraPoint sum;
@@ -31,73 +59,143 @@ PixelPoint centroid_px(const Mesh& mesh, const View& view, std::size_t face) {
 
 }  // namespace
 
-OracleCheck::OracleCheck(const std::vector<ViewId>& used, std::size_t count) : drawn_(used) {
-  // The first places of a shuffle, spelled out: what std::shuffle does is the library's own affair.
-  count = std::min(count, drawn_.size());
-  std::mt19937 random(kSeed);
-  for (std::size_t i = 0; i < count; ++i) std::swap(drawn_[i], drawn_[i + random() % (drawn_.size() - i)]);
-  drawn_.resize(count);
-  std::sort(drawn_.begin(), drawn_.end());
+std::vector<ViewId> draw_views(std::span<const ViewId> used, std::size_t count, std::uint32_t seed) {
+  std::vector<ViewId> views(used.begin(), used.end());
+  count = std::min(count, views.size());
+  // Not std::shuffle, whose result depends on the library; the standard fixes the numbers of mt19937.
+  std::mt19937 random(seed);
+  for (std::size_t n = 0; n < count; ++n) std::swap(views[n], views[n + random() % (views.size() - n)]);
+  views.resize(count);
+  std::sort(views.begin(), views.end());
+  return views;
 }
+
+void Confusion::add(std::span<const FaceClass> found, const visibility::OracleView& truth) {
+  for (std::size_t f = 0; f < found.size(); ++f) {
+    if (truth.tied[f] != 0) {
+      ++tied;
+      tied_differing += differs(found[f], truth.classes[f]) ? 1 : 0;
+    } else {
+      ++pairs[number(truth.classes[f])][number(found[f])];
+    }
+  }
+}
+
+Confusion& Confusion::operator+=(const Confusion& other) {
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    for (std::size_t k = 0; k < pairs[i].size(); ++k) pairs[i][k] += other.pairs[i][k];
+  tied += other.tied;
+  tied_differing += other.tied_differing;
+  return *this;
+}
+
+std::size_t Confusion::disagreements() const {
+  std::size_t count = 0;
+  for (std::size_t truth = 0; truth < 3; ++truth)
+    for (std::size_t found = 0; found < 3; ++found) count += truth == found ? 0 : pairs[truth][found];
+  return count;
+}
+
+double Confusion::share(FaceClass of) const {
+  const auto row = without_unresolved(*this)[number(of)];
+  return ratio(row[number(of)], row[0] + row[1] + row[2], 1.0);
+}
+
+double Confusion::accuracy() const {
+  const auto rows = without_unresolved(*this);
+  std::size_t all = 0;
+  for (const auto& row : rows) all += row[0] + row[1] + row[2];
+  return ratio(rows[0][0] + rows[1][1] + rows[2][2], all, 1.0);
+}
+
+double Confusion::false_full() const {
+  const std::size_t wrong = pairs[0][2] + pairs[1][2];
+  return ratio(wrong, wrong + pairs[2][2], 0.0);
+}
+
+double Confusion::missed_full() const { return 1.0 - share(FaceClass::full); }
+
+Json Confusion::agreement_json() const {
+  return {{"agreement", accuracy()},
+          {"hidden_agreement", share(FaceClass::hidden)},
+          {"partial_agreement", share(FaceClass::partial)},
+          {"full_agreement", share(FaceClass::full)},
+          {"false_full", false_full()},
+          {"missed_full", missed_full()},
+          {"tied_pairs", tied},
+          {"pairs_by_oracle_then_mode", without_unresolved(*this)}};
+}
+
+OracleViews::OracleViews(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used, std::size_t count,
+                         const Progress& progress) {
+  const std::vector<ViewId> ids = draw_views(used, count, kCompareSeed);
+  for (const ViewId id : ids) {
+    progress(views_.size(), ids.size());
+    views_.push_back({id, visibility::oracle_visibility(mesh, scene.views[index(id)])});
+  }
+}
+
+Json OracleViews::json(const Scene& scene) const {
+  Json names = Json::array();
+  std::ptrdiff_t tied = 0;
+  for (const View& view : views_) {
+    names.push_back(scene.views[index(view.id)].name);
+    tied += std::count(view.truth.tied.begin(), view.truth.tied.end(), 1);
+  }
+  return {{"views", names}, {"tied_pairs", tied}};
+}
+
+void OracleViews::compare(ViewId id, std::span<const FaceClass> classes, Confusion& confusion) const {
+  const auto same = [id](const View& view) { return view.id == id; };
+  const auto found = std::find_if(views_.begin(), views_.end(), same);
+  if (found != views_.end()) confusion.add(classes, found->truth);
+}
+
+OracleCheck::OracleCheck(std::span<const ViewId> used, std::size_t count)
+    : drawn_(draw_views(used, count, kCheckSeed)) {}
 
 bool OracleCheck::wants(ViewId view) const { return std::binary_search(drawn_.begin(), drawn_.end(), view); }
 
-void OracleCheck::compare(const Mesh& mesh, const View& view, std::span<const visibility::FaceClass> classes) {
+void OracleCheck::compare(const Mesh& mesh, const View& view, std::span<const FaceClass> classes) {
   const auto start = Clock::now();
   const visibility::OracleView truth = visibility::oracle_visibility(mesh, view);
   const double seconds = seconds_since(start);
-  Matrix matrix{};
-  std::size_t tied = 0, wrong = 0;
-  for (std::size_t f = 0; f < classes.size(); ++f) {
-    // A face left open on request is not wrong.
-    const bool differs = classes[f] != truth.classes[f] && classes[f] != visibility::FaceClass::unresolved;
-    if (truth.tied[f] != 0) {
-      ++tied;
-      tied_differing_ += differs ? 1 : 0;
-      continue;
-    }
-    ++matrix[static_cast<std::size_t>(classes[f])][static_cast<std::size_t>(truth.classes[f])];
-    if (!differs) continue;
-    ++wrong;
-    if (first_.size() == kListed) continue;
+  Confusion confusion;
+  confusion.add(classes, truth);
+  for (std::size_t f = 0; f < classes.size() && first_.size() < kListed; ++f) {
+    if (truth.tied[f] != 0 || !differs(classes[f], truth.classes[f])) continue;
     const PixelPoint at = centroid_px(mesh, view, f);
     first_.push_back({view.name, f, classes[f], truth.classes[f], at.x, at.y});
   }
-  for (std::size_t i = 0; i < matrix.size(); ++i)
-    for (std::size_t k = 0; k < matrix[i].size(); ++k) matrix_[i][k] += matrix[i][k];
   views_.push_back({{"name", view.name},
-                    {"tied", tied},
-                    {"disagreements", wrong},
-                    {"confusion", matrix},
+                    {"tied", confusion.tied},
+                    {"disagreements", confusion.disagreements()},
+                    {"confusion", found_by_oracle(confusion)},
                     {"samples", truth.samples},
                     {"oracle_s", seconds}});
+  confusion_ += confusion;
   faces_ += classes.size();
-  tied_ += tied;
-  disagreements_ += wrong;
   samples_ += truth.samples;
   seconds_ += seconds;
-}
-
-bool OracleCheck::any_unresolved() const {
-  const auto& row = matrix_[static_cast<std::size_t>(visibility::FaceClass::unresolved)];
-  return std::any_of(row.begin(), row.end(), [](std::size_t count) { return count != 0; });
 }
 
 std::string OracleCheck::report() const {
   std::string text = fmt::format(
       "oracle: {} views (seed {}), {} faces and views, {} samples, {:.2f} s\n"
       "{:22} {:>12} {:>12} {:>12}\n",
-      views_.size(), kSeed, pipeline::readable_count(faces_), pipeline::readable_count(samples_), seconds_,
+      views_.size(), kCheckSeed, pipeline::readable_count(faces_), pipeline::readable_count(samples_), seconds_,
       "found \\ oracle", kClassNames[0], kClassNames[1], kClassNames[2]);
-  const std::size_t rows = any_unresolved() ? 4 : 3;
-  for (std::size_t i = 0; i < rows; ++i)
-    text += fmt::format("{:22} {:>12} {:>12} {:>12}\n", kClassNames[i], matrix_[i][0], matrix_[i][1], matrix_[i][2]);
-  text += fmt::format("{} disagreements; {} tied apart, {} of them classed otherwise", disagreements_, tied_,
-                      tied_differing_);
+  const auto rows = found_by_oracle(confusion_);
+  const auto& unresolved = rows[number(FaceClass::unresolved)];
+  const bool any_unresolved = unresolved[0] + unresolved[1] + unresolved[2] > 0;
+  for (std::size_t i = 0; i < (any_unresolved ? 4U : 3U); ++i)
+    text += fmt::format("{:22} {:>12} {:>12} {:>12}\n", kClassNames[i], rows[i][0], rows[i][1], rows[i][2]);
+  text += fmt::format("{} disagreements; {} tied apart, {} of them classed otherwise", disagreements(), confusion_.tied,
+                      confusion_.tied_differing);
   for (const Disagreement& d : first_)
     text += fmt::format("\n  {} face {}: {} for {}, centroid at ({:.2f}, {:.2f}) px", d.view, d.face, name_of(d.found),
                         name_of(d.truth), d.x, d.y);
-  if (disagreements_ > first_.size()) text += fmt::format("\n  and {} more", disagreements_ - first_.size());
+  if (disagreements() > first_.size()) text += fmt::format("\n  and {} more", disagreements() - first_.size());
   return text;
 }
 
@@ -109,15 +207,15 @@ Json OracleCheck::json() const {
                      {"found", name_of(d.found)},
                      {"oracle", name_of(d.truth)},
                      {"centroid_px", std::isfinite(d.x) ? Json::array({d.x, d.y}) : Json(nullptr)}});
-  return {{"seed", kSeed},
+  return {{"seed", kCheckSeed},
           {"classes", {kClassNames[0], kClassNames[1], kClassNames[2], kClassNames[3]}},
-          {"confusion", matrix_},  // rows found, columns the oracle's
+          {"confusion", found_by_oracle(confusion_)},
           {"rows", "found"},
           {"columns", "oracle"},
           {"faces", faces_},
-          {"tied", tied_},
-          {"tied_differing", tied_differing_},
-          {"disagreements", disagreements_},
+          {"tied", confusion_.tied},
+          {"tied_differing", confusion_.tied_differing},
+          {"disagreements", disagreements()},
           {"first_disagreements", first},
           {"samples", samples_},
           {"oracle_s", seconds_},

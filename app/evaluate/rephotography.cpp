@@ -1,9 +1,6 @@
 #include "app/evaluate/rephotography.h"
 #include "io/photos.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -18,14 +15,14 @@ namespace {
 constexpr int kWindow = 11;
 constexpr double kSigma = 1.5;
 
-// Where a window of kWindow pixels holds scored pixels alone.
+// 255 at the centres of windows that hold scored pixels only.
 cv::Mat whole_windows(const cv::Mat& scored) {
   cv::Mat eroded;
   cv::erode(scored, eroded, cv::Mat::ones(kWindow, kWindow, CV_8U), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
   return eroded;
 }
 
-// Area average of each reduction x reduction block, the remainder cropped; `scored` = 255 where `keep` marks all of it.
+// The mean of each reduction x reduction block, unrounded; a remainder at the right and bottom is cut.
 cv::Mat reduce(const Image& image, int reduction) {
   const int width = image.width / reduction, height = image.height / reduction;
   const cv::Mat full(image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.pixels.data()));
@@ -36,6 +33,7 @@ cv::Mat reduce(const Image& image, int reduction) {
   return reduced;
 }
 
+// 255 for blocks all of whose pixels are marked in both.
 cv::Mat reduce_mask(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b, cv::Size size, int reduction) {
   cv::Mat reduced(size.height / reduction, size.width / reduction, CV_8U);
   for (int y = 0; y < reduced.rows; ++y)
@@ -90,7 +88,7 @@ double mean_ssim(const cv::Mat& a, const cv::Mat& b, const cv::Mat& windows) {
   return cv::mean(ssim, windows)[0];
 }
 
-// 1 - NCC per window. A window without contrast correlates with nothing, unless both have none.
+// 1 - NCC per window. The NCC of a window without contrast is 0, or 1 if the other has none either.
 cv::Mat ncc_errors(const cv::Mat& a, const cv::Mat& b) {
   const Moments m = moments(a, b, [](const cv::Mat& in, cv::Mat& out) {
     cv::boxFilter(in, out, CV_64F, {kWindow, kWindow}, {-1, -1}, true, cv::BORDER_REFLECT);
@@ -150,6 +148,31 @@ double squared_error_over_channels(const cv::Mat& a, const cv::Mat& b, const cv:
 }
 
 }  // namespace
+
+RephotographyScore mean_score(std::span<const RephotographyScore> scores) {
+  RephotographyScore mean;
+  double count = 0;
+  for (const RephotographyScore& score : scores) {
+    if (score.windows == 0) continue;
+    mean.completeness += score.completeness;
+    mean.psnr += score.psnr;
+    mean.ssim += score.ssim;
+    mean.ncc_error += score.ncc_error;
+    mean.windows += score.windows;
+    ++count;
+  }
+  if (count == 0) return mean;
+  for (double* value : {&mean.completeness, &mean.psnr, &mean.ssim, &mean.ncc_error}) *value /= count;
+  return mean;
+}
+
+Json score_json(const RephotographyScore& score) {
+  return {{"completeness", score.completeness},
+          {"psnr_db", score.psnr},
+          {"ssim", score.ssim},
+          {"one_minus_ncc", score.ncc_error},
+          {"windows", score.windows}};
+}
 
 Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside) {
   const Camera& camera = view.camera;

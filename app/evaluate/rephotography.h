@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "app/evaluate/json.h"
 #include "io/image.h"
 #include "io/scene.h"
 
@@ -18,12 +19,17 @@ struct RephotographyScore {
   std::size_t windows = 0;  ///< windows scored; 0: nothing could be compared
 };
 
-/// A part of a picture: the sum of 1 - NCC over the windows whose middles lie in it.
+/// The mean over those of which something could be compared; windows are summed up.
+RephotographyScore mean_score(std::span<const RephotographyScore> scores);
+/// The scores as evaluate's and compare's reports have them.
+Json score_json(const RephotographyScore& score);
+
+/// A part of a picture: the sum of 1 - NCC over the windows whose centres lie in it.
 struct TileError {
   double sum = 0;
   std::size_t windows = 0;
 };
-/// A picture is cut into so many tiles each way, for telling differences from noise.
+/// Pictures are divided into this many tiles in x and in y, to estimate how much of a difference is noise.
 inline constexpr int kErrorTiles = 8;
 
 struct Rephotography {
@@ -33,13 +39,13 @@ struct Rephotography {
   Image error;  ///< 1 - NCC of the window around each pixel, black 0 to white 1; grey-blue where not scored
 };
 
-/// The photo as renders are held against it: in the camera's own frame; `inside` gets 0 also where the view's mask
+/// The photo as renders are compared with it: in the camera's own frame. Sets `inside` to 0 also where the view's mask
 /// excludes the photo's pixel. Throws InputError.
 Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside);
 
-/// Compares a render with a photo on the same frame. Both are reduced by `reduction` with area averaging; only reduced
-/// pixels all of whose pixels are marked in `textured` and `inside` count; each channel of the render gets one gain so
-/// that its mean equals the photo's; window scores are over windows wholly inside. `covered` marks what the model
+/// Compares a render with a photo of the same frame. Both are reduced by `reduction` with area averaging. A reduced pixel
+/// counts if all of its pixels are marked in `textured` and `inside`; a window counts if all of its pixels do. Each
+/// channel of the render is multiplied by one gain so that its mean equals the photo's. `covered` marks what the model
 /// covers, textured or not.
 Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_t> inside, const Image& render,
                                  std::span<const std::uint8_t> textured, std::span<const std::uint8_t> covered,

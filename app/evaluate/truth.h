@@ -65,7 +65,7 @@ struct MatchedModel {
   std::vector<std::uint32_t> model_face;     ///< per face of the given mesh; kNoModelFace where there is none
   /// Per face: which corner of the model's face is the given face's first, second and third.
   std::vector<std::array<std::uint8_t, 3>> corners;
-  std::size_t strangers = 0;  ///< faces of the model that are none of the given mesh's
+  std::size_t unmatched_faces = 0;  ///< faces of the model that are none of the given mesh's
 };
 inline constexpr std::uint32_t kNoModelFace = 0xFFFFFFFFu;
 
@@ -76,45 +76,46 @@ MatchedModel match_model(const Mesh& mesh, const io::TexturedModel& model, std::
 
 /// Shares of one kind of faces, by area. A point of a face is seen when a used photo shows it and the 4 x 4 pixels
 /// around it show no other surface. Its own colours are those between the least and the most, channel by channel, that
-/// these photos show within 2 px of it. A texel that lies more than kTold grey levels outside of them is wrong when
-/// some used photo shows, within 3 px of where the point would be, a colour of another surface that is nearer to the
-/// texel than its own colours; else it is strange.
+/// these photos show within 2 px of it. A texel that lies more than kColorTolerance grey levels outside of them is wrong
+/// when some used photo shows, within 3 px of where the point would be, a colour of another surface that is nearer to
+/// the texel than its own colours; otherwise it is unexplained.
 struct TruthShares {
-  double area = 0;       ///< of the faces
-  double seen_area = 0;  ///< that some used photo shows clear of any other surface
-  double textured = 0;   ///< of the seen area
-  double wrong = 0;      ///< of the textured seen area: it carries another surface's colour
-  double strange = 0;    ///< of it: colours of nothing that photos show there
-  double untold = 0;     ///< of the photos that show another surface there, those whose colour is the point's own as
-                         ///< well: that share of what is wrong goes unnoticed
+  double area = 0;         ///< of the faces
+  double seen_area = 0;    ///< that some used photo shows clear of any other surface
+  double textured = 0;     ///< of the seen area
+  double wrong = 0;        ///< of the textured seen area: it carries another surface's colour
+  double unexplained = 0;  ///< of it: off its own colours, and near no colour that photos show there
+  /// Of the photos that show another surface in a point's place, those whose colour happens to match the point's own:
+  /// the share of wrong texture that this measure misses.
+  double undetectable = 0;
 };
 
 /// Twice the rounding of JPEG photos and pages at quality 95 (tables of up to 10 levels a coefficient: 5 off in each of
 /// two encodings) and what levelling of seams leaves.
-inline constexpr double kTold = 16;
+inline constexpr double kColorTolerance = 16;
 
 struct TruthScore {
   TruthShares all, full, partial;          ///< faces some used view sees fully; only partially
   std::array<std::size_t, 3> faces{};      ///< by best class: full, partial, neither
   std::array<std::size_t, 3> textured{};   ///< faces of each that the model textures
-  std::size_t samples = 0;                 ///< points of which `all` speaks
-  std::vector<std::uint32_t> wrong_faces;  ///< ascending: with a wrong point
+  std::size_t samples = 0;                 ///< seen points
+  std::vector<std::uint32_t> wrong_faces;  ///< faces with a wrong point, ascending
 };
 
-/// Whose photo gives the texture its colour at A + b (B - A) + c (C - A) of a face; nullopt where that is not known.
+/// Where the texture takes its colour from at A + b (B - A) + c (C - A) of a face; nullopt where that is not known.
 using OriginOf = std::function<std::optional<atlas::PointOrigin>(std::uint32_t face, double b, double c)>;
 
-/// What the photos show where a texture was taken from. No colour is compared: every pixel of a photo belongs
-/// to surfaces that the id pictures name. A point is
+/// What the photos show where a texture was taken from. No colours are compared: the id pictures name the surfaces of
+/// every pixel of a photo. A point is
 /// - filled where no photo gives it a colour;
-/// - wrong where the pixel it comes from shows another surface alone, and none of the four pixels around its
-///   place in the photo shows its own;
-/// - an edge where one of these four shows another surface and it is not wrong: up to a pixel from its own
-///   surface's outline, where any resampling blends;
+/// - wrong where the pixel it comes from shows another surface alone, and none of the four pixels around its place in
+///   the photo shows its own;
+/// - an edge where one of these four shows another surface and it is not wrong: up to a pixel from its own surface's
+///   outline, where any resampling blends;
 /// - else right. Where two photos are blended, the worse counts.
-/// Points are seen ones (see TruthShares) and hidden ones: a ray from no used photo meets them, so that a
-/// photo has nothing to give them, and what it gives them from another surface is a ghost. Points that are
-/// neither lie within pixels of an outline in every photo and are left out.
+/// Points are seen ones (see TruthShares) and hidden ones: no ray from a used photo meets these, so no photo can give
+/// them a colour, and a colour they take from another surface is a ghost. Points that are neither lie within pixels of
+/// an outline in every photo and are left out.
 struct OriginShares {
   double seen_area = 0;     ///< of the points whose origin is known
   double photo = 0;         ///< of it, textured from a photo; the rest is filled
@@ -127,8 +128,8 @@ struct OriginShares {
   double ghost = 0;         ///< of the hidden area: textured from another surface's pixels
   /// Of all area textured from photos, seen or hidden: textured from another surface's pixels.
   double foreign = 0;
-  /// Of all area, seen or hidden: textured as it ought to be, which is from pixels of its own surface where it is seen,
-  /// and not from another surface's where it is hidden.
+  /// Of all area, seen or hidden: textured as it should be: from pixels of its own surface where it is seen, and not
+  /// from another surface's where it is hidden.
   double faithful = 0;
 };
 
@@ -146,15 +147,22 @@ struct OriginScore {
   std::vector<WrongPoint> wrong;          ///< by face, seen points alone
 };
 
-/// Sample points on every face of `mesh` (as it was given to the texturing) and what the used photos show there. To be
-/// made once for any number of models.
+/// A synthetic scene and the photos that models of it were textured from. Borrows all.
+struct TruthInput {
+  const Truth& truth;
+  const Mesh& mesh;  ///< as it was given to the texturing; the faces are those of truth.mesh
+  const Scene& scene;
+  std::span<const ViewId> used;
+  io::PhotoSource& photos;
+};
+
+/// Sample points on every face and what the used photos show there. To be made once for any number of models.
 class TruthScorer {
  public:
-  /// Borrows all. `best` from best_classes(). Throws InputError from photos and id pictures. Takes a few bytes for each
-  /// point and used view. What a photo's mask excludes is seen by nobody, and nobody's fault. Progress counts photos,
-  /// each of which is gone through twice. \pre truth.mesh and mesh have the same faces
-  TruthScorer(const Truth& truth, const Mesh& mesh, std::span<const visibility::FaceClass> best, const Scene& scene,
-              std::span<const ViewId> used, io::PhotoSource& photos, const Progress& progress);
+  /// Throws InputError from photos and id pictures, and when the meshes have different numbers of faces. Takes a few
+  /// bytes for each point and used view. What a photo's mask excludes counts as seen by nobody and as no error.
+  /// Progress counts views, each of which is gone through three times: by the oracle, and twice as a photo.
+  TruthScorer(const TruthInput& input, const Progress& progress);
   ~TruthScorer();
   TruthScorer(const TruthScorer&) = delete;
   TruthScorer& operator=(const TruthScorer&) = delete;
@@ -169,9 +177,9 @@ class TruthScorer {
   std::unique_ptr<State> state_;
 };
 
-/// The origins of faces textured from one photo each, as their exact projection into it: what our labels.npy and
-/// tags.npy say of faces tagged seen. Filled faces have none, and of faces pieced together from several photos it is
-/// not known. Borrows the mesh and the scene. \pre one label and tag per face
+/// The origins of faces textured from one photo each, by their exact projection into it: what our labels.npy and
+/// tags.npy say of faces tagged seen. Unseen faces have none; for faces pieced together from several photos the origin
+/// is not known. Borrows the mesh and the scene. \pre one label and tag per face
 OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std::int32_t> labels,
                            std::vector<std::uint8_t> tags);
 

@@ -146,7 +146,7 @@ MatchedModel match_model(const Mesh& mesh, const io::TexturedModel& model, std::
     const Ordered theirs = ordered({nearest[t[0]], nearest[t[1]], nearest[t[2]]});
     const auto found = theirs.corners[2] == kNoModelFace ? faces.end() : faces.find(theirs.corners);
     if (found == faces.end()) {
-      ++matched.strangers;
+      ++matched.unmatched_faces;
       continue;
     }
     for (const std::uint32_t f : found->second) {

@@ -5,8 +5,80 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 namespace gpvc::evaluate {
+namespace {
+
+/// Adds a seen point's area to the sums that make_shares() divides.
+void add_origin(OriginVerdict verdict, double area, OriginShares& sums) {
+  sums.seen_area += area;
+  if (verdict == OriginVerdict::filled) return;
+  sums.photo += area;
+  if (verdict == OriginVerdict::wrong) sums.wrong += area;
+  if (verdict == OriginVerdict::edge) sums.edge += area;
+}
+
+/// The same for a point that no photo sees.
+void add_hidden_origin(OriginVerdict verdict, double area, OriginShares& sums) {
+  sums.hidden_area += area;
+  if (verdict == OriginVerdict::filled) return;
+  sums.hidden_photo += area;
+  if (verdict == OriginVerdict::wrong) sums.ghost += area;
+}
+
+/// Turns sums of areas into shares.
+void make_shares(OriginShares& sums) {
+  const double known = sums.seen_area, seen = known + sums.unknown, photo = sums.photo, wrong = sums.wrong;
+  const double all = known + sums.hidden_area, from_photos = photo + sums.hidden_photo;
+  sums.foreign = from_photos > 0 ? (wrong + sums.ghost) / from_photos : 0;
+  sums.faithful = all > 0 ? (photo - wrong + sums.hidden_area - sums.ghost) / all : 0;
+  if (sums.hidden_area > 0) {
+    sums.hidden_photo /= sums.hidden_area;
+    sums.ghost /= sums.hidden_area;
+  }
+  sums.right = known > 0 ? (photo - wrong) / known : 0;
+  sums.photo = known > 0 ? photo / known : 0;
+  sums.wrong = photo > 0 ? wrong / photo : 0;
+  sums.edge = photo > 0 ? sums.edge / photo : 0;
+  sums.unknown = seen > 0 ? sums.unknown / seen : 0;
+}
+
+struct Judged {
+  std::vector<std::optional<atlas::PointOrigin>> origins;
+  std::vector<OriginVerdict> verdicts;
+  std::vector<WrongPoint> places;
+};
+
+Judged judge_origins(const TruthInput& input, const ShownPhotos& photos, const std::vector<FacePoint>& points,
+                     const OriginOf& origin) {
+  Judged result{std::vector<std::optional<atlas::PointOrigin>>(points.size()),
+                std::vector<OriginVerdict>(points.size(), OriginVerdict::filled),
+                std::vector<WrongPoint>(points.size())};
+  for_each_point(points.size(), [&](std::size_t i) {
+    result.origins[i] = origin(points[i].face, static_cast<double>(points[i].b), static_cast<double>(points[i].c));
+  });
+  for (const ViewId id : input.used) {
+    const IdPicture picture = photos.surfaces(id);
+    const Camera& camera = input.scene.views[index(id)].camera;
+    for_each_point(points.size(), [&](std::size_t i) {
+      const std::optional<atlas::PointOrigin>& from = result.origins[i];
+      if (!from) return;
+      const std::uint32_t surface = input.truth.face_surface[points[i].face];
+      for (const auto& [view, at] : {std::pair(from->first, from->first_at), {from->second, from->second_at}}) {
+        if (view != id) continue;
+        WrongPoint place{points[i].face, id, {}, synth::kNoSurface};
+        const OriginVerdict verdict = origin_verdict(camera, *picture, at, surface, place);
+        if (verdict <= result.verdicts[i]) continue;
+        result.verdicts[i] = verdict;
+        result.places[i] = place;
+      }
+    });
+  }
+  return result;
+}
+
+}  // namespace
 
 OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t> surfaces, const PixelPoint& at,
                              std::uint32_t own, WrongPoint& place) {
@@ -28,35 +100,42 @@ OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t
   return mine > 0 || place.surface == synth::kMixedSurfaces ? OriginVerdict::edge : OriginVerdict::wrong;
 }
 
-void add_origin(OriginVerdict verdict, double area, OriginShares& sums) {
-  sums.seen_area += area;
-  if (verdict == OriginVerdict::filled) return;
-  sums.photo += area;
-  if (verdict == OriginVerdict::wrong) sums.wrong += area;
-  if (verdict == OriginVerdict::edge) sums.edge += area;
-}
-
-void add_hidden_origin(OriginVerdict verdict, double area, OriginShares& sums) {
-  sums.hidden_area += area;
-  if (verdict == OriginVerdict::filled) return;
-  sums.hidden_photo += area;
-  if (verdict == OriginVerdict::wrong) sums.ghost += area;
-}
-
-void make_shares(OriginShares& sums) {
-  const double known = sums.seen_area, seen = known + sums.unknown, photo = sums.photo, wrong = sums.wrong;
-  const double all = known + sums.hidden_area, from_photos = photo + sums.hidden_photo;
-  sums.foreign = from_photos > 0 ? (wrong + sums.ghost) / from_photos : 0;
-  sums.faithful = all > 0 ? (photo - wrong + sums.hidden_area - sums.ghost) / all : 0;
-  if (sums.hidden_area > 0) {
-    sums.hidden_photo /= sums.hidden_area;
-    sums.ghost /= sums.hidden_area;
+OriginScore score_origins(const TruthInput& input, const ShownPhotos& photos, const TruthPoints& points,
+                          const OriginOf& origin) {
+  OriginScore score;
+  score.right_area.assign(input.mesh.faces.size(), 0.0F);
+  score.faithful_area.assign(input.mesh.faces.size(), 0.0F);
+  const auto shares_of = [&](std::uint32_t face) {
+    const visibility::FaceClass best = points.best[face];
+    OriginShares* kind = best == visibility::FaceClass::full      ? &score.full
+                         : best == visibility::FaceClass::partial ? &score.partial
+                                                                  : &score.none;
+    return std::array{&score.all, kind};
+  };
+  const Judged seen = judge_origins(input, photos, points.seen, origin);
+  for (std::size_t i = 0; i < points.seen.size(); ++i) {
+    const auto& [face, b, c, area] = points.seen[i];
+    for (OriginShares* shares : shares_of(face)) {
+      if (!seen.origins[i])
+        shares->unknown += area;
+      else
+        add_origin(seen.verdicts[i], area, *shares);
+    }
+    if (!seen.origins[i]) continue;
+    if (seen.verdicts[i] == OriginVerdict::wrong) score.wrong.push_back(seen.places[i]);
+    if (seen.verdicts[i] != OriginVerdict::right && seen.verdicts[i] != OriginVerdict::edge) continue;
+    score.right_area[face] += static_cast<float>(area);
+    score.faithful_area[face] += static_cast<float>(area);
   }
-  sums.right = known > 0 ? (photo - wrong) / known : 0;
-  sums.photo = known > 0 ? photo / known : 0;
-  sums.wrong = photo > 0 ? wrong / photo : 0;
-  sums.edge = photo > 0 ? sums.edge / photo : 0;
-  sums.unknown = seen > 0 ? sums.unknown / seen : 0;
+  const Judged hidden = judge_origins(input, photos, points.hidden, origin);
+  for (std::size_t i = 0; i < points.hidden.size(); ++i) {
+    if (!hidden.origins[i]) continue;
+    const auto& [face, b, c, area] = points.hidden[i];
+    for (OriginShares* shares : shares_of(face)) add_hidden_origin(hidden.verdicts[i], area, *shares);
+    if (hidden.verdicts[i] != OriginVerdict::wrong) score.faithful_area[face] += static_cast<float>(area);
+  }
+  for (OriginShares* shares : {&score.all, &score.full, &score.partial, &score.none}) make_shares(*shares);
+  return score;
 }
 
 OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std::int32_t> labels,
@@ -97,8 +176,7 @@ std::string origin_table(const OriginScore& score) {
   line("seen only in parts", score.partial);
   line("seen by none", score.none);
   if (score.all.unknown > 0)
-    table += fmt::format("of {:.2f} % of the area seen it is not known which photos it comes from\n",
-                         100 * score.all.unknown);
+    table += fmt::format("{:.2f} % of the area seen comes from photos that are not known\n", 100 * score.all.unknown);
   return table;
 }
 
@@ -107,8 +185,8 @@ Json shares_json(const TruthShares& s) {
           {"seen_area", s.seen_area},
           {"textured", s.textured},
           {"wrong", s.wrong},
-          {"strange", s.strange},
-          {"untold", s.untold},
+          {"unexplained", s.unexplained},
+          {"undetectable", s.undetectable},
           {"right", s.textured * (1 - s.wrong)}};
 }
 

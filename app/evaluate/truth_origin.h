@@ -1,4 +1,4 @@
-// What lies where a texture took its colours from.
+// A model judged by what the photos show where its texture was taken from.
 #pragma once
 
 #include <cstdint>
@@ -6,26 +6,24 @@
 #include <string>
 
 #include "app/evaluate/json.h"
-#include "app/evaluate/truth.h"
+#include "app/evaluate/truth_points.h"
 
 namespace gpvc::evaluate {
 
-/// In the order in which the worse of two counts.
+/// Where two photos are blended, the greater of both verdicts counts.
 enum class OriginVerdict : std::uint8_t { filled, right, edge, wrong };
 
-/// What a photo shows at a place of its undistorted frame; `surfaces` is its id picture, row-major. Where it is wrong,
-/// `place` is told where in the photo and what is there. A place outside the photo is wrong.
+/// Judges a place of a photo's undistorted frame; `surfaces` is the photo's id picture, row-major. Sets `place.at` and
+/// `place.surface` to where that is in the photo and what it shows. A place outside the photo is wrong.
 OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t> surfaces, const PixelPoint& at,
                              std::uint32_t own, WrongPoint& place);
 
-/// Adds a point's area to the sums that make_shares() divides.
-void add_origin(OriginVerdict verdict, double area, OriginShares& sums);
-/// The same for a point that no photo sees.
-void add_hidden_origin(OriginVerdict verdict, double area, OriginShares& sums);
-void make_shares(OriginShares& sums);
+/// Shares of the points by where they take their colours from. Reads no photo.
+OriginScore score_origins(const TruthInput& input, const ShownPhotos& photos, const TruthPoints& points,
+                          const OriginOf& origin);
 
 std::string origin_table(const OriginScore& score);
-/// The shares as run.json, evaluate's and compare's reports have them.
+/// The shares as run.json and compare's report have them.
 Json shares_json(const TruthShares& shares);
 Json shares_json(const OriginShares& shares);
 

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/bilinear.h"
+
 namespace gpvc::pipeline {
 namespace {
 
@@ -115,16 +117,8 @@ Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindo
         const PixelPoint centre{window.x + x + 0.5, window.y + y + 0.5};
         if (!in_photo(camera, centre)) continue;
         const PhotoPoint p = *photo_from_pixel(camera, centre);
-        const double u = std::clamp(p.x - 0.5, 0.0, photo.width - 1.0);
-        const double v = std::clamp(p.y - 0.5, 0.0, photo.height - 1.0);
-        const int x0 = static_cast<int>(u), y0 = static_cast<int>(v);
-        const int x1 = std::min(x0 + 1, photo.width - 1), y1 = std::min(y0 + 1, photo.height - 1);
-        const double fx = u - x0, fy = v - y0;
-        for (int c = 0; c < 3; ++c) {
-          const double top = photo.at(x0, y0)[c] * (1 - fx) + photo.at(x1, y0)[c] * fx;
-          const double bottom = photo.at(x0, y1)[c] * (1 - fx) + photo.at(x1, y1)[c] * fx;
-          frame.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(top * (1 - fy) + bottom * fy));
-        }
+        const Rgb color = bilinear(photo, p.x, p.y);
+        for (std::size_t c = 0; c < 3; ++c) frame.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(color[c]));
         inside[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = 255;
       }
   });

@@ -7,7 +7,7 @@
 #include "app/cli/options.h"
 #include "app/compare/compare_modes.h"
 #include "app/compare/compare_report.h"
-#include "app/evaluate/compare_oracle.h"
+#include "app/evaluate/oracle_check.h"
 
 namespace gpvc {
 namespace {
@@ -45,9 +45,9 @@ TEST(CompareModes, RefusesWhatIsNoMode) {
   EXPECT_THROW(names_of("none:1e-3", {1e-3}), cli::UsageError);
 }
 
-TEST(Agreement, CountsByTheOraclesClass) {
-  evaluate::Agreement agreement;
-  agreement.pairs = {{{90, 6, 4}, {1, 8, 1}, {2, 0, 18}}};  // rows hidden, partial, full
+TEST(Confusion, CountsByTheOraclesClass) {
+  evaluate::Confusion agreement;
+  agreement.pairs = {{{90, 6, 4, 0}, {1, 8, 1, 0}, {2, 0, 18, 0}}};  // rows hidden, partial, full
   EXPECT_DOUBLE_EQ(agreement.share(visibility::FaceClass::hidden), 0.9);
   EXPECT_DOUBLE_EQ(agreement.share(visibility::FaceClass::partial), 0.8);
   EXPECT_DOUBLE_EQ(agreement.share(visibility::FaceClass::full), 0.9);
@@ -89,7 +89,7 @@ TEST(Findings, NameEachFamilysBestEpsilon) {
             "behind.");
 }
 
-TEST(Contest, CallsATieWhatChanceCanDo) {
+TEST(Contest, CallsDifferencesWithinChanceATie) {
   cli::Json report = small_report();
   report["modes"][0]["against_gpvc"] = {{"right", {{"ahead", 0.0004}, {"noise", 0.0002}}},
                                         {"error", {{"ahead", 0.005}, {"noise", 0.002}}}};
@@ -117,7 +117,7 @@ TEST(Contest, CallsATieWhatChanceCanDo) {
   report["modes"][0]["oracle"]["agreement"] = 1.0;
   EXPECT_NE(compare::contest_findings(report)[2].find("a tie: ray:dense:0.1"), std::string::npos);
   report["modes"].erase(2);
-  EXPECT_TRUE(compare::contest_table(report).is_null()) << "without gpvc there is nothing to hold them against";
+  EXPECT_TRUE(compare::contest_table(report).is_null()) << "without gpvc there is nothing to compare with";
 }
 
 TEST(ReportMarkdown, GivesEveryModeARowAndLeavesOutWhatIsUnknown) {

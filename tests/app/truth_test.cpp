@@ -49,7 +49,7 @@ TEST(MatchModel, FindsFacesThatWereDroppedTurnedAndRounded) {
   EXPECT_EQ(matched.model_face, (std::vector<std::uint32_t>{1, evaluate::kNoModelFace, 0}));
   EXPECT_EQ(matched.corners[0], (std::array<std::uint8_t, 3>{0, 1, 2}));
   EXPECT_EQ(matched.corners[2], (std::array<std::uint8_t, 3>{1, 2, 0}));
-  EXPECT_EQ(matched.strangers, 1u);
+  EXPECT_EQ(matched.unmatched_faces, 1u);
 }
 
 TEST(MatchModel, AddsTheOffset) {
@@ -60,7 +60,7 @@ TEST(MatchModel, AddsTheOffset) {
   model.mesh = &theirs;
   model.face_page.assign(3, 0);
   EXPECT_EQ(evaluate::match_model(mesh, model, {}, {4096, 0, 0}).model_face, (std::vector<std::uint32_t>{0, 1, 2}));
-  EXPECT_EQ(evaluate::match_model(mesh, model, {}, {}).strangers, 3u);
+  EXPECT_EQ(evaluate::match_model(mesh, model, {}, {}).unmatched_faces, 3u);
 }
 
 TEST(TextureIslands, EndWhereTextureCoordinatesOrPagesDiffer) {
@@ -136,9 +136,7 @@ class TruthOfACity : public testing::Test {
   evaluate::TruthScore score(const std::vector<ViewId>& views) const {
     const io::TexturedModel model = textured(views);
     io::PhotoCache photos(*scene_, 1, 0);
-    const evaluate::TruthScorer scorer(*truth_, truth_->mesh,
-                                       evaluate::best_classes(truth_->mesh, *scene_, *used_, kSilent), *scene_, *used_,
-                                       photos, kSilent);
+    const evaluate::TruthScorer scorer({*truth_, truth_->mesh, *scene_, *used_, photos}, kSilent);
     return scorer.score(evaluate::match_model(truth_->mesh, model, *pages_, {}), kSilent);
   }
   // Where a face lies in a view, in pixels, and whether all of it is in the picture.
@@ -197,10 +195,9 @@ class TruthOfACity : public testing::Test {
 };
 
 TEST_F(TruthOfACity, WhatMasksExcludeIsSeenByNobody) {
-  const std::vector<visibility::FaceClass> best = evaluate::best_classes(truth_->mesh, *scene_, *used_, kSilent);
   const auto samples = [&](const Scene& scene) {
     io::PhotoCache photos(scene, 1, 0);
-    const evaluate::TruthScorer scorer(*truth_, truth_->mesh, best, scene, *used_, photos, kSilent);
+    const evaluate::TruthScorer scorer({*truth_, truth_->mesh, scene, *used_, photos}, kSilent);
     const io::TexturedModel model = textured(std::vector<ViewId>(truth_->mesh.faces.size(), kNoView));
     return scorer.score(evaluate::match_model(truth_->mesh, model, *pages_, {}), kSilent).samples;
   };
@@ -264,7 +261,7 @@ TEST_F(TruthOfACity, GoodModelHasNothingWrong) {
   EXPECT_EQ(result.partial.textured, 0);
   EXPECT_GT(result.full.seen_area, 0.5 * result.all.area);
   EXPECT_LT(result.all.wrong, 1e-4);
-  EXPECT_LT(result.all.strange, 1e-3);
+  EXPECT_LT(result.all.unexplained, 1e-3);
 }
 
 // Every fifth face that can be is painted from a photo in which another surface hides it entirely.
@@ -286,7 +283,7 @@ TEST_F(TruthOfACity, WrongColorsAreFoundUpToThoseThatCannotBeTold) {
   const evaluate::TruthScore result = score(views);
   // A face turned away from the camera shows its own surface's other side where nothing else hides it, and colours of
   // some surfaces are alike: two thirds are found at least.
-  EXPECT_GT(result.full.wrong + result.full.strange, 0.6 * share);
+  EXPECT_GT(result.full.wrong + result.full.unexplained, 0.6 * share);
   EXPECT_LT(result.full.wrong, 1.2 * share);
   std::size_t found = 0;
   for (const std::uint32_t f : result.wrong_faces) found += f % 5 == 0;
@@ -310,9 +307,7 @@ TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
     tags[f] = static_cast<std::uint8_t>(f % 7 == 0 ? labeling::FaceTag::partial : labeling::FaceTag::seen);
   }
   io::PhotoCache photos(*scene_, 1, 0);
-  const evaluate::TruthScorer scorer(*truth_, truth_->mesh,
-                                     evaluate::best_classes(truth_->mesh, *scene_, *used_, kSilent), *scene_, *used_,
-                                     photos, kSilent);
+  const evaluate::TruthScorer scorer({*truth_, truth_->mesh, *scene_, *used_, photos}, kSilent);
   const evaluate::OriginScore score = scorer.score(evaluate::origins_of_labels(truth_->mesh, *scene_, labels, tags));
 
   double seen = 0, taken = 0, away = 0;
@@ -367,7 +362,7 @@ TEST_F(TruthOfACity, GhostsAreWhatHiddenFacesTakeFromOthers) {
     }
   }
   io::PhotoCache photos(*scene_, 1, 0);
-  const evaluate::TruthScorer scorer(*truth_, truth_->mesh, best, *scene_, *used_, photos, kSilent);
+  const evaluate::TruthScorer scorer({*truth_, truth_->mesh, *scene_, *used_, photos}, kSilent);
   const evaluate::OriginShares clean =
       scorer.score(evaluate::origins_of_labels(truth_->mesh, *scene_, labels, tags)).all;
   const evaluate::OriginScore score =
