@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "app/cli/scene_input.h"
+#include "app/compare/bias_sweep.h"
 #include "app/compare/compare.h"
 #include "app/compare/compare_modes.h"
 #include "app/compare/compare_report.h"
@@ -27,6 +28,13 @@ struct External {
   std::string name;
   fs::path model;
 };
+
+std::vector<ComparedMode> modes_of(const CompareOptions& options, const EpsilonsOf& sweep) {
+  return compared_modes(
+      options.modes.empty() ? default_modes() : options.modes,
+      options.epsilons.empty() ? sweep : [&](const std::string&) { return options.epsilons; },
+      options.texture.settings.visibility);
+}
 
 std::vector<External> externals_of(const CompareOptions& options, const std::vector<ComparedMode>& modes) {
   std::vector<External> externals;
@@ -91,11 +99,10 @@ class Comparison {
       : options_(options),
         record_(record),
         folder_(folder),
-        modes_(compared_modes(options.modes.empty() ? default_modes() : options.modes,
-                              options.epsilons.empty() ? default_epsilons() : options.epsilons,
-                              options.texture.settings.visibility)),
-        externals_(externals_of(options, modes_)),
         in_(cli::read_scene_input(options.texture.input, record_)),
+        bias_scale_(in_.mesh, in_.scene, in_.used),
+        modes_(modes_of(options, [&](const std::string& family) { return bias_scale_.sweep(family); })),
+        externals_(externals_of(options, modes_)),
         photos_(in_.scene, options.texture.input.downscale, pipeline::photo_cache_bytes()),
         graph_(pipeline::weighed_graph(in_.mesh, options.texture.settings.edge_weights, record_)) {}
 
@@ -221,18 +228,18 @@ class Comparison {
             {"crops", cli::Json::array()}};
   }
 
-  static cli::Json described(const ComparedMode& mode) {
-    return {{"name", mode.name},
-            {"kind", "mode"},
-            {"family", mode.family},
-            {"epsilon", mode.epsilon ? cli::Json(*mode.epsilon) : cli::Json(nullptr)}};
+  cli::Json described(const ComparedMode& mode) const {
+    cli::Json json{
+        {"name", mode.name}, {"kind", "mode"}, {"family", mode.family}, {"epsilon", nullptr}, {"depth_share", nullptr}};
+    if (mode.epsilon) {
+      json["epsilon"] = *mode.epsilon;
+      json["depth_share"] = *mode.epsilon / bias_scale_.per_share(mode.family);
+    }
+    return json;
   }
   static cli::Json described(const External& external) {
-    return {{"name", external.name},
-            {"kind", "external"},
-            {"family", external.name},
-            {"epsilon", nullptr},
-            {"model", external.model.string()}};
+    return {{"name", external.name}, {"kind", "external"},     {"family", external.name},
+            {"epsilon", nullptr},    {"depth_share", nullptr}, {"model", external.model.string()}};
   }
 
   void texture(const ComparedMode& mode, cli::Json& json, cli::RunRecord& record) {
@@ -381,9 +388,10 @@ class Comparison {
   const CompareOptions& options_;
   cli::RunRecord& record_;
   pipeline::OutputFolder& folder_;
+  cli::SceneInputData in_;
+  BiasScale bias_scale_;
   std::vector<ComparedMode> modes_;
   std::vector<External> externals_;
-  cli::SceneInputData in_;
   std::vector<ViewId> scored_;
   std::optional<visibility::DeviceInfo> device_;  ///< of the first mode that used one
   io::PhotoCache photos_;
@@ -403,6 +411,8 @@ void run_compare(const CompareOptions& options, cli::Console& console) {
   const cli::SceneInput& input = options.texture.input;
   if (input.scene.empty() || input.mesh.empty())
     throw cli::UsageError("SCENE and MESH are required (or --summarize with reports)");
+  // Refuses wrong modes and names before a scene is read for nothing.
+  externals_of(options, modes_of(options, [](const std::string&) { return std::vector<double>{1}; }));
   cli::refuse_overwriting(input, options.texture.out, {"report.html", "report.md", "report.json"});
   std::optional<Comparison> comparison;
   const auto compare = [&](cli::RunRecord& record, pipeline::OutputFolder& folder) {

@@ -62,9 +62,7 @@ const std::string& default_modes() {
   return modes;
 }
 
-std::vector<double> default_epsilons() { return {1e-5, 1e-4, 1e-3, 1e-2}; }
-
-std::vector<ComparedMode> compared_modes(const std::string& list, std::span<const double> epsilons,
+std::vector<ComparedMode> compared_modes(const std::string& list, const EpsilonsOf& epsilons,
                                          const visibility::VisibilityOptions& base) {
   std::vector<ComparedMode> modes;
   const auto add = [&](const std::string& word) {
@@ -77,7 +75,7 @@ std::vector<ComparedMode> compared_modes(const std::string& list, std::span<cons
       add(word);
       continue;
     }
-    for (const double epsilon : epsilons) add(fmt::format("{}:{}", word, epsilon));
+    for (const double epsilon : epsilons(word)) add(fmt::format("{}:{}", word, epsilon));
   }
   if (modes.empty()) throw cli::UsageError("--modes names no mode");
   return modes;

@@ -8,9 +8,6 @@ namespace {
 
 void add_compared(CLI::App& app, CompareOptions& options) {
   constexpr const char* kGroup = "Comparison";
-  std::string epsilons;
-  for (const double epsilon : default_epsilons())
-    epsilons += (epsilons.empty() ? "" : ",") + fmt::format("{}", epsilon);
   app.add_option("--modes", options.modes,
                  "Visibility modes, separated by commas, as texture's --visibility takes them; gpvc:uncorrected "
                  "and gpvc:paper (coverage correction off, LPCC alone); shadow-map and ray modes without an "
@@ -22,7 +19,7 @@ void add_compared(CLI::App& app, CompareOptions& options) {
       ->type_name("LIST")
       ->delimiter(',')
       ->check(cli::in_range(1e-300, 1e300))
-      ->default_str(epsilons)
+      ->default_str("powers of ten that suit the scene's depths, for each mode")
       ->group(kGroup);
   app.add_option("--external", options.externals,
                  "Another program's textured model of the same mesh, OBJ, GLB or glTF, scored and shown beside "
@@ -38,13 +35,13 @@ void add_compared(CLI::App& app, CompareOptions& options) {
       ->default_str("SCENE's parent, where it holds one")
       ->group(kGroup);
   app.add_option("--oracle-views", options.oracle_views,
-                 "Views, drawn at random but always the same, in which classes are held against the exact "
-                 "oracle; 0 is none")
+                 "Views, drawn at random but always the same, in which classes are compared with the exact "
+                 "oracle's; 0 is none")
       ->type_name("N")
       ->check(cli::in_range(0, 1000000))
       ->default_str("3")
       ->group(kGroup);
-  app.add_option("--score-views", options.score_views, "Views scored at most where none is held out, spread evenly")
+  app.add_option("--score-views", options.score_views, "Views scored at most if none is held out, spread evenly")
       ->type_name("N")
       ->check(cli::in_range(1, 1000000))
       ->default_str("12")
@@ -76,7 +73,7 @@ CLI::App* add_compare(CLI::App& parent, CompareOptions& options) {
   add_compared(*app, options);
   cli::add_output(*app, options.texture.out, options.texture.force);
   app->add_flag("--keep-models", options.keep_models, "Also write each mode's model, to modes/NAME")->group("Output");
-  // A summary is of what reports hold: nothing that shapes a comparison can change it.
+  // A summary only reads reports: options that shape a comparison have no effect on it.
   CLI::Option* summarize = app->get_option("--summarize");
   for (CLI::Option* option : app->get_options()) {
     const bool shapes =

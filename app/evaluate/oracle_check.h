@@ -10,6 +10,7 @@
 #include "app/evaluate/json.h"
 #include "io/progress.h"
 #include "io/scene.h"
+#include "visibility/oracle.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::evaluate {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/cli/options.h"
+#include "app/compare/bias_sweep.h"
 #include "app/compare/compare_modes.h"
 #include "app/compare/compare_report.h"
 #include "app/evaluate/oracle_check.h"
@@ -14,7 +15,9 @@ namespace {
 
 std::vector<std::string> names_of(const std::string& list, const std::vector<double>& epsilons) {
   std::vector<std::string> names;
-  for (const compare::ComparedMode& mode : compare::compared_modes(list, epsilons, {})) names.push_back(mode.name);
+  for (const compare::ComparedMode& mode :
+       compare::compared_modes(list, [&](const std::string&) { return epsilons; }, {}))
+    names.push_back(mode.name);
   return names;
 }
 
@@ -23,11 +26,12 @@ TEST(CompareModes, RunsBiasedModesOncePerEpsilon) {
             (std::vector<std::string>{"none", "ray:dense:1e-05", "ray:dense:0.01", "gpvc"}));
   EXPECT_EQ(names_of("shadow-map:spc:0.5,shadow-map:spc", {0.5, 0.25}),
             (std::vector<std::string>{"shadow-map:spc:0.5", "shadow-map:spc:0.25"}));
-  EXPECT_EQ(names_of(compare::default_modes(), compare::default_epsilons()).size(), 4u * 4u + 4u);
+  EXPECT_EQ(names_of(compare::default_modes(), {1e-5, 1e-4, 1e-3, 1e-2}).size(), 4u * 4u + 4u);
 }
 
 TEST(CompareModes, TellsFamilyEpsilonAndCorrection) {
-  const auto modes = compare::compared_modes("shadow-map:apc:0.001,gpvc:uncorrected,gpvc:paper,gpvc:ves", {}, {});
+  const auto modes = compare::compared_modes("shadow-map:apc:0.001,gpvc:uncorrected,gpvc:paper,gpvc:ves",
+                                             [](const std::string&) { return std::vector<double>(); }, {});
   ASSERT_EQ(modes.size(), 4u);
   EXPECT_EQ(modes[0].family, "shadow-map:apc");
   EXPECT_EQ(modes[0].epsilon, 0.001);
@@ -43,6 +47,26 @@ TEST(CompareModes, RefusesWhatIsNoMode) {
   EXPECT_THROW(names_of("gpvc,shadow", {1e-3}), cli::UsageError);
   EXPECT_THROW(names_of(" , ", {1e-3}), cli::UsageError);
   EXPECT_THROW(names_of("none:1e-3", {1e-3}), cli::UsageError);
+}
+
+// The numbers are powers of ten around what they have to bracket.
+TEST(BiasScale, SweepsFromRoundingToAHundredthOfTheDepth) {
+  Mesh mesh;  // 80 to 120 m before the camera
+  for (int n = 0; n <= 40; ++n) mesh.positions.push_back({0.1 * n, 0, 80.0 + n});
+  Scene scene;
+  scene.views.emplace_back();
+  scene.views[0].camera = {};
+  scene.views[0].camera.width = scene.views[0].camera.height = 100;
+  scene.views[0].camera.fx = scene.views[0].camera.fy = 100;
+  scene.views[0].camera.cx = scene.views[0].camera.cy = 50;
+  const std::vector<ViewId> used{ViewId{0}};
+  const compare::BiasScale scale(mesh, scene, used);
+  EXPECT_DOUBLE_EQ(scale.per_share("ray:dense"), 100);
+  EXPECT_DOUBLE_EQ(scale.per_share("shadow-map:apc"), 1e-8);
+  EXPECT_DOUBLE_EQ(scale.per_share("shadow-map:spc"), 120.0 * 80 / 40 / 100);
+  EXPECT_EQ(scale.sweep("shadow-map:apc"), (std::vector<double>{1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10}));
+  EXPECT_EQ(scale.sweep("shadow-map:spc"), (std::vector<double>{1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1}));
+  EXPECT_EQ(scale.sweep("ray:sparse"), (std::vector<double>{1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0}));
 }
 
 TEST(Confusion, CountsByTheOraclesClass) {
