@@ -29,7 +29,7 @@ WorldPoint parse_offset(const std::string& text) {
   return offset;
 }
 
-constexpr const char* kGroup = "Scene";
+constexpr const char* kSceneGroup = "Scene";
 
 // The differences between the three kinds.
 struct Kind {
@@ -93,7 +93,7 @@ void add_photo_options(CLI::App& app, SynthOptions& options) {
       ->type_name("N")
       ->check(in_range(1, 5000))
       ->default_str(std::to_string(flight.photos))
-      ->group(kGroup);
+      ->group(kSceneGroup);
   app.add_option_function<std::string>(
          "--photo-size",
          [&flight](const std::string& text) {
@@ -104,21 +104,21 @@ void add_photo_options(CLI::App& app, SynthOptions& options) {
          "Pixels")
       ->type_name("WxH")
       ->default_str(fmt::format("{}x{}", flight.width, flight.height))
-      ->group(kGroup);
+      ->group(kSceneGroup);
   app.add_option("--range", flight.range, "From cameras to what they look at, in edges of the ground")
       ->type_name("X")
       ->check(in_range(0.3, 10.0))
       ->default_str(fmt::format("{}", flight.range))
-      ->group(kGroup);
+      ->group(kSceneGroup);
   constexpr Named<bool> kLenses[] = {{"opencv", true}, {"pinhole", false}};
   add_choice(app, "--lens", kLenses, flight.distorted,
              "A mildly distorting lens with an off-centre principal point, or none")
-      ->group(kGroup);
+      ->group(kSceneGroup);
   app.add_option("--quality", options.quality, "Of the jpg photos, 1 to 100")
       ->type_name("N")
       ->check(in_range(1, 100))
       ->default_str("95")
-      ->group(kGroup);
+      ->group(kSceneGroup);
 }
 
 }  // namespace
@@ -138,22 +138,22 @@ CLI::App* add_synth(CLI::App& parent, SynthOptions& options) {
       ->type_name("N")
       ->check(in_range(1000, 20000000))
       ->default_str(std::to_string(options.faces))
-      ->group(kGroup);
+      ->group(kSceneGroup);
   app->add_option("--size", options.flight.size_m, kind.size_help)
       ->type_name("M")
       ->check(in_range(kind.least_m, kind.most_m))
       ->default_str(fmt::format("{}", options.flight.size_m))
-      ->group(kGroup);
+      ->group(kSceneGroup);
   if (options.kind == SynthKind::terrain)
     app->add_option("--gap", options.gap_m, "Between the layers, 0.001 to 1000 metres")
         ->type_name("M")
         ->check(in_range(0.001, 1000.0))
         ->default_str(fmt::format("{}", options.gap_m))
-        ->group(kGroup);
+        ->group(kSceneGroup);
   app->add_option("--seed", options.flight.seed, "Another scene for each number")
       ->type_name("N")
       ->default_str("1")
-      ->group(kGroup);
+      ->group(kSceneGroup);
   add_photo_options(*app, options);
   add_spoilers(*app, options);
   add_common(*app, options.common);
