@@ -9,7 +9,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace test;
 
-Outcome run_without_egl(const std::vector<std::string>& words) {
+test::Outcome run_without_egl(const std::vector<std::string>& words) {
   return run(words, [] { setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent", 1); });
 }
 
@@ -24,7 +24,7 @@ class WithoutEgl : public App {
   /// Expects the same files from both, but for what describes the run.
   void expect_same(const std::string& name, const std::vector<std::string>& more) const {
     const fs::path with = folder_.path() / "with", without = folder_.path() / "without";
-    const Outcome usual = run(command(name, with, more)), outcome = run_without_egl(command(name, without, more));
+    const test::Outcome usual = run(command(name, with, more)), outcome = run_without_egl(command(name, without, more));
     ASSERT_EQ(usual.exit_code, 0) << usual.err;
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     auto expected = files_of(with), found = files_of(without);
@@ -50,12 +50,13 @@ TEST_F(WithoutEgl, ClassesAreTheSame) {
 
 TEST_F(WithoutEgl, ModelsAreEvaluatedAndCompared) {
   ASSERT_EQ(run_without_egl(texture(out_, {"--hold-out", "2"})).exit_code, 0);
-  const Outcome scored = run_without_egl({"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string()});
+  const test::Outcome scored =
+      run_without_egl({"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string()});
   EXPECT_EQ(scored.exit_code, 0) << scored.err;
   EXPECT_TRUE(contains(scored.out, "mean"));
-  const Outcome compared = run_without_egl(command("compare", folder_.path() / "compared",
-                                                   {"--modes", "none,ray:dense:0.01,gpvc", "--hold-out", "2",
-                                                    "--oracle-views", "1", "--crops", "1", "--reduction", "1"}));
+  const test::Outcome compared = run_without_egl(command("compare", folder_.path() / "compared",
+                                                         {"--modes", "none,ray:dense:0.01,gpvc", "--hold-out", "2",
+                                                          "--oracle-views", "1", "--crops", "1", "--reduction", "1"}));
   EXPECT_EQ(compared.exit_code, 0) << compared.err;
 }
 
