@@ -83,17 +83,18 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
   app->add_flag("--force", options.force, "Replace an earlier result in OUT")->group("Output");
   add_common(*app, options.common);
   app->footer(
-      std::string("Example, with views the texture was made without:\n"
-                  "  gpvc texture colmap mesh.ply -o out --hold-out 6\n"
-                  "  gpvc evaluate out/model.obj colmap --mesh mesh.ply -o scores\n"
-                  "A synthetic scene against its truth:\n"
-                  "  gpvc evaluate out/model.obj city/colmap --truth city\n\n"
-                  "Virtual rephotography (Waechter et al. 2017): completeness, PSNR after one gain per\n"
-                  "channel, SSIM, and 1 - NCC, per view and in the mean. With --truth, photos are compared only\n"
-                  "when --views or -o is given; seen is what shows in a photo that views.json beside MODEL\n"
-                  "marks as used (all photos where there is none), clear of other surfaces by 2 pixels. A texel\n"
-                  "is wrong when it is 16 grey levels off the colours such photos show around the point and\n"
-                  "nearer to one that a photo shows there of another surface; unexplained when off and near none.\n\n") +
+      std::string(
+          "Example, with views the texture was made without:\n"
+          "  gpvc texture colmap mesh.ply -o out --hold-out 6\n"
+          "  gpvc evaluate out/model.obj colmap --mesh mesh.ply -o scores\n"
+          "A synthetic scene against its truth:\n"
+          "  gpvc evaluate out/model.obj city/colmap --truth city\n\n"
+          "Virtual rephotography (Waechter et al. 2017): completeness, PSNR after one gain per\n"
+          "channel, SSIM, and 1 - NCC, per view and in the mean. With --truth, photos are compared only\n"
+          "when --views or -o is given; seen is what shows in a photo that views.json beside MODEL\n"
+          "marks as used (all photos where there is none), clear of other surfaces by 2 pixels. A texel\n"
+          "is wrong when it is 16 grey levels off the colours such photos show around the point and\n"
+          "nearer to one that a photo shows there of another surface; unexplained when off and near none.\n\n") +
       kExitStatus);
   return app;
 }
