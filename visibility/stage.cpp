@@ -14,6 +14,8 @@ template <class... Functions>
 struct Overloaded : Functions... {
   using Functions::operator()...;
 };
+template <class... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;
 
 Drawing drawing_of(const VisibilityOptions& options) {
   const auto of_baseline = [&](const auto& method) { return options.draw_ivm ? method.drawing : Drawing::native; };

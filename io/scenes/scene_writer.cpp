@@ -150,7 +150,10 @@ void write_colmap(const fs::path& folder, const Scene& scene, std::span<const Vi
       const ColmapModel& model = *colmap_model(c.distortion);
       cameras += std::to_string(known.size()) + " " + std::string(model.name) + " " + std::to_string(c.width) + " " +
                  std::to_string(c.height) + " " + joined({c.fx, c.fy, c.cx, c.cy});
-      for (const DistortionTerm term : model.terms()) cameras += " " + shortest_text(c.distortion.*term);
+      for (const DistortionTerm term : model.terms()) {
+        cameras += ' ';
+        cameras += shortest_text(c.distortion.*term);
+      }
       cameras += "\n";
     }
     const std::array<double, 4> q = quaternion(view.pose.rotation);

@@ -97,10 +97,10 @@ void disagreement(std::span<const ColorSample> samples, std::vector<double>& res
       std::count_if(samples.begin(), samples.end(), [](const ColorSample& sample) { return sample.votes; }));
   if (votes < 3) return;
 
-  constexpr int kRounds = 10;  // as published; two or three are usually enough
+  constexpr int kConsensusRounds = 10;  // as published; two or three are usually enough
   Gaussian consensus = robust_estimate(samples, votes);
   std::vector<std::uint8_t> inlier(samples.size(), 0), before;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kConsensusRounds; ++round) {
     std::size_t inliers = 0;
     before = inlier;
     for (std::size_t i = 0; i < samples.size(); ++i) {

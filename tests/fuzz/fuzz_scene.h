@@ -11,7 +11,7 @@ namespace gpvc::fuzz {
 
 /// The format's parser accepts with sound cameras and poses, or refuses.
 inline int parse_scene(std::string_view format, const char* name, const std::uint8_t* data, std::size_t size) {
-  for (const io::SceneFormat* candidate : scene_formats()) {
+  for (const io::SceneFormat* candidate : io::scene_formats()) {
     if (candidate->name != format) continue;
     return reads_or_refuses([&] {
       for (const View& view : candidate->parse(folder() / name, fuzz::view(data, size)).views) {
