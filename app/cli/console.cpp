@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <cctype>
-#include <cmath>
 #include <cstdio>
 #include <fstream>
 
@@ -126,13 +125,6 @@ void Console::print(const std::string& text) {
   status_shown_ = false;
   std::fputs(text.c_str(), stderr);
   std::fflush(stderr);
-}
-
-std::string readable_duration(double seconds) {
-  const auto whole = static_cast<long long>(std::llround(std::max(seconds, 0.0)));
-  if (whole < 100) return fmt::format("{} s", whole);
-  if (whole < 5400) return fmt::format("{} min {} s", whole / 60, whole % 60);
-  return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
 }
 
 }  // namespace gpvc::cli

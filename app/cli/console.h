@@ -44,7 +44,4 @@ class Console {
   std::shared_ptr<spdlog::logger> log_;
 };
 
-/// "2 min 10 s", "45 s".
-std::string readable_duration(double seconds);
-
 }  // namespace gpvc::cli

@@ -7,10 +7,10 @@
 #include <future>
 
 #include "app/cli/interrupt.h"
-#include "app/cli/lens_json.h"
 #include "app/cli/scene_input.h"
 #include "app/pipeline/frame_check.h"
 #include "app/pipeline/viewpoint.h"
+#include "io/lens_terms.h"
 #include "io/mesh.h"
 
 namespace gpvc::cli {
@@ -22,8 +22,8 @@ std::string camera_text(const Camera& c) {
       fmt::format("{} x {} px, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}", c.width, c.height, c.fx, c.fy, c.cx, c.cy);
   const Distortion& d = c.distortion;
   if (d.is_identity()) return text + ", no distortion";
-  text += fmt::format(", {}", lens_model_name(d.model));
-  const std::string terms = lens_text(d);
+  text += fmt::format(", {}", name_of(kLensModelNames, d.model));
+  const std::string terms = evaluate::lens_text(d);
   return terms.empty() ? text : text + " " + terms;
 }
 
@@ -120,7 +120,7 @@ void print_estimate(const SceneInputData& in, int threads, Console& console) {
   console.result(
       fmt::format("estimate about {:.2g} GB of memory and {} on {} threads for gpvc texture, within a "
                   "factor of two",
-                  bytes / 1e9, readable_duration(seconds), threads));
+                  bytes / 1e9, pipeline::readable_duration(seconds), threads));
 }
 
 void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_file, int threads, Console& console) {

@@ -4,29 +4,11 @@
 #include <sys/resource.h>
 #include <tbb/info.h>
 
-#include <cmath>
-
 #include "app/cli/interrupt.h"
 #include "app/pipeline/output_names.h"
 
 namespace gpvc::cli {
 namespace {
-
-double seconds(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); }
-
-double rounded(double s) { return std::round(s * 1e4) / 1e4; }
-
-rusage process_usage() {
-  rusage usage = {};
-  getrusage(RUSAGE_SELF, &usage);
-  return usage;
-}
-
-// Processor time of the whole process, user and system.
-double process_cpu_seconds() {
-  const rusage usage = process_usage();
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 // To be called last: lists the files promised so far and the time spent.
 void write_run_json(const std::string& command, const CommonOptions& common, const RunFacts& facts,
@@ -37,7 +19,9 @@ void write_run_json(const std::string& command, const CommonOptions& common, con
     wall += stage["wall_s"].get<double>();
     cpu += stage["cpu_s"].get<double>();
   }
-  const auto peak_bytes = static_cast<std::size_t>(process_usage().ru_maxrss) * 1024;  // Linux counts in KiB
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto peak_bytes = static_cast<std::size_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
   evaluate::write_json(file, {{"program", "gpvc"},
                               {"version", program_version()},
                               {"command", command},
@@ -57,34 +41,30 @@ void write_run_json(const std::string& command, const CommonOptions& common, con
 
 void RunRecord::begin(const pipeline::StageInfo& stage) {
   check_cancelled();
-  stage_ = stage;
-  stage_figures_ = Json::object();
-  start_ = Clock::now();
-  start_cpu_s_ = process_cpu_seconds();
+  RunLog::begin(stage);
   console.clear_status();
-  console.status(stage_.name + " ...");
+  console.status(stage.name + " ...");
 }
 
 void RunRecord::progress(std::size_t done, std::size_t total) {
   check_cancelled();
-  const double elapsed = seconds_since(start_);
-  std::string text = stage_.ends_early ? fmt::format("{}: {} {}, {} at most", stage_.name, done, stage_.unit, total)
-                                       : fmt::format("{}: {}/{} {}", stage_.name, done, total, stage_.unit);
-  if (!stage_.ends_early && done > 0 && total >= done && elapsed > 0) {
+  const double elapsed = stage_seconds();
+  const auto& [name, unit, ends_early] = stage();
+  std::string text = ends_early ? fmt::format("{}: {} {}, {} at most", name, done, unit, total)
+                                : fmt::format("{}: {}/{} {}", name, done, total, unit);
+  if (!ends_early && done > 0 && total >= done && elapsed > 0) {
     const double rate = static_cast<double>(done) / elapsed;
     text += rate >= 1 ? fmt::format(", {:.3g}/s", rate) : fmt::format(", {:.3g} s each", 1 / rate);
-    text += ", " + readable_duration(static_cast<double>(total - done) / rate) + " left";
+    text += ", " + pipeline::readable_duration(static_cast<double>(total - done) / rate) + " left";
   }
   console.status(text);
 }
 
 void RunRecord::end(const std::string& summary) {
-  const double wall = seconds_since(start_), cpu = process_cpu_seconds() - start_cpu_s_;
-  Json stage = {{"name", stage_.name}, {"wall_s", rounded(wall)}, {"cpu_s", rounded(cpu)}};
-  stage.update(stage_figures_);
-  stages.push_back(stage);
+  RunLog::end(summary);
   console.clear_status();
-  console.note(fmt::format("{}: {}{:.2f} s", stage_.name, summary.empty() ? "" : summary + ", ", wall));
+  console.note(fmt::format("{}: {}{:.2f} s", stage().name, summary.empty() ? "" : summary + ", ",
+                           stages.back()["wall_s"].get<double>()));
   check_cancelled();
 }
 

@@ -1,23 +1,21 @@
-// A command under way: what the user reads of it, run.json, and the steps that every command with results shares.
+// The frame of every command that writes a result: console output, run.json and the output folder.
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <functional>
 #include <string>
-#include <vector>
 
 #include "app/cli/options.h"
 #include "app/evaluate/json.h"
+#include "app/evaluate/run_log.h"
 #include "app/pipeline/output_folder.h"
-#include "io/clock.h"
 
 namespace gpvc::cli {
 
 using evaluate::Json;
 
 /// Shows a run on the console and keeps its stages and figures for run.json. Throws Cancelled after Ctrl-C.
-class RunRecord final : public pipeline::Observer {
+class RunRecord final : public evaluate::RunLog {
  public:
   explicit RunRecord(Console& shown_on) : console(shown_on) {}
 
@@ -28,23 +26,9 @@ class RunRecord final : public pipeline::Observer {
   void note(const std::string& text) override { console.note(text); }
   void detail(const std::string& text) override { console.detail(text); }
   void warning(const std::string& text) override { console.warning(text); }
-  void figure(const std::string& name, const pipeline::Figure& value) override {
-    evaluate::set_figure(counts, name, value);
-  }
-  void stage_figure(const std::string& name, const pipeline::Figure& value) override {
-    evaluate::set_figure(stage_figures_, name, value);
-  }
   void check_cancelled() override;
 
   Console& console;
-  Json stages = Json::array();  ///< name, wall_s, cpu_s and the stage's figures
-  Json counts = Json::object();
-
- private:
-  pipeline::StageInfo stage_;
-  Clock::time_point start_;
-  double start_cpu_s_ = 0;
-  Json stage_figures_ = Json::object();
 };
 
 /// What run.json says beside the record.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <future>
 
-#include "app/cli/lens_json.h"
 #include "io/mesh.h"
 
 namespace gpvc::cli {
@@ -38,14 +37,6 @@ void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData&
 
 }  // namespace
 
-Json point_json(const WorldPoint& p) { return Json::array({p.x, p.y, p.z}); }
-
-Json rotation_json(const Pose& pose) {
-  const auto& r = pose.rotation;
-  return Json::array(
-      {Json::array({r[0], r[1], r[2]}), Json::array({r[3], r[4], r[5]}), Json::array({r[6], r[7], r[8]})});
-}
-
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   record.begin({"read"});
   SceneInputData data;
@@ -76,46 +67,6 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   const std::string of_meshes = data.parts.size() == 1 ? "" : fmt::format(" of {} meshes", data.parts.size());
   record.end(fmt::format("{} faces{}, {} views", pipeline::readable_count(data.mesh.faces.size()), of_meshes, views));
   return data;
-}
-
-void write_views_json(const std::filesystem::path& file, const SceneInputData& input) {
-  Json views = Json::array();
-  for (std::size_t v = 0; v < input.scene.views.size(); ++v) {
-    const View& view = input.scene.views[v];
-    const ViewId id{static_cast<std::uint32_t>(v)};
-    const Camera& c = view.camera;
-    views.push_back({{"index", v},
-                     {"name", view.name},
-                     {"photo", view.photo.string()},
-                     {"used", std::binary_search(input.used.begin(), input.used.end(), id)},
-                     {"held_out", std::binary_search(input.held_out.begin(), input.held_out.end(), id)},
-                     {"width", c.width},
-                     {"height", c.height},
-                     {"fx", c.fx},
-                     {"fy", c.fy},
-                     {"cx", c.cx},
-                     {"cy", c.cy},
-                     {"distortion", lens_json(c.distortion)},
-                     {"rotation", rotation_json(view.pose)},
-                     {"centre", point_json(view.pose.centre)}});
-  }
-  evaluate::write_json(
-      file, {{"scene", input.scene.source.string()},
-             {"convention",
-              "x_camera = rotation * (x_world - centre); x right, y down, z forward; pixels from the top-left "
-              "corner, first centre at (0.5, 0.5); distortion as in OpenCV, further models as in io/scene.h"},
-             {"format", input.scene.format},
-             {"srs", input.scene.srs.empty() ? Json(nullptr) : Json(input.scene.srs)},
-             {"srs_offset", point_json(input.scene.offset)},
-             {"views", views}});
-}
-
-Json device_json(const std::optional<visibility::DeviceInfo>& device) {
-  if (!device) return nullptr;
-  return {{"index", device->index},
-          {"renderer", device->renderer},
-          {"driver", device->driver},
-          {"software", device->software}};
 }
 
 Json visibility_json(const visibility::VisibilityOptions& options) {

@@ -1,4 +1,4 @@
-// A command's scene and meshes, and what is said of them in views.json and run.json.
+// A command's scene and meshes, and the options of run.json that describe them.
 #pragma once
 
 #include <set>
@@ -7,7 +7,7 @@
 
 #include "app/cli/run_record.h"
 #include "app/cli/view_lists.h"
-#include "visibility/device.h"
+#include "app/evaluate/scene_json.h"
 
 namespace gpvc::cli {
 
@@ -31,18 +31,10 @@ struct SceneInputData {
 /// InputError, UsageError.
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record);
 
-/// views.json: every view in order, with `used` and `held_out`.
-void write_views_json(const std::filesystem::path& file, const SceneInputData& input);
-
-/// null without a device.
-Json device_json(const std::optional<visibility::DeviceInfo>& device);
 Json visibility_json(const visibility::VisibilityOptions& options);
 Json scene_json(const SceneInput& input);
 /// The faces and vertices of each mesh.
 Json meshes_json(const SceneInputData& input);
-Json point_json(const WorldPoint& p);
-/// A rotation as three rows.
-Json rotation_json(const Pose& pose);
 
 /// The files a scene was read from: its own files, photos and masks, as canonical paths.
 std::set<std::filesystem::path> input_files(const Scene& scene);

@@ -33,16 +33,10 @@ Json options_json(const TextureOptions& o) {
 
 // The camera and background of preview.png, so that pictures of other renderers can be compared with it.
 Json preview_json(const pipeline::WrittenModel& written) {
-  const Camera& c = written.preview.camera;
-  return {{"width", c.width},
-          {"height", c.height},
-          {"fx", c.fx},
-          {"fy", c.fy},
-          {"cx", c.cx},
-          {"cy", c.cy},
-          {"rotation", rotation_json(written.preview.pose)},
-          {"centre", point_json(written.preview.pose.centre)},
-          {"background", written.background}};
+  Json json = evaluate::camera_json(written.preview.camera, written.preview.pose);
+  json.erase("distortion");  // it has none
+  json["background"] = written.background;
+  return json;
 }
 
 RunFacts texture(const TextureOptions& options, RunRecord& record, pipeline::OutputFolder& folder) {
@@ -52,12 +46,12 @@ RunFacts texture(const TextureOptions& options, RunRecord& record, pipeline::Out
   pipeline::Settings settings = options.settings;
   settings.device = options.common.device;
   const pipeline::TexturedMesh textured = pipeline::texture(in.input(), settings, photos, record);
-  write_views_json(folder.file("views.json"), in);
+  evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
   const pipeline::WrittenModel written = pipeline::write(in.input(), textured, options.settings, folder, record);
   record.counts["preview"] = preview_json(written);
   record.counts["up"] = name_of(io::kUpAxisNames, written.up);
-  record.counts["offset"] = point_json(written.offset);
-  return {options_json(options), device_json(textured.device)};
+  record.counts["offset"] = evaluate::point_json(written.offset);
+  return {options_json(options), evaluate::device_json(textured.device)};
 }
 
 }  // namespace

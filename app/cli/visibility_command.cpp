@@ -145,13 +145,13 @@ RunFacts visibility(const VisibilityCommandOptions& options, RunRecord& record, 
     record.console.result(check.report());
     evaluate::write_json(folder.file("oracle.json"), check.json());
   }
-  write_views_json(folder.file("views.json"), in);
+  evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
   Json json = scene_json(options.input);
   json.update(visibility_json(options.visibility));
   json["ivm"] = options.ivm;
   json["oracle_check"] = options.oracle_check;
   if (claims_to_be_exact(options.visibility)) wrong = check.disagreements();
-  return {json, device_json(device ? std::optional(device->info()) : std::nullopt)};
+  return {json, evaluate::device_json(device ? std::optional(device->info()) : std::nullopt)};
 }
 
 }  // namespace

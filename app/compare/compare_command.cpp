@@ -118,9 +118,10 @@ class Comparison {
       const std::string& name = n < modes_.size() ? modes_[n].name : externals_[n - modes_.size()].name;
       std::string left;
       if (n > 0)
-        left = ", " +
-               cli::readable_duration(seconds_since(start) / static_cast<double>(n) * static_cast<double>(all - n)) +
-               " left";
+        left =
+            ", " +
+            pipeline::readable_duration(seconds_since(start) / static_cast<double>(n) * static_cast<double>(all - n)) +
+            " left";
       record_.note(fmt::format("{} of {}: {}{}", n + 1, all, name, left));
       cli::Json mode = n < modes_.size() ? described(modes_[n]) : described(externals_[n - modes_.size()]);
       cli::RunRecord record(record_.console);
@@ -145,7 +146,7 @@ class Comparison {
       report_.json["modes"].push_back(std::move(mode));
     }
     write();
-    return {given_json(), cli::device_json(device_)};
+    return {given_json(), evaluate::device_json(device_)};
   }
 
   /// Throws where a model is missing from the report.
@@ -255,7 +256,7 @@ class Comparison {
     pipeline::Seen seen = pipeline::see(input, settings, photos_, record, {.faces = {}, .on_view = compare});
     if (!device_) {
       device_ = seen.device;
-      report_.json["program"]["device"] = cli::device_json(device_);
+      report_.json["program"]["device"] = evaluate::device_json(device_);
     }
     const visibility::VisibilityStatistics& t = seen.statistics;
     const std::size_t pairs = in_.used.size() * in_.mesh.faces.size();
@@ -319,7 +320,7 @@ class Comparison {
   void keep(const ComparedMode& mode, const pipeline::TexturedMesh& textured, const pipeline::Settings& settings,
             cli::RunRecord& record) {
     pipeline::OutputFolder folder(mode_folder(mode), true, "texture");
-    cli::write_views_json(folder.file("views.json"), in_);
+    evaluate::write_views_json(folder.file("views.json"), in_.scene, in_.used, in_.held_out);
     pipeline::write(in_.input(), textured, settings, folder, record);
     folder.publish();
   }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "app/pipeline/observer.h"
 #include "io/clock.h"
 #include "visibility/oracle.h"
 

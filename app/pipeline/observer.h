@@ -1,4 +1,4 @@
-// What a run tells whoever watches it, and how it is cancelled.
+// An Observer receives the progress, messages and figures of a run, and can cancel it.
 #pragma once
 
 #include <cstddef>
@@ -56,5 +56,7 @@ inline Progress part_of(const Progress& whole, std::size_t before, std::size_t t
 
 /// 1234567 -> "1 234 567".
 std::string readable_count(std::size_t count);
+/// "45 s", "2 min 10 s", "3 h 5 min".
+std::string readable_duration(double seconds);
 
 }  // namespace gpvc::pipeline

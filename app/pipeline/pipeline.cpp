@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/pipeline/frame_check.h"
 
@@ -66,6 +67,13 @@ std::string readable_count(std::size_t count) {
     text.push_back(digits[i]);
   }
   return text;
+}
+
+std::string readable_duration(double seconds) {
+  const auto whole = static_cast<long long>(std::llround(std::max(seconds, 0.0)));
+  if (whole < 100) return fmt::format("{} s", whole);
+  if (whole < 5400) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
 }
 
 std::vector<ViewId> all_views(const Scene& scene) {

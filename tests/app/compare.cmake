@@ -1,4 +1,4 @@
-gpvc_test(compare_test gpvc_app)
+gpvc_test(compare_test gpvc_cli)
 
 # `gpvc compare` on app_test's scene, and its page in headless Chromium.
 find_program(GPVC_NODE node)

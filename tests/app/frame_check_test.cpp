@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "app/cli/lens_json.h"
-#include "app/cli/scene_input.h"
+#include "app/cli/view_lists.h"
+#include "app/evaluate/scene_json.h"
 #include "app/pipeline/viewpoint.h"
 #include "tests/support/temporary_folder.h"
 
@@ -184,17 +184,17 @@ TEST(Overview, HoldsMeshesOfFewFaces) {
 
 TEST(LensJson, WritesTheModelAndAllItsTerms) {
   Distortion lens{.k1 = -0.1, .p2 = 0.5};
-  EXPECT_EQ(cli::lens_json(lens).dump(), R"({"model":"opencv","k1":-0.1,"k2":0.0,"p1":0.0,"p2":0.5,"k3":0.0})");
-  EXPECT_EQ(cli::lens_text(lens), "k1 -0.1 p2 0.5");
+  EXPECT_EQ(evaluate::lens_json(lens).dump(), R"({"model":"opencv","k1":-0.1,"k2":0.0,"p1":0.0,"p2":0.5,"k3":0.0})");
+  EXPECT_EQ(evaluate::lens_text(lens), "k1 -0.1 p2 0.5");
   lens.model = LensModel::equidistant;
   lens.k4 = 0.25;
   lens.skew = 0.125;
-  const auto json = cli::lens_json(lens);
+  const auto json = evaluate::lens_json(lens);
   EXPECT_EQ(json["model"], "equidistant");
   EXPECT_EQ(json["k4"], 0.25);
   EXPECT_EQ(json["skew"], 0.125);
   EXPECT_EQ(json.size(), 22);
-  EXPECT_EQ(cli::lens_text(lens), "k1 -0.1 p2 0.5 k4 0.25 skew 0.125");
+  EXPECT_EQ(evaluate::lens_text(lens), "k1 -0.1 p2 0.5 k4 0.25 skew 0.125");
 }
 
 // --- lists of views

@@ -1,0 +1,34 @@
+// The stages and figures of a run, as run.json and reports list them.
+#pragma once
+
+#include <string>
+
+#include "app/evaluate/json.h"
+#include "app/pipeline/observer.h"
+#include "io/clock.h"
+
+namespace gpvc::evaluate {
+
+/// Keeps what a run reports and shows nothing.
+class RunLog : public pipeline::Observer {
+ public:
+  void begin(const pipeline::StageInfo& stage) override;
+  void end(const std::string& summary) override;
+  void figure(const std::string& name, const pipeline::Figure& value) override;
+  void stage_figure(const std::string& name, const pipeline::Figure& value) override;
+
+  Json stages = Json::array();  ///< name, wall_s, cpu_s and the stage's figures
+  Json counts = Json::object();
+
+ protected:
+  const pipeline::StageInfo& stage() const { return stage_; }
+  double stage_seconds() const { return seconds_since(start_); }
+
+ private:
+  pipeline::StageInfo stage_;
+  Clock::time_point start_;
+  double start_cpu_s_ = 0;
+  Json stage_figures_ = Json::object();
+};
+
+}  // namespace gpvc::evaluate
