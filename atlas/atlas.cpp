@@ -5,11 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "atlas/baking/bake.h"
-#include "atlas/baking/coverage_index.h"
-#include "atlas/baking/fill.h"
-#include "atlas/baking/partial_bake.h"
-#include "atlas/baking/partial_sources.h"
+#include "atlas/baking/baking.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/seam_leveling.h"
 #include "atlas/packing/layout.h"
@@ -19,7 +15,9 @@ namespace gpvc::atlas {
 
 struct AtlasPlan::State {
   State(const AtlasInput& input, const AtlasOptions& wanted)
-      : options(wanted), coverage(input.coverage), neighbours(face_neighbours(input.graph, input.mesh.faces.size())) {}
+      : options(wanted),
+        coverage(input.coverage),
+        neighbours(group_neighbours(input.mesh.faces.size(), input.graph.edges)) {}
   AtlasOptions options;  ///< the page size rounded down to whole blocks
   CoverageIndex coverage;
   FaceNeighbours neighbours;
@@ -42,16 +40,13 @@ std::vector<ChartVertex> chart_vertices(const Mesh& mesh, const ChartSet& set, c
   for (const auto face : chart.faces)
     for (std::size_t i = 0; i < 3; ++i) list.push_back({mesh.faces[face][i], set.corners[face][i]});
   if (chart.kind == ChartKind::unseen) return list;
-  std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
-  const auto same = [](const auto& a, const auto& b) { return a.vertex == b.vertex; };
-  list.erase(std::unique(list.begin(), list.end(), same), list.end());
+  std::ranges::stable_sort(list, {}, &ChartVertex::vertex);
+  list.erase(std::ranges::unique(list, {}, &ChartVertex::vertex).begin(), list.end());
   return list;
 }
 
 std::size_t find_vertex(std::span<const ChartVertex> list, std::uint32_t vertex) {
-  const auto found = std::lower_bound(list.begin(), list.end(), vertex,
-                                      [](const ChartVertex& a, std::uint32_t v) { return a.vertex < v; });
-  return static_cast<std::size_t>(found - list.begin());
+  return static_cast<std::size_t>(std::ranges::lower_bound(list, vertex, {}, &ChartVertex::vertex) - list.begin());
 }
 
 void write_texcoords(const AtlasBuild& build, io::TexturedModel& model) {
@@ -104,19 +99,6 @@ std::size_t seam_edges(const AtlasInput& input) {
   return count;
 }
 
-void bake_seen(AtlasBuild& build, const Progress& progress) {
-  auto parts = choose_sources(build.input, build.set, build.coverage, build.options.margin_px);
-  bake_photos(build, parts, progress);
-  finish_partial(parts, build);
-}
-
-void bake_unseen(AtlasBuild& build) {
-  if (build.options.unseen == UnseenFaces::color)
-    paint_unseen(build);
-  else
-    fill_unseen(build);
-}
-
 void pad_pages(AtlasBuild& build, AtlasStatistics& statistics) {
   for (Page& page : build.pages) {
     const auto inside = std::count(page.state.begin(), page.state.end(), TexelState::chart);
@@ -156,8 +138,13 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
                    std::move(leveling.correction),
                    chart_places(layout.shapes, layout.packing, edge),
                    make_pages(layout.shapes, layout.packing, edge)};
-  bake_seen(build, progress);
-  bake_unseen(build);
+  std::vector<PartialChart> partial = choose_sources(input, layout.set, state.coverage, state.options.margin_px);
+  bake_photos(build, partial, progress);
+  finish_partial(partial, build);
+  if (state.options.unseen == UnseenFaces::color)
+    paint_unseen(build);
+  else
+    fill_unseen(build);
   pad_pages(build, statistics);
   atlas.model.mesh = &input.mesh;
   write_texcoords(build, atlas.model);
@@ -169,7 +156,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
 AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options) {
   check(input, options);
   const Clock::time_point start = Clock::now();
-  auto state = std::make_unique<AtlasPlan::State>(input, options);
+  auto state = std::make_shared<AtlasPlan::State>(input, options);
   const int edge = block_edge(options.padding);
   state->options.page_size = options.page_size / edge * edge;
   state->layout = lay_out(input, state->options, state->neighbours, state->coverage);
@@ -183,16 +170,15 @@ struct TextureOrigins::State {
   std::vector<std::uint32_t> part_of;  ///< per chart of kind partial or flat, into parts
 };
 
-TextureOrigins::TextureOrigins(const AtlasPlan& plan, const AtlasInput& input)
-    : state_(new State{plan.state(), {}, {}}) {
-  const AtlasPlan::State& state = plan.state();
-  const ChartSet& set = state.layout.set;
-  state_->parts = choose_sources(input, set, state.coverage, state.options.margin_px);
-  state_->part_of.assign(set.charts.size(), 0);
-  for (std::uint32_t p = 0; p < state_->parts.size(); ++p) state_->part_of[state_->parts[p].chart] = p;
+TextureOrigins::TextureOrigins(const AtlasPlan& plan, const AtlasInput& input) {
+  const AtlasPlan::State& made = plan.state();
+  const ChartSet& set = made.layout.set;
+  const auto state =
+      std::make_shared<State>(State{made, choose_sources(input, set, made.coverage, made.options.margin_px), {}});
+  state->part_of.assign(set.charts.size(), 0);
+  for (std::uint32_t p = 0; p < state->parts.size(); ++p) state->part_of[state->parts[p].chart] = p;
+  state_ = state;
 }
-
-TextureOrigins::~TextureOrigins() = default;
 
 PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
   const ChartSet& set = state_->plan.layout.set;
@@ -214,10 +200,6 @@ PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
 TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& options, const Progress& progress) {
   return bake_atlas(plan_atlas(input, options), input, progress);
 }
-
-AtlasPlan::AtlasPlan(std::unique_ptr<State> state) : state_(std::move(state)) {}
-AtlasPlan::~AtlasPlan() = default;
-AtlasPlan::AtlasPlan(AtlasPlan&&) noexcept = default;
 
 AtlasEstimate AtlasPlan::estimate() const {
   const Layout& layout = state_->layout;

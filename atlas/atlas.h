@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "../io/names.h"
@@ -87,18 +88,16 @@ struct AtlasEstimate {
   double reduction = 1;         ///< factor on the scale of all charts that meets the limits
 };
 
-/// Charts and their places on pages.
+/// Charts and their places on pages. Copies share them.
 class AtlasPlan {
  public:
   struct State;
-  explicit AtlasPlan(std::unique_ptr<State> state);
-  ~AtlasPlan();
-  AtlasPlan(AtlasPlan&&) noexcept;
+  explicit AtlasPlan(std::shared_ptr<const State> state) : state_(std::move(state)) {}
   AtlasEstimate estimate() const;
   const State& state() const { return *state_; }
 
  private:
-  std::unique_ptr<State> state_;
+  std::shared_ptr<const State> state_;
 };
 
 /// A chart holds faces of one view that are connected, or so close in its photo that their paddings would overlap. Its
@@ -129,15 +128,12 @@ class TextureOrigins {
   /// Borrows both. `input` is what the plan was made from. O(texels of partial faces x candidates), TBB; keeps some
   /// bytes for each of these texels.
   TextureOrigins(const AtlasPlan& plan, const AtlasInput& input);
-  ~TextureOrigins();
-  TextureOrigins(const TextureOrigins&) = delete;
-  TextureOrigins& operator=(const TextureOrigins&) = delete;
   /// The origin of the point A + b (B - A) + c (C - A) of a face.
   PointOrigin at(FaceId face, double b, double c) const;
 
  private:
   struct State;
-  std::unique_ptr<State> state_;
+  std::shared_ptr<const State> state_;
 };
 
 /// plan_atlas and bake_atlas in one.

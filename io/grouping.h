@@ -1,7 +1,9 @@
 // Items grouped by a number, in compressed rows: all items one after the other, and where each group begins.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -36,6 +38,17 @@ Grouped<Item> group_items(std::size_t groups, ForEachItem for_each_item) {
   for_each_item([&](std::size_t group, const Item& item) { result.items[first[group + 1]++] = item; });
   first.pop_back();
   return result;
+}
+
+/// Per node, the other ends of the pairs that it is in, in the order of the pairs. O(nodes + pairs).
+inline Grouped<std::uint32_t> group_neighbours(std::size_t nodes,
+                                               const std::vector<std::array<std::uint32_t, 2>>& pairs) {
+  return group_items<std::uint32_t>(nodes, [&](const auto& add) {
+    for (const auto& [a, b] : pairs) {
+      add(a, b);
+      add(b, a);
+    }
+  });
 }
 
 }  // namespace gpvc

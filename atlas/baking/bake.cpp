@@ -1,13 +1,10 @@
-#include "atlas/baking/bake.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 
-#include "atlas/baking/each_photo.h"
-#include "atlas/baking/partial_bake.h"
+#include "atlas/baking/baking.h"
 #include "io/clock.h"
 
 namespace gpvc::atlas {
@@ -26,29 +23,21 @@ int block_texels(const Chart& chart, int step) {
   return std::clamp(static_cast<int>(step * chart.scale), 1, kStripRow);
 }
 
-PixelPoint texel_centre(const Chart& chart, int x, int y) { return chart.frame_position(x + 0.5, y + 0.5); }
-
-/// A rectangle of a view's frame.
-struct FrameRectangle {
-  double x0, y0, x1, y1;
-};
-
 /// The part of the frame that coarse texels may read: the faces' bounding box and a border. So a chart's texels read
 /// every pixel a few times at most, however coarse they are, and a texel larger than its chart has the chart's colour
 /// rather than that of the whole photo.
-FrameRectangle readable(const Chart& chart, std::span<const std::uint32_t> faces,
-                        std::span<const TexelTriangle> corners) {
-  FrameRectangle r{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+FrameBox readable(const Chart& chart, std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners) {
+  FrameBox box;
   for (const auto face : faces) {
     for (const TexelPoint& corner : corners[face]) {
       const PixelPoint p = chart.frame_position(corner.x, corner.y);
-      r = {std::min(r.x0, p.x), std::min(r.y0, p.y), std::max(r.x1, p.x), std::max(r.y1, p.y)};
+      box.add(p.x, p.y);
     }
   }
   // Texels reach two of their edges beyond the bounds, one of them for the ring. Up to kWholeTexelPx all of that is
   // read; beyond it less, because the share of a small chart in its texel falls.
   const double border = 2 * kWholeTexelPx * kWholeTexelPx * chart.scale;
-  return {r.x0 - border, r.y0 - border, r.x1 + border, r.y1 + border};
+  return {box.x0 - border, box.y0 - border, box.x1 + border, box.y1 + border};
 }
 
 struct Interval {
@@ -63,7 +52,7 @@ Interval clipped(const Interval& texel, const Interval& limits) {
   return {low, std::min(std::max(texel.high, low + least), limits.high)};
 }
 
-FrameRectangle clipped_texel(const Chart& chart, int x, int y, const FrameRectangle& limits) {
+FrameBox clipped_texel(const Chart& chart, int x, int y, const FrameBox& limits) {
   const PixelPoint low = chart.frame_position(x, y), high = chart.frame_position(x + 1.0, y + 1.0);
   const Interval across = clipped({low.x, high.x}, {limits.x0, limits.x1}),
                  down = clipped({low.y, high.y}, {limits.y0, limits.y1});
@@ -93,46 +82,35 @@ class Poll {
   Clock::time_point next_{};  ///< not before
 };
 
-/// A colour, and the frame position at which exposure corrects it.
-struct FrameSample {
-  Color color;
-  PixelPoint at;
-};
-
-/// Rows of a plain chart on their way to its page.
-struct Band {
-  std::uint32_t chart;
-  std::span<const std::uint32_t> faces;
-  ChartRaster raster;
-};
-
+/// Bakes rows of a plain chart.
 class BandBaker {
  public:
-  /// \param step see lattice_step
-  BandBaker(AtlasBuild& build, const ViewPhoto& photo, int step, const Band& band, Poll& poll)
+  BandBaker(AtlasBuild& build, const ViewPhoto& photo, std::uint32_t chart, Poll& poll)
       : build_(build),
         view_(photo.view),
         image_(photo.image),
         view_id_(photo.id),
-        step_(step),
-        band_(band),
-        chart_(build.set.charts[band.chart]),
-        page_(build.page_of(band.chart)),
+        chart_(build.set.charts[chart]),
+        place_(build.places[chart]),
+        page_(build.page_of(chart)),
+        strip_(build.correction.strip(chart)),
         poll_(poll) {}
 
-  void bake() {
-    const CellBox& box = band_.raster.box;
+  /// \param faces that reach into the band
+  /// \param step see lattice_step
+  void bake(int band, std::span<const std::uint32_t> faces, int step) {
+    const CellBox box = band_box(chart_, band);
+    raster_ = rasterize(faces, build_.set.corners, box);
     const bool coarse = is_coarse(chart_);
-    const FrameRectangle limits = coarse ? readable(chart_, band_.faces, build_.set.corners) : FrameRectangle{};
+    const FrameBox limits = coarse ? readable(chart_, faces, build_.set.corners) : FrameBox{};
     const bool copied = view_.camera.distortion.is_identity() && chart_.scale == 1;
-    const int edge = block_texels(chart_, step_);
+    const int edge = block_texels(chart_, step);
     for (int y = box.y0; y < box.y1; y += edge) {
       poll_();
       for (int x = box.x0; x < box.x1; x += edge) {
         const CellBox block{x, y, std::min(x + edge, box.x1), std::min(y + edge, box.y1)};
         if (!any_wanted(block)) continue;
-        near_.clear();
-        if (const ChartStrip* strip = build_.correction.strip(band_.chart)) gather_strip(*strip, block, near_);
+        gather_strip(strip_, block, near_);
         if (coarse)
           average_block(block, limits);
         else if (copied)
@@ -144,9 +122,7 @@ class BandBaker {
   }
 
  private:
-  bool wanted(int x, int y) const {
-    return is_baked(band_.raster.reach[band_.raster.at(x, y)], build_.options.padding);
-  }
+  bool wanted(int x, int y) const { return is_baked(raster_.reach[raster_.at(x, y)], build_.options.padding); }
 
   bool any_wanted(const CellBox& block) const {
     for (int y = block.y0; y < block.y1; ++y)
@@ -155,40 +131,40 @@ class BandBaker {
     return false;
   }
 
-  /// Bakes the texels of a block; sample(x, y) gives their FrameSample, or nullopt outside the photo.
+  /// Bakes the texels of a block; sample(x, y, at) gives their color, or nullopt outside the photo. Exposure corrects it
+  /// as at the frame position `at`, the texel's centre unless `sample` changes it.
   template <typename Sample>
   void bake_block(const CellBox& block, const Sample& sample) {
     for (int y = block.y0; y < block.y1; ++y) {
-      std::array<Color, kStripRow> strip{};
-      if (!near_.empty()) strip = strip_offsets(near_, block.x0 + 0.5, y + 0.5);
+      const std::array<Color, kStripRow> strip = strip_offsets(near_, block.x0 + 0.5, y + 0.5);
       for (int x = block.x0; x < block.x1; ++x) {
         if (!wanted(x, y)) continue;
-        if (const std::optional<FrameSample> from = sample(x, y))
-          put(x, y, *from, strip[static_cast<std::size_t>(x - block.x0)]);
+        PixelPoint at = chart_.frame_position(x + 0.5, y + 0.5);
+        if (const std::optional<Color> color = sample(x, y, at))
+          put(x, y, *color, at, strip[static_cast<std::size_t>(x - block.x0)]);
       }
     }
   }
 
-  void put(int x, int y, const FrameSample& from, const Color& strip_offset) {
-    const std::size_t i = band_.raster.at(x, y);
+  void put(int x, int y, Color color, const PixelPoint& at, const Color& strip_offset) {
+    const std::size_t i = raster_.at(x, y);
     const ColorCorrection& correction = build_.correction;
-    Color color = from.color;
     if (!correction.identity()) {
-      const std::uint32_t owner = band_.raster.owner[i];
-      color = correction.expose(color, view_id_, from.at) +
+      const std::uint32_t owner = raster_.owner[i];
+      color = correction.expose(color, view_id_, at) +
               correction.face_offset(owner, build_.set.corners[owner], x + 0.5, y + 0.5) + strip_offset;
     }
-    const auto texel = build_.places[band_.chart].texel(x, y);
-    page_.put(texel.x, texel.y, color, state_of(band_.raster.reach[i]));
+    const auto texel = place_.texel(x, y);
+    page_.put(texel.x, texel.y, color, state_of(raster_.reach[i]));
   }
 
   /// Texels that are pixels of the photo.
   void copy_block(const CellBox& block) {
     const int shift_x = static_cast<int>(chart_.origin_x), shift_y = static_cast<int>(chart_.origin_y);
-    bake_block(block, [&](int x, int y) -> std::optional<FrameSample> {
+    bake_block(block, [&](int x, int y, PixelPoint&) -> std::optional<Color> {
       const int px = shift_x + x, py = shift_y + y;
       if (px < 0 || py < 0 || px >= image_.width || py >= image_.height) return std::nullopt;
-      return FrameSample{load(image_.at(px, py)), texel_centre(chart_, x, y)};
+      return load(image_.at(px, py));
     });
   }
 
@@ -196,19 +172,14 @@ class BandBaker {
     const PixelPoint low = chart_.frame_position(block.x0, block.y0);
     const PixelPoint high = chart_.frame_position(block.x1, block.y1);
     const PhotoPositions positions(view_.camera, low.x, low.y, high.x, high.y);
-    bake_block(block, [&](int x, int y) -> std::optional<FrameSample> {
-      const auto color = resample(positions, x, y);
-      if (!color) return std::nullopt;
-      return FrameSample{*color, texel_centre(chart_, x, y)};
-    });
+    bake_block(block, [&](int x, int y, PixelPoint&) { return resample(positions, x, y); });
   }
 
-  void average_block(const CellBox& block, const FrameRectangle& limits) {
-    bake_block(block, [&](int x, int y) -> std::optional<FrameSample> {
-      const FrameRectangle r = clipped_texel(chart_, x, y, limits);
-      const auto color = mean(r);
-      if (!color) return std::nullopt;
-      return FrameSample{*color, {(r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2}};
+  void average_block(const CellBox& block, const FrameBox& limits) {
+    bake_block(block, [&](int x, int y, PixelPoint& at) {
+      const FrameBox r = clipped_texel(chart_, x, y, limits);
+      at = {(r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2};
+      return mean(r);
     });
   }
 
@@ -219,7 +190,7 @@ class BandBaker {
 
   /// Mean over the part of a rectangle that lies in the photo, with a sample per pixel. Lens models bend too much over
   /// a texel of many pixels to be interpolated, and so many samples need not be sharp. nullopt outside the photo.
-  std::optional<Color> mean(const FrameRectangle& r) const {
+  std::optional<Color> mean(const FrameBox& r) const {
     const auto samples = [](double length) { return std::max(1, static_cast<int>(std::ceil(length))); };
     const int columns = samples(r.x1 - r.x0), rows = samples(r.y1 - r.y0);
     std::array<double, 3> sum{};  // of up to all pixels of a photo: more than floats add without loss
@@ -246,30 +217,27 @@ class BandBaker {
   /// nullopt outside the photo.
   std::optional<Color> resample(const PhotoPositions& positions, int x, int y) const {
     const int taps = chart_.scale >= 1 ? 1 : static_cast<int>(std::ceil(1 / chart_.scale));
-    Color sum;
-    int count = 0;
+    ColorMean mean;
     for (int j = 0; j < taps; ++j) {
       for (int i = 0; i < taps; ++i) {
         const PixelPoint p = chart_.frame_position(x + (i + 0.5) / taps, y + (j + 0.5) / taps);
         const auto q = positions.at(p.x, p.y);
-        if (!q || !in_photo(*q)) continue;
-        sum = sum + sample_bicubic(image_, q->x, q->y);
-        ++count;
+        if (q && in_photo(*q)) mean.add(sample_bicubic(image_, q->x, q->y));
       }
     }
-    if (!count) return std::nullopt;
-    return (1.0f / static_cast<float>(count)) * sum;
+    return mean.mean();
   }
 
   AtlasBuild& build_;
   const View& view_;
   const Image& image_;
   ViewId view_id_;
-  int step_;
-  const Band& band_;
   const Chart& chart_;
+  const ChartPlace& place_;
   Page& page_;
+  const ChartStrip* strip_;
   Poll& poll_;
+  ChartRaster raster_;             ///< of the band
   std::vector<StripSample> near_;  ///< those that matter to the block being baked
 };
 
@@ -305,24 +273,19 @@ void bake_photos(AtlasBuild& build, std::span<PartialChart> partial, const Progr
     if (set.charts[c].kind == ChartKind::plain) bands[c] = face_bands(set.charts[c], set.corners);
   });
   const std::vector<ViewWork> work = gather_work(build, bands, partial);
-  std::vector<std::uint32_t> views;
-  for (std::uint32_t v = 0; v < work.size(); ++v)
-    if (!work[v].empty()) views.push_back(v);
-
+  const auto views = static_cast<std::size_t>(
+      std::count_if(work.begin(), work.end(), [](const ViewWork& mine) { return !mine.empty(); }));
   std::size_t done = 0;
-  each_photo(build.input, views, [&](const ViewPhoto& photo) {
-    const ViewWork& mine = work[index(photo.id)];
+  each_photo(build.input, work, [&](const ViewPhoto& photo, const ViewWork& mine) {
     const int step = lattice_step(photo.view.camera);
-    Poll poll(progress, done, views.size());
+    Poll poll(progress, done, views);
     tbb::parallel_for(std::size_t{0}, mine.bands.size() + mine.partial.size(), [&](std::size_t i) {
       poll();
       if (i >= mine.bands.size()) return take_view(partial[mine.partial[i - mine.bands.size()]], build, photo);
       const auto [c, b] = mine.bands[i];
-      const auto faces = bands[c][static_cast<std::size_t>(b)];
-      const Band band{c, faces, rasterize(faces, set.corners, band_box(set.charts[c], b))};
-      BandBaker(build, photo, step, band, poll).bake();
+      BandBaker(build, photo, c, poll).bake(b, bands[c][static_cast<std::size_t>(b)], step);
     });
-    if (progress) progress(++done, views.size());
+    if (progress) progress(++done, views);
   });
 }
 

@@ -1,5 +1,3 @@
-#include "atlas/baking/fill.h"
-
 #include <tbb/parallel_for.h>
 
 #include <Eigen/IterativeLinearSolvers>
@@ -7,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "atlas/baking/baking.h"
 #include "io/grouping.h"
 
 namespace gpvc::atlas {
@@ -44,18 +43,14 @@ Holes find_holes(const Mesh& mesh, const ChartSet& set) {
 
 /// Mean of the filled texels around a position; nullopt where there is none.
 std::optional<Color> color_around(const Page& page, const TexelPoint& p) {
-  Color sum;
-  float count = 0;
+  ColorMean mean;
   const int x0 = static_cast<int>(std::floor(p.x)), y0 = static_cast<int>(std::floor(p.y));
   for (int y = std::max(0, y0 - 1); y <= std::min(page.image.height - 1, y0 + 1); ++y) {
     for (int x = std::max(0, x0 - 1); x <= std::min(page.image.width - 1, x0 + 1); ++x) {
-      if (page.state[page.at(x, y)] == TexelState::empty) continue;
-      sum = sum + load(page.image.at(x, y));
-      count += 1;
+      if (page.state[page.at(x, y)] != TexelState::empty) mean.add(load(page.image.at(x, y)));
     }
   }
-  if (count == 0) return std::nullopt;
-  return (1 / count) * sum;
+  return mean.mean();
 }
 
 /// A vertex on a border takes the mean of the colours that the seen faces around it have there.
@@ -80,12 +75,7 @@ void gather_border(Holes& holes, const AtlasBuild& build) {
 
 /// Spreads border colours inwards, breadth first, as the start of the iteration. Returns which vertices were reached.
 std::vector<char> spread(Holes& holes) {
-  const auto neighbours = group_items<std::uint32_t>(holes.color.size(), [&](const auto& emit) {
-    for (const auto& [a, b] : holes.edges) {
-      emit(a, b);
-      emit(b, a);
-    }
-  });
+  const auto neighbours = group_neighbours(holes.color.size(), holes.edges);
   std::vector<char> reached(holes.color.size(), 0);
   std::vector<std::uint32_t> queue;
   for (std::uint32_t i = 0; i < reached.size(); ++i) {

@@ -38,12 +38,10 @@ std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& 
     const Placement& p = packing.placements[i];
     const ChartPlace in_blocks{p.page, p.x, p.y, p.turns, shape.width, shape.height, 0, 0};
     Page& page = pages[p.page];
-    const auto columns = static_cast<std::size_t>(packing.pages[p.page].width);
     for (const CellRun& run : shape.runs) {
       for (int x = run.first; x < run.first + run.length; ++x) {
         const auto at = in_blocks.texel(x, run.row);
-        page.block_owner[static_cast<std::size_t>(at.y) * columns + static_cast<std::size_t>(at.x)] =
-            static_cast<std::uint32_t>(i);
+        page.block_owner[pixel_index(at.x, at.y, packing.pages[p.page].width)] = static_cast<std::uint32_t>(i);
       }
     }
   }
@@ -129,15 +127,12 @@ class Padder {
 
   void take_mean(std::uint32_t i) {
     if (page_.state[i] == TexelState::ring) return;
-    Color sum;
-    float weight = 0;
+    ColorMean mean;
     for_neighbours(i, [&](std::uint32_t n, bool diagonal) {
-      if (page_.state[n] == TexelState::empty || !may_pass(n, i)) return;
-      const float w = diagonal ? 0.5f : 1.0f;
-      sum = sum + w * load(page_.image.pixels.data() + std::size_t{3} * n);
-      weight += w;
+      if (page_.state[n] != TexelState::empty && may_pass(n, i))
+        mean.add(load(page_.image.pixels.data() + std::size_t{3} * n), diagonal ? 0.5f : 1.0f);
     });
-    store(page_.image.pixels.data() + std::size_t{3} * i, (1 / weight) * sum);
+    store(page_.image.pixels.data() + std::size_t{3} * i, *mean.mean());
   }
 
   Page& page_;

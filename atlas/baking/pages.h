@@ -36,12 +36,9 @@ struct Page {
   /// \param edge of a block, texels
   Page(const PageSize& blocks, int edge);
   std::uint32_t owner(int x, int y) const {
-    return block_owner[static_cast<std::size_t>(y / block) * static_cast<std::size_t>(image.width / block) +
-                       static_cast<std::size_t>(x / block)];
+    return block_owner[pixel_index(x / block, y / block, image.width / block)];
   }
-  std::size_t at(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
-  }
+  std::size_t at(int x, int y) const { return pixel_index(x, y, image.width); }
   void put(int x, int y, const Color& color, TexelState s) {
     store(image.at(x, y), color);
     state[at(x, y)] = s;
@@ -59,29 +56,21 @@ struct ChartPlace {
   struct Texel {
     int x, y;
   };
-  Texel texel(int i, int j) const {
-    const int u = i + inset_x, v = j + inset_y;
-    switch (turns) {
-      case 1:
-        return {x + height - 1 - v, y + u};
-      case 2:
-        return {x + width - 1 - u, y + height - 1 - v};
-      case 3:
-        return {x + v, y + width - 1 - u};
-      default:
-        return {x + u, y + v};
-    }
-  }
+  Texel texel(int i, int j) const { return turned<Texel>(i + inset_x, j + inset_y, 1); }
   /// Page position of a position in the chart's texel coordinates.
-  TexelPoint point(const TexelPoint& p) const {
-    const double u = p.x + inset_x, v = p.y + inset_y;
+  TexelPoint point(const TexelPoint& p) const { return turned<TexelPoint>(p.x + inset_x, p.y + inset_y, 0.0); }
+
+ private:
+  /// Where a square of edge `size` whose top-left corner is (u, v) in the box has that corner on the page.
+  template <typename Place, typename T>
+  Place turned(T u, T v, T size) const {
     switch (turns) {
       case 1:
-        return {x + height - v, y + u};
+        return {x + height - size - v, y + u};
       case 2:
-        return {x + width - u, y + height - v};
+        return {x + width - size - u, y + height - size - v};
       case 3:
-        return {x + v, y + width - u};
+        return {x + v, y + width - size - u};
       default:
         return {x + u, y + v};
     }

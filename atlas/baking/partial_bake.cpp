@@ -1,11 +1,10 @@
-#include "atlas/baking/partial_bake.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "atlas/baking/baking.h"
 #include "atlas/baking/smooth_fill.h"
 
 namespace gpvc::atlas {
@@ -36,10 +35,9 @@ class ViewTaker {
     for (int y = box.y0; y < box.y1; y += kStripRow) {
       for (int x = box.x0; x < box.x1; x += kStripRow) {
         const CellBox block{x, y, std::min(x + kStripRow, box.x1), std::min(y + kStripRow, box.y1)};
-        if (strip) gather_strip(*strip, block, near);
+        gather_strip(strip, block, near);
         for (int ty = block.y0; ty < block.y1; ++ty) {
-          std::array<Color, kStripRow> offsets{};
-          if (!near.empty()) offsets = strip_offsets(near, x + 0.5, ty + 0.5);
+          const std::array<Color, kStripRow> offsets = strip_offsets(near, x + 0.5, ty + 0.5);
           for (int tx = block.x0; tx < block.x1; ++tx) take_texel(tx, ty, offsets[static_cast<std::size_t>(tx - x)]);
         }
       }
@@ -72,21 +70,17 @@ class ViewTaker {
   /// samples that show the face.
   std::optional<Color> sample(const TexelSource& source, int x, int y) const {
     const int taps = footprint_px(source, x, y);
-    Color sum;
-    int count = 0;
+    ColorMean mean;
     for (int j = 0; j < taps; ++j) {
       for (int i = 0; i < taps; ++i) {
         const double tx = x + (i + 0.5) / taps, ty = y + (j + 0.5) / taps;
         if (taps > 1 && sight_at(source, build_.coverage.table(), tx, ty) == Sight::hidden) continue;
         const auto p = source.frame_from_texel(tx, ty);
         const auto q = p ? photo_from_pixel(photo_.view.camera, *p) : std::nullopt;
-        if (!q) continue;
-        sum = sum + build_.correction.expose(sample_bicubic(photo_.image, q->x, q->y), photo_.id, *p);
-        ++count;
+        if (q) mean.add(build_.correction.expose(sample_bicubic(photo_.image, q->x, q->y), photo_.id, *p));
       }
     }
-    if (count == 0) return std::nullopt;
-    return (1.0f / static_cast<float>(count)) * sum;
+    return mean.mean();
   }
 
   PartialChart& part_;

@@ -25,12 +25,11 @@ std::optional<TexelTriangle> outline_in(const visibility::FaceCoverage& entry, c
 std::vector<Sight> find_clearance(const visibility::CoverageTable& table, const visibility::FaceCoverage& entry,
                                   const std::optional<TexelTriangle>& outline, int margin_px) {
   if (margin_px <= 0 || !outline) return {};
-  const std::size_t width = static_cast<std::size_t>(entry.width);
-  std::vector<Sight> clearance(width * static_cast<std::size_t>(entry.height), Sight::clear);
+  std::vector<Sight> clearance(pixel_index(0, entry.height, entry.width), Sight::clear);
   const auto mark_around = [&](int x, int y) {
     for (int my = std::max(0, y - margin_px); my <= std::min(entry.height - 1, y + margin_px); ++my)
       for (int mx = std::max(0, x - margin_px); mx <= std::min(entry.width - 1, x + margin_px); ++mx) {
-        Sight& sight = clearance[static_cast<std::size_t>(my) * width + static_cast<std::size_t>(mx)];
+        Sight& sight = clearance[pixel_index(mx, my, entry.width)];
         const bool beside = std::abs(mx - x) <= 1 && std::abs(my - y) <= 1;
         sight = std::min(sight, beside ? Sight::beside_occluder : Sight::near_occluder);
       }
@@ -232,8 +231,7 @@ Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table
   const auto [px, py] = deciding_pixel(source, *p);
   if (!table.sees(c, px, py)) return Sight::hidden;
   if (source.clearance.empty()) return Sight::clear;
-  return source.clearance[static_cast<std::size_t>(py - c.y0) * static_cast<std::size_t>(c.width) +
-                          static_cast<std::size_t>(px - c.x0)];
+  return source.clearance[pixel_index(px - c.x0, py - c.y0, c.width)];
 }
 
 std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,

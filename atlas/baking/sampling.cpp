@@ -34,12 +34,7 @@ Color sample_bicubic(const Image& photo, double x, double y) {
   for (std::size_t j = 0; j < 4; ++j) {
     const std::uint8_t* line = photo.at(0, ty.index[j]);
     Color row;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const std::uint8_t* p = line + 3 * tx.index[i];
-      row.r += wx[i] * static_cast<float>(p[0]);
-      row.g += wx[i] * static_cast<float>(p[1]);
-      row.b += wx[i] * static_cast<float>(p[2]);
-    }
+    for (std::size_t i = 0; i < 4; ++i) row = row + wx[i] * load(line + 3 * tx.index[i]);
     sum = sum + wy[j] * row;
   }
   return sum;
@@ -84,10 +79,8 @@ PhotoPositions::PhotoPositions(const Camera& camera, double x0, double y0, doubl
     : camera_(&camera), x0_(x0), y0_(y0), inverse_width_(1 / (x1 - x0)), inverse_height_(1 / (y1 - y0)) {
   for (std::size_t i = 0; i < 4; ++i) {
     const auto corner = photo_from_pixel(camera, {i % 2 ? x1 : x0, i / 2 ? y1 : y0});
-    if (corner)
-      corners_[i] = *corner;
-    else
-      interpolated_ = false;
+    interpolated_ = interpolated_ && corner;
+    corners_[i] = corner.value_or(PhotoPoint{});
   }
 }
 

@@ -20,6 +20,22 @@ inline Color operator-(const Color& a, const Color& b) { return {a.r - b.r, a.g 
 inline Color operator*(const Color& a, const Color& b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
 inline Color operator*(float s, const Color& a) { return {s * a.r, s * a.g, s * a.b}; }
 
+/// A weighted mean of colors.
+struct ColorMean {
+  Color sum;
+  float weight = 0;
+
+  void add(const Color& color, float w = 1) {
+    sum = sum + w * color;
+    weight += w;
+  }
+  /// nullopt if nothing has been added.
+  std::optional<Color> mean() const {
+    if (!(weight > 0)) return std::nullopt;
+    return (1 / weight) * sum;
+  }
+};
+
 inline std::uint8_t to_grey_level(float value) {
   return static_cast<std::uint8_t>(value <= 0 ? 0 : value >= 255 ? 255 : static_cast<int>(value + 0.5f));
 }

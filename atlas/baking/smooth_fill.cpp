@@ -23,17 +23,15 @@ Level push(const Level& fine) {
   coarse.weight.resize(coarse.color.size());
   for (int y = 0; y < coarse.height; ++y) {
     for (int x = 0; x < coarse.width; ++x) {
-      Color sum;
-      float weight = 0;
+      ColorMean mean;
       for (int fy = 2 * y; fy < std::min(fine.height, 2 * y + 2); ++fy) {
         for (int fx = 2 * x; fx < std::min(fine.width, 2 * x + 2); ++fx) {
           const std::size_t i = fine.at(fx, fy);
-          sum = sum + fine.weight[i] * fine.color[i];
-          weight += fine.weight[i];
+          mean.add(fine.color[i], fine.weight[i]);
         }
       }
-      if (weight > 0) coarse.color[coarse.at(x, y)] = (1 / weight) * sum;
-      coarse.weight[coarse.at(x, y)] = std::min(1.0f, weight);
+      coarse.color[coarse.at(x, y)] = mean.mean().value_or(Color{});
+      coarse.weight[coarse.at(x, y)] = std::min(1.0f, mean.weight);
     }
   }
   return coarse;

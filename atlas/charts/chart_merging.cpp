@@ -7,7 +7,8 @@
 #include <numeric>
 #include <set>
 
-#include "atlas/baking/texel_set.h"
+#include "atlas/charts/texel_set.h"
+#include "io/image.h"
 
 namespace gpvc::atlas {
 
@@ -53,7 +54,7 @@ class ViewMerger {
     const double x0 = all.x0 - closeness - kCell, y0 = all.y0 - closeness - kCell;
     const CellBox grid{0, 0, static_cast<int>((all.x1 - x0 + closeness) / kCell) + 2,
                        static_cast<int>((all.y1 - y0 + closeness) / kCell) + 2};
-    std::vector<std::uint32_t> owner(static_cast<std::size_t>(grid.x1) * static_cast<std::size_t>(grid.y1), kFree);
+    std::vector<std::uint32_t> owner(pixel_index(0, grid.y1, grid.x1), kFree);
     const double half = (closeness + kCell / 2.0) / kCell;
     for (std::uint32_t k = 0; k < mine_.size(); ++k) {
       for (const auto face : parts_[mine_[k]].faces) {
@@ -61,8 +62,7 @@ class ViewMerger {
         for (auto& p : t) p = {(p.x - x0) / kCell, (p.y - y0) / kCell};
         triangle_spans(t, half, grid, [&](int y, int first, int last) {
           for (int x = first; x <= last; ++x) {
-            auto& cell =
-                owner[static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.x1) + static_cast<std::size_t>(x)];
+            auto& cell = owner[pixel_index(x, y, grid.x1)];
             if (cell == kFree)
               cell = k;
             else if (cell != k)

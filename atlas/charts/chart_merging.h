@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -11,29 +10,6 @@
 #include "io/scene.h"
 
 namespace gpvc::atlas {
-
-/// Bounding box of positions in a view's scaled frame.
-struct FrameBox {
-  double x0 = std::numeric_limits<double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
-  void add(const TexelTriangle& t) {
-    for (const auto& p : t) add_point(p.x, p.y);
-  }
-  void add(const FrameBox& other) {
-    add_point(other.x0, other.y0);
-    add_point(other.x1, other.y1);
-  }
-  /// Columns and rows of texels that the box touches.
-  int width() const { return std::max(1, static_cast<int>(std::ceil(x1) - std::floor(x0))); }
-  int height() const { return std::max(1, static_cast<int>(std::ceil(y1) - std::floor(y0))); }
-
- private:
-  void add_point(double x, double y) {
-    x0 = std::min(x0, x);
-    x1 = std::max(x1, x);
-    y0 = std::min(y0, y);
-    y1 = std::max(y1, y);
-  }
-};
 
 /// Faces of one view that keep their relative places.
 struct FramePart {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "atlas/charts/charts.h"
+#include "io/image.h"
 
 namespace gpvc::atlas {
 
@@ -26,10 +27,7 @@ struct ChartRaster {
   std::vector<TexelReach> reach;
   int width() const { return box.x1 - box.x0; }
   int height() const { return box.y1 - box.y0; }
-  std::size_t at(int x, int y) const {
-    return static_cast<std::size_t>(y - box.y0) * static_cast<std::size_t>(width()) +
-           static_cast<std::size_t>(x - box.x0);
-  }
+  std::size_t at(int x, int y) const { return pixel_index(x - box.x0, y - box.y0, width()); }
 };
 
 /// A texel's owner is the face with the nearest reach, the first of `faces` where several have it. `faces` are those

@@ -55,8 +55,6 @@ struct ChartSet {
 /// The faces that share an edge with each face.
 using FaceNeighbours = Grouped<std::uint32_t>;
 
-FaceNeighbours face_neighbours(const labeling::FaceGraph& graph, std::size_t faces);
-
 /// Puts every face in exactly one chart whose box, with the padding, fits a page. Charts are ordered by kind and then
 /// by the first face of their piece. `reduction` scales all charts, except those of unseen faces, below the density
 /// that options.texel_size asks for. O(faces log faces + texels of partial faces). \pre options.page_size >= 2 *

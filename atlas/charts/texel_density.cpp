@@ -7,17 +7,13 @@
 
 namespace gpvc::atlas {
 
-double texel_area(const TexelTriangle& t) {
-  return std::abs((t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x)) / 2;
-}
-
 double pixel_size(const Mesh& mesh, std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners) {
   double world = 0, frame = 0;
   for (const auto face : faces) {
     const auto& t = mesh.faces[face];
     const WorldPoint& a = mesh.positions[t[0]];
     world += length(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a)) / 2;
-    frame += texel_area(corners[face]);
+    frame += std::abs(doubled_area(corners[face])) / 2;
   }
   return world > 0 && frame > 0 ? std::sqrt(world / frame) : 0;
 }

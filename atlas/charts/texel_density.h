@@ -9,8 +9,6 @@
 
 namespace gpvc::atlas {
 
-double texel_area(const TexelTriangle& corners);
-
 /// Edge, in world units, of a pixel projected onto the faces: the root of their area in the world over that in the
 /// frame; zero if either is. `corners` are frame positions.
 double pixel_size(const Mesh& mesh, std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners);

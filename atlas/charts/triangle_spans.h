@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace gpvc::atlas {
 
@@ -14,9 +15,35 @@ struct TexelPoint {
 
 using TexelTriangle = std::array<TexelPoint, 3>;
 
+/// Twice the area, positive if the corners turn clockwise as drawn (y down).
+inline double doubled_area(const TexelTriangle& t) {
+  return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
+}
+
 /// Half-open box of cells.
 struct CellBox {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+};
+
+/// Bounding box of positions.
+struct FrameBox {
+  double x0 = std::numeric_limits<double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
+  void add(double x, double y) {
+    x0 = std::min(x0, x);
+    x1 = std::max(x1, x);
+    y0 = std::min(y0, y);
+    y1 = std::max(y1, y);
+  }
+  void add(const TexelTriangle& t) {
+    for (const auto& p : t) add(p.x, p.y);
+  }
+  void add(const FrameBox& other) {
+    add(other.x0, other.y0);
+    add(other.x1, other.y1);
+  }
+  /// Columns and rows of texels that the box touches.
+  int width() const { return std::max(1, static_cast<int>(std::ceil(x1) - std::floor(x0))); }
+  int height() const { return std::max(1, static_cast<int>(std::ceil(y1) - std::floor(y0))); }
 };
 
 namespace detail {
@@ -27,8 +54,7 @@ struct HalfPlane {
 };
 
 inline std::array<HalfPlane, 3> half_planes(const TexelTriangle& t) {
-  const double doubled_area = (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
-  const double sign = doubled_area < 0 ? -1.0 : 1.0;
+  const double sign = doubled_area(t) < 0 ? -1.0 : 1.0;
   std::array<HalfPlane, 3> planes{};
   for (std::size_t i = 0; i < 3; ++i) {
     const TexelPoint &p = t[i], &q = t[(i + 1) % 3];

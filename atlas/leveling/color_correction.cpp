@@ -15,6 +15,7 @@ constexpr float kSoftening = 0.5f;
 /// The inner loops run over a row of texels, so that they become vector code without reordering any sum.
 template <std::size_t kTexels>
 std::array<Color, kTexels> weigh(std::span<const StripSample> near, double x, double y) {
+  if (near.empty()) return {};
   using Row = std::array<float, kTexels>;
   Row px, red{}, green{}, blue{}, weights{}, nearest2;
   // Where samples have low weights, a part of the step is taken for misregistration rather than brightness: half of it
@@ -59,27 +60,25 @@ ChartStrip make_strip(const Chart& chart, std::span<const StripSample> samples) 
   const auto cell = [&](const StripSample& s) {
     const int x = std::clamp(static_cast<int>(s.x) / kStripCell, 0, strip.columns - 1);
     const int y = std::clamp(static_cast<int>(s.y) / kStripCell, 0, strip.rows - 1);
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(strip.columns) + static_cast<std::size_t>(x);
+    return pixel_index(x, y, strip.columns);
   };
-  const std::size_t cells = static_cast<std::size_t>(strip.columns) * static_cast<std::size_t>(strip.rows);
-  strip.cells = group_items<StripSample>(cells, [&](const auto& emit) {
+  strip.cells = group_items<StripSample>(pixel_index(0, strip.rows, strip.columns), [&](const auto& emit) {
     for (const auto& s : samples) emit(cell(s), s);
   });
   return strip;
 }
 
-void gather_strip(const ChartStrip& strip, const CellBox& box, std::vector<StripSample>& near) {
+void gather_strip(const ChartStrip* strip, const CellBox& box, std::vector<StripSample>& near) {
   near.clear();
+  if (!strip) return;
   const int reach = static_cast<int>(kReach) + 1;
   const int x0 = std::max(0, (box.x0 - reach) / kStripCell), y0 = std::max(0, (box.y0 - reach) / kStripCell);
-  const int x1 = std::min(strip.columns - 1, (box.x1 + reach) / kStripCell);
-  const int y1 = std::min(strip.rows - 1, (box.y1 + reach) / kStripCell);
+  const int x1 = std::min(strip->columns - 1, (box.x1 + reach) / kStripCell);
+  const int y1 = std::min(strip->rows - 1, (box.y1 + reach) / kStripCell);
   bool inside = false;
   for (int y = y0; y <= y1; ++y) {
     for (int x = x0; x <= x1; ++x) {
-      const auto cell =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(strip.columns) + static_cast<std::size_t>(x);
-      for (const StripSample& s : strip.cells[cell]) {
+      for (const StripSample& s : strip->cells[pixel_index(x, y, strip->columns)]) {
         const float dx = s.x - std::clamp(s.x, static_cast<float>(box.x0), static_cast<float>(box.x1));
         const float dy = s.y - std::clamp(s.y, static_cast<float>(box.y0), static_cast<float>(box.y1));
         const float d2 = dx * dx + dy * dy;
@@ -96,7 +95,12 @@ std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, do
   return weigh<kStripRow>(near, x, y);
 }
 
-Color strip_offset(std::span<const StripSample> near, double x, double y) { return weigh<1>(near, x, y)[0]; }
+Color strip_offset(const ChartStrip* strip, double x, double y) {
+  std::vector<StripSample> near;
+  const int column = static_cast<int>(x), row = static_cast<int>(y);
+  gather_strip(strip, {column, row, column + 1, row + 1}, near);
+  return weigh<1>(near, x, y)[0];
+}
 
 float ViewExposure::falloff_gain(const PixelPoint& frame) const {
   const double dx = frame.x - centre_x, dy = frame.y - centre_y;
@@ -106,13 +110,11 @@ float ViewExposure::falloff_gain(const PixelPoint& frame) const {
 
 Color ColorCorrection::face_offset(std::uint32_t face, const TexelTriangle& t, double x, double y) const {
   if (nodes.empty()) return {};
-  const double area = (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
+  const double area = doubled_area(t);
   const Color &at_a = offsets[nodes[face][0]], &at_b = offsets[nodes[face][1]], &at_c = offsets[nodes[face][2]];
   if (area == 0) return (1.0f / 3) * (at_a + at_b + at_c);
-  double b = ((x - t[0].x) * (t[2].y - t[0].y) - (y - t[0].y) * (t[2].x - t[0].x)) / area;
-  double c = ((t[1].x - t[0].x) * (y - t[0].y) - (t[1].y - t[0].y) * (x - t[0].x)) / area;
-  b = std::clamp(b, 0.0, 1.0);
-  c = std::clamp(c, 0.0, 1.0);
+  const double b = std::clamp(doubled_area({t[0], {x, y}, t[2]}) / area, 0.0, 1.0);
+  const double c = std::clamp(doubled_area({t[0], t[1], {x, y}}) / area, 0.0, 1.0);
   const double a = std::max(0.0, 1 - b - c), sum = a + b + c;
   return static_cast<float>(a / sum) * at_a + static_cast<float>(b / sum) * at_b + static_cast<float>(c / sum) * at_c;
 }

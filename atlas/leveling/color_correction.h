@@ -8,6 +8,7 @@
 
 #include "atlas/baking/sampling.h"
 #include "atlas/charts/charts.h"
+#include "io/image.h"
 
 namespace gpvc::atlas {
 
@@ -36,8 +37,8 @@ bool strip_reaches(const Chart& chart, const StripSample& sample);
 ChartStrip make_strip(const Chart& chart, std::span<const StripSample> samples);
 
 /// Replaces `near` by the strip's samples that have weight in a box of texels; by none if the box lies outside the
-/// strip.
-void gather_strip(const ChartStrip& strip, const CellBox& box, std::vector<StripSample>& near);
+/// strip, or without a strip (nullptr).
+void gather_strip(const ChartStrip* strip, const CellBox& box, std::vector<StripSample>& near);
 
 /// Texels whose strip offsets are computed together.
 inline constexpr int kStripRow = 8;
@@ -47,8 +48,8 @@ inline constexpr int kStripRow = 8;
 /// variations that are fine along the seam stay close to it, so no streaks run into the chart.
 std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, double x, double y);
 
-/// The offset at one position.
-Color strip_offset(std::span<const StripSample> near, double x, double y);
+/// The offset of a chart's strip, if it has one, at one position.
+Color strip_offset(const ChartStrip* strip, double x, double y);
 
 /// Exposure of a view: a factor per channel, and a fall-off towards the corners that all views of a camera share.
 struct ViewExposure {

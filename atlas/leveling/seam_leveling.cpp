@@ -9,27 +9,6 @@ namespace gpvc::atlas {
 
 namespace {
 
-/// Positions of an edge's samples in the texels of one side's chart.
-class SidePosition {
- public:
-  SidePosition(const Mesh& mesh, const ChartSet& set, const SeamEdge& edge, std::size_t side)
-      : chart_(&set.charts[set.face_chart[edge.faces[side]]]) {
-    const auto& t = mesh.faces[edge.faces[side]];
-    for (std::size_t end = 0; end < 2; ++end)
-      for (std::size_t i = 0; i < 3; ++i)
-        if (t[i] == edge.vertices[end]) ends_[end] = set.corners[edge.faces[side]][i];
-  }
-  TexelPoint at(double t, const PixelPoint& frame) const {
-    if (chart_->kind != ChartKind::flat)
-      return {(frame.x - chart_->origin_x) * chart_->scale, (frame.y - chart_->origin_y) * chart_->scale};
-    return {ends_[0].x + t * (ends_[1].x - ends_[0].x), ends_[0].y + t * (ends_[1].y - ends_[0].y)};
-  }
-
- private:
-  const Chart* chart_;
-  std::array<TexelPoint, 2> ends_{};
-};
-
 double mean_abs(const Color& c) { return (std::abs(double(c.r)) + std::abs(double(c.g)) + std::abs(double(c.b))) / 3; }
 
 double mean_step(const SeamSamples& seams) {
@@ -46,93 +25,106 @@ double mean_step(const SeamSamples& seams) {
   return weight > 0 ? sum / weight : 0;
 }
 
-template <typename Body>
-void for_samples(SeamSamples& seams, const Body& body) {
-  tbb::parallel_for(std::size_t{0}, seams.edges.size(), [&](std::size_t e) {
-    const SeamEdge& edge = seams.edges[e];
-    for (std::uint32_t i = 0; i < edge.samples; ++i)
-      if (seams.weight[edge.first_sample + i] > 0) body(edge, edge.first_sample + i, (i + 0.5) / edge.samples);
-  });
-}
+/// Fits the corrections one after the other, each to the samples as the ones before have corrected them.
+class Leveler {
+ public:
+  Leveler(const AtlasInput& input, const ChartSet& set, SeamSamples& seams) : input_(input), set_(set), seams_(seams) {}
 
-void expose(const AtlasInput& input, const ColorCorrection& correction, SeamSamples& seams) {
-  for_samples(seams, [&](const SeamEdge& edge, std::size_t i, double) {
-    for (std::size_t s = 0; s < 2; ++s)
-      seams.colors[i][s] = correction.expose(seams.colors[i][s], input.labels[edge.faces[s]], seams.frame[i][s]);
-  });
-}
-
-void add_offsets(const AtlasInput& input, const ChartSet& set, const ColorCorrection& correction, SeamSamples& seams) {
-  for_samples(seams, [&](const SeamEdge& edge, std::size_t i, double t) {
-    for (std::size_t s = 0; s < 2; ++s) {
-      const TexelPoint p = SidePosition(input.mesh, set, edge, s).at(t, seams.frame[i][s]);
-      const std::uint32_t face = edge.faces[s];
-      seams.colors[i][s] = seams.colors[i][s] + correction.face_offset(face, set.corners[face], p.x, p.y);
+  ColorCorrection level(SeamLeveling mode) {
+    correction_.exposure = fit_exposure(input_, seams_);
+    correct([&](const Color& color, std::uint32_t face, const PixelPoint& frame, const TexelPoint&) {
+      return correction_.expose(color, input_.labels[face], frame);
+    });
+    fit_offsets(input_, set_, seams_, correction_);
+    correct([&](const Color& color, std::uint32_t face, const PixelPoint&, const TexelPoint& p) {
+      return color + correction_.face_offset(face, set_.corners[face], p.x, p.y);
+    });
+    if (mode == SeamLeveling::full) {
+      lay_strips();
+      correct([&](const Color& color, std::uint32_t face, const PixelPoint&, const TexelPoint& p) {
+        return color + strip_offset(correction_.strip(set_.face_chart[face]), p.x, p.y);
+      });
     }
-  });
-}
-
-/// Adds the sample to all charts of its piece, so that a strip continues across the cuts between them.
-void add_to_piece(const ChartSet& set, std::uint32_t own, const StripSample& sample,
-                  std::vector<std::vector<StripSample>>& samples) {
-  const Chart& from = set.charts[own];
-  for (std::uint32_t c = from.piece; c < set.charts.size() && set.charts[c].piece == from.piece; ++c) {
-    const Chart& chart = set.charts[c];
-    StripSample moved = sample;
-    moved.x += static_cast<float>((from.origin_x - chart.origin_x) * chart.scale);
-    moved.y += static_cast<float>((from.origin_y - chart.origin_y) * chart.scale);
-    if (strip_reaches(chart, moved)) samples[c].push_back(moved);
+    return std::move(correction_);
   }
-}
 
-void lay_strips(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams, ColorCorrection& correction) {
-  // Grey levels. Larger steps come from different objects on the two sides; spreading them would smear one object over
-  // the other.
-  constexpr float kMostStep = 32;
-  std::vector<std::vector<StripSample>> samples(set.charts.size());
-  for (const SeamEdge& edge : seams.edges) {
-    for (std::size_t s = 0; s < 2; ++s) {
-      const SidePosition position(input.mesh, set, edge, s);
-      const std::uint32_t own = set.face_chart[edge.faces[s]];
+ private:
+  /// Calls visit(side, i, p) for the samples i of an edge that have weight; p in the texels of the side's chart.
+  template <typename Visit>
+  void for_samples(const SeamEdge& edge, const Visit& visit) const {
+    for (std::size_t side = 0; side < 2; ++side) {
+      const std::uint32_t face = edge.faces[side];
+      const Chart& chart = set_.charts[set_.face_chart[face]];
+      std::array<TexelPoint, 2> ends{};
+      for (std::size_t end = 0; end < 2; ++end)
+        for (std::size_t c = 0; c < 3; ++c)
+          if (input_.mesh.faces[face][c] == edge.vertices[end]) ends[end] = set_.corners[face][c];
       for (std::uint32_t k = 0; k < edge.samples; ++k) {
         const std::size_t i = edge.first_sample + k;
-        if (!(seams.weight[i] > 0)) continue;
-        const TexelPoint p = position.at((k + 0.5) / edge.samples, seams.frame[i][s]);
-        const Color d = 0.5f * (seams.colors[i][1 - s] - seams.colors[i][s]);
-        const auto limited = [=](float v) { return std::clamp(v, -kMostStep, kMostStep); };
+        if (!(seams_.weight[i] > 0)) continue;
+        const PixelPoint& frame = seams_.frame[i][side];
+        const double t = (k + 0.5) / edge.samples;
+        if (chart.kind == ChartKind::flat)
+          visit(side, i, TexelPoint{ends[0].x + t * (ends[1].x - ends[0].x), ends[0].y + t * (ends[1].y - ends[0].y)});
+        else
+          visit(side, i,
+                TexelPoint{(frame.x - chart.origin_x) * chart.scale, (frame.y - chart.origin_y) * chart.scale});
+      }
+    }
+  }
+
+  /// Replaces the colors of the samples by change(color, face, frame position, position in the texels of its chart).
+  template <typename Change>
+  void correct(const Change& change) {
+    tbb::parallel_for(std::size_t{0}, seams_.edges.size(), [&](std::size_t e) {
+      const SeamEdge& edge = seams_.edges[e];
+      for_samples(edge, [&](std::size_t side, std::size_t i, const TexelPoint& p) {
+        Color& color = seams_.colors[i][side];
+        color = change(color, edge.faces[side], seams_.frame[i][side], p);
+      });
+    });
+  }
+
+  void lay_strips() {
+    // Grey levels. Larger steps come from different objects on the two sides; spreading them would smear one object over
+    // the other.
+    constexpr float kMostStep = 32;
+    const auto limited = [=](float v) { return std::clamp(v, -kMostStep, kMostStep); };
+    std::vector<std::vector<StripSample>> samples(set_.charts.size());
+    for (const SeamEdge& edge : seams_.edges) {
+      for_samples(edge, [&](std::size_t side, std::size_t i, const TexelPoint& p) {
+        const Color d = 0.5f * (seams_.colors[i][1 - side] - seams_.colors[i][side]);
         const StripSample sample{static_cast<float>(p.x),
                                  static_cast<float>(p.y),
-                                 seams.weight[i],
+                                 seams_.weight[i],
                                  {limited(d.r), limited(d.g), limited(d.b)}};
-        add_to_piece(set, own, sample, samples);
-      }
+        add_to_piece(set_.face_chart[edge.faces[side]], sample, samples);
+      });
+    }
+    correction_.strips.resize(set_.charts.size());
+    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t c) {
+      if (!samples[c].empty()) correction_.strips[c] = make_strip(set_.charts[c], samples[c]);
+    });
+  }
+
+  /// Adds the sample to all charts of its piece, so that a strip continues across the cuts between them.
+  void add_to_piece(std::uint32_t own, const StripSample& sample,
+                    std::vector<std::vector<StripSample>>& samples) const {
+    const Chart& from = set_.charts[own];
+    for (std::uint32_t c = from.piece; c < set_.charts.size() && set_.charts[c].piece == from.piece; ++c) {
+      const Chart& chart = set_.charts[c];
+      StripSample moved = sample;
+      moved.x += static_cast<float>((from.origin_x - chart.origin_x) * chart.scale);
+      moved.y += static_cast<float>((from.origin_y - chart.origin_y) * chart.scale);
+      if (strip_reaches(chart, moved)) samples[c].push_back(moved);
     }
   }
-  correction.strips.resize(set.charts.size());
-  tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t c) {
-    if (!samples[c].empty()) correction.strips[c] = make_strip(set.charts[c], samples[c]);
-  });
-}
 
-void add_strips(const AtlasInput& input, const ChartSet& set, const ColorCorrection& correction, SeamSamples& seams) {
-  tbb::parallel_for(std::size_t{0}, seams.edges.size(), [&](std::size_t e) {
-    const SeamEdge& edge = seams.edges[e];
-    std::vector<StripSample> near;
-    for (std::size_t s = 0; s < 2; ++s) {
-      const ChartStrip* strip = correction.strip(set.face_chart[edge.faces[s]]);
-      if (!strip) continue;
-      const SidePosition position(input.mesh, set, edge, s);
-      for (std::uint32_t k = 0; k < edge.samples; ++k) {
-        const std::size_t i = edge.first_sample + k;
-        if (!(seams.weight[i] > 0)) continue;
-        const TexelPoint p = position.at((k + 0.5) / edge.samples, seams.frame[i][s]);
-        const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
-        gather_strip(*strip, {x, y, x + 1, y + 1}, near);
-        seams.colors[i][s] = seams.colors[i][s] + strip_offset(near, p.x, p.y);
-      }
-    }
-  });
-}
+  const AtlasInput& input_;
+  const ChartSet& set_;
+  SeamSamples& seams_;
+  ColorCorrection correction_;
+};
 
 }  // namespace
 
@@ -143,14 +135,7 @@ LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const C
   SeamSamples seams = sample_seams(input, coverage);
   result.step_before = mean_step(seams);
   if (seams.edges.empty()) return result;
-  result.correction.exposure = fit_exposure(input, seams);
-  expose(input, result.correction, seams);
-  fit_offsets(input, set, seams, result.correction);
-  add_offsets(input, set, result.correction, seams);
-  if (mode == SeamLeveling::full) {
-    lay_strips(input, set, seams, result.correction);
-    add_strips(input, set, result.correction, seams);
-  }
+  result.correction = Leveler(input, set, seams).level(mode);
   result.step_after = mean_step(seams);
   return result;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "atlas/baking/each_photo.h"
+#include "io/vector.h"
 
 namespace gpvc::atlas {
 
@@ -48,18 +49,14 @@ class Sampler {
   SeamSamples sample() {
     find_edges();
     for (auto& side : steepness2_) side.assign(result_.colors.size(), kNotShown);
-    std::vector<std::vector<std::pair<std::uint32_t, int>>> sides(input_.scene.views.size());
-    for (std::uint32_t e = 0; e < result_.edges.size(); ++e)
-      for (int side = 0; side < 2; ++side)
-        sides[index(input_.labels[result_.edges[e].faces[static_cast<std::size_t>(side)]])].emplace_back(e, side);
-    std::vector<std::uint32_t> views;
-    for (std::uint32_t v = 0; v < sides.size(); ++v)
-      if (!sides[v].empty()) views.push_back(v);
-    each_photo(input_, views, [&](const ViewPhoto& photo) {
-      const auto& mine = sides[index(photo.id)];
-      tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
-        sample_side(result_.edges[mine[i].first], static_cast<std::size_t>(mine[i].second), photo);
-      });
+    using Sides = std::vector<std::pair<const SeamEdge*, std::size_t>>;
+    std::vector<Sides> sides_of_view(input_.scene.views.size());
+    for (const SeamEdge& edge : result_.edges)
+      for (std::size_t side = 0; side < 2; ++side)
+        sides_of_view[index(input_.labels[edge.faces[side]])].emplace_back(&edge, side);
+    each_photo(input_, sides_of_view, [&](const ViewPhoto& photo, const Sides& sides) {
+      tbb::parallel_for(std::size_t{0}, sides.size(),
+                        [&](std::size_t i) { sample_side(*sides[i].first, sides[i].second, photo); });
     });
     weigh();
     return std::move(result_);
@@ -99,8 +96,7 @@ class Sampler {
     if (partial && !seen) return;
     const WorldPoint &a = input_.mesh.positions[edge.vertices[0]], &b = input_.mesh.positions[edge.vertices[1]];
     for (std::uint32_t i = 0; i < edge.samples; ++i) {
-      const double t = (i + 0.5) / edge.samples;
-      const auto p = project(photo.view, {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z)});
+      const auto p = project(photo.view, a + (i + 0.5) / edge.samples * (b - a));
       if (!p) continue;
       if (seen && !shows(*seen, *p)) continue;
       const auto q = photo_from_pixel(photo.view.camera, *p);

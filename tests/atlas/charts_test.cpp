@@ -6,7 +6,7 @@
 #include <set>
 
 #include "atlas/baking/pages.h"
-#include "atlas/baking/texel_set.h"
+#include "atlas/charts/texel_set.h"
 #include "atlas/charts/chart_raster.h"
 #include "tests/atlas/atlas_scene.h"
 
@@ -26,7 +26,7 @@ class Charts : public testing::Test {
     options.page_size = page_size;
     options.padding = padding;
     const CoverageIndex coverage(scene_.coverage);
-    return make_charts(input, options, face_neighbours(scene_.graph, scene_.mesh.faces.size()), coverage, 1.0);
+    return make_charts(input, options, group_neighbours(scene_.mesh.faces.size(), scene_.graph.edges), coverage, 1.0);
   }
   static Image grey(const View& view) {
     Image image{view.camera.width, view.camera.height, 3, {}};
