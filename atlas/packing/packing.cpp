@@ -22,7 +22,7 @@ namespace {
 /// With more shapes than this, small ones fill the gaps in any order, and trying several orders would cost too much.
 constexpr std::size_t kManyShapes = 8000;
 
-using Turns = std::array<CellShape, 4>;
+using Turns = std::array<TurnedShape, 4>;
 
 std::int64_t cell_count(const PackShape& shape) {
   std::int64_t count = 0;
@@ -61,7 +61,7 @@ std::vector<std::uint32_t> placement_order(std::span<const PackShape> shapes, co
 /// Shapes of one class skip the rows where an earlier one of the class found no room. Small boxes have a class per
 /// size. Larger boxes have none if there are few shapes, so that each is tried from the first row; if there are many,
 /// boxes that differ by up to an eighth share a class.
-std::optional<std::pair<int, int>> size_class(const CellShape& shape, bool many) {
+std::optional<std::pair<int, int>> size_class(const TurnedShape& shape, bool many) {
   constexpr int kExact = 16;  // cells
   if (!many && (shape.width > kExact || shape.height > kExact)) return std::nullopt;
   const auto coarse = [&](int edge) {
@@ -77,7 +77,7 @@ struct OpenPage {
 };
 
 /// \param limit the shape must end before this row
-std::optional<Position> search(OpenPage& page, const CellShape& shape, int limit, bool many) {
+std::optional<Position> search(OpenPage& page, const TurnedShape& shape, int limit, bool many) {
   const auto key = size_class(shape, many);
   int start = 0;
   if (key) {
@@ -99,17 +99,12 @@ class Packer {
  public:
   Packer(std::span<const PackShape> shapes, bool many) : shapes_(shapes), turns_(shapes.size()), many_(many) {
     tbb::parallel_for(std::size_t{0}, shapes.size(), [&](std::size_t i) {
-      CellShape shape = upright(shapes[i]);
-      for (auto& turned : turns_[i]) {
-        turned = shape;
-        order_checks(turned);
-        shape = quarter_turn(shape);
-      }
+      PackShape shape = shapes[i];
+      for (auto& turned : turns_[i]) turned = TurnedShape(std::exchange(shape, quarter_turn(shape)));
     });
   }
 
-  /// Places shapes in `order` on pages of the given size. False if they do not fit in the
-  /// range's pages.
+  /// Places shapes in `order` on pages of the given size. False if they do not fit in the range's pages.
   bool place(std::span<const std::uint32_t> order, PageSize size, const PageRange& range,
              std::vector<Placement>& placements) const {
     std::vector<OpenPage> pages;
@@ -134,7 +129,7 @@ class Packer {
     int best_end = page.cells.height() + 1;
     // With many shapes, half turns gain nothing.
     for (int t = 0; t < (many_ ? 2 : 4); ++t) {
-      const CellShape& shape = turns[static_cast<std::size_t>(t)];
+      const TurnedShape& shape = turns[static_cast<std::size_t>(t)];
       const auto at = search(page, shape, std::min(page.cells.height(), best_end), many_);
       if (!at) continue;
       const int end = at->y + shape.height;

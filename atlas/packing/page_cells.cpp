@@ -4,6 +4,9 @@
 #include <bit>
 #include <numeric>
 #include <span>
+#include <utility>
+
+#include "io/image.h"
 
 namespace gpvc::atlas {
 
@@ -11,17 +14,14 @@ namespace {
 constexpr int kWordBits = 64;
 }  // namespace
 
-CellShape upright(const PackShape& shape) { return {shape.width, shape.height, shape.runs, {}}; }
-
-CellShape quarter_turn(const CellShape& shape) {
-  CellShape result{shape.height, shape.width, {}, {}};
-  const auto width = static_cast<std::size_t>(result.width);
-  std::vector<char> bits(width * static_cast<std::size_t>(result.height), 0);
+PackShape quarter_turn(const PackShape& shape) {
+  PackShape result{shape.height, shape.width, {}};
+  std::vector<char> bits(pixel_index(0, result.height, result.width), 0);
   for (const auto& run : shape.runs)
     for (int x = run.first; x < run.first + run.length; ++x)
-      bits[static_cast<std::size_t>(x) * width + static_cast<std::size_t>(shape.height - 1 - run.row)] = 1;
+      bits[pixel_index(shape.height - 1 - run.row, x, result.width)] = 1;
   for (int y = 0; y < result.height; ++y) {
-    const auto line = bits.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y) * width);
+    const auto line = bits.begin() + static_cast<std::ptrdiff_t>(pixel_index(0, y, result.width));
     const auto end = line + result.width;
     for (auto first = std::find(line, end, 1); first != end;) {
       const auto last = std::find(first, end, 0);
@@ -32,18 +32,16 @@ CellShape quarter_turn(const CellShape& shape) {
   return result;
 }
 
-void order_checks(CellShape& shape) {
-  shape.check_order.resize(shape.runs.size());
-  std::iota(shape.check_order.begin(), shape.check_order.end(), 0u);
+TurnedShape::TurnedShape(PackShape shape) : PackShape(std::move(shape)), check_order(runs.size()) {
+  std::iota(check_order.begin(), check_order.end(), 0u);
   // Bit-reversed order visits the ends first, then the middle, then the quarters.
-  const int bits = static_cast<int>(std::bit_width(shape.runs.size()));
+  const int bits = static_cast<int>(std::bit_width(runs.size()));
   const auto reversed = [bits](std::uint32_t value) {
     std::uint32_t result = 0;
     for (int i = 0; i < bits; ++i) result |= ((value >> i) & 1u) << (bits - 1 - i);
     return result;
   };
-  std::sort(shape.check_order.begin(), shape.check_order.end(),
-            [&](auto a, auto b) { return reversed(a) < reversed(b); });
+  std::ranges::sort(check_order, {}, reversed);
 }
 
 PageCells::PageCells(int width, int height)
@@ -55,7 +53,7 @@ PageCells::PageCells(int width, int height)
       longest_free_(static_cast<std::size_t>(height), width),
       blocked_columns_(static_cast<std::size_t>(words_)) {}
 
-std::optional<Position> PageCells::find(const CellShape& shape, int first_row, int limit) {
+std::optional<Position> PageCells::find(const TurnedShape& shape, int first_row, int limit) {
   if (shape.width > width_) return std::nullopt;
   for (int y = first_row; y + shape.height <= std::min(height_, limit); ++y) {
     if (!may_fit(shape, y)) continue;
@@ -64,16 +62,13 @@ std::optional<Position> PageCells::find(const CellShape& shape, int first_row, i
   return std::nullopt;
 }
 
-void PageCells::occupy(const CellShape& shape, const Position& at) {
-  int touched = -1;
+void PageCells::occupy(const TurnedShape& shape, const Position& at) {
   for (const auto& run : shape.runs) {
-    if (touched >= 0 && touched != run.row) refresh(at.y + touched);
     std::uint64_t* bits = row(0, at.y + run.row);
     for (int x = at.x + run.first; x < at.x + run.first + run.length; ++x)
       bits[x / kWordBits] |= std::uint64_t{1} << (x % kWordBits);
-    touched = run.row;
   }
-  if (touched >= 0) refresh(at.y + touched);
+  for (int y = at.y; y < at.y + shape.height; ++y) refresh(y);
 }
 
 /// A word of the row shifted left by `shift` columns: its bit x is the row's bit x + shift. Zero beyond the row.
@@ -85,7 +80,7 @@ std::uint64_t PageCells::shifted(const std::uint64_t* bits, int word, int shift)
 }
 
 /// A quick test before the search: no run is longer than the longest free run of its row.
-bool PageCells::may_fit(const CellShape& shape, int y) const {
+bool PageCells::may_fit(const TurnedShape& shape, int y) const {
   for (const auto k : shape.check_order) {
     const CellRun& run = shape.runs[k];
     if (run.length > longest_free_[static_cast<std::size_t>(y + run.row)]) return false;
@@ -94,7 +89,7 @@ bool PageCells::may_fit(const CellShape& shape, int y) const {
 }
 
 /// The first column at which the shape fits with its top in row y; see the drawing in the header.
-std::optional<int> PageCells::find_in_row(const CellShape& shape, int y) {
+std::optional<int> PageCells::find_in_row(const TurnedShape& shape, int y) {
   constexpr std::uint64_t kAllBlocked = ~std::uint64_t{0};
   const int columns = width_ - shape.width + 1;
   const int words = (columns + kWordBits - 1) / kWordBits;

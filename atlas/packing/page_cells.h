@@ -24,18 +24,16 @@
 
 namespace gpvc::atlas {
 
-/// A shape in one of its quarter turns, in cells.
-struct CellShape {
-  int width = 0, height = 0;
-  std::vector<CellRun> runs;
+/// A shape in one of its quarter turns.
+struct TurnedShape : PackShape {
+  TurnedShape() = default;
+  explicit TurnedShape(PackShape shape);
+
   std::vector<std::uint32_t> check_order;  ///< of runs: spread over the rows, so that collisions are found early
 };
 
-/// Not turned, without check_order.
-CellShape upright(const PackShape& shape);
-/// Turned clockwise, without check_order.
-CellShape quarter_turn(const CellShape& shape);
-void order_checks(CellShape& shape);
+/// Turned clockwise.
+PackShape quarter_turn(const PackShape& shape);
 
 struct Position {
   int x = 0, y = 0;  ///< cells
@@ -48,8 +46,8 @@ class PageCells {
 
   /// The first position, by row and then column, at row first_row or later where the shape collides with no occupied
   /// cell and ends before row `limit`.
-  std::optional<Position> find(const CellShape& shape, int first_row, int limit);
-  void occupy(const CellShape& shape, const Position& at);
+  std::optional<Position> find(const TurnedShape& shape, int first_row, int limit);
+  void occupy(const TurnedShape& shape, const Position& at);
 
  private:
   std::uint64_t* row(int level, int y) {
@@ -58,8 +56,8 @@ class PageCells {
                static_cast<std::size_t>(words_);
   }
   std::uint64_t shifted(const std::uint64_t* bits, int word, int shift) const;
-  bool may_fit(const CellShape& shape, int y) const;
-  std::optional<int> find_in_row(const CellShape& shape, int y);
+  bool may_fit(const TurnedShape& shape, int y) const;
+  std::optional<int> find_in_row(const TurnedShape& shape, int y);
   void refresh(int y);
 
   int width_, height_, words_, levels_;
