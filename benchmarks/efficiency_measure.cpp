@@ -30,23 +30,6 @@ class Watch {
   double cpu_;
 };
 
-void add(visibility::VisibilityStatistics& sum, const visibility::VisibilityStatistics& s) {
-  sum.processed_faces += s.processed_faces;
-  sum.samples += s.samples;
-  sum.rays += s.rays;
-  sum.corrected_samples += s.corrected_samples;
-  sum.contested_samples += s.contested_samples;
-  sum.full += s.full;
-  sum.partial += s.partial;
-  sum.render_s += s.render_s;
-  sum.build_s += s.build_s;
-  sum.upload_s += s.upload_s;
-  sum.readback_s += s.readback_s;
-  sum.classify_s += s.classify_s;
-  sum.shader_s += s.shader_s;
-  sum.claims_s += s.claims_s;
-}
-
 std::size_t unlike(const std::vector<visibility::FaceClass>& a, const std::vector<visibility::FaceClass>& b) {
   std::size_t count = 0;
   for (std::size_t f = 0; f < a.size(); ++f) count += a[f] != b[f];
@@ -134,7 +117,7 @@ std::vector<Measured> measure(visibility::GraphicsDevice& device, const BenchSce
         const Watch watch(result);
         stage->classify(scene.views[v], ViewId{static_cast<std::uint32_t>(v)}, nullptr, seen);
       }
-      add(result.sum, seen.statistics);
+      result.sum += seen.statistics;
       if (terminal || v + 1 == scene.views.size())
         std::fprintf(stderr, "%s%s: %zu of %zu views, %.2f s", terminal ? "\r" : "", row.name.c_str(), v + 1,
                      scene.views.size(), result.total_s);

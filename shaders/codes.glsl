@@ -1,4 +1,4 @@
-// The result of scanning a face, one byte a face: visibility/classify/face_code.h.
+// The result of scanning a face, one byte a face: visibility/classify/face_scan.h.
 const uint kHidden = 0u, kPartial = 1u, kFull = 2u, kNoCentre = 3u, kUnstored = 4u, kUnsure = 5u;
 
 layout(std430, binding = 0) buffer Codes { uint codes[]; };  // codes[0]: first_face and the next three

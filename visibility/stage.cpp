@@ -10,23 +10,20 @@
 namespace gpvc::visibility {
 namespace {
 
-template <class... Functions>
-struct Overloaded : Functions... {
-  using Functions::operator()...;
-};
-template <class... Functions>
-Overloaded(Functions...) -> Overloaded<Functions...>;
-
 Drawing drawing_of(const VisibilityOptions& options) {
-  const auto of_baseline = [&](const auto& method) { return options.draw_ivm ? method.drawing : Drawing::native; };
   return std::visit(
-      Overloaded{[](const Gpvc& method) {
-                   return method.drawing == Drawing::automatic && method.classifier == Classifier::gpu ? Drawing::opengl
-                                                                                                       : method.drawing;
-                 },
-                 [](const PaperGpvc&) { return Drawing::opengl; }, [](const ShadowMap&) { return Drawing::opengl; },
-                 [&](const RayTracing& method) { return of_baseline(method); },
-                 [&](const NoTest& method) { return of_baseline(method); }},
+      [&](const auto& method) {
+        if constexpr (!requires { method.drawing; }) {
+          return Drawing::opengl;  // the method is about what OpenGL draws
+        } else if constexpr (requires { method.classifier; }) {
+          if (method.drawing != Drawing::automatic) return method.drawing;
+          return method.classifier == Classifier::gpu   ? Drawing::opengl
+                 : method.classifier == Classifier::cpu ? Drawing::native
+                                                        : Drawing::automatic;
+        } else {
+          return options.draw_ivm ? method.drawing : Drawing::native;
+        }
+      },
       options.method);
 }
 
@@ -44,9 +41,13 @@ struct ChosenDrawing {
   std::string note;
 };
 
-ChosenDrawing choose_drawing(const VisibilityOptions& options, const GraphicsDevice* device) {
+ChosenDrawing choose_drawing(const Mesh& mesh, const VisibilityOptions& options, const GraphicsDevice* device) {
   const Drawing drawing = drawing_of(options);
-  if (drawing == Drawing::native) return {true, options.draw_ivm ? "native: asked for" : "native: nothing is drawn"};
+  if (drawing == Drawing::native) {
+    const auto* gpvc = std::get_if<Gpvc>(&options.method);
+    if (gpvc != nullptr && gpvc->drawing == Drawing::automatic) return {true, "native: the CPU classifies"};
+    return {true, options.draw_ivm ? "native: asked for" : "native: nothing is drawn"};
+  }
   if (drawing == Drawing::opengl) {
     if (device == nullptr) throw GpuError(opengl_user(options.method) + " needs an OpenGL device, and none was given");
     return {false, "opengl: " + opengl_user(options.method) + " needs it"};
@@ -54,16 +55,22 @@ ChosenDrawing choose_drawing(const VisibilityOptions& options, const GraphicsDev
   if (device == nullptr) return {true, "native: there is no graphics hardware"};
   const std::string& renderer = device->info().renderer;
   if (device->info().software) return {true, "native: " + renderer + " draws on the CPU too, and takes longer"};
+  if (std::holds_alternative<Gpvc>(options.method)) {
+    device->make_current();
+    const std::string obstacle = GpuClassifier::obstacle(mesh, gpu_limits());
+    if (!obstacle.empty()) return {true, "native: " + obstacle};
+  }
   return {false, "opengl: " + renderer};
 }
 
 void check(const Method& method) {
-  const auto check_bias = [](double epsilon) {
-    if (!(epsilon > 0 && std::isfinite(epsilon)))
-      throw std::invalid_argument("the bias of a visibility test must be above 0 and finite");
-  };
-  if (const auto* shadow_map = std::get_if<ShadowMap>(&method)) check_bias(shadow_map->epsilon);
-  if (const auto* rays = std::get_if<RayTracing>(&method)) check_bias(rays->epsilon);
+  std::visit(
+      [](const auto& any) {
+        if constexpr (requires { any.epsilon; })
+          if (!(any.epsilon > 0 && std::isfinite(any.epsilon)))
+            throw std::invalid_argument("the bias of a visibility test must be above 0 and finite");
+      },
+      method);
   const auto* gpvc = std::get_if<Gpvc>(&method);
   if (gpvc != nullptr && gpvc->drawing == Drawing::native && gpvc->classifier == Classifier::gpu)
     throw std::invalid_argument("shaders classify what OpenGL has drawn, not what is drawn natively");
@@ -75,10 +82,13 @@ SourceOptions source_options(const VisibilityOptions& options, const GraphicsDev
   source.native = device == nullptr;
   source.ivm = gpvc || options.draw_ivm;
   source.opengl.staged_reads = device != nullptr && !device->info().software;
-  if (const auto* paper = std::get_if<PaperGpvc>(&options.method)) source.opengl.projection = paper->projection;
-  if (const auto* shadow_map = std::get_if<ShadowMap>(&options.method)) {
+  std::visit(
+      [&](const auto& method) {
+        if constexpr (requires { method.projection; }) source.opengl.projection = method.projection;
+      },
+      options.method);
+  if (std::holds_alternative<ShadowMap>(options.method)) {
     source.depths = true;
-    source.opengl.projection = shadow_map->projection;
     source.opengl.near = kShadowMapNear;
   }
   return source;
@@ -98,38 +108,29 @@ std::unique_ptr<GraphicsDevice> find_device(const VisibilityOptions& options, in
   }
 }
 
+VisibilityStatistics& VisibilityStatistics::operator+=(const VisibilityStatistics& other) {
+  using S = VisibilityStatistics;
+  for (const auto count : {&S::processed_faces, &S::samples, &S::rays, &S::corrected_samples, &S::contested_samples,
+                           &S::full, &S::partial})
+    this->*count += other.*count;
+  for (const auto seconds :
+       {&S::render_s, &S::build_s, &S::upload_s, &S::readback_s, &S::classify_s, &S::shader_s, &S::claims_s})
+    this->*seconds += other.*seconds;
+  return *this;
+}
+
 struct VisibilityStage::State {
   State(const Mesh& mesh, const VisibilityOptions& options, GraphicsDevice* given)
-      : drawing(choose_drawing(options, given)),
+      : drawing(choose_drawing(mesh, options, given)),
         device(current(drawing.native ? nullptr : given)),
-        source(mesh, source_options(options, device)),
-        tester(make_tester(options)) {}
+        source(mesh, source_options(options, device)) {
+    const TesterInput input{source, device != nullptr ? &device->info() : nullptr, options.subpixel};
+    tester = std::visit([&](const auto& method) { return make_tester(method, input); }, options.method);
+  }
 
   static GraphicsDevice* current(GraphicsDevice* device) {
     if (device != nullptr) device->make_current();
     return device;
-  }
-
-  std::unique_ptr<ViewTester> make_gpvc(const ClassifyOptions& options, Classifier classifier) {
-    if (device == nullptr) return make_native_gpvc_tester(source, options);
-    GpuLimits limits = gpu_limits();
-    limits.staged_reads = !device->info().software;
-    return make_gpvc_tester(source, device->info(), options, classifier, limits);
-  }
-
-  std::unique_ptr<ViewTester> make_tester(const VisibilityOptions& options) {
-    const bool subpixel = options.subpixel;
-    return std::visit(
-        Overloaded{[&](const Gpvc& method) {
-                     return make_gpvc({method.sampling, CoverageCorrection::exact, subpixel}, method.classifier);
-                   },
-                   [&](const PaperGpvc& method) {
-                     return make_gpvc({method.sampling, method.correction, subpixel}, method.classifier);
-                   },
-                   [&](const ShadowMap& method) { return make_shadow_map_tester(source, method.epsilon, subpixel); },
-                   [&](const RayTracing& method) { return make_ray_tester(source.mesh(), method, subpixel); },
-                   [&](const NoTest&) { return make_no_test(subpixel); }},
-        options.method);
   }
 
   ChosenDrawing drawing;
@@ -155,7 +156,7 @@ void VisibilityStage::classify(const View& view, ViewId id, const io::PhotoExclu
                                ViewVisibility& result) {
   State& state = *state_;
   State::current(state.device);
-  const ClassifyView prepared = state.source.prepare(view, id, excluded, result);
+  const PreparedView prepared = state.source.prepare(view, id, excluded, result);
   VisibilityStatistics& statistics = result.statistics;
   const auto other_s = [&] { return statistics.upload_s + statistics.render_s + statistics.readback_s; };
   const double before = other_s();

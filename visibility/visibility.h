@@ -61,9 +61,9 @@ enum class CoverageCorrection { off, paper, exact };
 inline constexpr Named<CoverageCorrection> kCoverageCorrectionNames[] = {
     {"off", CoverageCorrection::off}, {"paper", CoverageCorrection::paper}, {"exact", CoverageCorrection::exact}};
 
-/// Which processor classifies what OpenGL has drawn. gpu: compute shaders; the CPU decides what they leave open, and
+/// Which processor classifies. gpu: compute shaders, what OpenGL has drawn; the CPU decides what they leave open, and
 /// everything for meshes above the device's limits, with the same bits. automatic: the CPU if OpenGL is
-/// software-rendered, else shaders.
+/// software-rendered or the mesh is above those limits, else shaders.
 enum class Classifier { automatic, cpu, gpu };
 inline constexpr Named<Classifier> kClassifierNames[] = {
     {"auto", Classifier::automatic}, {"cpu", Classifier::cpu}, {"gpu", Classifier::gpu}};
@@ -79,8 +79,8 @@ inline constexpr Named<Drawing> kDrawingNames[] = {
 struct Gpvc {
   Sampling sampling = Sampling::hivers;
   Drawing drawing = Drawing::automatic;
-  /// Used where OpenGL draws. Classifier::gpu with Drawing::automatic draws with OpenGL; with Drawing::native it is
-  /// refused.
+  /// With Drawing::automatic, Classifier::gpu draws with OpenGL and Classifier::cpu natively, which is faster for it than
+  /// to read back what OpenGL draws. Classifier::gpu with Drawing::native is refused.
   Classifier classifier = Classifier::automatic;
 };
 
@@ -194,6 +194,8 @@ struct VisibilityStatistics {
   double shader_s = 0;  ///< part of classify_s: the compute shaders
   double claims_s = 0;  ///< part of classify_s: CPU time for what shaders or native drawing left undecided, without
                         ///< sub-pixel samples and coverage
+
+  VisibilityStatistics& operator+=(const VisibilityStatistics& other);
 };
 
 struct ViewVisibility {

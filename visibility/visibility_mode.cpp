@@ -1,11 +1,11 @@
 // Names of the visibility modes.
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "io/number_text.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::visibility {
@@ -54,9 +54,7 @@ Value biased(std::string_view mode, const std::vector<std::string_view>& parts, 
 }
 
 std::string biased_name(const char* kind, const char* choice, double epsilon) {
-  std::array<char, 32> text{};
-  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), epsilon);
-  return std::string(kind) + ":" + choice + ":" + std::string(text.data(), end);
+  return std::string(kind) + ":" + choice + ":" + io::shortest_text(epsilon);
 }
 
 }  // namespace

@@ -37,15 +37,7 @@ struct Totals {
     partial += count(visibility::FaceClass::partial);
     hidden += count(visibility::FaceClass::hidden);
     unresolved += count(visibility::FaceClass::unresolved);
-    const visibility::VisibilityStatistics& s = view.statistics;
-    statistics.processed_faces += s.processed_faces;
-    statistics.samples += s.samples;
-    statistics.corrected_samples += s.corrected_samples;
-    statistics.contested_samples += s.contested_samples;
-    statistics.render_s += s.render_s;
-    statistics.upload_s += s.upload_s;
-    statistics.readback_s += s.readback_s;
-    statistics.classify_s += s.classify_s;
+    statistics += view.statistics;
   }
 };
 

@@ -13,16 +13,6 @@
 namespace gpvc::pipeline {
 namespace {
 
-void add(const visibility::VisibilityStatistics& one, visibility::VisibilityStatistics& sum) {
-  sum.full += one.full;
-  sum.partial += one.partial;
-  sum.render_s += one.render_s;
-  sum.build_s += one.build_s;
-  sum.upload_s += one.upload_s;
-  sum.readback_s += one.readback_s;
-  sum.classify_s += one.classify_s;
-}
-
 // A run that is limited to one thread decodes photos and computes costs on it.
 std::launch launch_policy() {
   using Control = tbb::global_control;
@@ -115,7 +105,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
     auto decoded = std::async(policy, [&photos, id] { return photos.photo(id); });
     visibility::ViewVisibility& visible = buffers[n % 2];
     visibility.classify(view, id, photos.exclusion(id).get(), visible);
-    add(visible.statistics, seen.statistics);
+    seen.statistics += visible.statistics;
     if (options.on_view) options.on_view(id, visible);
     if (visible.statistics.full + visible.statistics.partial == 0)
       observer.warning(fmt::format(

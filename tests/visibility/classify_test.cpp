@@ -1,4 +1,4 @@
-// The CPU classifier on item buffers made by hand: no graphics.
+// The CPU classifier on item buffers made by hand, of whose faces it knows nothing: no graphics.
 #include "visibility/classify/classify.h"
 
 #include <gtest/gtest.h>
@@ -26,15 +26,15 @@ struct Bench {
         ivm(static_cast<std::size_t>(seen.camera.width) * static_cast<std::size_t>(seen.camera.height), kNoFace) {
     project_vertices(mesh, view.camera, view.pose, projected);
   }
-  PreparedView prepared() const {
-    return {mesh, view.camera, ViewId{0}, mask, projected, ivm, projection_rounding(view.camera)};
-  }
+  PreparedView prepared() const { return {mesh, view.camera, ViewId{0}, mask, projected, ivm}; }
   ViewVisibility classify(CoverageCorrection correction, Sampling sampling = Sampling::hivers) const {
     ViewVisibility result;
     ClassifyOptions options;
     options.sampling = sampling;
     options.correction = correction;
-    CpuClassifier(options).classify(prepared(), result);
+    FaceScan scan;
+    scan.start(mesh.faces.size());
+    CpuClassifier(options).classify(prepared(), scan, result);
     return result;
   }
   const Mesh& mesh;

@@ -29,14 +29,16 @@ class Drawn {
   /// From what was drawn, which it uses up.
   ViewVisibility classify(const ClassifyOptions& options = {}) {
     ViewVisibility result{{view_.camera.width, view_.camera.height, ivm}, {}, {}, {}};
-    CpuClassifier(options).finish_exact_scan(prepared(ivm), scan, result);
+    CpuClassifier(options).classify(prepared(ivm), scan, result);
     return result;
   }
   /// From an empty item buffer: every face contests every pixel that it covers.
   ViewVisibility classify_undrawn(const ClassifyOptions& options = {}) const {
     const std::vector<FaceId> nothing(ivm.size(), kNoFace);
     ViewVisibility result;
-    CpuClassifier(options).classify(prepared(nothing), result);
+    FaceScan unknown;
+    unknown.start(mesh_.faces.size());
+    CpuClassifier(options).classify(prepared(nothing), unknown, result);
     return result;
   }
   bool claims(std::uint32_t pixel, std::uint32_t face) const {
@@ -52,7 +54,7 @@ class Drawn {
 
  private:
   PreparedView prepared(std::span<const FaceId> owners) const {
-    return {mesh_, view_.camera, ViewId{7}, mask_, projected_, owners, projection_rounding(view_.camera)};
+    return {mesh_, view_.camera, ViewId{7}, mask_, projected_, owners};
   }
 
   const Mesh& mesh_;

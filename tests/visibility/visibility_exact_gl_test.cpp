@@ -51,10 +51,10 @@ class ExactGl : public testing::Test {
   ViewVisibility classify_within(const Mesh& mesh, const View& view, const GpuLimits& limits, std::string_view note) {
     device_->make_current();
     ViewSource source(mesh, {.native = false, .opengl = {.staged_reads = limits.staged_reads}});
-    const auto tester = make_gpvc_tester(source, device_->info(), ClassifyOptions{}, Classifier::gpu, limits);
+    const auto tester = make_gpvc_tester(source, ClassifyOptions{}, Classifier::gpu, &device_->info(), limits);
     EXPECT_EQ(tester->note(), note);
     ViewVisibility result;
-    const ClassifyView prepared = source.prepare(view, ViewId{7}, nullptr, result);
+    const PreparedView prepared = source.prepare(view, ViewId{7}, nullptr, result);
     tester->classify(prepared, view, result);
     return result;
   }
@@ -249,24 +249,25 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
       for (const PhotoMask* mask : {&whole, &striped}) {
         ViewVisibility result{{view.camera.width, view.camera.height, drawn}, {}, {}, {}};
         mask->clear_outside(result.ivm.faces);
-        const ClassifyView prepared{
-            mesh, view.camera, ViewId{7}, *mask, projected, result.ivm.faces, projection_rounding(view.camera)};
-        CpuClassifier(options).classify(prepared, result);
+        const PreparedView prepared{mesh, view.camera, ViewId{7}, *mask, projected, result.ivm.faces};
+        FaceScan scan;
+        scan.start(mesh.faces.size());
+        CpuClassifier(options).classify(prepared, scan, result);
         if (mask == &whole) {
           EXPECT_EQ(expect_answer(view, result, expected), 0U) << "tile " << tile;
         }
         if (gpu) {
-          FaceScan scan;
           ViewVisibility scanned;
-          ASSERT_TRUE(gpu->scan(prepared, view.pose, scan, scanned.statistics));
-          CpuClassifier(options).finish_exact_scan(prepared, scan, scanned);
+          gpu->scan(prepared, view.pose, scan, scanned.statistics);
+          EXPECT_GT(scan.counts.contested_samples, 0U);
+          CpuClassifier(options).classify(prepared, scan, scanned);
           expect_same(scanned, result);
           const ClassifyOptions lazy{.correction = CoverageCorrection::paper};
-          std::vector<FaceCode> codes;
           ViewVisibility completed, paper;
-          GpuClassifier(mesh, renderer, lazy, limits).classify(prepared, view.pose, codes, completed.statistics);
-          CpuClassifier(lazy).finish_codes(prepared, codes, completed);
-          CpuClassifier(lazy).classify(prepared, paper);
+          GpuClassifier(mesh, renderer, lazy, limits).scan(prepared, view.pose, scan, completed.statistics);
+          CpuClassifier(lazy).classify(prepared, scan, completed);
+          scan.start(mesh.faces.size());
+          CpuClassifier(lazy).classify(prepared, scan, paper);
           EXPECT_EQ(completed.classes, paper.classes) << "tile " << tile;
           EXPECT_EQ(completed.coverage.words, paper.coverage.words) << "tile " << tile;
         }
@@ -347,15 +348,15 @@ TEST_F(ExactGl, SeveralDispatchesScanAMesh) {
   device_->make_current();
   const ClassifyOptions options;
   ViewSource source(mesh, {.native = false});
-  GpuClassifier gpu(mesh, source.renderer(), options, limits);
+  GpuClassifier gpu(mesh, *source.renderer(), options, limits);
   ViewVisibility result;
-  const ClassifyView prepared = source.prepare(view, ViewId{7}, nullptr, result);
+  const PreparedView prepared = source.prepare(view, ViewId{7}, nullptr, result);
   FaceScan scan;
-  ASSERT_TRUE(gpu.scan(prepared, view.pose, scan, result.statistics));
+  gpu.scan(prepared, view.pose, scan, result.statistics);
   const auto unsure = std::count(scan.codes.begin(), scan.codes.end(), FaceCode::unsure);
   EXPECT_LT(unsure, 10) << "shaders leave little open";
   EXPECT_LT(scan.claims.size(), expected.statistics.contested_samples / 4);
-  CpuClassifier(options).finish_exact_scan(prepared, scan, result);
+  CpuClassifier(options).classify(prepared, scan, result);
   expect_same(result, expected);
 }
 

@@ -8,7 +8,7 @@ namespace {
 class NoTestTester : public ViewTester {
  public:
   explicit NoTestTester(bool subpixel) : subpixel_(subpixel) {}
-  void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
+  void classify(const PreparedView& view, const View& of, ViewVisibility& result) override;
   std::string note() const override { return "cpu: there is nothing to test"; }
 
  private:
@@ -16,9 +16,9 @@ class NoTestTester : public ViewTester {
   FaceBlocks blocks_;
 };
 
-void NoTestTester::classify(const ClassifyView& view, const View&, ViewVisibility& result) {
+void NoTestTester::classify(const PreparedView& view, const View&, ViewVisibility& result) {
   blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
-    if (!find_front_face(view, face, block.front)) return FaceClass::hidden;
+    if (!find_samples(view, face, SpanSearch::exact, block.front)) return FaceClass::hidden;
     if (block.front.spans.empty()) {
       if (!subpixel_) return FaceClass::unresolved;
       const SubpixelPositions at = subpixel_positions(view, face);
@@ -33,6 +33,8 @@ void NoTestTester::classify(const ClassifyView& view, const View&, ViewVisibilit
 
 }  // namespace
 
-std::unique_ptr<ViewTester> make_no_test(bool subpixel) { return std::make_unique<NoTestTester>(subpixel); }
+std::unique_ptr<ViewTester> make_tester(const NoTest&, const TesterInput& input) {
+  return std::make_unique<NoTestTester>(input.subpixel);
+}
 
 }  // namespace gpvc::visibility

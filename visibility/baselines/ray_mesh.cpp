@@ -113,7 +113,7 @@ std::array<float, 3> RayMesh::relative(const WorldPoint& p) const {
           static_cast<float>(p.z - origin_.z)};
 }
 
-std::size_t RayMesh::first_depths(const ClassifyView& view, const Pose& pose, std::vector<float>& depths) const {
+std::size_t RayMesh::first_depths(const PreparedView& view, const Pose& pose, std::vector<float>& depths) const {
   const int width = view.camera.width, height = view.camera.height;
   depths.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const std::array<float, 3> from = relative(pose.centre);

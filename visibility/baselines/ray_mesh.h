@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "visibility/classify/classify.h"
+#include "visibility/raster/prepared_view.h"
 
 namespace gpvc::visibility {
 
@@ -22,7 +22,7 @@ class RayMesh {
 
   /// The depth z of the first intersection on the ray through every pixel centre of the frame that shows something of
   /// the photo; infinity without one. Row-major. Returns how many rays were traced. TBB.
-  std::size_t first_depths(const ClassifyView& view, const Pose& pose, std::vector<float>& depths) const;
+  std::size_t first_depths(const PreparedView& view, const Pose& pose, std::vector<float>& depths) const;
 
   /// A point whose visibility from a camera centre is tested.
   struct Target {

@@ -29,13 +29,11 @@ Target target_at(const View& of, double px, double py, double z, bool in_image) 
 class DenseRays : public ViewTester {
  public:
   DenseRays(const Mesh& mesh, double epsilon, bool subpixel) : rays_(mesh), epsilon_(epsilon), subpixel_(subpixel) {}
-  void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
+  void classify(const PreparedView& view, const View& of, ViewVisibility& result) override;
   std::string note() const override { return "cpu: Embree traces there"; }
 
  private:
-  FaceClass classify_face(const ClassifyView& view, FaceBlock& block) const;
-  FaceClass classify_subpixel(const ClassifyView& view, const View& of, FaceBlock& block) const;
-  bool sees(const ClassifyView& view, std::int32_t x, std::int32_t y, double inverse_depth) const;
+  bool sees(const PreparedView& view, std::int32_t x, std::int32_t y, double inverse_depth) const;
 
   RayMesh rays_;
   double epsilon_;
@@ -45,24 +43,28 @@ class DenseRays : public ViewTester {
   std::vector<float> depths_;
 };
 
-void DenseRays::classify(const ClassifyView& view, const View& of, ViewVisibility& result) {
+void DenseRays::classify(const PreparedView& view, const View& of, ViewVisibility& result) {
   if (!std::exchange(built_, true)) result.statistics.build_s = rays_.build_s();
   const std::size_t primary = rays_.first_depths(view, of.pose, depths_);
   std::atomic<std::size_t> secondary{0};
-  blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
-    if (!find_front_face(view, face, block.front)) return FaceClass::hidden;
-    if (block.front.spans.empty() && !subpixel_) return FaceClass::unresolved;
-    ++block.counts.processed_faces;
-    if (!block.front.spans.empty()) return classify_face(view, block);
+  const auto sees_pixel = [&](std::int32_t x, std::int32_t y, double inverse_depth) {
+    return sees(view, x, y, inverse_depth);
+  };
+  blocks_.run_samples(view, subpixel_, result, sees_pixel, [&](FaceId face) {
     secondary.fetch_add(kSubpixelSamples, std::memory_order_relaxed);
-    return classify_subpixel(view, of, block);
+    std::array<Target, kSubpixelSamples> targets;
+    const SubpixelPositions at = subpixel_positions(view, face);
+    for (std::size_t k = 0; k < kSubpixelSamples; ++k)
+      targets[k] = target_at(of, at.x[k], at.y[k], at.depth(k), view.in_image(at.x[k], at.y[k]));
+    rays_.trace(of.pose, epsilon_, targets);
+    return static_cast<std::uint32_t>(
+        std::count_if(targets.begin(), targets.end(), [](const Target& t) { return t.visible; }));
   });
   result.statistics.rays = primary + secondary;
 }
 
-bool DenseRays::sees(const ClassifyView& view, std::int32_t x, std::int32_t y, double inverse_depth) const {
-  const double hit =
-      depths_[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x)];
+bool DenseRays::sees(const PreparedView& view, std::int32_t x, std::int32_t y, double inverse_depth) const {
+  const double hit = depths_[view.pixel_index(x, y)];
   if (hit * inverse_depth >= 1) return true;
   // The bias is a length along the ray, which exceeds the depth difference; only near misses need the square root.
   if ((hit + epsilon_) * inverse_depth < 1) return false;
@@ -71,38 +73,18 @@ bool DenseRays::sees(const ClassifyView& view, std::int32_t x, std::int32_t y, d
   return (hit + epsilon_ / std::sqrt(1 + nx * nx + ny * ny)) * inverse_depth >= 1;
 }
 
-FaceClass DenseRays::classify_face(const ClassifyView& view, FaceBlock& block) const {
-  const Span& top = block.front.spans.front();
-  const InverseDepth depth = inverse_depth_from(block.front.raster, top.x0 + 0.5, top.y + 0.5);
-  const auto sees_bare = [&](std::int32_t x, std::int32_t y) { return sees(view, x, y, depth.at(x + 0.5, y + 0.5)); };
-  if (view.mask.whole()) return block.sample(view, sees_bare);
-  return block.sample(view,
-                      [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y) && sees_bare(x, y); });
-}
-
-FaceClass DenseRays::classify_subpixel(const ClassifyView& view, const View& of, FaceBlock& block) const {
-  std::array<Target, kSubpixelSamples> targets;
-  const SubpixelPositions at = subpixel_positions(view, block.front.face);
-  for (std::size_t k = 0; k < kSubpixelSamples; ++k)
-    targets[k] = target_at(of, at.x[k], at.y[k], at.depth(k), view.in_image(at.x[k], at.y[k]));
-  rays_.trace(of.pose, epsilon_, targets);
-  block.counts.samples += kSubpixelSamples;
-  const auto visible = std::count_if(targets.begin(), targets.end(), [](const Target& t) { return t.visible; });
-  return block.cover_subpixel(view, block.front.face, block.front.inside, static_cast<std::uint32_t>(visible));
-}
-
 /// One ray per vertex, shared by its faces.
 class SparseRays : public ViewTester {
  public:
   SparseRays(const Mesh& mesh, double epsilon) : rays_(mesh), epsilon_(epsilon) {}
-  void classify(const ClassifyView& view, const View& of, ViewVisibility& result) override;
+  void classify(const PreparedView& view, const View& of, ViewVisibility& result) override;
   std::string note() const override { return "cpu: Embree traces there"; }
 
  private:
   enum class Vertex : std::uint8_t { unused, wanted, visible };
-  void want_vertices(const ClassifyView& view);
-  std::size_t trace_vertices(const ClassifyView& view, const View& of);
-  bool in_image(const ClassifyView& view, const ProjectedVertex& v) const;
+  void want_vertices(const PreparedView& view);
+  std::size_t trace_vertices(const PreparedView& view, const View& of);
+  bool in_image(const PreparedView& view, const ProjectedVertex& v) const;
 
   RayMesh rays_;
   double epsilon_;
@@ -112,7 +94,7 @@ class SparseRays : public ViewTester {
   std::vector<Vertex> vertices_;
 };
 
-void SparseRays::classify(const ClassifyView& view, const View& of, ViewVisibility& result) {
+void SparseRays::classify(const PreparedView& view, const View& of, ViewVisibility& result) {
   if (!std::exchange(built_, true)) result.statistics.build_s = rays_.build_s();
   want_vertices(view);
   const std::size_t traced = trace_vertices(view, of);
@@ -131,7 +113,7 @@ void SparseRays::classify(const ClassifyView& view, const View& of, ViewVisibili
   result.statistics.samples = result.statistics.rays = traced;
 }
 
-void SparseRays::want_vertices(const ClassifyView& view) {
+void SparseRays::want_vertices(const PreparedView& view) {
   front_.assign(view.mesh.faces.size(), 0);
   vertices_.assign(view.mesh.positions.size(), Vertex::unused);
   tbb::parallel_for(std::size_t{0}, front_.size(), [&](std::size_t f) {
@@ -145,13 +127,13 @@ void SparseRays::want_vertices(const ClassifyView& view) {
   });
 }
 
-bool SparseRays::in_image(const ClassifyView& view, const ProjectedVertex& v) const {
+bool SparseRays::in_image(const PreparedView& view, const ProjectedVertex& v) const {
   const double w = view.camera.width, h = view.camera.height;
   if (!(v.z > 0 && v.u >= 0 && v.v >= 0 && v.u <= w * v.z && v.v <= h * v.z)) return false;
   return view.mask.contains(PixelPoint{v.u / v.z, v.v / v.z});
 }
 
-std::size_t SparseRays::trace_vertices(const ClassifyView& view, const View& of) {
+std::size_t SparseRays::trace_vertices(const PreparedView& view, const View& of) {
   constexpr std::size_t kAtOnce = 16;
   std::atomic<std::size_t> traced{0};
   const auto trace_block = [&](std::size_t first, std::size_t last) {
@@ -182,9 +164,9 @@ std::size_t SparseRays::trace_vertices(const ClassifyView& view, const View& of)
 
 }  // namespace
 
-std::unique_ptr<ViewTester> make_ray_tester(const Mesh& mesh, const RayTracing& rays, bool subpixel) {
-  if (rays.sampling == RaySampling::sparse) return std::make_unique<SparseRays>(mesh, rays.epsilon);
-  return std::make_unique<DenseRays>(mesh, rays.epsilon, subpixel);
+std::unique_ptr<ViewTester> make_tester(const RayTracing& method, const TesterInput& input) {
+  if (method.sampling == RaySampling::sparse) return std::make_unique<SparseRays>(input.source.mesh(), method.epsilon);
+  return std::make_unique<DenseRays>(input.source.mesh(), method.epsilon, input.subpixel);
 }
 
 }  // namespace gpvc::visibility

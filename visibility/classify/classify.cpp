@@ -7,72 +7,53 @@
 #include <atomic>
 
 #include "io/clock.h"
-#include "visibility/classify/scan_finish.h"
+#include "visibility/classify/face_sampler.h"
 
 namespace gpvc::visibility {
 namespace {
 
-/// True when every sample that the sampling mode looks at is stored as the face's; counts the samples looked at.
-bool stores_everywhere(const PreparedView& view, FaceId face, const SpanWalker& walker, std::span<const Span> spans,
-                       Sampling sampling, std::size_t& samples) {
-  for (const Span& span : spans) {
-    // VES leaves out the inner pixels from x0 to x1.
-    std::int32_t x0 = span.x1, x1 = span.x1;
-    const std::optional<Span> inner = sampling == Sampling::ves ? walker.inner_run(span.y) : std::nullopt;
-    if (inner) {
-      x0 = std::clamp(inner->x0, span.x0, span.x1);
-      x1 = std::clamp(inner->x1, x0, span.x1);
-    }
-    for (std::int32_t x = span.x0; x < x0; ++x)
-      if (view.owner(x, span.y) != face) return false;
-    for (std::int32_t x = x1; x < span.x1; ++x)
-      if (view.owner(x, span.y) != face) return false;
-    samples += static_cast<std::size_t>((x0 - span.x0) + (span.x1 - x1));
+/// The pixels that faces first .. end - 1 may touch.
+PixelBox pixels_around(const PreparedView& view, std::size_t first, std::size_t end) {
+  FaceBounds all;
+  for (std::size_t f = first; f < end; ++f) {
+    const FaceBounds bounds = view.bounds(FaceId{static_cast<std::uint32_t>(f)});
+    if (outside(bounds, view.camera.width, view.camera.height)) continue;
+    all = united(all, bounds);
   }
-  return true;
+  return touched_pixels(all, view.frame());
+}
+
+bool contains(const std::vector<FaceCode>& codes, FaceCode code) {
+  return std::find(codes.begin(), codes.end(), code) != codes.end();
 }
 
 }  // namespace
 
-CpuClassifier::CpuClassifier(const ClassifyOptions& options)
-    : options_(options),
-      scan_(std::make_unique<FaceScan>()),
-      exact_(std::make_unique<ExactScan>()),
-      finisher_(std::make_unique<ScanFinisher>(options)) {}
-CpuClassifier::~CpuClassifier() = default;
-
-void CpuClassifier::classify(const PreparedView& view, ViewVisibility& result) {
+void CpuClassifier::classify(const PreparedView& view, FaceScan& scan, ViewVisibility& result) {
   if (options_.correction == CoverageCorrection::exact) {
-    exact_->scan(view, *scan_);
-  } else {
+    const auto start = Clock::now();
+    settle(view, exact_, scan);
+    result.statistics.claims_s += seconds_since(start);
+  } else if (contains(scan.codes, FaceCode::unsure)) {
     find_candidates(view);
-    scan_faces(view);
+    decide_unsure(view, scan);
   }
-  finisher_->finish(view, *scan_, result);
-}
-
-void CpuClassifier::finish_exact_scan(const PreparedView& view, FaceScan& scan, ViewVisibility& result) {
-  const auto start = Clock::now();
-  exact_->settle(view, scan);
-  result.statistics.claims_s += seconds_since(start);
-  finisher_->finish(view, scan, result);
-}
-
-void CpuClassifier::finish_codes(const PreparedView& view, std::span<const FaceCode> codes, ViewVisibility& result) {
-  scan_->start(codes.size());
-  tbb::enumerable_thread_specific<std::vector<Span>> spans_of_unsure;
-  for_each_block(codes.size(), [&](std::size_t, std::size_t first, std::size_t end) {
-    for (std::size_t f = first; f < end; ++f) {
-      scan_->codes[f] = codes[f];
-      if (codes[f] != FaceCode::unsure) continue;
-      const RasterFace raster = view.raster(FaceId{static_cast<std::uint32_t>(f)});
-      const SpanWalker walker(raster, pixel_bounds(raster, view.frame()));
-      std::vector<Span>& spans = spans_of_unsure.local();
-      collect_spans(raster, walker, false, spans);
-      scan_->codes[f] = spans.empty() ? FaceCode::no_centre : FaceCode::partial;  // a partial face is sampled below
+  correct_owners(view, scan);
+  if (options_.subpixel) resolve_subpixel(view, scan);
+  blocks_.run(view, result, [&](FaceId face, FaceBlock& block) {
+    switch (scan.codes[index(face)]) {
+      case FaceCode::full:
+        return FaceClass::full;
+      case FaceCode::partial:
+        return FaceSampler(view, options_, overlay_, block).classify(face);
+      case FaceCode::no_centre:
+        if (!options_.subpixel) return FaceClass::unresolved;
+        return FaceSampler(view, options_, overlay_, block).classify_subpixel(face, subpixel_.visible(face));
+      default:
+        return FaceClass::hidden;
     }
   });
-  finisher_->finish(view, *scan_, result);
+  result.statistics += scan.counts;
 }
 
 // --- off and paper
@@ -93,41 +74,51 @@ void CpuClassifier::find_candidates(const PreparedView& view) {
       });
 }
 
-/// Faces that own all their samples are full; the others that own a pixel get the code partial, to be sampled.
-void CpuClassifier::scan_faces(const PreparedView& view) {
-  struct Part {
-    std::vector<Span> spans;
-    SampleCounts counts;
-  };
-  tbb::enumerable_thread_specific<Part> parts;
-  scan_->start(view.mesh.faces.size());
-  for_each_block(view.mesh.faces.size(), [&](std::size_t, std::size_t first, std::size_t end) {
-    Part& part = parts.local();
+/// Faces with samples get the code partial, to be sampled, if they own a pixel.
+void CpuClassifier::decide_unsure(const PreparedView& view, FaceScan& scan) {
+  tbb::enumerable_thread_specific<FaceSamples> scratch;
+  for_each_block(scan.codes.size(), [&](std::size_t, std::size_t first, std::size_t end) {
+    FaceSamples& samples = scratch.local();
     for (std::size_t f = first; f < end; ++f) {
-      std::size_t samples = 0;
-      FaceCode& code = scan_->codes[f];
-      code = scan_face(view, FaceId{static_cast<std::uint32_t>(f)}, part.spans, samples);
-      if (code != FaceCode::full) continue;
-      ++part.counts.processed_faces;
-      part.counts.samples += samples;
+      FaceCode& code = scan.codes[f];
+      if (code != FaceCode::unsure) continue;
+      const bool front = find_samples(view, FaceId{static_cast<std::uint32_t>(f)}, SpanSearch::rounded, samples);
+      if (front && samples.spans.empty()) {
+        code = FaceCode::no_centre;
+      } else {
+        code = front && candidate_faces_[f] != 0 ? FaceCode::partial : FaceCode::hidden;
+      }
     }
   });
-  for (const Part& part : parts) scan_->counts += part.counts;
 }
 
-FaceCode CpuClassifier::scan_face(const PreparedView& view, FaceId face, std::vector<Span>& spans,
-                                  std::size_t& samples) const {
-  const FaceBounds bounds = view.bounds(face);
-  if (outside(bounds, view.camera.width, view.camera.height)) return FaceCode::hidden;
-  const RasterFace raster = view.raster(face);
-  if (raster.facing != Facing::front) return FaceCode::hidden;
-  const SpanWalker walker(raster, pixel_bounds(raster, bounds, view.frame()));
-  collect_spans(raster, walker, false, spans);
-  if (spans.empty()) return misses_frame(view.camera, raster.vertex) ? FaceCode::hidden : FaceCode::no_centre;
-  if (candidate_faces_[index(face)] == 0) return FaceCode::hidden;
-  return stores_everywhere(view, face, walker, spans, options_.sampling, samples) && inside_frame(view.camera, raster)
-             ? FaceCode::full
-             : FaceCode::partial;
+// --- all corrections
+
+/// Faces that win or lose a pixel get the code partial, to be sampled.
+void CpuClassifier::correct_owners(const PreparedView& view, FaceScan& scan) {
+  overlay_.resolve(view, scan.claims);
+  const auto resample = [&](FaceId face) {
+    FaceCode& code = scan.codes[index(face)];
+    // The sampler will count this face again.
+    if (code == FaceCode::full) --scan.counts.processed_faces;
+    if (code == FaceCode::full || code == FaceCode::unstored) code = FaceCode::partial;
+  };
+  for (const Claim& entry : overlay_.entries()) {
+    resample(entry.face);
+    if (view.ivm[entry.pixel] != kNoFace) resample(view.ivm[entry.pixel]);
+  }
+}
+
+void CpuClassifier::resolve_subpixel(const PreparedView& view, FaceScan& scan) {
+  const std::size_t faces = scan.codes.size();
+  if (scan.touched.empty() && contains(scan.codes, FaceCode::no_centre)) {
+    scan.touched.resize((faces + kFacesPerRectangle - 1) / kFacesPerRectangle);
+    tbb::parallel_for(std::size_t{0}, scan.touched.size(), [&](std::size_t number) {
+      const std::size_t first = number * kFacesPerRectangle;
+      scan.touched[number] = pixels_around(view, first, std::min(first + kFacesPerRectangle, faces));
+    });
+  }
+  subpixel_.resolve(view, scan.codes, scan.touched, kFacesPerRectangle);
 }
 
 }  // namespace gpvc::visibility

@@ -13,15 +13,11 @@
 #include <span>
 #include <vector>
 
+#include "visibility/classify/face_scan.h"
 #include "visibility/raster/exact.h"
 #include "visibility/raster/prepared_view.h"
 
 namespace gpvc::visibility {
-
-struct Claim {
-  std::uint32_t pixel;  ///< y * width + x
-  FaceId face;
-};
 
 /// A face that contests owners. What the tests need of it is computed when first needed.
 class Contender {

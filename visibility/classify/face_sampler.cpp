@@ -8,25 +8,14 @@ namespace gpvc::visibility {
 
 FaceClass FaceSampler::classify(FaceId face) {
   ++block_.counts.processed_faces;
-  find_spans(face);
-  if (front_.spans.empty()) return FaceClass::hidden;  // possible where a driver does not round as `precise` demands
+  const SpanSearch exact_search = options_.sampling == Sampling::ves ? SpanSearch::exact : SpanSearch::quick;
+  // A driver that does not round as `precise` demands may send a face without samples.
+  if (!find_samples(view_, face, exact() ? exact_search : SpanSearch::rounded, front_) || front_.spans.empty())
+    return FaceClass::hidden;
   restored_ = 0;
   const FaceClass found = front_.inside && sees_all() ? FaceClass::full : cover();
   if (found != FaceClass::hidden) block_.counts.corrected_samples += restored_;
   return found;
-}
-
-void FaceSampler::find_spans(FaceId face) {
-  front_.face = face;
-  front_.exact = exact();
-  const FaceBounds bounds = view_.bounds(face);
-  // Where samples are decided exactly, certain spans are the exact ones. VES needs the edges as well.
-  front_.inside = exact() && options_.sampling != Sampling::ves && view_.limits.inside_frame(bounds);
-  if (front_.inside && view_.quick(face, bounds).spans(pixel_centres(bounds, view_.frame()), front_.spans)) return;
-  front_.raster = view_.raster(face);
-  const SpanWalker walker(front_.raster, pixel_bounds(front_.raster, bounds, view_.frame()));
-  collect_spans(front_.raster, walker, front_.exact, front_.spans);
-  front_.inside = inside_frame(view_.camera, front_.raster);
 }
 
 bool FaceSampler::sees(std::int32_t x, std::int32_t y) {

@@ -2,9 +2,7 @@
 // partial faces.
 #pragma once
 
-#include "visibility/classify/classify_options.h"
-#include "visibility/classify/exact_owner.h"
-#include "visibility/classify/front_faces.h"
+#include "visibility/classify/classify.h"
 
 namespace gpvc::visibility {
 
@@ -20,7 +18,6 @@ class FaceSampler {
   FaceClass classify_subpixel(FaceId face, std::uint32_t visible);
 
  private:
-  void find_spans(FaceId face);
   bool sees(std::int32_t x, std::int32_t y);
   bool sees_all();
   template <class Test>
@@ -32,7 +29,7 @@ class FaceSampler {
   const ClassifyOptions& options_;
   const OwnerOverlay& overlay_;
   FaceBlock& block_;
-  FrontFace& front_;          ///< its raster is set unless the spans were found without
+  FaceSamples& front_;
   std::size_t restored_ = 0;  ///< samples of the face whose stored owner was corrected
 };
 

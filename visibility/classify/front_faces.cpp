@@ -9,11 +9,11 @@ namespace {
 
 /// Samples of a face, counting those beyond the frame as far as one frame away on each side: what
 /// FaceCoverage::visible_share is a share of, so that a face of which the frame shows a corner counts as little seen.
-std::size_t samples_around(const Camera& camera, const FrontFace& front) {
+std::size_t samples_around(const Camera& camera, const FaceSamples& front) {
   const std::int32_t w = camera.width, h = camera.height;
   const SpanWalker walker(front.raster, pixel_bounds(front.raster, {-w, -h, 2 * w, 2 * h}));
   std::vector<Span> spans;
-  collect_spans(front.raster, walker, front.exact, spans);
+  collect_spans(front.raster, walker, front.search != SpanSearch::rounded, spans);
   std::size_t samples = 0;
   for (const Span& span : spans) samples += static_cast<std::size_t>(span.x1 - span.x0);
   return samples;
@@ -39,20 +39,27 @@ void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact,
       });
 }
 
-bool find_front_face(const PreparedView& view, FaceId face, FrontFace& found) {
+bool find_samples(const PreparedView& view, FaceId face, SpanSearch search, FaceSamples& found) {
   const FaceBounds bounds = view.bounds(face);
   if (outside(bounds, view.camera.width, view.camera.height)) return false;
   found.face = face;
+  found.search = search;
+  if (search == SpanSearch::quick && view.limits.inside_frame(bounds)) {
+    const QuickFace quick = view.quick(face, bounds);
+    found.facing = quick.facing();
+    found.inside = true;
+    if (quick.spans(pixel_centres(bounds, view.frame()), found.spans)) return true;
+  }
   found.raster = view.raster(face);
-  if (found.raster.facing != Facing::front) return false;
-  found.exact = true;
+  found.facing = found.raster.facing;
+  if (found.facing == Facing::edge_on || (found.facing == Facing::back && search != SpanSearch::quick)) return false;
   const SpanWalker walker(found.raster, pixel_bounds(found.raster, bounds, view.frame()));
-  collect_spans(found.raster, walker, found.exact, found.spans);
+  collect_spans(found.raster, walker, search != SpanSearch::rounded, found.spans);
   found.inside = inside_frame(view.camera, found.raster);
   return !found.spans.empty() || !misses_frame(view.camera, found.raster.vertex);
 }
 
-CoverageWriter::CoverageWriter(const PreparedView& view, const FrontFace& front, CoverageTable& table)
+CoverageWriter::CoverageWriter(const PreparedView& view, const FaceSamples& front, CoverageTable& table)
     : view_(view), front_(front), table_(table) {
   entry_.face = front.face;
   entry_.view = view.id;
@@ -96,7 +103,6 @@ void FaceBlock::clear() {
   coverage.entries.clear();
   coverage.words.clear();
   counts = {};
-  full = 0;
 }
 
 FaceClass FaceBlock::cover_subpixel(const PreparedView& view, FaceId face, bool inside, std::uint32_t visible) {
@@ -106,21 +112,15 @@ FaceClass FaceBlock::cover_subpixel(const PreparedView& view, FaceId face, bool 
   return FaceClass::partial;
 }
 
-void append(const FaceBlock& block, ViewVisibility& result) {
-  CoverageTable& coverage = result.coverage;
-  const std::size_t words = coverage.words.size();
-  for (FaceCoverage entry : block.coverage.entries) {
+void FaceBlock::append_to(ViewVisibility& result) const {
+  const std::size_t words = result.coverage.words.size();
+  for (FaceCoverage entry : coverage.entries) {
     entry.first_word += words;
-    coverage.entries.push_back(entry);
+    result.coverage.entries.push_back(entry);
   }
-  coverage.words.insert(coverage.words.end(), block.coverage.words.begin(), block.coverage.words.end());
-  VisibilityStatistics& statistics = result.statistics;
-  statistics.processed_faces += block.counts.processed_faces;
-  statistics.samples += block.counts.samples;
-  statistics.corrected_samples += block.counts.corrected_samples;
-  statistics.contested_samples += block.counts.contested_samples;
-  statistics.full += block.full;
-  statistics.partial += block.coverage.entries.size();
+  result.coverage.words.insert(result.coverage.words.end(), coverage.words.begin(), coverage.words.end());
+  result.statistics += counts;
+  result.statistics.partial += coverage.entries.size();
 }
 
 }  // namespace gpvc::visibility

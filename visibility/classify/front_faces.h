@@ -11,21 +11,6 @@
 
 namespace gpvc::visibility {
 
-struct SampleCounts {
-  std::size_t processed_faces = 0;
-  std::size_t samples = 0;
-  std::size_t corrected_samples = 0;
-  std::size_t contested_samples = 0;
-
-  SampleCounts& operator+=(const SampleCounts& other) {
-    processed_faces += other.processed_faces;
-    samples += other.samples;
-    corrected_samples += other.corrected_samples;
-    contested_samples += other.contested_samples;
-    return *this;
-  }
-};
-
 /// True when all vertices are in front of the camera and in [0, W] x [0, H].
 bool inside_frame(const Camera& camera, const RasterFace& face);
 
@@ -33,17 +18,26 @@ bool inside_frame(const Camera& camera, const RasterFace& face);
 /// the shaders compute them.
 void collect_spans(const RasterFace& face, const SpanWalker& walker, bool exact, std::vector<Span>& spans);
 
-/// A front face and its samples in a view.
-struct FrontFace {
-  FaceId face = kNoFace;
-  RasterFace raster;        ///< not set by those who need only the spans of a face inside the frame
-  std::vector<Span> spans;  ///< runs of samples; empty: no pixel centre of the frame, sub-pixel samples
-  bool inside = false;      ///< inside_frame()
-  bool exact = true;        ///< how collect_spans() found the spans
+/// How find_samples() searches.
+enum class SpanSearch {
+  quick,    ///< for exact spans of faces that face or turn away; sets the raster only where the spans need it
+  exact,    ///< for exact spans and the raster of front faces
+  rounded,  ///< for the raster of front faces, and spans by edge values as the shaders compute them
 };
 
-/// True when the face faces the camera and has samples. Fills `found`, reusing its memory.
-bool find_front_face(const PreparedView& view, FaceId face, FrontFace& found);
+/// A face and its samples in a view.
+struct FaceSamples {
+  FaceId face = kNoFace;
+  SpanSearch search{};  ///< how the rest was found
+  Facing facing = Facing::edge_on;
+  RasterFace raster;
+  std::vector<Span> spans;  ///< runs of samples; empty: no pixel centre of the frame, sub-pixel samples
+  bool inside = false;      ///< inside_frame()
+};
+
+/// False when the face is edge-on or beside the frame, or is a back face that the search does not want. Fills `found`,
+/// reusing its memory.
+bool find_samples(const PreparedView& view, FaceId face, SpanSearch search, FaceSamples& found);
 
 /// The order in which the spans of a face are tested against `sees(x, y)`, until one sample does not see the face.
 /// Counts the samples that were looked at.
@@ -99,7 +93,7 @@ class SpanTest {
 class CoverageWriter {
  public:
   /// The entry's box is that of the face's spans.
-  CoverageWriter(const PreparedView& view, const FrontFace& front, CoverageTable& table);
+  CoverageWriter(const PreparedView& view, const FaceSamples& front, CoverageTable& table);
 
   template <class SeesPixel>
   void add(const Span& span, const SeesPixel& sees) {
@@ -118,7 +112,7 @@ class CoverageWriter {
 
  private:
   const PreparedView& view_;
-  const FrontFace& front_;
+  const FaceSamples& front_;
   CoverageTable& table_;
   FaceCoverage entry_;
   std::size_t samples_ = 0;
@@ -131,9 +125,8 @@ void add_share(const PreparedView& view, FaceId face, std::uint32_t visible, std
 /// The results of a block of consecutive faces.
 struct FaceBlock {
   CoverageTable coverage;
-  SampleCounts counts;
-  std::size_t full = 0;
-  FrontFace front;  ///< scratch
+  VisibilityStatistics counts;
+  FaceSamples front;  ///< scratch
 
   /// Keeps the memory.
   void clear();
@@ -154,10 +147,9 @@ struct FaceBlock {
   }
   /// The class of a front face without pixel centre when `visible` of its sub-pixel samples see it.
   FaceClass cover_subpixel(const PreparedView& view, FaceId face, bool inside, std::uint32_t visible);
+  /// Appends the coverage and adds the counts to the statistics.
+  void append_to(ViewVisibility& result) const;
 };
-
-/// Appends the coverage and adds the counts to the statistics.
-void append(const FaceBlock& block, ViewVisibility& result);
 
 /// Faces in blocks of a fixed size, so that the result of a block does not depend on the number of threads.
 class FaceBlocks {
@@ -173,12 +165,34 @@ class FaceBlocks {
       block.clear();
       for (std::size_t f = first; f < end; ++f) {
         result.classes[f] = classify(FaceId{static_cast<std::uint32_t>(f)}, block);
-        block.full += result.classes[f] == FaceClass::full;
+        block.counts.full += result.classes[f] == FaceClass::full;
       }
     });
     result.coverage.entries.clear();
     result.coverage.words.clear();
-    for (const FaceBlock& block : blocks_) append(block, result);
+    for (const FaceBlock& block : blocks_) block.append_to(result);
+  }
+  /// The same from the samples of front faces: `sees(x, y, inverse_depth)` tells whether the point of the surface at a
+  /// pixel centre in the photo is visible, `visible(face)` how many of the sub-pixel samples are.
+  template <class Sees, class Visible>
+  void run_samples(const PreparedView& view, bool subpixel, ViewVisibility& result, const Sees& sees,
+                   const Visible& visible) {
+    run(view, result, [&](FaceId face, FaceBlock& block) {
+      const FaceSamples& front = block.front;
+      if (!find_samples(view, face, SpanSearch::exact, block.front)) return FaceClass::hidden;
+      if (front.spans.empty() && !subpixel) return FaceClass::unresolved;
+      ++block.counts.processed_faces;
+      if (front.spans.empty()) {
+        block.counts.samples += kSubpixelSamples;
+        return block.cover_subpixel(view, face, front.inside, visible(face));
+      }
+      const Span& top = front.spans.front();
+      const InverseDepth depth = inverse_depth_from(front.raster, top.x0 + 0.5, top.y + 0.5);
+      const auto sees_bare = [&](std::int32_t x, std::int32_t y) { return sees(x, y, depth.at(x + 0.5, y + 0.5)); };
+      if (view.mask.whole()) return block.sample(view, sees_bare);
+      return block.sample(view,
+                          [&](std::int32_t x, std::int32_t y) { return view.mask.contains(x, y) && sees_bare(x, y); });
+    });
   }
 
  private:

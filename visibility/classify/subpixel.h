@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "visibility/classify/face_code.h"
+#include "visibility/classify/face_scan.h"
 #include "visibility/classify/subpixel_tile.h"
 #include "visibility/raster/tile_lists.h"
 

@@ -10,7 +10,7 @@ ViewSource::ViewSource(const Mesh& mesh, const SourceOptions& options) : mesh_(m
   if (!options.native) renderer_.emplace(mesh, options.opengl);
 }
 
-ClassifyView ViewSource::prepare(const View& view, ViewId id, const io::PhotoExclusion* excluded,
+PreparedView ViewSource::prepare(const View& view, ViewId id, const io::PhotoExclusion* excluded,
                                  ViewVisibility& result) {
   const Camera& camera = view.camera;
   const auto pixels = static_cast<std::uint64_t>(camera.width) * static_cast<std::uint64_t>(camera.height);
@@ -30,8 +30,10 @@ ClassifyView ViewSource::prepare(const View& view, ViewId id, const io::PhotoExc
   if (options_.ivm && renderer_) mask_.clear_outside(result.ivm.faces);
   project_vertices(mesh_, camera, view.pose, projected_);
   result.statistics.classify_s = seconds_since(start);
-  const ClassifyView prepared{mesh_, camera, id, mask_, projected_, result.ivm.faces, projection_rounding(camera)};
-  if (options_.ivm && !renderer_) {
+  const PreparedView prepared{mesh_, camera, id, mask_, projected_, result.ivm.faces};
+  if (renderer_ || !options_.ivm) {
+    scan_.start(mesh_.faces.size());
+  } else {
     const auto drawing = Clock::now();
     ivm_.draw(prepared, result.ivm.faces, scan_);
     result.statistics.render_s = seconds_since(drawing);

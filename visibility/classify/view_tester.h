@@ -28,13 +28,12 @@ class ViewSource {
   ViewSource(const Mesh& mesh, const SourceOptions& options);
   /// Draws the IVM into `result` where it is wanted, resets the statistics and projects the vertices. The returned value
   /// borrows from this source, the view, `excluded` (may be null) and `result`.
-  ClassifyView prepare(const View& view, ViewId id, const io::PhotoExclusion* excluded, ViewVisibility& result);
+  PreparedView prepare(const View& view, ViewId id, const io::PhotoExclusion* excluded, ViewVisibility& result);
 
   const Mesh& mesh() const { return mesh_; }
-  /// \pre OpenGL draws
-  const IvmRenderer& renderer() const { return *renderer_; }
-  const PhotoMask& mask() const { return mask_; }
-  /// What native drawing found out about the faces of the last view; classifying uses it up. \pre native drawing
+  /// Null with native drawing.
+  const IvmRenderer* renderer() const { return renderer_ ? &*renderer_ : nullptr; }
+  /// What drawing found out about the faces of the last view: nothing where OpenGL draws. Classifying uses it up.
   FaceScan& scan() { return scan_; }
   /// Window depths of the last view: the far plane's depth where nothing is drawn. \pre SourceOptions::depths
   std::span<const float> depths() const { return depths_; }
@@ -56,24 +55,31 @@ class ViewTester {
  public:
   virtual ~ViewTester() = default;
   /// Fills classes, coverage and the counts of the statistics. The same for any number of threads.
-  virtual void classify(const ClassifyView& view, const View& of, ViewVisibility& result) = 0;
+  virtual void classify(const PreparedView& view, const View& of, ViewVisibility& result) = 0;
   /// "gpu" or "cpu", a colon and the reason.
   virtual std::string note() const = 0;
 };
 
+/// What testers are made from; source and device are borrowed.
+struct TesterInput {
+  ViewSource& source;
+  const DeviceInfo* device;  ///< null: native drawing
+  bool subpixel;
+};
+
+// Method by method. \throw GpuError
+
+std::unique_ptr<ViewTester> make_tester(const Gpvc& method, const TesterInput& input);
+std::unique_ptr<ViewTester> make_tester(const PaperGpvc& method, const TesterInput& input);
+/// \pre SourceOptions::depths
+std::unique_ptr<ViewTester> make_tester(const ShadowMap& method, const TesterInput& input);
+std::unique_ptr<ViewTester> make_tester(const RayTracing& method, const TesterInput& input);
+std::unique_ptr<ViewTester> make_tester(const NoTest& method, const TesterInput& input);
+
 struct GpuLimits;  // gl/classify_gl.h
 
-// The sources and the mesh are borrowed. \throw GpuError
-
-/// \pre OpenGL draws
-std::unique_ptr<ViewTester> make_gpvc_tester(const ViewSource& source, const DeviceInfo& device,
-                                             const ClassifyOptions& options, Classifier classifier,
-                                             const GpuLimits& limits);
-/// \pre native drawing and CoverageCorrection::exact
-std::unique_ptr<ViewTester> make_native_gpvc_tester(ViewSource& source, const ClassifyOptions& options);
-/// \pre SourceOptions::depths
-std::unique_ptr<ViewTester> make_shadow_map_tester(const ViewSource& source, double epsilon, bool subpixel);
-std::unique_ptr<ViewTester> make_ray_tester(const Mesh& mesh, const RayTracing& rays, bool subpixel);
-std::unique_ptr<ViewTester> make_no_test(bool subpixel);
+/// With shaders if `classifier`, device and limits allow them. \pre native drawing only for CoverageCorrection::exact
+std::unique_ptr<ViewTester> make_gpvc_tester(ViewSource& source, const ClassifyOptions& options, Classifier classifier,
+                                             const DeviceInfo* device, const GpuLimits& limits);
 
 }  // namespace gpvc::visibility

@@ -149,7 +149,7 @@ void GpuClassifier::upload_mask(const PhotoMask& mask) {
 
 /// The renderer keeps only its last tile, so an item buffer of several tiles is uploaded again, cut into as few equal
 /// tiles as the texture limit allows.
-void GpuClassifier::upload_tiles(const ClassifyView& view) {
+void GpuClassifier::upload_tiles(const PreparedView& view) {
   tile_width_ = tile_height_ = 0;
   if (renderer_.tiles(view.camera) == 1) return;
   const int width = view.camera.width, height = view.camera.height, most = limits_.texture_side;
@@ -175,7 +175,7 @@ void GpuClassifier::upload_tiles(const ClassifyView& view) {
   check_gl("uploading the tiles of the IVM");
 }
 
-void GpuClassifier::set_image(const GlProgram& program, const ClassifyView& view) const {
+void GpuClassifier::set_image(const GlProgram& program, const PreparedView& view) const {
   glProgramUniform2i(program.name(), uniform_location(program, "size"), view.camera.width, view.camera.height);
   glProgramUniform2i(program.name(), uniform_location(program, "tile_size"), tile_width_, tile_height_);
   set_int(program, "photo_stride", view.mask.whole() ? 0 : static_cast<int>(2 * view.mask.stride()));
@@ -209,7 +209,7 @@ void GpuClassifier::project(const Pose& pose, const Camera& camera) {
 }
 
 /// Uploads mask and tiles, binds the textures and projects the vertices.
-void GpuClassifier::prepare_view(const ClassifyView& view, const Pose& pose, VisibilityStatistics& statistics) {
+void GpuClassifier::prepare_view(const PreparedView& view, const Pose& pose, VisibilityStatistics& statistics) {
   const Clock::time_point start = Clock::now();
   upload_mask(view.mask);
   upload_tiles(view);
@@ -241,11 +241,6 @@ void GpuClassifier::read(const GlBuffer& from, std::size_t bytes, void* to) {
   std::memcpy(to, staging_.wait(), bytes);
 }
 
-void GpuClassifier::read_codes(std::vector<FaceCode>& codes) {
-  codes.resize(mesh_.faces.size());
-  read(codes_, codes.size(), codes.data());
-}
-
 GpuClassifier::Counts GpuClassifier::read_counts() {
   Counts counts{};
   read(counts_, sizeof counts, &counts);
@@ -254,7 +249,7 @@ GpuClassifier::Counts GpuClassifier::read_counts() {
 
 // --- off and paper
 
-void GpuClassifier::find_candidates(const ClassifyView& view) {
+void GpuClassifier::find_candidates(const PreparedView& view) {
   clear(candidate_faces_);
   glUseProgram(candidates_program_.name());
   bind_storage(0, candidate_faces_);
@@ -264,12 +259,7 @@ void GpuClassifier::find_candidates(const ClassifyView& view) {
   check_gl("finding candidate faces");
 }
 
-void GpuClassifier::classify(const ClassifyView& view, const Pose& pose, std::vector<FaceCode>& codes,
-                             VisibilityStatistics& statistics) {
-  codes.resize(mesh_.faces.size());
-  if (faces_per_dispatch_ == 0) return;
-  prepare_view(view, pose, statistics);
-  const Clock::time_point start = Clock::now();
+GpuClassifier::Counts GpuClassifier::sample_faces(const PreparedView& view) {
   set_image(candidates_program_, view);
   set_image(hivers_program_, view);
   set_int(hivers_program_, "sampling", static_cast<int>(options_.sampling));
@@ -278,28 +268,19 @@ void GpuClassifier::classify(const ClassifyView& view, const Pose& pose, std::ve
   clear(counts_);
   bind_storage(1, candidate_faces_);
   bind_storage(2, counts_);
-  for (std::size_t first = 0; first < codes.size(); first += faces_per_dispatch_) {
-    const std::size_t count = std::min(faces_per_dispatch_, codes.size() - first);
+  for (std::size_t first = 0; first < mesh_.faces.size(); first += faces_per_dispatch_) {
+    const std::size_t count = std::min(faces_per_dispatch_, mesh_.faces.size() - first);
     bind_codes(first, count);
     dispatch_faces(hivers_program_, first, count);
   }
   glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
   glFinish();
-  statistics.shader_s += seconds_since(start);
-  const Clock::time_point done = Clock::now();
-  read_codes(codes);
-  const Counts counts = read_counts();
-  statistics.readback_s += seconds_since(done);
-  statistics.processed_faces += counts.processed_faces;
-  statistics.samples += counts.samples;
-  statistics.corrected_samples += counts.contested_samples;
-  glUseProgram(0);
-  check_gl("classifying faces");
+  return read_counts();
 }
 
 // --- exact
 
-void GpuClassifier::scan_faces(const ClassifyView& view) {
+void GpuClassifier::dispatch_contest(const PreparedView& view) {
   set_image(scan_program_, view);
   set_image(large_program_, view);
   clear(counts_);
@@ -325,38 +306,41 @@ void GpuClassifier::scan_faces(const ClassifyView& view) {
   glFinish();
 }
 
-bool GpuClassifier::scan(const ClassifyView& view, const Pose& pose, FaceScan& scan, VisibilityStatistics& statistics) {
+GpuClassifier::Counts GpuClassifier::contest_faces(const PreparedView& view) {
+  dispatch_contest(view);
+  const Counts counts = read_counts();
+  // A second scan makes the same number of claims, so it loses none once there is room for all of them. A quarter more is
+  // allocated for later views.
+  const std::size_t most = limits_.storage_bytes / sizeof(Claim);
+  if (counts.claims <= claim_capacity_ || counts.claims > most) return counts;
+  make_claims(std::min<std::size_t>(counts.claims + counts.claims / 4, most));
+  dispatch_contest(view);
+  return read_counts();
+}
+
+// --- both
+
+void GpuClassifier::scan(const PreparedView& view, const Pose& pose, FaceScan& scan, VisibilityStatistics& statistics) {
+  const bool exact = options_.correction == CoverageCorrection::exact;
   scan.start(mesh_.faces.size());
-  if (faces_per_dispatch_ == 0) return true;
-  if (!view.projected.moderate) return false;
+  if (faces_per_dispatch_ == 0 || (exact && !view.projected.moderate)) return;
   prepare_view(view, pose, statistics);
   const Clock::time_point start = Clock::now();
-  scan_faces(view);
-  Counts counts = read_counts();
-  if (counts.claims > claim_capacity_) {
-    // A second scan makes the same number of claims, so it loses none once there is room for all of them. A quarter more
-    // is allocated for later views.
-    const std::size_t most = limits_.storage_bytes / sizeof(Claim);
-    if (counts.claims <= most) {
-      make_claims(std::min<std::size_t>(counts.claims + counts.claims / 4, most));
-      scan_faces(view);
-      counts = read_counts();
-    }
-  }
+  const Counts counts = exact ? contest_faces(view) : sample_faces(view);
   statistics.shader_s += seconds_since(start);
   glUseProgram(0);
   check_gl("scanning faces");
-  if (counts.claims > claim_capacity_) return false;
+  if (counts.claims > claim_capacity_) return;
   const Clock::time_point done = Clock::now();
-  read_codes(scan.codes);
+  read(codes_, scan.codes.size(), scan.codes.data());
   scan.claims.resize(counts.claims);
   if (counts.claims > 0) read(claims_, counts.claims * sizeof(Claim), scan.claims.data());
   statistics.readback_s += seconds_since(done);
   check_gl("reading what the scan found");
   scan.counts.processed_faces = counts.processed_faces;
   scan.counts.samples = counts.samples;
-  scan.counts.contested_samples = (std::size_t{counts.contested_overflow} << 32) + counts.contested_samples;
-  return true;
+  std::size_t& third = exact ? scan.counts.contested_samples : scan.counts.corrected_samples;
+  third = (std::size_t{counts.contested_overflow} << 32) + counts.contested_samples;
 }
 
 }  // namespace gpvc::visibility

@@ -2,7 +2,7 @@
 //
 // For CoverageCorrection::off and ::paper shaders classify. For ::exact they scan (shaders/scan.comp): they find the
 // samples of every face, mark the faces that are stored as the owner of all their samples, and list the samples whose
-// stored owner is not certainly the nearer one (claims). CpuClassifier::finish_exact_scan() decides the rest.
+// stored owner is not certainly the nearer one (claims). CpuClassifier decides the rest.
 //
 // Memory traffic per view with F faces, V vertices and P pixels. On the device: 48 V bytes to project, 12 F for corners,
 // about 72 F for vertices (mostly from caches, since neighbours share them), 4 P of item buffer and P / 8 of mask if
@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "visibility/classify/classify.h"
-#include "visibility/classify/exact_scan.h"
 #include "visibility/gl/gl_objects.h"
 #include "visibility/gl/ivm_gl.h"
 
@@ -41,34 +40,30 @@ class GpuClassifier {
   /// Empty if the mesh can be classified within the limits, else the reason why not.
   static std::string obstacle(const Mesh& mesh, const GpuLimits& limits);
 
-  // Both read the IVM that the renderer drew last if it is one tile, else the view's copy. They add the seconds of
-  // uploading, of the shaders and of reading back to the statistics.
-
-  /// For CoverageCorrection::off and ::paper. `codes`: per face. Adds processed faces, samples and corrected samples to
-  /// the statistics. These counts equal the CPU's on fully visible faces only. On other faces a shader looks at samples,
-  /// the ends of all rows first, until it has found a visible and a hidden one; the CPU stops at the first hidden one
-  /// and does not count its pass for the coverage.
-  void classify(const ClassifyView& view, const Pose& pose, std::vector<FaceCode>& codes,
-                VisibilityStatistics& statistics);
-
-  /// For CoverageCorrection::exact. Returns false when the shaders cannot scan this view: its depths leave the range in
-  /// which the error bounds hold, or its claims exceed a storage buffer.
-  bool scan(const ClassifyView& view, const Pose& pose, FaceScan& scan, VisibilityStatistics& statistics);
+  /// Reads the IVM that the renderer drew last if it is one tile, else the view's copy. Leaves all faces unsure if the
+  /// shaders cannot scan this view exactly: its depths leave the range in which the error bounds hold, or its claims
+  /// exceed a storage buffer. Adds the seconds of uploading, of the shaders and of reading back to the statistics.
+  ///
+  /// For CoverageCorrection::off and ::paper the counts of samples equal the CPU's on fully visible faces only. On other
+  /// faces a shader looks at samples, the ends of all rows first, until it has found a visible and a hidden one; the CPU
+  /// stops at the first hidden one and does not count its pass for the coverage.
+  void scan(const PreparedView& view, const Pose& pose, FaceScan& scan, VisibilityStatistics& statistics);
 
  private:
   struct Counts;
 
   void upload_mask(const PhotoMask& mask);
-  void upload_tiles(const ClassifyView& view);
-  void prepare_view(const ClassifyView& view, const Pose& pose, VisibilityStatistics& statistics);
-  void set_image(const GlProgram& program, const ClassifyView& view) const;
+  void upload_tiles(const PreparedView& view);
+  void prepare_view(const PreparedView& view, const Pose& pose, VisibilityStatistics& statistics);
+  void set_image(const GlProgram& program, const PreparedView& view) const;
   void project(const Pose& pose, const Camera& camera);
-  void find_candidates(const ClassifyView& view);
-  void scan_faces(const ClassifyView& view);
+  void find_candidates(const PreparedView& view);
+  Counts sample_faces(const PreparedView& view);
+  Counts contest_faces(const PreparedView& view);
+  void dispatch_contest(const PreparedView& view);
   void dispatch_faces(const GlProgram& program, std::size_t first, std::size_t count) const;
   void bind_codes(std::size_t first, std::size_t count) const;
   void read(const GlBuffer& from, std::size_t bytes, void* to);
-  void read_codes(std::vector<FaceCode>& codes);
   Counts read_counts();
   void make_claims(std::size_t capacity);
 

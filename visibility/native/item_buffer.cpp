@@ -17,7 +17,7 @@ Ivm draw_item_buffer(const Mesh& mesh, const Camera& camera, const Pose& pose) {
   project_vertices(mesh, pinhole, pose, projected);
   const PhotoMask whole(pinhole);
   FaceScan scan;
-  CpuIvm().draw({mesh, pinhole, ViewId{}, whole, projected, ivm.faces, projection_rounding(pinhole)}, ivm.faces, scan);
+  CpuIvm().draw({mesh, pinhole, ViewId{}, whole, projected, ivm.faces}, ivm.faces, scan);
   return ivm;
 }
 

@@ -120,9 +120,9 @@ void CpuIvm::draw_tiles(const PreparedView& view, std::span<FaceId> ivm, FaceSca
 }
 
 void CpuIvm::derive_face_codes(FaceScan& scan) const {
-  tbb::enumerable_thread_specific<SampleCounts> counts;
+  tbb::enumerable_thread_specific<VisibilityStatistics> counts;
   for_each_block(scan.codes.size(), [&](std::size_t, std::size_t first, std::size_t end) {
-    SampleCounts& sum = counts.local();
+    VisibilityStatistics& sum = counts.local();
     for (std::size_t f = first; f < end; ++f) {
       scan.codes[f] = code_of(drawn_.marks[f]);
       if (scan.codes[f] != FaceCode::full) continue;
@@ -130,7 +130,7 @@ void CpuIvm::derive_face_codes(FaceScan& scan) const {
       sum.samples += drawn_.samples[f];
     }
   });
-  for (const SampleCounts& sum : counts) scan.counts += sum;
+  for (const VisibilityStatistics& sum : counts) scan.counts += sum;
 }
 
 }  // namespace gpvc::visibility

@@ -22,15 +22,14 @@ struct DepthRange {
 /// Everything is borrowed.
 struct PreparedView {
   PreparedView(const Mesh& of_mesh, const Camera& of_camera, ViewId view, const PhotoMask& photo_mask,
-               const ProjectedMesh& projected_mesh, std::span<const FaceId> item_buffer,
-               const ProjectionRounding& projection)
+               const ProjectedMesh& projected_mesh, std::span<const FaceId> item_buffer)
       : mesh(of_mesh),
         camera(of_camera),
         id(view),
         mask(photo_mask),
         projected(projected_mesh),
         ivm(item_buffer),
-        rounding(projection),
+        rounding(projection_rounding(of_camera)),
         limits(of_camera.width, of_camera.height, rounding, projected_mesh.moderate) {}
 
   const Mesh& mesh;
@@ -92,8 +91,6 @@ struct PreparedView {
     return {std::min(a, std::min(b, c)), std::max(a, std::max(b, c))};
   }
 };
-
-using ClassifyView = PreparedView;
 
 /// Faces in blocks of a fixed size, so that the result of a block does not depend on the number of threads.
 inline constexpr std::size_t kFacesPerBlock = 2048;

@@ -7,14 +7,6 @@
 
 namespace gpvc::visibility {
 
-void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose,
-                      std::vector<ProjectedVertex>& projected) {
-  projected.resize(mesh.positions.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.positions.size(), 4096), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) projected[i] = project(camera, pose, mesh.positions[i]);
-  });
-}
-
 void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose, ProjectedMesh& projected) {
   const std::size_t count = mesh.positions.size();
   projected.vertices.resize(count);

@@ -23,10 +23,6 @@ inline ProjectedVertex project(const Camera& camera, const Pose& pose, const Wor
   return {camera.fx * p.x + camera.cx * p.z, camera.fy * p.y + camera.cy * p.z, p.z};
 }
 
-/// Projects all positions into `projected` (resized). O(positions), TBB.
-void project_vertices(const Mesh& mesh, const Camera& camera, const Pose& pose,
-                      std::vector<ProjectedVertex>& projected);
-
 /// The pixel position of a vertex and the inverse of its depth, each rounded once: for bounds and for QuickFace. The
 /// position is NaN when the vertex is not in front of the camera.
 struct RoundedPosition {
