@@ -117,8 +117,6 @@ class CandidateCollector {
   /// collected faces, so wanted faces need a border of some ten more faces around them to come close.
   CandidateCollector(const Mesh& mesh, const CostOptions& options, std::vector<std::uint8_t> wanted = {});
   ~CandidateCollector();
-  CandidateCollector(const CandidateCollector&) = delete;
-  CandidateCollector& operator=(const CandidateCollector&) = delete;
   /// Each view once, in any order; the result does not depend on the order. O(faces + pixels), TBB inside.
   void add_view(ViewId id, const View& view, const Image& photo, const visibility::ViewVisibility& visibility);
   /// The candidates of a face are its full views. They are its partial views, at a cost that grows with the hidden share,

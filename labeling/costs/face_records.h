@@ -24,28 +24,31 @@ struct ViewRecord {
   FaceRecord* record = nullptr;
 };
 
-/// The records of a range of faces, grouped by face, views ascending.
-class FaceChunk {
- public:
-  /// O(records of these faces + views * log(records of a view)).
-  FaceChunk(RecordsByView& by_view, std::size_t begin_face, std::size_t end_face);
-
-  std::span<const ViewRecord> of(std::size_t face) const { return records_[face - begin_face_]; }
-
- private:
-  std::size_t begin_face_;
-  Grouped<ViewRecord> records_;
-};
+/// The records of the faces [begin, end), grouped by face, views ascending. O(records of these faces + views *
+/// log(records of a view)).
+inline Grouped<ViewRecord> records_of_faces(RecordsByView& by_view, std::size_t begin, std::size_t end) {
+  std::vector<std::pair<std::uint32_t, std::span<FaceRecord>>> parts;
+  for (auto& [view, records] : by_view) {
+    const auto first = std::ranges::lower_bound(records, begin, {}, &FaceRecord::face);
+    const auto last = std::ranges::lower_bound(first, records.end(), end, {}, &FaceRecord::face);
+    if (first != last) parts.emplace_back(view, std::span<FaceRecord>(first, last));
+  }
+  return group_items<ViewRecord>(end - begin, [&](const auto& add) {
+    for (const auto& [view, records] : parts)
+      for (FaceRecord& record : records) add(record.face - begin, {view, &record});
+  });
+}
 
 inline constexpr std::size_t kChunkFaces = 16384;
 
 inline std::size_t chunk_count(std::size_t faces) { return (faces + kChunkFaces - 1) / kChunkFaces; }
 
-/// Calls body(chunk, first face, one past the last face) for all chunks of `faces`, in parallel.
+/// Calls body(chunk, records of its faces, grouped by face) for every `stride`-th chunk of `faces`, in parallel.
 template <class Body>
-void for_each_chunk(std::size_t faces, Body body) {
-  tbb::parallel_for(std::size_t{0}, chunk_count(faces), [&](std::size_t chunk) {
-    body(chunk, chunk * kChunkFaces, std::min(faces, (chunk + 1) * kChunkFaces));
+void for_each_chunk(RecordsByView& by_view, std::size_t faces, std::size_t stride, Body body) {
+  tbb::parallel_for(std::size_t{0}, chunk_count(faces), stride, [&](std::size_t chunk) {
+    const std::size_t begin = chunk * kChunkFaces;
+    body(chunk, records_of_faces(by_view, begin, std::min(faces, begin + kChunkFaces)));
   });
 }
 

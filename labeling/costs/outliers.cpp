@@ -32,10 +32,8 @@ class PhotoGains {
     std::vector<std::uint32_t> histogram(log2_gain_.size() * kBins, 0);
     // The faces of 64 chunks (1 M) suffice for the medians.
     const std::size_t stride = chunk_count(faces) / 64 + 1;
-    for_each_chunk(faces, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-      if (chunk % stride != 0) return;
-      const FaceChunk grouped(by_view, begin, end);
-      for (std::size_t face = begin; face != end; ++face) compare(grouped.of(face), histogram);
+    for_each_chunk(by_view, faces, stride, [&](std::size_t, const Grouped<ViewRecord>& records) {
+      for (std::size_t face = 0; face < records.groups(); ++face) compare(records[face], histogram);
     });
     for (std::size_t i = 0; i < log2_gain_.size(); ++i)
       log2_gain_[i] += median_bin({histogram.data() + i * kBins, kBins});
@@ -81,17 +79,6 @@ class PhotoGains {
   std::vector<double> log2_gain_;
 };
 
-using Neighbours = Grouped<std::uint32_t>;  // per face, the faces that share an edge with it
-
-Neighbours neighbours_of_faces(const FaceGraph& graph, std::size_t faces) {
-  return group_items<std::uint32_t>(faces, [&](const auto& add) {
-    for (const auto& [a, b] : graph.edges) {
-      add(a, b);
-      add(b, a);
-    }
-  });
-}
-
 /// Rounds of averaging over a face and those it shares edges with; ten of them weigh some thirty faces. Chosen by the
 /// error on held-out photos and by the number of patches: 0, 3 and 10 rounds leave 2801, 559 and 459 on a park with trees.
 constexpr int kRounds = 10;
@@ -115,7 +102,7 @@ void measure_disagreement(std::span<const ViewRecord> records, const PhotoGains&
 constexpr std::uint32_t kNoRecord = 0xFFFFFFFFu;
 
 /// `record_of_face`: work space, kNoRecord for every face before and after.
-void average_over_faces(std::vector<FaceRecord>& records, const Neighbours& neighbours,
+void average_over_faces(std::vector<FaceRecord>& records, const Grouped<std::uint32_t>& neighbours,
                         std::vector<std::uint32_t>& record_of_face) {
   for (std::uint32_t i = 0; i < records.size(); ++i) record_of_face[records[i].face] = i;
   std::vector<std::uint16_t> before(records.size());
@@ -140,14 +127,13 @@ void find_outliers(RecordsByView& by_view, std::size_t faces, const FaceGraph& g
   if (by_view.empty()) return;
   PhotoGains gains(std::size_t{by_view.rbegin()->first} + 1);
   for (int round = 0; round < 2; ++round) gains.refine(by_view, faces);
-  for_each_chunk(faces, [&](std::size_t, std::size_t begin, std::size_t end) {
-    const FaceChunk grouped(by_view, begin, end);
+  for_each_chunk(by_view, faces, 1, [&](std::size_t, const Grouped<ViewRecord>& records) {
     std::vector<ColorSample> samples;
     std::vector<double> distance;
-    for (std::size_t face = begin; face != end; ++face)
-      measure_disagreement(grouped.of(face), gains, samples, distance);
+    for (std::size_t face = 0; face < records.groups(); ++face)
+      measure_disagreement(records[face], gains, samples, distance);
   });
-  const Neighbours neighbours = neighbours_of_faces(graph, faces);
+  const Grouped<std::uint32_t> neighbours = group_neighbours(faces, graph.edges);
   std::vector<std::vector<FaceRecord>*> views;
   for (auto& [view, records] : by_view) views.push_back(&records);
   tbb::enumerable_thread_specific<std::vector<std::uint32_t>> record_of_face;

@@ -22,61 +22,41 @@ struct Choice {
   std::size_t rejected = 0;
 };
 
-class Chooser {
- public:
-  explicit Chooser(const CostOptions& options) : options_(options) {}
-
-  const Choice& choose(std::span<const ViewRecord> records) {
-    choice_ = {};
-    const auto take = [&](auto wanted) {
-      for (std::size_t i = 0; i < records.size(); ++i)
-        if (wanted(i)) add(records[i]);
-      return !choice_.taken.empty();
-    };
-    const auto full = [&](std::size_t i) { return records[i].record->is_full(); };
-    const auto kept = [&](std::size_t i) { return !rejected(*records[i].record); };
-    choice_.rejected = static_cast<std::size_t>(
-        std::count_if(records.begin(), records.end(), [&](const ViewRecord& item) { return rejected(*item.record); }));
-    const auto clear = [&](std::size_t i) { return records[i].record->margin < kWholeShare / 2; };
-    const auto in_strip = [&](std::size_t i) { return records[i].record->margin == kWholeShare; };
-
-    // If all full views have the face entirely within the strip along silhouettes, partial views that have most of it
-    // outside are preferred.
-    bool full_outside = false, partial_clear = false;
-    for (std::size_t i = 0; i < records.size(); ++i) {
-      full_outside |= full(i) && kept(i) && !in_strip(i);
-      partial_clear |= !full(i) && kept(i) && clear(i);
+/// Decides between full and partial views, and leaves outliers out.
+Choice choose(std::span<const ViewRecord> records, const CostOptions& options) {
+  Choice choice;
+  const auto full = [](const ViewRecord& item) { return item.record->is_full(); };
+  const auto kept = [&](const ViewRecord& item) {
+    return options.outliers != Outliers::clamp || item.record->disagreement <= fixed_distance(kOutlierMeanDistance);
+  };
+  const auto full_kept = [&](const ViewRecord& item) { return full(item) && kept(item); };
+  const auto partial_kept = [&](const ViewRecord& item) { return !full(item) && kept(item); };
+  const auto take = [&](FaceTag tag, const auto& wanted) {
+    for (const ViewRecord& item : records) {
+      if (!wanted(item)) continue;
+      const double distance = distance_from_fixed(item.record->disagreement);
+      const double agreement = options.outliers == Outliers::damp ? std::exp(-distance * distance / 2) : 1.0;
+      choice.taken.push_back(item);
+      choice.quality.push_back(static_cast<float>(static_cast<double>(item.record->quality) * agreement));
     }
-    if (full_outside || !partial_clear)
-      if (take([&](std::size_t i) { return full(i) && kept(i); })) return finish(FaceTag::seen);
-    if (take([&](std::size_t i) { return !full(i) && kept(i); })) return finish(FaceTag::partial);
-    // All views are rejected, but a doubtful photo is better than none.
-    choice_.rejected = 0;
-    if (take(full)) return finish(FaceTag::seen);
-    if (take([&](std::size_t) { return true; })) return finish(FaceTag::partial);
-    return choice_;
-  }
+    if (!choice.taken.empty()) choice.tag = tag;
+    return !choice.taken.empty();
+  };
+  choice.rejected = records.size() - static_cast<std::size_t>(std::ranges::count_if(records, kept));
 
- private:
-  bool rejected(const FaceRecord& record) const {
-    return options_.outliers == Outliers::clamp && record.disagreement > fixed_distance(kOutlierMeanDistance);
-  }
-
-  void add(const ViewRecord& item) {
-    const double distance = distance_from_fixed(item.record->disagreement);
-    const double agreement = options_.outliers == Outliers::damp ? std::exp(-distance * distance / 2) : 1.0;
-    choice_.taken.push_back(item);
-    choice_.quality.push_back(static_cast<float>(static_cast<double>(item.record->quality) * agreement));
-  }
-
-  const Choice& finish(FaceTag tag) {
-    choice_.tag = tag;
-    return choice_;
-  }
-
-  const CostOptions& options_;
-  Choice choice_;
-};
+  // If all full views have the face entirely within the strip along silhouettes, partial views that have most of it
+  // outside are preferred.
+  const bool full_outside = std::ranges::any_of(
+      records, [&](const ViewRecord& item) { return full_kept(item) && item.record->margin != kWholeShare; });
+  const bool partial_clear = std::ranges::any_of(
+      records, [&](const ViewRecord& item) { return partial_kept(item) && item.record->margin < kWholeShare / 2; });
+  if ((full_outside || !partial_clear) && take(FaceTag::seen, full_kept)) return choice;
+  if (take(FaceTag::partial, partial_kept)) return choice;
+  // All views are rejected, but a doubtful photo is better than none.
+  choice.rejected = 0;
+  if (!take(FaceTag::seen, full)) take(FaceTag::partial, [](const ViewRecord&) { return true; });
+  return choice;
+}
 
 // --- costs
 
@@ -193,10 +173,9 @@ Candidates CandidateCollector::finish() {
   if (options.outliers != Outliers::none) find_outliers(by_view, faces, face_graph(state_->mesh));
 
   std::vector<TablePart> parts(chunk_count(faces));
-  for_each_chunk(faces, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    const FaceChunk grouped(by_view, begin, end);
-    Chooser chooser(options);
-    for (std::size_t face = begin; face != end; ++face) parts[chunk].add(chooser.choose(grouped.of(face)), options);
+  for_each_chunk(by_view, faces, 1, [&](std::size_t chunk, const Grouped<ViewRecord>& records) {
+    for (std::size_t face = 0; face < records.groups(); ++face)
+      parts[chunk].add(choose(records[face], options), options);
   });
   by_view.clear();
   std::vector<float> penalty;

@@ -16,8 +16,6 @@ class CutGraph {
  public:
   CutGraph();
   ~CutGraph();
-  CutGraph(const CutGraph&) = delete;
-  CutGraph& operator=(const CutGraph&) = delete;
 
   /// Nodes and arcs, compressed by node. Every arc has a reverse arc with a capacity of its own. If flow has been pushed
   /// already, capacities are what remains of them.
