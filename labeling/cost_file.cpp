@@ -1,5 +1,6 @@
 // Cost tables on disk: a folder of three arrays, and mvs-texturing's sparse table.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -72,20 +73,9 @@ struct SparseEntry {
   float cost;
 };
 
-constexpr std::size_t kEntryBytes = 10;
-
-SparseEntry entry_at(const std::string& bytes, std::size_t i) {
-  SparseEntry entry;
-  const char* at = bytes.data() + i * kEntryBytes;
-  std::memcpy(&entry.face, at, 4);
-  std::memcpy(&entry.view, at + 4, 2);
-  std::memcpy(&entry.cost, at + 6, 4);
-  return entry;
-}
-
 struct SparseFile {
-  std::uint64_t faces = 0, views = 0, entries = 0;
-  std::string bytes;  ///< of the entries
+  std::uint64_t faces = 0, views = 0;
+  std::vector<SparseEntry> entries;
 };
 
 SparseFile read_sparse_file(const fs::path& file) {
@@ -93,44 +83,48 @@ SparseFile read_sparse_file(const fs::path& file) {
   if (!in) throw InputError(file, "", "cannot be opened");
   std::string magic, version;
   SparseFile table;
-  in >> magic >> version >> table.faces >> table.views >> table.entries;
+  std::uint64_t entries = 0;
+  in >> magic >> version >> table.faces >> table.views >> entries;
   if (!in || magic != "SPT" || in.get() != '\n')
     throw InputError(file, "line 1", "expected 'SPT 0.2 FACES VIEWS ENTRIES'");
+  constexpr std::size_t kEntryBytes = 10;
   const std::uint64_t size = fs::file_size(file), header = static_cast<std::uint64_t>(in.tellg());
-  if ((size - header) / kEntryBytes < table.entries)
+  if ((size - header) / kEntryBytes < entries)
     throw InputError(file, "byte " + std::to_string(size),
-                     "the file ends before its " + std::to_string(table.entries) + " entries");
+                     "the file ends before its " + std::to_string(entries) + " entries");
   // Faces without an entry take no byte of the file, so the file's size does not bound their number. A table with
   // entries for less than one face in 1024 is an error in the header rather than a mesh.
   constexpr std::uint64_t kMaxFacesPerEntry = 1024, kAlwaysAllowed = 1u << 20;
-  if (table.faces > 0xFFFFFFFEu || table.faces > kAlwaysAllowed + kMaxFacesPerEntry * table.entries)
-    throw InputError(file, "line 1",
-                     "claims " + std::to_string(table.faces) + " faces, too many for its " +
-                         std::to_string(table.entries) + " entries");
-  table.bytes.resize(table.entries * kEntryBytes);
-  if (!in.read(table.bytes.data(), static_cast<std::streamsize>(table.bytes.size())))
-    throw InputError(file, "", "cannot be read");
+  if (table.faces > 0xFFFFFFFEu || table.faces > kAlwaysAllowed + kMaxFacesPerEntry * entries)
+    throw InputError(
+        file, "line 1",
+        "claims " + std::to_string(table.faces) + " faces, too many for its " + std::to_string(entries) + " entries");
+  table.entries.resize(entries);
+  for (SparseEntry& entry : table.entries) {
+    std::array<char, kEntryBytes> bytes;
+    if (!in.read(bytes.data(), kEntryBytes)) throw InputError(file, "", "cannot be read");
+    std::memcpy(&entry.face, bytes.data(), 4);
+    std::memcpy(&entry.view, bytes.data() + 4, 2);
+    std::memcpy(&entry.cost, bytes.data() + 6, 4);
+  }
   return table;
 }
 
 CostTable read_sparse_table(const fs::path& file) {
   const SparseFile sparse = read_sparse_file(file);
-  for (std::size_t i = 0; i < sparse.entries; ++i) {
-    const SparseEntry entry = entry_at(sparse.bytes, i);
+  for (std::size_t i = 0; i < sparse.entries.size(); ++i) {
+    const SparseEntry& entry = sparse.entries[i];
     if (entry.face >= sparse.faces || entry.view >= sparse.views)
       throw InputError(file, "entry " + std::to_string(i), "its face or view is out of range");
     check_cost(file, i, entry.cost);
   }
   using Candidate = std::pair<std::uint32_t, float>;  // view, cost
   Grouped<Candidate> rows = group_items<Candidate>(sparse.faces, [&](const auto& add) {
-    for (std::size_t i = 0; i < sparse.entries; ++i) {
-      const SparseEntry entry = entry_at(sparse.bytes, i);
-      add(entry.face, {entry.view, entry.cost});
-    }
+    for (const SparseEntry& entry : sparse.entries) add(entry.face, {entry.view, entry.cost});
   });
   CostTable table;
-  table.views.reserve(sparse.entries);
-  table.costs.reserve(sparse.entries);
+  table.views.reserve(sparse.entries.size());
+  table.costs.reserve(sparse.entries.size());
   for (std::size_t face = 0; face < sparse.faces; ++face) {
     const std::span<Candidate> row = rows[face];
     std::sort(row.begin(), row.end());

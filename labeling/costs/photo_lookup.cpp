@@ -22,17 +22,15 @@ std::optional<std::size_t> PhotoLookup::pixel(int x, int y) const {
 }
 
 PhotoLookup::Row PhotoLookup::row(int y) const {
-  Row row;
-  row.lookup_ = this;
-  row.y_ = y;
+  Row row{*this, y, {}};
   if (nodes_.empty()) return row;
   const double fraction = (y % kStep) * (1.0 / kStep);
   const PhotoPoint* above = nodes_.data() + static_cast<std::size_t>(y / kStep) * static_cast<std::size_t>(columns_);
   const PhotoPoint* below = above + columns_;
-  row.nodes_.resize(static_cast<std::size_t>(columns_));
-  for (std::size_t i = 0; i < row.nodes_.size(); ++i)
-    row.nodes_[i] = {above[i].x + fraction * (below[i].x - above[i].x),
-                     above[i].y + fraction * (below[i].y - above[i].y)};
+  row.nodes.resize(static_cast<std::size_t>(columns_));
+  for (std::size_t i = 0; i < row.nodes.size(); ++i)
+    row.nodes[i] = {above[i].x + fraction * (below[i].x - above[i].x),
+                    above[i].y + fraction * (below[i].y - above[i].y)};
   return row;
 }
 

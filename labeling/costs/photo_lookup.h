@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "io/image.h"
 #include "io/scene.h"
 
 namespace gpvc::labeling {
@@ -20,16 +21,13 @@ class PhotoLookup {
   explicit PhotoLookup(const Camera& camera);
 
   /// One row of the frame, cheap to make.
-  class Row {
-   public:
+  struct Row {
+    const PhotoLookup& lookup;
+    int y = 0;
+    std::vector<PhotoPoint> nodes;  ///< empty: no distortion; NaN where the lens model folds
+
     /// Index of the photo's pixel (row-major); nullopt where the lens model is undefined.
     std::optional<std::size_t> pixel(int x) const;
-
-   private:
-    friend class PhotoLookup;
-    const PhotoLookup* lookup_ = nullptr;
-    int y_ = 0;
-    std::vector<PhotoPoint> nodes_;  ///< empty: no distortion; NaN where the lens model folds
   };
   Row row(int y) const;
 
@@ -54,15 +52,13 @@ inline std::size_t PhotoLookup::clamped_index(double x, double y) const {
 }
 
 inline std::optional<std::size_t> PhotoLookup::Row::pixel(int x) const {
-  if (nodes_.empty())
-    return static_cast<std::size_t>(y_) * static_cast<std::size_t>(lookup_->camera_.width) +
-           static_cast<std::size_t>(x);
+  if (nodes.empty()) return pixel_index(x, y, lookup.camera_.width);
   const auto cell = static_cast<std::size_t>(x / kStep);
   const double fraction = (x % kStep) * (1.0 / kStep);
-  const PhotoPoint &a = nodes_[cell], &b = nodes_[cell + 1];
+  const PhotoPoint &a = nodes[cell], &b = nodes[cell + 1];
   const double photo_x = a.x + fraction * (b.x - a.x), photo_y = a.y + fraction * (b.y - a.y);
-  if (photo_x == photo_x && photo_y == photo_y) return lookup_->clamped_index(photo_x, photo_y);
-  return lookup_->pixel(x, y_);
+  if (photo_x == photo_x && photo_y == photo_y) return lookup.clamped_index(photo_x, photo_y);
+  return lookup.pixel(x, y);
 }
 
 }  // namespace gpvc::labeling

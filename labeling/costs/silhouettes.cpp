@@ -80,14 +80,20 @@ void unite_runs(std::vector<std::uint8_t>& row, std::vector<std::uint8_t>& copy,
 
 }  // namespace
 
-CameraPoint area_normal(const CameraPoint (&corners)[3]) {
-  const CameraPoint &a = corners[0], &b = corners[1], &c = corners[2];
+CameraTriangle camera_corners(const Mesh& mesh, std::size_t face, const Pose& pose) {
+  CameraTriangle corners;
+  for (std::size_t i = 0; i < 3; ++i) corners[i] = camera_from_world(pose, mesh.positions[mesh.faces[face][i]]);
+  return corners;
+}
+
+CameraPoint area_normal(const CameraTriangle& corners) {
+  const auto& [a, b, c] = corners;
   const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z;
   const double vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
   return {uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx};
 }
 
-InverseDepth inverse_depth(const Camera& camera, const CameraPoint (&corners)[3]) {
+InverseDepth inverse_depth(const Camera& camera, const CameraTriangle& corners) {
   const CameraPoint n = area_normal(corners);
   const CameraPoint& a = corners[0];
   const double offset = n.x * a.x + n.y * a.y + n.z * a.z;  // n . X = offset, X = z (u, v, 1)

@@ -1,6 +1,7 @@
 // Finds depth discontinuities of an IVM, and the strip of pixels around them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -17,11 +18,15 @@ struct InverseDepth {
   float at(float px, float py) const { return x * px + y * py + constant; }
 };
 
+using CameraTriangle = std::array<CameraPoint, 3>;
+
+CameraTriangle camera_corners(const Mesh& mesh, std::size_t face, const Pose& pose);
+
 /// Normal of a triangle, of twice the triangle's area: (b - a) x (c - a).
-CameraPoint area_normal(const CameraPoint (&corners)[3]);
+CameraPoint area_normal(const CameraTriangle& corners);
 
 /// The plane of a triangle given in camera coordinates. All zero for a triangle seen edge-on, which has none.
-InverseDepth inverse_depth(const Camera& camera, const CameraPoint (&corners)[3]);
+InverseDepth inverse_depth(const Camera& camera, const CameraTriangle& corners);
 
 /// One byte a pixel, 1 within `margin_px` pixels of a depth discontinuity, on both sides of it: wherever photo and mesh
 /// disagree, the surface behind gets the colour of the one in front or the other way round.

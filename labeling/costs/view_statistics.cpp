@@ -4,15 +4,60 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 
-#include "labeling/costs/photo_gradient.h"
 #include "labeling/costs/photo_lookup.h"
 #include "labeling/costs/silhouettes.h"
 
 namespace gpvc::labeling {
 namespace {
+
+// --- gradient
+
+constexpr int kGradientUnit = 8;
+
+/// Rec. 601 luma in grey levels, with the first and the last pixel repeated.
+void luma_row(const Image& photo, int y, std::vector<std::int16_t>& out) {
+  const auto width = static_cast<std::size_t>(photo.width);
+  const std::uint8_t* in = photo.at(0, std::clamp(y, 0, photo.height - 1));
+  for (std::size_t x = 0; x < width; ++x)
+    out[x + 1] = static_cast<std::int16_t>((77 * in[3 * x] + 150 * in[3 * x + 1] + 29 * in[3 * x + 2] + 128) >> 8);
+  out[0] = out[1];
+  out[width + 1] = out[width];
+}
+
+void gradient_row(const std::int16_t* above, const std::int16_t* here, const std::int16_t* below, std::uint16_t* out,
+                  std::size_t width) {
+  for (std::size_t x = 0; x < width; ++x) {
+    const int dx = above[x + 2] - above[x] + 2 * (here[x + 2] - here[x]) + below[x + 2] - below[x];
+    const int dy = below[x] - above[x] + 2 * (below[x + 1] - above[x + 1]) + below[x + 2] - above[x + 2];
+    out[x] = static_cast<std::uint16_t>(static_cast<int>(std::sqrt(static_cast<float>(dx * dx + dy * dy)) + 0.5f));
+  }
+}
+
+/// Per pixel, row-major: gradient magnitude of luma in 1/kGradientUnit grey levels a pixel, rounded (Sobel's kernel, whose
+/// weights sum to 8; the outermost pixels are repeated beyond the border). O(pixels), TBB inside.
+std::vector<std::uint16_t> gradient_magnitude(const Image& photo) {
+  const auto width = static_cast<std::size_t>(photo.width);
+  std::vector<std::uint16_t> gradient(width * static_cast<std::size_t>(photo.height));
+  tbb::parallel_for(tbb::blocked_range<int>(0, photo.height, 32), [&](const tbb::blocked_range<int>& rows) {
+    std::array<std::vector<std::int16_t>, 3> luma;
+    for (auto& row : luma) row.resize(width + 2);
+    const auto slot = [](int y) { return static_cast<std::size_t>(y + 3) % 3; };
+    luma_row(photo, rows.begin() - 1, luma[slot(rows.begin() - 1)]);
+    luma_row(photo, rows.begin(), luma[slot(rows.begin())]);
+    for (int y = rows.begin(); y != rows.end(); ++y) {
+      luma_row(photo, y + 1, luma[slot(y + 1)]);
+      gradient_row(luma[slot(y - 1)].data(), luma[slot(y)].data(), luma[slot(y + 1)].data(),
+                   gradient.data() + static_cast<std::size_t>(y) * width, width);
+    }
+  });
+  return gradient;
+}
+
+// --- statistics
 
 constexpr std::uint32_t kNoSlot = 0xFFFFFFFFu;
 
@@ -51,15 +96,18 @@ bool is_near(const Camera& camera, const PixelPoint& p) {
 }
 
 /// Area of the projection in pixels; 0 unless all corners lie in front of the camera and near the image.
-double projected_area(const Camera& camera, const CameraPoint (&p)[3]) {
-  if (!(p[0].z > 0 && p[1].z > 0 && p[2].z > 0)) return 0;
-  const PixelPoint a = pixel_from_camera(camera, p[0]), b = pixel_from_camera(camera, p[1]),
-                   c = pixel_from_camera(camera, p[2]);
-  if (!is_near(camera, a) || !is_near(camera, b) || !is_near(camera, c)) return 0;
+double projected_area(const Camera& camera, const CameraTriangle& p) {
+  std::array<PixelPoint, 3> q;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!(p[i].z > 0)) return 0;
+    q[i] = pixel_from_camera(camera, p[i]);
+    if (!is_near(camera, q[i])) return 0;
+  }
+  const auto& [a, b, c] = q;
   return std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)) / 2;
 }
 
-FaceShape shape_of(const Camera& camera, const CameraPoint (&p)[3]) {
+FaceShape shape_of(const Camera& camera, const CameraTriangle& p) {
   FaceShape result;
   result.plane = inverse_depth(camera, p);
   result.area_px = static_cast<float>(projected_area(camera, p));
@@ -97,19 +145,22 @@ class ViewPass {
   std::vector<FaceRecord> run(std::span<const std::uint8_t> wanted) {
     list_faces(wanted);
     tbb::parallel_for(std::size_t{0}, faces_.size(),
-                      [&](std::size_t slot) { shapes_[slot] = shape_of(view_.camera, corners(faces_[slot]).p); });
+                      [&](std::size_t slot) { shapes_[slot] = shape_of(view_.camera, corners(faces_[slot])); });
     if (options_.margin_px > 0)
       margin_ = silhouette_margin(view_.camera, visibility_.ivm, options_.margin_px, [this](FaceId face) {
         const std::uint32_t slot = slot_of_face_[index(face)];
-        return slot != kNoSlot ? shapes_[slot].plane
-                               : inverse_depth(view_.camera, corners(static_cast<std::uint32_t>(face)).p);
+        return slot != kNoSlot ? shapes_[slot].plane : inverse_depth(view_.camera, corners(index(face)));
       });
     if (options_.term != DataTerm::area) gradient_ = gradient_magnitude(photo_);
     const int rows = visibility_.ivm.height;
     tbb::parallel_for(tbb::blocked_range<int>(0, rows, 16), [&](const tbb::blocked_range<int>& range) {
       for (int y = range.begin(); y != range.end(); ++y) add_row(y);
     });
-    return records();
+    const std::vector<float> visible = visible_shares();
+    std::vector<FaceRecord> records(faces_.size());
+    tbb::parallel_for(std::size_t{0}, faces_.size(),
+                      [&](std::size_t slot) { records[slot] = record(slot, static_cast<double>(visible[slot])); });
+    return records;
   }
 
  private:
@@ -127,14 +178,7 @@ class ViewPass {
     shapes_.resize(faces_.size());
   }
 
-  struct Corners {
-    CameraPoint p[3];
-  };
-  Corners corners(std::uint32_t face) const {
-    const Triangle& t = mesh_.faces[face];
-    const auto corner = [&](std::size_t i) { return camera_from_world(view_.pose, mesh_.positions[t[i]]); };
-    return {{corner(0), corner(1), corner(2)}};
-  }
+  CameraTriangle corners(std::size_t face) const { return camera_corners(mesh_, face, view_.pose); }
 
   void add_pixel(std::size_t frame_pixel, std::size_t photo_pixel, PixelSums& sums) const {
     ++sums.pixels;
@@ -164,13 +208,11 @@ class ViewPass {
   }
 
   /// For a face that owns no pixel: the pixel that its centroid lies in.
-  void add_centroid(const FaceShape& face_shape, PixelSums& sums) const {
+  void add_centroid(const FaceShape& shape, PixelSums& sums) const {
     const visibility::Ivm& ivm = visibility_.ivm;
-    const int x = std::clamp(static_cast<int>(face_shape.x), 0, ivm.width - 1);
-    const int y = std::clamp(static_cast<int>(face_shape.y), 0, ivm.height - 1);
-    const std::size_t pixel =
-        static_cast<std::size_t>(y) * static_cast<std::size_t>(ivm.width) + static_cast<std::size_t>(x);
-    if (const auto photo_pixel = lookup_.pixel(x, y)) add_pixel(pixel, *photo_pixel, sums);
+    const int x = std::clamp(static_cast<int>(shape.x), 0, ivm.width - 1);
+    const int y = std::clamp(static_cast<int>(shape.y), 0, ivm.height - 1);
+    if (const auto photo_pixel = lookup_.pixel(x, y)) add_pixel(pixel_index(x, y, ivm.width), *photo_pixel, sums);
   }
 
   FaceRecord record(std::size_t slot, double visible_share) const {
@@ -200,14 +242,6 @@ class ViewPass {
       visible[slot] = found ? std::min(entries[entry].visible_share, kMaxPartialShare) : 0.5f;
     }
     return visible;
-  }
-
-  std::vector<FaceRecord> records() const {
-    const std::vector<float> visible = visible_shares();
-    std::vector<FaceRecord> result(faces_.size());
-    tbb::parallel_for(std::size_t{0}, faces_.size(),
-                      [&](std::size_t slot) { result[slot] = record(slot, static_cast<double>(visible[slot])); });
-    return result;
   }
 
   /// A face is partial although every in-image sample sees it if a vertex lies outside the image.

@@ -31,7 +31,7 @@ Grouped<std::uint32_t> find_clusters(const LabelProblem& problem, std::size_t cl
 
 /// Appends the candidates of one cluster.
 void add_candidates(const LabelProblem& problem, std::span<const std::uint32_t> members, float missing_penalty,
-                    CoarseProblem& coarse) {
+                    CostTable& coarse) {
   struct Item {
     std::uint32_t label;
     float excess;  ///< over the node's cheapest candidate
@@ -57,10 +57,10 @@ void add_candidates(const LabelProblem& problem, std::span<const std::uint32_t> 
     for (; j < items.size() && items[j].label == items[i].label; ++j) cost += static_cast<double>(items[j].excess);
     if (j - i < wanted) continue;
     cost += static_cast<double>(missing_penalty) * static_cast<double>(members.size() - (j - i));
-    coarse.labels.push_back(items[i].label);
+    coarse.views.push_back(items[i].label);
     coarse.costs.push_back(static_cast<float>(cost));
   }
-  coarse.first.push_back(coarse.labels.size());
+  coarse.first.push_back(coarse.views.size());
 }
 
 std::vector<WeightedPair> cluster_pairs(const LabelProblem& problem, const CoarseProblem& coarse) {
@@ -94,10 +94,10 @@ CoarseProblem coarsen(const LabelProblem& problem, std::size_t cluster_size) {
   for (const LabelProblem::Neighbour& neighbour : neighbours) weight_sum += static_cast<double>(neighbour.weight);
   const float mean_weight =
       neighbours.empty() ? 0.0f : static_cast<float>(weight_sum / static_cast<double>(neighbours.size()));
-  coarse.first.push_back(0);
+  coarse.table.first.push_back(0);
   for (std::size_t cluster = 0; cluster < clusters.groups(); ++cluster)
-    add_candidates(problem, clusters[cluster], mean_weight, coarse);
-  coarse.problem = make_problem(coarse.first, coarse.labels, coarse.costs, cluster_pairs(problem, coarse));
+    add_candidates(problem, clusters[cluster], mean_weight, coarse.table);
+  coarse.problem = make_problem(coarse.table, cluster_pairs(problem, coarse));
   return coarse;
 }
 

@@ -8,12 +8,10 @@
 
 namespace gpvc::labeling {
 
-/// The problem whose nodes are clusters of the larger problem's nodes, with the arrays that it borrows.
+/// The problem whose nodes are clusters of the larger problem's nodes, with the table that it borrows.
 struct CoarseProblem {
   std::vector<std::uint32_t> cluster_of_node;  ///< kNoLabel for nodes without candidates
-  std::vector<std::size_t> first;
-  std::vector<std::uint32_t> labels;
-  std::vector<float> costs;
+  CostTable table;
   LabelProblem problem;
 };
 

@@ -17,9 +17,9 @@ constexpr std::uint32_t kNotInCut = 0xFFFFFFFFu;
 /// the order of moves and the speed, not what counts as a fixpoint.
 constexpr int kReach = 12;
 
-Grouped<LabelProblem::Neighbour> group_neighbours(const LabelProblem& problem, std::span<const WeightedPair> pairs) {
-  const auto has_candidates = [&](std::uint32_t node) { return problem.first[node] < problem.first[node + 1]; };
-  return group_items<LabelProblem::Neighbour>(problem.nodes(), [&](const auto& add) {
+Grouped<LabelProblem::Neighbour> weighted_neighbours(const CostTable& table, std::span<const WeightedPair> pairs) {
+  const auto has_candidates = [&](std::uint32_t node) { return table.first[node] < table.first[node + 1]; };
+  return group_items<LabelProblem::Neighbour>(table.faces(), [&](const auto& add) {
     for (const WeightedPair& pair : pairs) {
       if (!(pair.weight > 0) || !has_candidates(pair.a) || !has_candidates(pair.b)) continue;
       add(pair.a, {pair.b, pair.weight});
@@ -28,13 +28,13 @@ Grouped<LabelProblem::Neighbour> group_neighbours(const LabelProblem& problem, s
   });
 }
 
-Grouped<LabelProblem::Candidate> group_by_label(const LabelProblem& problem) {
-  const auto highest = std::max_element(problem.labels.begin(), problem.labels.end());
-  const std::size_t labels = highest == problem.labels.end() ? 0 : std::size_t{*highest} + 1;
+Grouped<LabelProblem::Candidate> group_by_label(const CostTable& table) {
+  const auto highest = std::ranges::max_element(table.views);
+  const std::size_t labels = highest == table.views.end() ? 0 : std::size_t{*highest} + 1;
   return group_items<LabelProblem::Candidate>(labels, [&](const auto& add) {
-    for (std::uint32_t node = 0; node < problem.nodes(); ++node)
-      for (std::size_t i = problem.first[node]; i < problem.first[node + 1]; ++i)
-        add(problem.labels[i], {node, problem.costs[i]});
+    for (std::uint32_t node = 0; node < table.faces(); ++node)
+      for (std::size_t i = table.first[node]; i < table.first[node + 1]; ++i)
+        add(table.views[i], {node, table.costs[i]});
   });
 }
 
@@ -79,14 +79,8 @@ struct Move {
 
 }  // namespace
 
-LabelProblem make_problem(std::span<const std::size_t> first, std::span<const std::uint32_t> labels,
-                          std::span<const float> costs, std::span<const WeightedPair> pairs) {
-  LabelProblem problem;
-  problem.first = first;
-  problem.labels = labels;
-  problem.costs = costs;
-  problem.neighbours = group_neighbours(problem, pairs);
-  problem.by_label = group_by_label(problem);
+LabelProblem make_problem(const CostTable& table, std::span<const WeightedPair> pairs) {
+  LabelProblem problem{table.first, table.views, table.costs, weighted_neighbours(table, pairs), group_by_label(table)};
   problem.scale = scale_for(problem);
   return problem;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/grouping.h"
+#include "labeling/labeling.h"
 #include "labeling/solver/graph_cut.h"
 
 namespace gpvc::labeling {
@@ -58,9 +59,8 @@ struct WeightedPair {
   float weight;
 };
 
-/// Borrows the table. O(candidates + pairs).
-LabelProblem make_problem(std::span<const std::size_t> first, std::span<const std::uint32_t> labels,
-                          std::span<const float> costs, std::span<const WeightedPair> pairs);
+/// Borrows the arrays of the table. O(candidates + pairs).
+LabelProblem make_problem(const CostTable& table, std::span<const WeightedPair> pairs);
 
 /// Each node's cheapest candidate, the lowest label of equals; kNoLabel for nodes without candidates.
 std::vector<std::uint32_t> cheapest_labels(const LabelProblem& problem);

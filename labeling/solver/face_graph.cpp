@@ -18,20 +18,14 @@ struct HalfEdge {
   auto operator<=>(const HalfEdge&) const = default;
 };
 
-/// Calls visit(lower vertex, higher vertex) for the edges of a triangle, without edges from a vertex to itself.
-template <class Visit>
-void for_each_edge(const Triangle& triangle, Visit visit) {
-  for (std::size_t corner = 0; corner < 3; ++corner) {
-    const std::uint32_t a = triangle[corner], b = triangle[(corner + 1) % 3];
-    if (a != b) visit(std::min(a, b), std::max(a, b));
-  }
-}
-
-/// Ascending within a vertex.
+/// Ascending within a vertex; without edges from a vertex to itself.
 Grouped<HalfEdge> half_edges_by_lower_vertex(const Mesh& mesh) {
   Grouped<HalfEdge> half_edges = group_items<HalfEdge>(mesh.positions.size(), [&](const auto& add) {
     for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
-      for_each_edge(mesh.faces[face], [&](std::uint32_t low, std::uint32_t high) { add(low, {high, face}); });
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const std::uint32_t a = mesh.faces[face][corner], b = mesh.faces[face][(corner + 1) % 3];
+        if (a != b) add(std::min(a, b), {std::max(a, b), face});
+      }
   });
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, half_edges.groups(), 4096), [&](const auto& vertices) {
     for (std::size_t vertex = vertices.begin(); vertex != vertices.end(); ++vertex)

@@ -17,20 +17,9 @@ constexpr std::size_t kClusterSize = 16;
 constexpr std::size_t kMaxDirectNodes = 2000;  ///< problems up to this size are solved without a coarser start
 constexpr int kCoarseSweeps = 8;
 
-std::size_t count_patches(const LabelProblem& problem, std::span<const std::uint32_t> labels) {
-  std::size_t patches = 0;
-  for_each_patch(problem, labels, [&](std::span<const std::uint32_t>) { ++patches; });
-  return patches;
-}
-
 bool differ(std::span<const ViewId> labels, const std::array<std::uint32_t, 2>& pair) {
   const ViewId a = labels[pair[0]], b = labels[pair[1]];
   return a != kNoView && b != kNoView && a != b;
-}
-
-std::size_t count_differing_pairs(const FaceGraph& graph, std::span<const ViewId> labels) {
-  return static_cast<std::size_t>(
-      std::count_if(graph.edges.begin(), graph.edges.end(), [&](const auto& pair) { return differ(labels, pair); }));
 }
 
 double pair_weight(const FaceGraph& graph, std::size_t pair) {
@@ -93,7 +82,6 @@ double labeling_energy(const CostTable& table, const FaceGraph& graph, std::span
   for (std::size_t face = 0; face < table.faces(); ++face)
     for (std::size_t i = table.first[face]; i < table.first[face + 1]; ++i)
       if (table.views[i] == index(labels[face])) energy += static_cast<double>(table.costs[i]);
-  if (graph.weights.empty()) return energy + smoothness * static_cast<double>(count_differing_pairs(graph, labels));
   double seams = 0;
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
     if (differ(labels, graph.edges[i])) seams += pair_weight(graph, i);
@@ -108,8 +96,7 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
       throw std::invalid_argument("select_views: expected a fixed view per face, or none");
     return select_views(with_fixed_labels(table, fixed), graph, options, progress);
   }
-  const LabelProblem problem =
-      make_problem(table.first, table.views, table.costs, weighted_pairs(graph, options.smoothness));
+  const LabelProblem problem = make_problem(table, weighted_pairs(graph, options.smoothness));
   std::vector<std::uint32_t> labels = coarse_start(problem);
 
   Selection result;
@@ -129,8 +116,8 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
                                               options.small_patch_rise, labels);
   result.labels = view_ids(labels);
   result.energy = labeling_energy(table, graph, result.labels, options.smoothness);
-  result.differing_pairs = count_differing_pairs(graph, result.labels);
-  result.patches = count_patches(problem, labels);
+  for (const auto& pair : graph.edges) result.differing_pairs += differ(result.labels, pair);
+  for_each_patch(problem, labels, [&](std::span<const std::uint32_t>) { ++result.patches; });
   return result;
 }
 

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "atlas/baking/pages.h"
-#include "atlas/charts/texel_set.h"
 #include "atlas/charts/chart_raster.h"
+#include "atlas/charts/texel_set.h"
 #include "tests/atlas/atlas_scene.h"
 
 namespace gpvc::atlas {

@@ -203,7 +203,7 @@ TEST(Labeling, EnergyNeverRisesFromOneBatchOfExpansionsToTheNext) {
   const Instance instance = large_instance();
   std::vector<WeightedPair> pairs;
   for (const auto& [a, b] : instance.graph.edges) pairs.push_back({a, b, 0.3f});
-  const LabelProblem problem = make_problem(instance.table.first, instance.table.views, instance.table.costs, pairs);
+  const LabelProblem problem = make_problem(instance.table, pairs);
   for (const std::size_t batch : {1u, 4u, 9u}) {
     std::vector<std::uint32_t> labels = cheapest_labels(problem);
     Capacity before = fixed_energy(problem, labels);
@@ -279,12 +279,10 @@ TEST(Labeling, PatchesAndPairsAreCounted) {
 
 TEST(Labeling, PairsWeighWhatTheySay) {
   // 0 -3- 1 -1- 2: both labels cost node 1 the same, so it takes the label of the heavier pair.
-  const std::vector<std::size_t> first{0, 1, 3, 4};
-  const std::vector<std::uint32_t> views{0, 0, 1, 1};
-  const std::vector<float> costs{0, 0.5f, 0.5f, 0};
+  const CostTable table{{0, 1, 3, 4}, {0, 0, 1, 1}, {0, 0.5f, 0.5f, 0}};
   for (const bool left : {true, false}) {
-    const LabelProblem problem = make_problem(
-        first, views, costs, std::vector<WeightedPair>{{0, 1, left ? 3.f : 1.f}, {1, 2, left ? 1.f : 3.f}});
+    const LabelProblem problem =
+        make_problem(table, std::vector<WeightedPair>{{0, 1, left ? 3.f : 1.f}, {1, 2, left ? 1.f : 3.f}});
     std::vector<std::uint32_t> labels{0, left ? 1u : 0u, 1};
     Expander expander(problem, labels, 1);
     while (!expander.is_fixpoint()) expander.sweep();
@@ -296,7 +294,7 @@ TEST(Coarsening, ClustersAreConnectedAndKeepTheSumOfCosts) {
   const Instance instance = large_instance();
   std::vector<WeightedPair> pairs;
   for (const auto& [a, b] : instance.graph.edges) pairs.push_back({a, b, 1});
-  const LabelProblem problem = make_problem(instance.table.first, instance.table.views, instance.table.costs, pairs);
+  const LabelProblem problem = make_problem(instance.table, pairs);
   const CoarseProblem coarse = coarsen(problem, 16);
   std::vector<std::size_t> size(coarse.problem.nodes(), 0);
   std::vector<std::uint32_t> cluster_labels(problem.nodes());
@@ -320,11 +318,9 @@ TEST(Coarsening, ClustersAreConnectedAndKeepTheSumOfCosts) {
 
 TEST(Patches, SmallOnesMergeWhereTheRiseIsAllowed) {
   // A row 0 0 1 0 0 whose middle may take 0 at a cost higher by 0.75, which saves two pairs of 0.25: a rise of 0.25.
-  const std::vector<std::size_t> first{0, 1, 2, 4, 5, 6};
-  const std::vector<std::uint32_t> views{0, 0, 0, 1, 0, 0};
-  const std::vector<float> costs{0, 0, 0.75f, 0, 0, 0};
-  const LabelProblem problem = make_problem(
-      first, views, costs, std::vector<WeightedPair>{{0, 1, 0.25f}, {1, 2, 0.25f}, {2, 3, 0.25f}, {3, 4, 0.25f}});
+  const CostTable table{{0, 1, 2, 4, 5, 6}, {0, 0, 0, 1, 0, 0}, {0, 0, 0.75f, 0, 0, 0}};
+  const LabelProblem problem =
+      make_problem(table, std::vector<WeightedPair>{{0, 1, 0.25f}, {1, 2, 0.25f}, {2, 3, 0.25f}, {3, 4, 0.25f}});
   const std::vector<std::uint32_t> start{0, 0, 1, 0, 0};
   for (const auto& [max_nodes, rise, merges] : {std::tuple{1u, 0.2, false}, {1u, 0.25, true}, {0u, 0.25, false}}) {
     std::vector<std::uint32_t> labels = start;

@@ -103,10 +103,7 @@ inline visibility::ViewVisibility look(const Mesh& mesh, const View& view, ViewI
 inline std::vector<std::uint8_t> margin_of(const Mesh& mesh, const View& view, int margin_px) {
   const visibility::ViewVisibility seen = look(mesh, view);
   return labeling::silhouette_margin(view.camera, seen.ivm, margin_px, [&](FaceId face) {
-    CameraPoint corners[3];
-    for (std::size_t i = 0; i < 3; ++i)
-      corners[i] = camera_from_world(view.pose, mesh.positions[mesh.faces[index(face)][i]]);
-    return labeling::inverse_depth(view.camera, corners);
+    return labeling::inverse_depth(view.camera, labeling::camera_corners(mesh, index(face), view.pose));
   });
 }
 
