@@ -90,15 +90,6 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
   if (!(options.texel_size >= 0)) throw std::invalid_argument("texel size must not be negative");
 }
 
-std::size_t seam_edges(const AtlasInput& input) {
-  std::size_t count = 0;
-  for (const auto& edge : input.graph.edges) {
-    const ViewId a = input.labels[edge[0]], b = input.labels[edge[1]];
-    if (a != b && a != kNoView && b != kNoView) ++count;
-  }
-  return count;
-}
-
 void pad_pages(AtlasBuild& build, AtlasStatistics& statistics) {
   for (Page& page : build.pages) {
     const auto inside = std::count(page.state.begin(), page.state.end(), TexelState::chart);
@@ -120,7 +111,9 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   statistics.filled_faces = layout.set.unseen_faces;
   statistics.reduction = layout.reduction;
   statistics.layout_s = state.seconds;
-  statistics.seam_edges = seam_edges(input);
+  for (const auto& [a, b] : input.graph.edges)
+    if (input.labels[a] != input.labels[b] && input.labels[a] != kNoView && input.labels[b] != kNoView)
+      ++statistics.seam_edges;
 
   Clock::time_point start = Clock::now();
   LevelingResult leveling = level_seams(input, layout.set, state.coverage, state.options.seams);

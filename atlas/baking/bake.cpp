@@ -87,9 +87,7 @@ class BandBaker {
  public:
   BandBaker(AtlasBuild& build, const ViewPhoto& photo, std::uint32_t chart, Poll& poll)
       : build_(build),
-        view_(photo.view),
-        image_(photo.image),
-        view_id_(photo.id),
+        photo_(photo),
         chart_(build.set.charts[chart]),
         place_(build.places[chart]),
         page_(build.page_of(chart)),
@@ -103,7 +101,7 @@ class BandBaker {
     raster_ = rasterize(faces, build_.set.corners, box);
     const bool coarse = is_coarse(chart_);
     const FrameBox limits = coarse ? readable(chart_, faces, build_.set.corners) : FrameBox{};
-    const bool copied = view_.camera.distortion.is_identity() && chart_.scale == 1;
+    const bool copied = photo_.view.camera.distortion.is_identity() && chart_.scale == 1;
     const int edge = block_texels(chart_, step);
     for (int y = box.y0; y < box.y1; y += edge) {
       poll_();
@@ -151,7 +149,7 @@ class BandBaker {
     const ColorCorrection& correction = build_.correction;
     if (!correction.identity()) {
       const std::uint32_t owner = raster_.owner[i];
-      color = correction.expose(color, view_id_, at) +
+      color = correction.expose(color, photo_.id, at) +
               correction.face_offset(owner, build_.set.corners[owner], x + 0.5, y + 0.5) + strip_offset;
     }
     const auto texel = place_.texel(x, y);
@@ -163,15 +161,15 @@ class BandBaker {
     const int shift_x = static_cast<int>(chart_.origin_x), shift_y = static_cast<int>(chart_.origin_y);
     bake_block(block, [&](int x, int y, PixelPoint&) -> std::optional<Color> {
       const int px = shift_x + x, py = shift_y + y;
-      if (px < 0 || py < 0 || px >= image_.width || py >= image_.height) return std::nullopt;
-      return load(image_.at(px, py));
+      if (px < 0 || py < 0 || px >= photo_.image.width || py >= photo_.image.height) return std::nullopt;
+      return load(photo_.image.at(px, py));
     });
   }
 
   void sample_block(const CellBox& block) {
     const PixelPoint low = chart_.frame_position(block.x0, block.y0);
     const PixelPoint high = chart_.frame_position(block.x1, block.y1);
-    const PhotoPositions positions(view_.camera, low.x, low.y, high.x, high.y);
+    const PhotoPositions positions(photo_.view.camera, low.x, low.y, high.x, high.y);
     bake_block(block, [&](int x, int y, PixelPoint&) { return resample(positions, x, y); });
   }
 
@@ -185,7 +183,7 @@ class BandBaker {
 
   /// True in the photo, and in the half pixel around it that a bilinear lookup on its border reads.
   bool in_photo(const PhotoPoint& q) const {
-    return q.x >= -0.5 && q.y >= -0.5 && q.x <= image_.width + 0.5 && q.y <= image_.height + 0.5;
+    return q.x >= -0.5 && q.y >= -0.5 && q.x <= photo_.image.width + 0.5 && q.y <= photo_.image.height + 0.5;
   }
 
   /// Mean over the part of a rectangle that lies in the photo, with a sample per pixel. Lens models bend too much over
@@ -199,9 +197,9 @@ class BandBaker {
       poll_();
       for (int i = 0; i < columns; ++i) {
         const PixelPoint p{r.x0 + (i + 0.5) / columns * (r.x1 - r.x0), r.y0 + (j + 0.5) / rows * (r.y1 - r.y0)};
-        const auto q = photo_from_pixel(view_.camera, p);
+        const auto q = photo_from_pixel(photo_.view.camera, p);
         if (!q || !in_photo(*q)) continue;
-        const Color color = sample_bilinear(image_, q->x, q->y);
+        const Color color = sample_bilinear(photo_.image, q->x, q->y);
         sum[0] += double{color.r};
         sum[1] += double{color.g};
         sum[2] += double{color.b};
@@ -222,16 +220,14 @@ class BandBaker {
       for (int i = 0; i < taps; ++i) {
         const PixelPoint p = chart_.frame_position(x + (i + 0.5) / taps, y + (j + 0.5) / taps);
         const auto q = positions.at(p.x, p.y);
-        if (q && in_photo(*q)) mean.add(sample_bicubic(image_, q->x, q->y));
+        if (q && in_photo(*q)) mean.add(sample_bicubic(photo_.image, q->x, q->y));
       }
     }
     return mean.mean();
   }
 
   AtlasBuild& build_;
-  const View& view_;
-  const Image& image_;
-  ViewId view_id_;
+  const ViewPhoto& photo_;
   const Chart& chart_;
   const ChartPlace& place_;
   Page& page_;
@@ -241,28 +237,14 @@ class BandBaker {
   std::vector<StripSample> near_;  ///< those that matter to the block being baked
 };
 
-struct BandTask {
-  std::uint32_t chart;
-  int band;
+/// What a view's photo is needed for: a band of a plain chart, or a partial chart.
+struct PhotoUse {
+  std::uint32_t chart = 0;
+  int band = 0;
+  PartialChart* partial = nullptr;
 };
 
-/// What a view's photo is needed for.
-struct ViewWork {
-  std::vector<BandTask> bands;
-  std::vector<std::uint32_t> partial;
-  bool empty() const { return bands.empty() && partial.empty(); }
-};
-
-std::vector<ViewWork> gather_work(const AtlasBuild& build, std::span<const FaceBands> bands,
-                                  std::span<const PartialChart> partial) {
-  std::vector<ViewWork> work(build.input.scene.views.size());
-  for (std::uint32_t c = 0; c < bands.size(); ++c)
-    for (std::size_t b = 0; b < bands[c].groups(); ++b)
-      work[index(build.set.charts[c].view)].bands.push_back({c, static_cast<int>(b)});
-  for (std::uint32_t p = 0; p < partial.size(); ++p)
-    for (const auto view : partial[p].views) work[view].partial.push_back(p);
-  return work;
-}
+using ViewWork = std::vector<PhotoUse>;
 
 }  // namespace
 
@@ -272,18 +254,25 @@ void bake_photos(AtlasBuild& build, std::span<PartialChart> partial, const Progr
   tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t c) {
     if (set.charts[c].kind == ChartKind::plain) bands[c] = face_bands(set.charts[c], set.corners);
   });
-  const std::vector<ViewWork> work = gather_work(build, bands, partial);
-  const auto views = static_cast<std::size_t>(
-      std::count_if(work.begin(), work.end(), [](const ViewWork& mine) { return !mine.empty(); }));
+  std::vector<ViewWork> work(build.input.scene.views.size());
+  for (std::uint32_t c = 0; c < bands.size(); ++c)
+    for (std::size_t b = 0; b < bands[c].groups(); ++b)
+      work[index(set.charts[c].view)].push_back({c, static_cast<int>(b)});
+  for (PartialChart& part : partial)
+    for (const auto view : part.views) work[view].push_back({part.chart, 0, &part});
+  const std::size_t views = work.size() - static_cast<std::size_t>(std::ranges::count(
+                                              work, true, [](const ViewWork& mine) { return mine.empty(); }));
   std::size_t done = 0;
   each_photo(build.input, work, [&](const ViewPhoto& photo, const ViewWork& mine) {
     const int step = lattice_step(photo.view.camera);
     Poll poll(progress, done, views);
-    tbb::parallel_for(std::size_t{0}, mine.bands.size() + mine.partial.size(), [&](std::size_t i) {
+    tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
       poll();
-      if (i >= mine.bands.size()) return take_view(partial[mine.partial[i - mine.bands.size()]], build, photo);
-      const auto [c, b] = mine.bands[i];
-      BandBaker(build, photo, c, poll).bake(b, bands[c][static_cast<std::size_t>(b)], step);
+      const auto& [chart, band, part] = mine[i];
+      if (part)
+        take_view(*part, build, photo);
+      else
+        BandBaker(build, photo, chart, poll).bake(band, bands[chart][static_cast<std::size_t>(band)], step);
     });
     if (progress) progress(++done, views);
   });

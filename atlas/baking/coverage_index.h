@@ -18,18 +18,14 @@ class CoverageIndex {
   explicit CoverageIndex(const visibility::CoverageTable& table) : table_(&table), order_(table.entries.size()) {
     for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
     const auto key = [&](std::uint32_t i) { return std::tuple(table.entries[i].face, table.entries[i].view, i); };
-    std::sort(order_.begin(), order_.end(), [&](auto a, auto b) { return key(a) < key(b); });
+    std::ranges::sort(order_, {}, key);
   }
 
   /// nullptr if the table has no entry for the face in the view. O(log n).
   const visibility::FaceCoverage* find(FaceId face, ViewId view) const {
-    const auto found =
-        std::lower_bound(order_.begin(), order_.end(), std::pair(face, view), [&](std::uint32_t i, const auto& wanted) {
-          return std::pair(table_->entries[i].face, table_->entries[i].view) < wanted;
-        });
-    if (found == order_.end()) return nullptr;
-    const visibility::FaceCoverage& entry = table_->entries[*found];
-    return entry.face == face && entry.view == view ? &entry : nullptr;
+    const auto key = [&](std::uint32_t i) { return std::pair(table_->entries[i].face, table_->entries[i].view); };
+    const auto found = std::ranges::lower_bound(order_, std::pair(face, view), {}, key);
+    return found != order_.end() && key(*found) == std::pair(face, view) ? &table_->entries[*found] : nullptr;
   }
 
   const visibility::CoverageTable& table() const { return *table_; }

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "atlas/baking/baking.h"
-#include "atlas/baking/smooth_fill.h"
+#include "io/image.h"
 
 namespace gpvc::atlas {
 
@@ -22,72 +22,83 @@ int footprint_px(const TexelSource& source, int x, int y) {
   return static_cast<int>(std::ceil(std::clamp(edge - 0.01, 1.0, kMost)));
 }
 
-/// Adds what one view gives to the texels of one chart.
-class ViewTaker {
- public:
-  ViewTaker(PartialChart& part, const AtlasBuild& build, const ViewPhoto& photo)
-      : part_(part), build_(build), photo_(photo), own_(build.set.charts[part.chart].view == photo.id) {}
+/// Exposed colour of the view over a texel: one sample where texels are as fine as pixels, else the mean of the samples
+/// that show the face.
+std::optional<Color> sample(const AtlasBuild& build, const ViewPhoto& photo, const TexelSource& source, int x, int y) {
+  const int taps = footprint_px(source, x, y);
+  ColorMean mean;
+  for (int j = 0; j < taps; ++j) {
+    for (int i = 0; i < taps; ++i) {
+      const double tx = x + (i + 0.5) / taps, ty = y + (j + 0.5) / taps;
+      if (taps > 1 && sight_at(source, build.coverage.table(), tx, ty) == Sight::hidden) continue;
+      const auto p = source.frame_from_texel(tx, ty);
+      const auto q = p ? photo_from_pixel(photo.view.camera, *p) : std::nullopt;
+      if (q) mean.add(build.correction.expose(sample_bicubic(photo.image, q->x, q->y), photo.id, *p));
+    }
+  }
+  return mean.mean();
+}
 
-  void take() {
-    const CellBox& box = part_.raster.box;
-    const ChartStrip* strip = own_ ? build_.correction.strip(part_.chart) : nullptr;
-    std::vector<StripSample> near;
-    for (int y = box.y0; y < box.y1; y += kStripRow) {
-      for (int x = box.x0; x < box.x1; x += kStripRow) {
-        const CellBox block{x, y, std::min(x + kStripRow, box.x1), std::min(y + kStripRow, box.y1)};
-        gather_strip(strip, block, near);
-        for (int ty = block.y0; ty < block.y1; ++ty) {
-          const std::array<Color, kStripRow> offsets = strip_offsets(near, x + 0.5, ty + 0.5);
-          for (int tx = block.x0; tx < block.x1; ++tx) take_texel(tx, ty, offsets[static_cast<std::size_t>(tx - x)]);
+/// A level of the pyramid that smooth_fill builds.
+struct Level {
+  int width = 0, height = 0;
+  std::vector<Color> color;
+  std::vector<float> weight;
+  std::size_t at(int x, int y) const {
+    return pixel_index(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1), width);
+  }
+};
+
+/// Means over 2 x 2 cells. A cell's weight is at most 1, which a single known texel reaches.
+Level push(const Level& fine) {
+  Level coarse{(fine.width + 1) / 2, (fine.height + 1) / 2, {}, {}};
+  coarse.color.resize(pixel_index(0, coarse.height, coarse.width));
+  coarse.weight.resize(coarse.color.size());
+  for (int y = 0; y < coarse.height; ++y) {
+    for (int x = 0; x < coarse.width; ++x) {
+      ColorMean mean;
+      for (int fy = 2 * y; fy < std::min(fine.height, 2 * y + 2); ++fy) {
+        for (int fx = 2 * x; fx < std::min(fine.width, 2 * x + 2); ++fx) {
+          const std::size_t i = fine.at(fx, fy);
+          mean.add(fine.color[i], fine.weight[i]);
         }
       }
+      coarse.color[coarse.at(x, y)] = mean.mean().value_or(Color{});
+      coarse.weight[coarse.at(x, y)] = std::min(1.0f, mean.weight);
     }
   }
+  return coarse;
+}
 
- private:
-  void take_texel(int x, int y, const Color& strip_offset) {
-    const std::size_t i = part_.raster.at(x, y);
-    for (const bool first : {true, false}) {
-      const std::uint8_t k = first ? part_.best[i] : part_.second[i];
-      if (k == PartialChart::kNone || part_.sources_at(i)[k].view != photo_.id) continue;
-      auto color = sample(part_.sources_at(i)[k], x, y);
-      if (!color) {
-        part_.best[i] = PartialChart::kNone;
-        continue;
-      }
-      // Offsets and strips belong to the chart's own view. The colours of other views are corrected by exposure alone.
-      if (own_) {
-        const std::uint32_t owner = part_.raster.owner[i];
-        *color =
-            *color + build_.correction.face_offset(owner, build_.set.corners[owner], x + 0.5, y + 0.5) + strip_offset;
-      }
-      const float second_weight = static_cast<float>(part_.blend[i]) / PartialChart::kBlendSteps;
-      part_.color[i] = part_.color[i] + (first ? 1 - second_weight : second_weight) * *color;
-    }
-  }
+/// Bilinear between the centres of the coarse level's cells.
+Color interpolate(const Level& coarse, int x, int y) {
+  const int nx = x / 2 + (x % 2 ? 1 : -1), ny = y / 2 + (y % 2 ? 1 : -1);
+  const auto at = [&](int i, int j) { return coarse.color[coarse.at(i, j)]; };
+  return 0.5625f * at(x / 2, y / 2) + 0.1875f * (at(nx, y / 2) + at(x / 2, ny)) + 0.0625f * at(nx, ny);
+}
 
-  /// Exposed colour of the view over a texel: one sample where texels are as fine as pixels, else the mean of the
-  /// samples that show the face.
-  std::optional<Color> sample(const TexelSource& source, int x, int y) const {
-    const int taps = footprint_px(source, x, y);
-    ColorMean mean;
-    for (int j = 0; j < taps; ++j) {
-      for (int i = 0; i < taps; ++i) {
-        const double tx = x + (i + 0.5) / taps, ty = y + (j + 0.5) / taps;
-        if (taps > 1 && sight_at(source, build_.coverage.table(), tx, ty) == Sight::hidden) continue;
-        const auto p = source.frame_from_texel(tx, ty);
-        const auto q = p ? photo_from_pixel(photo_.view.camera, *p) : std::nullopt;
-        if (q) mean.add(build_.correction.expose(sample_bicubic(photo_.image, q->x, q->y), photo_.id, *p));
+/// Push-pull (Gortler et al. 1996): fills the unknown texels of a row-major raster from the known ones, with detail
+/// close to them and smoothly far away, and marks all as known. False if no texel is known. O(texels).
+bool smooth_fill(std::vector<Color>& color, std::vector<std::uint8_t>& known, int width, int height) {
+  if (std::find(known.begin(), known.end(), 1) == known.end()) return false;
+  if (std::find(known.begin(), known.end(), 0) == known.end()) return true;
+  std::vector<Level> levels(1);
+  levels[0] = {width, height, std::move(color), std::vector<float>(known.begin(), known.end())};
+  while (levels.back().width > 1 || levels.back().height > 1) levels.push_back(push(levels.back()));
+  for (std::size_t k = levels.size() - 1; k-- > 0;) {
+    Level& fine = levels[k];
+    for (int y = 0; y < fine.height; ++y) {
+      for (int x = 0; x < fine.width; ++x) {
+        const std::size_t i = fine.at(x, y);
+        const float w = fine.weight[i];
+        if (w < 1) fine.color[i] = w * fine.color[i] + (1 - w) * interpolate(levels[k + 1], x, y);
       }
     }
-    return mean.mean();
   }
-
-  PartialChart& part_;
-  const AtlasBuild& build_;
-  const ViewPhoto& photo_;
-  bool own_;  ///< the view is the one whose projection the chart is
-};
+  color = std::move(levels[0].color);
+  std::fill(known.begin(), known.end(), std::uint8_t{1});
+  return true;
+}
 
 /// An edge that faces of two charts share, in the texels of each.
 struct SharedEdge {
@@ -209,7 +220,40 @@ class PartialFinisher {
 }  // namespace
 
 void take_view(PartialChart& part, const AtlasBuild& build, const ViewPhoto& photo) {
-  ViewTaker(part, build, photo).take();
+  const bool own = build.set.charts[part.chart].view == photo.id;  // the chart is this view's projection
+  const auto take_texel = [&](int x, int y, const Color& strip_offset) {
+    const std::size_t i = part.raster.at(x, y);
+    for (const bool first : {true, false}) {
+      const std::uint8_t k = first ? part.best[i] : part.second[i];
+      if (k == PartialChart::kNone || part.sources_at(i)[k].view != photo.id) continue;
+      auto color = sample(build, photo, part.sources_at(i)[k], x, y);
+      if (!color) {
+        part.best[i] = PartialChart::kNone;
+        continue;
+      }
+      // Offsets and strips belong to the chart's own view. The colours of other views are corrected by exposure alone.
+      if (own) {
+        const std::uint32_t owner = part.raster.owner[i];
+        *color =
+            *color + build.correction.face_offset(owner, build.set.corners[owner], x + 0.5, y + 0.5) + strip_offset;
+      }
+      const float second_weight = static_cast<float>(part.blend[i]) / PartialChart::kBlendSteps;
+      part.color[i] = part.color[i] + (first ? 1 - second_weight : second_weight) * *color;
+    }
+  };
+  const CellBox& box = part.raster.box;
+  const ChartStrip* strip = own ? build.correction.strip(part.chart) : nullptr;
+  std::vector<StripSample> near;
+  for (int y = box.y0; y < box.y1; y += kStripRow) {
+    for (int x = box.x0; x < box.x1; x += kStripRow) {
+      const CellBox block{x, y, std::min(x + kStripRow, box.x1), std::min(y + kStripRow, box.y1)};
+      gather_strip(strip, block, near);
+      for (int ty = block.y0; ty < block.y1; ++ty) {
+        const std::array<Color, kStripRow> offsets = strip_offsets(near, x + 0.5, ty + 0.5);
+        for (int tx = block.x0; tx < block.x1; ++tx) take_texel(tx, ty, offsets[static_cast<std::size_t>(tx - x)]);
+      }
+    }
+  }
 }
 
 void finish_partial(std::span<PartialChart> parts, AtlasBuild& build) { PartialFinisher(parts, build).finish(); }

@@ -114,17 +114,16 @@ class SourceChooser {
     const Chart& chart = set_.charts[c];
     part_.chart = c;
     part_.raster = rasterize(chart.faces, set_.corners, {-1, -1, chart.width + 1, chart.height + 1});
-    part_.first_source.push_back(0);
     for (const auto face : chart.faces) {
       add_sources(face);
-      part_.first_source.push_back(part_.sources.size());
+      part_.sources.first.push_back(part_.sources.items.size());
     }
     const std::vector<std::uint32_t>& owner = part_.raster.owner;
     part_.face_slot.assign(owner.size(), 0);
     for (std::size_t i = 0; i < owner.size(); ++i)
       if (owner[i] != kNoOwner)
-        part_.face_slot[i] = static_cast<std::uint32_t>(
-            std::lower_bound(chart.faces.begin(), chart.faces.end(), owner[i]) - chart.faces.begin());
+        part_.face_slot[i] =
+            static_cast<std::uint32_t>(std::ranges::lower_bound(chart.faces, owner[i]) - chart.faces.begin());
     part_.best.assign(owner.size(), PartialChart::kNone);
     part_.second.assign(owner.size(), PartialChart::kNone);
     part_.blend.assign(owner.size(), 0);
@@ -144,7 +143,7 @@ class SourceChooser {
         source.outline = outline_in(*source.coverage, input_.mesh, view);
         source.clearance = find_clearance(table_, *source.coverage, source.outline, margin_px_);
       }
-      part_.sources.push_back(std::move(source));
+      part_.sources.items.push_back(std::move(source));
     }
   }
 
@@ -188,7 +187,7 @@ class SourceChooser {
       for (int nx = std::max(box.x0, x - distance); nx <= std::min(box.x1 - 1, x + distance); ++nx) {
         const ViewId other = view_at(part_.raster.at(nx, ny));
         if (other == kNoView || other == own) continue;
-        const auto found = std::find_if(sources.begin(), sources.end(), [&](const auto& s) { return s.view == other; });
+        const auto found = std::ranges::find(sources, other, &TexelSource::view);
         if (found != sources.end() && sight_at(*found, table_, x + 0.5, y + 0.5) == Sight::clear)
           return static_cast<std::uint8_t>(found - sources.begin());
       }
@@ -201,7 +200,7 @@ class SourceChooser {
 
   void finish() {
     // A byte for each pixel of every source is too much to keep where many photos see large faces in parts.
-    for (TexelSource& source : part_.sources) source.clearance = {};
+    for (TexelSource& source : part_.sources.items) source.clearance = {};
     std::vector<std::uint32_t>& views = part_.views;
     for (std::size_t i = 0; i < part_.best.size(); ++i)
       for (const auto k : {part_.best[i], part_.second[i]})
@@ -259,10 +258,11 @@ PointOrigin origin_at(const PartialChart& part, const TexelPoint& p) {
   PointOrigin origin;
   origin.first = sources[part.best[i]].view;
   origin.first_at = place(sources[part.best[i]]);
-  if (part.second[i] == PartialChart::kNone) return origin;
-  origin.second = sources[part.second[i]].view;
-  origin.second_at = place(sources[part.second[i]]);
-  origin.second_share = double(part.blend[i]) / PartialChart::kBlendSteps;
+  if (part.second[i] != PartialChart::kNone) {
+    origin.second = sources[part.second[i]].view;
+    origin.second_at = place(sources[part.second[i]]);
+    origin.second_share = double(part.blend[i]) / PartialChart::kBlendSteps;
+  }
   return origin;
 }
 

@@ -12,6 +12,7 @@
 #include "atlas/baking/sampling.h"
 #include "atlas/charts/chart_raster.h"
 #include "atlas/charts/charts.h"
+#include "io/grouping.h"
 
 namespace gpvc::atlas {
 
@@ -44,19 +45,15 @@ struct PartialChart {
 
   std::uint32_t chart = 0;
   ChartRaster raster;
-  std::vector<std::uint32_t> views;       ///< that give it texels, ascending
-  std::vector<std::size_t> first_source;  ///< per face of the chart, into sources
-  std::vector<TexelSource> sources;       ///< per face, best first
-  std::vector<std::uint32_t> face_slot;   ///< per texel: the place of its owner in the chart's list of faces
-  std::vector<std::uint8_t> best;         ///< per texel: which of its owner's sources, or kNone
-  std::vector<std::uint8_t> second;       ///< blended in close to texels of another view, or kNone
-  std::vector<std::uint8_t> blend;        ///< weight of the second source, in steps of 1 / kBlendSteps
-  std::vector<Color> color;               ///< sum so far
+  std::vector<std::uint32_t> views;      ///< that give it texels, ascending
+  Grouped<TexelSource> sources;          ///< per face of the chart, best first
+  std::vector<std::uint32_t> face_slot;  ///< per texel: the place of its owner in the chart's list of faces
+  std::vector<std::uint8_t> best;        ///< per texel: which of its owner's sources, or kNone
+  std::vector<std::uint8_t> second;      ///< blended in close to texels of another view, or kNone
+  std::vector<std::uint8_t> blend;       ///< weight of the second source, in steps of 1 / kBlendSteps
+  std::vector<Color> color;              ///< sum so far
 
-  std::span<const TexelSource> sources_at(std::size_t texel) const {
-    const std::uint32_t slot = face_slot[texel];
-    return std::span(sources).subspan(first_source[slot], first_source[slot + 1] - first_source[slot]);
-  }
+  std::span<const TexelSource> sources_at(std::size_t texel) const { return sources[face_slot[texel]]; }
 };
 
 /// Chooses the source of every texel. Reads no photo. O(texels x candidates), TBB.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "io/bilinear.h"
+
 namespace gpvc::atlas {
 
 namespace {
@@ -41,10 +43,8 @@ Color sample_bicubic(const Image& photo, double x, double y) {
 }
 
 Color sample_bilinear(const Image& photo, double x, double y) {
-  const Taps tx = taps(x, photo.width), ty = taps(y, photo.height);
-  const float u = tx.fraction, v = ty.fraction;
-  const auto at = [&](std::size_t i, std::size_t j) { return load(photo.at(tx.index[i], ty.index[j])); };
-  return (1 - v) * ((1 - u) * at(1, 1) + u * at(2, 1)) + v * ((1 - u) * at(1, 2) + u * at(2, 2));
+  const auto [r, g, b] = bilinear<float>(photo, x, y);
+  return {r, g, b};
 }
 
 int lattice_step(const Camera& camera) {

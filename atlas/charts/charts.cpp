@@ -11,14 +11,35 @@
 #include "atlas/charts/chart_merging.h"
 #include "atlas/charts/chart_shape.h"
 #include "atlas/charts/flat_chart.h"
-#include "atlas/charts/texel_density.h"
 #include "atlas/charts/texel_set.h"
+#include "io/vector.h"
 
 namespace gpvc::atlas {
 
 namespace {
 
 enum class FaceUse : std::uint8_t { plain, partial, flat, unseen };
+
+/// Edge, in world units, of a pixel projected onto the faces: the root of their area in the world over that in the
+/// frame; zero if either is. `corners` are frame positions.
+double pixel_size(const Mesh& mesh, std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners) {
+  double world = 0, frame = 0;
+  for (const auto face : faces) {
+    const auto& t = mesh.faces[face];
+    const WorldPoint& a = mesh.positions[t[0]];
+    world += length(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a)) / 2;
+    frame += std::abs(doubled_area(corners[face])) / 2;
+  }
+  return world > 0 && frame > 0 ? std::sqrt(world / frame) : 0;
+}
+
+/// Scale, at most 1, that makes texels of `texel_size` (world units; 0: no reduction) from pixels of `pixel_size`.
+/// Rounded up to steps of an eighth of an octave, so that neighbouring parts can share charts.
+double scale_for(double texel_size, double pixel_size) {
+  constexpr double kSteps = 8;  // an octave
+  if (!(texel_size > 0) || !(pixel_size > 0) || pixel_size >= texel_size) return 1;
+  return std::min(1.0, std::exp2(std::ceil(kSteps * std::log2(pixel_size / texel_size)) / kSteps));
+}
 
 /// The seed and all faces connected with it through faces that `joins` accepts, breadth first. `joins` is asked anew for
 /// each edge, so it must refuse faces that it has accepted.

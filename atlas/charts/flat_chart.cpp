@@ -27,9 +27,9 @@ FlatTriangle lay_flat(const WorldPoint& a, const WorldPoint& b, const WorldPoint
 std::optional<double> seen_depth(const Mesh& mesh, std::uint32_t face, const View& view,
                                  const visibility::FaceCoverage& entry, const visibility::CoverageTable& table) {
   const auto& t = mesh.faces[face];
-  const WorldPoint normal =
-      cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
-  const double offset = dot(normal, mesh.positions[t[0]] - view.pose.centre);
+  const WorldPoint& a = mesh.positions[t[0]];
+  const WorldPoint normal = cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
+  const double offset = dot(normal, a - view.pose.centre);
   const int middle_x = entry.x0 + entry.width / 2, middle_y = entry.y0 + entry.height / 2;
   std::optional<double> depth;
   double nearest = 0;

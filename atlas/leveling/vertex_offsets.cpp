@@ -34,9 +34,7 @@ std::size_t make_nodes(const AtlasInput& input, const ChartSet& set, ColorCorrec
   struct Corner {
     std::uint32_t vertex, view;
     std::uint64_t corner;
-    bool operator<(const Corner& o) const {
-      return std::tuple(vertex, view, corner) < std::tuple(o.vertex, o.view, o.corner);
-    }
+    auto operator<=>(const Corner&) const = default;
   };
   std::vector<Corner> corners;
   corners.reserve(3 * input.mesh.faces.size());
@@ -95,8 +93,8 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
       const std::uint32_t a = node_of(edge.faces[0], edge.vertices[end]);
       const std::uint32_t b = node_of(edge.faces[1], edge.vertices[end]);
       links.push_back({a, b, static_cast<float>(w)});
-      right[a] -= static_cast<double>(static_cast<float>(w)) * difference;
-      right[b] += static_cast<double>(static_cast<float>(w)) * difference;
+      right[a] -= double{links.back().weight} * difference;
+      right[b] += double{links.back().weight} * difference;
     }
   }
 }
@@ -137,7 +135,7 @@ struct System {
   }
   Offset times(const Offsets& x, std::uint32_t i) const {
     Offset sum = diagonal[i] * x[i];
-    for (const LinkTo& to : links[i]) sum -= static_cast<double>(to.weight) * x[to.node];
+    for (const LinkTo& to : links[i]) sum -= double{to.weight} * x[to.node];
     return sum;
   }
   /// Sums in an order that does not depend on the number of threads.
@@ -207,16 +205,14 @@ void fit_offsets(const AtlasInput& input, const ChartSet& set, const SeamSamples
   const std::vector<char> near = near_seams(links, std::span(list).first(across));
   System system{links, std::vector<double>(nodes, kAnchor), {}};
   for (std::uint32_t i = 0; i < nodes; ++i) {
-    for (const LinkTo& to : links[i]) system.diagonal[i] += static_cast<double>(to.weight);
+    for (const LinkTo& to : links[i]) system.diagonal[i] += double{to.weight};
     if (near[i]) system.active.push_back(i);
   }
   const Offsets x = solve(system, right);
   correction.offsets.resize(nodes);
   for (std::size_t i = 0; i < nodes; ++i) {
-    const auto limited = [&](Eigen::Index c) {
-      return static_cast<float>(std::clamp(x[i][c], -kMostOffset, kMostOffset));
-    };
-    correction.offsets[i] = {limited(0), limited(1), limited(2)};
+    const Eigen::Array3f limited = x[i].max(-kMostOffset).min(kMostOffset).cast<float>();
+    correction.offsets[i] = {limited[0], limited[1], limited[2]};
   }
 }
 

@@ -66,27 +66,23 @@ std::optional<Ratio> ratio_across(const AtlasInput& input, const SeamSamples& se
 
 /// Unknowns: three log gains for each view, then k1 and k2 for each camera.
 struct Unknowns {
-  std::vector<std::size_t> camera_of_view;
-  std::size_t views = 0, cameras = 0;
+  explicit Unknowns(const Scene& scene) : views(scene.views.size()) {
+    std::map<std::tuple<int, int, double, double>, std::size_t> numbers;
+    for (const View& view : scene.views) {
+      const Camera& c = view.camera;
+      camera_of_view.push_back(numbers.try_emplace({c.width, c.height, c.fx, c.fy}, numbers.size()).first->second);
+    }
+    cameras = numbers.size();
+  }
   int gain(std::uint32_t view, std::size_t channel) const { return static_cast<int>(3 * view + channel); }
   int falloff(std::uint32_t view, std::size_t k) const {
     return static_cast<int>(3 * views + 2 * camera_of_view[view] + k);
   }
   Eigen::Index count() const { return static_cast<Eigen::Index>(3 * views + 2 * cameras); }
-};
 
-Unknowns unknowns_of(const Scene& scene) {
-  Unknowns u;
-  u.views = scene.views.size();
-  std::map<std::tuple<int, int, double, double>, std::size_t> cameras;
-  for (const View& view : scene.views) {
-    const Camera& c = view.camera;
-    const auto entry = cameras.try_emplace({c.width, c.height, c.fx, c.fy}, cameras.size()).first;
-    u.camera_of_view.push_back(entry->second);
-  }
-  u.cameras = cameras.size();
-  return u;
-}
+  std::vector<std::size_t> camera_of_view;
+  std::size_t views, cameras = 0;
+};
 
 /// The share of labelled faces that each view has.
 std::vector<double> shares(const AtlasInput& input) {
@@ -101,30 +97,27 @@ std::vector<double> shares(const AtlasInput& input) {
   return share;
 }
 
-/// One equation of the least-squares problem. Its residual is entries . x + rest.
+/// One equation of the least-squares problem: that the logs of both sides agree once corrected.
 struct Row {
+  Row(const Ratio& ratio, const Unknowns& u, std::size_t channel) {
+    std::size_t n = 0;
+    for (std::size_t s = 0; s < 2; ++s) {
+      const double sign = s ? -1 : 1, r2 = ratio.r2[s];
+      entries[n++] = {u.gain(ratio.views[s], channel), sign};
+      entries[n++] = {u.falloff(ratio.views[s], 0), sign * r2};
+      entries[n++] = {u.falloff(ratio.views[s], 1), sign * r2 * r2};
+      rest += sign * ratio.logs[s][channel];
+    }
+  }
+  double residual(const Eigen::VectorXd& x) const {
+    double r = rest;
+    for (const auto& [i, a] : entries) r += a * x[i];
+    return r;
+  }
+
   std::array<std::pair<int, double>, 6> entries;
   double rest = 0;
 };
-
-Row row_of(const Ratio& ratio, const Unknowns& u, std::size_t channel) {
-  Row row;
-  std::size_t n = 0;
-  for (std::size_t s = 0; s < 2; ++s) {
-    const double sign = s ? -1 : 1, r2 = ratio.r2[s];
-    row.entries[n++] = {u.gain(ratio.views[s], channel), sign};
-    row.entries[n++] = {u.falloff(ratio.views[s], 0), sign * r2};
-    row.entries[n++] = {u.falloff(ratio.views[s], 1), sign * r2 * r2};
-    row.rest += sign * ratio.logs[s][channel];
-  }
-  return row;
-}
-
-double residual(const Row& row, const Eigen::VectorXd& x) {
-  double r = row.rest;
-  for (const auto& [i, a] : row.entries) r += a * x[i];
-  return r;
-}
 
 /// The normal equations of weighted rows; the matrix by its lower triangle.
 class NormalEquations {
@@ -198,8 +191,8 @@ Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, std::
     for (const Ratio& ratio : ratios) {
       equations.compact_if_long();
       for (std::size_t c = 0; c < 3; ++c) {
-        const Row row = row_of(ratio, u, c);
-        equations.add(row, ratio.weight / robust_divisor(residual(row, x), round));
+        const Row row(ratio, u, c);
+        equations.add(row, ratio.weight / robust_divisor(row.residual(x), round));
       }
     }
     std::optional<Eigen::VectorXd> solution = equations.solve();
@@ -218,7 +211,7 @@ std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSample
   for (const SeamEdge& edge : seams.edges)
     if (const auto ratio = ratio_across(input, seams, edge, exposure)) ratios.push_back(*ratio);
   if (ratios.empty()) return exposure;
-  const Unknowns u = unknowns_of(input.scene);
+  const Unknowns u(input.scene);
   const Eigen::VectorXd x = solve(ratios, u, shares(input));
   const double most = std::log(kMostGain);
   for (std::uint32_t v = 0; v < exposure.size(); ++v) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -28,18 +27,14 @@ Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, con
   return layout;
 }
 
-struct Limits {
-  double pages, texels;
-  double page;  ///< texels of a full page
-};
-
 /// The factor by which the texels exceed the limits; met up to 1.
-double excess(const Packing& packing, int edge, const Limits& limits) {
-  const double texels = static_cast<double>(page_texels(packing, edge));
-  const double pages = static_cast<double>(packing.pages.size());
-  double result = texels / limits.texels;
+double excess(const Packing& packing, const AtlasOptions& options) {
+  const double texels = static_cast<double>(page_texels(packing, block_edge(options.padding)));
+  const double page = static_cast<double>(options.page_size) * options.page_size;
+  double result = options.max_texels ? texels / static_cast<double>(options.max_texels) : 0;
   // Texels alone do not tell whether the charts fit on the allowed pages.
-  if (pages > limits.pages) result = std::max({result, texels / (limits.pages * limits.page), 1.01});
+  if (options.max_pages && packing.pages.size() > options.max_pages)
+    result = std::max({result, texels / (static_cast<double>(options.max_pages) * page), 1.01});
   return result;
 }
 
@@ -62,13 +57,8 @@ std::size_t page_texels(const Packing& packing, int edge) {
 Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
                const CoverageIndex& coverage) {
   const auto at = [&](double reduction) { return lay_out_reduced(input, options, neighbours, coverage, reduction); };
-  const int edge = block_edge(options.padding);
-  const double none = std::numeric_limits<double>::infinity();
-  const Limits limits{options.max_pages ? static_cast<double>(options.max_pages) : none,
-                      options.max_texels ? static_cast<double>(options.max_texels) : none,
-                      static_cast<double>(options.page_size) * options.page_size};
   Layout best = at(1);
-  double over = excess(best.packing, edge, limits);
+  double over = excess(best.packing, options);
   if (over <= 1) return best;
   best = {};  // the layout of a large mesh takes a gigabyte
 
@@ -82,7 +72,7 @@ Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceN
     reduction = between && round % 4 != 3 ? guess : (fits + too_large) / 2;
     if (reduction < kLeast) break;
     Layout layout = at(reduction);
-    over = excess(layout.packing, edge, limits);
+    over = excess(layout.packing, options);
     if (over <= 1) {
       fits = reduction;
       best = std::move(layout);

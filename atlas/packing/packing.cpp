@@ -79,14 +79,10 @@ struct OpenPage {
 /// \param limit the shape must end before this row
 std::optional<Position> search(OpenPage& page, const TurnedShape& shape, int limit, bool many) {
   const auto key = size_class(shape, many);
-  int start = 0;
-  if (key) {
-    const auto known = page.first_row.find(*key);
-    if (known != page.first_row.end()) start = known->second;
-  }
+  if (!key) return page.cells.find(shape, 0, limit);
+  int& start = page.first_row[*key];
   const auto found = page.cells.find(shape, start, limit);
-  if (key && (found || limit >= page.cells.height()))
-    page.first_row[*key] = found ? found->y : std::numeric_limits<int>::max() / 2;
+  if (found || limit >= page.cells.height()) start = found ? found->y : std::numeric_limits<int>::max() / 2;
   return found;
 }
 
@@ -218,25 +214,19 @@ PackShape box_shape(int width, int height) {
 }
 
 Packing pack_shapes(std::span<const PackShape> shapes, int page_size) {
-  Packing packing;
-  if (shapes.empty()) return packing;
+  if (shapes.empty()) return {};
   for ([[maybe_unused]] const auto& shape : shapes) assert(shape.width <= page_size && shape.height <= page_size);
   const bool many = shapes.size() > kManyShapes;
   const Packer packer(shapes, many);
   const std::vector<Attempt> tries = attempts(shapes.size());
-  std::vector<std::vector<Placement>> results(tries.size());
-  tbb::parallel_for(std::size_t{0}, tries.size(),
-                    [&](std::size_t k) { results[k] = attempt(packer, shapes, page_size, tries[k]); });
-  for (auto& result : results) {
-    const auto pages = page_sizes(shapes, result);
-    // Fewer pages come first: each is a material of the model and a texture to bind.
-    if (packing.pages.empty() ||
-        std::tuple(pages.size(), texels(pages)) < std::tuple(packing.pages.size(), texels(packing.pages))) {
-      packing.pages = pages;
-      packing.placements = std::move(result);
-    }
-  }
-  return packing;
+  std::vector<Packing> results(tries.size());
+  tbb::parallel_for(std::size_t{0}, tries.size(), [&](std::size_t k) {
+    results[k].placements = attempt(packer, shapes, page_size, tries[k]);
+    results[k].pages = page_sizes(shapes, results[k].placements);
+  });
+  // Fewer pages come first: each is a material of the model and a texture to bind.
+  return std::move(*std::ranges::min_element(
+      results, {}, [](const Packing& result) { return std::pair(result.pages.size(), texels(result.pages)); }));
 }
 
 }  // namespace gpvc::atlas

@@ -10,10 +10,6 @@
 
 namespace gpvc::atlas {
 
-namespace {
-constexpr int kWordBits = 64;
-}  // namespace
-
 PackShape quarter_turn(const PackShape& shape) {
   PackShape result{shape.height, shape.width, {}};
   std::vector<char> bits(pixel_index(0, result.height, result.width), 0);

@@ -60,6 +60,7 @@ class PageCells {
   std::optional<int> find_in_row(const TurnedShape& shape, int y);
   void refresh(int y);
 
+  static constexpr int kWordBits = 64;
   int width_, height_, words_, levels_;
   std::vector<std::uint64_t> bits_;  ///< by level, row and word
   std::vector<int> longest_free_;    ///< per row: length of its longest free run
