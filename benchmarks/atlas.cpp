@@ -1,18 +1,23 @@
 // Time of packing, and of the whole atlas stage, by size, on generated scenes that are the same on every run.
 #include <benchmark/benchmark.h>
 
-#include <unistd.h>
 #include <cmath>
-#include <filesystem>
 #include <random>
 #include <string>
 
 #include "atlas/atlas.h"
 #include "atlas/packing/packing.h"
+#include "tests/support/grid_mesh.h"
 
 namespace {
 
 using namespace gpvc;
+
+/// Sizes from `least` to `most` by factors of 4; wall time, and CPU time of all threads.
+void by_size(benchmark::internal::Benchmark* measured, int least, int most) {
+  measured->RangeMultiplier(4)->Range(least, most)->Unit(benchmark::kMillisecond);
+  measured->MeasureProcessCPUTime()->UseRealTime();
+}
 
 /// Discs whose sizes are distributed like those of charts: many small ones, few large ones.
 std::vector<atlas::PackShape> disc_shapes(std::size_t count) {
@@ -46,41 +51,24 @@ void packing(benchmark::State& state) {
   state.counters["fill"] = cells / page_cells;
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
-BENCHMARK(packing)
-    ->RangeMultiplier(4)
-    ->Range(256, 65536)
-    ->Unit(benchmark::kMillisecond)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime();
+BENCHMARK(packing)->Apply([](auto* packing) { by_size(packing, 256, 65536); });
 
-/// A square plane under sixteen cameras, with labels in ragged patches and photos on disk.
+/// A square plane under sixteen cameras, with labels in ragged patches and photos in memory.
 class Plane {
  public:
-  explicit Plane(int faces)
-      : folder_(std::filesystem::temp_directory_path() / ("gpvc-benchmark-" + std::to_string(getpid()))) {
-    std::filesystem::create_directories(folder_);
+  explicit Plane(int faces) {
     const int edge = static_cast<int>(std::sqrt(faces / 2.0));
     const double cell = 24.0 / edge;
-    for (int y = 0; y <= edge; ++y)
-      for (int x = 0; x <= edge; ++x) mesh_.positions.push_back({x * cell, y * cell, 0});
-    const auto at = [&](int x, int y) { return static_cast<std::uint32_t>(y * (edge + 1) + x); };
-    for (int y = 0; y < edge; ++y) {
-      for (int x = 0; x < edge; ++x) {
-        mesh_.faces.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1)});
-        mesh_.faces.push_back({at(x, y), at(x + 1, y + 1), at(x, y + 1)});
-        labels_.insert(labels_.end(), 2, label(x * cell, y * cell));
-      }
-    }
+    mesh_ = test::grid_mesh(edge, edge, cell);
+    for (int y = 0; y < edge; ++y)
+      for (int x = 0; x < edge; ++x) labels_.insert(labels_.end(), 2, label(x * cell, y * cell));
     tags_.assign(mesh_.faces.size(), labeling::FaceTag::seen);
     candidates_.first.assign(mesh_.faces.size() + 1, 0);
     graph_ = labeling::face_graph(mesh_);
-    for (int v = 0; v < 16; ++v) add_view(v);
-    photos_.emplace(scene_, 1, std::size_t{1} << 30);
-    for (std::uint32_t v = 0; v < 16; ++v) photos_->photo(ViewId{v});
+    std::vector<io::Picture> pictures;
+    for (int v = 0; v < 16; ++v) pictures.push_back(add_view(v));
+    photos_.emplace(scene_, std::move(pictures));
   }
-  ~Plane() { std::filesystem::remove_all(folder_); }
-  Plane(const Plane&) = delete;
-  Plane& operator=(const Plane&) = delete;
 
   atlas::AtlasInput input() { return {mesh_, scene_, *photos_, graph_, labels_, tags_, candidates_, coverage_}; }
 
@@ -90,22 +78,20 @@ class Plane {
     return ViewId{quarter(x + 0.4 * std::sin(5 * y)) + 4 * quarter(y + 0.4 * std::sin(4 * x))};
   }
 
-  void add_view(int v) {
+  io::Picture add_view(int v) {
     View view;
     view.name = "photo" + std::to_string(v) + ".png";
-    view.photo = folder_ / view.name;
     view.camera = {1200, 1200, 1100, 1100, 600, 600, {-0.05, 0.01, 0, 0, 0}};
     limit_distortion(view.camera);
     view.pose.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
     view.pose.centre = {3.0 + 6 * (v % 4), 3.0 + 6 * (v / 4), 9};
+    scene_.views.push_back(view);
     Image image{1200, 1200, 3, std::vector<std::uint8_t>(3 * 1200 * 1200)};
     for (std::size_t i = 0; i < image.pixels.size(); ++i)
       image.pixels[i] = static_cast<std::uint8_t>(90 + 4 * v + static_cast<int>(i * 2654435761u >> 28));
-    io::write_image(view.photo, image, io::ImageFormat::png, 90);
-    scene_.views.push_back(view);
+    return {std::move(image)};
   }
 
-  std::filesystem::path folder_;
   Mesh mesh_;
   Scene scene_;
   labeling::FaceGraph graph_;
@@ -113,7 +99,7 @@ class Plane {
   std::vector<labeling::FaceTag> tags_;
   labeling::CostTable candidates_;
   visibility::CoverageTable coverage_;
-  std::optional<io::PhotoCache> photos_;
+  std::optional<io::PictureSource> photos_;
 };
 
 /// The whole stage. Counters hold the time of each part.
@@ -135,12 +121,7 @@ void atlas(benchmark::State& state) {
   state.counters["baking_s"] = benchmark::Counter(baking, mean);
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
-BENCHMARK(atlas)
-    ->RangeMultiplier(4)
-    ->Range(8192, 524288)
-    ->Unit(benchmark::kMillisecond)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime();
+BENCHMARK(atlas)->Apply([](auto* atlas) { by_size(atlas, 8192, 524288); });
 
 }  // namespace
 

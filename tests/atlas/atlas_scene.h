@@ -8,6 +8,8 @@
 
 #include "atlas/atlas.h"
 #include "atlas/baking/sampling.h"
+#include "io/mesh.h"
+#include "tests/support/grid_mesh.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc::atlas {
@@ -27,18 +29,9 @@ struct AtlasScene {
   labeling::CostTable candidates;
   visibility::CoverageTable coverage;
 
-  /// A grid of columns x rows squares of edge `cell` from (0, 0), two counter-clockwise triangles each.
+  /// Adds test::grid_mesh.
   void add_plane(int columns, int rows, double cell, double z = 0) {
-    const auto base = static_cast<std::uint32_t>(mesh.positions.size());
-    for (int y = 0; y <= rows; ++y)
-      for (int x = 0; x <= columns; ++x) mesh.positions.push_back({x * cell, y * cell, z});
-    const auto at = [&](int x, int y) { return base + static_cast<std::uint32_t>(y * (columns + 1) + x); };
-    for (int y = 0; y < rows; ++y) {
-      for (int x = 0; x < columns; ++x) {
-        mesh.faces.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1)});
-        mesh.faces.push_back({at(x, y), at(x + 1, y + 1), at(x, y + 1)});
-      }
-    }
+    io::append_mesh(mesh, test::grid_mesh(columns, rows, cell, z));
     labels.resize(mesh.faces.size(), ViewId{0});
     tags.resize(mesh.faces.size(), labeling::FaceTag::seen);
   }
