@@ -13,4 +13,16 @@ inline std::string shortest_text(double value) {
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
+/// The fewest of 15 to 17 digits that read back as the same number, written as printf's %g does: 100000, where
+/// shortest_text has 1e+05.
+inline std::string general_text(double value) {
+  std::array<char, 32> text{};
+  for (int digits = 15;; ++digits) {
+    char* end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, digits).ptr;
+    double back = 0;
+    std::from_chars(text.data(), end, back);
+    if (back == value || digits == 17) return std::string(text.data(), end);
+  }
+}
+
 }  // namespace gpvc::io

@@ -23,7 +23,7 @@ std::string joined(std::initializer_list<double> values) {
   std::string text;
   for (const double value : values) {
     if (!text.empty()) text += ' ';
-    text += shortest_text(value);
+    text += general_text(value);
   }
   return text;
 }
@@ -49,27 +49,15 @@ std::optional<std::string> first_term_beyond(const Distortion& d, std::span<cons
   return std::nullopt;
 }
 
-std::string projection_name(LensModel model) {
-  switch (model) {
-    case LensModel::brown:
-    case LensModel::perspective:
-      return "the perspective projection";
-    case LensModel::equidistant:
-    case LensModel::fisheye_624:
-      return "the equidistant (fisheye) projection";
-    case LensModel::equisolid:
-      return "the equisolid (fisheye) projection";
-    case LensModel::fov:
-      return "the field-of-view projection";
-    case LensModel::inverse_radial:
-      return "the inverse radial projection";
-    case LensModel::division:
-      return "the division projection";
-    case LensModel::unified:
-      return "the unified projection";
-  }
-  return "an unknown projection";
-}
+constexpr Named<LensModel> kProjectionNames[] = {{"the perspective projection", LensModel::brown},
+                                                 {"the perspective projection", LensModel::perspective},
+                                                 {"the equidistant (fisheye) projection", LensModel::equidistant},
+                                                 {"the equidistant (fisheye) projection", LensModel::fisheye_624},
+                                                 {"the equisolid (fisheye) projection", LensModel::equisolid},
+                                                 {"the field-of-view projection", LensModel::fov},
+                                                 {"the inverse radial projection", LensModel::inverse_radial},
+                                                 {"the division projection", LensModel::division},
+                                                 {"the unified projection", LensModel::unified}};
 
 bool is_perspective(LensModel model) { return model == LensModel::brown || model == LensModel::perspective; }
 
@@ -88,11 +76,11 @@ const ColmapModel* colmap_model(const Distortion& d) {
 
 std::optional<std::string> lost_in_colmap(const Distortion& d) {
   const ColmapModel* model = colmap_model(d);
-  return model != nullptr ? first_term_beyond(d, model->terms()) : projection_name(d.model);
+  return model != nullptr ? first_term_beyond(d, model->terms()) : name_of(kProjectionNames, d.model);
 }
 
 std::optional<std::string> lost_in_pinhole(const Distortion& d) {
-  return is_perspective(d.model) ? first_term_beyond(d, {}) : projection_name(d.model);
+  return is_perspective(d.model) ? first_term_beyond(d, {}) : name_of(kProjectionNames, d.model);
 }
 
 /// The format has radial terms alone, about the photo's middle, with square pixels; k1 without k2 selects another model.
@@ -100,7 +88,7 @@ std::optional<std::string> lost_in_cam(const Camera& c) {
   const Distortion& d = c.distortion;
   if (!lost_in_pinhole(d)) return std::nullopt;
   if (d.model != LensModel::inverse_radial) {
-    if (!is_perspective(d.model)) return projection_name(d.model);
+    if (!is_perspective(d.model)) return name_of(kProjectionNames, d.model);
     if ((d.k1 != 0) != (d.k2 != 0)) return d.k1 != 0 ? "k1 without k2" : "k2 without k1";
   }
   if (auto more = first_term_beyond(d, std::array{&Distortion::k1, &Distortion::k2})) return more;
@@ -117,20 +105,12 @@ std::array<double, 4> quaternion(const std::array<double, 9>& r) {
                                       1 - r[0] - r[4] + r[8]};
   const auto largest = static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
   const double twice = std::sqrt(squares[largest]);
-  std::array<double, 4> q{r[7] - r[5], r[2] - r[6], r[3] - r[1], 0};
-  switch (largest) {
-    case 0:
-      q = {twice * twice, r[7] - r[5], r[2] - r[6], r[3] - r[1]};
-      break;
-    case 1:
-      q = {r[7] - r[5], twice * twice, r[1] + r[3], r[2] + r[6]};
-      break;
-    case 2:
-      q = {r[2] - r[6], r[1] + r[3], twice * twice, r[5] + r[7]};
-      break;
-    default:
-      q = {r[3] - r[1], r[2] + r[6], r[5] + r[7], twice * twice};
-  }
+  // The products of each two of the four, times 4.
+  const std::array<std::array<double, 4>, 4> products{{{twice * twice, r[7] - r[5], r[2] - r[6], r[3] - r[1]},
+                                                       {r[7] - r[5], twice * twice, r[1] + r[3], r[2] + r[6]},
+                                                       {r[2] - r[6], r[1] + r[3], twice * twice, r[5] + r[7]},
+                                                       {r[3] - r[1], r[2] + r[6], r[5] + r[7], twice * twice}}};
+  std::array<double, 4> q = products[largest];
   for (double& v : q) v /= 2 * twice;
   return q;
 }
@@ -150,10 +130,7 @@ void write_colmap(const fs::path& folder, const Scene& scene, std::span<const Vi
       const ColmapModel& model = *colmap_model(c.distortion);
       cameras += std::to_string(known.size()) + " " + std::string(model.name) + " " + std::to_string(c.width) + " " +
                  std::to_string(c.height) + " " + joined({c.fx, c.fy, c.cx, c.cy});
-      for (const DistortionTerm term : model.terms()) {
-        cameras += ' ';
-        cameras += shortest_text(c.distortion.*term);
-      }
+      for (const DistortionTerm term : model.terms()) cameras.append(" ").append(general_text(c.distortion.*term));
       cameras += "\n";
     }
     const std::array<double, 4> q = quaternion(view.pose.rotation);

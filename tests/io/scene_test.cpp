@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "io/number_text.h"
+
 namespace gpvc::io {
 namespace {
 
@@ -120,6 +122,16 @@ TEST(Camera, InPhotoIncludesTheBorder) {
   EXPECT_TRUE(in_photo(barrel, {-20, -20}));
   // Pincushion pushes the frame's corners out.
   EXPECT_FALSE(in_photo(wide_camera({.k1 = 0.1}), {1, 1}));
+}
+
+// Other programs read what convert writes: few of them mind exponents, but all read plain decimals.
+TEST(GeneralText, WritesPlainDecimalsThatReadBack) {
+  EXPECT_EQ(general_text(100000), "100000");
+  EXPECT_EQ(general_text(0.0004), "0.0004");
+  EXPECT_EQ(general_text(607.2), "607.2");
+  EXPECT_EQ(general_text(-2.5e-7), "-2.5e-07");
+  EXPECT_EQ(general_text(0.1 + 0.2), "0.30000000000000004");
+  EXPECT_EQ(general_text(1.0 / 3), "0.3333333333333333");
 }
 
 }  // namespace
