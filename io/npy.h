@@ -22,14 +22,15 @@ struct NpyArray {
 template <typename T>
 NpyArray<T> read_npy(const std::filesystem::path& file);
 
-/// The product of `shape` must equal values.size(). Throws OutputError.
-void write_npy(const std::filesystem::path& file, std::span<const std::uint8_t> values,
-               std::span<const std::size_t> shape);
-void write_npy(const std::filesystem::path& file, std::span<const std::int32_t> values,
-               std::span<const std::size_t> shape);
-void write_npy(const std::filesystem::path& file, std::span<const std::uint32_t> values,
-               std::span<const std::size_t> shape);
-void write_npy(const std::filesystem::path& file, std::span<const float> values, std::span<const std::size_t> shape);
-void write_npy(const std::filesystem::path& file, std::span<const double> values, std::span<const std::size_t> shape);
+/// Writes an array of one of the types that read_npy reads. The product of `shape` must equal values.size(). Throws
+/// OutputError.
+template <typename T>
+void write_npy(const std::filesystem::path& file, std::span<const T> values, std::span<const std::size_t> shape);
+
+/// The same for a vector or an array of such values.
+template <typename Values>
+void write_npy(const std::filesystem::path& file, const Values& values, std::span<const std::size_t> shape) {
+  write_npy<typename Values::value_type>(file, std::span(values), shape);
+}
 
 }  // namespace gpvc::io

@@ -23,8 +23,40 @@ constexpr std::string_view dtype() {
   if constexpr (std::is_same_v<T, double>) return "<f8";
 }
 
+/// The text after `'key':` in the header's dict.
+std::string_view value_of(const std::filesystem::path& file, std::string_view dict, std::string_view key) {
+  const std::size_t at = dict.find(quote(key));
+  const std::size_t colon = at == std::string_view::npos ? at : dict.find(':', at);
+  if (colon == std::string_view::npos) throw InputError(file, "byte 10", "the array's header has no " + quote(key));
+  dict.remove_prefix(colon + 1);
+  while (!dict.empty() && is_blank(dict.front())) dict.remove_prefix(1);
+  return dict;
+}
+
+std::vector<std::size_t> shape_from(const std::filesystem::path& file, std::string_view dict) {
+  std::string_view tuple = value_of(file, dict, "shape");
+  const std::size_t close = tuple.find(')');
+  if (!tuple.starts_with('(') || close == std::string_view::npos)
+    throw InputError(file, "byte 10", "the array's shape is not a tuple");
+  tuple = tuple.substr(1, close - 1);
+  std::vector<std::size_t> shape;
+  while (!tuple.empty()) {
+    const std::size_t comma = tuple.find(',');
+    std::string_view item = tuple.substr(0, comma);
+    tuple.remove_prefix(comma == std::string_view::npos ? tuple.size() : comma + 1);
+    const std::string_view word = next_word(item);
+    if (word.empty() && tuple.empty()) break;
+    const std::optional<std::size_t> extent = integer_from<std::size_t>(word);
+    if (!extent) throw InputError(file, "byte 10", "the array's shape holds " + quote(word));
+    shape.push_back(*extent);
+  }
+  return shape;
+}
+
+}  // namespace
+
 template <typename T>
-void write_array(const std::filesystem::path& file, std::span<const T> values, std::span<const std::size_t> shape) {
+void write_npy(const std::filesystem::path& file, std::span<const T> values, std::span<const std::size_t> shape) {
   std::string dict = "{'descr': '" + std::string(dtype<T>()) + "', 'fortran_order': False, 'shape': (";
   [[maybe_unused]] std::size_t product = 1;
   for (std::size_t i = 0; i < shape.size(); ++i) {
@@ -45,57 +77,6 @@ void write_array(const std::filesystem::path& file, std::span<const T> values, s
   out.commit();
 }
 
-/// The text after `'key':` in the header's dict.
-std::string_view value_of(const std::filesystem::path& file, std::string_view dict, std::string_view key) {
-  const std::size_t at = dict.find(in_quotes(key));
-  const std::size_t colon = at == std::string_view::npos ? at : dict.find(':', at);
-  if (colon == std::string_view::npos) throw InputError(file, "byte 10", "the array's header has no " + in_quotes(key));
-  dict.remove_prefix(colon + 1);
-  while (!dict.empty() && is_blank(dict.front())) dict.remove_prefix(1);
-  return dict;
-}
-
-std::vector<std::size_t> shape_from(const std::filesystem::path& file, std::string_view dict) {
-  std::string_view tuple = value_of(file, dict, "shape");
-  const std::size_t close = tuple.find(')');
-  if (!tuple.starts_with('(') || close == std::string_view::npos)
-    throw InputError(file, "byte 10", "the array's shape is not a tuple");
-  tuple = tuple.substr(1, close - 1);
-  std::vector<std::size_t> shape;
-  while (!tuple.empty()) {
-    const std::size_t comma = tuple.find(',');
-    std::string_view item = tuple.substr(0, comma);
-    tuple.remove_prefix(comma == std::string_view::npos ? tuple.size() : comma + 1);
-    const std::string_view word = next_word(item);
-    if (word.empty() && tuple.empty()) break;
-    const std::optional<std::size_t> extent = integer_from<std::size_t>(word);
-    if (!extent) throw InputError(file, "byte 10", "the array's shape holds " + in_quotes(word));
-    shape.push_back(*extent);
-  }
-  return shape;
-}
-
-}  // namespace
-
-void write_npy(const std::filesystem::path& file, std::span<const std::uint8_t> values,
-               std::span<const std::size_t> shape) {
-  write_array(file, values, shape);
-}
-void write_npy(const std::filesystem::path& file, std::span<const std::int32_t> values,
-               std::span<const std::size_t> shape) {
-  write_array(file, values, shape);
-}
-void write_npy(const std::filesystem::path& file, std::span<const std::uint32_t> values,
-               std::span<const std::size_t> shape) {
-  write_array(file, values, shape);
-}
-void write_npy(const std::filesystem::path& file, std::span<const float> values, std::span<const std::size_t> shape) {
-  write_array(file, values, shape);
-}
-void write_npy(const std::filesystem::path& file, std::span<const double> values, std::span<const std::size_t> shape) {
-  write_array(file, values, shape);
-}
-
 template <typename T>
 NpyArray<T> read_npy(const std::filesystem::path& file) {
   const FileBytes bytes(file);
@@ -106,11 +87,11 @@ NpyArray<T> read_npy(const std::filesystem::path& file) {
   const std::uint32_t length =
       version[0] == 1 ? reader.read<std::uint16_t>(kHeader) : reader.read<std::uint32_t>(kHeader);
   const std::string_view dict = reader.take(length, kHeader);
-  const std::string expected = in_quotes(dtype<T>());
+  const std::string expected = quote(dtype<T>());
   const std::string_view found = value_of(file, dict, "descr");
   if (!found.starts_with(expected))
     throw InputError(file, "byte 10",
-                     "expected values of type " + expected + ", found " + in_quotes(found.substr(0, found.find(','))));
+                     "expected values of type " + expected + ", found " + quote(found.substr(0, found.find(','))));
   if (!value_of(file, dict, "fortran_order").starts_with("False"))
     throw InputError(file, "byte 10", "expected C order, found Fortran order");
   NpyArray<T> array;
@@ -126,10 +107,16 @@ NpyArray<T> read_npy(const std::filesystem::path& file) {
   return array;
 }
 
-template NpyArray<std::uint8_t> read_npy<std::uint8_t>(const std::filesystem::path&);
-template NpyArray<std::int32_t> read_npy<std::int32_t>(const std::filesystem::path&);
-template NpyArray<std::uint32_t> read_npy<std::uint32_t>(const std::filesystem::path&);
-template NpyArray<float> read_npy<float>(const std::filesystem::path&);
-template NpyArray<double> read_npy<double>(const std::filesystem::path&);
+template NpyArray<std::uint8_t> read_npy(const std::filesystem::path&);
+template NpyArray<std::int32_t> read_npy(const std::filesystem::path&);
+template NpyArray<std::uint32_t> read_npy(const std::filesystem::path&);
+template NpyArray<float> read_npy(const std::filesystem::path&);
+template NpyArray<double> read_npy(const std::filesystem::path&);
+
+template void write_npy(const std::filesystem::path&, std::span<const std::uint8_t>, std::span<const std::size_t>);
+template void write_npy(const std::filesystem::path&, std::span<const std::int32_t>, std::span<const std::size_t>);
+template void write_npy(const std::filesystem::path&, std::span<const std::uint32_t>, std::span<const std::size_t>);
+template void write_npy(const std::filesystem::path&, std::span<const float>, std::span<const std::size_t>);
+template void write_npy(const std::filesystem::path&, std::span<const double>, std::span<const std::size_t>);
 
 }  // namespace gpvc::io

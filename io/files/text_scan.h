@@ -37,6 +37,13 @@ std::optional<Integer> integer_from(std::string_view token) {
 
 inline bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\f' || c == '\v'; }
 
+/// The text without the blanks around it.
+inline std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
 /// Removes and returns the next word of `text`; empty at its end.
 inline std::string_view next_word(std::string_view& text) {
   std::size_t begin = 0;
@@ -66,7 +73,7 @@ inline std::string lower_case(std::string_view word) {
 }
 
 /// `word` in quotes and cut to a length fit for a message, unprintable bytes as '?'.
-inline std::string in_quotes(std::string_view word) {
+inline std::string quote(std::string_view word) {
   std::string text = "'";
   for (const char c : word.substr(0, 40)) text += c >= 0x20 && c != 0x7f ? c : '?';
   return text + (word.size() > 40 ? "...'" : "'");

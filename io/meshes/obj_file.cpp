@@ -60,8 +60,7 @@ class ObjParser {
     for (double& value : values) {
       const std::string_view word = next_word(line);
       const std::optional<double> number = number_from(word);
-      if (!number)
-        fail(at, word.empty() ? "a vertex needs three coordinates" : in_quotes(word) + " is not a coordinate");
+      if (!number) fail(at, word.empty() ? "a vertex needs three coordinates" : quote(word) + " is not a coordinate");
       if (!std::isfinite(*number)) fail(at, "vertex " + std::to_string(mesh_.positions.size()) + " is not finite");
       value = *number;
     }
@@ -89,7 +88,7 @@ class ObjParser {
   /// Vertex of "7", "7/1", "7//2", "7/1/2" or a negative index counted back from the last vertex.
   std::uint32_t corner_of(std::string_view word, std::size_t at) {
     const std::optional<std::int64_t> parsed = integer_from(word.substr(0, word.find('/')));
-    if (!parsed) fail(at, in_quotes(word) + " is not a vertex of a face");
+    if (!parsed) fail(at, quote(word) + " is not a vertex of a face");
     const auto count = static_cast<std::int64_t>(mesh_.positions.size());
     const std::int64_t vertex = *parsed < 0 ? count + *parsed : *parsed - 1;
     if (*parsed == 0 || vertex < 0 || vertex > static_cast<std::int64_t>(kMaxElements)) out_of_range(at, *parsed);

@@ -35,16 +35,6 @@ struct Element {
   std::uint64_t count = 0;
   std::vector<Property> properties;
 
-  bool has_list() const {
-    return std::any_of(properties.begin(), properties.end(),
-                       [](const Property& p) { return p.count_type.has_value(); });
-  }
-  /// Bytes of one element in a binary file, lists counted as empty.
-  std::size_t least_bytes() const {
-    std::size_t bytes = 0;
-    for (const Property& property : properties) bytes += size_of(property.count_type.value_or(property.type));
-    return bytes;
-  }
   std::optional<std::size_t> find(std::initializer_list<std::string_view> names) const {
     for (std::size_t i = 0; i < properties.size(); ++i)
       if (std::find(names.begin(), names.end(), properties[i].name) != names.end()) return i;
@@ -87,7 +77,7 @@ class HeaderParser {
       } else if (keyword == "property") {
         property(line);
       } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
-        fail("expected a header keyword, found " + in_quotes(keyword));
+        fail("expected a header keyword, found " + quote(keyword));
       }
     }
     if (!have_format) fail("the header has no format line");
@@ -100,7 +90,7 @@ class HeaderParser {
     if (word == "ascii") return Encoding::ascii;
     if (word == "binary_little_endian") return Encoding::little;
     if (word == "binary_big_endian") return Encoding::big;
-    fail("expected format ascii, binary_little_endian or binary_big_endian, found " + in_quotes(word));
+    fail("expected format ascii, binary_little_endian or binary_big_endian, found " + quote(word));
   }
 
   void element(std::string_view line) {
@@ -108,7 +98,7 @@ class HeaderParser {
     element.name = next_word(line);
     const std::string_view count = next_word(line);
     const std::optional<std::uint64_t> number = integer_from<std::uint64_t>(count);
-    if (element.name.empty() || !number) fail("expected 'element NAME COUNT', found the count " + in_quotes(count));
+    if (element.name.empty() || !number) fail("expected 'element NAME COUNT', found the count " + quote(count));
     element.count = *number;
     header_.elements.push_back(std::move(element));
   }
@@ -139,7 +129,7 @@ class HeaderParser {
                                                                      {"double", "float64"}}};
     for (std::size_t i = 0; i < kNames.size(); ++i)
       if (word == kNames[i][0] || word == kNames[i][1]) return static_cast<Scalar>(i);
-    fail("expected a property type (char .. double), found " + in_quotes(word));
+    fail("expected a property type (char .. double), found " + quote(word));
   }
 
   [[noreturn]] void fail(const std::string& reason) const {
@@ -156,9 +146,7 @@ class HeaderParser {
 class AsciiValues {
  public:
   AsciiValues(const std::filesystem::path& file, std::string_view text, const Header& header)
-      : file_(file), text_(text), rest_(text.substr(header.size)), first_line_(header.lines + 1) {
-    body_ = rest_.data();
-  }
+      : file_(file), rest_(text.substr(header.size)), body_(rest_.data()), first_line_(header.lines + 1) {}
   /// Every value takes a digit and a blank.
   std::uint64_t capacity() const { return (rest_.size() + 1) / 2; }
   std::size_t bytes_of(Scalar) const { return 1; }
@@ -166,13 +154,13 @@ class AsciiValues {
   double number(Scalar) {
     const std::string_view word = next();
     const std::optional<double> value = number_from(word);
-    if (!value) fail("expected a number, found " + in_quotes(word));
+    if (!value) fail("expected a number, found " + quote(word));
     return *value;
   }
   std::int64_t integer(Scalar) {
     const std::string_view word = next();
     const std::optional<std::int64_t> value = integer_from(word);
-    if (!value) fail("expected an integer, found " + in_quotes(word));
+    if (!value) fail("expected an integer, found " + quote(word));
     return *value;
   }
   void skip(Scalar type, std::uint64_t count) {
@@ -191,7 +179,7 @@ class AsciiValues {
   }
 
   const std::filesystem::path& file_;
-  std::string_view text_, rest_;
+  std::string_view rest_;
   const char* body_;
   std::size_t first_line_;
 };
@@ -206,14 +194,8 @@ class BinaryValues {
   std::size_t bytes_of(Scalar type) const { return size_of(type); }
 
   double number(Scalar type) {
-    switch (type) {
-      case Scalar::float32:
-        return static_cast<double>(take<float>());
-      case Scalar::float64:
-        return take<double>();
-      default:
-        return static_cast<double>(integer(type));
-    }
+    if (type == Scalar::float32) return static_cast<double>(take<float>());
+    return type == Scalar::float64 ? take<double>() : static_cast<double>(integer(type));
   }
   std::int64_t integer(Scalar type) {
     switch (type) {
@@ -286,10 +268,10 @@ class MeshReader {
     for (const Property& property : element.properties)
       least += values_.bytes_of(property.count_type.value_or(property.type));
     if (least > 0 && element.count > values_.capacity() / least)
-      values_.fail("the header declares " + std::to_string(element.count) + " of element " + in_quotes(element.name) +
+      values_.fail("the header declares " + std::to_string(element.count) + " of element " + quote(element.name) +
                    ", the rest of the file cannot hold so many");
     if (element.count > kMaxElements && (element.name == "vertex" || element.name == "face"))
-      values_.fail("more than 2^32 - 2 elements " + in_quotes(element.name));
+      values_.fail("more than 2^32 - 2 elements " + quote(element.name));
   }
 
   void read_vertices(const Element& element) {

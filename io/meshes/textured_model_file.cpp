@@ -13,9 +13,9 @@
 #include <string_view>
 
 #include "io/files/file_bytes.h"
+#include "io/files/paths.h"
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
-#include "io/scenes/scene_file.h"
 #include "io/textured_model.h"
 
 namespace gpvc::io {
@@ -52,7 +52,7 @@ class PageList {
  public:
   explicit PageList(const fs::path& model) : model_(model) {}
   std::uint32_t page(const std::string& name) {
-    const fs::path folder = model_.parent_path(), path = slashed(name);
+    const fs::path folder = model_.parent_path(), path = with_slashes(name);
     std::error_code error;
     const fs::path file = fs::exists(folder / path, error) ? folder / path : folder / path.filename();
     const auto [place, fresh] = pages_.try_emplace(file, static_cast<std::uint32_t>(images_.size()));
@@ -119,54 +119,59 @@ LoadedModel read_textured_obj(const fs::path& file) {
   return result;
 }
 
-// Typed read access to one accessor, checked against its buffer.
+/// The element `number` of one of the description's lists, which hold a `what` each.
+template <class Element>
+const Element& element_at(const fs::path& file, const std::vector<Element>& list, int number, const char* what) {
+  if (number < 0 || static_cast<std::size_t>(number) >= list.size())
+    throw InputError(file, what + (" " + std::to_string(number)),
+                     "does not exist, expected one of " + std::to_string(list.size()));
+  return list[static_cast<std::size_t>(number)];
+}
+
+/// A buffer view's bytes and all behind them in its buffer.
+struct BufferRange {
+  const tinygltf::BufferView& view;
+  std::string_view bytes;
+};
+
+BufferRange buffer_range(const fs::path& file, const std::string& place, const tinygltf::Model& model, int number) {
+  const tinygltf::BufferView& view = element_at(file, model.bufferViews, number, "buffer view");
+  const auto& buffer = element_at(file, model.buffers, view.buffer, "buffer").data;
+  if (view.byteOffset > buffer.size()) throw InputError(file, place, "reaches beyond its buffer");
+  return {view, {reinterpret_cast<const char*>(buffer.data()) + view.byteOffset, buffer.size() - view.byteOffset}};
+}
+
+/// Typed read access to one accessor, checked against its buffer.
 class AccessorView {
  public:
-  AccessorView(const fs::path& file, const tinygltf::Model& model, int accessor_index, int type) {
-    const auto fail = [&](const std::string& reason) {
-      throw InputError(file, "accessor " + std::to_string(accessor_index), reason);
-    };
-    if (accessor_index < 0 || static_cast<std::size_t>(accessor_index) >= model.accessors.size())
-      fail("expected an accessor that exists");
-    const tinygltf::Accessor& accessor = model.accessors[static_cast<std::size_t>(accessor_index)];
-    if (accessor.bufferView < 0 || static_cast<std::size_t>(accessor.bufferView) >= model.bufferViews.size())
-      fail("expected a buffer view");
-    const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
-    if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
-      fail("expected a buffer that exists");
-    if (accessor.type != type) fail("expected another number of components");
-    const std::vector<unsigned char>& buffer = model.buffers[static_cast<std::size_t>(view.buffer)].data;
+  AccessorView(const fs::path& file, const tinygltf::Model& model, int number, int type) {
+    const std::string place = "accessor " + std::to_string(number);
+    const tinygltf::Accessor& accessor = element_at(file, model.accessors, number, "accessor");
+    const auto [view, bytes] = buffer_range(file, place, model, accessor.bufferView);
+    if (accessor.type != type) throw InputError(file, place, "expected another number of components");
     component_ = accessor.componentType;
     count = accessor.count;
     const int stride = accessor.ByteStride(view);
-    const int element = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_)) *
-                        tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
-    if (stride <= 0 || element <= 0 || stride < element || view.byteOffset > buffer.size() ||
-        accessor.byteOffset > buffer.size() - view.byteOffset)
-      fail("reaches beyond its buffer");
-    const std::size_t first = view.byteOffset + accessor.byteOffset;
-    // The last element need not be followed by its stride's padding.
-    const std::size_t room = buffer.size() - first, last = static_cast<std::size_t>(element);
-    if (count > 0 && (room < last || (room - last) / static_cast<std::size_t>(stride) < count - 1))
-      fail("reaches beyond its buffer");
+    const int size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_)) *
+                     tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+    const auto last = static_cast<std::size_t>(size);  // need not be followed by its stride's padding
+    if (size <= 0 || stride < size || accessor.byteOffset > bytes.size() ||
+        (count > 0 && (bytes.size() - accessor.byteOffset < last ||
+                       (bytes.size() - accessor.byteOffset - last) / static_cast<std::size_t>(stride) < count - 1)))
+      throw InputError(file, place, "reaches beyond its buffer");
     stride_ = static_cast<std::size_t>(stride);
-    data_ = buffer.data() + first;
+    data_ = bytes.data() + accessor.byteOffset;
   }
   float component(std::size_t element, std::size_t k) const {
     float value = 0;
     std::memcpy(&value, data_ + element * stride_ + 4 * k, sizeof value);
     return value;
   }
+  /// \pre is_index()
   std::uint32_t integer(std::size_t element) const {
-    const unsigned char* at = data_ + element * stride_;
-    if (component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return *at;
-    if (component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
-      std::uint16_t value = 0;
-      std::memcpy(&value, at, sizeof value);
-      return value;
-    }
     std::uint32_t value = 0;
-    std::memcpy(&value, at, sizeof value);
+    std::memcpy(&value, data_ + element * stride_,
+                static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_))));
     return value;
   }
   bool is_index() const {
@@ -177,24 +182,19 @@ class AccessorView {
   std::size_t count = 0;
 
  private:
-  const unsigned char* data_ = nullptr;
+  const char* data_ = nullptr;
   std::size_t stride_ = 0;
   int component_ = 0;
 };
 
 /// The image that a material shows, kNoPage for none.
 std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, int material) {
-  const auto within = [&](int number, std::size_t count, const char* what) {
-    if (number < 0 || static_cast<std::size_t>(number) >= count)
-      throw InputError(file, what + (" " + std::to_string(number)),
-                       "does not exist, expected one of " + std::to_string(count));
-    return static_cast<std::size_t>(number);
-  };
   const int texture =
-      model.materials[within(material, model.materials.size(), "material")].pbrMetallicRoughness.baseColorTexture.index;
+      element_at(file, model.materials, material, "material").pbrMetallicRoughness.baseColorTexture.index;
   if (texture < 0) return kNoPage;
-  const int image = model.textures[within(texture, model.textures.size(), "texture")].source;
-  return static_cast<std::uint32_t>(within(image, model.images.size(), "image"));
+  const int image = element_at(file, model.textures, texture, "texture").source;
+  element_at(file, model.images, image, "image");
+  return static_cast<std::uint32_t>(image);
 }
 
 void append_primitive(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive,
@@ -205,11 +205,9 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model, const 
   const AccessorView positions(file, model, position->second, TINYGLTF_TYPE_VEC3);
   if (!positions.is_float()) throw InputError(file, "mesh", "expected float positions");
 
-  std::uint32_t page = kNoPage;
   const auto texcoord = primitive.attributes.find("TEXCOORD_0");
-  if (primitive.material >= 0 && texcoord != primitive.attributes.end()) {
-    page = page_of(file, model, primitive.material);
-  }
+  const bool textured = primitive.material >= 0 && texcoord != primitive.attributes.end();
+  const std::uint32_t page = textured ? page_of(file, model, primitive.material) : kNoPage;
   const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
   for (std::size_t i = 0; i < positions.count; ++i) {
     result.mesh.positions.push_back({positions.component(i, 0), positions.component(i, 1), positions.component(i, 2)});
@@ -254,15 +252,9 @@ std::string_view bytes_of(const fs::path& file, const tinygltf::Model& model, co
                        "cannot be read, expected " + (image.uri.empty() ? "its bytes" : "a file " + image.uri));
     return {reinterpret_cast<const char*>(image.image.data()), image.image.size()};
   }
-  if (static_cast<std::size_t>(image.bufferView) >= model.bufferViews.size())
-    throw InputError(file, part, "expected a buffer view that exists");
-  const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(image.bufferView)];
-  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
-    throw InputError(file, part, "expected a buffer that exists");
-  const std::vector<unsigned char>& buffer = model.buffers[static_cast<std::size_t>(view.buffer)].data;
-  if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset)
-    throw InputError(file, part, "reaches beyond its buffer");
-  return {reinterpret_cast<const char*>(buffer.data()) + view.byteOffset, view.byteLength};
+  const auto [view, bytes] = buffer_range(file, part, model, image.bufferView);
+  if (view.byteLength > bytes.size()) throw InputError(file, part, "reaches beyond its buffer");
+  return bytes.substr(0, view.byteLength);
 }
 
 /// Decodes only the images that faces show; face_page becomes their index among the pages.
@@ -297,14 +289,14 @@ WorldPoint offset_of(const tinygltf::Model& model) {
 void check_depth(const fs::path& file, std::string_view json) {
   constexpr int kDeepest = 200;
   int depth = 0;
-  bool quoted = false;
+  bool in_string = false;
   for (std::size_t at = 0; at < json.size(); ++at) {
     const char c = json[at];
-    if (quoted) {
+    if (in_string) {
       if (c == '\\') ++at;
-      if (c == '"') quoted = false;
+      if (c == '"') in_string = false;
     } else if (c == '"') {
-      quoted = true;
+      in_string = true;
     } else if (c == '[' || c == '{') {
       if (++depth > kDeepest) throw InputError(file, "", "expected a glTF, whose JSON nests less deeply");
     } else if (c == ']' || c == '}') {
@@ -337,10 +329,7 @@ std::string_view json_of(const fs::path& file, std::string_view glb) {
 /// Buffers and images in files, read like all other files here.
 tinygltf::FsCallbacks file_callbacks() {
   tinygltf::FsCallbacks callbacks{};
-  callbacks.FileExists = [](const std::string& name, void*) {
-    std::error_code error;
-    return fs::is_regular_file(name, error);
-  };
+  callbacks.FileExists = [](const std::string& name, void*) { return is_file(name); };
   callbacks.ExpandFilePath = [](const std::string& name, void*) { return name; };
   callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void*) {
     try {

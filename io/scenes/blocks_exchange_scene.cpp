@@ -16,9 +16,8 @@
 #include <map>
 #include <numbers>
 
-#include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
-#include "io/scenes/omitted_lenses.h"
+#include "io/lens_terms.h"
 #include "io/scenes/scene_file.h"
 #include "io/scenes/xml_file.h"
 
@@ -89,10 +88,8 @@ class BlocksReader {
   BlocksReader(const fs::path& file, std::string_view text) : xml_(file, text) { scene_.listing = file; }
 
   SceneFile read() {
-    const pugi::xml_node root = xml_.root();
-    if (std::string_view(root.name()) != "BlocksExchange")
-      xml_.fail(root, "expected <BlocksExchange>, found " + in_quotes(root.name()));
-    base_ = slashed(XmlFile::text(root, "BaseImagePath"));
+    const pugi::xml_node root = xml_.root("BlocksExchange");
+    base_ = with_slashes(XmlFile::text(root, "BaseImagePath"));
     pugi::xml_node best;
     std::size_t most = 0, blocks = 0;
     for (const pugi::xml_node block : root.children("Block")) {
@@ -106,9 +103,9 @@ class BlocksReader {
                                 std::string(XmlFile::text(best, "Name")) + "' is read, it has the most photos");
     read_srs(root, best);
     for (const pugi::xml_node group : best.child("Photogroups").children("Photogroup")) read_group(best, group);
-    omitted_.settle(scene_, "photos");
-    warn("photos without a pose are left out", unposed_);
-    warn("photos outside the main component are left out", aside_);
+    omitted_.report(scene_, "photos");
+    scene_.warn(unposed_, "photos without a pose are left out");
+    scene_.warn(aside_, "photos outside the main component are left out");
     return std::move(scene_);
   }
 
@@ -125,10 +122,6 @@ class BlocksReader {
     return count;
   }
 
-  void warn(const char* what, std::size_t count) {
-    if (count > 0) scene_.warnings.push_back(std::to_string(count) + " " + what);
-  }
-
   void read_srs(const pugi::xml_node& root, const pugi::xml_node& block) {
     const std::string_view id = XmlFile::text(block, "SRSId");
     if (id.empty()) return;
@@ -137,11 +130,11 @@ class BlocksReader {
         const std::string_view definition = XmlFile::text(srs, "Definition");
         scene_.srs = definition.empty() ? XmlFile::text(srs, "Name") : definition;
         if (is_geographic(scene_.srs))
-          xml_.fail(srs, "the positions are degrees of " + in_quotes(scene_.srs) +
+          xml_.fail(srs, "the positions are degrees of " + quote(scene_.srs) +
                              ", which no mesh is in; export the block in a projected or a local system");
         return;
       }
-    xml_.fail(block.child("SRSId"), "SRS " + in_quotes(id) + " is not defined in the file");
+    xml_.fail(block.child("SRSId"), "SRS " + quote(id) + " is not defined in the file");
   }
 
   void read_group(const pugi::xml_node& block, const pugi::xml_node& group) {
@@ -162,10 +155,10 @@ class BlocksReader {
     const auto turn = ours_from_axes(XmlFile::text(group, "CameraOrientation"));
     if (!turn)
       xml_.fail(group.child("CameraOrientation"), "expected a CameraOrientation like XRightYDown, found " +
-                                                      in_quotes(XmlFile::text(group, "CameraOrientation")));
+                                                      quote(XmlFile::text(group, "CameraOrientation")));
     if (const std::string_view type = XmlFile::text(group, "CameraModelType"); !type.empty() && type != "Perspective") {
       const InputError refusal(xml_.path(), xml_.place(group.child("CameraModelType")),
-                               "camera model " + in_quotes(type) +
+                               "camera model " + quote(type) +
                                    " is not supported, Perspective is; undistort the photos or "
                                    "leave the photogroup out");
       for (std::size_t i = 0; i < photos.size(); ++i) omitted_.add(std::string(type), refusal);
@@ -197,13 +190,12 @@ class BlocksReader {
     Distortion& d = camera.distortion;
     d.model = LensModel::perspective;
     if (const auto skew = xml_.number(group, "Skew"); skew && camera.fx != 0) d.skew = *skew / camera.fx;
-    if (const pugi::xml_node lens = group.child("Distortion")) {
-      d.k1 = xml_.number(lens, "K1").value_or(0);
-      d.k2 = xml_.number(lens, "K2").value_or(0);
-      d.k3 = xml_.number(lens, "K3").value_or(0);
-      d.p2 = xml_.number(lens, "P1").value_or(0);
-      d.p1 = xml_.number(lens, "P2").value_or(0);
-    }
+    constexpr LensTerm kTerms[] = {{"K1", &Distortion::k1},
+                                   {"K2", &Distortion::k2},
+                                   {"K3", &Distortion::k3},
+                                   {"P1", &Distortion::p2},
+                                   {"P2", &Distortion::p1}};
+    for (const auto& [name, term] : kTerms) d.*term = xml_.number(group.child("Distortion"), name).value_or(0);
     finish_camera(xml_.path(), xml_.place(group), camera);
     return camera;
   }
@@ -244,7 +236,7 @@ class BlocksReader {
 
   /// Below BaseImagePath unless it is absolute; empty when there is no such child.
   std::string path_of(const pugi::xml_node& photo, const char* child) const {
-    const std::string path = slashed(XmlFile::text(photo, child));
+    const std::string path = with_slashes(XmlFile::text(photo, child));
     if (path.empty() || base_.empty()) return path;
     const bool absolute = path.front() == '/' || (path.size() > 1 && path[1] == ':');
     return absolute ? path : base_ + '/' + path;
@@ -270,29 +262,15 @@ class BlocksReader {
   std::size_t unposed_ = 0, aside_ = 0;
 };
 
-bool fits(const fs::path& file) { return has_xml_root(file, "BlocksExchange"); }
-
-std::optional<fs::path> find(const fs::path& source) {
-  if (fits(source)) return source;
-  return only_file(source, ".xml", fits);
-}
-
-SceneFile parse(const fs::path& file, std::string_view text) { return BlocksReader(file, text).read(); }
-
-SceneFile read(const fs::path& found) {
-  const FileBytes bytes(found);
-  SceneFile scene = parse(found, bytes.view());
-  const fs::path folder = folder_of(found);
-  scene.image_folders = {folder / "images", folder / "photos", folder};
-  return scene;
-}
-
 }  // namespace
 
-const SceneFormat& blocks_exchange_scene() {
-  static constexpr SceneFormat kFormat{
-      "BlocksExchange", "a ContextCapture BlocksExchange XML file (or a folder with one)", find, read, parse};
-  return kFormat;
-}
+extern const SceneFormat kBlocksExchange{
+    "BlocksExchange",
+    "a ContextCapture BlocksExchange XML file (or a folder with one)",
+    [](const fs::path& source) {
+      return find_file(source, ".xml", [](const fs::path& file) { return xml_root(file) == "BlocksExchange"; });
+    },
+    [](const fs::path& file, std::string_view text) { return BlocksReader(file, text).read(); },
+    {"images", "photos"}};
 
 }  // namespace gpvc::io

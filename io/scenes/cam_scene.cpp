@@ -26,12 +26,12 @@ namespace fs = std::filesystem;
 bool is_cam(const fs::path& file) { return lower_case(file.extension().string()) == ".cam"; }
 
 /// Numbers of one line, all of them finite.
-std::vector<double> numbers(const fs::path& file, std::string_view line, const char* place, std::size_t least,
-                            std::size_t most) {
+std::vector<double> numbers_of_line(const fs::path& file, std::string_view line, const char* place, std::size_t least,
+                                    std::size_t most) {
   std::vector<double> values;
   for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) {
     const std::optional<double> value = number_from(word);
-    if (!value || !std::isfinite(*value)) throw InputError(file, place, "expected a number, found " + in_quotes(word));
+    if (!value || !std::isfinite(*value)) throw InputError(file, place, "expected a number, found " + quote(word));
     values.push_back(*value);
     if (values.size() > most) break;
   }
@@ -43,7 +43,7 @@ std::vector<double> numbers(const fs::path& file, std::string_view line, const c
 }
 
 /// Until the photo is known: fx = f, fy = f paspect, cx = ppx, cy = ppy.
-void size_camera(Camera& camera, int width, int height) {
+void scale_by_photo_size(Camera& camera, int width, int height) {
   const double f = camera.fx, aspect = camera.fy / camera.fx;
   const bool portrait = width * aspect < height;
   camera.fx = portrait ? f * height / aspect : f * width;
@@ -52,12 +52,12 @@ void size_camera(Camera& camera, int width, int height) {
   camera.cy *= height;
 }
 
-SceneFile parse(const fs::path& file, std::string_view text) {
+SceneFile parse_cam(const fs::path& file, std::string_view text) {
   SceneFile scene;
   scene.listing = file;
-  scene.size_camera = size_camera;
-  const std::vector<double> out = numbers(file, next_line(text), "line 1", 12, 12);
-  std::vector<double> in = numbers(file, next_line(text), "line 2", 1, 6);
+  scene.size_camera = scale_by_photo_size;
+  const std::vector<double> out = numbers_of_line(file, next_line(text), "line 1", 12, 12);
+  std::vector<double> in = numbers_of_line(file, next_line(text), "line 2", 1, 6);
   constexpr std::array<double, 6> kDefaults{0, 0, 0, 1, 0.5, 0.5};
   while (in.size() < 6) in.push_back(kDefaults[in.size()]);
 
@@ -82,37 +82,34 @@ SceneFile parse(const fs::path& file, std::string_view text) {
 
   const auto rotation = rotation_near({out[3], out[4], out[5], out[6], out[7], out[8], out[9], out[10], out[11]});
   if (!rotation) throw InputError(file, "line 1", "the matrix R00 .. R22 is no rotation");
-  const WorldPoint c = product(transposed(*rotation), WorldPoint{out[0], out[1], out[2]});
-  view.pose = finish_pose(file, "line 1", *rotation, {-c.x, -c.y, -c.z});
+  view.pose = finish_pose_from_translation(file, "line 1", *rotation, {out[0], out[1], out[2]});
   scene.views.push_back(std::move(view));
   return scene;
 }
 
 /// A folder with a camera file that has a photo beside it, or one of its camera files.
-std::optional<fs::path> find(const fs::path& source) {
+std::optional<fs::path> find_cam_folder(const fs::path& source) {
+  if (is_file(source)) return is_cam(source) ? std::optional(folder_of(source)) : std::nullopt;
   std::error_code ignored;
-  if (fs::is_regular_file(source, ignored)) return is_cam(source) ? std::optional(folder_of(source)) : std::nullopt;
   for (const auto& entry : fs::directory_iterator(source, ignored))
     if (is_cam(entry.path())) return source;
   return std::nullopt;
 }
 
-SceneFile read(const fs::path& folder) {
+SceneFile read_cam_folder(const fs::path& folder) {
   SceneFile scene;
   scene.listing = folder / "*.cam";
-  scene.size_camera = size_camera;
+  scene.size_camera = scale_by_photo_size;
   scene.image_folders = {folder};
   std::vector<fs::path> cams, others;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    std::error_code ignored;
-    if (entry.is_regular_file(ignored)) (is_cam(entry.path()) ? cams : others).push_back(entry.path());
-  }
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (is_file(entry.path())) (is_cam(entry.path()) ? cams : others).push_back(entry.path());
   std::sort(cams.begin(), cams.end());
   std::sort(others.begin(), others.end());
   scene.files = cams;
   for (const fs::path& cam : cams) {
     const FileBytes bytes(cam);
-    View view = std::move(parse(cam, bytes.view()).views.front());
+    View view = std::move(parse_cam(cam, bytes.view()).views.front());
     // The view gets the photo's whole name where just one file can be it.
     const fs::path stem = cam.stem();
     std::vector<fs::path> photos;
@@ -126,10 +123,8 @@ SceneFile read(const fs::path& folder) {
 
 }  // namespace
 
-const SceneFormat& cam_scene() {
-  static constexpr SceneFormat kFormat{"mvs-texturing", "an mvs-texturing folder of photos with .cam files", find, read,
-                                       parse};
-  return kFormat;
-}
+extern const SceneFormat kCam{
+    "mvs-texturing", "an mvs-texturing folder of photos with .cam files", find_cam_folder, parse_cam, {},
+    read_cam_folder};
 
 }  // namespace gpvc::io

@@ -12,7 +12,6 @@
 #include "io/files/text_scan.h"
 #include "io/scenes/colmap_models.h"
 #include "io/scenes/colmap_scene.h"
-#include "io/scenes/omitted_lenses.h"
 
 namespace gpvc::io {
 
@@ -38,13 +37,13 @@ using ColmapCameras = std::map<std::uint64_t, ColmapCamera>;
 
 /// \pre in.model->is_supported()
 Camera camera_from(const fs::path& file, const ColmapCamera& in) {
-  constexpr std::uint64_t kMaxSide = 1u << 24;  // finish_camera's, before it becomes an int
-  if (in.width < 1 || in.height < 1 || in.width > kMaxSide || in.height > kMaxSide)
+  const auto width = image_side(static_cast<double>(in.width)), height = image_side(static_cast<double>(in.height));
+  if (!width || !height)
     throw InputError(file, in.place,
                      "an image size of " + std::to_string(in.width) + " x " + std::to_string(in.height));
   Camera out;
-  out.width = static_cast<int>(in.width);
-  out.height = static_cast<int>(in.height);
+  out.width = *width;
+  out.height = *height;
   auto parameter = in.parameters.begin();
   out.fx = *parameter++;
   out.fy = in.model->focal_lengths == 1 ? out.fx : *parameter++;
@@ -54,19 +53,6 @@ Camera camera_from(const fs::path& file, const ColmapCamera& in) {
   for (const DistortionTerm term : in.model->terms()) out.distortion.*term = *parameter++;
   finish_camera(file, in.place, out);
   return out;
-}
-
-/// x_camera = R x_world + t.
-Pose pose_from(const fs::path& file, const std::string& place, const std::array<double, 4>& quaternion,
-               const std::array<double, 3>& t) {
-  const std::optional<Matrix3> rotation = rotation_from_quaternion(quaternion);
-  if (!rotation) throw InputError(file, place, "the rotation quaternion has no direction");
-  if (!std::isfinite(t[0]) || !std::isfinite(t[1]) || !std::isfinite(t[2]))
-    throw InputError(file, place, "the translation is not finite");
-  const auto& r = *rotation;
-  return finish_pose(file, place, r,
-                     {-(r[0] * t[0] + r[3] * t[1] + r[6] * t[2]), -(r[1] * t[0] + r[4] * t[1] + r[7] * t[2]),
-                      -(r[2] * t[0] + r[5] * t[1] + r[8] * t[2])});
 }
 
 struct ColmapImage {
@@ -81,12 +67,12 @@ std::optional<View> view_from(const fs::path& images_file, const std::string& pl
                               const fs::path& cameras_file, const ColmapCameras& cameras, OmittedLenses& omitted) {
   View view;
   // COLMAP writes '/' on every system; programs for Windows that write its format do not.
-  view.name = image.name.find('/') == std::string_view::npos ? slashed(image.name) : std::string(image.name);
+  view.name = image.name.find('/') == std::string_view::npos ? with_slashes(image.name) : std::string(image.name);
   if (view.name.empty()) throw InputError(images_file, place, "an image without a name");
   const auto camera = cameras.find(image.camera_id);
   if (camera == cameras.end())
     throw InputError(images_file, place,
-                     "image " + in_quotes(image.name) + " refers to camera " + std::to_string(image.camera_id) +
+                     "image " + quote(image.name) + " refers to camera " + std::to_string(image.camera_id) +
                          ", which " + cameras_file.filename().string() + " does not list");
   if (const ColmapModel& model = *camera->second.model; !model.is_supported()) {
     const std::string name(model.name);
@@ -95,7 +81,11 @@ std::optional<View> view_from(const fs::path& images_file, const std::string& pl
     return std::nullopt;
   }
   view.camera = camera_from(cameras_file, camera->second);
-  view.pose = pose_from(images_file, place + ": image " + in_quotes(image.name), image.quaternion, image.translation);
+  const std::string of_image = place + ": image " + quote(image.name);
+  const std::optional<Matrix3> rotation = rotation_from_quaternion(image.quaternion);
+  if (!rotation) throw InputError(images_file, of_image, "the rotation quaternion has no direction");
+  const auto& [tx, ty, tz] = image.translation;
+  view.pose = finish_pose_from_translation(images_file, of_image, *rotation, {tx, ty, tz});
   return view;
 }
 
@@ -144,7 +134,7 @@ void read_images_bin(const fs::path& file, std::string_view bytes, const fs::pat
     if (auto view = view_from(file, place, image, cameras_file, cameras, omitted))
       scene.views.push_back(std::move(*view));
   }
-  omitted.settle(scene);
+  omitted.report(scene);
 }
 
 // --- text
@@ -198,13 +188,13 @@ class ModelLines {
   double number(std::string_view& line, const char* what) const {
     const std::string_view word = next_word(line);
     const std::optional<double> value = number_from(word);
-    if (!value) fail(std::string("expected ") + what + ", found " + in_quotes(word));
+    if (!value) fail(std::string("expected ") + what + ", found " + quote(word));
     return *value;
   }
   std::uint64_t integer(std::string_view& line, const char* what) const {
     const std::string_view word = next_word(line);
     const std::optional<std::uint64_t> value = integer_from<std::uint64_t>(word);
-    if (!value) fail(std::string("expected ") + what + ", found " + in_quotes(word));
+    if (!value) fail(std::string("expected ") + what + ", found " + quote(word));
     return *value;
   }
 
@@ -227,14 +217,14 @@ ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text, std:
     const std::string_view name = next_word(line);
     for (const ColmapModel& model : kColmapModels)
       if (model.name == name) camera.model = &model;
-    if (camera.model == nullptr) lines.fail("camera model " + in_quotes(name) + " is unknown; " + supported_models());
+    if (camera.model == nullptr) lines.fail("camera model " + quote(name) + " is unknown; " + supported_models());
     camera.width = lines.integer(line, "an image width");
     camera.height = lines.integer(line, "an image height");
     for (std::size_t p = 0; p < camera.model->parameters(); ++p)
       camera.parameters.push_back(lines.number(line, "a camera parameter"));
     if (const std::string_view extra = next_word(line); !extra.empty())
       lines.fail("camera model " + std::string(name) + " has " + std::to_string(camera.model->parameters()) +
-                 " parameters, found a further " + in_quotes(extra));
+                 " parameters, found a further " + quote(extra));
     cameras[id] = std::move(camera);
   }
   lines.check_count(cameras.size(), lines.ended(), "its last number", warnings);
@@ -245,10 +235,8 @@ ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text, std:
 /// lose every other image in silence: the line has to be empty or to end in a number (of any kind: other programs write
 /// -1.0).
 void check_points(const ModelLines& lines, std::string_view line) {
-  while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
-  if (line.empty()) return;
-  const std::size_t blank = line.find_last_of(" \t");
-  if (!number_from(line.substr(blank == std::string_view::npos ? 0 : blank + 1)))
+  line = trimmed(line);
+  if (!line.empty() && !number_from(line.substr(line.find_last_of(" \t") + 1)))  // npos + 1 is 0
     lines.fail("expected the points of the image above (X Y POINT3D_ID triples) or an empty line");
 }
 
@@ -266,15 +254,13 @@ void read_images_txt(const fs::path& file, std::string_view text, const fs::path
     for (double& q : image.quaternion) q = lines.number(line, "a quaternion");
     for (double& t : image.translation) t = lines.number(line, "a translation");
     image.camera_id = lines.integer(line, "a camera number");
-    while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
-    while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
-    image.name = line;
+    image.name = trimmed(line);
     if (auto view = view_from(file, lines.place(), image, cameras_file, cameras, omitted))
       scene.views.push_back(std::move(*view));
     if (lines.next_raw(line)) check_points(lines, line);
   }
   lines.check_count(count, pose_ended, "the name of the last image", scene.warnings);
-  omitted.settle(scene);
+  omitted.report(scene);
 }
 
 bool holds_model(const fs::path& folder, const char* extension) {
@@ -319,16 +305,15 @@ std::uint64_t count_images(const fs::path& model) {
 
 /// A model itself, one of its files, or a data set's root as COLMAP and its users lay it out; the folder above several
 /// numbered models.
-std::optional<fs::path> find(const fs::path& source) {
-  std::error_code ignored;
-  if (fs::is_regular_file(source, ignored)) {
+std::optional<fs::path> find_model(const fs::path& source) {
+  if (is_file(source)) {
     const std::string name = source.stem().string(), extension = source.extension().string();
     if ((name != "cameras" && name != "images") || (extension != ".bin" && extension != ".txt")) return std::nullopt;
     const fs::path folder = folder_of(source);
     return holds_model(folder, extension.c_str()) ? std::optional(folder) : std::nullopt;
   }
   for (const char* below : {"", "sparse", "colmap"}) {
-    const fs::path folder = below[0] == '\0' ? source : source / below;
+    const fs::path folder = *below == '\0' ? source : source / below;
     if (holds_model(folder, ".bin") || holds_model(folder, ".txt")) return folder;
     const auto models = numbered_models(folder);
     if (!models.empty()) return models.size() == 1 ? models.begin()->second : folder;
@@ -349,24 +334,17 @@ fs::path largest_model(const fs::path& folder, std::vector<std::string>& warning
   return best;
 }
 
-SceneFile read(const fs::path& found) {
+SceneFile read_model(const fs::path& found) {
   std::vector<std::string> warnings;
   const fs::path model =
       holds_model(found, ".bin") || holds_model(found, ".txt") ? found : largest_model(found, warnings);
   const bool binary = holds_model(model, ".bin");
   const std::string extension = binary ? ".bin" : ".txt";
   const fs::path cameras = model / ("cameras" + extension), images = model / ("images" + extension);
-  SceneFile scene;
-  {
-    const FileBytes camera_bytes(cameras), image_bytes(images);
-    scene = parse_colmap(binary, cameras, camera_bytes.view(), images, image_bytes.view());
-  }
+  SceneFile scene = parse_colmap(binary, cameras, FileBytes(cameras).view(), images, FileBytes(images).view());
   scene.warnings.insert(scene.warnings.begin(), warnings.begin(), warnings.end());
-  for (const char* part : {"cameras", "images", "points3D", "rigs", "frames"}) {
-    std::error_code ignored;
-    if (const fs::path file = model / (part + extension); fs::is_regular_file(file, ignored))
-      scene.files.push_back(file);
-  }
+  for (const char* part : {"cameras", "images", "points3D", "rigs", "frames"})
+    if (const fs::path file = model / (part + extension); is_file(file)) scene.files.push_back(file);
   fs::path folder = fs::absolute(model).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();
   for (int level = 0; level <= 2; ++level, folder = folder.parent_path())
@@ -388,13 +366,13 @@ SceneFile parse_colmap(bool binary, const fs::path& cameras_file, std::string_vi
   return scene;
 }
 
-const SceneFormat& colmap_scene() {
-  static constexpr SceneFormat kFormat{
-      "COLMAP",
-      "a COLMAP model (a folder with cameras.bin and images.bin or cameras.txt and images.txt, there or in "
-      "sparse/NUMBER, sparse or colmap below it)",
-      find, read};
-  return kFormat;
-}
+extern const SceneFormat kColmap{"COLMAP",
+                                 "a COLMAP model (a folder with cameras.bin and images.bin or cameras.txt and "
+                                 "images.txt, there or in sparse/NUMBER, "
+                                 "sparse or colmap below it)",
+                                 find_model,
+                                 nullptr,
+                                 {},
+                                 read_model};
 
 }  // namespace gpvc::io

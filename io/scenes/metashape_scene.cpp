@@ -22,12 +22,13 @@
 //          and y' in the same way, P1 and P2 in the other order than OpenCV's;
 //          u = w / 2 + cx + x' f + x' B1 + y' B2, v = h / 2 + cy + y' f.
 //          Files of PhotoScan before 1.2 state fx, fy, skew, cx and cy from the corner, and P1, P2 as OpenCV does.
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
 
-#include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
+#include "io/lens_terms.h"
 #include "io/scenes/scene_file.h"
 #include "io/scenes/xml_file.h"
 
@@ -54,9 +55,7 @@ class MetashapeReader {
   MetashapeReader(const fs::path& file, std::string_view text) : xml_(file, text) { scene_.listing = file; }
 
   SceneFile read() {
-    const pugi::xml_node root = xml_.root();
-    if (std::string_view(root.name()) != "document")
-      xml_.fail(root, "expected <document>, found " + in_quotes(root.name()));
+    const pugi::xml_node root = xml_.root("document");
     const pugi::xml_node chunk = chunk_of(root);
     for (const pugi::xml_node sensor : chunk.child("sensors").children("sensor"))
       sensors_[sensor.attribute("id").as_string()] = sensor;
@@ -67,20 +66,20 @@ class MetashapeReader {
   }
 
  private:
-  /// Cameras with their groups opened, in the file's order.
+  static std::vector<pugi::xml_node> in_order(pugi::xpath_node_set nodes) {
+    nodes.sort();
+    std::vector<pugi::xml_node> sorted;
+    for (const pugi::xpath_node& node : nodes) sorted.push_back(node.node());
+    return sorted;
+  }
+
+  /// Cameras, also those in groups, in the file's order.
   static std::vector<RigCamera> cameras_of(const pugi::xml_node& chunk) {
     std::vector<RigCamera> cameras;
     std::map<std::string, pugi::xml_node> by_id;
-    std::vector<pugi::xml_node> open{chunk.child("cameras")};
-    while (!open.empty()) {
-      const pugi::xml_node node = open.back();
-      open.pop_back();
-      if (std::string_view(node.name()) == "camera") {
-        cameras.push_back({node, {}});
-        by_id.emplace(node.attribute("id").as_string(), node);
-      } else if (std::string_view(node.name()) == "group" || node == chunk.child("cameras")) {
-        for (pugi::xml_node child = node.last_child(); child; child = child.previous_sibling()) open.push_back(child);
-      }
+    for (const pugi::xml_node node : in_order(chunk.select_nodes("cameras//camera"))) {
+      cameras.push_back({node, {}});
+      by_id.emplace(node.attribute("id").as_string(), node);
     }
     for (RigCamera& camera : cameras) {
       const auto master = by_id.find(camera.node.attribute("master_id").as_string());
@@ -96,19 +95,18 @@ class MetashapeReader {
 
   pugi::xml_node chunk_of(const pugi::xml_node& root) {
     pugi::xml_node best;
-    std::size_t most = 0, chunks = 0;
-    std::vector<pugi::xml_node> candidates;
-    for (const pugi::xml_node chunk : root.children("chunk")) candidates.push_back(chunk);
-    for (const pugi::xml_node chunk : root.child("chunks").children("chunk")) candidates.push_back(chunk);
-    for (const pugi::xml_node& chunk : candidates) {
-      ++chunks;
+    std::size_t most = 0;
+    const std::vector<pugi::xml_node> chunks = in_order(root.select_nodes("chunk | chunks/chunk"));
+    for (const pugi::xml_node& chunk : chunks) {
       std::size_t placed = 0;
       for (const RigCamera& camera : cameras_of(chunk)) placed += camera.placed_by ? 1 : 0;
-      if (placed > most) best = chunk, most = placed;
+      if (placed <= most) continue;
+      best = chunk;
+      most = placed;
     }
     if (most == 0) xml_.fail(root, "no camera has a transform: align the photos before the export");
-    if (chunks > 1)
-      scene_.warnings.push_back("the file holds " + std::to_string(chunks) + " chunks; '" +
+    if (chunks.size() > 1)
+      scene_.warnings.push_back("the file holds " + std::to_string(chunks.size()) + " chunks; '" +
                                 best.attribute("label").as_string() + "' is read, it has the most cameras");
     return best;
   }
@@ -120,7 +118,7 @@ class MetashapeReader {
     for (std::string_view word = next_word(text); !word.empty(); word = next_word(text)) {
       const std::optional<double> value = number_from(word);
       if (!value || !std::isfinite(*value))
-        xml_.fail(node, "expected finite numbers in " + std::string(node.name()) + ", found " + in_quotes(word));
+        xml_.fail(node, "expected finite numbers in " + std::string(node.name()) + ", found " + quote(word));
       if (values.size() == count) xml_.fail(node, "more than " + std::to_string(count) + " numbers");
       values.push_back(*value);
     }
@@ -192,26 +190,21 @@ class MetashapeReader {
     }
     if (usable.empty() && other_sensor)
       xml_.fail(other_sensor,
-                "a camera of type " + in_quotes(type_of(other_sensor)) + " is not supported, frame and fisheye are");
+                "a camera of type " + quote(type_of(other_sensor)) + " is not supported, frame and fisheye are");
     if (usable.empty()) xml_.fail(chunk, "every camera with a transform is disabled");
-    std::string main = components.begin()->first;
-    for (const auto& [id, count] : components)
-      if (count > components[main]) main = id;
-    warn("cameras without a transform are left out", unplaced);
-    warn("disabled cameras are left out", disabled);
+    const auto [main, most] = *std::max_element(components.begin(), components.end(),
+                                                [](const auto& a, const auto& b) { return a.second < b.second; });
+    scene_.warn(unplaced, "cameras without a transform are left out");
+    scene_.warn(disabled, "disabled cameras are left out");
     for (const auto& [type, count] : other_lenses)
-      warn("cameras are left out: their lens, " + in_quotes(type) + ", is no perspective or fisheye one", count);
-    warn("cameras of other components than the largest are left out", usable.size() - components[main]);
-    std::erase_if(usable, [&](const RigCamera& camera) { return component_of(camera) != main; });
+      scene_.warn(count, "cameras are left out: their lens, " + quote(type) + ", is no perspective or fisheye one");
+    scene_.warn(usable.size() - most, "cameras of other components than the largest are left out");
+    std::erase_if(usable, [&, &id = main](const RigCamera& camera) { return component_of(camera) != id; });
     read_views(usable);
   }
 
   static std::string component_of(const RigCamera& camera) {
     return camera.placed_by.attribute("component_id").as_string();
-  }
-
-  void warn(const std::string& what, std::size_t count) {
-    if (count > 0) scene_.warnings.push_back(std::to_string(count) + " " + what);
   }
 
   void read_views(const std::vector<RigCamera>& cameras) {
@@ -224,10 +217,10 @@ class MetashapeReader {
       slaves += cameras[i].placed_by != cameras[i].node ? 1 : 0;
       if (const std::string shown = bands_of(sensor_of(cameras[i].node)); !shown.empty()) bands.insert(shown);
     }
-    warn("cameras are placed by their master in a rig, having no transform of their own", slaves);
+    scene_.warn(slaves, "cameras are placed by their master in a rig, having no transform of their own");
     if (bands.size() < 2) return;
     std::string all;
-    for (const std::string& shown : bands) all += (all.empty() ? "" : ", ") + in_quotes(shown);
+    for (const std::string& shown : bands) all += (all.empty() ? "" : ", ") + quote(shown);
     scene_.warnings.push_back("the cameras show different bands, " + all +
                               ", which the texture mixes: leave out those that it is not to show");
   }
@@ -237,7 +230,7 @@ class MetashapeReader {
     std::vector<std::string> names;
     std::map<std::string, std::size_t> uses;
     for (const RigCamera& camera : cameras) {
-      names.push_back(slashed(camera.node.attribute("label").as_string()));
+      names.push_back(with_slashes(camera.node.attribute("label").as_string()));
       if (names.back().empty()) xml_.fail(camera.node, "a camera without a label");
       ++uses[names.back()];
     }
@@ -253,7 +246,7 @@ class MetashapeReader {
       if (++repeated == 1) example = names[i];
       names[i].clear();
     }
-    warn("cameras are left out: others have their label and group, as " + in_quotes(example), repeated);
+    scene_.warn(repeated, "cameras are left out: others have their label and group, as " + quote(example));
     return names;
   }
 
@@ -263,7 +256,7 @@ class MetashapeReader {
     if (std::string_view(group.name()) != "group" || label.starts_with('/') || label.starts_with("..") ||
         label.find(':') != label.npos)
       return label;
-    const std::string folders = slashed(group.attribute("label").as_string());
+    const std::string folders = with_slashes(group.attribute("label").as_string());
     std::string name;
     for (std::size_t begin = 0; begin < folders.size();) {
       const std::size_t end = std::min(folders.find('/', begin), folders.size());
@@ -286,7 +279,7 @@ class MetashapeReader {
   pugi::xml_node sensor_of(const pugi::xml_node& camera) const {
     const std::string id = camera.attribute("sensor_id").as_string();
     const auto found = sensors_.find(id);
-    if (found == sensors_.end()) xml_.fail(camera, "sensor " + in_quotes(id) + " is not in the file");
+    if (found == sensors_.end()) xml_.fail(camera, "sensor " + quote(id) + " is not in the file");
     return found->second;
   }
 
@@ -365,28 +358,23 @@ class MetashapeReader {
     camera.width = side_of(sensor, resolution, "width");
     camera.height = side_of(sensor, resolution, "height");
     const auto term = [&](const char* name) { return xml_.number(node, name).value_or(0); };
-    d.k1 = term("k1");
-    d.k2 = term("k2");
-    d.k3 = term("k3");
-    d.k4 = term("k4");
-    d.p3 = term("p3");
-    d.p4 = term("p4");
+    constexpr LensTerm kTerms[] = {{"k1", &Distortion::k1}, {"k2", &Distortion::k2}, {"k3", &Distortion::k3},
+                                   {"k4", &Distortion::k4}, {"p1", &Distortion::p2}, {"p2", &Distortion::p1},
+                                   {"p3", &Distortion::p3}, {"p4", &Distortion::p4}};
+    for (const auto& [name, member] : kTerms) d.*member = term(name);
     double skew = 0;
     if (node.child("fx")) {
       camera.fx = xml_.needed(node, "fx");
       camera.fy = xml_.needed(node, "fy");
       camera.cx = xml_.needed(node, "cx");
       camera.cy = xml_.needed(node, "cy");
-      d.p1 = term("p1");
-      d.p2 = term("p2");
+      std::swap(d.p1, d.p2);
       skew = term("skew");
     } else {
       camera.fy = xml_.needed(node, "f");
       camera.fx = camera.fy + term("b1");
       camera.cx = camera.width / 2.0 + term("cx");
       camera.cy = camera.height / 2.0 + term("cy");
-      d.p2 = term("p1");
-      d.p1 = term("p2");
       skew = term("b2");
     }
     if (camera.fx != 0) d.skew = skew / camera.fx;
@@ -396,7 +384,7 @@ class MetashapeReader {
 
   int side_of(const pugi::xml_node& sensor, const pugi::xml_node& resolution, const char* name) const {
     const auto value = integer_from<std::int64_t>(resolution.attribute(name).as_string());
-    if (!value || *value < 1 || *value > 1 << 24)
+    if (!value || !image_side(static_cast<double>(*value)))
       xml_.fail(resolution ? resolution : sensor,
                 std::string("expected a resolution with a ") + name + " of 1 to 2^24 pixels");
     return static_cast<int>(*value);
@@ -420,31 +408,17 @@ class MetashapeReader {
   bool referenced_ = false;
 };
 
-bool fits(const fs::path& file) {
-  return has_xml_root(file, "document") && first_bytes(file, 1u << 14).find("<chunk") != std::string::npos;
-}
-
-std::optional<fs::path> find(const fs::path& source) {
-  if (fits(source)) return source;
-  return only_file(source, ".xml", fits);
-}
-
-SceneFile parse(const fs::path& file, std::string_view text) { return MetashapeReader(file, text).read(); }
-
-SceneFile read(const fs::path& found) {
-  const FileBytes bytes(found);
-  SceneFile scene = parse(found, bytes.view());
-  const fs::path folder = folder_of(found);
-  scene.image_folders = {folder / "images", folder / "photos", folder / ".." / "images", folder};
-  return scene;
+bool is_metashape(const fs::path& file) {
+  return xml_root(file) == "document" && first_bytes(file, 1u << 14).find("<chunk") != std::string::npos;
 }
 
 }  // namespace
 
-const SceneFormat& metashape_scene() {
-  static constexpr SceneFormat kFormat{"Metashape", "an Agisoft Metashape cameras.xml (or a folder with one)", find,
-                                       read, parse};
-  return kFormat;
-}
+extern const SceneFormat kMetashape{
+    "Metashape",
+    "an Agisoft Metashape cameras.xml (or a folder with one)",
+    [](const fs::path& source) { return find_file(source, ".xml", is_metashape); },
+    [](const fs::path& file, std::string_view text) { return MetashapeReader(file, text).read(); },
+    {"images", "photos", "../images"}};
 
 }  // namespace gpvc::io

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFu, kNewest = 7;
+constexpr std::uint32_t kNoPose = 0xFFFFFFFFu, kNewest = 7;
 
 struct MvsCamera {
   std::uint32_t width = 0, height = 0;
@@ -26,17 +26,12 @@ struct MvsCamera {
   WorldPoint centre;
 };
 
-struct MvsPose {
-  Matrix3 rotation{};
-  WorldPoint centre;
-};
-
 struct Platform {
   std::vector<MvsCamera> cameras;
-  std::vector<MvsPose> poses;
+  std::vector<Pose> poses;
 };
 
-void size_camera(Camera& camera, int width, int height) {
+void scale_by_longer_side(Camera& camera, int width, int height) {
   const double longer = std::max(width, height);
   camera.fx *= longer;
   camera.fy *= longer;
@@ -48,7 +43,7 @@ class MvsReader {
  public:
   MvsReader(const fs::path& file, std::string_view bytes) : file_(file), reader_(file, bytes) {
     scene_.listing = file;
-    scene_.size_camera = size_camera;
+    scene_.size_camera = scale_by_longer_side;
   }
 
   SceneFile read() {
@@ -62,11 +57,8 @@ class MvsReader {
     reader_.read<std::uint32_t>("the header");
     read_platforms();
     read_images();
-    if (masks_ > 0)
-      scene_.warnings.push_back(std::to_string(masks_) +
-                                " masks are not used: they hold labels, and the file does not say which to "
-                                "leave out");
-    if (unposed_ > 0) scene_.warnings.push_back(std::to_string(unposed_) + " images without a pose are left out");
+    scene_.warn(masks_, "masks are not used: they hold labels, and the file does not say which to leave out");
+    scene_.warn(unposed_, "images without a pose are left out");
     return std::move(scene_);
   }
 
@@ -95,10 +87,10 @@ class MvsReader {
   void read_platforms() {
     constexpr const char* kWhat = "the platforms";
     for (std::uint64_t p = count(24, kWhat); p > 0; --p) {
-      Platform platform;
+      Platform& platform = platforms_.emplace_back();
       text(kWhat);
       for (std::uint64_t c = count(176, kWhat); c > 0; --c) {
-        MvsCamera camera;
+        MvsCamera& camera = platform.cameras.emplace_back();
         text(kWhat);
         if (version_ > 3) text(kWhat);
         camera.width = reader_.read<std::uint32_t>(kWhat);
@@ -106,22 +98,19 @@ class MvsReader {
         camera.k = matrix(kWhat);
         camera.rotation = matrix(kWhat);
         camera.centre = point(kWhat);
-        platform.cameras.push_back(camera);
       }
       for (std::uint64_t n = count(96, kWhat); n > 0; --n) {
-        MvsPose pose;
+        Pose& pose = platform.poses.emplace_back();
         pose.rotation = matrix(kWhat);
         pose.centre = point(kWhat);
-        platform.poses.push_back(pose);
       }
-      platforms_.push_back(std::move(platform));
     }
   }
 
   void read_images() {
     constexpr const char* kWhat = "the images";
     for (std::uint64_t i = count(20, kWhat); i > 0; --i) {
-      const std::string name = slashed(text(kWhat));
+      const std::string name = with_slashes(text(kWhat));
       const bool masked = version_ > 4 && !text(kWhat).empty();
       const auto platform = reader_.read<std::uint32_t>(kWhat), camera = reader_.read<std::uint32_t>(kWhat),
                  pose = reader_.read<std::uint32_t>(kWhat);
@@ -132,13 +121,13 @@ class MvsReader {
         const std::uint64_t scores = count(kScore, kWhat);
         reader_.take(scores * kScore, kWhat);
       }
-      if (pose == kNone) {
+      if (pose == kNoPose) {
         ++unposed_;
         continue;
       }
       if (name.empty()) reader_.fail("an image without a name");
       masks_ += masked ? 1 : 0;
-      const std::string place = "image " + in_quotes(name);
+      const std::string place = "image " + quote(name);
       if (platform >= platforms_.size() || camera >= platforms_[platform].cameras.size() ||
           pose >= platforms_[platform].poses.size())
         throw InputError(file_, place, "refers to a platform, camera or pose that the file does not hold");
@@ -146,22 +135,20 @@ class MvsReader {
     }
   }
 
-  void add_view(const std::string& place, const std::string& name, const MvsCamera& camera, const MvsPose& pose) {
+  void add_view(const std::string& place, const std::string& name, const MvsCamera& camera, const Pose& pose) {
     View view;
     view.name = name;
     view.photo = name;
-    const bool sized = camera.width > 0 && camera.height > 0;
+    view.camera = {0, 0, camera.k[0], camera.k[4], camera.k[2], camera.k[5], {}};
     constexpr std::uint32_t kMaxSide = 1u << 24;
     if (camera.width > kMaxSide || camera.height > kMaxSide)
       throw InputError(file_, place, "its camera is larger than 2^24 pixels");
-    const double centre = sized ? 0.5 : 0;
-    view.camera = {sized ? static_cast<int>(camera.width) : 0,
-                   sized ? static_cast<int>(camera.height) : 0,
-                   camera.k[0],
-                   camera.k[4],
-                   camera.k[2] + centre,
-                   camera.k[5] + centre,
-                   {}};
+    if (camera.width > 0 && camera.height > 0) {
+      view.camera.width = static_cast<int>(camera.width);
+      view.camera.height = static_cast<int>(camera.height);
+      view.camera.cx += 0.5;
+      view.camera.cy += 0.5;
+    }
     if (camera.k[1] != 0 && camera.k[0] != 0) {
       view.camera.distortion.model = LensModel::perspective;
       view.camera.distortion.skew = camera.k[1] / camera.k[0];
@@ -183,30 +170,17 @@ class MvsReader {
   std::size_t unposed_ = 0, masks_ = 0;
 };
 
-bool fits(const fs::path& file) {
+bool is_openmvs(const fs::path& file) {
   return lower_case(file.extension().string()) == ".mvs" && first_bytes(file, 3) == "MVS";
-}
-
-std::optional<fs::path> find(const fs::path& source) {
-  if (fits(source)) return source;
-  return only_file(source, ".mvs", fits);
-}
-
-SceneFile parse(const fs::path& file, std::string_view bytes) { return MvsReader(file, bytes).read(); }
-
-SceneFile read(const fs::path& found) {
-  const FileBytes bytes(found);
-  SceneFile scene = parse(found, bytes.view());
-  const fs::path folder = folder_of(found);
-  scene.image_folders = {folder / "images", folder / ".." / "images", folder};
-  return scene;
 }
 
 }  // namespace
 
-const SceneFormat& openmvs_scene() {
-  static constexpr SceneFormat kFormat{"OpenMVS", "an OpenMVS scene, .mvs (or a folder with one)", find, read, parse};
-  return kFormat;
-}
+extern const SceneFormat kOpenmvs{
+    "OpenMVS",
+    "an OpenMVS scene, .mvs (or a folder with one)",
+    [](const fs::path& source) { return find_file(source, ".mvs", is_openmvs); },
+    [](const fs::path& file, std::string_view bytes) { return MvsReader(file, bytes).read(); },
+    {"images", "../images"}};
 
 }  // namespace gpvc::io

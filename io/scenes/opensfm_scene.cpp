@@ -22,8 +22,8 @@
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
+#include "io/lens_terms.h"
 #include "io/number_text.h"
-#include "io/scenes/omitted_lenses.h"
 #include "io/scenes/scene_file.h"
 
 namespace gpvc::io {
@@ -47,6 +47,34 @@ Json parse_json(const fs::path& file, std::string_view text) {
   }
 }
 
+/// A camera's projection_type: its lens, and the terms that the file states. Ours of the prism count across, theirs
+/// along: x takes s0 r2 + s1 r2^2, y the other two.
+struct Projection {
+  std::string_view type;
+  LensModel lens;
+  bool one_focal;  ///< 'focal' and no principal point, instead of 'focal_x', 'focal_y', 'c_x', 'c_y'
+  std::vector<LensTerm> terms;
+};
+
+namespace projections {
+
+constexpr LensTerm k1{"k1", &Distortion::k1}, k2{"k2", &Distortion::k2}, k3{"k3", &Distortion::k3},
+    k4{"k4", &Distortion::k4}, k5{"k5", &Distortion::k5}, k6{"k6", &Distortion::k6}, p1{"p1", &Distortion::p1},
+    p2{"p2", &Distortion::p2}, s0{"s0", &Distortion::s1}, s1{"s1", &Distortion::s3}, s2{"s2", &Distortion::s2},
+    s3{"s3", &Distortion::s4};
+
+const std::vector<Projection> kAll{
+    {"perspective", LensModel::brown, true, {k1, k2}},
+    {"simple_radial", LensModel::brown, false, {k1}},
+    {"radial", LensModel::brown, false, {k1, k2}},
+    {"brown", LensModel::brown, false, {k1, k2, k3, p1, p2}},
+    {"fisheye", LensModel::equidistant, true, {k1, k2}},
+    {"fisheye_opencv", LensModel::equidistant, false, {k1, k2, k3, k4}},
+    {"fisheye62", LensModel::equidistant, false, {k1, k2, k3, k4, k5, k6, p1, p2}},
+    {"fisheye624", LensModel::equidistant, false, {k1, k2, k3, k4, k5, k6, p1, p2, s0, s1, s2, s3}}};
+
+}  // namespace projections
+
 class OpensfmReader {
  public:
   OpensfmReader(const fs::path& file, std::string_view text) : file_(file), json_(parse_json(file, text)) {
@@ -69,8 +97,8 @@ class OpensfmReader {
                                 " shots, is read, the others cannot be brought into its frame");
     const Json& reconstruction = json_[best];
     for (const auto& [name, shot] : reconstruction["shots"].items()) read_shot(name, shot, reconstruction["cameras"]);
-    omitted_.settle(scene_);
-    if (unposed_ > 0) scene_.warnings.push_back(std::to_string(unposed_) + " shots without a pose are left out");
+    omitted_.report(scene_);
+    scene_.warn(unposed_, "shots without a pose are left out");
     if (reconstruction.contains("reference_lla")) set_reference(scene_, file_, reconstruction["reference_lla"]);
     return std::move(scene_);
   }
@@ -115,7 +143,7 @@ class OpensfmReader {
   }
 
   void read_shot(const std::string& name, const Json& shot, const Json& cameras) {
-    const std::string place = "shot " + in_quotes(name);
+    const std::string place = "shot " + quote(name);
     if (!shot.is_object()) fail(place, "expected an object");
     if (!shot.contains("rotation") || !shot.contains("translation")) {
       ++unposed_;
@@ -124,20 +152,23 @@ class OpensfmReader {
     if (!shot.contains("camera") || !shot["camera"].is_string()) fail(place, "expected the name of a 'camera'");
     const std::string id = shot["camera"].get<std::string>();
     const auto found = cameras.find(id);
-    if (found == cameras.end()) fail(place, "its camera " + in_quotes(id) + " is not in the file");
-    const std::string of_camera = "camera " + in_quotes(id);
-    if (const std::string type = projection_of(of_camera, *found); !is_supported(type)) {
+    if (found == cameras.end()) fail(place, "its camera " + quote(id) + " is not in the file");
+    const std::string of_camera = "camera " + quote(id);
+    const std::string type = projection_type(of_camera, *found);
+    const auto projection = std::find_if(projections::kAll.begin(), projections::kAll.end(),
+                                         [&](const Projection& p) { return p.type == type; });
+    if (projection == projections::kAll.end()) {
       omitted_.add(type, InputError(file_, of_camera,
-                                    "projection type " + in_quotes(type) +
+                                    "projection type " + quote(type) +
                                         " is not supported; supported are perspective, simple_radial, radial, "
                                         "brown, fisheye, fisheye_opencv, fisheye62 and fisheye624"));
       return;
     }
     const auto [camera, fresh] = cameras_.try_emplace(id);
-    if (fresh) camera->second = camera_of(of_camera, *found);
+    if (fresh) camera->second = camera_of(of_camera, *found, *projection);
 
     View view;
-    view.name = slashed(name);
+    view.name = with_slashes(name);
     view.camera = camera->second;
     const WorldPoint axis = triple(place, shot, "rotation"), t = triple(place, shot, "translation");
     const double angle = std::hypot(axis.x, axis.y, axis.z);
@@ -145,68 +176,35 @@ class OpensfmReader {
     const double s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
     const auto rotation = rotation_from_quaternion({std::cos(angle / 2), s * axis.x, s * axis.y, s * axis.z});
     if (!rotation) fail(place, "the rotation is not finite");
-    const WorldPoint c = product(transposed(*rotation), t);
-    view.pose = finish_pose(file_, place, *rotation, {-c.x, -c.y, -c.z});
+    view.pose = finish_pose_from_translation(file_, place, *rotation, t);
     scene_.views.push_back(std::move(view));
   }
 
   int side(const std::string& place, const Json& object, const char* key) const {
-    const double value = number(place, object, key);
-    if (!(value >= 1 && value <= 1 << 24 && value == std::floor(value)))
-      fail(place, std::string("expected a whole number of 1 to 2^24 pixels as '") + key + "'");
-    return static_cast<int>(value);
+    const std::optional<int> side = image_side(number(place, object, key));
+    if (!side) fail(place, std::string("expected a whole number of 1 to 2^24 pixels as '") + key + "'");
+    return *side;
   }
 
-  std::string projection_of(const std::string& place, const Json& camera) const {
+  std::string projection_type(const std::string& place, const Json& camera) const {
     if (!camera.is_object()) fail(place, "expected an object");
     if (!camera.contains("projection_type")) return "perspective";
     if (!camera["projection_type"].is_string()) fail(place, "expected a text as 'projection_type'");
     return camera["projection_type"].get<std::string>();
   }
 
-  static bool is_fisheye(std::string_view type) {
-    return type == "fisheye" || type == "fisheye_opencv" || type == "fisheye62" || type == "fisheye624";
-  }
-
-  static bool is_supported(std::string_view type) {
-    return is_fisheye(type) || type == "perspective" || type == "simple_radial" || type == "radial" || type == "brown";
-  }
-
-  /// \pre is_supported(projection_of(place, in))
-  Camera camera_of(const std::string& place, const Json& in) const {
-    const std::string type = projection_of(place, in);
+  Camera camera_of(const std::string& place, const Json& in, const Projection& projection) const {
     Camera camera;
     camera.width = side(place, in, "width");
     camera.height = side(place, in, "height");
     const double longer = std::max(camera.width, camera.height);
-    const bool one_focal = type == "perspective" || type == "fisheye";
-    camera.fx = longer * number(place, in, one_focal ? "focal" : "focal_x");
-    camera.fy = longer * number(place, in, one_focal ? "focal" : "focal_y");
-    const auto term = [&](const char* name) { return optional_number(place, in, name); };
-    camera.cx = camera.width / 2.0 + longer * (one_focal ? 0 : term("c_x"));
-    camera.cy = camera.height / 2.0 + longer * (one_focal ? 0 : term("c_y"));
-    Distortion& d = camera.distortion;
-    d.model = is_fisheye(type) ? LensModel::equidistant : LensModel::brown;
-    d.k1 = term("k1");
-    if (type != "simple_radial") d.k2 = term("k2");
-    const bool six = type == "fisheye62" || type == "fisheye624";
-    if (type == "brown" || type == "fisheye_opencv" || six) d.k3 = term("k3");
-    if (type == "fisheye_opencv" || six) d.k4 = term("k4");
-    if (type == "brown" || six) {
-      d.p1 = term("p1");
-      d.p2 = term("p2");
-    }
-    if (six) {
-      d.k5 = term("k5");
-      d.k6 = term("k6");
-    }
-    if (type == "fisheye624") {
-      // Ours count across, theirs along: x takes s0 r2 + s1 r2^2, y the other two.
-      d.s1 = term("s0");
-      d.s3 = term("s1");
-      d.s2 = term("s2");
-      d.s4 = term("s3");
-    }
+    const bool one = projection.one_focal;
+    camera.fx = longer * number(place, in, one ? "focal" : "focal_x");
+    camera.fy = longer * number(place, in, one ? "focal" : "focal_y");
+    camera.cx = camera.width / 2.0 + longer * (one ? 0 : optional_number(place, in, "c_x"));
+    camera.cy = camera.height / 2.0 + longer * (one ? 0 : optional_number(place, in, "c_y"));
+    camera.distortion.model = projection.lens;
+    for (const auto& [name, term] : projection.terms) camera.distortion.*term = optional_number(place, in, name);
     finish_camera(file_, place, camera);
     return camera;
   }
@@ -219,29 +217,27 @@ class OpensfmReader {
   std::size_t unposed_ = 0;
 };
 
-std::optional<fs::path> find(const fs::path& source) {
-  std::error_code ignored;
-  if (fs::is_regular_file(source, ignored)) {
+std::optional<fs::path> find_reconstruction(const fs::path& source) {
+  if (is_file(source)) {
     if (lower_case(source.extension().string()) != ".json") return std::nullopt;
-    std::string head = first_bytes(source, 256);
+    const std::string head = first_bytes(source, 256);
     std::string_view text = head;
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
     return next_word(text).starts_with('[') ? std::optional(source) : std::nullopt;
   }
   for (const char* below : {"reconstruction.json", "opensfm/reconstruction.json"})
-    if (fs::is_regular_file(source / below, ignored)) return source / below;
+    if (is_file(source / below)) return source / below;
   return std::nullopt;
 }
 
-SceneFile parse(const fs::path& file, std::string_view text) { return OpensfmReader(file, text).read(); }
+SceneFile parse_reconstruction(const fs::path& file, std::string_view text) { return OpensfmReader(file, text).read(); }
 
 /// OpenDroneMap's coords.txt: the system, then easting and northing of the offset. proj.txt states it better.
 void read_georeferencing(const fs::path& folder, SceneFile& scene) {
-  std::error_code ignored;
   const fs::path coords = folder / "coords.txt", proj = folder / "proj.txt";
   scene.srs.clear();
   scene.offset = {};
-  if (!fs::is_regular_file(coords, ignored)) {
+  if (!is_file(coords)) {
     scene.warnings.push_back("the positions are in a projected system less an offset, which is not known: " +
                              coords.string() + " is missing");
     return;
@@ -253,33 +249,25 @@ void read_georeferencing(const fs::path& folder, SceneFile& scene) {
   if (!x || !y || !std::isfinite(*x) || !std::isfinite(*y))
     throw InputError(coords, "line 2", "expected easting and northing of the offset");
   scene.offset = {*x, *y, 0};
-  if (fs::is_regular_file(proj, ignored)) {
+  if (is_file(proj)) {
     const FileBytes definition(proj);
     std::string_view line = definition.view();
     if (const std::string_view first = next_line(line); !first.empty()) scene.srs = first;
   }
 }
 
-SceneFile read(const fs::path& found) {
-  SceneFile scene;
-  {
-    const FileBytes bytes(found);
-    scene = parse(found, bytes.view());
-  }
+SceneFile read_dataset(const fs::path& found) {
+  SceneFile scene = parse_reconstruction(found, FileBytes(found).view());
   const fs::path folder = folder_of(found);
-  std::error_code ignored;
   // The data set's folder, of which the undistorted one is a part.
   const bool undistorted = fs::absolute(found).lexically_normal().parent_path().filename() == "undistorted";
   const fs::path project = undistorted ? folder / ".." : folder;
   const fs::path reference = project / "reference_lla.json";
-  if (scene.srs.empty() && fs::is_regular_file(reference, ignored)) {
-    const FileBytes bytes(reference);
-    OpensfmReader::set_reference(scene, reference, parse_json(reference, bytes.view()));
-  }
+  if (scene.srs.empty() && is_file(reference))
+    OpensfmReader::set_reference(scene, reference, parse_json(reference, FileBytes(reference).view()));
   const std::string name = found.filename().string();
-  const bool projected =
-      name.ends_with(".geocoords.json") ||
-      (name == "reconstruction.json" && fs::is_regular_file(project / "reconstruction.topocentric.json", ignored));
+  const bool projected = name.ends_with(".geocoords.json") ||
+                         (name == "reconstruction.json" && is_file(project / "reconstruction.topocentric.json"));
   if (projected) read_georeferencing(project / ".." / "odm_georeferencing", scene);
   scene.image_folders = {folder / "images", folder / ".." / "images", folder};
   return scene;
@@ -287,11 +275,12 @@ SceneFile read(const fs::path& found) {
 
 }  // namespace
 
-const SceneFormat& opensfm_scene() {
-  static constexpr SceneFormat kFormat{
-      "OpenSfM", "an OpenSfM or OpenDroneMap reconstruction.json (or a folder with it, or with opensfm/ in it)", find,
-      read, parse};
-  return kFormat;
-}
+extern const SceneFormat kOpensfm{
+    "OpenSfM",
+    "an OpenSfM or OpenDroneMap reconstruction.json (or a folder with it, or with opensfm/ in it)",
+    find_reconstruction,
+    parse_reconstruction,
+    {},
+    read_dataset};
 
 }  // namespace gpvc::io

@@ -34,16 +34,6 @@ bool is_plain(const std::string& name) {
          name.find("/..") == std::string::npos;
 }
 
-bool is_file(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
-}
-
-bool is_folder(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_directory(path, ignored);
-}
-
 /// The path with all links resolved; the path itself where that fails.
 fs::path real_path(const fs::path& path) {
   std::error_code failed;
@@ -57,37 +47,37 @@ bool lies_in(const fs::path& inner, const fs::path& outer) {
   return !relative.empty() && *relative.begin() != "..";
 }
 
+bool has_extension(const fs::path& name, std::initializer_list<std::string_view> extensions) {
+  return std::ranges::find(extensions, lower_case(name.extension().string())) != extensions.end();
+}
+
 /// Raw formats, which cameras write beside the photos that they develop themselves.
 bool is_raw(const fs::path& name) {
-  const std::string extension = lower_case(name.extension().string());
-  for (const char* known : {".dng", ".arw", ".cr2", ".cr3", ".nef", ".orf", ".pef", ".raf", ".rw2"})
-    if (extension == known) return true;
-  return false;
+  return has_extension(name, {".dng", ".arw", ".cr2", ".cr3", ".nef", ".orf", ".pef", ".raf", ".rw2"});
 }
 
 /// Number of path parts equal from the end: exactly, or ignoring case; `by_stem` ignores the file name's extension.
 std::size_t common_tail(const std::vector<std::string>& a, const std::vector<std::string>& b, bool exact,
                         bool by_stem) {
-  std::size_t common = 0;
-  while (common < a.size() && common < b.size()) {
-    const std::string &x = a[a.size() - 1 - common], &y = b[b.size() - 1 - common];
-    const bool same = exact ? x == y : lower_case(x) == lower_case(y) || (by_stem && common == 0);
-    if (!same) break;
-    ++common;
-  }
-  return common;
+  const auto same = [&](const std::string& x, const std::string& y) {
+    return exact ? x == y : lower_case(x) == lower_case(y) || (by_stem && &x == &a.back());
+  };
+  const auto end = std::mismatch(a.rbegin(), a.rend(), b.rbegin(), b.rend(), same).first;
+  return static_cast<std::size_t>(end - a.rbegin());
 }
-
-constexpr auto kReadableFolders = fs::directory_options::skip_permission_denied;
 
 /// The files in and below a folder, by file name in small letters, and by that without extension.
 class PhotoIndex {
  public:
+  /// `deep`: with all folders below it, behind links too.
   PhotoIndex(const fs::path& folder, bool deep) : folder_(folder) {
-    if (deep)
-      add_below();
-    else
-      add_inside();
+    std::set<fs::path> links;
+    if (deep) {
+      add_below<fs::recursive_directory_iterator>(folder, links);
+      follow(links);
+    } else {
+      add_below<fs::directory_iterator>(folder, links);
+    }
   }
 
   void add(const fs::path& path) {
@@ -96,52 +86,45 @@ class PhotoIndex {
     if (has_image_extension(path)) by_stem_[lower_case(path.stem().string())].push_back(path);
   }
 
-  /// The file whose path has the longest tail in common with `wanted`, `favourite` where several have; empty when none
+  /// The file whose path has the longest tail in common with `wanted`, `preferred` where several have; empty when none
   /// fits. Throws when several fit equally well.
-  fs::path match(const fs::path& listing, const std::string& wanted, const fs::path& favourite) const {
+  fs::path match(const fs::path& listing, const std::string& wanted, const fs::path& preferred) const {
     const std::vector<std::string> tail = parts_of(wanted);
     const std::string key = lower_case(tail.back());
     for (const bool exact : {true, false})
       if (const auto found = best(tail, by_name_, key, exact, false); !found.empty())
-        return only(found, listing, wanted, favourite);
+        return only(found, listing, wanted, preferred);
     if (has_image_extension(tail.back())) return {};
     auto found = best(tail, by_stem_, key, false, true);
     if (!std::all_of(found.begin(), found.end(), is_raw)) std::erase_if(found, is_raw);
-    return found.empty() ? fs::path() : only(found, listing, wanted, favourite);
+    return found.empty() ? fs::path() : only(found, listing, wanted, preferred);
   }
 
  private:
   using Index = std::unordered_map<std::string, std::vector<fs::path>>;
 
-  void add_inside() {
-    std::error_code error;
-    for (auto it = fs::directory_iterator(folder_, kReadableFolders, error); !error && it != fs::directory_iterator();
-         it.increment(error))
-      add(it->path());
-  }
-
-  /// Links to folders are followed, in the order of their paths. A folder that several lead to is entered under each of
-  /// their names, since names are what `match` goes by, but once under each, and by none that lies in it: that ends all
-  /// loops.
-  void add_below() {
-    std::set<fs::path> links;
-    add_below(folder_, links);
-    std::set<std::pair<fs::path, fs::path>> entered;
-    while (!links.empty()) {
-      const fs::path link = links.extract(links.begin()).value(), target = real_path(link);
-      if (lies_in(real_path(link.parent_path()), target)) continue;
-      if (entered.emplace(target, link.filename()).second) add_below(link, links);
-    }
-  }
-
+  /// Files are added, links to folders collected.
+  template <class Iterator>
   void add_below(const fs::path& folder, std::set<fs::path>& links) {
     std::error_code error, ignored;
-    for (auto it = fs::recursive_directory_iterator(folder, kReadableFolders, error);
-         !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+    for (Iterator it(folder, fs::directory_options::skip_permission_denied, error); !error && it != Iterator();
+         it.increment(error)) {
       if (it->is_symlink(ignored) && is_folder(it->path()))
         links.insert(it->path());
       else
         add(it->path());
+    }
+  }
+
+  /// Links to folders are followed in the order of their paths. A folder that several lead to is entered under each of
+  /// their names, since names are what `match` goes by, but once under each, and by none that lies in it: that ends all
+  /// loops.
+  void follow(std::set<fs::path>& links) {
+    std::set<std::pair<fs::path, fs::path>> entered;
+    while (!links.empty()) {
+      const fs::path link = links.extract(links.begin()).value(), target = real_path(link);
+      if (lies_in(real_path(link.parent_path()), target)) continue;
+      if (entered.emplace(target, link.filename()).second) add_below<fs::recursive_directory_iterator>(link, links);
     }
   }
 
@@ -162,9 +145,9 @@ class PhotoIndex {
   }
 
   fs::path only(std::vector<fs::path> found, const fs::path& listing, const std::string& wanted,
-                const fs::path& favourite) const {
+                const fs::path& preferred) const {
     if (found.size() == 1) return found.front();
-    if (std::find(found.begin(), found.end(), favourite) != found.end()) return favourite;
+    if (std::find(found.begin(), found.end(), preferred) != found.end()) return preferred;
     std::sort(found.begin(), found.end());
     std::set<fs::path> files;
     std::erase_if(found, [&](const fs::path& path) { return !files.insert(real_path(path)).second; });
@@ -239,8 +222,8 @@ std::vector<std::string> below_shared_folder(const std::vector<std::vector<std::
 }
 
 bool repeated(std::vector<std::string> names) {
-  std::sort(names.begin(), names.end());
-  return std::adjacent_find(names.begin(), names.end()) != names.end();
+  std::ranges::sort(names);
+  return std::ranges::adjacent_find(names) != names.end();
 }
 
 /// How well a file fits the path that a view states, compared member by member.
@@ -259,7 +242,7 @@ Fit fit_of_match(const fs::path& file, const std::string& stated) {
 
 /// If one view's photo is missing, another's with the same file name may have been found for both. Such a file goes to
 /// the views that it fits best, needed or not.
-void settle_shared_photos(SceneFile& scene, const std::vector<bool>& needed, const std::vector<Fit>& fits) {
+void assign_shared_photos(SceneFile& scene, const std::vector<bool>& needed, const std::vector<Fit>& fits) {
   std::map<fs::path, std::vector<std::size_t>> finders;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     if (const fs::path& photo = scene.views[i].photo; !photo.empty())
@@ -287,24 +270,19 @@ void settle_shared_photos(SceneFile& scene, const std::vector<bool>& needed, con
                 scene.views[left_out.front()].name + "'";
     for (const std::size_t i : left_out) scene.views[i].photo.clear();
   }
-  if (doubtful > 0)
-    scene.warnings.push_back(std::to_string(doubtful) + " photos could as well be those of views left out: " + example);
+  scene.warn(doubtful, "photos could as well be those of views left out: " + example);
 }
 
 }  // namespace
 
 bool has_image_extension(const fs::path& name) {
-  const std::string extension = lower_case(name.extension().string());
-  for (const char* known : {".jpg", ".jpeg", ".jpe", ".png", ".tif",  ".tiff", ".exr",  ".webp", ".bmp", ".jp2", ".j2k",
-                            ".pgm", ".ppm",  ".pnm", ".hdr", ".heic", ".heif", ".avif", ".psd",  ".dpx", ".tga"})
-    if (extension == known) return true;
-  return is_raw(name);
+  return is_raw(name) || has_extension(name, {".jpg",  ".jpeg", ".jpe",  ".png",  ".tif", ".tiff", ".exr",
+                                              ".webp", ".bmp",  ".jp2",  ".j2k",  ".pgm", ".ppm",  ".pnm",
+                                              ".hdr",  ".heic", ".heif", ".avif", ".psd", ".dpx",  ".tga"});
 }
 
-void settle_names(SceneFile& scene) {
-  const bool plain =
-      std::all_of(scene.views.begin(), scene.views.end(), [](const View& v) { return is_plain(v.name); });
-  if (!plain) {
+void normalize_names(SceneFile& scene) {
+  if (!std::ranges::all_of(scene.views, is_plain, &View::name)) {
     std::vector<std::vector<std::string>> names;
     for (const View& view : scene.views) names.push_back(parts_of(view.name));
     // Drive letters distinguish photos only where their folders do not.
@@ -318,9 +296,8 @@ void settle_names(SceneFile& scene) {
       view.name = below[i];
     }
   }
-  std::sort(scene.views.begin(), scene.views.end(), [](const View& a, const View& b) { return a.name < b.name; });
-  const auto twice = std::adjacent_find(scene.views.begin(), scene.views.end(),
-                                        [](const View& a, const View& b) { return a.name == b.name; });
+  std::ranges::sort(scene.views, {}, &View::name);
+  const auto twice = std::ranges::adjacent_find(scene.views, {}, &View::name);
   if (twice != scene.views.end()) throw InputError(scene.listing, "", "lists the image '" + twice->name + "' twice");
 }
 
@@ -365,30 +342,33 @@ fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const Sc
       }
     }
   }
-  settle_shared_photos(scene, needed, fits);
+  assign_shared_photos(scene, needed, fits);
   return folder;
 }
 
-void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
-  // Errors are collected so that the first view's is reported, for any number of threads.
-  std::vector<std::string> problem(scene.views.size());
-  std::vector<ImageSize> sizes(scene.views.size());
-  tbb::parallel_for(std::size_t{0}, scene.views.size(), [&](std::size_t i) {
-    const View& view = scene.views[i];
-    if (view.photo.empty()) return;
+std::vector<std::exception_ptr> for_each_photo(std::span<const View> views,
+                                               const std::function<void(std::size_t)>& work) {
+  std::vector<std::exception_ptr> errors(views.size());
+  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
     try {
-      sizes[i] = read_image_size(view.photo);
-    } catch (const InputError& error) {
-      problem[i] = error.what();
+      if (!views[i].photo.empty()) work(i);
+    } catch (const InputError&) {
+      errors[i] = std::current_exception();
     }
   });
+  return errors;
+}
+
+void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
+  std::vector<ImageSize> sizes(scene.views.size());
+  const std::vector<std::exception_ptr> errors =
+      for_each_photo(scene.views, [&](std::size_t i) { sizes[i] = read_image_size(scene.views[i].photo); });
   std::size_t scaled = 0;
   std::string example;
-  for (std::size_t i = 0; i < problem.size(); ++i) {
+  for (std::size_t i = 0; i < errors.size(); ++i) {
     View& view = scene.views[i];
-    if (!problem[i].empty() && needed[i])
-      throw InputError(view.photo, "", problem[i].substr(view.photo.string().size() + 2));
-    if (!problem[i].empty()) view.photo.clear();
+    if (errors[i] && needed[i]) std::rethrow_exception(errors[i]);
+    if (errors[i]) view.photo.clear();
     if (view.photo.empty()) continue;
     const auto [width, height] = sizes[i];
     Camera& camera = view.camera;
@@ -398,14 +378,15 @@ void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
       camera.height = height;
       finish_camera(scene.listing, "image '" + view.name + "'", camera);
     } else if (width != camera.width || height != camera.height) {
-      if (!same_shape(width, height, camera) && !needed[i]) {
+      const bool same = same_shape(width, height, camera);
+      if (!same && !needed[i]) {
         view.photo.clear();
         continue;
       }
       const std::string differs = "is " + size_text(width, height) + " pixels, its camera in " +
                                   folder_of(scene.listing).string() + " is calibrated for " +
                                   size_text(camera.width, camera.height);
-      if (!same_shape(width, height, camera))
+      if (!same)
         throw InputError(view.photo, "",
                          differs + (same_shape(height, width, camera) ? ": it has been turned by a quarter"
                                                                       : ", which is of another shape"));

@@ -1,6 +1,9 @@
 // Which file on disk is which photo of a scene.
 #pragma once
 
+#include <exception>
+#include <functional>
+
 #include "io/scene_files.h"
 #include "io/scenes/scene_file.h"
 
@@ -8,7 +11,7 @@ namespace gpvc::io {
 
 /// Turns names that are whole paths into names relative to the folder they share, and keeps an absolute one as the path
 /// that the file states; orders views by name. Throws InputError when two are the same.
-void settle_names(SceneFile& scene);
+void normalize_names(SceneFile& scene);
 
 /// Sets View::photo, empty where there is none. Looked at in this order: the path that the file states (unless
 /// SceneOptions::images_dir is given), the view's name below the folder of the photos where that is all of the path
@@ -20,6 +23,11 @@ void settle_names(SceneFile& scene);
 /// warning. Throws InputError when no folder is found, and for needed views when several files share the longest tail,
 /// and when two of them are one file. Returns the folder searched last.
 std::filesystem::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options);
+
+/// Calls `work` with the number of every view that has a photo, on several threads. Returns the InputError of each view,
+/// null for none, so that the first view's can be reported for any number of threads.
+std::vector<std::exception_ptr> for_each_photo(std::span<const View> views,
+                                               const std::function<void(std::size_t)>& work);
 
 /// Reads the size of every photo found and fits its camera to it: cameras without a size get their pixels, cameras
 /// calibrated at another size of the same shape are scaled, and a photo of another shape is an InputError. Of views

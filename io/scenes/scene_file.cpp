@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/images/mask_file.h"
 #include "io/scene_files.h"
@@ -10,9 +11,12 @@
 
 namespace gpvc::io {
 
+// One a format, each defined in its NAME_scene.cpp.
+extern const SceneFormat kBlocksExchange, kCam, kColmap, kMetashape, kOpenmvs, kOpensfm;
+
 std::span<const SceneFormat* const> scene_formats() {
-  static const SceneFormat* const kFormats[] = {&blocks_exchange_scene(), &cam_scene(),     &colmap_scene(),
-                                                &metashape_scene(),       &openmvs_scene(), &opensfm_scene()};
+  static constexpr const SceneFormat* kFormats[] = {&kBlocksExchange, &kCam,     &kColmap,
+                                                    &kMetashape,      &kOpenmvs, &kOpensfm};
   return kFormats;
 }
 
@@ -20,15 +24,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Found {
+/// A source whose format is known.
+struct SceneSource {
   const SceneFormat* format;
-  fs::path path;
+  fs::path path;  ///< what the format's reader takes
 };
 
-/// Guesses what a source that is not a scene is instead; empty when nothing is recognized.
-std::string looks_of(const fs::path& source) {
-  std::error_code error;
-  if (fs::is_directory(source, error)) return {};
+/// Says what a source that is not a scene is instead, from its first bytes.
+std::string describe_other(const fs::path& source) {
+  constexpr const char* kUnknown = "is no scene";
+  if (is_folder(source)) return kUnknown;
   const std::string head = first_bytes(source, 256);
   const std::size_t text = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
   if (head.empty()) return "is empty";
@@ -39,13 +44,13 @@ std::string looks_of(const fs::path& source) {
   if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF")) return "is text in UTF-16, not in UTF-8";
   const char first = text == std::string::npos ? '\0' : head[text];
   if (const std::string root = xml_root(source); !root.empty() && first == '<')
-    return "is XML of another program, whose root is " + in_quotes(root);
+    return "is XML of another program, whose root is " + quote(root);
   if (first == '[' || first == '{') return "is JSON of another program, or not named .json";
-  return {};
+  return kUnknown;
 }
 
-Found format_of(const fs::path& source) {
-  std::optional<Found> found;
+SceneSource recognize(const fs::path& source) {
+  std::optional<SceneSource> found;
   for (const SceneFormat* format : scene_formats()) {
     const std::optional<fs::path> path = format->find(source);
     if (!path) continue;
@@ -53,18 +58,28 @@ Found format_of(const fs::path& source) {
       throw InputError(source, "",
                        std::string("holds both a ") + found->format->name + " scene (" + found->path.string() +
                            ") and a " + format->name + " scene (" + path->string() + "); name the one that is meant");
-    found = Found{format, *path};
+    found = SceneSource{format, *path};
   }
   if (found) return *found;
   std::string expected;
   for (const SceneFormat* format : scene_formats())
     expected += (expected.empty() ? "" : "; ") + std::string(format->expects);
-  const std::string looks = looks_of(source);
-  throw InputError(source, "", (looks.empty() ? "is no scene" : looks) + ": expected " + expected);
+  throw InputError(source, "", describe_other(source) + ": expected " + expected);
+}
+
+SceneFile read_file(const SceneSource& source) {
+  if (source.format->read != nullptr) return source.format->read(source.path);
+  const FileBytes bytes(source.path);
+  SceneFile scene = source.format->parse(source.path, bytes.view());
+  const fs::path folder = folder_of(source.path);
+  for (const char* name : source.format->image_folders)
+    if (name != nullptr) scene.image_folders.push_back(folder / name);
+  scene.image_folders.push_back(folder);
+  return scene;
 }
 
 /// If the scene's file is a link, its photos may lie beside the file that it links to.
-void look_behind_links(SceneFile& scene) {
+void add_folders_behind_link(SceneFile& scene) {
   std::error_code failed;
   const fs::path here = fs::absolute(folder_of(scene.listing)).lexically_normal();
   const fs::path real = fs::canonical(scene.listing, failed).parent_path();
@@ -110,11 +125,11 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   if (options.downscale < 1) throw std::invalid_argument("SceneOptions::downscale must be at least 1");
   std::error_code ignored;
   if (!fs::exists(source, ignored)) throw InputError(source, "", "does not exist");
-  const Found found = format_of(source);
-  SceneFile file = found.format->read(found.path);
+  const SceneSource found = recognize(source);
+  SceneFile file = read_file(found);
   if (file.views.empty()) throw InputError(file.listing, "", "lists no image with a pose");
-  settle_names(file);
-  look_behind_links(file);
+  normalize_names(file);
+  add_folders_behind_link(file);
   const std::vector<bool> needed =
       options.needed ? options.needed(file.views) : std::vector<bool>(file.views.size(), true);
   const fs::path folder = find_photos(file, needed, options);

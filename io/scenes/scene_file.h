@@ -1,10 +1,11 @@
 // The interface between the readers of scene formats and read_scene, which does what all formats share: finding photos,
-// ordering views, checking sizes, reducing. A format is one file, NAME_scene.cpp, that defines `const SceneFormat&
-// NAME_scene()`, which scene_file.cpp lists.
+// ordering views, checking sizes, reducing. A format is one file, NAME_scene.cpp, that defines a SceneFormat, which
+// scene_file.cpp lists.
 #pragma once
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "io/error.h"
+#include "io/files/paths.h"
 #include "io/scene.h"
 
 namespace gpvc::io {
@@ -32,6 +34,11 @@ struct SceneFile {
   /// For formats that leave the size of a photo open: their cameras come with width 0, and this turns them into pixels
   /// once the photo is known.
   void (*size_camera)(Camera& camera, int width, int height) = nullptr;
+
+  /// Adds the warning "COUNT WHAT" unless the count is 0.
+  void warn(std::size_t count, const std::string& what) {
+    if (count > 0) warnings.push_back(std::to_string(count) + " " + what);
+  }
 };
 
 struct SceneFormat {
@@ -39,40 +46,46 @@ struct SceneFormat {
   const char* expects;  ///< "a COLMAP model (...)", for the error when no format fits
   /// The file or folder to read if `source` is, or contains, a scene of this format.
   std::optional<std::filesystem::path> (*find)(const std::filesystem::path& source);
-  /// \pre `found` comes from find. Throws InputError.
-  SceneFile (*read)(const std::filesystem::path& found);
-  /// Reads from bytes, for formats of a single file; `file` is used in error messages only.
+  /// Reads from the bytes of one file; `file` is used in error messages only. Throws InputError. Null for formats of
+  /// several files.
   SceneFile (*parse)(const std::filesystem::path& file, std::string_view bytes) = nullptr;
+  /// Where photos lie relative to the scene's file, best guess first and before its own folder.
+  std::array<const char*, 3> image_folders{};
+  /// Takes the place of parse and image_folders where more than one file is read. \pre `found` comes from find. Throws
+  /// InputError.
+  SceneFile (*read)(const std::filesystem::path& found) = nullptr;
 };
-
-// One function a format, each in the file of its name; a new one is also listed in scene_file.cpp.
-const SceneFormat& blocks_exchange_scene();
-const SceneFormat& cam_scene();
-const SceneFormat& colmap_scene();
-const SceneFormat& metashape_scene();
-const SceneFormat& openmvs_scene();
-const SceneFormat& opensfm_scene();
 
 /// All of them, by name of their source file.
 std::span<const SceneFormat* const> scene_formats();
 
 // --- parts that readers share
 
-/// The first `count` bytes of a file; fewer if it is shorter, none if it cannot be read.
-std::string first_bytes(const std::filesystem::path& file, std::size_t count);
-
-/// The one file of `folder` with this extension (any case) that `fits`; nullopt when there is none. Throws InputError
-/// that names them when there are several.
-std::optional<std::filesystem::path> only_file(const std::filesystem::path& folder, std::string_view extension,
+/// `source` if it `fits`, or else the one file with this extension (any case) in the folder `source` that does; nullopt
+/// when there is none. Throws InputError that names them when there are several.
+std::optional<std::filesystem::path> find_file(const std::filesystem::path& source, std::string_view extension,
                                                bool (*fits)(const std::filesystem::path&));
 
-/// The folder of a file, "." for a bare name.
-std::filesystem::path folder_of(const std::filesystem::path& file);
+/// Views with a lens that no LensModel describes (a panorama's) are left out of a scene that has others; a scene
+/// without others is refused.
+class OmittedLenses {
+ public:
+  /// One view of the lens; `refusal` says what is wrong with it, and where.
+  void add(const std::string& lens, const InputError& refusal);
+  /// To be called after the last view was added: warns of the omitted ones. Throws the first refusal if the scene has no
+  /// other views.
+  void report(SceneFile& scene, const char* views = "images") const;
 
-/// Turns '\' into '/' and drops "file:///": for paths written on Windows.
-std::string slashed(std::string_view path);
+ private:
+  std::map<std::string, std::size_t> counts_;
+  std::optional<InputError> first_;
+};
 
-/// Checks that sizes lie within 1 .. 2^24 (safe in every product of two sides), terms are finite and focal lengths
+/// `value` as the side of an image; nullopt unless it is a whole number of 1 to 2^24, which is safe in every product of
+/// two sides.
+std::optional<int> image_side(double value);
+
+/// Checks that sizes lie within 1 .. 2^24, terms are finite and focal lengths
 /// positive; then calls limit_distortion. Throws InputError at `place`. A camera of width 0 (see
 /// SceneFile::size_camera) passes.
 void finish_camera(const std::filesystem::path& file, const std::string& place, Camera& camera);
@@ -93,5 +106,9 @@ std::optional<Matrix3> rotation_near(const Matrix3& m);
 /// Throws InputError unless rotation and centre are numbers.
 Pose finish_pose(const std::filesystem::path& file, const std::string& place, const Matrix3& rotation,
                  const WorldPoint& centre);
+
+/// The same from x_camera = rotation * x_world + t.
+Pose finish_pose_from_translation(const std::filesystem::path& file, const std::string& place, const Matrix3& rotation,
+                                  const WorldPoint& t);
 
 }  // namespace gpvc::io

@@ -1,7 +1,6 @@
 // Helpers that the readers of scene formats share: recognizing files, checking cameras and poses.
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
@@ -11,51 +10,51 @@ namespace gpvc::io {
 
 namespace fs = std::filesystem;
 
-std::string first_bytes(const fs::path& file, std::size_t count) {
-  std::string bytes(count, '\0');
+std::optional<fs::path> find_file(const fs::path& source, std::string_view extension, bool (*fits)(const fs::path&)) {
+  if (fits(source)) return source;
   std::error_code ignored;
-  if (!fs::is_regular_file(file, ignored)) return {};
-  std::ifstream in(file, std::ios::binary);
-  in.read(bytes.data(), static_cast<std::streamsize>(count));
-  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-  return bytes;
-}
-
-std::optional<fs::path> only_file(const fs::path& folder, std::string_view extension, bool (*fits)(const fs::path&)) {
-  std::error_code ignored;
-  if (!fs::is_directory(folder, ignored)) return std::nullopt;
   std::vector<fs::path> found;
-  for (const auto& entry : fs::directory_iterator(folder, ignored))
+  for (const auto& entry : fs::directory_iterator(source, ignored))
     if (lower_case(entry.path().extension().string()) == extension && fits(entry.path())) found.push_back(entry.path());
   if (found.empty()) return std::nullopt;
   std::sort(found.begin(), found.end());
   if (found.size() > 1)
-    throw InputError(folder, "",
+    throw InputError(source, "",
                      "holds " + std::to_string(found.size()) + " scenes, among them " + found[0].filename().string() +
                          " and " + found[1].filename().string() + "; name the one that is meant");
   return found.front();
 }
 
-fs::path folder_of(const fs::path& file) {
-  const fs::path folder = file.parent_path();
-  return folder.empty() ? fs::path(".") : folder;
+void OmittedLenses::add(const std::string& lens, const InputError& refusal) {
+  if (!first_) first_ = refusal;
+  ++counts_[lens];
 }
 
-std::string slashed(std::string_view path) {
-  constexpr std::string_view kScheme = "file:///";
-  std::string text(path.starts_with(kScheme) ? path.substr(kScheme.size()) : path);
-  std::replace(text.begin(), text.end(), '\\', '/');
-  return text;
+void OmittedLenses::report(SceneFile& scene, const char* views) const {
+  if (!first_) return;
+  if (scene.views.empty()) throw *first_;
+  std::size_t all = 0;
+  std::string names;
+  for (const auto& [lens, count] : counts_) {
+    all += count;
+    names += (names.empty() ? "" : ", ") + quote(lens);
+  }
+  const bool one = counts_.size() == 1;
+  scene.warn(all, views + std::string(" are left out: their ") + (one ? "lens, " : "lenses, ") + names +
+                      (one ? ", is not supported" : ", are not supported"));
+}
+
+std::optional<int> image_side(double value) {
+  constexpr int kMost = 1 << 24;  // far beyond any sensor
+  if (!(value >= 1 && value <= kMost && value == std::floor(value))) return std::nullopt;
+  return static_cast<int>(value);
 }
 
 void finish_camera(const fs::path& file, const std::string& place, Camera& camera) {
-  constexpr int kMaxSide = 1 << 24;  // far beyond any sensor
-  if (camera.width != 0 || camera.height != 0) {
-    if (camera.width < 1 || camera.height < 1 || camera.width > kMaxSide || camera.height > kMaxSide)
-      throw InputError(file, place,
-                       "an image size of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
-                           ", expected 1 to 2^24 pixels a side");
-  }
+  if ((camera.width != 0 || camera.height != 0) && (!image_side(camera.width) || !image_side(camera.height)))
+    throw InputError(file, place,
+                     "an image size of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
+                         ", expected 1 to 2^24 pixels a side");
   const Distortion& d = camera.distortion;
   bool finite = true;
   for (const double value : {camera.fx, camera.fy, camera.cx, camera.cy}) finite = finite && std::isfinite(value);
@@ -118,6 +117,14 @@ Pose finish_pose(const fs::path& file, const std::string& place, const Matrix3& 
   if (!std::isfinite(centre.x) || !std::isfinite(centre.y) || !std::isfinite(centre.z))
     throw InputError(file, place, "the camera centre is not finite");
   return {rotation, centre};
+}
+
+Pose finish_pose_from_translation(const fs::path& file, const std::string& place, const Matrix3& rotation,
+                                  const WorldPoint& t) {
+  if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z))
+    throw InputError(file, place, "the translation is not finite");
+  const WorldPoint c = product(transposed(rotation), t);
+  return finish_pose(file, place, rotation, {-c.x, -c.y, -c.z});
 }
 
 }  // namespace gpvc::io

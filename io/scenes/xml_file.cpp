@@ -16,12 +16,6 @@ std::string line_at(std::string_view text, std::ptrdiff_t offset) {
   return "line " + std::to_string(lines + 1);
 }
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 }  // namespace
 
 XmlFile::XmlFile(const std::filesystem::path& file, std::string_view text) : file_(file), text_(text) {
@@ -31,7 +25,13 @@ XmlFile::XmlFile(const std::filesystem::path& file, std::string_view text) : fil
     if (!reason.empty()) reason.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(reason.front())));
     throw InputError(file, line_at(text, result.offset), "expected well-formed XML: " + reason);
   }
-  if (!root()) throw InputError(file, "", "expected an XML document, found no element");
+  if (!document_.document_element()) throw InputError(file, "", "expected an XML document, found no element");
+}
+
+pugi::xml_node XmlFile::root(std::string_view name) const {
+  const pugi::xml_node root = document_.document_element();
+  if (root.name() != name) fail(root, "expected <" + std::string(name) + ">, found " + quote(root.name()));
+  return root;
 }
 
 std::string XmlFile::place(const pugi::xml_node& node) const { return line_at(text_, node.offset_debug()); }
@@ -46,7 +46,7 @@ std::optional<double> XmlFile::number(const pugi::xml_node& parent, const char* 
   const std::string_view word = trimmed(node.child_value());
   const std::optional<double> value = number_from(word);
   if (!value || !std::isfinite(*value))
-    fail(node, "expected a finite number in " + std::string(child) + ", found " + in_quotes(word));
+    fail(node, "expected a finite number in " + std::string(child) + ", found " + quote(word));
   return value;
 }
 
@@ -57,10 +57,9 @@ double XmlFile::needed(const pugi::xml_node& parent, const char* child) const {
 }
 
 int XmlFile::side(const pugi::xml_node& parent, const char* child) const {
-  const double value = needed(parent, child);
-  if (!(value >= 1 && value <= 1 << 24 && value == std::floor(value)))
-    fail(parent.child(child), std::string(child) + " is not a whole number of 1 to 2^24 pixels");
-  return static_cast<int>(value);
+  const std::optional<int> side = image_side(needed(parent, child));
+  if (!side) fail(parent.child(child), std::string(child) + " is not a whole number of 1 to 2^24 pixels");
+  return *side;
 }
 
 std::string xml_root(const std::filesystem::path& file) {
@@ -80,7 +79,5 @@ std::string xml_root(const std::filesystem::path& file) {
   }
   return {};
 }
-
-bool has_xml_root(const std::filesystem::path& file, std::string_view root) { return xml_root(file) == root; }
 
 }  // namespace gpvc::io

@@ -17,7 +17,8 @@ class XmlFile {
   /// `text`.
   XmlFile(const std::filesystem::path& file, std::string_view text);
 
-  pugi::xml_node root() const { return document_.document_element(); }
+  /// The document's root. Throws unless it has this name.
+  pugi::xml_node root(std::string_view name) const;
   /// "line 12"
   std::string place(const pugi::xml_node& node) const;
   [[noreturn]] void fail(const pugi::xml_node& node, const std::string& reason) const {
@@ -40,10 +41,7 @@ class XmlFile {
   pugi::xml_document document_;
 };
 
-/// The name of a document's root, from its first bytes; empty if it is not XML.
+/// The name of a document's root, from the file's first bytes; empty if it is not XML.
 std::string xml_root(const std::filesystem::path& file);
-
-/// True if a file begins as an XML document whose root has this name, judged by its first bytes.
-bool has_xml_root(const std::filesystem::path& file, std::string_view root);
 
 }  // namespace gpvc::io

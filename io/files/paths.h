@@ -1,0 +1,47 @@
+// Paths, and what lies there.
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+namespace gpvc::io {
+
+/// True for a regular file, behind links too; false where there is none or it cannot be looked at.
+inline bool is_file(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored);
+}
+
+/// The same for a folder.
+inline bool is_folder(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored);
+}
+
+/// The folder of a file, "." for a bare name.
+inline std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : ".";
+}
+
+/// The first `count` bytes of a file; fewer if it is shorter, none if it cannot be read.
+inline std::string first_bytes(const std::filesystem::path& file, std::size_t count) {
+  if (!is_file(file)) return {};
+  std::string bytes(count, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(bytes.data(), static_cast<std::streamsize>(count));
+  bytes.resize(static_cast<std::size_t>(in.gcount()));
+  return bytes;
+}
+
+/// Turns '\' into '/' and drops "file:///": for paths written on Windows.
+inline std::string with_slashes(std::string_view path) {
+  constexpr std::string_view kScheme = "file:///";
+  std::string text(path.starts_with(kScheme) ? path.substr(kScheme.size()) : path);
+  std::replace(text.begin(), text.end(), '\\', '/');
+  return text;
+}
+
+}  // namespace gpvc::io
