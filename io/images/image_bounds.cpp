@@ -2,84 +2,56 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 
 #include "io/error.h"
 
 namespace gpvc::io {
 namespace {
 
-std::uint32_t big_endian(std::span<const unsigned char> bytes) {
-  std::uint32_t value = 0;
-  for (const unsigned char byte : bytes) value = value << 8 | byte;
-  return value;
-}
-
 std::string claim(std::int64_t width, std::int64_t height) {
   return "claims " + std::to_string(width) + " x " + std::to_string(height) + " pixels";
 }
 
-/// PNG's IHDR: width, height, bits a sample, colour type.
-struct PngHeader {
-  std::uint32_t width = 0, height = 0;
-  unsigned bits = 0, color = 0;
-
-  unsigned channels() const {
-    constexpr std::array<unsigned, 7> kChannels{1, 0, 3, 1, 2, 0, 4};
-    return color < kChannels.size() ? kChannels[color] : 0;
-  }
-};
-
-void check_png_claim(const ImageBytes& bytes, const PngHeader& header, std::uint64_t data_bytes) {
-  check_size(bytes.file, bytes.part, header.width, header.height, std::max(header.channels(), 1u));
-  // Deflate at its densest codes a match of 258 bytes in two bits (length and distance), so 1032 bytes come from one.
-  constexpr std::uint64_t kMostFromByte = 1032;
-  const std::uint64_t bits = std::uint64_t{header.width} * header.height * header.channels() * header.bits;
-  if (bits / 8 > kMostFromByte * data_bytes)
-    throw InputError(bytes.file, bytes.part,
-                     claim(header.width, header.height) + ", more than its " + std::to_string(data_bytes) +
-                         " bytes of data can hold");
-}
-
 }  // namespace
 
-void ImageBytes::fail(std::uint64_t at, const std::string& reason) const {
+std::uint32_t ImageBytes::big_endian(std::size_t at, std::size_t count) const {
+  std::uint32_t value = 0;
+  for (const char byte : view.substr(at, count)) value = value << 8 | static_cast<unsigned char>(byte);
+  return value;
+}
+
+void ImageBytes::fail(std::size_t at, const std::string& reason) const {
   throw InputError(file, (part.empty() ? "" : part + ", ") + "byte " + std::to_string(at), reason);
 }
 
-ImageBytes bytes_in_memory(const std::filesystem::path& file, std::string part, std::string_view view) {
-  return {file, std::move(part), view.size(), [view](std::uint64_t at, std::span<unsigned char> to) {
-            if (at > view.size() || to.size() > view.size() - at) return false;
-            std::memcpy(to.data(), view.data() + at, to.size());
-            return true;
-          }};
-}
-
-void check_png(const ImageBytes& bytes) {
-  constexpr std::array<unsigned char, 8> kSignature{0x89, 'P', 'N', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
-  std::array<unsigned char, 8> head{};
-  const std::size_t given = std::min<std::uint64_t>(bytes.size, head.size());
-  if (given < 4 || !bytes.read(0, std::span(head).first(given)) ||
-      !std::equal(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(given), kSignature.begin()))
-    return;
-  PngHeader header;
+void check_png(const ImageBytes& image) {
+  constexpr std::string_view kSignature = "\x89PNG\r\n\x1A\n";
+  if (!image.is_png() || !kSignature.starts_with(image.view.substr(0, kSignature.size()))) return;
+  std::uint32_t width = 0, height = 0, bits = 0, color = 0;
   std::uint64_t data_bytes = 0;
-  for (std::uint64_t at = kSignature.size();;) {
-    constexpr std::uint64_t kAround = 12;  // length, name and check sum
-    const bool whole = bytes.read(at, head);
-    const std::uint64_t length = big_endian(std::span(head).first<4>());
-    if (!whole || length + kAround > bytes.size - at)
-      bytes.fail(bytes.size, "cannot be decoded whole: the PNG ends too early");
-    const std::string_view name(reinterpret_cast<const char*>(head.data()) + 4, 4);
-    std::array<unsigned char, 10> fields{};
-    if (name == "IHDR" && length >= fields.size() && bytes.read(at + 8, fields))
-      header = {big_endian(std::span(fields).first<4>()), big_endian(std::span(fields).subspan<4, 4>()), fields[8],
-                fields[9]};
+  for (std::size_t at = kSignature.size();;) {
+    constexpr std::size_t kAround = 12;  // length, name and check sum
+    const std::size_t left = image.view.size() - std::min(at, image.view.size());
+    const std::size_t length = left < kAround ? 0 : image.big_endian(at, 4);
+    if (length + kAround > left) image.fail(image.view.size(), "cannot be decoded whole: the PNG ends too early");
+    const std::string_view name = image.view.substr(at + 4, 4);
+    if (name == "IHDR" && length >= 10) {
+      width = image.big_endian(at + 8, 4);
+      height = image.big_endian(at + 12, 4);
+      bits = image.big_endian(at + 16, 1);
+      color = image.big_endian(at + 17, 1);
+    }
     if (name == "IDAT") data_bytes += length;
     if (name == "IEND") break;
     at += length + kAround;
   }
-  check_png_claim(bytes, header, data_bytes);
+  constexpr std::array<std::uint64_t, 7> kChannels{1, 0, 3, 1, 2, 0, 4};  // by IHDR's color type
+  const std::uint64_t channels = color < kChannels.size() ? kChannels[color] : 0;
+  check_size(image.file, image.part, width, height, std::max<std::int64_t>(static_cast<std::int64_t>(channels), 1));
+  // Deflate at its densest codes a match of 258 bytes in two bits (length and distance), so 1032 bytes come from one.
+  constexpr std::uint64_t kMostFromByte = 1032;
+  if (std::uint64_t{width} * height * channels * bits / 8 > kMostFromByte * data_bytes)
+    refuse_claim(image.file, image.part, width, height, data_bytes, " of data");
 }
 
 void check_size(const std::filesystem::path& file, const std::string& place, std::int64_t width, std::int64_t height,
@@ -92,6 +64,13 @@ void check_size(const std::filesystem::path& file, const std::string& place, std
     throw InputError(
         file, place,
         claim(width, height) + " of " + std::to_string(channels) + " channels, expected at most 2^32 samples");
+}
+
+void refuse_claim(const std::filesystem::path& file, const std::string& place, std::int64_t width, std::int64_t height,
+                  std::uint64_t bytes, const char* of_what) {
+  throw InputError(
+      file, place,
+      claim(width, height) + ", more than its " + std::to_string(bytes) + " bytes" + of_what + " can hold");
 }
 
 }  // namespace gpvc::io

@@ -5,16 +5,13 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <iterator>
-#include <limits>
 #include <mutex>
 #include <stdexcept>
 
 #include "io/files/file_bytes.h"
+#include "io/files/paths.h"
 #include "io/files/text_scan.h"
 #include "io/images/image_bounds.h"
 
@@ -59,9 +56,7 @@ void check_claims(const fs::path& file, const std::string& part, const OIIO::Ima
   if (spec.depth > 1) throw InputError(file, part, "is a volume, expected an image");
   const std::int64_t samples = std::int64_t{spec.width} * spec.height * spec.nchannels;
   if (codec->most_from_byte > 0 && static_cast<std::uintmax_t>(samples / codec->most_from_byte) > bytes)
-    throw InputError(file, part,
-                     "claims " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
-                         " pixels, more than its " + std::to_string(bytes) + " bytes can hold");
+    refuse_claim(file, part, spec.width, spec.height, bytes);
 }
 
 OIIO::ImageSpec reader_options() {
@@ -79,36 +74,23 @@ std::mutex& opening() {
   return mutex;
 }
 
-/// The format by content, for the formats of most photos and masks; null for all others. OpenImageIO would try the
-/// format of the name's extension first and then all others, which occasionally fails when several threads do so at
-/// once.
-const char* format_by_signature(std::istream& in) {
-  std::array<char, 8> begin{};
-  in.clear();
-  in.seekg(0);
-  in.read(begin.data(), std::ssize(begin));
-  const std::string_view bytes(begin.data(), static_cast<std::size_t>(in.gcount()));
-  if (bytes.starts_with("\xFF\xD8\xFF")) return "jpeg";
-  if (bytes == "\x89PNG\r\n\x1A\n") return "png";
-  return nullptr;
+/// Checks what must hold before OpenImageIO sees the image. Returns the format by content for those of most photos and
+/// masks, null for all others. OpenImageIO would try the format of the name's extension first and then all others, which
+/// occasionally fails when several threads do so at once.
+const char* check_headers(const ImageBytes& image) {
+  check_png(image);
+  check_jpeg_metadata(image);
+  return image.is_jpeg() ? "jpeg" : image.view.starts_with("\x89PNG\r\n\x1A\n") ? "png" : nullptr;
 }
 
 std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
-  std::error_code error;
-  const fs::file_status status = fs::status(file, error);
-  if (!fs::exists(status)) throw InputError(file, "", "does not exist");
-  if (fs::is_directory(status)) throw InputError(file, "", "is a folder, expected an image");
-  const std::uintmax_t size = fs::file_size(file, error);
-  if (!error && size == 0) throw InputError(file, "", "is empty, expected an image");
-  std::ifstream in(file, std::ios::binary);
-  check_png({file, "", error ? 0 : size, [&in](std::uint64_t at, std::span<unsigned char> to) {
-               in.clear();
-               in.seekg(static_cast<std::streamoff>(at));
-               return bool(in.read(reinterpret_cast<char*>(to.data()), std::ssize(to)));
-             }});
-  const char* format = format_by_signature(in);
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) throw InputError(file, "", "does not exist");
+  if (is_folder(file)) throw InputError(file, "", "is a folder, expected an image");
   // The headers of all photos of a scene are read before the first is decoded: only the pages needed are read.
-  if (format) check_jpeg_metadata(file, "", FileBytes(file, FileBytes::Use::in_places).view());
+  const FileBytes bytes(file, FileBytes::Use::in_places);
+  if (bytes.view().empty()) throw InputError(file, "", "is empty, expected an image");
+  const char* format = check_headers({file, "", bytes.view()});
   const OIIO::ImageSpec config = reader_options();
   std::unique_lock lock(opening());
   std::unique_ptr<OIIO::ImageInput> input;
@@ -122,7 +104,7 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   }
   if (!input) throw InputError(file, "", "is no image that can be read: " + one_line(OIIO::geterror()));
   lock.unlock();
-  check_claims(file, "", *input, error ? std::numeric_limits<std::uintmax_t>::max() : size);
+  check_claims(file, "", *input, bytes.view().size());
   // A raw photo is also a TIFF, with one sample a pixel behind a colour filter array, or linear: TIFF/EP and DNG.
   constexpr int kFilterArray = 32803, kLinearRaw = 34892;
   const int meaning = input->spec().get_int_attribute("tiff:PhotometricInterpretation");
@@ -150,14 +132,10 @@ bool is_harmless(const std::string& message) {
 /// Grey repeated, alpha and further channels dropped.
 Image to_rgb(Image&& in) {
   if (in.channels == 3) return std::move(in);
-  Image out;
-  out.width = in.width;
-  out.height = in.height;
-  const std::size_t count = static_cast<std::size_t>(in.width) * static_cast<std::size_t>(in.height);
-  out.pixels.resize(3 * count);
+  Image out = black_image(in.width, in.height, 3);
   const auto stride = static_cast<std::size_t>(in.channels);
   const std::size_t green = stride >= 3 ? 1 : 0, blue = stride >= 3 ? 2 : 0;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; 3 * i < out.pixels.size(); ++i) {
     out.pixels[3 * i] = in.pixels[stride * i];
     out.pixels[3 * i + 1] = in.pixels[stride * i + green];
     out.pixels[3 * i + 2] = in.pixels[stride * i + blue];
@@ -192,12 +170,7 @@ Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput
   // The codec uses one thread: photos are decoded in parallel, inside tasks.
   input.threads(1);
   const OIIO::ImageSpec& spec = input.spec();
-  Image image;
-  image.width = spec.width;
-  image.height = spec.height;
-  image.channels = std::min(spec.nchannels, 4);
-  image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
-                      static_cast<std::size_t>(image.channels));
+  Image image = black_image(spec.width, spec.height, std::min(spec.nchannels, 4));
   if (holds_linear_light(spec)) {
     std::vector<float> light(image.pixels.size());
     decode(file, part, input, image.channels, OIIO::TypeDesc::FLOAT, light.data());
@@ -208,48 +181,23 @@ Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput
   return to_rgb(std::move(image));
 }
 
-/// Marks pixels with alpha 0 and, with `colours`, those whose colour channels are all 0.
 template <typename Sample>
-std::vector<std::uint8_t> zero_marks(const fs::path& file, OIIO::ImageInput& input, OIIO::TypeDesc type, bool colors) {
+PhotoExclusion zero_samples(const fs::path& file, OIIO::ImageInput& input, OIIO::TypeDesc type, bool alpha_alone) {
   const OIIO::ImageSpec& spec = input.spec();
-  const auto channels = static_cast<std::size_t>(spec.nchannels);
-  const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
-  std::vector<Sample> samples(count * channels);
+  const auto channels = static_cast<std::size_t>(spec.nchannels), width = static_cast<std::size_t>(spec.width);
+  std::vector<Sample> samples(width * static_cast<std::size_t>(spec.height) * channels);
   decode(file, "", input, spec.nchannels, type, samples.data());
   const bool alpha = spec.alpha_channel >= 0;
   const auto alpha_channel = static_cast<std::size_t>(std::max(spec.alpha_channel, 0));
-  std::vector<std::uint8_t> marks(count);
-  for (std::size_t i = 0; i < count; ++i) {
+  PhotoExclusion exclusion = empty_exclusion(spec.width, spec.height);
+  for (std::size_t i = 0; i * channels < samples.size(); ++i) {
     const Sample* pixel = samples.data() + i * channels;
-    bool black = colors;
+    bool black = !alpha_alone;
     for (std::size_t c = 0; c < channels && black; ++c) black = pixel[c] == Sample{0} || (alpha && c == alpha_channel);
-    marks[i] = black || (alpha && pixel[alpha_channel] == Sample{0}) ? 1 : 0;
+    if (black || (alpha && pixel[alpha_channel] == Sample{0})) exclude(exclusion, i % width, i / width);
   }
-  return marks;
+  return exclusion;
 }
-
-/// Passes a codec's output to an OutputFile, so that a full disk is noticed and the file appears only when complete.
-class OutputProxy final : public OIIO::Filesystem::IOProxy {
- public:
-  explicit OutputProxy(const std::string& name) : IOProxy(name, Write) {}
-  const char* proxytype() const override { return "gpvc"; }
-  bool seek(std::int64_t offset) override {
-    m_pos = offset;
-    return true;
-  }
-  std::size_t write(const void* data, std::size_t size) override {
-    const auto begin = static_cast<std::size_t>(m_pos);
-    if (bytes_.size() < begin + size) bytes_.resize(begin + size);
-    std::memcpy(bytes_.data() + begin, data, size);
-    m_pos += static_cast<std::int64_t>(size);
-    return size;
-  }
-  std::size_t size() const override { return bytes_.size(); }
-  const std::vector<std::uint8_t>& bytes() const { return bytes_; }
-
- private:
-  std::vector<std::uint8_t> bytes_;
-};
 
 void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality, const ColorProfile& profile) {
   OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
@@ -258,7 +206,7 @@ void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int q
   if (!profile.empty())
     spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())),
                    profile.data());
-  OutputProxy proxy(file.string());
+  OIIO::Filesystem::IOVecOutput proxy;  // and from there to `out`, so that a full disk is noticed
   const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("jpeg");
   if (!output) throw OutputError(file, "cannot be encoded: " + one_line(OIIO::geterror()));
   output->threads(1);
@@ -266,7 +214,7 @@ void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int q
                     output->write_image(OIIO::TypeDesc::UINT8, image.pixels.data());
   const bool closed = output->close();
   if (!good || !closed) throw OutputError(file, "cannot be encoded: " + one_line(output->geterror()));
-  out.write(proxy.bytes().data(), proxy.bytes().size());
+  out.write(proxy.buffer().data(), proxy.size());
 }
 
 }  // namespace
@@ -278,41 +226,31 @@ ImageSize read_image_size(const fs::path& file) {
 
 bool has_alpha(const fs::path& file) { return open_image(file)->spec().alpha_channel >= 0; }
 
-namespace {
-
-PixelMarks zero_pixels(const fs::path& file, bool colors) {
+PhotoExclusion zero_pixels(const fs::path& file, bool alpha_alone) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  check_jpeg(file, "", FileBytes(file).view());
+  check_jpeg({file, "", FileBytes(file).view()});
   input->threads(1);
-  const OIIO::ImageSpec& spec = input->spec();
-  if (!colors && spec.alpha_channel < 0) throw InputError(file, "", "has lost its alpha channel");
+  if (alpha_alone && input->spec().alpha_channel < 0) throw InputError(file, "", "has lost its alpha channel");
   // Samples are compared at the file's own depth: only an exact zero is black.
-  const bool bytes = spec.format == OIIO::TypeDesc::UINT8;
-  return {spec.width, spec.height,
-          bytes ? zero_marks<std::uint8_t>(file, *input, OIIO::TypeDesc::UINT8, colors)
-                : zero_marks<float>(file, *input, OIIO::TypeDesc::FLOAT, colors)};
+  return input->spec().format == OIIO::TypeDesc::UINT8
+             ? zero_samples<std::uint8_t>(file, *input, OIIO::TypeDesc::UINT8, alpha_alone)
+             : zero_samples<float>(file, *input, OIIO::TypeDesc::FLOAT, alpha_alone);
 }
-
-}  // namespace
-
-PixelMarks black_pixels(const fs::path& file) { return zero_pixels(file, true); }
-PixelMarks transparent_pixels(const fs::path& file) { return zero_pixels(file, false); }
 
 Image read_image(const fs::path& file) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  check_jpeg(file, "", FileBytes(file).view());
+  check_jpeg({file, "", FileBytes(file).view()});
   return decode_rgb(file, "", *input);
 }
 
 Image decode_image(const fs::path& file, const std::string& part, std::string_view bytes) {
-  const bool png = bytes.starts_with("\x89PNG"), jpeg = bytes.starts_with("\xFF\xD8\xFF");
-  if (!png && !jpeg) throw InputError(file, part, "expected a PNG or a JPEG");
-  check_png(bytes_in_memory(file, part, bytes));
-  check_jpeg(file, part, bytes);
-  check_jpeg_metadata(file, part, bytes);
+  const ImageBytes image{file, part, bytes};
+  const char* format = check_headers(image);
+  if (format == nullptr) throw InputError(file, part, "expected a PNG or a JPEG");
+  check_jpeg(image);
   OIIO::Filesystem::IOMemReader reader(const_cast<char*>(bytes.data()), bytes.size());
   std::unique_lock lock(opening());
-  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(png ? "png" : "jpeg");
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
   if (!input) throw InputError(file, part, "cannot be decoded: " + one_line(OIIO::geterror()));
   OIIO::ImageSpec spec;
   if (!input->set_ioproxy(&reader) || !input->open(part, spec, reader_options()))
@@ -339,13 +277,9 @@ ColorProfile read_color_profile(const fs::path& file) {
 
 Image reduce_image(const Image& image, int factor) {
   if (factor == 1) return image;
-  Image out;
-  out.width = image.width / factor;
-  out.height = image.height / factor;
-  out.channels = image.channels;
+  Image out = black_image(image.width / factor, image.height / factor, image.channels);
   const auto channels = static_cast<std::size_t>(image.channels);
   const std::size_t row = static_cast<std::size_t>(out.width) * channels;
-  out.pixels.resize(row * static_cast<std::size_t>(out.height));
   const std::uint64_t area = static_cast<std::uint64_t>(factor) * static_cast<std::uint64_t>(factor);
   std::vector<std::uint64_t> sums(row);
   for (int y = 0; y < out.height; ++y) {

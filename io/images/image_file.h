@@ -9,8 +9,16 @@
 
 #include "io/images.h"
 #include "io/output_file.h"
+#include "io/photos.h"
 
 namespace gpvc::io {
+
+/// All channels 0.
+inline Image black_image(int width, int height, int channels) {
+  return {width, height, channels,
+          std::vector<std::uint8_t>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+                                    static_cast<std::size_t>(channels))};
+}
 
 struct ImageSize {
   int width = 0, height = 0;
@@ -27,16 +35,19 @@ bool has_alpha(const std::filesystem::path& file);
 /// read_image of a PNG or JPEG in memory, `part` of `file`, which are only named. Throws InputError.
 Image decode_image(const std::filesystem::path& file, const std::string& part, std::string_view bytes);
 
-struct PixelMarks {
-  int width = 0, height = 0;
-  std::vector<std::uint8_t> marked;  ///< per pixel, 0 or 1
-};
+/// An exclusion of no pixel.
+inline PhotoExclusion empty_exclusion(int width, int height) {
+  const std::size_t stride = (static_cast<std::size_t>(width) + 63) / 64;
+  return {width, height, stride, std::vector<std::uint64_t>(stride * static_cast<std::size_t>(height))};
+}
 
-/// Marks pixels whose colour channels are all 0 or whose alpha is 0, at the file's own depth: 1 of 65535 is not black.
-/// Throws InputError.
-PixelMarks black_pixels(const std::filesystem::path& file);
-/// Marks pixels whose alpha is 0. Throws InputError, also when there is no alpha channel.
-PixelMarks transparent_pixels(const std::filesystem::path& file);
+inline void exclude(PhotoExclusion& exclusion, std::size_t x, std::size_t y) {
+  exclusion.words[y * exclusion.stride + x / 64] |= std::uint64_t{1} << (x % 64);
+}
+
+/// Excludes pixels whose alpha is 0 and, unless `alpha_alone`, those whose color channels are all 0, at the file's own
+/// depth: 1 of 65535 is not black. Throws InputError; with `alpha_alone` also when there is no alpha channel.
+PhotoExclusion zero_pixels(const std::filesystem::path& file, bool alpha_alone);
 
 /// A PNG of 8 bits a channel and 1 to 4 channels, quick rather than small. The bytes do not depend on the number of
 /// threads.

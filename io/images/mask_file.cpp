@@ -1,14 +1,11 @@
 #include "io/images/mask_file.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
-#include <array>
-#include <exception>
 
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
 #include "io/push_pull.h"
+#include "io/scenes/photo_files.h"
 
 namespace gpvc::io {
 namespace {
@@ -33,11 +30,8 @@ fs::path mask_of(const fs::path& listing, const View& view, const SceneOptions& 
     candidates.push_back((stem.parent_path() / stem.stem()).string() + ".mask.png");
     if (options.masks_dir) candidates.push_back(stem.string() + ".png");
   }
-  for (const fs::path& candidate : candidates) {
-    std::error_code ignored;
-    if (fs::is_regular_file(candidate, ignored)) return candidate;
-  }
-  return {};
+  const auto found = std::find_if(candidates.begin(), candidates.end(), is_file);
+  return found == candidates.end() ? fs::path() : *found;
 }
 
 /// False for JPEG, which has no alpha: saves opening every photo of a flight.
@@ -46,25 +40,14 @@ bool may_have_alpha(const fs::path& photo) {
   return extension != ".jpg" && extension != ".jpeg";
 }
 
-/// Sets the bits of the pixels that are marked.
-void mark(const std::vector<std::uint8_t>& marked, PhotoExclusion& exclusion) {
-  const auto width = static_cast<std::size_t>(exclusion.width);
-  for (std::size_t i = 0; i < marked.size(); ++i)
-    if (marked[i] != 0)
-      exclusion.words[i / width * exclusion.stride + i % width / 64] |= std::uint64_t{1} << (i % width % 64);
-}
-
-PhotoExclusion empty_exclusion(int width, int height) {
-  PhotoExclusion exclusion;
-  exclusion.width = width;
-  exclusion.height = height;
-  exclusion.stride = (static_cast<std::size_t>(width) + 63) / 64;
-  exclusion.words.assign(exclusion.stride * static_cast<std::size_t>(height), 0);
-  return exclusion;
-}
-
-bool any(const PhotoExclusion& exclusion) {
-  return std::any_of(exclusion.words.begin(), exclusion.words.end(), [](std::uint64_t w) { return w != 0; });
+/// Reduces in the blocks of reduce_image; a block is excluded when one of its pixels is.
+PhotoExclusion reduced(const PhotoExclusion& exclusion, int factor) {
+  PhotoExclusion out = empty_exclusion(exclusion.width / factor, exclusion.height / factor);
+  for (int y = 0; y < out.height * factor; ++y)
+    for (int x = 0; x < out.width * factor; ++x)
+      if (exclusion.excludes(x, y))
+        exclude(out, static_cast<std::size_t>(x / factor), static_cast<std::size_t>(y / factor));
+  return out;
 }
 
 }  // namespace
@@ -78,40 +61,26 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
     else
       stated[i] = views[i].mask;
   if (!options.masks) return;
-  std::error_code ignored;
-  if (options.masks_dir && !fs::is_directory(*options.masks_dir, ignored))
+  if (options.masks_dir && !is_folder(*options.masks_dir))
     throw InputError(*options.masks_dir, "", "is not a folder; it was given as the folder of the masks");
-  // Errors are collected so that the first view's is reported, for any number of threads.
-  std::vector<std::exception_ptr> problems(views.size());
-  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
+  const std::vector<std::exception_ptr> errors = for_each_photo(views, [&](std::size_t i) {
     View& view = views[i];
-    if (view.photo.empty()) return;
-    try {
-      view.mask = mask_of(scene.listing, view, options);
-      view.uses_alpha = may_have_alpha(view.photo) && has_alpha(view.photo);
-      if (view.mask.empty()) return;
-      const ImageSize size = read_image_size(view.mask);
-      if (size.width != view.camera.width || size.height != view.camera.height)
-        throw InputError(view.mask, "",
-                         "is " + size_text(size.width, size.height) + " pixels, its photo " +
-                             view.photo.filename().string() + " is " +
-                             size_text(view.camera.width, view.camera.height));
-    } catch (const InputError&) {
-      problems[i] = std::current_exception();
-    }
+    view.mask = mask_of(scene.listing, view, options);
+    view.uses_alpha = may_have_alpha(view.photo) && has_alpha(view.photo);
+    if (view.mask.empty()) return;
+    const ImageSize size = read_image_size(view.mask);
+    if (size.width != view.camera.width || size.height != view.camera.height)
+      throw InputError(view.mask, "",
+                       "is " + size_text(size.width, size.height) + " pixels, its photo " +
+                           view.photo.filename().string() + " is " + size_text(view.camera.width, view.camera.height));
   });
-  for (const std::exception_ptr& problem : problems)
-    if (problem) std::rethrow_exception(problem);
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
   std::size_t missing = 0;
-  const fs::path* first = nullptr;
+  fs::path first;
   for (std::size_t i = 0; i < views.size(); ++i)
-    if (!stated[i].empty() && views[i].mask.empty()) {
-      ++missing;
-      if (first == nullptr) first = &stated[i];
-    }
-  if (missing > 0)
-    scene.warnings.push_back(std::to_string(missing) + " masks that the scene names are not found, among them " +
-                             first->string());
+    if (!stated[i].empty() && views[i].mask.empty() && missing++ == 0) first = stated[i];
+  scene.warn(missing, "masks that the scene names are not found, among them " + first.string());
   if (options.masks_dir && !views.empty() &&
       std::all_of(views.begin(), views.end(), [](const View& view) { return view.mask.empty(); }))
     throw InputError(*options.masks_dir, "",
@@ -124,29 +93,17 @@ std::optional<PhotoExclusion> read_whole_exclusion(const View& view) {
   for (const bool alpha : {false, true}) {
     if (alpha ? !view.uses_alpha : view.mask.empty()) continue;
     const fs::path& file = alpha ? view.photo : view.mask;
-    const PixelMarks marks = alpha ? transparent_pixels(file) : black_pixels(file);
-    if (marks.width / view.reduction != view.camera.width || marks.height / view.reduction != view.camera.height ||
-        (exclusion && (exclusion->width != marks.width || exclusion->height != marks.height)))
+    PhotoExclusion zeros = zero_pixels(file, alpha);
+    if (zeros.width / view.reduction != view.camera.width || zeros.height / view.reduction != view.camera.height ||
+        (exclusion && (exclusion->width != zeros.width || exclusion->height != zeros.height)))
       throw InputError(file, "",
-                       "is " + size_text(marks.width, marks.height) + " pixels, which does not fit its camera");
-    if (!exclusion) exclusion = empty_exclusion(marks.width, marks.height);
-    mark(marks.marked, *exclusion);
+                       "is " + size_text(zeros.width, zeros.height) + " pixels, which does not fit its camera");
+    for (std::size_t i = 0; exclusion && i < zeros.words.size(); ++i) zeros.words[i] |= exclusion->words[i];
+    exclusion = std::move(zeros);
   }
-  if (!any(*exclusion)) return std::nullopt;
+  const auto& words = exclusion->words;
+  if (std::all_of(words.begin(), words.end(), [](std::uint64_t word) { return word == 0; })) return std::nullopt;
   return exclusion;
-}
-
-PhotoExclusion reduce_exclusion(const PhotoExclusion& exclusion, int factor) {
-  if (factor == 1) return exclusion;
-  const int width = exclusion.width / factor, height = exclusion.height / factor;
-  PhotoExclusion out = empty_exclusion(width, height);
-  for (int y = 0; y < height * factor; ++y)
-    for (int x = 0; x < width * factor; ++x)
-      if (exclusion.excludes(x, y)) {
-        const auto column = static_cast<std::size_t>(x / factor);
-        out.words[static_cast<std::size_t>(y / factor) * out.stride + column / 64] |= std::uint64_t{1} << (column % 64);
-      }
-  return out;
 }
 
 void paint_over(Image& image, const PhotoExclusion& exclusion) {
@@ -164,7 +121,7 @@ bool has_plain_mask(const View& view) {
 
 std::optional<PhotoExclusion> read_exclusion(const View& view) {
   std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view);
-  if (exclusion && view.reduction > 1) exclusion = reduce_exclusion(*exclusion, view.reduction);
+  if (exclusion && view.reduction > 1) exclusion = reduced(*exclusion, view.reduction);
   return exclusion;
 }
 

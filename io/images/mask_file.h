@@ -20,9 +20,6 @@ void find_masks(SceneFile& scene, const SceneOptions& options);
 /// read_exclusion before the reduction. \pre camera size times View::reduction is at most the photo's
 std::optional<PhotoExclusion> read_whole_exclusion(const View& view);
 
-/// Reduces by `factor` in the blocks of reduce_image; a block is excluded when one of its pixels is.
-PhotoExclusion reduce_exclusion(const PhotoExclusion& exclusion, int factor);
-
 /// Gives excluded pixels the colours of their surroundings (see fill_holes), so that no filter mixes them in.
 /// O(pixels).
 void paint_over(Image& image, const PhotoExclusion& exclusion);

@@ -21,8 +21,7 @@ Photo decode(const View& view, int downscale) {
   Image image = read_image(view.photo);
   if (image.width / downscale != view.camera.width || image.height / downscale != view.camera.height)
     throw InputError(view.photo, "",
-                     "is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-                         " pixels, which does not fit its camera any more");
+                     "is " + size_text(image.width, image.height) + " pixels, which does not fit its camera any more");
   if (const std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view)) paint_over(image, *exclusion);
   return std::make_shared<const Image>(downscale == 1 ? std::move(image) : reduce_image(image, downscale));
 }

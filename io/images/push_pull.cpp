@@ -6,6 +6,8 @@
 #include <array>
 #include <cstddef>
 
+#include "io/images/image_file.h"
+
 namespace gpvc::io {
 namespace {
 
@@ -31,12 +33,8 @@ std::size_t pixel_index(const Image& image, int x, int y) {
 
 /// Blocks of 2 x 2 pixels, smaller at the right and lower edge: the mean of their known pixels, rounded to nearest.
 Level halved(const Image& image, const std::vector<std::uint8_t>& known, bool parallel) {
-  Level half;
-  half.image.width = (image.width + 1) / 2;
-  half.image.height = (image.height + 1) / 2;
-  const std::size_t pixels = pixel_index(half.image, 0, half.image.height);
-  half.image.pixels.resize(3 * pixels);
-  half.known.resize(pixels);
+  Level half{black_image((image.width + 1) / 2, (image.height + 1) / 2, 3), {}};
+  half.known.resize(half.image.pixels.size() / 3);
   for_rows(half.image.height, parallel, [&](int y) {
     for (int x = 0; x < half.image.width; ++x) {
       std::array<unsigned, 3> sum{};
