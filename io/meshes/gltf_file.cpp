@@ -1,8 +1,5 @@
-// glTF 2.0, in one binary file or in several: tinygltf describes the asset, the buffers behind the description are
-// streamed, so that neither the geometry nor a page is held twice.
-// https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
-#include <tiny_gltf.h>
-
+// glTF 2.0, in one binary file or in several. The buffers behind the description are streamed, so that neither the
+// geometry nor a page is held twice. https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,11 +7,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 #include <utility>
 
 #include "io/files/file_bytes.h"
-#include "io/meshes/gltf_geometry.h"
+#include "io/grouping.h"
 #include "io/meshes/normals.h"
 #include "io/output_file.h"
 #include "io/textured_model.h"
@@ -25,7 +21,67 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using Json = nlohmann::json;
 using Float3 = std::array<float, 3>;
+constexpr const char* kScalar = "SCALAR";
+
+struct GltfVertex {
+  std::uint32_t position, texcoord;
+};
+
+/// The triangles of one page: ranges of the vertex and index arrays.
+struct GltfPrimitive {
+  std::uint32_t page = 0;
+  std::size_t first_vertex = 0, vertex_count = 0;
+  std::size_t first_index = 0, index_count = 0;
+};
+
+struct GltfGeometry {
+  std::vector<GltfVertex> vertices;
+  std::vector<std::uint32_t> indices;  ///< within their primitive
+  std::vector<GltfPrimitive> primitives;
+  std::vector<FaceId> faces;  ///< of every triangle
+};
+
+/// One vertex for every distinct (position, texture coordinate) of a page, numbered in the order of first use; pages
+/// without a face have no primitive, faces without a page are left out. O(faces).
+// Vertices with one texture coordinate form a list, newest first; charts share few, so lists are short.
+GltfGeometry split_by_page(const TexturedModel& model, std::size_t page_count) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+  GltfGeometry out;
+  Grouped<FaceId> by_page = group_items<FaceId>(page_count, [&](const auto& add) {
+    for (std::size_t f = 0; f < model.face_page.size(); ++f)
+      if (model.face_page[f] != kNoPage) add(model.face_page[f], FaceId{static_cast<std::uint32_t>(f)});
+  });
+  out.faces = std::move(by_page.items);
+  out.indices.reserve(3 * out.faces.size());
+  std::vector<std::uint32_t> newest(model.texcoords.size(), kNone);  // by texture coordinate: its last vertex
+  std::vector<std::uint32_t> older;                                  // by vertex: the one before it in that list
+  for (std::size_t page = 0; page < page_count; ++page) {
+    if (by_page.first[page] == by_page.first[page + 1]) continue;
+    GltfPrimitive primitive{static_cast<std::uint32_t>(page), out.vertices.size(), 0, out.indices.size(), 0};
+    for (std::size_t i = by_page.first[page]; i < by_page.first[page + 1]; ++i) {
+      const std::size_t face = index(out.faces[i]);
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const std::uint32_t position = model.mesh->faces[face][corner];
+        const std::uint32_t texcoord = model.face_texcoords[face][corner];
+        std::uint32_t vertex = newest[texcoord];
+        while (vertex != kNone && vertex >= primitive.first_vertex && out.vertices[vertex].position != position)
+          vertex = older[vertex];
+        if (vertex == kNone || vertex < primitive.first_vertex) {
+          vertex = static_cast<std::uint32_t>(out.vertices.size());
+          out.vertices.push_back({position, texcoord});
+          older.push_back(std::exchange(newest[texcoord], vertex));
+        }
+        out.indices.push_back(vertex - static_cast<std::uint32_t>(primitive.first_vertex));
+      }
+    }
+    primitive.vertex_count = out.vertices.size() - primitive.first_vertex;
+    primitive.index_count = out.indices.size() - primitive.first_index;
+    out.primitives.push_back(primitive);
+  }
+  return out;
+}
 
 /// The data to be written; all borrowed.
 struct Asset {
@@ -41,24 +97,12 @@ Float3 local_position(const WorldPoint& p, const WorldPoint& offset) {
   return {static_cast<float>(p.x - offset.x), static_cast<float>(p.y - offset.y), static_cast<float>(p.z - offset.z)};
 }
 
-/// The rotation, as x, y, z, w, that takes the world's up axis to glTF's +y.
+/// The rotation, as x, y, z, w, that takes the world's up axis to glTF's +y; empty for none.
 std::vector<double> rotation_from(UpAxis up) {
-  const double h = std::numbers::sqrt2 / 2;
-  switch (up) {
-    case UpAxis::pos_x:
-      return {0, 0, h, h};
-    case UpAxis::neg_x:
-      return {0, 0, -h, h};
-    case UpAxis::pos_y:
-      return {};
-    case UpAxis::neg_y:
-      return {1, 0, 0, 0};
-    case UpAxis::pos_z:
-      return {-h, 0, 0, h};
-    case UpAxis::neg_z:
-      return {h, 0, 0, h};
-  }
-  return {};
+  constexpr double h = std::numbers::sqrt2 / 2;
+  static const std::array<std::vector<double>, 6> kRotations{
+      {{0, 0, h, h}, {0, 0, -h, h}, {}, {1, 0, 0, 0}, {-h, 0, 0, h}, {h, 0, 0, h}}};
+  return kRotations.at(static_cast<std::size_t>(up));
 }
 
 /// A range of a buffer; offsets are multiples of four.
@@ -128,46 +172,47 @@ Layout lay_out(const Asset& asset, bool embed_pages, std::size_t buffer_limit) {
   return layout;
 }
 
-int add_view(tinygltf::Model& gltf, const Part& part, int target) {
-  tinygltf::BufferView view;
-  view.buffer = static_cast<int>(part.buffer);
-  view.byteOffset = part.offset;
-  view.byteLength = part.bytes;
-  view.target = target;
-  gltf.bufferViews.push_back(std::move(view));
-  return static_cast<int>(gltf.bufferViews.size()) - 1;
+/// Appends to one of the arrays of the description; returns its number there.
+std::size_t append(Json& array, Json element) {
+  array.push_back(std::move(element));
+  return array.size() - 1;
 }
 
-// One buffer view an accessor: tinygltf writes offsets of accessors as int, those of views in full width.
-int add_accessor(tinygltf::Model& gltf, const Part& part, std::size_t count, int component, int type) {
-  const bool is_index = type == TINYGLTF_TYPE_SCALAR;
-  tinygltf::Accessor accessor;
-  accessor.bufferView =
-      add_view(gltf, part, is_index ? TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER : TINYGLTF_TARGET_ARRAY_BUFFER);
-  accessor.count = count;
-  accessor.componentType = component;
-  accessor.type = type;
-  gltf.accessors.push_back(std::move(accessor));
-  return static_cast<int>(gltf.accessors.size()) - 1;
+Json view_of(const Part& part) {
+  Json view{{"buffer", part.buffer}, {"byteLength", part.bytes}};
+  if (part.offset > 0) view["byteOffset"] = part.offset;
+  return view;
+}
+
+/// One buffer view an accessor.
+std::size_t add_accessor(Json& gltf, const Part& part, std::size_t count, const char* type) {
+  constexpr int kUnsignedInt = 5125, kFloat = 5126, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+  const bool indices = type == kScalar;
+  Json view = view_of(part);
+  view["target"] = indices ? kElementArrayBuffer : kArrayBuffer;
+  return append(gltf["accessors"], {{"bufferView", append(gltf["bufferViews"], std::move(view))},
+                                    {"componentType", indices ? kUnsignedInt : kFloat},
+                                    {"count", count},
+                                    {"type", type}});
 }
 
 /// Minimum and maximum of the floats exactly as they stand in the buffer.
-void set_bounds(tinygltf::Accessor& accessor, const Asset& asset, const GltfPrimitive& range) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  Float3 low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
+void set_bounds(Json& accessor, const Asset& asset, const GltfPrimitive& range) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::array<double, 3> low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
   for (std::size_t v = 0; v < range.vertex_count; ++v) {
     const GltfVertex& vertex = asset.geometry.vertices[range.first_vertex + v];
     const Float3 p = local_position(asset.model.mesh->positions[vertex.position], asset.options.offset);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], p[axis]);
-      high[axis] = std::max(high[axis], p[axis]);
+      low[axis] = std::min<double>(low[axis], p[axis]);
+      high[axis] = std::max<double>(high[axis], p[axis]);
     }
   }
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (!std::isfinite(low[axis]) || !std::isfinite(high[axis]))
       throw OutputError(asset.file, "cannot be written: a coordinate is beyond the range of glTF's 32-bit floats");
-  accessor.minValues.assign(low.begin(), low.end());
-  accessor.maxValues.assign(high.begin(), high.end());
+  accessor["min"] = low;
+  accessor["max"] = high;
 }
 
 /// A path as a URI: everything but letters, digits and a few marks as %XX.
@@ -184,96 +229,66 @@ std::string uri_of(const fs::path& path) {
   return uri;
 }
 
-/// `page` inside the buffer, or as a file beside the asset where it has no place there.
-void add_material(tinygltf::Model& gltf, const fs::path& file, const PageFile& page, const Part* part) {
-  const int number = static_cast<int>(gltf.materials.size());
-  tinygltf::Image image;
-  if (part) {
-    image.bufferView = add_view(gltf, *part, 0);
-    image.mimeType = page.format == ImageFormat::png ? "image/png" : "image/jpeg";
+/// `page` inside the buffer, or as a file beside the asset where it has no `part` there.
+std::size_t add_material(Json& gltf, const fs::path& file, const PageFile& page, const Part* part) {
+  Json image;
+  if (part != nullptr) {
+    image = {{"bufferView", append(gltf["bufferViews"], view_of(*part))},
+             {"mimeType", page.format == ImageFormat::png ? "image/png" : "image/jpeg"}};
   } else {
     const fs::path folder = fs::absolute(file).lexically_normal().parent_path();
-    image.uri = uri_of(fs::absolute(page.file).lexically_normal().lexically_relative(folder));
+    image["uri"] = uri_of(fs::absolute(page.file).lexically_normal().lexically_relative(folder));
   }
-  gltf.images.push_back(std::move(image));
-  tinygltf::Texture texture;
-  texture.source = number;
-  texture.sampler = 0;
-  gltf.textures.push_back(std::move(texture));
-  tinygltf::Material material;
-  material.name = page.file.stem().string();
-  material.pbrMetallicRoughness.baseColorTexture.index = number;
-  material.pbrMetallicRoughness.metallicFactor = 0;
-  material.extensions["KHR_materials_unlit"] = tinygltf::Value(tinygltf::Value::Object());
-  gltf.materials.push_back(std::move(material));
+  const std::size_t source = append(gltf["images"], std::move(image));
+  const std::size_t texture = append(gltf["textures"], {{"sampler", 0}, {"source", source}});
+  return append(gltf["materials"],
+                {{"name", page.file.stem().string()},
+                 {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}, {"metallicFactor", 0.0}}},
+                 {"extensions", {{"KHR_materials_unlit", Json::object()}}}});
 }
 
-// JSON must be UTF-8; text of a scene file may not be.
-std::string valid_utf8(const std::string& text) {
-  const std::string json = nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  return nlohmann::json::parse(json).get<std::string>();
+Json root_node(const ModelOptions& options) {
+  const auto triple = [](const WorldPoint& p) { return Json::array({p.x, p.y, p.z}); };
+  Json extras{{"offset", triple(options.offset)}};
+  if (!options.srs.empty()) extras["srs"] = options.srs;
+  if (!options.srs.empty() || !(options.srs_offset == WorldPoint{})) extras["srs_offset"] = triple(options.srs_offset);
+  Json node{{"name", "model"}, {"mesh", 0}, {"extras", std::move(extras)}};
+  if (const std::vector<double> rotation = rotation_from(options.up); !rotation.empty()) node["rotation"] = rotation;
+  return node;
 }
 
-void add_scene(tinygltf::Model& gltf, tinygltf::Mesh&& mesh, const ModelOptions& options) {
-  gltf.meshes.push_back(std::move(mesh));
-  tinygltf::Node node;
-  node.name = "model";
-  node.mesh = 0;
-  node.rotation = rotation_from(options.up);
-  const WorldPoint& o = options.offset;
-  tinygltf::Value::Object extras;
-  extras["offset"] =
-      tinygltf::Value(tinygltf::Value::Array{tinygltf::Value(o.x), tinygltf::Value(o.y), tinygltf::Value(o.z)});
-  if (!options.srs.empty()) extras["srs"] = tinygltf::Value(valid_utf8(options.srs));
-  if (const WorldPoint& s = options.srs_offset; !options.srs.empty() || !(s == WorldPoint{}))
-    extras["srs_offset"] =
-        tinygltf::Value(tinygltf::Value::Array{tinygltf::Value(s.x), tinygltf::Value(s.y), tinygltf::Value(s.z)});
-  node.extras = tinygltf::Value(std::move(extras));
-  gltf.nodes.push_back(std::move(node));
-  tinygltf::Scene scene;
-  scene.nodes = {0};
-  gltf.scenes.push_back(std::move(scene));
-  gltf.defaultScene = 0;
-}
-
-/// The JSON. Buffers are described without their bytes, which tinygltf would want in memory; `buffer_files` is empty
-/// for a GLB.
+/// The JSON; `buffer_files` is empty for a GLB.
 std::string describe(const Asset& asset, const Layout& layout, const std::vector<fs::path>& buffer_files) {
-  tinygltf::Model gltf;
-  gltf.asset.version = "2.0";
-  gltf.asset.generator = "gpvc " GPVC_VERSION;
-  gltf.extensionsUsed = {"KHR_materials_unlit"};
-  tinygltf::Sampler sampler;
-  sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
-  sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
-  sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
-  gltf.samplers.push_back(std::move(sampler));
-  tinygltf::Mesh mesh;
+  constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kClampToEdge = 33071, kTriangles = 4;
+  Json gltf{{"asset", {{"version", "2.0"}, {"generator", "gpvc " GPVC_VERSION}}},
+            {"extensionsUsed", {"KHR_materials_unlit"}},
+            {"samplers", Json::array({{{"magFilter", kLinear},
+                                       {"minFilter", kLinearMipmapLinear},
+                                       {"wrapS", kClampToEdge},
+                                       {"wrapT", kClampToEdge}}})},
+            {"nodes", Json::array({root_node(asset.options)})},
+            {"scene", 0},
+            {"scenes", Json::array({{{"nodes", {0}}}})}};
+  Json primitives = Json::array();
   for (std::size_t i = 0; i < asset.geometry.primitives.size(); ++i) {
     const GltfPrimitive& range = asset.geometry.primitives[i];
     const auto& parts = layout.primitives[i];
-    const auto floats = [&](Layout::Array array, int type) {
-      return add_accessor(gltf, parts[array], range.vertex_count, TINYGLTF_COMPONENT_TYPE_FLOAT, type);
+    const auto floats = [&](Layout::Array array, const char* type) {
+      return add_accessor(gltf, parts[array], range.vertex_count, type);
     };
-    tinygltf::Primitive primitive;
-    primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.indices = add_accessor(gltf, parts[Layout::indices], range.index_count,
-                                     TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR);
-    primitive.attributes["POSITION"] = floats(Layout::positions, TINYGLTF_TYPE_VEC3);
-    set_bounds(gltf.accessors.back(), asset, range);
-    primitive.attributes["TEXCOORD_0"] = floats(Layout::texcoords, TINYGLTF_TYPE_VEC2);
-    if (!asset.normals.empty()) primitive.attributes["NORMAL"] = floats(Layout::normals, TINYGLTF_TYPE_VEC3);
-    primitive.material = static_cast<int>(i);
-    add_material(gltf, asset.file, asset.pages[range.page], layout.pages.empty() ? nullptr : &layout.pages[i]);
-    mesh.primitives.push_back(std::move(primitive));
+    Json primitive{{"mode", kTriangles}};
+    primitive["indices"] = add_accessor(gltf, parts[Layout::indices], range.index_count, kScalar);
+    primitive["attributes"]["POSITION"] = floats(Layout::positions, "VEC3");
+    set_bounds(gltf["accessors"].back(), asset, range);
+    primitive["attributes"]["TEXCOORD_0"] = floats(Layout::texcoords, "VEC2");
+    if (!asset.normals.empty()) primitive["attributes"]["NORMAL"] = floats(Layout::normals, "VEC3");
+    primitive["material"] =
+        add_material(gltf, asset.file, asset.pages[range.page], layout.pages.empty() ? nullptr : &layout.pages[i]);
+    primitives.push_back(std::move(primitive));
   }
-  add_scene(gltf, std::move(mesh), asset.options);
-  std::ostringstream stream;
-  tinygltf::TinyGLTF writer;
-  if (!writer.WriteGltfSceneToStream(&gltf, stream, !buffer_files.empty(), false))
-    throw OutputError(asset.file, "cannot be described");
-  std::string json = std::move(stream).str();
-  while (!json.empty() && json.back() != '}') json.pop_back();
+  gltf["meshes"] = Json::array({{{"primitives", std::move(primitives)}}});
+  // Text of a scene file may not be UTF-8, which JSON must be. The buffers stand last.
+  std::string json = gltf.dump(buffer_files.empty() ? -1 : 2, ' ', false, Json::error_handler_t::replace);
   json.back() = ',';
   json += "\"buffers\":[";
   for (std::size_t i = 0; i < layout.buffer_bytes.size(); ++i) {
@@ -384,7 +399,7 @@ GltfFiles write_gltf(const fs::path& stem, GltfContainer container, const Textur
   const Asset asset{result.file, model, pages, options, geometry, normals};
   const Layout layout = lay_out(asset, false, options.buffer_limit_bytes);
   for (std::size_t i = 0; i < layout.buffer_bytes.size(); ++i)
-    result.buffers.push_back(with_suffix(i == 0 ? ".bin" : "_" + std::to_string(i) + ".bin"));
+    result.buffers.push_back(with_suffix((i == 0 ? "" : std::string("_").append(std::to_string(i))) + ".bin"));
   write_buffers(asset, layout, result.buffers);
   OutputFile out(result.file);
   out.write(describe(asset, layout, result.buffers));

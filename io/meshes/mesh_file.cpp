@@ -1,15 +1,67 @@
+// Reads meshes of any format, and cuts their polygons into triangles.
 #include "io/meshes/mesh_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
 
 #include "io/files/file_bytes.h"
 #include "io/mesh.h"
+#include "io/vector.h"
 
 namespace gpvc::io {
+
+namespace {
+
+/// Twice the area vector of a polygon: that of its fan, summed.
+WorldPoint area_vector(const std::vector<WorldPoint>& corners) {
+  WorldPoint sum;
+  for (std::size_t i = 2; i < corners.size(); ++i) {
+    const WorldPoint n = cross(corners[i - 1] - corners[0], corners[i] - corners[0]);
+    sum = {sum.x + n.x, sum.y + n.y, sum.z + n.z};
+  }
+  return sum;
+}
+
+/// Ear clipping (Meisters 1975) in projection along the polygon's area vector. Empty when the polygon is not simple and
+/// no ear is left.
+std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const std::vector<WorldPoint>& at) {
+  const WorldPoint normal = area_vector(at);
+  std::vector<std::size_t> left(corners.size());
+  std::iota(left.begin(), left.end(), std::size_t{0});
+  const auto side = [&](std::size_t a, std::size_t b, std::size_t c) {
+    return dot(cross(at[b] - at[a], at[c] - at[a]), normal);
+  };
+  std::vector<Triangle> triangles;
+  while (left.size() > 3) {
+    const std::size_t n = left.size();
+    std::size_t ear = n;
+    for (std::size_t i = 0; i < n && ear == n; ++i) {
+      const std::size_t a = left[(i + n - 1) % n], b = left[i], c = left[(i + 1) % n];
+      if (!(side(a, b, c) > 0)) continue;
+      const bool free = std::none_of(left.begin(), left.end(), [&](std::size_t p) {
+        return p != a && p != b && p != c && side(a, b, p) >= 0 && side(b, c, p) >= 0 && side(c, a, p) >= 0;
+      });
+      if (free) ear = i;
+    }
+    if (ear == n) return {};
+    triangles.push_back({corners[left[(ear + n - 1) % n]], corners[left[ear]], corners[left[(ear + 1) % n]]});
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
+  }
+  triangles.push_back({corners[left[0]], corners[left[1]], corners[left[2]]});
+  return triangles;
+}
+
+/// Ear clipping takes up to O(corners^3), so polygons with more corners keep their fan.
+constexpr std::size_t kMostCorners = 256;
+
+}  // namespace
 
 Mesh read_mesh(const std::filesystem::path& file) {
   const FileBytes bytes(file);
   std::string_view text = bytes.view();
-  // Windows editors begin UTF-8 files with a byte order mark, which would hide the first word, such as an OBJ's first
-  // v.
+  // Windows editors begin UTF-8 files with a byte order mark, which would hide the first word.
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   if (text.empty()) throw InputError(file, "", "is empty, expected a PLY or OBJ mesh");
   Mesh mesh = text.starts_with("ply\n") || text.starts_with("ply\r") || text.starts_with("ply ") || text == "ply"
@@ -18,6 +70,52 @@ Mesh read_mesh(const std::filesystem::path& file) {
   if (mesh.faces.empty()) throw InputError(file, "", "has no faces");
   recut_concave(mesh);
   return mesh;
+}
+
+void note_source(Mesh& mesh, std::size_t triangles, std::size_t face) {
+  if (triangles > 1 && mesh.source_face.empty()) {
+    // So far every face was a triangle, and its own source.
+    mesh.source_face.resize(mesh.faces.size() - triangles);
+    std::iota(mesh.source_face.begin(), mesh.source_face.end(), 0u);
+    mesh.source_face.reserve(mesh.faces.capacity());
+  }
+  if (triangles > 1 || !mesh.source_face.empty())
+    mesh.source_face.insert(mesh.source_face.end(), triangles, static_cast<std::uint32_t>(face));
+}
+
+void append_mesh(Mesh& all, const Mesh& more) {
+  const auto vertices = static_cast<std::uint32_t>(all.positions.size());
+  if (!all.source_face.empty() || !more.source_face.empty()) {
+    if (all.source_face.empty()) {
+      all.source_face.resize(all.faces.size());
+      std::iota(all.source_face.begin(), all.source_face.end(), 0u);
+    }
+    const std::uint32_t polygons = all.source_face.empty() ? 0 : all.source_face.back() + 1;
+    for (std::uint32_t f = 0; f < more.faces.size(); ++f)
+      all.source_face.push_back(polygons + (more.source_face.empty() ? f : more.source_face[f]));
+  }
+  all.positions.insert(all.positions.end(), more.positions.begin(), more.positions.end());
+  for (const Triangle& t : more.faces) all.faces.push_back({t[0] + vertices, t[1] + vertices, t[2] + vertices});
+}
+
+void recut_concave(Mesh& mesh) {
+  for (std::size_t begin = 0, end = 0; begin < mesh.source_face.size(); begin = end) {
+    end = begin + 1;
+    while (end < mesh.source_face.size() && mesh.source_face[end] == mesh.source_face[begin]) ++end;
+    if (end - begin < 2 || end - begin + 2 > kMostCorners) continue;
+    std::vector<std::uint32_t> corners{mesh.faces[begin][0], mesh.faces[begin][1]};
+    for (std::size_t f = begin; f < end; ++f) corners.push_back(mesh.faces[f][2]);
+    std::vector<WorldPoint> at;
+    // Relative to the first corner: with georeferenced coordinates rounding would swamp the products.
+    for (const std::uint32_t v : corners) at.push_back(mesh.positions[v] - mesh.positions[corners[0]]);
+    const WorldPoint normal = area_vector(at);
+    bool turned = false;
+    for (std::size_t i = 2; i < at.size(); ++i) turned |= dot(cross(at[i - 1] - at[0], at[i] - at[0]), normal) < 0;
+    if (!turned) continue;
+    const std::vector<Triangle> triangles = cut_ears(corners, at);
+    if (triangles.size() == end - begin)
+      std::copy(triangles.begin(), triangles.end(), mesh.faces.begin() + static_cast<std::ptrdiff_t>(begin));
+  }
 }
 
 }  // namespace gpvc::io

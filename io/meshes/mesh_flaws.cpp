@@ -3,15 +3,15 @@
 #include <numeric>
 
 #include "io/mesh.h"
+#include "io/vector.h"
 
 namespace gpvc::io {
 
 namespace {
 
 bool has_no_area(const Mesh& mesh, const Triangle& face) {
-  const WorldPoint &a = mesh.positions[face[0]], &b = mesh.positions[face[1]], &c = mesh.positions[face[2]];
-  const double ux = b.x - a.x, uy = b.y - a.y, uz = b.z - a.z, vx = c.x - a.x, vy = c.y - a.y, vz = c.z - a.z;
-  return uy * vz == uz * vy && uz * vx == ux * vz && ux * vy == uy * vx;
+  const WorldPoint& a = mesh.positions[face[0]];
+  return cross(mesh.positions[face[1]] - a, mesh.positions[face[2]] - a) == WorldPoint{};
 }
 
 /// How many items equal the one before them, once sorted by `less`.

@@ -11,20 +11,6 @@
 namespace gpvc::io {
 namespace {
 
-// OpenMesh prints a line for every complex edge; the counts say the same in one line.
-class QuietOpenMesh {
- public:
-  QuietOpenMesh() : was_enabled_(omerr().is_enabled()) { omerr().disable(); }
-  ~QuietOpenMesh() {
-    if (was_enabled_) omerr().enable();
-  }
-  QuietOpenMesh(const QuietOpenMesh&) = delete;
-  QuietOpenMesh& operator=(const QuietOpenMesh&) = delete;
-
- private:
-  bool was_enabled_;
-};
-
 bool repeats_a_vertex(const Triangle& face) { return face[0] == face[1] || face[1] == face[2] || face[2] == face[0]; }
 
 void count_boundary(const OpenMesh::TriConnectivity& mesh, MeshTopology& topology) {
@@ -63,12 +49,14 @@ void count_components(const OpenMesh::TriConnectivity& mesh, MeshTopology& topol
 }  // namespace
 
 MeshTopology mesh_topology(const Mesh& mesh) {
-  const QuietOpenMesh quiet;
   OpenMesh::TriConnectivity connectivity;
   connectivity.reserve(mesh.positions.size(), 3 * mesh.faces.size() / 2, mesh.faces.size());
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) connectivity.add_vertex();
 
   MeshTopology topology;
+  // OpenMesh prints a line for every complex edge; the counts say the same in one line.
+  const bool printing = omerr().is_enabled();
+  omerr().disable();
   for (const Triangle& face : mesh.faces) {
     if (repeats_a_vertex(face)) {
       ++topology.degenerate_faces;
@@ -78,6 +66,7 @@ MeshTopology mesh_topology(const Mesh& mesh) {
     for (std::size_t k = 0; k < 3; ++k) corners[k] = OpenMesh::VertexHandle(static_cast<int>(face[k]));
     if (!connectivity.add_face(corners.data(), 3).is_valid()) ++topology.nonmanifold_faces;
   }
+  if (printing) omerr().enable();
   for (const OpenMesh::VertexHandle vertex : connectivity.vertices())
     if (connectivity.is_isolated(vertex)) ++topology.unused_vertices;
   count_boundary(connectivity, topology);
