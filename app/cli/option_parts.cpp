@@ -3,110 +3,80 @@
 #include "app/cli/command_options.h"
 
 namespace gpvc::cli {
-namespace {
-
-constexpr const char* kVisibilityGroup = "Visibility";
-
-}  // namespace
 
 CLI::Validator not_empty() {
   return CLI::Validator([](std::string& given) { return given.empty() ? std::string("is empty") : std::string(); }, "");
 }
 
-void add_common(CLI::App& app, CommonOptions& common) {
-  app.add_option("--threads", common.threads, "Threads to use, 1 to 4096")
-      ->type_name("N")
-      ->check(in_range(1, 4096))
-      ->default_str("all")
-      ->group(kCommonGroup);
-  app.add_option("--device", common.device, "EGL device to render on; --device list prints them and ends")
-      ->type_name("N|list")
-      ->check(in_range(0, 255))
-      ->default_str("0, hardware first")
-      ->group(kCommonGroup);
-  app.add_option("--log", common.log, "Also write everything that happens, with times, to FILE")
-      ->type_name("FILE")
-      ->group(kCommonGroup);
-  auto* quiet = app.add_flag("-q,--quiet", common.quiet, "Print warnings, errors and results alone");
-  auto* verbose = app.add_flag("-v,--verbose", common.verbose, "Print more about each stage");
-  quiet->excludes(verbose)->group(kCommonGroup);
-  verbose->group(kCommonGroup);
+void add_common(CLI::App& app, CommonOptions& common, const std::string& footer) {
+  const OptionGroup group{app, kCommonGroup};
+  group.number("--threads", common.threads, 1, 4096, "N", "Threads to use, 1 to 4096")->default_str("all");
+  group
+      .number("--device", common.device, 0, 255, "N|list",
+              "EGL device to render on; --device list prints them and ends")
+      ->default_str("0, hardware first");
+  group.add("--log", common.log, "FILE", "Also write every message and progress report, with its time, to FILE");
+  CLI::Option* quiet = group.flag("-q,--quiet", common.quiet, "Print only warnings, errors and results");
+  group.flag("-v,--verbose", common.verbose, "Print more about each stage")->excludes(quiet);
   app.set_version_flag("--version", "gpvc " + program_version())
       ->description("Print the version and end")
       ->group(kCommonGroup);
   app.set_help_flag("-h,--help", "Print this help and end")->group(kCommonGroup);
+  app.footer(footer + kExitStatus);
+}
+
+void add_scene(CLI::App& app, SceneInput& input) {
+  app.add_option(
+         "SCENE", input.scene,
+         "Cameras and photos, a file or its folder; the format is recognized: a COLMAP model, an OpenSfM or "
+         "OpenDroneMap reconstruction, a ContextCapture BlocksExchange or Agisoft Metashape XML file, an OpenMVS "
+         "scene, or a folder of photos with mvs-texturing's .cam files")
+      ->required();
 }
 
 CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh) {
   return app.add_option("MESH", mesh, "Triangle mesh in the cameras' frame, PLY or OBJ");
 }
 
-void add_scene(CLI::App& app, SceneInput& input) {
-  app.add_option("SCENE", input.scene,
-                 "Cameras and photos, told by what is there: a COLMAP model, an OpenSfM or OpenDroneMap "
-                 "reconstruction, a ContextCapture BlocksExchange or Agisoft Metashape XML file, an OpenMVS scene "
-                 "or a folder of photos with mvs-texturing's .cam files; the file or its folder")
-      ->required();
-}
-
 void add_masks(CLI::App& app, SceneInput& input) {
-  constexpr const char* kGroup = "Input";
-  auto* masks_dir = app.add_option("--masks", input.masks_dir,
-                                   "Folder of masks of the photos' size, black where a pixel must not be used: "
-                                   "NAME.mask.png, NAME without its extension likewise, or NAME.png")
-                        ->type_name("DIR")
-                        ->default_str("NAME.mask.png beside the photos")
-                        ->group(kGroup);
-  app.add_flag("!--no-masks", input.masks, "Use every pixel, whatever masks and alpha channels say")
-      ->excludes(masks_dir)
-      ->group(kGroup);
+  const OptionGroup group{app, "Input"};
+  CLI::Option* masks_dir = group
+                               .add("--masks", input.masks_dir, "DIR",
+                                    "Folder of masks as large as the photos, black where a pixel must not be used: "
+                                    "NAME.mask.png or NAME.png, the former also without NAME's extension")
+                               ->default_str("NAME.mask.png beside the photos");
+  group.flag("!--no-masks", input.masks, "Use every pixel: ignore masks and alpha channels")->excludes(masks_dir);
 }
 
 void add_photos(CLI::App& app, SceneInput& input) {
-  constexpr const char* kGroup = "Input";
-  app.add_option("--images", input.images_dir,
-                 "Folder of the photos, at any depth; matched by the longest common tail of their paths")
-      ->type_name("DIR")
-      ->default_str("where the scene says, or 'images' beside it")
-      ->group(kGroup);
-  app.add_option("--views", input.views,
-                 "Use only these views: names or globs, separated by commas, or @FILE with one a line")
-      ->check(not_empty())
-      ->type_name("LIST")
-      ->group(kGroup);
-  app.add_option("--exclude-views", input.exclude_views, "Leave these views out; they keep their index")
-      ->type_name("LIST")
-      ->group(kGroup);
-  app.add_option("--downscale", input.downscale,
-                 "Reduce the photos N times in width and height, for a quick look; 1 to 64")
-      ->type_name("N")
-      ->check(in_range(1, 64))
-      ->default_str("1")
-      ->group(kGroup);
-}
-
-void add_scene_input(CLI::App& app, SceneInput& input) {
-  add_scene(app, input);
-  add_mesh(app, input.mesh)->required();
-  add_photos(app, input);
+  const OptionGroup group{app, "Input"};
+  group
+      .add("--images", input.images_dir, "DIR",
+           "Folder of the photos, at any depth; matched by the longest common tail of their paths")
+      ->default_str("where the scene says, or 'images' beside it");
+  group
+      .add("--views", input.views, "LIST",
+           "Use only these views: names or globs, separated by commas, or @FILE with one on each line")
+      ->check(not_empty());
+  group.add("--exclude-views", input.exclude_views, "LIST", "Do not use these views; they keep their index");
+  group.number("--downscale", input.downscale, 1, 64, "N",
+               "Reduce the photos N times in width and height, for a quick look; 1 to 64");
   add_masks(app, input);
 }
 
-void add_output(CLI::App& app, std::filesystem::path& out, bool& force) {
-  constexpr const char* kGroup = "Output";
-  app.add_option("-o,--output", out, "Folder for the result; made when missing")
-      ->type_name("OUT")
+void add_output(CLI::App& app, CommandOptions& options) {
+  const OptionGroup group{app, "Output"};
+  group.add("-o,--output", options.out, "OUT", "Folder for the result; created if missing")
       ->required()
-      ->check(not_empty())
-      ->group(kGroup);
-  app.add_flag("--force", force, "Replace an earlier result in OUT once the new one is complete")->group(kGroup);
+      ->check(not_empty());
+  group.flag("--force", options.force, "Replace an earlier result in OUT once the new one is complete");
 }
 
 namespace {
 
 using visibility::CoverageCorrection, visibility::Gpvc, visibility::PaperGpvc;
 
-// The gpvc mode step by step, for an option that only gpvc has. Throws what `option` belongs to when the mode is another.
+// The gpvc mode step by step, for an option that only gpvc has. Throws an error about `option` for another mode.
 PaperGpvc steps_of(const visibility::Method& method, const std::string& option) {
   if (const auto* paper = std::get_if<PaperGpvc>(&method)) return *paper;
   const auto* gpvc = std::get_if<Gpvc>(&method);
@@ -119,6 +89,18 @@ PaperGpvc steps_of(const visibility::Method& method, const std::string& option) 
 visibility::Method gpvc_of(const PaperGpvc& steps) {
   if (steps.projection != visibility::Projection::apc || steps.correction != CoverageCorrection::exact) return steps;
   return Gpvc{steps.sampling, visibility::Drawing::automatic, steps.classifier};
+}
+
+// An option that sets one step of the gpvc mode.
+template <class Value, std::size_t kCount>
+void add_step(const OptionGroup& group, const std::string& name, const Named<Value> (&names)[kCount],
+              Value PaperGpvc::*step, visibility::Method& method, const std::string& text) {
+  const auto set = [&method, name, step](Value value) {
+    PaperGpvc steps = steps_of(method, name);
+    steps.*step = value;
+    method = gpvc_of(steps);
+  };
+  group.choice(name, names, set, steps_of(Gpvc{}, name).*step, text);
 }
 
 void set_drawing(visibility::Drawing drawing, visibility::Method& method) {
@@ -146,6 +128,7 @@ void set_drawing(visibility::Drawing drawing, visibility::Method& method) {
 }  // namespace
 
 void add_visibility(CLI::App& app, visibility::VisibilityOptions& options) {
+  const OptionGroup group{app, "Visibility"};
   visibility::Method& method = options.method;
   const auto set_mode = [&method](const std::string& mode) {
     try {
@@ -154,62 +137,39 @@ void add_visibility(CLI::App& app, visibility::VisibilityOptions& options) {
       throw CLI::ValidationError("--visibility", error.what());
     }
   };
-  app.add_option_function<std::string>(
-         "--visibility", set_mode,
-         "How visibility is decided. gpvc: without a bias, faces sampled hierarchically, gpvc:ves at their vertices "
-         "and "
-         "edges only, gpvc:dense at every pixel (same classes as gpvc). For comparison: shadow-map:apc:EPS and "
-         "shadow-map:spc:EPS, a depth map with a bias in window depth, 0 to 1 (apc: depth is " +
-             fmt::format("{}", visibility::kShadowMapNear) +
-             " / z); ray:sparse:EPS and ray:dense:EPS, rays to vertices or pixel centres with a bias in units of the "
-             "mesh; none, all that is in the image")
-      ->type_name("MODE")
-      ->default_str("gpvc")
-      ->group(kVisibilityGroup);
+  group.parsed(
+      "--visibility", set_mode, "MODE", "gpvc",
+      fmt::format("How visibility is decided. gpvc: without a bias, with hierarchical sampling of faces; gpvc:ves "
+                  "samples only their vertices and edges, gpvc:dense every pixel (the same classes as gpvc). "
+                  "For comparison: shadow-map:apc:EPS and shadow-map:spc:EPS, a depth map with a bias in "
+                  "window depth, 0 to 1 (apc: depth is {} / z); ray:sparse:EPS and ray:dense:EPS, rays to "
+                  "vertices or pixel centres with a bias in units of the mesh; none, every face in the frame",
+                  visibility::kShadowMapNear));
   // Options take effect in the order in which they are added, so each one sees the method that those above it chose.
-  add_choice(
-      app, "--projection", visibility::kProjectionNames,
-      [&method](visibility::Projection projection) {
-        PaperGpvc steps = steps_of(method, "--projection");
-        steps.projection = projection;
-        method = gpvc_of(steps);
-      },
-      "apc",
-      "Depth that gpvc draws with: reversed with the near plane at zero, or symmetric with planes that fit the mesh")
-      ->group(kVisibilityGroup);
-  add_choice(
-      app, "--coverage-correction", visibility::kCoverageCorrectionNames,
-      [&method](CoverageCorrection correction) {
-        PaperGpvc steps = steps_of(method, "--coverage-correction");
-        steps.correction = correction;
-        method = gpvc_of(steps);
-      },
-      "exact", "Repair of what the rasterizer's snapping and rounding got wrong in the gpvc modes")
-      ->group(kVisibilityGroup);
-  add_choice(
-      app, "--classifier", visibility::kClassifierNames,
-      [&method](visibility::Classifier classifier) {
-        PaperGpvc steps = steps_of(method, "--classifier");
-        steps.classifier = classifier;
-        method = gpvc_of(steps);
-      },
-      "auto", "Where the gpvc modes classify faces that OpenGL has drawn; the result is the same")
-      ->group(kVisibilityGroup);
-  add_choice(
-      app, "--drawing", visibility::kDrawingNames,
-      [&method](visibility::Drawing drawing) { set_drawing(drawing, method); }, "auto",
+  add_step(
+      group, "--projection", visibility::kProjectionNames, &PaperGpvc::projection, method,
+      "Depth that gpvc draws with: apc is reversed with the near plane at zero, spc symmetric with planes that fit "
+      "the mesh");
+  add_step(group, "--coverage-correction", visibility::kCoverageCorrectionNames, &PaperGpvc::correction, method,
+           "How the gpvc modes correct pixels that the rasterizer's snapping and rounding gave to the wrong face");
+  add_step(group, "--classifier", visibility::kClassifierNames, &PaperGpvc::classifier, method,
+           "Where the gpvc modes classify faces that OpenGL has drawn; the result is the same");
+  group.choice(
+      "--drawing", visibility::kDrawingNames, [&method](visibility::Drawing drawing) { set_drawing(drawing, method); },
+      visibility::Drawing::automatic,
       "What draws the item buffer. native: a rasterizer on the CPU, which auto takes without graphics hardware; the "
-      "classes are the same")
-      ->group(kVisibilityGroup);
-  app.add_flag("!--no-subpixel", options.subpixel, "Do not resolve faces smaller than a pixel")
-      ->group(kVisibilityGroup);
+      "classes are the same");
+  group.flag("!--no-subpixel", options.subpixel, "Do not resolve faces smaller than a pixel");
 }
 
-void add_edge_weights(CLI::App& app, labeling::EdgeWeights& weights) {
-  add_choice(
-      app, "--edge-weights", labeling::kEdgeWeightsNames, weights,
-      "What the smoothness counts: neighbours, the length of their edge, its flatness (seams hide in folds), or both")
-      ->group("View selection");
+void add_smoothness(CLI::App& app, double& smoothness, labeling::EdgeWeights& weights) {
+  const OptionGroup group{app, "View selection"};
+  group.number("--smoothness", smoothness, 0.0, 1e6, "X",
+               "Cost of a seam between two adjacent faces with different views; 0 or more");
+  group.choice(
+      "--edge-weights", labeling::kEdgeWeightsNames, weights,
+      "What a seam's cost is multiplied by: 1, the length of the edge, its flatness (seams are less visible in "
+      "folds), or both");
 }
 
 }  // namespace gpvc::cli

@@ -1,4 +1,4 @@
-// Kinds of options, and groups of options that several commands share.
+// Kinds of options, and options that several commands share.
 #pragma once
 
 #include <fmt/format.h>
@@ -16,8 +16,8 @@
 
 namespace gpvc::cli {
 
-// Accepts a number of the type within bounds. Unlike CLI::Range it refuses NaN, says what was expected, and adds nothing
-// to the help.
+/// Accepts a number of the type within bounds. Unlike CLI::Range it refuses NaN, says what was expected, and adds nothing
+/// to the help.
 template <class Value>
 CLI::Validator in_range(Value least, Value most) {
   const std::string kind = std::is_integral_v<Value> ? "a whole number" : "a number";
@@ -30,42 +30,69 @@ CLI::Validator in_range(Value least, Value most) {
       "");
 }
 
-// An option that takes one of the names in a table and hands its value to `set`, which may throw.
-template <class Value, std::size_t kCount>
-CLI::Option* add_choice(CLI::App& app, const std::string& name, const Named<Value> (&names)[kCount],
-                        std::type_identity_t<std::function<void(Value)>> set, const std::string& fallback,
-                        const std::string& text) {
-  std::string words;
-  for (const Named<Value>& known : names) words += (words.empty() ? "" : "|") + std::string(known.name);
-  const std::vector<Named<Value>> all(std::begin(names), std::end(names));
-  const auto parse = [all, words, name, set](const std::string& given) {
-    const auto found = std::find_if(all.begin(), all.end(), [&](const Named<Value>& n) { return given == n.name; });
-    if (found == all.end()) throw CLI::ValidationError(name, fmt::format("'{}' is none of {}", given, words));
-    set(found->value);
-  };
-  return app.add_option_function<std::string>(name, parse, text)->type_name(words)->default_str(fallback);
-}
-
-// Sets `value`, whose present value is the default.
-template <class Value, std::size_t kCount>
-CLI::Option* add_choice(CLI::App& app, const std::string& name, const Named<Value> (&names)[kCount], Value& value,
-                        const std::string& text) {
-  return add_choice(
-      app, name, names, [&value](Value given) { value = given; }, name_of(names, value), text);
-}
-
 CLI::Validator not_empty();
 
-// Each function adds options to `app`. They write into the given struct, which must outlive the parsing.
-void add_common(CLI::App& app, CommonOptions& common);
-CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh);
+/// Adds options of a command under one heading of its help. They write into `value`, which must outlive the parsing.
+struct OptionGroup {
+  CLI::App& app;
+  const char* heading;
+
+  /// `kind`: what the help calls the value, "FILE".
+  template <class Value>
+  CLI::Option* add(const std::string& name, Value& value, const char* kind, const std::string& text) const {
+    return app.add_option(name, value, text)->type_name(kind)->group(heading);
+  }
+  /// The value it has now is the default, here and in choice().
+  template <class Value, class Bound>
+  CLI::Option* number(const std::string& name, Value& value, Bound least, Bound most, const char* kind,
+                      const std::string& text) const {
+    return add(name, value, kind, text)->check(in_range(least, most))->default_str(fmt::format("{}", value));
+  }
+  CLI::Option* flag(const std::string& name, bool& value, const std::string& text) const {
+    return app.add_flag(name, value, text)->group(heading);
+  }
+  /// Hands the option's argument to `parse`, which may throw CLI::ValidationError.
+  CLI::Option* parsed(const std::string& name, const std::function<void(const std::string&)>& parse,
+                      const std::string& kind, const std::string& fallback, const std::string& text) const {
+    return app.add_option_function<std::string>(name, parse, text)
+        ->type_name(kind)
+        ->default_str(fallback)
+        ->group(heading);
+  }
+  /// Takes one of the names in a table and hands its value to `set`, which may throw CLI::ValidationError.
+  template <class Value, std::size_t kCount>
+  CLI::Option* choice(const std::string& name, const Named<Value> (&names)[kCount],
+                      std::type_identity_t<std::function<void(Value)>> set, const Value& fallback,
+                      const std::string& text) const {
+    std::string words;
+    for (const Named<Value>& known : names) words += (words.empty() ? "" : "|") + std::string(known.name);
+    const std::vector<Named<Value>> all(std::begin(names), std::end(names));
+    const auto parse = [all, words, name, set](const std::string& given) {
+      const auto found = std::find_if(all.begin(), all.end(), [&](const Named<Value>& n) { return given == n.name; });
+      if (found == all.end()) throw CLI::ValidationError(name, fmt::format("'{}' is none of {}", given, words));
+      set(found->value);
+    };
+    return parsed(name, parse, words, name_of(names, fallback), text);
+  }
+  template <class Value, std::size_t kCount>
+  CLI::Option* choice(const std::string& name, const Named<Value> (&names)[kCount], Value& value,
+                      const std::string& text) const {
+    return choice(
+        name, names, [&value](Value given) { value = given; }, value, text);
+  }
+};
+
+/// --threads and what else every command has; the footer of the help, which the exit status follows.
+void add_common(CLI::App& app, CommonOptions& common, const std::string& footer);
+/// SCENE, which every command but evaluate describes.
 void add_scene(CLI::App& app, SceneInput& input);
+CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh);
 void add_masks(CLI::App& app, SceneInput& input);
+/// The photos, the views to use, and the masks.
 void add_photos(CLI::App& app, SceneInput& input);
-/// Scene, mesh and photos.
-void add_scene_input(CLI::App& app, SceneInput& input);
-void add_output(CLI::App& app, std::filesystem::path& out, bool& force);
+void add_output(CLI::App& app, CommandOptions& options);
 void add_visibility(CLI::App& app, visibility::VisibilityOptions& options);
-void add_edge_weights(CLI::App& app, labeling::EdgeWeights& weights);
+/// --smoothness and --edge-weights.
+void add_smoothness(CLI::App& app, double& smoothness, labeling::EdgeWeights& weights);
 
 }  // namespace gpvc::cli

@@ -69,9 +69,8 @@ CLI::App* add_compare(CLI::App& parent, CompareOptions& options) {
   app->add_option("SCENE", options.texture.input.scene, "Scene, as texture takes it");
   cli::add_mesh(*app, options.texture.input.mesh);
   cli::add_photos(*app, options.texture.input);
-  cli::add_masks(*app, options.texture.input);
   add_compared(*app, options);
-  cli::add_output(*app, options.texture.out, options.texture.force);
+  cli::add_output(*app, options.texture);
   app->add_flag("--keep-models", options.keep_models, "Also write each mode's model, to modes/NAME")->group("Output");
   // A summary only reads reports: options that shape a comparison have no effect on it.
   CLI::Option* summarize = app->get_option("--summarize");
@@ -80,15 +79,14 @@ CLI::App* add_compare(CLI::App& parent, CompareOptions& options) {
         option->get_group() == "Comparison" || option->get_group() == "Input" || option->check_name("--keep-models");
     if (shapes && option != summarize && !option->get_positional()) summarize->excludes(option);
   }
-  cli::add_common(*app, options.texture.common);
-  app->footer(std::string("Examples:\n"
-                          "  gpvc compare colmap/sparse/0 mesh.ply -o compared --hold-out 8\n"
-                          "  gpvc compare colmap mesh.ply -o compared --modes none,shadow-map:spc,gpvc --eps 1e-3\n"
-                          "  gpvc compare colmap mesh.ply -o compared --external mvs=mvs/model.obj\n"
-                          "  gpvc compare --summarize city/report.json slits/report.json -o summary\n\n"
-                          "Writes to OUT: report.html (one page with its pictures, needs no network), report.md,\n"
-                          "report.json, run.json. --summarize writes summary.html, summary.md, summary.json.\n\n") +
-              cli::kExitStatus);
+  cli::add_common(*app, options.texture.common,
+                  "Examples:\n"
+                  "  gpvc compare colmap/sparse/0 mesh.ply -o compared --hold-out 8\n"
+                  "  gpvc compare colmap mesh.ply -o compared --modes none,shadow-map:spc,gpvc --eps 1e-3\n"
+                  "  gpvc compare colmap mesh.ply -o compared --external mvs=mvs/model.obj\n"
+                  "  gpvc compare --summarize city/report.json slits/report.json -o summary\n\n"
+                  "Writes to OUT: report.html (one page with its pictures, needs no network), report.md,\n"
+                  "report.json, run.json. --summarize writes summary.html, summary.md, summary.json.\n\n");
   return app;
 }
 
