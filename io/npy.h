@@ -33,4 +33,14 @@ void write_npy(const std::filesystem::path& file, const Values& values, std::spa
   write_npy<typename Values::value_type>(file, std::span(values), shape);
 }
 
+/// Writes an array of one dimension, each value converted to T: of an enum, its number. Throws OutputError.
+template <typename T, typename Values>
+void write_npy_as(const std::filesystem::path& file, const Values& values) {
+  std::vector<T> converted;
+  converted.reserve(values.size());
+  for (const auto& value : values) converted.push_back(static_cast<T>(value));
+  const std::size_t shape = converted.size();
+  write_npy(file, converted, std::span(&shape, 1));
+}
+
 }  // namespace gpvc::io

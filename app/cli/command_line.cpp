@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <memory>
 #include <new>
 #include <optional>
+#include <type_traits>
 
 #include "app/cli/app.h"
 #include "app/cli/command_options.h"
@@ -91,8 +93,7 @@ std::string usage_complaint(const CLI::App& reached, const CLI::ParseError& erro
     return near.empty() ? std::string() : fmt::format("; did you mean '{}'?", near.front());
   };
   std::vector<std::string> commands, options;
-  for (const CLI::App* command : reached.get_subcommands([](const CLI::App*) { return true; }))
-    commands.push_back(command->get_name());
+  for (const CLI::App* command : reached.get_subcommands({})) commands.push_back(command->get_name());
   for (const CLI::Option* option : reached.get_options())
     for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
   const std::vector<std::string> left = reached.remaining(true);
@@ -106,41 +107,35 @@ std::string usage_complaint(const CLI::App& reached, const CLI::ParseError& erro
   return error.what();
 }
 
-struct AllOptions {
-  TextureOptions texture;
-  VisibilityCommandOptions visibility;
-  EvaluateCommandOptions evaluate;
-  compare::CompareOptions compare;
-  LabelOptions label;
-  InspectOptions inspect;
-  ConvertOptions convert;
-  SynthOptions city = synth_defaults(SynthKind::city), terrain = synth_defaults(SynthKind::terrain),
-               slits = synth_defaults(SynthKind::slits);
-};
-
 struct Command {
   CLI::App* app;
   CommonOptions* common;
   std::function<void(Console&)> run;
 };
 
-// Adds every command, in the order of the help. Borrows the options.
-std::vector<Command> add_commands(CLI::App& app, AllOptions& o) {
-  std::vector<Command> commands{
-      {add_texture(app, o.texture), &o.texture.common, [&o](Console& c) { run_texture(o.texture, c); }},
-      {add_visibility_command(app, o.visibility), &o.visibility.common,
-       [&o](Console& c) { run_visibility(o.visibility, c); }},
-      {add_evaluate(app, o.evaluate), &o.evaluate.common, [&o](Console& c) { run_evaluate(o.evaluate, c); }},
-      {compare::add_compare(app, o.compare), &o.compare.texture.common,
-       [&o](Console& c) { compare::run_compare(o.compare, c); }},
-      {add_label(app, o.label), &o.label.common, [&o](Console& c) { run_label(o.label, c); }},
-      {add_inspect(app, o.inspect), &o.inspect.common, [&o](Console& c) { run_inspect(o.inspect, c); }},
-      {add_convert(app, o.convert), &o.convert.common, [&o](Console& c) { run_convert(o.convert, c); }}};
+template <class Options>
+Command command(CLI::App& parent, CLI::App* (*add)(CLI::App&, Options&), void (*run)(const Options&, Console&),
+                const std::type_identity_t<Options>& defaults = {}) {
+  const auto options = std::make_shared<Options>(defaults);
+  return {add(parent, *options), &options->common, [options, run](Console& console) { run(*options, console); }};
+}
+
+// Adds every command, in the order of the help.
+std::vector<Command> add_commands(CLI::App& app) {
+  const auto compare = std::make_shared<compare::CompareOptions>();
+  std::vector<Command> commands{command(app, add_texture, run_texture),
+                                command(app, add_visibility_command, run_visibility),
+                                command(app, add_evaluate, run_evaluate),
+                                {compare::add_compare(app, *compare), &compare->texture.common,
+                                 [compare](Console& console) { compare::run_compare(*compare, console); }},
+                                command(app, add_label, run_label),
+                                command(app, add_inspect, run_inspect),
+                                command(app, add_convert, run_convert)};
   CLI::App* synth = app.add_subcommand("synth", "make a synthetic scene of known truth");
   synth->require_subcommand(1);
   synth->set_help_flag("-h,--help", "Print this help and end")->group(kCommonGroup);
-  for (SynthOptions* kind : {&o.city, &o.terrain, &o.slits})
-    commands.push_back({add_synth(*synth, *kind), &kind->common, [kind](Console& c) { run_synth(*kind, c); }});
+  for (const SynthKind kind : {SynthKind::city, SynthKind::terrain, SynthKind::slits})
+    commands.push_back(command(*synth, add_synth, run_synth, synth_defaults(kind)));
   return commands;
 }
 
@@ -161,8 +156,7 @@ int run_command_line(int argc, char** argv) {
       std::string("Try 'gpvc COMMAND --help' for a command's options. --device list prints the EGL devices.\n\n") +
       kExitStatus);
 
-  AllOptions options;
-  const std::vector<Command> commands = add_commands(app, options);
+  const std::vector<Command> commands = add_commands(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& e) {  // --help, --version

@@ -73,28 +73,16 @@ void Console::result(const std::string& text) {
   std::fflush(stdout);
 }
 
-void Console::note(const std::string& text) {
-  const std::lock_guard lock(mutex_);
-  if (log_) log_->info("{}", text);
-  if (loudness_ != Loudness::quiet) print(text + "\n");
-}
+void Console::note(const std::string& text) { say(spdlog::level::info, loudness_ != Loudness::quiet, text); }
+void Console::detail(const std::string& text) { say(spdlog::level::debug, loudness_ == Loudness::verbose, text); }
+void Console::warning(const std::string& text) { say(spdlog::level::warn, true, text, "gpvc: warning: "); }
+void Console::error(const std::string& text) { say(spdlog::level::err, true, text, "gpvc: error: "); }
 
-void Console::detail(const std::string& text) {
+// `level`: of spdlog, whose headers stay out of ours.
+void Console::say(int level, bool shown, const std::string& text, const char* prefix) {
   const std::lock_guard lock(mutex_);
-  if (log_) log_->debug("{}", text);
-  if (loudness_ == Loudness::verbose) print(text + "\n");
-}
-
-void Console::warning(const std::string& text) {
-  const std::lock_guard lock(mutex_);
-  if (log_) log_->warn("{}", text);
-  print("gpvc: warning: " + text + "\n");
-}
-
-void Console::error(const std::string& text) {
-  const std::lock_guard lock(mutex_);
-  if (log_) log_->error("{}", text);
-  print("gpvc: error: " + text + "\n");
+  if (log_) log_->log(static_cast<spdlog::level::level_enum>(level), "{}", text);
+  if (shown) print(prefix + text + "\n");
 }
 
 void Console::status(const std::string& text) {

@@ -35,6 +35,7 @@ class Console {
   void clear_status();
 
  private:
+  void say(int level, bool shown, const std::string& text, const char* prefix = "");
   void print(const std::string& text);
 
   std::mutex mutex_;

@@ -107,11 +107,8 @@ const View& view_of(const Scene& scene, ViewId id) { return scene.views[index(id
 
 void Conversion::read() {
   record_.begin({"read"});
-  io::SceneOptions reader = options_.input.reader_options();
-  reader.needed = needs_used_views(options_.input.views, options_.input.exclude_views);
-  scene_ = io::read_scene(options_.input.scene, reader);
+  scene_ = read_views(options_.input, used_);
   for (const std::string& warning : scene_.warnings) record_.warning(warning);
-  used_ = used_views(scene_.views, options_.input.views, options_.input.exclude_views);
   record_.end(fmt::format("{} views", used_.size()));
 }
 

@@ -97,11 +97,12 @@ std::vector<ViewId> compared_views(const EvaluateCommandOptions& options, std::s
 
 // The views whose photos are read, for the comparison and for the score against the truth.
 std::vector<bool> needed_views(const EvaluateCommandOptions& options, std::span<const View> views) {
-  std::vector<bool> needed(views.size(), false);
-  for (const ViewId id : compared_views(options, views)) needed[index(id)] = true;
-  if (!options.truth.empty())
-    for (const ViewId id : named_views(views, marked_views(options.model, "used"))) needed[index(id)] = true;
-  return needed;
+  std::vector<ViewId> needed = compared_views(options, views);
+  if (!options.truth.empty()) {
+    const std::vector<ViewId> used = named_views(views, marked_views(options.model, "used"));
+    needed.insert(needed.end(), used.begin(), used.end());
+  }
+  return marked(needed, views.size());
 }
 
 // Compares renders of the model with the photos and prints the table; pictures and JSON go to the folder.

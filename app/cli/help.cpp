@@ -48,7 +48,7 @@ std::string option_text(const CLI::Option& option) {
 
 std::string usage_line(const CLI::App& app, const std::string& full_name) {
   std::string line = "Usage: " + full_name;
-  if (!app.get_subcommands([](const CLI::App*) { return true; }).empty()) return line + " COMMAND ...\n";
+  if (!app.get_subcommands({}).empty()) return line + " COMMAND ...\n";
   line += " [OPTION]...";
   for (const CLI::Option* option : app.get_options())
     if (option->get_positional()) line += " " + option->get_name(true);
@@ -79,7 +79,7 @@ std::string HelpFormatter::make_help(const CLI::App* app, std::string, CLI::AppF
   }
   if (!positionals.empty()) help += "\n" + positionals;
 
-  const auto commands = app->get_subcommands([](const CLI::App*) { return true; });
+  const auto commands = app->get_subcommands({});
   if (!commands.empty()) help += "\nCommands:\n";
   for (const CLI::App* command : commands) help += entry(command->get_name(), command->get_description());
 

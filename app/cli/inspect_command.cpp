@@ -28,16 +28,11 @@ std::string camera_text(const Camera& c) {
 }
 
 std::string missing_text(const Scene& scene, std::span<const ViewId> used) {
-  std::string names;
-  std::size_t missing = 0;
-  for (const ViewId id : used) {
-    const View& view = scene.views[index(id)];
-    if (!view.photo.empty()) continue;
-    constexpr std::size_t kHandful = 10;
-    if (++missing <= kHandful) names += (names.empty() ? "" : ", ") + view.name;
-    if (missing == kHandful + 1) names += ", ...";
-  }
-  return missing == 0 ? "photos all there" : fmt::format("{} photos missing: {}", missing, names);
+  std::vector<std::string> missing;
+  for (const ViewId id : used)
+    if (const View& view = scene.views[index(id)]; view.photo.empty()) missing.push_back(view.name);
+  if (missing.empty()) return "all photos found";
+  return fmt::format("{} photos missing: {}", missing.size(), pipeline::readable_list(missing, 10));
 }
 
 void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& console) {
@@ -105,9 +100,9 @@ void print_mesh(const SceneInputData& in, Console& console) {
   console.result("extent   " + pipeline::box_text(pipeline::box_of(mesh)));
 }
 
-// Fitted to runs on two cores without a GPU: 0.35 GB for any run, 1650 bytes a face beside the photos, 0.1 processor
-// seconds a megapixel for visibility and baking, 11 microseconds a face for view selection. Within a factor of two of those
-// runs; a GPU changes it little.
+// Fitted to runs of five scenes on two cores that drew natively, 40,000 to 570,000 faces and 19 to 162 megapixels: 0.27 GB
+// for any run, 350 bytes a face beside the photos, 0.12 processor seconds a megapixel for visibility and baking, 18
+// microseconds a face for view selection. Their memory is within 15 %, their time within a factor of two.
 void print_estimate(const SceneInputData& in, int threads, Console& console) {
   double pixels = 0;
   for (const ViewId id : in.used) {
@@ -115,11 +110,10 @@ void print_estimate(const SceneInputData& in, int threads, Console& console) {
     pixels += static_cast<double>(c.width) * c.height;
   }
   const double faces = static_cast<double>(in.mesh.faces.size());
-  const double bytes = 0.35e9 + 1650 * faces + std::min(3 * pixels, static_cast<double>(pipeline::photo_cache_bytes()));
-  const double seconds = 0.1 * pixels / 1e6 / threads + 11e-6 * faces;
+  const double bytes = 0.27e9 + 350 * faces + std::min(3 * pixels, static_cast<double>(pipeline::photo_cache_bytes()));
+  const double seconds = 0.12 * pixels / 1e6 / threads + 18e-6 * faces;
   console.result(
-      fmt::format("estimate about {:.2g} GB of memory and {} on {} threads for gpvc texture, within a "
-                  "factor of two",
+      fmt::format("estimate about {:.2g} GB of memory and {} on {} threads for gpvc texture, within a factor of two",
                   bytes / 1e9, pipeline::readable_duration(seconds), threads));
 }
 
@@ -150,18 +144,14 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
 }  // namespace
 
 void run_inspect(const InspectOptions& options, Console& console) {
-  io::SceneOptions reader = options.input.reader_options();
-  reader.allow_missing_photos = true;
-  reader.needed = needs_used_views(options.input.views, options.input.exclude_views);
   SceneInputData in;
   std::future<Mesh> mesh;
-  const bool with_mesh = !options.input.mesh.empty();
-  if (with_mesh) mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
-  in.scene = io::read_scene(options.input.scene, reader);
-  in.used = used_views(in.scene.views, options.input.views, options.input.exclude_views);
+  if (!options.input.mesh.empty())
+    mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
+  in.scene = read_views(options.input, in.used, true);
   print_cameras(in.scene, in.used, console);
   throw_if_interrupted();
-  if (!with_mesh) return;
+  if (!mesh.valid()) return;
   in.mesh = mesh.get();
   throw_if_interrupted();
   print_mesh(in, console);

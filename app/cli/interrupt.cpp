@@ -29,10 +29,8 @@ void install_signal_handlers() {
   signal(SIGPIPE, SIG_IGN);
 }
 
-bool interrupted() { return asked_to_stop; }
-
 void throw_if_interrupted() {
-  if (interrupted()) throw Cancelled();
+  if (asked_to_stop) throw Cancelled();
 }
 
 }  // namespace gpvc::cli

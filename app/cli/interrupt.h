@@ -1,4 +1,4 @@
-// Ctrl-C.
+// How Ctrl-C and other signals stop a run.
 #pragma once
 
 namespace gpvc::cli {
@@ -7,8 +7,6 @@ namespace gpvc::cli {
 /// that the program was started with as ignored (nohup: SIGHUP) stay ignored. A file size limit (SIGXFSZ) and a closed
 /// pipe (SIGPIPE) become ordinary write errors.
 void install_signal_handlers();
-
-bool interrupted();
 
 /// Throws Cancelled once a signal has come.
 void throw_if_interrupted();

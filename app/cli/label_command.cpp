@@ -2,6 +2,7 @@
 
 #include "app/cli/run_record.h"
 #include "io/mesh.h"
+#include "io/npy.h"
 
 namespace gpvc::cli {
 namespace {
@@ -21,7 +22,7 @@ RunFacts label(const LabelOptions& options, RunRecord& record, pipeline::OutputF
   record.counts = {
       {"faces", mesh.faces.size()}, {"candidates", table.costs.size()}, {"adjacent_pairs", graph.edges.size()}};
   selection = pipeline::choose(table, graph, options.solver, record);
-  pipeline::write_labels(folder.file("labels.npy"), selection.labels);
+  io::write_npy_as<std::int32_t>(folder.file("labels.npy"), selection.labels);
   return {{{"costs", options.costs.string()},
            {"mesh", options.mesh.string()},
            {"smoothness", options.solver.smoothness},

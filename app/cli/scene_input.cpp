@@ -28,14 +28,24 @@ void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData&
   if (vertices + more.positions.size() > kMost || faces + more.faces.size() > kMost)
     throw InputError(file, "", "with the meshes before it, has more than 4 294 967 295 vertices or faces");
   data.parts.push_back({file, faces, more.faces.size(), vertices, more.positions.size()});
-  if (faces == 0 && vertices == 0) {
+  if (faces == 0 && vertices == 0)
     all = std::move(more);
-    return;
-  }
-  io::append_mesh(all, more);
+  else
+    io::append_mesh(all, more);
 }
 
 }  // namespace
+
+Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_missing_photos) {
+  io::SceneOptions reader = input.reader_options();
+  reader.allow_missing_photos = allow_missing_photos;
+  reader.needed = [&input](std::span<const View> all) {
+    return marked(used_views(all, input.views, input.exclude_views), all.size());
+  };
+  Scene scene = io::read_scene(input.scene, reader);
+  used = used_views(scene.views, input.views, input.exclude_views);
+  return scene;
+}
 
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   record.begin({"read"});
@@ -45,11 +55,8 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   std::vector<std::future<Mesh>> meshes;
   for (const auto& file : files)
     meshes.push_back(std::async(std::launch::async, [&file] { return io::read_mesh(file); }));
-  io::SceneOptions reader = input.reader_options();
-  reader.needed = needs_used_views(input.views, input.exclude_views);
-  data.scene = io::read_scene(input.scene, reader);
+  data.scene = read_views(input, data.used);
   for (const std::string& warning : data.scene.warnings) record.warning(warning);
-  data.used = used_views(data.scene.views, input.views, input.exclude_views);
   data.held_out = held_out_views(data.scene, data.used, input.hold_out);
   std::erase_if(data.used,
                 [&](ViewId id) { return std::binary_search(data.held_out.begin(), data.held_out.end(), id); });
@@ -61,11 +68,11 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   record.counts["used_views"] = data.used.size();
   note_masks(data, record);
   record.counts["held_out_views"] = data.held_out.size();
-  const std::string views = data.used.size() == data.scene.views.size()
-                                ? pipeline::readable_count(data.used.size())
-                                : fmt::format("{} of {}", data.used.size(), data.scene.views.size());
-  const std::string of_meshes = data.parts.size() == 1 ? "" : fmt::format(" of {} meshes", data.parts.size());
-  record.end(fmt::format("{} faces{}, {} views", pipeline::readable_count(data.mesh.faces.size()), of_meshes, views));
+  std::string of_meshes, of_views;
+  if (data.parts.size() > 1) of_meshes = fmt::format(" of {} meshes", data.parts.size());
+  if (data.used.size() < data.scene.views.size()) of_views = fmt::format(" of {}", data.scene.views.size());
+  record.end(fmt::format("{} faces{}, {}{} views", pipeline::readable_count(data.mesh.faces.size()), of_meshes,
+                         pipeline::readable_count(data.used.size()), of_views));
   return data;
 }
 

@@ -27,6 +27,10 @@ struct SceneInputData {
   pipeline::Input input() const { return {scene, mesh, used, parts.front().file}; }
 };
 
+/// Reads the scene; photos must be there for the views that --views and --exclude-views leave, which become `used`. Throws
+/// InputError, UsageError.
+Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_missing_photos = false);
+
 /// Reads meshes and scene at the same time, resolves the view lists and checks that cameras and mesh fit together. Throws
 /// InputError, UsageError.
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record);

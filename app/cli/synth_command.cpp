@@ -93,8 +93,7 @@ void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views,
 
 void write_truth(const SynthOptions& options, const synth::SynthScene& scene, const std::vector<View>& views,
                  pipeline::OutputFolder& folder) {
-  const std::size_t faces = scene.face_surface.size();
-  io::write_npy(folder.file("surfaces.npy"), scene.face_surface, std::span(&faces, 1));
+  io::write_npy_as<std::uint32_t>(folder.file("surfaces.npy"), scene.face_surface);
   synth::write_synth_surfaces(folder.file("surfaces.json"), scene);
   double least = 1, most = 1;
   Json photos = Json::object();

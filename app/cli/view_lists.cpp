@@ -35,9 +35,7 @@ std::vector<std::string> listed(const std::string& list) {
 std::string near_names(std::span<const View> views, const std::string& name) {
   std::vector<std::string> names;
   for (const View& view : views) names.push_back(view.name);
-  std::string text;
-  for (const std::string& near : near_words(name, names, 3)) text += (text.empty() ? "" : ", ") + near;
-  return text;
+  return pipeline::readable_list(near_words(name, names, 3), 3);
 }
 
 // How a list's entry may be read; the first reading that matches a view counts.
@@ -82,12 +80,10 @@ std::vector<ViewId> used_views(std::span<const View> all, const std::string& vie
   return used;
 }
 
-std::function<std::vector<bool>(std::span<const View>)> needs_used_views(std::string views, std::string exclude_views) {
-  return [views = std::move(views), exclude_views = std::move(exclude_views)](std::span<const View> all) {
-    std::vector<bool> needed(all.size(), false);
-    for (const ViewId id : used_views(all, views, exclude_views)) needed[index(id)] = true;
-    return needed;
-  };
+std::vector<bool> marked(std::span<const ViewId> views, std::size_t count) {
+  std::vector<bool> marks(count, false);
+  for (const ViewId id : views) marks[index(id)] = true;
+  return marks;
 }
 
 std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> used, const std::string& hold_out) {

@@ -1,7 +1,6 @@
 // Lists of views on the command line.
 #pragma once
 
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,8 +14,8 @@ namespace gpvc::cli {
 /// similar names, and for an ambiguous one.
 std::vector<ViewId> used_views(std::span<const View> all, const std::string& views, const std::string& exclude_views);
 
-/// used_views() as SceneOptions::needed.
-std::function<std::vector<bool>(std::span<const View>)> needs_used_views(std::string views, std::string exclude_views);
+/// True for each of these views of `count`, as SceneOptions::needed wants it.
+std::vector<bool> marked(std::span<const ViewId> views, std::size_t count);
 
 /// The views of `used` that --hold-out names: for a whole number K of at least 2 the K-th, the 2 K-th and so on, else names
 /// and globs. Throws UsageError for names of no used view, and when no view would be left.

@@ -11,13 +11,6 @@
 namespace gpvc::cli {
 namespace {
 
-void write_classes(const std::filesystem::path& file, std::span<const visibility::FaceClass> classes) {
-  std::vector<std::uint8_t> codes;
-  for (const visibility::FaceClass c : classes) codes.push_back(static_cast<std::uint8_t>(c));
-  const std::size_t shape = codes.size();
-  io::write_npy(file, codes, std::span(&shape, 1));
-}
-
 void write_ivm(const std::filesystem::path& file, const visibility::Ivm& ivm) {
   std::vector<std::uint32_t> faces;
   for (const FaceId face : ivm.faces) faces.push_back(static_cast<std::uint32_t>(face));
@@ -60,11 +53,11 @@ void write_view(const SceneInputData& in, const View& view, const visibility::Vi
   const std::filesystem::path name = pipeline::contained_path(view.name).generic_string() + ".npy";
   const std::span<const visibility::FaceClass> classes(seen.classes);
   if (in.parts.size() == 1) {
-    write_classes(folder.file("visibility" / name), classes);
+    io::write_npy_as<std::uint8_t>(folder.file("visibility" / name), classes);
   } else {
     for (std::size_t m = 0; m < in.parts.size(); ++m)
-      write_classes(folder.file(std::filesystem::path("visibility") / std::to_string(m) / name),
-                    classes.subspan(in.parts[m].first_face, in.parts[m].faces));
+      io::write_npy_as<std::uint8_t>(folder.file(std::filesystem::path("visibility") / std::to_string(m) / name),
+                                     classes.subspan(in.parts[m].first_face, in.parts[m].faces));
   }
   if (ivm) write_ivm(folder.file("ivm" / name), seen.ivm);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <variant>
 
@@ -54,9 +55,11 @@ inline Progress part_of(const Progress& whole, std::size_t before, std::size_t t
   return [&whole, before, total](std::size_t done, std::size_t) { whole(before + done, total); };
 }
 
-/// 1234567 -> "1 234 567".
+/// 1234567 as "1 234 567".
 std::string readable_count(std::size_t count);
 /// "45 s", "2 min 10 s", "3 h 5 min".
 std::string readable_duration(double seconds);
+/// The first `most` of some names: "a, b, c, ...".
+std::string readable_list(std::span<const std::string> names, std::size_t most);
 
 }  // namespace gpvc::pipeline

@@ -14,19 +14,15 @@ io::ColorProfile profile_of_photos(const Input& input, Observer& observer) {
   std::vector<std::uint8_t> differs(input.views.size(), 0);
   tbb::parallel_for(std::size_t{1}, input.views.size(),
                     [&](std::size_t n) { differs[n] = profile_of(n) != first ? 1 : 0; });
-  constexpr std::size_t kHandful = 5;
-  std::string named;
-  std::size_t count = 0;
-  for (std::size_t n = 0; n < differs.size(); ++n) {
-    if (differs[n] == 0) continue;
-    if (++count <= kHandful) named += (named.empty() ? "" : ", ") + view_of(n).name;
-    if (count == kHandful + 1) named += ", ...";
-  }
-  if (count > 0)
+  std::vector<std::string> names;
+  for (std::size_t n = 0; n < differs.size(); ++n)
+    if (differs[n] != 0) names.push_back(view_of(n).name);
+  if (!names.empty())
     observer.warning(
-        fmt::format("{} of {} photos carry another colour profile than {}, {}: {}; colours are not converted", count,
-                    differs.size(), view_of(0).name,
-                    first.empty() ? "which has none, so the pages have none" : "whose profile the pages keep", named));
+        fmt::format("{} of {} photos have another colour profile than {}, {}: {}; colours are not converted",
+                    names.size(), differs.size(), view_of(0).name,
+                    first.empty() ? "which has none, so the pages have none" : "whose profile the pages keep",
+                    readable_list(names, 5)));
   return first;
 }
 

@@ -76,6 +76,12 @@ std::string readable_duration(double seconds) {
   return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
 }
 
+std::string readable_list(std::span<const std::string> names, std::size_t most) {
+  std::string text;
+  for (std::size_t n = 0; n < std::min(most, names.size()); ++n) text += (n == 0 ? "" : ", ") + names[n];
+  return names.size() > most ? text + ", ..." : text;
+}
+
 std::vector<ViewId> all_views(const Scene& scene) {
   std::vector<ViewId> views;
   for (std::uint32_t v = 0; v < scene.views.size(); ++v) views.push_back(ViewId{v});

@@ -132,9 +132,6 @@ struct WrittenModel {
   WorldPoint offset;  ///< to be added to the model's coordinates
 };
 
-/// labels.npy: int32 per face, its view or -1. Throws OutputError.
-void write_labels(const std::filesystem::path& file, std::span<const ViewId> labels);
-
 /// Writes the result into the folder: model.obj, model.mtl, pages, model.glb or its parts, preview.png, labels.npy,
 /// tags.npy, faces.npy and, where they are needed, offset.txt and source_faces.npy. Pages and models are written on other
 /// threads while the preview is drawn. Throws OutputError.

@@ -20,37 +20,11 @@ namespace fs = std::filesystem;
 constexpr int kPreviewWidth = 1600, kPreviewHeight = 1200, kPreviewSamples = 2;
 constexpr std::array<std::uint8_t, 3> kBackground{214, 217, 221};
 
-void write_faces(const fs::path& file, const std::vector<FaceId>& faces) {
-  std::vector<std::uint32_t> values;
-  for (const FaceId face : faces) values.push_back(static_cast<std::uint32_t>(face));
-  const std::size_t shape = values.size();
-  io::write_npy(file, values, std::span(&shape, 1));
-}
-
-void write_tags(const fs::path& file, const std::vector<labeling::FaceTag>& tags) {
-  std::vector<std::uint8_t> values;
-  for (const labeling::FaceTag tag : tags) values.push_back(static_cast<std::uint8_t>(tag));
-  const std::size_t shape = values.size();
-  io::write_npy(file, values, std::span(&shape, 1));
-}
-
-struct Names {
-  fs::path obj, faces, labels, tags, preview;
-  std::vector<io::PageFile> pages;
-};
-
-Names promise_files(OutputFolder& folder, std::size_t pages, io::ImageFormat format) {
-  Names names;
-  names.obj = folder.file("model.obj");
-  folder.file("model.mtl");
-  const char* extension = format == io::ImageFormat::png ? "png" : "jpg";
+std::vector<io::PageFile> promise_pages(OutputFolder& folder, std::size_t pages, io::ImageFormat format) {
+  std::vector<io::PageFile> files;
   for (std::size_t n = 0; n < pages; ++n)
-    names.pages.push_back({folder.file(fmt::format("model_{}.{}", n, extension)), format});
-  names.preview = folder.file("preview.png");
-  names.labels = folder.file("labels.npy");
-  names.tags = folder.file("tags.npy");
-  names.faces = folder.file("faces.npy");
-  return names;
+    files.push_back({folder.file(fmt::format("model_{}.{}", n, name_of(io::kImageFormatNames, format))), format});
+  return files;
 }
 
 Viewpoint write_preview(const fs::path& file, const Input& input, const TexturedMesh& textured, io::UpAxis up,
@@ -127,13 +101,6 @@ void write_offset(const io::ModelOptions& model, OutputFolder& folder) {
 
 }  // namespace
 
-void write_labels(const fs::path& file, std::span<const ViewId> labels) {
-  std::vector<std::int32_t> values;
-  for (const ViewId label : labels) values.push_back(static_cast<std::int32_t>(static_cast<std::uint32_t>(label)));
-  const std::size_t shape = values.size();
-  io::write_npy(file, values, std::span(&shape, 1));
-}
-
 WrittenModel write(const Input& input, const TexturedMesh& textured, const Settings& settings, OutputFolder& folder,
                    Observer& observer) {
   observer.begin({"write"});
@@ -141,32 +108,34 @@ WrittenModel write(const Input& input, const TexturedMesh& textured, const Setti
   const OutputSettings& output = settings.output;
   const io::ColorProfile profile = profile_of_photos(input, observer);
   observer.figure("color_profile_bytes", profile.size());
-  const Names names = promise_files(folder, atlas.pages.size(), output.texture);
+  const fs::path obj_file = folder.file("model.obj");
+  folder.file("model.mtl");
+  const std::vector<io::PageFile> pages = promise_pages(folder, atlas.pages.size(), output.texture);
+  const fs::path preview_file = folder.file("preview.png"), labels_file = folder.file("labels.npy");
+  const fs::path tags_file = folder.file("tags.npy"), faces_file = folder.file("faces.npy");
   const io::ModelOptions model = model_options(input, textured, output);
   write_offset(model, folder);
-  if (!input.mesh.source_face.empty()) {
-    const std::size_t shape = input.mesh.source_face.size();
-    io::write_npy(folder.file("source_faces.npy"), input.mesh.source_face, std::span(&shape, 1));
-  }
+  if (!input.mesh.source_face.empty())
+    io::write_npy_as<std::uint32_t>(folder.file("source_faces.npy"), input.mesh.source_face);
 
-  auto obj = std::async(std::launch::async, [&] { io::write_obj(names.obj, atlas.model, names.pages, model); });
+  auto obj = std::async(std::launch::async, [&] { io::write_obj(obj_file, atlas.model, pages, model); });
   auto arrays = std::async(std::launch::async, [&] {
-    write_labels(names.labels, textured.selection.labels);
-    write_tags(names.tags, textured.tags);
+    io::write_npy_as<std::int32_t>(labels_file, textured.selection.labels);  // kNoView becomes -1
+    io::write_npy_as<std::uint8_t>(tags_file, textured.tags);
   });
   auto gltf = std::async(std::launch::async, [&] {
-    tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) {
+    tbb::parallel_for(std::size_t{0}, pages.size(), [&](std::size_t n) {
       observer.check_cancelled();
-      io::write_image(names.pages[n].file, atlas.pages[n], output.texture, output.quality, profile);
+      io::write_image(pages[n].file, atlas.pages[n], output.texture, output.quality, profile);
     });
     const bool drop = settings.atlas.unseen == atlas::UnseenFaces::drop;
     io::GltfFiles files = io::write_gltf(folder.in_making() / "model", output.gltf,
-                                         drop ? without_unseen(textured) : atlas.model, names.pages, model);
-    write_faces(names.faces, files.faces);
+                                         drop ? without_unseen(textured) : atlas.model, pages, model);
+    io::write_npy_as<std::uint32_t>(faces_file, files.faces);
     files.faces = {};
     return files;
   });
-  const Viewpoint preview = write_preview(names.preview, input, textured, model.up, profile);
+  const Viewpoint preview = write_preview(preview_file, input, textured, model.up, profile);
   obj.get();
   arrays.get();
   promise_gltf(gltf.get(), output.gltf, folder, observer);

@@ -1,51 +1,46 @@
 #include "app/pipeline/undistort.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "io/bilinear.h"
 
 namespace gpvc::pipeline {
 namespace {
 
-/// The outermost and innermost place in the frame of each edge of the photo, which distortion bends.
+/// Where two opposite edges of the photo lie in the frame, along the axis across them. Distortion bends the edges: `out` is
+/// their outermost place, `in` the innermost.
 struct Reach {
-  double left_out, left_in, right_out, right_in, top_out, top_in, bottom_out, bottom_in;
+  double low_out, low_in, high_out, high_in;
 };
 
-/// From the corners of all pixels along the four edges. A place that the lens model shows in no direction ahead of the
-/// camera does not bound the inner rectangle and leaves the outer one unbounded.
-Reach reach_of(const Camera& c) {
-  const double w = c.width, h = c.height;
-  Reach reach{w, -w, 0, 2 * w, h, -h, 0, 2 * h};
-  const auto at = [&c](double x, double y) { return pixel_from_photo(c, {x, y}); };
-  for (int y = 0; y <= c.height; ++y) {
-    const auto left = at(0, y), right = at(w, y);
-    reach.left_out = std::min(reach.left_out, left ? left->x : -w);
-    reach.right_out = std::max(reach.right_out, right ? right->x : 2 * w);
-    if (left) reach.left_in = std::max(reach.left_in, left->x);
-    if (right) reach.right_in = std::min(reach.right_in, right->x);
-  }
-  for (int x = 0; x <= c.width; ++x) {
-    const auto top = at(x, 0), bottom = at(x, h);
-    reach.top_out = std::min(reach.top_out, top ? top->y : -h);
-    reach.bottom_out = std::max(reach.bottom_out, bottom ? bottom->y : 2 * h);
-    if (top) reach.top_in = std::max(reach.top_in, top->y);
-    if (bottom) reach.bottom_in = std::min(reach.bottom_in, bottom->y);
+/// From the corners of all pixels along both edges: `place(at, i)` is where pixel corner i of the edge at `at`, 0 or `size`,
+/// lies in the frame; nullopt if the lens model shows it in no direction ahead of the camera. Such a corner does not bound
+/// the inner rectangle and leaves the outer one unbounded.
+template <class Place>
+Reach reach_of(double size, int corners, const Place& place) {
+  Reach reach{size, -size, 0, 2 * size};
+  for (int i = 0; i <= corners; ++i) {
+    const std::optional<double> low = place(0.0, i), high = place(size, i);
+    reach.low_out = std::min(reach.low_out, low.value_or(-size));
+    reach.high_out = std::max(reach.high_out, high.value_or(2 * size));
+    if (low) reach.low_in = std::max(reach.low_in, *low);
+    if (high) reach.high_in = std::min(reach.high_in, *high);
   }
   return reach;
 }
 
-/// Whole pixels between two places, clamped to half of `size` beyond [0, size] and to `fold` pixels from the centre,
-/// where the lens model folds.
-std::pair<int, int> whole_pixels(double low, double high, int size, double centre, double fold, bool outwards) {
-  low = std::max({low, -0.5 * size, centre - fold});
-  high = std::min({high, 1.5 * size, centre + fold});
-  const double first = outwards ? std::floor(low) : std::ceil(low);
-  const double last = outwards ? std::ceil(high) : std::floor(high);
+/// The whole pixels of a reach, from the first one to behind the last, clamped to half of `size` beyond [0, size] and to
+/// `fold` pixels from the centre, where the lens model folds.
+std::pair<int, int> whole_pixels(const Reach& reach, int size, double centre, double fold, bool all) {
+  const double low = std::max({all ? reach.low_out : reach.low_in, -0.5 * size, centre - fold});
+  const double high = std::min({all ? reach.high_out : reach.high_in, 1.5 * size, centre + fold});
+  const double first = all ? std::floor(low) : std::ceil(low);
+  const double last = all ? std::ceil(high) : std::floor(high);
   return {static_cast<int>(first), std::max(static_cast<int>(last), static_cast<int>(first))};
 }
 
@@ -70,6 +65,17 @@ Blanks blanks_of(const Camera& camera, const FrameWindow& w) {
   return blanks;
 }
 
+/// Calls `use(x, y, place in the photo)` for every pixel of the window that shows something of the photo; TBB.
+template <class Use>
+void for_each_shown_pixel(const Camera& camera, const FrameWindow& window, const Use& use) {
+  tbb::parallel_for(0, window.height, [&](int y) {
+    for (int x = 0; x < window.width; ++x) {
+      const PixelPoint centre{window.x + x + 0.5, window.y + y + 0.5};
+      if (in_photo(camera, centre)) use(x, y, *photo_from_pixel(camera, centre));
+    }
+  });
+}
+
 }  // namespace
 
 bool shows_blank(const Camera& camera, const FrameWindow& window) { return blanks_of(camera, window).any(); }
@@ -78,12 +84,17 @@ FrameWindow frame_window(const Camera& camera, FrameRule rule) {
   const FrameWindow own{0, 0, camera.width, camera.height};
   if (rule == FrameRule::keep || camera.distortion.is_identity()) return own;
   const bool all = rule == FrameRule::all;
-  const Reach reach = reach_of(camera);
+  const auto place = [&camera](double x, double y, double PixelPoint::*axis) -> std::optional<double> {
+    const std::optional<PixelPoint> p = pixel_from_photo(camera, {x, y});
+    return p ? std::optional((*p).*axis) : std::nullopt;
+  };
+  const Reach across =
+      reach_of(camera.width, camera.height, [&](double x, double y) { return place(x, y, &PixelPoint::x); });
+  const Reach down =
+      reach_of(camera.height, camera.width, [&](double y, double x) { return place(x, y, &PixelPoint::y); });
   const double fold = std::sqrt(camera.distortion.max_r2);
-  const auto [x0, x1] = whole_pixels(all ? reach.left_out : reach.left_in, all ? reach.right_out : reach.right_in,
-                                     camera.width, camera.cx, fold * camera.fx, all);
-  const auto [y0, y1] = whole_pixels(all ? reach.top_out : reach.top_in, all ? reach.bottom_out : reach.bottom_in,
-                                     camera.height, camera.cy, fold * camera.fy, all);
+  const auto [x0, x1] = whole_pixels(across, camera.width, camera.cx, fold * camera.fx, all);
+  const auto [y0, y1] = whole_pixels(down, camera.height, camera.cy, fold * camera.fy, all);
   FrameWindow window{x0, y0, x1 - x0, y1 - y0};
   while (!all && window.width > 0 && window.height > 0) {
     const Blanks blanks = blanks_of(camera, window);
@@ -104,46 +115,28 @@ Camera camera_of_window(const Camera& camera, const FrameWindow& window) {
 
 Image undistort_photo(const Image& photo, const Camera& camera, const FrameWindow& window,
                       std::vector<std::uint8_t>& inside) {
-  Image frame;
-  frame.width = window.width;
-  frame.height = window.height;
-  frame.channels = 3;
-  const auto width = static_cast<std::size_t>(window.width);
-  frame.pixels.assign(width * static_cast<std::size_t>(window.height) * 3, 0);
-  inside.assign(width * static_cast<std::size_t>(window.height), 0);
-  tbb::parallel_for(tbb::blocked_range<int>(0, window.height), [&](const tbb::blocked_range<int>& rows) {
-    for (int y = rows.begin(); y < rows.end(); ++y)
-      for (int x = 0; x < window.width; ++x) {
-        const PixelPoint centre{window.x + x + 0.5, window.y + y + 0.5};
-        if (!in_photo(camera, centre)) continue;
-        const PhotoPoint p = *photo_from_pixel(camera, centre);
-        const Rgb color = bilinear(photo, p.x, p.y);
-        for (std::size_t c = 0; c < 3; ++c) frame.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(color[c]));
-        inside[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = 255;
-      }
+  const std::size_t pixels = static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height);
+  Image frame{window.width, window.height, 3, std::vector<std::uint8_t>(3 * pixels)};
+  inside.assign(pixels, 0);
+  for_each_shown_pixel(camera, window, [&](int x, int y, const PhotoPoint& p) {
+    const Rgb color = bilinear(photo, p.x, p.y);
+    for (std::size_t c = 0; c < 3; ++c) frame.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(color[c]));
+    inside[static_cast<std::size_t>(frame.at(x, y) - frame.at(0, 0)) / 3] = 255;
   });
   return frame;
 }
 
 Image undistort_mask(const io::PhotoExclusion* exclusion, const Camera& camera, const FrameWindow& window) {
-  Image mask{window.width, window.height, 1, {}};
-  mask.pixels.assign(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height), 0);
-  tbb::parallel_for(0, window.height, [&](int y) {
-    for (int x = 0; x < window.width; ++x) {
-      const PixelPoint centre{window.x + x + 0.5, window.y + y + 0.5};
-      if (!in_photo(camera, centre)) continue;
-      bool used = true;
-      if (exclusion != nullptr) {
-        const PhotoPoint p = *photo_from_pixel(camera, centre);
-        const double u = std::clamp(p.x - 0.5, 0.0, camera.width - 1.0),
-                     v = std::clamp(p.y - 0.5, 0.0, camera.height - 1.0);
-        const int x0 = static_cast<int>(u), y0 = static_cast<int>(v);
-        const int x1 = u > x0 ? x0 + 1 : x0, y1 = v > y0 ? y0 + 1 : y0;
-        used = !(exclusion->excludes(x0, y0) || exclusion->excludes(x1, y0) || exclusion->excludes(x0, y1) ||
-                 exclusion->excludes(x1, y1));
-      }
-      *mask.at(x, y) = used ? 255 : 0;
-    }
+  const std::size_t pixels = static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height);
+  Image mask{window.width, window.height, 1, std::vector<std::uint8_t>(pixels)};
+  for_each_shown_pixel(camera, window, [&](int x, int y, const PhotoPoint& p) {
+    const double u = std::clamp(p.x - 0.5, 0.0, camera.width - 1.0),
+                 v = std::clamp(p.y - 0.5, 0.0, camera.height - 1.0);
+    const int x0 = static_cast<int>(u), y0 = static_cast<int>(v);
+    const int x1 = u > x0 ? x0 + 1 : x0, y1 = v > y0 ? y0 + 1 : y0;
+    const bool excluded = exclusion != nullptr && (exclusion->excludes(x0, y0) || exclusion->excludes(x1, y0) ||
+                                                   exclusion->excludes(x0, y1) || exclusion->excludes(x1, y1));
+    *mask.at(x, y) = excluded ? 0 : 255;
   });
   return mask;
 }

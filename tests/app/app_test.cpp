@@ -124,7 +124,7 @@ TEST_F(App, InspectLooksAtTheViewsAskedFor) {
   std::vector<std::string> inspect{"inspect", (scene_ / "colmap").string(), "--views", "nobody"};
   EXPECT_EQ(run(inspect).exit_code, 2);
   inspect[3] = "nadir*";
-  EXPECT_TRUE(contains(run(inspect).out, "photos all there"));
+  EXPECT_TRUE(contains(run(inspect).out, "all photos found"));
   inspect[3] = "*";
   EXPECT_TRUE(contains(run(inspect).out, "1 photos missing: east_001.jpg"));
 }

@@ -178,7 +178,7 @@ TEST_F(OutputOptions, PagesKeepThePhotosProfile) {
   io::write_image(photos[1], io::read_image(photos[1]), io::ImageFormat::jpg, 95, any_profile(2));
   ASSERT_EQ(texture("--force"), 0) << said_;
   EXPECT_TRUE(contains(said_, "warning: 2 of " + std::to_string(photos.size()) +
-                                  " photos carry another colour profile than " + photos[0].filename().string() +
+                                  " photos have another colour profile than " + photos[0].filename().string() +
                                   ", whose profile the pages keep: " + photos[1].filename().string() + ", " +
                                   photos[2].filename().string()));
   EXPECT_EQ(io::read_color_profile(out_ / "model_0.jpg"), any_profile(1));
