@@ -18,18 +18,19 @@ bool is_jpeg(const fs::path& file) {
   return extension == ".jpg" || extension == ".jpeg";
 }
 
-/// PNG for all but JPEGs. What follows a dot is part of the name unless it says what kind of image that was.
+/// The name of a photo that is encoded anew: JPEGs stay JPEGs, others become PNGs. Only the extensions of image formats are
+/// replaced; other dots belong to the name.
 std::string resampled_name(fs::path name) {
   if (is_jpeg(name)) return name.string();
   return io::has_image_extension(name) ? name.replace_extension(".png").string() : name.string() + ".png";
 }
 
-// Refuses the first view whose lens the format cannot state, before a photo is read.
+// Refuses the first view whose lens the format cannot express, before a photo is read.
 void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::SceneTarget target) {
   for (const ViewId id : used)
     if (const auto lost = io::lost_term(target, scene.views[index(id)].camera))
       throw InputError(scene.source, scene.views[index(id)].name,
-                       fmt::format("its camera has {}, which the format '{}' cannot state; --undistort writes photos "
+                       fmt::format("its camera has {}, which the format '{}' cannot express; --undistort writes photos "
                                    "and cameras without distortion",
                                    *lost, name_of(io::kSceneTargetNames, target)));
 }
@@ -77,169 +78,155 @@ struct Frame {
   bool blank = false;  ///< some pixels show nothing of the photo
 };
 
+const View& view_of(const Scene& scene, ViewId id) { return scene.views[index(id)]; }
+
 /// The conversion of a scene, its photos and their masks.
 class Conversion {
  public:
   Conversion(const ConvertOptions& options, RunRecord& record, pipeline::OutputFolder& folder)
       : options_(options), record_(record), folder_(folder) {}
-  RunFacts run();
+
+  RunFacts run() {
+    record_.begin({"read"});
+    scene_ = read_views(options_.input, used_);
+    for (const std::string& warning : scene_.warnings) record_.warning(warning);
+    record_.end(fmt::format("{} views", used_.size()));
+    choose_frames();
+    refuse_lost_terms(written_, used_, options_.target);
+    choose_places();
+    warn_of_lost_masks();
+
+    record_.begin({"photos", "photos"});
+    // Without masks, the cache does not paint over excluded pixels.
+    Scene whole = scene_;
+    for (View& view : whole.views) {
+      view.mask.clear();
+      view.uses_alpha = false;
+    }
+    io::PhotoCache photos(whole, options_.input.downscale, 0);
+    for (std::size_t i = 0; i < used_.size(); ++i) {
+      record_.progress(i, used_.size());
+      write_photo(i, photos);
+      write_mask(i);
+    }
+    record_.end(options_.undistort ? "undistorted" : options_.input.downscale > 1 ? "reduced" : "copied");
+
+    if (options_.target == io::SceneTarget::colmap) folder_.file("sparse/cameras.txt");
+    io::write_scene(options_.target, written_, used_, places_, folder_.in_making());
+    folder_.promise_all();
+    record_.counts = {{"views", used_.size()}};
+    return {options_json()};
+  }
 
  private:
-  void read();
-  void choose_frames();
-  void choose_places();
-  void write_photo(std::size_t i, io::PhotoSource& photos);
-  void write_mask(std::size_t i);
-  void warn_of_lost_masks() const;
-  Json options_json() const;
+  /// Views with the same camera get the same frame.
+  void choose_frames() {
+    written_ = scene_;
+    std::vector<std::pair<Camera, Frame>> known;
+    for (const ViewId id : used_) {
+      const Camera& camera = view_of(scene_, id).camera;
+      Frame frame{{0, 0, camera.width, camera.height}, false};
+      const auto same = std::find_if(known.begin(), known.end(), [&](const auto& k) { return k.first == camera; });
+      if (same != known.end()) {
+        frame = same->second;
+      } else if (options_.undistort) {
+        frame.window = pipeline::frame_window(camera, options_.frame);
+        frame.blank = pipeline::shows_blank(camera, frame.window);
+        known.emplace_back(camera, frame);
+        constexpr std::size_t kHandful = 5;
+        if (!camera.distortion.is_identity() && known.size() <= kHandful)
+          record_.note(fmt::format("frame: {} x {} pixels become {} x {}", camera.width, camera.height,
+                                   frame.window.width, frame.window.height));
+      }
+      if (options_.undistort) written_.views[index(id)].camera = pipeline::camera_of_window(camera, frame.window);
+      frames_.push_back(frame);
+    }
+  }
+
+  void choose_places() {
+    if (options_.undistort || options_.input.downscale > 1)
+      for (const ViewId id : used_) {
+        std::string& name = written_.views[index(id)].name;
+        name = resampled_name(name);
+      }
+    places_ = io::photo_places(options_.target, written_, used_);
+    std::set<fs::path> taken;
+    std::vector<fs::path> masks;
+    for (std::size_t i = 0; i < used_.size(); ++i) {
+      const bool masked = has_mask(view_of(scene_, used_[i])) || frames_[i].blank;
+      masks_.push_back(masked ? io::mask_place(options_.target, places_[i]) : std::nullopt);
+      if (!masks_.back()) continue;
+      masks.push_back(*masks_.back());
+      if (!taken.insert(masks.back()).second)
+        throw OutputError(masks.back(), "two photos that differ in their extension alone would need this mask");
+    }
+    refuse_overwriting(options_, scene_, folder_, places_, masks);
+    folder_.protect(input_files(scene_));
+  }
+
+  void warn_of_lost_masks() const {
+    if (options_.target != io::SceneTarget::cam) return;
+    const auto masked =
+        std::count_if(used_.begin(), used_.end(), [&](ViewId id) { return has_mask(view_of(scene_, id)); });
+    if (masked > 0)
+      record_.warning(fmt::format(
+          "mvs-texturing has no masks: it will use the pixels that the masks of {} photos exclude", masked));
+    if (std::any_of(frames_.begin(), frames_.end(), [](const Frame& frame) { return frame.blank; }))
+      record_.warning(
+          "mvs-texturing will use the blank parts of undistorted photos; --frame inside leaves nothing blank");
+  }
+
+  void write_photo(std::size_t i, io::PhotoSource& photos) {
+    const View& view = view_of(scene_, used_[i]);
+    const fs::path file = folder_.file(places_[i]);
+    if (!options_.undistort && options_.input.downscale == 1) return copy_whole(view.photo, file);
+    const io::ImageFormat format = is_jpeg(file) ? io::ImageFormat::jpg : io::ImageFormat::png;
+    const io::ColorProfile profile = io::read_color_profile(view.photo);
+    const auto photo = photos.photo(used_[i]);
+    std::vector<std::uint8_t> inside;
+    if (options_.undistort)
+      io::write_image(file, pipeline::undistort_photo(*photo, view.camera, frames_[i].window, inside), format,
+                      options_.quality, profile);
+    else
+      io::write_image(file, *photo, format, options_.quality, profile);
+  }
+
+  void write_mask(std::size_t i) {
+    const View& view = view_of(scene_, used_[i]);
+    if (!masks_[i]) return;
+    // Masks are written as PNG without alpha, which other programs ignore.
+    const bool unchanged = !options_.undistort && options_.input.downscale == 1 && io::has_plain_mask(view);
+    if (unchanged) return copy_whole(view.mask, folder_.file(*masks_[i]));
+    const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
+    if (!exclusion && !options_.undistort) return;
+    const Image mask = options_.undistort
+                           ? pipeline::undistort_mask(exclusion ? &*exclusion : nullptr, view.camera, frames_[i].window)
+                           : pipeline::mask_image(*exclusion);
+    const bool excludes = std::find(mask.pixels.begin(), mask.pixels.end(), 0) != mask.pixels.end();
+    if (excludes) io::write_image(folder_.file(*masks_[i]), mask, io::ImageFormat::png, 0);
+  }
+
+  Json options_json() const {
+    Json json = scene_json(options_.input);
+    json.erase("mesh");
+    json.erase("hold_out");
+    json["format"] = name_of(io::kSceneTargetNames, options_.target);
+    json["undistort"] = options_.undistort;
+    json["frame"] = name_of(pipeline::kFrameRuleNames, options_.frame);
+    json["quality"] = options_.quality;
+    return json;
+  }
 
   const ConvertOptions& options_;
   RunRecord& record_;
   pipeline::OutputFolder& folder_;
-  Scene scene_, written_;
+  Scene scene_, written_;  ///< as read; with the cameras and names that are written
   std::vector<ViewId> used_;
-  std::vector<Frame> frames_;                   ///< per used view
-  std::vector<fs::path> places_;                ///< per used view
-  std::vector<std::optional<fs::path>> masks_;  ///< per used view; nullopt where it has none, or the format
+  std::vector<Frame> frames_;     ///< per used view
+  std::vector<fs::path> places_;  ///< per used view
+  std::vector<std::optional<fs::path>>
+      masks_;  ///< per used view; nullopt if it has none or the format has no place for it
 };
-
-const View& view_of(const Scene& scene, ViewId id) { return scene.views[index(id)]; }
-
-void Conversion::read() {
-  record_.begin({"read"});
-  scene_ = read_views(options_.input, used_);
-  for (const std::string& warning : scene_.warnings) record_.warning(warning);
-  record_.end(fmt::format("{} views", used_.size()));
-}
-
-/// Views with the same camera get the same frame.
-void Conversion::choose_frames() {
-  written_ = scene_;
-  std::vector<std::pair<Camera, Frame>> known;
-  for (const ViewId id : used_) {
-    const Camera& camera = view_of(scene_, id).camera;
-    Frame frame{{0, 0, camera.width, camera.height}, false};
-    const auto same = std::find_if(known.begin(), known.end(), [&](const auto& k) { return k.first == camera; });
-    if (same != known.end()) {
-      frame = same->second;
-    } else if (options_.undistort) {
-      frame.window = pipeline::frame_window(camera, options_.frame);
-      frame.blank = pipeline::shows_blank(camera, frame.window);
-      known.emplace_back(camera, frame);
-      constexpr std::size_t kHandful = 5;
-      if (!camera.distortion.is_identity() && known.size() <= kHandful)
-        record_.note(fmt::format("frame: {} x {} pixels become {} x {}", camera.width, camera.height,
-                                 frame.window.width, frame.window.height));
-    }
-    if (options_.undistort) written_.views[index(id)].camera = pipeline::camera_of_window(camera, frame.window);
-    frames_.push_back(frame);
-  }
-}
-
-bool has_mask(const View& view) { return !view.mask.empty() || view.uses_alpha; }
-
-void Conversion::choose_places() {
-  if (options_.undistort || options_.input.downscale > 1)
-    for (const ViewId id : used_) {
-      std::string& name = written_.views[index(id)].name;
-      name = resampled_name(name);
-    }
-  places_ = io::photo_places(options_.target, written_, used_);
-  std::set<fs::path> taken;
-  std::vector<fs::path> masks;
-  for (std::size_t i = 0; i < used_.size(); ++i) {
-    const bool masked = has_mask(view_of(scene_, used_[i])) || frames_[i].blank;
-    masks_.push_back(masked ? io::mask_place(options_.target, places_[i]) : std::nullopt);
-    if (!masks_.back()) continue;
-    masks.push_back(*masks_.back());
-    if (!taken.insert(masks.back()).second)
-      throw OutputError(masks.back(), "two photos that differ in their extension alone would need this mask");
-  }
-  refuse_overwriting(options_, scene_, folder_, places_, masks);
-  folder_.protect(input_files(scene_));
-}
-
-void Conversion::warn_of_lost_masks() const {
-  if (options_.target != io::SceneTarget::cam) return;
-  const auto masked =
-      std::count_if(used_.begin(), used_.end(), [&](ViewId id) { return has_mask(view_of(scene_, id)); });
-  if (masked > 0)
-    record_.warning(fmt::format(
-        "mvs-texturing knows no masks: it will use the pixels that the masks of {} photos exclude", masked));
-  if (std::any_of(frames_.begin(), frames_.end(), [](const Frame& frame) { return frame.blank; }))
-    record_.warning(
-        "mvs-texturing will use the blank parts of undistorted photos; --frame inside leaves nothing blank");
-}
-
-void Conversion::write_photo(std::size_t i, io::PhotoSource& photos) {
-  const View& view = view_of(scene_, used_[i]);
-  const fs::path file = folder_.file(places_[i]);
-  if (!options_.undistort && options_.input.downscale == 1) return copy_whole(view.photo, file);
-  const io::ImageFormat format = is_jpeg(file) ? io::ImageFormat::jpg : io::ImageFormat::png;
-  const io::ColorProfile profile = io::read_color_profile(view.photo);
-  const auto photo = photos.photo(used_[i]);
-  std::vector<std::uint8_t> inside;
-  if (options_.undistort)
-    io::write_image(file, pipeline::undistort_photo(*photo, view.camera, frames_[i].window, inside), format,
-                    options_.quality, profile);
-  else
-    io::write_image(file, *photo, format, options_.quality, profile);
-}
-
-void Conversion::write_mask(std::size_t i) {
-  const View& view = view_of(scene_, used_[i]);
-  if (!masks_[i]) return;
-  // Masks are written as PNG without alpha, which other programs ignore.
-  const bool as_it_is = !options_.undistort && options_.input.downscale == 1 && io::has_plain_mask(view);
-  if (as_it_is) return copy_whole(view.mask, folder_.file(*masks_[i]));
-  const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
-  if (!exclusion && !options_.undistort) return;
-  const Image mask = options_.undistort
-                         ? pipeline::undistort_mask(exclusion ? &*exclusion : nullptr, view.camera, frames_[i].window)
-                         : pipeline::mask_image(*exclusion);
-  const bool excludes = std::find(mask.pixels.begin(), mask.pixels.end(), 0) != mask.pixels.end();
-  if (excludes) io::write_image(folder_.file(*masks_[i]), mask, io::ImageFormat::png, 0);
-}
-
-RunFacts Conversion::run() {
-  read();
-  choose_frames();
-  refuse_lost_terms(written_, used_, options_.target);
-  choose_places();
-  warn_of_lost_masks();
-
-  record_.begin({"photos", "photos"});
-  // Photos are written without painting over excluded pixels.
-  Scene whole = scene_;
-  for (View& view : whole.views) {
-    view.mask.clear();
-    view.uses_alpha = false;
-  }
-  io::PhotoCache photos(whole, options_.input.downscale, 0);
-  for (std::size_t i = 0; i < used_.size(); ++i) {
-    record_.progress(i, used_.size());
-    write_photo(i, photos);
-    write_mask(i);
-  }
-  record_.end(options_.undistort ? "undistorted" : options_.input.downscale > 1 ? "reduced" : "copied");
-
-  if (options_.target == io::SceneTarget::colmap) folder_.file("sparse/cameras.txt");
-  io::write_scene(options_.target, written_, used_, places_, folder_.in_making());
-  folder_.promise_all();
-  record_.counts = {{"views", used_.size()}};
-  return {options_json()};
-}
-
-Json Conversion::options_json() const {
-  Json json = scene_json(options_.input);
-  json.erase("mesh");
-  json.erase("hold_out");
-  json["format"] = name_of(io::kSceneTargetNames, options_.target);
-  json["undistort"] = options_.undistort;
-  json["frame"] = name_of(pipeline::kFrameRuleNames, options_.frame);
-  json["quality"] = options_.quality;
-  return json;
-}
 
 }  // namespace
 

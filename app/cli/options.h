@@ -44,12 +44,7 @@ struct SceneInput {
   std::optional<std::filesystem::path> masks_dir;
   bool masks = true;
   io::SceneOptions reader_options() const {
-    io::SceneOptions options;
-    options.images_dir = images_dir;
-    options.downscale = downscale;
-    options.masks_dir = masks_dir;
-    options.masks = masks;
-    return options;
+    return {.images_dir = images_dir, .downscale = downscale, .masks_dir = masks_dir, .masks = masks};
   }
 };
 

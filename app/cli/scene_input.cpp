@@ -11,10 +11,8 @@ namespace gpvc::cli {
 namespace {
 
 void note_masks(const SceneInputData& data, RunRecord& record) {
-  const auto masked = std::count_if(data.used.begin(), data.used.end(), [&](ViewId id) {
-    const View& view = data.scene.views[index(id)];
-    return !view.mask.empty() || view.uses_alpha;
-  });
+  const auto masked = std::count_if(data.used.begin(), data.used.end(),
+                                    [&](ViewId id) { return has_mask(data.scene.views[index(id)]); });
   record.counts["masked_views"] = masked;
   if (masked > 0)
     record.note(fmt::format("masks: {} of {} photos have a mask or an alpha channel", masked, data.used.size()));

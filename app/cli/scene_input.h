@@ -40,6 +40,8 @@ Json scene_json(const SceneInput& input);
 /// The faces and vertices of each mesh.
 Json meshes_json(const SceneInputData& input);
 
+inline bool has_mask(const View& view) { return !view.mask.empty() || view.uses_alpha; }
+
 /// The files a scene was read from: its own files, photos and masks, as canonical paths.
 std::set<std::filesystem::path> input_files(const Scene& scene);
 /// The same with the meshes.

@@ -14,22 +14,22 @@ namespace gpvc::pipeline {
 struct StageInfo {
   std::string name;         ///< "view selection"
   std::string unit = {};    ///< what progress() counts, plural ("views"); empty: the stage reports no progress
-  bool ends_early = false;  ///< progress() is told an upper limit, not the amount of work
+  bool ends_early = false;  ///< the total that progress() reports is an upper limit
 };
 
 using Figure = std::variant<std::size_t, double, std::string>;
 
-/// Hears what a run does. Every function does nothing unless it is overridden. What an override throws stops the run and
-/// passes through to the caller; throw Cancelled to cancel. Functions are called one at a time, from any thread, but for
-/// check_cancelled(), which may be called by several threads at once.
+/// Override the functions of interest; by default they do nothing. An exception thrown by one of them stops the run and
+/// reaches its caller; throw Cancelled to cancel. Calls come one at a time, from any thread, except for check_cancelled(),
+/// which several threads may call at once.
 class Observer {
  public:
   virtual ~Observer() = default;
 
-  /// Stages follow one another; a stage that throws does not end.
+  /// Stages do not overlap. A stage that throws never calls end().
   virtual void begin(const StageInfo& /*stage*/) {}
   virtual void progress(std::size_t /*done*/, std::size_t /*total*/) {}
-  /// `summary`: what the stage made, "12 views"; may be empty.
+  /// `summary`: the result of the stage, "12 views"; may be empty.
   virtual void end(const std::string& /*summary*/) {}
 
   virtual void note(const std::string& /*text*/) {}
@@ -38,13 +38,13 @@ class Observer {
 
   /// A figure of the whole run. A dot in the name groups figures: "tags.seen".
   virtual void figure(const std::string& /*name*/, const Figure& /*value*/) {}
-  /// A figure of the current stage: a part of its time, say.
+  /// A figure of the current stage, such as the time of one of its parts.
   virtual void stage_figure(const std::string& /*name*/, const Figure& /*value*/) {}
 
-  /// Called often where there is nothing to report.
+  /// Called between progress reports, so that a run can be cancelled soon.
   virtual void check_cancelled() {}
 
-  /// progress() as the libraries below take it; valid as long as the observer.
+  /// progress() in the form that io and atlas take; valid as long as the observer.
   Progress reporter() {
     return [this](std::size_t done, std::size_t total) { progress(done, total); };
   }

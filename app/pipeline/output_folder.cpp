@@ -28,9 +28,7 @@ constexpr const char* kEarlier = ".gpvc-earlier-";
 
 // True if the command may write this file at the top of OUT, as far as that is known before it runs.
 bool is_written_by(std::string_view command, const std::string& name) {
-  if (name == "run.json") return true;
-  using Names = std::vector<std::string_view>;
-  static const std::map<std::string_view, Names> kWritten = {
+  static const std::map<std::string_view, std::set<std::string_view>> kWritten = {
       {"texture",
        {"model.obj", "model.mtl", "model.glb", "model.gltf", "model.bin", "preview.png", "views.json", "labels.npy",
         "tags.npy", "faces.npy", "source_faces.npy", "offset.txt"}},
@@ -39,28 +37,12 @@ bool is_written_by(std::string_view command, const std::string& name) {
       {"compare --summarize", {"summary.html", "summary.md", "summary.json"}},
       {"evaluate", {"evaluate.json"}},
       {"label", {"labels.npy"}}};
-  const auto found = kWritten.find(command);
-  if (found == kWritten.end()) return false;
-  const Names& names = found->second;
-  if (std::find(names.begin(), names.end(), name) != names.end()) return true;
+  const auto written = kWritten.find(command);
+  if (name == "run.json" || (written != kWritten.end() && written->second.contains(name))) return true;
   if (command != "texture" || !name.starts_with("model_")) return false;
   const std::size_t end = name.find_first_not_of("0123456789", 6);
   const std::string extension = end == std::string::npos || end == 6 ? "" : name.substr(end);
   return extension == ".png" || extension == ".jpg" || extension == ".bin";
-}
-
-// The run.json of an earlier run; discarded where there is none.
-nlohmann::json earlier_run(const fs::path& out) {
-  std::ifstream in(out / "run.json");
-  return nlohmann::json::parse(in, nullptr, false);
-}
-
-// The command of an earlier run of gpvc; empty where there was none.
-std::string earlier_command(const fs::path& out) {
-  const auto json = earlier_run(out);
-  const bool ours = json.is_object() && json.value("program", nlohmann::json()) == "gpvc";
-  if (!ours || !json.contains("command") || !json["command"].is_string()) return {};
-  return json["command"].get<std::string>();
 }
 
 std::optional<std::string> name_from_json(const nlohmann::json& entry) {
@@ -77,22 +59,30 @@ std::optional<std::string> name_from_json(const nlohmann::json& entry) {
   return name;
 }
 
-// The files that an earlier run.json lists, without names that lead out of the folder.
-std::set<std::string> listed_outputs(const fs::path& out) {
-  std::set<std::string> names;
-  if (earlier_command(out).empty()) return names;
-  const auto json = earlier_run(out);
-  if (!json.contains("outputs") || !json["outputs"].is_array()) return names;
-  for (const auto& entry : json["outputs"]) {
+// The result of an earlier run of gpvc.
+struct EarlierResult {
+  std::string command;          ///< empty: there was none
+  std::set<std::string> files;  ///< that its run.json lists, without names that lead out of the folder
+};
+
+EarlierResult earlier_result(const fs::path& out) {
+  std::ifstream in(out / "run.json");
+  const auto json = nlohmann::json::parse(in, nullptr, false);
+  const bool ours = json.is_object() && json.value("program", nlohmann::json()) == "gpvc";
+  if (!ours || !json.contains("command") || !json["command"].is_string()) return {};
+  EarlierResult earlier{json["command"].get<std::string>(), {}};
+  const nlohmann::json outputs = json.value("outputs", nlohmann::json());
+  if (!outputs.is_array()) return earlier;
+  for (const auto& entry : outputs) {
     const std::optional<std::string> name = name_from_json(entry);
     if (!name) continue;
     try {
-      names.insert(contained_path(*name).generic_string());
+      earlier.files.insert(contained_path(*name).generic_string());
     } catch (const OutputError&) {
       continue;
     }
   }
-  return names;
+  return earlier;
 }
 
 bool is_there(const fs::path& path) { return fs::exists(fs::symlink_status(path)); }
@@ -186,19 +176,25 @@ class MovedFiles {
 
 }  // namespace
 
-OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) : out_(std::move(out)) {
+OutputFolder::OutputFolder(fs::path out) : out_(std::move(out)) {}
+
+// The other constructor has finished: whatever is thrown here, the destructor clears away what was made.
+OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) : OutputFolder(std::move(out)) {
   try {
     create();
     refuse_results_in_the_way(force, command);
     remove_abandoned(out_);
     make_unfinished();
   } catch (const fs::filesystem_error& e) {
-    clear_away();
     throw OutputError(out_, "cannot be written: " + e.code().message());
-  } catch (...) {
-    clear_away();
-    throw;
   }
+}
+
+OutputFolder::~OutputFolder() {
+  std::error_code ignored;
+  if (!unfinished_.empty()) fs::remove_all(unfinished_, ignored);
+  if (lock_ >= 0) close(lock_);
+  for (auto it = created_.rbegin(); it != created_.rend(); ++it) fs::remove(*it, ignored);  // only when empty
 }
 
 void OutputFolder::create() {
@@ -212,9 +208,10 @@ void OutputFolder::create() {
 
 void OutputFolder::refuse_results_in_the_way(bool force, std::string_view command) {
   // Another command's result (a scene, a model) is likely to be the input of something.
-  if (const std::string other = earlier_command(out_); !other.empty() && other != command)
-    throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'; choose another folder", other));
-  listed_ = listed_outputs(out_);
+  const EarlierResult earlier = earlier_result(out_);
+  if (!earlier.command.empty() && earlier.command != command)
+    throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'; choose another folder", earlier.command));
+  listed_ = earlier.files;
   if (!listed_.empty() && !force)
     throw OutputError(out_,
                       fmt::format("already holds a result ({}); choose another folder, or give --force to replace "
@@ -240,15 +237,6 @@ void OutputFolder::make_unfinished() {
     taken = lock.others || !fs::exists(unfinished_);
   }
   const io::OutputFile probe(unfinished_ / "probe");  // throws where no file can be made; removed at once
-}
-
-OutputFolder::~OutputFolder() { clear_away(); }
-
-void OutputFolder::clear_away() {
-  std::error_code ignored;
-  if (!unfinished_.empty()) fs::remove_all(unfinished_, ignored);
-  if (lock_ >= 0) close(lock_);
-  for (auto it = created_.rbegin(); it != created_.rend(); ++it) fs::remove(*it, ignored);  // only when empty
 }
 
 void OutputFolder::refuse_foreign_file(const std::string& name) const {

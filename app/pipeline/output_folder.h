@@ -10,8 +10,8 @@
 
 namespace gpvc::pipeline {
 
-/// Files are made in a hidden folder inside OUT and moved to their final names all together at the end, `run.json` last.
-/// Until then an earlier result stays as it is. A run that fails or is interrupted leaves OUT as it found it.
+/// Files are written to a hidden folder inside OUT and moved to their final names all together at the end, `run.json` last.
+/// Until then an earlier result stays unchanged. A run that fails or is interrupted leaves OUT unchanged.
 class OutputFolder {
  public:
   /// Creates OUT and its parents. Throws OutputError when it cannot be written, when it holds an earlier result and
@@ -23,8 +23,8 @@ class OutputFolder {
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  /// Files that the run reads: neither removed with an earlier result nor replaced by the new one. Throws OutputError
-  /// when the earlier result holds one of them. O(n log n).
+  /// Protects files that the run reads: they are neither removed with an earlier result nor replaced by the new one.
+  /// Throws OutputError when the earlier result holds one of them. O(n log n).
   void protect(const std::set<std::filesystem::path>& inputs);
 
   /// Where to write the file that will be OUT/`relative`; creates its parents. The file is promised from now on. Throws
@@ -32,10 +32,10 @@ class OutputFolder {
   std::filesystem::path file(const std::filesystem::path& relative);
   /// Throws OutputError when OUT/`name` exists and is foreign: no file of the earlier result.
   void refuse_foreign_file(const std::string& name) const;
-  /// The hidden folder. Files that were written there without file() are promised by promise_all().
+  /// The hidden folder. promise_all() promises the files that were written there without file().
   const std::filesystem::path& in_making() const { return unfinished_; }
   void promise_all();
-  /// Promised so far, in the order of file().
+  /// Files promised so far, in the order of the calls.
   const std::vector<std::string>& promised() const { return promised_; }
   const std::filesystem::path& path() const { return out_; }
   /// Files of the earlier result.
@@ -45,14 +45,14 @@ class OutputFolder {
   /// protected or foreign file, and when a file cannot be moved; then the earlier result is back. A run that is killed in
   /// here leaves the earlier files in a hidden folder inside OUT.
   void publish();
-  /// `message` with the names of files in the making replaced by their final names.
+  /// `message` with the path of the hidden folder replaced by OUT, as errors about unfinished files name it.
   std::string with_final_names(std::string message) const;
 
  private:
+  explicit OutputFolder(std::filesystem::path out);
   void create();
   void refuse_results_in_the_way(bool force, std::string_view command);
   void make_unfinished();
-  void clear_away();
 
   std::filesystem::path out_, unfinished_;
   int lock_ = -1;  ///< on unfinished_: shows other runs that it is not abandoned
@@ -62,8 +62,8 @@ class OutputFolder {
   std::set<std::filesystem::path> protected_;  ///< canonical
 };
 
-/// A path below a folder from a name that a scene file gives: keeps sub-folders, refuses what leaves the folder ("..",
-/// a root). Throws OutputError.
+/// The relative path that a name from a scene file stands for. Keeps sub-folders; throws OutputError for a path that leaves
+/// the folder ("..", a root).
 std::filesystem::path contained_path(const std::string& name);
 
 }  // namespace gpvc::pipeline

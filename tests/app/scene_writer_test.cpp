@@ -258,7 +258,7 @@ TEST(Convert, WritesScenesThatReadBackWithoutDistortion) {
     EXPECT_NEAR(scene.views[1].pose.centre.x, -1, 1e-9) << out;
     EXPECT_EQ(io::read_image(scene.views[1].photo).width, 40) << out;
   }
-  EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::mvs, false, "other"), "cannot state"));
+  EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::mvs, false, "other"), "cannot express"));
   EXPECT_FALSE(fs::exists(project.folder.path() / "other"));
 }
 
