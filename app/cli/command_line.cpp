@@ -86,7 +86,7 @@ const CLI::App& reached_command(const CLI::App& app) {
   return *at;
 }
 
-// A sentence on what is wrong with the arguments; CLI11's own where that is clear.
+// One sentence that says what is wrong with the arguments, in CLI11's words where they are clear.
 std::string usage_complaint(const CLI::App& reached, const CLI::ParseError& error) {
   const auto meant = [](const std::string& word, const std::vector<std::string>& words) {
     const auto near = near_words(word, words, 1, 1 + word.size() / 4);

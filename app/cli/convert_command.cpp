@@ -115,7 +115,8 @@ class Conversion {
     io::write_scene(options_.target, written_, used_, places_, folder_.in_making());
     folder_.promise_all();
     record_.counts = {{"views", used_.size()}};
-    return {options_json()};
+    return {.options = options_json(),
+            .result = (options_.out / (options_.target == io::SceneTarget::mvs ? "scene.mvs" : "")).string()};
   }
 
  private:
@@ -234,7 +235,6 @@ void run_convert(const ConvertOptions& options, Console& console) {
   run_command("convert", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) {
     return Conversion(options, record, folder).run();
   });
-  console.result((options.out / (options.target == io::SceneTarget::mvs ? "scene.mvs" : "")).string());
 }
 
 }  // namespace gpvc::cli

@@ -72,15 +72,18 @@ void RunRecord::check_cancelled() { throw_if_interrupted(); }
 
 void run_command(const std::string& name, const CommandOptions& options, Console& console,
                  const std::function<RunFacts(RunRecord& record, pipeline::OutputFolder& folder)>& body) {
+  RunFacts facts;
   pipeline::OutputFolder folder(options.out, options.force, name);
   try {
     RunRecord record(console);
-    const RunFacts facts = body(record, folder);
+    facts = body(record, folder);
     write_run_json(name, options.common, facts, record, folder);
     folder.publish();
   } catch (const OutputError& e) {
     throw std::runtime_error(folder.with_final_names(e.what()));
   }
+  if (!facts.result.empty()) console.result(facts.result);
+  if (!facts.failure.empty()) throw std::runtime_error(facts.failure);
 }
 
 }  // namespace gpvc::cli

@@ -31,14 +31,16 @@ class RunRecord final : public evaluate::RunLog {
   Console& console;
 };
 
-/// What run.json says beside the record.
+/// What a command gives beside its files.
 struct RunFacts {
-  Json options = Json::object();
+  Json options = Json::object();  ///< for run.json, as the device
   Json device = Json::object();
+  std::string result{};   ///< printed once the files have their final names; empty: nothing
+  std::string failure{};  ///< then thrown; empty: none
 };
 
-/// Runs a command whose result is a folder: calls `body`, which writes files into the folder, adds run.json and puts
-/// everything under its final name. Errors name files by their final names.
+/// Runs a command whose result is a folder: calls `body`, which writes files into the folder, adds run.json and gives
+/// everything its final name. Errors name files by their final names.
 void run_command(const std::string& name, const CommandOptions& options, Console& console,
                  const std::function<RunFacts(RunRecord& record, pipeline::OutputFolder& folder)>& body);
 

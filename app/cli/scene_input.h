@@ -23,7 +23,7 @@ struct SceneInputData {
   Scene scene;
   std::vector<ViewId> used;      ///< ascending; the views --views, --exclude-views and --hold-out leave
   std::vector<ViewId> held_out;  ///< ascending
-  /// Borrowed from this.
+  /// Borrows this struct.
   pipeline::Input input() const { return {scene, mesh, used, parts.front().file}; }
 };
 

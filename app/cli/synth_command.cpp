@@ -49,7 +49,7 @@ synth::SynthScene make_scene(const SynthOptions& options) {
   return options.kind == SynthKind::terrain ? synth::make_terrain(layers) : synth::make_slits(layers);
 }
 
-// Every coordinate off by up to `noise_m`, rounded to 2^-20 m.
+// Moves every coordinate by up to `noise_m` and rounds it to 2^-20 m.
 Mesh noisy(Mesh mesh, double noise_m, std::uint32_t seed) {
   constexpr double kGrid = 1048576;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
@@ -133,7 +133,9 @@ RunFacts synthesize(const SynthOptions& options, RunRecord& record, pipeline::Ou
   record.end(
       fmt::format("{} faces of {} surfaces", pipeline::readable_count(scene.mesh.faces.size()), scene.surfaces.size()));
   take_photos(renderer, views, options, record, folder);
-  return {options_json(options)};
+  return {.options = options_json(options),
+          .result = fmt::format("scene   {}\nmesh    {}\nphotos  {}", (options.out / "colmap").string(),
+                                (options.out / "mesh.ply").string(), (options.out / "images").string())};
 }
 
 }  // namespace
@@ -163,11 +165,8 @@ const char* synth_name(SynthKind kind) {
 }
 
 void run_synth(const SynthOptions& options, Console& console) {
-  const std::string command = fmt::format("synth {}", synth_name(options.kind));
-  run_command(command, options, console,
+  run_command(fmt::format("synth {}", synth_name(options.kind)), options, console,
               [&](RunRecord& record, pipeline::OutputFolder& folder) { return synthesize(options, record, folder); });
-  console.result(fmt::format("scene   {}\nmesh    {}\nphotos  {}", (options.out / "colmap").string(),
-                             (options.out / "mesh.ply").string(), (options.out / "images").string()));
 }
 
 }  // namespace gpvc::cli

@@ -1,4 +1,4 @@
-#include <fmt/format.h>
+#include <algorithm>
 
 #include "app/cli/scene_input.h"
 
@@ -39,29 +39,28 @@ Json preview_json(const pipeline::WrittenModel& written) {
   return json;
 }
 
-RunFacts texture(const TextureOptions& options, RunRecord& record, pipeline::OutputFolder& folder) {
-  const SceneInputData in = read_scene_input(options.input, record);
-  folder.protect(input_files(in));
-  io::PhotoCache photos(in.scene, options.input.downscale, pipeline::photo_cache_bytes());
-  pipeline::Settings settings = options.settings;
-  settings.device = options.common.device;
-  const pipeline::TexturedMesh textured = pipeline::texture(in.input(), settings, photos, record);
-  evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
-  const pipeline::WrittenModel written = pipeline::write(in.input(), textured, options.settings, folder, record);
-  record.counts["preview"] = preview_json(written);
-  record.counts["up"] = name_of(io::kUpAxisNames, written.up);
-  record.counts["offset"] = evaluate::point_json(written.offset);
-  return {options_json(options), evaluate::device_json(textured.device)};
-}
-
 }  // namespace
 
 void run_texture(const TextureOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"model.obj"});
-  run_command("texture", options, console,
-              [&](RunRecord& record, pipeline::OutputFolder& folder) { return texture(options, record, folder); });
-  for (const char* name : {"model.obj", "model.glb", "model.gltf", "preview.png"})
-    if (std::filesystem::exists(options.out / name)) console.result((options.out / name).string());
+  run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+    const SceneInputData in = read_scene_input(options.input, record);
+    folder.protect(input_files(in));
+    io::PhotoCache photos(in.scene, options.input.downscale, pipeline::photo_cache_bytes());
+    pipeline::Settings settings = options.settings;
+    settings.device = options.common.device;
+    const pipeline::TexturedMesh textured = pipeline::texture(in.input(), settings, photos, record);
+    evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
+    const pipeline::WrittenModel written = pipeline::write(in.input(), textured, settings, folder, record);
+    record.counts["preview"] = preview_json(written);
+    record.counts["up"] = name_of(io::kUpAxisNames, written.up);
+    record.counts["offset"] = evaluate::point_json(written.offset);
+    std::string models;
+    for (const char* name : {"model.obj", "model.glb", "model.gltf", "preview.png"})
+      if (std::ranges::count(folder.promised(), name) > 0)
+        models += (models.empty() ? "" : "\n") + (options.out / name).string();
+    return {options_json(options), evaluate::device_json(textured.device), models};
+  });
 }
 
 }  // namespace gpvc::cli

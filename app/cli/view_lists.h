@@ -14,7 +14,7 @@ namespace gpvc::cli {
 /// similar names, and for an ambiguous one.
 std::vector<ViewId> used_views(std::span<const View> all, const std::string& views, const std::string& exclude_views);
 
-/// True for each of these views of `count`, as SceneOptions::needed wants it.
+/// A flag for each of `count` views, true for the given ones: the form of SceneOptions::needed.
 std::vector<bool> marked(std::span<const ViewId> views, std::size_t count);
 
 /// The views of `used` that --hold-out names: for a whole number K of at least 2 the K-th, the 2 K-th and so on, else names

@@ -10,14 +10,16 @@
 
 namespace gpvc::pipeline {
 
+/// An axis-aligned bounding box; empty until a point is added.
 struct Box {
   WorldPoint low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   void add(const WorldPoint& p);
 };
 
 Box box_of(const Mesh& mesh);
-/// Of the camera centres.
+/// The bounding box of the camera centres.
 Box box_of(const Scene& scene);
+/// "x LOW .. HIGH, y LOW .. HIGH, z LOW .. HIGH".
 std::string box_text(const Box& box);
 
 /// False if the whole face lies beyond one border of the view's frame or behind the camera. Conservative: true for every

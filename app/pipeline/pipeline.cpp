@@ -11,7 +11,7 @@
 namespace gpvc::pipeline {
 namespace {
 
-// Said before photos are read, so that a user who finds it too much can stop here and set limits.
+// Noted before photos are read, so that a user can stop here and set limits.
 void note_estimate(const atlas::AtlasEstimate& e, Observer& observer) {
   std::string text =
       fmt::format("estimate: {} {} with {:.1f} megatexels in all, {} charts", e.pages, e.pages == 1 ? "page" : "pages",

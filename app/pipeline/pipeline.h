@@ -1,6 +1,6 @@
 // Textures a mesh from calibrated photos. texture() does all of it; see(), choose(), plan(), bake() and write() are its
-// steps, for callers who need one of them alone or who work on a part of the faces and views. Nothing here prints or reads
-// options: an Observer hears what happens.
+// steps, for callers who need one of them alone or who work on a part of the faces and views. Nothing here prints or parses
+// options: progress, messages and figures go to an Observer.
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ struct Settings {
   OutputSettings output;
 };
 
-/// What is textured from which views. Borrows everything.
+/// The mesh to texture and the views to texture it from. Borrows everything.
 struct Input {
   const Scene& scene;
   const Mesh& mesh;
@@ -53,13 +53,13 @@ struct Input {
 std::vector<ViewId> all_views(const Scene& scene);
 
 /// Throws InputError when no view can see the mesh (cameras and mesh in different frames) or when the mesh is inside out;
-/// warns when parts of it are.
+/// warns when parts of it are. O(faces x at most 64 views).
 void check_input(const Input& input, Observer& observer);
 
 /// The byte limit for a PhotoCache: a quarter of the memory, one gigabyte at most.
 std::size_t photo_cache_bytes();
 
-// --- the whole
+// --- all steps
 
 struct TexturedMesh {
   labeling::Selection selection;                   ///< with the view of each face
@@ -68,17 +68,16 @@ struct TexturedMesh {
   std::optional<visibility::DeviceInfo> device{};  ///< that drew the views; empty: they were drawn natively
 };
 
-/// Checks the input and textures it from all views. Throws InputError, GpuError and what
-/// photos and observer throw.
+/// Checks the input and textures it from all views. Throws InputError, GpuError, and what photos and observer throw.
 TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& settings, io::PhotoSource& photos,
                      Observer& observer);
 
-/// Textures an input that was checked.
+/// Textures an input that check_input() accepts.
 TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer);
 
 // --- the steps
 
-/// Adjacency of the faces, with the weights of a seam between them.
+/// Pairs of adjacent faces, each with the weight of a seam between the two.
 labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weights, Observer& observer);
 
 struct Seen {
@@ -90,41 +89,41 @@ struct Seen {
 };
 
 struct SeeOptions {
-  /// Faces that get candidates, ascending; empty: all. All faces of the mesh occlude and take part in judging outliers
-  /// and in the scale of the costs, so that the candidates are those of a run over all faces.
+  /// Faces that get candidates, ascending; empty: all. All faces of the mesh occlude and enter the outlier test and the
+  /// scale of the costs, so that the candidates are those of a run over all faces.
   std::span<const FaceId> faces = {};
   /// Called for each view once it is classified, on the caller's thread.
   std::function<void(ViewId, const visibility::ViewVisibility&)> on_view = {};
 };
 
-/// Visibility and candidates, view after view: while one is drawn, the costs of the one before are computed and the next
-/// photo is decoded. Throws InputError where no view sees any face.
+/// Visibility and candidates, view after view: while one is drawn, its photo is decoded and the costs of the view before are
+/// computed. Throws InputError if no view sees any face, GpuError.
 Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer,
          const SeeOptions& options = {});
 
-/// Faces by tag: seen, partial, unseen.
+/// The numbers of faces tagged seen, partial and unseen.
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);
 
-/// One view per face. `fixed`: empty, or a view per face that the face must keep, kNoView for the faces to decide.
+/// Chooses one view per face. `fixed`: empty, or per face the view that it must keep, kNoView where one is to be chosen.
 labeling::Selection choose(const labeling::CostTable& costs, const labeling::FaceGraph& graph,
                            const labeling::SolverOptions& options, Observer& observer,
                            std::span<const ViewId> fixed = {});
 
-/// What plan() and bake() are given after see() and choose(). Borrows all.
+/// The input of plan() and bake(), from the results of see() and choose(). Borrows everything.
 atlas::AtlasInput atlas_input(const Input& input, io::PhotoSource& photos, const labeling::FaceGraph& graph,
                               const Seen& seen, std::span<const ViewId> labels);
 
-/// Charts and their places on pages; notes what they take before any photo is read.
+/// Places charts on pages and notes how many pages and texels they take. Reads no photo.
 atlas::AtlasPlan plan(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer);
 
-/// Levels the seams and bakes the pages of a plan; input and options are what it was made from.
+/// Levels the seams and bakes the pages of a plan. \pre input and options are those of the plan
 atlas::TextureAtlas bake(const atlas::AtlasPlan& plan, const atlas::AtlasInput& input,
                          const atlas::AtlasOptions& options, Observer& observer);
 
-/// plan() and bake() as one stage.
+/// plan() and bake(), reported as one stage.
 atlas::TextureAtlas make_atlas(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer);
 
-/// What write() decided on the way.
+/// What write() chose for the files.
 struct WrittenModel {
   Viewpoint preview;  ///< of preview.png
   std::array<std::uint8_t, 3> background{};

@@ -84,33 +84,52 @@ double texels_per_pixel(const TexelPlane& plane, double u, double v, double weig
   return std::max(along_x, along_y) / std::abs(weight);
 }
 
-/// The page's smaller levels, each half as wide and high as the one before.
-std::vector<Image> smaller_levels(const Image& page) {
-  std::vector<Image> levels;
-  for (const Image* last = &page; std::min(last->width, last->height) > 1; last = &levels.back())
-    levels.push_back(io::reduce_image(*last, 2));
-  return levels;
-}
+/// A page and its smaller levels, each half as wide and high as the one before.
+struct Mipmap {
+  const Image* page;
+  std::vector<Image> smaller{};
+
+  void build() {
+    for (const Image* last = page; std::min(last->width, last->height) > 1; last = &smaller.back())
+      smaller.push_back(io::reduce_image(*last, 2));
+  }
+  /// At texel (u, v) of the page.
+  Rgb at(std::size_t level, double u, double v) const {
+    const double scale = std::ldexp(1.0, -static_cast<int>(level));
+    return bilinear(level == 0 ? *page : smaller[level - 1], u * scale, v * scale);
+  }
+  Rgb trilinear(double u, double v, double level) const {
+    if (!(level > 0)) return at(0, u, v);
+    level = std::min(level, static_cast<double>(smaller.size()));
+    const auto finer = static_cast<std::size_t>(level);
+    const double coarser_share = level - static_cast<double>(finer);
+    Rgb color = at(finer, u, v);
+    if (coarser_share == 0) return color;
+    const Rgb coarser = at(finer + 1, u, v);
+    for (std::size_t c = 0; c < 3; ++c) color[c] += coarser_share * (coarser[c] - color[c]);
+    return color;
+  }
+};
 
 class Shader {
  public:
   Shader(const io::TexturedModel& model, const std::vector<Image>& pages, const Camera& camera, const Pose& pose,
          const RenderOptions& options)
-      : model_(model), pages_(pages), camera_(camera), pose_(pose), options_(options), levels_(pages.size()) {
-    if (options.mipmaps)
-      tbb::parallel_for(std::size_t{0}, pages.size(), [&](std::size_t n) { levels_[n] = smaller_levels(pages[n]); });
+      : model_(model), camera_(camera), pose_(pose), options_(options) {
+    for (const Image& page : pages) pages_.push_back({&page});
+    if (options.mipmaps) tbb::parallel_for(std::size_t{0}, pages_.size(), [&](std::size_t n) { pages_[n].build(); });
   }
 
   /// Colours a row of pixels from the faces they show.
   void shade(int y, std::span<const FaceId> faces, std::uint8_t* rgb, std::uint8_t* textured) const {
     FaceId last = kNoFace;
-    const Image* page = nullptr;
+    const Mipmap* page = nullptr;
     TexelPlane plane;
     for (std::size_t x = 0; x < faces.size(); ++x, rgb += 3) {
       if (faces[x] != last) {
         last = faces[x];
         page = last == kNoFace ? nullptr : page_of(last);
-        if (page) plane = texel_plane(model_, last, *page, camera_, pose_);
+        if (page) plane = texel_plane(model_, last, *page->page, camera_, pose_);
       }
       if (!page) {
         std::copy(options_.background.begin(), options_.background.end(), rgb);
@@ -120,43 +139,23 @@ class Shader {
       const double px = static_cast<double>(x) + 0.5, py = y + 0.5;
       const double weight = plane.weight.at(px, py);
       const double u = plane.u.at(px, py) / weight, v = plane.v.at(px, py) / weight;
-      const Rgb color = options_.mipmaps ? trilinear(*page, u, v, std::log2(texels_per_pixel(plane, u, v, weight)))
-                                         : bilinear(*page, u, v);
+      const Rgb color = options_.mipmaps ? page->trilinear(u, v, std::log2(texels_per_pixel(plane, u, v, weight)))
+                                         : page->at(0, u, v);
       for (std::size_t c = 0; c < 3; ++c) rgb[c] = static_cast<std::uint8_t>(color[c] + 0.5);
     }
   }
 
  private:
-  const Image* page_of(FaceId face) const {
+  const Mipmap* page_of(FaceId face) const {
     const std::uint32_t page = model_.face_page[gpvc::index(face)];
     return page < pages_.size() ? &pages_[page] : nullptr;
   }
 
-  Rgb at_level(const Image& page, double u, double v, std::size_t level) const {
-    if (level == 0) return bilinear(page, u, v);
-    const double scale = std::ldexp(1.0, -static_cast<int>(level));
-    return bilinear(levels_[static_cast<std::size_t>(&page - pages_.data())][level - 1], u * scale, v * scale);
-  }
-
-  Rgb trilinear(const Image& page, double u, double v, double level) const {
-    const auto smallest = static_cast<double>(levels_[static_cast<std::size_t>(&page - pages_.data())].size());
-    if (!(level > 0)) return bilinear(page, u, v);
-    level = std::min(level, smallest);
-    const auto finer = static_cast<std::size_t>(level);
-    const double coarser_share = level - static_cast<double>(finer);
-    Rgb color = at_level(page, u, v, finer);
-    if (coarser_share == 0) return color;
-    const Rgb coarser = at_level(page, u, v, finer + 1);
-    for (std::size_t c = 0; c < 3; ++c) color[c] += coarser_share * (coarser[c] - color[c]);
-    return color;
-  }
-
   const io::TexturedModel& model_;
-  const std::vector<Image>& pages_;
+  std::vector<Mipmap> pages_;
   const Camera& camera_;
   const Pose& pose_;
   const RenderOptions& options_;
-  std::vector<std::vector<Image>> levels_;  ///< per page, without the page itself
 };
 
 /// The item buffer of the faces that the camera looks at from in front.

@@ -56,7 +56,7 @@ Viewpoint write_preview(const fs::path& file, const Input& input, const Textured
   const RenderResult render =
       render_model(textured.atlas.model, textured.atlas.pages, view.camera, view.pose, {true, true, kBackground});
   io::write_image(file, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile);
-  // As drawn, at the size of the picture.
+  // The camera of the picture, which is drawn larger and then reduced.
   constexpr double kSamples = kPreviewSamples;
   Camera& camera = view.camera;
   camera.width = kPreviewWidth;

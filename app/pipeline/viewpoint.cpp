@@ -39,7 +39,7 @@ double spread(const Scene& scene, std::span<const ViewId> used, const WorldPoint
 }
 
 // True for photos taken on the ground: upright cameras whose places differ least in height. The photos of one flight strip
-// share their up direction, too, but are spread along it. Too few photos cannot be told apart.
+// share their up direction, too, but are spread along it. Two photos are too few to decide.
 bool stand_upright(const Scene& scene, std::span<const ViewId> used, const MeanCamera& mean) {
   if (used.size() < 3 || length(mean.up) < 0.9) return false;
   const WorldPoint up = unit(mean.up);
