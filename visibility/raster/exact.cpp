@@ -26,74 +26,68 @@ TwoTerms two_product(double a, double b) {
   return {product, std::fma(a, b, -product)};
 }
 
-using Expansion = std::vector<double>;
+class Expansion {
+ public:
+  Expansion() = default;
+  explicit Expansion(double value) { add(value); }
 
-/// Shewchuk's GROW-EXPANSION with zero elimination.
-void add(Expansion& expansion, double value) {
-  std::size_t kept = 0;
-  for (const double term : expansion) {
-    const TwoTerms sum = two_sum(value, term);
-    value = sum.high;
-    if (sum.low != 0) expansion[kept++] = sum.low;
+  /// The sign of the largest term, which exceeds the others together.
+  int sign() const { return terms_.empty() ? 0 : (terms_.back() > 0 ? 1 : -1); }
+
+  friend Expansion operator+(Expansion a, const Expansion& b) {
+    for (const double term : b.terms_) a.add(term);
+    return a;
   }
-  expansion.resize(kept);
-  if (value != 0) expansion.push_back(value);
-}
+  friend Expansion operator-(Expansion a, const Expansion& b) {
+    for (const double term : b.terms_) a.add(-term);
+    return a;
+  }
+  friend Expansion operator*(const Expansion& a, const Expansion& b) {
+    Expansion result;
+    for (const double x : a.terms_)
+      for (const double y : b.terms_) {
+        const TwoTerms terms = two_product(x, y);
+        result.add(terms.low);
+        result.add(terms.high);
+      }
+    return result;
+  }
 
-Expansion sum(Expansion a, const Expansion& b, double sign = 1) {
-  for (const double term : b) add(a, sign * term);
-  return a;
-}
-
-Expansion product(const Expansion& a, const Expansion& b) {
-  Expansion result;
-  for (const double x : a)
-    for (const double y : b) {
-      const TwoTerms terms = two_product(x, y);
-      if (terms.low != 0) add(result, terms.low);
-      add(result, terms.high);
+ private:
+  /// Shewchuk's GROW-EXPANSION with zero elimination.
+  void add(double value) {
+    std::size_t kept = 0;
+    for (const double term : terms_) {
+      const TwoTerms sum = two_sum(value, term);
+      value = sum.high;
+      if (sum.low != 0) terms_[kept++] = sum.low;
     }
-  return result;
-}
+    terms_.resize(kept);
+    if (value != 0) terms_.push_back(value);
+  }
 
-/// The sign of the largest term, which exceeds the others together.
-int sign(const Expansion& a) { return a.empty() ? 0 : (a.back() > 0 ? 1 : -1); }
-
-Expansion difference(double a, double b) {
-  const TwoTerms terms = two_sum(a, -b);
-  Expansion result;
-  if (terms.low != 0) result.push_back(terms.low);
-  if (terms.high != 0) result.push_back(terms.high);
-  return result;
-}
-
-/// coordinate - position * depth
-Expansion seen_from(double coordinate, double position, double depth) {
-  const TwoTerms terms = two_product(-position, depth);
-  Expansion result;
-  if (terms.low != 0) add(result, terms.low);
-  add(result, terms.high);
-  add(result, coordinate);
-  return result;
-}
-
-struct ExactEdges {
-  std::array<Expansion, 3> a, b, e;
+  std::vector<double> terms_;
 };
 
-Expansion exact_edge(const std::array<Expansion, 3>& a, const std::array<Expansion, 3>& b, std::size_t k) {
-  const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-  return sum(product(a[j], b[i]), product(a[i], b[j]), -1);
-}
+/// EdgeValues of a face at a point, in another number type.
+template <class Number>
+struct Edges {
+  std::array<Number, 3> a, b, e;
+};
 
-ExactEdges exact_edges(const FacePoint& point) {
-  ExactEdges edges;
+template <class Number>
+Edges<Number> edges_at(const FacePoint& point) {
+  Edges<Number> edges;
+  const Number px(point.px), py(point.py);
   for (std::size_t k = 0; k < 3; ++k) {
     const ProjectedVertex& v = point.face->vertex[k];
-    edges.a[k] = seen_from(v.u, point.px, v.z);
-    edges.b[k] = seen_from(v.v, point.py, v.z);
+    edges.a[k] = Number(v.u) - px * Number(v.z);
+    edges.b[k] = Number(v.v) - py * Number(v.z);
   }
-  for (std::size_t k = 0; k < 3; ++k) edges.e[k] = exact_edge(edges.a, edges.b, k);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+    edges.e[k] = edges.a[j] * edges.b[i] - edges.a[i] * edges.b[j];
+  }
   return edges;
 }
 
@@ -108,36 +102,35 @@ std::optional<bool> inside_by_signs(const Edge& edge, const GradientX& gradient_
   return *side > 0;
 }
 
-bool inside_by_expansions(const FacePoint& point, const ExactEdges& edges, std::size_t k) {
+bool inside_by_expansions(const FacePoint& point, const Edges<Expansion>& edges, std::size_t k) {
   const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-  const Expansion zi{point.face->vertex[i].z}, zj{point.face->vertex[j].z};
-  const auto sign_of = [](const Expansion& a, const Expansion& b, const Expansion& c, const Expansion& d) {
-    return std::optional<int>(sign(sum(product(a, b), product(c, d), -1)));
-  };
-  return *inside_by_signs([&] { return std::optional<int>(sign(edges.e[k])); },
-                          [&] { return sign_of(zi, edges.b[j], zj, edges.b[i]); },
-                          [&] { return sign_of(zj, edges.a[i], zi, edges.a[j]); });
+  const Expansion zi(point.face->vertex[i].z), zj(point.face->vertex[j].z);
+  const auto sign_of = [](const Expansion& value) { return std::optional<int>(value.sign()); };
+  return *inside_by_signs([&] { return sign_of(edges.e[k]); },
+                          [&] { return sign_of(zi * edges.b[j] - zj * edges.b[i]); },
+                          [&] { return sign_of(zj * edges.a[i] - zi * edges.a[j]); });
 }
 
 bool covers_by_expansions(const FacePoint& point) {
-  const ExactEdges edges = exact_edges(point);
+  const auto edges = edges_at<Expansion>(point);
   for (std::size_t k = 0; k < 3; ++k)
     if (!inside_by_expansions(point, edges, k)) return false;
   return true;
 }
 
+/// The depth of each plane is z0 + n / s, see PlaneDepth.
 int compare_by_expansions(const FacePoint& f, const FacePoint& g) {
-  const auto plane = [](const FacePoint& point, Expansion& s, Expansion& n) {
-    const ExactEdges edges = exact_edges(point);
+  const auto plane = [](const FacePoint& point, Expansion& z0, Expansion& n, Expansion& s) {
+    const auto edges = edges_at<Expansion>(point);
     const auto& v = point.face->vertex;
-    s = sum(sum(edges.e[0], edges.e[1]), edges.e[2]);
-    n = sum(product(difference(v[1].z, v[0].z), edges.e[1]), product(difference(v[2].z, v[0].z), edges.e[2]));
+    z0 = Expansion(v[0].z);
+    n = (Expansion(v[1].z) - z0) * edges.e[1] + (Expansion(v[2].z) - z0) * edges.e[2];
+    s = edges.e[0] + edges.e[1] + edges.e[2];
   };
-  Expansion sf, nf, sg, ng;
-  plane(f, sf, nf);
-  plane(g, sg, ng);
-  const Expansion apart = product(difference(f.face->vertex[0].z, g.face->vertex[0].z), product(sf, sg));
-  return sign(sum(sum(apart, product(nf, sg)), product(ng, sf), -1));
+  Expansion zf, nf, sf, zg, ng, sg;
+  plane(f, zf, nf, sf);
+  plane(g, zg, ng, sg);
+  return ((zf - zg) * (sf * sg) + nf * sg - ng * sf).sign();
 }
 
 // --- ties on a lattice
@@ -208,12 +201,6 @@ template <class Real>
 constexpr Real kRoundoff = std::numeric_limits<Real>::epsilon() / 2;
 
 template <class Real>
-struct Values {
-  std::array<Real, 3> a, b, e;
-  Real error;
-};
-
-template <class Real>
 Real largest(const std::array<Real, 3>& v) {
   return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
 }
@@ -229,23 +216,11 @@ Real edge_error(const RasterFace& face, Real px, Real py, const std::array<Real,
   return 4 * (am * db + bm * da) + 8 * kRoundoff<Real> * am * bm;
 }
 
-Values<long double> long_values(const FacePoint& point) {
-  Values<long double> values;
-  const long double px = point.px, py = point.py;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const ProjectedVertex& v = point.face->vertex[k];
-    values.a[k] = v.u - px * v.z;
-    values.b[k] = v.v - py * v.z;
-  }
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-    values.e[k] = values.a[j] * values.b[i] - values.a[i] * values.b[j];
-  }
-  values.error = edge_error<long double>(*point.face, px, py, values.a, values.b);
-  return values;
+long double edge_error(const FacePoint& point, const Edges<long double>& edges) {
+  return edge_error<long double>(*point.face, point.px, point.py, edges.a, edges.b);
 }
 
-/// Whether edge values with these errors are certainly those of a covered point; nothing when that is not certain.
+/// True when edge values with this error are certainly those of a covered point, false when certainly not.
 template <class Real>
 std::optional<bool> certainly_covers(const std::array<Real, 3>& e, Real error) {
   if (e[0] > error && e[1] > error && e[2] > error) return true;
@@ -319,8 +294,8 @@ bool covers_exactly(const FacePoint& point) {
   return first_certain([&] { return certainly_covers<double>(point.values.e, point.error); },
                        [&] { return covers_on_lattice(point); },
                        [&] {
-                         const Values<long double> longer = long_values(point);
-                         return certainly_covers<long double>(longer.e, longer.error);
+                         const auto edges = edges_at<long double>(point);
+                         return certainly_covers<long double>(edges.e, edge_error(point, edges));
                        },
                        [&] { return covers_by_expansions(point); });
 }
@@ -330,9 +305,9 @@ int compare_depth_exactly(const FacePoint& f, const FacePoint& g) {
       [&] { return compare(depth<double>(*f.face, f.values.e, f.error), depth<double>(*g.face, g.values.e, g.error)); },
       [&] { return same_depth_everywhere(*f.face, *g.face) ? std::optional(0) : std::nullopt; },
       [&] {
-        const Values<long double> longer_f = long_values(f), longer_g = long_values(g);
-        return compare(depth<long double>(*f.face, longer_f.e, longer_f.error),
-                       depth<long double>(*g.face, longer_g.e, longer_g.error));
+        const auto of_f = edges_at<long double>(f), of_g = edges_at<long double>(g);
+        return compare(depth<long double>(*f.face, of_f.e, edge_error(f, of_f)),
+                       depth<long double>(*g.face, of_g.e, edge_error(g, of_g)));
       },
       [&] { return compare_by_expansions(f, g); });
 }
