@@ -25,18 +25,15 @@ constexpr std::size_t kPacket = 16;
 constexpr int kSquare = 4;
 
 const char* reason(RTCError error) {
-  switch (error) {
-    case RTC_ERROR_OUT_OF_MEMORY:
-      return "out of memory";
-    case RTC_ERROR_UNSUPPORTED_CPU:
-      return "this processor is not supported";
-    case RTC_ERROR_INVALID_ARGUMENT:
-      return "invalid argument";
-    case RTC_ERROR_INVALID_OPERATION:
-      return "invalid operation";
-    default:
-      return "unknown error";
-  }
+  constexpr std::pair<RTCError, const char*> kReasons[] = {
+      {RTC_ERROR_OUT_OF_MEMORY, "out of memory"},
+      {RTC_ERROR_UNSUPPORTED_CPU, "this processor is not supported"},
+      {RTC_ERROR_INVALID_ARGUMENT, "invalid argument"},
+      {RTC_ERROR_INVALID_OPERATION, "invalid operation"},
+  };
+  for (const auto& [known, text] : kReasons)
+    if (known == error) return text;
+  return "unknown error";
 }
 
 void set_ray(RTCRay16& ray, std::size_t lane, const std::array<float, 3>& from, const std::array<double, 3>& direction,

@@ -185,15 +185,8 @@ void GpuClassifier::set_image(const GlProgram& program, const PreparedView& view
 }
 
 void GpuClassifier::project(const Pose& pose, const Camera& camera) {
-  std::array<double, 12> pose_values{};
-  std::copy(pose.rotation.begin(), pose.rotation.end(), pose_values.begin());
-  pose_values[9] = pose.centre.x;
-  pose_values[10] = pose.centre.y;
-  pose_values[11] = pose.centre.z;
-  const std::array<double, 4> intrinsics{camera.fx, camera.fy, camera.cx, camera.cy};
+  set_camera(project_program_, camera, pose);
   glUseProgram(project_program_.name());
-  glUniform1dv(uniform_location(project_program_, "pose"), 12, pose_values.data());
-  glUniform1dv(uniform_location(project_program_, "intrinsics"), 4, intrinsics.data());
   glBindTextureUnit(kVertices, positions_texture_.name());
   for (std::size_t first = 0; first < mesh_.positions.size(); first += vertices_per_dispatch_) {
     const std::size_t count = std::min(vertices_per_dispatch_, mesh_.positions.size() - first);

@@ -1,4 +1,4 @@
-#include "visibility/gl/egl_context.h"
+// OpenGL 4.5 core contexts from EGL, without window, surface or display server.
 
 #include <dlfcn.h>
 #include <epoxy/egl.h>
@@ -13,7 +13,9 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "visibility/device.h"
 #include "visibility/gl/gl_objects.h"
 
 namespace gpvc::visibility {
@@ -33,35 +35,24 @@ std::string missing_libraries() {
 }
 
 std::string egl_error_name(EGLint code) {
-  switch (code) {
-    case EGL_SUCCESS:
-      return "EGL_SUCCESS";
-    case EGL_NOT_INITIALIZED:
-      return "EGL_NOT_INITIALIZED";
-    case EGL_BAD_ACCESS:
-      return "EGL_BAD_ACCESS";
-    case EGL_BAD_ALLOC:
-      return "EGL_BAD_ALLOC";
-    case EGL_BAD_ATTRIBUTE:
-      return "EGL_BAD_ATTRIBUTE";
-    case EGL_BAD_CONFIG:
-      return "EGL_BAD_CONFIG";
-    case EGL_BAD_CONTEXT:
-      return "EGL_BAD_CONTEXT";
-    case EGL_BAD_DISPLAY:
-      return "EGL_BAD_DISPLAY";
-    case EGL_BAD_MATCH:
-      return "EGL_BAD_MATCH";
-    case EGL_BAD_PARAMETER:
-      return "EGL_BAD_PARAMETER";
-    case EGL_CONTEXT_LOST:
-      return "EGL_CONTEXT_LOST";
-    default: {
-      std::array<char, 16> text{};
-      std::snprintf(text.data(), text.size(), "0x%04x", static_cast<unsigned>(code));
-      return text.data();
-    }
-  }
+  constexpr std::pair<EGLint, const char*> kNames[] = {
+      {EGL_SUCCESS, "EGL_SUCCESS"},
+      {EGL_NOT_INITIALIZED, "EGL_NOT_INITIALIZED"},
+      {EGL_BAD_ACCESS, "EGL_BAD_ACCESS"},
+      {EGL_BAD_ALLOC, "EGL_BAD_ALLOC"},
+      {EGL_BAD_ATTRIBUTE, "EGL_BAD_ATTRIBUTE"},
+      {EGL_BAD_CONFIG, "EGL_BAD_CONFIG"},
+      {EGL_BAD_CONTEXT, "EGL_BAD_CONTEXT"},
+      {EGL_BAD_DISPLAY, "EGL_BAD_DISPLAY"},
+      {EGL_BAD_MATCH, "EGL_BAD_MATCH"},
+      {EGL_BAD_PARAMETER, "EGL_BAD_PARAMETER"},
+      {EGL_CONTEXT_LOST, "EGL_CONTEXT_LOST"},
+  };
+  for (const auto& [known, name] : kNames)
+    if (known == code) return name;
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "0x%04x", static_cast<unsigned>(code));
+  return text.data();
 }
 
 GpuError egl_failure(const std::string& call, const std::string& meaning) {
@@ -83,6 +74,12 @@ template <class Function>
 Function egl_function(const char* name) {
   return reinterpret_cast<Function>(eglGetProcAddress(name));
 }
+
+/// A way to get a context: an EGL device, or Mesa's surfaceless platform.
+struct EglPlatform {
+  EGLenum platform = 0;           ///< EGL_PLATFORM_*
+  EGLDeviceEXT device = nullptr;  ///< nullptr: the default display of the platform
+};
 
 EGLDisplay open_display(const EglPlatform& platform) {
   const auto get_display = egl_function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
@@ -137,26 +134,45 @@ bool is_software(const std::string& renderer) {
   return false;
 }
 
-}  // namespace
-
-struct EglContext::Display {
-  explicit Display(const EglPlatform& platform) : handle(open_display(platform)) {
+/// A reference to the display of a platform.
+struct EglDisplay {
+  explicit EglDisplay(const EglPlatform& platform) : handle(open_display(platform)) {
     const std::lock_guard lock(display_mutex);
     if (!eglInitialize(handle, nullptr, nullptr))
       throw egl_failure("eglInitialize", "the driver of this device cannot be initialized");
     ++display_users()[handle];
   }
-  ~Display() {
+  ~EglDisplay() {
     const std::lock_guard lock(display_mutex);
     if (--display_users()[handle] == 0) eglTerminate(handle);
   }
-  Display(const Display&) = delete;
-  Display& operator=(const Display&) = delete;
+  EglDisplay(const EglDisplay&) = delete;
+  EglDisplay& operator=(const EglDisplay&) = delete;
   EGLDisplay handle;
 };
 
-EglContext::EglContext(const EglPlatform& platform) : display_(std::make_unique<Display>(platform)) {
-  const EGLDisplay display = display_->handle;
+/// A context, current on the thread that made it.
+class EglContext {
+ public:
+  /// Throws GpuError naming the EGL call that failed and its code.
+  explicit EglContext(const EglPlatform& platform);
+  ~EglContext();
+  EglContext(const EglContext&) = delete;
+  EglContext& operator=(const EglContext&) = delete;
+
+  /// Makes the context current on the calling thread. Throws GpuError when it is current on another one.
+  void make_current() const;
+  /// GL_RENDERER and GL_VERSION; DeviceInfo::index is left at 0.
+  const DeviceInfo& info() const { return info_; }
+
+ private:
+  EglDisplay display_;
+  EGLContext context_ = nullptr;
+  DeviceInfo info_;
+};
+
+EglContext::EglContext(const EglPlatform& platform) : display_(platform) {
+  const EGLDisplay display = display_.handle;
   if (!has_extension(eglQueryString(display, EGL_EXTENSIONS), "EGL_KHR_surfaceless_context"))
     throw GpuError("EGL_KHR_surfaceless_context is missing: this driver cannot render without a window");
   if (!eglBindAPI(EGL_OPENGL_API)) throw egl_failure("eglBindAPI", "the driver has no desktop OpenGL");
@@ -176,7 +192,7 @@ EglContext::EglContext(const EglPlatform& platform) : display_(std::make_unique<
 }
 
 EglContext::~EglContext() {
-  const EGLDisplay display = display_->handle;
+  const EGLDisplay display = display_.handle;
   if (eglGetCurrentContext() == context_) eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   eglDestroyContext(display, context_);
 }
@@ -184,11 +200,9 @@ EglContext::~EglContext() {
 void EglContext::make_current() const {
   eglBindAPI(EGL_OPENGL_API);
   if (eglGetCurrentContext() == context_) return;
-  if (!eglMakeCurrent(display_->handle, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
+  if (!eglMakeCurrent(display_.handle, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
     throw egl_failure("eglMakeCurrent", "the context is current on another thread, or lost");
 }
-
-namespace {
 
 std::vector<EglPlatform> egl_platforms() {
   std::vector<EglPlatform> platforms;
@@ -226,9 +240,14 @@ class CurrentContextGuard {
   EGLContext context_;
 };
 
-}  // namespace
+struct EglCandidate {
+  EglPlatform platform;
+  DeviceInfo info;
+};
 
-std::vector<EglCandidate> egl_candidates(std::vector<std::string>* failures) {
+/// The devices of list_devices() with their platforms. `failures`, if given, receives a sentence for each platform on
+/// which no context could be made, or for EGL or OpenGL libraries that are not installed.
+std::vector<EglCandidate> egl_candidates(std::vector<std::string>* failures = nullptr) {
   if (const std::string missing = missing_libraries(); !missing.empty()) {
     if (failures != nullptr) failures->push_back(missing);
     return {};
@@ -253,8 +272,6 @@ std::vector<EglCandidate> egl_candidates(std::vector<std::string>* failures) {
   for (std::size_t i = 0; i < found.size(); ++i) found[i].info.index = static_cast<int>(i);
   return found;
 }
-
-namespace {
 
 /// True only if every EGL driver is Mesa's and there are no device files that its hardware drivers could open.
 bool surely_no_hardware() {

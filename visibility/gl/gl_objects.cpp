@@ -1,33 +1,41 @@
 #include "visibility/gl/gl_objects.h"
 
-#include <stdexcept>
+#include <algorithm>
+#include <array>
 
 namespace gpvc::visibility {
 namespace {
 
 const char* gl_error_name(GLenum code) {
-  switch (code) {
-    case GL_INVALID_ENUM:
-      return "GL_INVALID_ENUM";
-    case GL_INVALID_VALUE:
-      return "GL_INVALID_VALUE";
-    case GL_INVALID_OPERATION:
-      return "GL_INVALID_OPERATION";
-    case GL_INVALID_FRAMEBUFFER_OPERATION:
-      return "GL_INVALID_FRAMEBUFFER_OPERATION";
-    case GL_OUT_OF_MEMORY:
-      return "GL_OUT_OF_MEMORY";
-    case GL_CONTEXT_LOST:
-      return "GL_CONTEXT_LOST";
-    default:
-      return "an unknown OpenGL error";
-  }
+  constexpr std::pair<GLenum, const char*> kNames[] = {
+      {GL_INVALID_ENUM, "GL_INVALID_ENUM"},
+      {GL_INVALID_VALUE, "GL_INVALID_VALUE"},
+      {GL_INVALID_OPERATION, "GL_INVALID_OPERATION"},
+      {GL_INVALID_FRAMEBUFFER_OPERATION, "GL_INVALID_FRAMEBUFFER_OPERATION"},
+      {GL_OUT_OF_MEMORY, "GL_OUT_OF_MEMORY"},
+      {GL_CONTEXT_LOST, "GL_CONTEXT_LOST"},
+  };
+  for (const auto& [known, name] : kNames)
+    if (known == code) return name;
+  return "an unknown OpenGL error";
 }
 
 std::string joined(const std::vector<std::string_view>& files) {
   std::string names;
   for (const std::string_view file : files) names += (names.empty() ? "" : " + ") + std::string(file);
   return names;
+}
+
+/// Throws the driver's log if the step that `status` names failed: `get` and `get_log` are those of shaders or of programs.
+template <class Get, class GetLog>
+void check_built(GLuint name, GLenum status, const Get& get, const GetLog& get_log, const std::string& failure) {
+  GLint built = GL_FALSE, length = 0;
+  get(name, status, &built);
+  if (built != GL_FALSE) return;
+  get(name, GL_INFO_LOG_LENGTH, &length);
+  std::string log(static_cast<std::size_t>(length), '\0');
+  get_log(name, length, nullptr, log.data());
+  throw GpuError("the driver cannot " + failure + ": " + log.c_str());
 }
 
 /// A shader object lives only until its program is linked.
@@ -46,15 +54,8 @@ GlShader compile(const ShaderStage& stage, std::string_view defines) {
   const GLint length = static_cast<GLint>(text.size());
   glShaderSource(shader.name(), 1, &data, &length);
   glCompileShader(shader.name());
-  GLint compiled = GL_FALSE;
-  glGetShaderiv(shader.name(), GL_COMPILE_STATUS, &compiled);
-  if (compiled == GL_FALSE) {
-    GLint log_length = 0;
-    glGetShaderiv(shader.name(), GL_INFO_LOG_LENGTH, &log_length);
-    std::string log(static_cast<std::size_t>(log_length), '\0');
-    glGetShaderInfoLog(shader.name(), log_length, nullptr, log.data());
-    throw GpuError("the driver cannot compile shader " + joined(stage.files) + ": " + log.c_str());
-  }
+  check_built(shader.name(), GL_COMPILE_STATUS, glGetShaderiv, glGetShaderInfoLog,
+              "compile shader " + joined(stage.files));
   return shader;
 }
 
@@ -130,16 +131,19 @@ GlProgram make_program(std::span<const ShaderStage> stages, std::string_view def
     names += (names.empty() ? "" : ", ") + joined(stage.files);
   }
   glLinkProgram(program.name());
-  GLint linked = GL_FALSE;
-  glGetProgramiv(program.name(), GL_LINK_STATUS, &linked);
-  if (linked == GL_FALSE) {
-    GLint length = 0;
-    glGetProgramiv(program.name(), GL_INFO_LOG_LENGTH, &length);
-    std::string log(static_cast<std::size_t>(length), '\0');
-    glGetProgramInfoLog(program.name(), length, nullptr, log.data());
-    throw GpuError("the driver cannot link " + names + ": " + log.c_str());
-  }
+  check_built(program.name(), GL_LINK_STATUS, glGetProgramiv, glGetProgramInfoLog, "link " + names);
   return program;
+}
+
+void set_camera(const GlProgram& program, const Camera& camera, const Pose& pose) {
+  std::array<double, 12> pose_values{};
+  std::copy(pose.rotation.begin(), pose.rotation.end(), pose_values.begin());
+  pose_values[9] = pose.centre.x;
+  pose_values[10] = pose.centre.y;
+  pose_values[11] = pose.centre.z;
+  const std::array<double, 4> intrinsics{camera.fx, camera.fy, camera.cx, camera.cy};
+  glProgramUniform1dv(program.name(), uniform_location(program, "pose"), 12, pose_values.data());
+  glProgramUniform1dv(program.name(), uniform_location(program, "intrinsics"), 4, intrinsics.data());
 }
 
 GLint uniform_location(const GlProgram& program, const char* name) {

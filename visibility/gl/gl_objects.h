@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/scene.h"
 #include "visibility/device.h"
 
 namespace gpvc::visibility {
@@ -106,5 +107,8 @@ GlProgram make_program(std::span<const ShaderStage> stages, std::string_view def
 
 /// Location of an active uniform; throws GpuError when there is none.
 GLint uniform_location(const GlProgram& program, const char* name);
+
+/// Sets the uniforms of project() in shaders/raster.glsl.
+void set_camera(const GlProgram& program, const Camera& camera, const Pose& pose);
 
 }  // namespace gpvc::visibility

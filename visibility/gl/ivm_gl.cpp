@@ -36,8 +36,6 @@ IvmRenderer::IvmRenderer(const Mesh& mesh, const Options& options)
       ShaderStage{GL_FRAGMENT_SHADER, {"ivm.frag"}},
   };
   program_ = make_program(stages);
-  pose_ = uniform_location(program_, "pose");
-  intrinsics_ = uniform_location(program_, "intrinsics");
   tile_origin_ = uniform_location(program_, "tile_origin");
   clip_from_pixel_ = uniform_location(program_, "clip_from_pixel");
   clip_from_depth_ = uniform_location(program_, "clip_from_depth");
@@ -135,16 +133,9 @@ void IvmRenderer::read_pixels(GLenum format, GLenum type, const PixelBox& tile, 
 }
 
 void IvmRenderer::set_view(const Camera& camera, const Pose& pose) {
-  std::array<double, 12> pose_values{};
-  std::copy(pose.rotation.begin(), pose.rotation.end(), pose_values.begin());
-  pose_values[9] = pose.centre.x;
-  pose_values[10] = pose.centre.y;
-  pose_values[11] = pose.centre.z;
-  const std::array<double, 4> intrinsics{camera.fx, camera.fy, camera.cx, camera.cy};
   mapping_ = depth_mapping(options_.projection, options_.near, box_, pose);
   const WindowDepth& window = mapping_.window;
-  glProgramUniform1dv(program_.name(), pose_, 12, pose_values.data());
-  glProgramUniform1dv(program_.name(), intrinsics_, 4, intrinsics.data());
+  set_camera(program_, camera, pose);
   // Clip z is the window depth times w, or twice that minus w where clip space is symmetric.
   if (mapping_.projection == Projection::spc) {
     glProgramUniform2d(program_.name(), clip_from_depth_, 2 * window.at_infinity - 1, 2 * window.per_inverse_z);

@@ -93,7 +93,7 @@ class IvmRenderer {
   GlBuffer positions_, faces_;
   GlVertexArray vertices_;
   GlProgram program_;
-  GLint pose_ = -1, intrinsics_ = -1, tile_origin_ = -1, clip_from_pixel_ = -1, clip_from_depth_ = -1, first_face_ = -1;
+  GLint tile_origin_ = -1, clip_from_pixel_ = -1, clip_from_depth_ = -1, first_face_ = -1;
   GlTexture color_, depth_;
   GlFramebuffer target_;
   GlReadBuffer staging_;
