@@ -24,13 +24,9 @@ constexpr std::size_t kFacesAtOnce = 1024;
 
 /// The tile of a vertex off the frame or too close to the border of its tile.
 constexpr std::uint32_t kNoTile = std::numeric_limits<std::uint32_t>::max();
-/// Upper bound of the rounding of samples and positions. A sample is a weighted mean of the vertices: with r = 2^-53 it
-/// is off by less than 16 r times the mean of their coordinates' sizes. Where that reaches 2^26 px for a sample on the
-/// frame, the face reaches as far on either side of it and touches the whole frame anyway.
-constexpr double kSlack = 0x1p-24;
 
 FaceBounds widened(const FaceBounds& b) {
-  return {b.x0 - kSlack, b.y0 - kSlack, b.x1 + kSlack, b.y1 + kSlack, b.ahead, b.bounded};
+  return {b.x0 - kSampleSlack, b.y0 - kSampleSlack, b.x1 + kSampleSlack, b.y1 + kSampleSlack, b.ahead, b.bounded};
 }
 
 }  // namespace
@@ -46,18 +42,19 @@ void SubpixelResolver::start(const PreparedView& view) {
 }
 
 /// A face whose vertices all have the same tile lies in it with all its samples. So a vertex gets the tile that
-/// contains the square of half side kSlack around it, if there is one.
+/// contains the square of half side kSampleSlack around it, if there is one.
 void SubpixelResolver::find_vertex_tiles(const PreparedView& view) {
   const std::span<const RoundedPosition> positions = view.projected.positions;
   vertex_tiles_.resize(positions.size());
-  const double right = view.camera.width - kSlack, bottom = view.camera.height - kSlack;
+  const double right = view.camera.width - kSampleSlack, bottom = view.camera.height - kSampleSlack;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 4096), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const auto [x, y, per_z] = positions[i];
       vertex_tiles_[i] = kNoTile;
-      if (!(x >= kSlack && y >= kSlack && x <= right && y <= bottom)) continue;
-      const std::size_t tile = grid_.tile_of(x - kSlack, y - kSlack);
-      if (grid_.tile_of(x + kSlack, y + kSlack) == tile) vertex_tiles_[i] = static_cast<std::uint32_t>(tile);
+      if (!(x >= kSampleSlack && y >= kSampleSlack && x <= right && y <= bottom)) continue;
+      const std::size_t tile = grid_.tile_of(x - kSampleSlack, y - kSampleSlack);
+      if (grid_.tile_of(x + kSampleSlack, y + kSampleSlack) == tile)
+        vertex_tiles_[i] = static_cast<std::uint32_t>(tile);
     }
   });
 }
@@ -145,9 +142,10 @@ void SubpixelResolver::list_face(const PreparedView& view, FaceId face, TileList
 void SubpixelResolver::add_samples(const PreparedView& view, std::size_t tile, FaceId face,
                                    SubpixelTile& samples) const {
   const SubpixelPositions at = subpixel_positions(view, face);
-  if (view.mask.everywhere() && tile_around(view.mesh.faces[index(face)]) == tile) return samples.add(face, at);
+  const bool all = view.mask.everywhere() && tile_around(view.mesh.faces[index(face)]) == tile;
   for (std::size_t k = 0; k < kSubpixelSamples; ++k)
-    if (view.in_image(at.x[k], at.y[k]) && grid_.tile_of(at.x[k], at.y[k]) == tile) samples.add(face, at.x[k], at.y[k]);
+    if (all || (view.in_image(at.x[k], at.y[k]) && grid_.tile_of(at.x[k], at.y[k]) == tile))
+      samples.add(face, at.x[k], at.y[k]);
 }
 
 void SubpixelResolver::fill(const PreparedView& view, std::span<const FaceCode> codes, std::size_t tile,

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "visibility/raster/exact.h"
+#include "visibility/raster/row_crossings.h"
 #include "visibility/raster/wide.h"
 
 namespace gpvc::visibility {
@@ -28,17 +29,6 @@ std::int32_t cell_at(double position, float per_px, std::int32_t cells) {
 
 }  // namespace
 
-/// The samples as the kernels read them. Positions are relative to the corner of the samples' bounding box.
-struct SubpixelTile::Grid {
-  const float *x, *y;
-  const FaceId* faces;
-  const std::uint32_t* first;
-  std::int32_t columns, rows;
-  float columns_per_px, rows_per_px;
-  float width, height, origin;  ///< of the bounding box; origin: the larger coordinate of its corner
-  double row_height;
-};
-
 /// Eight faces, a lane each, and which samples each may cover.
 struct SubpixelTile::Batch {
   float x[3][kLanes], y[3][kLanes];  ///< corners, relative to the corner of the bounding box; NaN behind the camera
@@ -46,10 +36,9 @@ struct SubpixelTile::Batch {
   float a[3][kLanes], b[3][kLanes], c[3][kLanes];  ///< a x + b y + c >= 0 for every sample that the face covers
   float left[kLanes], right[kLanes];               ///< and left <= x <= right
   std::int32_t first_row[kLanes], last_row[kLanes], first_column[kLanes], last_column[kLanes];
-  std::int32_t sure[kLanes];  ///< 0: prepare_lane() has to set all of that
 
-  void prepare(const Grid& grid);
-  std::size_t find(const Grid& grid, std::size_t lane, FaceId face, std::uint32_t* found) const;
+  void prepare(const SubpixelTile& tile);
+  std::size_t find(const SubpixelTile& tile, std::size_t lane, FaceId face, std::uint32_t* found) const;
 };
 
 namespace {
@@ -100,9 +89,12 @@ namespace {
 ///     3 r R |b|               samples that rounding has put into the next row of cells
 ///     11 d (w + 4 d)          above the sum; the slack is 16 d (w + 4 d)
 ///
-/// The area, which is the value at the third corner, is off by less.
-GPVC_WIDE_CLONES void SubpixelTile::Batch::prepare(const Grid& grid) {
+/// The area, which is the value at the third corner, is off by less. Where it does not exceed the slack the half-planes
+/// hold everywhere, and all samples in the bounding box are found; all samples of the tile, where a corner behind the
+/// camera leaves no bounding box.
+GPVC_WIDE_CLONES void SubpixelTile::Batch::prepare(const SubpixelTile& tile) {
   const EightFloats zero{};
+  const auto width = static_cast<float>(tile.width_), height = static_cast<float>(tile.height_);
   EightFloats px[3], py[3];
   for (std::size_t k = 0; k < 3; ++k) {
     load(x[k], px[k]);
@@ -115,12 +107,12 @@ GPVC_WIDE_CLONES void SubpixelTile::Batch::prepare(const Grid& grid) {
     lower(low_y, py[k]);
     raise(high_y, py[k]);
   }
-  EightFloats reach = zero + std::max(grid.width, grid.height);
+  EightFloats reach = zero + std::max(width, height);
   raise(reach, high_x);
   raise(reach, high_y);
   raise(reach, -low_x);
   raise(reach, -low_y);
-  const EightFloats off = 0x1p-23F * reach + 0x1p-51F * grid.origin;
+  const EightFloats off = 0x1p-23F * reach + 0x1p-51F * static_cast<float>(std::max(tile.left_, tile.top_));
   const EightFloats slack = 16 * off * ((high_x - low_x) + (high_y - low_y) + 4 * off);
 
   const EightFloats area = (px[1] - px[0]) * (py[2] - py[0]) - (py[1] - py[0]) * (px[2] - px[0]);
@@ -130,51 +122,28 @@ GPVC_WIDE_CLONES void SubpixelTile::Batch::prepare(const Grid& grid) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = i == 2 ? 0 : i + 1;
     const EightFloats of_a = turn * (py[i] - py[j]), of_b = turn * (px[j] - px[i]);
-    store(of_a, a[i]);
-    store(of_b, b[i]);
-    store(slack - (of_a * px[i] + of_b * py[i]), c[i]);
+    store(certain ? of_a : zero, a[i]);
+    store(certain ? of_b : zero, b[i]);
+    store(certain ? slack - (of_a * px[i] + of_b * py[i]) : zero, c[i]);
   }
-  low_x -= 3 * off;
-  low_y -= 3 * off;
-  high_x += 3 * off;
-  high_y += 3 * off;
-  const EightInts missed = (high_x < 0) | (high_y < 0) | (low_x > grid.width) | (low_y > grid.height);
+  const EightInts bounded = area == area;
+  low_x = bounded ? low_x - 3 * off : zero;
+  low_y = bounded ? low_y - 3 * off : zero;
+  high_x = bounded ? high_x + 3 * off : zero + width;
+  high_y = bounded ? high_y + 3 * off : zero + height;
+  const EightInts missed = (high_x < 0) | (high_y < 0) | (low_x > width) | (low_y > height);
   EightInts columns[2], rows[2];
-  find_cells(low_x, grid.columns_per_px, grid.columns, columns[0]);
-  find_cells(high_x, grid.columns_per_px, grid.columns, columns[1]);
-  find_cells(low_y, grid.rows_per_px, grid.rows, rows[0]);
-  find_cells(high_y, grid.rows_per_px, grid.rows, rows[1]);
+  find_cells(low_x, tile.columns_per_px_, tile.columns_, columns[0]);
+  find_cells(high_x, tile.columns_per_px_, tile.columns_, columns[1]);
+  find_cells(low_y, tile.rows_per_px_, tile.rows_, rows[0]);
+  find_cells(high_y, tile.rows_per_px_, tile.rows_, rows[1]);
   store(low_x, left);
   store(high_x, right);
   store(columns[0], first_column);
   store(columns[1], last_column);
   store(rows[0], first_row);
   store(missed ? rows[0] - 1 : rows[1], last_row);
-  store(certain, sure);
 }
-
-namespace {
-
-/// Bounds on x from the lines of the half-planes: the least and the greatest x in the first row of cells, and how both
-/// change from row to row. A line that does not bound a side has an infinity there; one that overflows becomes NaN,
-/// which no comparison in find() selects. The half-planes already include the slack, and the same monotone cell_at()
-/// places samples and bounds, so no tolerance is needed here.
-struct RowEnds {
-  std::array<double, 3> low, high, step;
-
-  RowEnds(const HalfPlanes& planes, double top, double height) {
-    constexpr double kNever = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double per_a = 1 / planes.a[k], slope = -planes.b[k] * per_a;
-      step[k] = slope * height;
-      const double here = slope * top - planes.c[k] * per_a;
-      low[k] = planes.a[k] > 0 ? here + std::min(step[k], 0.0) : -kNever;
-      high[k] = planes.a[k] < 0 ? here + std::max(step[k], 0.0) : kNever;
-    }
-  }
-};
-
-}  // namespace
 
 /// Writes the numbers of the samples of other faces that lie in the half-planes of one lane; returns how many. Reads
 /// whole runs of cells: scalar code would be
@@ -182,7 +151,7 @@ struct RowEnds {
 ///     for each row of cells that the face touches
 ///       for each sample of its cells from left to right
 ///         if (id != face && e0 >= 0 && e1 >= 0 && e2 >= 0) found[count++] = sample
-GPVC_WIDE_CLONES std::size_t SubpixelTile::Batch::find(const Grid& grid, std::size_t lane, FaceId face,
+GPVC_WIDE_CLONES std::size_t SubpixelTile::Batch::find(const SubpixelTile& tile, std::size_t lane, FaceId face,
                                                        std::uint32_t* found) const {
   const EightFloats zero{};
   const EightFloats a0 = zero + a[0][lane], b0 = zero + b[0][lane], c0 = zero + c[0][lane], a1 = zero + a[1][lane],
@@ -194,9 +163,9 @@ GPVC_WIDE_CLONES std::size_t SubpixelTile::Batch::find(const Grid& grid, std::si
     for (; i < end; i += kLanes) {
       EightFloats px, py;
       EightIds id;
-      std::memcpy(&px, grid.x + i, sizeof(px));
-      std::memcpy(&py, grid.y + i, sizeof(py));
-      std::memcpy(&id, grid.faces + i, sizeof(id));
+      std::memcpy(&px, tile.local_x_.data() + i, sizeof(px));
+      std::memcpy(&py, tile.local_y_.data() + i, sizeof(py));
+      std::memcpy(&id, tile.by_cell_.data() + i, sizeof(id));
       const EightFloats e0 = a0 * px + b0 * py + c0, e1 = a1 * px + b1 * py + c1, e2 = a2 * px + b2 * py + c2;
       const EightInts in = (e0 >= 0) & (e1 >= 0) & (e2 >= 0) & (lanes < static_cast<std::int32_t>(end - i)) &
                            reinterpret_cast<EightInts>(id != static_cast<std::uint32_t>(face));
@@ -209,27 +178,30 @@ GPVC_WIDE_CLONES std::size_t SubpixelTile::Batch::find(const Grid& grid, std::si
     }
   };
   const std::int32_t from = first_row[lane], to = last_row[lane];
-  const std::uint32_t* cells = grid.first + static_cast<std::ptrdiff_t>(from) * grid.columns;
+  const std::uint32_t* cells = tile.first_.data() + static_cast<std::ptrdiff_t>(from) * tile.columns_;
   const std::int32_t low_column = first_column[lane], high_column = last_column[lane];
   if (high_column - low_column < kManyColumns) {
-    for (std::int32_t row = from; row <= to; ++row, cells += grid.columns)
+    for (std::int32_t row = from; row <= to; ++row, cells += tile.columns_)
       look(cells[low_column], cells[high_column + 1]);
     return count;
   }
-  const RowEnds ends({{a[0][lane], a[1][lane], a[2][lane]},
-                      {b[0][lane], b[1][lane], b[2][lane]},
-                      {c[0][lane], c[1][lane], c[2][lane]}},
-                     from * grid.row_height, grid.row_height);
-  for (std::int32_t row = from; row <= to; ++row, cells += grid.columns) {
-    const double rows = row - from;
-    double low = left[lane], high = right[lane];
-    for (std::size_t k = 0; k < 3; ++k) {
-      low = std::max(low, ends.low[k] + rows * ends.step[k]);
-      high = std::min(high, ends.high[k] + rows * ends.step[k]);
-    }
+  // The half-planes include the slack, and the same monotone cell_at() places samples and bounds: no tolerance is needed.
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const double row_height = tile.height_ / tile.rows_;
+  RowCrossings edges{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double of_a = a[k][lane], per_a = 1 / of_a, slope = -b[k][lane] * per_a;
+    edges.at[k] = slope * (from * row_height) - c[k][lane] * per_a;
+    edges.slope[k] = slope * row_height;
+    edges.not_left[k] = of_a > 0 ? 0 : -kNever;
+    edges.not_right[k] = of_a < 0 ? 0 : kNever;
+  }
+  for (std::int32_t row = from; row <= to; ++row, cells += tile.columns_) {
+    const RowRange range = range_of_rows(edges, row - from, row - from + 1);
+    const double low = std::max<double>(left[lane], range.low), high = std::min<double>(right[lane], range.high);
     if (!(low <= high)) continue;
-    look(cells[cell_at(low, grid.columns_per_px, grid.columns)],
-         cells[cell_at(high, grid.columns_per_px, grid.columns) + 1]);
+    look(cells[cell_at(low, tile.columns_per_px_, tile.columns_)],
+         cells[cell_at(high, tile.columns_per_px_, tile.columns_) + 1]);
   }
   return count;
 }
@@ -258,27 +230,20 @@ struct SubpixelTile::Occluder {
   RasterFace raster;
 };
 
-void SubpixelTile::grow() {
-  const std::size_t most = std::max<std::size_t>(2 * x_.size(), 4096);
-  x_.resize(most);
-  y_.resize(most);
-  faces_.resize(most);
-}
-
 void SubpixelTile::lay_grid() {
-  left_ = x_[0];
-  top_ = y_[0];
+  left_ = samples_[0].x;
+  top_ = samples_[0].y;
   double right = left_, bottom = top_;
-  for (std::size_t i = 1; i < count_; ++i) {
-    left_ = std::min(left_, x_[i]);
-    right = std::max(right, x_[i]);
-    top_ = std::min(top_, y_[i]);
-    bottom = std::max(bottom, y_[i]);
+  for (const Sample& sample : samples_) {
+    left_ = std::min(left_, sample.x);
+    right = std::max(right, sample.x);
+    top_ = std::min(top_, sample.y);
+    bottom = std::max(bottom, sample.y);
   }
   width_ = right - left_;
   height_ = bottom - top_;
   // Even a narrow rectangle gets no more cells than samples.
-  const double per_cell = kSamplesPerCell / static_cast<double>(count_);
+  const double per_cell = kSamplesPerCell / static_cast<double>(samples_.size());
   const double side = std::max(std::sqrt(width_ * height_ * per_cell), std::max(width_, height_) * per_cell);
   const auto cells = [side](double length) { return side > 0 ? 1 + static_cast<std::int32_t>(length / side) : 1; };
   columns_ = cells(width_);
@@ -291,27 +256,28 @@ void SubpixelTile::lay_grid() {
 }
 
 void SubpixelTile::sort() {
-  visible_.assign(count_, 1);
-  if (count_ == 0) return;
+  const std::size_t count = samples_.size();
+  visible_.assign(count, 1);
+  if (count == 0) return;
   lay_grid();
-  cells_.resize(count_);
+  cells_.resize(count);
   first_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1, 0);
-  for (std::size_t i = 0; i < count_; ++i) {
-    cells_[i] = static_cast<std::uint32_t>(cell_at(y_[i] - top_, rows_per_px_, rows_) * columns_ +
-                                           cell_at(x_[i] - left_, columns_per_px_, columns_));
+  for (std::size_t i = 0; i < count; ++i) {
+    cells_[i] = static_cast<std::uint32_t>(cell_at(samples_[i].y - top_, rows_per_px_, rows_) * columns_ +
+                                           cell_at(samples_[i].x - left_, columns_per_px_, columns_));
     ++first_[cells_[i]];
   }
   // Prefix sums are the ends of the cells; they become the beginnings as samples are inserted backwards.
   for (std::size_t cell = 1; cell < first_.size(); ++cell) first_[cell] += first_[cell - 1];
-  local_x_.resize(count_ + kLanes);
-  local_y_.resize(count_ + kLanes);
-  by_cell_.resize(count_ + kLanes);
-  added_.resize(count_);
-  for (std::size_t i = 0; i < count_; ++i) {
+  local_x_.resize(count + kLanes);
+  local_y_.resize(count + kLanes);
+  by_cell_.resize(count + kLanes);
+  added_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t at = --first_[cells_[i]];
-    local_x_[at] = static_cast<float>(x_[i] - left_);
-    local_y_[at] = static_cast<float>(y_[i] - top_);
-    by_cell_[at] = faces_[i];
+    local_x_[at] = static_cast<float>(samples_[i].x - left_);
+    local_y_[at] = static_cast<float>(samples_[i].y - top_);
+    by_cell_[at] = samples_[i].face;
     added_[at] = static_cast<std::uint32_t>(i);
   }
 }
@@ -328,64 +294,26 @@ void SubpixelTile::gather(const PreparedView& view, std::span<const FaceId> face
   }
 }
 
-/// What prepare() does, in doubles, for a face that floats are not sure about.
-void SubpixelTile::prepare_lane(const PreparedView& view, FaceId face, std::size_t lane, Batch& batch) const {
-  const FaceBounds bounds = view.bounds(face);
-  double x0 = 0, x1 = width_, y0 = 0, y1 = height_;
-  if (bounds.bounded) {
-    x0 = bounds.x0 - left_;
-    x1 = bounds.x1 - left_;
-    y0 = bounds.y0 - top_;
-    y1 = bounds.y1 - top_;
-  }
-  const HalfPlanes planes = view.quick(face, bounds).half_planes(left_, top_, std::max(width_, height_));
-  for (std::size_t k = 0; k < 3; ++k) {
-    batch.a[k][lane] = static_cast<float>(planes.a[k]);
-    batch.b[k][lane] = static_cast<float>(planes.b[k]);
-    batch.c[k][lane] = static_cast<float>(planes.c[k]);
-  }
-  batch.left[lane] = static_cast<float>(x0);
-  batch.right[lane] = static_cast<float>(x1);
-  batch.first_row[lane] = cell_at(y0, rows_per_px_, rows_);
-  batch.last_row[lane] = cell_at(y1, rows_per_px_, rows_);
-  batch.first_column[lane] = cell_at(x0, columns_per_px_, columns_);
-  batch.last_column[lane] = cell_at(x1, columns_per_px_, columns_);
-  if (x1 < 0 || y1 < 0 || x0 > width_ || y0 > height_) batch.last_row[lane] = batch.first_row[lane] - 1;
-}
-
 void SubpixelTile::hide_found(const PreparedView& view, FaceId face, std::span<const std::uint32_t> found) {
   Occluder occluder{view, face, view.quick(face, view.bounds(face)), view.depths(face), false, {}};
   for (const std::uint32_t i : found) {
-    const std::uint32_t sample = added_[i];
-    std::atomic_ref visible(visible_[sample]);
+    const Sample& sample = samples_[added_[i]];
+    std::atomic_ref visible(visible_[added_[i]]);
     if (visible.load(std::memory_order_relaxed) == 0) continue;
-    if (occluder.hides(x_[sample], y_[sample], faces_[sample])) visible.store(0, std::memory_order_relaxed);
+    if (occluder.hides(sample.x, sample.y, sample.face)) visible.store(0, std::memory_order_relaxed);
   }
 }
 
 void SubpixelTile::hide_behind(const PreparedView& view, std::span<const FaceId> faces, Found& found) {
-  if (count_ == 0) return;
-  if (found.size() < count_ + kLanes) found.resize(count_ + kLanes);
-  const Grid grid{local_x_.data(),
-                  local_y_.data(),
-                  by_cell_.data(),
-                  first_.data(),
-                  columns_,
-                  rows_,
-                  columns_per_px_,
-                  rows_per_px_,
-                  static_cast<float>(width_),
-                  static_cast<float>(height_),
-                  static_cast<float>(std::max(left_, top_)),
-                  height_ / rows_};
+  if (samples_.empty()) return;
+  if (found.size() < samples_.size() + kLanes) found.resize(samples_.size() + kLanes);
   Batch batch;
   for (; !faces.empty(); faces = faces.subspan(std::min<std::size_t>(kLanes, faces.size()))) {
     gather(view, faces, batch);
-    batch.prepare(grid);
+    batch.prepare(*this);
     for (std::size_t lane = 0; lane < std::min<std::size_t>(kLanes, faces.size()); ++lane) {
-      if (batch.sure[lane] == 0) prepare_lane(view, faces[lane], lane, batch);
       if (batch.first_row[lane] > batch.last_row[lane]) continue;
-      const std::size_t count = batch.find(grid, lane, faces[lane], found.data());
+      const std::size_t count = batch.find(*this, lane, faces[lane], found.data());
       if (count != 0) hide_found(view, faces[lane], std::span(found).first(count));
     }
   }

@@ -18,25 +18,9 @@ class SubpixelTile {
   using Found = std::vector<std::uint32_t>;
 
   /// Removes all samples.
-  void start() { count_ = 0; }
+  void start() { samples_.clear(); }
   /// Adds a sample of `face`. The samples of one face must be added one after the other.
-  void add(FaceId face, double x, double y) {
-    if (count_ == x_.size()) grow();
-    x_[count_] = x;
-    y_[count_] = y;
-    faces_[count_] = face;
-    ++count_;
-  }
-  /// Adds all samples of `face`.
-  void add(FaceId face, const SubpixelPositions& all) {
-    if (count_ + kSubpixelSamples > x_.size()) grow();
-    for (std::size_t k = 0; k < kSubpixelSamples; ++k) {
-      x_[count_ + k] = all.x[k];
-      y_[count_ + k] = all.y[k];
-      faces_[count_ + k] = face;
-    }
-    count_ += kSubpixelSamples;
-  }
+  void add(FaceId face, double x, double y) { samples_.push_back({x, y, face}); }
   /// Counting sort into cells; must come before the first hide_behind().
   void sort();
   /// Hides the samples of other faces that one of `faces` covers and lies in front of, decided exactly; ties go to the
@@ -45,28 +29,27 @@ class SubpixelTile {
   /// Calls sees(face, visible, all) for every face with samples here: how many are not hidden, and how many there are.
   template <class Callback>
   void for_each_face(Callback&& sees) const {
-    for (std::size_t first = 0, next = 0; first < count_; first = next) {
+    for (std::size_t first = 0, next = 0; first < samples_.size(); first = next) {
+      const FaceId face = samples_[first].face;
       std::uint32_t visible = 0;
-      for (; next < count_ && faces_[next] == faces_[first]; ++next) visible += visible_[next];
-      sees(faces_[first], visible, static_cast<std::uint32_t>(next - first));
+      for (; next < samples_.size() && samples_[next].face == face; ++next) visible += visible_[next];
+      sees(face, visible, static_cast<std::uint32_t>(next - first));
     }
   }
 
  private:
-  struct Grid;
   struct Batch;
   struct Occluder;
-  void grow();
+  struct Sample {
+    double x, y;
+    FaceId face;
+  };
   void lay_grid();
   void gather(const PreparedView& view, std::span<const FaceId> faces, Batch& batch) const;
-  void prepare_lane(const PreparedView& view, FaceId face, std::size_t lane, Batch& batch) const;
   void hide_found(const PreparedView& view, FaceId face, std::span<const std::uint32_t> found);
 
-  // Samples in the order they were added.
-  std::size_t count_ = 0;
-  std::vector<double> x_, y_;
-  std::vector<FaceId> faces_;
-  std::vector<std::uint8_t> visible_;
+  std::vector<Sample> samples_;        ///< in the order they were added
+  std::vector<std::uint8_t> visible_;  ///< in the same order
   std::vector<std::uint32_t> cells_;
 
   double left_ = 0, top_ = 0, width_ = 0, height_ = 0;  ///< the bounding box of the samples
@@ -77,7 +60,7 @@ class SubpixelTile {
   std::vector<std::uint32_t> first_;      ///< the first sample of each cell, and the end
   std::vector<float> local_x_, local_y_;  ///< relative to (left_, top_); padded for reading eight at a time
   std::vector<FaceId> by_cell_;           ///< their faces, padded as well
-  std::vector<std::uint32_t> added_;      ///< their numbers in the order they were added
+  std::vector<std::uint32_t> added_;      ///< their numbers in samples_
 };
 
 }  // namespace gpvc::visibility

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -53,42 +54,40 @@ struct PreparedView {
   }
 
   RasterFace raster(FaceId face) const {
-    const Triangle& t = mesh.faces[index(face)];
-    const auto& v = projected.vertices;
-    return raster_face(v[t[0]], v[t[1]], v[t[2]], rounding);
+    const auto [a, b, c] = corners(projected.vertices, face);
+    return raster_face(a, b, c, rounding);
   }
   FaceBounds bounds(FaceId face) const {
-    const Triangle& t = mesh.faces[index(face)];
-    const auto& p = projected.positions;
-    FaceBounds bounds = face_bounds(p[t[0]], p[t[1]], p[t[2]]);
-    if (!bounds.ahead || bounds.bounded) return bounds;
+    const auto [a, b, c] = corners(projected.positions, face);
+    FaceBounds bounds = face_bounds(a, b, c);
     // Most faces that cross the camera plane miss the frame.
-    const auto& v = projected.vertices;
-    bounds.ahead = !misses_frame(camera, {v[t[0]], v[t[1]], v[t[2]]});
+    if (bounds.ahead && !bounds.bounded) bounds.ahead = !misses_frame(camera, corners(projected.vertices, face));
     return bounds;
   }
   QuickFace quick(FaceId face, const FaceBounds& of_face) const {
-    const Triangle& t = mesh.faces[index(face)];
-    const auto& p = projected.positions;
-    return {limits, p[t[0]], p[t[1]], p[t[2]], of_face};
+    const auto [a, b, c] = corners(projected.positions, face);
+    return {limits, a, b, c, of_face};
   }
   InverseDepth inverse_depth(const QuickFace& quick, FaceId face) const {
-    const Triangle& t = mesh.faces[index(face)];
-    const auto& p = projected.positions;
-    return quick.inverse_depth(p[t[0]].per_z, p[t[1]].per_z, p[t[2]].per_z);
+    const auto [a, b, c] = corners(projected.positions, face);
+    return quick.inverse_depth(a.per_z, b.per_z, c.per_z);
   }
   /// The rounded inverse depths of its nearest and its farthest vertex: the greatest and the least.
   DepthRange inverse_depths(FaceId face) const {
-    const Triangle& t = mesh.faces[index(face)];
-    const auto& p = projected.positions;
-    const double a = p[t[0]].per_z, b = p[t[1]].per_z, c = p[t[2]].per_z;
-    return {std::max(a, std::max(b, c)), std::min(a, std::min(b, c))};
+    const auto [a, b, c] = corners(projected.positions, face);
+    return {std::max({a.per_z, b.per_z, c.per_z}), std::min({a.per_z, b.per_z, c.per_z})};
   }
   /// The least and the greatest depth of its vertices.
   DepthRange depths(FaceId face) const {
+    const auto [a, b, c] = corners(projected.vertices, face);
+    return {std::min({a.z, b.z, c.z}), std::max({a.z, b.z, c.z})};
+  }
+
+ private:
+  template <class Vertex>
+  std::array<Vertex, 3> corners(const std::vector<Vertex>& vertices, FaceId face) const {
     const Triangle& t = mesh.faces[index(face)];
-    const double a = projected.vertices[t[0]].z, b = projected.vertices[t[1]].z, c = projected.vertices[t[2]].z;
-    return {std::min(a, std::min(b, c)), std::max(a, std::max(b, c))};
+    return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
   }
 };
 

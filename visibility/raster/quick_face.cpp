@@ -1,7 +1,5 @@
 #include "visibility/raster/quick_face.h"
 
-#include <cstring>
-
 #include "visibility/raster/wide.h"
 
 namespace gpvc::visibility {
@@ -24,86 +22,7 @@ GPVC_WIDE_CLONES std::ptrdiff_t find_spans(const RowCrossings& edges, const Pixe
   return count;
 }
 
-/// True when the runs hold nothing but `face`.
-GPVC_WIDE_CLONES bool runs_hold(const FaceId* entries, std::size_t total, std::size_t width, const Span* spans,
-                                std::size_t count, FaceId face) {
-  const auto wanted = static_cast<std::uint32_t>(face);
-  const EightIds lanes{0, 1, 2, 3, 4, 5, 6, 7};
-  EightIds differences{};
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t first = static_cast<std::size_t>(spans[i].y) * width + static_cast<std::size_t>(spans[i].x0);
-    const auto length = static_cast<std::uint32_t>(spans[i].x1 - spans[i].x0);
-    const FaceId* run = entries + first;
-    if (first + length + 8 > total) {  // too near to the end to read eight at a time
-      for (std::uint32_t x = 0; x < length; ++x) differences[0] |= static_cast<std::uint32_t>(run[x]) ^ wanted;
-      continue;
-    }
-    for (std::uint32_t x = 0; x < length; x += 8) {
-      static_assert(sizeof(FaceId) == sizeof(std::uint32_t));
-      EightIds eight;
-      std::memcpy(&eight, run + x, sizeof(eight));
-      const EightIds in_run = reinterpret_cast<EightIds>(lanes < length - x);
-      differences |= (eight ^ wanted) & in_run;
-    }
-    if (length > 32 && !(differences[0] == 0)) return false;
-  }
-  std::uint32_t any = 0;
-  for (std::size_t lane = 0; lane < 8; ++lane) any |= differences[lane];
-  return any == 0;
-}
-
 }  // namespace
-
-/// The error of evaluation in floats, with r = 2^-24, X the extent and v the edge's first corner relative to the
-/// origin:
-///
-///     value            a x + b y + c     with c = -(a v.x + b v.y)
-///     its error        6 r (|a| + |b|) X + 3 r |c|     and |c| is no more than the sum of its terms' sizes
-///     lower bound      -margin_ for a point of the projection, before rounding
-///
-/// A second margin_ in c covers the rounding of c itself.
-HalfPlanes QuickFace::half_planes(double x, double y, double extent) const {
-  HalfPlanes planes;
-  if (!usable_ || facing_ == Facing::edge_on) return planes;
-  const double turn = facing_ == Facing::front ? -1 : 1;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const std::size_t j = (i + 1) % 3;
-    const double a = turn * (y_[i] - y_[j]), b = turn * (x_[j] - x_[i]);
-    const double from_x = x_[i] - x, from_y = y_[i] - y;
-    planes.a[i] = a;
-    planes.b[i] = b;
-    planes.c[i] = 2 * margin_ - (a * from_x + b * from_y) +
-                  0x1p-21 * (std::abs(a) * (extent + std::abs(from_x)) + std::abs(b) * (extent + std::abs(from_y)));
-  }
-  return planes;
-}
-
-/// Clips each edge to the rows. A corner and a clipped point are off by a few roundings of a coordinate below 2^20 px,
-/// far less than the slack of 2^-24 px.
-FaceBounds QuickFace::in_rows(std::int32_t y0, std::int32_t y1) const {
-  constexpr double kSlack = 0x1p-24;
-  const double top = y0 - kSlack, bottom = y1 + kSlack;
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const std::size_t j = (i + 1) % 3;
-    const double first = std::min(y_[i], y_[j]), last = std::max(y_[i], y_[j]);
-    if (last < top || first > bottom) continue;
-    double a = x_[i], b = x_[j];
-    if (last - first > kSlack) {
-      const double slope = (x_[j] - x_[i]) / (y_[j] - y_[i]);
-      a = x_[i] + slope * (std::clamp(top, first, last) - y_[i]);
-      b = x_[i] + slope * (std::clamp(bottom, first, last) - y_[i]);
-    }
-    low = std::min(low, std::min(a, b));
-    high = std::max(high, std::max(a, b));
-  }
-  return {std::max(low - kSlack, bounds_.x0),
-          std::max(top, bounds_.y0),
-          std::min(high + kSlack, bounds_.x1),
-          std::min(bottom, bounds_.y1),
-          true,
-          true};
-}
 
 /// The error of 1 / z at a point of the projection. With m the margin, r, d, w and M as at the top of the header, D the
 /// largest 1 / z of a vertex and A the cross product of two edges (twice the area):
@@ -182,15 +101,6 @@ bool QuickFace::spans(const PixelBox& box, std::vector<Span>& found) const {
   if (count < 0) return false;
   found.resize(static_cast<std::size_t>(count));
   return true;
-}
-
-bool all_stored(std::span<const FaceId> ivm, std::int32_t width, std::span<const Span> spans, FaceId face) {
-  if (spans.empty()) return true;
-  const auto stride = static_cast<std::size_t>(width);
-  // Most hidden faces fail here already.
-  const Span& middle = spans[spans.size() / 2];
-  if (ivm[static_cast<std::size_t>(middle.y) * stride + static_cast<std::size_t>(middle.x0)] != face) return false;
-  return runs_hold(ivm.data(), ivm.size(), stride, spans.data(), spans.size(), face);
 }
 
 }  // namespace gpvc::visibility

@@ -20,7 +20,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "visibility/raster/raster.h"
@@ -64,27 +63,20 @@ class QuickLimits {
   double flat_ = 0, flat_per_w_ = 0;
 };
 
-/// Where a x + b y + c >= 0 for each of three half-planes.
-struct HalfPlanes {
-  std::array<double, 3> a{}, b{}, c{1, 1, 1};  ///< the default holds everywhere
-};
-
 class QuickFace {
  public:
   QuickFace() = default;
   QuickFace(const QuickLimits& limits, const RoundedPosition& a, const RoundedPosition& b, const RoundedPosition& c,
             const FaceBounds& bounds)
-      : bounds_(bounds), x_{a.x, b.x, c.x}, y_{a.y, b.y, c.y}, usable_(limits.hold_for(bounds)) {
-    if (!usable_) return;
+      : bounds_(bounds), x_{a.x, b.x, c.x}, y_{a.y, b.y, c.y} {
+    if (!limits.hold_for(bounds)) return;
     const double w = (bounds.x1 - bounds.x0) + (bounds.y1 - bounds.y0);
     margin_ = limits.margin(w);
     const double area = (x_[1] - x_[0]) * (y_[2] - y_[0]) - (y_[1] - y_[0]) * (x_[2] - x_[0]);
     if (std::abs(area) > margin_ + limits.edge_on_margin(w)) facing_ = area < 0 ? Facing::front : Facing::back;
   }
 
-  /// False: nothing is known about the face.
-  bool usable() const { return usable_; }
-  /// Certain, unless edge_on, which here means not known.
+  /// Certain, unless edge_on, which here means that nothing is known about the face.
   Facing facing() const { return facing_; }
 
   /// True when the point certainly lies strictly inside the projection.
@@ -93,21 +85,12 @@ class QuickFace {
     const auto [low, high] = sides(px, py);
     return facing_ == Facing::front ? high < -margin_ : low > margin_;
   }
-  /// Half-planes over positions relative to (x, y), none further than `extent` from there along either axis. They
-  /// contain the projection even when they and the positions are rounded to floats and evaluated in floats. Where
-  /// nothing is known about the face they hold everywhere.
-  HalfPlanes half_planes(double x, double y, double extent) const;
-
   /// From the inverse depths of the three vertices, in the order of their positions. Its error is infinite where
   /// nothing is known.
   InverseDepth inverse_depth(double wa, double wb, double wc) const;
 
-  /// The rectangle around the part of the projection that lies in the rows of pixels y0 .. y1 - 1; x0 > x1 is possible
-  /// when there is none. \pre usable()
-  FaceBounds in_rows(std::int32_t y0, std::int32_t y1) const;
-
-  /// Where the edges cross the rows of the box; false when that is not certain. \pre the box is not empty and lies in
-  /// the face's bounding box.
+  /// Where the edges cross the rows of the box; false when that is not certain. \pre the box is not empty and, for
+  /// find_four_runs(), lies in the face's bounding box
   bool cross(const PixelBox& box, RowCrossings& edges) const;
   /// The runs of the box's pixels whose centres are covered; false when some row is not certain. Four rows at a time.
   bool spans(const PixelBox& box, std::vector<Span>& found) const;
@@ -132,11 +115,7 @@ class QuickFace {
   FaceBounds bounds_;
   std::array<double, 3> x_{}, y_{};
   double margin_ = 0;
-  bool usable_ = false;
   Facing facing_ = Facing::edge_on;
 };
-
-/// True when all entries that the spans name, in rows of `width` entries, are `face`. Eight at a time.
-bool all_stored(std::span<const FaceId> ivm, std::int32_t width, std::span<const Span> spans, FaceId face);
 
 }  // namespace gpvc::visibility

@@ -1,21 +1,41 @@
-// Where the edges of a face cross the rows of a box of pixels, four rows at a time; for sources that compile a function
-// twice, see wide.h.
+// Where the edges of a face cross rows, of pixels or of other cells, and two ways to read that: bounds over a range of
+// rows, and the runs of four rows of pixels. For sources that compile a function twice, see wide.h.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "visibility/raster/wide.h"
 
 namespace gpvc::visibility {
 
-/// In pixels from the centre of the first pixel of a box, see QuickFace::cross().
+/// As QuickFace::cross() sets it: in pixels from the centre of the first pixel of a box.
 struct RowCrossings {
   std::array<double, 3> at, slope;            ///< of each edge: in the first row, and from row to row
   std::array<double, 3> not_left, not_right;  ///< -infinity or infinity where an edge does not bound that end
   double width;                               ///< of the box
   double tolerance;                           ///< upper bound of the error of a crossing
 };
+
+struct RowRange {
+  double low, high;
+};
+
+/// The part of the rows first .. last, or fractions of rows, outside of which the face has no point: the crossings are
+/// linear, so each is least and greatest at an end. Leaves the tolerance to the caller; for a bound within the box it is
+/// valid in any row, because extrapolating an edge there moves its crossing by no more than the width of the box. A
+/// crossing that overflows is NaN, which no comparison here selects.
+inline RowRange range_of_rows(const RowCrossings& edges, double first, double last) {
+  RowRange range{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double one = edges.at[k] + edges.slope[k] * first, other = edges.at[k] + edges.slope[k] * last;
+    range.low = std::max(range.low, std::min(one, other) + edges.not_left[k]);
+    range.high = std::min(range.high, std::max(one, other) + edges.not_right[k]);
+  }
+  return range;
+}
 
 /// The runs of four rows, or of fewer where the box ends: pixels begin .. end - 1 of the box, none where end <= begin.
 struct FourRuns {
