@@ -107,22 +107,23 @@ void set_drawing(visibility::Drawing drawing, visibility::Method& method) {
   const auto refuse = [](const std::string& reason) {
     throw CLI::ValidationError("--drawing", "native does not go with " + reason);
   };
-  if (auto* rays = std::get_if<visibility::RayTracing>(&method)) {
-    rays->drawing = drawing;
-  } else if (auto* none = std::get_if<visibility::NoTest>(&method)) {
-    none->drawing = drawing;
-  } else if (auto* gpvc = std::get_if<Gpvc>(&method)) {
-    if (drawing == visibility::Drawing::native && gpvc->classifier == visibility::Classifier::gpu)
-      refuse("--classifier gpu: shaders classify what OpenGL has drawn");
-    gpvc->drawing = drawing;
-  } else if (drawing == visibility::Drawing::native) {
-    const auto* paper = std::get_if<PaperGpvc>(&method);
-    if (paper == nullptr) refuse(visibility::visibility_mode_name(method) + ": OpenGL draws its depth map");
-    if (paper->correction != CoverageCorrection::exact)
-      refuse(fmt::format("--coverage-correction {}: it is about what OpenGL rounds",
-                         name_of(visibility::kCoverageCorrectionNames, paper->correction)));
-    refuse("--projection spc: only OpenGL draws with it");
-  }
+  const bool native = drawing == visibility::Drawing::native;
+  const auto* gpvc = std::get_if<Gpvc>(&method);
+  if (native && gpvc != nullptr && gpvc->classifier == visibility::Classifier::gpu)
+    refuse("--classifier gpu: shaders classify what OpenGL has drawn");
+  const auto* paper = std::get_if<PaperGpvc>(&method);
+  if (native && paper != nullptr && paper->correction != CoverageCorrection::exact)
+    refuse(fmt::format("--coverage-correction {}: it is about what OpenGL rounds",
+                       name_of(visibility::kCoverageCorrectionNames, paper->correction)));
+  if (native && paper != nullptr) refuse("--projection spc: only OpenGL draws with it");
+  std::visit(
+      [&](auto& any) {
+        if constexpr (requires { any.drawing; })
+          any.drawing = drawing;
+        else if (native)
+          refuse(visibility::visibility_mode_name(method) + ": OpenGL draws its depth map");
+      },
+      method);
 }
 
 }  // namespace
@@ -153,7 +154,8 @@ void add_visibility(CLI::App& app, visibility::VisibilityOptions& options) {
   add_step(group, "--coverage-correction", visibility::kCoverageCorrectionNames, &PaperGpvc::correction, method,
            "How the gpvc modes correct pixels that the rasterizer's snapping and rounding gave to the wrong face");
   add_step(group, "--classifier", visibility::kClassifierNames, &PaperGpvc::classifier, method,
-           "Where the gpvc modes classify faces that OpenGL has drawn; the result is the same");
+           "What classifies faces in the gpvc modes. gpu: shaders, what OpenGL has drawn; cpu: draws natively, too, "
+           "unless --drawing opengl; the classes are the same");
   group.choice(
       "--drawing", visibility::kDrawingNames, [&method](visibility::Drawing drawing) { set_drawing(drawing, method); },
       visibility::Drawing::automatic,

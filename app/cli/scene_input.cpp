@@ -77,15 +77,14 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
 Json visibility_json(const visibility::VisibilityOptions& options) {
   visibility::PaperGpvc steps{{}, {}, visibility::CoverageCorrection::exact, {}};
   auto drawing = visibility::Drawing::automatic;
-  if (const auto* paper = std::get_if<visibility::PaperGpvc>(&options.method)) steps = *paper;
-  if (const auto* shadow_map = std::get_if<visibility::ShadowMap>(&options.method))
-    steps.projection = shadow_map->projection;
-  if (const auto* rays = std::get_if<visibility::RayTracing>(&options.method)) drawing = rays->drawing;
-  if (const auto* none = std::get_if<visibility::NoTest>(&options.method)) drawing = none->drawing;
-  if (const auto* gpvc = std::get_if<visibility::Gpvc>(&options.method)) {
-    steps.classifier = gpvc->classifier;
-    drawing = gpvc->drawing;
-  }
+  std::visit(
+      [&](const auto& method) {
+        if constexpr (requires { method.projection; }) steps.projection = method.projection;
+        if constexpr (requires { method.correction; }) steps.correction = method.correction;
+        if constexpr (requires { method.classifier; }) steps.classifier = method.classifier;
+        if constexpr (requires { method.drawing; }) drawing = method.drawing;
+      },
+      options.method);
   return {{"visibility", visibility::visibility_mode_name(options.method)},
           {"projection", name_of(visibility::kProjectionNames, steps.projection)},
           {"coverage_correction", name_of(visibility::kCoverageCorrectionNames, steps.correction)},
