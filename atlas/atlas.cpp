@@ -159,18 +159,13 @@ AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options) {
 
 struct TextureOrigins::State {
   const AtlasPlan::State& plan;
-  std::vector<PartialChart> parts;
-  std::vector<std::uint32_t> part_of;  ///< per chart of kind partial or flat, into parts
+  std::vector<PartialChart> parts;  ///< by chart
 };
 
 TextureOrigins::TextureOrigins(const AtlasPlan& plan, const AtlasInput& input) {
   const AtlasPlan::State& made = plan.state();
-  const ChartSet& set = made.layout.set;
-  const auto state =
-      std::make_shared<State>(State{made, choose_sources(input, set, made.coverage, made.options.margin_px), {}});
-  state->part_of.assign(set.charts.size(), 0);
-  for (std::uint32_t p = 0; p < state->parts.size(); ++p) state->part_of[state->parts[p].chart] = p;
-  state_ = state;
+  state_ = std::make_shared<State>(
+      State{made, choose_sources(input, made.layout.set, made.coverage, made.options.margin_px)});
 }
 
 PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
@@ -186,7 +181,7 @@ PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
     case ChartKind::unseen:
       return {};
     default:
-      return origin_at(state_->parts[state_->part_of[number]], p);
+      return origin_at(*std::ranges::lower_bound(state_->parts, number, {}, &PartialChart::chart), p);
   }
 }
 

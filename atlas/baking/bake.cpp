@@ -129,8 +129,8 @@ class BandBaker {
     return false;
   }
 
-  /// Bakes the texels of a block; sample(x, y, at) gives their color, or nullopt outside the photo. Exposure corrects it
-  /// as at the frame position `at`, the texel's centre unless `sample` changes it.
+  /// Bakes the texels of a block; sample(x, y, at) gives their colour, or nullopt outside the photo. Exposure corrects
+  /// it as at the frame position `at`, the texel's centre unless `sample` changes it.
   template <typename Sample>
   void bake_block(const CellBox& block, const Sample& sample) {
     for (int y = block.y0; y < block.y1; ++y) {

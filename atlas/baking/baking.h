@@ -42,10 +42,10 @@ void take_view(PartialChart& part, const AtlasBuild& build, const ViewPhoto& pho
 /// the same chart and, across its border, on the charts beside it. \pre plain charts are baked
 void finish_partial(std::span<PartialChart> parts, AtlasBuild& build);
 
-/// Writes the charts of unseen faces. In each hole, vertex colors are the harmonic function (uniform edge weights) that
-/// continues the colors on the hole's border; within a face they are interpolated linearly. A hole without a border,
-/// where a whole component of the mesh is unseen, takes the mean color of all pages. \pre all other charts are baked.
-/// O(faces + unseen faces x CG iterations).
+/// Writes the charts of unseen faces. In each hole, vertex colours are the harmonic function (uniform edge weights)
+/// that continues the colours on the hole's border; within a face they are interpolated linearly. A hole without a
+/// border, where a whole component of the mesh is unseen, takes the mean colour of all pages. \pre all other charts are
+/// baked. O(faces + unseen faces x CG iterations).
 void fill_unseen(AtlasBuild& build);
 
 /// Writes the same charts in options.unseen_color.

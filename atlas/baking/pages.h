@@ -87,8 +87,8 @@ std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& 
 /// `padding` of one. O(page texels + perimeters x padding).
 std::size_t pad_charts(Page& page, int padding);
 
-/// Gives every empty texel a colour from the nearest filled ones, see io::fill_holes. A page without a filled texel stays
-/// black. O(texels).
+/// Gives every empty texel a colour from the nearest filled ones, see io::fill_holes. A page without a filled texel
+/// stays black. O(texels).
 void fill_background(Page& page);
 
 /// Mean of the filled texels of all pages; grey if there are none.

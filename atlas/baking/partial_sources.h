@@ -56,7 +56,8 @@ struct PartialChart {
   std::span<const TexelSource> sources_at(std::size_t texel) const { return sources[face_slot[texel]]; }
 };
 
-/// Chooses the source of every texel. Reads no photo. O(texels x candidates), TBB.
+/// Chooses the source of every texel of the charts of kind partial and flat, in their order. Reads no photo. O(texels x
+/// candidates), TBB.
 std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
                                          int margin_px);
 

@@ -20,7 +20,7 @@ inline Color operator-(const Color& a, const Color& b) { return {a.r - b.r, a.g 
 inline Color operator*(const Color& a, const Color& b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
 inline Color operator*(float s, const Color& a) { return {s * a.r, s * a.g, s * a.b}; }
 
-/// A weighted mean of colors.
+/// A weighted mean of colours.
 struct ColorMean {
   Color sum;
   float weight = 0;

@@ -41,8 +41,8 @@ double scale_for(double texel_size, double pixel_size) {
   return std::min(1.0, std::exp2(std::ceil(kSteps * std::log2(pixel_size / texel_size)) / kSteps));
 }
 
-/// The seed and all faces connected with it through faces that `joins` accepts, breadth first. `joins` is asked anew for
-/// each edge, so it must refuse faces that it has accepted.
+/// The seed and all faces connected with it through faces that `joins` accepts, breadth first. `joins` is asked anew
+/// for each edge, so it must refuse faces that it has accepted.
 template <typename Joins>
 std::vector<std::uint32_t> flood(const FaceNeighbours& neighbours, std::uint32_t seed, const Joins& joins) {
   std::vector<std::uint32_t> faces{seed};
@@ -102,19 +102,18 @@ class ChartMaker {
     const ViewId label = input_.labels[face];
     if (label == kNoView || input_.tags[face] == labeling::FaceTag::unseen) return FaceUse::unseen;
     const View& view = input_.scene.views[index(label)];
-    const FaceUse wanted = input_.tags[face] == labeling::FaceTag::partial ? FaceUse::partial : FaceUse::plain;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto& position = input_.mesh.positions[input_.mesh.faces[face][i]];
       const CameraPoint p = camera_from_world(view.pose, position);
       if (!(p.z > 0)) return FaceUse::flat;
       const PixelPoint q = pixel_from_camera(view.camera, p);
-      // A partial face may reach far beyond the image, where its texels would be sized by a view that does not see them.
-      // Beyond one image size in any direction the face gets a parametrization of its own.
+      // A partial face may reach far beyond the image, where its texels would be sized by a view that does not see
+      // them. Beyond one image size in any direction the face gets a parametrization of its own.
       const double w = view.camera.width, h = view.camera.height;
       if (!(q.x >= -w && q.x <= 2 * w && q.y >= -h && q.y <= 2 * h)) return FaceUse::flat;
       corners[i] = {q.x, q.y};
     }
-    if (wanted == FaceUse::plain) return wanted;
+    if (input_.tags[face] != labeling::FaceTag::partial) return FaceUse::plain;
     return is_grazing(corners, input_.mesh, face) ? FaceUse::flat : FaceUse::partial;
   }
 
@@ -206,8 +205,8 @@ class ChartMaker {
   /// Large charts that leave much of their box empty make holes on pages, and there are too few small charts to fill
   /// them. Halves across the longer axis pack better, at the price of a margin on both sides of the cut.
   void cut_ragged(FramePart part, std::vector<FramePart>& pieces) const {
-    // Chosen on two real scenes: pages were 67 % and 65 % full without cuts and 82 % and 77 % with these values. Half and
-    // twice the length, and shares of 0.5 and 0.66, all did worse on one of the scenes.
+    // Chosen on two real scenes: pages were 67 % and 65 % full without cuts and 82 % and 77 % with these values. Half
+    // and twice the length, and shares of 0.5 and 0.66, all did worse on one of the scenes.
     constexpr double kLong = 250, kRagged = 0.55;
     const double width = part.box.x1 - part.box.x0, height = part.box.y1 - part.box.y0;
     double area = 0;
@@ -306,7 +305,7 @@ class ChartMaker {
     finish(std::move(chart));
   }
 
-  /// Unseen faces, neighbours close to each other so that coarse mip levels mix similar colors.
+  /// Unseen faces, neighbours close to each other so that coarse mip levels mix similar colours.
   std::vector<std::uint32_t> unseen_in_order() {
     std::vector<std::uint32_t> order;
     for (const auto seed : faces_of(FaceUse::unseen)) {
@@ -321,8 +320,8 @@ class ChartMaker {
   }
 
   void add_unseen() {
-    // Small charts fill gaps, large ones waste less padding. With a margin of 2 texels, a square of 30 takes whole blocks
-    // of the page.
+    // Small charts fill gaps, large ones waste less padding. With a margin of 2 texels, a square of 30 takes whole
+    // blocks of the page.
     constexpr int kLargestEdge = 30;
     const int edge = std::min(kLargestEdge, room_ / kUnseenTexels);  // faces
     const std::size_t capacity = static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge);

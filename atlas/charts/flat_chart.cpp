@@ -56,8 +56,8 @@ double nearest_vertex_depth(const Mesh& mesh, std::uint32_t face, const View& vi
   return depth;
 }
 
-/// The corners' order in which the longest edge comes first. Laid along x, it makes a box of at most twice the triangle's
-/// area.
+/// The corners' order in which the longest edge comes first. Laid along x, it makes a box of at most twice the
+/// triangle's area.
 std::array<std::size_t, 3> longest_edge_first(const Mesh& mesh, const Triangle& t) {
   const auto edge = [&](std::size_t i) { return length(mesh.positions[t[(i + 1) % 3]] - mesh.positions[t[i]]); };
   std::size_t longest = 0;

@@ -73,7 +73,7 @@ class Leveler {
     }
   }
 
-  /// Replaces the colors of the samples by change(color, face, frame position, position in the texels of its chart).
+  /// Replaces the colours of the samples by change(color, face, frame position, position in the texels of its chart).
   template <typename Change>
   void correct(const Change& change) {
     tbb::parallel_for(std::size_t{0}, seams_.edges.size(), [&](std::size_t e) {
@@ -86,8 +86,8 @@ class Leveler {
   }
 
   void lay_strips() {
-    // Grey levels. Larger steps come from different objects on the two sides; spreading them would smear one object over
-    // the other.
+    // Grey levels. Larger steps come from different objects on the two sides; spreading them would smear one object
+    // over the other.
     constexpr float kMostStep = 32;
     const auto limited = [=](float v) { return std::clamp(v, -kMostStep, kMostStep); };
     std::vector<std::vector<StripSample>> samples(set_.charts.size());
