@@ -18,6 +18,9 @@ std::uint64_t next_number() {
   return ++last;
 }
 
+/// A word whose first `count` bits are set, or all 64 of them. \pre count > 0
+std::uint64_t first_bits(int count) { return ~std::uint64_t{0} >> (64 - std::min(count, 64)); }
+
 /// \pre the point lies in the photo
 bool is_excluded(const io::PhotoExclusion& exclusion, const PhotoPoint& p) {
   return exclusion.excludes(std::min(static_cast<int>(p.x), exclusion.width - 1),
@@ -34,11 +37,8 @@ PhotoMask::PhotoMask(const PhotoMask& lens, const io::PhotoExclusion& exclusion)
       stride_((static_cast<std::size_t>(lens.camera_.width) + 63) / 64) {
   words_.assign(stride_ * static_cast<std::size_t>(camera_.height), 0);
   tbb::parallel_for(0, camera_.height, [&](int y) {
-    for (int x = 0; x < camera_.width; ++x) {
-      if (!lens.contains(x, y) || !contains(PixelPoint{x + 0.5, y + 0.5})) continue;
-      const auto column = static_cast<std::size_t>(x);
-      words_[static_cast<std::size_t>(y) * stride_ + column / 64] |= std::uint64_t{1} << (column % 64);
-    }
+    for (int x = 0; x < camera_.width; ++x)
+      if (lens.contains(x, y) && contains(PixelPoint{x + 0.5, y + 0.5})) word(x, y) |= std::uint64_t{1} << (x % 64);
   });
 }
 
@@ -64,18 +64,11 @@ PhotoMask::PhotoMask(const Camera& camera) : camera_(camera), number_(next_numbe
   });
   bool whole = true;
   for (int y = 0; y < camera.height && whole; ++y)
-    for (int x = 0; x < camera.width && whole; x += 64) {
-      const int count = std::min(64, camera.width - x);
-      const std::uint64_t all = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
-      whole = words_[static_cast<std::size_t>(y) * stride_ + static_cast<std::size_t>(x) / 64] == all;
-    }
+    for (int x = 0; x < camera.width && whole; x += kBlock) whole = word(x, y) == first_bits(camera.width - x);
   if (whole) words_.clear();
 }
 
 void PhotoMask::fill_block(int x0, int y0, int x1, int y1) {
-  const auto set_row = [&](int y, std::uint64_t bits) {
-    words_[static_cast<std::size_t>(y) * stride_ + static_cast<std::size_t>(x0) / 64] = bits;
-  };
   // When the middle of the block lies further inside the photo than the distortion can stretch half a diagonal, all of
   // it is inside, unless the model folds back within the block.
   const PixelPoint middle{0.5 * (x0 + x1), 0.5 * (y0 + y1)};
@@ -88,9 +81,7 @@ void PhotoMask::fill_block(int x0, int y0, int x1, int y1) {
       const double margin = largest_stretch(camera_, r2) * reach;
       if (photo->x > margin && photo->y > margin && photo->x < camera_.width - margin &&
           photo->y < camera_.height - margin) {
-        const int count = x1 - x0;
-        const std::uint64_t all = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
-        for (int y = y0; y < y1; ++y) set_row(y, all);
+        for (int y = y0; y < y1; ++y) word(x0, y) = first_bits(x1 - x0);
         return;
       }
     }
@@ -99,7 +90,7 @@ void PhotoMask::fill_block(int x0, int y0, int x1, int y1) {
     std::uint64_t bits = 0;
     for (int x = x0; x < x1; ++x)
       if (in_photo(camera_, {x + 0.5, y + 0.5})) bits |= std::uint64_t{1} << (x - x0);
-    set_row(y, bits);
+    word(x0, y) = bits;
   }
 }
 

@@ -30,9 +30,9 @@ class PhotoMask {
     const auto column = static_cast<std::size_t>(x);
     return (words_[static_cast<std::size_t>(y) * stride_ + column / 64] >> (column % 64)) & 1U;
   }
-  /// True when every position of the frame is in the photo, also those between the outermost centres and the border.
+  /// True when every position of the frame is in the photo, including those nearer to its border than any pixel centre.
   bool everywhere() const { return everywhere_; }
-  /// Same for a subpixel position on the frame.
+  /// True when a subpixel position of the frame, distorted, lies in the photo and not on an excluded pixel.
   bool contains(const PixelPoint& position) const;
   /// 64 pixels a word, stride() words a row; empty when whole().
   std::span<const std::uint64_t> words() const { return words_; }
@@ -42,6 +42,10 @@ class PhotoMask {
 
  private:
   void fill_block(int x0, int y0, int x1, int y1);
+  /// The word that holds a pixel.
+  std::uint64_t& word(int x, int y) {
+    return words_[static_cast<std::size_t>(y) * stride_ + static_cast<std::size_t>(x) / 64];
+  }
 
   Camera camera_;
   const io::PhotoExclusion* exclusion_ = nullptr;

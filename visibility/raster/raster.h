@@ -248,8 +248,6 @@ class SpanWalker {
  public:
   /// `bounds`: pixel_bounds of the face in the window to be walked.
   SpanWalker(const RasterFace& face, const PixelBox& bounds);
-  bool empty() const { return box_.empty(); }
-  const PixelBox& box() const { return box_; }
 
   /// Calls span(y, x0, x1) for each run of covered pixels, top to bottom, left to right. `inside(x, y)` decides single
   /// pixels.

@@ -22,7 +22,6 @@ class TileGrid {
   /// Tiles of 2^`shift` pixels a side, row by row.
   TileGrid(const PixelBox& frame, int shift)
       : frame_(frame), shift_(shift), across_(line_of(frame.x1 - 1) + 1), down_(line_of(frame.y1 - 1) + 1) {}
-  std::int32_t across() const { return across_; }
   std::size_t count() const { return static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_); }
   /// The pixels of a tile that lie on the frame.
   PixelBox pixels(std::size_t tile) const {
