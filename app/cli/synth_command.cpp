@@ -64,9 +64,7 @@ Mesh noisy(Mesh mesh, double noise_m, std::uint32_t seed) {
 }
 
 Image id_picture(const std::vector<std::uint32_t>& surfaces, int width, int height) {
-  Image picture;
-  picture.width = width;
-  picture.height = height;
+  Image picture{width, height, 3, {}};
   picture.pixels.reserve(surfaces.size() * 3);
   for (const std::uint32_t surface : surfaces)
     for (const std::uint8_t c : evaluate::id_color(surface)) picture.pixels.push_back(c);

@@ -7,27 +7,24 @@
 #include <charconv>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "app/cli/near_words.h"
 
 namespace gpvc::cli {
 namespace {
 
+// The entries of a list: separated by commas, or the lines of the file after an @.
 std::vector<std::string> listed(const std::string& list) {
+  const bool in_file = list.starts_with("@");
+  std::ifstream file(in_file ? list.substr(1) : "");
+  if (in_file && !file) throw InputError(list.substr(1), "", "cannot be read as a list of views");
+  std::istringstream text(list);
+  std::istream& in = in_file ? static_cast<std::istream&>(file) : text;
   std::vector<std::string> names;
-  if (list.starts_with("@")) {
-    std::ifstream in(list.substr(1));
-    if (!in) throw InputError(list.substr(1), "", "cannot be read as a list of views");
-    for (std::string line; std::getline(in, line);) {
-      if (!line.empty() && line.back() == '\r') line.pop_back();
-      if (!line.empty()) names.push_back(line);
-    }
-    return names;
-  }
-  for (std::size_t at = 0; at <= list.size();) {
-    const std::size_t comma = std::min(list.find(',', at), list.size());
-    if (comma > at) names.push_back(list.substr(at, comma - at));
-    at = comma + 1;
+  for (std::string name; std::getline(in, name, in_file ? '\n' : ',');) {
+    if (in_file && name.ends_with('\r')) name.pop_back();
+    if (!name.empty()) names.push_back(name);
   }
   return names;
 }

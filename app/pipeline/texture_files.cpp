@@ -57,11 +57,10 @@ Viewpoint write_preview(const fs::path& file, const Input& input, const Textured
       render_model(textured.atlas.model, textured.atlas.pages, view.camera, view.pose, {true, true, kBackground});
   io::write_image(file, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile);
   // The camera of the picture, which is drawn larger and then reduced.
-  constexpr double kSamples = kPreviewSamples;
   Camera& camera = view.camera;
   camera.width = kPreviewWidth;
   camera.height = kPreviewHeight;
-  for (double* length : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *length /= kSamples;
+  for (double* length : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *length /= kPreviewSamples;
   return view;
 }
 
