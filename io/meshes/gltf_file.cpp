@@ -23,7 +23,6 @@ namespace fs = std::filesystem;
 
 using Json = nlohmann::json;
 using Float3 = std::array<float, 3>;
-constexpr const char* kScalar = "SCALAR";
 
 struct GltfVertex {
   std::uint32_t position, texcoord;
@@ -185,9 +184,9 @@ Json view_of(const Part& part) {
 }
 
 /// One buffer view an accessor.
-std::size_t add_accessor(Json& gltf, const Part& part, std::size_t count, const char* type) {
+std::size_t add_accessor(Json& gltf, const Part& part, std::size_t count, std::string_view type) {
   constexpr int kUnsignedInt = 5125, kFloat = 5126, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
-  const bool indices = type == kScalar;
+  const bool indices = type == "SCALAR";
   Json view = view_of(part);
   view["target"] = indices ? kElementArrayBuffer : kArrayBuffer;
   return append(gltf["accessors"], {{"bufferView", append(gltf["bufferViews"], std::move(view))},
@@ -273,11 +272,11 @@ std::string describe(const Asset& asset, const Layout& layout, const std::vector
   for (std::size_t i = 0; i < asset.geometry.primitives.size(); ++i) {
     const GltfPrimitive& range = asset.geometry.primitives[i];
     const auto& parts = layout.primitives[i];
-    const auto floats = [&](Layout::Array array, const char* type) {
+    const auto floats = [&](Layout::Array array, std::string_view type) {
       return add_accessor(gltf, parts[array], range.vertex_count, type);
     };
     Json primitive{{"mode", kTriangles}};
-    primitive["indices"] = add_accessor(gltf, parts[Layout::indices], range.index_count, kScalar);
+    primitive["indices"] = add_accessor(gltf, parts[Layout::indices], range.index_count, "SCALAR");
     primitive["attributes"]["POSITION"] = floats(Layout::positions, "VEC3");
     set_bounds(gltf["accessors"].back(), asset, range);
     primitive["attributes"]["TEXCOORD_0"] = floats(Layout::texcoords, "VEC2");

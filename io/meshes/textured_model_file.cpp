@@ -154,10 +154,11 @@ class AccessorView {
     const int stride = accessor.ByteStride(view);
     const int size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_)) *
                      tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
-    const auto last = static_cast<std::size_t>(size);  // need not be followed by its stride's padding
-    if (size <= 0 || stride < size || accessor.byteOffset > bytes.size() ||
-        (count > 0 && (bytes.size() - accessor.byteOffset < last ||
-                       (bytes.size() - accessor.byteOffset - last) / static_cast<std::size_t>(stride) < count - 1)))
+    if (size <= 0 || stride < size || accessor.byteOffset > bytes.size())
+      throw InputError(file, place, "reaches beyond its buffer");
+    // The last element need not be followed by its stride's padding.
+    const std::size_t room = bytes.size() - accessor.byteOffset, last = static_cast<std::size_t>(size);
+    if (count > 0 && (room < last || (room - last) / static_cast<std::size_t>(stride) < count - 1))
       throw InputError(file, place, "reaches beyond its buffer");
     stride_ = static_cast<std::size_t>(stride);
     data_ = bytes.data() + accessor.byteOffset;

@@ -85,9 +85,8 @@ class OmittedLenses {
 /// two sides.
 std::optional<int> image_side(double value);
 
-/// Checks that sizes lie within 1 .. 2^24, terms are finite and focal lengths
-/// positive; then calls limit_distortion. Throws InputError at `place`. A camera of width 0 (see
-/// SceneFile::size_camera) passes.
+/// Checks that sizes lie within 1 .. 2^24, terms are finite and focal lengths positive; then calls limit_distortion.
+/// Throws InputError at `place`. A camera of width 0 (see SceneFile::size_camera) passes.
 void finish_camera(const std::filesystem::path& file, const std::string& place, Camera& camera);
 
 using Matrix3 = std::array<double, 9>;  ///< row-major
