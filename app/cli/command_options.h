@@ -15,6 +15,7 @@ inline constexpr const char* kExitStatus =
 CLI::App* add_texture(CLI::App& parent, TextureOptions& options);
 CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& options);
 CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options);
+CLI::App* add_compare(CLI::App& parent, CompareOptions& options);
 CLI::App* add_label(CLI::App& parent, LabelOptions& options);
 CLI::App* add_convert(CLI::App& parent, ConvertOptions& options);
 CLI::App* add_inspect(CLI::App& parent, InspectOptions& options);

@@ -5,8 +5,7 @@
 
 #include "app/cli/scene_input.h"
 #include "app/evaluate/evaluate.h"
-#include "app/evaluate/truth.h"
-#include "app/evaluate/truth_origin.h"
+#include "app/evaluate/truth_score.h"
 #include "io/mesh.h"
 #include "io/npy.h"
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/cli/console.h"
+#include "app/compare/compare.h"
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/undistort.h"
 #include "app/synth/city.h"
@@ -87,6 +88,16 @@ struct EvaluateCommandOptions : CommandOptions {
   int reduction = 4;
 };
 
+struct CompareOptions : CommandOptions {
+  SceneInput input;
+  std::string modes;                             ///< list; empty: compare::default_modes()
+  std::vector<double> epsilons;                  ///< of modes given without one; empty: compare::BiasScale::sweep()
+  std::vector<std::string> externals;            ///< NAME=MODEL
+  std::optional<int> reduction;                  ///< empty: what makes a quarter of the photo as taken
+  compare::CompareSettings settings;             ///< its modes, externals and reduction follow from the above
+  std::vector<std::filesystem::path> summarize;  ///< report.json files: no scene is textured
+};
+
 struct LabelOptions : CommandOptions {
   std::filesystem::path costs, mesh;
   labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
@@ -116,6 +127,7 @@ class UsageError : public std::runtime_error {
 void run_texture(const TextureOptions& options, Console& console);
 void run_visibility(const VisibilityCommandOptions& options, Console& console);
 void run_evaluate(const EvaluateCommandOptions& options, Console& console);
+void run_compare(const CompareOptions& options, Console& console);
 void run_label(const LabelOptions& options, Console& console);
 void run_convert(const ConvertOptions& options, Console& console);
 void run_inspect(const InspectOptions& options, Console& console);

@@ -102,7 +102,7 @@ void classify_views(const SceneInputData& in, const VisibilityCommandOptions& op
     one.add(seen);
     all.add(seen);
     record.console.result(table_row(view.name, name_width, one));
-    if (check.wants(in.used[n])) check.compare(in.mesh, view, seen.classes);
+    check.compare(in.mesh, in.scene, in.used[n], seen.classes);
   }
   record.console.result(table_row("all", name_width, all));
   record_totals(all, record);

@@ -1,40 +1,62 @@
-// `gpvc compare`: one scene textured once per visibility mode, everything else equal, in figures and pictures.
+// One scene textured once per visibility mode, everything else equal, in figures and pictures.
 #pragma once
 
-#include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "app/cli/options.h"
-
-namespace CLI {
-class App;
-}
+#include "app/compare/compare_modes.h"
+#include "app/evaluate/json.h"
+#include "app/pipeline/pipeline.h"
 
 namespace gpvc::compare {
 
-struct CompareOptions {
-  cli::TextureOptions texture;         ///< shared by all modes; its visibility is replaced by each mode's
-  std::string modes;                   ///< list; empty: default_modes()
-  std::vector<double> epsilons;        ///< of modes given without one; empty: BiasScale::sweep()
-  std::vector<std::string> externals;  ///< NAME=MODEL
-  std::optional<std::filesystem::path> truth;
-  int crops = 8, crop_views = 6;
-  int oracle_views = 3, score_views = 12;
-  std::optional<int> reduction;  ///< by which photos and renders are scored smaller than textured
-  /// By default, a quarter of the photo as taken.
-  int scored_reduction() const { return reduction.value_or(std::max(1, 4 / texture.input.downscale)); }
-  bool keep_models = false;
-  std::vector<std::filesystem::path> summarize;  ///< report.json files: no scene is textured
+using evaluate::Json;
+
+/// Another program's textured model of the same mesh.
+struct ExternalModel {
+  std::string name;
+  std::filesystem::path file;
 };
 
-CLI::App* add_compare(CLI::App& parent, CompareOptions& options);
-void run_compare(const CompareOptions& options, cli::Console& console);
+struct CompareSettings {
+  pipeline::Settings texture;  ///< shared by all modes; its visibility is replaced by each mode's
+  std::vector<ComparedMode> modes;
+  std::vector<ExternalModel> externals;        ///< their names differ from the modes' and from "photo"
+  std::optional<std::filesystem::path> truth;  ///< a synthetic scene's folder; by default one that holds SCENE
+  int crops = 8, crop_views = 6;
+  int oracle_views = 3, score_views = 12;
+  int reduction = 4;  ///< photos and renders are scored at 1/reduction of the size textured from
+  bool keep_models = false;
+};
 
-/// Reads report.json files and writes summary.md, summary.html and summary.json: how close each bias comes to gpvc over
-/// all scenes. Throws InputError, OutputError.
-void summarize_reports(const CompareOptions& options, cli::Console& console);
+/// What is compared. Borrows what the references and spans refer to.
+struct CompareInput {
+  pipeline::Input input;
+  std::span<const ViewId> held_out;  ///< ascending; views to score in, none of which is textured from; may be empty
+  io::PhotoSource& photos;
+  int downscale = 1;    ///< the photos are this much smaller than taken
+  std::string version;  ///< of the program, for the report
+};
+
+struct CompareSummary {
+  std::optional<visibility::DeviceInfo> device;  ///< that the first mode to use one drew with
+  Json settings;                                 ///< as in report.json
+  std::size_t models = 0, failed = 0;            ///< failed ones lack figures in the report
+};
+
+/// Textures the scene once per mode, measures each model and those of other programs, and writes report.html, report.md
+/// and report.json, and with keep_models modes/NAME. A model that fails is reported as failed, and the others go on.
+/// Throws InputError for the truth, OutputError, and what the observer throws.
+CompareSummary compare(const CompareInput& input, const CompareSettings& settings, pipeline::OutputFolder& folder,
+                       pipeline::Observer& observer);
+
+/// How close each bias comes to gpvc over the scenes of several report.json files: {format, tables}, each table as
+/// markdown_table() takes it. Throws InputError.
+Json summarize(const std::vector<std::filesystem::path>& reports);
+/// Writes summary.html, summary.md and summary.json. Throws OutputError.
+void write_summary(const Json& summary, pipeline::OutputFolder& folder);
 
 }  // namespace gpvc::compare

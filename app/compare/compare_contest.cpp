@@ -24,59 +24,50 @@ struct Result {
 };
 
 struct Metric {
-  const char* name;
-  const char* heading;
-  double factor;  ///< of the printed numbers
-  int digits;
-  std::optional<Result> (*of)(const cli::Json& mode, const cli::Json& gpvc);
+  const char *name, *heading;
+  double factor;    ///< of the printed numbers
+  const char* key;  ///< in "against_gpvc"; nullptr: the oracle's agreement
 };
+constexpr Metric kMetrics[] = {{"seen area textured rightly", "Textured rightly, points", 100, "right"},
+                               {"area textured faithfully", "Textured faithfully, points", 100, "faithful"},
+                               {"classes that agree with the oracle", "Oracle, points", 100, nullptr},
+                               {"error of renders", "1 - NCC, less by", 1, "error"}};
 
-std::optional<Result> against(const cli::Json& mode, const char* key) {
-  if (!mode.contains("against_gpvc") || !mode["against_gpvc"].contains(key)) return std::nullopt;
-  const cli::Json& result = mode["against_gpvc"][key];
-  return Result{result["ahead"].get<double>(), result["noise"].get<double>()};
+std::optional<Result> result_of(const Json& mode, const Json& gpvc, const Metric& metric) {
+  if (metric.key == nullptr) {
+    const auto theirs = number_at(mode, "oracle.agreement"), ours = number_at(gpvc, "oracle.agreement");
+    return theirs && ours ? std::optional(Result{*theirs - *ours, std::nullopt}) : std::nullopt;
+  }
+  const std::string path = fmt::format("against_gpvc.{}", metric.key);
+  const auto ahead = number_at(mode, path + ".ahead");
+  return ahead ? std::optional(Result{*ahead, number_at(mode, path + ".noise")}) : std::nullopt;
 }
-
-const Metric kMetrics[] = {
-    {"seen area textured rightly", "Textured rightly, points", 100, 4,
-     [](const cli::Json& mode, const cli::Json&) { return against(mode, "right"); }},
-    {"area textured faithfully", "Textured faithfully, points", 100, 4,
-     [](const cli::Json& mode, const cli::Json&) { return against(mode, "faithful"); }},
-    {"classes that agree with the oracle", "Oracle, points", 100, 4,
-     [](const cli::Json& mode, const cli::Json& gpvc) -> std::optional<Result> {
-       if (!mode.contains("oracle") || !gpvc.contains("oracle")) return std::nullopt;
-       return Result{mode["oracle"]["agreement"].get<double>() - gpvc["oracle"]["agreement"].get<double>(),
-                     std::nullopt};
-     }},
-    {"error of renders", "1 - NCC, less by", 1, 4,
-     [](const cli::Json& mode, const cli::Json&) { return against(mode, "error"); }},
-};
 
 std::string printed(const Result& result, const Metric& metric) {
   const char* words[] = {"behind", "tie", "ahead"};
-  std::string text = fmt::format("{:+.{}f}", metric.factor * result.ahead, metric.digits);
-  if (result.noise) text += fmt::format(" ± {:.{}f}", metric.factor * *result.noise, metric.digits);
+  std::string text = fmt::format("{:+.4f}", metric.factor * result.ahead);
+  if (result.noise) text += fmt::format(" ± {:.4f}", metric.factor * *result.noise);
   return text + ", " + words[static_cast<std::size_t>(result.standing())];
 }
 
-const cli::Json* gpvc_of(const cli::Json& report) {
-  for (const cli::Json& mode : report["modes"])
-    if (mode["name"] == "gpvc" && mode["status"] == "ok") return &mode;
-  return nullptr;
+// gpvc, if it did not fail; else nullptr.
+const Json* finished_gpvc(const Json& report) {
+  const Json* gpvc = mode_called(report, "gpvc");
+  return gpvc != nullptr && (*gpvc)["status"] == "ok" ? gpvc : nullptr;
 }
 
 }  // namespace
 
-std::vector<std::string> contest_findings(const cli::Json& report) {
+std::vector<std::string> contest_findings(const Json& report) {
   std::vector<std::string> findings;
-  const cli::Json* gpvc = gpvc_of(report);
+  const Json* gpvc = finished_gpvc(report);
   if (gpvc == nullptr) return findings;
   for (const Metric& metric : kMetrics) {
     std::vector<std::string> ahead, ties;
     std::size_t behind = 0;
-    for (const cli::Json& mode : report["modes"]) {
+    for (const Json& mode : report["modes"]) {
       if (!mode["epsilon"].is_number() || mode["status"] != "ok") continue;
-      const std::optional<Result> result = metric.of(mode, *gpvc);
+      const std::optional<Result> result = result_of(mode, *gpvc, metric);
       if (!result) continue;
       const std::string name = mode["name"];
       if (result->standing() == Standing::behind) ++behind;
@@ -95,22 +86,22 @@ std::vector<std::string> contest_findings(const cli::Json& report) {
   return findings;
 }
 
-cli::Json contest_table(const cli::Json& report) {
-  const cli::Json* gpvc = gpvc_of(report);
+Json contest_table(const Json& report) {
+  const Json* gpvc = finished_gpvc(report);
   if (gpvc == nullptr) return nullptr;
   std::vector<const Metric*> known;
   for (const Metric& metric : kMetrics)
-    for (const cli::Json& mode : report["modes"])
-      if (mode["epsilon"].is_number() && metric.of(mode, *gpvc) && (known.empty() || known.back() != &metric))
+    for (const Json& mode : report["modes"])
+      if (mode["epsilon"].is_number() && result_of(mode, *gpvc, metric) && (known.empty() || known.back() != &metric))
         known.push_back(&metric);
   if (known.empty()) return nullptr;
-  cli::Json columns = cli::Json::array({"mode"}), rows = cli::Json::array();
+  Json columns = Json::array({"mode"}), rows = Json::array();
   for (const Metric* metric : known) columns.push_back(metric->heading);
-  for (const cli::Json& mode : report["modes"]) {
+  for (const Json& mode : report["modes"]) {
     if (!mode["epsilon"].is_number()) continue;
-    cli::Json row = cli::Json::array({mode["name"]});
+    Json row = Json::array({mode["name"]});
     for (const Metric* metric : known) {
-      const std::optional<Result> result = metric->of(mode, *gpvc);
+      const std::optional<Result> result = result_of(mode, *gpvc, *metric);
       row.push_back(result ? printed(*result, *metric) : std::string());
     }
     rows.push_back(row);

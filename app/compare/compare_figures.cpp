@@ -1,8 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <map>
+#include <tuple>
 
 #include "app/compare/compare_report.h"
 
@@ -69,92 +68,70 @@ const std::vector<Figure>& compared_figures() {
   return figures;
 }
 
-cli::Json figure_of(const cli::Json& mode, const Figure& figure) {
-  const cli::Json* at = &mode;
-  std::string path = figure.path;
-  for (std::size_t begin = 0; begin <= path.size();) {
-    const std::size_t end = std::min(path.find('.', begin), path.size());
-    const auto found = at->is_object() ? at->find(path.substr(begin, end - begin)) : at->end();
-    if (!at->is_object() || found == at->end()) return nullptr;
-    at = &*found;
-    begin = end + 1;
-  }
-  return at->is_number() ? *at : cli::Json(nullptr);
+std::optional<double> number_at(const Json& json, const std::string& path) {
+  std::string pointer = fmt::format("/{}", path);
+  std::replace(pointer.begin(), pointer.end(), '.', '/');
+  const Json::json_pointer at(pointer);
+  return json.contains(at) && json[at].is_number() ? std::optional(json[at].get<double>()) : std::nullopt;
 }
 
-std::string printed_figure(const cli::Json& value, const Figure& figure) {
-  if (!value.is_number()) return "";
-  if (figure.digits == 0) return pipeline::readable_count(value.get<std::size_t>());
-  const double factor = std::string(figure.unit) == "%" ? 100 : 1;
-  return fmt::format("{:.{}f}", factor * value.get<double>(), figure.digits);
+const Json* mode_called(const Json& report, const std::string& name) {
+  for (const Json& mode : report["modes"])
+    if (mode["name"] == name) return &mode;
+  return nullptr;
 }
 
 namespace {
 
-const cli::Json* finished_mode(const cli::Json& report, const std::string& name) {
-  for (const cli::Json& mode : report["modes"])
-    if (mode["name"] == name && mode["status"] == "ok") return &mode;
-  return nullptr;
-}
-
-// A share of the texture's origins; null where they are not known.
-cli::Json origin_share(const cli::Json& mode, const char* key) {
-  if (!mode.contains("truth") || !mode["truth"].contains("origin")) return nullptr;
-  return mode["truth"]["origin"]["all"].value(key, cli::Json(nullptr));
-}
-
-std::string percent(double share, int digits) { return fmt::format("{:.{}f} %", 100 * share, digits); }
-
 // "shadow-map:spc at its best epsilon, 0.001: 97.100 %" for each family with a bias.
-std::vector<std::string> best_of_families(const cli::Json& report,
-                                          const std::function<cli::Json(const cli::Json&)>& value) {
-  std::map<std::string, const cli::Json*> best;
-  std::vector<std::string> order;
-  for (const cli::Json& mode : report["modes"]) {
-    if (!mode["epsilon"].is_number() || value(mode).is_null()) continue;
-    const std::string family = mode["family"];
-    if (!best.contains(family)) order.push_back(family);
-    const cli::Json*& at = best[family];
-    if (at == nullptr || value(mode).get<double>() > value(*at).get<double>()) at = &mode;
+std::vector<std::string> best_of_families(const Json& report, const char* path) {
+  struct Best {
+    std::string family;
+    double epsilon, value;
+  };
+  std::vector<Best> best;
+  for (const Json& mode : report["modes"]) {
+    const std::optional<double> value = number_at(mode, path), epsilon = number_at(mode, "epsilon");
+    if (!epsilon || !value) continue;
+    const auto same = [&](const Best& b) { return mode["family"] == b.family; };
+    auto at = std::find_if(best.begin(), best.end(), same);
+    if (at == best.end()) at = best.insert(at, Best{mode["family"].get<std::string>(), *epsilon, *value});
+    if (*value > at->value) std::tie(at->epsilon, at->value) = std::tie(*epsilon, *value);
   }
   std::vector<std::string> sentences;
-  for (const std::string& family : order)
-    sentences.push_back(fmt::format("{} at its best epsilon, {:g}: {}", family,
-                                    (*best[family])["epsilon"].get<double>(),
-                                    percent(value(*best[family]).get<double>(), 3)));
+  for (const Best& b : best)
+    sentences.push_back(fmt::format("{} at its best epsilon, {:g}: {:.3f} %", b.family, b.epsilon, 100 * b.value));
   return sentences;
 }
 
 }  // namespace
 
-std::vector<std::string> findings_of(const cli::Json& report) {
-  std::vector<std::string> findings;
-  const cli::Json* gpvc = finished_mode(report, "gpvc");
-  const auto agreement = [](const cli::Json& mode) -> cli::Json {
-    return mode.contains("oracle") ? mode["oracle"]["agreement"] : cli::Json(nullptr);
-  };
-  const auto add = [&](const std::string& what, const std::function<cli::Json(const cli::Json&)>& value) {
-    if (gpvc == nullptr || value(*gpvc).is_null()) return;
-    const std::vector<std::string> others = best_of_families(report, value);
-    findings.push_back(fmt::format("{}: gpvc {}{}{}.", what, percent(value(*gpvc).get<double>(), 3),
-                                   others.empty() ? "" : "; ", fmt::join(others, "; ")));
-  };
-  add("Classes that agree with the exact oracle", agreement);
-  add("Seen area textured from photos' pixels of its own surface",
-      [](const cli::Json& mode) { return origin_share(mode, "right"); });
-  add("All area textured as it should be, and hidden area not from another surface",
-      [](const cli::Json& mode) { return origin_share(mode, "faithful"); });
+std::vector<std::string> findings_of(const Json& report) {
+  constexpr struct {
+    const char *what, *path;
+  } kShares[] = {
+      {"Classes that agree with the exact oracle", "oracle.agreement"},
+      {"Seen area textured from photos' pixels of its own surface", "truth.origin.all.right"},
+      {"All area textured as it should be, and hidden area not from another surface", "truth.origin.all.faithful"}};
+  std::vector<std::string> findings, failed;
+  const Json* gpvc = mode_called(report, "gpvc");
+  for (const auto& [what, path] : kShares) {
+    if (gpvc == nullptr || (*gpvc)["status"] != "ok") continue;
+    const std::optional<double> ours = number_at(*gpvc, path);
+    if (!ours) continue;
+    const std::vector<std::string> others = best_of_families(report, path);
+    findings.push_back(
+        fmt::format("{}: gpvc {:.3f} %{}{}.", what, 100 * *ours, others.empty() ? "" : "; ", fmt::join(others, "; ")));
+  }
   for (std::string& sentence : contest_findings(report)) findings.push_back(std::move(sentence));
-  std::vector<std::string> failed;
-  for (const cli::Json& mode : report["modes"])
+  for (const Json& mode : report["modes"])
     if (mode["status"] != "ok") failed.push_back(mode["name"].get<std::string>());
   if (!failed.empty())
     findings.push_back(fmt::format("Failed, with what is known of them in the table: {}.", fmt::join(failed, "; ")));
   if (!report["settings"]["scored"]["held_out"].get<bool>())
     findings.push_back(
         "No view was held out: the errors are measured in views that the texture was made from, which favours modes "
-        "that "
-        "copy a photo back to where it came from.");
+        "that copy a photo back to where it came from.");
   return findings;
 }
 

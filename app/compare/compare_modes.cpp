@@ -3,29 +3,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 #include <stdexcept>
-
-#include "app/cli/options.h"
 
 namespace gpvc::compare {
 namespace {
 
 std::vector<std::string> words_of(const std::string& list) {
   std::vector<std::string> words;
-  for (std::size_t at = 0; at <= list.size();) {
-    const std::size_t end = std::min(list.find(',', at), list.size());
-    std::string word = list.substr(at, end - at);
+  std::istringstream rest(list);
+  for (std::string word; std::getline(rest, word, ',');) {
     word.erase(0, word.find_first_not_of(' '));
     word.erase(word.find_last_not_of(' ') + 1);
     if (!word.empty()) words.push_back(word);
-    at = end + 1;
   }
   return words;
 }
 
 bool takes_epsilon(const std::string& word) {
-  constexpr const char* kBiased[] = {"shadow-map:spc", "shadow-map:apc", "ray:sparse", "ray:dense"};
-  return std::find(std::begin(kBiased), std::end(kBiased), word) != std::end(kBiased);
+  return word == "shadow-map:spc" || word == "shadow-map:apc" || word == "ray:sparse" || word == "ray:dense";
 }
 
 visibility::Method method_of(const std::string& word) {
@@ -34,16 +30,11 @@ visibility::Method method_of(const std::string& word) {
   if (word == "gpvc:uncorrected:spc")
     return PaperGpvc{.projection = Projection::spc, .correction = CoverageCorrection::off};
   if (word == "gpvc:paper") return PaperGpvc{.correction = CoverageCorrection::paper};
-  try {
-    return visibility::parse_visibility_mode(word);
-  } catch (const std::invalid_argument& error) {
-    throw cli::UsageError(fmt::format("--modes: {}", error.what()));
-  }
+  return visibility::parse_visibility_mode(word);
 }
 
-ComparedMode one_mode(const std::string& word, const visibility::VisibilityOptions& base) {
+ComparedMode one_mode(const std::string& word) {
   ComparedMode mode;
-  mode.visibility = base;
   mode.visibility.method = method_of(word);
   const visibility::Method& method = mode.visibility.method;
   mode.name = std::holds_alternative<visibility::PaperGpvc>(method) ? word : visibility::visibility_mode_name(method);
@@ -62,11 +53,10 @@ const std::string& default_modes() {
   return modes;
 }
 
-std::vector<ComparedMode> compared_modes(const std::string& list, const EpsilonsOf& epsilons,
-                                         const visibility::VisibilityOptions& base) {
+std::vector<ComparedMode> compared_modes(const std::string& list, const EpsilonsOf& epsilons) {
   std::vector<ComparedMode> modes;
   const auto add = [&](const std::string& word) {
-    ComparedMode mode = one_mode(word, base);
+    ComparedMode mode = one_mode(word);
     const auto same = [&](const ComparedMode& other) { return other.name == mode.name; };
     if (std::none_of(modes.begin(), modes.end(), same)) modes.push_back(std::move(mode));
   };
@@ -77,7 +67,7 @@ std::vector<ComparedMode> compared_modes(const std::string& list, const Epsilons
     }
     for (const double epsilon : epsilons(word)) add(fmt::format("{}:{}", word, epsilon));
   }
-  if (modes.empty()) throw cli::UsageError("--modes names no mode");
+  if (modes.empty()) throw std::invalid_argument("the list names no mode");
   return modes;
 }
 

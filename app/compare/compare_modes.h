@@ -25,9 +25,7 @@ using EpsilonsOf = std::function<std::vector<double>(const std::string& family)>
 
 /// The modes of a list separated by commas, in its order, each once: those of visibility::parse_visibility_mode(),
 /// `gpvc:uncorrected`, `gpvc:uncorrected:spc` (figure 15's depth) and `gpvc:paper` (coverage correction off and LPCC
-/// alone), and biased ones without their epsilon, which stand for one mode per epsilon. What a mode does not say is as in
-/// `base`. Throws UsageError.
-std::vector<ComparedMode> compared_modes(const std::string& list, const EpsilonsOf& epsilons,
-                                         const visibility::VisibilityOptions& base);
+/// alone), and biased ones without their epsilon, which stand for one mode per epsilon. Throws std::invalid_argument.
+std::vector<ComparedMode> compared_modes(const std::string& list, const EpsilonsOf& epsilons);
 
 }  // namespace gpvc::compare

@@ -41,7 +41,7 @@ struct CropPictures {
 };
 
 // At the highest quality that stays within kPictureBytes.
-std::vector<CropPictures> pictures_of(const std::vector<Crop>& crops, const std::filesystem::path& scratch) {
+std::vector<CropPictures> pictures_of(std::span<const Crop> crops, const std::filesystem::path& scratch) {
   std::vector<CropPictures> pictures;
   for (const int quality : {88, 75, 60, 40}) {
     pictures.clear();
@@ -68,12 +68,6 @@ void replace_first(std::string& text, const std::string& mark, const std::string
   text.replace(at, mark.size(), by);
 }
 
-std::string table_row(const std::vector<std::string>& cells) {
-  std::string row = "|";
-  for (const std::string& cell : cells) row += fmt::format(" {} |", cell);
-  return row + "\n";
-}
-
 std::string escaped_cell(const std::string& text) {
   std::string cell;
   for (const char c : text) {
@@ -83,28 +77,35 @@ std::string escaped_cell(const std::string& text) {
   return cell;
 }
 
-}  // namespace
-
-std::string markdown_table(const cli::Json& table) {
-  std::string text =
-      fmt::format("\n## {}\n\n{}\n\n", table["title"].get<std::string>(), table["note"].get<std::string>());
-  std::vector<std::string> cells, rule;
-  for (const cli::Json& column : table["columns"]) {
-    cells.push_back(escaped_cell(column.get<std::string>()));
-    rule.push_back(rule.empty() ? "---" : "---:");
-  }
-  text += table_row(cells) + table_row(rule);
-  for (const cli::Json& row : table["rows"]) {
-    cells.clear();
-    for (const cli::Json& cell : row) cells.push_back(escaped_cell(cell.get<std::string>()));
-    text += table_row(cells);
-  }
+std::string markdown_rows(const Json& columns, const Json& rows) {
+  const auto row_of = [](const Json& cells) {
+    std::string row = "|";
+    for (const Json& cell : cells) row += fmt::format(" {} |", escaped_cell(cell.get<std::string>()));
+    return row + "\n";
+  };
+  std::string text = row_of(columns) + "| --- |";
+  for (std::size_t n = 1; n < columns.size(); ++n) text += " ---: |";
+  text += "\n";
+  for (const Json& row : rows) text += row_of(row);
   return text;
 }
 
-std::string page_with(const cli::Json& data) {
+std::string printed_figure(const std::optional<double>& value, const Figure& figure) {
+  if (!value) return "";
+  if (figure.digits == 0) return pipeline::readable_count(static_cast<std::size_t>(*value));
+  return fmt::format("{:.{}f}", *value * (std::string(figure.unit) == "%" ? 100 : 1), figure.digits);
+}
+
+}  // namespace
+
+std::string markdown_table(const Json& table) {
+  return fmt::format("\n## {}\n\n{}\n\n{}", table["title"].get<std::string>(), table["note"].get<std::string>(),
+                     markdown_rows(table["columns"], table["rows"]));
+}
+
+std::string page_with(const Json& data) {
   // Without "<", no text in the data can end the script element.
-  std::string text = data.dump(-1, ' ', false, cli::Json::error_handler_t::replace), safe;
+  std::string text = data.dump(-1, ' ', false, Json::error_handler_t::replace), safe;
   safe.reserve(text.size());
   for (const char c : text) {
     if (c == '<')
@@ -117,60 +118,53 @@ std::string page_with(const cli::Json& data) {
   return page;
 }
 
-std::string report_page(const ComparisonReport& report, const std::filesystem::path& scratch) {
-  cli::Json data = report.json;
-  cli::Json figures = cli::Json::array();
+std::string report_page(const Json& report, std::span<const Crop> crops, std::span<const ShownModel> shown,
+                        const std::filesystem::path& scratch) {
+  Json data = report;
   for (const Figure& f : compared_figures())
-    figures.push_back({{"path", f.path},
-                       {"name", f.name},
-                       {"unit", f.unit},
-                       {"digits", f.digits},
-                       {"better", f.better},
-                       {"meaning", f.meaning}});
-  data["figures"] = figures;
-  if (cli::Json contest = contest_table(report.json); !contest.is_null()) data["contest"] = std::move(contest);
-  const std::vector<CropPictures> pictures = pictures_of(report.crops, scratch);
+    data["figures"].push_back({{"path", f.path},
+                               {"name", f.name},
+                               {"unit", f.unit},
+                               {"digits", f.digits},
+                               {"better", f.better},
+                               {"meaning", f.meaning}});
+  if (Json contest = contest_table(report); !contest.is_null()) data["contest"] = std::move(contest);
+  const std::vector<CropPictures> pictures = pictures_of(crops, scratch);
   for (std::size_t c = 0; c < pictures.size(); ++c) {
-    cli::Json& crop = data["crops"][c];
-    crop["pictures"] = cli::Json::object();
-    crop["pictures"]["photo"] = picture_uri(pictures[c].photo);
-    for (std::size_t m = 0; m < report.shown.size(); ++m)
-      crop["pictures"][report.shown[m]] = picture_uri(pictures[c].renders[m]);
+    Json& uris = data["crops"][c]["pictures"];
+    uris["photo"] = picture_uri(pictures[c].photo);
+    for (std::size_t m = 0; m < shown.size(); ++m) uris[shown[m].name] = picture_uri(pictures[c].renders[m]);
   }
   return page_with(data);
 }
 
-std::string report_markdown(const cli::Json& report) {
-  const cli::Json &scene = report["scene"], &device = report["program"]["device"];
-  std::string text = fmt::format("# Visibility modes compared: {}\n\n", scene["name"].get<std::string>());
-  text +=
-      fmt::format("{} faces, {} of {} views used. gpvc {}, {}.\n\n",
-                  pipeline::readable_count(scene["faces"].get<std::size_t>()), scene["used_views"].get<std::size_t>(),
-                  scene["views"].get<std::size_t>(), report["program"]["version"].get<std::string>(),
+std::string report_markdown(const Json& report) {
+  const Json &scene = report["scene"], &device = report["program"]["device"];
+  std::string text =
+      fmt::format("# Visibility modes compared: {}\n\n{} faces, {} of {} views used. gpvc {}, {}.\n\n",
+                  scene["name"].get<std::string>(), pipeline::readable_count(scene["faces"].get<std::size_t>()),
+                  scene["used_views"].get<std::size_t>(), scene["views"].get<std::size_t>(),
+                  report["program"]["version"].get<std::string>(),
                   device.is_null() ? "drawn on the CPU" : device["renderer"].get<std::string>());
-  for (const cli::Json& finding : report["findings"]) text += fmt::format("- {}\n", finding.get<std::string>());
-  std::vector<const Figure*> figures;
+  for (const Json& finding : report["findings"]) text += fmt::format("- {}\n", finding.get<std::string>());
+  Json columns = Json::array({"mode"}), rows = Json::array();
+  for (const Json& mode : report["modes"]) {
+    const std::string name = mode["name"];
+    const bool ok = mode["status"] == "ok";
+    rows.push_back(Json::array({ok ? name : fmt::format("{} (failed: {})", name, mode["error"].get<std::string>())}));
+  }
+  std::string meanings;
   for (const Figure& figure : compared_figures()) {
-    const auto has = [&](const cli::Json& mode) { return !figure_of(mode, figure).is_null(); };
-    if (std::any_of(report["modes"].begin(), report["modes"].end(), has)) figures.push_back(&figure);
+    const auto has = [&](const Json& mode) { return number_at(mode, figure.path).has_value(); };
+    if (std::none_of(report["modes"].begin(), report["modes"].end(), has)) continue;
+    columns.push_back(fmt::format("{}{}{}", figure.name, *figure.unit ? ", " : "", figure.unit));
+    meanings += fmt::format("- **{}**: {}\n", figure.name, figure.meaning);
+    for (std::size_t n = 0; n < rows.size(); ++n)
+      rows[n].push_back(printed_figure(number_at(report["modes"][n], figure.path), figure));
   }
-  std::vector<std::string> names{"mode"}, rule{"---"};
-  for (const Figure* figure : figures) {
-    names.push_back(fmt::format("{}{}", figure->name, *figure->unit ? fmt::format(", {}", figure->unit) : ""));
-    rule.push_back("---:");
-  }
-  text += fmt::format("\n{}{}", table_row(names), table_row(rule));
-  for (const cli::Json& mode : report["modes"]) {
-    std::vector<std::string> cells{escaped_cell(mode["name"].get<std::string>())};
-    if (mode["status"] != "ok")
-      cells.front() += fmt::format(" (failed: {})", escaped_cell(mode["error"].get<std::string>()));
-    for (const Figure* figure : figures) cells.push_back(printed_figure(figure_of(mode, *figure), *figure));
-    text += table_row(cells);
-  }
-  if (const cli::Json contest = contest_table(report); !contest.is_null()) text += markdown_table(contest);
-  text += "\n";
-  for (const Figure* figure : figures) text += fmt::format("- **{}**: {}\n", figure->name, figure->meaning);
-  return text;
+  text += fmt::format("\n{}", markdown_rows(columns, rows));
+  if (const Json contest = contest_table(report); !contest.is_null()) text += markdown_table(contest);
+  return fmt::format("{}\n{}", text, meanings);
 }
 
 }  // namespace gpvc::compare

@@ -1,20 +1,17 @@
 // The results of a comparison as a page, as Markdown and as JSON.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "app/cli/run_record.h"
 #include "app/compare/compare_views.h"
+#include "app/evaluate/json.h"
 
 namespace gpvc::compare {
 
-/// report.json as `gpvc compare` fills it; compared_figures() says what the keys of a mode mean.
-struct ComparisonReport {
-  cli::Json json = cli::Json::object();
-  std::vector<Crop> crops;
-  std::vector<std::string> shown;  ///< names of the crops' renders, in their order
-};
+using evaluate::Json;
 
 /// A figure of a mode: its place in report.json, its name and unit, and whether more or less is better.
 struct Figure {
@@ -27,29 +24,31 @@ struct Figure {
 };
 const std::vector<Figure>& compared_figures();
 
-/// The value of a mode's figure; null if it has none.
-cli::Json figure_of(const cli::Json& mode, const Figure& figure);
-std::string printed_figure(const cli::Json& value, const Figure& figure);
+/// The number under keys joined by dots; nullopt if there is none.
+std::optional<double> number_at(const Json& json, const std::string& path);
+/// The mode of a report that has this name, or nullptr.
+const Json* mode_called(const Json& report, const std::string& name);
 
 /// The main results, in sentences.
-std::vector<std::string> findings_of(const cli::Json& report);
+std::vector<std::string> findings_of(const Json& report);
 
 /// One sentence for each metric of the report: which modes with a bias are ahead of gpvc.
-std::vector<std::string> contest_findings(const cli::Json& report);
+std::vector<std::string> contest_findings(const Json& report);
 /// The same for each mode: {title, note, columns, rows}; null without gpvc or without modes with a bias.
-cli::Json contest_table(const cli::Json& report);
+Json contest_table(const Json& report);
 
 /// A table {title, note, columns, rows}, under its title as a heading.
-std::string markdown_table(const cli::Json& table);
+std::string markdown_table(const Json& table);
 
-std::string report_markdown(const cli::Json& report);
-/// One self-contained page below 25 MB: report.html with the figures and, as data URIs, the crops. `scratch` is an
-/// existing folder for a temporary file.
-std::string report_page(const ComparisonReport& report, const std::filesystem::path& scratch);
+std::string report_markdown(const Json& report);
+/// One self-contained page below 25 MB: report.html with the figures and, as data URIs, the crops of the models shown.
+/// `scratch` is an existing folder for a temporary file.
+std::string report_page(const Json& report, std::span<const Crop> crops, std::span<const ShownModel> shown,
+                        const std::filesystem::path& scratch);
 
 /// report.html of this folder, embedded at build.
 extern const char* const kReportTemplate;
 /// The page with `data` inserted.
-std::string page_with(const cli::Json& data);
+std::string page_with(const Json& data);
 
 }  // namespace gpvc::compare

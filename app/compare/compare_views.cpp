@@ -6,10 +6,6 @@
 #include <cmath>
 #include <set>
 
-#include "app/evaluate/evaluate.h"
-#include "app/pipeline/render_model.h"
-#include "io/vector.h"
-
 namespace gpvc::compare {
 namespace {
 
@@ -39,43 +35,17 @@ Image thumbnail(const Image& image) {
   return small;
 }
 
-// Per pixel the mean deviation of the models from their mean.
-std::vector<double> disagreement(const std::vector<std::vector<Image>>& thumbnails, std::size_t view) {
-  const Image& first = thumbnails.front()[view];
-  const auto models = static_cast<double>(thumbnails.size());
-  std::vector<double> result(first.pixels.size());
+// Per pixel of the thumbnails the mean deviation of the models from their mean.
+std::vector<double> disagreement(std::span<const ShownModel> models, std::size_t view) {
+  const auto count = static_cast<double>(models.size());
+  std::vector<double> result(models.front().thumbnails[view].pixels.size());
   for (std::size_t i = 0; i < result.size(); ++i) {
-    double mean = 0, deviation = 0;
-    for (const auto& model : thumbnails) mean += model[view].pixels[i] / models;
-    for (const auto& model : thumbnails) deviation += std::abs(model[view].pixels[i] - mean) / models;
-    result[i] = deviation;
+    double mean = 0;
+    for (const ShownModel& model : models) mean += model.thumbnails[view].pixels[i] / count;
+    for (const ShownModel& model : models) result[i] += std::abs(model.thumbnails[view].pixels[i] - mean) / count;
   }
   return result;
 }
-
-// Means over rectangles of a picture, each in O(1).
-class RectangleSums {
- public:
-  template <typename Value>
-  RectangleSums(int width, int height, const Value& value)
-      : columns_(static_cast<std::size_t>(width) + 1), sums_(columns_ * (static_cast<std::size_t>(height) + 1), 0.0) {
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x)
-        sums_[place(x + 1, y + 1)] = value(x, y) + sums_[place(x, y + 1)] + sums_[place(x + 1, y)] - sums_[place(x, y)];
-  }
-
-  double mean(int x, int y, int width, int height) const {
-    return (sums_[place(x + width, y + height)] - sums_[place(x, y + height)] - sums_[place(x + width, y)] +
-            sums_[place(x, y)]) /
-           (width * height);
-  }
-
- private:
-  std::size_t place(int x, int y) const { return static_cast<std::size_t>(y) * columns_ + static_cast<std::size_t>(x); }
-
-  std::size_t columns_;
-  std::vector<double> sums_;  // over the rectangle from the corner
-};
 
 Image cut_out(const Image& image, int x0, int y0, int width, int height) {
   Image part;
@@ -109,139 +79,115 @@ double mean_difference(const Image& photo, const Image& render, const std::vecto
 
 bool overlap(int a, int a_length, int b, int b_length) { return a < b + b_length && b < a + a_length; }
 
+struct MeanError {
+  double mean = 0, windows = 0;
+  explicit MeanError(const std::vector<evaluate::TileError>& tiles) {
+    for (const evaluate::TileError& tile : tiles) {
+      mean += tile.sum;
+      windows += static_cast<double>(tile.windows);
+    }
+    if (windows > 0) mean /= windows;
+  }
+  // How far a tile's sum is from what the mean lets expect, as a share of all windows.
+  double residual(const evaluate::TileError& tile) const {
+    return (tile.sum - mean * static_cast<double>(tile.windows)) / windows;
+  }
+};
+
 }  // namespace
 
-ModelViews::ModelViews(const Mesh& mesh, const Scene& scene, io::PhotoSource& photos, ModelViewsOptions options,
-                       const Progress& progress)
-    : scene_(scene), photos_(photos), options_(std::move(options)) {
-  for (const ViewId id : options_.scored) {
-    progress(frames_.size(), options_.scored.size());
-    const View& view = scene.views[index(id)];
-    Frame frame;
-    frame.photo = evaluate::photo_to_compare(*photos.photo(id), view, frame.inside);
-    frame.covered = evaluate::covered_pixels(mesh, view.camera, view.pose);
-    frames_.push_back(std::move(frame));
-  }
-  for (const ViewId id : options_.cropped) {
-    const View& view = scene.views[index(id)];
-    covered_.push_back(evaluate::covered_pixels(mesh, view.camera, view.pose));
-  }
-}
-
-std::filesystem::path ModelViews::render_file(std::size_t model, std::size_t view) const {
-  return options_.renders / fmt::format("{}_{}.jpg", model, view);
-}
-
-evaluate::RephotographyScore ModelViews::show(const io::TexturedModel& model, const std::vector<Image>& pages,
-                                              const WorldPoint& offset, const Progress& progress) {
-  std::set<ViewId> all(options_.scored.begin(), options_.scored.end());
-  all.insert(options_.cropped.begin(), options_.cropped.end());
-  std::vector<Image> small;
-  std::vector<std::vector<evaluate::TileError>> tiles;
-  std::vector<evaluate::RephotographyScore> scores;
-  std::size_t done = 0;
-  for (const ViewId id : all) {
-    progress(done++, all.size());
-    const View& view = scene_.views[index(id)];
-    Pose pose = view.pose;
-    pose.centre = pose.centre - offset;
-    const pipeline::RenderResult render = pipeline::render_model(model, pages, view.camera, pose);
-    if (std::binary_search(options_.cropped.begin(), options_.cropped.end(), id)) {
-      io::write_image(render_file(thumbnails_.size(), small.size()), render.image, io::ImageFormat::jpg,
-                      kRenderQuality);
-      small.push_back(thumbnail(render.image));
-    }
-    const auto at = std::lower_bound(options_.scored.begin(), options_.scored.end(), id);
-    if (at == options_.scored.end() || *at != id) continue;
-    const Frame& frame = frames_[static_cast<std::size_t>(at - options_.scored.begin())];
-    evaluate::Rephotography compared = evaluate::compare_with_photo(frame.photo, frame.inside, render.image,
-                                                                    render.textured, frame.covered, options_.reduction);
-    tiles.push_back(std::move(compared.tiles));
-    scores.push_back(compared.score);
-  }
-  thumbnails_.push_back(std::move(small));
-  tiles_.push_back(std::move(tiles));
-  return evaluate::mean_score(scores);
-}
-
-ErrorDifference ModelViews::difference(std::size_t model, std::size_t from) const {
-  ErrorDifference result;
-  double variance = 0, views = 0;
-  for (std::size_t v = 0; v < tiles_[model].size(); ++v) {
-    const std::vector<evaluate::TileError>&mine = tiles_[model][v], &theirs = tiles_[from][v];
-    const auto mean = [](const std::vector<evaluate::TileError>& tiles, double& windows) {
-      double sum = 0;
-      windows = 0;
-      for (const evaluate::TileError& tile : tiles) {
-        sum += tile.sum;
-        windows += static_cast<double>(tile.windows);
-      }
-      return windows > 0 ? sum / windows : 0.0;
-    };
-    double my_windows = 0, their_windows = 0;
-    const double my_mean = mean(mine, my_windows), their_mean = mean(theirs, their_windows);
-    if (my_windows == 0 || their_windows == 0) continue;
+std::optional<ErrorDifference> difference(const ShownModel& model, const ShownModel& from) {
+  double less = 0, variance = 0, views = 0;
+  for (std::size_t v = 0; v < model.tiles.size(); ++v) {
+    const MeanError mine(model.tiles[v]), theirs(from.tiles[v]);
+    if (mine.windows == 0 || theirs.windows == 0) continue;
     ++views;
-    result.less += their_mean - my_mean;
+    less += theirs.mean - mine.mean;
     // The variance of a ratio of sums over tiles, from each tile's residual (Cochran 1977, 6.3).
     double squares = 0, tiles = 0;
-    for (std::size_t t = 0; t < mine.size(); ++t) {
-      const auto of = [](const evaluate::TileError& tile, double m, double windows) {
-        return (tile.sum - m * static_cast<double>(tile.windows)) / windows;
-      };
-      if (mine[t].windows + theirs[t].windows == 0) continue;
-      const double residual = of(theirs[t], their_mean, their_windows) - of(mine[t], my_mean, my_windows);
+    for (std::size_t t = 0; t < model.tiles[v].size(); ++t) {
+      const evaluate::TileError &a = model.tiles[v][t], &b = from.tiles[v][t];
+      if (a.windows + b.windows == 0) continue;
+      const double residual = theirs.residual(b) - mine.residual(a);
       squares += residual * residual;
       ++tiles;
     }
     if (tiles > 1) variance += squares * tiles / (tiles - 1);
   }
-  if (views == 0) return result;
-  result.less /= views;
-  result.noise = std::sqrt(variance) / views;
-  result.known = true;
-  return result;
+  if (views == 0) return std::nullopt;
+  return ErrorDifference{less / views, std::sqrt(variance) / views};
 }
 
-std::vector<ModelViews::Window> ModelViews::windows(std::size_t view) const {
-  const Camera& camera = scene_.views[index(options_.cropped[view])].camera;
+ModelViews::ModelViews(const pipeline::Input& input, io::PhotoSource& photos, ModelViewsOptions options,
+                       const Progress& progress)
+    : input_(input), photos_(photos), options_(std::move(options)) {
+  for (const ViewId id : options_.scored) {
+    progress(scored_photos_.size(), options_.scored.size());
+    scored_photos_.push_back(evaluate::photo_to_compare(*photos.photo(id), input.scene.views[index(id)], input.mesh));
+  }
+}
+
+ShownModel ModelViews::show(std::size_t number, const io::TexturedModel& model, const std::vector<Image>& pages,
+                            const WorldPoint& offset, const Progress& progress) const {
+  std::set<ViewId> all(options_.scored.begin(), options_.scored.end());
+  all.insert(options_.cropped.begin(), options_.cropped.end());
+  ShownModel shown;
+  std::vector<evaluate::RephotographyScore> scores;
+  std::size_t done = 0;
+  for (const ViewId id : all) {
+    progress(done++, all.size());
+    const pipeline::RenderResult render = evaluate::render_view(model, pages, input_.scene.views[index(id)], offset);
+    if (std::binary_search(options_.cropped.begin(), options_.cropped.end(), id)) {
+      shown.renders.push_back(options_.renders / fmt::format("{}_{}.jpg", number, shown.renders.size()));
+      io::write_image(shown.renders.back(), render.image, io::ImageFormat::jpg, kRenderQuality);
+      shown.thumbnails.push_back(thumbnail(render.image));
+    }
+    const auto at = std::lower_bound(options_.scored.begin(), options_.scored.end(), id);
+    if (at == options_.scored.end() || *at != id) continue;
+    evaluate::Rephotography compared = evaluate::compare_with_photo(
+        scored_photos_[static_cast<std::size_t>(at - options_.scored.begin())], render, options_.reduction);
+    shown.tiles.push_back(std::move(compared.tiles));
+    scores.push_back(compared.score);
+  }
+  shown.score = evaluate::mean_score(scores);
+  return shown;
+}
+
+std::vector<ModelViews::Window> ModelViews::windows(std::span<const ShownModel> models, std::size_t view) const {
+  const Camera& camera = cropped_view(view).camera;
   const int factor = thumbnail_factor(camera.width);
-  const Image& small = thumbnails_.front()[view];
+  const Image& small = models.front().thumbnails[view];
   const int width = std::min(kCropWidth, camera.width / 2), height = std::min(kCropHeight, camera.height / 2);
   const int w = std::max(1, width / factor), h = std::max(1, height / factor);
-  const std::vector<double> values = disagreement(thumbnails_, view);
-  const std::vector<std::uint8_t>& covered = covered_[view];
-  const RectangleSums disagreeing(small.width, small.height, [&](int x, int y) {
-    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(small.width) + static_cast<std::size_t>(x)];
-  });
-  const RectangleSums differing(small.width, small.height, [&](int x, int y) {
-    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(small.width) + static_cast<std::size_t>(x)] >
-           0;
-  });
-  const RectangleSums shown(small.width, small.height, [&](int x, int y) {
-    return covered[static_cast<std::size_t>(y * factor) * static_cast<std::size_t>(camera.width) +
-                   static_cast<std::size_t>(x * factor)];
-  });
+  const std::vector<double> deviations = disagreement(models, view);
+  const std::vector<std::uint8_t> covered = evaluate::covered_pixels(input_.mesh, cropped_view(view));
   std::vector<Window> found;
   for (int y = 0; y + h <= small.height; y += std::max(1, h / 8))
     for (int x = 0; x + w <= small.width; x += std::max(1, w / 8)) {
-      // Not where all models agree, or where the mesh leaves most of the window empty.
-      if (differing.mean(x, y, w, h) == 0 || shown.mean(x, y, w, h) < 0.5) continue;
+      double sum = 0, shown = 0;
+      for (int v = y; v < y + h; ++v)
+        for (int u = x; u < x + w; ++u) {
+          sum += deviations[static_cast<std::size_t>(v * small.width + u)];
+          shown += covered[static_cast<std::size_t>(v * factor) * static_cast<std::size_t>(camera.width) +
+                           static_cast<std::size_t>(u * factor)];
+        }
+      // Not where all models agree, or where the mesh covers next to nothing.
+      if (sum == 0 || shown < 0.5 * w * h) continue;
       found.push_back({view, std::min(x * factor, camera.width - width), std::min(y * factor, camera.height - height),
-                       width, height, disagreeing.mean(x, y, w, h)});
+                       width, height, sum / (w * h)});
     }
   return found;
 }
 
-std::vector<Crop> ModelViews::crops(std::size_t count) const {
-  if (thumbnails_.empty()) return {};
+std::vector<Crop> ModelViews::crops(std::span<const ShownModel> models, std::size_t count) const {
+  if (models.empty()) return {};
   std::vector<Window> all, chosen;
   for (std::size_t view = 0; view < options_.cropped.size(); ++view) {
-    const std::vector<Window> some = windows(view);
+    const std::vector<Window> some = windows(models, view);
     all.insert(all.end(), some.begin(), some.end());
   }
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Window& a, const Window& b) { return a.disagreement > b.disagreement; });
+  const auto by_disagreement = [](const Window& a, const Window& b) { return a.disagreement > b.disagreement; };
+  std::stable_sort(all.begin(), all.end(), by_disagreement);
   for (const std::size_t most : {std::size_t{2}, count})
     for (const Window& window : all) {
       if (chosen.size() == count) break;
@@ -255,29 +201,27 @@ std::vector<Crop> ModelViews::crops(std::size_t count) const {
       }
       if (apart && of_view < most) chosen.push_back(window);
     }
-  std::stable_sort(chosen.begin(), chosen.end(),
-                   [](const Window& a, const Window& b) { return a.disagreement > b.disagreement; });
+  std::stable_sort(chosen.begin(), chosen.end(), by_disagreement);
   std::vector<Crop> result;
-  for (const Window& window : chosen) result.push_back(cut(window));
+  for (const Window& window : chosen) result.push_back(cut(models, window));
   return result;
 }
 
-Crop ModelViews::cut(const Window& window) const {
-  const ViewId id = options_.cropped[window.view];
-  const View& view = scene_.views[index(id)];
+Crop ModelViews::cut(std::span<const ShownModel> models, const Window& window) const {
+  const View& view = cropped_view(window.view);
   Crop crop{view.name, window.x, window.y, window.width, window.height, window.disagreement, {}, {}, {}};
-  std::vector<std::uint8_t> inside;
-  const Image photo = evaluate::photo_to_compare(*photos_.photo(id), view, inside);
-  crop.photo = cut_out(photo, window.x, window.y, window.width, window.height);
+  const evaluate::ComparedPhoto compared =
+      evaluate::photo_to_compare(*photos_.photo(options_.cropped[window.view]), view, input_.mesh);
+  crop.photo = cut_out(compared.photo, window.x, window.y, window.width, window.height);
   std::vector<bool> counted;  // the photo may show more than the mesh covers
   for (int y = window.y; y < window.y + window.height; ++y)
     for (int x = window.x; x < window.x + window.width; ++x) {
       const std::size_t i =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x);
-      counted.push_back(inside[i] != 0 && covered_[window.view][i] != 0);
+      counted.push_back(compared.inside[i] != 0 && compared.covered[i] != 0);
     }
-  for (std::size_t model = 0; model < thumbnails_.size(); ++model) {
-    const Image render = io::read_image(render_file(model, window.view));
+  for (const ShownModel& model : models) {
+    const Image render = io::read_image(model.renders[window.view]);
     crop.renders.push_back(cut_out(render, window.x, window.y, window.width, window.height));
     crop.errors.push_back(mean_difference(crop.photo, crop.renders.back(), counted));
   }

@@ -3,13 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
-#include "app/pipeline/render_model.h"
 #include "io/mesh.h"
-#include "io/output_file.h"
-#include "io/vector.h"
-#include "visibility/item_buffer.h"
 
 namespace gpvc::evaluate {
 namespace {
@@ -36,14 +31,6 @@ void write_pictures(const fs::path& out, const std::string& view, const Rephotog
   io::write_image(out / (name + ".png"), side_by_side(result), io::ImageFormat::png, 0);
 }
 
-void write_report(const fs::path& out, const Evaluation& evaluation) {
-  nlohmann::json report{{"mean", score_json(evaluation.mean)}};
-  for (const ViewScore& view : evaluation.views) report["views"][view.view] = score_json(view.score);
-  io::OutputFile file(out / "evaluate.json");
-  file.write(report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-  file.commit();
-}
-
 }  // namespace
 
 io::LoadedModel read_model_with_texture(const fs::path& file) {
@@ -52,14 +39,6 @@ io::LoadedModel read_model_with_texture(const fs::path& file) {
   if (std::all_of(pages.begin(), pages.end(), [](std::uint32_t page) { return page == io::kNoPage; }))
     throw InputError(file, "", "has no textured face (an OBJ needs its MTL, with map_Kd, beside it)");
   return model;
-}
-
-std::vector<std::uint8_t> covered_pixels(const Mesh& mesh, const Camera& camera, const Pose& pose) {
-  const visibility::Ivm ivm = visibility::draw_item_buffer(mesh, camera, pose);
-  std::vector<std::uint8_t> covered(ivm.faces.size());
-  std::transform(ivm.faces.begin(), ivm.faces.end(), covered.begin(),
-                 [](FaceId face) -> std::uint8_t { return face == kNoFace ? 0 : 255; });
-  return covered;
 }
 
 Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const EvaluateOptions& options,
@@ -74,28 +53,27 @@ Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const Eva
   }
 
   Evaluation evaluation;
-  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+  std::vector<RephotographyScore> scores;
+  for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
     const View& view = scene.views[v];
-    const ViewId id{static_cast<std::uint32_t>(v)};
-    Pose local = view.pose;  // in the model's coordinates
-    local.centre = view.pose.centre - model.offset;
-    std::vector<std::uint8_t> inside;
-    const Image photo = photo_to_compare(*photos.photo(id), view, inside);
-    const pipeline::RenderResult render = pipeline::render_model(model.model, model.pages, view.camera, local);
-    const std::vector<std::uint8_t> covered =
-        options.mesh ? covered_pixels(wanted, view.camera, view.pose) : covered_pixels(model.mesh, view.camera, local);
+    const std::shared_ptr<const Image> photo = photos.photo(ViewId{v});
     const Rephotography result =
-        compare_with_photo(photo, inside, render.image, render.textured, covered, options.reduction);
+        compare_with_photo(options.mesh ? photo_to_compare(*photo, view, wanted)
+                                        : photo_to_compare(*photo, view, model.mesh, model.offset),
+                           render_view(model.model, model.pages, view, model.offset), options.reduction);
     evaluation.views.push_back({view.name, result.score});
+    scores.push_back(result.score);
     if (options.out) write_pictures(*options.out, view.name, result);
     progress(v + 1, scene.views.size());
   }
-  std::vector<RephotographyScore> scores;
-  for (const ViewScore& view : evaluation.views) scores.push_back(view.score);
   evaluation.mean = mean_score(scores);
   if (evaluation.mean.windows == 0)
     throw InputError(options.model, "", "no view shows enough of it to compare; is it in the cameras' frame?");
-  if (options.out) write_report(*options.out, evaluation);
+  if (options.out) {
+    Json report{{"mean", score_json(evaluation.mean)}};
+    for (const ViewScore& view : evaluation.views) report["views"][view.view] = score_json(view.score);
+    write_json(*options.out / "evaluate.json", report);
+  }
   return evaluation;
 }
 

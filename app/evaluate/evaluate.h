@@ -39,9 +39,6 @@ Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const Eva
 /// read_textured_model(), which also throws InputError for a model without a textured face.
 io::LoadedModel read_model_with_texture(const std::filesystem::path& file);
 
-/// Per pixel of an undistorted camera: 255 where the mesh covers its centre, else 0.
-std::vector<std::uint8_t> covered_pixels(const Mesh& mesh, const Camera& camera, const Pose& pose);
-
 /// A table for people, one line a view and the mean.
 std::string evaluation_table(const Evaluation& evaluation);
 

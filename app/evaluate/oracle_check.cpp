@@ -58,8 +58,7 @@ PixelPoint centroid_px(const Mesh& mesh, const View& view, std::size_t face) {
   return sum.z > 0 ? pixel_from_camera(view.camera, sum) : PixelPoint{kNowhere, kNowhere};
 }
 
-}  // namespace
-
+/// The first `count` of the used views in a shuffle that depends on the seed alone, ascending; all if there are fewer.
 std::vector<ViewId> draw_views(std::span<const ViewId> used, std::size_t count, std::uint32_t seed) {
   std::vector<ViewId> views(used.begin(), used.end());
   count = std::min(count, views.size());
@@ -71,6 +70,8 @@ std::vector<ViewId> draw_views(std::span<const ViewId> used, std::size_t count, 
   return views;
 }
 
+}  // namespace
+
 void Confusion::add(std::span<const FaceClass> found, const visibility::OracleView& truth) {
   for (std::size_t f = 0; f < found.size(); ++f) {
     if (truth.tied[f] != 0) {
@@ -80,14 +81,6 @@ void Confusion::add(std::span<const FaceClass> found, const visibility::OracleVi
       ++pairs[number(truth.classes[f])][number(found[f])];
     }
   }
-}
-
-Confusion& Confusion::operator+=(const Confusion& other) {
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    for (std::size_t k = 0; k < pairs[i].size(); ++k) pairs[i][k] += other.pairs[i][k];
-  tied += other.tied;
-  tied_differing += other.tied_differing;
-  return *this;
 }
 
 std::size_t Confusion::disagreements() const {
@@ -127,37 +120,24 @@ Json Confusion::agreement_json() const {
           {"pairs_by_oracle_then_mode", without_unresolved(*this)}};
 }
 
-OracleViews::OracleViews(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used, std::size_t count,
-                         const Progress& progress) {
-  const std::vector<ViewId> ids = draw_views(used, count, kCompareSeed);
-  for (const ViewId id : ids) {
-    progress(views_.size(), ids.size());
-    views_.push_back({id, visibility::oracle_visibility(mesh, scene.views[index(id)])});
+std::map<ViewId, visibility::OracleView> oracle_views(const Mesh& mesh, const Scene& scene,
+                                                      std::span<const ViewId> used, std::size_t count,
+                                                      const Progress& progress) {
+  const std::vector<ViewId> drawn = draw_views(used, count, kCompareSeed);
+  std::map<ViewId, visibility::OracleView> views;
+  for (const ViewId id : drawn) {
+    progress(views.size(), drawn.size());
+    views.emplace(id, visibility::oracle_visibility(mesh, scene.views[index(id)]));
   }
-}
-
-Json OracleViews::json(const Scene& scene) const {
-  Json names = Json::array();
-  std::ptrdiff_t tied = 0;
-  for (const View& view : views_) {
-    names.push_back(scene.views[index(view.id)].name);
-    tied += std::count(view.truth.tied.begin(), view.truth.tied.end(), 1);
-  }
-  return {{"views", names}, {"tied_pairs", tied}};
-}
-
-void OracleViews::compare(ViewId id, std::span<const FaceClass> classes, Confusion& confusion) const {
-  const auto same = [id](const View& view) { return view.id == id; };
-  const auto found = std::find_if(views_.begin(), views_.end(), same);
-  if (found != views_.end()) confusion.add(classes, found->truth);
+  return views;
 }
 
 OracleCheck::OracleCheck(std::span<const ViewId> used, std::size_t count)
     : drawn_(draw_views(used, count, kCheckSeed)) {}
 
-bool OracleCheck::wants(ViewId view) const { return std::binary_search(drawn_.begin(), drawn_.end(), view); }
-
-void OracleCheck::compare(const Mesh& mesh, const View& view, std::span<const FaceClass> classes) {
+void OracleCheck::compare(const Mesh& mesh, const Scene& scene, ViewId id, std::span<const FaceClass> classes) {
+  if (!std::binary_search(drawn_.begin(), drawn_.end(), id)) return;
+  const View& view = scene.views[index(id)];
   const auto start = Clock::now();
   const visibility::OracleView truth = visibility::oracle_visibility(mesh, view);
   const double seconds = seconds_since(start);
@@ -174,7 +154,7 @@ void OracleCheck::compare(const Mesh& mesh, const View& view, std::span<const Fa
                     {"confusion", found_by_oracle(confusion)},
                     {"samples", truth.samples},
                     {"oracle_s", seconds}});
-  confusion_ += confusion;
+  confusion_.add(classes, truth);
   faces_ += classes.size();
   samples_ += truth.samples;
   seconds_ += seconds;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,9 +16,6 @@
 
 namespace gpvc::evaluate {
 
-/// The first `count` of the used views in a shuffle that depends on the seed alone, ascending; all if there are fewer.
-std::vector<ViewId> draw_views(std::span<const ViewId> used, std::size_t count, std::uint32_t seed);
-
 /// Pairs of view and face by the oracle's class and the one found. Faces on whose class an exact tie has a say are
 /// counted apart.
 struct Confusion {
@@ -26,7 +24,6 @@ struct Confusion {
   std::size_t tied = 0, tied_differing = 0;
 
   void add(std::span<const visibility::FaceClass> found, const visibility::OracleView& truth);
-  Confusion& operator+=(const Confusion& other);
 
   /// Found and wrong: a face left unresolved on request is neither right nor wrong.
   std::size_t disagreements() const;
@@ -41,31 +38,17 @@ struct Confusion {
   Json agreement_json() const;
 };
 
-/// The oracle's classes of a few views, found once. One byte a face and view.
-class OracleViews {
- public:
-  OracleViews(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used, std::size_t count,
-              const Progress& progress);
-  std::size_t views() const { return views_.size(); }
-  Json json(const Scene& scene) const;
-  /// Adds a view's pairs, if it is one of the views.
-  void compare(ViewId view, std::span<const visibility::FaceClass> classes, Confusion& confusion) const;
-
- private:
-  struct View {
-    ViewId id{};
-    visibility::OracleView truth;
-  };
-  std::vector<View> views_;
-};
+/// The oracle's classes of at most `count` of the used views, drawn at random but always the same.
+std::map<ViewId, visibility::OracleView> oracle_views(const Mesh& mesh, const Scene& scene,
+                                                      std::span<const ViewId> used, std::size_t count,
+                                                      const Progress& progress);
 
 /// `--oracle-check`: disagreements in some views, for people and as oracle.json.
 class OracleCheck {
  public:
   OracleCheck(std::span<const ViewId> used, std::size_t count);
-  bool wants(ViewId view) const;
-  /// Compares the classes of a view.
-  void compare(const Mesh& mesh, const View& view, std::span<const visibility::FaceClass> classes);
+  /// Compares the classes of a view, if it is one of those that were drawn.
+  void compare(const Mesh& mesh, const Scene& scene, ViewId id, std::span<const visibility::FaceClass> classes);
 
   std::size_t views() const { return views_.size(); }
   std::size_t disagreements() const { return confusion_.disagreements(); }

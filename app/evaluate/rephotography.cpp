@@ -1,5 +1,4 @@
 #include "app/evaluate/rephotography.h"
-#include "io/photos.h"
 
 #include <algorithm>
 #include <array>
@@ -8,6 +7,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/pipeline/undistort.h"
+#include "io/photos.h"
+#include "io/vector.h"
+#include "visibility/item_buffer.h"
 
 namespace gpvc::evaluate {
 namespace {
@@ -174,41 +176,55 @@ Json score_json(const RephotographyScore& score) {
           {"windows", score.windows}};
 }
 
-Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside) {
+ComparedPhoto photo_to_compare(const Image& photo, const View& view, const Mesh& mesh, const WorldPoint& offset) {
   const Camera& camera = view.camera;
-  Image frame = pipeline::undistort_photo(photo, camera, {0, 0, camera.width, camera.height}, inside);
+  ComparedPhoto result;
+  result.photo = pipeline::undistort_photo(photo, camera, {0, 0, camera.width, camera.height}, result.inside);
+  result.covered = covered_pixels(mesh, view, offset);
   const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
-  if (!exclusion) return frame;
+  if (!exclusion) return result;
+  std::size_t pixel = 0;
   for (int y = 0; y < camera.height; ++y)
-    for (int x = 0; x < camera.width; ++x) {
-      std::uint8_t& pixel =
-          inside[static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x)];
-      if (pixel == 0) continue;
+    for (int x = 0; x < camera.width; ++x, ++pixel) {
+      if (result.inside[pixel] == 0) continue;
       const PhotoPoint p = *photo_from_pixel(camera, {x + 0.5, y + 0.5});
       if (exclusion->excludes(std::min(static_cast<int>(p.x), exclusion->width - 1),
                               std::min(static_cast<int>(p.y), exclusion->height - 1)))
-        pixel = 0;
+        result.inside[pixel] = 0;
     }
-  return frame;
+  return result;
 }
 
-Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_t> inside, const Image& render,
-                                 std::span<const std::uint8_t> textured, std::span<const std::uint8_t> covered,
-                                 int reduction) {
-  assert(photo.width == render.width && photo.height == render.height);
+std::vector<std::uint8_t> covered_pixels(const Mesh& mesh, const View& view, const WorldPoint& offset) {
+  const visibility::Ivm ivm =
+      visibility::draw_item_buffer(mesh, view.camera, {view.pose.rotation, view.pose.centre - offset});
+  std::vector<std::uint8_t> covered(ivm.faces.size());
+  std::transform(ivm.faces.begin(), ivm.faces.end(), covered.begin(),
+                 [](FaceId face) -> std::uint8_t { return face == kNoFace ? 0 : 255; });
+  return covered;
+}
+
+pipeline::RenderResult render_view(const io::TexturedModel& model, const std::vector<Image>& pages, const View& view,
+                                   const WorldPoint& offset) {
+  return pipeline::render_model(model, pages, view.camera, {view.pose.rotation, view.pose.centre - offset});
+}
+
+Rephotography compare_with_photo(const ComparedPhoto& photo, const pipeline::RenderResult& render, int reduction) {
+  assert(photo.photo.width == render.image.width && photo.photo.height == render.image.height);
   Rephotography result;
   std::size_t covered_pixels = 0, textured_pixels = 0;
-  for (std::size_t i = 0; i < covered.size(); ++i) {
-    if (covered[i] == 0 || inside[i] == 0) continue;
+  for (std::size_t i = 0; i < photo.covered.size(); ++i) {
+    if (photo.covered[i] == 0 || photo.inside[i] == 0) continue;
     ++covered_pixels;
-    textured_pixels += textured[i] != 0 ? 1 : 0;
+    textured_pixels += render.textured[i] != 0 ? 1 : 0;
   }
   if (covered_pixels > 0)
     result.score.completeness = static_cast<double>(textured_pixels) / static_cast<double>(covered_pixels);
 
-  const cv::Mat taken = reduce(photo, reduction);
-  cv::Mat made = reduce(render, reduction);
-  const cv::Mat scored = reduce_mask(inside, textured, {photo.width, photo.height}, reduction);
+  const cv::Mat taken = reduce(photo.photo, reduction);
+  cv::Mat made = reduce(render.image, reduction);
+  const cv::Mat scored =
+      reduce_mask(photo.inside, render.textured, {render.image.width, render.image.height}, reduction);
   const cv::Scalar taken_mean = cv::mean(taken, scored), made_mean = cv::mean(made, scored);
   cv::Scalar gain;
   for (int c = 0; c < 3; ++c) gain[c] = made_mean[c] > 0 ? taken_mean[c] / made_mean[c] : 1.0;

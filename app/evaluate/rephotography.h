@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/evaluate/json.h"
-#include "io/image.h"
+#include "app/pipeline/render_model.h"
 #include "io/scene.h"
 
 namespace gpvc::evaluate {
@@ -39,16 +39,24 @@ struct Rephotography {
   Image error;  ///< 1 - NCC of the window around each pixel, black 0 to white 1; grey-blue where not scored
 };
 
-/// The photo as renders are compared with it: in the camera's own frame. Sets `inside` to 0 also where the view's mask
-/// excludes the photo's pixel. Throws InputError.
-Image photo_to_compare(const Image& photo, const View& view, std::vector<std::uint8_t>& inside);
+/// A photo as renders are compared with it: in the camera's own frame, with two marks per pixel, 0 or not.
+struct ComparedPhoto {
+  Image photo;
+  std::vector<std::uint8_t> inside;   ///< the photo reaches here, and the view's mask does not exclude it
+  std::vector<std::uint8_t> covered;  ///< the mesh covers the pixel's centre
+};
+
+/// `offset` is to be added to the mesh's positions. Throws InputError.
+ComparedPhoto photo_to_compare(const Image& photo, const View& view, const Mesh& mesh, const WorldPoint& offset = {});
+/// Per pixel of the view's frame: 255 where the mesh covers its centre, else 0.
+std::vector<std::uint8_t> covered_pixels(const Mesh& mesh, const View& view, const WorldPoint& offset = {});
+/// The model as the view shows it; `offset` is to be added to its positions.
+pipeline::RenderResult render_view(const io::TexturedModel& model, const std::vector<Image>& pages, const View& view,
+                                   const WorldPoint& offset);
 
 /// Compares a render with a photo of the same frame. Both are reduced by `reduction` with area averaging. A reduced pixel
-/// counts if all of its pixels are marked in `textured` and `inside`; a window counts if all of its pixels do. Each
-/// channel of the render is multiplied by one gain so that its mean equals the photo's. `covered` marks what the model
-/// covers, textured or not.
-Rephotography compare_with_photo(const Image& photo, std::span<const std::uint8_t> inside, const Image& render,
-                                 std::span<const std::uint8_t> textured, std::span<const std::uint8_t> covered,
-                                 int reduction);
+/// counts if all of its pixels are textured and inside; a window counts if all of its pixels do. Each channel of the
+/// render is multiplied by one gain so that its mean equals the photo's.
+Rephotography compare_with_photo(const ComparedPhoto& photo, const pipeline::RenderResult& render, int reduction);
 
 }  // namespace gpvc::evaluate

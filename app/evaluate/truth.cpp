@@ -5,8 +5,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "app/evaluate/truth_origin.h"
-#include "app/evaluate/truth_points.h"
 #include "io/mesh.h"
 #include "io/npy.h"
 #include "visibility/oracle.h"
@@ -108,49 +106,6 @@ std::vector<visibility::FaceClass> best_classes(const Mesh& mesh, const Scene& s
       if (rank(view.classes[f]) > rank(best[f])) best[f] = view.classes[f];
   }
   return best;
-}
-
-struct TruthScorer::State {
-  TruthInput input;
-  ShownPhotos photos;
-  TruthPoints points;
-};
-
-TruthScorer::TruthScorer(const TruthInput& input, const Progress& progress)
-    : state_(new State{input, {input.truth, input.scene, input.photos}, {}}) {
-  if (input.mesh.faces.size() != input.truth.mesh.faces.size())
-    throw InputError(input.truth.dir, "",
-                     fmt::format("the truth is about {} faces, but the mesh has {}", input.truth.mesh.faces.size(),
-                                 input.mesh.faces.size()));
-  state_->points = find_truth_points(input, state_->photos, progress);
-}
-
-TruthScorer::~TruthScorer() = default;
-
-TruthScore TruthScorer::score(const MatchedModel& model, const Progress& progress) const {
-  return score_colors(state_->input, state_->photos, state_->points, model, progress);
-}
-
-OriginScore TruthScorer::score(const OriginOf& origin) const {
-  return score_origins(state_->input, state_->photos, state_->points, origin);
-}
-
-std::string truth_table(const TruthScore& score, const OriginScore* origins) {
-  std::string table =
-      "faces                     count  textured   of all area, seen   of that textured   wrong   unexplained   "
-      "undetectable\n";
-  const auto percent = [](double share) { return 100 * share; };
-  const auto line = [&](const char* name, std::size_t faces, std::size_t textured, const TruthShares& s) {
-    table += fmt::format("{:<22}{:>9}{:>10}{:>18.2f} %{:>16.2f} %{:>7.3f} %{:>11.3f} %{:>12.1f} %\n", name, faces,
-                         textured, score.all.area > 0 ? percent(s.seen_area / score.all.area) : 0, percent(s.textured),
-                         percent(s.wrong), percent(s.unexplained), percent(s.undetectable));
-  };
-  line("all", score.faces[0] + score.faces[1] + score.faces[2],
-       score.textured[0] + score.textured[1] + score.textured[2], score.all);
-  line("seen whole by a view", score.faces[0], score.textured[0], score.full);
-  line("seen only in parts", score.faces[1], score.textured[1], score.partial);
-  table += fmt::format("{:<22}{:>9}{:>10}\n", "seen by none", score.faces[2], score.textured[2]);
-  return origins == nullptr ? table : table + origin_table(*origins);
 }
 
 }  // namespace gpvc::evaluate

@@ -14,7 +14,6 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -53,7 +52,7 @@ Truth read_truth(const std::filesystem::path& dir);
 /// InputError.
 std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string& view, int width, int height);
 
-/// Per face of the given mesh, the best class any used view has, by the oracle (brute force, exact).
+/// Per face of the given mesh, the best class that any used view has, by the exact oracle.
 std::vector<visibility::FaceClass> best_classes(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
                                                 const Progress& progress);
 
@@ -147,43 +146,10 @@ struct OriginScore {
   std::vector<WrongPoint> wrong;          ///< by face, seen points alone
 };
 
-/// A synthetic scene and the photos that models of it were textured from. Borrows all.
-struct TruthInput {
-  const Truth& truth;
-  const Mesh& mesh;  ///< as it was given to the texturing; the faces are those of truth.mesh
-  const Scene& scene;
-  std::span<const ViewId> used;
-  io::PhotoSource& photos;
-};
-
-/// Sample points on every face and what the used photos show there. To be made once for any number of models.
-class TruthScorer {
- public:
-  /// Throws InputError from photos and id pictures, and when the meshes have different numbers of faces. Takes a few
-  /// bytes for each point and used view. What a photo's mask excludes counts as seen by nobody and as no error.
-  /// Progress counts views, each of which is gone through three times: by the oracle, and twice as a photo.
-  TruthScorer(const TruthInput& input, const Progress& progress);
-  ~TruthScorer();
-  TruthScorer(const TruthScorer&) = delete;
-  TruthScorer& operator=(const TruthScorer&) = delete;
-
-  /// O(points x views), TBB; reads every photo once.
-  TruthScore score(const MatchedModel& model, const Progress& progress) const;
-  /// O(points), TBB; reads no photo.
-  OriginScore score(const OriginOf& origin) const;
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
-};
-
 /// The origins of faces textured from one photo each, by their exact projection into it: what our labels.npy and
 /// tags.npy say of faces tagged seen. Unseen faces have none; for faces pieced together from several photos the origin
 /// is not known. Borrows the mesh and the scene. \pre one label and tag per face
 OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std::int32_t> labels,
                            std::vector<std::uint8_t> tags);
-
-/// A table for people.
-std::string truth_table(const TruthScore& score, const OriginScore* origins = nullptr);
 
 }  // namespace gpvc::evaluate

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "app/evaluate/truth_points.h"
+#include "app/evaluate/truth_score.h"
 #include "io/bilinear.h"
 #include "io/vector.h"
 
@@ -102,24 +102,23 @@ void divide(TruthShares& shares) {
 
 }  // namespace
 
-TruthScore score_colors(const TruthInput& input, const ShownPhotos& photos, const TruthPoints& points,
-                        const MatchedModel& model, const Progress& progress) {
-  const Texels texels = find_texels(points, model);
-  const std::vector<double> others = other_distances(input, photos, points, texels, progress);
+TruthScore TruthScorer::score(const MatchedModel& model, const Progress& progress) const {
+  const Texels texels = find_texels(points_, model);
+  const std::vector<double> others = other_distances(input_, photos_, points_, texels, progress);
   TruthScore score;
-  score.samples = points.seen.size();
-  count_faces(input.mesh, points.best, model, score);
-  for (std::size_t i = 0; i < points.seen.size(); ++i) {
-    const auto& [face, b, c, area] = points.seen[i];
+  score.samples = points_.seen.size();
+  count_faces(input_.mesh, points_.best, model, score);
+  for (std::size_t i = 0; i < points_.seen.size(); ++i) {
+    const auto& [face, b, c, area] = points_.seen[i];
     const bool off = texels.off(i), wrong = off && others[i] < texels.own_distances[i];
     if (wrong && (score.wrong_faces.empty() || score.wrong_faces.back() != face)) score.wrong_faces.push_back(face);
-    for (TruthShares* shares : {&score.all, kind_of(points.best[face]) == 0 ? &score.full : &score.partial}) {
+    for (TruthShares* shares : {&score.all, kind_of(points_.best[face]) == 0 ? &score.full : &score.partial}) {
       shares->seen_area += area;
       if (!texels.colors[i]) continue;
       shares->textured += area;
       shares->wrong += wrong ? area : 0;
       shares->unexplained += off && !wrong ? area : 0;
-      shares->undetectable += area * static_cast<double>(points.undetectable[i]);
+      shares->undetectable += area * static_cast<double>(points_.undetectable[i]);
     }
   }
   for (TruthShares* shares : {&score.all, &score.full, &score.partial}) divide(*shares);

@@ -1,11 +1,9 @@
-#include "app/evaluate/truth_origin.h"
-
-#include <fmt/format.h>
-
+// A model judged by what the photos show where its texture was taken from.
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
+
+#include "app/evaluate/truth_score.h"
 
 namespace gpvc::evaluate {
 namespace {
@@ -100,21 +98,20 @@ OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t
   return mine > 0 || place.surface == synth::kMixedSurfaces ? OriginVerdict::edge : OriginVerdict::wrong;
 }
 
-OriginScore score_origins(const TruthInput& input, const ShownPhotos& photos, const TruthPoints& points,
-                          const OriginOf& origin) {
+OriginScore TruthScorer::score(const OriginOf& origin) const {
   OriginScore score;
-  score.right_area.assign(input.mesh.faces.size(), 0.0F);
-  score.faithful_area.assign(input.mesh.faces.size(), 0.0F);
+  score.right_area.assign(input_.mesh.faces.size(), 0.0F);
+  score.faithful_area.assign(input_.mesh.faces.size(), 0.0F);
   const auto shares_of = [&](std::uint32_t face) {
-    const visibility::FaceClass best = points.best[face];
+    const visibility::FaceClass best = points_.best[face];
     OriginShares* kind = best == visibility::FaceClass::full      ? &score.full
                          : best == visibility::FaceClass::partial ? &score.partial
                                                                   : &score.none;
     return std::array{&score.all, kind};
   };
-  const Judged seen = judge_origins(input, photos, points.seen, origin);
-  for (std::size_t i = 0; i < points.seen.size(); ++i) {
-    const auto& [face, b, c, area] = points.seen[i];
+  const Judged seen = judge_origins(input_, photos_, points_.seen, origin);
+  for (std::size_t i = 0; i < points_.seen.size(); ++i) {
+    const auto& [face, b, c, area] = points_.seen[i];
     for (OriginShares* shares : shares_of(face)) {
       if (!seen.origins[i])
         shares->unknown += area;
@@ -127,10 +124,10 @@ OriginScore score_origins(const TruthInput& input, const ShownPhotos& photos, co
     score.right_area[face] += static_cast<float>(area);
     score.faithful_area[face] += static_cast<float>(area);
   }
-  const Judged hidden = judge_origins(input, photos, points.hidden, origin);
-  for (std::size_t i = 0; i < points.hidden.size(); ++i) {
+  const Judged hidden = judge_origins(input_, photos_, points_.hidden, origin);
+  for (std::size_t i = 0; i < points_.hidden.size(); ++i) {
     if (!hidden.origins[i]) continue;
-    const auto& [face, b, c, area] = points.hidden[i];
+    const auto& [face, b, c, area] = points_.hidden[i];
     for (OriginShares* shares : shares_of(face)) add_hidden_origin(hidden.verdicts[i], area, *shares);
     if (hidden.verdicts[i] != OriginVerdict::wrong) score.faithful_area[face] += static_cast<float>(area);
   }
@@ -159,50 +156,6 @@ OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std
     }
     return origin;
   };
-}
-
-std::string origin_table(const OriginScore& score) {
-  std::string table = fmt::format("\n{:<24}{:^44}{:^30}{:^21}\n{:<24}{:>10}{:>10}{:>12}{:>12}{:>15}{:>15}{:>12}{:>9}\n",
-                                  "by the photos' pixels", "of the area seen", "of the area hidden", "of both", "",
-                                  "a photo's", "right", "wrong", "edge", "a photo's", "ghost", "foreign", "faithful");
-  const auto line = [&](const char* name, const OriginShares& s) {
-    table +=
-        fmt::format("{:<24}{:>8.3f} %{:>8.3f} %{:>10.4f} %{:>10.3f} %{:>13.3f} %{:>13.4f} %{:>10.4f} %{:>7.3f} %\n",
-                    name, 100 * s.photo, 100 * s.right, 100 * s.wrong, 100 * s.edge, 100 * s.hidden_photo,
-                    100 * s.ghost, 100 * s.foreign, 100 * s.faithful);
-  };
-  line("all", score.all);
-  line("seen whole by a view", score.full);
-  line("seen only in parts", score.partial);
-  line("seen by none", score.none);
-  if (score.all.unknown > 0)
-    table += fmt::format("{:.2f} % of the area seen comes from photos that are not known\n", 100 * score.all.unknown);
-  return table;
-}
-
-Json shares_json(const TruthShares& s) {
-  return {{"area", s.area},
-          {"seen_area", s.seen_area},
-          {"textured", s.textured},
-          {"wrong", s.wrong},
-          {"unexplained", s.unexplained},
-          {"undetectable", s.undetectable},
-          {"right", s.textured * (1 - s.wrong)}};
-}
-
-Json shares_json(const OriginShares& s) {
-  return {{"seen_area", s.seen_area},
-          {"photo", s.photo},
-          {"filled", 1 - s.photo},
-          {"right", s.right},
-          {"wrong", s.wrong},
-          {"edge", s.edge},
-          {"unknown", s.unknown},
-          {"hidden_area", s.hidden_area},
-          {"hidden_photo", s.hidden_photo},
-          {"ghost", s.ghost},
-          {"foreign", s.foreign},
-          {"faithful", s.faithful}};
 }
 
 }  // namespace gpvc::evaluate

@@ -1,9 +1,11 @@
-#include "app/evaluate/truth_points.h"
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "app/evaluate/truth_score.h"
+#include "app/pipeline/observer.h"
 #include "io/vector.h"
 
 namespace gpvc::evaluate {
@@ -207,20 +209,21 @@ WorldPoint position_of(const Mesh& mesh, const FacePoint& point) {
   return {p.x + b * u.x + c * v.x, p.y + b * u.y + c * v.y, p.z + b * u.z + c * v.z};
 }
 
-TruthPoints find_truth_points(const TruthInput& input, const ShownPhotos& photos, const Progress& progress) {
+TruthScorer::TruthScorer(const TruthInput& input, const Progress& progress)
+    : input_(input), photos_(input.truth, input.scene, input.photos) {
+  if (input.mesh.faces.size() != input.truth.mesh.faces.size())
+    throw InputError(input.truth.dir, "",
+                     fmt::format("the truth is about {} faces, but the mesh has {}", input.truth.mesh.faces.size(),
+                                 input.mesh.faces.size()));
   const std::size_t views = input.used.size();
-  const auto pass = [&](std::size_t number) -> Progress {
-    return [&progress, views, number](std::size_t done, std::size_t) { progress(number * views + done, 3 * views); };
-  };
-  TruthPoints points;
-  points.best = best_classes(input.mesh, input.scene, input.used, pass(0));
-  points.gains = possible_gains(input.truth);
-  points.seen = sample_faces(input.mesh);
-  Sightings sightings = find_sightings(input, photos, points.seen, pass(1));
-  points.hidden = split_seen_and_hidden_samples(points.seen, sightings);
-  points.own = std::move(sightings.own);
-  points.undetectable = estimate_undetectable(input, photos, points, sightings, pass(2));
-  return points;
+  points_.best = best_classes(input.mesh, input.scene, input.used, pipeline::part_of(progress, 0, 3 * views));
+  points_.gains = possible_gains(input.truth);
+  points_.seen = sample_faces(input.mesh);
+  Sightings sightings = find_sightings(input, photos_, points_.seen, pipeline::part_of(progress, views, 3 * views));
+  points_.hidden = split_seen_and_hidden_samples(points_.seen, sightings);
+  points_.own = std::move(sightings.own);
+  points_.undetectable =
+      estimate_undetectable(input, photos_, points_, sightings, pipeline::part_of(progress, 2 * views, 3 * views));
 }
 
 }  // namespace gpvc::evaluate

@@ -10,6 +10,15 @@
 
 namespace gpvc::evaluate {
 
+/// A synthetic scene and the photos that models of it were textured from. Borrows all.
+struct TruthInput {
+  const Truth& truth;
+  const Mesh& mesh;  ///< as it was given to the texturing; the faces are those of truth.mesh
+  const Scene& scene;
+  std::span<const ViewId> used;
+  io::PhotoSource& photos;
+};
+
 struct FacePoint {
   std::uint32_t face = 0;
   float b = 0, c = 0;  ///< barycentric: A + b (B - A) + c (C - A)
@@ -40,10 +49,6 @@ struct TruthPoints {
 WorldPoint twice_area_normal(const Mesh& mesh, std::size_t face);
 WorldPoint position_of(const Mesh& mesh, const FacePoint& point);
 
-/// Samples the faces and goes through the used photos twice; `progress` counts them, and the views of the oracle before.
-/// O(points x views), TBB.
-TruthPoints find_truth_points(const TruthInput& input, const ShownPhotos& photos, const Progress& progress);
-
 /// visit(index) for each of `count` points, in parallel.
 template <class Visit>
 void for_each_point(std::size_t count, const Visit& visit) {
@@ -51,9 +56,5 @@ void for_each_point(std::size_t count, const Visit& visit) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) visit(i);
   });
 }
-
-/// Shares of the model's texels by their colours. Reads every used photo once.
-TruthScore score_colors(const TruthInput& input, const ShownPhotos& photos, const TruthPoints& points,
-                        const MatchedModel& model, const Progress& progress);
 
 }  // namespace gpvc::evaluate

@@ -88,18 +88,18 @@ TEST_F(ModesTextureGl, DefaultSweepsBracketTheBestBias) {
   std::vector<ViewId> used;
   for (std::uint32_t v = 0; v < read.views.size(); ++v) used.push_back(ViewId{v});
   const Progress silent = [](std::size_t, std::size_t) {};
-  const evaluate::OracleViews oracle(mesh, read, used, used.size(), silent);
+  const auto oracle = evaluate::oracle_views(mesh, read, used, used.size(), silent);
   const compare::BiasScale scale(mesh, read, used);
   visibility::GraphicsDevice device;
   for (const std::string family : {"shadow-map:spc", "shadow-map:apc", "ray:sparse", "ray:dense"}) {
     SCOPED_TRACE(family);
     std::vector<double> agreement;
     for (const compare::ComparedMode& mode :
-         compare::compared_modes(family, [&](const std::string& name) { return scale.sweep(name); }, {})) {
+         compare::compared_modes(family, [&](const std::string& name) { return scale.sweep(name); })) {
       visibility::VisibilityStage stage(mesh, mode.visibility, &device);
       evaluate::Confusion confusion;
-      for (const ViewId id : used)
-        oracle.compare(id, stage.classify(read.views[index(id)], id, nullptr).classes, confusion);
+      for (const auto& [id, truth] : oracle)
+        confusion.add(stage.classify(read.views[index(id)], id, nullptr).classes, truth);
       agreement.push_back(confusion.accuracy());
     }
     const double best = *std::max_element(agreement.begin(), agreement.end());

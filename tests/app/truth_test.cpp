@@ -8,7 +8,7 @@
 
 #include "app/cli/options.h"
 #include "app/evaluate/texture_islands.h"
-#include "app/evaluate/truth_origin.h"
+#include "app/evaluate/truth_score.h"
 #include "tests/support/temporary_folder.h"
 #include "visibility/oracle.h"
 
