@@ -1,5 +1,7 @@
 #include "app/compare/bias_sweep.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -59,16 +61,15 @@ double BiasScale::per_share(const std::string& family) const {
 }
 
 std::vector<double> BiasScale::sweep(const std::string& family) const {
-  // Rounding to a float moves a number by 2^-24 of itself at most. Window depths under SPC are mostly next to 1; the
-  // other two compare numbers of the size of per_share(). Half of it is too little.
-  const double rounding = 0x1p-24 * (family == "shadow-map:spc" ? 1 : per_share(family));
-  const double largest = 0.01 * per_share(family);
-  const int first = static_cast<int>(std::floor(std::log10(rounding / 2)));
-  const int last =
-      std::max(first + 2, static_cast<int>(std::ceil(std::log10(largest) - 1e-9)));  // a power of ten stays one
+  // Two numbers that should be equal differ by up to 2^-23 of themselves once rounded to floats. Window depths under SPC
+  // are mostly next to 1; the other two compare numbers of the size of per_share(). On interpolated depths, twice that
+  // still lets surfaces hide themselves.
+  const double rounding = 0x1p-23 * (family == "shadow-map:spc" ? 1 : per_share(family));
+  const int first = static_cast<int>(std::floor(std::log10(2 * rounding)));
+  const int last = std::max(first + 2, static_cast<int>(std::lround(std::log10(0.01 * per_share(family)))));
   std::vector<double> epsilons;
   for (int exponent = first; exponent <= last; ++exponent)
-    epsilons.push_back(std::stod("1e" + std::to_string(exponent)));  // rounded correctly, unlike pow()
+    epsilons.push_back(std::stod(fmt::format("1e{}", exponent)));  // rounded correctly, unlike pow()
   return epsilons;
 }
 

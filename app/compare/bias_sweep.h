@@ -16,8 +16,8 @@ class BiasScale {
   /// From the depths of vertices that lie in the frames of some of the used views.
   BiasScale(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
   double per_share(const std::string& family) const;
-  /// Powers of ten, the same ones for similar scenes: from below the rounding of the depths compared, where surfaces
-  /// hide themselves, to a hundredth of the median depth or more, where hidden surfaces are seen. The best bias lies
+  /// Powers of ten, the same ones for similar scenes: from the rounding of the depths compared, where surfaces hide
+  /// themselves, to the one nearest a hundredth of the median depth, where hidden surfaces are seen. The best bias lies
   /// between.
   std::vector<double> sweep(const std::string& family) const;
 
