@@ -312,8 +312,9 @@ void measure_mode(const Run& run, const Yardsticks& with, const labeling::FaceGr
   if (with.truth) origins.emplace(plan.emplace(atlas::plan_atlas(atlas_input, settings.atlas)), atlas_input);
   score_model(run, with, {textured.atlas.model, textured.atlas.pages, {}, origins ? &*origins : nullptr}, number, log,
               result);
-  if (result.origins && run.settings.keep_models)
-    write_wrong_points(run, model_folder(run, mode) / "wrong.json", *result.origins);
+  if (!result.origins) return;
+  if (run.settings.keep_models) write_wrong_points(run, model_folder(run, mode) / "wrong.json", *result.origins);
+  result.origins->wrong = {};  // may be many, and only areas are compared
 }
 
 void measure_external(const Run& run, const Yardsticks& with, const ExternalModel& external, std::size_t number,

@@ -35,32 +35,26 @@ std::string jpeg_bytes(const Image& image, int quality, const std::filesystem::p
   return std::move(bytes).str();
 }
 
-struct CropPictures {
-  std::string photo;
-  std::vector<std::string> renders;
-};
-
-// At the highest quality that stays within kPictureBytes.
-std::vector<CropPictures> pictures_of(std::span<const Crop> crops, const std::filesystem::path& scratch) {
-  std::vector<CropPictures> pictures;
+// Per crop the photo and the renders as data URIs, at the highest quality that stays within kPictureBytes.
+std::vector<std::vector<std::string>> pictures_of(std::span<const Crop> crops, const std::filesystem::path& scratch) {
+  std::vector<std::vector<std::string>> pictures;
   for (const int quality : {88, 75, 60, 40}) {
     pictures.clear();
     std::size_t bytes = 0;
     for (const Crop& crop : crops) {
-      CropPictures one{jpeg_bytes(crop.photo, quality, scratch), {}};
-      bytes += one.photo.size();
-      for (const Image& render : crop.renders) {
-        one.renders.push_back(jpeg_bytes(render, quality, scratch));
-        bytes += one.renders.back().size();
-      }
-      pictures.push_back(std::move(one));
+      const auto add = [&](const Image& image) {
+        const std::string jpeg = jpeg_bytes(image, quality, scratch);
+        bytes += jpeg.size();
+        pictures.back().push_back(fmt::format("data:image/jpeg;base64,{}", base64(jpeg)));
+      };
+      pictures.emplace_back();
+      add(crop.photo);
+      for (const Image& render : crop.renders) add(render);
     }
-    if (bytes <= kPictureBytes) return pictures;
+    if (bytes <= kPictureBytes) break;
   }
   return pictures;
 }
-
-std::string picture_uri(const std::string& jpeg) { return fmt::format("data:image/jpeg;base64,{}", base64(jpeg)); }
 
 void replace_first(std::string& text, const std::string& mark, const std::string& by) {
   const std::size_t at = text.find(mark);
@@ -129,11 +123,11 @@ std::string report_page(const Json& report, std::span<const Crop> crops, std::sp
                                {"better", f.better},
                                {"meaning", f.meaning}});
   if (Json contest = contest_table(report); !contest.is_null()) data["contest"] = std::move(contest);
-  const std::vector<CropPictures> pictures = pictures_of(crops, scratch);
+  const std::vector<std::vector<std::string>> pictures = pictures_of(crops, scratch);
   for (std::size_t c = 0; c < pictures.size(); ++c) {
     Json& uris = data["crops"][c]["pictures"];
-    uris["photo"] = picture_uri(pictures[c].photo);
-    for (std::size_t m = 0; m < shown.size(); ++m) uris[shown[m].name] = picture_uri(pictures[c].renders[m]);
+    uris["photo"] = pictures[c].front();
+    for (std::size_t m = 0; m < shown.size(); ++m) uris[shown[m].name] = pictures[c][m + 1];
   }
   return page_with(data);
 }

@@ -167,9 +167,8 @@ std::vector<ModelViews::Window> ModelViews::windows(std::span<const ShownModel> 
       double sum = 0, shown = 0;
       for (int v = y; v < y + h; ++v)
         for (int u = x; u < x + w; ++u) {
-          sum += deviations[static_cast<std::size_t>(v * small.width + u)];
-          shown += covered[static_cast<std::size_t>(v * factor) * static_cast<std::size_t>(camera.width) +
-                           static_cast<std::size_t>(u * factor)];
+          sum += deviations[pixel_index(u, v, small.width)];
+          shown += covered[pixel_index(u * factor, v * factor, camera.width)];
         }
       // Not where all models agree, or where the mesh covers next to nothing.
       if (sum == 0 || shown < 0.5 * w * h) continue;
@@ -216,8 +215,7 @@ Crop ModelViews::cut(std::span<const ShownModel> models, const Window& window) c
   std::vector<bool> counted;  // the photo may show more than the mesh covers
   for (int y = window.y; y < window.y + window.height; ++y)
     for (int x = window.x; x < window.x + window.width; ++x) {
-      const std::size_t i =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x);
+      const std::size_t i = pixel_index(x, y, view.camera.width);
       counted.push_back(compared.inside[i] != 0 && compared.covered[i] != 0);
     }
   for (const ShownModel& model : models) {

@@ -43,8 +43,7 @@ cv::Mat reduce_mask(std::span<const std::uint8_t> a, std::span<const std::uint8_
       bool whole = true;
       for (int dy = 0; dy < reduction && whole; ++dy)
         for (int dx = 0; dx < reduction && whole; ++dx) {
-          const auto i = static_cast<std::size_t>(y * reduction + dy) * static_cast<std::size_t>(size.width) +
-                         static_cast<std::size_t>(x * reduction + dx);
+          const std::size_t i = pixel_index(x * reduction + dx, y * reduction + dy, size.width);
           whole = a[i] != 0 && b[i] != 0;
         }
       reduced.at<std::uint8_t>(y, x) = whole ? 255 : 0;

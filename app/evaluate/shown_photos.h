@@ -25,10 +25,7 @@ struct ShownPhoto {
 
   /// nullopt where the point lies outside the photo.
   std::optional<PhotoPoint> project(const WorldPoint& p) const;
-  std::uint32_t surface(int x, int y) const {
-    const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(photo->width);
-    return (*surfaces)[row + static_cast<std::size_t>(x)];
-  }
+  std::uint32_t surface(int x, int y) const { return (*surfaces)[pixel_index(x, y, photo->width)]; }
   /// The pixel's colour at an exposure of 1.
   Pixel color(int x, int y) const;
   /// Visits the photo's pixels within `reach` of `at` in x and y.

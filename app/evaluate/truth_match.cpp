@@ -1,22 +1,16 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <unordered_map>
 
 #include "app/evaluate/truth.h"
 #include "app/synth/synth_scene.h"
+#include "io/vector.h"
 
 namespace gpvc::evaluate {
 namespace {
 
-using Place = std::array<double, 3>;
-
-Place corner(const WorldPoint& p, const WorldPoint& offset = {}) {
-  return {p.x + offset.x, p.y + offset.y, p.z + offset.z};
-}
-
-double distance(const Place& a, const Place& b) {
-  return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
+double distance(const WorldPoint& a, const WorldPoint& b) {
+  return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
 }
 
 // Rounding to six printed digits, or to floats, of the model's own numbers; never more than a 4096th of the mesh's
@@ -25,15 +19,12 @@ double tolerance_of(const Mesh& mesh, const Mesh& model) {
   double largest = 0;
   for (const WorldPoint& p : model.positions)
     largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  Place lo, hi;
-  lo.fill(std::numeric_limits<double>::infinity());
-  hi.fill(-std::numeric_limits<double>::infinity());
-  for (const WorldPoint& p : mesh.positions)
-    for (std::size_t i = 0; i < 3; ++i) {
-      lo[i] = std::min(lo[i], corner(p)[i]);
-      hi[i] = std::max(hi[i], corner(p)[i]);
-    }
-  const double extent = std::max({hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]});
+  WorldPoint lo = mesh.positions.empty() ? WorldPoint{} : mesh.positions.front(), hi = lo;
+  for (const WorldPoint& p : mesh.positions) {
+    lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};
+    hi = {std::max(hi.x, p.x), std::max(hi.y, p.y), std::max(hi.z, p.z)};
+  }
+  const double extent = distance(lo, hi);
   return std::max(std::min(largest * 1e-5, extent / 4096), extent * 1e-12);
 }
 
@@ -43,7 +34,7 @@ class Corners {
   Corners(const Mesh& mesh, double tolerance) : mesh_(mesh), tolerance_(tolerance) {
     first_.resize(mesh.positions.size());
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
-      std::vector<std::uint32_t>& cell = cells_[key(cell_of(corner(mesh.positions[v])))];
+      std::vector<std::uint32_t>& cell = cells_[key(cell_of(mesh.positions[v]))];
       const auto same = std::find_if(cell.begin(), cell.end(),
                                      [&](std::uint32_t other) { return mesh.positions[other] == mesh.positions[v]; });
       first_[v] = same == cell.end() ? v : *same;
@@ -52,18 +43,18 @@ class Corners {
   }
   std::uint32_t first(std::uint32_t vertex) const { return first_[vertex]; }
   // The nearest position within the tolerance; kNoModelFace where there is none.
-  std::uint32_t nearest(const Place& p) const {
+  std::uint32_t nearest(const WorldPoint& p) const {
     std::uint32_t best = kNoModelFace;
     double best_distance = tolerance_;
-    const Cell low = cell_of({p[0] - tolerance_, p[1] - tolerance_, p[2] - tolerance_}),
-               high = cell_of({p[0] + tolerance_, p[1] + tolerance_, p[2] + tolerance_});
+    const WorldPoint reach{tolerance_, tolerance_, tolerance_};
+    const Cell low = cell_of(p - reach), high = cell_of(p + reach);
     for (std::int64_t z = low[2]; z <= high[2]; ++z)
       for (std::int64_t y = low[1]; y <= high[1]; ++y)
         for (std::int64_t x = low[0]; x <= high[0]; ++x) {
           const auto cell = cells_.find(key({x, y, z}));
           if (cell == cells_.end()) continue;
           for (const std::uint32_t v : cell->second) {
-            const double d = distance(p, corner(mesh_.positions[v]));
+            const double d = distance(p, mesh_.positions[v]);
             if (d < best_distance || (d == best_distance && v < best)) {
               best_distance = d;
               best = v;
@@ -75,10 +66,9 @@ class Corners {
 
  private:
   using Cell = std::array<std::int64_t, 3>;
-  Cell cell_of(const Place& p) const {
-    Cell cell{};
-    for (std::size_t i = 0; i < 3; ++i) cell[i] = static_cast<std::int64_t>(std::floor(p[i] / (2 * tolerance_)));
-    return cell;
+  Cell cell_of(const WorldPoint& p) const {
+    const auto number = [&](double v) { return static_cast<std::int64_t>(std::floor(v / (2 * tolerance_))); };
+    return {number(p.x), number(p.y), number(p.z)};
   }
   // Cells whose keys collide share a list; distances tell their positions apart.
   static std::uint64_t key(const Cell& c) {
@@ -95,7 +85,7 @@ class Corners {
 bool same_faces(const Mesh& mesh, const Mesh& model, const WorldPoint& offset, double tolerance) {
   if (mesh.faces != model.faces || mesh.positions.size() != model.positions.size()) return false;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-    if (distance(corner(mesh.positions[v]), corner(model.positions[v], offset)) > tolerance) return false;
+    if (distance(mesh.positions[v], model.positions[v] + offset) > tolerance) return false;
   return true;
 }
 
@@ -140,7 +130,7 @@ MatchedModel match_model(const Mesh& mesh, const io::TexturedModel& model, std::
   }
   std::vector<std::uint32_t> nearest;
   nearest.reserve(other.positions.size());
-  for (const WorldPoint& p : other.positions) nearest.push_back(corners.nearest(corner(p, offset)));
+  for (const WorldPoint& p : other.positions) nearest.push_back(corners.nearest(p + offset));
   for (std::uint32_t g = 0; g < other.faces.size(); ++g) {
     const Triangle& t = other.faces[g];
     const Ordered theirs = ordered({nearest[t[0]], nearest[t[1]], nearest[t[2]]});

@@ -85,9 +85,7 @@ OriginVerdict origin_verdict(const Camera& camera, std::span<const std::uint32_t
   if (!q || q->x < -0.5 || q->y < -0.5 || q->x > camera.width + 0.5 || q->y > camera.height + 0.5)
     return OriginVerdict::wrong;
   const auto shown = [&](int x, int y) {
-    const auto column = static_cast<std::size_t>(std::clamp(x, 0, camera.width - 1)),
-               row = static_cast<std::size_t>(std::clamp(y, 0, camera.height - 1));
-    return surfaces[row * static_cast<std::size_t>(camera.width) + column];
+    return surfaces[pixel_index(std::clamp(x, 0, camera.width - 1), std::clamp(y, 0, camera.height - 1), camera.width)];
   };
   place.at = *q;
   place.surface = shown(static_cast<int>(std::floor(q->x)), static_cast<int>(std::floor(q->y)));

@@ -14,7 +14,7 @@ namespace gpvc::evaluate {
 class TruthScorer {
  public:
   /// Throws InputError from photos and id pictures, and when the meshes have different numbers of faces. Takes a few
-  /// bytes for each point and used view. What a photo's mask excludes counts as seen by nobody and as no error.
+  /// bytes for each point and used view. What a photo's mask excludes counts as not seen, and as no error.
   /// Progress counts views, each of which is gone through three times: by the oracle, and twice as a photo.
   TruthScorer(const TruthInput& input, const Progress& progress);
 

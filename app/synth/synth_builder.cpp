@@ -101,14 +101,9 @@ void SynthBuilder::box(Material material, const Placement& place, const WorldPoi
   if (bottom) quad(material, corner(false, true), x, y * -1);
 }
 
-std::uint32_t SynthBuilder::relief(Material material, const WorldPoint& lo, const WorldPoint& hi,
-                                   const std::function<double(double x, double y)>& height) {
-  return *relief_part(material, lo, hi, lo, hi, height);
-}
-
-std::optional<std::uint32_t> SynthBuilder::relief_part(Material material, const WorldPoint& lo, const WorldPoint& hi,
-                                                       const WorldPoint& from, const WorldPoint& to,
-                                                       const std::function<double(double x, double y)>& height) {
+std::optional<std::uint32_t> SynthBuilder::relief(Material material, const WorldPoint& lo, const WorldPoint& hi,
+                                                  const WorldPoint& from, const WorldPoint& to,
+                                                  const std::function<double(double x, double y)>& height) {
   const int nu = pieces(hi.x - lo.x), nv = pieces(hi.y - lo.y);
   const auto lines = [](double low, double high, double begin, double end, int n) {
     return std::pair{static_cast<int>(std::ceil((begin - low) / (high - low) * n)),
@@ -133,18 +128,13 @@ std::optional<std::uint32_t> SynthBuilder::relief_part(Material material, const 
 void SynthBuilder::ball(const WorldPoint& centre, double radius_m, std::uint32_t seed) {
   const std::uint32_t surface = add_surface(Material::leaves, centre, {1, 0, 0}, {0, 1, 0});
   const double g = (1 + std::sqrt(5.0)) / 2;
-  const std::array<WorldPoint, 12> corners{{{-1, g, 0},
-                                            {1, g, 0},
-                                            {-1, -g, 0},
-                                            {1, -g, 0},
-                                            {0, -1, g},
-                                            {0, 1, g},
-                                            {0, -1, -g},
-                                            {0, 1, -g},
-                                            {g, 0, -1},
-                                            {g, 0, 1},
-                                            {-g, 0, -1},
-                                            {-g, 0, 1}}};
+  std::array<WorldPoint, 12> corners;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double s = k % 2 == 0 ? -1 : 1, t = k < 2 ? g : -g;
+    corners[k] = {s, t, 0};
+    corners[4 + k] = {0, s, t};
+    corners[8 + k] = {t, 0, s};
+  }
   constexpr int kSides[20][3] = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
                                  {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
                                  {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};

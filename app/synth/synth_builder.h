@@ -41,14 +41,12 @@ class SynthBuilder {
   /// A ball of leaves with lumps: a subdivided icosahedron whose vertices are moved outwards at random.
   void ball(const WorldPoint& centre, double radius_m, std::uint32_t seed);
   void trunk(const WorldPoint& foot, double height_m, double radius_m);
-  /// A height field over a rectangle of the map, seen from above.
-  std::uint32_t relief(Material material, const WorldPoint& lo, const WorldPoint& hi,
-                       const std::function<double(double x, double y)>& height);
-  /// The cells of relief(lo, hi) that lie entirely between `from` and `to`, with a surface of their own. Two of the same
-  /// heights follow each other facet by facet. No value if there are no such cells.
-  std::optional<std::uint32_t> relief_part(Material material, const WorldPoint& lo, const WorldPoint& hi,
-                                           const WorldPoint& from, const WorldPoint& to,
-                                           const std::function<double(double x, double y)>& height);
+  /// A height field seen from above: of the cells of the rectangle `lo` to `hi` of the map those that lie entirely
+  /// between `from` and `to`. Two over the same rectangle follow each other facet by facet. No value if there are no such
+  /// cells.
+  std::optional<std::uint32_t> relief(Material material, const WorldPoint& lo, const WorldPoint& hi,
+                                      const WorldPoint& from, const WorldPoint& to,
+                                      const std::function<double(double x, double y)>& height);
 
  private:
   int pieces(double length_m) const { return std::max(1, static_cast<int>(std::ceil(length_m / edge_m_))); }

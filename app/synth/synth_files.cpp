@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "app/synth/synth_scene.h"
@@ -92,36 +91,21 @@ void write_synth_mesh(const std::filesystem::path& file, const Mesh& mesh, const
     return std::all_of(at.begin(), at.end(), [](double v) { return static_cast<double>(static_cast<float>(v)) == v; });
   });
   io::OutputFile out(file);
-  const char* type = floats ? "float" : "double";
-  std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty {} x\nproperty {} y\n"
-      "property {} z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-      mesh.positions.size(), type, type, type, mesh.faces.size());
-  const auto append = [&](auto value) {
-    char raw[sizeof value];
-    std::memcpy(raw, &value, sizeof value);
-    bytes.append(raw, sizeof value);
-  };
-  const auto flush = [&](std::size_t beyond) {
-    if (bytes.size() <= beyond) return;
-    out.write(bytes);
-    bytes.clear();
-  };
-  constexpr std::size_t kBuffer = std::size_t{1} << 20;
-  for (const WorldPoint& p : mesh.positions) {
+  out.write(
+      fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {0}\nproperty {2} x\nproperty {2} y\n"
+                  "property {2} z\nelement face {1}\nproperty list uchar uint vertex_indices\nend_header\n",
+                  mesh.positions.size(), mesh.faces.size(), floats ? "float" : "double"));
+  const auto append = [&](auto value) { out.write(&value, sizeof value); };
+  for (const WorldPoint& p : mesh.positions)
     for (const double v : moved(p))
       if (floats)
         append(static_cast<float>(v));
       else
         append(v);
-    flush(kBuffer);
-  }
   for (const Triangle& t : mesh.faces) {
-    bytes.push_back(3);
+    append(std::uint8_t{3});
     for (const std::uint32_t v : t) append(v);
-    flush(kBuffer);
   }
-  flush(0);
   out.commit();
 }
 

@@ -35,7 +35,8 @@ SynthScene make_terrain(const LayerOptions& options) {
   };
   const auto build = [&](SynthBuilder& builder) {
     const WorldPoint south_west{-half, -half, 0}, north_east{half, half, 0};
-    builder.surface(builder.relief(Material::meadow, south_west, north_east, hills)).scale = scale;
+    builder.surface(*builder.relief(Material::meadow, south_west, north_east, south_west, north_east, hills)).scale =
+        scale;
     for (int j = 0; j < kFields; ++j)
       for (int i = 0; i < kFields; ++i) {
         const std::uint32_t seed = builder.chance_seed(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
@@ -44,8 +45,8 @@ SynthScene make_terrain(const LayerOptions& options) {
         const auto margin = [&](std::uint32_t n) { return 0.15 * field * synth_chance(seed, n); };
         const WorldPoint lo{-half + i * field + margin(2), -half + j * field + margin(3), 0};
         const WorldPoint hi{-half + (i + 1) * field - margin(4), -half + (j + 1) * field - margin(5), 0};
-        const auto sheet = builder.relief_part(Material::gravel, south_west, north_east, lo, hi,
-                                               [&](double x, double y) { return hills(x, y) + options.gap_m; });
+        const auto sheet = builder.relief(Material::gravel, south_west, north_east, lo, hi,
+                                          [&](double x, double y) { return hills(x, y) + options.gap_m; });
         if (!sheet) continue;  // fields smaller than a cell
         builder.surface(*sheet).scale = scale;
         builder.surface(*sheet).tint = vivid(synth_hash(seed, 6));
