@@ -4,52 +4,38 @@
 namespace gpvc::cli {
 namespace {
 
-CLI::Option* add_count(CLI::App& app, const std::string& name, int& count, int least, int most,
-                       const std::string& text) {
-  return app.add_option(name, count, text)
-      ->type_name("N")
-      ->check(in_range(least, most))
-      ->default_str(std::to_string(count));
-}
-
 void add_compared(CLI::App& app, CompareOptions& options) {
-  const std::string before = app.option_defaults()->get_group();
-  app.option_defaults()->group("Comparison");
-  app.add_option("--modes", options.modes,
-                 "Visibility modes, separated by commas, as texture's --visibility takes them; gpvc:uncorrected "
-                 "and gpvc:paper (coverage correction off, LPCC alone); shadow-map and ray modes without an "
-                 "epsilon run once per --eps")
-      ->type_name("LIST")
+  const OptionGroup group{app, "Comparison"};
+  compare::CompareSettings& settings = options.settings;
+  group
+      .add("--modes", options.modes, "LIST",
+           "Visibility modes, separated by commas, as texture's --visibility takes them; gpvc:uncorrected and "
+           "gpvc:paper (coverage correction off, LPCC alone); shadow-map and ray modes without an epsilon run once per "
+           "--eps")
       ->default_str(compare::default_modes());
-  app.add_option("--eps", options.epsilons, "Epsilons of the modes that have a bias, separated by commas")
-      ->type_name("LIST")
+  group.add("--eps", options.epsilons, "LIST", "Epsilons of the modes that have a bias, separated by commas")
       ->delimiter(',')
       ->check(in_range(1e-300, 1e300))
       ->default_str("powers of ten that suit the scene's depths, for each mode");
-  app.add_option("--external", options.externals,
-                 "Another program's textured model of the same mesh, OBJ, GLB or glTF, scored and shown beside "
-                 "ours; may be given several times")
-      ->type_name("NAME=MODEL");
-  app.add_option("--hold-out", options.input.hold_out,
-                 "Leave views out of all texturing and score on them: every K-th, or names and globs")
-      ->type_name("K|LIST");
-  app.add_option("--truth", options.settings.truth, "Folder of a synthetic scene, with surfaces.json")
-      ->type_name("DIR")
+  group.add("--external", options.externals, "NAME=MODEL",
+            "Another program's textured model of the same mesh, OBJ, GLB or glTF, scored and shown beside ours; may be "
+            "given several times");
+  group.add("--hold-out", options.input.hold_out, "K|LIST",
+            "Leave views out of all texturing and score on them: every K-th, or names and globs");
+  group.add("--truth", settings.truth, "DIR", "Folder of a synthetic scene, with surfaces.json")
       ->default_str("SCENE's parent, where it holds one");
-  add_count(app, "--oracle-views", options.settings.oracle_views, 0, 1000000,
-            "Views, drawn at random but always the same, in which classes are compared with the exact oracle's; 0 is "
-            "none");
-  add_count(app, "--score-views", options.settings.score_views, 1, 1000000,
-            "Views scored at most if none is held out, spread evenly");
-  app.add_option("--reduction", options.reduction, "Score at 1/N of the size that was textured from, 1 to 64")
-      ->type_name("N")
+  group.number(
+      "--oracle-views", settings.oracle_views, 0, 1000000, "N",
+      "Views, drawn at random but always the same, in which classes are compared with the exact oracle's; 0 is "
+      "none");
+  group.number("--score-views", settings.score_views, 1, 1000000, "N",
+               "Views scored at most if none is held out, spread evenly");
+  group.add("--reduction", options.reduction, "N", "Score at 1/N of the size that was textured from, 1 to 64")
       ->check(in_range(1, 64))
       ->default_str("4 without --downscale, so a quarter of the photos");
-  add_count(app, "--crops", options.settings.crops, 0, 40, "Places to show, where the models differ most, 0 to 40");
-  app.add_option("--summarize", options.summarize,
-                 "Instead of SCENE and MESH: report.json files of several scenes, into one summary")
-      ->type_name("REPORT...");
-  app.option_defaults()->group(before);
+  group.number("--crops", settings.crops, 0, 40, "N", "Places to show, where the models differ most, 0 to 40");
+  group.add("--summarize", options.summarize, "REPORT...",
+            "Instead of SCENE and MESH: report.json files of several scenes, into one summary");
 }
 
 }  // namespace
