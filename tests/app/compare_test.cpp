@@ -62,9 +62,9 @@ TEST(BiasScale, SweepsFromRoundingToAHundredthOfTheDepth) {
   EXPECT_DOUBLE_EQ(scale.per_share("ray:dense"), 100);
   EXPECT_DOUBLE_EQ(scale.per_share("shadow-map:apc"), 1e-8);
   EXPECT_DOUBLE_EQ(scale.per_share("shadow-map:spc"), 120.0 * 80 / 40 / 100);
-  EXPECT_EQ(scale.sweep("shadow-map:apc"), (std::vector<double>{1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10}));
-  EXPECT_EQ(scale.sweep("shadow-map:spc"), (std::vector<double>{1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1}));
-  EXPECT_EQ(scale.sweep("ray:sparse"), (std::vector<double>{1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0}));
+  EXPECT_EQ(scale.sweep("shadow-map:apc"), (std::vector<double>{1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10}));
+  EXPECT_EQ(scale.sweep("shadow-map:spc"), (std::vector<double>{1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2}));
+  EXPECT_EQ(scale.sweep("ray:sparse"), (std::vector<double>{1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0}));
 }
 
 TEST(Confusion, CountsByTheOraclesClass) {
