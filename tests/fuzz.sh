@@ -6,7 +6,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export seconds=${1:-10}
 shift || true
-"$root/app/setup/install_packages.sh" fuzz
+"$root/app/setup/install_packages.sh" clang
 
 export build=$root/build/fuzz corpus=$root/tests/fuzz/corpus
 launcher=()

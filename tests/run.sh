@@ -1,19 +1,22 @@
 #!/usr/bin/env bash
 # run.sh [--sanitize] [CTEST ARGUMENTS]: installs what is missing, builds, runs every test through CTest.
-#   --sanitize   Debug build under the address and undefined behaviour sanitizers, into build/sanitize
+#   --sanitize   Debug build by Clang under the address and undefined behaviour sanitizers, into build/sanitize
 # Tests of OpenGL run on whatever EGL device there is (Mesa's llvmpipe without a GPU); here they must run, not skip.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 build=$root/build/release
+packages=(test)
 options=(-DCMAKE_BUILD_TYPE=Release -DGPVC_SANITIZE=OFF -DGPVC_BENCHMARKS=ON)
 if [ "${1:-}" = --sanitize ]; then
   shift
   build=$root/build/sanitize
-  options=(-DCMAKE_BUILD_TYPE=Debug -DGPVC_SANITIZE=ON -DGPVC_BENCHMARKS=OFF "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
+  packages=(test clang)
+  # The second compiler here, so that both must find the code free of warnings.
+  options=(-DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug -DGPVC_SANITIZE=ON -DGPVC_BENCHMARKS=OFF "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
 fi
 
-"$root/app/setup/install_packages.sh" test
+for group in "${packages[@]}"; do "$root/app/setup/install_packages.sh" "$group"; done
 
 # Khronos' glTF validator and three.js come from the npm registry; everything else from Debian.
 node_modules=$root/build/node/node_modules

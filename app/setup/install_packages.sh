@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# install_packages.sh [build|test|fuzz]: installs the Debian packages of packages.txt that are missing, and nothing else.
+# install_packages.sh [build|test|clang]: installs the Debian packages of packages.txt that are missing, and nothing else.
 # Quiet and quick when all are there.
 set -euo pipefail
 list=$(dirname "$0")/packages.txt
@@ -7,8 +7,8 @@ wanted=${1:-build}
 case $wanted in
   build) sections=build ;;
   test) sections='build|test' ;;
-  fuzz) sections='build|fuzz' ;;
-  *) echo "install_packages.sh: expected build, test or fuzz, got '$wanted'" >&2; exit 2 ;;
+  clang) sections='build|clang' ;;
+  *) echo "install_packages.sh: expected build, test or clang, got '$wanted'" >&2; exit 2 ;;
 esac
 
 packages=$(awk -v sections="^($sections)\$" '

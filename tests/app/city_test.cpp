@@ -25,7 +25,7 @@ synth::CityOptions small_city() {
 }
 
 TEST(City, ComesNearTheFacesAskedFor) {
-  for (const std::size_t faces : {20000, 60000}) {
+  for (const std::size_t faces : {20000u, 60000u}) {
     synth::CityOptions options;
     options.faces = faces;
     const synth::SynthScene city = synth::make_city(options);

@@ -155,7 +155,7 @@ TEST(Candidates, FacesThatEveryPhotoDisputesKeepTheirViews) {
   for (int i = 0; i < 5; ++i)
     photos.push_back(paint([=](int x, int y) {
       // Noise of eight pixels that differs from photo to photo.
-      const int cell = (x / 8 * 31 + y / 8 * 17 + i * 101) * 2654435761u % 200;
+      const int cell = static_cast<int>(static_cast<unsigned>(x / 8 * 31 + y / 8 * 17 + i * 101) * 2654435761u % 200);
       return Color{20 + cell, 220 - cell, (cell * 7) % 200};
     }));
   const Candidates candidates = wall.collect(photos, {});
