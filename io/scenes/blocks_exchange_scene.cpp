@@ -95,7 +95,10 @@ class BlocksReader {
     for (const pugi::xml_node block : root.children("Block")) {
       ++blocks;
       const std::size_t posed = count_posed(block);
-      if (posed > most) best = block, most = posed;
+      if (posed > most) {
+        best = block;
+        most = posed;
+      }
     }
     if (most == 0) xml_.fail(root, "no photo has a pose: export the block after its aerotriangulation");
     if (blocks > 1)

@@ -327,7 +327,10 @@ fs::path largest_model(const fs::path& folder, std::vector<std::string>& warning
   fs::path best;
   std::uint64_t most = 0;
   for (const auto& [number, model] : models)
-    if (const std::uint64_t count = count_images(model); best.empty() || count > most) best = model, most = count;
+    if (const std::uint64_t count = count_images(model); best.empty() || count > most) {
+      best = model;
+      most = count;
+    }
   warnings.push_back("the folder holds " + std::to_string(models.size()) + " models; the largest, " +
                      best.filename().string() + ", of " + std::to_string(most) +
                      " images, is read, the others cannot be brought into its frame");

@@ -89,7 +89,10 @@ class OpensfmReader {
       if (!reconstruction.is_object() || !reconstruction.contains("shots") || !reconstruction["shots"].is_object() ||
           !reconstruction.contains("cameras") || !reconstruction["cameras"].is_object())
         fail("reconstruction " + std::to_string(i), "expected the objects 'cameras' and 'shots'");
-      if (reconstruction["shots"].size() > most) best = i, most = reconstruction["shots"].size();
+      if (reconstruction["shots"].size() > most) {
+        best = i;
+        most = reconstruction["shots"].size();
+      }
     }
     if (json_.size() > 1)
       scene_.warnings.push_back("the file holds " + std::to_string(json_.size()) +
