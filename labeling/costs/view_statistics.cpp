@@ -207,11 +207,14 @@ class ViewPass {
     }
   }
 
-  /// For a face that owns no pixel: the pixel that its centroid lies in.
+  /// For a face that owns no pixel: the pixel that its centroid lies in, or the nearest one.
   void add_centroid(const FaceShape& shape, PixelSums& sums) const {
     const visibility::Ivm& ivm = visibility_.ivm;
-    const int x = std::clamp(static_cast<int>(shape.x), 0, ivm.width - 1);
-    const int y = std::clamp(static_cast<int>(shape.y), 0, ivm.height - 1);
+    // Close to the camera plane, projections exceed the range of int.
+    const auto pixel = [](float at, int size) {
+      return static_cast<int>(std::clamp(at, 0.0F, static_cast<float>(size - 1)));
+    };
+    const int x = pixel(shape.x, ivm.width), y = pixel(shape.y, ivm.height);
     if (const auto photo_pixel = lookup_.pixel(x, y)) add_pixel(pixel_index(x, y, ivm.width), *photo_pixel, sums);
   }
 

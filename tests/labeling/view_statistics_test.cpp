@@ -106,6 +106,22 @@ TEST(ViewStatistics, FaceWithoutAPixelIsLookedUpAtItsCentroid) {
   EXPECT_NEAR(static_cast<double>(records[0].quality), 0.02, 1e-6);
 }
 
+TEST(ViewStatistics, CentroidFarOutsideThePhotoIsLookedUpAtItsBorder) {
+  const View view = view_from(0);
+  const Image photo = paint([](int x, int y) { return Color{x, y, 7}; });
+  for (const double side : {-1.0, 1.0}) {
+    Mesh mesh;
+    mesh.positions = {{100 * side, -1, 1e-9}, {101 * side, -1, 1e-9}, {100 * side, 2, 1e-9}};
+    mesh.faces = {{0, 1, 2}};
+    visibility::ViewVisibility visibility = look(mesh, view);
+    visibility.classes = {visibility::FaceClass::full};
+    const auto records = view_statistics(mesh, view, photo, visibility, CostOptions{});
+    ASSERT_EQ(records.size(), 1u);
+    EXPECT_EQ(records[0].color[0], side < 0 ? 0 : (kWidth - 1) * 256);
+    EXPECT_EQ(records[0].color[1], 24 * 256);
+  }
+}
+
 TEST(PhotoLookup, AgreesWithTheLensModel) {
   Camera camera{900, 700, 800, 810, 440, 360, {}};
   camera.distortion.k1 = -0.15;
