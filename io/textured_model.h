@@ -51,7 +51,8 @@ struct ModelOptions {
   UpAxis up = UpAxis::pos_y;  ///< world axis that points up; becomes the root node's rotation in glTF (+y up)
   std::string srs{};          ///< Scene::srs and Scene::offset: for the root node's extras
   WorldPoint srs_offset{};
-  bool normals = false;  ///< with smooth vertex normals, weighted by the faces' angles
+  bool normals = false;        ///< with smooth vertex normals, weighted by the faces' angles
+  bool pageless_faces = true;  ///< in an OBJ; a glTF never has them
   /// Largest size of a .bin beside a .gltf (exceeded only if one page's triangles take more): lengths that 31 bits
   /// hold.
   std::size_t buffer_limit_bytes = 0x7FFFFFFF;
@@ -59,7 +60,7 @@ struct ModelOptions {
 
 /// `NAME.obj` with NAME.mtl beside it: positions in the input's order, faces in the input's order, usemtl where the
 /// page changes; coordinates less the offset are printed so that they read back exactly. v runs upwards in OBJ. Faces
-/// without a page are listed without texture coordinates, under a grey material. Throws OutputError.
+/// without a page are listed without texture coordinates, under a grey material, or left out. Throws OutputError.
 void write_obj(const std::filesystem::path& obj_file, const TexturedModel& model, std::span<const PageFile> pages,
                const ModelOptions& options);
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 
@@ -83,11 +84,13 @@ void write_vertices(TextOut& out, const TexturedModel& model, const ModelOptions
 }
 
 /// Normals are numbered as positions are.
-void write_faces(TextOut& out, const TexturedModel& model, bool normals) {
-  std::uint32_t page = 0;
+void write_faces(TextOut& out, const TexturedModel& model, const ModelOptions& options) {
+  std::optional<std::uint32_t> last;
   for (std::size_t f = 0; f < model.mesh->faces.size(); ++f) {
-    if (f == 0 || model.face_page[f] != page) {
-      page = model.face_page[f];
+    const std::uint32_t page = model.face_page[f];
+    if (page == kNoPage && !options.pageless_faces) continue;
+    if (page != last) {
+      last = page;
       if (page == kNoPage)
         out.text("usemtl untextured\n");
       else
@@ -98,7 +101,7 @@ void write_faces(TextOut& out, const TexturedModel& model, bool normals) {
       const std::uint64_t position = std::uint64_t{model.mesh->faces[f][corner]} + 1;
       out.text(" ").number(position);
       if (page != kNoPage) out.text("/").number(std::uint64_t{model.face_texcoords[f][corner]} + 1);
-      if (normals) out.text(page == kNoPage ? "//" : "/").number(position);
+      if (options.normals) out.text(page == kNoPage ? "//" : "/").number(position);
     }
     out.text("\n");
   }
@@ -113,10 +116,11 @@ void write_obj(const fs::path& obj_file, const TexturedModel& model, std::span<c
   mtl_file.replace_extension(".mtl");
   TextOut out(obj_file);
   const auto& face_page = model.face_page;
-  write_mtl(mtl_file, obj_file, pages, std::find(face_page.begin(), face_page.end(), kNoPage) != face_page.end());
+  write_mtl(mtl_file, obj_file, pages,
+            options.pageless_faces && std::ranges::find(face_page, kNoPage) != face_page.end());
   out.text("mtllib ").text(mtl_file.filename().string()).text("\n");
   write_vertices(out, model, options);
-  write_faces(out, model, options.normals);
+  write_faces(out, model, options);
   out.commit();
 }
 

@@ -200,6 +200,18 @@ TEST(WriteObj, ListsFacesWithoutAPageInTheirPlace) {
   EXPECT_TRUE(contains(test::read_file(test.folder.path() / "model.mtl"), "newmtl untextured\n"));
 }
 
+TEST(WriteObj, LeavesOutFacesWithoutAPageWhenAsked) {
+  StripModel test;
+  test.model.face_page = {kNoPage, 0, kNoPage, 0};
+  const auto file = test.folder.path() / "model.obj";
+  ModelOptions options;
+  options.pageless_faces = false;
+  write_obj(file, test.model, test.pages, options);
+  EXPECT_EQ(read_mesh(file).faces, (std::vector<Triangle>{test.mesh.faces[1], test.mesh.faces[3]}));
+  EXPECT_TRUE(contains(test::read_file(file), "usemtl page_0\nf 3/4 4/5 2/6\nf 5/4"));
+  EXPECT_FALSE(contains(test::read_file(test.folder.path() / "model.mtl"), "untextured"));
+}
+
 TEST(WriteObj, WritesANormalAPosition) {
   const StripModel test;
   ModelOptions options;
