@@ -51,7 +51,7 @@ std::size_t find_vertex(std::span<const ChartVertex> list, std::uint32_t vertex)
 
 void write_texcoords(const AtlasBuild& build, io::TexturedModel& model) {
   const Mesh& mesh = build.input.mesh;
-  const std::vector<Chart>& charts = build.set.charts;
+  const std::span charts = std::span(build.set.charts).first(build.set.placed);
   std::vector<std::vector<ChartVertex>> vertices(charts.size());
   tbb::parallel_for(std::size_t{0}, charts.size(),
                     [&](std::size_t c) { vertices[c] = chart_vertices(mesh, build.set, charts[c]); });
@@ -60,7 +60,7 @@ void write_texcoords(const AtlasBuild& build, io::TexturedModel& model) {
   if (first.back() >= 0xFFFFFFFFu) throw std::length_error("more texture coordinates than 32-bit indices can address");
   model.texcoords.resize(first.back());
   model.face_texcoords.resize(mesh.faces.size());
-  model.face_page.resize(mesh.faces.size());
+  model.face_page.assign(mesh.faces.size(), io::kNoPage);
   tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t c) {
     const ChartPlace& place = build.places[c];
     const Image& image = build.pages[place.page].image;
@@ -84,6 +84,10 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
   const std::size_t faces = input.mesh.faces.size();
   if (input.labels.size() != faces || input.tags.size() != faces)
     throw std::invalid_argument("labels and tags must have one entry per face");
+  if (!input.border.empty() && input.border.size() != faces)
+    throw std::invalid_argument("border must be empty or have one entry per face");
+  if (!input.exposure.empty() && input.exposure.size() != input.scene.views.size())
+    throw std::invalid_argument("exposure must be empty or have one entry per view");
   if (options.padding < 0) throw std::invalid_argument("padding must not be negative");
   if (options.page_size < 2 * options.padding + kLeastRoom)
     throw std::invalid_argument("page size leaves no room within the padding");
@@ -107,7 +111,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   const Layout& layout = state.layout;
   TextureAtlas atlas;
   AtlasStatistics& statistics = atlas.statistics;
-  statistics.charts = layout.set.charts.size();
+  statistics.charts = layout.set.placed;
   statistics.filled_faces = layout.set.unseen_faces;
   statistics.reduction = layout.reduction;
   statistics.layout_s = state.seconds;
@@ -179,6 +183,7 @@ PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
     case ChartKind::plain:
       return {chart.view, chart.frame_position(p.x, p.y), kNoView, {}, 0};
     case ChartKind::unseen:
+    case ChartKind::border:
       return {};
     default:
       return origin_at(*std::ranges::lower_bound(state_->parts, number, {}, &PartialChart::chart), p);
@@ -191,7 +196,7 @@ TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& options, c
 
 AtlasEstimate AtlasPlan::estimate() const {
   const Layout& layout = state_->layout;
-  return {layout.set.charts.size(), layout.packing.pages.size(),
+  return {layout.set.placed, layout.packing.pages.size(),
           page_texels(layout.packing, block_edge(state_->options.padding)), layout.reduction};
 }
 

@@ -56,17 +56,25 @@ struct AtlasStatistics {
   std::size_t chart_texels = 0;   ///< inside charts, without padding
   std::size_t padded_texels = 0;  ///< inside charts or within the padding of one, each counted once
   std::size_t page_texels = 0;    ///< of all pages after cropping
-  std::size_t seam_edges = 0;     ///< mesh edges between faces of different views
-  /// Mean difference across seams in grey levels (0..255). Zero, because not measured, with SeamLeveling::none.
+  std::size_t seam_edges = 0;     ///< mesh edges between faces of different views, those of the border included
+  /// Mean difference across these edges in grey levels (0..255). Zero, because not measured, with SeamLeveling::none.
   double seam_step_before = 0, seam_step_after = 0;
   double reduction = 1;  ///< factor on the scale of all charts that meets the limits
   double layout_s = 0, leveling_s = 0, baking_s = 0;
 };
 
 struct TextureAtlas {
-  io::TexturedModel model;   ///< every input face has texture coordinates
+  io::TexturedModel model;   ///< every input face has texture coordinates; those of the border have io::kNoPage instead
   std::vector<Image> pages;  ///< RGB
   AtlasStatistics statistics;
+};
+
+/// Exposure of a view. Leveling multiplies a colour at distance r from the centre, 1 being half the diagonal, by the
+/// gain of its channel and by exp(k1 r^2 + k2 r^4), which undoes the fall-off towards the corners.
+struct ViewExposure {
+  std::array<float, 3> gain{1, 1, 1};
+  double centre_x = 0, centre_y = 0, inverse_radius2 = 0;  ///< of half the diagonal; px of the undistorted frame
+  double k1 = 0, k2 = 0;                                   ///< equal for all views of a camera
 };
 
 /// What the atlas is made from. Borrows everything.
@@ -79,6 +87,15 @@ struct AtlasInput {
   std::span<const labeling::FaceTag> tags;    ///< per face
   const labeling::CostTable& candidates;      ///< of partial faces: the views that may contribute texels
   const visibility::CoverageTable& coverage;  ///< which pixels of those views see the partial faces
+  /// Per face, 1 for faces of the border: neighbours of the faces to be textured, which get no texels and no texture
+  /// coordinates; glTF files leave them out, OBJ files if asked. They take part in leveling like any face, so runs over
+  /// neighbouring parts of a mesh agree along the seam between them if each is given the other's faces near it, with
+  /// the other's labels, tags and coverage. Offsets reach 48 edges, and fade by a factor of e over 32. Unseen and
+  /// partial faces are not filled from the border. Empty: no border.
+  std::span<const std::uint8_t> border = {};
+  /// Per view, used instead of an exposure fitted from the seams of this input, so that parts of a mesh get the same
+  /// one; see fit_exposure. Without effect with SeamLeveling::none. Empty: fitted.
+  std::span<const ViewExposure> exposure = {};
 };
 
 /// The size of the atlas, known before any photo is read.
@@ -106,6 +123,11 @@ class AtlasPlan {
 /// std::invalid_argument if options and input do not fit together, or if even the smallest charts exceed a limit.
 AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 
+/// Exposure per view from the ratios across the seams of all faces, for AtlasInput::exposure. In each channel the
+/// geometric mean of the gains over all faces is one, so that the texture as a whole keeps its brightness. Fetches each
+/// photo at most once.
+std::vector<ViewExposure> fit_exposure(const AtlasInput& input);
+
 /// Levels seams and bakes pages. Each photo is fetched at most twice, once for its seams and once to bake. `input` is
 /// what the plan was made from. Throws what the photo source throws. Progress counts baked photos. It is called from
 /// any thread, but by one thread at a time, and also while a photo is being baked, so that an exception from it stops
@@ -128,7 +150,7 @@ class TextureOrigins {
   /// Borrows both. `input` is what the plan was made from. O(texels of partial faces x candidates), TBB; keeps some
   /// bytes for each of these texels.
   TextureOrigins(const AtlasPlan& plan, const AtlasInput& input);
-  /// The origin of the point A + b (B - A) + c (C - A) of a face.
+  /// The origin of the point A + b (B - A) + c (C - A) of a face; no photo for faces of the border.
   PointOrigin at(FaceId face, double b, double c) const;
 
  private:

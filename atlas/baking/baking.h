@@ -23,7 +23,7 @@ struct AtlasBuild {
   const FaceNeighbours& neighbours;
   const ChartSet& set;
   ColorCorrection correction;
-  std::vector<ChartPlace> places;  ///< per chart
+  std::vector<ChartPlace> places;  ///< per chart before those of the border
   std::vector<Page> pages;
 
   Page& page_of(std::uint32_t chart) { return pages[places[chart].page]; }

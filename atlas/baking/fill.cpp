@@ -58,7 +58,7 @@ void gather_border(Holes& holes, const AtlasBuild& build) {
   const ChartSet& set = build.set;
   for (std::size_t face = 0; face < set.face_chart.size(); ++face) {
     const std::uint32_t c = set.face_chart[face];
-    if (set.charts[c].kind == ChartKind::unseen) continue;
+    if (c >= set.placed || set.charts[c].kind == ChartKind::unseen) continue;
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t slot = holes.slot[build.input.mesh.faces[face][i]];
       if (slot == kNone) continue;

@@ -177,9 +177,10 @@ class PartialFinisher {
     const std::uint32_t chart = parts_[p].chart;
     for (const auto face : build_.set.charts[chart].faces)
       for (const auto other : build_.neighbours[face]) {
-        if (build_.set.face_chart[other] == chart) continue;
+        const std::uint32_t beside = build_.set.face_chart[other];
+        if (beside == chart || beside >= build_.set.placed) continue;
         for (std::size_t e = 0; e < 3; ++e)
-          if (const auto edge = shared_edge(face, e, other)) copy_across(p, *edge, build_.set.face_chart[other]);
+          if (const auto edge = shared_edge(face, e, other)) copy_across(p, *edge, beside);
       }
   }
 

@@ -18,7 +18,7 @@ namespace gpvc::atlas {
 
 namespace {
 
-enum class FaceUse : std::uint8_t { plain, partial, flat, unseen };
+enum class FaceUse : std::uint8_t { plain, partial, flat, unseen, border };
 
 /// Edge, in world units, of a pixel projected onto the faces: the root of their area in the world over that in the
 /// frame; zero if either is. `corners` are frame positions.
@@ -94,13 +94,23 @@ class ChartMaker {
     add_partial();
     for (const auto face : faces_of(FaceUse::flat)) add_flat(face);
     add_unseen();
+    result_.placed = result_.charts.size();
+    for (auto& part : connected_parts(faces_of(FaceUse::border)))
+      add_projected(ChartKind::border, part_of(std::move(part)), 1, next_chart());
     return std::move(result_);
   }
 
  private:
   FaceUse use_of(std::size_t face, TexelTriangle& corners) const {
+    const FaceUse use = use_of_projection(face, corners);
+    if (input_.border.empty() || !input_.border[face]) return use;
+    if (use == FaceUse::flat) corners = {};
+    return FaceUse::border;
+  }
+
+  FaceUse use_of_projection(std::size_t face, TexelTriangle& corners) const {
     const ViewId label = input_.labels[face];
-    if (label == kNoView || input_.tags[face] == labeling::FaceTag::unseen) return FaceUse::unseen;
+    if (!has_view(input_, face)) return FaceUse::unseen;
     const View& view = input_.scene.views[index(label)];
     for (std::size_t i = 0; i < 3; ++i) {
       const auto& position = input_.mesh.positions[input_.mesh.faces[face][i]];

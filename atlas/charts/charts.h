@@ -23,6 +23,9 @@ enum class ChartKind : std::uint8_t {
   flat,
   /// Faces that no view shows: kUnseenTexels x kUnseenTexels texels each, which hold a linear function.
   unseen,
+  /// Connected faces of the border, projected like plain ones, at scale 1 and without a place on a page. Faces whose
+  /// projection is unusable have all corners in one point.
+  border,
 };
 
 /// Edge of the square of texels that an unseen face has. The face's corners are the centres of three of the four
@@ -47,18 +50,24 @@ struct Chart {
 
 struct ChartSet {
   std::vector<Chart> charts;
+  std::size_t placed = 0;                 ///< charts before those of the border
   std::vector<std::uint32_t> face_chart;  ///< per face
   std::vector<TexelTriangle> corners;     ///< per face, in its chart's texels
   std::size_t unseen_faces = 0;
 };
 
+/// False for unseen faces.
+inline bool has_view(const AtlasInput& input, std::size_t face) {
+  return input.labels[face] != kNoView && input.tags[face] != labeling::FaceTag::unseen;
+}
+
 /// The faces that share an edge with each face.
 using FaceNeighbours = Grouped<std::uint32_t>;
 
-/// Puts every face in exactly one chart whose box, with the padding, fits a page. Charts are ordered by kind and then
-/// by the first face of their piece. `reduction` scales all charts, except those of unseen faces, below the density
-/// that options.texel_size asks for. O(faces log faces + texels of partial faces). \pre options.page_size >= 2 *
-/// options.padding + kLeastRoom, 0 < reduction <= 1
+/// Puts every face in exactly one chart, whose box, with the padding, fits a page unless it is of the border. Charts
+/// are ordered by kind and then by the first face of their piece. `reduction` scales all charts, except those of unseen
+/// faces and of the border, below the density that options.texel_size asks for. O(faces log faces + texels of partial
+/// faces). \pre options.page_size >= 2 * options.padding + kLeastRoom, 0 < reduction <= 1
 ChartSet make_charts(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
                      const CoverageIndex& coverage, double reduction);
 

@@ -102,10 +102,12 @@ Color strip_offset(const ChartStrip* strip, double x, double y) {
   return weigh<1>(near, x, y)[0];
 }
 
-float ViewExposure::falloff_gain(const PixelPoint& frame) const {
-  const double dx = frame.x - centre_x, dy = frame.y - centre_y;
-  const double r2 = (dx * dx + dy * dy) * inverse_radius2;
-  return static_cast<float>(std::exp(k1 * r2 + k2 * r2 * r2));
+Color gain_at(const ViewExposure& e, const PixelPoint& frame) {
+  const Color gain{e.gain[0], e.gain[1], e.gain[2]};
+  if (e.k1 == 0 && e.k2 == 0) return gain;
+  const double dx = frame.x - e.centre_x, dy = frame.y - e.centre_y;
+  const double r2 = (dx * dx + dy * dy) * e.inverse_radius2;
+  return static_cast<float>(std::exp(e.k1 * r2 + e.k2 * r2 * r2)) * gain;
 }
 
 Color ColorCorrection::face_offset(std::uint32_t face, const TexelTriangle& t, double x, double y) const {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "atlas/atlas.h"
 #include "atlas/baking/sampling.h"
 #include "atlas/charts/charts.h"
 #include "io/image.h"
@@ -51,14 +52,8 @@ std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, do
 /// The offset of a chart's strip, if it has one, at one position.
 Color strip_offset(const ChartStrip* strip, double x, double y);
 
-/// Exposure of a view: a factor per channel, and a fall-off towards the corners that all views of a camera share.
-struct ViewExposure {
-  Color gain{1, 1, 1};
-  double centre_x = 0, centre_y = 0, inverse_radius2 = 0;
-  double k1 = 0, k2 = 0;  ///< the log of the fall-off's inverse is k1 r^2 + k2 r^4, with r = 1 at half the diagonal
-  float falloff_gain(const PixelPoint& frame) const;
-  Color at(const PixelPoint& frame) const { return k1 == 0 && k2 == 0 ? gain : falloff_gain(frame) * gain; }
-};
+/// What the exposure multiplies a colour at a position of the view's frame by.
+Color gain_at(const ViewExposure& exposure, const PixelPoint& frame);
 
 struct ColorCorrection {
   std::vector<ViewExposure> exposure;               ///< per view; empty: colours keep their exposure
@@ -68,7 +63,7 @@ struct ColorCorrection {
 
   bool identity() const { return exposure.empty() && nodes.empty() && strips.empty(); }
   Color expose(const Color& color, ViewId view, const PixelPoint& frame) const {
-    return exposure.empty() ? color : exposure[index(view)].at(frame) * color;
+    return exposure.empty() ? color : gain_at(exposure[index(view)], frame) * color;
   }
   /// Offset of a face at a position in its chart's texels. Outside the face it is that of a place on the face's border.
   Color face_offset(std::uint32_t face, const TexelTriangle& corners, double x, double y) const;

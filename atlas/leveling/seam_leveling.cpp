@@ -31,11 +31,12 @@ class Leveler {
   Leveler(const AtlasInput& input, const ChartSet& set, SeamSamples& seams) : input_(input), set_(set), seams_(seams) {}
 
   ColorCorrection level(SeamLeveling mode) {
-    correction_.exposure = fit_exposure(input_, seams_);
+    correction_.exposure.assign(input_.exposure.begin(), input_.exposure.end());
+    if (input_.exposure.empty()) correction_.exposure = fit_exposure(input_, seams_);
     correct([&](const Color& color, std::uint32_t face, const PixelPoint& frame, const TexelPoint&) {
       return correction_.expose(color, input_.labels[face], frame);
     });
-    fit_offsets(input_, set_, seams_, correction_);
+    fit_offsets(input_, seams_, correction_);
     correct([&](const Color& color, std::uint32_t face, const PixelPoint&, const TexelPoint& p) {
       return color + correction_.face_offset(face, set_.corners[face], p.x, p.y);
     });
@@ -134,7 +135,7 @@ LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const C
   if (mode == SeamLeveling::none) return result;
   SeamSamples seams = sample_seams(input, coverage);
   result.step_before = mean_step(seams);
-  if (seams.edges.empty()) return result;
+  if (seams.edges.empty() && input.exposure.empty()) return result;
   result.correction = Leveler(input, set, seams).level(mode);
   result.step_after = mean_step(seams);
   return result;

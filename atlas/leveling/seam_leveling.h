@@ -29,13 +29,12 @@ struct LevelingResult {
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
                            SeamLeveling mode);
 
-/// Exposure per view from the ratios across seams. In each channel the geometric mean of the gains over all faces is
-/// one, so that the texture as a whole keeps its brightness. Gains lie in [1 / kMostGain, kMostGain].
+/// As the public fit_exposure, from samples taken before. Gains lie in [1 / kMostGain, kMostGain].
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams);
 
 inline constexpr double kMostGain = 2.5;
 
 /// Fills correction.nodes and correction.offsets. \pre `seams` hold exposed colours
-void fit_offsets(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams, ColorCorrection& correction);
+void fit_offsets(const AtlasInput& input, const SeamSamples& seams, ColorCorrection& correction);
 
 }  // namespace gpvc::atlas

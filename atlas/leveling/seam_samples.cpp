@@ -15,10 +15,6 @@ namespace {
 /// Strips need about a sample per texel along a seam; longer edges are sampled more sparsely.
 constexpr int kMostSamples = 512;
 
-bool has_view(const AtlasInput& input, std::uint32_t face) {
-  return input.labels[face] != kNoView && input.tags[face] != labeling::FaceTag::unseen;
-}
-
 /// The vertices of an edge that both faces have; nullopt for faces that share none or are degenerate.
 std::optional<std::array<std::uint32_t, 2>> shared_edge(const Triangle& a, const Triangle& b) {
   const auto in_b = [&](std::uint32_t v) { return std::find(b.begin(), b.end(), v) != b.end(); };

@@ -30,7 +30,7 @@ constexpr double kMostOffset = 80;
 constexpr int kReachEdges = 48;
 
 /// A node is a vertex in one view. Fills correction.nodes; returns the number of nodes.
-std::size_t make_nodes(const AtlasInput& input, const ChartSet& set, ColorCorrection& correction) {
+std::size_t make_nodes(const AtlasInput& input, ColorCorrection& correction) {
   struct Corner {
     std::uint32_t vertex, view;
     std::uint64_t corner;
@@ -39,7 +39,7 @@ std::size_t make_nodes(const AtlasInput& input, const ChartSet& set, ColorCorrec
   std::vector<Corner> corners;
   corners.reserve(3 * input.mesh.faces.size());
   for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
-    if (set.charts[set.face_chart[face]].kind == ChartKind::unseen) continue;
+    if (!has_view(input, face)) continue;
     for (std::size_t i = 0; i < 3; ++i)
       corners.push_back({input.mesh.faces[face][i], static_cast<std::uint32_t>(input.labels[face]), 3 * face + i});
   }
@@ -182,15 +182,15 @@ Offsets solve(const System& system, const Offsets& right) {
 
 }  // namespace
 
-void fit_offsets(const AtlasInput& input, const ChartSet& set, const SeamSamples& seams, ColorCorrection& correction) {
-  const std::size_t nodes = make_nodes(input, set, correction);
+void fit_offsets(const AtlasInput& input, const SeamSamples& seams, ColorCorrection& correction) {
+  const std::size_t nodes = make_nodes(input, correction);
   std::vector<Link> list;
   Offsets right(nodes, Offset::Zero());
   add_seams(input, seams, correction, list, right);
   const std::size_t across = list.size();
   list.reserve(list.size() + 3 * input.mesh.faces.size());
   for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
-    if (set.charts[set.face_chart[face]].kind == ChartKind::unseen) continue;
+    if (!has_view(input, face)) continue;
     const auto& n = correction.nodes[face];
     // Both faces of an inner edge add it, each with half its weight.
     for (std::size_t i = 0; i < 3; ++i)

@@ -204,6 +204,10 @@ Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, std::
 
 }  // namespace
 
+std::vector<ViewExposure> fit_exposure(const AtlasInput& input) {
+  return fit_exposure(input, sample_seams(input, CoverageIndex(input.coverage)));
+}
+
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams) {
   std::vector<ViewExposure> exposure;
   for (const View& view : input.scene.views) exposure.push_back(neutral_exposure(view.camera));

@@ -16,10 +16,9 @@ Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, con
   Layout layout;
   layout.reduction = reduction;
   layout.set = make_charts(input, options, neighbours, coverage, reduction);
-  const auto& charts = layout.set.charts;
-  layout.shapes.resize(charts.size());
-  tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t i) {
-    layout.shapes[i] = chart_shape(charts[i], layout.set.corners, options.padding, options.page_size);
+  layout.shapes.resize(layout.set.placed);
+  tbb::parallel_for(std::size_t{0}, layout.set.placed, [&](std::size_t i) {
+    layout.shapes[i] = chart_shape(layout.set.charts[i], layout.set.corners, options.padding, options.page_size);
   });
   std::vector<PackShape> shapes;
   for (const auto& shape : layout.shapes) shapes.push_back(shape.blocks);

@@ -11,7 +11,7 @@ namespace gpvc::atlas {
 
 struct Layout {
   ChartSet set;
-  std::vector<ChartShape> shapes;  ///< per chart
+  std::vector<ChartShape> shapes;  ///< per chart before those of the border
   Packing packing;
   double reduction = 1;  ///< factor on the scale of all charts that meets the limits
 };

@@ -28,6 +28,8 @@ struct AtlasScene {
   std::vector<labeling::FaceTag> tags;
   labeling::CostTable candidates;
   visibility::CoverageTable coverage;
+  std::vector<std::uint8_t> border;
+  std::vector<ViewExposure> exposure;
 
   /// Adds test::grid_mesh.
   void add_plane(int columns, int rows, double cell, double z = 0) {
@@ -85,7 +87,8 @@ struct AtlasScene {
     graph = labeling::face_graph(mesh);
     if (candidates.first.empty()) candidates.first.assign(mesh.faces.size() + 1, 0);
     io::PhotoCache photos(scene, 1, std::size_t{1} << 30);
-    return build_atlas({mesh, scene, photos, graph, labels, tags, candidates, coverage}, options, nullptr);
+    return build_atlas({mesh, scene, photos, graph, labels, tags, candidates, coverage, border, exposure}, options,
+                       nullptr);
   }
 };
 

@@ -195,7 +195,7 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
   const CoverageIndex coverage(s.coverage);
   const auto exposure = fit_exposure(input, sample_seams(input, coverage));
   for (std::size_t v = 0; v < kViews; ++v)
-    EXPECT_NEAR(std::log(exposure[v].gain.g) + std::log(gain(v)) - logs, 0, 0.015) << v;
+    EXPECT_NEAR(std::log(exposure[v].gain[1]) + std::log(gain(v)) - logs, 0, 0.015) << v;
 }
 
 /// Nine photos of a plane, gains from 0.7 to 1.4 and a fall-off towards the corners: seams disappear and colours stay
