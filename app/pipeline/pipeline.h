@@ -90,7 +90,8 @@ struct Seen {
 
 struct SeeOptions {
   /// Faces that get candidates, ascending; empty: all. All faces of the mesh occlude and enter the outlier test and the
-  /// scale of the costs, so that the candidates are those of a run over all faces.
+  /// scale of the costs, so that the candidates are those of a run over all faces. The border that plan() and bake() are
+  /// given belongs to them.
   std::span<const FaceId> faces = {};
   /// Called for each view once it is classified, on the caller's thread.
   std::function<void(ViewId, const visibility::ViewVisibility&)> on_view = {};
@@ -109,7 +110,8 @@ labeling::Selection choose(const labeling::CostTable& costs, const labeling::Fac
                            const labeling::SolverOptions& options, Observer& observer,
                            std::span<const ViewId> fixed = {});
 
-/// The input of plan() and bake(), from the results of see() and choose(). Borrows everything.
+/// The input of plan() and bake(), from the results of see() and choose(). Borrows everything. To texture a part of the
+/// faces, set its `border` (and `exposure`, so that parts agree in brightness): see atlas::AtlasInput.
 atlas::AtlasInput atlas_input(const Input& input, io::PhotoSource& photos, const labeling::FaceGraph& graph,
                               const Seen& seen, std::span<const ViewId> labels);
 
@@ -133,7 +135,8 @@ struct WrittenModel {
 
 /// Writes the result into the folder: model.obj, model.mtl, pages, model.glb or its parts, preview.png, labels.npy,
 /// tags.npy, faces.npy and, where they are needed, offset.txt and source_faces.npy. Pages and models are written on other
-/// threads while the preview is drawn. Throws OutputError.
+/// threads while the preview is drawn. Models hold no face of a border; model.obj keeps its vertices, and labels.npy and
+/// tags.npy its entries. Throws OutputError.
 WrittenModel write(const Input& input, const TexturedMesh& textured, const Settings& settings, OutputFolder& folder,
                    Observer& observer);
 

@@ -107,6 +107,7 @@ io::ModelOptions model_options(const Input& input, const TexturedMesh& textured,
   io::ModelOptions model;
   model.offset = local_origin(input.mesh, textured.selection.labels, input.scene, input.views);
   model.normals = settings.normals;
+  model.pageless_faces = false;
   model.up = settings.up ? *settings.up : scene_up(input.scene, input.views);
   model.srs = one_line(input.scene.srs);
   model.srs_offset = input.scene.offset;

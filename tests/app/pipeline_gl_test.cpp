@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "app/synth/city.h"
+#include "io/mesh.h"
+#include "io/textured_model.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc {
@@ -158,6 +160,32 @@ TEST_F(Pipeline, LabelsAroundAPartStay) {
   for (std::size_t f = 0; f < fixed.size() / 2; ++f) fixed[f] = kNoView;  // to be chosen again
   const labeling::Selection again = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_, fixed);
   for (std::size_t f = fixed.size() / 2; f < fixed.size(); ++f) EXPECT_EQ(again.labels[f], fixed[f]);
+}
+
+// Half the faces textured, the others given as their border: in no model file.
+TEST_F(Pipeline, ABorderIsNotWritten) {
+  const pipeline::Settings settings;
+  const labeling::FaceGraph graph = pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent_);
+  const pipeline::Seen seen = pipeline::see(input(), settings, photos_, silent_);
+  pipeline::TexturedMesh part;
+  part.selection = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_);
+  part.tags = seen.candidates.tags;
+  atlas::AtlasInput atlas_input = pipeline::atlas_input(input(), photos_, graph, seen, part.selection.labels);
+  std::vector<std::uint8_t> border;
+  std::vector<Triangle> inside;
+  for (const Triangle& t : city_->mesh.faces) {
+    border.push_back(city_->mesh.positions[t[0]].x > 0 ? 1 : 0);
+    if (border.back() == 0) inside.push_back(t);
+  }
+  ASSERT_TRUE(!inside.empty() && inside.size() < border.size());
+  atlas_input.border = border;
+  part.atlas = pipeline::make_atlas(atlas_input, settings.atlas, silent_);
+  test::TemporaryFolder out;
+  pipeline::OutputFolder folder(out.path() / "part", false, "test");
+  pipeline::write(input(), part, settings, folder, silent_);
+  folder.publish();
+  EXPECT_EQ(io::read_mesh(out.path() / "part/model.obj").faces, inside);
+  EXPECT_EQ(io::read_textured_model(out.path() / "part/model.glb").mesh.faces.size(), inside.size());
 }
 
 TEST_F(Pipeline, AMeshThatNoPhotoSeesIsRefused) {
