@@ -41,7 +41,9 @@ std::vector<ChartVertex> chart_vertices(const Mesh& mesh, const ChartSet& set, c
     for (std::size_t i = 0; i < 3; ++i) list.push_back({mesh.faces[face][i], set.corners[face][i]});
   if (chart.kind == ChartKind::unseen) return list;
   std::ranges::stable_sort(list, {}, &ChartVertex::vertex);
-  list.erase(std::ranges::unique(list, {}, &ChartVertex::vertex).begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end(),
+                         [](const ChartVertex& a, const ChartVertex& b) { return a.vertex == b.vertex; }),
+             list.end());
   return list;
 }
 

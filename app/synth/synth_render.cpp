@@ -202,6 +202,33 @@ struct SynthRenderer::State {
     }
     return sum;
   }
+
+  // Positions of a row's samples on the undistorted image plane, four a pixel; NaN beyond the fold of the lens model.
+  static void plane_row(const Camera& camera, int y, PixelPoint* row) {
+    for (int x = 0; x < camera.width; ++x)
+      for (int i = 0; i < static_cast<int>(kSamples); ++i) {
+        constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+        const auto pixel = pixel_from_photo(camera, {x + 0.25 + 0.5 * (i % 2), y + 0.25 + 0.5 * (i / 2)});
+        *row++ = pixel ? PixelPoint{(pixel->x - camera.cx) / camera.fx, (pixel->y - camera.cy) / camera.fy}
+                       : PixelPoint{kNone, kNone};
+      }
+  }
+
+  // Keeps the samples of the camera, which all photos of a flight share, unless they are too many.
+  void prepare(const Camera& camera) {
+    constexpr std::size_t kMost = (std::size_t{256} << 20) / sizeof(PixelPoint);
+    if (plane_camera && *plane_camera == camera) return;
+    const std::size_t row = kSamples * static_cast<std::size_t>(camera.width);
+    plane.clear();
+    plane_camera = camera;
+    if (row * static_cast<std::size_t>(camera.height) > kMost) return;
+    plane.resize(row * static_cast<std::size_t>(camera.height));
+    tbb::parallel_for(0, camera.height,
+                      [&](int y) { plane_row(camera, y, plane.data() + row * static_cast<std::size_t>(y)); });
+  }
+
+  std::optional<Camera> plane_camera;
+  std::vector<PixelPoint> plane;  // kSamples a pixel, or empty
 };
 
 SynthRenderer::SynthRenderer(const SynthScene& scene) : state_(std::make_unique<State>()) {
@@ -222,20 +249,27 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Ex
   const auto width = static_cast<std::size_t>(camera.width), height = static_cast<std::size_t>(camera.height);
   image.pixels.resize(width * height * 3);
   photo.surfaces.resize(width * height);
+  state_->prepare(camera);
   state_->moving.reset();
   if (moving != nullptr && !moving->mesh.faces.empty()) state_->moving.emplace(state_->device, *moving);
   const double half_x = camera.width / 2.0, half_y = camera.height / 2.0;
   tbb::parallel_for(0, camera.height, [&](int y) {
+    std::vector<PixelPoint> own_row;
+    const std::size_t row_samples = kSamples * width;
+    const PixelPoint* at = state_->plane.data() + row_samples * static_cast<std::size_t>(y);
+    if (state_->plane.empty()) {
+      own_row.resize(row_samples);
+      State::plane_row(camera, y, own_row.data());
+      at = own_row.data();
+    }
     std::array<Ray, kSamples> rays;
-    std::array<bool, kSamples> valid{};  // not beyond the fold of the lens model
+    std::array<bool, kSamples> valid{};
     for (int x = 0; x < camera.width; ++x) {
       for (std::size_t s = 0; s < kSamples; ++s) {
-        const auto at = pixel_from_photo(
-            camera, {x + 0.25 + 0.5 * static_cast<double>(s % 2), y + 0.25 + 0.5 * static_cast<double>(s / 2)});
-        valid[s] = at.has_value();
-        if (!at) continue;
-        const CameraPoint along{(at->x - camera.cx) / camera.fx, (at->y - camera.cy) / camera.fy, 1};
-        rays[s] = {pose.centre, to_world_axes(pose, along)};
+        const double cx = at->x, cy = at->y;
+        ++at;
+        valid[s] = !std::isnan(cx);
+        rays[s] = {pose.centre, to_world_axes(pose, {cx, cy, 1})};
       }
       const Color c = state_->color(rays, valid, photo.surfaces[pixel_index(x, y, camera.width)]);
       const double dx = x + 0.5 - half_x, dy = y + 0.5 - half_y;
