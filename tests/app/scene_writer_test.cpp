@@ -25,7 +25,9 @@ constexpr WorldPoint kUtm{430000.125, 4587000.5, 212.25};
 
 std::array<double, 9> rotation_about(double x, double y, double z, double angle) {
   const double n = std::sqrt(x * x + y * y + z * z), c = std::cos(angle), s = std::sin(angle), d = 1 - c;
-  x /= n, y /= n, z /= n;
+  x /= n;
+  y /= n;
+  z /= n;
   return {c + x * x * d,     x * y * d - z * s, x * z * d + y * s, y * x * d + z * s, c + y * y * d,
           y * z * d - x * s, z * x * d - y * s, z * y * d + x * s, c + z * z * d};
 }
@@ -97,10 +99,9 @@ void expect_same(const Scene& scene, const Scene& read) {
 Camera pinhole() { return {96, 72, 80.25, 81.5, 47.125, 36.75, {}}; }
 Camera portrait() { return {72, 96, 80.25, 79, 37.5, 46.25, {}}; }
 
-Camera with(LensModel model, void (*set)(Distortion&)) {
+Camera with(const Distortion& distortion) {
   Camera camera = pinhole();
-  camera.distortion.model = model;
-  set(camera.distortion);
+  camera.distortion = distortion;
   return camera;
 }
 
@@ -108,18 +109,26 @@ TEST(SceneWriter, ColmapStatesItsLenses) {
   const std::vector<Camera> cameras{
       pinhole(),
       portrait(),
-      with(LensModel::brown, [](Distortion& d) { d.k1 = -0.1, d.k2 = 0.02, d.p1 = 1e-3, d.p2 = -2e-3; }),
-      with(LensModel::perspective,
-           [](Distortion& d) { d.k1 = 0.1, d.k2 = 0.02, d.p1 = 1e-3, d.k3 = 0.01, d.d1 = 0.1, d.d3 = 0.01; }),
-      with(LensModel::equidistant, [](Distortion& d) { d.k1 = 0.05, d.k2 = -0.01, d.k3 = 0.002, d.k4 = 0.001; }),
-      with(LensModel::equidistant, [](Distortion& d) { d.k1 = 0.05, d.p1 = 1e-3, d.p2 = 2e-3, d.s1 = 1e-3; }),
-      with(LensModel::fov, [](Distortion& d) { d.omega = 0.8; }),
-      with(LensModel::division, [](Distortion& d) { d.k1 = -0.2; }),
-      with(LensModel::unified, [](Distortion& d) { d.alpha = 0.6, d.beta = 1.1; }),
-      with(LensModel::fisheye_624, [](Distortion& d) {
-        d.k1 = 0.05, d.k2 = -0.01, d.k3 = 0.002, d.k4 = 0.001, d.k5 = 0.003, d.k6 = -0.004;
-        d.p1 = 1e-3, d.p2 = 2e-3, d.s1 = 3e-3, d.s2 = 4e-3, d.s3 = 5e-3, d.s4 = 6e-3;
-      })};
+      with({.k1 = -0.1, .k2 = 0.02, .p1 = 1e-3, .p2 = -2e-3, .model = LensModel::brown}),
+      with({.k1 = 0.1, .k2 = 0.02, .p1 = 1e-3, .k3 = 0.01, .model = LensModel::perspective, .d1 = 0.1, .d3 = 0.01}),
+      with({.k1 = 0.05, .k2 = -0.01, .k3 = 0.002, .model = LensModel::equidistant, .k4 = 0.001}),
+      with({.k1 = 0.05, .p1 = 1e-3, .p2 = 2e-3, .model = LensModel::equidistant, .s1 = 1e-3}),
+      with({.model = LensModel::fov, .omega = 0.8}),
+      with({.k1 = -0.2, .model = LensModel::division}),
+      with({.model = LensModel::unified, .alpha = 0.6, .beta = 1.1}),
+      with({.k1 = 0.05,
+            .k2 = -0.01,
+            .p1 = 1e-3,
+            .p2 = 2e-3,
+            .k3 = 0.002,
+            .model = LensModel::fisheye_624,
+            .k4 = 0.001,
+            .s1 = 3e-3,
+            .s2 = 4e-3,
+            .k5 = 0.003,
+            .k6 = -0.004,
+            .s3 = 5e-3,
+            .s4 = 6e-3})};
   const Scene scene = scene_of(cameras);
   const TemporaryFolder folder;
   expect_same(scene, written_and_read(io::SceneTarget::colmap, scene, folder));
@@ -148,22 +157,22 @@ TEST(SceneWriter, NamesTheTermThatWouldBeLost) {
   const auto lost = [](io::SceneTarget target, const Camera& camera) {
     return io::lost_term(target, camera).value_or("nothing");
   };
-  const Camera brown = with(LensModel::brown, [](Distortion& d) { d.p1 = 1e-3; });
+  const Camera brown = with({.p1 = 1e-3, .model = LensModel::brown});
   EXPECT_EQ(lost(io::SceneTarget::mvs, brown), "p1");
   EXPECT_EQ(lost(io::SceneTarget::cam, brown), "p1");
   EXPECT_EQ(lost(io::SceneTarget::colmap, brown), "nothing");
-  const Camera k1 = with(LensModel::brown, [](Distortion& d) { d.k1 = 1e-3; });
+  const Camera k1 = with({.k1 = 1e-3, .model = LensModel::brown});
   EXPECT_EQ(lost(io::SceneTarget::cam, k1), "k1 without k2");
-  const Camera metashape = with(LensModel::perspective, [](Distortion& d) { d.k1 = 0.1, d.p3 = 1e-3; });
+  const Camera metashape = with({.k1 = 0.1, .model = LensModel::perspective, .p3 = 1e-3});
   EXPECT_EQ(lost(io::SceneTarget::colmap, metashape), "p3");
-  const Camera equisolid = with(LensModel::equisolid, [](Distortion&) {});
+  const Camera equisolid = with({.model = LensModel::equisolid});
   EXPECT_EQ(lost(io::SceneTarget::colmap, equisolid), "the equisolid (fisheye) projection");
   // OpenSfM's fisheye62 and fisheye624: COLMAP's model with these terms takes the tangential ones elsewhere.
-  const Camera six = with(LensModel::equidistant, [](Distortion& d) { d.k1 = 0.1, d.k6 = 1e-3; });
+  const Camera six = with({.k1 = 0.1, .model = LensModel::equidistant, .k6 = 1e-3});
   EXPECT_EQ(lost(io::SceneTarget::colmap, six), "k6");
-  const Camera prism = with(LensModel::equidistant, [](Distortion& d) { d.s4 = 1e-3; });
+  const Camera prism = with({.model = LensModel::equidistant, .s4 = 1e-3});
   EXPECT_EQ(lost(io::SceneTarget::colmap, prism), "s4");
-  const Camera division = with(LensModel::division, [](Distortion& d) { d.k1 = -0.2; });
+  const Camera division = with({.k1 = -0.2, .model = LensModel::division});
   EXPECT_EQ(lost(io::SceneTarget::cam, division), "the division projection");
 
   const Scene scene = scene_of({brown});
@@ -361,19 +370,17 @@ TEST(Convert, LeavesTheSceneItReadsAsItIs) {
 
 std::vector<Camera> distorted_cameras() {
   std::vector<Camera> cameras;
-  const auto add = [&](LensModel model, void (*set)(Distortion&)) {
-    cameras.push_back({400, 300, 350, 355, 210, 144, {}});
-    cameras.back().distortion.model = model;
-    set(cameras.back().distortion);
+  const auto add = [&](const Distortion& distortion) {
+    cameras.push_back({400, 300, 350, 355, 210, 144, distortion});
     limit_distortion(cameras.back());
   };
-  add(LensModel::brown, [](Distortion& d) { d.k1 = -0.2, d.k2 = 0.05; });
-  add(LensModel::brown, [](Distortion& d) { d.k1 = 0.15; });
-  add(LensModel::brown, [](Distortion& d) { d.k1 = -0.1, d.p1 = 0.01, d.p2 = -0.02; });
-  add(LensModel::brown, [](Distortion& d) { d.k1 = -0.9; });  // folds within the photo
-  add(LensModel::perspective, [](Distortion& d) { d.k1 = -0.1, d.d1 = 0.05, d.skew = 0.01; });
-  add(LensModel::equidistant, [](Distortion& d) { d.k1 = 0.02; });
-  add(LensModel::fov, [](Distortion& d) { d.omega = 0.9; });
+  add({.k1 = -0.2, .k2 = 0.05, .model = LensModel::brown});
+  add({.k1 = 0.15, .model = LensModel::brown});
+  add({.k1 = -0.1, .p1 = 0.01, .p2 = -0.02, .model = LensModel::brown});
+  add({.k1 = -0.9, .model = LensModel::brown});  // folds within the photo
+  add({.k1 = -0.1, .model = LensModel::perspective, .d1 = 0.05, .skew = 0.01});
+  add({.k1 = 0.02, .model = LensModel::equidistant});
+  add({.model = LensModel::fov, .omega = 0.9});
   return cameras;
 }
 
@@ -437,8 +444,7 @@ TEST(Convert, FramesMoveThePrincipalPointAlone) {
     const Scene scene = io::read_scene(project.folder.path() / out, {});
     const Camera& camera = scene.views[0].camera;
     EXPECT_EQ(camera.fx, 35);
-    Camera lens{40, 30, 35, 35, 20, 15, {}};
-    lens.distortion.k1 = -0.1, lens.distortion.k2 = 0.01;
+    Camera lens{40, 30, 35, 35, 20, 15, {.k1 = -0.1, .k2 = 0.01}};
     limit_distortion(lens);
     const pipeline::FrameWindow window = pipeline::frame_window(lens, rule);
     EXPECT_EQ(camera, pipeline::camera_of_window(lens, window));

@@ -228,7 +228,8 @@ TEST(Bake, RefusesOptionsThatLeaveNoRoom) {
   s.add_view(0.5, 0.5, 10, 100, 100, 100);
   s.photograph(0, strong_waves);
   AtlasOptions options;
-  options.page_size = 16, options.padding = 8;
+  options.page_size = 16;
+  options.padding = 8;
   EXPECT_THROW(s.build(options), std::invalid_argument);
 }
 

@@ -41,8 +41,10 @@ TEST(Fill, BlocksDoNotBleedIntoEachOther) {
   s.mesh.positions[2].x += 5;  // the right square lies apart: two components
   std::vector<WorldPoint> moved;
   for (std::size_t f = 2; f < 4; ++f)
-    for (auto& v : s.mesh.faces[f])
-      moved.push_back(s.mesh.positions[v]), v = static_cast<std::uint32_t>(5 + moved.size());
+    for (auto& v : s.mesh.faces[f]) {
+      moved.push_back(s.mesh.positions[v]);
+      v = static_cast<std::uint32_t>(5 + moved.size());
+    }
   for (auto& p : moved) p.x += 3;
   s.mesh.positions.insert(s.mesh.positions.end(), moved.begin(), moved.end());
   // Face 0 is red, and so its unseen neighbour must be; face 2 is green, and so is its unseen neighbour.
