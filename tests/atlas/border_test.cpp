@@ -26,9 +26,9 @@ struct CutPlane {
     constexpr double kGains[] = {1.25, 0.8, 1.15, 0.9};
     for (std::size_t v = 0; v < 4; ++v) {
       s.add_view(2.5 + 5 * double(v), 4, 10, 1200, 400, 300);
-      s.photograph(v, waves, [v](int, int y, Color c) {
+      s.photograph(v, waves, [v, gain = static_cast<float>(kGains[v])](int, int y, Color c) {
         const float stripe = static_cast<float>(6 * std::sin(0.06 * y + 2 * double(v)));
-        return static_cast<float>(kGains[v]) * c + Color{stripe, stripe, stripe};
+        return gain * c + Color{stripe, stripe, stripe};
       });
     }
     for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
