@@ -63,7 +63,7 @@ SceneSource recognize(const fs::path& source) {
   if (found) return *found;
   std::string expected;
   for (const SceneFormat* format : scene_formats())
-    expected += (expected.empty() ? "" : "; ") + std::string(format->expects);
+    expected.append(expected.empty() ? "" : "; ").append(format->expects);
   throw InputError(source, "", describe_other(source) + ": expected " + expected);
 }
 
