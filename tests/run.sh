@@ -25,7 +25,7 @@ if [ ! -d "$node_modules/gltf-validator" ] || [ ! -d "$node_modules/three" ]; th
   npm install --silent --no-audit --no-fund --prefix "$root/build/node" gltf-validator@2.0.0-dev.3.10 three@0.170.0
 fi
 
-cmake -S "$root" -B "$build" -G Ninja "${options[@]}" -DGPVC_TESTS=ON -DCMAKE_UNITY_BUILD=ON "-DGPVC_NODE_MODULES=$node_modules" >/dev/null
+cmake -S "$root" -B "$build" -G Ninja "${options[@]}" -DGPVC_TESTS=ON -DGPVC_WERROR=ON -DCMAKE_UNITY_BUILD=ON "-DGPVC_NODE_MODULES=$node_modules" >/dev/null
 cmake --build "$build"
 
 # Drivers keep memory until exit: leaks are looked for by running under valgrind by hand, not here.
