@@ -1,3 +1,4 @@
+// Times one visibility mode on one scene.
 #include <fmt/format.h>
 #include <unistd.h>
 

@@ -1,3 +1,4 @@
+// The scene that the efficiency tables are measured on when none is given: a generated relief.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,3 +1,4 @@
+// The efficiency tables of the paper as text.
 #include <fmt/format.h>
 
 #include "benchmarks/efficiency.h"

@@ -1,3 +1,4 @@
+// Tests views one after the other with the tester of the chosen method.
 #include <cmath>
 #include <stdexcept>
 

@@ -1,3 +1,4 @@
+// Parses the command line and runs the command it names.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 

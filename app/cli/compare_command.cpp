@@ -1,3 +1,4 @@
+// gpvc compare: reads its input, runs compare::compare() or puts reports together.
 #include <fmt/format.h>
 
 #include <algorithm>

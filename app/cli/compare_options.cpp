@@ -1,3 +1,4 @@
+// The options of gpvc compare.
 #include "app/cli/command_options.h"
 #include "app/cli/option_parts.h"
 

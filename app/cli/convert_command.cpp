@@ -1,3 +1,4 @@
+// gpvc convert: a scene in another program's format, with or without undistorted photos.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// gpvc evaluate: a textured model against the photos, or against the truth of a synthetic scene.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// gpvc inspect: what is understood of the input, and what a run will cost.
 #include <fmt/format.h>
 #include <tbb/info.h>
 

@@ -1,3 +1,4 @@
+// gpvc label: view selection from stored costs.
 #include <fmt/format.h>
 
 #include "app/cli/run_record.h"

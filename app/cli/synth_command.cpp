@@ -1,3 +1,4 @@
+// gpvc synth: a synthetic scene as files.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// The options of gpvc synth.
 #include <cmath>
 #include <cstdio>
 

@@ -1,3 +1,4 @@
+// gpvc texture: reads its input, runs the pipeline, writes the result.
 #include <algorithm>
 
 #include "app/cli/scene_input.h"

@@ -1,3 +1,4 @@
+// The options of gpvc texture.
 #include "app/cli/command_options.h"
 #include "app/cli/option_parts.h"
 

@@ -1,3 +1,4 @@
+// gpvc visibility: the classes of each view as arrays, and the check by the oracle.
 #include <fmt/format.h>
 
 #include <algorithm>

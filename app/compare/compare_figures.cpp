@@ -1,3 +1,4 @@
+// The figures of a comparison, and its findings in sentences.
 #include <fmt/format.h>
 
 #include <algorithm>

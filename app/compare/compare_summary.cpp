@@ -1,3 +1,4 @@
+// Several comparisons put together: which biases come near gpvc on each scene.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Which face of a textured model is which face of the synthetic mesh.
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>

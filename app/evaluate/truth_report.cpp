@@ -1,3 +1,4 @@
+// Scores against the truth as a table and as JSON.
 #include <fmt/format.h>
 
 #include "app/evaluate/truth_score.h"

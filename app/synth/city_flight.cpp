@@ -1,3 +1,4 @@
+// The cameras that photograph the synthetic city.
 #include <cmath>
 #include <cstdio>
 

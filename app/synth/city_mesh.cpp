@@ -1,3 +1,4 @@
+// The ground, houses, trees, lamps and bridge of the synthetic city, and cars that only one photo shows.
 #include <algorithm>
 
 #include "app/synth/city.h"

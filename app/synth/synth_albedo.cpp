@@ -1,3 +1,4 @@
+// The colours of synthetic surfaces.
 #include <algorithm>
 #include <cmath>
 

@@ -1,3 +1,4 @@
+// A synthetic scene as files: mesh, cameras, photos, truth.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Photos of a synthetic scene, by rays.
 #include <embree3/rtcore.h>
 #include <tbb/parallel_for.h>
 

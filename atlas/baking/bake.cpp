@@ -1,3 +1,4 @@
+// Fills pages with colour from the photos, view by view.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Colours for faces that no photo shows, from around them.
 #include <tbb/parallel_for.h>
 
 #include <Eigen/IterativeLinearSolvers>

@@ -1,3 +1,4 @@
+// Texels of a partial chart: each from the best of its views, gaps closed smoothly.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>

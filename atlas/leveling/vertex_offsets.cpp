@@ -1,3 +1,4 @@
+// Offsets of colour per vertex that close the steps at seams.
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>

@@ -1,3 +1,4 @@
+// Exposure and vignetting per view, fitted to the seams between views.
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>

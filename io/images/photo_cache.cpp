@@ -1,3 +1,4 @@
+// Photos from files, decoded once while they fit a budget.
 #include <algorithm>
 #include <future>
 #include <list>

@@ -1,3 +1,4 @@
+// Photos from pictures in memory or a callback.
 #include <stdexcept>
 #include <string>
 

@@ -1,3 +1,4 @@
+// Counts flaws of a mesh: degenerate and repeated faces, unused vertices.
 #include <algorithm>
 #include <cmath>
 #include <numeric>

@@ -1,3 +1,4 @@
+// Reads the geometry of OBJ files.
 #include <cmath>
 #include <cstring>
 

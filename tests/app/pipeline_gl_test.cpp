@@ -67,6 +67,19 @@ class Pipeline : public testing::Test {
   static pipeline::TexturedMesh texture(io::PhotoSource& photos, pipeline::Observer& observer) {
     return pipeline::texture(city_->scene, city_->mesh, {}, photos, observer);
   }
+  // View selection and what comes before it, each step called alone.
+  struct Chosen {
+    labeling::FaceGraph graph;
+    pipeline::Seen seen;
+    labeling::Selection selection;
+  };
+  Chosen see_and_choose(const pipeline::Settings& settings) {
+    Chosen all{pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent_),
+               pipeline::see(input(), settings, photos_, silent_),
+               {}};
+    all.selection = pipeline::choose(all.seen.candidates.table, all.graph, settings.solver, silent_);
+    return all;
+  }
 
   static inline std::unique_ptr<City> city_;
   io::PictureSource photos_{city_->scene, city_->pictures};
@@ -109,12 +122,12 @@ TEST_F(Pipeline, ObserverCancelsAnyStageWithProgress) {
 
 TEST_F(Pipeline, StepsTogetherGiveTheWhole) {
   const pipeline::Settings settings;
-  const labeling::FaceGraph graph = pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent_);
-  const pipeline::Seen seen = pipeline::see(input(), settings, photos_, silent_);
+  const Chosen chosen = see_and_choose(settings);
   pipeline::TexturedMesh steps;
-  steps.selection = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_);
-  steps.tags = seen.candidates.tags;
-  const atlas::AtlasInput atlas_input = pipeline::atlas_input(input(), photos_, graph, seen, steps.selection.labels);
+  steps.selection = chosen.selection;
+  steps.tags = chosen.seen.candidates.tags;
+  const atlas::AtlasInput atlas_input =
+      pipeline::atlas_input(input(), photos_, chosen.graph, chosen.seen, steps.selection.labels);
   const atlas::AtlasPlan plan = pipeline::plan(atlas_input, settings.atlas, silent_);
   steps.atlas = pipeline::bake(plan, atlas_input, settings.atlas, silent_);
   expect_equal(steps, pipeline::texture(input(), settings, photos_, silent_));
@@ -154,9 +167,8 @@ TEST_F(Pipeline, OnlyTheGivenViewsAreUsed) {
 
 TEST_F(Pipeline, LabelsAroundAPartStay) {
   const pipeline::Settings settings;
-  const labeling::FaceGraph graph = pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent_);
-  const pipeline::Seen seen = pipeline::see(input(), settings, photos_, silent_);
-  std::vector<ViewId> fixed = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_).labels;
+  const auto [graph, seen, selection] = see_and_choose(settings);
+  std::vector<ViewId> fixed = selection.labels;
   for (std::size_t f = 0; f < fixed.size() / 2; ++f) fixed[f] = kNoView;  // to be chosen again
   const labeling::Selection again = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_, fixed);
   for (std::size_t f = fixed.size() / 2; f < fixed.size(); ++f) EXPECT_EQ(again.labels[f], fixed[f]);
@@ -165,12 +177,12 @@ TEST_F(Pipeline, LabelsAroundAPartStay) {
 // Half the faces textured, the others given as their border: in no model file.
 TEST_F(Pipeline, ABorderIsNotWritten) {
   const pipeline::Settings settings;
-  const labeling::FaceGraph graph = pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent_);
-  const pipeline::Seen seen = pipeline::see(input(), settings, photos_, silent_);
+  const Chosen chosen = see_and_choose(settings);
   pipeline::TexturedMesh part;
-  part.selection = pipeline::choose(seen.candidates.table, graph, settings.solver, silent_);
-  part.tags = seen.candidates.tags;
-  atlas::AtlasInput atlas_input = pipeline::atlas_input(input(), photos_, graph, seen, part.selection.labels);
+  part.selection = chosen.selection;
+  part.tags = chosen.seen.candidates.tags;
+  atlas::AtlasInput atlas_input =
+      pipeline::atlas_input(input(), photos_, chosen.graph, chosen.seen, part.selection.labels);
   std::vector<std::uint8_t> border;
   std::vector<Triangle> inside;
   for (const Triangle& t : city_->mesh.faces) {

@@ -32,7 +32,7 @@ bool contains(const std::vector<FaceCode>& codes, FaceCode code) {
 void CpuClassifier::classify(const PreparedView& view, FaceScan& scan, ViewVisibility& result) {
   if (options_.correction == CoverageCorrection::exact) {
     const auto start = Clock::now();
-    settle(view, exact_, scan);
+    decide_unsure_exactly(view, exact_, scan);
     result.statistics.claims_s += seconds_since(start);
   } else if (contains(scan.codes, FaceCode::unsure)) {
     find_candidates(view);

@@ -66,7 +66,7 @@ void ExactScanner::add_to(FaceScan& scan) const {
   scan.counts += counts_;
 }
 
-void settle(const PreparedView& view, ExactScanners& scanners, FaceScan& scan) {
+void decide_unsure_exactly(const PreparedView& view, ExactScanners& scanners, FaceScan& scan) {
   for (ExactScanner& scanner : scanners) scanner.start();
   for_each_block(scan.codes.size(), [&](std::size_t, std::size_t first, std::size_t end) {
     ExactScanner& scanner = scanners.local();

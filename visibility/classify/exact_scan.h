@@ -1,6 +1,6 @@
 // The first half of CoverageCorrection::exact: finds the samples of a face exactly, looks them up in the item buffer,
 // and contests those that store another face. The shaders (shaders/scan.comp) and native drawing do the same, except for
-// the faces and claims that they are not sure about, which settle() decides.
+// the faces and claims that they are not sure about, which decide_unsure_exactly() decides.
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>
@@ -36,6 +36,6 @@ using ExactScanners = tbb::enumerable_thread_specific<ExactScanner>;
 
 /// Scans the faces with code unsure and removes the claims that lose against the stored owner. Results do not depend on
 /// what the scanners did before, nor, except for the order of claims, on threads. TBB.
-void settle(const PreparedView& view, ExactScanners& scanners, FaceScan& scan);
+void decide_unsure_exactly(const PreparedView& view, ExactScanners& scanners, FaceScan& scan);
 
 }  // namespace gpvc::visibility

@@ -1,3 +1,4 @@
+// Draws and projects a view, by OpenGL or natively.
 #include <stdexcept>
 
 #include "io/clock.h"

@@ -1,3 +1,4 @@
+// The item buffer of a view, drawn natively.
 #include "visibility/item_buffer.h"
 
 #include <cassert>

@@ -18,7 +18,7 @@ class CpuIvm {
  public:
   /// Draws all faces, front and back, into the row-major item buffer that the view borrows; kNoFace where nothing is
   /// and outside the photo. Where the real owner of a pixel differs from the stored one it is among the scan's claims,
-  /// or its face is unsure; ExactScan::settle() decides both. O(vertices + faces + pixels that the faces cover + 64 x
+  /// or its face is unsure; decide_unsure_exactly() decides both. O(vertices + faces + pixels that the faces cover + 64 x
   /// tiles), TBB; the same bits for any number of threads, except for claims that turn out to be wrong.
   void draw(const PreparedView& view, std::span<FaceId> ivm, FaceScan& scan);
 
