@@ -60,7 +60,8 @@ CostTable read_folder(const fs::path& folder) {
     throw InputError(folder / "costs.npy", "",
                      "has " + std::to_string(table.costs.size()) + " entries, but views.npy has " +
                          std::to_string(table.views.size()));
-  for (std::size_t i = 0; i < table.costs.size(); ++i) check_cost(folder / "costs.npy", i, table.costs[i]);
+  const fs::path costs_file = folder / "costs.npy";
+  for (std::size_t i = 0; i < table.costs.size(); ++i) check_cost(costs_file, i, table.costs[i]);
   check_views(folder / "views.npy", table);
   return table;
 }

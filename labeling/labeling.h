@@ -142,7 +142,11 @@ void write_costs(const std::filesystem::path& folder, const CostTable& table);
 
 struct SolverOptions {
   double smoothness = 1.0;  ///< cost of two neighbouring faces with different views, times the pair's weight
-  int max_sweeps = 30;      ///< sweeps over all labels; stops earlier at a fixpoint
+  int max_sweeps = 30;      ///< over all labels, of the full problem; stops earlier when nothing changes
+  /// Also expands every label over all its faces, until no expansion of any label lowers the energy. Otherwise only faces
+  /// near borders between labels, or with a much cheaper candidate, change the labels that a coarser problem gave them:
+  /// several times as fast, for an energy up to 0.2 % higher on scenes from photos.
+  bool thorough = false;
   /// A patch of at most so many faces takes a neighbouring patch's view if that raises the energy by no more than
   /// small_patch_rise.
   int small_patch_faces = 4;
@@ -170,8 +174,9 @@ struct Selection {
 /// `fixed`: empty, or a view per face that the face must keep, kNoView where the solver chooses. With it a part of a mesh
 /// is solved inside labels that are given around it. A fixed face needs no candidates: the pairs with its neighbours
 /// count, its own cost is taken from the table where the table has it. labels[face] == fixed[face] wherever that is a
-/// view, and the other faces get the labels of a fixpoint: no expansion of any label over them lowers the energy, given
-/// the fixed ones (unless max_sweeps ends the search). Throws std::invalid_argument if `fixed` is of another size.
+/// view. With `thorough`, and always below some 2000 faces, the other faces get the labels of a fixpoint: no expansion of any
+/// label over them lowers the energy, given the fixed ones (unless max_sweeps ends the search). Throws
+/// std::invalid_argument if `fixed` is of another size.
 Selection select_views(const CostTable& table, const FaceGraph& graph, const SolverOptions& options,
                        const Progress& progress, std::span<const ViewId> fixed = {});
 

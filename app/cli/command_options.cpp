@@ -91,6 +91,11 @@ CLI::App* add_label(CLI::App& parent, LabelOptions& options) {
   OptionGroup{*app, "View selection"}.number(
       "--sweeps", options.solver.max_sweeps, 1, 1000, "N",
       "Sweeps over all labels at most; stops earlier once none lowers the energy");
+  app->add_flag_callback(
+         "--fast", [&options] { options.solver.thorough = false; },
+         "Search near borders between views alone, as gpvc texture does: several times as fast, for an energy that is "
+         "up to 0.2 % higher")
+      ->group("View selection");
   add_common(*app, options.common,
              R"(COSTS as a folder: counts.npy (uint32 per face: number of candidates), then views.npy (uint32) and
 costs.npy (float32; 0 is best), candidate after candidate in face order, views ascending within a

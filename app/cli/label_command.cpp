@@ -27,7 +27,8 @@ void run_label(const LabelOptions& options, Console& console) {
                         {"mesh", options.mesh.string()},
                         {"smoothness", options.solver.smoothness},
                         {"edge_weights", name_of(labeling::kEdgeWeightsNames, options.edge_weights)},
-                        {"max_sweeps", options.solver.max_sweeps}},
+                        {"max_sweeps", options.solver.max_sweeps},
+                        {"thorough", options.solver.thorough}},
             .result = fmt::format("energy {:.3f}, {} differing pairs, {} patches", selection.energy,
                                   selection.differing_pairs, selection.patches)};
   });

@@ -101,7 +101,7 @@ struct CompareOptions : CommandOptions {
 struct LabelOptions : CommandOptions {
   std::filesystem::path costs, mesh;
   labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
-  labeling::SolverOptions solver;
+  labeling::SolverOptions solver{.thorough = true};
 };
 
 struct InspectOptions {

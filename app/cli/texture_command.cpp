@@ -16,6 +16,7 @@ Json options_json(const TextureOptions& o) {
   json["smoothness"] = s.solver.smoothness;
   json["edge_weights"] = name_of(labeling::kEdgeWeightsNames, s.edge_weights);
   json["max_sweeps"] = s.solver.max_sweeps;
+  json["thorough"] = s.solver.thorough;
   json["page_size"] = s.atlas.page_size;
   json["padding"] = s.atlas.padding;
   json["texel_size"] = s.atlas.texel_size;

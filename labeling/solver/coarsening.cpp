@@ -1,87 +1,144 @@
 #include "labeling/solver/coarsening.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <utility>
 
 namespace gpvc::labeling {
 namespace {
 
-/// Numbers the clusters, breadth-first pieces in the order of their lowest nodes, and lists the members of each.
+/// The cluster beside the members that most weight joins them to; kNoLabel if there is none.
+std::uint32_t nearest_cluster(const LabelProblem& problem, std::span<const std::uint32_t> members, std::uint32_t own,
+                              std::span<const std::uint32_t> cluster_of_node) {
+  std::uint32_t best = kNoLabel;
+  float most = 0;
+  for (const std::uint32_t node : members)
+    for (const LabelProblem::Neighbour& neighbour : problem.neighbours[node]) {
+      const std::uint32_t cluster = cluster_of_node[neighbour.node];
+      if (cluster == own || cluster == kNoLabel || neighbour.weight <= most) continue;
+      most = neighbour.weight;
+      best = cluster;
+    }
+  return best;
+}
+
+/// The members of the clusters: breadth-first pieces in the order of their lowest nodes. A piece of at most half a cluster,
+/// which is what is left over between others, joins one of these, or clusters would lose size with every level.
 Grouped<std::uint32_t> find_clusters(const LabelProblem& problem, std::size_t cluster_size,
                                      std::vector<std::uint32_t>& cluster_of_node) {
-  Grouped<std::uint32_t> clusters;
-  std::vector<std::uint32_t>& members = clusters.items;
+  std::vector<std::uint32_t> members;
   cluster_of_node.assign(problem.nodes(), kNoLabel);
+  std::uint32_t clusters = 0;
   for (std::uint32_t seed = 0; seed < problem.nodes(); ++seed) {
     if (cluster_of_node[seed] != kNoLabel || problem.first[seed] == problem.first[seed + 1]) continue;
-    const auto cluster = static_cast<std::uint32_t>(clusters.groups());
-    const std::size_t begin = members.size();
-    members.push_back(seed);
-    cluster_of_node[seed] = cluster;
-    for (std::size_t i = begin; i < members.size(); ++i)
+    members.assign(1, seed);
+    cluster_of_node[seed] = clusters;
+    for (std::size_t i = 0; i < members.size(); ++i)
       for (const LabelProblem::Neighbour& neighbour : problem.neighbours[members[i]]) {
-        if (members.size() - begin == cluster_size || cluster_of_node[neighbour.node] != kNoLabel) continue;
-        cluster_of_node[neighbour.node] = cluster;
+        if (members.size() == cluster_size || cluster_of_node[neighbour.node] != kNoLabel) continue;
+        cluster_of_node[neighbour.node] = clusters;
         members.push_back(neighbour.node);
       }
-    clusters.first.push_back(members.size());
-  }
-  return clusters;
-}
-
-/// Appends the candidates of one cluster.
-void add_candidates(const LabelProblem& problem, std::span<const std::uint32_t> members, float missing_penalty,
-                    CostTable& coarse) {
-  struct Item {
-    std::uint32_t label;
-    float excess;  ///< over the node's cheapest candidate
-  };
-  std::vector<Item> items;
-  double cheapest_sum = 0;
-  for (const std::uint32_t node : members) {
-    const std::span<const std::uint32_t> labels = problem.labels_of(node);
-    const std::span<const float> costs = problem.costs_of(node);
-    const float cheapest = *std::min_element(costs.begin(), costs.end());
-    cheapest_sum += static_cast<double>(cheapest);
-    for (std::size_t i = 0; i < labels.size(); ++i) items.push_back({labels[i], costs[i] - cheapest});
-  }
-  std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.label < b.label; });
-  std::size_t most = 0;
-  for (std::size_t i = 0, j = 0; i < items.size(); i = j) {
-    while (j < items.size() && items[j].label == items[i].label) ++j;
-    most = std::max(most, j - i);
-  }
-  const std::size_t wanted = std::min(most, (members.size() + 1) / 2);
-  for (std::size_t i = 0, j = 0; i < items.size(); i = j) {
-    double cost = cheapest_sum;
-    for (; j < items.size() && items[j].label == items[i].label; ++j) cost += static_cast<double>(items[j].excess);
-    if (j - i < wanted) continue;
-    cost += static_cast<double>(missing_penalty) * static_cast<double>(members.size() - (j - i));
-    coarse.views.push_back(items[i].label);
-    coarse.costs.push_back(static_cast<float>(cost));
-  }
-  coarse.first.push_back(coarse.views.size());
-}
-
-std::vector<WeightedPair> cluster_pairs(const LabelProblem& problem, const CoarseProblem& coarse) {
-  std::vector<WeightedPair> pairs;
-  for (std::uint32_t node = 0; node < problem.nodes(); ++node)
-    for (const LabelProblem::Neighbour& neighbour : problem.neighbours[node]) {
-      const std::uint32_t a = coarse.cluster_of_node[node], b = coarse.cluster_of_node[neighbour.node];
-      if (a < b) pairs.push_back({a, b, neighbour.weight});
-    }
-  std::stable_sort(pairs.begin(), pairs.end(), [](const WeightedPair& x, const WeightedPair& y) {
-    return std::pair(x.a, x.b) < std::pair(y.a, y.b);
-  });
-  std::size_t kept = 0;
-  for (const WeightedPair& pair : pairs) {
-    if (kept > 0 && pairs[kept - 1].a == pair.a && pairs[kept - 1].b == pair.b)
-      pairs[kept - 1].weight += pair.weight;
+    const std::uint32_t other =
+        2 * members.size() > cluster_size ? kNoLabel : nearest_cluster(problem, members, clusters, cluster_of_node);
+    if (other == kNoLabel)
+      ++clusters;
     else
-      pairs[kept++] = pair;
+      for (const std::uint32_t node : members) cluster_of_node[node] = other;
   }
-  pairs.resize(kept);
-  return pairs;
+  return group_items<std::uint32_t>(clusters, [&](const auto& add) {
+    for (std::uint32_t node = 0; node < problem.nodes(); ++node)
+      if (cluster_of_node[node] != kNoLabel) add(cluster_of_node[node], node);
+  });
+}
+
+/// Sums the candidates of a cluster's members by label.
+class CandidateSums {
+ public:
+  explicit CandidateSums(std::size_t labels) : slot_(labels, 0) {}
+
+  void append(const LabelProblem& problem, std::span<const std::uint32_t> members, float missing_penalty,
+              CostTable& coarse) {
+    sums_.clear();
+    double cheapest_sum = 0;
+    for (const std::uint32_t node : members) cheapest_sum += add(problem.labels_of(node), problem.costs_of(node));
+    std::ranges::sort(sums_, {}, &Sum::label);
+    const std::size_t most = std::ranges::max_element(sums_, {}, &Sum::nodes)->nodes;
+    const std::size_t wanted = std::min(most, (members.size() + 1) / 2);
+    for (const Sum& sum : sums_) {
+      if (sum.nodes < wanted) continue;
+      coarse.views.push_back(sum.label);
+      coarse.costs.push_back(
+          static_cast<float>(cheapest_sum + sum.excess +
+                             static_cast<double>(missing_penalty) * static_cast<double>(members.size() - sum.nodes)));
+    }
+    coarse.first.push_back(coarse.views.size());
+  }
+
+ private:
+  struct Sum {
+    std::uint32_t label;
+    std::size_t nodes;
+    double excess;  ///< over the nodes' cheapest candidates
+  };
+
+  /// Returns the lowest cost.
+  double add(std::span<const std::uint32_t> labels, std::span<const float> costs) {
+    const float cheapest = *std::ranges::min_element(costs);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      // A slot that points to another label's sum, or beyond the sums, is left over from another cluster.
+      std::uint32_t& slot = slot_[labels[i]];
+      if (slot >= sums_.size() || sums_[slot].label != labels[i]) {
+        slot = static_cast<std::uint32_t>(sums_.size());
+        sums_.push_back({labels[i], 0, 0});
+      }
+      ++sums_[slot].nodes;
+      sums_[slot].excess += static_cast<double>(costs[i] - cheapest);
+    }
+    return static_cast<double>(cheapest);
+  }
+
+  std::vector<std::uint32_t> slot_;  ///< per label, its place in sums_
+  std::vector<Sum> sums_;
+};
+
+/// The clusters beside one cluster with the summed weights, ascending.
+void add_neighbours(const LabelProblem& problem, std::span<const std::uint32_t> members,
+                    std::span<const std::uint32_t> cluster_of_node, std::vector<LabelProblem::Neighbour>& neighbours) {
+  const auto begin = neighbours.size();
+  const std::uint32_t own = cluster_of_node[members[0]];
+  for (const std::uint32_t node : members)
+    for (const LabelProblem::Neighbour& neighbour : problem.neighbours[node])
+      if (const std::uint32_t cluster = cluster_of_node[neighbour.node]; cluster != own)
+        neighbours.push_back({cluster, neighbour.weight});
+  const auto first = neighbours.begin() + static_cast<std::ptrdiff_t>(begin);
+  std::stable_sort(first, neighbours.end(), [](const auto& a, const auto& b) { return a.node < b.node; });
+  auto last = first;
+  for (auto i = first; i != neighbours.end(); ++i) {
+    if (last != first && (last - 1)->node == i->node)
+      (last - 1)->weight += i->weight;
+    else
+      *last++ = *i;
+  }
+  neighbours.erase(last, neighbours.end());
+}
+
+/// Candidates and neighbours of a run of clusters.
+struct CoarsePart {
+  CostTable table{{}, {}, {}};  ///< `first` without the leading 0
+  Grouped<LabelProblem::Neighbour> neighbours;
+};
+
+template <class Item>
+void append(std::vector<Item>& to, const std::vector<Item>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+/// Appends the ends of a part's rows to `first`, which begins with 0.
+void append_ends(std::vector<std::size_t>& first, std::span<const std::size_t> ends) {
+  const std::size_t offset = first.back();
+  for (const std::size_t end : ends) first.push_back(offset + end);
 }
 
 }  // namespace
@@ -94,10 +151,29 @@ CoarseProblem coarsen(const LabelProblem& problem, std::size_t cluster_size) {
   for (const LabelProblem::Neighbour& neighbour : neighbours) weight_sum += static_cast<double>(neighbour.weight);
   const float mean_weight =
       neighbours.empty() ? 0.0f : static_cast<float>(weight_sum / static_cast<double>(neighbours.size()));
+  constexpr std::size_t kPartClusters = 4096;
+  std::vector<CoarsePart> parts((clusters.groups() + kPartClusters - 1) / kPartClusters);
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t n) {
+    CoarsePart& part = parts[n];
+    CandidateSums sums(problem.label_count);
+    const std::size_t end = std::min(clusters.groups(), (n + 1) * kPartClusters);
+    for (std::size_t cluster = n * kPartClusters; cluster < end; ++cluster) {
+      sums.append(problem, clusters[cluster], mean_weight, part.table);
+      add_neighbours(problem, clusters[cluster], coarse.cluster_of_node, part.neighbours.items);
+      part.neighbours.first.push_back(part.neighbours.items.size());
+    }
+  });
   coarse.table.first.push_back(0);
-  for (std::size_t cluster = 0; cluster < clusters.groups(); ++cluster)
-    add_candidates(problem, clusters[cluster], mean_weight, coarse.table);
-  coarse.problem = make_problem(coarse.table, cluster_pairs(problem, coarse));
+  Grouped<LabelProblem::Neighbour> all;
+  for (CoarsePart& part : parts) {
+    append_ends(coarse.table.first, part.table.first);
+    append(coarse.table.views, part.table.views);
+    append(coarse.table.costs, part.table.costs);
+    append_ends(all.first, std::span(part.neighbours.first).subspan(1));
+    append(all.items, part.neighbours.items);
+    part = {};
+  }
+  coarse.problem = make_problem(coarse.table, std::move(all));
   return coarse;
 }
 

@@ -5,53 +5,38 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
+#include <numeric>
+#include <span>
 
 namespace gpvc::labeling {
 namespace {
 
 constexpr std::uint32_t kNotInCut = 0xFFFFFFFFu;
 
-/// How many edges around a change a label is expanded again, before a sweep over whole graphs checks the result. Affects
-/// the order of moves and the speed, not what counts as a fixpoint.
-constexpr int kReach = 12;
+// Limits of sweep_borders(), chosen by time and energy on instances of three scenes (benchmarks/labeling): 0.2 % above the
+// energy that sweeps over whole graphs reach, at most.
 
-Grouped<LabelProblem::Neighbour> weighted_neighbours(const CostTable& table, std::span<const WeightedPair> pairs) {
-  const auto has_candidates = [&](std::uint32_t node) { return table.first[node] < table.first[node + 1]; };
-  return group_items<LabelProblem::Neighbour>(table.faces(), [&](const auto& add) {
-    for (const WeightedPair& pair : pairs) {
-      if (!(pair.weight > 0) || !has_candidates(pair.a) || !has_candidates(pair.b)) continue;
-      add(pair.a, {pair.b, pair.weight});
-      add(pair.b, {pair.a, pair.weight});
-    }
-  });
-}
+/// How many edges far a label grows from its seeds.
+constexpr int kReach = 16;
 
-Grouped<LabelProblem::Candidate> group_by_label(const CostTable& table) {
-  const auto highest = std::ranges::max_element(table.views);
-  const std::size_t labels = highest == table.views.end() ? 0 : std::size_t{*highest} + 1;
-  return group_items<LabelProblem::Candidate>(labels, [&](const auto& add) {
-    for (std::uint32_t node = 0; node < table.faces(); ++node)
-      for (std::size_t i = table.first[node]; i < table.first[node + 1]; ++i)
-        add(table.views[i], {node, table.costs[i]});
-  });
-}
+/// A label stops growing where what it costs more than the present labels, summed on the way from the seed, exceeds this
+/// share of the mean weight around a node: no border is likely to move that far.
+constexpr double kGrowthCost = 1.0 / 3;
 
-/// The solver's sums are at most the cost of all candidates and all pairs together.
-double scale_for(const LabelProblem& problem) {
-  double bound = 1;
-  for (const float cost : problem.costs) bound += static_cast<double>(cost);
-  for (const LabelProblem::Neighbour& neighbour : problem.neighbours.items)
-    bound += static_cast<double>(neighbour.weight);
-  return std::ldexp(1.0, std::min(40, 60 - static_cast<int>(std::ceil(std::log2(bound)))));
-}
+/// A node is a seed of a label away from its border if the label costs less than its present one by this share of the
+/// weights around the node.
+constexpr double kSeedGain = 0.25;
+
+/// So many first sweeps look at all nodes: a sweep moves borders to where other labels become possible.
+constexpr int kSweepsOverAll = 2;
 
 /// One thread's memory for cutting one label's graph.
 struct Workspace {
   std::vector<std::uint32_t> local;  ///< node -> node of the cut, or kNotInCut
   std::vector<std::uint32_t> nodes;  ///< node of the cut -> node
   std::vector<Capacity> cost;        ///< of the label at each node of the cut
+  std::vector<Capacity> excess;      ///< at each node of the cut, see kGrowthCost
   CutGraph cut;
 
   void clear(std::size_t problem_nodes) {
@@ -66,45 +51,30 @@ struct Workspace {
   }
 };
 
-Capacity cost_of(const LabelProblem& problem, std::size_t node, std::uint32_t label) {
-  for (std::size_t i = problem.first[node]; i < problem.first[node + 1]; ++i)
-    if (problem.labels[i] == label) return problem.fixed(problem.costs[i]);
-  return 0;
-}
-
 struct Move {
   std::uint32_t node;
   Capacity cost;  ///< at the new label
 };
 
+struct Candidate {
+  std::uint32_t node;
+  float cost;
+};
+
+Grouped<Candidate> group_by_label(const LabelProblem& problem) {
+  return group_items<Candidate>(problem.label_count, [&](const auto& add) {
+    for (std::uint32_t node = 0; node < problem.nodes(); ++node)
+      for (std::size_t i = problem.first[node]; i < problem.first[node + 1]; ++i)
+        add(problem.labels[i], {node, problem.costs[i]});
+  });
+}
+
+/// A label to be expanded, and a node to begin at.
+struct Seed {
+  std::uint32_t label, node;
+};
+
 }  // namespace
-
-LabelProblem make_problem(const CostTable& table, std::span<const WeightedPair> pairs) {
-  LabelProblem problem{table.first, table.views, table.costs, weighted_neighbours(table, pairs), group_by_label(table)};
-  problem.scale = scale_for(problem);
-  return problem;
-}
-
-std::vector<std::uint32_t> cheapest_labels(const LabelProblem& problem) {
-  std::vector<std::uint32_t> result(problem.nodes(), kNoLabel);
-  for (std::size_t node = 0; node < result.size(); ++node) {
-    const std::span<const float> costs = problem.costs_of(node);
-    if (costs.empty()) continue;
-    const auto cheapest = std::min_element(costs.begin(), costs.end()) - costs.begin();
-    result[node] = problem.labels_of(node)[static_cast<std::size_t>(cheapest)];
-  }
-  return result;
-}
-
-Capacity fixed_energy(const LabelProblem& problem, std::span<const std::uint32_t> labels) {
-  Capacity energy = 0, twice_pairs = 0;
-  for (std::size_t node = 0; node < problem.nodes(); ++node) {
-    energy += cost_of(problem, node, labels[node]);
-    for (const LabelProblem::Neighbour& neighbour : problem.neighbours[node])
-      if (labels[neighbour.node] != labels[node]) twice_pairs += problem.fixed_weight(neighbour.weight);
-  }
-  return energy + twice_pairs / 2;
-}
 
 struct Expander::State {
   const LabelProblem& problem;
@@ -112,11 +82,16 @@ struct Expander::State {
   std::size_t batch;
   std::vector<Capacity> cost;          ///< per node, of its label
   std::vector<std::uint32_t> changed;  ///< per node, tick of its last change
-  std::vector<std::uint32_t> looked;   ///< per label, tick at which its graph, or part of it, was last cut
-  std::vector<std::uint32_t> proven;   ///< per label, tick at which a cut of its whole graph found no move; 0: never
-  std::uint32_t tick = 1;              ///< number of the batch
-  bool whole = true;                   ///< the next sweep cuts whole graphs
+  std::vector<std::uint32_t>
+      in_vain;                        ///< per label, tick at which the last sweep found no move for it; 0: it found one
+  std::vector<std::uint32_t> proven;  ///< in_vain of the last sweep(): of whole graphs; 0: never
+  std::uint32_t tick = 1;             ///< number of the batch
+  int sweeps = 0;
   bool fixpoint = false;
+  Capacity most_excess = 0;           ///< kGrowthCost in units of 1 / scale
+  std::vector<std::uint32_t> active;  ///< nodes that sweep_borders() looks at, ascending
+  std::vector<std::uint32_t> moved;   ///< nodes that the current sweep changed
+  Grouped<Candidate> by_label;        ///< all candidates; filled by the first sweep()
   tbb::enumerable_thread_specific<Workspace> workspaces;
   std::vector<std::uint32_t> mark;  ///< per node, number of the group of moves that it was last in
   std::uint32_t groups = 0;
@@ -127,10 +102,17 @@ struct Expander::State {
         batch(b),
         cost(p.nodes()),
         changed(p.nodes(), 1),
-        looked(p.label_count(), 0),
-        proven(p.label_count(), 0),
+        in_vain(p.label_count, 0),
+        proven(p.label_count, 0),
         mark(p.nodes(), 0) {
-    for (std::size_t node = 0; node < cost.size(); ++node) cost[node] = cost_of(problem, node, labels[node]);
+    tbb::parallel_for(std::size_t{0}, cost.size(),
+                      [&](std::size_t node) { cost[node] = cost_of(problem, node, labels[node]); });
+    double weights = 0;
+    for (const auto& neighbour : p.neighbours.items) weights += static_cast<double>(neighbour.weight);
+    const auto nodes = static_cast<double>(std::max<std::size_t>(1, p.nodes()));
+    most_excess = static_cast<Capacity>(kGrowthCost * weights / nodes * p.scale);
+    active.resize(p.nodes());
+    std::iota(active.begin(), active.end(), 0u);
   }
 
   bool changed_since(std::uint32_t node, std::uint32_t then) const {
@@ -141,33 +123,73 @@ struct Expander::State {
   }
 
   bool nothing_changed_since(std::uint32_t alpha, std::uint32_t then) const {
-    return then != 0 && std::ranges::none_of(problem.by_label[alpha], [&](const LabelProblem::Candidate& c) {
-             return changed_since(c.node, then);
-           });
+    return then != 0 &&
+           std::ranges::none_of(by_label[alpha], [&](const Candidate& c) { return changed_since(c.node, then); });
   }
 
   /// All nodes that may switch to alpha.
   void list_nodes(std::uint32_t alpha, Workspace& ws) const {
-    for (const auto& [node, cost_of_alpha] : problem.by_label[alpha])
+    for (const auto& [node, cost_of_alpha] : by_label[alpha])
       if (labels[node] != alpha) ws.add(node, problem.fixed(cost_of_alpha));
   }
 
-  /// The nodes that may switch to alpha within kReach edges of a change since alpha was last cut. All others keep their
-  /// labels.
-  void list_surroundings(std::uint32_t alpha, Workspace& ws) const {
-    const std::span<const LabelProblem::Candidate> all = problem.by_label[alpha];
-    for (const auto& [node, cost_of_alpha] : all)
-      if (labels[node] != alpha && changed_since(node, looked[alpha])) ws.add(node, problem.fixed(cost_of_alpha));
-    std::size_t begin = 0;
-    for (int step = 0; step < kReach && begin < ws.nodes.size(); ++step) {
-      const std::size_t end = ws.nodes.size();
-      for (; begin < end; ++begin)
-        for (const auto& neighbour : problem.neighbours[ws.nodes[begin]]) {
-          if (ws.local[neighbour.node] != kNotInCut || labels[neighbour.node] == alpha) continue;
-          const auto found = std::ranges::lower_bound(all, neighbour.node, {}, &LabelProblem::Candidate::node);
-          if (found != all.end() && found->node == neighbour.node) ws.add(neighbour.node, problem.fixed(found->cost));
-        }
+  // --- seeds of sweep_borders()
+
+  bool is_beside(std::uint32_t node, std::uint32_t label) const {
+    return std::ranges::any_of(problem.neighbours[node], [&](const LabelProblem::Neighbour& neighbour) {
+      return labels[neighbour.node] == label;
+    });
+  }
+
+  Capacity weight_around(std::uint32_t node) const {
+    Capacity weight = 0;
+    for (const auto& neighbour : problem.neighbours[node]) weight += problem.fixed_weight(neighbour.weight);
+    return weight;
+  }
+
+  void add_seeds(std::uint32_t node, std::vector<Seed>& seeds) const {
+    const Capacity cheap = cost[node] - static_cast<Capacity>(kSeedGain * static_cast<double>(weight_around(node)));
+    for (std::size_t i = problem.first[node]; i < problem.first[node + 1]; ++i) {
+      const std::uint32_t label = problem.labels[i];
+      if (label == labels[node]) continue;
+      if (problem.fixed(problem.costs[i]) <= cheap || is_beside(node, label)) seeds.push_back({label, node});
     }
+  }
+
+  /// The seeds of each label among the active nodes.
+  Grouped<std::uint32_t> find_seeds() const {
+    constexpr std::size_t kBlock = 4096;
+    std::vector<std::vector<Seed>> blocks((active.size() + kBlock - 1) / kBlock);
+    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+      const std::size_t end = std::min(active.size(), (block + 1) * kBlock);
+      for (std::size_t i = block * kBlock; i < end; ++i) add_seeds(active[i], blocks[block]);
+    });
+    return group_items<std::uint32_t>(problem.label_count, [&](const auto& add) {
+      for (const std::vector<Seed>& block : blocks)
+        for (const Seed& seed : block) add(seed.label, seed.node);
+    });
+  }
+
+  /// The nodes that may switch to alpha near its seeds. All others keep their labels, such as those that no expansion of
+  /// alpha can change, because it costs more there than all weights around the node.
+  void list_around(std::span<const std::uint32_t> seeds, std::uint32_t alpha, Workspace& ws) const {
+    std::vector<Capacity>& excess = ws.excess;
+    excess.clear();
+    const auto visit = [&](std::uint32_t node, Capacity excess_before) {
+      if (labels[node] == alpha || ws.local[node] != kNotInCut) return;
+      const std::size_t i = find_candidate(problem, node, alpha);
+      if (i == kNoCandidate) return;
+      const Capacity cost_of_alpha = problem.fixed(problem.costs[i]), more = cost_of_alpha - cost[node];
+      const Capacity sum = std::max(Capacity{0}, excess_before + more);
+      if (sum > most_excess || (more > 0 && more >= weight_around(node))) return;
+      ws.add(node, cost_of_alpha);
+      excess.push_back(sum);
+    };
+    for (const std::uint32_t node : seeds) visit(node, 0);
+    std::size_t begin = 0;
+    for (int step = 0; step < kReach && begin < ws.nodes.size(); ++step)
+      for (const std::size_t end = ws.nodes.size(); begin < end; ++begin)
+        for (const auto& neighbour : problem.neighbours[ws.nodes[begin]]) visit(neighbour.node, excess[begin]);
   }
 
   /// Fills the cut graph. A node on the source side takes alpha: x = 1. Nodes outside the graph keep their labels. A pair of
@@ -199,22 +221,15 @@ struct Expander::State {
     cut.link_reverse();
   }
 
-  std::vector<Move> best_move(std::uint32_t alpha) {
-    Workspace& ws = workspaces.local();
-    ws.clear(problem.nodes());
-    if (whole && nothing_changed_since(alpha, proven[alpha])) return {};
-    if (whole)
-      list_nodes(alpha, ws);
-    else
-      list_surroundings(alpha, ws);
+  /// The moves of an expansion over the listed nodes. Empties the list.
+  std::vector<Move> cut(std::uint32_t alpha, Workspace& ws) const {
     std::vector<Move> moves;
-    if (!ws.nodes.empty()) {
-      fill(alpha, ws);
-      const std::vector<std::uint8_t>& takes_alpha = ws.cut.solve();
-      for (std::uint32_t here = 0; here < ws.nodes.size(); ++here) {
-        if (takes_alpha[here] != 0) moves.push_back({ws.nodes[here], ws.cost[here]});
-        ws.local[ws.nodes[here]] = kNotInCut;
-      }
+    if (ws.nodes.empty()) return moves;
+    fill(alpha, ws);
+    const std::vector<std::uint8_t>& takes_alpha = ws.cut.solve();
+    for (std::uint32_t here = 0; here < ws.nodes.size(); ++here) {
+      if (takes_alpha[here] != 0) moves.push_back({ws.nodes[here], ws.cost[here]});
+      ws.local[ws.nodes[here]] = kNotInCut;
     }
     return moves;
   }
@@ -273,6 +288,7 @@ struct Expander::State {
       for (const Move& move : group) {
         labels[move.node] = alpha;
         cost[move.node] = move.cost;
+        moved.push_back(move.node);
       }
       count += group.size();
     }
@@ -283,34 +299,76 @@ struct Expander::State {
     }
     return count;
   }
+
+  /// The next active nodes: those that the sweep changed, and their neighbours.
+  void activate_moved() {
+    if (++sweeps < kSweepsOverAll) return;
+    active.clear();
+    const std::uint32_t id = ++groups;
+    const auto add = [&](std::uint32_t node) {
+      if (mark[node] == id) return;
+      mark[node] = id;
+      active.push_back(node);
+    };
+    for (const std::uint32_t node : moved) {
+      add(node);
+      for (const auto& neighbour : problem.neighbours[node]) add(neighbour.node);
+    }
+    std::ranges::sort(active);
+  }
+
+  /// One expansion of each label, batch by batch; list(label, workspace) lists the nodes to cut.
+  template <class List>
+  std::size_t expand_all(const List& list, const AfterBatch& after_batch) {
+    std::size_t total = 0;
+    std::vector<std::vector<Move>> moves;
+    moved.clear();
+    for (std::size_t begin = 0; begin < problem.label_count; begin += batch) {
+      const std::size_t end = std::min(problem.label_count, begin + batch);
+      moves.assign(end - begin, {});
+      const std::uint32_t cut_at = tick++;
+      tbb::parallel_for(
+          begin, end,
+          [&](std::size_t label) {
+            Workspace& ws = workspaces.local();
+            ws.clear(problem.nodes());
+            list(static_cast<std::uint32_t>(label), ws);
+            moves[label - begin] = cut(static_cast<std::uint32_t>(label), ws);
+          },
+          tbb::simple_partitioner());
+      for (std::size_t label = begin; label < end; ++label) {
+        in_vain[label] = moves[label - begin].empty() ? cut_at : 0;
+        total += apply(static_cast<std::uint32_t>(label), moves[label - begin]);
+      }
+      if (after_batch) after_batch();
+    }
+    activate_moved();
+    return total;
+  }
 };
 
 Expander::Expander(const LabelProblem& problem, std::vector<std::uint32_t>& labels, std::size_t batch)
     : state_(std::make_unique<State>(problem, labels, batch)) {}
 Expander::~Expander() = default;
 
-std::size_t Expander::sweep(const std::function<void()>& after_batch) {
+std::size_t Expander::sweep(const AfterBatch& after_batch) {
   State& s = *state_;
-  const std::size_t count = s.problem.label_count();
-  std::size_t total = 0;
-  std::vector<std::vector<Move>> moves;
-  for (std::size_t begin = 0; begin < count; begin += s.batch) {
-    const std::size_t end = std::min(count, begin + s.batch);
-    moves.assign(end - begin, {});
-    const std::uint32_t cut_at = s.tick++;
-    tbb::parallel_for(
-        begin, end, [&](std::size_t label) { moves[label - begin] = s.best_move(static_cast<std::uint32_t>(label)); },
-        tbb::simple_partitioner());
-    for (std::size_t label = begin; label < end; ++label) {
-      s.looked[label] = cut_at;
-      if (s.whole) s.proven[label] = moves[label - begin].empty() ? cut_at : 0;
-      total += s.apply(static_cast<std::uint32_t>(label), moves[label - begin]);
-    }
-    if (after_batch) after_batch();
-  }
-  s.fixpoint = s.whole && total == 0;
-  s.whole = total == 0;
+  if (s.by_label.groups() != s.problem.label_count) s.by_label = group_by_label(s.problem);
+  const std::size_t total = s.expand_all(
+      [&](std::uint32_t alpha, Workspace& ws) {
+        if (!s.nothing_changed_since(alpha, s.proven[alpha])) s.list_nodes(alpha, ws);
+      },
+      after_batch);
+  s.proven = s.in_vain;
+  s.fixpoint = total == 0;
   return total;
+}
+
+std::size_t Expander::sweep_borders(const AfterBatch& after_batch) {
+  State& s = *state_;
+  s.fixpoint = false;
+  const Grouped<std::uint32_t> seeds = s.find_seeds();
+  return s.expand_all([&](std::uint32_t alpha, Workspace& ws) { s.list_around(seeds[alpha], alpha, ws); }, after_batch);
 }
 
 bool Expander::is_fixpoint() const { return state_->fixpoint; }

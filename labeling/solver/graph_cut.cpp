@@ -7,33 +7,40 @@
 #include <boost/graph/graph_traits.hpp>
 #include <boost/iterator/counting_iterator.hpp>
 #include <boost/property_map/property_map.hpp>
+#include <span>
 #include <utility>
 
 namespace gpvc::labeling {
 
 namespace {
 
-/// Breadth-first spanning forest of at most `limit` nodes a tree: nodes in order of discovery, and the arc to each
-/// node's parent.
+/// Breadth-first spanning forest, a tree for each connected component: nodes in order of discovery, where the trees begin
+/// in that order, and the arc to each node's parent.
 struct Forest {
   std::vector<std::uint32_t> order, parent_arc;
+  std::vector<std::size_t> tree_first;  ///< trees + 1
 
-  void grow(const CutGraph::Topology& graph, std::size_t limit) {
+  void grow(const CutGraph::Topology& graph) {
     const auto nodes = static_cast<std::uint32_t>(graph.terminal.size());
     order.clear();
+    tree_first.assign(1, 0);
     parent_arc.assign(nodes, kUnseen);
     for (std::uint32_t root = 0; root < nodes; ++root) {
       if (parent_arc[root] != kUnseen) continue;
       parent_arc[root] = kRoot;
-      const std::size_t begin = order.size();
       order.push_back(root);
-      for (std::size_t i = begin; i < order.size() && order.size() - begin < limit; ++i)
+      for (std::size_t i = tree_first.back(); i < order.size(); ++i)
         for (std::uint32_t arc = graph.first[order[i]]; arc < graph.first[order[i] + 1]; ++arc) {
           if (parent_arc[graph.target[arc]] != kUnseen) continue;
           parent_arc[graph.target[arc]] = graph.reverse[arc];
           order.push_back(graph.target[arc]);
         }
+      tree_first.push_back(order.size());
     }
+  }
+
+  std::span<const std::uint32_t> tree(std::size_t n) const {
+    return std::span(order).subspan(tree_first[n], tree_first[n + 1] - tree_first[n]);
   }
 
   static constexpr std::uint32_t kUnseen = 0xFFFFFFFFu, kRoot = 0xFFFFFFFEu;
@@ -61,8 +68,10 @@ void push_to_roots(CutGraph::Topology& graph, const Forest& forest) {
 }  // namespace
 
 // The graph as the algorithm sees it: nodes 0 to n - 1, then source and sink. A node's arcs are its terminal arc, if it has
-// one, then those of the topology.
+// one, then those of the topology. Components without capacity from the source are left out: no flow enters them.
 struct CutGraph::Arrays {
+  std::vector<std::uint32_t> node;   ///< of the topology
+  std::vector<std::uint32_t> index;  ///< the other way round; undefined for nodes that are left out
   std::vector<std::uint32_t> first;  ///< nodes + 3
   std::vector<std::uint32_t> target, reverse;
   std::vector<Capacity> residual;
@@ -75,6 +84,7 @@ struct CutGraph::Arrays {
   void build(const Topology& problem);
 
  private:
+  void choose_nodes(const Topology& problem);
   void place_rows(const Topology& problem);
 };
 
@@ -142,48 +152,64 @@ void CutGraph::Topology::link_reverse() {
     }
 }
 
+void CutGraph::Arrays::choose_nodes(const Topology& problem) {
+  node.clear();
+  index.resize(problem.terminal.size());
+  for (std::size_t n = 0; n + 1 < forest.tree_first.size(); ++n) {
+    const std::span<const std::uint32_t> component = forest.tree(n);
+    if (std::ranges::none_of(component, [&](std::uint32_t at) { return problem.terminal[at] > 0; })) continue;
+    for (const std::uint32_t at : component) {
+      index[at] = static_cast<std::uint32_t>(node.size());
+      node.push_back(at);
+    }
+  }
+}
+
 /// Fills `first` and resizes the arrays of arcs.
 void CutGraph::Arrays::place_rows(const Topology& problem) {
-  const auto nodes = static_cast<std::uint32_t>(problem.terminal.size());
-  const auto inner_arcs = static_cast<std::uint32_t>(problem.target.size());
+  const std::size_t nodes = node.size();
   first.resize(nodes + 3);
-  std::uint32_t terminals = 0, source_arcs = 0;
-  for (std::uint32_t node = 0; node < nodes; ++node) {
-    first[node] = problem.first[node] + terminals;
-    terminals += problem.terminal[node] != 0;
-    source_arcs += problem.terminal[node] > 0;
+  std::uint32_t arcs = 0, terminals = 0, source_arcs = 0;
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const std::uint32_t at = node[i];
+    first[i] = arcs;
+    arcs += problem.first[at + 1] - problem.first[at] + (problem.terminal[at] != 0 ? 1u : 0u);
+    terminals += problem.terminal[at] != 0;
+    source_arcs += problem.terminal[at] > 0;
   }
-  first[nodes] = inner_arcs + terminals;
-  first[nodes + 1] = first[nodes] + source_arcs;
-  first[nodes + 2] = inner_arcs + 2 * terminals;
+  first[nodes] = arcs;
+  first[nodes + 1] = arcs + source_arcs;
+  first[nodes + 2] = arcs + terminals;
   target.resize(first.back());
   reverse.resize(first.back());
   residual.resize(first.back());
 }
 
 void CutGraph::Arrays::build(const Topology& problem) {
+  choose_nodes(problem);
   place_rows(problem);
-  const auto nodes = static_cast<std::uint32_t>(problem.terminal.size());
+  const auto nodes = static_cast<std::uint32_t>(node.size());
   const std::uint32_t source_node = nodes, sink_node = nodes + 1;
   std::uint32_t next_source = first[source_node], next_sink = first[sink_node];
-  for (std::uint32_t node = 0; node < nodes; ++node) {
-    std::uint32_t arc = first[node];
-    if (const Capacity terminal = problem.terminal[node]; terminal != 0) {
+  for (std::uint32_t i = 0; i < nodes; ++i) {
+    const std::uint32_t at = node[i];
+    std::uint32_t arc = first[i];
+    if (const Capacity terminal = problem.terminal[at]; terminal != 0) {
       const std::uint32_t back = terminal > 0 ? next_source++ : next_sink++;
       target[arc] = terminal > 0 ? source_node : sink_node;
       residual[arc] = terminal > 0 ? 0 : -terminal;
-      target[back] = node;
+      target[back] = i;
       residual[back] = terminal > 0 ? terminal : 0;
       reverse[arc] = back;
       reverse[back] = arc;
       ++arc;
     }
-    for (std::uint32_t from = problem.first[node]; from < problem.first[node + 1]; ++from, ++arc) {
+    for (std::uint32_t from = problem.first[at]; from < problem.first[at + 1]; ++from, ++arc) {
       const std::uint32_t other = problem.target[from];
-      target[arc] = other;
+      target[arc] = index[other];
       residual[arc] = problem.capacity[from];
       reverse[arc] =
-          problem.reverse[from] - problem.first[other] + first[other] + (problem.terminal[other] != 0 ? 1u : 0u);
+          problem.reverse[from] - problem.first[other] + first[index[other]] + (problem.terminal[other] != 0 ? 1u : 0u);
     }
   }
 }
@@ -193,13 +219,12 @@ CutGraph::~CutGraph() = default;
 
 const std::vector<std::uint8_t>& CutGraph::solve() {
   Arrays& a = *arrays_;
-  const auto nodes = static_cast<std::uint32_t>(topology.terminal.size());
-  a.forest.grow(topology, nodes);
+  a.forest.grow(topology);
   push_to_roots(topology, a.forest);
-  a.source_side.assign(nodes, 0);
-  if (std::none_of(topology.terminal.begin(), topology.terminal.end(), [](Capacity t) { return t > 0; }))
-    return a.source_side;
+  a.source_side.assign(topology.terminal.size(), 0);
   a.build(topology);
+  if (a.node.empty()) return a.source_side;
+  const auto nodes = static_cast<std::uint32_t>(a.node.size());
   a.parent_arc.resize(nodes + 2);
   a.tree.resize(nodes + 2);
   a.distance.assign(nodes + 2, 0);
@@ -208,7 +233,7 @@ const std::vector<std::uint8_t>& CutGraph::solve() {
   boost::boykov_kolmogorov_max_flow(graph, a.residual.data(), a.residual.data(), a.reverse.data(), a.parent_arc.data(),
                                     a.tree.data(), a.distance.data(),
                                     boost::typed_identity_property_map<std::uint32_t>(), nodes, nodes + 1);
-  for (std::uint32_t node = 0; node < nodes; ++node) a.source_side[node] = a.tree[node] == boost::black_color;
+  for (std::uint32_t i = 0; i < nodes; ++i) a.source_side[a.node[i]] = a.tree[i] == boost::black_color;
   return a.source_side;
 }
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "labeling/solver/expansion.h"
+#include "labeling/solver/label_problem.h"
 
 namespace gpvc::labeling {
 

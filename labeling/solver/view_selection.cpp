@@ -1,5 +1,6 @@
 // select_views: from costs to labels, coarse to fine, and the figures of the result.
 #include <algorithm>
+#include <functional>
 #include <stdexcept>
 
 #include "io/clock.h"
@@ -11,9 +12,9 @@
 namespace gpvc::labeling {
 namespace {
 
-/// Labels per batch on the full graph. A larger batch uses more cores and wastes more cuts.
+/// Labels per batch. A larger batch uses more cores and wastes more cuts.
 constexpr std::size_t kBatch = 8;
-constexpr std::size_t kClusterSize = 16;
+constexpr std::size_t kClusterSize = 4;
 constexpr std::size_t kMaxDirectNodes = 2000;  ///< problems up to this size are solved without a coarser start
 constexpr int kCoarseSweeps = 8;
 
@@ -26,16 +27,42 @@ double pair_weight(const FaceGraph& graph, std::size_t pair) {
   return graph.weights.empty() ? 1.0 : static_cast<double>(graph.weights[pair]);
 }
 
-/// Labels to start from: the solution of a coarser problem, which is solved in the same way.
-std::vector<std::uint32_t> coarse_start(const LabelProblem& problem) {
-  if (problem.nodes() <= kMaxDirectNodes) return cheapest_labels(problem);
-  const CoarseProblem coarse = coarsen(problem, kClusterSize);
-  // Clusters of less than two nodes on average are not worth solving first.
-  if (2 * coarse.problem.nodes() > problem.nodes()) return cheapest_labels(problem);
-  std::vector<std::uint32_t> labels = coarse_start(coarse.problem);
-  Expander expander(coarse.problem, labels, 1);
-  for (int sweep = 0; sweep < kCoarseSweeps && !expander.is_fixpoint(); ++sweep) expander.sweep();
-  return refine_labels(problem, coarse, labels);
+/// Labels to improve, and how.
+struct Start {
+  std::vector<std::uint32_t> labels;
+  bool is_good = false;  ///< only borders need to be looked at
+};
+
+/// Called after every sweep.
+using AfterSweep = std::function<void()>;
+
+/// Sweeps along borders after a good start, over whole graphs otherwise. Ends when nothing changes: after a good start only
+/// `thorough` then goes on with whole graphs, to a fixpoint.
+void improve(const LabelProblem& problem, bool good_start, bool thorough, int max_sweeps,
+             std::vector<std::uint32_t>& labels, const AfterSweep& after_sweep) {
+  Expander expander(problem, labels, kBatch);
+  bool borders = good_start;
+  for (int sweep = 0; sweep < max_sweeps && !expander.is_fixpoint(); ++sweep) {
+    const std::size_t changes = borders ? expander.sweep_borders() : expander.sweep();
+    if (after_sweep) after_sweep();
+    if (changes == 0 && good_start && !thorough) return;
+    borders = changes > 0;
+  }
+}
+
+/// The solution of a coarser problem, which is found in the same way; each node's cheapest label where the problem is
+/// small, or where its nodes form no clusters.
+Start start_labels(const LabelProblem& problem) {
+  if (problem.nodes() > kMaxDirectNodes) {
+    const CoarseProblem coarse = coarsen(problem, kClusterSize);
+    // Clusters of less than two nodes on average are not worth solving first.
+    if (2 * coarse.problem.nodes() <= problem.nodes()) {
+      Start start = start_labels(coarse.problem);
+      improve(coarse.problem, start.is_good, false, kCoarseSweeps, start.labels, {});
+      return {refine_labels(problem, coarse, start.labels), true};
+    }
+  }
+  return {cheapest_labels(problem), false};
 }
 
 std::vector<ViewId> view_ids(const std::vector<std::uint32_t>& labels) {
@@ -97,21 +124,17 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
     return select_views(with_fixed_labels(table, fixed), graph, options, progress);
   }
   const LabelProblem problem = make_problem(table, weighted_pairs(graph, options.smoothness));
-  std::vector<std::uint32_t> labels = coarse_start(problem);
+  auto [labels, good_start] = start_labels(problem);
 
   Selection result;
-  const auto report = [&](int sweep) {
-    result.labels = view_ids(labels);
+  const auto report = [&] {
+    const auto sweep = static_cast<int>(result.sweeps.size());
     result.sweeps.push_back(
-        {sweep, labeling_energy(table, graph, result.labels, options.smoothness), seconds_since(start)});
+        {sweep, static_cast<double>(fixed_energy(problem, labels)) / problem.scale, seconds_since(start)});
     if (progress) progress(static_cast<std::size_t>(sweep), static_cast<std::size_t>(options.max_sweeps));
   };
-  report(0);
-  Expander expander(problem, labels, kBatch);
-  for (int sweep = 1; sweep <= options.max_sweeps && !expander.is_fixpoint(); ++sweep) {
-    expander.sweep();
-    report(sweep);
-  }
+  report();
+  improve(problem, good_start, options.thorough, options.max_sweeps, labels, report);
   result.merged_patches = merge_small_patches(problem, static_cast<std::size_t>(options.small_patch_faces),
                                               options.small_patch_rise, labels);
   result.labels = view_ids(labels);

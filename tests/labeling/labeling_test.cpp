@@ -199,6 +199,22 @@ Instance large_instance() {
   return instance;
 }
 
+// Random costs are harder than those of photos, where the gap is smaller.
+TEST(Labeling, FastIsCloseToThoroughAndNeverBetter) {
+  const Instance instance = large_instance();
+  for (const double smoothness : {0.05, 0.3, 1.0}) {
+    SolverOptions options;
+    options.smoothness = smoothness;
+    const Selection fast = select_views(instance.table, instance.graph, options, {});
+    options.thorough = true;
+    options.max_sweeps = 200;
+    const Selection thorough = select_views(instance.table, instance.graph, options, {});
+    EXPECT_LE(thorough.energy, fast.energy) << smoothness;
+    EXPECT_LE(fast.energy, 1.005 * thorough.energy) << smoothness;
+    EXPECT_GT(thorough.sweeps.size(), fast.sweeps.size()) << smoothness;
+  }
+}
+
 TEST(Labeling, EnergyNeverRisesFromOneBatchOfExpansionsToTheNext) {
   const Instance instance = large_instance();
   std::vector<WeightedPair> pairs;
@@ -210,12 +226,16 @@ TEST(Labeling, EnergyNeverRisesFromOneBatchOfExpansionsToTheNext) {
     const Capacity start = before;
     Expander expander(problem, labels, batch);
     int sweeps = 0;
+    const auto check = [&] {
+      const Capacity now = fixed_energy(problem, labels);
+      EXPECT_LE(now, before);
+      before = now;
+    };
     for (; sweeps < 50 && !expander.is_fixpoint(); ++sweeps)
-      expander.sweep([&] {
-        const Capacity now = fixed_energy(problem, labels);
-        EXPECT_LE(now, before);
-        before = now;
-      });
+      if (sweeps % 3 == 0)
+        expander.sweep(check);
+      else
+        expander.sweep_borders(check);
     EXPECT_TRUE(expander.is_fixpoint());
     EXPECT_LT(before, start - start / 20);
     // Whole graphs, cut anew, confirm the fixpoint.
@@ -302,7 +322,9 @@ TEST(Coarsening, ClustersAreConnectedAndKeepTheSumOfCosts) {
     cluster_labels[node] = coarse.cluster_of_node[node];
     if (coarse.cluster_of_node[node] != kNoLabel) ++size[coarse.cluster_of_node[node]];
   }
-  EXPECT_LE(*std::max_element(size.begin(), size.end()), 16u);
+  // Pieces of at most half a cluster that are left over join a whole one.
+  EXPECT_LE(*std::max_element(size.begin(), size.end()), 16u + 2 * 8u);
+  EXPECT_GE(*std::min_element(size.begin(), size.end()), 9u);
   // Clusters as labels: as many patches as clusters, if each is connected.
   std::size_t patches = 0;
   for_each_patch(problem, cluster_labels, [&](std::span<const std::uint32_t>) { ++patches; });
