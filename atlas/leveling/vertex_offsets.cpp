@@ -15,7 +15,8 @@ namespace gpvc::atlas {
 
 namespace {
 
-using Offset = Eigen::Array3d;
+/// R, G, B and a fourth number that is always 0, because four floats fill a register.
+using Offset = Eigen::Array4f;
 using Offsets = std::vector<Offset>;
 
 /// Weights of the energy's squared differences: 1 between the two sides of a seam, kSmooth between the ends of an edge
@@ -26,7 +27,7 @@ constexpr double kSmooth = 1.0, kAnchor = 1e-3;
 constexpr double kOutlyingStep = 40;
 /// Sum of sample weights at one end of an edge that gives its difference full weight.
 constexpr double kSufficientWeight = 2;
-constexpr double kMostOffset = 80;
+constexpr float kMostOffset = 80;
 /// Offsets more edges than this away from any seam are zero.
 constexpr int kReachEdges = 48;
 
@@ -84,18 +85,18 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
         const std::size_t at = edge.first_sample + i;
         const double t = (i + 0.5) / edge.samples, w = double{seams.weight[at]} * (end ? t : 1 - t);
         const Color d = seams.colors[at][0] - seams.colors[at][1];
-        difference += w * Offset(d.r, d.g, d.b);
+        difference += static_cast<float>(w) * Offset(d.r, d.g, d.b, 0);
         weight += w;
       }
       if (!(weight > 0)) continue;
-      difference /= weight;
-      const double size = std::sqrt(difference.square().mean()) / kOutlyingStep;
+      difference /= static_cast<float>(weight);
+      const double size = std::sqrt(static_cast<double>(difference.square().sum()) / 3) / kOutlyingStep;
       const double w = std::min(1.0, weight / kSufficientWeight) / (1 + size * size);
       const std::uint32_t a = node_of(edge.faces[0], edge.vertices[end]);
       const std::uint32_t b = node_of(edge.faces[1], edge.vertices[end]);
       links.push_back({a, b, static_cast<float>(w)});
-      right[a] -= double{links.back().weight} * difference;
-      right[b] += double{links.back().weight} * difference;
+      right[a] -= links.back().weight * difference;
+      right[b] += links.back().weight * difference;
     }
   }
 }
@@ -122,60 +123,94 @@ std::vector<char> near_seams(const Links& links, std::span<const Link> seams) {
   return near;
 }
 
-/// The normal equations: the diagonal minus the links, on the active nodes. The other nodes' offsets are zero.
+/// The normal equations of the nodes near seams, which are renumbered: the diagonal minus the links. The other nodes'
+/// offsets are zero.
 struct System {
-  const Links& links;
-  std::vector<double> diagonal;
-  std::vector<std::uint32_t> active;
+  std::vector<std::uint32_t> node;  ///< per unknown
+  std::vector<float> diagonal;
+  Links links;  ///< between unknowns, one for each pair
 
-  template <typename Body>
-  void for_active(const Body& body) const {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, active.size(), 2048), [&](const auto& range) {
-      for (std::size_t k = range.begin(); k < range.end(); ++k) body(active[k]);
-    });
-  }
-  Offset times(const Offsets& x, std::uint32_t i) const {
+  std::size_t size() const { return node.size(); }
+  Offset times(const Offsets& x, std::size_t i) const {
     Offset sum = diagonal[i] * x[i];
-    for (const LinkTo& to : links[i]) sum -= double{to.weight} * x[to.node];
+    for (const LinkTo& to : links[i]) sum -= to.weight * x[to.node];
     return sum;
+  }
+  template <typename Body>
+  void for_each(const Body& body) const {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, size(), 2048), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
+    });
   }
   /// Sums in an order that does not depend on the number of threads.
   template <typename Term>
   Offset sum(const Term& term) const {
     return tbb::parallel_deterministic_reduce(
-        tbb::blocked_range<std::size_t>(0, active.size(), 4096), Offset(Offset::Zero()),
+        tbb::blocked_range<std::size_t>(0, size(), 4096), Offset(Offset::Zero()),
         [&](const auto& range, Offset partial) {
-          for (std::size_t k = range.begin(); k < range.end(); ++k) partial += term(active[k]);
+          for (std::size_t i = range.begin(); i < range.end(); ++i) partial += term(i);
           return partial;
         },
         [](const Offset& a, const Offset& b) { return Offset(a + b); });
   }
 };
 
+/// Each inner edge of a chart is two links of its nodes; the system has one.
+System make_system(const Links& links, const std::vector<char>& near) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+  System system;
+  std::vector<std::uint32_t> unknown(links.groups(), kNone);
+  for (std::uint32_t i = 0; i < near.size(); ++i)
+    if (near[i]) {
+      unknown[i] = static_cast<std::uint32_t>(system.node.size());
+      system.node.push_back(i);
+    }
+  for (const std::uint32_t i : system.node) {
+    float diagonal = static_cast<float>(kAnchor);
+    std::vector<LinkTo>& items = system.links.items;
+    const auto begin = static_cast<std::ptrdiff_t>(items.size());
+    for (const LinkTo& to : links[i]) {
+      diagonal += to.weight;
+      if (unknown[to.node] == kNone) continue;
+      const auto known = std::find_if(items.begin() + begin, items.end(),
+                                      [&](const LinkTo& item) { return item.node == unknown[to.node]; });
+      if (known != items.end())
+        known->weight += to.weight;
+      else
+        items.push_back({unknown[to.node], to.weight});
+    }
+    system.links.first.push_back(items.size());
+    system.diagonal.push_back(diagonal);
+  }
+  return system;
+}
+
 /// Conjugate gradients with the diagonal as preconditioner, for the three channels at once.
 Offsets solve(const System& system, const Offsets& right) {
   // A relative residual of 1e-3 leaves errors of a few hundredths of a grey level near seams.
-  constexpr double kTolerance = 1e-3;
+  constexpr float kTolerance = 1e-3f;
   constexpr int kMostIterations = 300;
-  const std::size_t n = right.size();
-  Offsets x(n, Offset::Zero()), r(n, Offset::Zero()), p(n, Offset::Zero()), q(n, Offset::Zero());
-  system.for_active([&](std::uint32_t i) {
-    r[i] = right[i];
+  const std::size_t n = system.size();
+  Offsets x(n, Offset::Zero()), r(n), p(n), q(n);
+  Offset rho = system.sum([&](std::size_t i) {
+    r[i] = right[system.node[i]];
     p[i] = r[i] / system.diagonal[i];
+    return Offset(r[i] * p[i]);
   });
-  Offset rho = system.sum([&](std::uint32_t i) { return Offset(r[i] * p[i]); });
   const Offset target = kTolerance * kTolerance * rho;
   for (int k = 0; k < kMostIterations && (rho > target).any(); ++k) {
-    system.for_active([&](std::uint32_t i) { q[i] = system.times(p, i); });
-    const Offset pq = system.sum([&](std::uint32_t i) { return Offset(p[i] * q[i]); });
+    const Offset pq = system.sum([&](std::size_t i) {
+      q[i] = system.times(p, i);
+      return Offset(p[i] * q[i]);
+    });
     const Offset alpha = (pq > 0).select(rho / pq, Offset::Zero());
-    system.for_active([&](std::uint32_t i) {
+    const Offset next = system.sum([&](std::size_t i) {
       x[i] += alpha * p[i];
       r[i] -= alpha * q[i];
+      return Offset(r[i] * r[i] / system.diagonal[i]);
     });
-    const Offset next = system.sum([&](std::uint32_t i) { return Offset(r[i] * r[i] / system.diagonal[i]); });
     const Offset beta = (rho > 0).select(next / rho, Offset::Zero());
-    system.for_active([&](std::uint32_t i) { p[i] = r[i] / system.diagonal[i] + beta * p[i]; });
+    system.for_each([&](std::size_t i) { p[i] = r[i] / system.diagonal[i] + beta * p[i]; });
     rho = next;
   }
   return x;
@@ -204,16 +239,12 @@ void fit_offsets(const AtlasInput& input, const SeamSamples& seams, ColorCorrect
     }
   });
   const std::vector<char> near = near_seams(links, std::span(list).first(across));
-  System system{links, std::vector<double>(nodes, kAnchor), {}};
-  for (std::uint32_t i = 0; i < nodes; ++i) {
-    for (const LinkTo& to : links[i]) system.diagonal[i] += double{to.weight};
-    if (near[i]) system.active.push_back(i);
-  }
+  const System system = make_system(links, near);
   const Offsets x = solve(system, right);
-  correction.offsets.resize(nodes);
-  for (std::size_t i = 0; i < nodes; ++i) {
-    const Eigen::Array3f limited = x[i].max(-kMostOffset).min(kMostOffset).cast<float>();
-    correction.offsets[i] = {limited[0], limited[1], limited[2]};
+  correction.offsets.assign(nodes, Color{});
+  for (std::size_t i = 0; i < system.size(); ++i) {
+    const Offset limited = x[i].max(-kMostOffset).min(kMostOffset);
+    correction.offsets[system.node[i]] = {limited[0], limited[1], limited[2]};
   }
 }
 
