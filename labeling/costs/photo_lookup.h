@@ -20,16 +20,11 @@ class PhotoLookup {
 
   explicit PhotoLookup(const Camera& camera);
 
-  /// One row of the frame, cheap to make.
-  struct Row {
-    const PhotoLookup& lookup;
-    int y = 0;
-    std::vector<PhotoPoint> nodes;  ///< empty: no distortion; NaN where the lens model folds
+  static constexpr std::uint32_t kNoPixel = 0xFFFFFFFFu;
 
-    /// Index of the photo's pixel (row-major); nullopt where the lens model is undefined.
-    std::optional<std::size_t> pixel(int x) const;
-  };
-  Row row(int y) const;
+  /// Indices (row-major) of the photo's pixels for the frame's row y; kNoPixel where the lens model is undefined. `row` is
+  /// resized to the frame's width. \pre the photo has less than 2^32 - 1 pixels
+  void find_row(int y, std::vector<std::uint32_t>& row) const;
 
   /// The same for a single pixel, exactly.
   std::optional<std::size_t> pixel(int x, int y) const;
@@ -39,26 +34,7 @@ class PhotoLookup {
 
   Camera camera_;
   int columns_ = 0;
-  std::vector<PhotoPoint> nodes_;
+  std::vector<PhotoPoint> nodes_;  ///< empty: no distortion; NaN where the lens model folds
 };
-
-inline std::size_t PhotoLookup::clamped_index(double x, double y) const {
-  // A cast truncates instead of flooring; the two differ below 0 alone, where the result is clamped.
-  const auto clamp = [](double value, int size) {
-    const int i = static_cast<int>(value);
-    return static_cast<std::size_t>(i < 0 ? 0 : i >= size ? size - 1 : i);
-  };
-  return clamp(y, camera_.height) * static_cast<std::size_t>(camera_.width) + clamp(x, camera_.width);
-}
-
-inline std::optional<std::size_t> PhotoLookup::Row::pixel(int x) const {
-  if (nodes.empty()) return pixel_index(x, y, lookup.camera_.width);
-  const auto cell = static_cast<std::size_t>(x / kStep);
-  const double fraction = (x % kStep) * (1.0 / kStep);
-  const PhotoPoint &a = nodes[cell], &b = nodes[cell + 1];
-  const double photo_x = a.x + fraction * (b.x - a.x), photo_y = a.y + fraction * (b.y - a.y);
-  if (photo_x == photo_x && photo_y == photo_y) return lookup.clamped_index(photo_x, photo_y);
-  return lookup.pixel(x, y);
-}
 
 }  // namespace gpvc::labeling

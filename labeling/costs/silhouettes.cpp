@@ -12,51 +12,72 @@ namespace {
 constexpr std::uint8_t kHere = 1;   ///< the pixel touches a step to its left, to its right or below it
 constexpr std::uint8_t kBelow = 2;  ///< the step is below the pixel, so that the pixel below touches it, too
 
+/// What a pixel shows.
+struct Shown {
+  FaceId face;
+  const InverseDepth& plane;  ///< of the face, if there is one
+  int x, y;
+};
+
 /// Decides whether two neighbouring pixels lie across a discontinuity.
 class StepTest {
  public:
-  StepTest(const Camera& camera, int margin_px, const std::function<InverseDepth(FaceId)>& plane_of)
-      : camera_(camera),
-        plane_of_(plane_of),
-        footprints_(static_cast<float>(margin_px / std::sqrt(camera.fx * camera.fy))) {}
+  StepTest(const Camera& camera, int margin_px)
+      : camera_(camera), footprints_(static_cast<float>(margin_px / std::sqrt(camera.fx * camera.fy))) {}
 
-  bool operator()(FaceId a, int ax, int ay, FaceId b, int bx, int by) const {
-    if (a == kNoFace) return in_photo(camera_, {ax + 0.5, ay + 0.5});
-    if (b == kNoFace) return in_photo(camera_, {bx + 0.5, by + 0.5});
-    const InverseDepth plane_a = plane_of_(a), plane_b = plane_of_(b);
+  bool operator()(const Shown& a, const Shown& b) const {
+    if (a.face == kNoFace) return in_photo(camera_, {a.x + 0.5, a.y + 0.5});
+    if (b.face == kNoFace) return in_photo(camera_, {b.x + 0.5, b.y + 0.5});
     const auto relative = [](int pixel, double centre) { return static_cast<float>(pixel + 0.5 - centre); };
-    const float x0 = relative(ax, camera_.cx), y0 = relative(ay, camera_.cy);
-    const float x1 = relative(bx, camera_.cx), y1 = relative(by, camera_.cy);
-    const float gap0 = plane_a.at(x0, y0) - plane_b.at(x0, y0);
-    const float gap1 = plane_a.at(x1, y1) - plane_b.at(x1, y1);
-    if ((gap0 > 0) != (gap1 > 0)) return false;
+    const float x0 = relative(a.x, camera_.cx), y0 = relative(a.y, camera_.cy);
+    const float x1 = relative(b.x, camera_.cx), y1 = relative(b.y, camera_.cy);
+    const float gap0 = a.plane.at(x0, y0) - b.plane.at(x0, y0);
+    const float gap1 = a.plane.at(x1, y1) - b.plane.at(x1, y1);
     // |1/wa - 1/wb| > margin / (f w_near)  <=>  |wa - wb| > margin / f * w_far
-    const float far = std::min(plane_a.at(x0, y0), plane_b.at(x1, y1));
-    return std::min(std::abs(gap0), std::abs(gap1)) > footprints_ * far;
+    const float far = std::min(a.plane.at(x0, y0), b.plane.at(x1, y1));
+    // Few pairs pass the first test, while the signs of small gaps cannot be predicted.
+    return std::min(std::abs(gap0), std::abs(gap1)) > footprints_ * far && (gap0 > 0) == (gap1 > 0);
   }
 
  private:
   const Camera& camera_;
-  const std::function<InverseDepth(FaceId)>& plane_of_;
   float footprints_;
 };
 
-std::vector<std::uint8_t> find_steps(const visibility::Ivm& ivm, const StepTest& is_step) {
+/// The planes of the faces in one row; one call of plane_of for each run of equal faces.
+void find_planes(const FaceId* row, const std::function<InverseDepth(FaceId)>& plane_of,
+                 std::vector<InverseDepth>& planes) {
+  for (std::size_t x = 0; x < planes.size(); ++x)
+    if (x > 0 && row[x] == row[x - 1])
+      planes[x] = planes[x - 1];
+    else if (row[x] != kNoFace)
+      planes[x] = plane_of(row[x]);
+}
+
+std::vector<std::uint8_t> find_steps(const visibility::Ivm& ivm, const StepTest& is_step,
+                                     const std::function<InverseDepth(FaceId)>& plane_of) {
   const auto width = static_cast<std::size_t>(ivm.width);
   std::vector<std::uint8_t> steps(width * static_cast<std::size_t>(ivm.height));
-  tbb::parallel_for(tbb::blocked_range<int>(0, ivm.height, 16), [&](const tbb::blocked_range<int>& rows) {
+  tbb::parallel_for(tbb::blocked_range<int>(0, ivm.height, 64), [&](const tbb::blocked_range<int>& rows) {
+    std::vector<InverseDepth> here(width), below(width);
+    const auto row_at = [&](int y) { return ivm.faces.data() + static_cast<std::size_t>(y) * width; };
+    find_planes(row_at(rows.begin()), plane_of, here);
     for (int y = rows.begin(); y != rows.end(); ++y) {
-      const FaceId* row = ivm.faces.data() + static_cast<std::size_t>(y) * width;
+      const FaceId* row = row_at(y);
       std::uint8_t* out = steps.data() + static_cast<std::size_t>(y) * width;
+      const auto shown = [&](int x) { return Shown{row[x], here[static_cast<std::size_t>(x)], x, y}; };
       for (int x = 0; x + 1 < ivm.width; ++x)
-        if (row[x] != row[x + 1] && is_step(row[x], x, y, row[x + 1], x + 1, y)) {
+        if (row[x] != row[x + 1] && is_step(shown(x), shown(x + 1))) {
           out[x] |= kHere;
           out[x + 1] |= kHere;
         }
       if (y + 1 == ivm.height) continue;
-      const FaceId* next = row + width;
+      const FaceId* next = row_at(y + 1);
+      find_planes(next, plane_of, below);
       for (int x = 0; x < ivm.width; ++x)
-        if (row[x] != next[x] && is_step(row[x], x, y, next[x], x, y + 1)) out[x] |= kHere | kBelow;
+        if (row[x] != next[x] && is_step(shown(x), {next[x], below[static_cast<std::size_t>(x)], x, y + 1}))
+          out[x] |= kHere | kBelow;
+      std::swap(here, below);
     }
   });
   return steps;
@@ -105,7 +126,7 @@ InverseDepth inverse_depth(const Camera& camera, const CameraTriangle& corners) 
 std::vector<std::uint8_t> silhouette_margin(const Camera& camera, const visibility::Ivm& ivm, int margin_px,
                                             const std::function<InverseDepth(FaceId)>& plane_of) {
   const auto width = static_cast<std::size_t>(ivm.width);
-  const std::vector<std::uint8_t> steps = find_steps(ivm, StepTest(camera, margin_px, plane_of));
+  const std::vector<std::uint8_t> steps = find_steps(ivm, StepTest(camera, margin_px), plane_of);
   std::vector<std::uint8_t> margin(steps.size());
   const int reach = margin_px - 1;  // pixels that touch the step are within one pixel of it
   tbb::parallel_for(tbb::blocked_range<int>(0, ivm.height, 16), [&](const tbb::blocked_range<int>& rows) {

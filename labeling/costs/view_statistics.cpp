@@ -1,6 +1,7 @@
 #include "labeling/costs/view_statistics.h"
 
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -66,6 +67,14 @@ struct PixelSums {
   std::uint64_t pixels = 0, margin = 0, gradient = 0;
   std::array<std::uint64_t, 3> color{};
 
+  PixelSums& operator+=(const PixelSums& other) {
+    pixels += other.pixels;
+    margin += other.margin;
+    gradient += other.gradient;
+    for (std::size_t c = 0; c < 3; ++c) color[c] += other.color[c];
+    return *this;
+  }
+
   /// Adds to a sum that several threads add to.
   void add_to(PixelSums& total) const {
     const auto add = [](std::uint64_t& to, std::uint64_t value) {
@@ -76,6 +85,38 @@ struct PixelSums {
     add(total.gradient, gradient);
     for (std::size_t c = 0; c < 3; ++c) add(total.color[c], color[c]);
   }
+};
+
+/// The sums over a block of rows, which one thread collects, so that threads share memory once a face and block.
+class BlockSums {
+ public:
+  void start(std::size_t slots) {
+    place_.resize(slots, kNoSlot);
+    sums_.clear();
+    slots_.clear();
+  }
+  PixelSums& sums_of(std::uint32_t slot) {
+    if (place_[slot] == kNoSlot) {
+      place_[slot] = static_cast<std::uint32_t>(sums_.size());
+      slots_.push_back(slot);
+      sums_.emplace_back();
+    }
+    return sums_[place_[slot]];
+  }
+  /// Adds everything to the totals.
+  void add_to(std::vector<PixelSums>& totals) {
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+      if (sums_[i].pixels > 0) sums_[i].add_to(totals[slots_[i]]);
+      place_[slots_[i]] = kNoSlot;
+    }
+  }
+
+  std::vector<std::uint32_t> photo_pixels;  ///< of the current row
+
+ private:
+  std::vector<std::uint32_t> place_;  ///< per slot, its place in sums_
+  std::vector<std::uint32_t> slots_;
+  std::vector<PixelSums> sums_;
 };
 
 double length(const CameraPoint& a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
@@ -152,9 +193,13 @@ class ViewPass {
         return slot != kNoSlot ? shapes_[slot].plane : inverse_depth(view_.camera, corners(index(face)));
       });
     if (options_.term != DataTerm::area) gradient_ = gradient_magnitude(photo_);
+    tbb::enumerable_thread_specific<BlockSums> blocks;
     const int rows = visibility_.ivm.height;
-    tbb::parallel_for(tbb::blocked_range<int>(0, rows, 16), [&](const tbb::blocked_range<int>& range) {
-      for (int y = range.begin(); y != range.end(); ++y) add_row(y);
+    tbb::parallel_for(tbb::blocked_range<int>(0, rows, 64), [&](const tbb::blocked_range<int>& range) {
+      BlockSums& block = blocks.local();
+      block.start(faces_.size());
+      for (int y = range.begin(); y != range.end(); ++y) add_row(y, block);
+      block.add_to(sums_);
     });
     const std::vector<float> visible = visible_shares();
     std::vector<FaceRecord> records(faces_.size());
@@ -188,22 +233,25 @@ class ViewPass {
     for (std::size_t c = 0; c < 3; ++c) sums.color[c] += rgb[c];
   }
 
-  /// Adds a row run by run: neighbouring pixels mostly show the same face, and only the end of a run touches memory that
-  /// threads share.
-  void add_row(int y) {
-    const PhotoLookup::Row row = lookup_.row(y);
+  /// Adds a row run by run: neighbouring pixels mostly show the same face.
+  void add_row(int y, BlockSums& block) const {
+    lookup_.find_row(y, block.photo_pixels);
     const int width = visibility_.ivm.width;
     const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
     const FaceId* faces = visibility_.ivm.faces.data() + first;
     for (int x = 0; x < width;) {
       const FaceId face = faces[x];
       const std::uint32_t slot = face == kNoFace ? kNoSlot : slot_of_face_[index(face)];
+      if (slot == kNoSlot) {
+        while (x < width && faces[x] == face) ++x;
+        continue;
+      }
       PixelSums run;
       for (; x < width && faces[x] == face; ++x) {
-        if (slot == kNoSlot) continue;
-        if (const auto photo_pixel = row.pixel(x)) add_pixel(first + static_cast<std::size_t>(x), *photo_pixel, run);
+        const auto at = static_cast<std::size_t>(x);
+        if (block.photo_pixels[at] != PhotoLookup::kNoPixel) add_pixel(first + at, block.photo_pixels[at], run);
       }
-      if (run.pixels > 0) run.add_to(sums_[slot]);
+      block.sums_of(slot) += run;
     }
   }
 
