@@ -22,9 +22,11 @@ namespace {
 namespace fs = std::filesystem;
 
 /// OpenImageIO's messages span lines and repeat the file's name; ours are one sentence.
-std::string one_line(std::string text) {
+std::string one_line(std::string text, const fs::path& file) {
+  for (const std::string& name : {" (\"" + file.string() + "\")", " for \"" + file.string() + "\""})
+    for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name)) text.erase(at, name.size());
   while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', ';');
+  for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n')) text.replace(at, 1, "; ");
   return text.empty() ? "unknown error" : text;
 }
 
@@ -98,11 +100,11 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
     input = OIIO::ImageInput::create(format);
     OIIO::ImageSpec spec;
     if (input && !input->open(file.string(), spec, config))
-      throw InputError(file, "", "is no image that can be read: " + one_line(input->geterror()));
+      throw InputError(file, "", "is no image that can be read: " + one_line(input->geterror(), file));
   } else {
     input = OIIO::ImageInput::open(file.string(), &config);
   }
-  if (!input) throw InputError(file, "", "is no image that can be read: " + one_line(OIIO::geterror()));
+  if (!input) throw InputError(file, "", "is no image that can be read: " + one_line(OIIO::geterror(), file));
   lock.unlock();
   check_claims(file, "", *input, bytes.view().size());
   // A raw photo is also a TIFF, with one sample a pixel behind a colour filter array, or linear: TIFF/EP and DNG.
@@ -149,7 +151,7 @@ void decode(const fs::path& file, const std::string& part, OIIO::ImageInput& inp
   const bool good = input.read_image(0, 0, 0, channels, type, pixels);
   const std::string message = input.geterror();
   if (!good || (!message.empty() && !is_harmless(message)))
-    throw InputError(file, part, "cannot be decoded whole: " + one_line(message));
+    throw InputError(file, part, "cannot be decoded whole: " + one_line(message, file));
 }
 
 /// True for formats of linear light, EXR and HDR.
@@ -208,12 +210,12 @@ void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int q
                    profile.data());
   OIIO::Filesystem::IOVecOutput proxy;  // and from there to `out`, so that a full disk is noticed
   const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("jpeg");
-  if (!output) throw OutputError(file, "cannot be encoded: " + one_line(OIIO::geterror()));
+  if (!output) throw OutputError(file, "cannot be encoded: " + one_line(OIIO::geterror(), file));
   output->threads(1);
   const bool good = output->set_ioproxy(&proxy) && output->open(file.string(), spec) &&
                     output->write_image(OIIO::TypeDesc::UINT8, image.pixels.data());
   const bool closed = output->close();
-  if (!good || !closed) throw OutputError(file, "cannot be encoded: " + one_line(output->geterror()));
+  if (!good || !closed) throw OutputError(file, "cannot be encoded: " + one_line(output->geterror(), file));
   out.write(proxy.buffer().data(), proxy.size());
 }
 
@@ -251,10 +253,10 @@ Image decode_image(const fs::path& file, const std::string& part, std::string_vi
   OIIO::Filesystem::IOMemReader reader(const_cast<char*>(bytes.data()), bytes.size());
   std::unique_lock lock(opening());
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
-  if (!input) throw InputError(file, part, "cannot be decoded: " + one_line(OIIO::geterror()));
+  if (!input) throw InputError(file, part, "cannot be decoded: " + one_line(OIIO::geterror(), file));
   OIIO::ImageSpec spec;
   if (!input->set_ioproxy(&reader) || !input->open(part, spec, reader_options()))
-    throw InputError(file, part, "is no image that can be read: " + one_line(input->geterror()));
+    throw InputError(file, part, "is no image that can be read: " + one_line(input->geterror(), file));
   lock.unlock();
   check_claims(file, part, *input, bytes.size());
   return decode_rgb(file, part, *input);

@@ -4,8 +4,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "io/grouping.h"
@@ -17,26 +17,33 @@ namespace {
 /// Per view and channel, the gain of the photo: the factor by which its colours are to be divided.
 class PhotoGains {
  public:
-  explicit PhotoGains(std::size_t views) : log2_gain_(views * 3, 0.0) {}
+  explicit PhotoGains(std::size_t views) : log2_gain_(views * 3, 0.0), factor_(views * 3, 1.0) {}
 
   ColorSample sample(const ViewRecord& item) const {
     ColorSample result;
     for (std::size_t c = 0; c < 3; ++c)
-      result.rgb[c] = static_cast<float>(item.record->color[c] / 256.0 * std::exp2(-log2_gain_[item.view * 3 + c]));
+      result.rgb[c] = static_cast<float>(item.record->color[c] / 256.0 * factor_[item.view * 3 + c]);
     return result;
   }
 
-  /// One round: every face compares its photos with their median; a photo's gain is the median of its ratios. Threads
-  /// share histograms alone, so the result does not depend on the order of the faces.
+  /// One round: every face compares its photos with their median; a photo's gain is the median of its ratios. Counts
+  /// do not depend on the order of the faces.
   void refine(RecordsByView& by_view, std::size_t faces) {
-    std::vector<std::uint32_t> histogram(log2_gain_.size() * kBins, 0);
+    using Histogram = std::vector<std::uint32_t>;
+    const Histogram empty(log2_gain_.size() * kBins, 0);
+    tbb::enumerable_thread_specific<Histogram> of_threads(empty);
     // The faces of 64 chunks (1 M) suffice for the medians.
     const std::size_t stride = chunk_count(faces) / 64 + 1;
     for_each_chunk(by_view, faces, stride, [&](std::size_t, const Grouped<ViewRecord>& records) {
-      for (std::size_t face = 0; face < records.groups(); ++face) compare(records[face], histogram);
+      for (std::size_t face = 0; face < records.groups(); ++face) compare(records[face], of_threads.local());
     });
-    for (std::size_t i = 0; i < log2_gain_.size(); ++i)
+    Histogram histogram = empty;
+    for (const Histogram& part : of_threads)
+      std::transform(histogram.begin(), histogram.end(), part.begin(), histogram.begin(), std::plus<>());
+    for (std::size_t i = 0; i < log2_gain_.size(); ++i) {
       log2_gain_[i] += median_bin({histogram.data() + i * kBins, kBins});
+      factor_[i] = std::exp2(-log2_gain_[i]);
+    }
   }
 
  private:
@@ -58,8 +65,7 @@ class PhotoGains {
         if (samples[i].rgb[c] < kDark) continue;
         const double stops = std::log2(static_cast<double>(samples[i].rgb[c]) / static_cast<double>(*middle));
         const double bin = std::clamp(stops * kBinsPerStop + kBins / 2.0, 0.0, kBins - 1.0);
-        std::atomic_ref<std::uint32_t>(histogram[(records[i].view * 3 + c) * kBins + static_cast<std::size_t>(bin)])
-            .fetch_add(1, std::memory_order_relaxed);
+        ++histogram[(records[i].view * 3 + c) * kBins + static_cast<std::size_t>(bin)];
       }
     }
   }
@@ -77,6 +83,7 @@ class PhotoGains {
   }
 
   std::vector<double> log2_gain_;
+  std::vector<double> factor_;  ///< 1 / gain, for colours
 };
 
 /// Rounds of averaging over a face and those it shares edges with; ten of them weigh some thirty faces. Chosen by the

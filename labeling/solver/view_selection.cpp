@@ -124,7 +124,8 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
     return select_views(with_fixed_labels(table, fixed), graph, options, progress);
   }
   const LabelProblem problem = make_problem(table, weighted_pairs(graph, options.smoothness));
-  auto [labels, good_start] = start_labels(problem);
+  Start given = start_labels(problem);
+  std::vector<std::uint32_t>& labels = given.labels;
 
   Selection result;
   const auto report = [&] {
@@ -134,7 +135,7 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
     if (progress) progress(static_cast<std::size_t>(sweep), static_cast<std::size_t>(options.max_sweeps));
   };
   report();
-  improve(problem, good_start, options.thorough, options.max_sweeps, labels, report);
+  improve(problem, given.is_good, options.thorough, options.max_sweeps, labels, report);
   result.merged_patches = merge_small_patches(problem, static_cast<std::size_t>(options.small_patch_faces),
                                               options.small_patch_rise, labels);
   result.labels = view_ids(labels);
