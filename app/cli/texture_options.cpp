@@ -17,7 +17,7 @@ void add_selection(CLI::App& app, pipeline::Settings& settings) {
   add_smoothness(app, settings.solver.smoothness, settings.edge_weights);
   group.flag(
       "--thorough", settings.solver.thorough,
-      "Search the whole mesh for better views until none is found: some times slower, for an energy that is at most "
+      "Search the whole mesh for better views until none is found: several times slower, for an energy that is at most "
       "0.2 % lower");
   group.number("--margin", costs.margin_px, 0, 64, "PX",
                "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there; 0 is off");

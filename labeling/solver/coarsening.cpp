@@ -146,11 +146,8 @@ void append_ends(std::vector<std::size_t>& first, std::span<const std::size_t> e
 CoarseProblem coarsen(const LabelProblem& problem, std::size_t cluster_size) {
   CoarseProblem coarse;
   const Grouped<std::uint32_t> clusters = find_clusters(problem, cluster_size, coarse.cluster_of_node);
-  const std::vector<LabelProblem::Neighbour>& neighbours = problem.neighbours.items;
-  double weight_sum = 0;
-  for (const LabelProblem::Neighbour& neighbour : neighbours) weight_sum += static_cast<double>(neighbour.weight);
-  const float mean_weight =
-      neighbours.empty() ? 0.0f : static_cast<float>(weight_sum / static_cast<double>(neighbours.size()));
+  const auto pairs = static_cast<double>(std::max<std::size_t>(1, problem.neighbours.items.size()));
+  const auto mean_weight = static_cast<float>(problem.weight_sum / pairs);
   constexpr std::size_t kPartClusters = 4096;
   std::vector<CoarsePart> parts((clusters.groups() + kPartClusters - 1) / kPartClusters);
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t n) {

@@ -82,10 +82,9 @@ struct Expander::State {
   std::size_t batch;
   std::vector<Capacity> cost;          ///< per node, of its label
   std::vector<std::uint32_t> changed;  ///< per node, tick of its last change
-  std::vector<std::uint32_t>
-      in_vain;                        ///< per label, tick at which the last sweep found no move for it; 0: it found one
-  std::vector<std::uint32_t> proven;  ///< in_vain of the last sweep(): of whole graphs; 0: never
-  std::uint32_t tick = 1;             ///< number of the batch
+  std::vector<std::uint32_t> in_vain;  ///< per label, tick of the last sweep if it found no move for it, else 0
+  std::vector<std::uint32_t> proven;   ///< in_vain of the last sweep(), which cuts whole graphs; 0: never
+  std::uint32_t tick = 1;              ///< number of the batch
   int sweeps = 0;
   bool fixpoint = false;
   Capacity most_excess = 0;           ///< kGrowthCost in units of 1 / scale
@@ -107,10 +106,8 @@ struct Expander::State {
         mark(p.nodes(), 0) {
     tbb::parallel_for(std::size_t{0}, cost.size(),
                       [&](std::size_t node) { cost[node] = cost_of(problem, node, labels[node]); });
-    double weights = 0;
-    for (const auto& neighbour : p.neighbours.items) weights += static_cast<double>(neighbour.weight);
     const auto nodes = static_cast<double>(std::max<std::size_t>(1, p.nodes()));
-    most_excess = static_cast<Capacity>(kGrowthCost * weights / nodes * p.scale);
+    most_excess = static_cast<Capacity>(kGrowthCost * p.weight_sum / nodes * p.scale);
     active.resize(p.nodes());
     std::iota(active.begin(), active.end(), 0u);
   }

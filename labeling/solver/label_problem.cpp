@@ -24,10 +24,8 @@ Grouped<LabelProblem::Neighbour> weighted_neighbours(const CostTable& table, std
 
 /// The solver's sums are at most the cost of all candidates and all pairs together.
 double scale_for(const LabelProblem& problem) {
-  double bound = 1;
+  double bound = 1 + problem.weight_sum;
   for (const float cost : problem.costs) bound += static_cast<double>(cost);
-  for (const LabelProblem::Neighbour& neighbour : problem.neighbours.items)
-    bound += static_cast<double>(neighbour.weight);
   return std::ldexp(1.0, std::min(40, 60 - static_cast<int>(std::ceil(std::log2(bound)))));
 }
 
@@ -37,6 +35,8 @@ LabelProblem make_problem(const CostTable& table, Grouped<LabelProblem::Neighbou
   LabelProblem problem{table.first, table.views, table.costs, std::move(neighbours)};
   for (const std::uint32_t label : table.views)
     problem.label_count = std::max(problem.label_count, std::size_t{label} + 1);
+  for (const LabelProblem::Neighbour& neighbour : problem.neighbours.items)
+    problem.weight_sum += static_cast<double>(neighbour.weight);
   problem.scale = scale_for(problem);
   return problem;
 }

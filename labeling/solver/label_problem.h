@@ -29,6 +29,7 @@ struct LabelProblem {
   Grouped<Neighbour> neighbours;  ///< by node; every pair twice
 
   std::size_t label_count = 0;  ///< the highest label + 1
+  double weight_sum = 0;        ///< of all neighbours: every pair counts twice
 
   /// Costs are held as integers in units of 1 / scale, a power of two: the finest in which no sum overflows.
   double scale = 1;
