@@ -1,0 +1,219 @@
+// Runs the program on a scene, and the floor beneath it: what its files alone cost.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
+
+#include "benchmarks/pipeline.h"
+#include "io/clock.h"
+#include "io/images.h"
+
+namespace gpvc::scaling {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+[[noreturn]] void throw_errno(const std::string& what) {
+  throw std::system_error(errno, std::generic_category(), what);
+}
+
+double seconds_of(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); }
+
+struct Ended {
+  int status = 0;  ///< as wait() gives it
+  rusage usage{};
+};
+
+Ended wait_for(pid_t child) {
+  Ended ended;
+  while (wait4(child, &ended.status, 0, &ended.usage) < 0)
+    if (errno != EINTR) throw_errno("wait4");
+  return ended;
+}
+
+std::string how_ended(int status) {
+  return WIFSIGNALED(status) ? fmt::format("signal {}", WTERMSIG(status))
+                             : fmt::format("exit status {}", WEXITSTATUS(status));
+}
+
+// --- the program
+
+/// Runs a program to its end with its output in `log`. Throws std::runtime_error unless it succeeds.
+rusage run_program(std::vector<std::string> words, const fs::path& log) {
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  const int output = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (output < 0) throw_errno(log.string());
+  const pid_t child = fork();
+  if (child == 0) {
+    if (dup2(output, STDOUT_FILENO) >= 0 && dup2(output, STDERR_FILENO) >= 0) execv(arguments[0], arguments.data());
+    _exit(127);
+  }
+  close(output);
+  if (child < 0) throw_errno("fork");
+  const Ended ended = wait_for(child);
+  if (ended.status != 0)
+    throw std::runtime_error(
+        fmt::format("{} ended with {}; its output is in {}", words[0], how_ended(ended.status), log.string()));
+  return ended.usage;
+}
+
+Json read_run(const fs::path& model) {
+  const fs::path file = model / "run.json";
+  std::ifstream in(file);
+  const Json run = Json::parse(in, nullptr, false);
+  if (!run.is_object() || !run.contains("stages")) throw std::runtime_error(file.string() + ": is no record of a run");
+  return run;
+}
+
+StageSeconds stages_of(const Json& run, double wall_s) {
+  StageSeconds s;
+  for (const Json& stage : run["stages"]) {
+    const auto name = stage["name"].get<std::string>();
+    const auto seconds = stage["wall_s"].get<double>();
+    if (name == "visibility and costs") s.see += seconds;
+    if (name == "view selection") s.choose += seconds;
+    if (name == "atlas") s.paint += seconds;
+    if (name == "write") s.write += seconds;
+  }
+  s.other = wall_s - s.see - s.choose - s.paint - s.write;
+  return s;
+}
+
+Measured run_once(const SceneSize& size, const SceneFiles& scene, const RunOptions& options, const fs::path& model) {
+  std::vector<std::string> words{options.gpvc.string(), "texture", scene.folder.string(), scene.mesh.string(), "-o",
+                                 model.string(),        "--force"};
+  if (!options.memory.empty()) words.insert(words.end(), {"--memory", options.memory});
+  const Clock::time_point start = Clock::now();
+  const rusage usage = run_program(words, model.string() + ".log");
+  Measured m{size, scene.faces, seconds_since(start), 0, 0, {}, {}};
+  m.cpu_s = seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
+  m.peak_gb = static_cast<double>(usage.ru_maxrss) * 1024e-9;  // Linux counts in KiB
+  m.stages = stages_of(read_run(model), m.wall_s);
+  return m;
+}
+
+// --- the floor
+
+std::vector<fs::path> files_in(const fs::path& folder, std::string_view prefix) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (io::has_image_extension(entry.path()) && entry.path().filename().string().starts_with(prefix))
+      files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+double decode_seconds(const std::vector<fs::path>& photos) {
+  const Clock::time_point start = Clock::now();
+  tbb::parallel_for(
+      std::size_t{0}, photos.size(), [&](std::size_t n) { io::read_image(photos[n]); }, tbb::simple_partitioner());
+  return seconds_since(start);
+}
+
+/// The page cut into strips of whole rows, several for each thread: so one page alone keeps all of them busy.
+std::vector<Image> strips_of(const Image& page) {
+  const int rows = std::max(16, page.height / (4 * tbb::info::default_concurrency()));
+  std::vector<Image> strips;
+  for (int y = 0; y < page.height; y += rows) {
+    Image strip{page.width, std::min(rows, page.height - y), page.channels, {}};
+    strip.pixels.assign(page.at(0, y), page.at(0, y) + page.pixels.size() / static_cast<std::size_t>(page.height) *
+                                                           static_cast<std::size_t>(strip.height));
+    strips.push_back(std::move(strip));
+  }
+  return strips;
+}
+
+double encode_seconds(const std::vector<Image>& strips, int quality, const fs::path& scratch) {
+  const Clock::time_point start = Clock::now();
+  tbb::parallel_for(
+      std::size_t{0}, strips.size(),
+      [&](std::size_t n) {
+        io::write_image(scratch / fmt::format("{}.jpg", n), strips[n], io::ImageFormat::jpg, quality);
+      },
+      tbb::simple_partitioner());
+  return seconds_since(start);
+}
+
+Floor measure_floor(const SceneFiles& scene, const fs::path& model, const fs::path& scratch) {
+  const int quality = read_run(model)["options"]["quality"].get<int>();
+  fs::create_directories(scratch);
+  Floor floor;
+  floor.decode_s = decode_seconds(files_in(scene.folder / "images", ""));
+  for (const fs::path& file : files_in(model, "model_")) {
+    const Image page = io::read_image(file);
+    floor.megatexels += 1e-6 * page.width * page.height;
+    floor.encode_s += encode_seconds(strips_of(page), quality, scratch);
+  }
+  fs::remove_all(scratch);
+  return floor;
+}
+
+}  // namespace
+
+std::string in_own_process(const std::function<std::string()>& body) {
+  std::array<int, 2> ends{};  // of a pipe: to read from, to write to
+  if (pipe(ends.data()) != 0) throw_errno("pipe");
+  const pid_t child = fork();
+  if (child < 0) throw_errno("fork");
+  if (child == 0) {
+    std::string text;
+    int status = 0;
+    try {
+      text = body();
+    } catch (const std::exception& error) {
+      text = error.what();
+      status = 1;
+    }
+    for (std::string_view rest = text; !rest.empty();) {
+      const ssize_t written = write(ends[1], rest.data(), rest.size());
+      if (written < 0) _exit(1);
+      rest.remove_prefix(static_cast<std::size_t>(written));
+    }
+    _exit(status);
+  }
+  close(ends[1]);
+  std::string text;
+  std::array<char, 4096> part;
+  for (ssize_t got = 0; (got = read(ends[0], part.data(), part.size())) > 0;)
+    text.append(part.data(), static_cast<std::size_t>(got));
+  close(ends[0]);
+  const Ended ended = wait_for(child);
+  if (ended.status != 0)
+    throw std::runtime_error(text.empty() ? "a part of it ended with " + how_ended(ended.status) : text);
+  return text;
+}
+
+Measured measure(const SceneSize& size, const SceneFiles& scene, const RunOptions& options, const fs::path& results) {
+  fs::create_directories(results);
+  const fs::path model = results / name_of(size);
+  std::vector<Measured> runs;
+  for (int n = 0; n < options.runs; ++n) runs.push_back(run_once(size, scene, options, model));
+  std::sort(runs.begin(), runs.end(), [](const Measured& a, const Measured& b) { return a.wall_s < b.wall_s; });
+  Measured median = runs[runs.size() / 2];
+  const Json floor = Json::parse(in_own_process([&] {
+    const Floor f = measure_floor(scene, model, model.string() + ".scratch");
+    return Json{f.decode_s, f.encode_s, f.megatexels}.dump();
+  }));
+  median.floor = {floor[0], floor[1], floor[2]};
+  if (!options.keep) fs::remove_all(model);
+  return median;
+}
+
+}  // namespace gpvc::scaling
