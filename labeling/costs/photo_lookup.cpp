@@ -1,6 +1,7 @@
 #include "labeling/costs/photo_lookup.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numeric>
 
@@ -48,16 +49,18 @@ void PhotoLookup::find_row(int y, std::vector<std::uint32_t>& row) const {
   const auto last_x = static_cast<float>(camera_.width - 1), last_y = static_cast<float>(camera_.height - 1);
   for (int begin = 0; begin < camera_.width; begin += kStep) {
     const PhotoPoint a = node(begin / kStep), b = node(begin / kStep + 1);
-    const auto x0 = static_cast<float>(a.x), y0 = static_cast<float>(a.y);
-    const float dx = static_cast<float>(b.x - a.x) / kStep, dy = static_cast<float>(b.y - a.y) / kStep;
-    const int count = std::min(kStep, camera_.width - begin);
+    const Cell cell{static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(b.x - a.x) / kStep,
+                    static_cast<float>(b.y - a.y) / kStep};
     std::uint32_t* out = row.data() + begin;
-    if (dx == dx && dy == dy) {  // not NaN
+    const int count = std::min(kStep, camera_.width - begin);
+    const bool defined = cell.dx == cell.dx && cell.dy == cell.dy;  // not NaN
+    if (defined && count == kStep && lies_inside(cell)) {
+      fill_inside(cell, out);
+    } else if (defined) {
       for (int i = 0; i < count; ++i) {
-        const float px = std::min(std::max(x0 + static_cast<float>(i) * dx, 0.0f), last_x);
-        const float py = std::min(std::max(y0 + static_cast<float>(i) * dy, 0.0f), last_y);
-        out[i] = static_cast<std::uint32_t>(static_cast<int>(py)) * static_cast<std::uint32_t>(camera_.width) +
-                 static_cast<std::uint32_t>(static_cast<int>(px));
+        const float px = std::min(std::max(cell.x + static_cast<float>(i) * cell.dx, 0.0f), last_x);
+        const float py = std::min(std::max(cell.y + static_cast<float>(i) * cell.dy, 0.0f), last_y);
+        out[i] = static_cast<std::uint32_t>(pixel_index(static_cast<int>(px), static_cast<int>(py), camera_.width));
       }
     } else {
       for (int i = 0; i < count; ++i) {
@@ -66,6 +69,34 @@ void PhotoLookup::find_row(int y, std::vector<std::uint32_t>& row) const {
       }
     }
   }
+}
+
+/// True if all pixels of a cell lie in the photo. Rounding keeps the order of sums and products, so that the first and
+/// the last pixel bound those between.
+bool PhotoLookup::lies_inside(const Cell& cell) const {
+  const float last_x = cell.x + (kStep - 1) * cell.dx, last_y = cell.y + (kStep - 1) * cell.dy;
+  return std::min(cell.x, last_x) >= 0 && std::max(cell.x, last_x) < static_cast<float>(camera_.width) &&
+         std::min(cell.y, last_y) >= 0 && std::max(cell.y, last_y) < static_cast<float>(camera_.height);
+}
+
+/// Most cells lie in one row of the photo. The loops have no branches, so that the compiler vectorizes them.
+void PhotoLookup::fill_inside(const Cell& cell, std::uint32_t* out) const {
+  std::array<std::int32_t, kStep> columns;
+  for (int i = 0; i < kStep; ++i)
+    columns[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(cell.x + static_cast<float>(i) * cell.dx);
+  const auto width = static_cast<std::uint32_t>(camera_.width);
+  const auto first = static_cast<std::int32_t>(cell.y),
+             last = static_cast<std::int32_t>(cell.y + (kStep - 1) * cell.dy);
+  if (first == last) {
+    const std::uint32_t start = static_cast<std::uint32_t>(first) * width;
+    for (std::size_t i = 0; i < kStep; ++i) out[i] = start + static_cast<std::uint32_t>(columns[i]);
+    return;
+  }
+  std::array<std::int32_t, kStep> rows;
+  for (int i = 0; i < kStep; ++i)
+    rows[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(cell.y + static_cast<float>(i) * cell.dy);
+  for (std::size_t i = 0; i < kStep; ++i)
+    out[i] = static_cast<std::uint32_t>(rows[i]) * width + static_cast<std::uint32_t>(columns[i]);
 }
 
 }  // namespace gpvc::labeling

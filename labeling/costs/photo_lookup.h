@@ -30,7 +30,14 @@ class PhotoLookup {
   std::optional<std::size_t> pixel(int x, int y) const;
 
  private:
+  /// kStep pixels of a row: photo coordinates of the first, and from pixel to pixel.
+  struct Cell {
+    float x, y, dx, dy;
+  };
+
   std::size_t clamped_index(double x, double y) const;
+  bool lies_inside(const Cell& cell) const;
+  void fill_inside(const Cell& cell, std::uint32_t* out) const;
 
   Camera camera_;
   int columns_ = 0;

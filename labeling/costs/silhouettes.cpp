@@ -1,102 +1,30 @@
 #include "labeling/costs/silhouettes.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gpvc::labeling {
 namespace {
 
-constexpr std::uint8_t kHere = 1;   ///< the pixel touches a step to its left, to its right or below it
-constexpr std::uint8_t kBelow = 2;  ///< the step is below the pixel, so that the pixel below touches it, too
+constexpr std::uint32_t kWordBits = 64;
 
-/// What a pixel shows.
-struct Shown {
-  FaceId face;
-  const InverseDepth& plane;  ///< of the face, if there is one
-  int x, y;
-};
-
-/// Decides whether two neighbouring pixels lie across a discontinuity.
-class StepTest {
- public:
-  StepTest(const Camera& camera, int margin_px)
-      : camera_(camera), footprints_(static_cast<float>(margin_px / std::sqrt(camera.fx * camera.fy))) {}
-
-  bool operator()(const Shown& a, const Shown& b) const {
-    if (a.face == kNoFace) return in_photo(camera_, {a.x + 0.5, a.y + 0.5});
-    if (b.face == kNoFace) return in_photo(camera_, {b.x + 0.5, b.y + 0.5});
-    const auto relative = [](int pixel, double centre) { return static_cast<float>(pixel + 0.5 - centre); };
-    const float x0 = relative(a.x, camera_.cx), y0 = relative(a.y, camera_.cy);
-    const float x1 = relative(b.x, camera_.cx), y1 = relative(b.y, camera_.cy);
-    const float gap0 = a.plane.at(x0, y0) - b.plane.at(x0, y0);
-    const float gap1 = a.plane.at(x1, y1) - b.plane.at(x1, y1);
-    // |1/wa - 1/wb| > margin / (f w_near)  <=>  |wa - wb| > margin / f * w_far
-    const float far = std::min(a.plane.at(x0, y0), b.plane.at(x1, y1));
-    // Few pairs pass the first test, while the signs of small gaps cannot be predicted.
-    return std::min(std::abs(gap0), std::abs(gap1)) > footprints_ * far && (gap0 > 0) == (gap1 > 0);
-  }
-
- private:
-  const Camera& camera_;
-  float footprints_;
-};
-
-/// The planes of the faces in one row; one call of plane_of for each run of equal faces.
-void find_planes(const FaceId* row, const std::function<InverseDepth(FaceId)>& plane_of,
-                 std::vector<InverseDepth>& planes) {
-  for (std::size_t x = 0; x < planes.size(); ++x)
-    if (x > 0 && row[x] == row[x - 1])
-      planes[x] = planes[x - 1];
-    else if (row[x] != kNoFace)
-      planes[x] = plane_of(row[x]);
+void set(std::vector<std::uint64_t>& bits, std::uint32_t x) {
+  bits[x / kWordBits] |= std::uint64_t{1} << (x % kWordBits);
 }
 
-std::vector<std::uint8_t> find_steps(const visibility::Ivm& ivm, const StepTest& is_step,
-                                     const std::function<InverseDepth(FaceId)>& plane_of) {
-  const auto width = static_cast<std::size_t>(ivm.width);
-  std::vector<std::uint8_t> steps(width * static_cast<std::size_t>(ivm.height));
-  tbb::parallel_for(tbb::blocked_range<int>(0, ivm.height, 64), [&](const tbb::blocked_range<int>& rows) {
-    std::vector<InverseDepth> here(width), below(width);
-    const auto row_at = [&](int y) { return ivm.faces.data() + static_cast<std::size_t>(y) * width; };
-    find_planes(row_at(rows.begin()), plane_of, here);
-    for (int y = rows.begin(); y != rows.end(); ++y) {
-      const FaceId* row = row_at(y);
-      std::uint8_t* out = steps.data() + static_cast<std::size_t>(y) * width;
-      const auto shown = [&](int x) { return Shown{row[x], here[static_cast<std::size_t>(x)], x, y}; };
-      for (int x = 0; x + 1 < ivm.width; ++x)
-        if (row[x] != row[x + 1] && is_step(shown(x), shown(x + 1))) {
-          out[x] |= kHere;
-          out[x + 1] |= kHere;
-        }
-      if (y + 1 == ivm.height) continue;
-      const FaceId* next = row_at(y + 1);
-      find_planes(next, plane_of, below);
-      for (int x = 0; x < ivm.width; ++x)
-        if (row[x] != next[x] && is_step(shown(x), {next[x], below[static_cast<std::size_t>(x)], x, y + 1}))
-          out[x] |= kHere | kBelow;
-      std::swap(here, below);
-    }
-  });
-  return steps;
+/// Every bit also sets the `count` bits above it; bits beyond the last word are lost. `count` is at most 63.
+void spread_up(std::vector<std::uint64_t>& bits, int count) {
+  for (std::size_t i = bits.size() - 1; i > 0; --i)
+    bits[i] |= bits[i] << count | bits[i - 1] >> (static_cast<int>(kWordBits) - count);
+  bits[0] |= bits[0] << count;
 }
 
-/// to |= from & bits. Bytes may alias anything; __restrict lets the compiler vectorize the loop.
-void unite(std::uint8_t* __restrict to, const std::uint8_t* __restrict from, std::uint8_t bits, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(to[i] | (from[i] & bits));
-}
-
-/// row[i] becomes the union of row[i] to row[i + length - 1]; the last length - 1 elements are padding. `copy` is work
-/// space.
-void unite_runs(std::vector<std::uint8_t>& row, std::vector<std::uint8_t>& copy, std::size_t length) {
-  for (std::size_t done = 1; done < length;) {
-    const std::size_t step = std::min(done, length - done);
-    copy = row;
-    unite(row.data(), copy.data() + step, 0xFF, row.size() - step);
-    done += step;
-  }
+/// The same downwards.
+void spread_down(std::vector<std::uint64_t>& bits, int count) {
+  for (std::size_t i = 0; i + 1 < bits.size(); ++i)
+    bits[i] |= bits[i] >> count | bits[i + 1] << (static_cast<int>(kWordBits) - count);
+  bits.back() |= bits.back() >> count;
 }
 
 }  // namespace
@@ -123,30 +51,143 @@ InverseDepth inverse_depth(const Camera& camera, const CameraTriangle& corners) 
           static_cast<float>(n.z / offset)};
 }
 
-std::vector<std::uint8_t> silhouette_margin(const Camera& camera, const visibility::Ivm& ivm, int margin_px,
-                                            const std::function<InverseDepth(FaceId)>& plane_of) {
-  const auto width = static_cast<std::size_t>(ivm.width);
-  const std::vector<std::uint8_t> steps = find_steps(ivm, StepTest(camera, margin_px), plane_of);
-  std::vector<std::uint8_t> margin(steps.size());
-  const int reach = margin_px - 1;  // pixels that touch the step are within one pixel of it
-  tbb::parallel_for(tbb::blocked_range<int>(0, ivm.height, 16), [&](const tbb::blocked_range<int>& rows) {
-    // Grows by a square: first over rows, then along the row. Padding spares the inner loops their ends.
-    const auto pad = static_cast<std::size_t>(reach);
-    std::vector<std::uint8_t> united(width + 2 * pad), work;
-    for (int y = rows.begin(); y != rows.end(); ++y) {
-      std::fill(united.begin(), united.end(), std::uint8_t{0});
-      for (int other = std::max(0, y - margin_px); other <= std::min(ivm.height - 1, y + reach); ++other) {
-        const std::uint8_t* in = steps.data() + static_cast<std::size_t>(other) * width;
-        const std::uint8_t bits = other == y - margin_px ? kBelow : kHere | kBelow;
-        unite(united.data() + pad, in, bits, width);
-      }
-      unite_runs(united, work, 2 * pad + 1);
-      std::uint8_t* out = margin.data() + static_cast<std::size_t>(y) * width;
-      std::transform(united.begin(), united.begin() + static_cast<std::ptrdiff_t>(width), out,
-                     [](std::uint8_t any) { return static_cast<std::uint8_t>(any != 0); });
-    }
-  });
-  return margin;
+// Stores and counts for every pixel: where runs are short, their ends cannot be predicted.
+void FaceRuns::find(std::span<const FaceId> row) {
+  const std::size_t width = row.size();
+  begins.resize(width + 1);
+  of_pixel.resize(width);
+  std::uint32_t run = 0;
+  begins[0] = of_pixel[0] = 0;
+  for (std::size_t x = 1; x < width; ++x) {
+    begins[run + 1] = static_cast<std::uint32_t>(x);
+    run += row[x] != row[x - 1] ? 1 : 0;
+    of_pixel[x] = run;
+  }
+  begins[run + 1] = static_cast<std::uint32_t>(width);
+  begins.resize(run + 2);
+  faces.resize(run + 1);
+  for (std::size_t i = 0; i < faces.size(); ++i) faces[i] = row[begins[i]];
+}
+
+Silhouettes::Silhouettes(const Camera& camera, const visibility::Ivm& ivm, int margin_px, PlanesOf planes_of)
+    : camera_(camera),
+      ivm_(ivm),
+      margin_px_(margin_px),
+      planes_of_(std::move(planes_of)),
+      footprints_(static_cast<float>(margin_px / std::sqrt(camera.fx * camera.fy))) {
+  for (int x = 0; x < ivm.width; ++x) centred_columns_.push_back(static_cast<float>(x + 0.5 - camera.cx));
+}
+
+std::span<const FaceId> Silhouettes::row(int y) const {
+  const auto width = static_cast<std::size_t>(ivm_.width);
+  return {ivm_.faces.data() + static_cast<std::size_t>(y) * width, width};
+}
+
+float Silhouettes::centred_row(int y) const { return static_cast<float>(y + 0.5 - camera_.cy); }
+
+/// True if two neighbouring pixels lie across a discontinuity.
+inline bool Silhouettes::is_step(const Shown& a, const Shown& b) const {
+  if (a.face == kNoFace) return in_photo(camera_, {a.x + 0.5, a.y + 0.5});
+  if (b.face == kNoFace) return in_photo(camera_, {b.x + 0.5, b.y + 0.5});
+  const float x0 = centred_columns_[a.x], y0 = centred_row(a.y);
+  const float x1 = centred_columns_[b.x], y1 = centred_row(b.y);
+  const float gap0 = a.plane.at(x0, y0) - b.plane.at(x0, y0);
+  const float gap1 = a.plane.at(x1, y1) - b.plane.at(x1, y1);
+  // |1/wa - 1/wb| > margin / (f w_near)  <=>  |wa - wb| > margin / f * w_far
+  const float far = std::min(a.plane.at(x0, y0), b.plane.at(x1, y1));
+  // Few pairs pass the first test, while the signs of small gaps cannot be predicted.
+  return std::min(std::abs(gap0), std::abs(gap1)) > footprints_ * far && (gap0 > 0) == (gap1 > 0);
+}
+
+void StripRows::start(const Silhouettes& silhouettes, int begin, int end) {
+  of_ = &silhouettes;
+  const int height = silhouettes.ivm_.height, margin = silhouettes.margin_px_;
+  y_ = begin - 1;
+  end_ = end;
+  first_ = std::max(0, begin - margin);
+  last_ = std::min(height - 1, end - 1 + margin);
+  loaded_ = first_ - 1;
+  rows_.resize(static_cast<std::size_t>(std::clamp(2 * margin, 1, height)));
+  strip_.resize(margin > 0 ? (static_cast<std::size_t>(silhouettes.ivm_.width) + kWordBits - 1) / kWordBits : 0);
+}
+
+bool StripRows::next() {
+  if (++y_ >= end_) return false;
+  while (loaded_ < std::min(y_ + of_->margin_px_, last_)) load(++loaded_);
+  if (of_->margin_px_ > 0) unite();
+  return true;
+}
+
+void StripRows::load(int y) {
+  Row& here = row(y);
+  here.runs.find(of_->row(y));
+  if (of_->margin_px_ == 0) return;
+  here.planes.resize(here.runs.faces.size());
+  of_->planes_of_(here.runs.faces, here.planes);
+  here.marks.assign(strip_.size(), 0);
+  mark_steps_in_row(y);
+  if (y > first_) {
+    mark_steps_below(y - 1);
+    widen(row(y - 1).marks);
+  }
+  if (y + 1 == of_->ivm_.height) widen(here.marks);
+}
+
+void StripRows::mark_steps_in_row(int y) {
+  Row& here = row(y);
+  const FaceRuns& runs = here.runs;
+  for (std::size_t i = 1; i < runs.faces.size(); ++i) {
+    const std::uint32_t x = runs.begins[i];
+    if (!of_->is_step({runs.faces[i - 1], here.planes[i - 1], x - 1, y}, {runs.faces[i], here.planes[i], x, y}))
+      continue;
+    set(here.marks, x - 1);
+    set(here.marks, x);
+  }
+}
+
+/// Between a row and the next one.
+void StripRows::mark_steps_below(int y) {
+  Row &above = row(y), &below = row(y + 1);
+  const std::span<const FaceId> faces_above = of_->row(y), faces_below = of_->row(y + 1);
+  columns_.resize(faces_above.size());
+  std::size_t count = 0;
+  for (std::uint32_t x = 0; x < faces_above.size(); ++x) {
+    columns_[count] = x;
+    count += faces_above[x] != faces_below[x] ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t x = columns_[i];
+    if (!of_->is_step({faces_above[x], above.planes[above.runs.of_pixel[x]], x, y},
+                      {faces_below[x], below.planes[below.runs.of_pixel[x]], x, y + 1}))
+      continue;
+    set(above.marks, x);
+    set(below.marks, x);
+  }
+}
+
+/// Grows the marks by margin_px - 1 pixels to the left and to the right: pixels that touch a step are within one pixel of
+/// it. Doubling the length of runs takes few passes.
+void StripRows::widen(std::vector<std::uint64_t>& marks) {
+  if (std::all_of(marks.begin(), marks.end(), [](std::uint64_t word) { return word == 0; })) return;
+  work_ = marks;
+  const int length = of_->margin_px_;
+  for (int done = 1; done < length;) {
+    const int step = std::min({done, length - done, static_cast<int>(kWordBits) - 1});
+    spread_up(marks, step);
+    spread_down(work_, step);
+    done += step;
+  }
+  for (std::size_t i = 0; i < marks.size(); ++i) marks[i] |= work_[i];
+}
+
+/// Grows the marks in the same way up and down.
+void StripRows::unite() {
+  const int reach = of_->margin_px_ - 1;
+  std::fill(strip_.begin(), strip_.end(), std::uint64_t{0});
+  for (int y = std::max(first_, y_ - reach); y <= std::min(of_->ivm_.height - 1, y_ + reach); ++y) {
+    const std::vector<std::uint64_t>& marks = row(y).marks;
+    for (std::size_t i = 0; i < strip_.size(); ++i) strip_[i] |= marks[i];
+  }
 }
 
 }  // namespace gpvc::labeling

@@ -1,9 +1,10 @@
-// Finds depth discontinuities of an IVM, and the strip of pixels around them.
+// Finds depth discontinuities of an IVM, and the strip of pixels around them, row by row.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "io/scene.h"
@@ -28,15 +29,92 @@ CameraPoint area_normal(const CameraTriangle& corners);
 /// The plane of a triangle given in camera coordinates. All zero for a triangle seen edge-on, which has none.
 InverseDepth inverse_depth(const Camera& camera, const CameraTriangle& corners);
 
-/// One byte a pixel, 1 within `margin_px` pixels of a depth discontinuity, on both sides of it: wherever photo and mesh
-/// disagree, the surface behind gets the colour of the one in front or the other way round.
+/// The runs of equal faces in a row of an IVM: run i shows `faces[i]` in the pixels begins[i] .. begins[i + 1] - 1.
+struct FaceRuns {
+  std::vector<std::uint32_t> begins;  ///< runs + 1: the last is the row's width
+  std::vector<FaceId> faces;
+  std::vector<std::uint32_t> of_pixel;  ///< the run of each pixel
+
+  /// Keeps the memory. \pre the row is not empty
+  void find(std::span<const FaceId> row);
+};
+
+/// What the strip of a view is found from. Borrows camera and IVM.
 ///
 /// There is a discontinuity between two neighbouring pixels of different faces if the faces' planes, both evaluated at
 /// both pixels, do not intersect between them and remain apart by more than `margin_px` pixel footprints (z / f). A
 /// smaller step displaces the surface by less than the disagreement that the margin covers. A pixel in the photo without
-/// a face (sky) makes a discontinuity, too; a pixel outside the photo does not. `plane_of` is called by several threads at
-/// a time. O(pixels * (1 + margin)), TBB inside.
-std::vector<std::uint8_t> silhouette_margin(const Camera& camera, const visibility::Ivm& ivm, int margin_px,
-                                            const std::function<InverseDepth(FaceId)>& plane_of);
+/// a face (sky) makes a discontinuity, too; a pixel outside the photo does not.
+class Silhouettes {
+ public:
+  /// Fills planes[i] with the plane of faces[i]; any value will do for kNoFace.
+  using PlanesOf = std::function<void(std::span<const FaceId> faces, std::span<InverseDepth> planes)>;
+
+  /// `margin_px` >= 0: with 0 there is no strip. `planes_of` is called by several threads at a time.
+  Silhouettes(const Camera& camera, const visibility::Ivm& ivm, int margin_px, PlanesOf planes_of);
+
+ private:
+  friend class StripRows;
+
+  /// What a pixel shows.
+  struct Shown {
+    FaceId face;
+    const InverseDepth& plane;  ///< of the face, if there is one
+    std::uint32_t x;
+    int y;
+  };
+
+  std::span<const FaceId> row(int y) const;
+  float centred_row(int y) const;
+  bool is_step(const Shown& a, const Shown& b) const;
+
+  const Camera& camera_;
+  const visibility::Ivm& ivm_;
+  int margin_px_;
+  PlanesOf planes_of_;
+  float footprints_;                    ///< the threshold of a step, relative to its depth
+  std::vector<float> centred_columns_;  ///< pixel centres from cx
+};
+
+/// Walks down the rows of an IVM with their runs and the strip: the pixels within `margin_px` pixels of a depth
+/// discontinuity, on both sides of it. Wherever photo and mesh disagree, the surface behind gets the colour of the one in
+/// front or the other way round. Scratch memory of one thread: it holds 2 * margin_px rows at a time.
+class StripRows {
+ public:
+  /// Before the first of the rows begin .. end - 1. Borrows `silhouettes`. O(pixels of the rows and of margin_px more on
+  /// either side + words of the strip * margin_px), until next() returns false.
+  void start(const Silhouettes& silhouettes, int begin, int end);
+  /// False when there are no more rows.
+  bool next();
+
+  int y() const { return y_; }
+  const FaceRuns& runs() const { return row(y_).runs; }
+  /// A bit for each pixel of the row, 64 a word; empty without a strip.
+  std::span<const std::uint64_t> strip() const { return strip_; }
+
+ private:
+  struct Row {
+    FaceRuns runs;
+    std::vector<InverseDepth> planes;  ///< of the runs
+    /// A bit for each pixel that touches a step; once the row below is known, for those within margin_px columns of one.
+    std::vector<std::uint64_t> marks;
+  };
+
+  Row& row(int y) { return rows_[static_cast<std::size_t>(y) % rows_.size()]; }
+  const Row& row(int y) const { return rows_[static_cast<std::size_t>(y) % rows_.size()]; }
+  void load(int y);
+  void mark_steps_in_row(int y);
+  void mark_steps_below(int y);
+  void widen(std::vector<std::uint64_t>& marks);
+  void unite();
+
+  const Silhouettes* of_ = nullptr;
+  int y_ = 0, end_ = 0;
+  int first_ = 0, last_ = 0;  ///< rows that the strip of begin .. end - 1 depends on
+  int loaded_ = 0;            ///< the last row known so far
+  std::vector<Row> rows_;     ///< row y at y modulo the size
+  std::vector<std::uint64_t> strip_, work_;
+  std::vector<std::uint32_t> columns_;  ///< work space
+};
 
 }  // namespace gpvc::labeling

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -151,6 +152,7 @@ struct CandidateCollector::State {
   CostOptions options;
   std::vector<std::uint8_t> wanted;
   RecordsByView by_view;
+  std::optional<ViewScratch> scratch{std::in_place};  ///< empty after the last view
 };
 
 CandidateCollector::CandidateCollector(const Mesh& mesh, const CostOptions& options, std::vector<std::uint8_t> wanted)
@@ -163,12 +165,13 @@ CandidateCollector::~CandidateCollector() = default;
 void CandidateCollector::add_view(ViewId id, const View& view, const Image& photo,
                                   const visibility::ViewVisibility& visibility) {
   state_->by_view[static_cast<std::uint32_t>(id)] =
-      view_statistics(state_->mesh, view, photo, visibility, state_->options, state_->wanted);
+      view_statistics(state_->mesh, view, photo, visibility, state_->options, *state_->scratch, state_->wanted);
 }
 
 Candidates CandidateCollector::finish() {
   const CostOptions& options = state_->options;
   RecordsByView& by_view = state_->by_view;
+  state_->scratch.reset();
   const std::size_t faces = state_->mesh.faces.size();
   if (options.outliers != Outliers::none) find_outliers(by_view, faces, face_graph(state_->mesh));
 

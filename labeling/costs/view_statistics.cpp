@@ -7,7 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
+#include <memory>
+#include <optional>
 
 #include "labeling/costs/photo_lookup.h"
 #include "labeling/costs/silhouettes.h"
@@ -38,11 +41,11 @@ void gradient_row(const std::int16_t* above, const std::int16_t* here, const std
   }
 }
 
-/// Per pixel, row-major: gradient magnitude of luma in 1/kGradientUnit grey levels a pixel, rounded (Sobel's kernel, whose
-/// weights sum to 8; the outermost pixels are repeated beyond the border). O(pixels), TBB inside.
-std::vector<std::uint16_t> gradient_magnitude(const Image& photo) {
+/// Fills `gradient`, per pixel, row-major: gradient magnitude of luma in 1/kGradientUnit grey levels a pixel, rounded
+/// (Sobel's kernel, whose weights sum to 8; the outermost pixels are repeated beyond the border). O(pixels), TBB inside.
+void gradient_magnitude(const Image& photo, std::vector<std::uint16_t>& gradient) {
   const auto width = static_cast<std::size_t>(photo.width);
-  std::vector<std::uint16_t> gradient(width * static_cast<std::size_t>(photo.height));
+  gradient.resize(width * static_cast<std::size_t>(photo.height));
   tbb::parallel_for(tbb::blocked_range<int>(0, photo.height, 32), [&](const tbb::blocked_range<int>& rows) {
     std::array<std::vector<std::int16_t>, 3> luma;
     for (auto& row : luma) row.resize(width + 2);
@@ -55,7 +58,6 @@ std::vector<std::uint16_t> gradient_magnitude(const Image& photo) {
                    gradient.data() + static_cast<std::size_t>(y) * width, width);
     }
   });
-  return gradient;
 }
 
 // --- statistics
@@ -64,7 +66,8 @@ constexpr std::uint32_t kNoSlot = 0xFFFFFFFFu;
 
 /// Sums over pixels of a face.
 struct PixelSums {
-  std::uint64_t pixels = 0, margin = 0, gradient = 0;
+  std::uint32_t pixels = 0, margin = 0;
+  std::uint64_t gradient = 0;
   std::array<std::uint64_t, 3> color{};
 
   PixelSums& operator+=(const PixelSums& other) {
@@ -77,12 +80,10 @@ struct PixelSums {
 
   /// Adds to a sum that several threads add to.
   void add_to(PixelSums& total) const {
-    const auto add = [](std::uint64_t& to, std::uint64_t value) {
-      std::atomic_ref<std::uint64_t>(to).fetch_add(value, std::memory_order_relaxed);
-    };
+    const auto add = [](auto& to, auto value) { std::atomic_ref(to).fetch_add(value, std::memory_order_relaxed); };
     add(total.pixels, pixels);
     if (margin != 0) add(total.margin, margin);
-    add(total.gradient, gradient);
+    if (gradient != 0) add(total.gradient, gradient);
     for (std::size_t c = 0; c < 3; ++c) add(total.color[c], color[c]);
   }
 };
@@ -91,7 +92,7 @@ struct PixelSums {
 class BlockSums {
  public:
   void start(std::size_t slots) {
-    place_.resize(slots, kNoSlot);
+    if (place_.size() < slots) place_.resize(slots, kNoSlot);
     sums_.clear();
     slots_.clear();
   }
@@ -111,10 +112,8 @@ class BlockSums {
     }
   }
 
-  std::vector<std::uint32_t> photo_pixels;  ///< of the current row
-
  private:
-  std::vector<std::uint32_t> place_;  ///< per slot, its place in sums_
+  std::vector<std::uint32_t> place_;  ///< per slot, its place in sums_; kNoSlot between blocks
   std::vector<std::uint32_t> slots_;
   std::vector<PixelSums> sums_;
 };
@@ -124,9 +123,7 @@ double length(const CameraPoint& a) { return std::sqrt(a.x * a.x + a.y * a.y + a
 /// What costs need of a face's projection.
 struct FaceShape {
   InverseDepth plane;
-  float area_px = 0;    ///< of the projection, unclipped by the image; 0 if a vertex lies far outside the image
-  float cos_angle = 0;  ///< between normal and line of sight to the centroid
-  float x = 0, y = 0;   ///< of the projected centroid
+  float area_px = 0;  ///< of the projection, unclipped by the image; 0 if a vertex lies far outside the image
 };
 
 /// True within the region that FaceCoverage::visible_share refers to. The projection of a face that ends close to the
@@ -149,150 +146,244 @@ double projected_area(const Camera& camera, const CameraTriangle& p) {
 }
 
 FaceShape shape_of(const Camera& camera, const CameraTriangle& p) {
-  FaceShape result;
-  result.plane = inverse_depth(camera, p);
-  result.area_px = static_cast<float>(projected_area(camera, p));
-  const CameraPoint centroid{(p[0].x + p[1].x + p[2].x) / 3, (p[0].y + p[1].y + p[2].y) / 3,
-                             (p[0].z + p[1].z + p[2].z) / 3};
-  const CameraPoint n = area_normal(p);
+  return {inverse_depth(camera, p), static_cast<float>(projected_area(camera, p))};
+}
+
+CameraPoint centroid_of(const CameraTriangle& p) {
+  return {(p[0].x + p[1].x + p[2].x) / 3, (p[0].y + p[1].y + p[2].y) / 3, (p[0].z + p[1].z + p[2].z) / 3};
+}
+
+/// Between normal and line of sight to the centroid.
+float cos_angle(const CameraTriangle& p) {
+  const CameraPoint centroid = centroid_of(p), n = area_normal(p);
   const double norm = length(n) * length(centroid);
-  if (norm > 0)
-    result.cos_angle = static_cast<float>(std::abs(n.x * centroid.x + n.y * centroid.y + n.z * centroid.z) / norm);
-  if (centroid.z > 0) {
-    const PixelPoint pixel = pixel_from_camera(camera, centroid);
-    result.x = static_cast<float>(pixel.x);
-    result.y = static_cast<float>(pixel.y);
-  }
-  return result;
+  if (!(norm > 0)) return 0;
+  return static_cast<float>(std::abs(n.x * centroid.x + n.y * centroid.y + n.z * centroid.z) / norm);
 }
 
 /// The data term: how good the view is for a face. Another term belongs here, in DataTerm and in kDataTermNames.
-double quality_of(DataTerm term, const FaceShape& shape, double visible_share, const PixelSums& sums) {
+double quality_of(DataTerm term, const FaceShape& shape, const CameraTriangle& corners, double visible_share,
+                  const PixelSums& sums) {
   const auto pixels = static_cast<double>(sums.pixels);
   double quality = shape.area_px > 0 ? static_cast<double>(shape.area_px) * visible_share : pixels;
   if (term != DataTerm::area) quality *= static_cast<double>(sums.gradient) / (kGradientUnit * pixels);
-  if (term == DataTerm::gmi_angle)
-    quality *= static_cast<double>(shape.cos_angle) * static_cast<double>(shape.cos_angle);
+  if (term == DataTerm::gmi_angle) {
+    const auto cosine = static_cast<double>(cos_angle(corners));
+    quality *= cosine * cosine;
+  }
   return quality;
 }
+
+/// True where a face of this class gets a record.
+bool is_candidate(visibility::FaceClass found) {
+  return found == visibility::FaceClass::full || found == visibility::FaceClass::partial;
+}
+
+}  // namespace
+
+/// Work space of one thread.
+struct ViewScratch::Block {
+  StripRows rows;
+  BlockSums sums;
+  std::vector<std::uint32_t> photo_pixels;  ///< of the current row
+};
+
+struct ViewScratch::Buffers {
+  std::vector<std::uint32_t> slot_of_face;
+  std::vector<std::uint32_t> faces;     ///< by slot, ascending
+  std::vector<FaceShape> shapes;        ///< by slot
+  std::vector<PixelSums> sums;          ///< by slot
+  std::vector<std::uint64_t> strip;     ///< the strip along silhouettes, a bit for each pixel; empty: there is none
+  std::vector<std::uint16_t> gradient;  ///< by pixel of the photo; empty: not asked for
+  tbb::enumerable_thread_specific<Block> blocks;
+};
+
+ViewScratch::ViewScratch() : buffers(std::make_unique<Buffers>()) {}
+ViewScratch::~ViewScratch() = default;
+
+namespace {
 
 /// One view's pass over its IVM.
 class ViewPass {
  public:
   ViewPass(const Mesh& mesh, const View& view, const Image& photo, const visibility::ViewVisibility& visibility,
-           const CostOptions& options)
-      : mesh_(mesh), view_(view), photo_(photo), visibility_(visibility), options_(options), lookup_(view.camera) {}
+           const CostOptions& options, ViewScratch::Buffers& buffers)
+      : mesh_(mesh),
+        view_(view),
+        photo_(photo),
+        visibility_(visibility),
+        options_(options),
+        lookup_(view.camera),
+        strip_words_(options.margin_px > 0 ? (static_cast<std::size_t>(visibility.ivm.width) + 63) / 64 : 0),
+        of_(buffers) {}
 
   std::vector<FaceRecord> run(std::span<const std::uint8_t> wanted) {
     list_faces(wanted);
-    tbb::parallel_for(std::size_t{0}, faces_.size(),
-                      [&](std::size_t slot) { shapes_[slot] = shape_of(view_.camera, corners(faces_[slot])); });
-    if (options_.margin_px > 0)
-      margin_ = silhouette_margin(view_.camera, visibility_.ivm, options_.margin_px, [this](FaceId face) {
-        const std::uint32_t slot = slot_of_face_[index(face)];
-        return slot != kNoSlot ? shapes_[slot].plane : inverse_depth(view_.camera, corners(index(face)));
-      });
-    if (options_.term != DataTerm::area) gradient_ = gradient_magnitude(photo_);
-    tbb::enumerable_thread_specific<BlockSums> blocks;
-    const int rows = visibility_.ivm.height;
-    tbb::parallel_for(tbb::blocked_range<int>(0, rows, 64), [&](const tbb::blocked_range<int>& range) {
-      BlockSums& block = blocks.local();
-      block.start(faces_.size());
-      for (int y = range.begin(); y != range.end(); ++y) add_row(y, block);
-      block.add_to(sums_);
-    });
-    const std::vector<float> visible = visible_shares();
-    std::vector<FaceRecord> records(faces_.size());
-    tbb::parallel_for(std::size_t{0}, faces_.size(),
-                      [&](std::size_t slot) { records[slot] = record(slot, static_cast<double>(visible[slot])); });
-    return records;
+    tbb::parallel_for(std::size_t{0}, of_.faces.size(),
+                      [&](std::size_t slot) { of_.shapes[slot] = shape_of(view_.camera, corners(of_.faces[slot])); });
+    of_.strip.resize(strip_words_ * static_cast<std::size_t>(visibility_.ivm.height));
+    if (options_.term != DataTerm::area) gradient_magnitude(photo_, of_.gradient);
+    add_rows();
+    return records();
   }
 
  private:
   /// Gives every wanted face that is full or partial a slot, in face order.
   void list_faces(std::span<const std::uint8_t> wanted) {
     const auto& classes = visibility_.classes;
-    slot_of_face_.assign(classes.size(), kNoSlot);
-    for (std::uint32_t face = 0; face < classes.size(); ++face)
-      if ((classes[face] == visibility::FaceClass::full || classes[face] == visibility::FaceClass::partial) &&
-          (wanted.empty() || wanted[face] != 0)) {
-        slot_of_face_[face] = static_cast<std::uint32_t>(faces_.size());
-        faces_.push_back(face);
-      }
-    sums_.resize(faces_.size());
-    shapes_.resize(faces_.size());
+    of_.slot_of_face.resize(classes.size());
+    of_.faces.clear();
+    for (std::uint32_t face = 0; face < classes.size(); ++face) {
+      const bool listed = is_candidate(classes[face]) && (wanted.empty() || wanted[face] != 0);
+      of_.slot_of_face[face] = listed ? static_cast<std::uint32_t>(of_.faces.size()) : kNoSlot;
+      if (listed) of_.faces.push_back(face);
+    }
+    of_.sums.assign(of_.faces.size(), {});
+    of_.shapes.resize(of_.faces.size());
   }
 
   CameraTriangle corners(std::size_t face) const { return camera_corners(mesh_, face, view_.pose); }
 
-  void add_pixel(std::size_t frame_pixel, std::size_t photo_pixel, PixelSums& sums) const {
-    ++sums.pixels;
-    if (!margin_.empty()) sums.margin += margin_[frame_pixel];
-    if (!gradient_.empty()) sums.gradient += gradient_[photo_pixel];
-    const std::uint8_t* rgb = photo_.pixels.data() + 3 * photo_pixel;
-    for (std::size_t c = 0; c < 3; ++c) sums.color[c] += rgb[c];
+  std::uint32_t slot_of(FaceId face) const { return face == kNoFace ? kNoSlot : of_.slot_of_face[index(face)]; }
+
+  void find_planes(std::span<const FaceId> faces, std::span<InverseDepth> planes) const {
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+      if (faces[i] == kNoFace) continue;
+      const std::uint32_t slot = of_.slot_of_face[index(faces[i])];
+      planes[i] = slot != kNoSlot ? of_.shapes[slot].plane : inverse_depth(view_.camera, corners(index(faces[i])));
+    }
+  }
+
+  void add_rows() {
+    const Silhouettes silhouettes(view_.camera, visibility_.ivm, options_.margin_px,
+                                  [this](const auto& faces, const auto& planes) { find_planes(faces, planes); });
+    const int rows = visibility_.ivm.height;
+    tbb::parallel_for(tbb::blocked_range<int>(0, rows, 64), [&](const tbb::blocked_range<int>& range) {
+      ViewScratch::Block& block = of_.blocks.local();
+      block.sums.start(of_.faces.size());
+      block.rows.start(silhouettes, range.begin(), range.end());
+      while (block.rows.next()) add_row(block);
+      block.sums.add_to(of_.sums);
+    });
   }
 
   /// Adds a row run by run: neighbouring pixels mostly show the same face.
-  void add_row(int y, BlockSums& block) const {
+  void add_row(ViewScratch::Block& block) const {
+    const int y = block.rows.y();
+    const std::span<const std::uint64_t> strip = block.rows.strip();
+    std::copy(strip.begin(), strip.end(),
+              of_.strip.begin() + static_cast<std::ptrdiff_t>(strip_words_ * static_cast<std::size_t>(y)));
     lookup_.find_row(y, block.photo_pixels);
-    const int width = visibility_.ivm.width;
-    const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
-    const FaceId* faces = visibility_.ivm.faces.data() + first;
-    for (int x = 0; x < width;) {
-      const FaceId face = faces[x];
-      const std::uint32_t slot = face == kNoFace ? kNoSlot : slot_of_face_[index(face)];
-      if (slot == kNoSlot) {
-        while (x < width && faces[x] == face) ++x;
+    const FaceRuns& runs = block.rows.runs();
+    for (std::size_t i = 0; i < runs.faces.size(); ++i) {
+      const std::uint32_t slot = slot_of(runs.faces[i]);
+      if (slot == kNoSlot) continue;
+      block.sums.sums_of(slot) += sums_of_run(block.photo_pixels, y, runs.begins[i], runs.begins[i + 1]);
+    }
+  }
+
+  PixelSums sums_of_run(const std::vector<std::uint32_t>& photo_pixels, int y, std::uint32_t begin,
+                        std::uint32_t end) const {
+    std::uint64_t red = 0, green = 0, blue = 0;
+    std::uint32_t missing = 0;
+    const std::uint8_t* const pixels = photo_.pixels.data();
+    for (std::uint32_t x = begin; x < end; ++x) {
+      if (photo_pixels[x] == PhotoLookup::kNoPixel) {
+        ++missing;
         continue;
       }
-      PixelSums run;
-      for (; x < width && faces[x] == face; ++x) {
-        const auto at = static_cast<std::size_t>(x);
-        if (block.photo_pixels[at] != PhotoLookup::kNoPixel) add_pixel(first + at, block.photo_pixels[at], run);
-      }
-      block.sums_of(slot) += run;
+      const std::uint8_t* rgb = pixels + 3 * std::size_t{photo_pixels[x]};
+      red += rgb[0];
+      green += rgb[1];
+      blue += rgb[2];
     }
+    PixelSums sums{end - begin - missing, 0, 0, {red, green, blue}};
+    if (strip_words_ > 0)
+      sums.margin = missing == 0 ? strip_pixels(y, begin, end) : found_in_strip(photo_pixels, y, begin, end);
+    if (options_.term != DataTerm::area)
+      for (std::uint32_t x = begin; x < end; ++x)
+        if (photo_pixels[x] != PhotoLookup::kNoPixel) sums.gradient += of_.gradient[photo_pixels[x]];
+    return sums;
+  }
+
+  /// Pixels begin .. end - 1 of the row that lie in the strip; few runs touch it.
+  std::uint32_t strip_pixels(int y, std::uint32_t begin, std::uint32_t end) const {
+    const std::uint64_t* row = of_.strip.data() + strip_words_ * static_cast<std::size_t>(y);
+    std::uint32_t count = 0;
+    for (std::uint32_t word = begin / 64; word <= (end - 1) / 64; ++word) {
+      std::uint64_t bits = row[word];
+      if (word == begin / 64) bits &= ~std::uint64_t{0} << (begin % 64);
+      if (word == (end - 1) / 64) bits &= ~std::uint64_t{0} >> (63 - (end - 1) % 64);
+      if (bits != 0) count += static_cast<std::uint32_t>(std::popcount(bits));
+    }
+    return count;
+  }
+
+  /// The same without pixels that the photo has no colour for.
+  std::uint32_t found_in_strip(const std::vector<std::uint32_t>& photo_pixels, int y, std::uint32_t begin,
+                               std::uint32_t end) const {
+    std::uint32_t count = 0;
+    for (std::uint32_t x = begin; x < end; ++x)
+      count += in_strip(x, y) && photo_pixels[x] != PhotoLookup::kNoPixel ? 1 : 0;
+    return count;
+  }
+
+  bool in_strip(std::uint32_t x, int y) const {
+    return (of_.strip[strip_words_ * static_cast<std::size_t>(y) + x / 64] >> (x % 64) & 1U) != 0;
   }
 
   /// For a face that owns no pixel: the pixel that its centroid lies in, or the nearest one.
-  void add_centroid(const FaceShape& shape, PixelSums& sums) const {
+  PixelSums sums_at_centroid(const CameraTriangle& face) const {
     const visibility::Ivm& ivm = visibility_.ivm;
+    const CameraPoint centroid = centroid_of(face);
+    const PixelPoint at = centroid.z > 0 ? pixel_from_camera(view_.camera, centroid) : PixelPoint{};
     // Close to the camera plane, projections exceed the range of int.
-    const auto pixel = [](float at, int size) {
-      return static_cast<int>(std::clamp(at, 0.0F, static_cast<float>(size - 1)));
+    const auto pixel = [](double position, int size) {
+      return static_cast<int>(std::clamp(static_cast<float>(position), 0.0F, static_cast<float>(size - 1)));
     };
-    const int x = pixel(shape.x, ivm.width), y = pixel(shape.y, ivm.height);
-    if (const auto photo_pixel = lookup_.pixel(x, y)) add_pixel(pixel_index(x, y, ivm.width), *photo_pixel, sums);
+    const int x = pixel(at.x, ivm.width), y = pixel(at.y, ivm.height);
+    const std::optional<std::size_t> photo_pixel = lookup_.pixel(x, y);
+    if (!photo_pixel) return {};
+    const std::uint8_t* rgb = photo_.pixels.data() + 3 * *photo_pixel;
+    return {1,
+            strip_words_ > 0 && in_strip(static_cast<std::uint32_t>(x), y) ? 1U : 0U,
+            options_.term != DataTerm::area ? of_.gradient[*photo_pixel] : std::uint64_t{0},
+            {rgb[0], rgb[1], rgb[2]}};
+  }
+
+  std::vector<FaceRecord> records() const {
+    std::vector<FaceRecord> records(of_.faces.size());
+    const auto& entries = visibility_.coverage.entries;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, records.size(), 1024), [&](const auto& slots) {
+      // Both lists are in face order.
+      auto entry = std::ranges::lower_bound(entries, of_.faces[slots.begin()], {},
+                                            [](const visibility::FaceCoverage& e) { return index(e.face); });
+      for (std::size_t slot = slots.begin(); slot != slots.end(); ++slot) {
+        while (entry != entries.end() && index(entry->face) < of_.faces[slot]) ++entry;
+        const bool found = entry != entries.end() && index(entry->face) == of_.faces[slot];
+        const float share = found ? std::min(entry->visible_share, kMaxPartialShare) : 0.5f;
+        const bool full = visibility_.classes[of_.faces[slot]] == visibility::FaceClass::full;
+        records[slot] = record(slot, full ? 1.0 : static_cast<double>(share));
+      }
+    });
+    return records;
   }
 
   FaceRecord record(std::size_t slot, double visible_share) const {
-    PixelSums sums = sums_[slot];
-    const FaceShape& face_shape = shapes_[slot];
-    if (sums.pixels == 0) add_centroid(face_shape, sums);
+    const std::uint32_t face = of_.faces[slot];
+    PixelSums sums = of_.sums[slot];
+    CameraTriangle triangle{};
+    if (sums.pixels == 0 || options_.term == DataTerm::gmi_angle) triangle = corners(face);
+    if (sums.pixels == 0) sums = sums_at_centroid(triangle);
     FaceRecord result;
-    result.face = faces_[slot];
+    result.face = face;
     result.visible = visible_share >= 1 ? kWholeShare : std::min<Share16>(share16(visible_share), kWholeShare - 1);
     if (sums.pixels == 0) return result;
-    result.quality = static_cast<float>(quality_of(options_.term, face_shape, visible_share, sums));
-    result.margin = share16(static_cast<double>(sums.margin) / static_cast<double>(sums.pixels));
+    result.quality = static_cast<float>(quality_of(options_.term, of_.shapes[slot], triangle, visible_share, sums));
+    if (sums.margin != 0) result.margin = share16(static_cast<double>(sums.margin) / static_cast<double>(sums.pixels));
     for (std::size_t c = 0; c < 3; ++c)
       result.color[c] = static_cast<std::uint16_t>((sums.color[c] * 256 + sums.pixels / 2) / sums.pixels);
     return result;
-  }
-
-  /// The visible share of every listed face. Both lists are in face order.
-  std::vector<float> visible_shares() const {
-    std::vector<float> visible(faces_.size(), 1.0f);
-    const auto& entries = visibility_.coverage.entries;
-    std::size_t entry = 0;
-    for (std::size_t slot = 0; slot < faces_.size(); ++slot) {
-      if (visibility_.classes[faces_[slot]] == visibility::FaceClass::full) continue;
-      while (entry < entries.size() && index(entries[entry].face) < faces_[slot]) ++entry;
-      const bool found = entry < entries.size() && index(entries[entry].face) == faces_[slot];
-      visible[slot] = found ? std::min(entries[entry].visible_share, kMaxPartialShare) : 0.5f;
-    }
-    return visible;
   }
 
   /// A face is partial although every in-image sample sees it if a vertex lies outside the image.
@@ -304,11 +395,8 @@ class ViewPass {
   const visibility::ViewVisibility& visibility_;
   const CostOptions& options_;
   PhotoLookup lookup_;
-  std::vector<std::uint32_t> slot_of_face_, faces_;
-  std::vector<PixelSums> sums_;
-  std::vector<FaceShape> shapes_;
-  std::vector<std::uint8_t> margin_;
-  std::vector<std::uint16_t> gradient_;
+  std::size_t strip_words_;  ///< a row; 0: no strip
+  ViewScratch::Buffers& of_;
 };
 
 }  // namespace
@@ -317,8 +405,8 @@ Share16 share16(double share) { return static_cast<Share16>(std::lround(std::cla
 
 std::vector<FaceRecord> view_statistics(const Mesh& mesh, const View& view, const Image& photo,
                                         const visibility::ViewVisibility& visibility, const CostOptions& options,
-                                        std::span<const std::uint8_t> wanted) {
-  return ViewPass(mesh, view, photo, visibility, options).run(wanted);
+                                        ViewScratch& scratch, std::span<const std::uint8_t> wanted) {
+  return ViewPass(mesh, view, photo, visibility, options, *scratch.buffers).run(wanted);
 }
 
 }  // namespace gpvc::labeling

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -30,6 +31,15 @@ struct FaceRecord {
 };
 static_assert(sizeof(FaceRecord) == 20);
 
+/// Memory that the views share: fresh memory costs more than what is done with it.
+struct ViewScratch {
+  ViewScratch();
+  ~ViewScratch();
+  struct Block;
+  struct Buffers;
+  std::unique_ptr<Buffers> buffers;
+};
+
 /// Records of the full and partial faces, in face order; with `wanted`, a flag per face unless empty, of those that have
 /// it. O(faces + pixels), TBB inside; sums are integers, so the result does not depend on the number of threads.
 ///
@@ -42,6 +52,6 @@ static_assert(sizeof(FaceRecord) == 20);
 /// A face that owns no pixel of the IVM takes gradient and colour from the pixel at its centroid.
 std::vector<FaceRecord> view_statistics(const Mesh& mesh, const View& view, const Image& photo,
                                         const visibility::ViewVisibility& visibility, const CostOptions& options,
-                                        std::span<const std::uint8_t> wanted = {});
+                                        ViewScratch& scratch, std::span<const std::uint8_t> wanted = {});
 
 }  // namespace gpvc::labeling

@@ -18,6 +18,8 @@ using namespace test;
 
 // --- statistics
 
+ViewScratch scratch;  // shared by the tests, whose scenes differ
+
 // A square of 24 x 24 pixels before a ramp of 2 grey levels a pixel, in two triangles of 288 px.
 TEST(ViewStatistics, AreaGradientAndColor) {
   Mesh mesh;
@@ -29,7 +31,7 @@ TEST(ViewStatistics, AreaGradientAndColor) {
   options.margin_px = 0;
   for (const auto& [term, expected] : {std::pair{DataTerm::area, 288.0}, {DataTerm::gmi, 576.0}}) {
     options.term = term;
-    const auto records = view_statistics(mesh, view, ramp, visibility, options);
+    const auto records = view_statistics(mesh, view, ramp, visibility, options, scratch);
     ASSERT_EQ(records.size(), 2u);
     for (const FaceRecord& record : records) {
       EXPECT_NEAR(static_cast<double>(record.quality), expected, 1e-3);
@@ -58,9 +60,9 @@ TEST(ViewStatistics, AngleCountsByItsSquaredCosine) {
   const Image ramp = paint([](int x, int) { return Color{2 * x, 2 * x, 2 * x}; });
   CostOptions options;
   options.term = DataTerm::gmi;
-  const float gmi = view_statistics(mesh, view, ramp, visibility, options)[0].quality;
+  const float gmi = view_statistics(mesh, view, ramp, visibility, options, scratch)[0].quality;
   options.term = DataTerm::gmi_angle;
-  const float with_angle = view_statistics(mesh, view, ramp, visibility, options)[0].quality;
+  const float with_angle = view_statistics(mesh, view, ramp, visibility, options, scratch)[0].quality;
   EXPECT_NEAR(static_cast<double>(with_angle / gmi), 0.25, 0.01);
 }
 
@@ -83,7 +85,7 @@ TEST(ViewStatistics, ProjectionsWithoutEndCountByTheirPixels) {
     CostOptions options;
     options.term = DataTerm::area;
     options.margin_px = 0;
-    const auto records = view_statistics(mesh, view, grey(100), visibility, options);
+    const auto records = view_statistics(mesh, view, grey(100), visibility, options, scratch);
     ASSERT_EQ(records.size(), 1u);
     EXPECT_EQ(records[0].quality, 5.0F) << ahead;
   }
@@ -100,7 +102,7 @@ TEST(ViewStatistics, FaceWithoutAPixelIsLookedUpAtItsCentroid) {
   const Image photo = paint([](int x, int y) { return Color{x, y, 7}; });
   CostOptions options;
   options.term = DataTerm::area;
-  const auto records = view_statistics(mesh, view, photo, visibility, options);
+  const auto records = view_statistics(mesh, view, photo, visibility, options, scratch);
   ASSERT_EQ(records.size(), 1u);
   EXPECT_EQ(records[0].color, (std::array<std::uint16_t, 3>{40 * 256, 10 * 256, 7 * 256}));
   EXPECT_NEAR(static_cast<double>(records[0].quality), 0.02, 1e-6);
@@ -115,7 +117,7 @@ TEST(ViewStatistics, CentroidFarOutsideThePhotoIsLookedUpAtItsBorder) {
     mesh.faces = {{0, 1, 2}};
     visibility::ViewVisibility visibility = look(mesh, view);
     visibility.classes = {visibility::FaceClass::full};
-    const auto records = view_statistics(mesh, view, photo, visibility, CostOptions{});
+    const auto records = view_statistics(mesh, view, photo, visibility, CostOptions{}, scratch);
     ASSERT_EQ(records.size(), 1u);
     EXPECT_EQ(records[0].color[0], side < 0 ? 0 : (kWidth - 1) * 256);
     EXPECT_EQ(records[0].color[1], 24 * 256);
@@ -206,7 +208,7 @@ TEST(Silhouettes, SkyIsADiscontinuityAndThePhotosBorderIsNot) {
     for (int x = 0; x < kWidth; ++x)
       if (!in_photo(view.camera, {x + 0.5, y + 0.5}))
         visibility.ivm.faces[static_cast<std::size_t>(y * kWidth + x)] = kNoFace;
-  const auto cleared = silhouette_margin(view.camera, visibility.ivm, 2, [](FaceId) { return InverseDepth{}; });
+  const auto cleared = strip_of({view.camera, visibility.ivm, 2, [](const auto&, const auto&) {}});
   EXPECT_EQ(std::count(cleared.begin(), cleared.end(), 1), 0);
 }
 
