@@ -4,68 +4,110 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
 #include <cmath>
 #include <functional>
 #include <utility>
 
 #include "io/grouping.h"
+#include "labeling/costs/order_statistics.h"
 #include "labeling/costs/photo_consistency.h"
 
 namespace gpvc::labeling {
 namespace {
 
+/// Bins of 1/64 f-stop (1 %), from -4 to +4.
+constexpr int kBinsPerStop = 64;
+constexpr int kBins = 8 * kBinsPerStop;
+
+/// Finds the bin of a ratio, floor(64 log2(ratio)) + 256, with a table in place of the logarithm.
+///
+/// A ratio is f 2^e with 1 <= f < 2. The first eight bits of f after the point give one of 256 intervals; bins are wider
+/// than those, so an interval contains at most one edge of a bin.
+class RatioBins {
+ public:
+  RatioBins() {
+    for (std::size_t i = 0; i < kIntervals; ++i) {
+      const double begin = 1 + static_cast<double>(i) / kIntervals;
+      first_[i] = static_cast<std::int32_t>(std::log2(begin) * kBinsPerStop);
+      edge_[i] = std::exp2((first_[i] + 1.0) / kBinsPerStop);
+    }
+  }
+  /// \pre ratio > 0, normal. Ratios beyond the bins count in the first or the last one.
+  std::size_t of(double ratio) const {
+    constexpr std::uint64_t kFraction = (std::uint64_t{1} << 52) - 1;
+    const auto bits = std::bit_cast<std::uint64_t>(ratio);
+    const double f = std::bit_cast<double>((bits & kFraction) | std::bit_cast<std::uint64_t>(1.0));
+    const auto interval = static_cast<std::size_t>((bits & kFraction) >> 44);
+    const std::int32_t exponent = static_cast<std::int32_t>(bits >> 52) - 1023;
+    const std::int32_t bin = kBins / 2 + exponent * kBinsPerStop + first_[interval] + (f >= edge_[interval] ? 1 : 0);
+    return static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1));
+  }
+
+ private:
+  static constexpr std::size_t kIntervals = 256;
+  std::array<std::int32_t, kIntervals> first_{};  ///< the bin of the interval's begin
+  std::array<double, kIntervals> edge_{};         ///< where the next bin begins
+};
+
 /// Per view and channel, the gain of the photo: the factor by which its colours are to be divided.
 class PhotoGains {
  public:
-  explicit PhotoGains(std::size_t views) : log2_gain_(views * 3, 0.0), factor_(views * 3, 1.0) {}
+  explicit PhotoGains(std::size_t views) : log2_gain_(views * 3, 0.0), scale_(views * 3, kUnit) {}
 
   ColorSample sample(const ViewRecord& item) const {
     ColorSample result;
-    for (std::size_t c = 0; c < 3; ++c)
-      result.rgb[c] = static_cast<float>(item.record->color[c] / 256.0 * factor_[item.view * 3 + c]);
+    for (std::size_t c = 0; c < 3; ++c) result.rgb[c] = level(item, c);
     return result;
   }
 
   /// One round: every face compares its photos with their median; a photo's gain is the median of its ratios. Counts
   /// do not depend on the order of the faces.
   void refine(RecordsByView& by_view, std::size_t faces) {
-    using Histogram = std::vector<std::uint32_t>;
     const Histogram empty(log2_gain_.size() * kBins, 0);
     tbb::enumerable_thread_specific<Histogram> of_threads(empty);
     // The faces of 64 chunks (1 M) suffice for the medians.
     const std::size_t stride = chunk_count(faces) / 64 + 1;
     for_each_chunk(by_view, faces, stride, [&](std::size_t, const Grouped<ViewRecord>& records) {
-      for (std::size_t face = 0; face < records.groups(); ++face) compare(records[face], of_threads.local());
+      Levels levels;
+      for (std::size_t face = 0; face < records.groups(); ++face) compare(records[face], levels, of_threads.local());
     });
     Histogram histogram = empty;
     for (const Histogram& part : of_threads)
       std::transform(histogram.begin(), histogram.end(), part.begin(), histogram.begin(), std::plus<>());
     for (std::size_t i = 0; i < log2_gain_.size(); ++i) {
       log2_gain_[i] += median_bin({histogram.data() + i * kBins, kBins});
-      factor_[i] = std::exp2(-log2_gain_[i]);
+      scale_[i] = std::exp2(-log2_gain_[i]) * kUnit;
     }
   }
 
  private:
-  static constexpr std::size_t kBins = 512;  ///< of 1/64 f-stop (1 %), from -4 to +4
-  static constexpr double kBinsPerStop = 64;
-  static constexpr float kDark = 8;  ///< grey levels below which noise dominates a ratio
+  using Histogram = std::vector<std::uint32_t>;
+  /// Work space: a channel of a face in its photos.
+  struct Levels {
+    std::vector<float> of_photos, ordered;
+  };
+  static constexpr double kUnit = 1.0 / 256;  ///< of FaceRecord::color, in grey levels
+  static constexpr float kDark = 8;           ///< grey levels below which noise dominates a ratio
 
-  void compare(std::span<const ViewRecord> records, std::vector<std::uint32_t>& histogram) const {
+  float level(const ViewRecord& item, std::size_t channel) const {
+    return static_cast<float>(item.record->color[channel] * scale_[item.view * 3 + channel]);
+  }
+
+  void compare(std::span<const ViewRecord> records, Levels& levels, Histogram& histogram) const {
     if (records.size() < 3) return;
-    std::vector<ColorSample> samples;
-    for (const ViewRecord& item : records) samples.push_back(sample(item));
-    std::vector<float> channel(samples.size());
     for (std::size_t c = 0; c < 3; ++c) {
-      for (std::size_t i = 0; i < samples.size(); ++i) channel[i] = samples[i].rgb[c];
-      const auto middle = channel.begin() + static_cast<std::ptrdiff_t>(channel.size() / 2);
-      std::nth_element(channel.begin(), middle, channel.end());
-      if (*middle < kDark) continue;
-      for (std::size_t i = 0; i < samples.size(); ++i) {
-        if (samples[i].rgb[c] < kDark) continue;
-        const double stops = std::log2(static_cast<double>(samples[i].rgb[c]) / static_cast<double>(*middle));
-        const double bin = std::clamp(stops * kBinsPerStop + kBins / 2.0, 0.0, kBins - 1.0);
-        ++histogram[(records[i].view * 3 + c) * kBins + static_cast<std::size_t>(bin)];
+      levels.of_photos.resize(records.size());
+      for (std::size_t i = 0; i < records.size(); ++i) levels.of_photos[i] = level(records[i], c);
+      levels.ordered = levels.of_photos;
+      const float middle = upper_median(std::span(levels.ordered));
+      if (middle < kDark) continue;
+      for (std::size_t i = 0; i < records.size(); ++i) {
+        if (levels.of_photos[i] < kDark) continue;
+        const double ratio = static_cast<double>(levels.of_photos[i]) / static_cast<double>(middle);
+        ++histogram[(records[i].view * 3 + c) * kBins + bins_.of(ratio)];
       }
     }
   }
@@ -82,8 +124,9 @@ class PhotoGains {
     return bin == kBins / 2 ? 0.0 : edge + within / kBinsPerStop;
   }
 
+  RatioBins bins_;
   std::vector<double> log2_gain_;
-  std::vector<double> factor_;  ///< 1 / gain, for colours
+  std::vector<double> scale_;  ///< kUnit / gain, for colours
 };
 
 /// Rounds of averaging over a face and those it shares edges with; ten of them weigh some thirty faces. Chosen by the
@@ -92,41 +135,91 @@ constexpr int kRounds = 10;
 /// Limits the influence of a single face with a very different colour.
 constexpr double kMaxDistance = 2 * kOutlierDistance;
 
-void measure_disagreement(std::span<const ViewRecord> records, const PhotoGains& gains,
-                          std::vector<ColorSample>& samples, std::vector<double>& distance) {
+/// Work space of one thread.
+struct FaceScratch {
+  std::vector<ColorSample> samples;
+  ConsensusScratch consensus;
+  std::vector<double> distance;
+};
+
+void measure_disagreement(std::span<const ViewRecord> records, const PhotoGains& gains, FaceScratch& scratch) {
   const auto full =
       std::count_if(records.begin(), records.end(), [](const ViewRecord& item) { return item.record->is_full(); });
+  std::vector<ColorSample>& samples = scratch.samples;
   samples.clear();
   for (const ViewRecord& item : records) {
     samples.push_back(gains.sample(item));
     samples.back().votes = full < 3 || item.record->is_full();
   }
-  disagreement(samples, distance);
+  disagreement(samples, scratch.consensus, scratch.distance);
   for (std::size_t i = 0; i < records.size(); ++i)
-    records[i].record->disagreement = fixed_distance(std::min(distance[i], kMaxDistance));
+    records[i].record->disagreement = fixed_distance(std::min(scratch.distance[i], kMaxDistance));
 }
 
 constexpr std::uint32_t kNoRecord = 0xFFFFFFFFu;
 
-/// `record_of_face`: work space, kNoRecord for every face before and after.
-void average_over_faces(std::vector<FaceRecord>& records, const Grouped<std::uint32_t>& neighbours,
-                        std::vector<std::uint32_t>& record_of_face) {
-  for (std::uint32_t i = 0; i < records.size(); ++i) record_of_face[records[i].face] = i;
-  std::vector<std::uint16_t> before(records.size());
-  for (int round = 0; round < kRounds; ++round) {
-    for (std::size_t i = 0; i < records.size(); ++i) before[i] = records[i].disagreement;
-    for (std::size_t i = 0; i < records.size(); ++i) {
-      std::uint32_t sum = before[i], count = 1;
-      for (const std::uint32_t face : neighbours[records[i].face])
-        if (const std::uint32_t other = record_of_face[face]; other != kNoRecord) {
-          sum += before[other];
-          ++count;
-        }
-      records[i].disagreement = static_cast<std::uint16_t>((sum + count / 2) / count);
-    }
+/// Rounded quotients of sums by small counts. m = ceil(2^32 / count) is too large by less than 1, so for numbers below
+/// 2^32 / count, as all sums of so many 16-bit values are, the upper half of the product with m is the quotient.
+class Mean {
+ public:
+  /// Values in a mean: a face and two others at each of its edges, since faces around an edge form a chain (FaceGraph).
+  static constexpr std::size_t kMost = 7;
+  Mean() {
+    for (std::size_t count = 1; count <= kMost; ++count)
+      factor_[count] = ((std::uint64_t{1} << 32) + count - 1) / count;
   }
-  for (const FaceRecord& record : records) record_of_face[record.face] = kNoRecord;
-}
+  std::uint16_t of(std::uint32_t sum, std::size_t count) const {
+    return static_cast<std::uint16_t>((sum + count / 2) * factor_[count] >> 32);
+  }
+
+ private:
+  std::array<std::uint64_t, kMost + 1> factor_{};
+};
+
+/// Averages over the faces of a view, and finds who is averaged with whom once for all rounds. Work space of one thread.
+class Averager {
+ public:
+  void average(std::vector<FaceRecord>& records, const Grouped<std::uint32_t>& neighbours) {
+    find_others(records, neighbours);
+    here_.resize(records.size());
+    before_.resize(records.size());
+    for (std::size_t i = 0; i < records.size(); ++i) here_[i] = records[i].disagreement;
+    for (int round = 0; round < kRounds; ++round) {
+      here_.swap(before_);
+      const std::uint32_t* other = others_.data();
+      for (std::size_t i = 0; i < records.size(); ++i) {
+        std::uint32_t sum = before_[i];
+        const std::size_t count = counts_[i];
+        for (std::size_t k = 0; k < count; ++k) sum += before_[other[k]];
+        other += count;
+        here_[i] = mean_.of(sum, count + 1);
+      }
+    }
+    for (std::size_t i = 0; i < records.size(); ++i) records[i].disagreement = here_[i];
+  }
+
+ private:
+  void find_others(const std::vector<FaceRecord>& records, const Grouped<std::uint32_t>& neighbours) {
+    record_of_face_.resize(neighbours.groups(), kNoRecord);
+    for (std::uint32_t i = 0; i < records.size(); ++i) record_of_face_[records[i].face] = i;
+    others_.clear();
+    counts_.clear();
+    for (const FaceRecord& record : records) {
+      const std::size_t before = others_.size();
+      for (const std::uint32_t face : neighbours[record.face])
+        if (const std::uint32_t other = record_of_face_[face]; other != kNoRecord) others_.push_back(other);
+      counts_.push_back(static_cast<std::uint8_t>(others_.size() - before));
+      assert(counts_.back() < Mean::kMost);
+    }
+    for (const FaceRecord& record : records) record_of_face_[record.face] = kNoRecord;
+  }
+
+  Mean mean_;
+  std::vector<std::uint32_t> record_of_face_;  ///< kNoRecord for every face between views
+  std::vector<std::uint32_t> others_;          ///< by record, the records of the faces beside it
+  std::vector<std::uint8_t> counts_;           ///< by record, how many those are
+  std::vector<std::uint16_t> here_, before_;   ///< by record
+};
 
 }  // namespace
 
@@ -135,20 +228,15 @@ void find_outliers(RecordsByView& by_view, std::size_t faces, const FaceGraph& g
   PhotoGains gains(std::size_t{by_view.rbegin()->first} + 1);
   for (int round = 0; round < 2; ++round) gains.refine(by_view, faces);
   for_each_chunk(by_view, faces, 1, [&](std::size_t, const Grouped<ViewRecord>& records) {
-    std::vector<ColorSample> samples;
-    std::vector<double> distance;
-    for (std::size_t face = 0; face < records.groups(); ++face)
-      measure_disagreement(records[face], gains, samples, distance);
+    FaceScratch scratch;
+    for (std::size_t face = 0; face < records.groups(); ++face) measure_disagreement(records[face], gains, scratch);
   });
   const Grouped<std::uint32_t> neighbours = group_neighbours(faces, graph.edges);
   std::vector<std::vector<FaceRecord>*> views;
   for (auto& [view, records] : by_view) views.push_back(&records);
-  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> record_of_face;
-  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t view) {
-    std::vector<std::uint32_t>& mine = record_of_face.local();
-    mine.resize(faces, kNoRecord);
-    average_over_faces(*views[view], neighbours, mine);
-  });
+  tbb::enumerable_thread_specific<Averager> averagers;
+  tbb::parallel_for(std::size_t{0}, views.size(),
+                    [&](std::size_t view) { averagers.local().average(*views[view], neighbours); });
 }
 
 }  // namespace gpvc::labeling

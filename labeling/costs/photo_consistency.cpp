@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "labeling/costs/order_statistics.h"
+
 namespace gpvc::labeling {
 namespace {
 
@@ -40,16 +42,15 @@ Symmetric inverse(const Symmetric& m) {
 }
 
 double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+  const double upper = upper_median(std::span(values));
+  if (values.size() % 2 == 1) return upper;
+  return (upper + *std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2))) /
+         2;
 }
 
 /// Median colour of the voting samples, and an isotropic deviation derived from the median distance to it.
-Gaussian robust_estimate(std::span<const ColorSample> samples, std::size_t votes) {
+Gaussian robust_estimate(std::span<const ColorSample> samples, std::size_t votes, std::vector<double>& values) {
   Gaussian result;
-  std::vector<double> values;
   for (std::size_t c = 0; c < 3; ++c) {
     values.clear();
     for (const ColorSample& sample : samples)
@@ -91,15 +92,16 @@ Gaussian fit(std::span<const ColorSample> samples, const std::vector<std::uint8_
 
 }  // namespace
 
-void disagreement(std::span<const ColorSample> samples, std::vector<double>& result) {
+void disagreement(std::span<const ColorSample> samples, ConsensusScratch& scratch, std::vector<double>& result) {
   result.assign(samples.size(), 0.0);
   const auto votes = static_cast<std::size_t>(
       std::count_if(samples.begin(), samples.end(), [](const ColorSample& sample) { return sample.votes; }));
   if (votes < 3) return;
 
   constexpr int kConsensusRounds = 10;  // as published; two or three are usually enough
-  Gaussian consensus = robust_estimate(samples, votes);
-  std::vector<std::uint8_t> inlier(samples.size(), 0), before;
+  Gaussian consensus = robust_estimate(samples, votes, scratch.values);
+  auto& [values, inlier, before] = scratch;
+  inlier.assign(samples.size(), 0);
   for (int round = 0; round < kConsensusRounds; ++round) {
     std::size_t inliers = 0;
     before = inlier;

@@ -30,6 +30,12 @@ constexpr std::uint16_t fixed_distance(double distance) {
 }
 constexpr double distance_from_fixed(std::uint16_t fixed) { return fixed / 1024.0; }
 
+/// Memory that calls share.
+struct ConsensusScratch {
+  std::vector<double> values;
+  std::vector<std::uint8_t> inlier, before;  ///< per sample
+};
+
 /// The Mahalanobis distance of each sample from the consensus; all 0 where there is none (fewer than three votes, or no
 /// majority that agrees).
 ///
@@ -38,6 +44,6 @@ constexpr double distance_from_fixed(std::uint16_t fixed) { return fixed / 1024.
 /// from the mean of all, so below n = 12 nothing could ever be rejected; this starts from the median and the median
 /// distance to it. And the covariance has a floor, since photos of one surface differ by noise, angle and vignetting.
 /// O(n) a round, and a few rounds.
-void disagreement(std::span<const ColorSample> samples, std::vector<double>& result);
+void disagreement(std::span<const ColorSample> samples, ConsensusScratch& scratch, std::vector<double>& result);
 
 }  // namespace gpvc::labeling

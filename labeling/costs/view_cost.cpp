@@ -23,9 +23,11 @@ struct Choice {
   std::size_t rejected = 0;
 };
 
-/// Decides between full and partial views, and leaves outliers out.
-Choice choose(std::span<const ViewRecord> records, const CostOptions& options) {
-  Choice choice;
+/// Decides between full and partial views, and leaves outliers out. Reuses the memory of `choice`.
+void choose(std::span<const ViewRecord> records, const CostOptions& options, Choice& choice) {
+  choice.taken.clear();
+  choice.quality.clear();
+  choice.tag = FaceTag::unseen;
   const auto full = [](const ViewRecord& item) { return item.record->is_full(); };
   const auto kept = [&](const ViewRecord& item) {
     return options.outliers != Outliers::clamp || item.record->disagreement <= fixed_distance(kOutlierMeanDistance);
@@ -51,12 +53,11 @@ Choice choose(std::span<const ViewRecord> records, const CostOptions& options) {
       records, [&](const ViewRecord& item) { return full_kept(item) && item.record->margin != kWholeShare; });
   const bool partial_clear = std::ranges::any_of(
       records, [&](const ViewRecord& item) { return partial_kept(item) && item.record->margin < kWholeShare / 2; });
-  if ((full_outside || !partial_clear) && take(FaceTag::seen, full_kept)) return choice;
-  if (take(FaceTag::partial, partial_kept)) return choice;
+  if ((full_outside || !partial_clear) && take(FaceTag::seen, full_kept)) return;
+  if (take(FaceTag::partial, partial_kept)) return;
   // All views are rejected, but a doubtful photo is better than none.
   choice.rejected = 0;
   if (!take(FaceTag::seen, full)) take(FaceTag::partial, [](const ViewRecord&) { return true; });
-  return choice;
 }
 
 // --- costs
@@ -177,8 +178,11 @@ Candidates CandidateCollector::finish() {
 
   std::vector<TablePart> parts(chunk_count(faces));
   for_each_chunk(by_view, faces, 1, [&](std::size_t chunk, const Grouped<ViewRecord>& records) {
-    for (std::size_t face = 0; face < records.groups(); ++face)
-      parts[chunk].add(choose(records[face], options), options);
+    Choice choice;
+    for (std::size_t face = 0; face < records.groups(); ++face) {
+      choose(records[face], options, choice);
+      parts[chunk].add(choice, options);
+    }
   });
   by_view.clear();
   std::vector<float> penalty;

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
+#include <span>
 
+#include "labeling/costs/order_statistics.h"
 #include "labeling/costs/photo_consistency.h"
 #include "labeling/labeling.h"
 #include "tests/labeling/view_scene.h"
@@ -26,6 +29,22 @@ bool is_candidate(const CostTable& table, std::size_t face, std::uint32_t view) 
 
 // --- photo-consistency
 
+ConsensusScratch scratch;  // shared by the tests, as it is by faces
+
+TEST(OrderStatistics, UpperMedianIsThatOfTheSortedValues) {
+  std::mt19937 random(1);
+  for (std::size_t count = 1; count <= 2 * kShortList; ++count)
+    for (int trial = 0; trial < 20; ++trial) {
+      std::vector<float> values(count);
+      for (float& value : values) value = static_cast<float>(random() % 8);  // with ties
+      std::vector<float> sorted = values;
+      std::sort(sorted.begin(), sorted.end());
+      EXPECT_EQ(upper_median(std::span(values)), sorted[count / 2]);
+      std::sort(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count / 2));
+      EXPECT_TRUE(std::equal(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count / 2), sorted.begin()));
+    }
+}
+
 TEST(PhotoConsistency, OneOfFewIsFound) {
   for (std::size_t count = 3; count <= 12; ++count) {
     std::vector<ColorSample> samples(count);
@@ -33,7 +52,7 @@ TEST(PhotoConsistency, OneOfFewIsFound) {
       samples[i].rgb = {100.0f + static_cast<float>(i % 3), 110, 120.0f - static_cast<float>(i % 2)};
     samples[count / 2].rgb = {200, 40, 30};
     std::vector<double> distance;
-    disagreement(samples, distance);
+    disagreement(samples, scratch, distance);
     for (std::size_t i = 0; i < count; ++i)
       EXPECT_EQ(distance[i] > kOutlierDistance, i == count / 2) << i << " of " << count;
   }
@@ -42,17 +61,17 @@ TEST(PhotoConsistency, OneOfFewIsFound) {
 TEST(PhotoConsistency, NoMajorityNoVerdict) {
   std::vector<double> distance;
   const std::vector<ColorSample> two{{{10, 10, 10}}, {{200, 200, 200}}};
-  disagreement(two, distance);
+  disagreement(two, scratch, distance);
   EXPECT_EQ(distance, (std::vector<double>{0, 0}));
   const std::vector<ColorSample> all_different{{{10, 10, 10}}, {{200, 10, 10}}, {{10, 200, 200}}};
-  disagreement(all_different, distance);
+  disagreement(all_different, scratch, distance);
   EXPECT_EQ(distance, (std::vector<double>{0, 0, 0}));
 }
 
 TEST(PhotoConsistency, ThoseWithoutAVoteAreJudged) {
   std::vector<ColorSample> samples{{{100, 100, 100}}, {{101, 100, 100}}, {{99, 100, 101}}, {{250, 0, 0}, false}};
   std::vector<double> distance;
-  disagreement(samples, distance);
+  disagreement(samples, scratch, distance);
   EXPECT_LT(distance[0], kOutlierDistance);
   EXPECT_GT(distance[3], kOutlierDistance);
 }
