@@ -69,11 +69,10 @@ void FaceRuns::find(std::span<const FaceId> row) {
   for (std::size_t i = 0; i < faces.size(); ++i) faces[i] = row[begins[i]];
 }
 
-Silhouettes::Silhouettes(const Camera& camera, const visibility::Ivm& ivm, int margin_px, PlanesOf planes_of)
+Silhouettes::Silhouettes(const Camera& camera, const visibility::Ivm& ivm, int margin_px)
     : camera_(camera),
       ivm_(ivm),
       margin_px_(margin_px),
-      planes_of_(std::move(planes_of)),
       footprints_(static_cast<float>(margin_px / std::sqrt(camera.fx * camera.fy))) {
   for (int x = 0; x < ivm.width; ++x) centred_columns_.push_back(static_cast<float>(x + 0.5 - camera.cx));
 }
@@ -99,7 +98,8 @@ inline bool Silhouettes::is_step(const Shown& a, const Shown& b) const {
   return std::min(std::abs(gap0), std::abs(gap1)) > footprints_ * far && (gap0 > 0) == (gap1 > 0);
 }
 
-void StripRows::start(const Silhouettes& silhouettes, int begin, int end) {
+void StripRows::start(const Silhouettes& silhouettes, int begin, int end, FindFaces find_faces) {
+  find_faces_ = std::move(find_faces);
   of_ = &silhouettes;
   const int height = silhouettes.ivm_.height, margin = silhouettes.margin_px_;
   y_ = begin - 1;
@@ -107,7 +107,7 @@ void StripRows::start(const Silhouettes& silhouettes, int begin, int end) {
   first_ = std::max(0, begin - margin);
   last_ = std::min(height - 1, end - 1 + margin);
   loaded_ = first_ - 1;
-  rows_.resize(static_cast<std::size_t>(std::clamp(2 * margin, 1, height)));
+  rows_.resize(static_cast<std::size_t>(std::max(2, std::min(2 * margin, height))));
   strip_.resize(margin > 0 ? (static_cast<std::size_t>(silhouettes.ivm_.width) + kWordBits - 1) / kWordBits : 0);
 }
 
@@ -121,9 +121,8 @@ bool StripRows::next() {
 void StripRows::load(int y) {
   Row& here = row(y);
   here.runs.find(of_->row(y));
+  find_faces(y);
   if (of_->margin_px_ == 0) return;
-  here.planes.resize(here.runs.faces.size());
-  of_->planes_of_(here.runs.faces, here.planes);
   here.marks.assign(strip_.size(), 0);
   mark_steps_in_row(y);
   if (y > first_) {
@@ -133,12 +132,38 @@ void StripRows::load(int y) {
   if (y + 1 == of_->ivm_.height) widen(here.marks);
 }
 
+/// Most runs continue one of the row above, which spares looking the face up in memory that is far apart.
+void StripRows::find_faces(int y) {
+  Row& here = row(y);
+  const FaceRuns& runs = here.runs;
+  here.found.resize(runs.faces.size());
+  if (y == first_) {
+    find_faces_(runs.faces, here.found);
+    return;
+  }
+  const Row& above = row(y - 1);
+  runs_.resize(runs.faces.size() + 1);
+  std::size_t count = 0;
+  for (std::uint32_t i = 0; i < runs.faces.size(); ++i) {
+    const std::uint32_t run_above = above.runs.of_pixel[runs.begins[i]];
+    here.found[i] = above.found[run_above];
+    runs_[count] = i;
+    count += above.runs.faces[run_above] != runs.faces[i] ? 1 : 0;
+  }
+  faces_.resize(count);
+  found_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) faces_[i] = runs.faces[runs_[i]];
+  find_faces_(faces_, found_);
+  for (std::size_t i = 0; i < count; ++i) here.found[runs_[i]] = found_[i];
+}
+
 void StripRows::mark_steps_in_row(int y) {
   Row& here = row(y);
   const FaceRuns& runs = here.runs;
   for (std::size_t i = 1; i < runs.faces.size(); ++i) {
     const std::uint32_t x = runs.begins[i];
-    if (!of_->is_step({runs.faces[i - 1], here.planes[i - 1], x - 1, y}, {runs.faces[i], here.planes[i], x, y}))
+    if (!of_->is_step({runs.faces[i - 1], here.found[i - 1].plane, x - 1, y},
+                      {runs.faces[i], here.found[i].plane, x, y}))
       continue;
     set(here.marks, x - 1);
     set(here.marks, x);
@@ -157,8 +182,8 @@ void StripRows::mark_steps_below(int y) {
   }
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t x = columns_[i];
-    if (!of_->is_step({faces_above[x], above.planes[above.runs.of_pixel[x]], x, y},
-                      {faces_below[x], below.planes[below.runs.of_pixel[x]], x, y + 1}))
+    if (!of_->is_step({faces_above[x], above.found[above.runs.of_pixel[x]].plane, x, y},
+                      {faces_below[x], below.found[below.runs.of_pixel[x]].plane, x, y + 1}))
       continue;
     set(above.marks, x);
     set(below.marks, x);

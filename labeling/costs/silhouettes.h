@@ -47,11 +47,8 @@ struct FaceRuns {
 /// a face (sky) makes a discontinuity, too; a pixel outside the photo does not.
 class Silhouettes {
  public:
-  /// Fills planes[i] with the plane of faces[i]; any value will do for kNoFace.
-  using PlanesOf = std::function<void(std::span<const FaceId> faces, std::span<InverseDepth> planes)>;
-
-  /// `margin_px` >= 0: with 0 there is no strip. `planes_of` is called by several threads at a time.
-  Silhouettes(const Camera& camera, const visibility::Ivm& ivm, int margin_px, PlanesOf planes_of);
+  /// `margin_px` >= 0: with 0 there is no strip.
+  Silhouettes(const Camera& camera, const visibility::Ivm& ivm, int margin_px);
 
  private:
   friend class StripRows;
@@ -71,9 +68,14 @@ class Silhouettes {
   const Camera& camera_;
   const visibility::Ivm& ivm_;
   int margin_px_;
-  PlanesOf planes_of_;
   float footprints_;                    ///< the threshold of a step, relative to its depth
   std::vector<float> centred_columns_;  ///< pixel centres from cx
+};
+
+/// What the caller of StripRows knows of a face.
+struct RunFace {
+  InverseDepth plane;
+  std::uint32_t number = 0;  ///< of the caller's choice
 };
 
 /// Walks down the rows of an IVM with their runs and the strip: the pixels within `margin_px` pixels of a depth
@@ -81,21 +83,27 @@ class Silhouettes {
 /// front or the other way round. Scratch memory of one thread: it holds 2 * margin_px rows at a time.
 class StripRows {
  public:
-  /// Before the first of the rows begin .. end - 1. Borrows `silhouettes`. O(pixels of the rows and of margin_px more on
+  /// Fills found[i] for faces[i]; any value will do for kNoFace.
+  using FindFaces = std::function<void(std::span<const FaceId> faces, std::span<RunFace> found)>;
+
+  /// Before the first of the rows begin .. end - 1. Borrows `silhouettes`. `find_faces` is called row by row, for the
+  /// faces that are not found in the row above. O(pixels of the rows and of margin_px more on
   /// either side + words of the strip * margin_px), until next() returns false.
-  void start(const Silhouettes& silhouettes, int begin, int end);
+  void start(const Silhouettes& silhouettes, int begin, int end, FindFaces find_faces);
   /// False when there are no more rows.
   bool next();
 
   int y() const { return y_; }
   const FaceRuns& runs() const { return row(y_).runs; }
+  /// What find_faces found for each run.
+  std::span<const RunFace> found() const { return row(y_).found; }
   /// A bit for each pixel of the row, 64 a word; empty without a strip.
   std::span<const std::uint64_t> strip() const { return strip_; }
 
  private:
   struct Row {
     FaceRuns runs;
-    std::vector<InverseDepth> planes;  ///< of the runs
+    std::vector<RunFace> found;  ///< for the runs
     /// A bit for each pixel that touches a step; once the row below is known, for those within margin_px columns of one.
     std::vector<std::uint64_t> marks;
   };
@@ -103,6 +111,7 @@ class StripRows {
   Row& row(int y) { return rows_[static_cast<std::size_t>(y) % rows_.size()]; }
   const Row& row(int y) const { return rows_[static_cast<std::size_t>(y) % rows_.size()]; }
   void load(int y);
+  void find_faces(int y);
   void mark_steps_in_row(int y);
   void mark_steps_below(int y);
   void widen(std::vector<std::uint64_t>& marks);
@@ -114,7 +123,11 @@ class StripRows {
   int loaded_ = 0;            ///< the last row known so far
   std::vector<Row> rows_;     ///< row y at y modulo the size
   std::vector<std::uint64_t> strip_, work_;
-  std::vector<std::uint32_t> columns_;  ///< work space
+  FindFaces find_faces_;
+  // Work space.
+  std::vector<std::uint32_t> columns_, runs_;
+  std::vector<FaceId> faces_;
+  std::vector<RunFace> found_;
 };
 
 }  // namespace gpvc::labeling

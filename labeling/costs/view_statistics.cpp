@@ -96,17 +96,21 @@ class BlockSums {
     sums_.clear();
     slots_.clear();
   }
-  PixelSums& sums_of(std::uint32_t slot) {
+  /// The number of the slot's sums in this block.
+  std::uint32_t place_of(std::uint32_t slot) {
     if (place_[slot] == kNoSlot) {
       place_[slot] = static_cast<std::uint32_t>(sums_.size());
       slots_.push_back(slot);
       sums_.emplace_back();
     }
-    return sums_[place_[slot]];
+    return place_[slot];
   }
+  PixelSums& sums(std::uint32_t place) { return sums_[place]; }
   /// Adds everything to the totals.
   void add_to(std::vector<PixelSums>& totals) {
+    constexpr std::size_t kAhead = 8;
     for (std::size_t i = 0; i < slots_.size(); ++i) {
+      if (i + kAhead < slots_.size()) __builtin_prefetch(&totals[slots_[i + kAhead]], 1);
       if (sums_[i].pixels > 0) sums_[i].add_to(totals[slots_[i]]);
       place_[slots_[i]] = kNoSlot;
     }
@@ -244,24 +248,27 @@ class ViewPass {
 
   CameraTriangle corners(std::size_t face) const { return camera_corners(mesh_, face, view_.pose); }
 
-  std::uint32_t slot_of(FaceId face) const { return face == kNoFace ? kNoSlot : of_.slot_of_face[index(face)]; }
-
-  void find_planes(std::span<const FaceId> faces, std::span<InverseDepth> planes) const {
+  /// Numbers are those of the block's sums, kNoSlot for faces that are not listed.
+  void find_faces(BlockSums& sums, std::span<const FaceId> faces, std::span<RunFace> found) const {
     for (std::size_t i = 0; i < faces.size(); ++i) {
+      found[i].number = kNoSlot;
       if (faces[i] == kNoFace) continue;
       const std::uint32_t slot = of_.slot_of_face[index(faces[i])];
-      planes[i] = slot != kNoSlot ? of_.shapes[slot].plane : inverse_depth(view_.camera, corners(index(faces[i])));
+      if (slot == kNoSlot) {
+        if (strip_words_ > 0) found[i].plane = inverse_depth(view_.camera, corners(index(faces[i])));
+      } else {
+        found[i] = {of_.shapes[slot].plane, sums.place_of(slot)};
+      }
     }
   }
 
   void add_rows() {
-    const Silhouettes silhouettes(view_.camera, visibility_.ivm, options_.margin_px,
-                                  [this](const auto& faces, const auto& planes) { find_planes(faces, planes); });
-    const int rows = visibility_.ivm.height;
-    tbb::parallel_for(tbb::blocked_range<int>(0, rows, 64), [&](const tbb::blocked_range<int>& range) {
+    const Silhouettes silhouettes(view_.camera, visibility_.ivm, options_.margin_px);
+    tbb::parallel_for(tbb::blocked_range<int>(0, visibility_.ivm.height, 64), [&](const auto& range) {
       ViewScratch::Block& block = of_.blocks.local();
       block.sums.start(of_.faces.size());
-      block.rows.start(silhouettes, range.begin(), range.end());
+      block.rows.start(silhouettes, range.begin(), range.end(),
+                       [&](const auto& faces, const auto& found) { find_faces(block.sums, faces, found); });
       while (block.rows.next()) add_row(block);
       block.sums.add_to(of_.sums);
     });
@@ -275,11 +282,10 @@ class ViewPass {
               of_.strip.begin() + static_cast<std::ptrdiff_t>(strip_words_ * static_cast<std::size_t>(y)));
     lookup_.find_row(y, block.photo_pixels);
     const FaceRuns& runs = block.rows.runs();
-    for (std::size_t i = 0; i < runs.faces.size(); ++i) {
-      const std::uint32_t slot = slot_of(runs.faces[i]);
-      if (slot == kNoSlot) continue;
-      block.sums.sums_of(slot) += sums_of_run(block.photo_pixels, y, runs.begins[i], runs.begins[i + 1]);
-    }
+    const std::span<const RunFace> found = block.rows.found();
+    for (std::size_t i = 0; i < found.size(); ++i)
+      if (found[i].number != kNoSlot)
+        block.sums.sums(found[i].number) += sums_of_run(block.photo_pixels, y, runs.begins[i], runs.begins[i + 1]);
   }
 
   PixelSums sums_of_run(const std::vector<std::uint32_t>& photo_pixels, int y, std::uint32_t begin,

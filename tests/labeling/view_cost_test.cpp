@@ -29,7 +29,7 @@ bool is_candidate(const CostTable& table, std::size_t face, std::uint32_t view) 
 
 // --- photo-consistency
 
-ConsensusScratch scratch;  // shared by the tests, as it is by faces
+ConsensusScratch work;  // shared by the tests, as it is by faces
 
 TEST(OrderStatistics, UpperMedianIsThatOfTheSortedValues) {
   std::mt19937 random(1);
@@ -52,7 +52,7 @@ TEST(PhotoConsistency, OneOfFewIsFound) {
       samples[i].rgb = {100.0f + static_cast<float>(i % 3), 110, 120.0f - static_cast<float>(i % 2)};
     samples[count / 2].rgb = {200, 40, 30};
     std::vector<double> distance;
-    disagreement(samples, scratch, distance);
+    disagreement(samples, work, distance);
     for (std::size_t i = 0; i < count; ++i)
       EXPECT_EQ(distance[i] > kOutlierDistance, i == count / 2) << i << " of " << count;
   }
@@ -61,17 +61,17 @@ TEST(PhotoConsistency, OneOfFewIsFound) {
 TEST(PhotoConsistency, NoMajorityNoVerdict) {
   std::vector<double> distance;
   const std::vector<ColorSample> two{{{10, 10, 10}}, {{200, 200, 200}}};
-  disagreement(two, scratch, distance);
+  disagreement(two, work, distance);
   EXPECT_EQ(distance, (std::vector<double>{0, 0}));
   const std::vector<ColorSample> all_different{{{10, 10, 10}}, {{200, 10, 10}}, {{10, 200, 200}}};
-  disagreement(all_different, scratch, distance);
+  disagreement(all_different, work, distance);
   EXPECT_EQ(distance, (std::vector<double>{0, 0, 0}));
 }
 
 TEST(PhotoConsistency, ThoseWithoutAVoteAreJudged) {
   std::vector<ColorSample> samples{{{100, 100, 100}}, {{101, 100, 100}}, {{99, 100, 101}}, {{250, 0, 0}, false}};
   std::vector<double> distance;
-  disagreement(samples, scratch, distance);
+  disagreement(samples, work, distance);
   EXPECT_LT(distance[0], kOutlierDistance);
   EXPECT_GT(distance[3], kOutlierDistance);
 }

@@ -100,11 +100,12 @@ inline visibility::ViewVisibility look(const Mesh& mesh, const View& view, ViewI
 }
 
 /// One byte a pixel, 1 in the strip along depth discontinuities.
-inline std::vector<std::uint8_t> strip_of(const labeling::Silhouettes& silhouettes) {
+inline std::vector<std::uint8_t> strip_of(const labeling::Silhouettes& silhouettes,
+                                          const labeling::StripRows::FindFaces& find_faces) {
   std::vector<std::uint8_t> result;
   labeling::StripRows rows;
   for (const auto& [begin, end] : {std::pair{0, 1}, {1, 20}, {20, kHeight}}) {
-    rows.start(silhouettes, begin, end);
+    rows.start(silhouettes, begin, end, find_faces);
     while (rows.next())
       for (std::size_t x = 0; x < std::size_t{kWidth}; ++x)
         result.push_back(static_cast<std::uint8_t>(rows.strip()[x / 64] >> (x % 64) & 1));
@@ -115,12 +116,12 @@ inline std::vector<std::uint8_t> strip_of(const labeling::Silhouettes& silhouett
 /// The strip that the stage would find in this view.
 inline std::vector<std::uint8_t> margin_of(const Mesh& mesh, const View& view, int margin_px) {
   const visibility::ViewVisibility seen = look(mesh, view);
-  return strip_of({view.camera, seen.ivm, margin_px, [&](const auto& faces, const auto& planes) {
-                     for (std::size_t i = 0; i < faces.size(); ++i)
-                       if (faces[i] != kNoFace)
-                         planes[i] = labeling::inverse_depth(
-                             view.camera, labeling::camera_corners(mesh, index(faces[i]), view.pose));
-                   }});
+  return strip_of({view.camera, seen.ivm, margin_px}, [&](const auto& faces, const auto& found) {
+    for (std::size_t i = 0; i < faces.size(); ++i)
+      if (faces[i] != kNoFace)
+        found[i].plane =
+            labeling::inverse_depth(view.camera, labeling::camera_corners(mesh, index(faces[i]), view.pose));
+  });
 }
 
 using Color = std::array<int, 3>;

@@ -208,7 +208,7 @@ TEST(Silhouettes, SkyIsADiscontinuityAndThePhotosBorderIsNot) {
     for (int x = 0; x < kWidth; ++x)
       if (!in_photo(view.camera, {x + 0.5, y + 0.5}))
         visibility.ivm.faces[static_cast<std::size_t>(y * kWidth + x)] = kNoFace;
-  const auto cleared = strip_of({view.camera, visibility.ivm, 2, [](const auto&, const auto&) {}});
+  const auto cleared = strip_of({view.camera, visibility.ivm, 2}, [](const auto&, const auto&) {});
   EXPECT_EQ(std::count(cleared.begin(), cleared.end(), 1), 0);
 }
 
