@@ -226,7 +226,7 @@ class ViewPass {
     tbb::parallel_for(std::size_t{0}, of_.faces.size(),
                       [&](std::size_t slot) { of_.shapes[slot] = shape_of(view_.camera, corners(of_.faces[slot])); });
     of_.strip.resize(strip_words_ * static_cast<std::size_t>(visibility_.ivm.height));
-    if (options_.term != DataTerm::area) gradient_magnitude(photo_, of_.gradient);
+    if (wants_gradient()) gradient_magnitude(photo_, of_.gradient);
     add_rows();
     return records();
   }
@@ -245,6 +245,10 @@ class ViewPass {
     of_.sums.assign(of_.faces.size(), {});
     of_.shapes.resize(of_.faces.size());
   }
+
+  /// Only outliers are found by colour.
+  bool wants_color() const { return options_.outliers != Outliers::none; }
+  bool wants_gradient() const { return options_.term != DataTerm::area; }
 
   CameraTriangle corners(std::size_t face) const { return camera_corners(mesh_, face, view_.pose); }
 
@@ -290,6 +294,24 @@ class ViewPass {
 
   PixelSums sums_of_run(const std::vector<std::uint32_t>& photo_pixels, int y, std::uint32_t begin,
                         std::uint32_t end) const {
+    PixelSums sums;
+    if (wants_color()) {
+      add_colors(photo_pixels, begin, end, sums);
+    } else {
+      for (std::uint32_t x = begin; x < end; ++x) sums.pixels += photo_pixels[x] != PhotoLookup::kNoPixel ? 1 : 0;
+    }
+    if (strip_words_ > 0)
+      sums.margin =
+          sums.pixels == end - begin ? strip_pixels(y, begin, end) : found_in_strip(photo_pixels, y, begin, end);
+    if (wants_gradient())
+      for (std::uint32_t x = begin; x < end; ++x)
+        if (photo_pixels[x] != PhotoLookup::kNoPixel) sums.gradient += of_.gradient[photo_pixels[x]];
+    return sums;
+  }
+
+  /// Adds the pixels, and their colours.
+  void add_colors(const std::vector<std::uint32_t>& photo_pixels, std::uint32_t begin, std::uint32_t end,
+                  PixelSums& sums) const {
     std::uint64_t red = 0, green = 0, blue = 0;
     std::uint32_t missing = 0;
     const std::uint8_t* const pixels = photo_.pixels.data();
@@ -303,13 +325,8 @@ class ViewPass {
       green += rgb[1];
       blue += rgb[2];
     }
-    PixelSums sums{end - begin - missing, 0, 0, {red, green, blue}};
-    if (strip_words_ > 0)
-      sums.margin = missing == 0 ? strip_pixels(y, begin, end) : found_in_strip(photo_pixels, y, begin, end);
-    if (options_.term != DataTerm::area)
-      for (std::uint32_t x = begin; x < end; ++x)
-        if (photo_pixels[x] != PhotoLookup::kNoPixel) sums.gradient += of_.gradient[photo_pixels[x]];
-    return sums;
+    sums.pixels += end - begin - missing;
+    sums.color = {red, green, blue};
   }
 
   /// Pixels begin .. end - 1 of the row that lie in the strip; few runs touch it.
@@ -353,7 +370,7 @@ class ViewPass {
     const std::uint8_t* rgb = photo_.pixels.data() + 3 * *photo_pixel;
     return {1,
             strip_words_ > 0 && in_strip(static_cast<std::uint32_t>(x), y) ? 1U : 0U,
-            options_.term != DataTerm::area ? of_.gradient[*photo_pixel] : std::uint64_t{0},
+            wants_gradient() ? of_.gradient[*photo_pixel] : std::uint64_t{0},
             {rgb[0], rgb[1], rgb[2]}};
   }
 
