@@ -1,7 +1,9 @@
 #include "labeling/costs/silhouettes.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace gpvc::labeling {
@@ -11,6 +13,35 @@ constexpr std::uint32_t kWordBits = 64;
 
 void set(std::vector<std::uint64_t>& bits, std::uint32_t x) {
   bits[x / kWordBits] |= std::uint64_t{1} << (x % kWordBits);
+}
+
+/// A bit for each of the first `count` <= 64 faces, set where the two rows differ. Comparisons become bytes, which the
+/// compiler vectorizes, and eight bytes of 0 or 1 become bits by a product: byte i times 2^(56 - 7 i) is bit 56 + i, and no
+/// two of the other partial products fall on one bit.
+std::uint64_t differences(const FaceId* a, const FaceId* b, std::size_t count) {
+  static_assert(std::endian::native == std::endian::little);
+  std::array<std::uint8_t, kWordBits> differs{};
+  if (count == kWordBits) {
+    for (std::size_t i = 0; i < kWordBits; ++i) differs[i] = a[i] != b[i] ? 1 : 0;
+  } else {
+    for (std::size_t i = 0; i < count; ++i) differs[i] = a[i] != b[i] ? 1 : 0;
+  }
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < kWordBits; i += 8) {
+    std::uint64_t bytes;
+    std::memcpy(&bytes, differs.data() + i, sizeof(bytes));
+    bits |= (bytes * 0x0102040810204080u >> 56) << i;
+  }
+  return bits;
+}
+
+/// Calls visit(x) for every x, ascending, where the two rows of `width` faces differ.
+template <class Visit>
+void for_each_difference(const FaceId* a, const FaceId* b, std::size_t width, Visit visit) {
+  for (std::size_t from = 0; from < width; from += kWordBits)
+    for (std::uint64_t bits = differences(a + from, b + from, std::min<std::size_t>(kWordBits, width - from));
+         bits != 0; bits &= bits - 1)
+      visit(static_cast<std::uint32_t>(from) + static_cast<std::uint32_t>(std::countr_zero(bits)));
 }
 
 /// Every bit also sets the `count` bits above it; bits beyond the last word are lost. `count` is at most 63.
@@ -51,22 +82,24 @@ InverseDepth inverse_depth(const Camera& camera, const CameraTriangle& corners) 
           static_cast<float>(n.z / offset)};
 }
 
-// Stores and counts for every pixel: where runs are short, their ends cannot be predicted.
 void FaceRuns::find(std::span<const FaceId> row) {
   const std::size_t width = row.size();
   begins.resize(width + 1);
-  of_pixel.resize(width);
-  std::uint32_t run = 0;
-  begins[0] = of_pixel[0] = 0;
-  for (std::size_t x = 1; x < width; ++x) {
-    begins[run + 1] = static_cast<std::uint32_t>(x);
-    run += row[x] != row[x - 1] ? 1 : 0;
-    of_pixel[x] = run;
+  std::size_t runs = 1;
+  begins[0] = 0;
+  for_each_difference(row.data() + 1, row.data(), width - 1, [&](std::uint32_t x) { begins[runs++] = x + 1; });
+  begins[runs] = static_cast<std::uint32_t>(width);
+  begins.resize(runs + 1);
+  faces.resize(runs);
+  // Stores more than a run has pixels, which the next run overwrites: most runs are short, of a length that cannot be
+  // predicted.
+  constexpr std::size_t kAtOnce = 16;
+  of_pixel.resize(width + kAtOnce);
+  for (std::size_t i = 0; i < runs; ++i) {
+    faces[i] = row[begins[i]];
+    for (std::size_t x = begins[i]; x < begins[i + 1]; x += kAtOnce)
+      std::fill_n(of_pixel.begin() + static_cast<std::ptrdiff_t>(x), kAtOnce, static_cast<std::uint32_t>(i));
   }
-  begins[run + 1] = static_cast<std::uint32_t>(width);
-  begins.resize(run + 2);
-  faces.resize(run + 1);
-  for (std::size_t i = 0; i < faces.size(); ++i) faces[i] = row[begins[i]];
 }
 
 Silhouettes::Silhouettes(const Camera& camera, const visibility::Ivm& ivm, int margin_px)
@@ -174,20 +207,13 @@ void StripRows::mark_steps_in_row(int y) {
 void StripRows::mark_steps_below(int y) {
   Row &above = row(y), &below = row(y + 1);
   const std::span<const FaceId> faces_above = of_->row(y), faces_below = of_->row(y + 1);
-  columns_.resize(faces_above.size());
-  std::size_t count = 0;
-  for (std::uint32_t x = 0; x < faces_above.size(); ++x) {
-    columns_[count] = x;
-    count += faces_above[x] != faces_below[x] ? 1 : 0;
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t x = columns_[i];
+  for_each_difference(faces_above.data(), faces_below.data(), faces_above.size(), [&](std::uint32_t x) {
     if (!of_->is_step({faces_above[x], above.found[above.runs.of_pixel[x]].plane, x, y},
                       {faces_below[x], below.found[below.runs.of_pixel[x]].plane, x, y + 1}))
-      continue;
+      return;
     set(above.marks, x);
     set(below.marks, x);
-  }
+  });
 }
 
 /// Grows the marks by margin_px - 1 pixels to the left and to the right: pixels that touch a step are within one pixel of

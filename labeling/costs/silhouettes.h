@@ -33,7 +33,7 @@ InverseDepth inverse_depth(const Camera& camera, const CameraTriangle& corners);
 struct FaceRuns {
   std::vector<std::uint32_t> begins;  ///< runs + 1: the last is the row's width
   std::vector<FaceId> faces;
-  std::vector<std::uint32_t> of_pixel;  ///< the run of each pixel
+  std::vector<std::uint32_t> of_pixel;  ///< the run of each pixel; a few more elements are padding
 
   /// Keeps the memory. \pre the row is not empty
   void find(std::span<const FaceId> row);
@@ -125,7 +125,7 @@ class StripRows {
   std::vector<std::uint64_t> strip_, work_;
   FindFaces find_faces_;
   // Work space.
-  std::vector<std::uint32_t> columns_, runs_;
+  std::vector<std::uint32_t> runs_;
   std::vector<FaceId> faces_;
   std::vector<RunFace> found_;
 };
