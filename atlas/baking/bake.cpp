@@ -121,6 +121,13 @@ class BandBaker {
   }
 
  private:
+  static_assert(PhotoPatch::kRow == kStripRow);
+  /// Colours of a row of texels of a block, and whether they are known.
+  struct Row {
+    std::array<Color, kStripRow> color{};
+    std::array<bool, kStripRow> known{};
+  };
+
   bool wanted(int x, int y) const { return is_baked(raster_.reach[raster_.at(x, y)], build_.options.padding); }
 
   bool any_wanted(const CellBox& block) const {
@@ -130,40 +137,80 @@ class BandBaker {
     return false;
   }
 
-  /// Bakes the texels of a block; sample(x, y, at) gives their colour, or nullopt outside the photo. Exposure corrects
-  /// it as at the frame position `at`, the texel's centre unless `sample` changes it.
-  template <typename Sample>
-  void bake_block(const CellBox& block, const Sample& sample) {
+  /// Bakes the texels of a block; fill(y, row) gives a row's exposed colours.
+  template <typename Fill>
+  void bake_block(const CellBox& block, const Fill& fill) {
     for (int y = block.y0; y < block.y1; ++y) {
-      const std::array<Color, kStripRow> strip = strip_offsets(near_, block.x0 + 0.5, y + 0.5);
-      for (int x = block.x0; x < block.x1; ++x) {
-        if (!wanted(x, y)) continue;
-        PixelPoint at = chart_.frame_position(x + 0.5, y + 0.5);
-        if (const std::optional<Color> color = sample(x, y, at))
-          put(x, y, *color, at, strip[static_cast<std::size_t>(x - block.x0)]);
+      Row row;
+      fill(y, row);
+      if (!near_.empty()) {
+        const std::array<Color, kStripRow> strip = strip_offsets(near_, block.x0 + 0.5, y + 0.5);
+        for (std::size_t i = 0; i < kStripRow; ++i) row.color[i] = row.color[i] + strip[i];
       }
+      put(block, y, row);
     }
   }
 
-  void put(int x, int y, Color color, const PixelPoint& at, const Color& strip_offset) {
-    const std::size_t i = raster_.at(x, y);
-    const ColorCorrection& correction = build_.correction;
-    if (!correction.identity()) {
-      const std::uint32_t owner = raster_.owner[i];
-      color = correction.expose(color, photo_.id, at) +
-              correction.face_offset(owner, build_.set.corners[owner], x + 0.5, y + 0.5) + strip_offset;
+  /// As bake_block; sample(x, y) gives the exposed colour of a texel, or nullopt outside the photo.
+  template <typename Sample>
+  void bake_texels(const CellBox& block, const Sample& sample) {
+    bake_block(block, [&](int y, Row& row) {
+      for (int x = block.x0; x < block.x1; ++x) {
+        if (!wanted(x, y)) continue;
+        const auto i = static_cast<std::size_t>(x - block.x0);
+        const std::optional<Color> color = sample(x, y);
+        row.known[i] = color.has_value();
+        if (color) row.color[i] = *color;
+      }
+    });
+  }
+
+  void put(const CellBox& block, int y, const Row& row) {
+    const auto texel = place_.texel(block.x0, y), next = place_.texel(block.x0 + 1, y);
+    const std::ptrdiff_t stride = next.x - texel.x + std::ptrdiff_t{next.y - texel.y} * page_.image.width;
+    auto to = static_cast<std::ptrdiff_t>(page_.at(texel.x, texel.y));
+    std::size_t from = raster_.at(block.x0, y);
+    for (int x = block.x0; x < block.x1; ++x, to += stride, ++from) {
+      const auto i = static_cast<std::size_t>(x - block.x0);
+      const TexelReach reach = raster_.reach[from];
+      if (!row.known[i] || !is_baked(reach, build_.options.padding)) continue;
+      store(page_.image.pixels.data() + 3 * to, row.color[i] + offset(raster_.owner[from], reach, x + 0.5, y + 0.5));
+      page_.state[static_cast<std::size_t>(to)] = state_of(reach);
     }
-    const auto texel = place_.texel(x, y);
-    page_.put(texel.x, texel.y, color, state_of(raster_.reach[i]));
+  }
+
+  Color offset(std::uint32_t face, TexelReach reach, double x, double y) {
+    const ColorCorrection& correction = build_.correction;
+    if (correction.nodes.empty()) return {};
+    const TexelTriangle& corners = build_.set.corners[face];
+    if (reach != TexelReach::centre) return correction.face_offset(face, corners, x, y);
+    if (face != face_) {
+      face_ = face;
+      plane_ = correction.offset_plane(face, corners);
+    }
+    return plane_.at(x, y);
+  }
+
+  /// Exposure near the middle of a block.
+  std::optional<LocalGain> local_gain(const CellBox& block) const {
+    const ColorCorrection& correction = build_.correction;
+    if (correction.exposure.empty()) return std::nullopt;
+    const PixelPoint middle = chart_.frame_position((block.x0 + block.x1) / 2.0, (block.y0 + block.y1) / 2.0);
+    return LocalGain(correction.exposure[index(photo_.id)], middle);
+  }
+
+  Color exposed(const std::optional<LocalGain>& gain, const Color& color, int x, int y) const {
+    return gain ? gain->at(chart_.frame_position(x + 0.5, y + 0.5)) * color : color;
   }
 
   /// Texels that are pixels of the photo.
   void copy_block(const CellBox& block) {
     const int shift_x = static_cast<int>(chart_.origin_x), shift_y = static_cast<int>(chart_.origin_y);
-    bake_block(block, [&](int x, int y, PixelPoint&) -> std::optional<Color> {
+    const std::optional<LocalGain> gain = local_gain(block);
+    bake_texels(block, [&](int x, int y) -> std::optional<Color> {
       const int px = shift_x + x, py = shift_y + y;
       if (px < 0 || py < 0 || px >= photo_.image.width || py >= photo_.image.height) return std::nullopt;
-      return load(photo_.image.at(px, py));
+      return exposed(gain, load(photo_.image.at(px, py)), x, y);
     });
   }
 
@@ -171,14 +218,49 @@ class BandBaker {
     const PixelPoint low = chart_.frame_position(block.x0, block.y0);
     const PixelPoint high = chart_.frame_position(block.x1, block.y1);
     const PhotoPositions positions(photo_.view.camera, low.x, low.y, high.x, high.y);
-    bake_block(block, [&](int x, int y, PixelPoint&) { return resample(positions, x, y); });
+    const std::optional<LocalGain> gain = local_gain(block);
+    const auto& corners = positions.corners();
+    if (positions.interpolated() && std::ranges::all_of(corners, [&](const auto& q) { return in_photo(q); }))
+      return sample_inner_block(block, corners, gain);
+    bake_texels(block, [&](int x, int y) -> std::optional<Color> {
+      const std::optional<Color> color = resample(positions, x, y);
+      return color ? std::optional(exposed(gain, *color, x, y)) : std::nullopt;
+    });
+  }
+
+  /// A block that lies in the photo, whose texels' positions are interpolated between its corners.
+  void sample_inner_block(const CellBox& block, const std::array<PhotoPoint, 4>& corners,
+                          const std::optional<LocalGain>& gain) {
+    FrameBox bounds;
+    for (const PhotoPoint& q : corners) bounds.add(q.x, q.y);
+    patch_.load(photo_.image, {bounds.x0, bounds.y0}, {bounds.x1, bounds.y1});
+    const int width = block.x1 - block.x0, height = block.y1 - block.y0, n = taps();
+    const auto between = [](const PhotoPoint& a, const PhotoPoint& b, double t) {
+      return PhotoPoint{a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t};
+    };
+    bake_block(block, [&](int y, Row& row) {
+      for (int j = 0; j < n; ++j) {
+        const double v = (y - block.y0 + (j + 0.5) / n) / height;
+        const PhotoPoint left = between(corners[0], corners[2], v), right = between(corners[1], corners[3], v);
+        const PhotoPoint step{(right.x - left.x) / width, (right.y - left.y) / width};
+        for (int i = 0; i < n; ++i)
+          patch_.add_row({left.x + (i + 0.5) / n * step.x, left.y + (i + 0.5) / n * step.y}, step, row.color);
+      }
+      const float share = 1 / static_cast<float>(n * n);
+      for (int x = block.x0; x < block.x1; ++x) {
+        const auto i = static_cast<std::size_t>(x - block.x0);
+        row.color[i] = exposed(gain, share * row.color[i], x, y);
+        row.known[i] = true;
+      }
+    });
   }
 
   void average_block(const CellBox& block, const FrameBox& limits) {
-    bake_block(block, [&](int x, int y, PixelPoint& at) {
+    bake_texels(block, [&](int x, int y) -> std::optional<Color> {
       const FrameBox r = clipped_texel(chart_, x, y, limits);
-      at = {(r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2};
-      return mean(r);
+      const std::optional<Color> color = mean(r);
+      if (!color) return std::nullopt;
+      return build_.correction.expose(*color, photo_.id, {(r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2});
     });
   }
 
@@ -212,14 +294,17 @@ class BandBaker {
     return Color{share(sum[0]), share(sum[1]), share(sum[2])};
   }
 
-  /// One bicubic sample where texels are as fine as pixels, the mean over the texel's square where they are coarser.
-  /// nullopt outside the photo.
+  /// Samples along each edge of a texel: one where texels are as fine as pixels, else the mean over the texel's square
+  /// is taken.
+  int taps() const { return chart_.scale >= 1 ? 1 : static_cast<int>(std::ceil(1 / chart_.scale)); }
+
+  /// The mean of the bicubic samples of a texel that lie in the photo; nullopt if none does.
   std::optional<Color> resample(const PhotoPositions& positions, int x, int y) const {
-    const int taps = chart_.scale >= 1 ? 1 : static_cast<int>(std::ceil(1 / chart_.scale));
+    const int n = taps();
     ColorMean mean;
-    for (int j = 0; j < taps; ++j) {
-      for (int i = 0; i < taps; ++i) {
-        const PixelPoint p = chart_.frame_position(x + (i + 0.5) / taps, y + (j + 0.5) / taps);
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) {
+        const PixelPoint p = chart_.frame_position(x + (i + 0.5) / n, y + (j + 0.5) / n);
         const auto q = positions.at(p.x, p.y);
         if (q && in_photo(*q)) mean.add(sample_bicubic(photo_.image, q->x, q->y));
       }
@@ -236,6 +321,9 @@ class BandBaker {
   Poll& poll_;
   ChartRaster raster_;             ///< of the band
   std::vector<StripSample> near_;  ///< those that matter to the block being baked
+  PhotoPatch patch_;               ///< under the block
+  std::uint32_t face_ = kNoOwner;  ///< the face of plane_
+  OffsetPlane plane_;
 };
 
 /// What a view's photo is needed for: a band of a plain chart, or a partial chart.

@@ -1,6 +1,8 @@
 #include "atlas/baking/sampling.h"
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 
 #include "io/bilinear.h"
 
@@ -81,6 +83,59 @@ PhotoPositions::PhotoPositions(const Camera& camera, double x0, double y0, doubl
     const auto corner = photo_from_pixel(camera, {i % 2 ? x1 : x0, i / 2 ? y1 : y0});
     interpolated_ = interpolated_ && corner;
     corners_[i] = corner.value_or(PhotoPoint{});
+  }
+}
+
+PhotoPatch::Axis::Axis(double from, double to, int size) {
+  // Positions are computed in floats, whose rounding in a patch of up to a thousand pixels is below this.
+  constexpr double kRounding = 1e-3;
+  const double last = size - 1.0;
+  const double begin = std::clamp(from - 0.5 - kRounding, 0.0, last), end = std::clamp(to - 0.5 + kRounding, 0.0, last);
+  first = static_cast<int>(begin) - 1;
+  count = static_cast<int>(end) + 3 - first;
+  low = static_cast<float>(begin - first);
+  // Rounded up to a whole number, it would read a pixel more.
+  high = std::min(static_cast<float>(end - first), std::nextafter(static_cast<float>(count - 2), 0.0f));
+}
+
+PhotoPatch::Taps::Taps(const Axis& axis, double from, double step) {
+  const float begin = static_cast<float>(axis.place(from)), stride = static_cast<float>(step);
+  for (std::size_t i = 0; i < kRow; ++i) {
+    const float place = begin + static_cast<float>(i) * stride;
+    const float clamped = std::min(std::max(place, axis.low), axis.high);
+    const int base = static_cast<int>(clamped);
+    first[i] = base - 1;
+    const auto w = catmull_rom(clamped - static_cast<float>(base));
+    for (std::size_t k = 0; k < 4; ++k) weight[k][i] = w[k];
+  }
+}
+
+void PhotoPatch::load(const Image& photo, const PhotoPoint& low, const PhotoPoint& high) {
+  x_ = Axis(low.x, high.x, photo.width);
+  y_ = Axis(low.y, high.y, photo.height);
+  pixels_.resize(4 * pixel_index(0, y_.count, x_.count));
+  float* to = pixels_.data();
+  for (int j = 0; j < y_.count; ++j) {
+    const std::uint8_t* line = photo.at(0, std::clamp(y_.first + j, 0, photo.height - 1));
+    for (int i = 0; i < x_.count; ++i, to += 4) {
+      const std::uint8_t* pixel = line + 3 * std::clamp(x_.first + i, 0, photo.width - 1);
+      for (std::size_t c = 0; c < 3; ++c) to[c] = static_cast<float>(pixel[c]);
+    }
+  }
+}
+
+void PhotoPatch::add_row(const PhotoPoint& first, const PhotoPoint& step, std::span<Color, kRow> sums) const {
+  using Pixel = Eigen::Array4f;
+  const Taps tx(x_, first.x, step.x), ty(y_, first.y, step.y);
+  for (std::size_t i = 0; i < kRow; ++i) {
+    const float* pixel = pixels_.data() + 4 * pixel_index(tx.first[i], ty.first[i], x_.count);
+    Pixel sum = Pixel::Zero();
+    for (std::size_t j = 0; j < 4; ++j, pixel += 4 * x_.count) {
+      Pixel row = Pixel::Zero();
+      for (std::size_t k = 0; k < 4; ++k) row += tx.weight[k][i] * Eigen::Map<const Pixel>(pixel + 4 * k);
+      sum += ty.weight[j][i] * row;
+    }
+    sums[i] = sums[i] + Color{sum[0], sum[1], sum[2]};
   }
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "io/image.h"
 #include "io/scene.h"
@@ -75,6 +77,9 @@ class PhotoPositions {
     return PhotoPoint{lerp(lerp(corners_[0].x, corners_[1].x, u), lerp(corners_[2].x, corners_[3].x, u), v),
                       lerp(lerp(corners_[0].y, corners_[1].y, u), lerp(corners_[2].y, corners_[3].y, u), v)};
   }
+  bool interpolated() const { return interpolated_; }
+  /// Of the rectangle: (x0, y0), (x1, y0), (x0, y1), (x1, y1). \pre interpolated()
+  const std::array<PhotoPoint, 4>& corners() const { return corners_; }
 
  private:
   static double lerp(double a, double b, double t) { return a + (b - a) * t; }
@@ -82,6 +87,35 @@ class PhotoPositions {
   double x0_, y0_, inverse_width_, inverse_height_;
   std::array<PhotoPoint, 4> corners_;
   bool interpolated_ = true;
+};
+
+/// A rectangle of a photo, for many bicubic samples: pixels as floats, four each, which fill a vector register.
+class PhotoPatch {
+ public:
+  /// Takes what samples in the rectangle read.
+  void load(const Image& photo, const PhotoPoint& low, const PhotoPoint& high);
+
+  /// Samples that are computed together.
+  static constexpr std::size_t kRow = 8;
+  /// Adds to `sums` what sample_bicubic gives at the positions first + i step. \pre they lie in the rectangle
+  void add_row(const PhotoPoint& first, const PhotoPoint& step, std::span<Color, kRow> sums) const;
+
+ private:
+  struct Axis {
+    int first = 0, count = 0;  ///< pixels
+    float low = 0, high = 0;   ///< range of sampled positions, from the centre of the first pixel
+    Axis() = default;
+    Axis(double from, double to, int size);
+    double place(double position) const { return position - 0.5 - first; }
+  };
+  /// The first of the four pixels of each position along an axis, and their weights.
+  struct Taps {
+    std::array<int, kRow> first;
+    std::array<std::array<float, kRow>, 4> weight;
+    Taps(const Axis& axis, double from, double step);
+  };
+  Axis x_, y_;
+  std::vector<float> pixels_;
 };
 
 }  // namespace gpvc::atlas

@@ -110,6 +110,21 @@ Color gain_at(const ViewExposure& e, const PixelPoint& frame) {
   return static_cast<float>(std::exp(e.k1 * r2 + e.k2 * r2 * r2)) * gain;
 }
 
+LocalGain::LocalGain(const ViewExposure& exposure, const PixelPoint& middle)
+    : exposure_(exposure), middle_(falloff(middle)), gain_(gain_at(exposure, middle)) {}
+
+OffsetPlane::OffsetPlane(const TexelTriangle& t, const std::array<Color, 3>& offsets) : corner_(t[0]) {
+  const double ux = t[1].x - t[0].x, uy = t[1].y - t[0].y, vx = t[2].x - t[0].x, vy = t[2].y - t[0].y;
+  const double area = ux * vy - uy * vx, inverse = area == 0 ? 0 : 1 / area;
+  std::size_t k = 0;
+  for (const auto channel : {&Color::r, &Color::g, &Color::b}) {
+    const float a = offsets[0].*channel, b = offsets[1].*channel, c = offsets[2].*channel;
+    const double to_b = double{b} - double{a}, to_c = double{c} - double{a};
+    channels_[k++] = {double{a}, (to_b * vy - to_c * uy) * inverse, (to_c * ux - to_b * vx) * inverse,
+                      std::min({a, b, c}), std::max({a, b, c})};
+  }
+}
+
 Color ColorCorrection::face_offset(std::uint32_t face, const TexelTriangle& t, double x, double y) const {
   if (nodes.empty()) return {};
   const double area = doubled_area(t);

@@ -131,6 +131,27 @@ TEST(Sampling, CatmullRomReproducesPixelsAndRamps) {
   EXPECT_NEAR(sample_bicubic(image, -3, 4).r, 0, 1e-4);
 }
 
+TEST(Sampling, PatchesGiveTheSamplesOfTheWholePhoto) {
+  Image image{40, 30, 3, std::vector<std::uint8_t>(40 * 30 * 3)};
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = static_cast<std::uint8_t>(i * i % 251);
+  PhotoPatch patch;
+  // The rectangles lie inside the photo, and half a pixel beyond each of its corners.
+  for (const PhotoPoint& low : {PhotoPoint{12.3, 8.1}, PhotoPoint{-0.5, -0.5}, PhotoPoint{32.6, 21.2}}) {
+    const PhotoPoint high{low.x + 7.9, low.y + 9.3}, step{7.9 / 7, 9.3 / 7};
+    patch.load(image, low, high);
+    std::array<Color, PhotoPatch::kRow> sums{};
+    patch.add_row(low, step, sums);
+    patch.add_row(low, step, sums);
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      const double t = static_cast<double>(i);
+      const Color whole = sample_bicubic(image, low.x + t * step.x, low.y + t * step.y);
+      EXPECT_NEAR(sums[i].r, 2 * whole.r, 0.01) << low.x << ' ' << i;
+      EXPECT_NEAR(sums[i].g, 2 * whole.g, 0.01) << low.x << ' ' << i;
+      EXPECT_NEAR(sums[i].b, 2 * whole.b, 0.01) << low.x << ' ' << i;
+    }
+  }
+}
+
 /// All charts are red, so every texel of every page must be.
 TEST(Bake, NoBackgroundColorAppearsUpToMipLevelThree) {
   AtlasScene s;

@@ -67,6 +67,35 @@ AtlasOptions with(SeamLeveling seams) {
   return options;
 }
 
+TEST(ColorCorrection, LocalGainIsTheGain) {
+  ViewExposure exposure;
+  exposure.gain = {0.8f, 1, 1.3f};
+  exposure.centre_x = 1000, exposure.centre_y = 700;
+  exposure.inverse_radius2 = 1 / (1000.0 * 1000 + 700 * 700);
+  exposure.k1 = -0.4, exposure.k2 = 0.1;
+  const LocalGain local(exposure, {1800, 1300});
+  for (const double shift : {-8.0, 0.0, 3.5, 8.0}) {
+    const PixelPoint p{1800 + shift, 1300 - shift / 2};
+    EXPECT_NEAR(local.at(p).r, gain_at(exposure, p).r, 1e-5);
+    EXPECT_NEAR(local.at(p).b, gain_at(exposure, p).b, 1e-5);
+  }
+}
+
+TEST(ColorCorrection, OffsetPlaneIsTheFacesOffsetWithinIt) {
+  ColorCorrection correction;
+  correction.nodes = {{2, 0, 1}};
+  correction.offsets = {{10, -4, 0}, {-20, 3, 1}, {5, 5, 8}};
+  const TexelTriangle corners{TexelPoint{3, 1}, TexelPoint{40, 9}, TexelPoint{7, 30}};
+  const OffsetPlane plane = correction.offset_plane(0, corners);
+  for (const auto& [b, c] : {std::pair(0.0, 0.0), std::pair(1.0, 0.0), std::pair(0.2, 0.7), std::pair(0.5, 0.5)}) {
+    const double x = 3 + 37 * b + 4 * c, y = 1 + 8 * b + 29 * c;
+    const Color slow = correction.face_offset(0, corners, x, y), fast = plane.at(x, y);
+    EXPECT_NEAR(fast.r, slow.r, 1e-4);
+    EXPECT_NEAR(fast.g, slow.g, 1e-4);
+    EXPECT_NEAR(fast.b, slow.b, 1e-4);
+  }
+}
+
 TEST(SeamLeveling, NoneLeavesPhotosAsTheyAre) {
   AtlasScene s;
   two_views(s);
