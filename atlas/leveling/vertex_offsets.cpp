@@ -1,23 +1,16 @@
 // Offsets of colour per vertex that close the steps at seams.
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 #include <tbb/parallel_sort.h>
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
+#include "atlas/leveling/offset_system.h"
 #include "atlas/leveling/seam_leveling.h"
 #include "io/grouping.h"
 
 namespace gpvc::atlas {
 
 namespace {
-
-/// R, G, B and a fourth number that is always 0, because four floats fill a register.
-using Offset = Eigen::Array4f;
-using Offsets = std::vector<Offset>;
 
 /// Weights of the energy's squared differences: 1 between the two sides of a seam, kSmooth between the ends of an edge
 /// within a chart, kAnchor for the offset itself. An offset fades over sqrt(kSmooth / kAnchor) = 32 edges from its
@@ -60,13 +53,6 @@ struct Link {
   std::uint32_t a, b;
   float weight;
 };
-
-/// A link as one of its nodes sees it.
-struct LinkTo {
-  std::uint32_t node;
-  float weight;
-};
-using Links = Grouped<LinkTo>;
 
 /// Differences across seams, assigned to the seams' vertices: each sample counts at both ends of its edge, more at the
 /// nearer one.
@@ -123,42 +109,16 @@ std::vector<char> near_seams(const Links& links, std::span<const Link> seams) {
   return near;
 }
 
-/// The normal equations of the nodes near seams, which are renumbered: the diagonal minus the links. The other nodes'
-/// offsets are zero.
-struct System {
+/// The normal equations of the nodes near seams, which are renumbered. The other nodes' offsets are zero.
+struct NearSystem {
   std::vector<std::uint32_t> node;  ///< per unknown
-  std::vector<float> diagonal;
-  Links links;  ///< between unknowns, one for each pair
-
-  std::size_t size() const { return node.size(); }
-  Offset times(const Offsets& x, std::size_t i) const {
-    Offset sum = diagonal[i] * x[i];
-    for (const LinkTo& to : links[i]) sum -= to.weight * x[to.node];
-    return sum;
-  }
-  template <typename Body>
-  void for_each(const Body& body) const {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, size(), 2048), [&](const auto& range) {
-      for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
-    });
-  }
-  /// Sums in an order that does not depend on the number of threads.
-  template <typename Term>
-  Offset sum(const Term& term) const {
-    return tbb::parallel_deterministic_reduce(
-        tbb::blocked_range<std::size_t>(0, size(), 4096), Offset(Offset::Zero()),
-        [&](const auto& range, Offset partial) {
-          for (std::size_t i = range.begin(); i < range.end(); ++i) partial += term(i);
-          return partial;
-        },
-        [](const Offset& a, const Offset& b) { return Offset(a + b); });
-  }
+  OffsetSystem equations;
 };
 
 /// Each inner edge of a chart is two links of its nodes; the system has one.
-System make_system(const Links& links, const std::vector<char>& near) {
+NearSystem make_system(const Links& links, const std::vector<char>& near) {
   constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-  System system;
+  NearSystem system;
   std::vector<std::uint32_t> unknown(links.groups(), kNone);
   for (std::uint32_t i = 0; i < near.size(); ++i)
     if (near[i]) {
@@ -167,7 +127,7 @@ System make_system(const Links& links, const std::vector<char>& near) {
     }
   for (const std::uint32_t i : system.node) {
     float diagonal = static_cast<float>(kAnchor);
-    std::vector<LinkTo>& items = system.links.items;
+    std::vector<LinkTo>& items = system.equations.links.items;
     const auto begin = static_cast<std::ptrdiff_t>(items.size());
     for (const LinkTo& to : links[i]) {
       diagonal += to.weight;
@@ -179,41 +139,10 @@ System make_system(const Links& links, const std::vector<char>& near) {
       else
         items.push_back({unknown[to.node], to.weight});
     }
-    system.links.first.push_back(items.size());
-    system.diagonal.push_back(diagonal);
+    system.equations.links.first.push_back(items.size());
+    system.equations.diagonal.push_back(diagonal);
   }
   return system;
-}
-
-/// Conjugate gradients with the diagonal as preconditioner, for the three channels at once.
-Offsets solve(const System& system, const Offsets& right) {
-  // A relative residual of 1e-3 leaves errors of a few hundredths of a grey level near seams.
-  constexpr float kTolerance = 1e-3f;
-  constexpr int kMostIterations = 300;
-  const std::size_t n = system.size();
-  Offsets x(n, Offset::Zero()), r(n), p(n), q(n);
-  Offset rho = system.sum([&](std::size_t i) {
-    r[i] = right[system.node[i]];
-    p[i] = r[i] / system.diagonal[i];
-    return Offset(r[i] * p[i]);
-  });
-  const Offset target = kTolerance * kTolerance * rho;
-  for (int k = 0; k < kMostIterations && (rho > target).any(); ++k) {
-    const Offset pq = system.sum([&](std::size_t i) {
-      q[i] = system.times(p, i);
-      return Offset(p[i] * q[i]);
-    });
-    const Offset alpha = (pq > 0).select(rho / pq, Offset::Zero());
-    const Offset next = system.sum([&](std::size_t i) {
-      x[i] += alpha * p[i];
-      r[i] -= alpha * q[i];
-      return Offset(r[i] * r[i] / system.diagonal[i]);
-    });
-    const Offset beta = (rho > 0).select(next / rho, Offset::Zero());
-    system.for_each([&](std::size_t i) { p[i] = r[i] / system.diagonal[i] + beta * p[i]; });
-    rho = next;
-  }
-  return x;
 }
 
 }  // namespace
@@ -239,10 +168,12 @@ void fit_offsets(const AtlasInput& input, const SeamSamples& seams, ColorCorrect
     }
   });
   const std::vector<char> near = near_seams(links, std::span(list).first(across));
-  const System system = make_system(links, near);
-  const Offsets x = solve(system, right);
+  const NearSystem system = make_system(links, near);
+  Offsets near_right;
+  for (const std::uint32_t i : system.node) near_right.push_back(right[i]);
+  const Offsets x = solve(system.equations, std::move(near_right));
   correction.offsets.assign(nodes, Color{});
-  for (std::size_t i = 0; i < system.size(); ++i) {
+  for (std::size_t i = 0; i < x.size(); ++i) {
     const Offset limited = x[i].max(-kMostOffset).min(kMostOffset);
     correction.offsets[system.node[i]] = {limited[0], limited[1], limited[2]};
   }
