@@ -15,10 +15,18 @@
 namespace gpvc::atlas {
 
 /// A place on a seam, in the texels of one of its charts, and the step that brings this side halfway to the other.
-struct StripSample {
+struct SeamStep {
   float x = 0, y = 0;
   float weight = 1;  ///< as in SeamSamples
   Color step;
+};
+
+/// One place on a seam, or several beside each other, as strips weigh them: offsets are means of `pull` over means of
+/// `weight`.
+struct StripSample {
+  float x = 0, y = 0;
+  float weight = 0;
+  Color pull;
 };
 
 /// Seam samples of a chart, grouped by square cells of kStripCell texels, row-major.
@@ -33,13 +41,13 @@ inline constexpr int kStripCell = 16;
 inline constexpr float kStripWidth = 20;
 
 /// True if the sample is close enough to the chart to change texels of it.
-bool strip_reaches(const Chart& chart, const StripSample& sample);
+bool strip_reaches(const Chart& chart, const SeamStep& sample);
 
 /// Groups a chart's samples by cells.
-ChartStrip make_strip(const Chart& chart, std::span<const StripSample> samples);
+ChartStrip make_strip(const Chart& chart, std::span<const SeamStep> samples);
 
-/// Replaces `near` by the strip's samples that have weight in a box of texels; by none if the box lies outside the
-/// strip, or without a strip (nullptr).
+/// Replaces `near` by the strip's samples that have weight in a box of texels, those far from it for their closeness to
+/// each other as one; by none if the box lies outside the strip, or without a strip (nullptr).
 void gather_strip(const ChartStrip* strip, const CellBox& box, std::vector<StripSample>& near);
 
 /// Texels whose strip offsets are computed together.

@@ -57,8 +57,8 @@ struct OffsetSystem {
   }
 };
 
-/// The unknowns x with system x = right, for the three channels at once. Deterministic. Some twenty iterations, whatever
-/// the number of unknowns.
+/// The unknowns x with system x = right, for the three channels at once. Deterministic. Some twenty iterations,
+/// whatever the number of unknowns.
 Offsets solve(const OffsetSystem& system, Offsets right);
 
 }  // namespace gpvc::atlas

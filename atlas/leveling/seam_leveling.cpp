@@ -91,14 +91,14 @@ class Leveler {
     // over the other.
     constexpr float kMostStep = 32;
     const auto limited = [=](float v) { return std::clamp(v, -kMostStep, kMostStep); };
-    std::vector<std::vector<StripSample>> samples(set_.charts.size());
+    std::vector<std::vector<SeamStep>> samples(set_.charts.size());
     for (const SeamEdge& edge : seams_.edges) {
       for_samples(edge, [&](std::size_t side, std::size_t i, const TexelPoint& p) {
         const Color d = 0.5f * (seams_.colors[i][1 - side] - seams_.colors[i][side]);
-        const StripSample sample{static_cast<float>(p.x),
-                                 static_cast<float>(p.y),
-                                 seams_.weight[i],
-                                 {limited(d.r), limited(d.g), limited(d.b)}};
+        const SeamStep sample{static_cast<float>(p.x),
+                              static_cast<float>(p.y),
+                              seams_.weight[i],
+                              {limited(d.r), limited(d.g), limited(d.b)}};
         add_to_piece(set_.face_chart[edge.faces[side]], sample, samples);
       });
     }
@@ -109,12 +109,11 @@ class Leveler {
   }
 
   /// Adds the sample to all charts of its piece, so that a strip continues across the cuts between them.
-  void add_to_piece(std::uint32_t own, const StripSample& sample,
-                    std::vector<std::vector<StripSample>>& samples) const {
+  void add_to_piece(std::uint32_t own, const SeamStep& sample, std::vector<std::vector<SeamStep>>& samples) const {
     const Chart& from = set_.charts[own];
     for (std::uint32_t c = from.piece; c < set_.charts.size() && set_.charts[c].piece == from.piece; ++c) {
       const Chart& chart = set_.charts[c];
-      StripSample moved = sample;
+      SeamStep moved = sample;
       moved.x += static_cast<float>((from.origin_x - chart.origin_x) * chart.scale);
       moved.y += static_cast<float>((from.origin_y - chart.origin_y) * chart.scale);
       if (strip_reaches(chart, moved)) samples[c].push_back(moved);
