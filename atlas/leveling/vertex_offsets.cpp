@@ -1,6 +1,4 @@
 // Offsets of colour per vertex that close the steps at seams.
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -27,23 +25,24 @@ constexpr int kReachEdges = 48;
 /// A node is a vertex in one view. Fills correction.nodes; returns the number of nodes.
 std::size_t make_nodes(const AtlasInput& input, ColorCorrection& correction) {
   struct Corner {
-    std::uint32_t vertex, view;
-    std::uint64_t corner;
-    auto operator<=>(const Corner&) const = default;
+    std::uint32_t view, face, number;
   };
-  std::vector<Corner> corners;
-  corners.reserve(3 * input.mesh.faces.size());
-  for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
-    if (!has_view(input, face)) continue;
-    for (std::size_t i = 0; i < 3; ++i)
-      corners.push_back({input.mesh.faces[face][i], static_cast<std::uint32_t>(input.labels[face]), 3 * face + i});
-  }
-  tbb::parallel_sort(corners.begin(), corners.end());
+  Grouped<Corner> corners = group_items<Corner>(input.mesh.positions.size(), [&](const auto& add) {
+    for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face) {
+      if (!has_view(input, face)) continue;
+      for (std::uint32_t i = 0; i < 3; ++i)
+        add(input.mesh.faces[face][i], Corner{static_cast<std::uint32_t>(input.labels[face]), face, i});
+    }
+  });
   correction.nodes.assign(input.mesh.faces.size(), {0, 0, 0});
   std::size_t count = 0;
-  for (std::size_t k = 0; k < corners.size(); ++k) {
-    if (k == 0 || corners[k].vertex != corners[k - 1].vertex || corners[k].view != corners[k - 1].view) ++count;
-    correction.nodes[corners[k].corner / 3][corners[k].corner % 3] = static_cast<std::uint32_t>(count - 1);
+  for (std::size_t vertex = 0; vertex < corners.groups(); ++vertex) {
+    const std::span<Corner> around = corners[vertex];
+    std::ranges::sort(around, {}, &Corner::view);
+    for (std::size_t k = 0; k < around.size(); ++k) {
+      if (k == 0 || around[k].view != around[k - 1].view) ++count;
+      correction.nodes[around[k].face][around[k].number] = static_cast<std::uint32_t>(count - 1);
+    }
   }
   return count;
 }
@@ -149,25 +148,24 @@ NearSystem make_system(const Links& links, const std::vector<char>& near) {
 
 void fit_offsets(const AtlasInput& input, const SeamSamples& seams, ColorCorrection& correction) {
   const std::size_t nodes = make_nodes(input, correction);
-  std::vector<Link> list;
+  std::vector<Link> across;
   Offsets right(nodes, Offset::Zero());
-  add_seams(input, seams, correction, list, right);
-  const std::size_t across = list.size();
-  list.reserve(list.size() + 3 * input.mesh.faces.size());
-  for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
-    if (!has_view(input, face)) continue;
-    const auto& n = correction.nodes[face];
-    // Both faces of an inner edge add it, each with half its weight.
-    for (std::size_t i = 0; i < 3; ++i)
-      if (n[i] != n[(i + 1) % 3]) list.push_back({n[i], n[(i + 1) % 3], static_cast<float>(kSmooth / 2)});
-  }
+  add_seams(input, seams, correction, across, right);
   const Links links = group_items<LinkTo>(nodes, [&](const auto& emit) {
-    for (const Link& link : list) {
+    const auto add = [&](const Link& link) {
       emit(link.a, LinkTo{link.b, link.weight});
       emit(link.b, LinkTo{link.a, link.weight});
+    };
+    for (const Link& link : across) add(link);
+    for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
+      if (!has_view(input, face)) continue;
+      const auto& n = correction.nodes[face];
+      // Both faces of an inner edge add it, each with half its weight.
+      for (std::size_t i = 0; i < 3; ++i)
+        if (n[i] != n[(i + 1) % 3]) add({n[i], n[(i + 1) % 3], static_cast<float>(kSmooth / 2)});
     }
   });
-  const std::vector<char> near = near_seams(links, std::span(list).first(across));
+  const std::vector<char> near = near_seams(links, across);
   const NearSystem system = make_system(links, near);
   Offsets near_right;
   for (const std::uint32_t i : system.node) near_right.push_back(right[i]);
