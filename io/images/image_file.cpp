@@ -145,10 +145,28 @@ Image to_rgb(Image&& in) {
   return out;
 }
 
+/// Reads rows of the first channels straight into `pixels` where the file holds them like that, else a few at a time: for
+/// the whole picture, OpenImageIO would decode up to 64 MB into a buffer of its own and copy them from there.
+bool read_rows(OIIO::ImageInput& input, int channels, OIIO::TypeDesc type, void* pixels) {
+  constexpr int kRows = 64;
+  const OIIO::ImageSpec& spec = input.spec();
+  if (spec.tile_width > 0) return input.read_image(0, 0, 0, channels, type, pixels);
+  const std::size_t row = type.size() * static_cast<std::size_t>(channels) * static_cast<std::size_t>(spec.width);
+  auto* to = static_cast<std::byte*>(pixels);
+  if (type == spec.format && channels == spec.nchannels && spec.channelformats.empty())
+    return input.read_native_scanlines(0, 0, spec.y, spec.y + spec.height, 0, to);
+  for (int y = 0; y < spec.height; y += kRows) {
+    const int end = std::min(y + kRows, spec.height);
+    if (!input.read_scanlines(0, 0, spec.y + y, spec.y + end, 0, 0, channels, type, to)) return false;
+    to += row * static_cast<std::size_t>(end - y);
+  }
+  return true;
+}
+
 /// Decodes the first channels. Throws InputError unless the whole picture could be decoded.
 void decode(const fs::path& file, const std::string& part, OIIO::ImageInput& input, int channels, OIIO::TypeDesc type,
             void* pixels) {
-  const bool good = input.read_image(0, 0, 0, channels, type, pixels);
+  const bool good = read_rows(input, channels, type, pixels);
   const std::string message = input.geterror();
   if (!good || (!message.empty() && !is_harmless(message)))
     throw InputError(file, part, "cannot be decoded whole: " + one_line(message, file));
