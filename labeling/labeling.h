@@ -121,8 +121,9 @@ class CandidateCollector {
   void add_view(ViewId id, const View& view, const Image& photo, const visibility::ViewVisibility& visibility);
   /// The candidates of a face are its full views. They are its partial views, at a cost that grows with the hidden share,
   /// where it has no full view, where all full views are outliers, or where all of them have the face within the strip
-  /// along silhouettes and some partial view has less than half of it there. To be called once.
-  Candidates finish();
+  /// along silhouettes and some partial view has less than half of it there. To be called once. `graph`: the mesh's
+  /// face_graph(), which is made here if it is null.
+  Candidates finish(const FaceGraph* graph = nullptr);
 
  private:
   struct State;

@@ -118,7 +118,13 @@ struct TablePart {
 Candidates joined(std::vector<TablePart>& parts, std::size_t faces, std::vector<float>& penalty) {
   Candidates result;
   CostTable& table = result.table;
+  std::size_t total = 0;
+  for (const TablePart& part : parts) total += part.views.size();
   table.first.reserve(faces + 1);
+  table.views.reserve(total);
+  table.costs.reserve(total);
+  penalty.reserve(total);
+  result.tags.reserve(faces);
   table.first.push_back(0);
   for (TablePart& part : parts) {
     for (const std::uint32_t count : part.counts) table.first.push_back(table.first.back() + count);
@@ -169,12 +175,13 @@ void CandidateCollector::add_view(ViewId id, const View& view, const Image& phot
       view_statistics(state_->mesh, view, photo, visibility, state_->options, *state_->scratch, state_->wanted);
 }
 
-Candidates CandidateCollector::finish() {
+Candidates CandidateCollector::finish(const FaceGraph* graph) {
   const CostOptions& options = state_->options;
   RecordsByView& by_view = state_->by_view;
   state_->scratch.reset();
   const std::size_t faces = state_->mesh.faces.size();
-  if (options.outliers != Outliers::none) find_outliers(by_view, faces, face_graph(state_->mesh));
+  if (options.outliers != Outliers::none)
+    find_outliers(by_view, faces, graph != nullptr ? *graph : face_graph(state_->mesh));
 
   std::vector<TablePart> parts(chunk_count(faces));
   for_each_chunk(by_view, faces, 1, [&](std::size_t chunk, const Grouped<ViewRecord>& records) {
