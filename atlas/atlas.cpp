@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <mutex>
 #include <stdexcept>
 
 #include "atlas/baking/baking.h"
@@ -96,30 +97,149 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
   if (!(options.texel_size >= 0)) throw std::invalid_argument("texel size must not be negative");
 }
 
-void pad_pages(AtlasBuild& build, AtlasStatistics& statistics) {
-  for (Page& page : build.pages) {
-    const auto inside = std::count(page.state.begin(), page.state.end(), TexelState::chart);
-    statistics.page_texels += page.state.size();
-    statistics.chart_texels += static_cast<std::size_t>(inside);
-    statistics.padded_texels += pad_charts(page, build.options.padding);
-    fill_background(page);
-  }
+/// Pages [first, end).
+struct PageGroup {
+  std::uint32_t first = 0, end = 0;
+};
+
+/// The first page with a chart that takes colours from charts beside it; the last page if there is none.
+std::uint32_t first_last_page(const AtlasBuild& build) {
+  auto first = static_cast<std::uint32_t>(build.pages.size()) - 1;
+  for (std::size_t c = 0; c < build.set.placed; ++c)
+    if (build.set.charts[c].kind != ChartKind::plain) first = std::min(first, build.places[c].page);
+  return first;
 }
+
+/// Consecutive pages that fit `bytes` together. Packing has put the charts that take colours from others on the last
+/// pages.
+std::vector<PageGroup> page_groups(const AtlasBuild& build, std::size_t bytes) {
+  const auto count = static_cast<std::uint32_t>(build.pages.size());
+  std::size_t all = 0;
+  for (const Page& page : build.pages) all += page.bytes();
+  if (count < 2 || all <= bytes) return {{0, count}};
+  const std::uint32_t last = first_last_page(build);
+  std::vector<PageGroup> groups;
+  std::size_t left = 0;
+  for (std::uint32_t p = 0; p < last; ++p) {
+    if (build.pages[p].bytes() > left) {
+      groups.push_back({p, p});
+      left = std::max(bytes, build.pages[p].bytes());
+    }
+    left -= build.pages[p].bytes();
+    groups.back().end = p + 1;
+  }
+  groups.push_back({last, count});
+  return groups;
+}
+
+/// Bakes pages group by group.
+class PageBaker {
+ public:
+  PageBaker(AtlasBuild& build, const BakeOptions& options, TextureAtlas& atlas)
+      : build_(build), options_(options), atlas_(atlas), groups_(page_groups(build, options.page_bytes)) {
+    build_.first_last_page = groups_.back().first;
+    if (!options_.take_page) atlas_.pages.resize(build_.pages.size());
+  }
+
+  void bake(const Progress& progress) {
+    if (groups_.size() > 1) {
+      want_beside_partial(build_);
+      want_at_holes(build_);
+    }
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      for (std::uint32_t p = groups_[g].first; p < groups_[g].end; ++p) build_.pages[p].open();
+      const PhotoOrder order = g % 2 == 0 ? PhotoOrder::ascending : PhotoOrder::descending;
+      if (g + 1 < groups_.size())
+        bake_early(groups_[g], order, part_of_groups(progress, g));
+      else
+        bake_last(order, part_of_groups(progress, g));
+      tbb::parallel_for(groups_[g].first, groups_[g].end, [&](std::uint32_t p) { finish(p); });
+    }
+  }
+
+ private:
+  /// Each group counts as a hundred photos, unless there is only one.
+  Progress part_of_groups(const Progress& progress, std::size_t group) const {
+    if (groups_.size() == 1 || !progress) return progress;
+    return [&progress, group, all = groups_.size()](std::size_t done, std::size_t total) {
+      progress(100 * group + 100 * done / std::max<std::size_t>(total, 1), 100 * all);
+    };
+  }
+
+  void bake_early(const PageGroup& group, PhotoOrder order, const Progress& progress) {
+    bake_photos(build_, {}, order, progress);
+    for (std::uint32_t p = group.first; p < group.end; ++p) {
+      keep_beside_partial(build_, p);
+      keep_at_holes(build_, p);
+      build_.early_mean.add(build_.pages[p]);
+    }
+  }
+
+  void bake_last(PhotoOrder order, const Progress& progress) {
+    std::vector<PartialChart> partial =
+        choose_sources(build_.input, build_.set, build_.coverage, build_.options.margin_px);
+    bake_photos(build_, partial, order, progress);
+    finish_partial(partial, build_);
+    if (build_.options.unseen == UnseenFaces::color)
+      paint_unseen(build_);
+    else
+      fill_unseen(build_);
+  }
+
+  void finish(std::uint32_t number) {
+    Page& page = build_.pages[number];
+    const auto inside = std::count(page.state.begin(), page.state.end(), TexelState::chart);
+    const std::size_t padded = pad_charts(page, build_.options.padding);
+    {
+      const std::lock_guard lock(mutex_);
+      atlas_.statistics.page_texels += page.texels();
+      atlas_.statistics.chart_texels += static_cast<std::size_t>(inside);
+      atlas_.statistics.padded_texels += padded;
+    }
+    fill_background(page);
+    if (options_.take_page)
+      options_.take_page(number, page.close());
+    else
+      atlas_.pages[number] = page.close();
+  }
+
+  AtlasBuild& build_;
+  const BakeOptions& options_;
+  TextureAtlas& atlas_;
+  std::vector<PageGroup> groups_;
+  std::mutex mutex_;
+};
 
 }  // namespace
 
-TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress) {
+TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress,
+                        const BakeOptions& options) {
   const AtlasPlan::State& state = plan.state();
   const Layout& layout = state.layout;
   TextureAtlas atlas;
   AtlasStatistics& statistics = atlas.statistics;
   statistics.charts = layout.set.placed;
+  statistics.pages = layout.packing.pages.size();
   statistics.filled_faces = layout.set.unseen_faces;
   statistics.reduction = layout.reduction;
   statistics.layout_s = state.seconds;
   for (const auto& [a, b] : input.graph.edges)
     if (input.labels[a] != input.labels[b] && input.labels[a] != kNoView && input.labels[b] != kNoView)
       ++statistics.seam_edges;
+
+  const int edge = block_edge(state.options.padding);
+  AtlasBuild build{input,
+                   state.options,
+                   state.coverage,
+                   state.neighbours,
+                   layout.set,
+                   {},
+                   chart_places(layout.shapes, layout.packing, edge),
+                   make_pages(layout.shapes, layout.packing, edge)};
+  atlas.model.mesh = &input.mesh;
+  write_texcoords(build, atlas.model);
+  std::future<void> beside;
+  if (options.take_model) beside = options.take_model(atlas.model);
 
   Clock::time_point start = Clock::now();
   LevelingResult leveling = level_seams(input, layout.set, state.coverage, state.options.seams);
@@ -128,26 +248,9 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   statistics.leveling_s = seconds_since(start);
 
   start = Clock::now();
-  const int edge = block_edge(state.options.padding);
-  AtlasBuild build{input,
-                   state.options,
-                   state.coverage,
-                   state.neighbours,
-                   layout.set,
-                   std::move(leveling.correction),
-                   chart_places(layout.shapes, layout.packing, edge),
-                   make_pages(layout.shapes, layout.packing, edge)};
-  std::vector<PartialChart> partial = choose_sources(input, layout.set, state.coverage, state.options.margin_px);
-  bake_photos(build, partial, progress);
-  finish_partial(partial, build);
-  if (state.options.unseen == UnseenFaces::color)
-    paint_unseen(build);
-  else
-    fill_unseen(build);
-  pad_pages(build, statistics);
-  atlas.model.mesh = &input.mesh;
-  write_texcoords(build, atlas.model);
-  for (Page& page : build.pages) atlas.pages.push_back(std::move(page.image));
+  build.correction = std::move(leveling.correction);
+  if (!build.pages.empty()) PageBaker(build, options, atlas).bake(progress);
+  if (beside.valid()) beside.get();
   statistics.baking_s = seconds_since(start);
   return atlas;
 }
@@ -191,6 +294,8 @@ PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
       return origin_at(*std::ranges::lower_bound(state_->parts, number, {}, &PartialChart::chart), p);
   }
 }
+
+std::size_t photos_held() { return 1 + photos_ahead(); }
 
 TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& options, const Progress& progress) {
   return bake_atlas(plan_atlas(input, options), input, progress);

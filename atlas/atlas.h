@@ -4,6 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <future>
+#include <limits>
 #include <memory>
 #include <span>
 #include <utility>
@@ -51,7 +54,7 @@ struct AtlasOptions {
 };
 
 struct AtlasStatistics {
-  std::size_t charts = 0;
+  std::size_t charts = 0, pages = 0;
   std::size_t filled_faces = 0;   ///< unseen ones
   std::size_t chart_texels = 0;   ///< inside charts, without padding
   std::size_t padded_texels = 0;  ///< inside charts or within the padding of one, each counted once
@@ -65,7 +68,7 @@ struct AtlasStatistics {
 
 struct TextureAtlas {
   io::TexturedModel model;   ///< every input face has texture coordinates; those of the border have io::kNoPage instead
-  std::vector<Image> pages;  ///< RGB
+  std::vector<Image> pages;  ///< RGB; none where BakeOptions::take_page took them
   AtlasStatistics statistics;
 };
 
@@ -128,11 +131,33 @@ AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 /// photo at most once.
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input);
 
-/// Levels seams and bakes pages. Each photo is fetched at most twice, once for its seams and once to bake. `input` is
-/// what the plan was made from. Throws what the photo source throws. Progress counts baked photos. It is called from
-/// any thread, but by one thread at a time, and also while a photo is being baked, so that an exception from it stops
-/// the work within a fraction of a second.
-TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress);
+/// Bytes that a page takes at most for each of its texels while it is under construction: colour and state, and two more
+/// while it is finished.
+inline constexpr std::size_t kPageBytesPerTexel = 6;
+
+/// Photos that bake_atlas() holds at a time, beside those that the photo source keeps: one in use, and one for each of up to
+/// eight threads.
+std::size_t photos_held();
+
+/// Memory and pages of a run of bake_atlas(). Its result is the same for any values.
+struct BakeOptions {
+  /// Begins work that needs texture coordinates but no pages; called before photos are read. The model stays where it is
+  /// until that work is done: bake_atlas waits for it.
+  std::function<std::future<void>(const io::TexturedModel& model)> take_model = {};
+  /// Takes each page with its number as soon as it is finished; called by several threads at a time. Empty: the pages are
+  /// returned.
+  std::function<void(std::size_t number, Image page)> take_page = {};
+  /// Pages are baked in groups of at most so many bytes, one page at least. The last group has all pages with charts
+  /// of partial and unseen faces, which take colours from charts beside them, and may be larger.
+  std::size_t page_bytes = std::numeric_limits<std::size_t>::max();
+};
+
+/// Levels seams and bakes pages. Each photo is fetched at most once for its seams and once for each group of pages.
+/// `input` is what the plan was made from. Throws what the photo source throws. Progress counts baked photos. It is
+/// called from any thread, but by one thread at a time, and also while a photo is being baked, so that an exception from
+/// it stops the work within a fraction of a second.
+TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress,
+                        const BakeOptions& options = {});
 
 /// The photos from which a point of the texture takes its colour.
 struct PointOrigin {

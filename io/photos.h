@@ -35,6 +35,8 @@ class PhotoSource {
   virtual std::shared_ptr<const Image> photo(ViewId view) = 0;
   /// Pixels that must not be used, at the view's camera size; null when all may be. Throws InputError.
   virtual std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) = 0;
+  /// Bytes of photos that a source which keeps some for later may keep from now on.
+  virtual void keep_at_most(std::size_t /*bytes*/) {}
 };
 
 /// Decoded photos of a scene under a byte limit, least recently used out first. Thread-safe; a photo asked for by two
@@ -44,7 +46,7 @@ class PhotoSource {
 class PhotoCache final : public PhotoSource {
  public:
   /// `downscale`: SceneOptions::downscale that the scene was read with.
-  PhotoCache(const Scene& scene, int downscale, std::size_t limit_bytes);
+  PhotoCache(const Scene& scene, int downscale, std::size_t limit_bytes = 0);
   ~PhotoCache() override;
   PhotoCache(const PhotoCache&) = delete;
   PhotoCache& operator=(const PhotoCache&) = delete;
@@ -52,6 +54,7 @@ class PhotoCache final : public PhotoSource {
   std::shared_ptr<const Image> photo(ViewId view) override;
   /// The result of read_exclusion; nothing is kept.
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
+  void keep_at_most(std::size_t bytes) override;
 
  private:
   struct State;

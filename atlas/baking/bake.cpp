@@ -337,11 +337,12 @@ using ViewWork = std::vector<PhotoUse>;
 
 }  // namespace
 
-void bake_photos(AtlasBuild& build, std::span<PartialChart> partial, const Progress& progress) {
+void bake_photos(AtlasBuild& build, std::span<PartialChart> partial, PhotoOrder order, const Progress& progress) {
   const ChartSet& set = build.set;
   std::vector<FaceBands> bands(set.charts.size());  // of plain charts
   tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t c) {
-    if (set.charts[c].kind == ChartKind::plain) bands[c] = face_bands(set.charts[c], set.corners);
+    if (set.charts[c].kind == ChartKind::plain && build.page_of(static_cast<std::uint32_t>(c)).is_open())
+      bands[c] = face_bands(set.charts[c], set.corners);
   });
   std::vector<ViewWork> work(build.input.scene.views.size());
   for (std::uint32_t c = 0; c < bands.size(); ++c)
@@ -352,7 +353,7 @@ void bake_photos(AtlasBuild& build, std::span<PartialChart> partial, const Progr
   const std::size_t views = work.size() - static_cast<std::size_t>(std::ranges::count(
                                               work, true, [](const ViewWork& mine) { return mine.empty(); }));
   std::size_t done = 0;
-  each_photo(build.input, work, [&](const ViewPhoto& photo, const ViewWork& mine) {
+  each_photo(build.input, work, order, [&](const ViewPhoto& photo, const ViewWork& mine) {
     const int step = lattice_step(photo.view.camera);
     Poll poll(progress, done, views);
     tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {

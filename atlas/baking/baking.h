@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,25 @@
 
 namespace gpvc::atlas {
 
+/// Colours of places on pages that are closed before the colours are used, in the order of their use.
+struct KeptColors {
+  struct Place {
+    std::uint32_t page = 0;
+    TexelPoint at;
+  };
+  std::vector<Place> places;
+  std::vector<std::optional<Color>> colors;  ///< per place; nullopt where nothing is baked
+
+  void want(std::uint32_t page, const TexelPoint& at) { places.push_back({page, at}); }
+  /// Keeps look(page, place) for the places on a page.
+  template <typename Look>
+  void take(std::uint32_t number, const Page& page, const Look& look) {
+    colors.resize(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i)
+      if (places[i].page == number) colors[i] = look(page, places[i].at);
+  }
+};
+
 /// What baking reads, and the pages that it fills. Borrows the input and what the plan made of it.
 struct AtlasBuild {
   const AtlasInput& input;
@@ -25,21 +45,41 @@ struct AtlasBuild {
   ColorCorrection correction;
   std::vector<ChartPlace> places;  ///< per chart before those of the border
   std::vector<Page> pages;
+  /// Pages from here on are baked last and together: they have the charts that take colours from charts beside them.
+  std::uint32_t first_last_page = 0;
+  std::vector<KeptColors> kept_beside = {};  ///< per chart: for its border, from earlier pages; empty: nothing kept
+  KeptColors kept_at_holes = {};             ///< for the borders of holes
+  PageMean early_mean = {};                  ///< of earlier pages
 
   Page& page_of(std::uint32_t chart) { return pages[places[chart].page]; }
+  bool is_early(std::uint32_t page) const { return page < first_last_page; }
+  /// Mean over early pages and those that are open.
+  Color mean_color() const {
+    PageMean mean = early_mean;
+    for (const Page& page : pages) mean.add(page);
+    return mean.mean();
+  }
 };
 
-/// Copies or resamples every texel of the plain charts, and adds to partial charts what each view gives them. Every
-/// photo is fetched once; the next is decoded while one is in use. Without padding the rings of charts are left out.
+/// Copies or resamples every texel of the plain charts on open pages, and adds to partial charts what each view gives
+/// them. Every photo is fetched once; the next is decoded while one is in use. Without padding the rings of charts are left out.
 /// Progress is called per view, and ten times a second within one, from any thread, but by one thread at a time; an
 /// exception from it ends the work. O(texels + pixels covered by charts with texels of many pixels).
-void bake_photos(AtlasBuild& build, std::span<PartialChart> partial, const Progress& progress);
+void bake_photos(AtlasBuild& build, std::span<PartialChart> partial, PhotoOrder order, const Progress& progress);
+
+/// Note the places on early pages whose colours finish_partial() and fill_unseen() will use.
+void want_beside_partial(AtlasBuild& build);
+void want_at_holes(AtlasBuild& build);
+/// Keep these colours of an early page. \pre the page is baked, and not yet padded
+void keep_beside_partial(AtlasBuild& build, std::uint32_t page);
+void keep_at_holes(AtlasBuild& build, std::uint32_t page);
 
 /// Adds the texels that a view gives to a partial chart.
 void take_view(PartialChart& part, const AtlasBuild& build, const ViewPhoto& photo);
 
 /// Writes the partial charts to their pages. Texels that no view shows are filled smoothly from those around them, on
-/// the same chart and, across its border, on the charts beside it. \pre plain charts are baked
+/// the same chart and, across its border, on the charts beside it. \pre plain charts are baked, on open pages or early
+/// ones
 void finish_partial(std::span<PartialChart> parts, AtlasBuild& build);
 
 /// Writes the charts of unseen faces. In each hole, vertex colours are the harmonic function (uniform edge weights)

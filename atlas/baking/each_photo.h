@@ -1,8 +1,12 @@
-// One photo after the other, the next decoded while one is in use.
+// One photo after the other, the next ones decoded while one is in use.
 #pragma once
 
+#include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <deque>
 #include <memory>
 #include <vector>
 
@@ -17,20 +21,37 @@ struct ViewPhoto {
   const Image& image;
 };
 
+/// Photos that are decoded, each on one thread, while one is in use. Little is done with a photo for its seams, so all
+/// threads decode.
+inline std::size_t photos_ahead() {
+  constexpr int kMost = 8;  // for memory's sake
+  return static_cast<std::size_t>(std::clamp(tbb::this_task_arena::max_concurrency(), 1, kMost));
+}
+
+/// A photo source that keeps some photos has the last ones of the pass before: passes in turns make most of them.
+enum class PhotoOrder { ascending, descending };
+
 /// Calls use(ViewPhoto, work[view]) for every view whose work is not empty, in order, on the calling thread.
 template <typename Work, typename Use>
-void each_photo(const AtlasInput& input, const std::vector<Work>& work, Use&& use) {
+void each_photo(const AtlasInput& input, const std::vector<Work>& work, PhotoOrder order, Use&& use) {
   std::vector<std::uint32_t> views;
   for (std::uint32_t v = 0; v < work.size(); ++v)
     if (!work[v].empty()) views.push_back(v);
-  std::shared_ptr<const Image> photo, next;
-  if (!views.empty()) next = input.photos.photo(ViewId{views.front()});
-  for (std::size_t k = 0; k < views.size(); ++k) {
-    photo = std::move(next);
-    tbb::task_group ahead;
-    if (k + 1 < views.size()) ahead.run([&, k] { next = input.photos.photo(ViewId{views[k + 1]}); });
-    use(ViewPhoto{ViewId{views[k]}, input.scene.views[views[k]], *photo}, work[views[k]]);
-    ahead.wait();
+  if (order == PhotoOrder::descending) std::ranges::reverse(views);
+  struct Fetched {
+    tbb::task_group work;
+    std::shared_ptr<const Image> photo = nullptr;
+  };
+  std::deque<Fetched> ahead;
+  std::size_t begun = 0;
+  for (const std::uint32_t view : views) {
+    for (; begun < views.size() && ahead.size() <= photos_ahead(); ++begun) {
+      Fetched& next = ahead.emplace_back();
+      next.work.run([&input, &next, id = ViewId{views[begun]}] { next.photo = input.photos.photo(id); });
+    }
+    ahead.front().work.wait();
+    use(ViewPhoto{ViewId{view}, input.scene.views[view], *ahead.front().photo}, work[view]);
+    ahead.pop_front();
   }
 }
 

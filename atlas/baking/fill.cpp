@@ -54,22 +54,30 @@ std::optional<Color> color_around(const Page& page, const TexelPoint& p) {
   return mean.mean();
 }
 
-/// A vertex on a border takes the mean of the colours that the seen faces around it have there.
-void gather_border(Holes& holes, const AtlasBuild& build) {
+/// Calls visit(vertex of a hole, page, place on it) for the corners that seen faces have on borders of holes, in face
+/// order.
+template <typename Visit>
+void for_border_corners(const Holes& holes, const AtlasBuild& build, const Visit& visit) {
   const ChartSet& set = build.set;
   for (std::size_t face = 0; face < set.face_chart.size(); ++face) {
     const std::uint32_t c = set.face_chart[face];
     if (c >= set.placed || set.charts[c].kind == ChartKind::unseen) continue;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t slot = holes.slot[build.input.mesh.faces[face][i]];
-      if (slot == kNone) continue;
-      const ChartPlace& place = build.places[c];
-      if (const auto color = color_around(build.pages[place.page], place.point(set.corners[face][i]))) {
-        holes.color[slot] = holes.color[slot] + *color;
-        holes.samples[slot] += 1;
-      }
-    }
+    for (std::size_t i = 0; i < 3; ++i)
+      if (const std::uint32_t slot = holes.slot[build.input.mesh.faces[face][i]]; slot != kNone)
+        visit(slot, build.places[c].page, build.places[c].point(set.corners[face][i]));
   }
+}
+
+/// A vertex on a border takes the mean of the colours that the seen faces around it have there.
+void gather_border(Holes& holes, const AtlasBuild& build) {
+  std::size_t kept = 0;
+  for_border_corners(holes, build, [&](std::uint32_t slot, std::uint32_t page, const TexelPoint& at) {
+    const std::optional<Color> color =
+        build.is_early(page) ? build.kept_at_holes.colors[kept++] : color_around(build.pages[page], at);
+    if (!color) return;
+    holes.color[slot] = holes.color[slot] + *color;
+    holes.samples[slot] += 1;
+  });
   for (std::size_t i = 0; i < holes.color.size(); ++i)
     if (holes.samples[i] > 0) holes.color[i] = (1 / holes.samples[i]) * holes.color[i];
 }
@@ -157,6 +165,18 @@ void write_face(AtlasBuild& build, std::uint32_t face, const std::array<Color, 3
 
 }  // namespace
 
+void want_at_holes(AtlasBuild& build) {
+  if (build.set.unseen_faces == 0) return;
+  for_border_corners(find_holes(build.input.mesh, build.set), build,
+                     [&](std::uint32_t, std::uint32_t page, const TexelPoint& at) {
+                       if (build.is_early(page)) build.kept_at_holes.want(page, at);
+                     });
+}
+
+void keep_at_holes(AtlasBuild& build, std::uint32_t page) {
+  build.kept_at_holes.take(page, build.pages[page], color_around);
+}
+
 void fill_unseen(AtlasBuild& build) {
   if (build.set.unseen_faces == 0) return;
   const Mesh& mesh = build.input.mesh;
@@ -165,7 +185,7 @@ void fill_unseen(AtlasBuild& build) {
   const std::vector<char> reached = spread(holes);
   make_harmonic(holes, reached);
   if (std::find(reached.begin(), reached.end(), 0) != reached.end()) {
-    const Color mean = mean_color(build.pages);
+    const Color mean = build.mean_color();
     for (std::size_t i = 0; i < reached.size(); ++i)
       if (!reached[i]) holes.color[i] = mean;
   }

@@ -13,10 +13,19 @@ namespace gpvc::atlas {
 Page::Page(const PageSize& blocks, int edge) : block(edge) {
   image.width = edge * blocks.width;
   image.height = edge * blocks.height;
-  const std::size_t texels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  image.pixels.assign(texels * 3, 0);
-  state.assign(texels, TexelState::empty);
   block_owner.assign(static_cast<std::size_t>(blocks.width) * static_cast<std::size_t>(blocks.height), kNoOwner);
+}
+
+void Page::open() {
+  image.pixels.assign(3 * texels(), 0);
+  state.assign(texels(), TexelState::empty);
+}
+
+Image Page::close() {
+  Image whole = std::move(image);
+  image = {whole.width, whole.height, whole.channels, {}};
+  state = {};
+  return whole;
 }
 
 std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const Packing& packing, int edge) {
@@ -154,20 +163,20 @@ void fill_background(Page& page) {
   io::fill_holes(page.image, known, true);
 }
 
-Color mean_color(std::span<const Page> pages) {
-  std::array<std::uint64_t, 3> sum{};
-  std::uint64_t count = 0;
-  for (const Page& page : pages) {
-    for (std::size_t i = 0; i < page.state.size(); ++i) {
-      if (page.state[i] == TexelState::empty) continue;
-      ++count;
-      for (std::size_t k = 0; k < 3; ++k) sum[k] += page.image.pixels[3 * i + k];
-    }
+void PageMean::add(const Page& page) {
+  for (std::size_t i = 0; i < page.state.size(); ++i) {
+    if (page.state[i] == TexelState::empty) continue;
+    ++count_;
+    for (std::size_t k = 0; k < 3; ++k) sum_[k] += page.image.pixels[3 * i + k];
   }
-  if (!count) return {128, 128, 128};
-  const double n = static_cast<double>(count);
-  return {static_cast<float>(double(sum[0]) / n), static_cast<float>(double(sum[1]) / n),
-          static_cast<float>(double(sum[2]) / n)};
+}
+
+Color PageMean::mean() const {
+  if (count_ == 0) return {128, 128, 128};
+  const auto share = [&](std::uint64_t sum) {
+    return static_cast<float>(static_cast<double>(sum) / static_cast<double>(count_));
+  };
+  return {share(sum_[0]), share(sum_[1]), share(sum_[2])};
 }
 
 }  // namespace gpvc::atlas

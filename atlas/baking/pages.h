@@ -1,10 +1,12 @@
 // Pages under construction, and the places of charts on them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "atlas/atlas.h"
 #include "atlas/baking/sampling.h"
 #include "atlas/charts/chart_raster.h"
 #include "atlas/charts/chart_shape.h"
@@ -26,6 +28,7 @@ inline TexelState state_of(TexelReach reach) {
   return reach == TexelReach::ring ? TexelState::ring : TexelState::chart;
 }
 
+/// Closed until it is baked, with the size of its image but no texels.
 struct Page {
   Image image;
   std::vector<TexelState> state;           ///< per texel
@@ -35,6 +38,13 @@ struct Page {
   /// \param blocks size of the page in blocks
   /// \param edge of a block, texels
   Page(const PageSize& blocks, int edge);
+  std::size_t texels() const { return pixel_index(0, image.height, image.width); }
+  /// Bytes that an open page takes at most.
+  std::size_t bytes() const { return kPageBytesPerTexel * texels(); }
+  bool is_open() const { return !state.empty(); }
+  void open();
+  /// Gives the image away; what is left has its size.
+  Image close();
   std::uint32_t owner(int x, int y) const {
     return block_owner[pixel_index(x / block, y / block, image.width / block)];
   }
@@ -79,7 +89,7 @@ struct ChartPlace {
 
 std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const Packing& packing, int edge);
 
-/// Empty pages with the owners of their blocks.
+/// Closed pages with the owners of their blocks.
 std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge);
 
 /// Extends charts outwards, each texel taking the mean of the neighbours nearer to the chart: over all of the chart's
@@ -91,7 +101,16 @@ std::size_t pad_charts(Page& page, int padding);
 /// stays black. O(texels).
 void fill_background(Page& page);
 
-/// Mean of the filled texels of all pages; grey if there are none.
-Color mean_color(std::span<const Page> pages);
+/// Mean of the filled texels of pages.
+class PageMean {
+ public:
+  void add(const Page& page);
+  /// Grey if there are none.
+  Color mean() const;
+
+ private:
+  std::array<std::uint64_t, 3> sum_{};
+  std::uint64_t count_ = 0;
+};
 
 }  // namespace gpvc::atlas

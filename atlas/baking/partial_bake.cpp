@@ -110,6 +110,44 @@ TexelPoint mix(const std::array<TexelPoint, 2>& edge, double t) {
   return {edge[0].x + t * (edge[1].x - edge[0].x), edge[0].y + t * (edge[1].y - edge[0].y)};
 }
 
+std::optional<SharedEdge> shared_edge(const AtlasBuild& build, std::uint32_t face, std::size_t e, std::uint32_t other) {
+  const auto &here = build.input.mesh.faces[face], &there = build.input.mesh.faces[other];
+  const auto a = std::find(there.begin(), there.end(), here[e]) - there.begin();
+  const auto b = std::find(there.begin(), there.end(), here[(e + 1) % 3]) - there.begin();
+  if (a == 3 || b == 3) return std::nullopt;
+  const TexelTriangle &from = build.set.corners[face], &to = build.set.corners[other];
+  return SharedEdge{{from[e], from[(e + 1) % 3]}, {to[static_cast<std::size_t>(a)], to[static_cast<std::size_t>(b)]}};
+}
+
+/// Calls visit(place in the chart, page, place on it) along the edges that the chart shares with charts beside it, which
+/// have their texels there.
+template <typename Visit>
+void for_border_places(const AtlasBuild& build, std::uint32_t chart, const Visit& visit) {
+  const auto along = [&](const SharedEdge& edge, std::uint32_t beside) {
+    const double length = std::hypot(edge.here[1].x - edge.here[0].x, edge.here[1].y - edge.here[0].y);
+    const int steps = 1 + static_cast<int>(std::ceil(length));
+    for (int s = 0; s <= steps; ++s) {
+      const double t = double(s) / steps;
+      visit(mix(edge.here, t), build.places[beside].page, build.places[beside].point(mix(edge.there, t)));
+    }
+  };
+  for (const auto face : build.set.charts[chart].faces)
+    for (const auto other : build.neighbours[face]) {
+      const std::uint32_t beside = build.set.face_chart[other];
+      if (beside == chart || beside >= build.set.placed) continue;
+      for (std::size_t e = 0; e < 3; ++e)
+        if (const auto edge = shared_edge(build, face, e, other)) along(*edge, beside);
+    }
+}
+
+/// The texel at a place; nullopt where nothing is baked.
+std::optional<Color> color_at(const Page& page, const TexelPoint& p) {
+  const int x = std::clamp(static_cast<int>(p.x), 0, page.image.width - 1);
+  const int y = std::clamp(static_cast<int>(p.y), 0, page.image.height - 1);
+  if (page.state[page.at(x, y)] == TexelState::empty) return std::nullopt;
+  return load(page.image.at(x, y));
+}
+
 class PartialFinisher {
  public:
   PartialFinisher(std::span<PartialChart> parts, AtlasBuild& build) : parts_(parts), build_(build) {}
@@ -150,7 +188,7 @@ class PartialFinisher {
   }
 
   void fill_with_mean(std::span<const std::size_t> open) {
-    const Color mean = mean_color(build_.pages);
+    const Color mean = build_.mean_color();
     for (const auto p : open) {
       std::fill(parts_[p].color.begin(), parts_[p].color.end(), mean);
       std::fill(known_[p].begin(), known_[p].end(), std::uint8_t{1});
@@ -175,43 +213,19 @@ class PartialFinisher {
 
   /// Texels without a colour take those of the charts beside this one, along the edges that they share.
   void seed_border(std::size_t p) {
-    const std::uint32_t chart = parts_[p].chart;
-    for (const auto face : build_.set.charts[chart].faces)
-      for (const auto other : build_.neighbours[face]) {
-        const std::uint32_t beside = build_.set.face_chart[other];
-        if (beside == chart || beside >= build_.set.placed) continue;
-        for (std::size_t e = 0; e < 3; ++e)
-          if (const auto edge = shared_edge(face, e, other)) copy_across(p, *edge, beside);
-      }
-  }
-
-  std::optional<SharedEdge> shared_edge(std::uint32_t face, std::size_t e, std::uint32_t other) const {
-    const auto &here = build_.input.mesh.faces[face], &there = build_.input.mesh.faces[other];
-    const auto a = std::find(there.begin(), there.end(), here[e]) - there.begin();
-    const auto b = std::find(there.begin(), there.end(), here[(e + 1) % 3]) - there.begin();
-    if (a == 3 || b == 3) return std::nullopt;
-    const TexelTriangle &from = build_.set.corners[face], &to = build_.set.corners[other];
-    return SharedEdge{{from[e], from[(e + 1) % 3]}, {to[static_cast<std::size_t>(a)], to[static_cast<std::size_t>(b)]}};
-  }
-
-  void copy_across(std::size_t p, const SharedEdge& edge, std::uint32_t chart) {
     PartialChart& part = parts_[p];
     const CellBox& box = part.raster.box;
-    const Page& page = build_.page_of(chart);
-    const double length = std::hypot(edge.here[1].x - edge.here[0].x, edge.here[1].y - edge.here[0].y);
-    const int steps = 1 + static_cast<int>(std::ceil(length));
-    for (int s = 0; s <= steps; ++s) {
-      const double t = double(s) / steps;
-      const TexelPoint here = mix(edge.here, t), there = build_.places[chart].point(mix(edge.there, t));
+    std::size_t kept = 0;
+    for_border_places(build_, part.chart, [&](const TexelPoint& here, std::uint32_t page, const TexelPoint& there) {
+      const std::optional<Color> color =
+          build_.is_early(page) ? build_.kept_beside[part.chart].colors[kept++] : color_at(build_.pages[page], there);
       const int x = static_cast<int>(std::floor(here.x)), y = static_cast<int>(std::floor(here.y));
-      if (x < box.x0 || y < box.y0 || x >= box.x1 || y >= box.y1) continue;
-      const int px = std::clamp(static_cast<int>(there.x), 0, page.image.width - 1);
-      const int py = std::clamp(static_cast<int>(there.y), 0, page.image.height - 1);
+      if (!color || x < box.x0 || y < box.y0 || x >= box.x1 || y >= box.y1) return;
       const std::size_t i = part.raster.at(x, y);
-      if (known_[p][i] || page.state[page.at(px, py)] == TexelState::empty) continue;
-      part.color[i] = load(page.image.at(px, py));
+      if (known_[p][i]) return;
+      part.color[i] = *color;
       known_[p][i] = 1;
-    }
+    });
   }
 
   std::span<PartialChart> parts_;
@@ -256,6 +270,23 @@ void take_view(PartialChart& part, const AtlasBuild& build, const ViewPhoto& pho
       }
     }
   }
+}
+
+void want_beside_partial(AtlasBuild& build) {
+  build.kept_beside.resize(build.set.placed);
+  tbb::parallel_for(std::size_t{0}, build.set.placed, [&](std::size_t c) {
+    const ChartKind kind = build.set.charts[c].kind;
+    if (kind != ChartKind::partial && kind != ChartKind::flat) return;
+    for_border_places(build, static_cast<std::uint32_t>(c),
+                      [&](const TexelPoint&, std::uint32_t page, const TexelPoint& there) {
+                        if (build.is_early(page)) build.kept_beside[c].want(page, there);
+                      });
+  });
+}
+
+void keep_beside_partial(AtlasBuild& build, std::uint32_t page) {
+  tbb::parallel_for(std::size_t{0}, build.kept_beside.size(),
+                    [&](std::size_t c) { build.kept_beside[c].take(page, build.pages[page], color_at); });
 }
 
 void finish_partial(std::span<PartialChart> parts, AtlasBuild& build) { PartialFinisher(parts, build).finish(); }

@@ -50,7 +50,7 @@ class Sampler {
     for (const SeamEdge& edge : result_.edges)
       for (std::size_t side = 0; side < 2; ++side)
         sides_of_view[index(input_.labels[edge.faces[side]])].emplace_back(&edge, side);
-    each_photo(input_, sides_of_view, [&](const ViewPhoto& photo, const Sides& sides) {
+    each_photo(input_, sides_of_view, PhotoOrder::descending, [&](const ViewPhoto& photo, const Sides& sides) {
       tbb::parallel_for(std::size_t{0}, sides.size(),
                         [&](std::size_t i) { sample_side(*sides[i].first, sides[i].second, photo); });
     });

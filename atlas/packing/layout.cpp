@@ -20,8 +20,12 @@ Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, con
   tbb::parallel_for(std::size_t{0}, layout.set.placed, [&](std::size_t i) {
     layout.shapes[i] = chart_shape(layout.set.charts[i], layout.set.corners, options.padding, options.page_size);
   });
+  // Charts that take colours from charts beside them are baked last, when these are finished: see PageGroups.
   std::vector<PackShape> shapes;
-  for (const auto& shape : layout.shapes) shapes.push_back(shape.blocks);
+  for (std::size_t i = 0; i < layout.shapes.size(); ++i) {
+    shapes.push_back(layout.shapes[i].blocks);
+    shapes.back().last = layout.set.charts[i].kind != ChartKind::plain;
+  }
   layout.packing = pack_shapes(shapes, options.page_size / block_edge(options.padding));
   return layout;
 }

@@ -104,8 +104,10 @@ class Packer {
   bool place(std::span<const std::uint32_t> order, PageSize size, const PageRange& range,
              std::vector<Placement>& placements) const {
     std::vector<OpenPage> pages;
+    std::optional<std::uint32_t> last;  // page of the shapes that do not belong on the last one
     for (const auto i : order) {
-      for (std::uint32_t p = 0;; ++p) {
+      if (shapes_[i].last && !last) last = static_cast<std::uint32_t>(std::max<std::size_t>(pages.size(), 1) - 1);
+      for (std::uint32_t p = shapes_[i].last ? *last : 0;; ++p) {
         if (p == pages.size()) {
           if (p == range.most) return false;
           pages.push_back({PageCells(size.width, size.height), {}});
@@ -189,9 +191,10 @@ int square_width(std::span<const PackShape> shapes, std::span<const std::uint32_
 std::vector<Placement> attempt(const Packer& packer, std::span<const PackShape> shapes, int page_size,
                                const Attempt& how) {
   std::vector<Placement> placements(shapes.size());
-  const auto order = placement_order(shapes, how);
+  std::vector<std::uint32_t> order = placement_order(shapes, how);
   const int width = square_width(shapes, order, how.fill);
   if (width < page_size && packer.place(order, {width, page_size}, {0, 1}, placements)) return placements;
+  std::ranges::stable_partition(order, [&](std::uint32_t i) { return !shapes[i].last; });
   packer.place(order, {page_size, page_size}, {}, placements);
   // The last page's shapes are placed again, near-square instead of in a wide strip.
   std::uint32_t last = 0;

@@ -2,7 +2,8 @@
 //
 // Shapes are placed, large ones first, at the first free position (by row, then column) of the first page that has one,
 // in the quarter turn whose last row comes first. Small shapes thus fill the gaps that large ones leave. Several orders
-// and page widths are tried, and the packing with the fewest pages, then the fewest cells, is kept.
+// and page widths are tried, and the packing with the fewest pages, then the fewest cells, is kept. Shapes that belong on
+// the last pages come after all others.
 #pragma once
 
 #include <cstddef>
@@ -21,6 +22,7 @@ struct CellRun {
 struct PackShape {
   int width = 0, height = 0;  ///< of the box, cells
   std::vector<CellRun> runs;
+  bool last = false;  ///< belongs on the last page of the other shapes, or on pages after it
 };
 
 /// A shape that fills its whole box.

@@ -68,6 +68,12 @@ std::shared_ptr<const PhotoExclusion> PhotoCache::exclusion(ViewId view) {
   return exclusion ? std::make_shared<const PhotoExclusion>(std::move(*exclusion)) : nullptr;
 }
 
+void PhotoCache::keep_at_most(std::size_t bytes) {
+  const std::lock_guard lock(state_->mutex);
+  state_->limit_bytes = bytes;
+  state_->drop_oldest_beyond_limit();
+}
+
 std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
   State& state = *state_;
   const std::size_t key = index(view);

@@ -168,6 +168,21 @@ TEST(Packing, SmallScenesGiveSmallNearSquarePages) {
   EXPECT_LE(packing.pages[0].height, 120);
 }
 
+TEST(Packing, ShapesForTheLastPagesFillNoEarlierOne) {
+  std::vector<PackShape> shapes;
+  for (int i = 0; i < 10; ++i) shapes.push_back(disc(120));
+  for (int i = 0; i < 200; ++i) {
+    shapes.push_back(box_shape(9, 7));
+    shapes.back().last = true;
+  }
+  const Packing packing = pack_shapes(shapes, 512);
+  check(shapes, packing, 512);
+  std::uint32_t last_of_others = 0;
+  for (std::size_t i = 0; i < 10; ++i) last_of_others = std::max(last_of_others, packing.placements[i].page);
+  ASSERT_GT(last_of_others, 0u);
+  for (std::size_t i = 10; i < shapes.size(); ++i) EXPECT_GE(packing.placements[i].page, last_of_others);
+}
+
 TEST(Packing, IsRepeatable) {
   std::mt19937 random(3);
   std::vector<PackShape> shapes;
