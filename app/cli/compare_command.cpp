@@ -70,7 +70,9 @@ RunFacts compare_scene(const CompareOptions& options, RunRecord& record, pipelin
   std::set<std::filesystem::path> read = input_files(in);
   for (const ExternalModel& external : settings.externals) read.insert(external.file);
   folder.protect(read);
-  io::PhotoCache photos(in.scene, options.input.downscale, pipeline::photo_cache_bytes());
+  // Every mode looks at every photo.
+  const std::size_t kept = std::min(pipeline::default_memory_limit() / 4, std::size_t{1} << 30);
+  io::PhotoCache photos(in.scene, options.input.downscale, kept);
   summary = compare::compare({in.input(), in.held_out, photos, options.input.downscale, program_version()}, settings,
                              folder, record);
   record.counts["settings"] = summary.settings;

@@ -101,21 +101,17 @@ void print_mesh(const SceneInputData& in, Console& console) {
   console.result("extent   " + pipeline::box_text(pipeline::box_of(mesh)));
 }
 
-// Fitted to runs of five scenes on two cores that drew natively, 40,000 to 570,000 faces and 19 to 162 megapixels: 0.27 GB
-// for any run, 350 bytes a face beside the photos, 0.12 processor seconds a megapixel for visibility and baking, 18
-// microseconds a face for view selection. Their memory is within 15 %, their time within a factor of two.
 void print_estimate(const SceneInputData& in, int threads, Console& console) {
-  double pixels = 0;
-  for (const ViewId id : in.used) {
-    const Camera& c = in.scene.views[index(id)].camera;
-    pixels += static_cast<double>(c.width) * c.height;
+  const pipeline::Settings settings;
+  const pipeline::Input input{in.scene, in.mesh, in.used};
+  const pipeline::Workload work = pipeline::workload(input, settings);
+  try {
+    console.result(fmt::format("estimate about {} of memory and {} on {} threads for gpvc texture",
+                               pipeline::readable_bytes(pipeline::plan_memory(input, settings).peak()),
+                               pipeline::readable_duration(pipeline::predicted_seconds(work, threads)), threads));
+  } catch (const pipeline::MemoryError& error) {
+    console.warning(error.what());
   }
-  const double faces = static_cast<double>(in.mesh.faces.size());
-  const double bytes = 0.27e9 + 350 * faces + std::min(3 * pixels, static_cast<double>(pipeline::photo_cache_bytes()));
-  const double seconds = 0.12 * pixels / 1e6 / threads + 18e-6 * faces;
-  console.result(
-      fmt::format("estimate about {:.2g} GB of memory and {} on {} threads for gpvc texture, within a factor of two",
-                  bytes / 1e9, pipeline::readable_duration(seconds), threads));
 }
 
 void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_file, int threads, Console& console) {

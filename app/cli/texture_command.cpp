@@ -29,6 +29,7 @@ Json options_json(const TextureOptions& o) {
   json["quality"] = s.output.quality;
   json["gltf"] = name_of(io::kGltfContainerNames, s.output.gltf);
   json["normals"] = s.output.normals;
+  json["memory"] = s.memory_bytes;
   json["up"] = s.output.up ? "given" : "auto";
   return json;
 }
@@ -48,12 +49,11 @@ void run_texture(const TextureOptions& options, Console& console) {
   run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
     const SceneInputData in = read_scene_input(options.input, record);
     folder.protect(input_files(in));
-    io::PhotoCache photos(in.scene, options.input.downscale, pipeline::photo_cache_bytes());
+    io::PhotoCache photos(in.scene, options.input.downscale);
     pipeline::Settings settings = options.settings;
     settings.device = options.common.device;
-    const pipeline::TexturedMesh textured = pipeline::texture(in.input(), settings, photos, record);
     evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
-    const pipeline::WrittenModel written = pipeline::write(in.input(), textured, settings, folder, record);
+    const auto& [textured, written] = pipeline::texture_into(in.input(), settings, photos, folder, record);
     record.counts["preview"] = preview_json(written);
     record.counts["up"] = name_of(io::kUpAxisNames, written.up);
     record.counts["offset"] = evaluate::point_json(written.offset);

@@ -95,6 +95,11 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_texture_output({*app, "Texture"}, options.settings);
   add_selection(*app, options.settings);
   add_visibility(*app, options.settings.visibility);
+  OptionGroup{*app, kCommonGroup}.parsed(
+      "--memory",
+      [&bytes = options.settings.memory_bytes](const std::string& given) { bytes = bytes_from("--memory", given); },
+      "SIZE", "what the scene needs, 70 % of what is free at most",
+      "Stay below this much memory, 600M or 4G; more of it saves decoding photos twice. The result is the same");
   add_common(*app, options.common, R"(Examples:
   gpvc texture colmap/sparse/0 mesh.ply --images photos -o out
   gpvc texture colmap mesh.ply -o look --downscale 4 --views 'DJI_00[12]*'

@@ -1,12 +1,14 @@
 #include "app/pipeline/pipeline.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <future>
+#include <optional>
 
 #include "app/pipeline/frame_check.h"
+#include "app/pipeline/texture_files.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -33,7 +35,7 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
   observer.stage_figure("baking_s", s.baking_s);
   observer.figure("charts", s.charts);
   observer.figure("filled_faces", s.filled_faces);
-  observer.figure("pages", atlas.pages.size());
+  observer.figure("pages", s.pages);
   observer.figure("chart_texels", s.chart_texels);
   observer.figure("padded_texels", s.padded_texels);
   observer.figure("page_texels", s.page_texels);
@@ -46,15 +48,47 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
     seams = fmt::format(", seam step {:.1f} to {:.1f}", s.seam_step_before, s.seam_step_after);
   }
   const double fill = s.page_texels == 0 ? 0 : static_cast<double>(s.chart_texels) / static_cast<double>(s.page_texels);
-  observer.end(fmt::format("{} charts on {} {} ({:.0f} % full){}", readable_count(s.charts), atlas.pages.size(),
-                           atlas.pages.size() == 1 ? "page" : "pages", 100 * fill, seams));
+  observer.end(fmt::format("{} charts on {} {} ({:.0f} % full){}", readable_count(s.charts), s.pages,
+                           s.pages == 1 ? "page" : "pages", 100 * fill, seams));
 }
 
 atlas::TextureAtlas bake_and_end(const atlas::AtlasPlan& plan, const atlas::AtlasInput& input,
-                                 const atlas::AtlasOptions& options, Observer& observer) {
-  atlas::TextureAtlas atlas = atlas::bake_atlas(plan, input, observer.reporter());
+                                 const atlas::AtlasOptions& options, Observer& observer,
+                                 const atlas::BakeOptions& memory = {}) {
+  atlas::TextureAtlas atlas = atlas::bake_atlas(plan, input, observer.reporter(), memory);
   report_atlas(atlas, options.seams != atlas::SeamLeveling::none, observer);
   return atlas;
+}
+
+// What the atlas is made from.
+struct Choice {
+  labeling::FaceGraph graph;
+  Seen seen;
+  labeling::Selection selection;
+};
+
+Choice see_and_choose(const Input& input, const Settings& settings, const MemoryPlan& memory, io::PhotoSource& photos,
+                      Observer& observer) {
+  photos.keep_at_most(memory.photos_while_seeing());
+  Choice choice{weighed_graph(input.mesh, settings.edge_weights, observer), {}, {}};
+  choice.seen = see(input, settings, photos, observer, {.graph = &choice.graph});
+  release_freed_memory();
+  choice.selection = choose(choice.seen.candidates.table, choice.graph, settings.solver, observer);
+  release_freed_memory();
+  return choice;
+}
+
+// Shares the memory between pages and photos.
+atlas::BakeOptions bake_options(const atlas::AtlasPlan& plan, const MemoryPlan& memory, io::PhotoSource& photos) {
+  const double pages =
+      static_cast<double>(atlas::kPageBytesPerTexel) * static_cast<double>(plan.estimate().page_texels);
+  photos.keep_at_most(memory.photos_while_painting(pages));
+  return {.page_bytes = memory.pages_while_painting(pages)};
+}
+
+TexturedMesh finished(Choice choice, atlas::TextureAtlas atlas) {
+  return {std::move(choice.selection), std::move(choice.seen.candidates.tags), std::move(atlas),
+          std::move(choice.seen.device)};
 }
 
 }  // namespace
@@ -94,12 +128,6 @@ void check_input(const Input& input, Observer& observer) {
   if (!winding.empty()) observer.warning(winding);
 }
 
-std::size_t photo_cache_bytes() {
-  const auto memory =
-      static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGE_SIZE));
-  return std::min(memory / 4, std::size_t{1} << 30);
-}
-
 TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& settings, io::PhotoSource& photos,
                      Observer& observer) {
   const std::vector<ViewId> views = all_views(scene);
@@ -109,12 +137,40 @@ TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& setti
 }
 
 TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer) {
-  const labeling::FaceGraph graph = weighed_graph(input.mesh, settings.edge_weights, observer);
-  Seen seen = see(input, settings, photos, observer);
-  labeling::Selection selection = choose(seen.candidates.table, graph, settings.solver, observer);
-  atlas::TextureAtlas atlas =
-      make_atlas(atlas_input(input, photos, graph, seen, selection.labels), settings.atlas, observer);
-  return {std::move(selection), std::move(seen.candidates.tags), std::move(atlas), std::move(seen.device)};
+  const MemoryPlan memory = plan_memory(input, settings);
+  Choice chosen = see_and_choose(input, settings, memory, photos, observer);
+  const atlas::AtlasInput from = atlas_input(input, photos, chosen.graph, chosen.seen, chosen.selection.labels);
+  observer.begin({"atlas", "steps"});
+  const atlas::AtlasPlan plan = plan_and_note(from, settings.atlas, observer);
+  atlas::TextureAtlas atlas = bake_and_end(plan, from, settings.atlas, observer, bake_options(plan, memory, photos));
+  return finished(std::move(chosen), std::move(atlas));
+}
+
+TexturedFiles texture_into(const Input& input, const Settings& settings, io::PhotoSource& photos, OutputFolder& folder,
+                           Observer& observer) {
+  const MemoryPlan memory = plan_memory(input, settings);
+  Choice chosen = see_and_choose(input, settings, memory, photos, observer);
+  ModelFiles files(input, settings, folder, observer);
+  const atlas::AtlasInput from = atlas_input(input, photos, chosen.graph, chosen.seen, chosen.selection.labels);
+  observer.begin({"atlas", "steps"});
+  std::optional<atlas::AtlasPlan> plan = plan_and_note(from, settings.atlas, observer);
+  files.begin(from.labels, from.tags, plan->estimate());
+  atlas::BakeOptions options = bake_options(*plan, memory, photos);
+  options.take_model = [&files](const io::TexturedModel& model) {
+    return std::async(std::launch::async, [&] { files.write_mesh(model); });
+  };
+  options.take_page = [&files](std::size_t number, Image page) { files.write_page(number, std::move(page)); };
+  atlas::TextureAtlas atlas = bake_and_end(*plan, from, settings.atlas, observer, options);
+  photos.keep_at_most(0);
+  plan.reset();
+  chosen.graph = {};
+  chosen.seen.candidates.table = {};
+  chosen.seen.coverage = {};
+  release_freed_memory();
+  observer.begin({"write"});
+  const WrittenModel written = files.finish(atlas.model);
+  observer.end("");
+  return {finished(std::move(chosen), std::move(atlas)), written};
 }
 
 labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weights, Observer& observer) {

@@ -17,6 +17,7 @@
 #include "../../labeling/labeling.h"
 #include "../../visibility/device.h"
 #include "../../visibility/visibility.h"
+#include "memory.h"
 #include "observer.h"
 #include "output_folder.h"
 #include "viewpoint.h"
@@ -39,6 +40,8 @@ struct Settings {
   labeling::SolverOptions solver;
   atlas::AtlasOptions atlas;
   OutputSettings output;
+  /// Most bytes that texture() and texture_into() take; 0: see plan_memory(). Results are the same for any value.
+  std::size_t memory_bytes = 0;
 };
 
 /// The mesh to texture and the views to texture it from. Borrows everything.
@@ -56,9 +59,6 @@ std::vector<ViewId> all_views(const Scene& scene);
 /// warns when parts of it are. O(faces x at most 64 views).
 void check_input(const Input& input, Observer& observer);
 
-/// The byte limit for a PhotoCache: a quarter of the memory, one gigabyte at most.
-std::size_t photo_cache_bytes();
-
 // --- all steps
 
 struct TexturedMesh {
@@ -72,7 +72,7 @@ struct TexturedMesh {
 TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& settings, io::PhotoSource& photos,
                      Observer& observer);
 
-/// Textures an input that check_input() accepts.
+/// Textures an input that check_input() accepts. Throws MemoryError as well.
 TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer);
 
 // --- the steps
@@ -93,6 +93,7 @@ struct SeeOptions {
   /// scale of the costs, so that the candidates are those of a run over all faces. The border that plan() and bake() are
   /// given belongs to them.
   std::span<const FaceId> faces = {};
+  const labeling::FaceGraph* graph = nullptr;  ///< of the mesh; null: made where it is needed
   /// Called for each view once it is classified, on the caller's thread.
   std::function<void(ViewId, const visibility::ViewVisibility&)> on_view = {};
 };
@@ -139,5 +140,16 @@ struct WrittenModel {
 /// tags.npy its entries. Throws OutputError.
 WrittenModel write(const Input& input, const TexturedMesh& textured, const Settings& settings, OutputFolder& folder,
                    Observer& observer);
+
+/// A textured mesh whose files are written.
+struct TexturedFiles {
+  TexturedMesh textured;  ///< without pages
+  WrittenModel written;
+};
+
+/// texture() and write() in one, with the same files, for models of any size: pages are written and let go as soon as they
+/// are finished, and model.obj is written while photos are baked.
+TexturedFiles texture_into(const Input& input, const Settings& settings, io::PhotoSource& photos, OutputFolder& folder,
+                           Observer& observer);
 
 }  // namespace gpvc::pipeline

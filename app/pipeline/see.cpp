@@ -121,7 +121,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   }
   if (costs.valid()) costs.get();
   const auto start = Clock::now();
-  seen.candidates = collector.finish();
+  seen.candidates = collector.finish(options.graph);
   if (!options.faces.empty()) keep_faces(options.faces, seen.candidates);
   seen.costs_s += seconds_since(start);
   seen.coverage = coverage.of_partial_faces(seen.candidates.tags);

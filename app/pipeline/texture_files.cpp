@@ -1,4 +1,5 @@
-// The files of a textured model.
+#include "app/pipeline/texture_files.h"
+
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -6,7 +7,6 @@
 #include <filesystem>
 #include <future>
 
-#include "app/pipeline/pipeline.h"
 #include "app/pipeline/render_model.h"
 #include "io/images/image_file.h"
 #include "io/npy.h"
@@ -17,6 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kPreviewWidth = 1600, kPreviewHeight = 1200, kPreviewSamples = 2;
+// Pages are kept for the preview at a size with as many texels at most: twice those of the picture before it is reduced.
+constexpr std::size_t kPreviewTexels =
+    2 * std::size_t{kPreviewWidth} * kPreviewHeight * kPreviewSamples * kPreviewSamples;
 constexpr std::array<std::uint8_t, 3> kBackground{214, 217, 221};
 
 // The color profile of the first view's photo file, for the pages; empty where it has none or there is no file. Warns of
@@ -47,21 +50,6 @@ std::vector<io::PageFile> promise_pages(OutputFolder& folder, std::size_t pages,
   for (std::size_t n = 0; n < pages; ++n)
     files.push_back({folder.file(fmt::format("model_{}.{}", n, name_of(io::kImageFormatNames, format))), format});
   return files;
-}
-
-Viewpoint write_preview(const fs::path& file, const Input& input, const TexturedMesh& textured, io::UpAxis up,
-                        const io::ColorProfile& profile) {
-  Viewpoint view = overview(input.mesh, textured.selection.labels, input.scene, input.views, up,
-                            kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
-  const RenderResult render =
-      render_model(textured.atlas.model, textured.atlas.pages, view.camera, view.pose, {true, true, kBackground});
-  io::write_image(file, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile);
-  // The camera of the picture, which is drawn larger and then reduced.
-  Camera& camera = view.camera;
-  camera.width = kPreviewWidth;
-  camera.height = kPreviewHeight;
-  for (double* length : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *length /= kPreviewSamples;
-  return view;
 }
 
 // The files that a glTF consists of are known only after it is written.
@@ -96,16 +84,15 @@ std::string offset_text(const io::ModelOptions& model) {
 }
 
 // The model with unseen faces taken off their pages, which leaves them out of a glTF.
-io::TexturedModel without_unseen(const TexturedMesh& textured) {
-  io::TexturedModel model = textured.atlas.model;
+io::TexturedModel without_unseen(io::TexturedModel model, std::span<const labeling::FaceTag> tags) {
   for (std::size_t face = 0; face < model.face_page.size(); ++face)
-    if (textured.tags[face] == labeling::FaceTag::unseen) model.face_page[face] = io::kNoPage;
+    if (tags[face] == labeling::FaceTag::unseen) model.face_page[face] = io::kNoPage;
   return model;
 }
 
-io::ModelOptions model_options(const Input& input, const TexturedMesh& textured, const OutputSettings& settings) {
+io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings) {
   io::ModelOptions model;
-  model.offset = local_origin(input.mesh, textured.selection.labels, input.scene, input.views);
+  model.offset = local_origin(input.mesh, labels, input.scene, input.views);
   model.normals = settings.normals;
   model.pageless_faces = false;
   model.up = settings.up ? *settings.up : scene_up(input.scene, input.views);
@@ -123,46 +110,95 @@ void write_offset(const io::ModelOptions& model, OutputFolder& folder) {
 
 }  // namespace
 
+ModelFiles::ModelFiles(const Input& input, const Settings& settings, OutputFolder& folder, Observer& observer)
+    : input_(input),
+      settings_(settings),
+      folder_(folder),
+      observer_(observer),
+      profile_(profile_of_photos(input, observer)) {
+  observer.figure("color_profile_bytes", profile_.size());
+}
+
+void ModelFiles::begin(std::span<const ViewId> labels, std::span<const labeling::FaceTag> tags,
+                       const atlas::AtlasEstimate& size) {
+  labels_ = labels;
+  tags_ = tags;
+  options_ = model_options(input_, labels, settings_.output);
+  obj_file_ = folder_.file("model.obj");
+  folder_.file("model.mtl");
+  pages_ = promise_pages(folder_, size.pages, settings_.output.texture);
+  preview_file_ = folder_.file("preview.png");
+  labels_file_ = folder_.file("labels.npy");
+  tags_file_ = folder_.file("tags.npy");
+  faces_file_ = folder_.file("faces.npy");
+  write_offset(options_, folder_);
+  if (!input_.mesh.source_face.empty())
+    io::write_npy_as<std::uint32_t>(folder_.file("source_faces.npy"), input_.mesh.source_face);
+  const auto edge2 = [&] { return static_cast<std::size_t>(reduction_) * static_cast<std::size_t>(reduction_); };
+  while (size.page_texels / edge2() > kPreviewTexels) reduction_ *= 2;
+  preview_pages_.resize(size.pages);
+  left_ = size.pages;
+}
+
+void ModelFiles::write_mesh(const io::TexturedModel& model) const {
+  io::write_npy_as<std::int32_t>(labels_file_, labels_);  // kNoView becomes -1
+  io::write_npy_as<std::uint8_t>(tags_file_, tags_);
+  io::write_obj(obj_file_, model, pages_, options_);
+}
+
+void ModelFiles::write_page(std::size_t number, Image page) {
+  observer_.check_cancelled();
+  preview_pages_[number] = io::reduce_image(page, reduction_);
+  const auto write = [this, number, kept = std::move(page)] {
+    io::write_image(pages_[number].file, kept, settings_.output.texture, settings_.output.quality, profile_);
+  };
+  if (--left_ == 0)
+    last_page_ = std::async(std::launch::async, write);
+  else
+    write();
+}
+
+WrittenModel ModelFiles::finish(const io::TexturedModel& model) {
+  auto gltf = std::async(std::launch::async, [&] {
+    if (last_page_.valid()) last_page_.get();
+    const bool drop = settings_.atlas.unseen == atlas::UnseenFaces::drop;
+    io::GltfFiles files = io::write_gltf(folder_.in_making() / "model", settings_.output.gltf,
+                                         drop ? without_unseen(model, tags_) : model, pages_, options_);
+    io::write_npy_as<std::uint32_t>(faces_file_, files.faces);
+    files.faces = {};
+    return files;
+  });
+  const Viewpoint preview = write_preview(model);
+  promise_gltf(gltf.get(), settings_.output.gltf, folder_, observer_);
+  return {preview, kBackground, options_.up, options_.offset};
+}
+
+Viewpoint ModelFiles::write_preview(const io::TexturedModel& model) const {
+  Viewpoint view = overview(input_.mesh, labels_, input_.scene, input_.views, options_.up,
+                            kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
+  const RenderResult render = render_model(model, preview_pages_, view.camera, view.pose, {true, true, kBackground});
+  io::write_image(preview_file_, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile_);
+  // The camera of the picture, which is drawn larger and then reduced.
+  Camera& camera = view.camera;
+  camera.width = kPreviewWidth;
+  camera.height = kPreviewHeight;
+  for (double* length : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *length /= kPreviewSamples;
+  return view;
+}
+
 WrittenModel write(const Input& input, const TexturedMesh& textured, const Settings& settings, OutputFolder& folder,
                    Observer& observer) {
   observer.begin({"write"});
   const atlas::TextureAtlas& atlas = textured.atlas;
-  const OutputSettings& output = settings.output;
-  const io::ColorProfile profile = profile_of_photos(input, observer);
-  observer.figure("color_profile_bytes", profile.size());
-  const fs::path obj_file = folder.file("model.obj");
-  folder.file("model.mtl");
-  const std::vector<io::PageFile> pages = promise_pages(folder, atlas.pages.size(), output.texture);
-  const fs::path preview_file = folder.file("preview.png"), labels_file = folder.file("labels.npy");
-  const fs::path tags_file = folder.file("tags.npy"), faces_file = folder.file("faces.npy");
-  const io::ModelOptions model = model_options(input, textured, output);
-  write_offset(model, folder);
-  if (!input.mesh.source_face.empty())
-    io::write_npy_as<std::uint32_t>(folder.file("source_faces.npy"), input.mesh.source_face);
-
-  auto obj = std::async(std::launch::async, [&] { io::write_obj(obj_file, atlas.model, pages, model); });
-  auto arrays = std::async(std::launch::async, [&] {
-    io::write_npy_as<std::int32_t>(labels_file, textured.selection.labels);  // kNoView becomes -1
-    io::write_npy_as<std::uint8_t>(tags_file, textured.tags);
-  });
-  auto gltf = std::async(std::launch::async, [&] {
-    tbb::parallel_for(std::size_t{0}, pages.size(), [&](std::size_t n) {
-      observer.check_cancelled();
-      io::write_image(pages[n].file, atlas.pages[n], output.texture, output.quality, profile);
-    });
-    const bool drop = settings.atlas.unseen == atlas::UnseenFaces::drop;
-    io::GltfFiles files = io::write_gltf(folder.in_making() / "model", output.gltf,
-                                         drop ? without_unseen(textured) : atlas.model, pages, model);
-    io::write_npy_as<std::uint32_t>(faces_file, files.faces);
-    files.faces = {};
-    return files;
-  });
-  const Viewpoint preview = write_preview(preview_file, input, textured, model.up, profile);
-  obj.get();
-  arrays.get();
-  promise_gltf(gltf.get(), output.gltf, folder, observer);
+  ModelFiles files(input, settings, folder, observer);
+  files.begin(textured.selection.labels, textured.tags,
+              {.pages = atlas.pages.size(), .page_texels = atlas.statistics.page_texels});
+  auto mesh = std::async(std::launch::async, [&] { files.write_mesh(atlas.model); });
+  tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) { files.write_page(n, atlas.pages[n]); });
+  const WrittenModel written = files.finish(atlas.model);
+  mesh.get();
   observer.end(fmt::format("{} {}", atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages"));
-  return {preview, kBackground, model.up, model.offset};
+  return written;
 }
 
 }  // namespace gpvc::pipeline

@@ -122,6 +122,23 @@ TEST_F(OutputOptions, MasksOfAnotherSizeAreRefused) {
   EXPECT_EQ(texture("--masks x --no-masks"), 2);
 }
 
+TEST_F(OutputOptions, MemoryLimitChangesNoByte) {
+  ASSERT_EQ(texture("--page-size 256", "as much as needed"), 0) << said_;
+  std::vector<std::string> before;
+  const auto names = run_json()["outputs"].get<std::vector<std::string>>();
+  for (const std::string& name : names) before.push_back(name == "run.json" ? "" : read_file(out_ / name));
+  ASSERT_EQ(texture("--page-size 256 --memory 4Gi", "much"), 0) << said_;
+  for (std::size_t n = 0; n < names.size(); ++n)
+    if (names[n] != "run.json") {
+      EXPECT_TRUE(read_file(out_ / names[n]) == before[n]) << names[n];
+    }
+  EXPECT_EQ(texture("--memory 20M", "little"), 1);
+  EXPECT_TRUE(contains(said_, "of memory, and 20 MB may be used (--memory)")) << said_;
+  EXPECT_FALSE(fs::exists(out_));
+  EXPECT_EQ(texture("--memory some", "none"), 2);
+  EXPECT_TRUE(contains(said_, "'some' is no amount of memory such as 600M or 4G")) << said_;
+}
+
 TEST_F(OutputOptions, GltfWithFilesIsPromisedAndReadsBackAsTheGlb) {
   ASSERT_EQ(texture("--normals --texture png --page-size 256", "glb"), 0) << said_;
   const auto glb = io::read_textured_model(out_ / "model.glb");

@@ -95,7 +95,7 @@ void expect_equal(const pipeline::TexturedMesh& a, const pipeline::TexturedMesh&
 }
 
 TEST_F(Pipeline, PicturesInMemoryGiveWhatFilesGive) {
-  io::PhotoCache files(city_->scene, 1, pipeline::photo_cache_bytes());
+  io::PhotoCache files(city_->scene, 1);
   const pipeline::TexturedMesh from_memory = texture(photos_, silent_);
   ASSERT_FALSE(from_memory.atlas.pages.empty());
   expect_equal(from_memory, texture(files, silent_));
@@ -131,6 +131,40 @@ TEST_F(Pipeline, StepsTogetherGiveTheWhole) {
   const atlas::AtlasPlan plan = pipeline::plan(atlas_input, settings.atlas, silent_);
   steps.atlas = pipeline::bake(plan, atlas_input, settings.atlas, silent_);
   expect_equal(steps, pipeline::texture(input(), settings, photos_, silent_));
+}
+
+// Pages that are baked one by one and given away must not differ from pages that are baked together, although partial and
+// unseen faces take colours from charts on other pages.
+TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
+  pipeline::Settings settings;
+  settings.atlas.page_size = 256;
+  const Chosen chosen = see_and_choose(settings);
+  const auto [seen, partial, unseen] = pipeline::count_tags(chosen.seen.candidates.tags);
+  ASSERT_GT(partial, 0u);
+  ASSERT_GT(unseen, 0u);
+  const atlas::AtlasInput from =
+      pipeline::atlas_input(input(), photos_, chosen.graph, chosen.seen, chosen.selection.labels);
+  const atlas::AtlasPlan plan = atlas::plan_atlas(from, settings.atlas);
+  const atlas::TextureAtlas whole = atlas::bake_atlas(plan, from, nullptr);
+  ASSERT_GT(whole.pages.size(), 2u);
+  std::vector<Image> taken(whole.pages.size());
+  std::size_t last = 0;
+  const auto forward = [&](std::size_t done, std::size_t total) {
+    EXPECT_LE(last, done);
+    EXPECT_LE(done, total);
+    last = done;
+  };
+  const auto take = [&](std::size_t number, Image page) {
+    EXPECT_TRUE(taken[number].pixels.empty());
+    taken[number] = std::move(page);
+  };
+  const atlas::TextureAtlas pieces =
+      atlas::bake_atlas(plan, from, forward, {.take_model = {}, .take_page = take, .page_bytes = 1});
+  EXPECT_TRUE(pieces.pages.empty());
+  EXPECT_EQ(pieces.statistics.padded_texels, whole.statistics.padded_texels);
+  EXPECT_EQ(pieces.model.face_page, whole.model.face_page);
+  for (std::size_t n = 0; n < taken.size(); ++n)
+    EXPECT_TRUE(taken[n].pixels == whole.pages[n].pixels) << "page " << n << " of " << taken.size();
 }
 
 TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {

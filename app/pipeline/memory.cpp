@@ -1,0 +1,232 @@
+#include "app/pipeline/memory.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <unistd.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <sstream>
+
+#include "app/pipeline/pipeline.h"
+
+namespace gpvc::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+// --- the machine
+
+std::optional<double> number_in(const fs::path& file) {
+  std::ifstream in(file);
+  double number = 0;
+  return in >> number ? std::optional(number) : std::nullopt;  // "max" is no number
+}
+
+// The value of a line "NAME: VALUE kB" or "NAME VALUE".
+std::optional<double> field_of(const fs::path& file, const std::string& name) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string word;
+    double value = 0;
+    if (words >> word >> value && (word == name || word == name + ":")) return value;
+  }
+  return std::nullopt;
+}
+
+// Bytes left below the limit of a group's folder. Files that the kernel keeps in memory count as used, but give way.
+std::optional<double> left_in_group(const fs::path& folder, const char* limit, const char* used, const char* inactive) {
+  const std::optional<double> most = number_in(folder / limit), now = number_in(folder / used);
+  if (!most || !now) return std::nullopt;
+  return std::max(0.0, *most - *now + field_of(folder / "memory.stat", inactive).value_or(0));
+}
+
+// The least that this process' group and those around it leave.
+double left_in_groups(const fs::path& machine) {
+  double least = std::numeric_limits<double>::infinity();
+  std::ifstream in(machine / "proc/self/cgroup");
+  for (std::string line; std::getline(in, line);) {
+    // "0::PATH" in version 2, "N:CONTROLLERS:PATH" in version 1.
+    const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = line.substr(first + 1, second - first - 1);
+    const bool v2 = controllers.empty();
+    if (!v2 && controllers.find("memory") == std::string::npos) continue;
+    const fs::path root = machine / (v2 ? "sys/fs/cgroup" : "sys/fs/cgroup/memory");
+    for (fs::path group = fs::path(line.substr(second + 1)).relative_path();; group = group.parent_path()) {
+      const auto left =
+          v2 ? left_in_group(root / group, "memory.max", "memory.current", "inactive_file")
+             : left_in_group(root / group, "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file");
+      if (left) least = std::min(least, *left);
+      if (group.empty()) break;
+    }
+  }
+  return least;
+}
+
+// --- the work
+
+// Corners in pixels if all lie in front of the camera, the face is seen from the front and some corner lies in the photo.
+double framed_area(const View& view, const Mesh& mesh, const Triangle& face) {
+  std::array<PixelPoint, 3> q;
+  bool inside = false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const CameraPoint c = camera_from_world(view.pose, mesh.positions[face[i]]);
+    if (!(c.z > 0)) return 0;
+    q[i] = pixel_from_camera(view.camera, c);
+    inside |= q[i].x >= 0 && q[i].y >= 0 && q[i].x <= view.camera.width && q[i].y <= view.camera.height;
+  }
+  // Corners run counterclockwise seen from the front, clockwise in pixels, whose y points down.
+  const double twice = (q[1].y - q[0].y) * (q[2].x - q[0].x) - (q[1].x - q[0].x) * (q[2].y - q[0].y);
+  const double frame = static_cast<double>(view.camera.width) * view.camera.height;
+  return inside ? std::clamp(twice / 2, 0.0, frame) : 0;
+}
+
+constexpr double kMB = 1e6;
+
+}  // namespace
+
+std::size_t available_memory(const fs::path& root) {
+  const std::optional<double> free_kb = field_of(root / "proc/meminfo", "MemAvailable");
+  const double machine =
+      free_kb ? 1024 * *free_kb
+              : static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  return static_cast<std::size_t>(std::min(machine, left_in_groups(root)));
+}
+
+void release_freed_memory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
+std::size_t default_memory_limit() { return available_memory() / 10 * 7; }
+
+std::string readable_bytes(double bytes) {
+  return bytes < 0.995e9 ? fmt::format("{:.0f} MB", std::ceil(bytes / 1e6)) : fmt::format("{:.1f} GB", bytes / 1e9);
+}
+
+Workload workload(const Input& input, const Settings& settings) {
+  constexpr std::size_t kProjections = 2000000, kMostFaces = 20000;
+  const std::size_t faces = input.mesh.faces.size();
+  const std::size_t wanted =
+      std::clamp<std::size_t>(kProjections / std::max<std::size_t>(1, input.views.size()), 1000, kMostFaces);
+  const std::size_t step = std::max<std::size_t>(1, faces / wanted), count = (faces + step - 1) / step;
+  std::vector<double> pairs(count, 0), area(count, 0);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t n) {
+    for (const ViewId id : input.views) {
+      const double px = framed_area(input.scene.views[index(id)], input.mesh, input.mesh.faces[n * step]);
+      if (px > 0) pairs[n] += 1;
+      area[n] = std::max(area[n], px);
+    }
+  });
+  Workload work;
+  work.faces = static_cast<double>(faces);
+  work.vertices = static_cast<double>(input.mesh.positions.size());
+  work.views = static_cast<double>(input.views.size());
+  for (const ViewId id : input.views) {
+    const Camera& camera = input.scene.views[index(id)].camera;
+    const double px = static_cast<double>(camera.width) * camera.height;
+    work.pixels += px;
+    work.most_pixels = std::max(work.most_pixels, px);
+  }
+  for (std::size_t n = 0; n < count; ++n) {
+    work.pairs += pairs[n] * static_cast<double>(step);
+    work.texels += area[n] * static_cast<double>(step);
+  }
+  // Pages are about four fifths full.
+  work.texels /= 0.8;
+  const atlas::AtlasOptions& atlas = settings.atlas;
+  if (atlas.max_texels > 0) work.texels = std::min(work.texels, static_cast<double>(atlas.max_texels));
+  if (atlas.max_pages > 0)
+    work.texels = std::min(work.texels, static_cast<double>(atlas.max_pages) * atlas.page_size * atlas.page_size);
+  return work;
+}
+
+// Bytes by structure, with constants fitted to the peaks of eleven runs: facades, UAV blocks, table tops and synthetic
+// cities of 40 thousand to 10 million faces and 20 to 300 megapixels, on two threads.
+MemoryNeed memory_need(const Workload& work) {
+  const double program = 150 * kMB;  // with its libraries
+  const double mesh = 24 * work.vertices + 12 * work.faces;
+  const double graph = 24 * work.faces;
+  const double candidates = 8 * work.pairs;
+  MemoryNeed need;
+  // Records of 20 bytes and what candidates are made with; two maps of 4 bytes a pixel, three photos of 3, the strip along
+  // silhouettes; sums and shapes of the faces of a view.
+  need.seeing = program + mesh + graph + 28 * work.pairs + 26 * work.most_pixels + 40 * work.vertices +
+                100 * work.pairs / std::max(work.views, 1.0) + 10 * work.faces;
+  // The candidates twice, and a chain of coarser problems.
+  need.choosing = program + mesh + graph + 32 * work.pairs + 60 * work.faces;
+  // Charts, texture coordinates and offsets of the faces, photos.
+  need.painting = program + mesh + graph + candidates +
+                  3 * static_cast<double>(atlas::photos_held()) * work.most_pixels + 250 * work.faces;
+  // The preview and the pages that it is drawn with.
+  need.writing = program + mesh + 40 * work.faces + 120 * kMB;
+  return need;
+}
+
+double predicted_seconds(const Workload& work, int threads) {
+  // Fitted to the same runs: processor seconds for start and preview, for a million pairs, texels and faces. Stages with
+  // little to do side by side leave cores idle for a seventh of the time.
+  const double cpu_s = 1.5 + 1e-6 * (0.67 * work.pairs + 0.53 * work.texels + 8.4 * work.faces);
+  return 0.4 + cpu_s / (threads > 1 ? 0.86 * threads : 1);
+}
+
+std::size_t MemoryPlan::photos_while_seeing() const {
+  return static_cast<std::size_t>(std::max(0.0, limit - need.seeing));
+}
+
+std::size_t MemoryPlan::pages_while_painting(double page_bytes) const {
+  return static_cast<std::size_t>(std::clamp(limit - need.painting, 0.0, page_bytes));
+}
+
+std::size_t MemoryPlan::photos_while_painting(double page_bytes) const {
+  return static_cast<std::size_t>(std::max(0.0, limit - need.painting - page_bytes));
+}
+
+double MemoryPlan::peak() const {
+  const double pages = static_cast<double>(atlas::kPageBytesPerTexel) * texels;
+  return std::min(
+      limit, std::max({need.seeing + photos, need.choosing + photos, need.painting + pages + photos, need.writing}));
+}
+
+MemoryPlan plan_memory(const Input& input, const Settings& settings) {
+  const Workload work = workload(input, settings);
+  MemoryPlan plan;
+  plan.need = memory_need(work);
+  plan.photos = 3 * work.pixels;
+  plan.texels = work.texels;
+  // At least one page is baked at a time.
+  constexpr auto kTexel = static_cast<double>(atlas::kPageBytesPerTexel);
+  const double all_pages = kTexel * work.texels;
+  const double page = std::min(kTexel * settings.atlas.page_size * settings.atlas.page_size, all_pages);
+  const double least = std::max({plan.need.seeing, plan.need.choosing, plan.need.writing, plan.need.painting + page});
+  const auto most = static_cast<double>(settings.memory_bytes > 0 ? settings.memory_bytes : default_memory_limit());
+  if (least > most)
+    throw MemoryError(fmt::format(
+        "this run needs about {} of memory, and {} may be used{}: free some, or lower what it needs by --downscale 2, "
+        "fewer --views, or a mesh of fewer faces",
+        readable_bytes(least), readable_bytes(most),
+        settings.memory_bytes > 0 ? " (--memory)"
+                                  : " (70 % of what is available; --memory SIZE allows another amount)"));
+  // Some memory is lost between blocks that are in use: a promise needs a reserve.
+  constexpr double kKeep = 0.93;
+  // Pages that are baked together save decoding photos again for each of them.
+  constexpr double kModestPages = 256 * kMB;
+  const double pages = std::min(all_pages, std::max(page, kModestPages));
+  const double lean = std::max({plan.need.seeing, plan.need.choosing, plan.need.writing, plan.need.painting + pages});
+  plan.limit = settings.memory_bytes > 0 ? std::max(least, kKeep * most) : std::min(most, lean);
+  return plan;
+}
+
+}  // namespace gpvc::pipeline

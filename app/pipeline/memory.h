@@ -1,0 +1,76 @@
+// How much memory a run takes, predicted before it starts, and how it is shared between what a run must hold and what it
+// keeps to be faster.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+namespace gpvc::pipeline {
+
+struct Input;
+struct Settings;
+
+/// Bytes that this process may still take: what the machine has available, or less where a control group of Linux (v1 or
+/// v2) limits it.
+/// `root`: where /proc and /sys are looked for.
+std::size_t available_memory(const std::filesystem::path& root = "/");
+
+/// The limit of a run that names none: 70 % of available_memory().
+std::size_t default_memory_limit();
+
+/// Gives memory that was freed back to the system, which allocators otherwise keep for later.
+void release_freed_memory();
+
+/// "3.2 GB", "640 MB".
+std::string readable_bytes(double bytes);
+
+/// How much there is to do. Estimated from a sample of the faces, without occlusion.
+struct Workload {
+  double faces = 0, vertices = 0, views = 0;
+  double pixels = 0, most_pixels = 0;  ///< of all views, of the largest one
+  double pairs = 0;                    ///< of a face and a view that has it in its frame, from the front
+  double texels = 0;                   ///< of all pages
+};
+
+/// O(sampled faces x views), at most some million projections; TBB.
+Workload workload(const Input& input, const Settings& settings);
+
+/// Bytes that the stages need at least, without photos that are kept and without pages.
+struct MemoryNeed {
+  double seeing = 0, choosing = 0, painting = 0, writing = 0;
+};
+MemoryNeed memory_need(const Workload& work);
+
+/// Wall seconds on so many cores.
+double predicted_seconds(const Workload& work, int threads);
+
+/// There is less memory than a run needs. what() is one sentence that says how much it needs and what lowers that.
+class MemoryError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// How a run uses its memory. Results do not depend on it.
+struct MemoryPlan {
+  double limit = 0;  ///< bytes that the run stays below
+  MemoryNeed need;
+  double photos = 0;  ///< bytes of all photos, decoded
+  double texels = 0;  ///< predicted
+
+  /// Bytes of photos to keep for the next pass.
+  std::size_t photos_while_seeing() const;
+  /// Bytes of pages that are baked together, see atlas::BakeOptions; `page_bytes`: of all of them.
+  std::size_t pages_while_painting(double page_bytes) const;
+  std::size_t photos_while_painting(double page_bytes) const;
+  /// Most bytes that the run takes.
+  double peak() const;
+};
+
+/// A limit that is given is used to keep photos decoded and to bake many pages together. Without one, a run takes little
+/// more than its largest stage needs, and never more than default_memory_limit(). Throws MemoryError when the limit is too
+/// low.
+MemoryPlan plan_memory(const Input& input, const Settings& settings);
+
+}  // namespace gpvc::pipeline

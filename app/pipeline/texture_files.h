@@ -1,0 +1,50 @@
+// The files of a textured model, each written as soon as its content is known.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <future>
+#include <span>
+#include <vector>
+
+#include "app/pipeline/pipeline.h"
+
+namespace gpvc::pipeline {
+
+/// Call the functions in their order. Borrows what it is given.
+class ModelFiles {
+ public:
+  /// Reads the photos' color profiles. Throws InputError.
+  ModelFiles(const Input& input, const Settings& settings, OutputFolder& folder, Observer& observer);
+
+  /// Promises the files of a model with so many pages and texels, and writes the smallest ones. Throws OutputError, as all
+  /// that follow.
+  void begin(std::span<const ViewId> labels, std::span<const labeling::FaceTag> tags, const atlas::AtlasEstimate& size);
+  /// Writes model.obj, labels.npy and tags.npy, which need no page. May run beside write_page() and finish().
+  void write_mesh(const io::TexturedModel& model) const;
+  /// Writes a page and keeps what the preview needs of it. Several threads may write different pages. The last one is
+  /// written while finish() draws the preview.
+  void write_page(std::size_t number, Image page);
+  /// Draws the preview and writes the glTF. \pre write_page() was called for all pages
+  WrittenModel finish(const io::TexturedModel& model);
+
+ private:
+  Viewpoint write_preview(const io::TexturedModel& model) const;
+
+  const Input& input_;
+  const Settings& settings_;
+  OutputFolder& folder_;
+  Observer& observer_;
+  io::ColorProfile profile_;
+  std::span<const ViewId> labels_;
+  std::span<const labeling::FaceTag> tags_;
+  io::ModelOptions options_;
+  std::filesystem::path obj_file_, preview_file_, labels_file_, tags_file_, faces_file_;
+  std::vector<io::PageFile> pages_;
+  int reduction_ = 1;                  ///< of the pages that the preview is drawn with
+  std::vector<Image> preview_pages_;   ///< by number, as they are written
+  std::atomic<std::size_t> left_ = 0;  ///< pages to be given
+  std::future<void> last_page_;
+};
+
+}  // namespace gpvc::pipeline

@@ -1,0 +1,109 @@
+// How much memory a run may take, and how it shares it.
+#include "app/pipeline/memory.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "app/pipeline/pipeline.h"
+#include "app/synth/city.h"
+#include "app/synth/synth_scene.h"
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+void put(const fs::path& file, const std::string& text) {
+  fs::create_directories(file.parent_path());
+  std::ofstream(file) << text;
+}
+
+TEST(AvailableMemory, IsWhatTheMachineHasWithoutGroups) {
+  const test::TemporaryFolder root;
+  put(root.path() / "proc/meminfo", "MemTotal:       4000 kB\nMemAvailable:       3000 kB\n");
+  EXPECT_EQ(available_memory(root.path()), std::size_t{3000} * 1024);
+}
+
+TEST(AvailableMemory, IsWhatTheTightestGroupLeaves) {
+  const test::TemporaryFolder root;
+  put(root.path() / "proc/meminfo", "MemAvailable:       3000000 kB\n");
+  put(root.path() / "proc/self/cgroup", "0::/user.slice/run.scope\n");
+  const fs::path outer = root.path() / "sys/fs/cgroup/user.slice", inner = outer / "run.scope";
+  put(inner / "memory.max", "max\n");
+  put(inner / "memory.current", "1000\n");
+  put(outer / "memory.max", "500000\n");
+  put(outer / "memory.current", "200000\n");
+  put(outer / "memory.stat", "anon 100000\ninactive_file 50000\n");
+  EXPECT_EQ(available_memory(root.path()), 350000u) << "files that the kernel may drop are free";
+  put(outer / "memory.current", "900000\n");
+  EXPECT_EQ(available_memory(root.path()), 0u);
+}
+
+TEST(AvailableMemory, KnowsGroupsOfVersionOne) {
+  const test::TemporaryFolder root;
+  put(root.path() / "proc/meminfo", "MemAvailable:       3000000 kB\n");
+  put(root.path() / "proc/self/cgroup", "5:cpu,cpuacct:/a\n4:memory:/a\n");
+  put(root.path() / "sys/fs/cgroup/memory/a/memory.limit_in_bytes", "700000\n");
+  put(root.path() / "sys/fs/cgroup/memory/a/memory.usage_in_bytes", "100000\n");
+  EXPECT_EQ(available_memory(root.path()), 600000u);
+}
+
+TEST(ReadableBytes, HasAUnit) {
+  EXPECT_EQ(readable_bytes(639.2e6), "640 MB");
+  EXPECT_EQ(readable_bytes(3.24e9), "3.2 GB");
+}
+
+class MemoryPlanTest : public testing::Test {
+ protected:
+  MemoryPlanTest() {
+    synth::FlightOptions flight;
+    flight.photos = 6;
+    flight.width = 2400;
+    flight.height = 1600;
+    flight.size_m = 50;
+    mesh_ = synth::make_city({flight, 4000}).mesh;
+    scene_.views = synth::synth_flight(flight);
+    views_ = all_views(scene_);
+  }
+  MemoryPlan plan(double bytes) const {
+    Settings settings;
+    settings.memory_bytes = static_cast<std::size_t>(bytes);
+    return plan_memory({scene_, mesh_, views_}, settings);
+  }
+
+  Mesh mesh_;
+  Scene scene_;
+  std::vector<ViewId> views_;
+};
+
+TEST_F(MemoryPlanTest, LimitIsSharedBetweenPagesAndPhotos) {
+  const MemoryPlan lean = plan(0), rich = plan(4e9);
+  EXPECT_LT(lean.limit, 1e9) << "a small scene takes little by itself";
+  EXPECT_LE(rich.limit, 4e9);
+  EXPECT_GT(rich.limit, 3.5e9);
+  EXPECT_GT(rich.photos_while_seeing(), lean.photos_while_seeing());
+  const double pages = 1e9;
+  for (const MemoryPlan& each : {lean, rich}) {
+    const double shared = static_cast<double>(each.pages_while_painting(pages) + each.photos_while_painting(pages));
+    EXPECT_LE(each.need.painting + shared, each.limit + 1);
+    EXPECT_LE(each.need.seeing + static_cast<double>(each.photos_while_seeing()), each.limit + 1);
+    EXPECT_LE(each.peak(), each.limit);
+  }
+  EXPECT_EQ(rich.pages_while_painting(pages), std::size_t{1000000000}) << "pages come before photos";
+}
+
+TEST_F(MemoryPlanTest, TooLittleIsRefusedWithWhatIsNeeded) {
+  try {
+    plan(10e6);
+    FAIL() << "10 MB cannot be enough";
+  } catch (const MemoryError& error) {
+    EXPECT_NE(std::string(error.what()).find("10 MB may be used (--memory)"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("--downscale"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace gpvc::pipeline
