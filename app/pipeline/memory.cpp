@@ -178,7 +178,7 @@ MemoryNeed memory_need(const Workload& work) {
 double predicted_seconds(const Workload& work, int threads) {
   // Fitted to the same runs: processor seconds for start and preview, for a million pairs, texels and faces. Stages with
   // little to do side by side leave cores idle for a seventh of the time.
-  const double cpu_s = 1.5 + 1e-6 * (0.67 * work.pairs + 0.53 * work.texels + 8.4 * work.faces);
+  const double cpu_s = 1.4 + 1e-6 * (0.6 * work.pairs + 0.48 * work.texels + 7.6 * work.faces);
   return 0.4 + cpu_s / (threads > 1 ? 0.86 * threads : 1);
 }
 
