@@ -194,7 +194,7 @@ std::vector<Placement> attempt(const Packer& packer, std::span<const PackShape> 
   std::vector<std::uint32_t> order = placement_order(shapes, how);
   const int width = square_width(shapes, order, how.fill);
   if (width < page_size && packer.place(order, {width, page_size}, {0, 1}, placements)) return placements;
-  std::ranges::stable_partition(order, [&](std::uint32_t i) { return !shapes[i].last; });
+  std::stable_partition(order.begin(), order.end(), [&](std::uint32_t i) { return !shapes[i].last; });
   packer.place(order, {page_size, page_size}, {}, placements);
   // The last page's shapes are placed again, near-square instead of in a wide strip.
   std::uint32_t last = 0;
