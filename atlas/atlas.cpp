@@ -132,11 +132,37 @@ std::vector<PageGroup> page_groups(const AtlasBuild& build, std::size_t bytes) {
   return groups;
 }
 
+/// Partial charts that are baked together: texels and sources of all of them may take more memory than the pages. There
+/// is one batch at least, as plain charts are baked with the first.
+std::vector<std::vector<std::uint32_t>> partial_batches(const AtlasBuild& build, std::size_t bytes) {
+  // PartialChart has 24 bytes for each texel of a chart's box, and for each face a TexelSource a view.
+  constexpr std::size_t kTexel = 24, kSources = 8 * sizeof(TexelSource);
+  std::vector<std::vector<std::uint32_t>> batches(1);
+  std::size_t taken = 0;
+  for (const std::uint32_t c : partial_charts(build.set)) {
+    const Chart& chart = build.set.charts[c];
+    const CellBox box = partial_box(chart);
+    const std::size_t chart_bytes =
+        kTexel * pixel_index(0, box.y1 - box.y0, box.x1 - box.x0) + kSources * chart.faces.size();
+    if (taken > 0 && taken + chart_bytes > bytes) {
+      batches.emplace_back();
+      taken = 0;
+    }
+    taken += chart_bytes;
+    batches.back().push_back(c);
+  }
+  return batches;
+}
+
 /// Bakes pages group by group.
 class PageBaker {
  public:
   PageBaker(AtlasBuild& build, const BakeOptions& options, TextureAtlas& atlas)
-      : build_(build), options_(options), atlas_(atlas), groups_(page_groups(build, options.page_bytes)) {
+      : build_(build),
+        options_(options),
+        atlas_(atlas),
+        groups_(page_groups(build, options.page_bytes)),
+        batches_(partial_batches(build, options.page_bytes)) {
     build_.first_last_page = groups_.back().first;
     if (!options_.take_page) atlas_.pages.resize(build_.pages.size());
   }
@@ -148,26 +174,27 @@ class PageBaker {
     }
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       for (std::uint32_t p = groups_[g].first; p < groups_[g].end; ++p) build_.pages[p].open();
-      const PhotoOrder order = g % 2 == 0 ? PhotoOrder::ascending : PhotoOrder::descending;
       if (g + 1 < groups_.size())
-        bake_early(groups_[g], order, part_of_groups(progress, g));
+        bake_early(groups_[g], progress);
       else
-        bake_last(order, part_of_groups(progress, g));
+        bake_last(progress);
       tbb::parallel_for(groups_[g].first, groups_[g].end, [&](std::uint32_t p) { finish(p); });
     }
   }
 
  private:
-  /// Each group counts as a hundred photos, unless there is only one.
-  Progress part_of_groups(const Progress& progress, std::size_t group) const {
-    if (groups_.size() == 1 || !progress) return progress;
-    return [&progress, group, all = groups_.size()](std::size_t done, std::size_t total) {
-      progress(100 * group + 100 * done / std::max<std::size_t>(total, 1), 100 * all);
+  /// One pass over the photos. Each counts as a hundred, unless there is only one pass.
+  void pass(PlainCharts plain, std::span<PartialChart> partial, const Progress& progress) {
+    const std::size_t passes = groups_.size() - 1 + batches_.size(), number = passed_++;
+    const Progress part = [&progress, number, passes](std::size_t done, std::size_t total) {
+      progress(100 * number + 100 * done / std::max<std::size_t>(total, 1), 100 * passes);
     };
+    const PhotoOrder order = number % 2 == 0 ? PhotoOrder::ascending : PhotoOrder::descending;
+    bake_photos(build_, plain, partial, order, passes == 1 || !progress ? progress : part);
   }
 
-  void bake_early(const PageGroup& group, PhotoOrder order, const Progress& progress) {
-    bake_photos(build_, {}, order, progress);
+  void bake_early(const PageGroup& group, const Progress& progress) {
+    pass(PlainCharts::bake, {}, progress);
     for (std::uint32_t p = group.first; p < group.end; ++p) {
       keep_beside_partial(build_, p);
       keep_at_holes(build_, p);
@@ -175,11 +202,15 @@ class PageBaker {
     }
   }
 
-  void bake_last(PhotoOrder order, const Progress& progress) {
-    std::vector<PartialChart> partial =
-        choose_sources(build_.input, build_.set, build_.coverage, build_.options.margin_px);
-    bake_photos(build_, partial, order, progress);
-    finish_partial(partial, build_);
+  void bake_last(const Progress& progress) {
+    std::vector<OpenChart> open;
+    for (std::size_t b = 0; b < batches_.size(); ++b) {
+      std::vector<PartialChart> partial =
+          choose_sources(build_.input, build_.set, build_.coverage, build_.options.margin_px, batches_[b]);
+      pass(b == 0 ? PlainCharts::bake : PlainCharts::skip, partial, progress);
+      for (OpenChart& chart : write_known(partial, build_)) open.push_back(std::move(chart));
+    }
+    fill_partial(std::move(open), build_);
     if (build_.options.unseen == UnseenFaces::color)
       paint_unseen(build_);
     else
@@ -207,6 +238,8 @@ class PageBaker {
   const BakeOptions& options_;
   TextureAtlas& atlas_;
   std::vector<PageGroup> groups_;
+  std::vector<std::vector<std::uint32_t>> batches_;
+  std::size_t passed_ = 0;  ///< passes begun
   std::mutex mutex_;
 };
 
@@ -273,8 +306,9 @@ struct TextureOrigins::State {
 
 TextureOrigins::TextureOrigins(const AtlasPlan& plan, const AtlasInput& input) {
   const AtlasPlan::State& made = plan.state();
-  state_ = std::make_shared<State>(
-      State{made, choose_sources(input, made.layout.set, made.coverage, made.options.margin_px)});
+  state_ =
+      std::make_shared<State>(State{made, choose_sources(input, made.layout.set, made.coverage, made.options.margin_px,
+                                                         partial_charts(made.layout.set))});
 }
 
 PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {

@@ -148,7 +148,8 @@ struct BakeOptions {
   /// returned.
   std::function<void(std::size_t number, Image page)> take_page = {};
   /// Pages are baked in groups of at most so many bytes, one page at least. The last group has all pages with charts
-  /// of partial and unseen faces, which take colours from charts beside them, and may be larger.
+  /// of partial and unseen faces, which take colours from charts beside them, and may be larger. Charts of partial faces
+  /// are baked in batches of so many bytes beside that.
   std::size_t page_bytes = std::numeric_limits<std::size_t>::max();
 };
 

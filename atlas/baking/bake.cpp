@@ -337,11 +337,13 @@ using ViewWork = std::vector<PhotoUse>;
 
 }  // namespace
 
-void bake_photos(AtlasBuild& build, std::span<PartialChart> partial, PhotoOrder order, const Progress& progress) {
+void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> partial, PhotoOrder order,
+                 const Progress& progress) {
   const ChartSet& set = build.set;
   std::vector<FaceBands> bands(set.charts.size());  // of plain charts
   tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t c) {
-    if (set.charts[c].kind == ChartKind::plain && build.page_of(static_cast<std::uint32_t>(c)).is_open())
+    if (plain == PlainCharts::bake && set.charts[c].kind == ChartKind::plain &&
+        build.page_of(static_cast<std::uint32_t>(c)).is_open())
       bands[c] = face_bands(set.charts[c], set.corners);
   });
   std::vector<ViewWork> work(build.input.scene.views.size());

@@ -61,13 +61,16 @@ struct AtlasBuild {
   }
 };
 
+enum class PlainCharts { bake, skip };
+
 /// Copies or resamples every texel of the plain charts on open pages, and adds to partial charts what each view gives
-/// them. Every photo is fetched once; the next is decoded while one is in use. Without padding the rings of charts are left out.
+/// them. Every photo is fetched once; the next ones are decoded while one is in use. Without padding the rings of charts are left out.
 /// Progress is called per view, and ten times a second within one, from any thread, but by one thread at a time; an
 /// exception from it ends the work. O(texels + pixels covered by charts with texels of many pixels).
-void bake_photos(AtlasBuild& build, std::span<PartialChart> partial, PhotoOrder order, const Progress& progress);
+void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> partial, PhotoOrder order,
+                 const Progress& progress);
 
-/// Note the places on early pages whose colours finish_partial() and fill_unseen() will use.
+/// Note the places on early pages whose colours fill_partial() and fill_unseen() will use.
 void want_beside_partial(AtlasBuild& build);
 void want_at_holes(AtlasBuild& build);
 /// Keep these colours of an early page. \pre the page is baked, and not yet padded
@@ -77,10 +80,18 @@ void keep_at_holes(AtlasBuild& build, std::uint32_t page);
 /// Adds the texels that a view gives to a partial chart.
 void take_view(PartialChart& part, const AtlasBuild& build, const ViewPhoto& photo);
 
-/// Writes the partial charts to their pages. Texels that no view shows are filled smoothly from those around them, on
-/// the same chart and, across its border, on the charts beside it. \pre plain charts are baked, on open pages or early
-/// ones
-void finish_partial(std::span<PartialChart> parts, AtlasBuild& build);
+/// A partial chart with texels that no view shows.
+struct OpenChart {
+  std::uint32_t chart = 0;
+  std::vector<bool> known;  ///< per texel of partial_box(): its colour is on the page
+};
+
+/// Writes the texels of partial charts that have got a colour, and returns the charts that have others as well.
+std::vector<OpenChart> write_known(std::span<const PartialChart> parts, AtlasBuild& build);
+
+/// Fills the other texels smoothly from those around them, on the same chart and, across its border, on the charts beside
+/// it. \pre all other charts with a view are baked, on open pages or early ones
+void fill_partial(std::vector<OpenChart> open, AtlasBuild& build);
 
 /// Writes the charts of unseen faces. In each hole, vertex colours are the harmonic function (uniform edge weights)
 /// that continues the colours on the hole's border; within a face they are interpolated linearly. A hole without a

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 #include "atlas/baking/baking.h"
 #include "io/image.h"
@@ -148,89 +148,105 @@ std::optional<Color> color_at(const Page& page, const TexelPoint& p) {
   return load(page.image.at(x, y));
 }
 
-class PartialFinisher {
- public:
-  PartialFinisher(std::span<PartialChart> parts, AtlasBuild& build) : parts_(parts), build_(build) {}
+/// Writes those texels of a raster that have a colour.
+void write(const ChartRaster& raster, std::span<const Color> color, const std::vector<bool>& known, std::uint32_t chart,
+           AtlasBuild& build) {
+  const ChartPlace& place = build.places[chart];
+  Page& page = build.page_of(chart);
+  for (int y = raster.box.y0; y < raster.box.y1; ++y) {
+    for (int x = raster.box.x0; x < raster.box.x1; ++x) {
+      const std::size_t i = raster.at(x, y);
+      if (!known[i] || !is_baked(raster.reach[i], build.options.padding)) continue;
+      const auto texel = place.texel(x, y);
+      page.put(texel.x, texel.y, color[i], state_of(raster.reach[i]));
+    }
+  }
+}
 
-  void finish() {
-    known_.resize(parts_.size());
-    tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t p) {
-      known_[p].resize(parts_[p].best.size());
-      for (std::size_t i = 0; i < known_[p].size(); ++i) known_[p][i] = parts_[p].best[i] != PartialChart::kNone;
-      write(p);
-    });
-    std::vector<std::size_t> open(parts_.size());
-    std::iota(open.begin(), open.end(), std::size_t{0});
+/// Fills charts in rounds. Their texels lie on their pages alone, since those of all charts together would take more
+/// memory than the pages.
+class PartialFiller {
+ public:
+  PartialFiller(std::vector<OpenChart> open, AtlasBuild& build) : open_(std::move(open)), build_(build) {}
+
+  void fill() {
     // A chart without a known texel, whose neighbours have none either, waits until a round has filled these.
-    while (!open.empty()) {
-      std::vector<std::size_t> left = fill(open);
-      if (left.size() == open.size()) return fill_with_mean(open);
-      open = std::move(left);
+    while (!open_.empty()) {
+      const std::size_t before = open_.size();
+      fill_round();
+      if (open_.size() == before) return fill_with_mean();
     }
   }
 
  private:
-  /// Returns those that have no known texel.
-  std::vector<std::size_t> fill(std::span<const std::size_t> open) {
-    tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t k) { seed_border(open[k]); });
-    std::vector<char> filled(open.size(), 0);
-    tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t k) {
-      const std::size_t p = open[k];
-      const ChartRaster& raster = parts_[p].raster;
-      if (!smooth_fill(parts_[p].color, known_[p], raster.width(), raster.height())) return;
-      write(p);
-      filled[k] = 1;
-    });
-    std::vector<std::size_t> left;
-    for (std::size_t k = 0; k < open.size(); ++k)
-      if (!filled[k]) left.push_back(open[k]);
-    return left;
-  }
+  /// A texel's index in the chart's raster, and its colour.
+  using Seed = std::pair<std::size_t, Color>;
 
-  void fill_with_mean(std::span<const std::size_t> open) {
-    const Color mean = build_.mean_color();
-    for (const auto p : open) {
-      std::fill(parts_[p].color.begin(), parts_[p].color.end(), mean);
-      std::fill(known_[p].begin(), known_[p].end(), std::uint8_t{1});
-      write(p);
-    }
-  }
-
-  void write(std::size_t p) {
-    const PartialChart& part = parts_[p];
-    const ChartPlace& place = build_.places[part.chart];
-    Page& page = build_.page_of(part.chart);
-    const CellBox& box = part.raster.box;
-    for (int y = box.y0; y < box.y1; ++y) {
-      for (int x = box.x0; x < box.x1; ++x) {
-        const std::size_t i = part.raster.at(x, y);
-        if (!known_[p][i] || !is_baked(part.raster.reach[i], build_.options.padding)) continue;
-        const auto texel = place.texel(x, y);
-        page.put(texel.x, texel.y, part.color[i], state_of(part.raster.reach[i]));
-      }
-    }
+  /// Leaves open the charts without a known texel.
+  void fill_round() {
+    // All borders are read before anything is written, so that the order of charts does not matter.
+    std::vector<std::vector<Seed>> seeds(open_.size());
+    tbb::parallel_for(std::size_t{0}, open_.size(), [&](std::size_t k) { seeds[k] = border_seeds(open_[k]); });
+    std::vector<char> filled(open_.size(), 0);
+    tbb::parallel_for(std::size_t{0}, open_.size(),
+                      [&](std::size_t k) { filled[k] = fill_chart(open_[k], seeds[k]) ? 1 : 0; });
+    std::vector<OpenChart> left;
+    for (std::size_t k = 0; k < open_.size(); ++k)
+      if (!filled[k]) left.push_back(std::move(open_[k]));
+    open_ = std::move(left);
   }
 
   /// Texels without a colour take those of the charts beside this one, along the edges that they share.
-  void seed_border(std::size_t p) {
-    PartialChart& part = parts_[p];
-    const CellBox& box = part.raster.box;
+  std::vector<Seed> border_seeds(const OpenChart& chart) const {
+    const CellBox box = partial_box(build_.set.charts[chart.chart]);
+    std::vector<Seed> seeds;
     std::size_t kept = 0;
-    for_border_places(build_, part.chart, [&](const TexelPoint& here, std::uint32_t page, const TexelPoint& there) {
+    for_border_places(build_, chart.chart, [&](const TexelPoint& here, std::uint32_t page, const TexelPoint& there) {
       const std::optional<Color> color =
-          build_.is_early(page) ? build_.kept_beside[part.chart].colors[kept++] : color_at(build_.pages[page], there);
+          build_.is_early(page) ? build_.kept_beside[chart.chart].colors[kept++] : color_at(build_.pages[page], there);
       const int x = static_cast<int>(std::floor(here.x)), y = static_cast<int>(std::floor(here.y));
       if (!color || x < box.x0 || y < box.y0 || x >= box.x1 || y >= box.y1) return;
-      const std::size_t i = part.raster.at(x, y);
-      if (known_[p][i]) return;
-      part.color[i] = *color;
-      known_[p][i] = 1;
+      const std::size_t i = pixel_index(x - box.x0, y - box.y0, box.x1 - box.x0);
+      if (!chart.known[i]) seeds.emplace_back(i, *color);
     });
+    return seeds;
   }
 
-  std::span<PartialChart> parts_;
+  /// False if the chart has neither a known texel nor a seed.
+  bool fill_chart(const OpenChart& open, std::span<const Seed> seeds) {
+    const Chart& chart = build_.set.charts[open.chart];
+    const ChartRaster raster = rasterize(chart.faces, build_.set.corners, partial_box(chart));
+    std::vector<Color> color(raster.owner.size());
+    std::vector<std::uint8_t> known(open.known.begin(), open.known.end());
+    const Page& page = build_.page_of(open.chart);
+    for (int y = raster.box.y0; y < raster.box.y1; ++y)
+      for (int x = raster.box.x0; x < raster.box.x1; ++x)
+        if (const std::size_t i = raster.at(x, y); known[i] != 0) {
+          const auto texel = build_.places[open.chart].texel(x, y);
+          color[i] = load(page.image.at(texel.x, texel.y));
+        }
+    for (const auto& [i, seed] : seeds) {
+      if (known[i] != 0) continue;  // the first seed of a texel counts
+      color[i] = seed;
+      known[i] = 1;
+    }
+    if (!smooth_fill(color, known, raster.width(), raster.height())) return false;
+    write(raster, color, std::vector<bool>(color.size(), true), open.chart, build_);
+    return true;
+  }
+
+  void fill_with_mean() {
+    const Color mean = build_.mean_color();
+    for (const OpenChart& open : open_) {
+      const Chart& chart = build_.set.charts[open.chart];
+      const ChartRaster raster = rasterize(chart.faces, build_.set.corners, partial_box(chart));
+      const std::vector<Color> color(raster.owner.size(), mean);
+      write(raster, color, std::vector<bool>(color.size(), true), open.chart, build_);
+    }
+  }
+
+  std::vector<OpenChart> open_;
   AtlasBuild& build_;
-  std::vector<std::vector<std::uint8_t>> known_;  ///< per part and texel
 };
 
 }  // namespace
@@ -289,6 +305,25 @@ void keep_beside_partial(AtlasBuild& build, std::uint32_t page) {
                     [&](std::size_t c) { build.kept_beside[c].take(page, build.pages[page], color_at); });
 }
 
-void finish_partial(std::span<PartialChart> parts, AtlasBuild& build) { PartialFinisher(parts, build).finish(); }
+std::vector<OpenChart> write_known(std::span<const PartialChart> parts, AtlasBuild& build) {
+  std::vector<OpenChart> charts(parts.size());
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
+    const PartialChart& part = parts[p];
+    std::vector<bool>& known = charts[p].known;
+    charts[p].chart = part.chart;
+    known.resize(part.best.size());
+    for (std::size_t i = 0; i < known.size(); ++i)
+      known[i] = part.best[i] != PartialChart::kNone && is_baked(part.raster.reach[i], build.options.padding);
+    write(part.raster, part.color, known, part.chart, build);
+    const auto needed = [&](std::size_t i) { return is_baked(part.raster.reach[i], build.options.padding); };
+    for (std::size_t i = 0; i < known.size(); ++i)
+      if (!known[i] && needed(i)) return;
+    known.clear();
+  });
+  std::erase_if(charts, [](const OpenChart& chart) { return chart.known.empty(); });
+  return charts;
+}
+
+void fill_partial(std::vector<OpenChart> open, AtlasBuild& build) { PartialFiller(std::move(open), build).fill(); }
 
 }  // namespace gpvc::atlas

@@ -113,7 +113,7 @@ class SourceChooser {
   void start(std::uint32_t c) {
     const Chart& chart = set_.charts[c];
     part_.chart = c;
-    part_.raster = rasterize(chart.faces, set_.corners, {-1, -1, chart.width + 1, chart.height + 1});
+    part_.raster = rasterize(chart.faces, set_.corners, partial_box(chart));
     for (const auto face : chart.faces) {
       add_sources(face);
       part_.sources.first.push_back(part_.sources.items.size());
@@ -233,11 +233,17 @@ Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table
   return source.clearance[pixel_index(px - c.x0, py - c.y0, c.width)];
 }
 
-std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
-                                         int margin_px) {
+std::vector<std::uint32_t> partial_charts(const ChartSet& set) {
   std::vector<std::uint32_t> charts;
   for (std::uint32_t c = 0; c < set.charts.size(); ++c)
     if (set.charts[c].kind == ChartKind::partial || set.charts[c].kind == ChartKind::flat) charts.push_back(c);
+  return charts;
+}
+
+CellBox partial_box(const Chart& chart) { return {-1, -1, chart.width + 1, chart.height + 1}; }
+
+std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
+                                         int margin_px, std::span<const std::uint32_t> charts) {
   std::vector<PartialChart> parts(charts.size());
   tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t i) {
     parts[i] = SourceChooser(input, set, coverage, margin_px).choose(charts[i]);

@@ -56,10 +56,15 @@ struct PartialChart {
   std::span<const TexelSource> sources_at(std::size_t texel) const { return sources[face_slot[texel]]; }
 };
 
-/// Chooses the source of every texel of the charts of kind partial and flat, in their order. Reads no photo. O(texels x
-/// candidates), TBB.
+/// The charts of kind partial and flat, ascending.
+std::vector<std::uint32_t> partial_charts(const ChartSet& set);
+
+/// The texels of a partial chart and its ring.
+CellBox partial_box(const Chart& chart);
+
+/// Chooses the source of every texel of some of these charts. Reads no photo. O(texels x candidates), TBB.
 std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
-                                         int margin_px);
+                                         int margin_px, std::span<const std::uint32_t> charts);
 
 /// The origin of the texel around a position of the chart.
 PointOrigin origin_at(const PartialChart& part, const TexelPoint& p);
