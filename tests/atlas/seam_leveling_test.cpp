@@ -70,9 +70,11 @@ AtlasOptions with(SeamLeveling seams) {
 TEST(ColorCorrection, LocalGainIsTheGain) {
   ViewExposure exposure;
   exposure.gain = {0.8f, 1, 1.3f};
-  exposure.centre_x = 1000, exposure.centre_y = 700;
+  exposure.centre_x = 1000;
+  exposure.centre_y = 700;
   exposure.inverse_radius2 = 1 / (1000.0 * 1000 + 700 * 700);
-  exposure.k1 = -0.4, exposure.k2 = 0.1;
+  exposure.k1 = -0.4;
+  exposure.k2 = 0.1;
   const LocalGain local(exposure, {1800, 1300});
   for (const double shift : {-8.0, 0.0, 3.5, 8.0}) {
     const PixelPoint p{1800 + shift, 1300 - shift / 2};
