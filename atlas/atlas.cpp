@@ -135,7 +135,7 @@ std::vector<PageGroup> page_groups(const AtlasBuild& build, std::size_t bytes) {
 /// Partial charts that are baked together: texels and sources of all of them may take more memory than the pages. There
 /// is one batch at least, as plain charts are baked with the first.
 std::vector<std::vector<std::uint32_t>> partial_batches(const AtlasBuild& build, std::size_t bytes) {
-  // PartialChart has 24 bytes for each texel of a chart's box, and for each face a TexelSource a view.
+  // PartialChart has 24 bytes for each texel of a chart's box, and for each face a TexelSource a view, of some eight.
   constexpr std::size_t kTexel = 24, kSources = 8 * sizeof(TexelSource);
   std::vector<std::vector<std::uint32_t>> batches(1);
   std::size_t taken = 0;
@@ -162,7 +162,7 @@ class PageBaker {
         options_(options),
         atlas_(atlas),
         groups_(page_groups(build, options.page_bytes)),
-        batches_(partial_batches(build, options.page_bytes)) {
+        batches_(partial_batches(build, options.partial_bytes)) {
     build_.first_last_page = groups_.back().first;
     if (!options_.take_page) atlas_.pages.resize(build_.pages.size());
   }

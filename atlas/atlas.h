@@ -147,10 +147,12 @@ struct BakeOptions {
   /// Takes each page with its number as soon as it is finished; called by several threads at a time. Empty: the pages are
   /// returned.
   std::function<void(std::size_t number, Image page)> take_page = {};
-  /// Pages are baked in groups of at most so many bytes, one page at least. The last group has all pages with charts
-  /// of partial and unseen faces, which take colours from charts beside them, and may be larger. Charts of partial faces
-  /// are baked in batches of so many bytes beside that.
+  /// Pages are baked in groups of at most so many bytes, one page at least. The last group has all pages with charts of
+  /// partial and unseen faces, which take colours from charts beside them, and may be larger.
   std::size_t page_bytes = std::numeric_limits<std::size_t>::max();
+  /// Charts of partial faces are baked in batches of at most so many bytes beside the pages, one chart at least. Each
+  /// batch fetches its photos again.
+  std::size_t partial_bytes = std::numeric_limits<std::size_t>::max();
 };
 
 /// Levels seams and bakes pages. Each photo is fetched at most once for its seams and once for each group of pages.

@@ -76,7 +76,8 @@ double left_in_groups(const fs::path& machine) {
 
 // --- the work
 
-// Corners in pixels if all lie in front of the camera, the face is seen from the front and some corner lies in the photo.
+// Pixels of a face's projection; 0 unless it is seen from the front, all corners lie in front of the camera and one of them
+// in the photo.
 double framed_area(const View& view, const Mesh& mesh, const Triangle& face) {
   std::array<PixelPoint, 3> q;
   bool inside = false;
@@ -111,10 +112,6 @@ void release_freed_memory() {
 }
 
 std::size_t default_memory_limit() { return available_memory() / 10 * 7; }
-
-std::string readable_bytes(double bytes) {
-  return bytes < 0.995e9 ? fmt::format("{:.0f} MB", std::ceil(bytes / 1e6)) : fmt::format("{:.1f} GB", bytes / 1e9);
-}
 
 Workload workload(const Input& input, const Settings& settings) {
   constexpr std::size_t kProjections = 2000000, kMostFaces = 20000;

@@ -13,8 +13,7 @@ struct Input;
 struct Settings;
 
 /// Bytes that this process may still take: what the machine has available, or less where a control group of Linux (v1 or
-/// v2) limits it.
-/// `root`: where /proc and /sys are looked for.
+/// v2) limits it. `root`: where /proc and /sys are looked for.
 std::size_t available_memory(const std::filesystem::path& root = "/");
 
 /// The limit of a run that names none: 70 % of available_memory().
@@ -22,9 +21,6 @@ std::size_t default_memory_limit();
 
 /// Gives memory that was freed back to the system, which allocators otherwise keep for later.
 void release_freed_memory();
-
-/// "3.2 GB", "640 MB".
-std::string readable_bytes(double bytes);
 
 /// How much there is to do. Estimated from a sample of the faces, without occlusion.
 struct Workload {

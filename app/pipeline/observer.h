@@ -57,6 +57,8 @@ inline Progress part_of(const Progress& whole, std::size_t before, std::size_t t
 
 /// 1234567 as "1 234 567".
 std::string readable_count(std::size_t count);
+/// "640 MB", "3.2 GB".
+std::string readable_bytes(double bytes);
 /// "45 s", "2 min 10 s", "3 h 5 min".
 std::string readable_duration(double seconds);
 /// The first `most` of some names: "a, b, c, ...".

@@ -83,7 +83,10 @@ atlas::BakeOptions bake_options(const atlas::AtlasPlan& plan, const MemoryPlan& 
   const double pages =
       static_cast<double>(atlas::kPageBytesPerTexel) * static_cast<double>(plan.estimate().page_texels);
   photos.keep_at_most(memory.photos_while_painting(pages));
-  return {.page_bytes = memory.pages_while_painting(pages)};
+  // Smaller batches would decode photos again for the sake of little memory.
+  constexpr std::size_t kLeastBatch = std::size_t{64} << 20;
+  const std::size_t page_bytes = memory.pages_while_painting(pages);
+  return {.page_bytes = page_bytes, .partial_bytes = std::max(page_bytes, kLeastBatch)};
 }
 
 TexturedMesh finished(Choice choice, atlas::TextureAtlas atlas) {
@@ -108,6 +111,10 @@ std::string readable_duration(double seconds) {
   if (whole < 100) return fmt::format("{} s", whole);
   if (whole < 5400) return fmt::format("{} min {} s", whole / 60, whole % 60);
   return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
+}
+
+std::string readable_bytes(double bytes) {
+  return bytes < 0.995e9 ? fmt::format("{:.0f} MB", std::ceil(bytes / 1e6)) : fmt::format("{:.1f} GB", bytes / 1e9);
 }
 
 std::string readable_list(std::span<const std::string> names, std::size_t most) {

@@ -148,15 +148,16 @@ std::optional<Color> color_at(const Page& page, const TexelPoint& p) {
   return load(page.image.at(x, y));
 }
 
-/// Writes those texels of a raster that have a colour.
-void write(const ChartRaster& raster, std::span<const Color> color, const std::vector<bool>& known, std::uint32_t chart,
+/// Writes the texels i of a raster for which has_color(i).
+template <typename HasColor>
+void write(const ChartRaster& raster, std::span<const Color> color, const HasColor& has_color, std::uint32_t chart,
            AtlasBuild& build) {
   const ChartPlace& place = build.places[chart];
   Page& page = build.page_of(chart);
   for (int y = raster.box.y0; y < raster.box.y1; ++y) {
     for (int x = raster.box.x0; x < raster.box.x1; ++x) {
       const std::size_t i = raster.at(x, y);
-      if (!known[i] || !is_baked(raster.reach[i], build.options.padding)) continue;
+      if (!has_color(i) || !is_baked(raster.reach[i], build.options.padding)) continue;
       const auto texel = place.texel(x, y);
       page.put(texel.x, texel.y, color[i], state_of(raster.reach[i]));
     }
@@ -231,7 +232,8 @@ class PartialFiller {
       known[i] = 1;
     }
     if (!smooth_fill(color, known, raster.width(), raster.height())) return false;
-    write(raster, color, std::vector<bool>(color.size(), true), open.chart, build_);
+    write(
+        raster, color, [](std::size_t) { return true; }, open.chart, build_);
     return true;
   }
 
@@ -241,7 +243,8 @@ class PartialFiller {
       const Chart& chart = build_.set.charts[open.chart];
       const ChartRaster raster = rasterize(chart.faces, build_.set.corners, partial_box(chart));
       const std::vector<Color> color(raster.owner.size(), mean);
-      write(raster, color, std::vector<bool>(color.size(), true), open.chart, build_);
+      write(
+          raster, color, [](std::size_t) { return true; }, open.chart, build_);
     }
   }
 
@@ -312,13 +315,15 @@ std::vector<OpenChart> write_known(std::span<const PartialChart> parts, AtlasBui
     std::vector<bool>& known = charts[p].known;
     charts[p].chart = part.chart;
     known.resize(part.best.size());
-    for (std::size_t i = 0; i < known.size(); ++i)
-      known[i] = part.best[i] != PartialChart::kNone && is_baked(part.raster.reach[i], build.options.padding);
-    write(part.raster, part.color, known, part.chart, build);
-    const auto needed = [&](std::size_t i) { return is_baked(part.raster.reach[i], build.options.padding); };
-    for (std::size_t i = 0; i < known.size(); ++i)
-      if (!known[i] && needed(i)) return;
-    known.clear();
+    bool open = false;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      const bool baked = is_baked(part.raster.reach[i], build.options.padding);
+      known[i] = baked && part.best[i] != PartialChart::kNone;
+      open |= baked && !known[i];
+    }
+    write(
+        part.raster, part.color, [&](std::size_t i) { return known[i]; }, part.chart, build);
+    if (!open) known.clear();
   });
   std::erase_if(charts, [](const OpenChart& chart) { return chart.known.empty(); });
   return charts;
