@@ -3,10 +3,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <mutex>
 #include <stdexcept>
 
-#include "atlas/baking/baking.h"
+#include "atlas/baking/page_baker.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/seam_leveling.h"
 #include "atlas/packing/layout.h"
@@ -97,152 +96,6 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
   if (!(options.texel_size >= 0)) throw std::invalid_argument("texel size must not be negative");
 }
 
-/// Pages [first, end).
-struct PageGroup {
-  std::uint32_t first = 0, end = 0;
-};
-
-/// The first page with a chart that takes colours from charts beside it; the last page if there is none.
-std::uint32_t first_last_page(const AtlasBuild& build) {
-  auto first = static_cast<std::uint32_t>(build.pages.size()) - 1;
-  for (std::size_t c = 0; c < build.set.placed; ++c)
-    if (build.set.charts[c].kind != ChartKind::plain) first = std::min(first, build.places[c].page);
-  return first;
-}
-
-/// Consecutive pages that fit `bytes` together. Packing has put the charts that take colours from others on the last
-/// pages.
-std::vector<PageGroup> page_groups(const AtlasBuild& build, std::size_t bytes) {
-  const auto count = static_cast<std::uint32_t>(build.pages.size());
-  std::size_t all = 0;
-  for (const Page& page : build.pages) all += page.bytes();
-  if (count < 2 || all <= bytes) return {{0, count}};
-  const std::uint32_t last = first_last_page(build);
-  std::vector<PageGroup> groups;
-  std::size_t left = 0;
-  for (std::uint32_t p = 0; p < last; ++p) {
-    if (build.pages[p].bytes() > left) {
-      groups.push_back({p, p});
-      left = std::max(bytes, build.pages[p].bytes());
-    }
-    left -= build.pages[p].bytes();
-    groups.back().end = p + 1;
-  }
-  groups.push_back({last, count});
-  return groups;
-}
-
-/// Partial charts that are baked together: texels and sources of all of them may take more memory than the pages. There
-/// is one batch at least, as plain charts are baked with the first.
-std::vector<std::vector<std::uint32_t>> partial_batches(const AtlasBuild& build, std::size_t bytes) {
-  // PartialChart has 24 bytes for each texel of a chart's box, and for each face a TexelSource a view, of some eight.
-  constexpr std::size_t kTexel = 24, kSources = 8 * sizeof(TexelSource);
-  std::vector<std::vector<std::uint32_t>> batches(1);
-  std::size_t taken = 0;
-  for (const std::uint32_t c : partial_charts(build.set)) {
-    const Chart& chart = build.set.charts[c];
-    const CellBox box = partial_box(chart);
-    const std::size_t chart_bytes =
-        kTexel * pixel_index(0, box.y1 - box.y0, box.x1 - box.x0) + kSources * chart.faces.size();
-    if (taken > 0 && taken + chart_bytes > bytes) {
-      batches.emplace_back();
-      taken = 0;
-    }
-    taken += chart_bytes;
-    batches.back().push_back(c);
-  }
-  return batches;
-}
-
-/// Bakes pages group by group.
-class PageBaker {
- public:
-  PageBaker(AtlasBuild& build, const BakeOptions& options, TextureAtlas& atlas)
-      : build_(build),
-        options_(options),
-        atlas_(atlas),
-        groups_(page_groups(build, options.page_bytes)),
-        batches_(partial_batches(build, options.partial_bytes)) {
-    build_.first_last_page = groups_.back().first;
-    if (!options_.take_page) atlas_.pages.resize(build_.pages.size());
-  }
-
-  void bake(const Progress& progress) {
-    if (groups_.size() > 1) {
-      want_beside_partial(build_);
-      want_at_holes(build_);
-    }
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-      for (std::uint32_t p = groups_[g].first; p < groups_[g].end; ++p) build_.pages[p].open();
-      if (g + 1 < groups_.size())
-        bake_early(groups_[g], progress);
-      else
-        bake_last(progress);
-      tbb::parallel_for(groups_[g].first, groups_[g].end, [&](std::uint32_t p) { finish(p); });
-    }
-  }
-
- private:
-  /// One pass over the photos. Each counts as a hundred, unless there is only one pass.
-  void pass(PlainCharts plain, std::span<PartialChart> partial, const Progress& progress) {
-    const std::size_t passes = groups_.size() - 1 + batches_.size(), number = passed_++;
-    const Progress part = [&progress, number, passes](std::size_t done, std::size_t total) {
-      progress(100 * number + 100 * done / std::max<std::size_t>(total, 1), 100 * passes);
-    };
-    const PhotoOrder order = number % 2 == 0 ? PhotoOrder::ascending : PhotoOrder::descending;
-    bake_photos(build_, plain, partial, order, passes == 1 || !progress ? progress : part);
-  }
-
-  void bake_early(const PageGroup& group, const Progress& progress) {
-    pass(PlainCharts::bake, {}, progress);
-    for (std::uint32_t p = group.first; p < group.end; ++p) {
-      keep_beside_partial(build_, p);
-      keep_at_holes(build_, p);
-      build_.early_mean.add(build_.pages[p]);
-    }
-  }
-
-  void bake_last(const Progress& progress) {
-    std::vector<OpenChart> open;
-    for (std::size_t b = 0; b < batches_.size(); ++b) {
-      std::vector<PartialChart> partial =
-          choose_sources(build_.input, build_.set, build_.coverage, build_.options.margin_px, batches_[b]);
-      pass(b == 0 ? PlainCharts::bake : PlainCharts::skip, partial, progress);
-      for (OpenChart& chart : write_known(partial, build_)) open.push_back(std::move(chart));
-    }
-    fill_partial(std::move(open), build_);
-    if (build_.options.unseen == UnseenFaces::color)
-      paint_unseen(build_);
-    else
-      fill_unseen(build_);
-  }
-
-  void finish(std::uint32_t number) {
-    Page& page = build_.pages[number];
-    const auto inside = std::count(page.state.begin(), page.state.end(), TexelState::chart);
-    const std::size_t padded = pad_charts(page, build_.options.padding);
-    {
-      const std::lock_guard lock(mutex_);
-      atlas_.statistics.page_texels += page.texels();
-      atlas_.statistics.chart_texels += static_cast<std::size_t>(inside);
-      atlas_.statistics.padded_texels += padded;
-    }
-    fill_background(page);
-    if (options_.take_page)
-      options_.take_page(number, page.close());
-    else
-      atlas_.pages[number] = page.close();
-  }
-
-  AtlasBuild& build_;
-  const BakeOptions& options_;
-  TextureAtlas& atlas_;
-  std::vector<PageGroup> groups_;
-  std::vector<std::vector<std::uint32_t>> batches_;
-  std::size_t passed_ = 0;  ///< passes begun
-  std::mutex mutex_;
-};
-
 }  // namespace
 
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress,
@@ -282,7 +135,11 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
 
   start = Clock::now();
   build.correction = std::move(leveling.correction);
-  if (!build.pages.empty()) PageBaker(build, options, atlas).bake(progress);
+  BakedPages baked = bake_pages(build, options, progress);
+  atlas.pages = std::move(baked.pages);
+  statistics.page_texels = baked.page_texels;
+  statistics.chart_texels = baked.chart_texels;
+  statistics.padded_texels = baked.padded_texels;
   if (beside.valid()) beside.get();
   statistics.baking_s = seconds_since(start);
   return atlas;

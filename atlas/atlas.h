@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <future>
 #include <limits>
@@ -147,18 +148,20 @@ struct BakeOptions {
   /// Takes each page with its number as soon as it is finished; called by several threads at a time. Empty: the pages are
   /// returned.
   std::function<void(std::size_t number, Image page)> take_page = {};
-  /// Pages are baked in groups of at most so many bytes, one page at least. The last group has all pages with charts of
-  /// partial and unseen faces, which take colours from charts beside them, and may be larger.
+  /// Pages are baked in groups of at most so many bytes, one page at least.
   std::size_t page_bytes = std::numeric_limits<std::size_t>::max();
   /// Charts of partial faces are baked in batches of at most so many bytes beside the pages, one chart at least. Each
   /// batch fetches its photos again.
   std::size_t partial_bytes = std::numeric_limits<std::size_t>::max();
+  /// Where pages rest, in a file without a name of at most 4 bytes a texel, while partial and unseen faces on them wait for
+  /// the colours of later groups. Empty: such pages stay in memory.
+  std::filesystem::path scratch_folder = {};
 };
 
 /// Levels seams and bakes pages. Each photo is fetched at most once for its seams and once for each group of pages.
-/// `input` is what the plan was made from. Throws what the photo source throws. Progress counts baked photos. It is
-/// called from any thread, but by one thread at a time, and also while a photo is being baked, so that an exception from
-/// it stops the work within a fraction of a second.
+/// `input` is what the plan was made from. Throws what the photo source throws, and OutputError where pages cannot rest.
+/// Progress counts baked photos. It is called from any thread, but by one thread at a time, and also while a photo is
+/// being baked, so that an exception from it stops the work within a fraction of a second.
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress,
                         const BakeOptions& options = {});
 

@@ -95,6 +95,12 @@ double framed_area(const View& view, const Mesh& mesh, const Triangle& face) {
 
 constexpr double kMB = 1e6;
 
+// Part of what painting needs: smaller batches of partial charts would decode photos again for the sake of little memory.
+constexpr double kLeastBatch = 64 * kMB;
+// Of the memory for pages and partial charts where not all fit: photos are decoded again for each group of pages and for
+// each batch, and batches take more bytes a texel, but few texels.
+constexpr double kPagesShare = 0.75;
+
 }  // namespace
 
 std::size_t available_memory(const fs::path& root) {
@@ -183,12 +189,15 @@ std::size_t MemoryPlan::photos_while_seeing() const {
   return static_cast<std::size_t>(std::max(0.0, limit - need.seeing));
 }
 
-std::size_t MemoryPlan::pages_while_painting(double page_bytes) const {
-  return static_cast<std::size_t>(std::clamp(limit - need.painting, 0.0, page_bytes));
-}
-
-std::size_t MemoryPlan::photos_while_painting(double page_bytes) const {
-  return static_cast<std::size_t>(std::max(0.0, limit - need.painting - page_bytes));
+MemoryPlan::Shares MemoryPlan::while_painting(double all_pages, double page) const {
+  const double room = std::max(0.0, limit - need.painting);
+  const auto bytes = [](double size) { return static_cast<std::size_t>(size); };
+  if (all_pages <= room) {
+    const double half = (room - all_pages) / 2;
+    return {bytes(all_pages), bytes(kLeastBatch + half), bytes(half)};
+  }
+  const double some_pages = std::max(page, kPagesShare * room);
+  return {bytes(some_pages), bytes(kLeastBatch + std::max(0.0, room - some_pages)), 0};
 }
 
 double MemoryPlan::peak() const {
@@ -220,7 +229,7 @@ MemoryPlan plan_memory(const Input& input, const Settings& settings) {
   constexpr double kKeep = 0.93;
   // Pages that are baked together save decoding photos again for each of them.
   constexpr double kModestPages = 256 * kMB;
-  const double pages = std::min(all_pages, std::max(page, kModestPages));
+  const double pages = std::min(all_pages, std::max(page, kModestPages) / kPagesShare);
   const double lean = std::max({plan.need.seeing, plan.need.choosing, plan.need.writing, plan.need.painting + pages});
   plan.limit = settings.memory_bytes > 0 ? std::max(least, kKeep * most) : std::min(most, lean);
   return plan;

@@ -57,9 +57,13 @@ struct MemoryPlan {
 
   /// Bytes of photos to keep for the next pass.
   std::size_t photos_while_seeing() const;
-  /// Bytes of pages that are baked together, see atlas::BakeOptions; `page_bytes`: of all of them.
-  std::size_t pages_while_painting(double page_bytes) const;
-  std::size_t photos_while_painting(double page_bytes) const;
+  /// Painting's shares: of pages and partial charts that are baked together, see atlas::BakeOptions, and of photos.
+  struct Shares {
+    std::size_t pages = 0, partial = 0, photos = 0;
+  };
+  /// \param all_pages bytes of all pages
+  /// \param page bytes of the largest one
+  Shares while_painting(double all_pages, double page) const;
   /// Most bytes that the run takes.
   double peak() const;
 };

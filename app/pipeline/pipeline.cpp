@@ -78,15 +78,15 @@ Choice see_and_choose(const Input& input, const Settings& settings, const Memory
   return choice;
 }
 
-// Shares the memory between pages and photos.
-atlas::BakeOptions bake_options(const atlas::AtlasPlan& plan, const MemoryPlan& memory, io::PhotoSource& photos) {
-  const double pages =
-      static_cast<double>(atlas::kPageBytesPerTexel) * static_cast<double>(plan.estimate().page_texels);
-  photos.keep_at_most(memory.photos_while_painting(pages));
-  // Smaller batches would decode photos again for the sake of little memory.
-  constexpr std::size_t kLeastBatch = std::size_t{64} << 20;
-  const std::size_t page_bytes = memory.pages_while_painting(pages);
-  return {.page_bytes = page_bytes, .partial_bytes = std::max(page_bytes, kLeastBatch)};
+// Shares the memory between pages, partial charts and photos.
+atlas::BakeOptions bake_options(const atlas::AtlasPlan& plan, const Settings& settings, const MemoryPlan& memory,
+                                io::PhotoSource& photos) {
+  constexpr auto kTexel = static_cast<double>(atlas::kPageBytesPerTexel);
+  const double pages = kTexel * static_cast<double>(plan.estimate().page_texels);
+  const double page = std::min(pages, kTexel * settings.atlas.page_size * settings.atlas.page_size);
+  const MemoryPlan::Shares shares = memory.while_painting(pages, page);
+  photos.keep_at_most(shares.photos);
+  return {.page_bytes = shares.pages, .partial_bytes = shares.partial};
 }
 
 TexturedMesh finished(Choice choice, atlas::TextureAtlas atlas) {
@@ -149,7 +149,8 @@ TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSour
   const atlas::AtlasInput from = atlas_input(input, photos, chosen.graph, chosen.seen, chosen.selection.labels);
   observer.begin({"atlas", "steps"});
   const atlas::AtlasPlan plan = plan_and_note(from, settings.atlas, observer);
-  atlas::TextureAtlas atlas = bake_and_end(plan, from, settings.atlas, observer, bake_options(plan, memory, photos));
+  atlas::TextureAtlas atlas =
+      bake_and_end(plan, from, settings.atlas, observer, bake_options(plan, settings, memory, photos));
   return finished(std::move(chosen), std::move(atlas));
 }
 
@@ -162,11 +163,15 @@ TexturedFiles texture_into(const Input& input, const Settings& settings, io::Pho
   observer.begin({"atlas", "steps"});
   std::optional<atlas::AtlasPlan> plan = plan_and_note(from, settings.atlas, observer);
   files.begin(from.labels, from.tags, plan->estimate());
-  atlas::BakeOptions options = bake_options(*plan, memory, photos);
+  atlas::BakeOptions options = bake_options(*plan, settings, memory, photos);
   options.take_model = [&files](const io::TexturedModel& model) {
     return std::async(std::launch::async, [&] { files.write_mesh(model); });
   };
-  options.take_page = [&files](std::size_t number, Image page) { files.write_page(number, std::move(page)); };
+  options.scratch_folder = folder.in_making();
+  options.take_page = [&files](std::size_t number, Image page) {
+    files.write_page(number, std::move(page));
+    release_freed_memory();
+  };
   atlas::TextureAtlas atlas = bake_and_end(*plan, from, settings.atlas, observer, options);
   photos.keep_at_most(0);
   plan.reset();

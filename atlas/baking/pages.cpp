@@ -21,6 +21,19 @@ void Page::open() {
   state.assign(texels(), TexelState::empty);
 }
 
+void Page::rest(io::ScratchFile& file, std::size_t place) {
+  file.write(place, image.pixels.data(), image.pixels.size());
+  file.write(place + image.pixels.size(), state.data(), state.size());
+  image.pixels = {};
+  state = {};
+}
+
+void Page::wake(const io::ScratchFile& file, std::size_t place) {
+  open();
+  file.read(place, image.pixels.data(), image.pixels.size());
+  file.read(place + image.pixels.size(), state.data(), state.size());
+}
+
 Image Page::close() {
   Image whole = std::move(image);
   image = {whole.width, whole.height, whole.channels, {}};
@@ -169,6 +182,11 @@ void PageMean::add(const Page& page) {
     ++count_;
     for (std::size_t k = 0; k < 3; ++k) sum_[k] += page.image.pixels[3 * i + k];
   }
+}
+
+void PageMean::add(const PageMean& other) {
+  for (std::size_t k = 0; k < 3; ++k) sum_[k] += other.sum_[k];
+  count_ += other.count_;
 }
 
 Color PageMean::mean() const {

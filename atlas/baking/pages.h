@@ -13,6 +13,7 @@
 #include "atlas/charts/charts.h"
 #include "atlas/packing/packing.h"
 #include "io/image.h"
+#include "io/scratch_file.h"
 
 namespace gpvc::atlas {
 
@@ -28,7 +29,8 @@ inline TexelState state_of(TexelReach reach) {
   return reach == TexelReach::ring ? TexelState::ring : TexelState::chart;
 }
 
-/// Closed until it is baked, with the size of its image but no texels.
+/// Has texels while it is open. Until it is opened, while it rests and after it is closed it has the size of its image
+/// alone.
 struct Page {
   Image image;
   std::vector<TexelState> state;           ///< per texel
@@ -43,6 +45,10 @@ struct Page {
   std::size_t bytes() const { return kPageBytesPerTexel * texels(); }
   bool is_open() const { return !state.empty(); }
   void open();
+  /// Moves the texels to a file; wake() gets them back from the same place, which has room for 4 bytes a texel. Throws
+  /// OutputError.
+  void rest(io::ScratchFile& file, std::size_t place);
+  void wake(const io::ScratchFile& file, std::size_t place);
   /// Gives the image away; what is left has its size.
   Image close();
   std::uint32_t owner(int x, int y) const {
@@ -105,6 +111,7 @@ void fill_background(Page& page);
 class PageMean {
  public:
   void add(const Page& page);
+  void add(const PageMean& other);
   /// Grey if there are none.
   Color mean() const;
 

@@ -116,9 +116,9 @@ struct NearSystem {
 
 /// Each inner edge of a chart is two links of its nodes; the system has one.
 NearSystem make_system(const Links& links, const std::vector<char>& near) {
-  constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+  constexpr std::uint32_t kFar = 0xFFFFFFFFu;
   NearSystem system;
-  std::vector<std::uint32_t> unknown(links.groups(), kNone);
+  std::vector<std::uint32_t> unknown(links.groups(), kFar);
   for (std::uint32_t i = 0; i < near.size(); ++i)
     if (near[i]) {
       unknown[i] = static_cast<std::uint32_t>(system.node.size());
@@ -130,7 +130,7 @@ NearSystem make_system(const Links& links, const std::vector<char>& near) {
     const auto begin = static_cast<std::ptrdiff_t>(items.size());
     for (const LinkTo& to : links[i]) {
       diagonal += to.weight;
-      if (unknown[to.node] == kNone) continue;
+      if (unknown[to.node] == kFar) continue;
       const auto known = std::find_if(items.begin() + begin, items.end(),
                                       [&](const LinkTo& item) { return item.node == unknown[to.node]; });
       if (known != items.end())

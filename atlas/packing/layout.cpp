@@ -11,6 +11,14 @@ namespace gpvc::atlas {
 
 namespace {
 
+/// Charts of a view share pages, so that few photos are needed for a page. Charts that take colours from charts beside
+/// them come last, so that few pages wait for the colours of others.
+std::uint32_t page_rank(const Chart& chart, std::size_t views) {
+  const auto count = static_cast<std::uint32_t>(views);
+  if (chart.kind == ChartKind::unseen) return 2 * count;
+  return static_cast<std::uint32_t>(index(chart.view)) + (chart.kind == ChartKind::plain ? 0 : count);
+}
+
 Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
                        const CoverageIndex& coverage, double reduction) {
   Layout layout;
@@ -20,11 +28,10 @@ Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, con
   tbb::parallel_for(std::size_t{0}, layout.set.placed, [&](std::size_t i) {
     layout.shapes[i] = chart_shape(layout.set.charts[i], layout.set.corners, options.padding, options.page_size);
   });
-  // Charts that take colours from charts beside them are baked last, when these are finished: see PageGroups.
   std::vector<PackShape> shapes;
   for (std::size_t i = 0; i < layout.shapes.size(); ++i) {
     shapes.push_back(layout.shapes[i].blocks);
-    shapes.back().last = layout.set.charts[i].kind != ChartKind::plain;
+    shapes.back().rank = page_rank(layout.set.charts[i], input.scene.views.size());
   }
   layout.packing = pack_shapes(shapes, options.page_size / block_edge(options.padding));
   return layout;

@@ -100,23 +100,27 @@ class Packer {
     });
   }
 
-  /// Places shapes in `order` on pages of the given size. False if they do not fit in the range's pages.
-  bool place(std::span<const std::uint32_t> order, PageSize size, const PageRange& range,
+  /// Places shapes on pages of the given size: lot after lot, each in its order, on its own pages or in gaps of the one
+  /// before. False if they do not fit in the range's pages.
+  bool place(std::span<const std::vector<std::uint32_t>> lots, PageSize size, const PageRange& range,
              std::vector<Placement>& placements) const {
     std::vector<OpenPage> pages;
-    std::optional<std::uint32_t> last;  // page of the shapes that do not belong on the last one
-    for (const auto i : order) {
-      if (shapes_[i].last && !last) last = static_cast<std::uint32_t>(std::max<std::size_t>(pages.size(), 1) - 1);
-      for (std::uint32_t p = shapes_[i].last ? *last : 0;; ++p) {
-        if (p == pages.size()) {
-          if (p == range.most) return false;
-          pages.push_back({PageCells(size.width, size.height), {}});
-        }
-        if (const auto put = place_on(pages[p], turns_[i])) {
-          placements[i] = {range.first + p, put->first.x, put->first.y, put->second};
-          break;
+    for (const auto& lot : lots) {
+      const auto first = static_cast<std::uint32_t>(std::max<std::size_t>(pages.size(), 1) - 1);
+      for (const auto i : lot) {
+        for (std::uint32_t p = first;; ++p) {
+          if (p == pages.size()) {
+            if (p == range.most) return false;
+            pages.push_back({PageCells(size.width, size.height), {}});
+          }
+          if (const auto put = place_on(pages[p], turns_[i])) {
+            placements[i] = {range.first + p, put->first.x, put->first.y, put->second};
+            break;
+          }
         }
       }
+      // Earlier pages are not searched again.
+      for (std::size_t p = 0; p + 1 < pages.size(); ++p) pages[p] = {PageCells(0, 0), {}};
     }
     return true;
   }
@@ -188,24 +192,40 @@ int square_width(std::span<const PackShape> shapes, std::span<const std::uint32_
   return std::max(least, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(area) / fill))));
 }
 
+/// Divides shapes, large to small, by rank into lots that fill a page each.
+std::vector<std::vector<std::uint32_t>> lots_by_rank(std::span<const PackShape> shapes,
+                                                     const std::vector<std::uint32_t>& order, int page_size) {
+  // Shapes of real charts cover up to nine tenths of a page.
+  const std::int64_t most = std::int64_t{page_size} * page_size * 9 / 10;
+  std::vector<std::uint32_t> ranked = order;
+  std::ranges::stable_sort(ranked, {}, [&](std::uint32_t i) { return shapes[i].rank; });
+  std::vector<std::uint32_t> lot_of(shapes.size(), 0);
+  std::int64_t cells = 0;
+  for (const auto i : ranked) lot_of[i] = static_cast<std::uint32_t>((cells += cell_count(shapes[i])) / most);
+  std::vector<std::vector<std::uint32_t>> lots(ranked.empty() ? 0 : lot_of[ranked.back()] + 1);
+  for (const auto i : order) lots[lot_of[i]].push_back(i);
+  return lots;
+}
+
 std::vector<Placement> attempt(const Packer& packer, std::span<const PackShape> shapes, int page_size,
                                const Attempt& how) {
   std::vector<Placement> placements(shapes.size());
-  std::vector<std::uint32_t> order = placement_order(shapes, how);
-  const int width = square_width(shapes, order, how.fill);
-  if (width < page_size && packer.place(order, {width, page_size}, {0, 1}, placements)) return placements;
-  std::stable_partition(order.begin(), order.end(), [&](std::uint32_t i) { return !shapes[i].last; });
-  packer.place(order, {page_size, page_size}, {}, placements);
+  const std::vector<std::uint32_t> order = placement_order(shapes, how);
+  const auto on_one_page = [&](const std::vector<std::uint32_t>& which, std::uint32_t page,
+                               std::vector<Placement>& at) {
+    const int width = square_width(shapes, which, how.fill);
+    return width < page_size && packer.place({&which, 1}, {width, page_size}, {page, 1}, at);
+  };
+  if (on_one_page(order, 0, placements)) return placements;
+  packer.place(lots_by_rank(shapes, order, page_size), {page_size, page_size}, {}, placements);
   // The last page's shapes are placed again, near-square instead of in a wide strip.
   std::uint32_t last = 0;
   for (const auto& p : placements) last = std::max(last, p.page);
   std::vector<std::uint32_t> rest;
   for (const auto i : order)
     if (placements[i].page == last) rest.push_back(i);
-  const int rest_width = square_width(shapes, rest, how.fill);
   std::vector<Placement> narrow = placements;
-  if (rest_width < page_size && packer.place(rest, {rest_width, page_size}, {last, 1}, narrow)) return narrow;
-  return placements;
+  return on_one_page(rest, last, narrow) ? narrow : placements;
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 //
 // Shapes are placed, large ones first, at the first free position (by row, then column) of the first page that has one,
 // in the quarter turn whose last row comes first. Small shapes thus fill the gaps that large ones leave. Several orders
-// and page widths are tried, and the packing with the fewest pages, then the fewest cells, is kept. Shapes that belong on
-// the last pages come after all others.
+// and page widths are tried, and the packing with the fewest pages, then the fewest cells, is kept. Where one page is not
+// enough, shapes are placed by and by, in ascending order of rank, so that few ranks share a page.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct CellRun {
 struct PackShape {
   int width = 0, height = 0;  ///< of the box, cells
   std::vector<CellRun> runs;
-  bool last = false;  ///< belongs on the last page of the other shapes, or on pages after it
+  std::uint32_t rank = 0;  ///< pages ascend by rank; a shape may also fill a gap of the page before those of its rank
 };
 
 /// A shape that fills its whole box.

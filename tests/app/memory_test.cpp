@@ -85,14 +85,20 @@ TEST_F(MemoryPlanTest, LimitIsSharedBetweenPagesAndPhotos) {
   EXPECT_LE(rich.limit, 4e9);
   EXPECT_GT(rich.limit, 3.5e9);
   EXPECT_GT(rich.photos_while_seeing(), lean.photos_while_seeing());
-  const double pages = 1e9;
+  const double pages = 1e9, page = 1e8;
   for (const MemoryPlan& each : {lean, rich}) {
-    const double shared = static_cast<double>(each.pages_while_painting(pages) + each.photos_while_painting(pages));
-    EXPECT_LE(each.need.painting + shared, each.limit + 1);
+    const MemoryPlan::Shares shares = each.while_painting(pages, page);
+    const double batch_in_need = 64e6;
+    EXPECT_LE(each.need.painting + static_cast<double>(shares.pages + shares.partial + shares.photos) - batch_in_need,
+              std::max(each.limit, each.need.painting + page) + 1);
+    EXPECT_GE(shares.partial, static_cast<std::size_t>(batch_in_need));
     EXPECT_LE(each.need.seeing + static_cast<double>(each.photos_while_seeing()), each.limit + 1);
     EXPECT_LE(each.peak(), each.limit);
   }
-  EXPECT_EQ(rich.pages_while_painting(pages), std::size_t{1000000000}) << "pages come before photos";
+  EXPECT_EQ(rich.while_painting(pages, page).pages, std::size_t{1000000000}) << "pages come before photos";
+  EXPECT_GT(rich.while_painting(pages, page).photos, 0u);
+  EXPECT_EQ(lean.while_painting(pages, page).photos, 0u);
+  EXPECT_LT(lean.while_painting(pages, page).pages, std::size_t{1000000000}) << "not all pages fit";
 }
 
 TEST_F(MemoryPlanTest, TooLittleIsRefusedWithWhatIsNeeded) {

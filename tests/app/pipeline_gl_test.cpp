@@ -158,8 +158,12 @@ TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
     EXPECT_TRUE(taken[number].pixels.empty());
     taken[number] = std::move(page);
   };
-  const atlas::TextureAtlas pieces = atlas::bake_atlas(
-      plan, from, forward, {.take_model = {}, .take_page = take, .page_bytes = 1, .partial_bytes = 1});
+  const atlas::BakeOptions one_by_one{.take_model = {},
+                                      .take_page = take,
+                                      .page_bytes = 1,
+                                      .partial_bytes = 1,
+                                      .scratch_folder = testing::TempDir()};
+  const atlas::TextureAtlas pieces = atlas::bake_atlas(plan, from, forward, one_by_one);
   EXPECT_TRUE(pieces.pages.empty());
   EXPECT_EQ(pieces.statistics.padded_texels, whole.statistics.padded_texels);
   EXPECT_EQ(pieces.model.face_page, whole.model.face_page);

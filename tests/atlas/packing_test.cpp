@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
@@ -168,19 +169,27 @@ TEST(Packing, SmallScenesGiveSmallNearSquarePages) {
   EXPECT_LE(packing.pages[0].height, 120);
 }
 
-TEST(Packing, ShapesForTheLastPagesFillNoEarlierOne) {
+TEST(Packing, PagesAscendByRank) {
+  std::mt19937 random(5);
   std::vector<PackShape> shapes;
-  for (int i = 0; i < 10; ++i) shapes.push_back(disc(120));
-  for (int i = 0; i < 200; ++i) {
-    shapes.push_back(box_shape(9, 7));
-    shapes.back().last = true;
+  for (int i = 0; i < 400; ++i) {
+    shapes.push_back(disc(10 + static_cast<int>(random() % 90)));
+    shapes.back().rank = static_cast<std::uint32_t>(random() % 50);
   }
   const Packing packing = pack_shapes(shapes, 512);
   check(shapes, packing, 512);
-  std::uint32_t last_of_others = 0;
-  for (std::size_t i = 0; i < 10; ++i) last_of_others = std::max(last_of_others, packing.placements[i].page);
-  ASSERT_GT(last_of_others, 0u);
-  for (std::size_t i = 10; i < shapes.size(); ++i) EXPECT_GE(packing.placements[i].page, last_of_others);
+  ASSERT_GT(packing.pages.size(), 4u);
+  std::vector<std::uint32_t> least(packing.pages.size(), 50), most(packing.pages.size(), 0);
+  double covered = 0;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const std::uint32_t page = packing.placements[i].page;
+    least[page] = std::min(least[page], shapes[i].rank);
+    most[page] = std::max(most[page], shapes[i].rank);
+    for (const CellRun& run : shapes[i].runs) covered += run.length;
+  }
+  // Shapes fill gaps of the page before their own, and those of a page that is not enough go on to the next one.
+  for (std::size_t p = 3; p < least.size(); ++p) EXPECT_LE(most[p - 3], least[p]);
+  EXPECT_LE(packing.pages.size(), std::ceil(covered / (0.72 * 512 * 512)));
 }
 
 TEST(Packing, IsRepeatable) {

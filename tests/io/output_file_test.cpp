@@ -1,8 +1,11 @@
 #include <sys/mount.h>
 #include <unistd.h>
 
+#include <vector>
+
 #include "io/npy.h"
 #include "io/output_file.h"
+#include "io/scratch_file.h"
 #include "io/textured_model.h"
 #include "tests/support/temporary_folder.h"
 
@@ -106,6 +109,10 @@ TEST(FullDisk, StopsEveryWriterWithNothingLeft) {
   Image image{600, 600, 3, {}};
   for (std::uint32_t i = 0, noise = 1; i < 3 * 600 * 600; ++i, noise = noise * 1664525u + 1013904223u)
     image.pixels.push_back(static_cast<std::uint8_t>(noise >> 24));
+  full([&] {
+    const std::vector<char> page(1 << 22);
+    ScratchFile(folder).write(0, page.data(), page.size());
+  });
   full([&] { write_image(folder / "a.png", image, ImageFormat::png, 0); });
   full([&] { write_image(folder / "a.jpg", image, ImageFormat::jpg, 100); });
 
@@ -125,6 +132,31 @@ TEST(FullDisk, StopsEveryWriterWithNothingLeft) {
   full([&] { write_gltf(folder / "a", GltfContainer::glb, model, pages, {}); });
   EXPECT_TRUE(contains(output_error([&] { write_obj(folder / "a.obj", model, pages, {}); }), "No space left"));
   EXPECT_FALSE(std::filesystem::exists(folder / "a.obj"));
+}
+
+TEST(ScratchFile, GivesBackWhatWasWrittenAndAppearsNowhere) {
+  const TemporaryFolder folder;
+  {
+    ScratchFile file(folder.path());
+    const std::vector<int> first{1, 2, 3}, second{4, 5};
+    file.write(1000, second.data(), 8);
+    file.write(0, first.data(), 12);
+    EXPECT_EQ(folder.count(), 0);
+    std::vector<int> read(3);
+    file.read(0, read.data(), 12);
+    EXPECT_EQ(read, first);
+    file.read(1000, read.data(), 8);
+    EXPECT_EQ(read, (std::vector<int>{4, 5, 3}));
+    EXPECT_NE(output_error([&] { file.read(1004, read.data(), 12); }).find(folder.path().string()), std::string::npos)
+        << "nothing was written there";
+  }
+  EXPECT_EQ(folder.count(), 0);
+}
+
+TEST(ScratchFile, NamesTheFolderThatTakesNone) {
+  const TemporaryFolder folder;
+  const auto missing = folder.path() / "not there";
+  EXPECT_NE(output_error([&] { ScratchFile file(missing); }).find(missing.string()), std::string::npos);
 }
 
 }  // namespace

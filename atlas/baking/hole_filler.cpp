@@ -1,4 +1,6 @@
 // Colours for faces that no photo shows, from around them.
+#include "atlas/baking/hole_filler.h"
+
 #include <tbb/parallel_for.h>
 
 #include <Eigen/IterativeLinearSolvers>
@@ -6,41 +8,20 @@
 #include <algorithm>
 #include <array>
 
-#include "atlas/baking/baking.h"
 #include "io/grouping.h"
 
 namespace gpvc::atlas {
 
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+constexpr std::uint32_t kNoHole = 0xFFFFFFFFu;
 
 /// Vertices of unseen faces and the edges between them.
 struct Holes {
-  std::vector<std::uint32_t> slot;  ///< per mesh vertex: its place in the lists below, or kNone
   std::vector<Color> color;
   std::vector<float> samples;                       ///< colours summed so far; > 0: on a border, so the colour is known
   std::vector<std::array<std::uint32_t, 2>> edges;  ///< of each face, so inner edges are listed twice
 };
-
-Holes find_holes(const Mesh& mesh, const ChartSet& set) {
-  Holes holes;
-  holes.slot.assign(mesh.positions.size(), kNone);
-  std::uint32_t count = 0;
-  for (const Chart& chart : set.charts) {
-    if (chart.kind != ChartKind::unseen) continue;
-    for (const auto face : chart.faces) {
-      const Triangle& t = mesh.faces[face];
-      for (const auto v : t)
-        if (holes.slot[v] == kNone) holes.slot[v] = count++;
-      for (std::size_t e = 0; e < 3; ++e)
-        if (t[e] != t[(e + 1) % 3]) holes.edges.push_back({holes.slot[t[e]], holes.slot[t[(e + 1) % 3]]});
-    }
-  }
-  holes.color.resize(count);
-  holes.samples.assign(count, 0.0f);
-  return holes;
-}
 
 /// Mean of the filled texels around a position; nullopt where there is none.
 std::optional<Color> color_around(const Page& page, const TexelPoint& p) {
@@ -57,29 +38,23 @@ std::optional<Color> color_around(const Page& page, const TexelPoint& p) {
 /// Calls visit(vertex of a hole, page, place on it) for the corners that seen faces have on borders of holes, in face
 /// order.
 template <typename Visit>
-void for_border_corners(const Holes& holes, const AtlasBuild& build, const Visit& visit) {
+void for_border_corners(const std::vector<std::uint32_t>& slots, const AtlasBuild& build, const Visit& visit) {
   const ChartSet& set = build.set;
   for (std::size_t face = 0; face < set.face_chart.size(); ++face) {
     const std::uint32_t c = set.face_chart[face];
     if (c >= set.placed || set.charts[c].kind == ChartKind::unseen) continue;
     for (std::size_t i = 0; i < 3; ++i)
-      if (const std::uint32_t slot = holes.slot[build.input.mesh.faces[face][i]]; slot != kNone)
+      if (const std::uint32_t slot = slots[build.input.mesh.faces[face][i]]; slot != kNoHole)
         visit(slot, build.places[c].page, build.places[c].point(set.corners[face][i]));
   }
 }
 
-/// A vertex on a border takes the mean of the colours that the seen faces around it have there.
-void gather_border(Holes& holes, const AtlasBuild& build) {
-  std::size_t kept = 0;
-  for_border_corners(holes, build, [&](std::uint32_t slot, std::uint32_t page, const TexelPoint& at) {
-    const std::optional<Color> color =
-        build.is_early(page) ? build.kept_at_holes.colors[kept++] : color_around(build.pages[page], at);
-    if (!color) return;
-    holes.color[slot] = holes.color[slot] + *color;
-    holes.samples[slot] += 1;
-  });
-  for (std::size_t i = 0; i < holes.color.size(); ++i)
-    if (holes.samples[i] > 0) holes.color[i] = (1 / holes.samples[i]) * holes.color[i];
+/// Calls visit(chart, face) for the unseen faces.
+template <typename Visit>
+void for_unseen(const ChartSet& set, const Visit& visit) {
+  for (std::uint32_t c = 0; c < set.placed; ++c)
+    if (set.charts[c].kind == ChartKind::unseen)
+      for (const auto face : set.charts[c].faces) visit(c, face);
 }
 
 /// Spreads border colours inwards, breadth first, as the start of the iteration. Returns which vertices were reached.
@@ -105,7 +80,7 @@ std::vector<char> spread(Holes& holes) {
 
 /// Solves the graph Laplacian for the vertices inside the holes.
 void make_harmonic(Holes& holes, const std::vector<char>& reached) {
-  std::vector<std::uint32_t> unknown(holes.color.size(), kNone), vertex;
+  std::vector<std::uint32_t> unknown(holes.color.size(), kNoHole), vertex;
   for (std::uint32_t i = 0; i < unknown.size(); ++i) {
     if (!reached[i] || holes.samples[i] > 0) continue;
     unknown[i] = static_cast<std::uint32_t>(vertex.size());
@@ -117,10 +92,10 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
   Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n, 3), guess(n, 3);
   for (const auto& [a, b] : holes.edges) {
     for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
-      if (unknown[from] == kNone) continue;
+      if (unknown[from] == kNoHole) continue;
       const int row = static_cast<int>(unknown[from]);
       entries.emplace_back(row, row, 1.0);
-      if (unknown[to] != kNone)
+      if (unknown[to] != kNoHole)
         entries.emplace_back(row, static_cast<int>(unknown[to]), -1.0);
       else
         right.row(row) += Eigen::RowVector3d(holes.color[to].r, holes.color[to].g, holes.color[to].b);
@@ -147,8 +122,7 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
 }
 
 /// Writes the 2 x 2 texels of an unseen face whose corners have the given colours.
-void write_face(AtlasBuild& build, std::uint32_t face, const std::array<Color, 3>& c) {
-  const std::uint32_t chart = build.set.face_chart[face];
+void write_face(AtlasBuild& build, std::uint32_t chart, std::uint32_t face, const std::array<Color, 3>& c) {
   const ChartPlace& place = build.places[chart];
   Page& page = build.page_of(chart);
   const TexelPoint& corner = build.set.corners[face][0];
@@ -165,46 +139,66 @@ void write_face(AtlasBuild& build, std::uint32_t face, const std::array<Color, 3
 
 }  // namespace
 
-void want_at_holes(AtlasBuild& build) {
+HoleFiller::HoleFiller(AtlasBuild& build) : build_(build), awaited_(build.pages.size(), 0) {
   if (build.set.unseen_faces == 0) return;
-  for_border_corners(find_holes(build.input.mesh, build.set), build,
-                     [&](std::uint32_t, std::uint32_t page, const TexelPoint& at) {
-                       if (build.is_early(page)) build.kept_at_holes.want(page, at);
-                     });
-}
-
-void keep_at_holes(AtlasBuild& build, std::uint32_t page) {
-  build.kept_at_holes.take(page, build.pages[page], color_around);
-}
-
-void fill_unseen(AtlasBuild& build) {
-  if (build.set.unseen_faces == 0) return;
-  const Mesh& mesh = build.input.mesh;
-  Holes holes = find_holes(mesh, build.set);
-  gather_border(holes, build);
-  const std::vector<char> reached = spread(holes);
-  make_harmonic(holes, reached);
-  if (std::find(reached.begin(), reached.end(), 0) != reached.end()) {
-    const Color mean = build.mean_color();
-    for (std::size_t i = 0; i < reached.size(); ++i)
-      if (!reached[i]) holes.color[i] = mean;
-  }
-  tbb::parallel_for(std::size_t{0}, build.set.charts.size(), [&](std::size_t c) {
-    const Chart& chart = build.set.charts[c];
-    if (chart.kind != ChartKind::unseen) return;
-    const auto color_of = [&](std::uint32_t vertex) { return holes.color[holes.slot[vertex]]; };
-    for (const auto face : chart.faces) {
-      const Triangle& t = mesh.faces[face];
-      write_face(build, face, {color_of(t[0]), color_of(t[1]), color_of(t[2])});
-    }
+  slot_.assign(build.input.mesh.positions.size(), kNoHole);
+  for_unseen(build.set, [&](std::uint32_t chart, std::uint32_t face) {
+    awaited_[build.places[chart].page] = 1;
+    for (const auto v : build.input.mesh.faces[face])
+      if (slot_[v] == kNoHole) slot_[v] = vertices_++;
   });
 }
 
-void paint_unseen(AtlasBuild& build) {
-  const Color color = load(build.options.unseen_color.data());
-  for (const Chart& chart : build.set.charts)
-    if (chart.kind == ChartKind::unseen)
-      for (const auto face : chart.faces) write_face(build, face, {color, color, color});
+void HoleFiller::look_at_borders() {
+  if (vertices_ == 0 || build_.options.unseen == UnseenFaces::color) return;
+  std::size_t n = 0;
+  for_border_corners(slot_, build_, [&](std::uint32_t, std::uint32_t page, const TexelPoint& at) {
+    if (n == border_.size()) border_.emplace_back();
+    if (build_.pages[page].is_open()) border_[n] = color_around(build_.pages[page], at);
+    ++n;
+  });
+}
+
+void HoleFiller::solve() {
+  if (vertices_ == 0 || build_.options.unseen == UnseenFaces::color) return;
+  Holes holes{std::vector<Color>(vertices_), std::vector<float>(vertices_, 0.0f), {}};
+  for_unseen(build_.set, [&](std::uint32_t, std::uint32_t face) {
+    const Triangle& t = build_.input.mesh.faces[face];
+    for (std::size_t e = 0; e < 3; ++e)
+      if (t[e] != t[(e + 1) % 3]) holes.edges.push_back({slot_[t[e]], slot_[t[(e + 1) % 3]]});
+  });
+  // A vertex on a border takes the mean of the colours that the seen faces around it have there.
+  std::size_t n = 0;
+  for_border_corners(slot_, build_, [&](std::uint32_t slot, std::uint32_t, const TexelPoint&) {
+    const std::optional<Color>& color = border_[n++];
+    if (!color) return;
+    holes.color[slot] = holes.color[slot] + *color;
+    holes.samples[slot] += 1;
+  });
+  for (std::size_t i = 0; i < holes.color.size(); ++i)
+    if (holes.samples[i] > 0) holes.color[i] = (1 / holes.samples[i]) * holes.color[i];
+  const std::vector<char> reached = spread(holes);
+  make_harmonic(holes, reached);
+  if (std::find(reached.begin(), reached.end(), 0) != reached.end()) {
+    const Color mean = build_.mean_color();
+    for (std::size_t i = 0; i < reached.size(); ++i)
+      if (!reached[i]) holes.color[i] = mean;
+  }
+  color_ = std::move(holes.color);
+}
+
+void HoleFiller::fill() {
+  const bool paint = build_.options.unseen == UnseenFaces::color;
+  const Color painted = load(build_.options.unseen_color.data());
+  tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(build_.set.placed), [&](std::uint32_t c) {
+    const Chart& chart = build_.set.charts[c];
+    if (chart.kind != ChartKind::unseen || !build_.page_of(c).is_open()) return;
+    for (const auto face : chart.faces) {
+      std::array<Color, 3> corners{painted, painted, painted};
+      for (std::size_t i = 0; i < 3 && !paint; ++i) corners[i] = color_[slot_[build_.input.mesh.faces[face][i]]];
+      write_face(build_, c, face, corners);
+    }
+  });
 }
 
 }  // namespace gpvc::atlas

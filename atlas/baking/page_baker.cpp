@@ -1,0 +1,220 @@
+// Bakes all pages within a memory limit.
+#include "atlas/baking/page_baker.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "atlas/baking/hole_filler.h"
+#include "atlas/baking/partial_filler.h"
+#include "io/scratch_file.h"
+
+namespace gpvc::atlas {
+
+namespace {
+
+/// Charts of partial faces whose texels and sources are in memory together.
+using Batch = std::vector<std::uint32_t>;
+
+/// Pages that are open together.
+struct PageGroup {
+  std::uint32_t first = 0, end = 0;
+  std::vector<Batch> batches;  ///< of partial charts; one at least, as plain charts are baked with the first
+};
+
+/// Consecutive pages that fit `bytes` together, one page at least.
+std::vector<PageGroup> page_groups(const std::vector<Page>& pages, std::size_t bytes) {
+  std::vector<PageGroup> groups;
+  std::size_t left = 0;
+  for (std::uint32_t p = 0; p < pages.size(); ++p) {
+    if (groups.empty() || pages[p].bytes() > left) {
+      groups.push_back({p, p, {}});
+      left = std::max(bytes, pages[p].bytes());
+    }
+    left -= pages[p].bytes();
+    groups.back().end = p + 1;
+  }
+  return groups;
+}
+
+/// Bytes that a chart takes while its texels are collected.
+std::size_t partial_bytes(const Chart& chart) {
+  // PartialChart has 24 bytes for each texel of a chart's box, and for each face a TexelSource a view, of some eight.
+  constexpr std::size_t kTexel = 24, kSources = 8 * sizeof(TexelSource);
+  const CellBox box = partial_box(chart);
+  return kTexel * pixel_index(0, box.y1 - box.y0, box.x1 - box.x0) + kSources * chart.faces.size();
+}
+
+/// Divides the partial charts on the group's pages into batches of at most so many bytes, one chart at least. A batch has
+/// charts of few views, which therefore need few photos.
+std::vector<Batch> partial_batches(const AtlasBuild& build, const PageGroup& group, std::size_t bytes) {
+  const ChartSet& set = build.set;
+  Batch charts = partial_charts(set);
+  std::erase_if(charts, [&](std::uint32_t c) {
+    const std::uint32_t page = build.places[c].page;
+    return page < group.first || page >= group.end;
+  });
+  std::ranges::stable_sort(charts, {}, [&](std::uint32_t c) { return index(set.charts[c].view); });
+  std::vector<Batch> batches(1);
+  std::size_t taken = 0;
+  for (const std::uint32_t c : charts) {
+    const std::size_t chart_bytes = partial_bytes(set.charts[c]);
+    if (taken > 0 && taken + chart_bytes > bytes) {
+      batches.emplace_back();
+      taken = 0;
+    }
+    taken += chart_bytes;
+    batches.back().push_back(c);
+  }
+  for (Batch& batch : batches) std::ranges::sort(batch);
+  return batches;
+}
+
+class PageBaker {
+ public:
+  PageBaker(AtlasBuild& build, const BakeOptions& options)
+      : build_(build),
+        options_(options),
+        partial_(build),
+        holes_(build),
+        groups_(page_groups(build.pages, options.page_bytes)),
+        finished_(build.pages.size(), 0) {
+    for (PageGroup& group : groups_) {
+      group.batches = partial_batches(build, group, options.partial_bytes);
+      passes_ += group.batches.size();
+    }
+    build_.rested_means.resize(build.pages.size());
+    if (!options_.take_page) result_.pages.resize(build.pages.size());
+  }
+
+  BakedPages bake(const Progress& progress) {
+    for (const PageGroup& group : groups_) {
+      for (std::uint32_t p = group.first; p < group.end; ++p) build_.pages[p].open();
+      bake_charts(group, progress);
+      partial_.look_at_borders();
+      settle(group);
+    }
+    while (partial_.begin_round()) {
+      for (const PageGroup& group : groups_) {
+        if (!wake(group, [&](std::uint32_t p) { return partial_.is_filled_now(p); })) continue;
+        partial_.fill();
+        partial_.look_at_borders();
+        settle(group);
+      }
+    }
+    if (!rests()) holes_.look_at_borders();
+    holes_.solve();
+    for (const PageGroup& group : groups_) {
+      if (!wake(group, [&](std::uint32_t p) { return finished_[p] == 0; })) continue;
+      holes_.fill();
+      finish_if(group, [](std::uint32_t) { return true; });
+    }
+    return std::move(result_);
+  }
+
+ private:
+  /// True if pages rest where there are several groups. A single group stays open until all is done.
+  bool rests() const { return groups_.size() > 1; }
+
+  void bake_charts(const PageGroup& group, const Progress& progress) {
+    for (std::size_t b = 0; b < group.batches.size(); ++b) {
+      std::vector<PartialChart> partial =
+          choose_sources(build_.input, build_.set, build_.coverage, build_.options.margin_px, group.batches[b]);
+      pass(b == 0 ? PlainCharts::bake : PlainCharts::skip, partial, progress);
+      partial_.write_baked(partial);
+    }
+  }
+
+  /// One pass over the photos. Each counts as a hundred, unless there is only one pass.
+  void pass(PlainCharts plain, std::span<PartialChart> partial, const Progress& progress) {
+    const std::size_t number = passed_++;
+    const Progress part = [&progress, number, passes = passes_](std::size_t done, std::size_t total) {
+      progress(100 * number + 100 * done / std::max<std::size_t>(total, 1), 100 * passes);
+    };
+    const PhotoOrder order = number % 2 == 0 ? PhotoOrder::ascending : PhotoOrder::descending;
+    bake_photos(build_, plain, partial, order, passes_ == 1 || !progress ? progress : part);
+  }
+
+  /// Finishes the open pages of a group whose charts wait for nothing, and puts the others to rest.
+  void settle(const PageGroup& group) {
+    if (!rests()) return;
+    holes_.look_at_borders();
+    for (std::uint32_t p = group.first; p < group.end; ++p) {
+      if (!build_.pages[p].is_open()) continue;
+      build_.rested_means[p] = {};
+      build_.rested_means[p].add(build_.pages[p]);
+    }
+    finish_if(group, [&](std::uint32_t p) { return !partial_.is_awaited(p) && !holes_.is_awaited(p); });
+    if (options_.scratch_folder.empty()) return;
+    if (!scratch_) scratch_.emplace(options_.scratch_folder);
+    for (std::uint32_t p = group.first; p < group.end; ++p)
+      if (build_.pages[p].is_open()) build_.pages[p].rest(*scratch_, place(p));
+  }
+
+  /// Opens the unfinished pages of a group for which wanted(page). False if there are none.
+  template <typename Wanted>
+  bool wake(const PageGroup& group, const Wanted& wanted) {
+    bool any = false;
+    for (std::uint32_t p = group.first; p < group.end; ++p) {
+      if (!wanted(p)) continue;
+      if (!build_.pages[p].is_open()) build_.pages[p].wake(*scratch_, place(p));
+      any = true;
+    }
+    return any;
+  }
+
+  /// Where a page rests.
+  std::size_t place(std::uint32_t page) const {
+    std::size_t texels = 0;
+    for (std::uint32_t p = 0; p < page; ++p) texels += build_.pages[p].texels();
+    return 4 * texels;
+  }
+
+  template <typename Ready>
+  void finish_if(const PageGroup& group, const Ready& ready) {
+    tbb::parallel_for(group.first, group.end, [&](std::uint32_t p) {
+      if (build_.pages[p].is_open() && ready(p)) finish(p);
+    });
+  }
+
+  void finish(std::uint32_t number) {
+    Page& page = build_.pages[number];
+    const auto inside = std::count(page.state.begin(), page.state.end(), TexelState::chart);
+    const std::size_t padded = pad_charts(page, build_.options.padding);
+    {
+      const std::lock_guard lock(mutex_);
+      result_.page_texels += page.texels();
+      result_.chart_texels += static_cast<std::size_t>(inside);
+      result_.padded_texels += padded;
+    }
+    fill_background(page);
+    finished_[number] = 1;
+    if (options_.take_page)
+      options_.take_page(number, page.close());
+    else
+      result_.pages[number] = page.close();
+  }
+
+  AtlasBuild& build_;
+  const BakeOptions& options_;
+  PartialFiller partial_;
+  HoleFiller holes_;
+  std::vector<PageGroup> groups_;
+  std::vector<char> finished_;              ///< per page
+  std::size_t passes_ = 0, passed_ = 0;     ///< over the photos: in all, and begun
+  std::optional<io::ScratchFile> scratch_;  ///< made when the first page rests
+  BakedPages result_;
+  std::mutex mutex_;
+};
+
+}  // namespace
+
+BakedPages bake_pages(AtlasBuild& build, const BakeOptions& options, const Progress& progress) {
+  return PageBaker(build, options).bake(progress);
+}
+
+}  // namespace gpvc::atlas

@@ -1,0 +1,272 @@
+// The texels of partial charts that no view shows.
+#include "atlas/baking/partial_filler.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "io/image.h"
+
+namespace gpvc::atlas {
+
+namespace {
+
+/// A level of the pyramid that smooth_fill builds.
+struct Level {
+  int width = 0, height = 0;
+  std::vector<Color> color;
+  std::vector<float> weight;
+  std::size_t at(int x, int y) const {
+    return pixel_index(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1), width);
+  }
+};
+
+/// Means over 2 x 2 cells. A cell's weight is at most 1, which a single known texel reaches.
+Level push(const Level& fine) {
+  Level coarse{(fine.width + 1) / 2, (fine.height + 1) / 2, {}, {}};
+  coarse.color.resize(pixel_index(0, coarse.height, coarse.width));
+  coarse.weight.resize(coarse.color.size());
+  for (int y = 0; y < coarse.height; ++y) {
+    for (int x = 0; x < coarse.width; ++x) {
+      ColorMean mean;
+      for (int fy = 2 * y; fy < std::min(fine.height, 2 * y + 2); ++fy) {
+        for (int fx = 2 * x; fx < std::min(fine.width, 2 * x + 2); ++fx) {
+          const std::size_t i = fine.at(fx, fy);
+          mean.add(fine.color[i], fine.weight[i]);
+        }
+      }
+      coarse.color[coarse.at(x, y)] = mean.mean().value_or(Color{});
+      coarse.weight[coarse.at(x, y)] = std::min(1.0f, mean.weight);
+    }
+  }
+  return coarse;
+}
+
+/// Bilinear between the centres of the coarse level's cells.
+Color interpolate(const Level& coarse, int x, int y) {
+  const int nx = x / 2 + (x % 2 ? 1 : -1), ny = y / 2 + (y % 2 ? 1 : -1);
+  const auto at = [&](int i, int j) { return coarse.color[coarse.at(i, j)]; };
+  return 0.5625f * at(x / 2, y / 2) + 0.1875f * (at(nx, y / 2) + at(x / 2, ny)) + 0.0625f * at(nx, ny);
+}
+
+/// Push-pull (Gortler et al. 1996): fills the unknown texels of a row-major raster from the known ones, with detail
+/// close to them and smoothly far away. O(texels). \pre some are known
+void smooth_fill(std::vector<Color>& color, const std::vector<std::uint8_t>& known, int width, int height) {
+  if (std::find(known.begin(), known.end(), 0) == known.end()) return;
+  std::vector<Level> levels(1);
+  levels[0] = {width, height, std::move(color), std::vector<float>(known.begin(), known.end())};
+  while (levels.back().width > 1 || levels.back().height > 1) levels.push_back(push(levels.back()));
+  for (std::size_t k = levels.size() - 1; k-- > 0;) {
+    Level& fine = levels[k];
+    for (int y = 0; y < fine.height; ++y) {
+      for (int x = 0; x < fine.width; ++x) {
+        const std::size_t i = fine.at(x, y);
+        const float w = fine.weight[i];
+        if (w < 1) fine.color[i] = w * fine.color[i] + (1 - w) * interpolate(levels[k + 1], x, y);
+      }
+    }
+  }
+  color = std::move(levels[0].color);
+}
+
+/// An edge that faces of two charts share, in the texels of each.
+struct SharedEdge {
+  std::array<TexelPoint, 2> here, there;
+};
+
+TexelPoint mix(const std::array<TexelPoint, 2>& edge, double t) {
+  return {edge[0].x + t * (edge[1].x - edge[0].x), edge[0].y + t * (edge[1].y - edge[0].y)};
+}
+
+std::optional<SharedEdge> shared_edge(const AtlasBuild& build, std::uint32_t face, std::size_t e, std::uint32_t other) {
+  const auto &here = build.input.mesh.faces[face], &there = build.input.mesh.faces[other];
+  const auto a = std::find(there.begin(), there.end(), here[e]) - there.begin();
+  const auto b = std::find(there.begin(), there.end(), here[(e + 1) % 3]) - there.begin();
+  if (a == 3 || b == 3) return std::nullopt;
+  const TexelTriangle &from = build.set.corners[face], &to = build.set.corners[other];
+  return SharedEdge{{from[e], from[(e + 1) % 3]}, {to[static_cast<std::size_t>(a)], to[static_cast<std::size_t>(b)]}};
+}
+
+/// Calls visit(place in the chart, page, place on it) along the edges that the chart shares with charts beside it, which
+/// have their texels there.
+template <typename Visit>
+void for_border_places(const AtlasBuild& build, std::uint32_t chart, const Visit& visit) {
+  const auto along = [&](const SharedEdge& edge, std::uint32_t beside) {
+    const double length = std::hypot(edge.here[1].x - edge.here[0].x, edge.here[1].y - edge.here[0].y);
+    const int steps = 1 + static_cast<int>(std::ceil(length));
+    for (int s = 0; s <= steps; ++s) {
+      const double t = double(s) / steps;
+      visit(mix(edge.here, t), build.places[beside].page, build.places[beside].point(mix(edge.there, t)));
+    }
+  };
+  for (const auto face : build.set.charts[chart].faces)
+    for (const auto other : build.neighbours[face]) {
+      const std::uint32_t beside = build.set.face_chart[other];
+      if (beside == chart || beside >= build.set.placed) continue;
+      for (std::size_t e = 0; e < 3; ++e)
+        if (const auto edge = shared_edge(build, face, e, other)) along(*edge, beside);
+    }
+}
+
+/// The index of the texel at a place.
+std::size_t texel_at(const Page& page, const TexelPoint& p) {
+  return page.at(std::clamp(static_cast<int>(p.x), 0, page.image.width - 1),
+                 std::clamp(static_cast<int>(p.y), 0, page.image.height - 1));
+}
+
+/// Writes the texels i of a raster for which has_color(i).
+template <typename HasColor>
+void write(const ChartRaster& raster, std::span<const Color> color, const HasColor& has_color, std::uint32_t chart,
+           AtlasBuild& build) {
+  const ChartPlace& place = build.places[chart];
+  Page& page = build.page_of(chart);
+  for (int y = raster.box.y0; y < raster.box.y1; ++y) {
+    for (int x = raster.box.x0; x < raster.box.x1; ++x) {
+      const std::size_t i = raster.at(x, y);
+      if (!has_color(i) || !is_baked(raster.reach[i], build.options.padding)) continue;
+      const auto texel = place.texel(x, y);
+      page.put(texel.x, texel.y, color[i], state_of(raster.reach[i]));
+    }
+  }
+}
+
+}  // namespace
+
+PartialFiller::PartialFiller(AtlasBuild& build)
+    : build_(build),
+      unbaked_(partial_charts(build.set)),
+      beside_(build.set.placed),
+      waiting_(build.pages.size(), 0),
+      now_(build.pages.size(), 0) {
+  for (const std::uint32_t chart : unbaked_) ++waiting_[page(chart)];
+}
+
+void PartialFiller::write_baked(std::span<const PartialChart> parts) {
+  std::vector<OpenChart> charts(parts.size());
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
+    const PartialChart& part = parts[p];
+    std::vector<bool>& known = charts[p].known;
+    charts[p].chart = part.chart;
+    known.resize(part.best.size());
+    bool open = false;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      const bool baked = is_baked(part.raster.reach[i], build_.options.padding);
+      known[i] = baked && part.best[i] != PartialChart::kNone;
+      open |= baked && !known[i];
+    }
+    write(
+        part.raster, part.color, [&](std::size_t i) { return known[i]; }, part.chart, build_);
+    if (!open) known.clear();
+  });
+  std::erase_if(unbaked_, [&](std::uint32_t chart) {
+    return std::ranges::binary_search(parts, chart, {}, &PartialChart::chart);
+  });
+  for (OpenChart& chart : charts) {
+    if (!chart.known.empty()) {
+      open_.push_back(std::move(chart));
+      continue;
+    }
+    beside_[chart.chart] = {};
+    --waiting_[page(chart.chart)];
+  }
+}
+
+void PartialFiller::look_at_borders() {
+  tbb::parallel_for(std::size_t{0}, unbaked_.size(), [&](std::size_t i) { look_beside(unbaked_[i]); });
+  tbb::parallel_for(std::size_t{0}, open_.size(), [&](std::size_t i) { look_beside(open_[i].chart); });
+}
+
+void PartialFiller::look_beside(std::uint32_t chart) {
+  std::vector<Beside>& kept = beside_[chart];
+  std::size_t n = 0;
+  for_border_places(build_, chart, [&](const TexelPoint&, std::uint32_t number, const TexelPoint& there) {
+    if (n == kept.size()) kept.emplace_back();
+    Beside& beside = kept[n++];
+    const Page& other = build_.pages[number];
+    if (beside.known || !other.is_open()) return;
+    const std::size_t at = texel_at(other, there);
+    if (other.state[at] == TexelState::empty) return;
+    std::copy_n(other.image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * at), 3, beside.rgb.begin());
+    beside.known = true;
+  });
+}
+
+bool PartialFiller::begin_round() {
+  if (open_.empty()) return false;
+  std::vector<char> ready(open_.size(), 0);
+  tbb::parallel_for(std::size_t{0}, open_.size(), [&](std::size_t k) {
+    const std::vector<bool>& known = open_[k].known;
+    const bool any = std::find(known.begin(), known.end(), true) != known.end();
+    ready[k] = any || !border_seeds(open_[k]).empty() ? 1 : 0;
+  });
+  // Charts without any colour around them take the mean when no others are left.
+  use_mean_ = std::find(ready.begin(), ready.end(), 1) == ready.end();
+  if (use_mean_) {
+    std::fill(ready.begin(), ready.end(), char{1});
+    mean_ = build_.mean_color();
+  }
+  round_.clear();
+  std::vector<OpenChart> left;
+  for (std::size_t k = 0; k < open_.size(); ++k) (ready[k] != 0 ? round_ : left).push_back(std::move(open_[k]));
+  open_ = std::move(left);
+  for (const OpenChart& open : round_) ++now_[page(open.chart)];
+  return true;
+}
+
+void PartialFiller::fill() {
+  const auto is_open = [&](const OpenChart& open) { return build_.page_of(open.chart).is_open(); };
+  tbb::parallel_for(std::size_t{0}, round_.size(), [&](std::size_t k) {
+    if (is_open(round_[k])) fill_chart(round_[k]);
+  });
+  for (const OpenChart& open : round_) {
+    if (!is_open(open)) continue;
+    beside_[open.chart] = {};
+    --now_[page(open.chart)];
+    --waiting_[page(open.chart)];
+  }
+  std::erase_if(round_, is_open);
+}
+
+/// Texels without a colour take those of the charts beside this one, along the edges that they share.
+std::vector<PartialFiller::Seed> PartialFiller::border_seeds(const OpenChart& chart) const {
+  const CellBox box = partial_box(build_.set.charts[chart.chart]);
+  std::vector<Seed> seeds;
+  std::size_t n = 0;
+  for_border_places(build_, chart.chart, [&](const TexelPoint& here, std::uint32_t, const TexelPoint&) {
+    const Beside& beside = beside_[chart.chart][n++];
+    const int x = static_cast<int>(std::floor(here.x)), y = static_cast<int>(std::floor(here.y));
+    if (!beside.known || x < box.x0 || y < box.y0 || x >= box.x1 || y >= box.y1) return;
+    const std::size_t i = pixel_index(x - box.x0, y - box.y0, box.x1 - box.x0);
+    if (!chart.known[i]) seeds.push_back({i, load(beside.rgb.data())});
+  });
+  return seeds;
+}
+
+void PartialFiller::fill_chart(const OpenChart& open) {
+  const Chart& chart = build_.set.charts[open.chart];
+  const ChartRaster raster = rasterize(chart.faces, build_.set.corners, partial_box(chart));
+  std::vector<Color> color(raster.owner.size(), mean_);
+  if (!use_mean_) {
+    std::vector<std::uint8_t> known(open.known.begin(), open.known.end());
+    const Page& page = build_.page_of(open.chart);
+    for (int y = raster.box.y0; y < raster.box.y1; ++y)
+      for (int x = raster.box.x0; x < raster.box.x1; ++x)
+        if (const std::size_t i = raster.at(x, y); known[i] != 0) {
+          const auto texel = build_.places[open.chart].texel(x, y);
+          color[i] = load(page.image.at(texel.x, texel.y));
+        }
+    for (const Seed& seed : border_seeds(open)) {
+      if (known[seed.texel] != 0) continue;  // the first seed of a texel counts
+      color[seed.texel] = seed.color;
+      known[seed.texel] = 1;
+    }
+    smooth_fill(color, known, raster.width(), raster.height());
+  }
+  write(
+      raster, color, [](std::size_t) { return true; }, open.chart, build_);
+}
+
+}  // namespace gpvc::atlas
