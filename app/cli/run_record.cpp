@@ -42,18 +42,20 @@ void write_run_json(const std::string& command, const CommonOptions& common, con
 void RunRecord::begin(const pipeline::StageInfo& stage) {
   check_cancelled();
   RunLog::begin(stage);
+  first_.reset();
   console.clear_status();
   console.status(stage.name + " ...");
 }
 
 void RunRecord::progress(std::size_t done, std::size_t total) {
   check_cancelled();
-  const double elapsed = stage_seconds();
+  if (!first_) first_ = {done, stage_seconds()};
+  const double elapsed = stage_seconds() - first_->seconds;
   const auto& [name, unit, ends_early] = stage();
   std::string text = ends_early ? fmt::format("{}: {} {}, {} at most", name, done, unit, total)
                                 : fmt::format("{}: {}/{} {}", name, done, total, unit);
-  if (!ends_early && done > 0 && total >= done && elapsed > 0) {
-    const double rate = static_cast<double>(done) / elapsed;
+  if (!ends_early && done > first_->done && total >= done && elapsed > 0) {
+    const double rate = static_cast<double>(done - first_->done) / elapsed;
     text += rate >= 1 ? fmt::format(", {:.3g}/s", rate) : fmt::format(", {:.3g} s each", 1 / rate);
     text += ", " + pipeline::readable_duration(static_cast<double>(total - done) / rate) + " left";
   }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "app/cli/options.h"
@@ -29,6 +30,14 @@ class RunRecord final : public evaluate::RunLog {
   void check_cancelled() override;
 
   Console& console;
+
+ private:
+  /// The first report of a stage. Rates are counted from there, because a stage may prepare its steps first.
+  struct FirstReport {
+    std::size_t done;
+    double seconds;
+  };
+  std::optional<FirstReport> first_;
 };
 
 /// What a command gives beside its files.
