@@ -64,10 +64,14 @@ struct CostTable {
 };
 
 /// What makes a view good for a face: its projected area, the photo's gradient magnitude integrated over that area, or
-/// the integral weighted by the viewing angle.
-enum class DataTerm { area, gmi, gmi_angle };
-inline constexpr Named<DataTerm> kDataTermNames[] = {
-    {"area", DataTerm::area}, {"gmi", DataTerm::gmi}, {"gmi-angle", DataTerm::gmi_angle}};
+/// either of them times the squared cosine of the viewing angle. Area times one cosine is the density of pixels on the
+/// surface in the direction in which they are fewest, squared; the second one stands for what else a grazing view does
+/// worse: parallax, reflections and blur by errors of the mesh grow with 1 / cosine.
+enum class DataTerm { area, area_angle, gmi, gmi_angle };
+inline constexpr Named<DataTerm> kDataTermNames[] = {{"area", DataTerm::area},
+                                                     {"area-angle", DataTerm::area_angle},
+                                                     {"gmi", DataTerm::gmi},
+                                                     {"gmi-angle", DataTerm::gmi_angle}};
 
 /// What becomes of a view whose colour disagrees with the face's other views: nothing, a lower quality, or rejection.
 enum class Outliers { none, damp, clamp };
@@ -75,26 +79,23 @@ inline constexpr Named<Outliers> kOutliersNames[] = {
     {"none", Outliers::none}, {"damp", Outliers::damp}, {"clamp", Outliers::clamp}};
 
 struct CostOptions {
-  DataTerm term = DataTerm::area;
+  DataTerm term = DataTerm::area_angle;
   Outliers outliers = Outliers::clamp;
-  /// Cost of the data term's worst quality (its best costs 0), where two neighbouring faces with different views cost 1,
-  /// the solver's smoothness. A lower weight gives larger patches. Chosen by the error on held-out photos.
-  double data_weight = 0.25;
+  /// Cost of a view of no quality, in proportion of a view that is worse than the face's best one, where two neighbouring
+  /// faces with different views cost 1, the solver's smoothness. A lower weight gives larger patches. Chosen by the error
+  /// on held-out photos.
+  double data_weight = 0.05;
   /// Width of the strip along depth discontinuities of the IVM in which candidates cost more, because photos and mesh
   /// disagree there by a few pixels; 0 = no strip.
   int margin_px = 5;
   /// Added to the cost of a face that lies in the strip entirely, in proportion otherwise. The default outweighs the
   /// three neighbours that a face can disagree with, so that even a single face prefers a view outside the strip.
   double margin_cost = 3.0;
-  /// Added per halving of a view's quality against the face's best candidate. The data term compares with the best faces
-  /// of the whole scene, which leaves the views of a small face nearly equal, although a grazing view smears. The first
-  /// two halvings are free, because larger patches are worth that loss; at most two more are counted.
+  /// Added per halving of a view's quality against the face's best candidate. The first two halvings are free, because
+  /// larger patches are worth that loss; at most two more are counted.
   double coarse_cost = 0.5;
   /// Added to the cost of a partial view, times the share of the face that it does not see.
   double hidden_cost = 1.0;
-  /// Quality from which on a candidate's data cost is 0. 0: the 99.5 % quantile of all candidates, see Candidates. A part
-  /// of a scene takes the whole scene's, so that its costs compare with those of other parts.
-  float reference_quality = 0;
 };
 
 /// How a face's candidates see it: in full, only in part, or there are none. The values are those of tags.npy.
@@ -104,7 +105,6 @@ struct Candidates {
   CostTable table;
   std::vector<FaceTag> tags;                        ///< per face
   std::size_t full = 0, partial = 0, rejected = 0;  ///< number of candidates kept, and of views rejected as outliers
-  float reference_quality = 0;                      ///< the one used, see CostOptions
 };
 
 /// Collects statistics (pixel area, gradient magnitude, mean colour) of the faces that each view sees, then derives
@@ -113,7 +113,7 @@ class CandidateCollector {
  public:
   /// `wanted`: a flag per face, or empty for all. Faces that are not wanted occlude and get no candidates (FaceTag::unseen).
   /// Wanted faces get the statistics that they have in a run on all faces. Their candidates and costs are equal to that
-  /// run's as well if reference_quality is given and `outliers` is none: outliers are found by comparing photos over all
+  /// run's as well if `outliers` is none: outliers are found by comparing photos over all
   /// collected faces, so wanted faces need a border of some ten more faces around them to come close.
   CandidateCollector(const Mesh& mesh, const CostOptions& options, std::vector<std::uint8_t> wanted = {});
   ~CandidateCollector();

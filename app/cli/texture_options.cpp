@@ -9,8 +9,8 @@ void add_selection(CLI::App& app, pipeline::Settings& settings) {
   const OptionGroup group{app, "View selection"};
   labeling::CostOptions& costs = settings.costs;
   group.choice("--data-term", labeling::kDataTermNames, costs.term,
-               "What makes a view good for a face: its area in pixels, the image gradient integrated over it, or that "
-               "weighted by the viewing angle");
+               "What makes a view good for a face: its area in pixels or the image gradient integrated over it, alone or "
+               "times the squared cosine of the viewing angle");
   group.choice(
       "--outliers", labeling::kOutliersNames, costs.outliers,
       "Views that disagree in colour with the others (cars, people): keep them, raise their cost, or drop them");

@@ -1,7 +1,6 @@
 // Derives candidates and costs from the statistics per face and view: rejects outliers, prefers full views to partial
-// ones, and scales qualities so that they compare over the scene.
+// ones, and compares the qualities of a face's views.
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -62,25 +61,6 @@ void choose(std::span<const ViewRecord> records, const CostOptions& options, Cho
 
 // --- costs
 
-/// The value that a share `quantile` of the values (>= 0) does not exceed. The bits of non-negative floats are ordered as
-/// the floats are, so two histograms of 16 bits each find it exactly without a sorted copy.
-float quantile_of(const std::vector<float>& values, double quantile) {
-  if (values.empty()) return 0;
-  auto rank = static_cast<std::uint64_t>(quantile * static_cast<double>(values.size() - 1));
-  std::vector<std::uint64_t> bins(65536, 0);
-  const auto find = [&] {
-    std::uint32_t bin = 0;
-    while (rank >= bins[bin]) rank -= bins[bin++];
-    return bin;
-  };
-  for (const float value : values) ++bins[std::bit_cast<std::uint32_t>(value) >> 16];
-  const std::uint32_t high = find();
-  bins.assign(65536, 0);
-  for (const float value : values)
-    if (const auto bits = std::bit_cast<std::uint32_t>(value); bits >> 16 == high) ++bins[bits & 0xFFFFu];
-  return std::bit_cast<float>(high << 16 | find());
-}
-
 /// Halvings of quality from the face's best view to this one, as CostOptions::coarse_cost counts them.
 double coarse_halvings(float quality, float best) {
   constexpr double kFree = 2, kMax = 2;
@@ -89,10 +69,10 @@ double coarse_halvings(float quality, float best) {
   return std::clamp(std::log2(static_cast<double>(best) / static_cast<double>(quality)) - kFree, 0.0, kMax);
 }
 
-/// The candidates of a chunk of faces; penalties are costs beside the data term.
+/// The candidates of a chunk of faces.
 struct TablePart {
   std::vector<std::uint32_t> views;
-  std::vector<float> quality, penalty;
+  std::vector<float> costs;
   std::vector<std::uint32_t> counts;  ///< per face
   std::vector<FaceTag> tags;
   std::size_t full = 0, partial = 0, rejected = 0;
@@ -106,16 +86,17 @@ struct TablePart {
       const FaceRecord& record = *choice.taken[i].record;
       (record.is_full() ? full : partial) += 1;
       views.push_back(choice.taken[i].view);
-      quality.push_back(choice.quality[i]);
-      penalty.push_back(static_cast<float>(options.margin_cost * record.margin / kWholeShare +
-                                           options.hidden_cost * (kWholeShare - record.visible) / kWholeShare +
-                                           options.coarse_cost * coarse_halvings(choice.quality[i], best)));
+      const double share = best > 0 ? static_cast<double>(choice.quality[i]) / static_cast<double>(best) : 1;
+      costs.push_back(static_cast<float>(options.data_weight * (1 - share) +
+                                         options.margin_cost * record.margin / kWholeShare +
+                                         options.hidden_cost * (kWholeShare - record.visible) / kWholeShare +
+                                         options.coarse_cost * coarse_halvings(choice.quality[i], best)));
     }
   }
 };
 
-/// The candidates of all chunks, with qualities in place of costs. Empties the parts.
-Candidates joined(std::vector<TablePart>& parts, std::size_t faces, std::vector<float>& penalty) {
+/// The candidates of all chunks. Empties the parts.
+Candidates joined(std::vector<TablePart>& parts, std::size_t faces) {
   Candidates result;
   CostTable& table = result.table;
   std::size_t total = 0;
@@ -123,14 +104,12 @@ Candidates joined(std::vector<TablePart>& parts, std::size_t faces, std::vector<
   table.first.reserve(faces + 1);
   table.views.reserve(total);
   table.costs.reserve(total);
-  penalty.reserve(total);
   result.tags.reserve(faces);
   table.first.push_back(0);
   for (TablePart& part : parts) {
     for (const std::uint32_t count : part.counts) table.first.push_back(table.first.back() + count);
     table.views.insert(table.views.end(), part.views.begin(), part.views.end());
-    table.costs.insert(table.costs.end(), part.quality.begin(), part.quality.end());
-    penalty.insert(penalty.end(), part.penalty.begin(), part.penalty.end());
+    table.costs.insert(table.costs.end(), part.costs.begin(), part.costs.end());
     result.tags.insert(result.tags.end(), part.tags.begin(), part.tags.end());
     result.full += part.full;
     result.partial += part.partial;
@@ -138,18 +117,6 @@ Candidates joined(std::vector<TablePart>& parts, std::size_t faces, std::vector<
     part = {};
   }
   return result;
-}
-
-/// Turns qualities into costs. Data costs lie in [0, 1] before their weight. A few huge faces must not make all others
-/// nearly equal, so the best half per cent of qualities all cost 0 (Waechter et al. 2014 do so, too).
-void set_costs(const CostOptions& options, const std::vector<float>& penalty, Candidates& candidates) {
-  std::vector<float>& costs = candidates.table.costs;
-  const float best = options.reference_quality > 0 ? options.reference_quality : quantile_of(costs, 0.995);
-  for (std::size_t i = 0; i < costs.size(); ++i) {
-    const float quality = best > 0 ? std::min(1.0f, costs[i] / best) : 1.0f;
-    costs[i] = static_cast<float>(options.data_weight) * (1.0f - quality) + penalty[i];
-  }
-  candidates.reference_quality = best;
 }
 
 }  // namespace
@@ -192,10 +159,7 @@ Candidates CandidateCollector::finish(const FaceGraph* graph) {
     }
   });
   by_view.clear();
-  std::vector<float> penalty;
-  Candidates result = joined(parts, faces, penalty);
-  set_costs(options, penalty, result);
-  return result;
+  return joined(parts, faces);
 }
 
 }  // namespace gpvc::labeling

@@ -165,13 +165,16 @@ float cos_angle(const CameraTriangle& p) {
   return static_cast<float>(std::abs(n.x * centroid.x + n.y * centroid.y + n.z * centroid.z) / norm);
 }
 
+bool needs_gradient(DataTerm term) { return term == DataTerm::gmi || term == DataTerm::gmi_angle; }
+bool needs_angle(DataTerm term) { return term == DataTerm::area_angle || term == DataTerm::gmi_angle; }
+
 /// The data term: how good the view is for a face. Another term belongs here, in DataTerm and in kDataTermNames.
 double quality_of(DataTerm term, const FaceShape& shape, const CameraTriangle& corners, double visible_share,
                   const PixelSums& sums) {
   const auto pixels = static_cast<double>(sums.pixels);
   double quality = shape.area_px > 0 ? static_cast<double>(shape.area_px) * visible_share : pixels;
-  if (term != DataTerm::area) quality *= static_cast<double>(sums.gradient) / (kGradientUnit * pixels);
-  if (term == DataTerm::gmi_angle) {
+  if (needs_gradient(term)) quality *= static_cast<double>(sums.gradient) / (kGradientUnit * pixels);
+  if (needs_angle(term)) {
     const auto cosine = static_cast<double>(cos_angle(corners));
     quality *= cosine * cosine;
   }
@@ -248,7 +251,7 @@ class ViewPass {
 
   /// Only outliers are found by colour.
   bool wants_color() const { return options_.outliers != Outliers::none; }
-  bool wants_gradient() const { return options_.term != DataTerm::area; }
+  bool wants_gradient() const { return needs_gradient(options_.term); }
 
   CameraTriangle corners(std::size_t face) const { return camera_corners(mesh_, face, view_.pose); }
 
@@ -396,7 +399,7 @@ class ViewPass {
     const std::uint32_t face = of_.faces[slot];
     PixelSums sums = of_.sums[slot];
     CameraTriangle triangle{};
-    if (sums.pixels == 0 || options_.term == DataTerm::gmi_angle) triangle = corners(face);
+    if (sums.pixels == 0 || needs_angle(options_.term)) triangle = corners(face);
     if (sums.pixels == 0) sums = sums_at_centroid(triangle);
     FaceRecord result;
     result.face = face;

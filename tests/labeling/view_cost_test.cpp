@@ -201,7 +201,6 @@ TEST(Candidates, WantedFacesCostWhatTheyCostInTheWhole) {
   options.term = DataTerm::gmi;
   options.outliers = Outliers::none;
   const Candidates whole = wall.collect(photos, options);
-  options.reference_quality = whole.reference_quality;
   std::vector<std::uint8_t> wanted(wall.mesh.faces.size());
   for (std::size_t face = 0; face < wanted.size(); ++face) wanted[face] = wall.centroid(face).x < 0.3;
   CandidateCollector collector(wall.mesh, options, wanted);
