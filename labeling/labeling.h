@@ -94,6 +94,9 @@ struct CostOptions {
   /// Added per halving of a view's quality against the face's best candidate. The first two halvings are free, because
   /// larger patches are worth that loss; at most two more are counted.
   double coarse_cost = 0.5;
+  /// Gives candidates of views that agree with the others by chance. They also have candidates where most views are such,
+  /// since then none tells which are right: see Candidates::agreement.
+  bool keep_views = false;
   /// Added to the cost of a partial view, times the share of the face that it does not see.
   double hidden_cost = 1.0;
 };
@@ -101,10 +104,24 @@ struct CostOptions {
 /// How a face's candidates see it: in full, only in part, or there are none. The values are those of tags.npy.
 enum class FaceTag : std::uint8_t { seen = 0, partial = 1, unseen = 2 };
 
+/// How well a photo agrees with the others about the surfaces that they see.
+struct ViewAgreement {
+  ViewId view{};
+  std::size_t steps = 0;   ///< places that were compared
+  double correlation = 0;  ///< with the mean of the other photos there, -1..1
+  double chance = 0;       ///< root mean square of the correlations with other places
+  bool judged = false;     ///< there are enough places
+  bool by_chance = false;  ///< judged, and agrees no better than chance: the photo or the pose is another's
+};
+
+/// True if more than half of the judged views agree by chance.
+bool mostly_by_chance(std::span<const ViewAgreement> agreement);
+
 struct Candidates {
   CostTable table;
   std::vector<FaceTag> tags;                        ///< per face
   std::size_t full = 0, partial = 0, rejected = 0;  ///< number of candidates kept, and of views rejected as outliers
+  std::vector<ViewAgreement> agreement;             ///< of all views, ascending
 };
 
 /// Collects statistics (pixel area, gradient magnitude, mean colour) of the faces that each view sees, then derives

@@ -12,6 +12,7 @@ Json options_json(const TextureOptions& o) {
   json.update(visibility_json(s.visibility));
   json["data_term"] = name_of(labeling::kDataTermNames, s.costs.term);
   json["outliers"] = name_of(labeling::kOutliersNames, s.costs.outliers);
+  json["keep_views"] = s.costs.keep_views;
   json["margin_px"] = s.costs.margin_px;
   json["smoothness"] = s.solver.smoothness;
   json["edge_weights"] = name_of(labeling::kEdgeWeightsNames, s.edge_weights);

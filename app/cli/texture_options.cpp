@@ -8,12 +8,16 @@ namespace {
 void add_selection(CLI::App& app, pipeline::Settings& settings) {
   const OptionGroup group{app, "View selection"};
   labeling::CostOptions& costs = settings.costs;
-  group.choice("--data-term", labeling::kDataTermNames, costs.term,
-               "What makes a view good for a face: its area in pixels or the image gradient integrated over it, alone or "
-               "times the squared cosine of the viewing angle");
+  group.choice(
+      "--data-term", labeling::kDataTermNames, costs.term,
+      "What makes a view good for a face: its area in pixels or the image gradient integrated over it, alone or "
+      "times the squared cosine of the viewing angle");
   group.choice(
       "--outliers", labeling::kOutliersNames, costs.outliers,
       "Views that disagree in colour with the others (cars, people): keep them, raise their cost, or drop them");
+  group.flag("--keep-views", costs.keep_views,
+             "Use photos that agree with the others no better than chance; by default they are left out, and a scene "
+             "where most are such is refused");
   add_smoothness(app, settings.solver.smoothness, settings.edge_weights);
   group.flag(
       "--thorough", settings.solver.thorough,

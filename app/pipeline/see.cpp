@@ -72,6 +72,37 @@ void report_tags(const Input& input, const labeling::Candidates& candidates, Obs
     observer.warning("photos see less than 5 % of the faces; are mesh and cameras in the same coordinates?");
 }
 
+// Wrong photos or poses must not become a texture without a word.
+void report_agreement(const Input& input, bool keep, std::span<const labeling::ViewAgreement> agreement,
+                      Observer& observer) {
+  std::vector<std::string> wrong;
+  std::vector<double> correlations;
+  for (const labeling::ViewAgreement& each : agreement) {
+    if (each.judged) correlations.push_back(each.correlation);
+    if (each.by_chance) wrong.push_back(input.scene.views[index(each.view)].name);
+  }
+  std::ranges::sort(correlations);
+  observer.figure("agreement.judged", correlations.size());
+  observer.figure("agreement.by_chance", wrong.size());
+  observer.figure("agreement.median", correlations.empty() ? 0 : correlations[correlations.size() / 2]);
+  for (const labeling::ViewAgreement& each : agreement)
+    observer.detail(fmt::format("  {}: agrees with other photos by {:.3f} at {} places, chance gives {:.3f}",
+                                input.scene.views[index(each.view)].name, each.correlation, each.steps, each.chance));
+  if (wrong.empty()) return;
+  const std::string found = fmt::format("{} of {} photos agree with the others no better than chance: {}", wrong.size(),
+                                        correlations.size(), readable_list(wrong, 5));
+  if (!labeling::mostly_by_chance(agreement))
+    return observer.warning(fmt::format("{}; {}", found,
+                                        keep ? "they are used all the same (--keep-views)"
+                                             : "they are left out: do these photos belong to other poses, or are they "
+                                               "turned? --keep-views uses them"));
+  if (keep) return observer.warning(found + "; the texture will be wrong where they are");
+  throw InputError(input.mesh_file, "",
+                   found +
+                       "; mesh, poses and photos do not fit together: photos of other poses or turned ones, inverse "
+                       "poses, another lens, or a mesh elsewhere; --keep-views textures all the same");
+}
+
 }  // namespace
 
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
@@ -132,6 +163,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   observer.figure("hidden", input.views.size() * input.mesh.faces.size() - s.full - s.partial);
   observer.end(fmt::format("{} views", input.views.size()));
   report_tags(input, seen.candidates, observer);
+  report_agreement(input, settings.costs.keep_views, seen.candidates.agreement, observer);
   return seen;
 }
 

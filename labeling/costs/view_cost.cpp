@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "labeling/costs/agreement.h"
 #include "labeling/costs/face_records.h"
 #include "labeling/costs/outliers.h"
 #include "labeling/costs/photo_consistency.h"
@@ -147,8 +148,13 @@ Candidates CandidateCollector::finish(const FaceGraph* graph) {
   RecordsByView& by_view = state_->by_view;
   state_->scratch.reset();
   const std::size_t faces = state_->mesh.faces.size();
-  if (options.outliers != Outliers::none)
-    find_outliers(by_view, faces, graph != nullptr ? *graph : face_graph(state_->mesh));
+  std::optional<FaceGraph> made;
+  if (graph == nullptr) graph = &made.emplace(face_graph(state_->mesh));
+  std::vector<ViewAgreement> agreement = measure_agreement(by_view, faces, *graph);
+  if (!options.keep_views && !mostly_by_chance(agreement))
+    for (const ViewAgreement& each : agreement)
+      if (each.by_chance) by_view.erase(static_cast<std::uint32_t>(index(each.view)));
+  if (options.outliers != Outliers::none) find_outliers(by_view, faces, *graph);
 
   std::vector<TablePart> parts(chunk_count(faces));
   for_each_chunk(by_view, faces, 1, [&](std::size_t chunk, const Grouped<ViewRecord>& records) {
@@ -159,7 +165,9 @@ Candidates CandidateCollector::finish(const FaceGraph* graph) {
     }
   });
   by_view.clear();
-  return joined(parts, faces);
+  Candidates result = joined(parts, faces);
+  result.agreement = std::move(agreement);
+  return result;
 }
 
 }  // namespace gpvc::labeling

@@ -250,7 +250,6 @@ class ViewPass {
   }
 
   /// Only outliers are found by colour.
-  bool wants_color() const { return options_.outliers != Outliers::none; }
   bool wants_gradient() const { return needs_gradient(options_.term); }
 
   CameraTriangle corners(std::size_t face) const { return camera_corners(mesh_, face, view_.pose); }
@@ -298,11 +297,7 @@ class ViewPass {
   PixelSums sums_of_run(const std::vector<std::uint32_t>& photo_pixels, int y, std::uint32_t begin,
                         std::uint32_t end) const {
     PixelSums sums;
-    if (wants_color()) {
-      add_colors(photo_pixels, begin, end, sums);
-    } else {
-      for (std::uint32_t x = begin; x < end; ++x) sums.pixels += photo_pixels[x] != PhotoLookup::kNoPixel ? 1 : 0;
-    }
+    add_colors(photo_pixels, begin, end, sums);
     if (strip_words_ > 0)
       sums.margin =
           sums.pixels == end - begin ? strip_pixels(y, begin, end) : found_in_strip(photo_pixels, y, begin, end);

@@ -22,12 +22,11 @@ Share16 share16(double share);
 /// One face in one view: 20 bytes, since a scene has tens of millions of them.
 struct FaceRecord {
   std::uint32_t face = 0;
-  float quality = 0;  ///< of the chosen data term, >= 0, more is better; px^2 or grey levels px
-  std::array<std::uint16_t, 3>
-      color{};                     ///< mean R, G, B of the pixels that show the face, times 256; if outliers count
-  Share16 margin = 0;              ///< share of those pixels within the strip along silhouettes
-  Share16 visible = 0;             ///< share of the face's samples that see it; kWholeShare if its class is full
-  std::uint16_t disagreement = 0;  ///< with the face's other photos: fixed_distance()
+  float quality = 0;                     ///< of the chosen data term, >= 0, more is better; px^2 or grey levels px
+  std::array<std::uint16_t, 3> color{};  ///< mean R, G, B of the pixels that show the face, times 256
+  Share16 margin = 0;                    ///< share of those pixels within the strip along silhouettes
+  Share16 visible = 0;                   ///< share of the face's samples that see it; kWholeShare if its class is full
+  std::uint16_t disagreement = 0;        ///< with the face's other photos: fixed_distance()
   bool is_full() const { return visible == kWholeShare; }
 };
 static_assert(sizeof(FaceRecord) == 20);

@@ -43,7 +43,7 @@ class Pipeline : public testing::Test {
       flight.width = 240;
       flight.height = 160;
       flight.size_m = 50;
-      synth::SynthScene made = synth::make_city({flight, 4000});
+      synth::SynthScene made = synth::make_city({flight, 8000});
       synth::SynthRenderer renderer(made);
       scene.views = synth::synth_flight(flight);
       for (View& view : scene.views) {
@@ -158,11 +158,8 @@ TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
     EXPECT_TRUE(taken[number].pixels.empty());
     taken[number] = std::move(page);
   };
-  const atlas::BakeOptions one_by_one{.take_model = {},
-                                      .take_page = take,
-                                      .page_bytes = 1,
-                                      .partial_bytes = 1,
-                                      .scratch_folder = testing::TempDir()};
+  const atlas::BakeOptions one_by_one{
+      .take_model = {}, .take_page = take, .page_bytes = 1, .partial_bytes = 1, .scratch_folder = testing::TempDir()};
   const atlas::TextureAtlas pieces = atlas::bake_atlas(plan, from, forward, one_by_one);
   EXPECT_TRUE(pieces.pages.empty());
   EXPECT_EQ(pieces.statistics.padded_texels, whole.statistics.padded_texels);
@@ -193,6 +190,62 @@ TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {
   }
   EXPECT_TRUE(std::all_of(seen.coverage.entries.begin(), seen.coverage.entries.end(),
                           [](const visibility::FaceCoverage& entry) { return index(entry.face) % 3 == 0; }));
+}
+
+// Keeps warnings.
+class Warned : public pipeline::Observer {
+ public:
+  void warning(const std::string& text) override { warnings.push_back(text); }
+  std::vector<std::string> warnings;
+};
+
+TEST_F(Pipeline, PhotosOfOtherPosesAreLeftOut) {
+  std::vector<io::Picture> pictures = city_->pictures;
+  std::swap(pictures[1].image, pictures[4].image);
+  io::PictureSource swapped(city_->scene, pictures);
+  pipeline::Settings settings;
+  Warned observer;
+  const pipeline::Seen seen = pipeline::see(input(), settings, swapped, observer);
+  for (const labeling::ViewAgreement& each : seen.candidates.agreement) {
+    EXPECT_TRUE(each.judged) << each.steps;
+    EXPECT_EQ(each.by_chance, index(each.view) == 1 || index(each.view) == 4)
+        << index(each.view) << ": " << each.correlation << " where chance gives " << each.chance;
+  }
+  EXPECT_TRUE(std::ranges::none_of(seen.candidates.table.views, [](auto view) { return view == 1 || view == 4; }));
+  ASSERT_EQ(observer.warnings.size(), 1u);
+  EXPECT_NE(observer.warnings[0].find("2 of 6 photos"), std::string::npos) << observer.warnings[0];
+
+  settings.costs.keep_views = true;
+  const pipeline::Seen kept = pipeline::see(input(), settings, swapped, observer);
+  EXPECT_TRUE(std::ranges::any_of(kept.candidates.table.views, [](auto view) { return view == 1; }));
+}
+
+TEST_F(Pipeline, PhotosInAnotherOrderAreRefused) {
+  std::vector<io::Picture> pictures(city_->pictures.rbegin(), city_->pictures.rend());
+  io::PictureSource reversed(city_->scene, pictures);
+  pipeline::Settings settings;
+  try {
+    pipeline::see(input(), settings, reversed, silent_);
+    FAIL() << "no photo belongs to its pose";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("--keep-views"), std::string::npos) << error.what();
+  }
+  settings.costs.keep_views = true;
+  EXPECT_NO_THROW(pipeline::see(input(), settings, reversed, silent_));
+}
+
+TEST_F(Pipeline, ExposureAndOverlapRaiseNoFalseAlarm) {
+  std::vector<io::Picture> pictures = city_->pictures;
+  for (std::size_t n = 0; n < pictures.size(); n += 2)
+    for (std::uint8_t& level : pictures[n].image.pixels) level = static_cast<std::uint8_t>(level / 3);
+  io::PictureSource dark(city_->scene, pictures);
+  for (std::uint32_t a = 0; a < 6; ++a)
+    for (std::uint32_t b = a + 1; b < 6; ++b) {
+      const std::vector<ViewId> two{ViewId{a}, ViewId{b}};
+      const pipeline::Seen seen = pipeline::see({city_->scene, city_->mesh, two}, {}, dark, silent_);
+      for (const labeling::ViewAgreement& each : seen.candidates.agreement)
+        EXPECT_FALSE(each.by_chance) << a << " and " << b << ": " << each.correlation;
+    }
 }
 
 TEST_F(Pipeline, OnlyTheGivenViewsAreUsed) {
