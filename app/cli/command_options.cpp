@@ -113,6 +113,9 @@ CLI::App* add_inspect(CLI::App& parent, InspectOptions& options) {
   add_scene(*app, options.input);
   add_mesh(*app, options.input.mesh);
   add_photos(*app, options.input);
+  app->add_flag("--check", options.check,
+                "Look through all photos at the mesh, and print how well each agrees with the others: photos of other "
+                "poses, or turned ones, agree no better than chance");
   add_common(*app, options.common, "");
   return app;
 }

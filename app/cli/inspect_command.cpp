@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <future>
+#include <stdexcept>
 
 #include "app/cli/interrupt.h"
+#include "app/cli/run_record.h"
 #include "app/cli/scene_input.h"
 #include "app/pipeline/frame_check.h"
 #include "app/pipeline/viewpoint.h"
@@ -138,6 +140,25 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
   }
 }
 
+// What the first stage of gpvc texture finds about photos and poses.
+void print_agreement(const SceneInputData& in, const InspectOptions& options, Console& console) {
+  pipeline::Settings settings;
+  settings.costs.keep_views = true;  // a wrong scene is looked at as a whole
+  io::PhotoCache photos(in.scene, options.input.downscale);
+  RunRecord record(console);
+  const pipeline::Seen seen = pipeline::see({in.scene, in.mesh, in.used, options.input.mesh}, settings, photos, record);
+  console.result("photo    agreement with the others (1: same picture), by chance, places compared");
+  for (const labeling::ViewAgreement& each : seen.candidates.agreement) {
+    const std::string& name = in.scene.views[index(each.view)].name;
+    const std::string places = pipeline::readable_count(each.steps);
+    if (each.judged)
+      console.result(fmt::format("agrees   {}: {:.3f}, {:.3f}, {}{}", name, each.correlation, each.chance, places,
+                                 each.by_chance ? ": NO BETTER THAN CHANCE" : ""));
+    else
+      console.result(fmt::format("agrees   {}: unknown, {} places are too few", name, places));
+  }
+}
+
 }  // namespace
 
 void run_inspect(const InspectOptions& options, Console& console) {
@@ -145,7 +166,9 @@ void run_inspect(const InspectOptions& options, Console& console) {
   std::future<Mesh> mesh;
   if (!options.input.mesh.empty())
     mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
-  in.scene = read_views(options.input, in.used, true);
+  else if (options.check)
+    throw std::runtime_error("--check compares what the photos show of a mesh: name one after the scene");
+  in.scene = read_views(options.input, in.used, !options.check);
   print_cameras(in.scene, in.used, console);
   throw_if_interrupted();
   if (!mesh.valid()) return;
@@ -155,6 +178,7 @@ void run_inspect(const InspectOptions& options, Console& console) {
   throw_if_interrupted();
   const int threads = options.common.threads > 0 ? options.common.threads : tbb::info::default_concurrency();
   print_coverage(in, options.input.mesh, threads, console);
+  if (options.check) print_agreement(in, options, console);
 }
 
 }  // namespace gpvc::cli

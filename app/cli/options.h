@@ -106,7 +106,8 @@ struct LabelOptions : CommandOptions {
 
 struct InspectOptions {
   CommonOptions common;
-  SceneInput input;  ///< the mesh may be missing
+  SceneInput input;    ///< the mesh may be missing
+  bool check = false;  ///< looks at the photos, too
 };
 
 struct ConvertOptions : CommandOptions {

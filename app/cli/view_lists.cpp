@@ -36,24 +36,30 @@ std::string near_names(std::span<const View> views, const std::string& name) {
 }
 
 // How a list's entry may be read; the first reading that matches a view counts.
-enum class Reading { name, glob, stem };
+enum class Reading { name, glob, stem, file_name, file_stem };
+
+// True if such an entry means one view alone.
+bool is_single(Reading reading) { return reading != Reading::name && reading != Reading::glob; }
 
 bool fits(const std::string& entry, const std::string& view, Reading reading) {
   if (reading == Reading::name) return view == entry;
   if (reading == Reading::glob) return fnmatch(entry.c_str(), view.c_str(), 0) == 0;
-  return std::filesystem::path(view).replace_extension() == std::filesystem::path(entry);
+  const std::filesystem::path path(view);
+  if (reading == Reading::stem) return std::filesystem::path(path).replace_extension() == entry;
+  return (reading == Reading::file_name ? path.filename() : path.stem()) == entry;
 }
 
 std::vector<bool> matched(std::span<const View> views, const std::string& option, const std::string& list) {
   std::vector<bool> hit(views.size(), false);
   for (const std::string& entry : listed(list)) {
     std::vector<std::size_t> found;
-    for (const Reading reading : {Reading::name, Reading::glob, Reading::stem}) {
+    for (const Reading reading :
+         {Reading::name, Reading::glob, Reading::stem, Reading::file_name, Reading::file_stem}) {
       if (!found.empty()) break;
       for (std::size_t v = 0; v < views.size(); ++v)
         if (fits(entry, views[v].name, reading)) found.push_back(v);
-      if (reading == Reading::stem && found.size() > 1)
-        throw UsageError(fmt::format("{}: '{}' may be {} or {}; give the extension", option, entry,
+      if (is_single(reading) && found.size() > 1)
+        throw UsageError(fmt::format("{}: '{}' may be {} or {}; give the whole name", option, entry,
                                      views[found[0]].name, views[found[1]].name));
     }
     if (found.empty())

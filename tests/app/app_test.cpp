@@ -277,11 +277,20 @@ TEST_F(App, LabelSolvesStoredCosts) {
 }
 
 TEST_F(App, InspectSaysWhatItUnderstood) {
-  const Outcome outcome = run({"inspect", (scene_ / "colmap").string(), (scene_ / "mesh.ply").string()});
+  std::vector<std::string> inspect{"inspect", (scene_ / "colmap").string(), (scene_ / "mesh.ply").string()};
+  const Outcome outcome = run(inspect);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_FALSE(contains(outcome.out, "agrees"));
   for (const char* words :
        {"views    5", "240 x 160 px", "fx 200.00", "k1 -0.06", "up       +z", "x -25.000 .. 25.000"})
     EXPECT_TRUE(contains(outcome.out, words));
+  inspect.push_back("--check");
+  const Outcome checked = run(inspect);
+  EXPECT_EQ(checked.exit_code, 0) << checked.err;
+  EXPECT_TRUE(contains(checked.out, "agrees   east_001.jpg: ")) << checked.out;
+  EXPECT_FALSE(contains(checked.out, "CHANCE"));
+  inspect.erase(inspect.begin() + 2);
+  expect_one_sentence(run(inspect), "--check", "mesh");
 }
 
 }  // namespace

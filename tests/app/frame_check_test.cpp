@@ -223,19 +223,22 @@ std::string list_refusal(const Scene& scene, const std::string& list) {
   return {};
 }
 
-TEST(ViewLists, TakeNamesWithoutTheirExtensionWhereOneViewHasThem) {
+TEST(ViewLists, TakeNamesWithoutFolderOrExtensionWhereOneViewHasThem) {
   using Indices = std::vector<std::size_t>;
-  const Scene scene =
-      scene_with({"DJI_0018.JPG", "DJI_0020.JPG", "a", "a.jpg", "b.1.jpg", "c.jpg", "c.png", "north/d.jpg"});
+  const Scene scene = scene_with({"DJI_0018.JPG", "DJI_0020.JPG", "a", "a.jpg", "b.1.jpg", "c.jpg", "c.png",
+                                  "north/d.jpg", "north/e.jpg", "south/e.jpg"});
   EXPECT_EQ(listed(scene, "DJI_0020"), Indices{1});
   EXPECT_EQ(listed(scene, "DJI_0020.JPG"), Indices{1});
   EXPECT_EQ(listed(scene, "DJI_00*,b.1"), (Indices{0, 1, 4}));
   EXPECT_EQ(listed(scene, "a"), Indices{2}) << "as it stands";
   EXPECT_EQ(listed(scene, "north/d"), Indices{7});
   EXPECT_EQ(listed(scene, "c.png"), Indices{6});
-  EXPECT_TRUE(contains(list_refusal(scene, "c"), "'c' may be c.jpg or c.png; give the extension"));
+  EXPECT_TRUE(contains(list_refusal(scene, "c"), "'c' may be c.jpg or c.png; give the whole name"));
+  EXPECT_EQ(listed(scene, "d"), Indices{7});
+  EXPECT_EQ(listed(scene, "d.jpg"), Indices{7});
+  EXPECT_TRUE(contains(list_refusal(scene, "e"), "'e' may be north/e.jpg or south/e.jpg; give the whole name"));
   EXPECT_TRUE(contains(list_refusal(scene, "DJI_0021"), "no view 'DJI_0021'; near are DJI_0020.JPG"));
-  EXPECT_TRUE(contains(list_refusal(scene, "d"), "no view 'd'"));
+  EXPECT_TRUE(contains(list_refusal(scene, "f"), "no view 'f'"));
   const std::vector<ViewId> used = cli::used_views(scene.views, "", "");
   EXPECT_EQ(cli::held_out_views(scene, used, "DJI_0018"), std::vector{ViewId{0}});
   EXPECT_EQ(cli::held_out_views(scene, used, "4"), (std::vector{ViewId{3}, ViewId{7}}));
