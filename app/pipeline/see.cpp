@@ -92,11 +92,9 @@ void report_agreement(const Input& input, bool keep, std::span<const labeling::V
   const std::string found = fmt::format("{} of {} photos agree with the others no better than chance: {}", wrong.size(),
                                         correlations.size(), readable_list(wrong, 5));
   if (!labeling::mostly_by_chance(agreement))
-    return observer.warning(fmt::format("{}; {}", found,
-                                        keep ? "they are used all the same (--keep-views)"
-                                             : "they are left out: do these photos belong to other poses, or are they "
-                                               "turned? --keep-views uses them"));
-  if (keep) return observer.warning(found + "; the texture will be wrong where they are");
+    return observer.warning(found + "; do they belong to other poses, or are they turned?" +
+                            (keep ? "" : " They are left out; --keep-views uses them"));
+  if (keep) return observer.warning(found + "; mesh, poses and photos do not fit together");
   throw InputError(input.mesh_file, "",
                    found +
                        "; mesh, poses and photos do not fit together: photos of other poses or turned ones, inverse "
