@@ -186,11 +186,15 @@ std::uint8_t srgb_from_linear(float light) {
   return static_cast<std::uint8_t>(255 * value + 0.5f);
 }
 
-Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput& input) {
+Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput& input,
+                 std::vector<std::uint8_t> storage = {}) {
   // The codec uses one thread: photos are decoded in parallel, inside tasks.
   input.threads(1);
   const OIIO::ImageSpec& spec = input.spec();
-  Image image = black_image(spec.width, spec.height, std::min(spec.nchannels, 4));
+  Image image{spec.width, spec.height, std::min(spec.nchannels, 4), std::move(storage)};
+  const std::size_t bytes = pixel_index(0, spec.height, spec.width) * static_cast<std::size_t>(image.channels);
+  if (image.pixels.capacity() < bytes || image.pixels.capacity() > bytes + bytes / 8) image.pixels = {};
+  image.pixels.resize(bytes);
   if (holds_linear_light(spec)) {
     std::vector<float> light(image.pixels.size());
     decode(file, part, input, image.channels, OIIO::TypeDesc::FLOAT, light.data());
@@ -257,10 +261,12 @@ PhotoExclusion zero_pixels(const fs::path& file, bool alpha_alone) {
              : zero_samples<float>(file, *input, OIIO::TypeDesc::FLOAT, alpha_alone);
 }
 
-Image read_image(const fs::path& file) {
+Image read_image(const fs::path& file) { return read_image(file, {}); }
+
+Image read_image(const fs::path& file, std::vector<std::uint8_t> storage) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
   check_jpeg({file, "", FileBytes(file).view()});
-  return decode_rgb(file, "", *input);
+  return decode_rgb(file, "", *input, std::move(storage));
 }
 
 Image decode_image(const fs::path& file, const std::string& part, std::string_view bytes) {

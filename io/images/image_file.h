@@ -32,6 +32,10 @@ ImageSize read_image_size(const std::filesystem::path& file);
 /// From the header alone. Throws InputError.
 bool has_alpha(const std::filesystem::path& file);
 
+/// read_image into `storage`, whose content is lost, if its capacity is what is needed or little more. That of another
+/// photo saves asking the system for new pages.
+Image read_image(const std::filesystem::path& file, std::vector<std::uint8_t> storage);
+
 /// read_image of a PNG or JPEG in memory, `part` of `file`, which are only named. Throws InputError.
 Image decode_image(const std::filesystem::path& file, const std::string& part, std::string_view bytes);
 

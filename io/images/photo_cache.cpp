@@ -4,6 +4,7 @@
 #include <list>
 #include <mutex>
 #include <unordered_map>
+#include <utility>
 
 #include "io/images.h"
 #include "io/images/image_file.h"
@@ -16,15 +17,41 @@ namespace {
 
 using Photo = std::shared_ptr<const Image>;
 
+/// The memory of the largest photo that was let go, for the next one: the system would have to map and clear new pages
+/// for each photo.
+class SpareMemory {
+ public:
+  std::vector<std::uint8_t> take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(pixels_, {});
+  }
+  void give(std::vector<std::uint8_t> pixels) {
+    const std::lock_guard lock(mutex_);
+    if (pixels.capacity() > pixels_.capacity()) pixels_.swap(pixels);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::uint8_t> pixels_;
+};
+
 /// Decodes on the calling thread without parallel loops: inside one, this thread could pick up a task that waits for
 /// the photo that it is decoding.
-Photo decode(const View& view, int downscale) {
-  Image image = read_image(view.photo);
+Photo decode(const View& view, int downscale, const std::shared_ptr<SpareMemory>& spare) {
+  Image image = read_image(view.photo, spare->take());
   if (image.width / downscale != view.camera.width || image.height / downscale != view.camera.height)
     throw InputError(view.photo, "",
                      "is " + size_text(image.width, image.height) + " pixels, which does not fit its camera any more");
   if (const std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view)) paint_over(image, *exclusion);
-  return std::make_shared<const Image>(downscale == 1 ? std::move(image) : reduce_image(image, downscale));
+  if (downscale != 1) {
+    Image reduced = reduce_image(image, downscale);
+    spare->give(std::move(image.pixels));
+    image = std::move(reduced);
+  }
+  return {new Image(std::move(image)), [spare](Image* photo) {
+            spare->give(std::move(photo->pixels));
+            delete photo;
+          }};
 }
 
 }  // namespace
@@ -43,6 +70,7 @@ struct PhotoCache::State {
   std::unordered_map<std::size_t, Entry> entries;
   std::list<std::size_t> by_age;  ///< least recently used first
   std::size_t bytes = 0;
+  std::shared_ptr<SpareMemory> spare = std::make_shared<SpareMemory>();  ///< photos handed out may outlive the cache
 
   void drop_oldest_beyond_limit() {
     for (auto age = by_age.begin(); bytes > limit_bytes && age != by_age.end();) {
@@ -59,7 +87,7 @@ struct PhotoCache::State {
 };
 
 PhotoCache::PhotoCache(const Scene& scene, int downscale, std::size_t limit_bytes)
-    : state_(new State{scene, downscale, limit_bytes, {}, {}, {}, 0}) {}
+    : state_(new State{scene, downscale, limit_bytes, {}, {}, {}}) {}
 
 PhotoCache::~PhotoCache() = default;
 
@@ -72,6 +100,7 @@ void PhotoCache::keep_at_most(std::size_t bytes) {
   const std::lock_guard lock(state_->mutex);
   state_->limit_bytes = bytes;
   state_->drop_oldest_beyond_limit();
+  state_->spare->take();
 }
 
 std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
@@ -90,7 +119,7 @@ std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
     state.entries[key] = {promise.get_future().share(), 0, age};
   }
   try {
-    Photo photo = decode(state.scene.views.at(key), state.downscale);
+    Photo photo = decode(state.scene.views.at(key), state.downscale, state.spare);
     promise.set_value(photo);
     const std::lock_guard lock(state.mutex);
     State::Entry& entry = state.entries.at(key);
