@@ -12,7 +12,8 @@ namespace gpvc::io {
 /// Reads PLY (ASCII, binary little and big endian, float or double, any extra properties) or OBJ, told apart by content,
 /// not by extension. Polygons of more than three vertices are split: as a fan where that turns no triangle over, by
 /// ear clipping elsewhere; Mesh::source_face leads back to them. Groups, texture coordinates, normals, lines and points
-/// of an OBJ are ignored. Throws InputError on NaN or infinite coordinates, on indices out of range, on a truncated file,
+/// of an OBJ are ignored. Throws InputError on NaN, infinite coordinates and
+/// those above 1e18 (kMostCoordinate), on indices out of range, on a truncated file,
 /// and on a mesh without faces. O(file size).
 Mesh read_mesh(const std::filesystem::path& file);
 

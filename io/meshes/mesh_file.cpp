@@ -8,6 +8,7 @@
 
 #include "io/files/file_bytes.h"
 #include "io/mesh.h"
+#include "io/number_text.h"
 #include "io/vector.h"
 
 namespace gpvc::io {
@@ -70,6 +71,18 @@ Mesh read_mesh(const std::filesystem::path& file) {
   if (mesh.faces.empty()) throw InputError(file, "", "has no faces");
   recut_concave(mesh);
   return mesh;
+}
+
+void check_position(const std::filesystem::path& file, const std::string& line, std::size_t vertex,
+                    const WorldPoint& position) {
+  for (const double value : {position.x, position.y, position.z}) {
+    if (std::abs(value) <= kMostCoordinate) continue;
+    const std::string place = line + "vertex " + std::to_string(vertex);
+    if (!std::isfinite(value)) throw InputError(file, place, "a coordinate is not finite");
+    throw InputError(file, place,
+                     "has the coordinate " + shortest_text(value) + ", expected at most " +
+                         shortest_text(kMostCoordinate) + ", the most that graphics in single precision can take");
+  }
 }
 
 void note_source(Mesh& mesh, std::size_t triangles, std::size_t face) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 #include "io/scene.h"
@@ -19,6 +20,16 @@ void note_source(Mesh& mesh, std::size_t triangles, std::size_t face);
 
 /// Retriangulates polygons that were added as fans and whose fan turns a triangle over. \pre all vertices are read
 void recut_concave(Mesh& mesh);
+
+/// The largest coordinate of a mesh, of either sign. Single precision sets it: ray tracing (Embree allows 1.8e18), OpenGL
+/// and glTF hold positions as floats and multiply differences of two of them. Such a difference is below 2^61, and the sum of
+/// three squares below 2^124, in the range of floats (2^128). In double precision, comparing two depths exactly multiplies
+/// five values, each below 2^61 times a focal length: far from overflow at 2^1024.
+inline constexpr double kMostCoordinate = 1e18;
+
+/// Throws InputError when a coordinate is not finite or exceeds kMostCoordinate. `line`: "line 12: " or empty.
+void check_position(const std::filesystem::path& file, const std::string& line, std::size_t vertex,
+                    const WorldPoint& position);
 
 /// FaceId and vertex indices are 32 bits wide, and the last value means "none".
 inline constexpr std::uint64_t kMaxElements = 0xFFFFFFFEu;

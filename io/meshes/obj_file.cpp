@@ -1,5 +1,4 @@
 // Reads the geometry of OBJ files.
-#include <cmath>
 #include <cstring>
 
 #include "io/error.h"
@@ -62,11 +61,12 @@ class ObjParser {
       const std::string_view word = next_word(line);
       const std::optional<double> number = number_from(word);
       if (!number) fail(at, word.empty() ? "a vertex needs three coordinates" : quote(word) + " is not a coordinate");
-      if (!std::isfinite(*number)) fail(at, "vertex " + std::to_string(mesh_.positions.size()) + " is not finite");
       value = *number;
     }
     if (mesh_.positions.size() == kMaxElements) fail(at, "more than 2^32 - 2 vertices");
-    mesh_.positions.push_back({values[0], values[1], values[2]});
+    const WorldPoint position{values[0], values[1], values[2]};
+    check_position(file_, "line " + std::to_string(at) + ": ", mesh_.positions.size(), position);
+    mesh_.positions.push_back(position);
   }
 
   void face(std::string_view line, std::size_t at) {

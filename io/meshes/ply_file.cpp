@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <span>
 
@@ -294,9 +293,8 @@ class MeshReader {
         else
           skip(property);
       }
-      if (!std::isfinite(position[0]) || !std::isfinite(position[1]) || !std::isfinite(position[2]))
-        throw InputError(file_, "vertex " + std::to_string(v), "a coordinate is not finite");
       mesh_.positions.push_back({position[0], position[1], position[2]});
+      check_position(file_, "", v, mesh_.positions.back());
     }
   }
 

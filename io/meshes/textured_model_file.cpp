@@ -16,6 +16,8 @@
 #include "io/files/paths.h"
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
+#include "io/meshes/mesh_file.h"
+#include "io/number_text.h"
 #include "io/textured_model.h"
 
 namespace gpvc::io {
@@ -385,11 +387,10 @@ LoadedModel read_textured_gltf(const fs::path& file) {
 }
 
 void check_numbers(const fs::path& file, const LoadedModel& loaded) {
-  for (std::size_t i = 0; i < loaded.mesh.positions.size(); ++i) {
-    const WorldPoint& p = loaded.mesh.positions[i];
-    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-      throw InputError(file, "vertex " + std::to_string(i), "a coordinate is not finite");
-  }
+  const auto usable = [](double offset) { return std::abs(offset) <= kMostCoordinate; };
+  if (!usable(loaded.offset.x) || !usable(loaded.offset.y) || !usable(loaded.offset.z))
+    throw InputError(file, "offset", "is not finite, or above " + shortest_text(kMostCoordinate));
+  for (std::size_t i = 0; i < loaded.mesh.positions.size(); ++i) check_position(file, "", i, loaded.mesh.positions[i]);
   for (std::size_t i = 0; i < loaded.model.texcoords.size(); ++i)
     if (!std::isfinite(loaded.model.texcoords[i].u) || !std::isfinite(loaded.model.texcoords[i].v))
       throw InputError(file, "texture coordinate " + std::to_string(i), "is not finite");

@@ -252,6 +252,29 @@ TEST(MeshFile, SkipsTheMarkBeforeUtf8) {
   EXPECT_TRUE(contains(input_error([&] { read_mesh(folder.write("m", mark)); }), "is empty"));
 }
 
+// Squares of differences of coordinates have to fit in floats.
+TEST(MeshFile, RefusesCoordinatesBeyondSinglePrecision) {
+  const TemporaryFolder folder;
+  for (const char* value : {"1.1e18", "-1e60", "1e308", "nan", "-inf"}) {
+    const std::string name = value;
+    const bool finite = name.back() != 'n' && name.back() != 'f';
+    const std::string said = finite ? "has the coordinate " : "is not finite";
+    const auto refusal = [&](const std::string& text) {
+      return input_error([&] { read_mesh(folder.write("a", text)); });
+    };
+    const std::string ply = refusal(replaced(ascii_ply(), "255 " + exact(0.1), "255 " + name));
+    EXPECT_TRUE(contains(ply, "a: vertex 0: "));
+    EXPECT_TRUE(contains(ply, said));
+    std::string bytes = binary_ply(true);
+    bytes.replace(bytes.find(bytes_of(5e6 + 0.7, true)), 8, bytes_of(std::strtod(value, nullptr), true));
+    EXPECT_TRUE(contains(refusal(bytes), "a: vertex 2: "));
+    const std::string obj = refusal("v 0 0 0\nv 1 0 0\n\nv 1 " + name + " 0\nf 1 2 3\n");
+    EXPECT_TRUE(contains(obj, "a: line 4: vertex 2: "));
+    EXPECT_TRUE(contains(obj, said));
+  }
+  EXPECT_EQ(read_mesh(folder.write("a", "v 0 0 1e18\nv 1 0 0\nv -1e18 0 0\nf 1 2 3\n")).positions[0].z, 1e18);
+}
+
 // Cut anywhere, a file is refused; only where nothing but a closing blank is lost may it be read.
 void expect_every_cut_refused(const std::string& bytes, std::size_t harmless) {
   const TemporaryFolder folder;
@@ -349,7 +372,7 @@ TEST(MeshFile, RefusesWhatIsNoMeshAndSaysWhere) {
   EXPECT_TRUE(contains(error("# nothing\n"), "neither PLY nor OBJ"));
   EXPECT_TRUE(contains(error(std::string(500, '\0')), "neither PLY nor OBJ"));
   EXPECT_TRUE(contains(error("v 0 0\n"), "line 1: a vertex needs three coordinates"));
-  EXPECT_TRUE(contains(error("\nv 0 0 inf\n"), "line 2: vertex 0 is not finite"));
+  EXPECT_TRUE(contains(error("\nv 0 0 inf\n"), "line 2: vertex 0: a coordinate is not finite"));
   EXPECT_TRUE(contains(error("v 0 0 0\nv 1 0 0\nf 1 2\n"), "line 3: a face needs three vertices, found 2"));
   EXPECT_TRUE(contains(error("v 0 0 0\nf 1 1 2\nf 1 1 1\n"), "line 2: vertex 2"));
   EXPECT_TRUE(contains(error("v 0 0 0\nf 1 1 0\n"), "line 2: vertex 0"));

@@ -174,7 +174,7 @@ TEST(WriteGlb, WritesTheSameBytesTwice) {
 
 TEST(WriteObj, ReadsBackTheSamePositionsAndFaces) {
   StripModel test;
-  for (const double hard : {0.1, 1.0 / 3, 1e-310, -0.0, 1.7976931348623157e308, 123456789.123456789})
+  for (const double hard : {0.1, 1.0 / 3, 1e-310, -0.0, 9.876543210987654e17, 123456789.123456789})
     test.mesh.positions.push_back({hard, -hard, std::nextafter(hard, 0)});
   const auto file = test.folder.path() / "model.obj";
   write_obj(file, test.model, test.pages, {});
@@ -250,6 +250,22 @@ TEST(ReadTexturedModel, ReadsBothOwnContainersBack) {
       EXPECT_EQ(back.pages[back.model.face_page[i]].pixels, read_image(test.pages[page].file).pixels) << name;
     }
   }
+}
+
+TEST(ReadTexturedModel, RefusesCoordinatesBeyondSinglePrecision) {
+  StripModel test;
+  test.mesh.positions[4].y = 1e30;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  write_obj(test.folder.path() / "m.obj", test.model, test.pages, {});
+  for (const char* name : {"m.glb", "m.obj"}) {
+    const std::string error = test::input_error([&] { read_textured_model(test.folder.path() / name); });
+    EXPECT_TRUE(contains(error, name + std::string(": vertex "))) << error;
+    EXPECT_TRUE(contains(error, "has the coordinate 1")) << error;
+  }
+  test.mesh.positions[4].y = 0;
+  write_obj(test.folder.path() / "m.obj", test.model, test.pages, {});
+  test.folder.write("offset.txt", "0 1e60 0\n");
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(test.folder.path() / "m.obj"); }), "offset"));
 }
 
 TEST(ReadTexturedModel, RefusesAGlbCutAnywhere) {
