@@ -1,21 +1,23 @@
 #include "app/pipeline/output_folder.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <system_error>
+#include <utility>
 
+#include "app/pipeline/folder_lock.h"
 #include "app/pipeline/output_names.h"
+#include "app/pipeline/publication.h"
+#include "io/files/paths.h"
 #include "io/output_file.h"
 
 namespace gpvc::pipeline {
@@ -24,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".gpvc-unfinished-";
-constexpr const char* kEarlier = ".gpvc-earlier-";
+constexpr const char* kEarlier = ".gpvc-earlier-";  ///< of versions before the journal
 
 // True if the command may write this file at the top of OUT, as far as that is known before it runs.
 bool is_written_by(std::string_view command, const std::string& name) {
@@ -45,7 +47,7 @@ bool is_written_by(std::string_view command, const std::string& name) {
   return extension == ".png" || extension == ".jpg" || extension == ".bin";
 }
 
-std::optional<std::string> name_from_json(const nlohmann::json& entry) {
+std::optional<std::string> name_from_json(const nlohmann::ordered_json& entry) {
   if (entry.is_string()) return entry.get<std::string>();
   if (!entry.is_object() || !entry.contains("bytes") || !entry["bytes"].is_string()) return std::nullopt;
   const auto& digits = entry["bytes"].get_ref<const std::string&>();
@@ -66,33 +68,13 @@ struct EarlierResult {
 };
 
 EarlierResult earlier_result(const fs::path& out) {
+  if (!io::is_file(out / "run.json")) return {};
   std::ifstream in(out / "run.json");
-  const auto json = nlohmann::json::parse(in, nullptr, false);
-  const bool ours = json.is_object() && json.value("program", nlohmann::json()) == "gpvc";
+  const auto json = nlohmann::ordered_json::parse(in, nullptr, false);
+  const bool ours = json.is_object() && json.value("program", nlohmann::ordered_json()) == "gpvc";
   if (!ours || !json.contains("command") || !json["command"].is_string()) return {};
-  EarlierResult earlier{json["command"].get<std::string>(), {}};
-  const nlohmann::json outputs = json.value("outputs", nlohmann::json());
-  if (!outputs.is_array()) return earlier;
-  for (const auto& entry : outputs) {
-    const std::optional<std::string> name = name_from_json(entry);
-    if (!name) continue;
-    try {
-      earlier.files.insert(contained_path(*name).generic_string());
-    } catch (const OutputError&) {
-      continue;
-    }
-  }
-  return earlier;
-}
-
-bool is_there(const fs::path& path) { return fs::exists(fs::symlink_status(path)); }
-
-void remove_empty_parents(const fs::path& out, fs::path folder) {
-  std::error_code ignored;
-  while (folder != out && folder.has_relative_path() && fs::is_empty(folder, ignored) && !ignored) {
-    fs::remove(folder, ignored);
-    folder = folder.parent_path();
-  }
+  const std::vector<std::string> names = output_names(json.value("outputs", nlohmann::ordered_json()));
+  return {json["command"].get<std::string>(), {names.begin(), names.end()}};
 }
 
 fs::path make_folder_like(const fs::path& prefix) {
@@ -102,77 +84,19 @@ fs::path make_folder_like(const fs::path& prefix) {
   return name;
 }
 
-struct FolderLock {
-  int descriptor = -1;  ///< -1: not locked by this process
-  bool others = false;  ///< another process holds the lock; false with -1: the file system has no locks
-};
-
-// The lock lasts until the descriptor is closed or the process ends, in whatever way.
-FolderLock locked(const fs::path& folder) {
-  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return {descriptor, false};
-  const bool others = errno == EWOULDBLOCK;
-  close(descriptor);
-  return {-1, others};
-}
-
-// Removes what killed runs left: folders that no process has locked. (Process numbers would not do: they recur, at once in
-// containers, and differ from machine to machine.)
-void remove_abandoned(const fs::path& out) {
+// The hidden folders in which runs make their files.
+std::vector<fs::path> work_folders(const fs::path& out) {
   std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(out))
-    if (entry.path().filename().string().starts_with(kUnfinished)) found.push_back(entry.path());
-  for (const fs::path& folder : found) {
-    const FolderLock lock = locked(folder);
-    if (lock.descriptor < 0) continue;
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
-    close(lock.descriptor);
-  }
+    if (entry.path().filename().string().starts_with(kUnfinished) && !entry.is_symlink() && entry.is_directory())
+      found.push_back(entry.path().filename());
+  return found;
 }
 
-// Files on their way to their final names, and the earlier ones that they replace.
-class MovedFiles {
- public:
-  explicit MovedFiles(const fs::path& out) : out_(out) {}
-
-  void move(const fs::path& from, const fs::path& to) {
-    fs::create_directories(to.parent_path());
-    fs::rename(from, to);
-    moved_.push_back({from, to});
-  }
-  // Moves a file of the earlier result to a hidden folder.
-  void set_aside(const std::string& name) {
-    if (earlier_.empty()) earlier_ = make_folder_like(out_ / kEarlier);
-    move(out_ / name, earlier_ / name);
-    remove_empty_parents(out_, (out_ / name).parent_path());
-  }
-  // Moves all files back. Returns false if one could not be.
-  bool undo() {
-    bool all_back = true;
-    for (auto it = moved_.rbegin(); it != moved_.rend(); ++it) {
-      std::error_code failed;
-      fs::create_directories(it->from.parent_path(), failed);
-      fs::rename(it->to, it->from, failed);
-      if (failed) all_back = false;
-      remove_empty_parents(out_, it->to.parent_path());
-    }
-    return all_back;
-  }
-  const fs::path& earlier() const { return earlier_; }
-  void remove_earlier() const {
-    std::error_code ignored;
-    if (!earlier_.empty()) fs::remove_all(earlier_, ignored);
-  }
-
- private:
-  struct Moved {
-    fs::path from, to;
-  };
-  const fs::path& out_;
-  fs::path earlier_;  ///< empty until a file is set aside
-  std::vector<Moved> moved_;
-};
+void remove_tree(const fs::path& folder) noexcept {
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+}
 
 }  // namespace
 
@@ -182,19 +106,63 @@ OutputFolder::OutputFolder(fs::path out) : out_(std::move(out)) {}
 OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) : OutputFolder(std::move(out)) {
   try {
     create();
-    refuse_results_in_the_way(force, command);
-    remove_abandoned(out_);
-    make_unfinished();
+    files_ = std::make_unique<FolderFiles>(out_);
+    lock_ = std::make_unique<FolderLock>(out_);
+    const bool repaired = repair();
+    refuse_results_in_the_way(force, command, repaired);
+    make_work_folder();
   } catch (const fs::filesystem_error& e) {
     throw OutputError(out_, "cannot be written: " + e.code().message());
   }
 }
 
-OutputFolder::~OutputFolder() {
+OutputFolder::~OutputFolder() { discard(); }
+
+void OutputFolder::discard() noexcept {
+  if (!work_.empty()) {
+    // Threads that still write to files of the old name find no folder.
+    const fs::path made = out_ / work_, moved = made.string() + "-removed";
+    std::error_code failed;
+    fs::rename(made, moved, failed);
+    remove_tree(failed ? made : moved);
+    work_.clear();
+  }
+  lock_.reset();
   std::error_code ignored;
-  if (!unfinished_.empty()) fs::remove_all(unfinished_, ignored);
-  if (lock_ >= 0) close(lock_);
   for (auto it = created_.rbegin(); it != created_.rend(); ++it) fs::remove(*it, ignored);  // only when empty
+  created_.clear();
+}
+
+// Finishes what a killed run was publishing and removes what others left. Returns true if a result was finished.
+bool OutputFolder::repair() {
+  bool repaired = false;
+  for (const fs::path& work : work_folders(out_)) {
+    // Without locks it may be that of a run under way.
+    if (lock_->held()) {
+      if (const std::optional<Publication> publication = Publication::interrupted(*files_, work)) {
+        finish(*publication, work);
+        repaired = true;
+      }
+      remove_tree(out_ / work);
+    } else if (Publication::interrupted(*files_, work)) {
+      throw OutputError(out_ / work,
+                        "holds files of a result that another run is publishing, or was when it was killed");
+    }
+  }
+  return repaired;
+}
+
+// Where a file has come in the way, the earlier result is brought back, and the files of the new one stay in WORK.
+void OutputFolder::finish(const Publication& publication, const fs::path& work) {
+  try {
+    publication.forward();
+  } catch (const OutputError& error) {
+    publication.undo();
+    throw OutputError(out_ / work, fmt::format("holds the result of a run that was killed while it published it, which "
+                                               "cannot be finished ({}); clear the way, or remove this folder",
+                                               error.what()));
+  }
+  publication.end();
 }
 
 void OutputFolder::create() {
@@ -206,17 +174,19 @@ void OutputFolder::create() {
   fs::create_directories(out_);
 }
 
-void OutputFolder::refuse_results_in_the_way(bool force, std::string_view command) {
+void OutputFolder::refuse_results_in_the_way(bool force, std::string_view command, bool repaired) {
   // Another command's result (a scene, a model) is likely to be the input of something.
   const EarlierResult earlier = earlier_result(out_);
   if (!earlier.command.empty() && earlier.command != command)
     throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'; choose another folder", earlier.command));
   listed_ = earlier.files;
   if (!listed_.empty() && !force)
-    throw OutputError(out_,
-                      fmt::format("already holds a result ({}); choose another folder, or give --force to replace "
-                                  "it when the new one is complete",
-                                  *listed_.begin()));
+    throw OutputError(
+        out_,
+        fmt::format("already holds a result ({}{}); choose another folder, or give --force to replace "
+                    "it when the new one is complete",
+                    *listed_.begin(), repaired ? ", which a killed run had begun to publish and is complete now" : ""));
+  for (const std::string& name : listed_) refuse_link(name);
   for (const auto& entry : fs::directory_iterator(out_)) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with(kEarlier))
@@ -227,21 +197,24 @@ void OutputFolder::refuse_results_in_the_way(bool force, std::string_view comman
   }
 }
 
-void OutputFolder::make_unfinished() {
-  // Another run may take the new folder for abandoned and remove it before it is locked.
-  for (bool taken = true; taken;) {
-    if (lock_ >= 0) close(lock_);
-    unfinished_ = make_folder_like(out_ / kUnfinished);
-    const FolderLock lock = locked(unfinished_);
-    lock_ = lock.descriptor;
-    taken = lock.others || !fs::exists(unfinished_);
-  }
+void OutputFolder::make_work_folder() {
+  const fs::path made = make_folder_like(out_ / kUnfinished);
+  work_ = made.filename();
+  unfinished_ = made / "new";
+  fs::create_directory(unfinished_);
   const io::OutputFile probe(unfinished_ / "probe");  // throws where no file can be made; removed at once
 }
 
+void OutputFolder::refuse_link(const std::string& name) const {
+  if (const std::optional<fs::path> link = files_->link_on_the_way(name))
+    throw OutputError(out_ / *link,
+                      "is a symbolic link where a folder of the result is to be; remove it or choose another folder");
+}
+
 void OutputFolder::refuse_foreign_file(const std::string& name) const {
+  refuse_link(name);
   const fs::path path = out_ / name;
-  if (!is_there(path)) return;
+  if (!fs::exists(fs::symlink_status(path))) return;
   if (!listed_.contains(fs::path(name).lexically_normal().generic_string()))
     throw OutputError(path, "would be replaced, and belongs to no earlier result; choose another folder");
   if (fs::is_directory(path)) throw OutputError(path, "is a folder where a file is to be; choose another folder");
@@ -282,27 +255,24 @@ void OutputFolder::publish() {
       throw OutputError(out_ / name, "is read by this run and would be replaced; choose another folder");
     refuse_foreign_file(name);
   }
-  MovedFiles moved(out_);
-  fs::path at;
+  std::vector<std::string> replaced;
+  std::copy_if(listed_.begin(), listed_.end(), std::back_inserter(replaced),
+               [&](const std::string& name) { return files_->has(name); });
+  const Publication publication(*files_, work_, std::move(replaced), promised_);
+  publication.begin();
   try {
-    for (const std::string& name : listed_) {
-      at = out_ / name;
-      if (is_there(at) && !fs::is_directory(at)) moved.set_aside(name);
+    publication.forward();
+  } catch (const OutputError& e) {
+    if (publication.undo()) {
+      publication.end();
+      throw;
     }
-    for (const std::string& name : promised_) {
-      at = out_ / name;
-      moved.move(unfinished_ / name, at);
-    }
-  } catch (const fs::filesystem_error& e) {
-    const bool all_back = moved.undo();
-    const std::string lost =
-        all_back ? "" : fmt::format("; files of the earlier result are in {}", moved.earlier().string());
-    if (all_back) moved.remove_earlier();
-    throw OutputError(at, e.code().message() + lost);
+    const fs::path left = out_ / std::exchange(work_, {});  // the next run repairs it
+    throw OutputError(e.what(), "files of the earlier result are in " + left.string());
   }
-  moved.remove_earlier();
-  std::error_code ignored;
-  fs::remove_all(unfinished_, ignored);
+  publication.end();
+  created_.clear();
+  discard();
 }
 
 nlohmann::ordered_json outputs_json(const std::vector<std::string>& names) {
@@ -319,6 +289,21 @@ nlohmann::ordered_json outputs_json(const std::vector<std::string>& names) {
     list.push_back({{"name", text}, {"bytes", digits}});
   }
   return list;
+}
+
+std::vector<std::string> output_names(const nlohmann::ordered_json& list) {
+  std::vector<std::string> names;
+  if (!list.is_array()) return names;
+  for (const auto& entry : list) {
+    const std::optional<std::string> name = name_from_json(entry);
+    if (!name) continue;
+    try {
+      names.push_back(contained_path(*name).generic_string());
+    } catch (const OutputError&) {
+      continue;
+    }
+  }
+  return names;
 }
 
 std::string OutputFolder::with_final_names(std::string message) const {

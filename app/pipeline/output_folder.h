@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <set>
 #include <string>
 #include <string_view>
@@ -10,13 +11,20 @@
 
 namespace gpvc::pipeline {
 
+class FolderFiles;
+class FolderLock;
+class Publication;
+
 /// Files are written to a hidden folder inside OUT and moved to their final names all together at the end, `run.json` last.
-/// Until then an earlier result stays unchanged. A run that fails or is interrupted leaves OUT unchanged.
+/// Until then an earlier result stays unchanged. A run that fails or is interrupted leaves OUT unchanged; what a killed
+/// one left is cleared away by the next, which also finishes a result that was being published. OUT is locked meanwhile.
+/// Below OUT no symbolic link is followed to remove or replace a file.
 class OutputFolder {
  public:
-  /// Creates OUT and its parents. Throws OutputError when it cannot be written, when it holds an earlier result and
-  /// `force` is false, when the run.json there is of another `command`, and when a file that `command` will write, as far
-  /// as that is known beforehand, exists and belongs to no earlier result. (file() and publish() check the others.)
+  /// Creates OUT and its parents. Throws OutputError when it cannot be written, when another run has it locked, when it
+  /// holds an earlier result and `force` is false, when a folder of that is a symbolic link, when the run.json there is of
+  /// another `command`, and when a file that `command` will write, as far as that is known beforehand, exists and belongs
+  /// to no earlier result. (file() and publish() check the others.)
   OutputFolder(std::filesystem::path out, bool force, std::string_view command);
   /// Removes files that were not published, and the folders made for them.
   ~OutputFolder();
@@ -30,7 +38,8 @@ class OutputFolder {
   /// Where to write the file that will be OUT/`relative`; creates its parents. The file is promised from now on. Throws
   /// OutputError when `relative` would leave OUT, or a foreign file has that name.
   std::filesystem::path file(const std::filesystem::path& relative);
-  /// Throws OutputError when OUT/`name` exists and is foreign: no file of the earlier result.
+  /// Throws OutputError when OUT/`name` exists and is foreign (no file of the earlier result), or lies behind a symbolic
+  /// link in OUT.
   void refuse_foreign_file(const std::string& name) const;
   /// The hidden folder. promise_all() promises the files that were written there without file().
   const std::filesystem::path& in_making() const { return unfinished_; }
@@ -41,21 +50,29 @@ class OutputFolder {
   /// Files of the earlier result.
   const std::set<std::string>& listed() const { return listed_; }
 
-  /// Replaces the earlier result by the promised files. Throws OutputError when one is missing, when its name is that of a
-  /// protected or foreign file, and when a file cannot be moved; then the earlier result is back. A run that is killed in
-  /// here leaves the earlier files in a hidden folder inside OUT.
+  /// Replaces the earlier result by the promised files and unlocks OUT. Throws OutputError when one is missing, when its
+  /// name is that of a protected or foreign file, and when a file cannot be moved; then the earlier result is back. If the
+  /// process is killed in here, the next run in OUT finishes it.
   void publish();
+  /// Removes files that were not published, unlocks OUT and removes the folders made for it. Nothing else may be called
+  /// afterwards. Threads that still write files get errors.
+  void discard() noexcept;
   /// `message` with the path of the hidden folder replaced by OUT, as errors about unfinished files name it.
   std::string with_final_names(std::string message) const;
 
  private:
   explicit OutputFolder(std::filesystem::path out);
   void create();
-  void refuse_results_in_the_way(bool force, std::string_view command);
-  void make_unfinished();
+  bool repair();
+  void finish(const Publication& publication, const std::filesystem::path& work);
+  void refuse_results_in_the_way(bool force, std::string_view command, bool repaired);
+  void refuse_link(const std::string& name) const;
+  void make_work_folder();
 
   std::filesystem::path out_, unfinished_;
-  int lock_ = -1;  ///< on unfinished_: shows other runs that it is not abandoned
+  std::filesystem::path work_;  ///< name of the hidden folder in OUT, see Publication; empty: none
+  std::unique_ptr<FolderFiles> files_;
+  std::unique_ptr<FolderLock> lock_;
   std::set<std::string> listed_;
   std::vector<std::filesystem::path> created_;  ///< folders made on the way to OUT, outermost first
   std::vector<std::string> promised_;
