@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <future>
 
+#include "io/images/image_file.h"
 #include "io/mesh.h"
+#include "io/scenes/photo_files.h"
 
 namespace gpvc::cli {
 namespace {
@@ -72,6 +74,16 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   record.end(fmt::format("{} faces{}, {}{} views", pipeline::readable_count(data.mesh.faces.size()), of_meshes,
                          pipeline::readable_count(data.used.size()), of_views));
   return data;
+}
+
+void check_photos(const SceneInputData& input) {
+  const std::vector<View>& views = input.scene.views;
+  const std::vector<bool> used = marked(input.used, views.size());
+  const auto errors = io::for_each_photo(views, [&](std::size_t v) {
+    if (used[v]) io::check_photo_end(views[v].photo);
+  });
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
 }
 
 Json visibility_json(const visibility::VisibilityOptions& options) {

@@ -35,6 +35,9 @@ Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_
 /// InputError, UsageError.
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record);
 
+/// Throws InputError for the first used view whose photo ends too early, before hours are spent on the others.
+void check_photos(const SceneInputData& input);
+
 Json visibility_json(const visibility::VisibilityOptions& options);
 Json scene_json(const SceneInput& input);
 /// The faces and vertices of each mesh.

@@ -49,6 +49,7 @@ void run_texture(const TextureOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"model.obj"});
   run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
     const SceneInputData in = read_scene_input(options.input, record);
+    check_photos(in);
     folder.protect(input_files(in));
     io::PhotoCache photos(in.scene, options.input.downscale);
     pipeline::Settings settings = options.settings;

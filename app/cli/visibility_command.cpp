@@ -79,6 +79,17 @@ void record_totals(const Totals& all, RunRecord& record) {
                         {"contested_samples", s.contested_samples}});
 }
 
+// The size of the arrays.
+double bytes_of(const SceneInputData& in, bool ivm) {
+  double bytes = 0;
+  for (const ViewId id : in.used) {
+    const Camera& camera = in.scene.views[index(id)].camera;
+    const double pixels = static_cast<double>(camera.width) * static_cast<double>(camera.height);
+    bytes += static_cast<double>(in.mesh.faces.size()) + (ivm ? 4 * pixels : 0);
+  }
+  return bytes;
+}
+
 void classify_views(const SceneInputData& in, const VisibilityCommandOptions& options,
                     visibility::GraphicsDevice* device, pipeline::OutputFolder& folder, RunRecord& record,
                     evaluate::OracleCheck& check) {
@@ -120,6 +131,8 @@ bool claims_to_be_exact(const visibility::VisibilityOptions& options) {
 RunFacts visibility(const VisibilityCommandOptions& options, RunRecord& record, pipeline::OutputFolder& folder) {
   const SceneInputData in = read_scene_input(options.input, record);
   folder.protect(input_files(in));
+  const double bytes = bytes_of(in, options.ivm);
+  folder.expect_space(bytes, bytes, record);
   const auto device = visibility::find_device(options.visibility, options.common.device);
   if (device) record.detail(fmt::format("device: {} ({})", device->info().renderer, device->info().driver));
   evaluate::OracleCheck check(in.used, static_cast<std::size_t>(options.oracle_check));

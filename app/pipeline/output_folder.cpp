@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "app/pipeline/folder_lock.h"
+#include "app/pipeline/observer.h"
 #include "app/pipeline/output_names.h"
 #include "app/pipeline/publication.h"
 #include "io/files/paths.h"
@@ -239,6 +240,16 @@ fs::path OutputFolder::file(const fs::path& relative) {
   }
   promised_.push_back(inside.generic_string());
   return path;
+}
+
+void OutputFolder::expect_space(double least, double likely, Observer& observer) const {
+  std::error_code failed;
+  const auto free = static_cast<double>(fs::space(out_, failed).available);
+  if (failed || free >= likely) return;
+  const std::string has = fmt::format("the disk has {} free", readable_bytes(free));
+  if (free < least)
+    throw OutputError(out_, fmt::format("{}, the result takes at least {}", has, readable_bytes(least)));
+  observer.warning(fmt::format("{}: {}, and the result may take {}", out_.string(), has, readable_bytes(likely)));
 }
 
 void OutputFolder::promise_all() {

@@ -12,6 +12,7 @@
 namespace gpvc::pipeline {
 
 class FolderFiles;
+class Observer;
 class FolderLock;
 class Publication;
 
@@ -34,6 +35,9 @@ class OutputFolder {
   /// Protects files that the run reads: they are neither removed with an earlier result nor replaced by the new one.
   /// Throws OutputError when the earlier result holds one of them. O(n log n).
   void protect(const std::set<std::filesystem::path>& inputs);
+
+  /// Throws OutputError when OUT's file system has less than `least` bytes free; warns when it has less than `likely`.
+  void expect_space(double least, double likely, Observer& observer) const;
 
   /// Where to write the file that will be OUT/`relative`; creates its parents. The file is promised from now on. Throws
   /// OutputError when `relative` would leave OUT, or a foreign file has that name.

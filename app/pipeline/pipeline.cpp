@@ -157,6 +157,8 @@ TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSour
 TexturedFiles texture_into(const Input& input, const Settings& settings, io::PhotoSource& photos, OutputFolder& folder,
                            Observer& observer) {
   const MemoryPlan memory = plan_memory(input, settings);
+  const FileSizes sizes = predicted_sizes(input, settings, memory.texels);
+  folder.expect_space(sizes.least, sizes.likely, observer);
   Choice chosen = see_and_choose(input, settings, memory, photos, observer);
   ModelFiles files(input, settings, folder, observer);
   const atlas::AtlasInput from = atlas_input(input, photos, chosen.graph, chosen.seen, chosen.selection.labels);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <future>
@@ -109,6 +110,18 @@ void write_offset(const io::ModelOptions& model, OutputFolder& folder) {
 }
 
 }  // namespace
+
+FileSizes predicted_sizes(const Input& input, const Settings& settings, double texels) {
+  const auto faces = static_cast<double>(input.mesh.faces.size());
+  const auto vertices = static_cast<double>(input.mesh.positions.size());
+  // labels.npy and tags.npy; in model.obj at least "f 1 2 3" and "v 0 0 0", each with a line end.
+  FileSizes sizes{(4 + 1) * faces + 8 * faces + 8 * vertices, 0};
+  // As city scenes and photographed ones have them: 90 bytes a face in model.obj, 45 in model.glb beside the pages; a byte a
+  // texel as JPEG, three as PNG, once by itself and once in model.glb; the preview.
+  const double of_texel = settings.output.texture == io::ImageFormat::png ? 3 : 1;
+  sizes.likely = std::max(sizes.least, (5 + 4 + 90 + 45) * faces + 2 * of_texel * texels + 2e6);
+  return sizes;
+}
 
 ModelFiles::ModelFiles(const Input& input, const Settings& settings, OutputFolder& folder, Observer& observer)
     : input_(input),

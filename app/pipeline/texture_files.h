@@ -11,6 +11,12 @@
 
 namespace gpvc::pipeline {
 
+/// Bytes of all files of a result, before anything is known of it but the texels that are expected.
+struct FileSizes {
+  double least = 0, likely = 0;
+};
+FileSizes predicted_sizes(const Input& input, const Settings& settings, double texels);
+
 /// Call the functions in their order. Borrows what it is given.
 class ModelFiles {
  public:

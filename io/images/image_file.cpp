@@ -248,6 +248,16 @@ ImageSize read_image_size(const fs::path& file) {
   return {input->spec().width, input->spec().height};
 }
 
+void check_photo_end(const fs::path& file) {
+  const FileBytes bytes(file, FileBytes::Use::in_places);
+  const std::string_view view = bytes.view();
+  // Cameras append previews and data of their own. A marker of a preview there may pass for the photo's; then decoding
+  // finds what is missing.
+  constexpr std::size_t kTail = 1 << 16;
+  const std::string_view tail = view.substr(view.size() - std::min(view.size(), kTail));
+  if (tail.find("\xFF\xD9") == std::string_view::npos) check_jpeg({file, "", view});
+}
+
 bool has_alpha(const fs::path& file) { return open_image(file)->spec().alpha_channel >= 0; }
 
 PhotoExclusion zero_pixels(const fs::path& file, bool alpha_alone) {

@@ -26,8 +26,10 @@ TEST_F(App, TexturesWithoutAnExcludedImageThatIsMissing) {
 TEST_F(App, RefusesATruncatedImage) {
   const fs::path photo = scene_ / "images" / "nadir_001.jpg";
   fs::resize_file(photo, fs::file_size(photo) / 2);
-  // Visibility needs no pixel of it; texture does.
-  expect_one_sentence(run(texture(out_)), "nadir_001.jpg", "");
+  // Visibility needs no pixel of it; texture does, and looks before it works.
+  const Outcome outcome = run(texture(out_));
+  expect_one_sentence(outcome, "nadir_001.jpg", "ends too early");
+  EXPECT_EQ(outcome.err.find("drawing:"), std::string::npos) << outcome.err;
   EXPECT_FALSE(fs::exists(out_));
 }
 

@@ -119,6 +119,25 @@ TEST_F(App, FullFileSystemLeavesNothing) {
   EXPECT_FALSE(left);
 }
 
+TEST_F(App, AFullDiskIsSaidBeforeTheWork) {
+  const fs::path disk = folder_.path() / "disk";
+  fs::create_directories(disk);
+  if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=40k") != 0)
+    GTEST_SKIP() << "no permission to mount a small file system";
+  auto words = texture(disk / "out");
+  std::vector<Outcome> outcomes{run(words)};
+  words[0] = "visibility";
+  words.push_back("--ivm");
+  outcomes.push_back(run(words));
+  const bool left = fs::exists(disk / "out");
+  umount2(disk.c_str(), MNT_DETACH);
+  for (const Outcome& outcome : outcomes) {
+    expect_one_sentence(outcome, (disk / "out").string(), "the result takes at least");
+    EXPECT_EQ(outcome.err.find("drawing:"), std::string::npos) << outcome.err;
+  }
+  EXPECT_FALSE(left);
+}
+
 TEST_F(App, NamesCannotLeaveTheOutputFolder) {
   fs::rename(scene_ / "images" / "east_001.jpg", scene_ / "escaped.jpg");
   replace_in(scene_ / "colmap" / "images.txt", "east_001.jpg", "../escaped.jpg");

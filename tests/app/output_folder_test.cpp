@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/pipeline/observer.h"
 #include "app/pipeline/output_names.h"
 #include "io/error.h"
 #include "tests/support/temporary_folder.h"
@@ -181,6 +182,21 @@ TEST_F(OutputFolderTest, LeftoversAreRemovedAndNeverTaken) {
   EXPECT_EQ(read_file(out_ / "fresh.jpg"), "fresh");
   EXPECT_FALSE(fs::exists(out_ / "stale.jpg"));
   EXPECT_EQ(names(), std::vector<std::string>{"fresh.jpg"});
+}
+
+TEST_F(OutputFolderTest, SaysBeforeTheWorkThatTheDiskIsTooFull) {
+  struct Warnings : pipeline::Observer {
+    void warning(const std::string& text) override { said += text; }
+    std::string said;
+  } observer;
+  const pipeline::OutputFolder folder(out_, false, "texture");
+  const auto free = static_cast<double>(fs::space(out_).available);
+  folder.expect_space(0, free / 2, observer);
+  EXPECT_EQ(observer.said, "");
+  folder.expect_space(0, 2 * free + 1e9, observer);
+  EXPECT_TRUE(test::contains(observer.said, "out: the disk has "));
+  EXPECT_TRUE(test::contains(observer.said, "may take"));
+  EXPECT_THROW(folder.expect_space(2 * free + 1e9, 2 * free + 1e9, observer), OutputError);
 }
 
 TEST_F(OutputFolderTest, AResultThatAKilledRunHeldIsTold) {
