@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "io/files/paths.h"
 #include "io/grouping.h"
 #include "io/npy.h"
 #include "labeling/labeling.h"
@@ -80,6 +81,7 @@ struct SparseFile {
 };
 
 SparseFile read_sparse_file(const fs::path& file) {
+  io::refuse_special_file(file);
   std::ifstream in(file, std::ios::binary);
   if (!in) throw InputError(file, "", "cannot be opened");
   std::string magic, version;

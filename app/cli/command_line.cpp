@@ -1,6 +1,8 @@
 // Parses the command line and runs the command it names.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <tbb/global_control.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -45,15 +47,18 @@ bool asks_for_devices(int argc, char** argv) {
   return false;
 }
 
-// True if standard output could not be written completely (a full disk behind a redirection).
-bool results_were_lost() { return std::fflush(stdout) != 0 || std::ferror(stdout) != 0; }
+// A file opened as descriptor 0, 1 or 2 would get what is printed.
+void open_standard_descriptors() {
+  for (int descriptor = 0; descriptor <= 2; ++descriptor)
+    if (fcntl(descriptor, F_GETFD) < 0) static_cast<void>(open("/dev/null", O_RDWR));
+}
 
 int run_guarded(const CommonOptions& common, const std::function<void(Console&)>& command) {
   std::optional<Console> console;
   try {
     console.emplace(common.loudness(), common.log);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "gpvc: error: %s\n", e.what());
+    std::fprintf(stderr, "gpvc: error: %s\n", shown_text(e.what(), STDERR_FILENO).c_str());
     return kFailed;
   }
   try {
@@ -63,10 +68,10 @@ int run_guarded(const CommonOptions& common, const std::function<void(Console&)>
       setenv("LP_NUM_THREADS", std::to_string(common.threads).c_str(), 0);  // llvmpipe, the software OpenGL
     }
     command(*console);
-    if (results_were_lost()) throw std::runtime_error("standard output: cannot be written");
+    if (console->results_were_lost()) throw std::runtime_error("standard output: cannot be written");
     return 0;
   } catch (const Cancelled&) {
-    console->error("interrupted; nothing was written");
+    console->interrupted();
     return kInterrupted;
   } catch (const UsageError& e) {
     console->error(e.what());
@@ -138,6 +143,7 @@ std::vector<Command> add_commands(CLI::App& app) {
 }  // namespace
 
 int run_command_line(int argc, char** argv) {
+  open_standard_descriptors();
   install_signal_handlers();
   if (asks_for_devices(argc, argv)) return list_devices_command();
 
@@ -159,8 +165,8 @@ int run_command_line(int argc, char** argv) {
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
     const CLI::App& reached = reached_command(app);
-    std::fprintf(stderr, "gpvc: error: %s\nTry '%s --help'.\n", usage_complaint(reached, e).c_str(),
-                 full_name(reached).c_str());
+    std::fprintf(stderr, "gpvc: error: %s\nTry '%s --help'.\n",
+                 shown_text(usage_complaint(reached, e), STDERR_FILENO).c_str(), full_name(reached).c_str());
     return kBadUsage;
   }
   for (const Command& command : commands) {

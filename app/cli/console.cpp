@@ -7,8 +7,11 @@
 #include <unistd.h>
 
 #include <cctype>
+#include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
+#include <string_view>
 
 #include "io/error.h"
 
@@ -58,10 +61,33 @@ std::shared_ptr<spdlog::logger> open_log(const std::filesystem::path& file) {
   }
 }
 
+// A dumb terminal understands no escape sequences.
+bool has_cursor(int descriptor) {
+  const char* kind = std::getenv("TERM");
+  return isatty(descriptor) != 0 && kind != nullptr && std::string_view(kind) != "dumb" && *kind != '\0';
+}
+
 }  // namespace
 
+std::string shown_text(const std::string& text, int descriptor) {
+  if (isatty(descriptor) == 0) return text;
+  std::string shown;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]),
+               before = static_cast<unsigned char>(i == 0 ? 0 : text[i - 1]);
+    const bool ascii = (byte < 0x20 && byte != '\n' && byte != '\t') || byte == 0x7F;
+    // 0x80 to 0x9F are control characters by themselves, and in UTF-8 after 0xC2.
+    const bool upper = byte >= 0x80 && byte < 0xA0 && (before < 0x80 || before == 0xC2);
+    if (ascii || upper)
+      shown += fmt::format("\\x{:02x}", byte);
+    else
+      shown += text[i];
+  }
+  return shown;
+}
+
 Console::Console(Loudness loudness, const std::filesystem::path& log_file)
-    : loudness_(loudness), terminal_(isatty(STDERR_FILENO) != 0), log_(open_log(log_file)) {}
+    : loudness_(loudness), terminal_(has_cursor(STDERR_FILENO)), log_(open_log(log_file)) {}
 
 Console::~Console() { clear_status(); }
 
@@ -69,8 +95,16 @@ void Console::result(const std::string& text) {
   const std::lock_guard lock(mutex_);
   if (status_shown_) print("");
   if (log_) log_->info("{}", text);
-  std::fputs((text + "\n").c_str(), stdout);
-  std::fflush(stdout);
+  const bool good =
+      std::fputs((shown_text(text, STDOUT_FILENO) + "\n").c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+  if (good || lost_) return;
+  lost_ = true;
+  reader_ended_ = errno == EPIPE;
+}
+
+bool Console::results_were_lost() {
+  const std::lock_guard lock(mutex_);
+  return lost_ && !(published_ && reader_ended_);
 }
 
 void Console::note(const std::string& text) { say(spdlog::level::info, loudness_ != Loudness::quiet, text); }
@@ -96,7 +130,7 @@ void Console::status(const std::string& text) {
     print(text + "\n");
     return;
   }
-  std::fputs(("\r\x1b[K" + text.substr(0, terminal_columns() - 1)).c_str(), stderr);
+  std::fputs(("\r\x1b[K" + shown_text(text, STDERR_FILENO).substr(0, terminal_columns() - 1)).c_str(), stderr);
   std::fflush(stderr);
   status_shown_ = true;
 }
@@ -111,7 +145,7 @@ void Console::clear_status() {
 void Console::print(const std::string& text) {
   if (status_shown_) std::fputs("\r\x1b[K", stderr);
   status_shown_ = false;
-  std::fputs(text.c_str(), stderr);
+  std::fputs(shown_text(text, STDERR_FILENO).c_str(), stderr);
   std::fflush(stderr);
 }
 

@@ -15,7 +15,12 @@ namespace gpvc::cli {
 
 enum class Loudness { quiet, normal, verbose };
 
-/// Thread-safe. On a terminal the last line of stderr is a status line that other lines push down.
+/// `text` as it may be shown by the terminal that `descriptor` is: control characters other than tabs and line ends, which
+/// names from files may contain, as \\xNN. Unchanged if it is no terminal.
+std::string shown_text(const std::string& text, int descriptor);
+
+/// Thread-safe. On a terminal the last line of stderr is a status line that other lines push down, unless TERM says that it
+/// is dumb.
 class Console {
  public:
   /// `log_file` empty: none. Throws OutputError when it cannot be opened.
@@ -29,6 +34,13 @@ class Console {
   void detail(const std::string& text);   ///< stderr when verbose
   void warning(const std::string& text);  ///< stderr, always
   void error(const std::string& text);    ///< stderr, always: "gpvc: error: ..."
+  void interrupted() { error("interrupted; nothing was written"); }
+
+  /// The command's files have their final names.
+  void note_published() { published_ = true; }
+  /// True if standard output could not be written completely (a full disk behind a redirection). That a pipe's reader has
+  /// ended is no loss once files are published.
+  bool results_were_lost();
 
   /// Progress of a stage. On a terminal a line that is overwritten; else a plain line every five seconds.
   void status(const std::string& text);
@@ -41,6 +53,7 @@ class Console {
   std::mutex mutex_;
   Loudness loudness_;
   bool terminal_ = false, status_shown_ = false;
+  bool published_ = false, lost_ = false, reader_ended_ = false;
   std::chrono::steady_clock::time_point last_status_;
   std::shared_ptr<spdlog::logger> log_;
 };

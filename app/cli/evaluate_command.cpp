@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "app/cli/interrupt.h"
 #include "app/cli/scene_input.h"
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/truth_score.h"
@@ -155,6 +156,7 @@ RunFacts evaluate_into(const EvaluateCommandOptions& options, RunRecord& record,
 
 void run_evaluate(const EvaluateCommandOptions& options, Console& console) {
   if (options.out.empty()) {
+    const EndsSoonAfterSignal ends([&] { console.interrupted(); });
     RunRecord record(console);
     evaluate_into(options, record, nullptr);
     return;

@@ -162,6 +162,7 @@ void print_agreement(const SceneInputData& in, const InspectOptions& options, Co
 }  // namespace
 
 void run_inspect(const InspectOptions& options, Console& console) {
+  const EndsSoonAfterSignal ends([&] { console.interrupted(); });
   SceneInputData in;
   std::future<Mesh> mesh;
   if (!options.input.mesh.empty())

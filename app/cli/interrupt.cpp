@@ -1,7 +1,14 @@
 #include "app/cli/interrupt.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <atomic>
+#include <cerrno>
+#include <chrono>
 #include <csignal>
+#include <mutex>
+#include <thread>
 
 #include "io/error.h"
 
@@ -11,11 +18,34 @@ namespace {
 std::atomic<bool> asked_to_stop{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
 
-void on_signal(int) { asked_to_stop = true; }
+int wake_up[2] = {-1, -1};  ///< a pipe, from the handler to the thread
+constexpr auto kPatience = std::chrono::milliseconds(500);
+constexpr int kInterrupted = 130;
+
+std::mutex clearing;
+std::function<void()> clear_away_now;  ///< guarded by `clearing`; empty: leave the run alone
+
+void on_signal(int) {
+  const int error = errno;
+  asked_to_stop = true;
+  static_cast<void>(write(wake_up[1], "", 1) > 0);
+  errno = error;
+}
+
+void end_overdue_run() {
+  char byte = 0;
+  while (read(wake_up[0], &byte, 1) < 0 && errno == EINTR) continue;
+  std::this_thread::sleep_for(kPatience);
+  const std::lock_guard lock(clearing);
+  if (!clear_away_now) return;
+  clear_away_now();
+  _exit(kInterrupted);
+}
 
 }  // namespace
 
 void install_signal_handlers() {
+  if (pipe2(wake_up, O_CLOEXEC) == 0) std::thread(end_overdue_run).detach();
   struct sigaction action = {}, inherited = {};
   action.sa_handler = on_signal;
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);  // the second one has its default effect
@@ -31,6 +61,16 @@ void install_signal_handlers() {
 
 void throw_if_interrupted() {
   if (asked_to_stop) throw Cancelled();
+}
+
+EndsSoonAfterSignal::EndsSoonAfterSignal(std::function<void()> clear_away) {
+  const std::lock_guard lock(clearing);
+  clear_away_now = std::move(clear_away);
+}
+
+EndsSoonAfterSignal::~EndsSoonAfterSignal() {
+  const std::lock_guard lock(clearing);
+  clear_away_now = nullptr;
 }
 
 }  // namespace gpvc::cli

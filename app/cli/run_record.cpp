@@ -78,9 +78,16 @@ void run_command(const std::string& name, const CommandOptions& options, Console
   pipeline::OutputFolder folder(options.out, options.force, name);
   try {
     RunRecord record(console);
-    facts = body(record, folder);
-    write_run_json(name, options.common, facts, record, folder);
+    {
+      const EndsSoonAfterSignal ends([&] {
+        folder.discard();
+        console.interrupted();
+      });
+      facts = body(record, folder);
+      write_run_json(name, options.common, facts, record, folder);
+    }
     folder.publish();
+    console.note_published();
   } catch (const OutputError& e) {
     throw std::runtime_error(folder.with_final_names(e.what()));
   }

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "app/cli/near_words.h"
+#include "io/files/paths.h"
 
 namespace gpvc::cli {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 // The entries of a list: separated by commas, or the lines of the file after an @.
 std::vector<std::string> listed(const std::string& list) {
   const bool in_file = list.starts_with("@");
+  if (in_file) io::refuse_special_file(list.substr(1));
   std::ifstream file(in_file ? list.substr(1) : "");
   if (in_file && !file) throw InputError(list.substr(1), "", "cannot be read as a list of views");
   std::istringstream text(list);
@@ -113,6 +115,7 @@ std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> u
 
 std::vector<std::string> marked_views(const std::filesystem::path& model, const std::string& mark) {
   std::vector<std::string> names;
+  io::refuse_special_file(model.parent_path() / "views.json");
   std::ifstream in(model.parent_path() / "views.json");
   const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
   if (!json.is_object() || !json.contains("views") || !json["views"].is_array()) return names;

@@ -6,6 +6,7 @@
 
 #include "app/compare/compare.h"
 #include "app/compare/compare_report.h"
+#include "io/files/paths.h"
 
 namespace gpvc::compare {
 namespace {
@@ -24,6 +25,7 @@ constexpr Measure kMeasures[] = {
     {"seen area textured, filled or not, in no colour of another surface", "truth.all.right"}};
 
 Json read_report(const std::filesystem::path& file) {
+  io::refuse_special_file(file);
   std::ifstream stream(file);
   if (!stream) throw InputError(file, "", "cannot be read");
   Json report;

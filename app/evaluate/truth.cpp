@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "io/files/paths.h"
 #include "io/mesh.h"
 #include "io/npy.h"
 #include "visibility/oracle.h"
@@ -28,6 +29,7 @@ static_assert(number_of(5u * kSpread % kColors) == 5);
 static_assert(number_of(0xFFFFFF) > kMostSurfaces, "white means mixed");
 
 nlohmann::json read_json(const fs::path& file) {
+  io::refuse_special_file(file);
   std::ifstream in(file);
   if (!in) throw InputError(file, "", "cannot be read; a synthetic scene's folder, made by `gpvc synth`, is expected");
   try {

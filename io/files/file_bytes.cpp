@@ -7,6 +7,8 @@
 
 #include <cerrno>
 
+#include "io/files/paths.h"
+
 namespace gpvc::io {
 
 namespace {
@@ -18,7 +20,7 @@ struct Descriptor {
   }
 };
 
-/// Reads the file, for pipes and file systems that cannot map it.
+/// Reads the file, for file systems that cannot map it.
 std::vector<char> read_all(const std::filesystem::path& file, int descriptor) {
   std::vector<char> bytes;
   std::size_t size = 0;
@@ -37,13 +39,15 @@ std::vector<char> read_all(const std::filesystem::path& file, int descriptor) {
 }  // namespace
 
 FileBytes::FileBytes(const std::filesystem::path& file, Use use) {
-  const Descriptor descriptor{::open(file.c_str(), O_RDONLY | O_CLOEXEC)};
+  // A pipe without a writer would wait for one.
+  const Descriptor descriptor{::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)};
   if (descriptor.number < 0) throw InputError(file, "", std::string("cannot be opened: ") + std::strerror(errno));
   struct stat status {};
   if (::fstat(descriptor.number, &status) != 0)
     throw InputError(file, "", std::string("cannot be read: ") + std::strerror(errno));
   if (S_ISDIR(status.st_mode)) throw InputError(file, "", "is a folder, expected a file");
-  if (S_ISREG(status.st_mode) && status.st_size > 0) {
+  if (!S_ISREG(status.st_mode)) throw InputError(file, "", kNotRegular);
+  if (status.st_size > 0) {
     const auto size = static_cast<std::size_t>(status.st_size);
     const int ahead = use == Use::whole ? MAP_POPULATE : 0;
     void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE | ahead, descriptor.number, 0);

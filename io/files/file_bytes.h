@@ -18,7 +18,8 @@ namespace gpvc::io {
 static_assert(std::endian::native == std::endian::little, "files are read and written as little endian");
 
 /// The bytes of a file: memory-mapped where possible, so that they do not count as the process's memory, otherwise
-/// read. Throws InputError when the file cannot be opened or read.
+/// read. Throws InputError when the file cannot be opened or read, or is a pipe or a
+/// device.
 class FileBytes {
  public:
   /// `whole` reads all of a file ahead; with `in_places` only the pages that are looked at are read.

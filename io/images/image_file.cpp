@@ -93,6 +93,9 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   const FileBytes bytes(file, FileBytes::Use::in_places);
   if (bytes.view().empty()) throw InputError(file, "", "is empty, expected an image");
   const char* format = check_headers({file, "", bytes.view()});
+  // OpenImageIO believes the size that a GIF claims as soon as it opens it.
+  if (bytes.view().starts_with("GIF8"))
+    throw InputError(file, "", "is a GIF, expected JPEG, PNG, TIFF, EXR or the like");
   const OIIO::ImageSpec config = reader_options();
   std::unique_lock lock(opening());
   std::unique_ptr<OIIO::ImageInput> input;

@@ -26,6 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 WorldPoint read_offset(const fs::path& file) {
+  refuse_special_file(file);
   std::ifstream in(file);
   WorldPoint offset;
   if (!in) return offset;
@@ -74,16 +75,45 @@ class PageList {
   std::vector<Image> images_;
 };
 
-LoadedModel read_textured_obj(const fs::path& file) {
-  tinyobj::ObjReaderConfig config;
-  config.triangulate = true;
-  config.vertex_color = false;
-  tinyobj::ObjReader reader;
-  if (!reader.ParseFromFile(file.string(), config))
-    throw InputError(file, "", "expected an OBJ model: " + reason_of(file, reader.Error()));
+/// tinyobjloader's own reader of MTL files, which opens whatever they are.
+class MaterialFiles : public tinyobj::MaterialReader {
+ public:
+  explicit MaterialFiles(const fs::path& folder) : folder_(folder.string()), reader_(folder_) {}
+  bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
+                  std::map<std::string, int>* numbers, std::string* warning, std::string* error) override {
+    refuse_special_file(folder_ + "/" + name);
+    return reader_(name, materials, numbers, warning, error);
+  }
 
+ private:
+  std::string folder_;
+  tinyobj::MaterialFileReader reader_;
+};
+
+/// A file as tinyobjloader reads it.
+struct ObjContent {
+  tinyobj::attrib_t attributes;
+  std::vector<tinyobj::shape_t> shapes;
+  std::vector<tinyobj::material_t> materials;
+};
+
+ObjContent parse_obj(const fs::path& file) {
+  refuse_special_file(file);
+  std::ifstream in(file);
+  if (!in) throw InputError(file, "", "expected an OBJ model: cannot be opened");
+  MaterialFiles reader(folder_of(file));
+  ObjContent content;
+  std::string warning, error;
+  constexpr bool kTriangulate = true, kVertexColors = false;
+  if (!tinyobj::LoadObj(&content.attributes, &content.shapes, &content.materials, &warning, &error, &in, &reader,
+                        kTriangulate, kVertexColors))
+    throw InputError(file, "", "expected an OBJ model: " + reason_of(file, error));
+  return content;
+}
+
+LoadedModel read_textured_obj(const fs::path& file) {
+  const auto [attributes, shapes, materials] = parse_obj(file);
   LoadedModel result;
-  const tinyobj::attrib_t& attributes = reader.GetAttrib();
   for (std::size_t i = 0; i + 2 < attributes.vertices.size(); i += 3)
     result.mesh.positions.push_back({attributes.vertices[i], attributes.vertices[i + 1], attributes.vertices[i + 2]});
   for (std::size_t i = 0; i + 1 < attributes.texcoords.size(); i += 2)
@@ -94,9 +124,9 @@ LoadedModel read_textured_obj(const fs::path& file) {
 
   PageList pages(file);
   std::vector<std::uint32_t> page_of_material;
-  for (const tinyobj::material_t& material : reader.GetMaterials())
+  for (const tinyobj::material_t& material : materials)
     page_of_material.push_back(material.diffuse_texname.empty() ? kNoPage : pages.page(material.diffuse_texname));
-  for (const tinyobj::shape_t& shape : reader.GetShapes()) {
+  for (const tinyobj::shape_t& shape : shapes) {
     for (std::size_t f = 0; 3 * f + 2 < shape.mesh.indices.size(); ++f) {
       Triangle face{}, texcoords{};
       bool textured = true;

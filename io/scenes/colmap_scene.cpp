@@ -6,6 +6,7 @@
 #include <cstring>
 #include <map>
 #include <span>
+#include <unordered_map>
 
 #include "io/error.h"
 #include "io/files/file_bytes.h"
@@ -89,6 +90,29 @@ std::optional<View> view_from(const fs::path& images_file, const std::string& pl
   return view;
 }
 
+/// Throws InputError when another camera has the number.
+void add_camera(const fs::path& file, std::uint64_t number, ColmapCamera camera, ColmapCameras& cameras) {
+  const std::string place = camera.place;
+  const auto [first, fresh] = cameras.try_emplace(number, std::move(camera));
+  if (!fresh)
+    throw InputError(file, place,
+                     "the camera number " + std::to_string(number) + " is taken, see " + first->second.place);
+}
+
+/// The numbers of a model's images. Views are ordered by name; a number that comes twice tells of lists that were put
+/// together by hand or damaged.
+class ImageNumbers {
+ public:
+  void add(const fs::path& file, const std::string& place, std::uint64_t number) {
+    const auto [first, fresh] = places_.try_emplace(number, place);
+    if (!fresh)
+      throw InputError(file, place, "the image number " + std::to_string(number) + " is taken, see " + first->second);
+  }
+
+ private:
+  std::unordered_map<std::uint64_t, std::string> places_;
+};
+
 // --- binary
 
 ColmapCameras read_cameras_bin(const fs::path& file, std::string_view bytes) {
@@ -108,7 +132,7 @@ ColmapCameras read_cameras_bin(const fs::path& file, std::string_view bytes) {
     camera.height = reader.read<std::uint64_t>(kWhat);
     for (std::size_t p = 0; p < camera.model->parameters(); ++p)
       camera.parameters.push_back(reader.read<double>(kWhat));
-    cameras[id] = std::move(camera);
+    add_camera(file, id, std::move(camera), cameras);
   }
   return cameras;
 }
@@ -119,10 +143,11 @@ void read_images_bin(const fs::path& file, std::string_view bytes, const fs::pat
   constexpr const char* kWhat = "the image list";
   const auto count = reader.read<std::uint64_t>(kWhat);
   OmittedLenses omitted;
+  ImageNumbers numbers;
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::string place = "byte " + std::to_string(bytes.size() - reader.remaining());
     ColmapImage image;
-    reader.read<std::uint32_t>(kWhat);  // the image's number: views are ordered by name
+    numbers.add(file, place, reader.read<std::uint32_t>(kWhat));
     for (double& q : image.quaternion) q = reader.read<double>(kWhat);
     for (double& t : image.translation) t = reader.read<double>(kWhat);
     image.camera_id = reader.read<std::uint32_t>(kWhat);
@@ -225,7 +250,7 @@ ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text, std:
     if (const std::string_view extra = next_word(line); !extra.empty())
       lines.fail("camera model " + std::string(name) + " has " + std::to_string(camera.model->parameters()) +
                  " parameters, found a further " + quote(extra));
-    cameras[id] = std::move(camera);
+    add_camera(file, id, std::move(camera), cameras);
   }
   lines.check_count(cameras.size(), lines.ended(), "its last number", warnings);
   return cameras;
@@ -244,13 +269,14 @@ void read_images_txt(const fs::path& file, std::string_view text, const fs::path
                      const ColmapCameras& cameras, SceneFile& scene) {
   ModelLines lines(file, text, "images");
   OmittedLenses omitted;
+  ImageNumbers numbers;
   std::uint64_t count = 0;
   bool pose_ended = true;
   for (std::string_view line; lines.next(line);) {
     ++count;
     pose_ended = lines.ended();
     ColmapImage image;
-    lines.integer(line, "an image number");
+    numbers.add(file, lines.place(), lines.integer(line, "an image number"));
     for (double& q : image.quaternion) q = lines.number(line, "a quaternion");
     for (double& t : image.translation) t = lines.number(line, "a translation");
     image.camera_id = lines.integer(line, "a camera number");

@@ -1,4 +1,6 @@
 // What the program says about input that cannot be used.
+#include <sys/stat.h>
+
 #include "tests/app/app_fixture.h"
 
 namespace gpvc {
@@ -44,6 +46,38 @@ TEST_F(App, RefusesImagesCutInTheMiddle) {
   const std::string text = read_file(images);
   fs::resize_file(images, text.find("nadir_001.jpg") - 20);
   expect_refused("images.txt", "");
+}
+
+// Reading a pipe may wait for ever, and a device may have no end.
+TEST_F(App, RefusesPipesAndDevicesAsInput) {
+  const fs::path pipe = folder_.path() / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  constexpr const char* kSaid = "is a pipe, socket or device";
+  for (const fs::path& file : {pipe, fs::path("/dev/zero")}) {
+    for (const char* name : {"mesh.ply", "colmap/images.txt", "colmap/cameras.txt"}) {
+      fs::rename(scene_ / name, folder_.path() / "kept");
+      fs::create_symlink(file, scene_ / name);
+      expect_one_sentence(run(texture(out_)), fs::path(name).filename().string(), kSaid);
+      fs::rename(folder_.path() / "kept", scene_ / name);
+    }
+    expect_one_sentence(run(texture(out_, {"--views", "@" + file.string()})), file.string(), kSaid);
+    folder_.write("model/m.obj", "mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n");
+    const std::vector<std::string> evaluate{"evaluate", (folder_.path() / "model/m.obj").string(),
+                                            (scene_ / "colmap").string()};
+    fs::create_symlink(file, folder_.path() / "model/m.mtl");
+    expect_one_sentence(run(evaluate), "m.mtl", kSaid);
+    fs::remove(folder_.path() / "model/m.mtl");
+    folder_.write("model/m.mtl", "newmtl a\nmap_Kd page.png\n");
+    fs::create_symlink(file, folder_.path() / "model/page.png");
+    expect_one_sentence(run(evaluate), "page.png", kSaid);
+    fs::remove_all(folder_.path() / "model");
+  }
+}
+
+// A GIF of 65535 x 65535 pixels in a few bytes.
+TEST_F(App, RefusesAGif) {
+  folder_.write("scene/images/nadir_001.jpg", std::string("GIF89a\xFF\xFF\xFF\xFF\x80\0\0", 13));
+  expect_refused("nadir_001.jpg", "is a GIF, expected JPEG");
 }
 
 TEST_F(App, RefusesAMissingScene) {

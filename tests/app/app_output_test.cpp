@@ -167,6 +167,66 @@ TEST_F(App, InterruptLeavesNothing) {
     }
 }
 
+TEST_F(App, ClosedStandardDescriptorsReachNoFile) {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    const Outcome outcome = run(texture(out_, {"--force", "-v"}), [descriptor] { close(descriptor); });
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    for (const auto& [name, bytes] : files_of(out_))
+      for (const char* said : {"drawing: ", "model.glb\n"}) EXPECT_EQ(bytes.find(said), std::string::npos) << name;
+    EXPECT_TRUE(run_json(out_).is_object());
+  }
+}
+
+// A reader that has ended, as of `gpvc texture ... | true`.
+TEST_F(App, APublishedResultIsASuccessThoughNobodyReads) {
+  const auto no_reader = [] {
+    int ends[2];
+    if (pipe(ends) != 0) return;
+    close(ends[0]);
+    dup2(ends[1], STDOUT_FILENO);
+  };
+  const Outcome outcome = run(texture(out_), no_reader);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(fs::exists(out_ / "run.json"));
+  expect_one_sentence(run({"inspect", (scene_ / "colmap").string()}, no_reader), "standard output",
+                      "cannot be written");
+}
+
+// What a terminal of the kind `term` gets as standard error.
+std::string on_terminal(const std::vector<std::string>& words, const char* term) {
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+  EXPECT_GE(terminal, 0);
+  EXPECT_EQ(grantpt(terminal) + unlockpt(terminal), 0);
+  const int end = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+  run(words, [end, term] {
+    setenv("TERM", term, 1);
+    dup2(end, STDERR_FILENO);
+  });
+  fcntl(terminal, F_SETFL, O_NONBLOCK);
+  std::string text(1 << 16, '\0');
+  const ssize_t size = read(terminal, text.data(), text.size());
+  close(end);
+  close(terminal);
+  return text.substr(0, static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+}
+
+TEST_F(App, TerminalsGetNoControlCharactersFromNames) {
+  const std::string name = scene_.string() + "/a\x1b[31m\x07\xC2\x9Bz.ply";
+  std::vector<std::string> words = texture(out_);
+  words[2] = name;
+  for (const char* term : {"dumb", "xterm"}) {
+    const std::string shown = on_terminal(words, term);
+    EXPECT_TRUE(contains(shown, "/a\\x1b[31m\\x07\xC2\\x9bz.ply")) << shown;
+    EXPECT_EQ(shown.find("\x1b[31m"), std::string::npos);
+  }
+  EXPECT_TRUE(contains(run(words).err, name)) << "files get names as they are";
+}
+
+TEST_F(App, DumbTerminalsGetNoEscapeSequences) {
+  EXPECT_EQ(on_terminal(texture(out_), "dumb").find('\x1b'), std::string::npos);
+  EXPECT_NE(on_terminal(texture(out_, {"--force"}), "xterm").find('\x1b'), std::string::npos);
+}
+
 TEST_F(App, LogFileGetsEverything) {
   const fs::path log = folder_.path() / "run.log";
   const Outcome outcome = run(texture(out_, {"--quiet", "--log", log.string()}));

@@ -369,6 +369,10 @@ TEST_P(Colmap, RefusesWhatIsNoScene) {
   EXPECT_TRUE(contains(refused(kCameras, with(kImages, [](TestImage& i) { i.q[2] = std::nan(""); })), "no direction"));
   EXPECT_TRUE(contains(refused(kCameras, with(kImages, [](TestImage& i) { i.t[2] = std::nan(""); })), "translation"));
   EXPECT_TRUE(contains(refused(kCameras, with(kImages, [](TestImage& i) { i.name = "b/two.png"; })), "twice"));
+  EXPECT_TRUE(contains(refused(kCameras, with(kImages, [](TestImage& i) { i.id = 9; })), "image number 9 is taken"));
+  std::vector<TestCamera> twice = kCameras;
+  twice.push_back(kCameras[0]);
+  EXPECT_TRUE(contains(refused(twice, kImages), "camera number 7 is taken"));
   EXPECT_TRUE(contains(refused(kCameras, {}), "lists no image"));
   // An image of such a lens is left out where there are others.
   const std::vector<TestCamera> mixed{kCameras[0], {3, 17, "EQUIRECTANGULAR", {64, 48}}};

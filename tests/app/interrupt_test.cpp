@@ -1,0 +1,57 @@
+// A run that does not look whether it was interrupted.
+#include "app/cli/interrupt.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "app/pipeline/output_folder.h"
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+TEST(Interrupt, EndsARunThatDoesNotListenAndClearsAway) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path out = folder.path() / "out";
+  const auto start = std::chrono::steady_clock::now();
+  const pid_t child = fork();
+  if (child == 0) {
+    cli::install_signal_handlers();
+    pipeline::OutputFolder files(out, false, "texture");
+    std::ofstream(files.file("model.obj")) << "half";
+    const cli::EndsSoonAfterSignal ends([&] { files.discard(); });
+    raise(SIGTERM);
+    for (;;) sleep(60);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10)) << "a second, on an idle machine";
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST(Interrupt, LeavesARunAloneThatIsPublishing) {
+  const pid_t child = fork();
+  if (child == 0) {
+    cli::install_signal_handlers();
+    {
+      const cli::EndsSoonAfterSignal ends([] {});
+    }
+    raise(SIGTERM);
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    _exit(7);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 7);
+}
+
+}  // namespace
+}  // namespace gpvc
