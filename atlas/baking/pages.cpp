@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 
 #include "io/push_pull.h"
 
@@ -80,79 +81,94 @@ class Padder {
       : page_(page), width_(page.image.width), height_(page.image.height), queued_(page.state.size(), 0) {}
 
   std::size_t pad(int padding) {
-    std::vector<std::uint32_t> frontier = first_layer();
+    std::vector<std::uint32_t> layer = first_layer();
     std::size_t padded = 0;
-    for (int round = 0; !frontier.empty(); ++round) {
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, frontier.size(), 4096), [&](const auto& range) {
-        for (std::size_t k = range.begin(); k < range.end(); ++k) take_mean(frontier[k]);
+    for (int round = 0; !layer.empty(); ++round) {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, layer.size(), kPart), [&](const auto& range) {
+        for (std::size_t k = range.begin(); k < range.end(); ++k) take_mean(layer[k]);
       });
-      for (const auto i : frontier) page_.state[i] = TexelState::padding;
-      if (round < padding) padded += frontier.size();
-      frontier = next_layer(frontier, round + 1 < padding);
+      for (const auto i : layer) page_.state[i] = TexelState::padding;
+      if (round < padding) padded += layer.size();
+      layer = next_layer(layer, round + 1 < padding);
     }
     return padded;
   }
 
  private:
-  std::uint32_t owner(std::uint32_t i) const {
-    return page_.owner(static_cast<int>(i % static_cast<std::uint32_t>(width_)),
-                       static_cast<int>(i / static_cast<std::uint32_t>(width_)));
-  }
+  static constexpr std::size_t kPart = 4096;  ///< texels that one task looks at
 
+  struct Neighbour {
+    std::uint32_t texel, owner;
+    bool diagonal;
+  };
+
+  /// Calls visit(neighbour, owner of the texel itself).
   template <typename Visit>
   void for_neighbours(std::uint32_t i, const Visit& visit) const {
     const int x = static_cast<int>(i % static_cast<std::uint32_t>(width_));
     const int y = static_cast<int>(i / static_cast<std::uint32_t>(width_));
+    const std::uint32_t own = page_.owner(x, y);
+    const auto inside = [edge = page_.block](int at) { return at % edge > 0 && at % edge < edge - 1; };
+    const bool in_block = inside(x) && inside(y);
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx)
         if ((dx || dy) && x + dx >= 0 && x + dx < width_ && y + dy >= 0 && y + dy < height_)
-          visit(static_cast<std::uint32_t>(page_.at(x + dx, y + dy)), dx && dy);
+          visit(Neighbour{static_cast<std::uint32_t>(page_.at(x + dx, y + dy)),
+                          in_block ? own : page_.owner(x + dx, y + dy), dx && dy},
+                own);
   }
 
   /// Colours of a chart do not enter blocks that another chart owns.
-  bool may_pass(std::uint32_t from, std::uint32_t to) const {
-    const std::uint32_t there = owner(to);
-    return there == kNoOwner || there == owner(from);
+  static bool may_pass(std::uint32_t from_owner, std::uint32_t to_owner) {
+    return to_owner == kNoOwner || to_owner == from_owner;
   }
+
+  /// The texels that add_texels(part, list) lists for each of so many parts.
+  template <typename AddTexels>
+  std::vector<std::uint32_t> collect(std::size_t parts, const AddTexels& add_texels) {
+    std::vector<std::vector<std::uint32_t>> lists(parts);
+    tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) { add_texels(part, lists[part]); });
+    std::vector<std::uint32_t> all;
+    for (const auto& list : lists) all.insert(all.end(), list.begin(), list.end());
+    return all;
+  }
+
+  /// True for the first caller that asks for the texel, on any thread.
+  bool enqueue(std::uint32_t i) { return std::atomic_ref(queued_[i]).exchange(1, std::memory_order_relaxed) == 0; }
 
   /// Ring texels, which have their colour already, and empty texels beside chart texels.
   std::vector<std::uint32_t> first_layer() {
-    std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>(height_));
-    tbb::parallel_for(0, height_, [&](int y) {
+    return collect(static_cast<std::size_t>(height_), [&](std::size_t y, std::vector<std::uint32_t>& list) {
       for (int x = 0; x < width_; ++x) {
-        const auto i = static_cast<std::uint32_t>(page_.at(x, y));
+        const auto i = static_cast<std::uint32_t>(page_.at(x, static_cast<int>(y)));
         bool first = page_.state[i] == TexelState::ring;
         if (page_.state[i] == TexelState::empty)
-          for_neighbours(
-              i, [&](std::uint32_t n, bool) { first |= page_.state[n] == TexelState::chart && may_pass(n, i); });
-        if (first) rows[static_cast<std::size_t>(y)].push_back(i);
+          for_neighbours(i, [&](const Neighbour& n, std::uint32_t own) {
+            first |= page_.state[n.texel] == TexelState::chart && may_pass(n.owner, own);
+          });
+        if (first && enqueue(i)) list.push_back(i);
       }
     });
-    std::vector<std::uint32_t> layer;
-    for (const auto& row : rows) layer.insert(layer.end(), row.begin(), row.end());
-    for (const auto i : layer) queued_[i] = 1;
-    return layer;
   }
 
   std::vector<std::uint32_t> next_layer(const std::vector<std::uint32_t>& layer, bool into_free_blocks) {
-    std::vector<std::uint32_t> next;
-    for (const auto i : layer) {
-      for_neighbours(i, [&](std::uint32_t n, bool) {
-        if (page_.state[n] != TexelState::empty || queued_[n] || !may_pass(i, n)) return;
-        if (!into_free_blocks && owner(n) == kNoOwner) return;
-        queued_[n] = 1;
-        next.push_back(n);
-      });
-    }
-    return next;
+    return collect((layer.size() + kPart - 1) / kPart, [&](std::size_t part, std::vector<std::uint32_t>& list) {
+      const std::size_t end = std::min(layer.size(), (part + 1) * kPart);
+      for (std::size_t k = part * kPart; k < end; ++k)
+        for_neighbours(layer[k], [&](const Neighbour& n, std::uint32_t own) {
+          if (page_.state[n.texel] != TexelState::empty || !may_pass(own, n.owner)) return;
+          if (!into_free_blocks && n.owner == kNoOwner) return;
+          if (enqueue(n.texel)) list.push_back(n.texel);
+        });
+    });
   }
 
   void take_mean(std::uint32_t i) {
     if (page_.state[i] == TexelState::ring) return;
     ColorMean mean;
-    for_neighbours(i, [&](std::uint32_t n, bool diagonal) {
-      if (page_.state[n] != TexelState::empty && may_pass(n, i))
-        mean.add(load(page_.image.pixels.data() + std::size_t{3} * n), diagonal ? 0.5f : 1.0f);
+    for_neighbours(i, [&](const Neighbour& n, std::uint32_t own) {
+      if (page_.state[n.texel] != TexelState::empty && may_pass(n.owner, own))
+        mean.add(load(page_.image.pixels.data() + std::size_t{3} * n.texel), n.diagonal ? 0.5f : 1.0f);
     });
     store(page_.image.pixels.data() + std::size_t{3} * i, *mean.mean());
   }
