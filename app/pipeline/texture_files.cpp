@@ -161,14 +161,17 @@ void ModelFiles::write_mesh(const io::TexturedModel& model) const {
 
 void ModelFiles::write_page(std::size_t number, Image page) {
   observer_.check_cancelled();
-  preview_pages_[number] = io::reduce_image(page, reduction_);
-  const auto write = [this, number, kept = std::move(page)] {
-    io::write_image(pages_[number].file, kept, settings_.output.texture, settings_.output.quality, profile_);
+  const auto write = [this, number](const Image& whole) {
+    io::write_image(pages_[number].file, whole, settings_.output.texture, settings_.output.quality, profile_);
   };
-  if (--left_ == 0)
-    last_page_ = std::async(std::launch::async, write);
-  else
-    write();
+  if (--left_ > 0) {
+    write(page);
+    preview_pages_[number] = io::reduce_image(page, reduction_);
+    return;
+  }
+  const auto kept = std::make_shared<const Image>(std::move(page));
+  last_page_ = std::async(std::launch::async, [write, kept] { write(*kept); });
+  preview_pages_[number] = io::reduce_image(*kept, reduction_);
 }
 
 WrittenModel ModelFiles::finish(const io::TexturedModel& model) {

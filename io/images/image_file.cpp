@@ -226,6 +226,13 @@ PhotoExclusion zero_samples(const fs::path& file, OIIO::ImageInput& input, OIIO:
   return exclusion;
 }
 
+/// Means of 2 x 2 pixels of 3 channels, in a loop that a compiler makes vectors of.
+void halve_rows(const std::uint8_t* upper, const std::uint8_t* lower, int width, std::uint8_t* to) {
+  for (int x = 0; x < width; ++x, upper += 6, lower += 6, to += 3)
+    for (int c = 0; c < 3; ++c)
+      to[c] = static_cast<std::uint8_t>((upper[c] + upper[c + 3] + lower[c] + lower[c + 3] + 2) / 4);
+}
+
 void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality, const ColorProfile& profile) {
   OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
   spec["Compression"] = "jpeg:" + std::to_string(std::clamp(quality, 1, 100));
@@ -317,6 +324,11 @@ ColorProfile read_color_profile(const fs::path& file) {
 Image reduce_image(const Image& image, int factor) {
   if (factor == 1) return image;
   Image out = black_image(image.width / factor, image.height / factor, image.channels);
+  if (factor == 2 && image.channels == 3) {
+    for (int y = 0; y < out.height; ++y)
+      halve_rows(image.at(0, 2 * y), image.at(0, 2 * y + 1), out.width, out.at(0, y));
+    return out;
+  }
   const auto channels = static_cast<std::size_t>(image.channels);
   const std::size_t row = static_cast<std::size_t>(out.width) * channels;
   const std::uint64_t area = static_cast<std::uint64_t>(factor) * static_cast<std::uint64_t>(factor);
