@@ -1,4 +1,6 @@
 // select_views: from costs to labels, coarse to fine, and the figures of the result.
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <functional>
 #include <stdexcept>
@@ -139,9 +141,11 @@ Selection select_views(const CostTable& table, const FaceGraph& graph, const Sol
   result.merged_patches = merge_small_patches(problem, static_cast<std::size_t>(options.small_patch_faces),
                                               options.small_patch_rise, labels);
   result.labels = view_ids(labels);
-  result.energy = labeling_energy(table, graph, result.labels, options.smoothness);
-  for (const auto& pair : graph.edges) result.differing_pairs += differ(result.labels, pair);
-  for_each_patch(problem, labels, [&](std::span<const std::uint32_t>) { ++result.patches; });
+  tbb::parallel_invoke([&] { result.energy = labeling_energy(table, graph, result.labels, options.smoothness); },
+                       [&] {
+                         for (const auto& pair : graph.edges) result.differing_pairs += differ(result.labels, pair);
+                         for_each_patch(problem, labels, [&](std::span<const std::uint32_t>) { ++result.patches; });
+                       });
   return result;
 }
 
