@@ -149,6 +149,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
     });
   }
   if (costs.valid()) costs.get();
+  buffers = {};
   const auto start = Clock::now();
   seen.candidates = collector.finish(options.graph);
   if (!options.faces.empty()) keep_faces(options.faces, seen.candidates);
