@@ -59,6 +59,24 @@ TEST(PhotoCache, HoldsNothingBeyondItsLimit) {
   EXPECT_EQ(cache.photo(view(1))->pixels.front(), 1);
 }
 
+TEST(PhotoCache, DecodesIntoTheMemoryOfPhotosThatWereLetGo) {
+  CachedPhotos photos(3);
+  View& small = photos.scene.views[1];
+  small.camera.width = kPhotoWidth / 2;
+  small.camera.height = kPhotoHeight / 2;
+  write_image(small.photo, {small.camera.width, small.camera.height, 3, std::vector<std::uint8_t>(kPhotoBytes / 4, 1)},
+              ImageFormat::png, 0);
+  PhotoCache cache(photos.scene, 1);
+  const auto held = cache.photo(view(0));
+  for (const int i : {2, 1, 2, 0, 1}) {
+    const auto& camera = photos.scene.views[static_cast<std::size_t>(i)].camera;
+    const auto photo = cache.photo(view(i));
+    const auto samples = static_cast<std::size_t>(3 * camera.width * camera.height);
+    EXPECT_EQ(photo->pixels, std::vector<std::uint8_t>(samples, static_cast<std::uint8_t>(i)));
+  }
+  EXPECT_EQ(held->pixels, std::vector<std::uint8_t>(kPhotoBytes, 0));
+}
+
 TEST(PhotoCache, GivesEveryThreadTheSamePhoto) {
   const CachedPhotos photos(4);
   PhotoCache cache(photos.scene, 1, 4 * kPhotoBytes);
