@@ -45,7 +45,7 @@ void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const
     for (fs::path place : places) listings.push_back(place.replace_extension(".cam"));
   if (options.target == io::SceneTarget::mvs) listings.emplace_back("scene.mvs");
   if (options.target == io::SceneTarget::colmap)
-    for (const char* name : {"cameras.txt", "images.txt", "points3D.txt"})
+    for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"})
       listings.push_back(fs::path("sparse") / name);
   const std::string advice = "; choose another folder than " + options.out.string();
   const fs::path source = fs::weakly_canonical(scene.read_from);
@@ -112,7 +112,7 @@ class Conversion {
     }
     record_.end(options_.undistort ? "undistorted" : options_.input.downscale > 1 ? "reduced" : "copied");
 
-    if (options_.target == io::SceneTarget::colmap) folder_.file("sparse/cameras.txt");
+    if (options_.target == io::SceneTarget::colmap) folder_.file("sparse/cameras.bin");
     io::write_scene(options_.target, written_, used_, places_, folder_.in_making());
     folder_.promise_all();
     record_.counts = {{"views", used_.size()}};

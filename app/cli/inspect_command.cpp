@@ -62,22 +62,6 @@ void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& co
   for (const std::string& warning : scene.warnings) console.warning(warning);
 }
 
-// Ground sampling distance at some of the vertices, for every view that frames them.
-std::vector<double> sampling_of(const SceneInputData& in) {
-  constexpr std::size_t kVertices = 20000;
-  const std::size_t step = std::max<std::size_t>(1, in.mesh.positions.size() / kVertices);
-  std::vector<double> sampling;
-  for (std::size_t v = 0; v < in.mesh.positions.size(); v += step)
-    for (const ViewId id : in.used) {
-      const View& view = in.scene.views[index(id)];
-      const CameraPoint c = camera_from_world(view.pose, in.mesh.positions[v]);
-      if (c.z > 0 && view.camera.width > 0 && in_photo(view.camera, pixel_from_camera(view.camera, c)))
-        sampling.push_back(c.z / view.camera.fx);
-    }
-  std::sort(sampling.begin(), sampling.end());
-  return sampling;
-}
-
 void print_mesh(const SceneInputData& in, Console& console) {
   const Mesh& mesh = in.mesh;
   const std::string source =
@@ -123,7 +107,7 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
   throw_if_interrupted();
   if (backs)
     console.result(fmt::format("turned   {:.1f} % of what the cameras see of it are backs of faces", 100 * *backs));
-  const std::vector<double> sampling = sampling_of(in);
+  const std::vector<double> sampling = pipeline::sampling_distances(in.mesh, in.scene, in.used);
   throw_if_interrupted();
   if (!sampling.empty())
     console.result(fmt::format("sampling {:.6g} units a pixel in the median, {:.6g} .. {:.6g} for nine in ten",
@@ -135,6 +119,8 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
     pipeline::check_frames(in.mesh, mesh_file, in.scene, in.used);
     const std::string warning = pipeline::check_winding(backs, mesh_file);
     if (!warning.empty()) console.warning(warning);
+    const std::string scale = pipeline::check_scale(in.mesh, sampling, mesh_file);
+    if (!scale.empty()) console.warning(scale);
   } catch (const InputError& error) {
     console.warning(error.what());
   }

@@ -257,4 +257,48 @@ std::string check_winding(std::optional<double> backs, const std::filesystem::pa
                      kExpected);
 }
 
+std::vector<double> sampling_distances(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
+                                       std::size_t most) {
+  const std::size_t step = std::max<std::size_t>(1, mesh.positions.size() / most);
+  std::vector<double> sampling;
+  for (std::size_t v = 0; v < mesh.positions.size(); v += step)
+    for (const ViewId id : used) {
+      const View& view = scene.views[index(id)];
+      const CameraPoint c = camera_from_world(view.pose, mesh.positions[v]);
+      if (c.z > 0 && view.camera.width > 0 && in_photo(view.camera, pixel_from_camera(view.camera, c)))
+        sampling.push_back(c.z / view.camera.fx);
+    }
+  std::ranges::sort(sampling);
+  return sampling;
+}
+
+std::string check_scale(const Mesh& mesh, std::span<const double> sampling, const std::filesystem::path& mesh_file) {
+  if (sampling.empty()) return {};
+  const double pixel = sampling[sampling.size() / 2];
+  const Box box = box_of(mesh);
+  const double extent = std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z});
+  // Smaller than the icon of a program: no photo is taken of that.
+  constexpr double kLeastPixels = 16;
+  if (extent < kLeastPixels * pixel)
+    throw InputError(
+        mesh_file, "",
+        fmt::format("the whole mesh is {:.3g} pixels large in the photos: are its units those of the cameras? "
+                    "It spans {}",
+                    extent / pixel, box_text(box)));
+  const auto is_float = [](double v) { return static_cast<double>(static_cast<float>(v)) == v; };
+  double largest = 0;
+  for (const WorldPoint& p : mesh.positions) {
+    if (!is_float(p.x) || !is_float(p.y) || !is_float(p.z)) return {};
+    largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  }
+  const auto top = static_cast<float>(largest);
+  const double spacing = static_cast<double>(std::nextafter(top, std::numeric_limits<float>::infinity()) - top);
+  // Rounding moves a vertex by half of that at most: by as much as good camera poses are off, half a pixel.
+  if (spacing < pixel) return {};
+  return fmt::format(
+      "{}: positions are rounded to {:.3g} units, {:.1f} pixels of the photos, as float numbers of such "
+      "coordinates are; export the mesh with double precision, or in local coordinates",
+      mesh_file.string(), spacing, spacing / pixel);
+}
+
 }  // namespace gpvc::pipeline

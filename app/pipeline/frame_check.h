@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "io/scene.h"
 
@@ -42,5 +43,14 @@ std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span
 /// A warning for a back_share of a fifth or more, else empty. Throws InputError above nine tenths: the mesh is inside out,
 /// or the cameras are behind its surface.
 std::string check_winding(std::optional<double> backs, const std::filesystem::path& mesh_file);
+
+/// Lengths, in the scene's units, that a pixel covers at vertices of the mesh, for every view that frames them, ascending.
+/// Takes a sample of `most` vertices. O(sampled vertices x views).
+std::vector<double> sampling_distances(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
+                                       std::size_t most = 20000);
+
+/// A warning when the mesh's positions are float numbers that are rounded to a pixel's length or more, else empty. Throws
+/// InputError when the whole mesh is a few pixels large. \param sampling sampling_distances()
+std::string check_scale(const Mesh& mesh, std::span<const double> sampling, const std::filesystem::path& mesh_file);
 
 }  // namespace gpvc::pipeline

@@ -133,6 +133,10 @@ void check_input(const Input& input, Observer& observer) {
   check_frames(input.mesh, input.mesh_file, input.scene, input.views);
   const std::string winding = check_winding(back_share(input.mesh, input.scene, input.views), input.mesh_file);
   if (!winding.empty()) observer.warning(winding);
+  constexpr std::size_t kVertices = 2000;
+  const std::string scale =
+      check_scale(input.mesh, sampling_distances(input.mesh, input.scene, input.views, kVertices), input.mesh_file);
+  if (!scale.empty()) observer.warning(scale);
 }
 
 TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& settings, io::PhotoSource& photos,

@@ -55,8 +55,9 @@ struct Input {
 /// All views of a scene.
 std::vector<ViewId> all_views(const Scene& scene);
 
-/// Throws InputError when no view can see the mesh (cameras and mesh in different frames) or when the mesh is inside out;
-/// warns when parts of it are. O(faces x at most 64 views).
+/// Throws InputError when no view can see the mesh (cameras and mesh in different frames), when it is a few pixels large, or
+/// inside out; warns when parts of it are, and when its positions are rounded to more than a pixel. O(faces x at most 64
+/// views).
 void check_input(const Input& input, Observer& observer);
 
 // --- all steps

@@ -97,6 +97,36 @@ std::optional<std::string> lost_in_cam(const Camera& c) {
   return std::nullopt;
 }
 
+/// Little-endian values one after the other.
+class Bytes {
+ public:
+  explicit Bytes(std::string begin = "") : bytes_(std::move(begin)) {}
+
+  template <class T>
+  void add(T value) {
+    const std::size_t at = bytes_.size();
+    bytes_.resize(at + sizeof value);
+    std::memcpy(bytes_.data() + at, &value, sizeof value);
+  }
+  /// With its length before it.
+  void add_text(const std::string& text) {
+    add<std::uint64_t>(text.size());
+    bytes_ += text;
+  }
+  /// With a zero behind it.
+  void add_name(const std::string& name) { bytes_.append(name).push_back('\0'); }
+  void add_point(const WorldPoint& p) {
+    for (const double v : {p.x, p.y, p.z}) add(v);
+  }
+  void add_matrix(const std::array<double, 9>& m) {
+    for (const double v : m) add(v);
+  }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
 // --- COLMAP
 
 /// w x y z of a rotation matrix, the largest of the four first (Shepperd 1978).
@@ -115,36 +145,41 @@ std::array<double, 4> quaternion(const std::array<double, 9>& r) {
   return q;
 }
 
+/// A binary model: in text models COLMAP ends names at blanks.
 void write_colmap(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
                   std::span<const fs::path> places) {
-  std::string cameras = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
-  std::string images = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# POINTS2D[] as (X, Y, POINT3D_ID)\n";
   std::vector<Camera> known;
+  Bytes cameras, images, points;
+  for (const ViewId id : used) {
+    const Camera& c = scene.views[index(id)].camera;
+    if (std::ranges::find(known, c) == known.end()) known.push_back(c);
+  }
+  cameras.add<std::uint64_t>(known.size());
+  for (std::size_t n = 0; n < known.size(); ++n) {
+    const Camera& c = known[n];
+    const ColmapModel& model = *colmap_model(c.distortion);
+    cameras.add(static_cast<std::uint32_t>(n + 1));
+    cameras.add(static_cast<std::int32_t>(&model - kColmapModels.data()));
+    cameras.add(static_cast<std::uint64_t>(c.width));
+    cameras.add(static_cast<std::uint64_t>(c.height));
+    for (const double value : {c.fx, c.fy, c.cx, c.cy}) cameras.add(value);
+    for (const DistortionTerm term : model.terms()) cameras.add(c.distortion.*term);
+  }
+  images.add<std::uint64_t>(used.size());
   for (std::size_t i = 0; i < used.size(); ++i) {
     const View& view = scene.views[index(used[i])];
-    auto camera = std::find(known.begin(), known.end(), view.camera);
-    if (camera == known.end()) {
-      const Camera& c = view.camera;
-      known.push_back(c);
-      camera = known.end() - 1;
-      const ColmapModel& model = *colmap_model(c.distortion);
-      cameras += std::to_string(known.size()) + " " + std::string(model.name) + " " + std::to_string(c.width) + " " +
-                 std::to_string(c.height) + " " + joined({c.fx, c.fy, c.cx, c.cy});
-      for (const DistortionTerm term : model.terms()) cameras.append(" ").append(general_text(c.distortion.*term));
-      cameras += "\n";
-    }
-    const std::array<double, 4> q = quaternion(view.pose.rotation);
-    const WorldPoint t = translation(view.pose);
-    images += std::to_string(i + 1) + " " + joined({q[0], q[1], q[2], q[3], t.x, t.y, t.z}) + " " +
-              std::to_string(camera - known.begin() + 1) + " " +
-              places[i].lexically_relative("images").generic_string() + "\n\n";
+    images.add(static_cast<std::uint32_t>(i + 1));
+    for (const double value : quaternion(view.pose.rotation)) images.add(value);
+    images.add_point(translation(view.pose));
+    images.add(static_cast<std::uint32_t>(std::ranges::find(known, view.camera) - known.begin() + 1));
+    images.add_name(places[i].lexically_relative("images").generic_string());
+    images.add<std::uint64_t>(0);  // points seen
   }
-  write_text(folder / "sparse" / "cameras.txt", cameras);
-  write_text(folder / "sparse" / "images.txt", images);
-  write_text(folder / "sparse" / "points3D.txt", "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[]\n");
+  points.add<std::uint64_t>(0);
+  write_text(folder / "sparse" / "cameras.bin", cameras.bytes());
+  write_text(folder / "sparse" / "images.bin", images.bytes());
+  write_text(folder / "sparse" / "points3D.bin", points.bytes());
 }
-
-// --- mvs-texturing
 
 void write_cams(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
                 std::span<const fs::path> places) {
@@ -165,30 +200,6 @@ void write_cams(const fs::path& folder, const Scene& scene, std::span<const View
 
 // --- OpenMVS
 
-class Archive {
- public:
-  template <class T>
-  void add(T value) {
-    const std::size_t at = bytes_.size();
-    bytes_.resize(at + sizeof value);
-    std::memcpy(bytes_.data() + at, &value, sizeof value);
-  }
-  void add_text(const std::string& text) {
-    add<std::uint64_t>(text.size());
-    bytes_ += text;
-  }
-  void add_point(const WorldPoint& p) {
-    for (const double v : {p.x, p.y, p.z}) add(v);
-  }
-  void add_matrix(const std::array<double, 9>& m) {
-    for (const double v : m) add(v);
-  }
-  const std::string& bytes() const { return bytes_; }
-
- private:
-  std::string bytes_ = "MVSI";
-};
-
 /// Version 4 of the interface: what every OpenMVS since 2.0 reads. One platform per camera.
 void write_mvs(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
                std::span<const fs::path> places) {
@@ -207,7 +218,7 @@ void write_mvs(const fs::path& folder, const Scene& scene, std::span<const ViewI
     views[at].push_back(used[i]);
   }
 
-  Archive archive;
+  Bytes archive("MVSI");
   archive.add<std::uint32_t>(4);
   archive.add<std::uint32_t>(0);
   archive.add<std::uint64_t>(known.size());

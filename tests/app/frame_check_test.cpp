@@ -142,6 +142,30 @@ TEST(CheckWinding, RefusesInsideOutAndWarnsOfParts) {
                        "m.ply: the mesh looks inside out, or the cameras stand behind its surface: 96 % of"));
 }
 
+TEST(CheckScale, WarnsOfFloatsThatAreCoarserThanPixels) {
+  Scene scene = scene_above();
+  const auto warning = [&](const Mesh& mesh) {
+    return pipeline::check_scale(mesh, pipeline::sampling_distances(mesh, scene, kUsed), "m.ply");
+  };
+  EXPECT_EQ(warning(box()), "");
+  // Floats of 5 million lie half a unit apart.
+  scene.views[0].pose.centre = {5e6, 0, 10};
+  Mesh far = box();
+  for (WorldPoint& p : far.positions) p.x = static_cast<double>(static_cast<float>(p.x + 5e6));
+  EXPECT_TRUE(contains(warning(far), "m.ply: positions are rounded to 0.5 units")) << warning(far);
+  far.positions[0].x += 1e-3;  // as doubles have it
+  EXPECT_EQ(warning(far), "");
+}
+
+TEST(CheckScale, RefusesAMeshOfAFewPixels) {
+  Mesh small = box();
+  for (WorldPoint& p : small.positions) p = {1e-6 * p.x, 1e-6 * p.y, 1e-6 * p.z};
+  const Scene scene = scene_above();
+  EXPECT_TRUE(contains(
+      input_error([&] { pipeline::check_scale(small, pipeline::sampling_distances(small, scene, kUsed), "m.ply"); }),
+      "m.ply: the whole mesh is "));
+}
+
 // --- the picture of the result
 
 /// Where the overview of a mesh seen from above shows its corners: the smallest and largest x and y, as a share of the

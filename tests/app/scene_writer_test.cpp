@@ -206,8 +206,8 @@ TEST(SceneWriter, ColmapNamesPhotosAlikeWhereverItRuns) {
   const test::WorkingFolder running(elsewhere.path());
   io::write_scene(io::SceneTarget::colmap, scene, used, io::photo_places(io::SceneTarget::colmap, scene, used),
                   folder.path());
-  const std::string images = test::read_file(folder.path() / "sparse/images.txt");
-  EXPECT_TRUE(test::contains(images, " north/photo 10.jpg\n"));
+  const std::string images = test::read_file(folder.path() / "sparse/images.bin");
+  EXPECT_TRUE(test::contains(images, std::string("north/photo 10.jpg") + '\0'));
 }
 
 TEST(SceneWriter, NamesOfOneFileAreOneName) {
