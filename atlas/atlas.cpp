@@ -10,6 +10,7 @@
 #include "atlas/leveling/seam_leveling.h"
 #include "atlas/packing/layout.h"
 #include "io/clock.h"
+#include "io/freed_memory.h"
 
 namespace gpvc::atlas {
 
@@ -131,6 +132,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   LevelingResult leveling = level_seams(input, layout.set, state.coverage, state.options.seams);
   statistics.seam_step_before = leveling.step_before;
   statistics.seam_step_after = leveling.step_after;
+  release_freed_memory();
   statistics.leveling_s = seconds_since(start);
 
   start = Clock::now();

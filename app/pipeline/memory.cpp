@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <unistd.h>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
 #include <algorithm>
 #include <array>
@@ -109,12 +106,6 @@ std::size_t available_memory(const fs::path& root) {
       free_kb ? 1024 * *free_kb
               : static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
   return static_cast<std::size_t>(std::min(machine, left_in_groups(root)));
-}
-
-void release_freed_memory() {
-#ifdef __GLIBC__
-  malloc_trim(0);
-#endif
 }
 
 std::size_t default_memory_limit() { return available_memory() / 10 * 7; }

@@ -19,9 +19,6 @@ std::size_t available_memory(const std::filesystem::path& root = "/");
 /// The limit of a run that names none: 70 % of available_memory().
 std::size_t default_memory_limit();
 
-/// Gives memory that was freed back to the system, which allocators otherwise keep for later.
-void release_freed_memory();
-
 /// How much there is to do. Estimated from a sample of the faces, without occlusion.
 struct Workload {
   double faces = 0, vertices = 0, views = 0;

@@ -9,6 +9,7 @@
 
 #include "app/pipeline/frame_check.h"
 #include "app/pipeline/texture_files.h"
+#include "io/freed_memory.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -174,10 +175,7 @@ TexturedFiles texture_into(const Input& input, const Settings& settings, io::Pho
     return std::async(std::launch::async, [&] { files.write_mesh(model); });
   };
   options.scratch_folder = folder.in_making();
-  options.take_page = [&files](std::size_t number, Image page) {
-    files.write_page(number, std::move(page));
-    release_freed_memory();
-  };
+  options.take_page = [&files](std::size_t number, Image page) { files.write_page(number, std::move(page)); };
   atlas::TextureAtlas atlas = bake_and_end(*plan, from, settings.atlas, observer, options);
   photos.keep_at_most(0);
   plan.reset();

@@ -9,6 +9,7 @@
 #include <future>
 
 #include "app/pipeline/render_model.h"
+#include "io/freed_memory.h"
 #include "io/images/image_file.h"
 #include "io/npy.h"
 
@@ -181,7 +182,7 @@ WrittenModel ModelFiles::finish(const io::TexturedModel& model) {
     io::GltfFiles files = io::write_gltf(folder_.in_making() / "model", settings_.output.gltf,
                                          drop ? without_unseen(model, tags_) : model, pages_, options_);
     io::write_npy_as<std::uint32_t>(faces_file_, files.faces);
-    files.faces = {};
+    free_memory(files.faces);
     return files;
   });
   const Viewpoint preview = write_preview(model);

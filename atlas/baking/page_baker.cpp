@@ -11,6 +11,7 @@
 
 #include "atlas/baking/hole_filler.h"
 #include "atlas/baking/partial_filler.h"
+#include "io/freed_memory.h"
 #include "io/scratch_file.h"
 
 namespace gpvc::atlas {
@@ -126,6 +127,8 @@ class PageBaker {
           choose_sources(build_.input, build_.set, build_.coverage, build_.options.margin_px, group.batches[b]);
       pass(b == 0 ? PlainCharts::bake : PlainCharts::skip, partial, progress);
       partial_.write_baked(partial);
+      free_memory(partial);
+      if (passes_ > 1) release_freed_memory();  // of many small blocks
     }
   }
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 
+#include "io/freed_memory.h"
 #include "io/push_pull.h"
 
 namespace gpvc::atlas {
@@ -25,8 +26,8 @@ void Page::open() {
 void Page::rest(io::ScratchFile& file, std::size_t place) {
   file.write(place, image.pixels.data(), image.pixels.size());
   file.write(place + image.pixels.size(), state.data(), state.size());
-  image.pixels = {};
-  state = {};
+  free_memory(image.pixels);
+  free_memory(state);
 }
 
 void Page::wake(const io::ScratchFile& file, std::size_t place) {
@@ -38,7 +39,7 @@ void Page::wake(const io::ScratchFile& file, std::size_t place) {
 Image Page::close() {
   Image whole = std::move(image);
   image = {whole.width, whole.height, whole.channels, {}};
-  state = {};
+  free_memory(state);
   return whole;
 }
 

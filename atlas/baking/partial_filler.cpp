@@ -8,6 +8,7 @@
 #include <iterator>
 #include <utility>
 
+#include "io/freed_memory.h"
 #include "io/image.h"
 
 namespace gpvc::atlas {
@@ -169,7 +170,7 @@ void PartialFiller::write_baked(std::span<const PartialChart> parts) {
       open_.push_back(std::move(chart));
       continue;
     }
-    beside_[chart.chart] = {};
+    free_memory(beside_[chart.chart]);
     --waiting_[page(chart.chart)];
   }
 }
@@ -223,7 +224,7 @@ void PartialFiller::fill() {
   });
   for (const OpenChart& open : round_) {
     if (!is_open(open)) continue;
-    beside_[open.chart] = {};
+    free_memory(beside_[open.chart]);
     --now_[page(open.chart)];
     --waiting_[page(open.chart)];
   }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/freed_memory.h"
+
 namespace gpvc::atlas {
 
 namespace {
@@ -200,7 +202,7 @@ class SourceChooser {
 
   void finish() {
     // A byte for each pixel of every source is too much to keep where many photos see large faces in parts.
-    for (TexelSource& source : part_.sources.items) source.clearance = {};
+    for (TexelSource& source : part_.sources.items) free_memory(source.clearance);
     std::vector<std::uint32_t>& views = part_.views;
     for (std::size_t i = 0; i < part_.best.size(); ++i)
       for (const auto k : {part_.best[i], part_.second[i]})

@@ -13,6 +13,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/paths.h"
 #include "io/files/text_scan.h"
+#include "io/freed_memory.h"
 #include "io/images/image_bounds.h"
 
 namespace gpvc::io {
@@ -196,7 +197,7 @@ Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput
   const OIIO::ImageSpec& spec = input.spec();
   Image image{spec.width, spec.height, std::min(spec.nchannels, 4), std::move(storage)};
   const std::size_t bytes = pixel_index(0, spec.height, spec.width) * static_cast<std::size_t>(image.channels);
-  if (image.pixels.capacity() < bytes || image.pixels.capacity() > bytes + bytes / 8) image.pixels = {};
+  if (image.pixels.capacity() < bytes || image.pixels.capacity() > bytes + bytes / 8) free_memory(image.pixels);
   image.pixels.resize(bytes);
   if (holds_linear_light(spec)) {
     std::vector<float> light(image.pixels.size());
