@@ -57,10 +57,11 @@ std::uint32_t face_nearby(const Grouped<std::uint32_t>& neighbours, std::uint32_
 }
 
 ViewAgreement judge(ViewId view, const Sums& sums) {
-  // Correlations scatter by the root of one over the number of steps: below 0.05 with so many.
-  constexpr std::size_t kLeastSteps = 500;
+  // Correlations scatter by the root of one over the number of steps: by 0.022 with so many.
+  constexpr std::size_t kLeastSteps = 2000;
   // Photos at the poses of their neighbours correlate by up to 0.03, because roads or windows run on in the same
-  // direction; right ones by 0.3 and more, even of trees in the wind (measured on three scenes from photos).
+  // direction; right ones by 0.3 and more, even of trees in the wind, and by 0.11 at least where only two or three overlap
+  // a little (measured on three scenes from photos).
   constexpr double kLeast = 0.05, kChances = 3;
   ViewAgreement result{view, sums.steps};
   const double norm = std::sqrt(sums.own2 * sums.others2);

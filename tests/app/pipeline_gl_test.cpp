@@ -37,13 +37,13 @@ class Listener : public pipeline::Observer {
 class Pipeline : public testing::Test {
  protected:
   struct City {
-    City() {
+    explicit City(std::size_t faces = 4000, int width = 240) {
       synth::FlightOptions flight;
       flight.photos = 6;
-      flight.width = 240;
-      flight.height = 160;
+      flight.width = width;
+      flight.height = width / 3 * 2;
       flight.size_m = 50;
-      synth::SynthScene made = synth::make_city({flight, 8000});
+      synth::SynthScene made = synth::make_city({flight, faces});
       synth::SynthRenderer renderer(made);
       scene.views = synth::synth_flight(flight);
       for (View& view : scene.views) {
@@ -192,62 +192,6 @@ TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {
                           [](const visibility::FaceCoverage& entry) { return index(entry.face) % 3 == 0; }));
 }
 
-// Keeps warnings.
-class Warned : public pipeline::Observer {
- public:
-  void warning(const std::string& text) override { warnings.push_back(text); }
-  std::vector<std::string> warnings;
-};
-
-TEST_F(Pipeline, PhotosOfOtherPosesAreLeftOut) {
-  std::vector<io::Picture> pictures = city_->pictures;
-  std::swap(pictures[1].image, pictures[4].image);
-  io::PictureSource swapped(city_->scene, pictures);
-  pipeline::Settings settings;
-  Warned observer;
-  const pipeline::Seen seen = pipeline::see(input(), settings, swapped, observer);
-  for (const labeling::ViewAgreement& each : seen.candidates.agreement) {
-    EXPECT_TRUE(each.judged) << each.steps;
-    EXPECT_EQ(each.by_chance, index(each.view) == 1 || index(each.view) == 4)
-        << index(each.view) << ": " << each.correlation << " where chance gives " << each.chance;
-  }
-  EXPECT_TRUE(std::ranges::none_of(seen.candidates.table.views, [](auto view) { return view == 1 || view == 4; }));
-  ASSERT_EQ(observer.warnings.size(), 1u);
-  EXPECT_NE(observer.warnings[0].find("2 of 6 photos"), std::string::npos) << observer.warnings[0];
-
-  settings.costs.keep_views = true;
-  const pipeline::Seen kept = pipeline::see(input(), settings, swapped, observer);
-  EXPECT_TRUE(std::ranges::any_of(kept.candidates.table.views, [](auto view) { return view == 1; }));
-}
-
-TEST_F(Pipeline, PhotosInAnotherOrderAreRefused) {
-  std::vector<io::Picture> pictures(city_->pictures.rbegin(), city_->pictures.rend());
-  io::PictureSource reversed(city_->scene, pictures);
-  pipeline::Settings settings;
-  try {
-    pipeline::see(input(), settings, reversed, silent_);
-    FAIL() << "no photo belongs to its pose";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("--keep-views"), std::string::npos) << error.what();
-  }
-  settings.costs.keep_views = true;
-  EXPECT_NO_THROW(pipeline::see(input(), settings, reversed, silent_));
-}
-
-TEST_F(Pipeline, ExposureAndOverlapRaiseNoFalseAlarm) {
-  std::vector<io::Picture> pictures = city_->pictures;
-  for (std::size_t n = 0; n < pictures.size(); n += 2)
-    for (std::uint8_t& level : pictures[n].image.pixels) level = static_cast<std::uint8_t>(level / 3);
-  io::PictureSource dark(city_->scene, pictures);
-  for (std::uint32_t a = 0; a < 6; ++a)
-    for (std::uint32_t b = a + 1; b < 6; ++b) {
-      const std::vector<ViewId> two{ViewId{a}, ViewId{b}};
-      const pipeline::Seen seen = pipeline::see({city_->scene, city_->mesh, two}, {}, dark, silent_);
-      for (const labeling::ViewAgreement& each : seen.candidates.agreement)
-        EXPECT_FALSE(each.by_chance) << a << " and " << b << ": " << each.correlation;
-    }
-}
-
 TEST_F(Pipeline, OnlyTheGivenViewsAreUsed) {
   const std::vector<ViewId> some{ViewId{1}, ViewId{4}};
   const pipeline::Seen seen = pipeline::see({city_->scene, city_->mesh, some}, {}, photos_, silent_);
@@ -295,6 +239,68 @@ TEST_F(Pipeline, AMeshThatNoPhotoSeesIsRefused) {
   Mesh away = city_->mesh;
   for (WorldPoint& p : away.positions) p.x += 1e6;
   EXPECT_THROW(pipeline::texture(city_->scene, away, {}, photos_, silent_), InputError);
+}
+
+// Keeps warnings.
+class Warned : public pipeline::Observer {
+ public:
+  void warning(const std::string& text) override { warnings.push_back(text); }
+  std::vector<std::string> warnings;
+};
+
+// With enough faces for a judgement about each photo.
+class PhotosAndPoses : public Pipeline {
+ protected:
+  static void SetUpTestSuite() { city_ = std::make_unique<City>(50000, 720); }
+};
+
+TEST_F(PhotosAndPoses, PhotosOfOtherPosesAreLeftOut) {
+  std::vector<io::Picture> pictures = city_->pictures;
+  std::swap(pictures[1].image, pictures[4].image);
+  io::PictureSource swapped(city_->scene, pictures);
+  pipeline::Settings settings;
+  Warned observer;
+  const pipeline::Seen seen = pipeline::see(input(), settings, swapped, observer);
+  for (const labeling::ViewAgreement& each : seen.candidates.agreement) {
+    EXPECT_TRUE(each.judged) << each.steps;
+    EXPECT_EQ(each.by_chance, index(each.view) == 1 || index(each.view) == 4)
+        << index(each.view) << ": " << each.correlation << " where chance gives " << each.chance;
+  }
+  EXPECT_TRUE(std::ranges::none_of(seen.candidates.table.views, [](auto view) { return view == 1 || view == 4; }));
+  ASSERT_EQ(observer.warnings.size(), 1u);
+  EXPECT_NE(observer.warnings[0].find("2 of 6 photos"), std::string::npos) << observer.warnings[0];
+
+  settings.costs.keep_views = true;
+  const pipeline::Seen kept = pipeline::see(input(), settings, swapped, observer);
+  EXPECT_TRUE(std::ranges::any_of(kept.candidates.table.views, [](auto view) { return view == 1; }));
+}
+
+TEST_F(PhotosAndPoses, PhotosInAnotherOrderAreRefused) {
+  std::vector<io::Picture> pictures(city_->pictures.rbegin(), city_->pictures.rend());
+  io::PictureSource reversed(city_->scene, pictures);
+  pipeline::Settings settings;
+  try {
+    pipeline::see(input(), settings, reversed, silent_);
+    FAIL() << "no photo belongs to its pose";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("--keep-views"), std::string::npos) << error.what();
+  }
+  settings.costs.keep_views = true;
+  EXPECT_NO_THROW(pipeline::see(input(), settings, reversed, silent_));
+}
+
+TEST_F(PhotosAndPoses, ExposureAndOverlapRaiseNoFalseAlarm) {
+  std::vector<io::Picture> pictures = city_->pictures;
+  for (std::size_t n = 0; n < pictures.size(); n += 2)
+    for (std::uint8_t& level : pictures[n].image.pixels) level = static_cast<std::uint8_t>(level / 3);
+  io::PictureSource dark(city_->scene, pictures);
+  for (std::uint32_t a = 0; a < 6; ++a)
+    for (std::uint32_t b = a + 1; b < 6; ++b) {
+      const std::vector<ViewId> two{ViewId{a}, ViewId{b}};
+      const pipeline::Seen seen = pipeline::see({city_->scene, city_->mesh, two}, {}, dark, silent_);
+      for (const labeling::ViewAgreement& each : seen.candidates.agreement)
+        EXPECT_FALSE(each.by_chance) << a << " and " << b << ": " << each.correlation;
+    }
 }
 
 }  // namespace
