@@ -59,11 +59,12 @@ TEST(ViewStatistics, AngleCountsByItsSquaredCosine) {
   visibility.classes.assign(2, visibility::FaceClass::full);
   const Image ramp = paint([](int x, int) { return Color{2 * x, 2 * x, 2 * x}; });
   CostOptions options;
-  options.term = DataTerm::gmi;
-  const float gmi = view_statistics(mesh, view, ramp, visibility, options, scratch)[0].quality;
-  options.term = DataTerm::gmi_angle;
-  const float with_angle = view_statistics(mesh, view, ramp, visibility, options, scratch)[0].quality;
-  EXPECT_NEAR(static_cast<double>(with_angle / gmi), 0.25, 0.01);
+  const auto quality = [&](DataTerm term) {
+    options.term = term;
+    return static_cast<double>(view_statistics(mesh, view, ramp, visibility, options, scratch)[0].quality);
+  };
+  EXPECT_NEAR(quality(DataTerm::gmi_angle) / quality(DataTerm::gmi), 0.25, 0.01);
+  EXPECT_NEAR(quality(DataTerm::area_angle) / quality(DataTerm::area), 0.25, 0.01);
 }
 
 // The projection of ground beside a level camera is of any size: what counts is what shows.
