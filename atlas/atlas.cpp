@@ -3,8 +3,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 
+#include "atlas/baking/kept_pages.h"
 #include "atlas/baking/page_baker.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/seam_leveling.h"
@@ -129,19 +131,24 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   if (options.take_model) beside = options.take_model(atlas.model);
 
   Clock::time_point start = Clock::now();
-  LevelingResult leveling = level_seams(input, layout.set, state.coverage, state.options.seams);
-  statistics.seam_step_before = leveling.step_before;
-  statistics.seam_step_after = leveling.step_after;
+  std::optional<LevelingResult> leveling = take_leveling(options.kept);
+  if (!leveling) {
+    leveling = level_seams(input, layout.set, state.coverage, state.options.seams);
+    keep_leveling(options.kept, *leveling);
+  }
+  statistics.seam_step_before = leveling->step_before;
+  statistics.seam_step_after = leveling->step_after;
   release_freed_memory();
   statistics.leveling_s = seconds_since(start);
 
   start = Clock::now();
-  build.correction = std::move(leveling.correction);
+  build.correction = std::move(leveling->correction);
   BakedPages baked = bake_pages(build, options, progress);
   atlas.pages = std::move(baked.pages);
   statistics.page_texels = baked.page_texels;
   statistics.chart_texels = baked.chart_texels;
   statistics.padded_texels = baked.padded_texels;
+  statistics.kept_pages = baked.kept_pages;
   if (beside.valid()) beside.get();
   statistics.baking_s = seconds_since(start);
   return atlas;

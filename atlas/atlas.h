@@ -18,6 +18,7 @@
 #include "../io/progress.h"
 #include "../io/scene.h"
 #include "../io/textured_model.h"
+#include "../io/work_store.h"
 #include "../labeling/labeling.h"
 #include "../visibility/visibility.h"
 
@@ -65,6 +66,7 @@ struct AtlasStatistics {
   double seam_step_before = 0, seam_step_after = 0;
   double reduction = 1;  ///< factor on the scale of all charts that meets the limits
   double layout_s = 0, leveling_s = 0, baking_s = 0;
+  std::size_t kept_pages = 0;  ///< taken from another run
 };
 
 struct TextureAtlas {
@@ -140,6 +142,12 @@ inline constexpr std::size_t kPageBytesPerTexel = 6;
 /// eight threads.
 std::size_t photos_held();
 
+/// Where corrections of seams and painted pages are kept for another run, and taken from.
+struct KeptPages {
+  io::WorkStore* store = nullptr;  ///< null: nothing is kept
+  io::WorkKey key;  ///< of the program, the input and the options of the plan, except how unseen faces are textured
+};
+
 /// Memory and pages of a run of bake_atlas(). Its result is the same for any values.
 struct BakeOptions {
   /// Begins work that needs texture coordinates but no pages; called before photos are read. The model stays where it is
@@ -156,6 +164,8 @@ struct BakeOptions {
   /// Where pages rest, in a file without a name of at most 4 bytes a texel, while partial and unseen faces on them wait for
   /// the colours of later groups. Empty: such pages stay in memory.
   std::filesystem::path scratch_folder = {};
+  /// Pages are kept as the photos painted them, before anything is filled in: 4 bytes a texel.
+  KeptPages kept = {};
 };
 
 /// Levels seams and bakes pages. Each photo is fetched at most once for its seams and once for each group of pages.

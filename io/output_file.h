@@ -10,7 +10,7 @@
 
 namespace gpvc::io {
 
-/// Writes to `final_name` + a temporary suffix in the same folder; commit() flushes to disk, checks and renames.
+/// Writes to `final_name` + a temporary suffix in the same folder; commit() flushes, checks and renames.
 /// Without commit() the temporary file is removed. write() and commit() throw OutputError (disk full, no permission).
 class OutputFile {
  public:
@@ -20,7 +20,9 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
   void write(const void* data, std::size_t bytes);
   void write(const std::string& text) { write(text.data(), text.size()); }
-  void commit();
+  /// to_disk: the file survives a power cut. to_system: it survives the end of the process, and is there sooner.
+  enum class Flush { to_disk, to_system };
+  void commit(Flush flush = Flush::to_disk);
 
  private:
   std::filesystem::path final_name_, temporary_;

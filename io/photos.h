@@ -11,6 +11,7 @@
 #include "error.h"
 #include "image.h"
 #include "scene.h"
+#include "work_store.h"
 
 namespace gpvc::io {
 
@@ -35,6 +36,9 @@ class PhotoSource {
   virtual std::shared_ptr<const Image> photo(ViewId view) = 0;
   /// Pixels that must not be used, at the view's camera size; null when all may be. Throws InputError.
   virtual std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) = 0;
+  /// Stands for what photo() and exclusion() give for the view. nullopt: unknown, so that no result made from the view is
+  /// kept for another run. Throws InputError.
+  virtual std::optional<WorkKey> key(ViewId /*view*/) { return std::nullopt; }
   /// Bytes of photos that a source which keeps some for later may keep from now on.
   virtual void keep_at_most(std::size_t /*bytes*/) {}
 };
@@ -54,6 +58,8 @@ class PhotoCache final : public PhotoSource {
   std::shared_ptr<const Image> photo(ViewId view) override;
   /// The result of read_exclusion; nothing is kept.
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
+  /// Of the bytes of the view's files.
+  std::optional<WorkKey> key(ViewId view) override;
   void keep_at_most(std::size_t bytes) override;
 
  private:

@@ -136,6 +136,10 @@ class CandidateCollector {
   ~CandidateCollector();
   /// Each view once, in any order; the result does not depend on the order. O(faces + pixels), TBB inside.
   void add_view(ViewId id, const View& view, const Image& photo, const visibility::ViewVisibility& visibility);
+  /// The statistics of a view, for add_statistics() of a collector of the same mesh and options; valid until the next call.
+  std::span<const std::byte> statistics_of(ViewId id) const;
+  /// Takes them instead of add_view(). False, and the view is not added, if they are of another mesh.
+  bool add_statistics(ViewId id, std::span<const std::byte> statistics);
   /// The candidates of a face are its full views. They are its partial views, at a cost that grows with the hidden share,
   /// where it has no full view, where all full views are outliers, or where all of them have the face within the strip
   /// along silhouettes and some partial view has less than half of it there. To be called once. `graph`: the mesh's

@@ -31,6 +31,7 @@ Json options_json(const TextureOptions& o) {
   json["gltf"] = name_of(io::kGltfContainerNames, s.output.gltf);
   json["normals"] = s.output.normals;
   json["memory"] = s.memory_bytes;
+  json["resume"] = name_of(pipeline::kKeepWorkNames, s.keep_work);
   json["up"] = s.output.up ? "given" : "auto";
   return json;
 }

@@ -104,6 +104,14 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
       [&bytes = options.settings.memory_bytes](const std::string& given) { bytes = bytes_from("--memory", given); },
       "SIZE", "what the scene needs, 70 % of what is free at most",
       "Stay below this much memory, 600M or 4G; more of it saves decoding photos twice. The result is the same");
+  OptionGroup{*app, kCommonGroup}.choice("--resume", pipeline::kKeepWorkNames, options.settings.keep_work,
+                                         "Keep finished work in OUT/.work until all is done, so that the same command "
+                                         "goes on from there if it is cut off; "
+                                         "auto: if it may take more than a minute");
+  app->add_flag_callback(
+         "--no-resume", [&options] { options.settings.keep_work = pipeline::KeepWork::never; },
+         "Keep no work, and use none that is kept: --resume never")
+      ->group(kCommonGroup);
   add_common(*app, options.common, R"(Examples:
   gpvc texture colmap/sparse/0 mesh.ply --images photos -o out
   gpvc texture colmap mesh.ply -o look --downscale 4 --views 'DJI_00[12]*'

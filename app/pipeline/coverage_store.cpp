@@ -21,7 +21,7 @@ std::size_t word_count(const visibility::FaceCoverage& entry) {
   return (static_cast<std::size_t>(entry.width) * static_cast<std::size_t>(entry.height) + 63) / 64;
 }
 
-void pack(std::span<const std::uint64_t> words, std::vector<std::uint64_t>& runs) {
+void pack_words(std::span<const std::uint64_t> words, std::vector<std::uint64_t>& runs) {
   const auto count = [&words](std::size_t from, auto wanted) {
     std::size_t end = from;
     while (end < words.size() && end - from < Run::kMost && wanted(words[end])) ++end;
@@ -53,13 +53,24 @@ void unpack(const std::uint64_t* runs, std::size_t count, std::vector<std::uint6
 
 }  // namespace
 
-void CoverageStore::add(const visibility::CoverageTable& coverage) {
+PackedCoverage pack(const visibility::CoverageTable& coverage) {
+  PackedCoverage packed;
+  packed.entries.reserve(coverage.entries.size());
   for (visibility::FaceCoverage entry : coverage.entries) {
     const auto words = std::span(coverage.words).subspan(entry.first_word, word_count(entry));
-    entry.first_word = runs_.size();
-    pack(words, runs_);
-    entries_.push_back(entry);
+    entry.first_word = packed.runs.size();
+    pack_words(words, packed.runs);
+    packed.entries.push_back(entry);
   }
+  return packed;
+}
+
+void CoverageStore::add(const PackedCoverage& coverage) {
+  for (visibility::FaceCoverage entry : coverage.entries) {
+    entry.first_word += all_.runs.size();
+    all_.entries.push_back(entry);
+  }
+  all_.runs.insert(all_.runs.end(), coverage.runs.begin(), coverage.runs.end());
 }
 
 visibility::CoverageTable CoverageStore::of_partial_faces(std::span<const labeling::FaceTag> tags) const {
@@ -68,16 +79,16 @@ visibility::CoverageTable CoverageStore::of_partial_faces(std::span<const labeli
   };
   visibility::CoverageTable kept;
   std::size_t entries = 0, words = 0;
-  for (const visibility::FaceCoverage& entry : entries_) {
+  for (const visibility::FaceCoverage& entry : all_.entries) {
     if (!is_partial(entry)) continue;
     ++entries;
     words += word_count(entry);
   }
   kept.entries.reserve(entries);
   kept.words.reserve(words);
-  for (visibility::FaceCoverage entry : entries_) {
+  for (visibility::FaceCoverage entry : all_.entries) {
     if (!is_partial(entry)) continue;
-    const std::uint64_t* runs = runs_.data() + entry.first_word;
+    const std::uint64_t* runs = all_.runs.data() + entry.first_word;
     entry.first_word = kept.words.size();
     unpack(runs, word_count(entry), kept.words);
     kept.entries.push_back(entry);

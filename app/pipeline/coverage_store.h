@@ -11,20 +11,26 @@
 
 namespace gpvc::pipeline {
 
-/// Keeps the bits run-length encoded by words. Faces as large as photos have megabytes of them a view, most words of which
-/// are all 0 or all 1.
+/// Coverage with bits run-length encoded by words. Faces as large as photos have megabytes of them a view, most words of
+/// which are all 0 or all 1.
+struct PackedCoverage {
+  std::vector<visibility::FaceCoverage> entries;  ///< first_word: into runs
+  std::vector<std::uint64_t> runs;
+};
+
+PackedCoverage pack(const visibility::CoverageTable& coverage);
+
 class CoverageStore {
  public:
-  void add(const visibility::CoverageTable& coverage);
+  void add(const PackedCoverage& coverage);
   /// The coverage of faces tagged partial, as it was added. Other faces take their texels from one view and need none.
   visibility::CoverageTable of_partial_faces(std::span<const labeling::FaceTag> tags) const;
   std::size_t bytes() const {
-    return runs_.size() * sizeof(std::uint64_t) + entries_.size() * sizeof(visibility::FaceCoverage);
+    return all_.runs.size() * sizeof(std::uint64_t) + all_.entries.size() * sizeof(visibility::FaceCoverage);
   }
 
  private:
-  std::vector<visibility::FaceCoverage> entries_;  ///< first_word: into runs_
-  std::vector<std::uint64_t> runs_;
+  PackedCoverage all_;
 };
 
 }  // namespace gpvc::pipeline

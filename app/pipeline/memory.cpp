@@ -192,7 +192,7 @@ MemoryPlan::Shares MemoryPlan::while_painting(double all_pages, double page) con
 }
 
 double MemoryPlan::peak() const {
-  const double pages = static_cast<double>(atlas::kPageBytesPerTexel) * texels;
+  const double pages = static_cast<double>(atlas::kPageBytesPerTexel) * work.texels, photos = 3 * work.pixels;
   return std::min(
       limit, std::max({need.seeing + photos, need.choosing + photos, need.painting + pages + photos, need.writing}));
 }
@@ -201,8 +201,7 @@ MemoryPlan plan_memory(const Input& input, const Settings& settings) {
   const Workload work = workload(input, settings);
   MemoryPlan plan;
   plan.need = memory_need(work);
-  plan.photos = 3 * work.pixels;
-  plan.texels = work.texels;
+  plan.work = work;
   // At least one page is baked at a time.
   constexpr auto kTexel = static_cast<double>(atlas::kPageBytesPerTexel);
   const double all_pages = kTexel * work.texels;

@@ -49,8 +49,7 @@ class MemoryError : public std::runtime_error {
 struct MemoryPlan {
   double limit = 0;  ///< bytes that the run stays below
   MemoryNeed need;
-  double photos = 0;  ///< bytes of all photos, decoded
-  double texels = 0;  ///< predicted
+  Workload work;
 
   /// Bytes of photos to keep for the next pass.
   std::size_t photos_while_seeing() const;

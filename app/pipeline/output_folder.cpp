@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -20,6 +21,7 @@
 #include "app/pipeline/publication.h"
 #include "io/files/paths.h"
 #include "io/output_file.h"
+#include "io/work_store.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -242,10 +244,24 @@ fs::path OutputFolder::file(const fs::path& relative) {
   return path;
 }
 
-void OutputFolder::expect_space(double least, double likely, Observer& observer) const {
+double OutputFolder::space() const {
   std::error_code failed;
-  const auto free = static_cast<double>(fs::space(out_, failed).available);
-  if (failed || free >= likely) return;
+  const fs::space_info space = fs::space(out_, failed);
+  return failed ? std::numeric_limits<double>::infinity() : static_cast<double>(space.available);
+}
+
+fs::path OutputFolder::kept_work() const {
+  fs::path folder = out_ / ".work";
+  if (fs::is_symlink(folder))
+    throw OutputError(folder, "is a symbolic link where this run's work is kept; remove it or choose another folder");
+  return folder;
+}
+
+bool OutputFolder::has_kept_work() const { return fs::exists(kept_work()); }
+
+void OutputFolder::expect_space(double least, double likely, Observer& observer) const {
+  const double free = space();
+  if (free >= likely) return;
   const std::string has = fmt::format("the disk has {} free", readable_bytes(free));
   if (free < least)
     throw OutputError(out_, fmt::format("{}, the result takes at least {}", has, readable_bytes(least)));
@@ -283,6 +299,7 @@ void OutputFolder::publish() {
   }
   publication.end();
   created_.clear();
+  io::WorkStore(kept_work()).clear();
   discard();
 }
 

@@ -39,6 +39,15 @@ class OutputFolder {
   /// Throws OutputError when OUT's file system has less than `least` bytes free; warns when it has less than `likely`.
   void expect_space(double least, double likely, Observer& observer) const;
 
+  /// Bytes free on OUT's file system; infinite where that is unknown.
+  double space() const;
+
+  /// A folder in OUT for what a run keeps of its work until the result is complete. publish() removes what is in it. Throws
+  /// OutputError when it is a symbolic link.
+  std::filesystem::path kept_work() const;
+  /// True if an earlier run has kept some.
+  bool has_kept_work() const;
+
   /// Where to write the file that will be OUT/`relative`; creates its parents. The file is promised from now on. Throws
   /// OutputError when `relative` would leave OUT, or a foreign file has that name.
   std::filesystem::path file(const std::filesystem::path& relative);

@@ -1,6 +1,7 @@
 #include "app/pipeline/pipeline.h"
 
 #include <fmt/format.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,7 @@
 #include <optional>
 
 #include "app/pipeline/frame_check.h"
+#include "app/pipeline/kept_work.h"
 #include "app/pipeline/texture_files.h"
 #include "io/freed_memory.h"
 
@@ -29,6 +31,16 @@ atlas::AtlasPlan plan_and_note(const atlas::AtlasInput& input, const atlas::Atla
   return made;
 }
 
+void report_selection(const labeling::Selection& selection, const char* origin, Observer& observer) {
+  for (const labeling::SweepReport& sweep : selection.sweeps)
+    observer.detail(fmt::format("  sweep {}: energy {:.1f}, {:.2f} s", sweep.sweep, sweep.energy, sweep.seconds));
+  observer.figure("energy", selection.energy);
+  observer.figure("differing_pairs", selection.differing_pairs);
+  observer.figure("patches", selection.patches);
+  observer.figure("sweeps", selection.sweeps.size());
+  observer.end(fmt::format("{} patches, energy {:.0f}{}", readable_count(selection.patches), selection.energy, origin));
+}
+
 void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& observer) {
   const atlas::AtlasStatistics& s = atlas.statistics;
   observer.stage_figure("layout_s", s.layout_s);
@@ -43,10 +55,14 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
   observer.figure("reduction", s.reduction);
   observer.figure("seam_edges", s.seam_edges);
   std::string seams;
+  if (s.kept_pages > 0) {
+    observer.figure("kept.pages", s.kept_pages);
+    seams = fmt::format(", {} of them kept by an earlier run", s.kept_pages);
+  }
   if (leveled) {
     observer.figure("seam_step_before", s.seam_step_before);
     observer.figure("seam_step_after", s.seam_step_after);
-    seams = fmt::format(", seam step {:.1f} to {:.1f}", s.seam_step_before, s.seam_step_after);
+    seams += fmt::format(", seam step {:.1f} to {:.1f}", s.seam_step_before, s.seam_step_after);
   }
   const double fill = s.page_texels == 0 ? 0 : static_cast<double>(s.chart_texels) / static_cast<double>(s.page_texels);
   observer.end(fmt::format("{} charts on {} {} ({:.0f} % full){}", readable_count(s.charts), s.pages,
@@ -68,13 +84,54 @@ struct Choice {
   labeling::Selection selection;
 };
 
+labeling::Selection take_or_choose(const Choice& choice, const labeling::SolverOptions& options, Observer& observer,
+                                   KeptWork* kept) {
+  const labeling::CostTable& costs = choice.seen.candidates.table;
+  if (kept != nullptr) {
+    if (std::optional<labeling::Selection> selection = kept->selection(costs.faces())) {
+      observer.begin({"view selection"});
+      report_selection(*selection, ", kept by an earlier run", observer);
+      return std::move(*selection);
+    }
+  }
+  labeling::Selection selection = choose(costs, choice.graph, options, observer);
+  if (kept != nullptr) kept->keep_selection(selection);
+  return selection;
+}
+
+// How long a run must be expected to take for its work to be kept.
+constexpr double kKeepSeconds = 60;
+
+// Where the work of a run is kept, if it is.
+std::optional<KeptWork> kept_work(const Input& input, const Settings& settings, const Workload& work,
+                                  const FileSizes& sizes, io::PhotoSource& photos, const OutputFolder& folder,
+                                  Observer& observer) {
+  if (settings.keep_work == KeepWork::never) return std::nullopt;
+  const bool earlier = folder.has_kept_work();
+  if (settings.keep_work == KeepWork::automatic && !earlier &&
+      predicted_seconds(work, tbb::this_task_arena::max_concurrency()) < kKeepSeconds)
+    return std::nullopt;
+  if (!earlier && folder.space() < sizes.likely + kept_bytes(work)) {
+    observer.note(fmt::format(
+        "work is not kept, as that might take {} more on disk: if this run is cut off, it starts again from nothing",
+        readable_bytes(kept_bytes(work))));
+    return std::nullopt;
+  }
+  std::optional<KeptWork> kept = KeptWork::make(folder.kept_work(), input, settings, photos, observer);
+  if (kept && !earlier)
+    observer.note(
+        fmt::format("work is kept in {} until all is done: if this run is cut off, the same command goes on from there",
+                    folder.kept_work().string()));
+  return kept;
+}
+
 Choice see_and_choose(const Input& input, const Settings& settings, const MemoryPlan& memory, io::PhotoSource& photos,
-                      Observer& observer) {
+                      Observer& observer, KeptWork* kept = nullptr) {
   photos.keep_at_most(memory.photos_while_seeing());
   Choice choice{weighed_graph(input.mesh, settings.edge_weights, observer), {}, {}};
-  choice.seen = see(input, settings, photos, observer, {.graph = &choice.graph});
+  choice.seen = see(input, settings, photos, observer, {.graph = &choice.graph, .kept = kept});
   release_freed_memory();
-  choice.selection = choose(choice.seen.candidates.table, choice.graph, settings.solver, observer);
+  choice.selection = take_or_choose(choice, settings.solver, observer, kept);
   release_freed_memory();
   return choice;
 }
@@ -162,9 +219,10 @@ TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSour
 TexturedFiles texture_into(const Input& input, const Settings& settings, io::PhotoSource& photos, OutputFolder& folder,
                            Observer& observer) {
   const MemoryPlan memory = plan_memory(input, settings);
-  const FileSizes sizes = predicted_sizes(input, settings, memory.texels);
+  const FileSizes sizes = predicted_sizes(input, settings, memory.work.texels);
   folder.expect_space(sizes.least, sizes.likely, observer);
-  Choice chosen = see_and_choose(input, settings, memory, photos, observer);
+  std::optional<KeptWork> kept = kept_work(input, settings, memory.work, sizes, photos, folder, observer);
+  Choice chosen = see_and_choose(input, settings, memory, photos, observer, kept ? &*kept : nullptr);
   ModelFiles files(input, settings, folder, observer);
   const atlas::AtlasInput from = atlas_input(input, photos, chosen.graph, chosen.seen, chosen.selection.labels);
   observer.begin({"atlas", "steps"});
@@ -175,8 +233,10 @@ TexturedFiles texture_into(const Input& input, const Settings& settings, io::Pho
     return std::async(std::launch::async, [&] { files.write_mesh(model); });
   };
   options.scratch_folder = folder.in_making();
+  if (kept) options.kept = kept->pages();
   options.take_page = [&files](std::size_t number, Image page) { files.write_page(number, std::move(page)); };
   atlas::TextureAtlas atlas = bake_and_end(*plan, from, settings.atlas, observer, options);
+  if (kept) kept->warn_of_failure(observer);
   photos.keep_at_most(0);
   plan.reset();
   chosen.graph = {};
@@ -201,13 +261,7 @@ labeling::Selection choose(const labeling::CostTable& costs, const labeling::Fac
                            const labeling::SolverOptions& options, Observer& observer, std::span<const ViewId> fixed) {
   observer.begin({"view selection", "sweeps", true});
   labeling::Selection selection = labeling::select_views(costs, graph, options, observer.reporter(), fixed);
-  for (const labeling::SweepReport& sweep : selection.sweeps)
-    observer.detail(fmt::format("  sweep {}: energy {:.1f}, {:.2f} s", sweep.sweep, sweep.energy, sweep.seconds));
-  observer.figure("energy", selection.energy);
-  observer.figure("differing_pairs", selection.differing_pairs);
-  observer.figure("patches", selection.patches);
-  observer.figure("sweeps", selection.sweeps.size());
-  observer.end(fmt::format("{} patches, energy {:.0f}", readable_count(selection.patches), selection.energy));
+  report_selection(selection, "", observer);
   return selection;
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "../../atlas/atlas.h"
+#include "../../io/names.h"
 #include "../../io/photos.h"
 #include "../../io/textured_model.h"
 #include "../../labeling/labeling.h"
@@ -32,6 +33,12 @@ struct OutputSettings {
   std::optional<io::UpAxis> up;  ///< nullopt: found from the cameras
 };
 
+/// Whether texture_into() keeps its work in the output folder until the result is complete, so that it can go on from there
+/// after it was cut off. automatic: if it is expected to take more than a minute, or an earlier run has kept some.
+enum class KeepWork { automatic, always, never };
+inline constexpr Named<KeepWork> kKeepWorkNames[] = {
+    {"auto", KeepWork::automatic}, {"always", KeepWork::always}, {"never", KeepWork::never}};
+
 struct Settings {
   visibility::VisibilityOptions visibility;
   int device = -1;  ///< number of the graphics device to use; -1: see visibility::find_device()
@@ -42,6 +49,7 @@ struct Settings {
   OutputSettings output;
   /// Most bytes that texture() and texture_into() take; 0: see plan_memory(). Results are the same for any value.
   std::size_t memory_bytes = 0;
+  KeepWork keep_work = KeepWork::automatic;
 };
 
 /// The mesh to texture and the views to texture it from. Borrows everything.
@@ -89,6 +97,8 @@ struct Seen {
   std::optional<visibility::DeviceInfo> device{};  ///< that drew the views; empty: they were drawn natively
 };
 
+class KeptWork;  // kept_work.h
+
 struct SeeOptions {
   /// Faces that get candidates, ascending; empty: all. All faces of the mesh occlude and enter the outlier test and the
   /// scale of the costs, so that the candidates are those of a run over all faces. The border that plan() and bake() are
@@ -97,6 +107,7 @@ struct SeeOptions {
   const labeling::FaceGraph* graph = nullptr;  ///< of the mesh; null: made where it is needed
   /// Called for each view once it is classified, on the caller's thread.
   std::function<void(ViewId, const visibility::ViewVisibility&)> on_view = {};
+  KeptWork* kept = nullptr;  ///< by earlier runs and for later ones; on_view is not called for views taken from it
 };
 
 /// Visibility and candidates, view after view: while one is drawn, its photo is decoded and the costs of the view before are
@@ -149,7 +160,7 @@ struct TexturedFiles {
 };
 
 /// texture() and write() in one, with the same files, for models of any size: pages are written and let go as soon as they
-/// are finished, and model.obj is written while photos are baked.
+/// are finished, and model.obj is written while photos are baked. See Settings::keep_work for what is kept in the folder.
 TexturedFiles texture_into(const Input& input, const Settings& settings, io::PhotoSource& photos, OutputFolder& folder,
                            Observer& observer);
 

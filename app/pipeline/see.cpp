@@ -7,6 +7,7 @@
 #include <future>
 
 #include "app/pipeline/coverage_store.h"
+#include "app/pipeline/kept_work.h"
 #include "app/pipeline/pipeline.h"
 #include "io/clock.h"
 
@@ -101,6 +102,13 @@ void report_agreement(const Input& input, bool keep, std::span<const labeling::V
                        "poses, another lens, or a mesh elsewhere; --keep-views textures all the same");
 }
 
+void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
+  seen.statistics += statistics;
+  if (statistics.full + statistics.partial == 0)
+    observer.warning(fmt::format(
+        "{}: sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong", view.name));
+}
+
 }  // namespace
 
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
@@ -131,21 +139,32 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
     observer.progress(n, input.views.size());
     const ViewId id = input.views[n];
     const View& view = input.scene.views[index(id)];
+    if (options.kept != nullptr) {
+      if (const std::optional<ViewWork> work = options.kept->view(id)) {
+        if (costs.valid()) costs.get();
+        if (collector.add_statistics(id, work->statistics)) {
+          note_view(view, work->visibility, seen, observer);
+          coverage.add(work->coverage);
+          continue;
+        }
+      }
+      options.kept->warn_of_failure(observer);
+    }
     auto decoded = std::async(policy, [&photos, id] { return photos.photo(id); });
     visibility::ViewVisibility& visible = buffers[n % 2];
     visibility.classify(view, id, photos.exclusion(id).get(), visible);
-    seen.statistics += visible.statistics;
     if (options.on_view) options.on_view(id, visible);
-    if (visible.statistics.full + visible.statistics.partial == 0)
-      observer.warning(fmt::format(
-          "{}: sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong", view.name));
-    coverage.add(visible.coverage);
+    note_view(view, visible.statistics, seen, observer);
+    const auto packed = std::make_shared<const PackedCoverage>(pack(visible.coverage));
+    coverage.add(*packed);
     if (costs.valid()) costs.get();
-    costs = std::async(policy, [&, id, photo = decoded.share()] {
+    costs = std::async(policy, [&, id, packed, photo = decoded.share()] {
       const auto pixels = photo.get();
       const auto start = Clock::now();
       collector.add_view(id, view, *pixels, visible);
       seen.costs_s += seconds_since(start);
+      if (options.kept != nullptr)
+        options.kept->keep_view(id, collector.statistics_of(id), *packed, visible.statistics);
     });
   }
   if (costs.valid()) costs.get();
@@ -159,8 +178,11 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   report_times(seen, observer);
   observer.figure("full", s.full);
   observer.figure("partial", s.partial);
+  if (options.kept != nullptr) observer.figure("kept.views", options.kept->views_taken());
   observer.figure("hidden", input.views.size() * input.mesh.faces.size() - s.full - s.partial);
-  observer.end(fmt::format("{} views", input.views.size()));
+  const std::size_t taken = options.kept != nullptr ? options.kept->views_taken() : 0;
+  observer.end(taken == 0 ? fmt::format("{} views", input.views.size())
+                          : fmt::format("{} views, {} of them kept by an earlier run", input.views.size(), taken));
   report_tags(input, seen.candidates, observer);
   report_agreement(input, settings.costs.keep_views, seen.candidates.agreement, observer);
   return seen;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "atlas/baking/hole_filler.h"
+#include "atlas/baking/kept_pages.h"
 #include "atlas/baking/partial_filler.h"
 #include "io/freed_memory.h"
 #include "io/scratch_file.h"
@@ -25,16 +26,18 @@ using Batch = std::vector<std::uint32_t>;
 struct PageGroup {
   std::uint32_t first = 0, end = 0;
   std::vector<Batch> batches;  ///< of partial charts; one at least, as plain charts are baked with the first
+  bool kept = false;           ///< by another run
 };
 
-/// Consecutive pages that fit `bytes` together, one page at least.
-std::vector<PageGroup> page_groups(const std::vector<Page>& pages, std::size_t bytes) {
+/// Consecutive pages that fit `bytes` together, one page at least, all of them kept or none.
+std::vector<PageGroup> page_groups(const std::vector<Page>& pages, const BakeOptions& options) {
   std::vector<PageGroup> groups;
   std::size_t left = 0;
   for (std::uint32_t p = 0; p < pages.size(); ++p) {
-    if (groups.empty() || pages[p].bytes() > left) {
-      groups.push_back({p, p, {}});
-      left = std::max(bytes, pages[p].bytes());
+    const bool kept = has_page(options.kept, p);
+    if (groups.empty() || pages[p].bytes() > left || groups.back().kept != kept) {
+      groups.push_back({p, p, {}, kept});
+      left = std::max(options.page_bytes, pages[p].bytes());
     }
     left -= pages[p].bytes();
     groups.back().end = p + 1;
@@ -82,11 +85,11 @@ class PageBaker {
         options_(options),
         partial_(build),
         holes_(build),
-        groups_(page_groups(build.pages, options.page_bytes)),
+        groups_(page_groups(build.pages, options)),
         finished_(build.pages.size(), 0) {
     for (PageGroup& group : groups_) {
       group.batches = partial_batches(build, group, options.partial_bytes);
-      passes_ += group.batches.size();
+      if (!group.kept) passes_ += group.batches.size();
     }
     build_.rested_means.resize(build.pages.size());
     if (!options_.take_page) result_.pages.resize(build.pages.size());
@@ -94,8 +97,7 @@ class PageBaker {
 
   BakedPages bake(const Progress& progress) {
     for (const PageGroup& group : groups_) {
-      for (std::uint32_t p = group.first; p < group.end; ++p) build_.pages[p].open();
-      bake_charts(group, progress);
+      paint(group, progress);
       partial_.look_at_borders();
       settle(group);
     }
@@ -120,6 +122,25 @@ class PageBaker {
  private:
   /// True if pages rest where there are several groups. A single group stays open until all is done.
   bool rests() const { return groups_.size() > 1; }
+
+  /// Opens the pages of a group with the texels that photos give them.
+  void paint(const PageGroup& group, const Progress& progress) {
+    if (group.kept && take_kept(group)) return;
+    if (group.kept) passes_ += group.batches.size();  // their files are damaged
+    for (std::uint32_t p = group.first; p < group.end; ++p) build_.pages[p].open();
+    bake_charts(group, progress);
+    tbb::parallel_for(group.first, group.end,
+                      [&](std::uint32_t p) { keep_page(options_.kept, p, build_.pages[p], partial_.open_on(p)); });
+  }
+
+  bool take_kept(const PageGroup& group) {
+    std::vector<OpenChart> open;
+    for (std::uint32_t p = group.first; p < group.end; ++p)
+      if (!take_page(options_.kept, p, build_.pages[p], open)) return false;
+    partial_.take_painted(group.first, group.end, std::move(open));
+    result_.kept_pages += group.end - group.first;
+    return true;
+  }
 
   void bake_charts(const PageGroup& group, const Progress& progress) {
     for (std::size_t b = 0; b < group.batches.size(); ++b) {

@@ -165,6 +165,32 @@ void PartialFiller::write_baked(std::span<const PartialChart> parts) {
   std::erase_if(unbaked_, [&](std::uint32_t chart) {
     return std::ranges::binary_search(parts, chart, {}, &PartialChart::chart);
   });
+  note_baked(std::move(charts));
+}
+
+void PartialFiller::take_painted(std::uint32_t first_page, std::uint32_t end_page, std::vector<OpenChart> open) {
+  std::ranges::sort(open, {}, &OpenChart::chart);
+  std::vector<OpenChart> charts;
+  auto next = open.begin();
+  std::erase_if(unbaked_, [&](std::uint32_t chart) {
+    if (page(chart) < first_page || page(chart) >= end_page) return false;
+    if (next != open.end() && next->chart == chart)
+      charts.push_back(std::move(*next++));
+    else
+      charts.push_back({chart, {}});
+    return true;
+  });
+  note_baked(std::move(charts));
+}
+
+std::vector<const OpenChart*> PartialFiller::open_on(std::uint32_t page_number) const {
+  std::vector<const OpenChart*> charts;
+  for (const OpenChart& open : open_)
+    if (page(open.chart) == page_number) charts.push_back(&open);
+  return charts;
+}
+
+void PartialFiller::note_baked(std::vector<OpenChart> charts) {
   for (OpenChart& chart : charts) {
     if (!chart.known.empty()) {
       open_.push_back(std::move(chart));

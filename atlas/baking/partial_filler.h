@@ -10,6 +10,12 @@
 
 namespace gpvc::atlas {
 
+/// A partial chart with texels that have no colour.
+struct OpenChart {
+  std::uint32_t chart = 0;
+  std::vector<bool> known;  ///< per texel of partial_box(): its colour is on the page
+};
+
 /// Fills them smoothly from those around them, on the same chart and, across its border, on the charts beside it. Not all
 /// pages need be open at a time: colours along borders are kept, and charts are filled in rounds, a chart as soon as it
 /// or a chart beside it has a colour, so that neither the order of charts nor that of pages matters.
@@ -19,6 +25,10 @@ class PartialFiller {
 
   /// Writes the texels of partial charts that have got a colour from photos. \pre their pages are open
   void write_baked(std::span<const PartialChart> parts);
+  /// Notes that all charts of pages that another run painted are baked; `open`: those with texels without a colour.
+  void take_painted(std::uint32_t first_page, std::uint32_t end_page, std::vector<OpenChart> open);
+  /// The charts on a page with texels without a colour. \pre all partial charts on it are baked
+  std::vector<const OpenChart*> open_on(std::uint32_t page) const;
   /// Keeps the colours that charts waiting for some have beside them on open pages. Call it when all charts with a view
   /// are baked on these pages, and after each fill().
   void look_at_borders();
@@ -32,11 +42,6 @@ class PartialFiller {
   bool is_awaited(std::uint32_t page) const { return waiting_[page] > 0; }
 
  private:
-  /// A chart with texels that have no colour.
-  struct OpenChart {
-    std::uint32_t chart = 0;
-    std::vector<bool> known;  ///< per texel of partial_box(): its colour is on the page
-  };
   /// A texel's index in the chart's raster, and its colour.
   struct Seed {
     std::size_t texel;
@@ -48,6 +53,8 @@ class PartialFiller {
     bool known = false;
   };
 
+  /// Charts with all their colours wait for none, the others do.
+  void note_baked(std::vector<OpenChart> charts);
   void look_beside(std::uint32_t chart);
   std::vector<Seed> border_seeds(const OpenChart& chart) const;
   void fill_chart(const OpenChart& open);

@@ -37,12 +37,12 @@ void OutputFile::write(const void* data, std::size_t bytes) {
     throw OutputError(final_name_, std::string("cannot be written: ") + std::strerror(errno));
 }
 
-void OutputFile::commit() {
+void OutputFile::commit(Flush flush) {
   const auto check = [&](bool good) {
     if (!good) throw OutputError(final_name_, std::string("cannot be written: ") + std::strerror(errno));
   };
   check(std::fflush(file_) == 0);
-  check(::fsync(::fileno(file_)) == 0 || errno == EINVAL || errno == ENOTSUP);
+  if (flush == Flush::to_disk) check(::fsync(::fileno(file_)) == 0 || errno == EINVAL || errno == ENOTSUP);
   check(std::fclose(std::exchange(file_, nullptr)) == 0);
   check(::rename(temporary_.c_str(), final_name_.c_str()) == 0);
   temporary_.clear();

@@ -96,6 +96,18 @@ std::shared_ptr<const PhotoExclusion> PhotoCache::exclusion(ViewId view) {
   return exclusion ? std::make_shared<const PhotoExclusion>(std::move(*exclusion)) : nullptr;
 }
 
+std::optional<WorkKey> PhotoCache::key(ViewId view) {
+  const View& v = state_->scene.views.at(index(view));
+  WorkHash hash;
+  hash.add_file(v.photo);
+  hash.add(!v.mask.empty());
+  if (!v.mask.empty()) hash.add_file(v.mask);
+  hash.add(v.uses_alpha);
+  hash.add(v.reduction);
+  hash.add(state_->downscale);
+  return hash.key();
+}
+
 void PhotoCache::keep_at_most(std::size_t bytes) {
   const std::lock_guard lock(state_->mutex);
   state_->limit_bytes = bytes;

@@ -2,6 +2,7 @@
 // ones, and compares the qualities of a face's views.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -141,6 +142,21 @@ void CandidateCollector::add_view(ViewId id, const View& view, const Image& phot
                                   const visibility::ViewVisibility& visibility) {
   state_->by_view[static_cast<std::uint32_t>(id)] =
       view_statistics(state_->mesh, view, photo, visibility, state_->options, *state_->scratch, state_->wanted);
+}
+
+std::span<const std::byte> CandidateCollector::statistics_of(ViewId id) const {
+  return std::as_bytes(std::span(state_->by_view.at(static_cast<std::uint32_t>(id))));
+}
+
+bool CandidateCollector::add_statistics(ViewId id, std::span<const std::byte> statistics) {
+  if (statistics.size() % sizeof(FaceRecord) != 0) return false;
+  std::vector<FaceRecord> records(statistics.size() / sizeof(FaceRecord));
+  if (!records.empty()) std::memcpy(records.data(), statistics.data(), statistics.size());
+  const std::size_t faces = state_->mesh.faces.size();
+  for (std::size_t i = 0; i < records.size(); ++i)
+    if (records[i].face >= faces || (i > 0 && records[i].face <= records[i - 1].face)) return false;
+  state_->by_view[static_cast<std::uint32_t>(id)] = std::move(records);
+  return true;
 }
 
 Candidates CandidateCollector::finish(const FaceGraph* graph) {

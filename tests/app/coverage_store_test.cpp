@@ -36,7 +36,7 @@ TEST(CoverageStore, GivesBackWhatPartialFacesNeed) {
         3, 64, 5, [](std::size_t bit) { return bit / 64 % 2 != 0; }, view);
     add_entry(
         4, 1000, 13, [&](std::size_t) { return random() % 50 != 0; }, view);
-    store.add(view);
+    store.add(pipeline::pack(view));
   }
   const std::vector<labeling::FaceTag> tags{labeling::FaceTag::partial, labeling::FaceTag::partial,
                                             labeling::FaceTag::partial, labeling::FaceTag::seen,
@@ -61,14 +61,14 @@ TEST(CoverageStore, LargeFacesTakeLittle) {
       0, 4000, 3000, [](std::size_t bit) { return bit % 4000 * (bit % 4000) + bit / 4000 * (bit / 4000) < 9000000; },
       table);
   pipeline::CoverageStore store;
-  store.add(table);
+  store.add(pipeline::pack(table));
   EXPECT_LT(store.bytes() * 8, 4000u * 3000u / 10);
   // More words alike than a run counts.
   table = {};
   add_entry(
       0, 16384, 16384, [](std::size_t) { return true; }, table);
   store = {};
-  store.add(table);
+  store.add(pipeline::pack(table));
   EXPECT_EQ(store.of_partial_faces(std::vector<labeling::FaceTag>{labeling::FaceTag::partial}).words, table.words);
 }
 

@@ -8,10 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "app/synth/city.h"
 #include "io/mesh.h"
 #include "io/textured_model.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/app/photographed_city.h"
 
 namespace gpvc {
 namespace {
@@ -34,32 +33,10 @@ class Listener : public pipeline::Observer {
   std::string cancel_in_;
 };
 
+using test::City;
+
 class Pipeline : public testing::Test {
  protected:
-  struct City {
-    explicit City(std::size_t faces = 4000, int width = 240) {
-      synth::FlightOptions flight;
-      flight.photos = 6;
-      flight.width = width;
-      flight.height = width / 3 * 2;
-      flight.size_m = 50;
-      synth::SynthScene made = synth::make_city({flight, faces});
-      synth::SynthRenderer renderer(made);
-      scene.views = synth::synth_flight(flight);
-      for (View& view : scene.views) {
-        view.photo = folder.path() / (std::to_string(pictures.size()) + ".png");
-        pictures.push_back({renderer.photo(view.camera, view.pose).image});
-        io::write_image(view.photo, pictures.back().image, io::ImageFormat::png, 0);
-      }
-      mesh = std::move(made.mesh);
-      views = pipeline::all_views(scene);
-    }
-    test::TemporaryFolder folder;
-    Scene scene;
-    Mesh mesh;
-    std::vector<io::Picture> pictures;
-    std::vector<ViewId> views;
-  };
   static void SetUpTestSuite() { city_ = std::make_unique<City>(); }
   static void TearDownTestSuite() { city_.reset(); }
 

@@ -1,0 +1,28 @@
+// What painting keeps for another run of the same input: the corrections of seams, and pages as the photos painted them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "atlas/baking/pages.h"
+#include "atlas/baking/partial_filler.h"
+#include "atlas/leveling/seam_leveling.h"
+
+namespace gpvc::atlas {
+
+/// All functions do nothing where kept.store is null.
+std::optional<LevelingResult> take_leveling(const KeptPages& kept);
+void keep_leveling(const KeptPages& kept, const LevelingResult& leveling);
+
+/// True if the page seems to be kept.
+bool has_page(const KeptPages& kept, std::uint32_t number);
+/// Opens the page with the texels that it had, and adds its charts with texels that no view shows. False if it is not
+/// kept: then the page is empty.
+bool take_page(const KeptPages& kept, std::uint32_t number, Page& page, std::vector<OpenChart>& charts);
+/// \param charts those on the page with texels that no view shows
+void keep_page(const KeptPages& kept, std::uint32_t number, const Page& page,
+               const std::vector<const OpenChart*>& charts);
+
+}  // namespace gpvc::atlas

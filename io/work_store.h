@@ -1,0 +1,134 @@
+// Results of parts of a long run, kept on disk, so that a run that was cut off can be continued.
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "error.h"
+
+namespace gpvc::io {
+
+/// Stands for everything that a result was computed from: a 128-bit hash (XXH3) of it.
+struct WorkKey {
+  std::array<std::uint64_t, 2> bits{};
+  bool operator==(const WorkKey&) const = default;
+};
+
+/// A value that equals another one exactly if all its bytes do.
+template <typename T>
+concept PlainBytes = std::has_unique_object_representations_v<T> || std::floating_point<T>;
+
+/// Hashes what a key is to stand for. Texts and lists count with their lengths.
+class WorkHash {
+ public:
+  WorkHash();
+  ~WorkHash();
+  WorkHash(const WorkHash&) = delete;
+  WorkHash& operator=(const WorkHash&) = delete;
+  void add_bytes(const void* data, std::size_t bytes);
+  template <PlainBytes T>
+  void add(const T& value) {
+    add_bytes(&value, sizeof value);
+  }
+  /// \param items without padding bytes
+  template <typename T>
+  requires std::is_trivially_copyable_v<T>
+  void add_all(std::span<const T> items) {
+    add(items.size());
+    add_bytes(items.data(), items.size_bytes());
+  }
+  void add_text(std::string_view text) { add_all(std::span<const char>(text)); }
+  /// The bytes of a file. Throws InputError.
+  void add_file(const std::filesystem::path& file);
+  WorkKey key() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// A folder of results. Each is kept under a name, with the key of what it came from and a hash of its bytes, so that a
+/// file that a power cut left incomplete counts as none. The values are those of this machine and this program. Several
+/// threads may keep and read results of different names.
+class WorkStore {
+ public:
+  class Writer;
+  class Reader;
+  /// The folder is made when the first result is kept.
+  explicit WorkStore(std::filesystem::path folder);
+
+  /// True if a result of that name and key seems to be there.
+  bool has(const std::string& name, const WorkKey& key) const;
+  /// Calls fill(reader) on the result of that name and key. False if there is none or it is damaged: then what was read
+  /// means nothing.
+  bool read(const std::string& name, const WorkKey& key, const std::function<void(Reader&)>& fill) const;
+  /// Keeps what write(writer) writes, instead of any result of that name. If that fails (disk full), nothing more is kept.
+  void keep(const std::string& name, const WorkKey& key, const std::function<void(Writer&)>& write);
+  /// Removes all results, and the folder unless it holds anything else.
+  void clear() noexcept;
+  /// Why nothing more is kept, a sentence without a subject; nullopt while all is well.
+  std::optional<std::string> failure() const;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+/// Takes the parts of a result, one after another.
+class WorkStore::Writer {
+ public:
+  virtual ~Writer() = default;
+  virtual void write(const void* data, std::size_t bytes) = 0;
+  template <typename T>
+  requires std::is_trivially_copyable_v<T>
+  void add(const T& value) { write(&value, sizeof value); }
+  template <typename T>
+  requires std::is_trivially_copyable_v<T>
+  void add_all(std::span<const T> items) {
+    add(items.size());
+    write(items.data(), items.size_bytes());
+  }
+  template <typename T>
+  void add_all(const std::vector<T>& items) {
+    add_all(std::span<const T>(items));
+  }
+};
+
+/// Gives the parts back in the same order. All functions throw an exception that WorkStore::read() catches where the
+/// file ends early.
+class WorkStore::Reader {
+ public:
+  virtual ~Reader() = default;
+  virtual void read(void* data, std::size_t bytes) = 0;
+  /// Bytes that are left.
+  virtual std::size_t left() const = 0;
+  /// What was read cannot be a result of this run.
+  [[noreturn]] void refuse() const;
+  template <typename T>
+  requires std::is_trivially_copyable_v<T> T get() {
+    T value;
+    read(&value, sizeof value);
+    return value;
+  }
+  template <typename T>
+  requires std::is_trivially_copyable_v<T> std::vector<T> get_all() {
+    const auto count = get<std::size_t>();
+    if (count > left() / sizeof(T)) refuse();
+    std::vector<T> items(count);
+    read(items.data(), count * sizeof(T));
+    return items;
+  }
+};
+
+}  // namespace gpvc::io
