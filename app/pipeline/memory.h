@@ -60,7 +60,7 @@ struct MemoryPlan {
   /// \param all_pages bytes of all pages
   /// \param page bytes of the largest one
   Shares while_painting(double all_pages, double page) const;
-  /// Most bytes that the run takes.
+  /// Bytes that the run is expected to take at its peak, at most `limit`.
   double peak() const;
 };
 

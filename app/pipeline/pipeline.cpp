@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <new>
 #include <optional>
 
 #include "app/pipeline/frame_check.h"
@@ -152,6 +153,38 @@ TexturedMesh finished(Choice choice, atlas::TextureAtlas atlas) {
           std::move(choice.seen.device)};
 }
 
+TexturedFiles texture_within(const MemoryPlan& memory, const Input& input, const Settings& settings,
+                             io::PhotoSource& photos, OutputFolder& folder, Observer& observer) {
+  const FileSizes sizes = predicted_sizes(input, settings, memory.work.texels);
+  folder.expect_space(sizes.least, sizes.likely, observer);
+  std::optional<KeptWork> kept = kept_work(input, settings, memory.work, sizes, photos, folder, observer);
+  Choice chosen = see_and_choose(input, settings, memory, photos, observer, kept ? &*kept : nullptr);
+  ModelFiles files(input, settings, folder, observer);
+  const atlas::AtlasInput from = atlas_input(input, photos, chosen.graph, chosen.seen, chosen.selection.labels);
+  observer.begin({"atlas", "steps"});
+  std::optional<atlas::AtlasPlan> plan = plan_and_note(from, settings.atlas, observer);
+  files.begin(from.labels, from.tags, plan->estimate());
+  atlas::BakeOptions options = bake_options(*plan, settings, memory, photos);
+  options.take_model = [&files](const io::TexturedModel& model) {
+    return std::async(std::launch::async, [&] { files.write_mesh(model); });
+  };
+  options.scratch_folder = folder.in_making();
+  if (kept) options.kept = kept->pages();
+  options.take_page = [&files](std::size_t number, Image page) { files.write_page(number, std::move(page)); };
+  atlas::TextureAtlas atlas = bake_and_end(*plan, from, settings.atlas, observer, options);
+  if (kept) kept->warn_of_failure(observer);
+  photos.keep_at_most(0);
+  plan.reset();
+  chosen.graph = {};
+  chosen.seen.candidates.table = {};
+  chosen.seen.coverage = {};
+  release_freed_memory();
+  observer.begin({"write"});
+  const WrittenModel written = files.finish(atlas.model);
+  observer.end("");
+  return {finished(std::move(chosen), std::move(atlas)), written};
+}
+
 }  // namespace
 
 std::string readable_count(std::size_t count) {
@@ -219,36 +252,15 @@ TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSour
 TexturedFiles texture_into(const Input& input, const Settings& settings, io::PhotoSource& photos, OutputFolder& folder,
                            Observer& observer) {
   const MemoryPlan memory = plan_memory(input, settings);
-  const FileSizes sizes = predicted_sizes(input, settings, memory.work.texels);
-  folder.expect_space(sizes.least, sizes.likely, observer);
-  std::optional<KeptWork> kept = kept_work(input, settings, memory.work, sizes, photos, folder, observer);
-  Choice chosen = see_and_choose(input, settings, memory, photos, observer, kept ? &*kept : nullptr);
-  ModelFiles files(input, settings, folder, observer);
-  const atlas::AtlasInput from = atlas_input(input, photos, chosen.graph, chosen.seen, chosen.selection.labels);
-  observer.begin({"atlas", "steps"});
-  std::optional<atlas::AtlasPlan> plan = plan_and_note(from, settings.atlas, observer);
-  files.begin(from.labels, from.tags, plan->estimate());
-  atlas::BakeOptions options = bake_options(*plan, settings, memory, photos);
-  options.take_model = [&files](const io::TexturedModel& model) {
-    return std::async(std::launch::async, [&] { files.write_mesh(model); });
-  };
-  options.scratch_folder = folder.in_making();
-  if (kept) options.kept = kept->pages();
-  options.take_page = [&files](std::size_t number, Image page) { files.write_page(number, std::move(page)); };
-  atlas::TextureAtlas atlas = bake_and_end(*plan, from, settings.atlas, observer, options);
-  if (kept) kept->warn_of_failure(observer);
-  photos.keep_at_most(0);
-  plan.reset();
-  chosen.graph = {};
-  chosen.seen.candidates.table = {};
-  chosen.seen.coverage = {};
-  release_freed_memory();
-  observer.begin({"write"});
-  const WrittenModel written = files.finish(atlas.model);
-  observer.end("");
-  return {finished(std::move(chosen), std::move(atlas)), written};
+  try {
+    return texture_within(memory, input, settings, photos, folder, observer);
+  } catch (const std::bad_alloc&) {
+    throw MemoryError(
+        fmt::format("out of memory: this run takes about {}, and less was to be had; --memory SIZE keeps it below an "
+                    "amount, and --downscale 2, fewer --views or a mesh of fewer faces lower what it needs",
+                    readable_bytes(memory.peak())));
+  }
 }
-
 labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weights, Observer& observer) {
   observer.begin({"face graph"});
   labeling::FaceGraph graph = labeling::face_graph(mesh);
