@@ -1,11 +1,13 @@
 // Tests views one after the other with the tester of the chosen method.
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "io/clock.h"
 #include "visibility/classify/view_tester.h"
 #include "visibility/device.h"
 #include "visibility/gl/classify_gl.h"
+#include "visibility/raster/copies.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::visibility {
@@ -124,7 +126,8 @@ struct VisibilityStage::State {
   State(const Mesh& mesh, const VisibilityOptions& options, GraphicsDevice* given)
       : drawing(choose_drawing(mesh, options, given)),
         device(current(drawing.native ? nullptr : given)),
-        source(mesh, source_options(options, device)) {
+        collapsed(std::holds_alternative<Gpvc>(options.method) ? collapse_copies(mesh) : std::nullopt),
+        source(collapsed ? *collapsed : mesh, source_options(options, device)) {
     const TesterInput input{source, device != nullptr ? &device->info() : nullptr, options.subpixel};
     tester = std::visit([&](const auto& method) { return make_tester(method, input); }, options.method);
   }
@@ -135,7 +138,8 @@ struct VisibilityStage::State {
   }
 
   ChosenDrawing drawing;
-  GraphicsDevice* device;  ///< null: native drawing
+  GraphicsDevice* device;         ///< null: native drawing
+  std::optional<Mesh> collapsed;  ///< the mesh to be tested, if it is not the given one
   ViewSource source;
   std::unique_ptr<ViewTester> tester;
 };

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -53,8 +54,13 @@ class OwnerContest {
   /// True when the contender, which covers the run, certainly beats its stored owner nowhere in it. Both faces are
   /// convex and their 1 / z linear, so what is certain at both ends is certain between them.
   bool stored_owner_keeps_run(const PreparedView& view, Contender& contender, FaceId stored, const Span& run);
-  /// Exactly: true when the contender, which covers pixel (x, y), beats its stored owner there.
-  bool beats_stored_at(const PreparedView& view, Contender& contender, FaceId stored, std::int32_t x, std::int32_t y);
+  /// Exactly: true when the contender, which covers the run, beats its stored owner in all of it, false when it does
+  /// nowhere; nothing when pixels of the run may differ. One pixel is always decided.
+  std::optional<bool> beats_stored_in(const PreparedView& view, Contender& contender, FaceId stored, const Span& run);
+  /// Exactly: true when the stored owner covers the centre of pixel (x, y).
+  bool stored_owner_covers(const PreparedView& view, FaceId stored, std::int32_t x, std::int32_t y);
+  /// True when it certainly covers both ends of the run, and so all of it.
+  bool stored_owner_covers_run(const PreparedView& view, FaceId stored, const Span& run);
 
  private:
   struct Owner {
@@ -66,6 +72,8 @@ class OwnerContest {
     RasterFace raster;
   };
   Owner& owner_of(const PreparedView& view, FaceId stored);
+  static const RasterFace& raster_of(const PreparedView& view, Owner& owner);
+  static bool covers_ends(const Owner& owner, const Span& run);
 
   std::array<Owner, 256> owners_;
 };
@@ -73,7 +81,8 @@ class OwnerContest {
 /// The pixels whose owner is not the stored one.
 class OwnerOverlay {
  public:
-  /// Sorts the claims and keeps the nearest claimant of each pixel. O(claims log claims).
+  /// Sorts the claims and keeps the nearest claimant of each pixel. O(claims log claims); claimants of whole runs are
+  /// compared at their ends.
   void resolve(const PreparedView& view, std::vector<Claim>& claims);
   std::span<const Claim> entries() const { return entries_; }
   /// True when it holds any pixel from `first` up to `end`.
@@ -83,6 +92,8 @@ class OwnerOverlay {
   FaceId owner(std::size_t pixel) const;
 
  private:
+  void add_nearest(const PreparedView& view, std::span<const FaceId> claimants, const Span& run);
+
   std::vector<Claim> entries_;            ///< by pixel
   std::vector<std::uint64_t> corrected_;  ///< one bit a pixel
 };

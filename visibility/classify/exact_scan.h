@@ -5,6 +5,7 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
+#include <span>
 #include <vector>
 
 #include "visibility/classify/exact_owner.h"
@@ -19,12 +20,14 @@ class ExactScanner {
   void start();
   /// O(samples not stored as the face's).
   FaceCode scan(const PreparedView& view, FaceId face);
-  void keep_if_right(const PreparedView& view, const Claim& claim);
+  /// Keeps those that beat the stored owner.
+  void keep_right(const PreparedView& view, std::span<const Claim> claims);
   void add_to(FaceScan& scan) const;
 
  private:
   FaceCode contest(const PreparedView& view, FaceId face);
   void contest_run(const PreparedView& view, Contender& contender, FaceId owner, const Span& run);
+  void claim_run(const PreparedView& view, Contender& contender, FaceId owner, const Span& run);
 
   VisibilityStatistics counts_;
   std::vector<Claim> claims_;

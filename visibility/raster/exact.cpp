@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 namespace gpvc::visibility {
@@ -25,6 +26,50 @@ TwoTerms two_product(double a, double b) {
   const double product = a * b;
   return {product, std::fma(a, b, -product)};
 }
+
+/// A number as an unevaluated sum of two doubles, the second at most half a unit in the last place of the first. Sums are
+/// off by 3 r^2 of themselves, products by 7 r^2, quotients by less than 16 r^2, with r = 2^-53 (Joldes, Muller, Popescu 2017), as
+/// long as nothing overflows or underflows.
+class DoubleDouble {
+ public:
+  DoubleDouble() = default;
+  DoubleDouble(double value) : high_(value) {}
+
+  friend DoubleDouble operator-(const DoubleDouble& a) { return {-a.high_, -a.low_}; }
+  friend DoubleDouble operator+(const DoubleDouble& a, const DoubleDouble& b) {
+    const TwoTerms high = two_sum(a.high_, b.high_), low = two_sum(a.low_, b.low_);
+    const TwoTerms sum = fast_two_sum(high.high, high.low + low.high);
+    return normalized(sum.high, low.low + sum.low);
+  }
+  friend DoubleDouble operator-(const DoubleDouble& a, const DoubleDouble& b) { return a + -b; }
+  friend DoubleDouble operator*(const DoubleDouble& a, const DoubleDouble& b) {
+    const TwoTerms product = two_product(a.high_, b.high_);
+    return normalized(product.high, product.low + (a.high_ * b.low_ + a.low_ * b.high_));
+  }
+  friend DoubleDouble operator/(const DoubleDouble& a, const DoubleDouble& b) {
+    const double quotient = a.high_ / b.high_;
+    const DoubleDouble rest = a - b * DoubleDouble(quotient);
+    return normalized(quotient, rest.high_ / b.high_);
+  }
+  friend bool operator<(const DoubleDouble& a, const DoubleDouble& b) {
+    return a.high_ < b.high_ || (a.high_ == b.high_ && a.low_ < b.low_);
+  }
+  friend bool operator>(const DoubleDouble& a, const DoubleDouble& b) { return b < a; }
+  double rounded() const { return high_; }
+
+ private:
+  DoubleDouble(double high, double low) : high_(high), low_(low) {}
+  static TwoTerms fast_two_sum(double a, double b) {
+    const double sum = a + b;
+    return {sum, b - (sum - a)};
+  }
+  static DoubleDouble normalized(double high, double low) {
+    const TwoTerms sum = fast_two_sum(high, low);
+    return {sum.high, sum.low};
+  }
+
+  double high_ = 0, low_ = 0;
+};
 
 class Expansion {
  public:
@@ -197,32 +242,51 @@ std::optional<bool> covers_on_lattice(const FacePoint& point) {
 
 // --- filters
 
+/// Upper bound of how far an operation is off, relative to its result.
 template <class Real>
-constexpr Real kRoundoff = std::numeric_limits<Real>::epsilon() / 2;
+constexpr double kRoundoff = 0x1p-53;
+template <>
+constexpr double kRoundoff<DoubleDouble> = 0x1p-102;
+
+/// Errors are doubles, whose own rounding is far below the factor of two that all bounds here contain.
+double size_of(double value) { return std::abs(value); }
+double size_of(const DoubleDouble& value) { return std::abs(value.rounded()); }
 
 template <class Real>
-Real largest(const std::array<Real, 3>& v) {
-  return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+double largest(const std::array<Real, 3>& v) {
+  return std::max({size_of(v[0]), size_of(v[1]), size_of(v[2])});
 }
 
 /// A is rounded by at most da = r (|px z| + |A|), B likewise by db; the products of e carry 2 (a db + b da), their own
 /// rounding 4 r a b. The factors below are twice that, for the terms of second order.
 template <class Real>
-Real edge_error(const RasterFace& face, Real px, Real py, const std::array<Real, 3>& a, const std::array<Real, 3>& b) {
-  const Real z =
-      static_cast<Real>(std::max({std::abs(face.vertex[0].z), std::abs(face.vertex[1].z), std::abs(face.vertex[2].z)}));
-  const Real am = largest(a), bm = largest(b);
-  const Real da = kRoundoff<Real> * (std::abs(px) * z + am), db = kRoundoff<Real> * (std::abs(py) * z + bm);
-  return 4 * (am * db + bm * da) + 8 * kRoundoff<Real> * am * bm;
+double edge_error(const RasterFace& face, double px, double py, const std::array<Real, 3>& a,
+                  const std::array<Real, 3>& b) {
+  constexpr double r = kRoundoff<Real>;
+  const double z = std::max({std::abs(face.vertex[0].z), std::abs(face.vertex[1].z), std::abs(face.vertex[2].z)});
+  const double am = largest(a), bm = largest(b);
+  const double da = r * (std::abs(px) * z + am), db = r * (std::abs(py) * z + bm);
+  return 4 * (am * db + bm * da) + 8 * r * am * bm;
 }
 
-long double edge_error(const FacePoint& point, const Edges<long double>& edges) {
-  return edge_error<long double>(*point.face, point.px, point.py, edges.a, edges.b);
+double edge_error(const FacePoint& point, const Edges<DoubleDouble>& edges) {
+  return edge_error(*point.face, point.px, point.py, edges.a, edges.b);
+}
+
+/// True where the error of a result shows that nothing it came from overflowed, nor lost more to underflow than the
+/// bounds of the errors, which are twice what they need be, allow. In pairs of doubles: the products of an edge value with
+/// an error below 2^300 are below 2^402, and so are differences of depths in front of an error below 2^300, which makes
+/// the products of both less than 2^804; what underflows is below 2^-1022, and below 2^-725 once it is divided by a sum of
+/// edge values above 2^-297.
+template <class Real>
+bool in_range(double error) {
+  return std::is_same_v<Real, double> || (error > 0x1p-300 && error < 0x1p300);
 }
 
 /// True when edge values with this error are certainly those of a covered point, false when certainly not.
 template <class Real>
-std::optional<bool> certainly_covers(const std::array<Real, 3>& e, Real error) {
+std::optional<bool> certainly_covers(const std::array<Real, 3>& e, double error) {
+  if (!in_range<Real>(error)) return std::nullopt;
   if (e[0] > error && e[1] > error && e[2] > error) return true;
   if (e[0] < -error || e[1] < -error || e[2] < -error) return false;
   return std::nullopt;
@@ -230,26 +294,29 @@ std::optional<bool> certainly_covers(const std::array<Real, 3>& e, Real error) {
 
 template <class Real>
 struct Depth {
-  Real value, error;
+  Real value;
+  double error;
 };
 
 /// z0 + n / s, with n = dz1 e1 + dz2 e2 and s = e0 + e1 + e2, for non-negative e. With E the error of an e, dz the
 /// larger |dz|, and s at least twice its own error 3 E + 3 r s: n / s is no larger than dz and off by at most dz (10 E
 /// / s + 14 r); the sum rounds once more.
 template <class Real>
-Depth<Real> depth(const RasterFace& face, const std::array<Real, 3>& e, Real edge_error) {
+Depth<Real> depth(const RasterFace& face, const std::array<Real, 3>& e, double edge_error) {
+  constexpr double r = kRoundoff<Real>;
   const auto& v = face.vertex;
-  const Real z0 = v[0].z, dz1 = v[1].z - z0, dz2 = v[2].z - z0;
+  const Real z0 = v[0].z, dz1 = Real(v[1].z) - z0, dz2 = Real(v[2].z) - z0;
   const Real s = e[0] + e[1] + e[2];
-  const Real dz = std::max(std::abs(dz1), std::abs(dz2));
-  if (!(s > 8 * edge_error)) return {z0, std::numeric_limits<Real>::infinity()};
+  if (!(s > 8 * edge_error) || !in_range<Real>(edge_error)) return {z0, std::numeric_limits<double>::infinity()};
   const Real value = z0 + (dz1 * e[1] + dz2 * e[2]) / s;
-  return {value, dz * (12 * edge_error / s + 16 * kRoundoff<Real>)+2 * kRoundoff<Real> * (std::abs(value) + dz)};
+  const double dz = std::max(size_of(dz1), size_of(dz2));
+  return {value, dz * (12 * edge_error / size_of(s) + 16 * r) + 2 * r * (size_of(value) + dz)};
 }
 
 template <class Real>
 std::optional<int> compare(const Depth<Real>& f, const Depth<Real>& g) {
-  const Real margin = 2 * (f.error + g.error);
+  const double margin = 2 * (f.error + g.error);
+  if (!in_range<Real>(margin)) return std::nullopt;
   if (f.value < g.value - margin) return -1;
   if (f.value > g.value + margin) return 1;
   return std::nullopt;
@@ -286,7 +353,7 @@ auto first_certain(const First& first, const Rest&... rest) {
 
 FacePoint face_point(const RasterFace& face, double px, double py) {
   FacePoint point{&face, px, py, edge_values(face, px, py), 0};
-  point.error = edge_error<double>(face, px, py, point.values.a, point.values.b);
+  point.error = edge_error(face, px, py, point.values.a, point.values.b);
   return point;
 }
 
@@ -294,8 +361,8 @@ bool covers_exactly(const FacePoint& point) {
   return first_certain([&] { return certainly_covers<double>(point.values.e, point.error); },
                        [&] { return covers_on_lattice(point); },
                        [&] {
-                         const auto edges = edges_at<long double>(point);
-                         return certainly_covers<long double>(edges.e, edge_error(point, edges));
+                         const auto edges = edges_at<DoubleDouble>(point);
+                         return certainly_covers<DoubleDouble>(edges.e, edge_error(point, edges));
                        },
                        [&] { return covers_by_expansions(point); });
 }
@@ -305,9 +372,9 @@ int compare_depth_exactly(const FacePoint& f, const FacePoint& g) {
       [&] { return compare(depth<double>(*f.face, f.values.e, f.error), depth<double>(*g.face, g.values.e, g.error)); },
       [&] { return same_depth_everywhere(*f.face, *g.face) ? std::optional(0) : std::nullopt; },
       [&] {
-        const auto of_f = edges_at<long double>(f), of_g = edges_at<long double>(g);
-        return compare(depth<long double>(*f.face, of_f.e, edge_error(f, of_f)),
-                       depth<long double>(*g.face, of_g.e, edge_error(g, of_g)));
+        const auto of_f = edges_at<DoubleDouble>(f), of_g = edges_at<DoubleDouble>(g);
+        return compare(depth<DoubleDouble>(*f.face, of_f.e, edge_error(f, of_f)),
+                       depth<DoubleDouble>(*g.face, of_g.e, edge_error(g, of_g)));
       },
       [&] { return compare_by_expansions(f, g); });
 }

@@ -1,5 +1,5 @@
 // Predicates on edge values and depths with the answers of real arithmetic on the projected vertices. Each tries a
-// floating-point filter first, then ties that doubles represent without rounding, then a filter in long double, and at
+// floating-point filter first, then ties that doubles represent without rounding, then a filter in pairs of doubles, and at
 // last expansions (Shewchuk 1997), which always decide.
 #pragma once
 

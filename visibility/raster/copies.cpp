@@ -1,0 +1,85 @@
+#include "visibility/raster/copies.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace gpvc::visibility {
+namespace {
+
+/// The finalizer of splitmix64 (Steele, Lea, Flood 2014).
+std::uint64_t mixed(std::uint64_t bits) {
+  bits = (bits ^ (bits >> 30)) * 0xBF58476D1CE4E5B9U;
+  bits = (bits ^ (bits >> 27)) * 0x94D049BB133111EBU;
+  return bits ^ (bits >> 31);
+}
+
+std::uint64_t hash_of(const WorldPoint& p) {
+  // The sum makes -0 and 0, which are equal, the same bits.
+  const auto bits = [](double coordinate) { return std::bit_cast<std::uint64_t>(coordinate + 0.0); };
+  return mixed(bits(p.x) + mixed(bits(p.y) + mixed(bits(p.z))));
+}
+
+/// The same for the corners in any order.
+std::uint32_t hash_of(const Mesh& mesh, const Triangle& face) {
+  const auto& p = mesh.positions;
+  return static_cast<std::uint32_t>((hash_of(p[face[0]]) + hash_of(p[face[1]]) + hash_of(p[face[2]])) >> 32);
+}
+
+bool has_corners_of(const Mesh& mesh, const Triangle& face, const Triangle& earlier) {
+  const auto same = [&](std::uint32_t a, std::uint32_t b) {
+    const WorldPoint &p = mesh.positions[a], &q = mesh.positions[b];
+    return a == b || (p.x == q.x && p.y == q.y && p.z == q.z);
+  };
+  return std::all_of(face.begin(), face.end(), [&](std::uint32_t corner) {
+    return same(corner, earlier[0]) || same(corner, earlier[1]) || same(corner, earlier[2]);
+  });
+}
+
+/// In ascending order. A table with open addressing holds the faces that are no copies, so that all copies of a face
+/// find it at the same place.
+std::vector<std::uint32_t> find_copies(const Mesh& mesh) {
+  const std::size_t faces = mesh.faces.size();
+  std::vector<std::uint32_t> hashes(faces), copies;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, faces, 4096), [&](const auto& range) {
+    for (std::size_t f = range.begin(); f != range.end(); ++f) hashes[f] = hash_of(mesh, mesh.faces[f]);
+  });
+  constexpr std::uint32_t kFree = 0xFFFFFFFFU;
+  constexpr std::size_t kAhead = 16;
+  const std::size_t size = std::bit_ceil(2 * faces + 2);
+  std::vector<std::uint32_t> table(size, kFree);
+  const auto first_place = [&](std::size_t f) { return std::size_t{hashes[f]} & (size - 1); };
+  for (std::size_t f = 0; f < faces; ++f) {
+    if (f + kAhead < faces) __builtin_prefetch(&table[first_place(f + kAhead)], 1);
+    std::size_t place = first_place(f);
+    const auto differs = [&](std::uint32_t other) {
+      return hashes[other] != hashes[f] || !has_corners_of(mesh, mesh.faces[f], mesh.faces[other]);
+    };
+    while (table[place] != kFree && differs(table[place])) place = (place + 1) & (size - 1);
+    if (table[place] != kFree) {
+      copies.push_back(static_cast<std::uint32_t>(f));
+    } else {
+      table[place] = static_cast<std::uint32_t>(f);
+    }
+  }
+  return copies;
+}
+
+}  // namespace
+
+std::optional<Mesh> collapse_copies(const Mesh& mesh) {
+  const std::vector<std::uint32_t> copies = find_copies(mesh);
+  if (copies.empty()) return std::nullopt;
+  Mesh collapsed = mesh;
+  for (const std::uint32_t copy : copies) {
+    Triangle& face = collapsed.faces[copy];
+    face = {face[0], face[0], face[0]};
+  }
+  return collapsed;
+}
+
+}  // namespace gpvc::visibility

@@ -1,0 +1,16 @@
+// Faces with the corners of an earlier face.
+#pragma once
+
+#include <optional>
+
+#include "io/scene.h"
+
+namespace gpvc::visibility {
+
+/// The mesh with every such face collapsed to its first corner, whatever the order of the corners and the numbers of
+/// their vertices; nothing when there is none. Where depths are equal the lower index is in front: a copy is never seen,
+/// and hides nothing that the earlier face does not hide. So classes stay as they are, and thousands of copies of a large
+/// face are not drawn and contested pixel by pixel. O(faces) expected, TBB; 16 to 24 bytes a face meanwhile.
+std::optional<Mesh> collapse_copies(const Mesh& mesh);
+
+}  // namespace gpvc::visibility
