@@ -199,7 +199,9 @@ struct VisibilityStatistics {
 };
 
 struct ViewVisibility {
-  Ivm ivm;                         ///< as drawn, with pixels outside the photo cleared; never corrected in place
+  /// Pixels outside the photo are cleared. Gpvc: the face that each pixel centre sees, in real arithmetic, whatever drew
+  /// it. Other methods: as drawn.
+  Ivm ivm;
   std::vector<FaceClass> classes;  ///< per face
   CoverageTable coverage;          ///< the pixels of the partial faces
   VisibilityStatistics statistics;

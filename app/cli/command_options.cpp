@@ -18,7 +18,7 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
   add_output(*app, options);
   OptionGroup{*app, "Output"}.flag(
       "--ivm", options.ivm,
-      "Also write ivm/NAME.npy: per pixel the face drawn there, before any correction, 0xFFFFFFFF for none");
+      "Also write ivm/NAME.npy: per pixel the face there, 0xFFFFFFFF for none; exact for gpvc, else as drawn");
   add_visibility(*app, options.visibility);
   OptionGroup{*app, "Visibility"}
       .number(

@@ -55,6 +55,16 @@ class ModesTextureGl : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
+TEST_F(ModesTextureGl, WhatDrawsTheFacesChangesNoByte) {
+  const auto bytes = [&](const std::string& drawing) {
+    EXPECT_EQ(run("texture", {"--drawing", drawing}), 0);
+    std::string all;
+    for (const char* file : {"labels.npy", "tags.npy", "model.obj", "model.glb"}) all += test::read_file(out() / file);
+    return all;
+  };
+  EXPECT_TRUE(bytes("native") == bytes("opengl"));
+}
+
 TEST_F(ModesTextureGl, ATextureComesOutOfEveryMode) {
   ASSERT_EQ(run("texture", {}), 0);
   const std::size_t usual = labelled();

@@ -1,6 +1,7 @@
 // VisibilityStage without a device, and which options need one.
 #include <gtest/gtest.h>
 
+#include "tests/visibility/visibility_oracle.h"
 #include "tests/visibility/visibility_scenes.h"
 #include "visibility/device.h"
 #include "visibility/oracle.h"
@@ -49,6 +50,53 @@ TEST(Stage, ComparedMethodsDrawTheSameItemBufferWithoutADevice) {
   EXPECT_LT(std::count(expected.faces.begin(), expected.faces.end(), kNoFace), 160 * 120 - 1000);
   EXPECT_EQ(ivm(NoTest{}).faces, expected.faces);
   EXPECT_EQ(ivm(RayTracing{RaySampling::dense, 0.001}).faces, expected.faces);
+}
+
+TEST(Stage, StoresTheOwnersThatTheOracleFinds) {
+  // Around the camera, so that many faces are drawn with rounded edges.
+  View view = scenes::view_of(240, 180, 110);
+  for (const double advance : {0.0, 9.0}) {
+    view.pose.centre.z = advance;
+    const Mesh mesh = scenes::soup(view.camera, 400, 40, 43);
+    const oracle::Answer expected = oracle::classify(mesh, view);
+    const Ivm found = VisibilityStage(mesh, {}).classify(view, ViewId{0}, nullptr).ivm;
+    std::size_t compared = 0;
+    for (std::size_t p = 0; p < found.faces.size(); ++p) {
+      const auto owner = expected.owners[p], stored = static_cast<std::uint32_t>(found.faces[p]);
+      const auto tied = [&](std::uint32_t face) {
+        return face != static_cast<std::uint32_t>(kNoFace) && expected.tied[face];
+      };
+      if (tied(owner) || tied(stored)) continue;
+      ++compared;
+      ASSERT_EQ(stored, owner) << "pixel " << p << ", camera at " << advance;
+    }
+    EXPECT_GT(compared, found.faces.size() / 2);
+  }
+}
+
+TEST(Stage, CopiesOfALargeFaceAreNeitherDrawnNorContested) {
+  // Drawn like any other face, 20,000 of them would take minutes.
+  const View view = scenes::view_of(640, 480, 500);
+  Mesh mesh;
+  scenes::add_at_pixels(mesh, view.camera, {{{-20, -30, 9}, {10, 900, 11}, {1300, 5, 10}}});
+  scenes::append(mesh, scenes::soup(view.camera, 50, 20, 44));
+  const std::size_t distinct = mesh.faces.size();
+  const ViewVisibility alone = VisibilityStage(mesh, {}).classify(view, ViewId{0}, nullptr);
+  ASSERT_EQ(alone.classes[0], FaceClass::partial);
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    const WorldPoint& p = mesh.positions[i % 3];
+    mesh.positions.push_back({p.x, p.y, p.z});
+    // With the same vertices and with their own, turned, and seen from behind.
+    const std::uint32_t a = i % 2 == 0 ? 0 : static_cast<std::uint32_t>(mesh.positions.size()) - 1;
+    const std::uint32_t b = i % 2 == 0 ? 1 : (i + 1) % 3, c = i % 2 == 0 ? 2 : (i + 2) % 3;
+    mesh.faces.push_back(i % 3 == 0 ? Triangle{a, c, b} : Triangle{b, c, a});
+  }
+  const ViewVisibility found = VisibilityStage(mesh, {}).classify(view, ViewId{0}, nullptr);
+  EXPECT_EQ(found.statistics.contested_samples, alone.statistics.contested_samples);
+  EXPECT_EQ(found.ivm.faces, alone.ivm.faces);
+  EXPECT_EQ(std::vector(found.classes.begin(), found.classes.begin() + static_cast<std::ptrdiff_t>(distinct)),
+            alone.classes);
+  for (std::size_t f = distinct; f < found.classes.size(); ++f) ASSERT_EQ(found.classes[f], FaceClass::hidden) << f;
 }
 
 TEST(Stage, SaysWhatNeedsADevice) {

@@ -92,9 +92,10 @@ inline std::size_t expect_answer(const View& view, const ViewVisibility& found, 
   return tied;
 }
 
-/// Classes and coverage are the same, bit for bit, whatever drew and classified the view.
+/// Classes, coverage and the owners of pixels are the same, bit for bit, whatever drew and classified the view.
 inline void expect_same_visibility(const ViewVisibility& found, const ViewVisibility& expected) {
   EXPECT_EQ(found.classes, expected.classes);
+  EXPECT_EQ(found.ivm.faces, expected.ivm.faces);
   EXPECT_EQ(found.coverage.words, expected.coverage.words);
   ASSERT_EQ(found.coverage.entries.size(), expected.coverage.entries.size());
   for (std::size_t i = 0; i < expected.coverage.entries.size(); ++i) {

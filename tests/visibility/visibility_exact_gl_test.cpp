@@ -247,9 +247,11 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
       // Shaders do not see the renderer's tiles, but their own.
       if (tile == 0 || tile == 37) gpu.emplace(mesh, renderer, options, limits);
       for (const PhotoMask* mask : {&whole, &striped}) {
-        ViewVisibility result{{view.camera.width, view.camera.height, drawn}, {}, {}, {}};
-        mask->clear_outside(result.ivm.faces);
-        const PreparedView prepared{mesh, view.camera, ViewId{7}, *mask, projected, result.ivm.faces};
+        std::vector<FaceId> shown = drawn;
+        mask->clear_outside(shown);
+        const ViewVisibility as_drawn{{view.camera.width, view.camera.height, shown}, {}, {}, {}};
+        ViewVisibility result = as_drawn;
+        const PreparedView prepared{mesh, view.camera, ViewId{7}, *mask, projected, shown};
         FaceScan scan;
         scan.start(mesh.faces.size());
         CpuClassifier(options).classify(prepared, scan, result);
@@ -257,7 +259,7 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
           EXPECT_EQ(expect_answer(view, result, expected), 0U) << "tile " << tile;
         }
         if (gpu) {
-          ViewVisibility scanned;
+          ViewVisibility scanned = as_drawn;
           gpu->scan(prepared, view.pose, scan, scanned.statistics);
           EXPECT_GT(scan.counts.contested_samples, 0U);
           CpuClassifier(options).classify(prepared, scan, scanned);
@@ -311,7 +313,10 @@ TEST_F(ExactGl, ShadersTakeWhatADeviceAllows) {
   // candidates.
   const View view = scenes::view_of(160, 120, 150);
   Mesh mesh = scenes::soup(view.camera, 3000, 9, 77);
-  scenes::append(mesh, Mesh(mesh));  // every sample ties, and is claimed
+  // The same a hair behind: no sample is certain, and all are claimed.
+  Mesh behind = mesh;
+  for (WorldPoint& p : behind.positions) p = {p.x * (1 + 0x1p-48), p.y * (1 + 0x1p-48), p.z * (1 + 0x1p-48)};
+  scenes::append(mesh, behind);
   const ViewVisibility expected = classify(mesh, view, with(CoverageCorrection::exact, Classifier::cpu));
   GpuLimits limits = gpu_limits();
   limits.first_claims = 16;  // made larger

@@ -8,9 +8,12 @@
 
 #include "io/clock.h"
 #include "visibility/classify/face_sampler.h"
+#include "visibility/raster/tile_lists.h"
 
 namespace gpvc::visibility {
 namespace {
+
+constexpr int kOwnerTileShift = 6;
 
 /// The pixels that faces first .. end - 1 may touch.
 PixelBox pixels_around(const PreparedView& view, std::size_t first, std::size_t end) {
@@ -54,6 +57,46 @@ void CpuClassifier::classify(const PreparedView& view, FaceScan& scan, ViewVisib
     }
   });
   result.statistics += scan.counts;
+  if (options_.correction == CoverageCorrection::exact && !result.ivm.faces.empty())
+    store_owners(view, scan, result.ivm.faces);
+}
+
+// --- exact
+
+/// The item buffer becomes the same whatever drew it: where the stored owner is wrong the right one is in the overlay,
+/// except at pixels that no face covers.
+void CpuClassifier::store_owners(const PreparedView& view, const FaceScan& scan, std::span<FaceId> ivm) {
+  clear_uncovered(view, scan, ivm);
+  for (const Claim& entry : overlay_.entries()) ivm[entry.pixel] = entry.face;
+}
+
+/// Clears the pixels whose stored owner does not cover their centre.
+void CpuClassifier::clear_uncovered(const PreparedView& view, const FaceScan& scan, std::span<FaceId> ivm) {
+  for (OwnerContest& owners : owners_) owners.start();
+  const auto width = static_cast<std::uint32_t>(view.camera.width);
+  const auto clear_pixel = [&](OwnerContest& owners, std::int32_t x, std::int32_t y) {
+    FaceId& stored = ivm[view.pixel_index(x, y)];
+    if (stored != kNoFace && !owners.stored_owner_covers(view, stored, x, y)) stored = kNoFace;
+  };
+  if (scan.rough_pixels) {
+    for (const std::uint32_t pixel : *scan.rough_pixels)
+      clear_pixel(owners_.local(), static_cast<std::int32_t>(pixel % width), static_cast<std::int32_t>(pixel / width));
+    return;
+  }
+  // Squares rather than rows, so that the owners of a row are those that were cached for the row above.
+  const TileGrid grid(view.frame(), kOwnerTileShift);
+  tbb::parallel_for(std::size_t{0}, grid.count(), [&](std::size_t tile) {
+    OwnerContest& owners = owners_.local();
+    const PixelBox box = grid.pixels(tile);
+    for (std::int32_t y = box.y0; y < box.y1; ++y)
+      for (std::int32_t end = 0, x0 = box.x0; x0 < box.x1; x0 = end) {
+        const FaceId stored = view.owner(x0, y);
+        end = x0 + 1;
+        while (end < box.x1 && view.owner(end, y) == stored) ++end;
+        if (stored == kNoFace || owners.stored_owner_covers_run(view, stored, {y, x0, end})) continue;
+        for (std::int32_t x = x0; x < end; ++x) clear_pixel(owners, x, y);
+      }
+  });
 }
 
 // --- off and paper

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "visibility/raster/raster.h"
@@ -34,6 +35,8 @@ struct FaceScan {
   /// Samples of faces that are not unsure whose stored owner the face may beat. In any order; duplicates are allowed.
   std::vector<Claim> claims;
   VisibilityStatistics counts;  ///< of the faces that are not unsure
+  /// Pixels of the item buffer whose stored owner may not cover their centre. Nothing: any pixel may be one.
+  std::optional<std::vector<std::uint32_t>> rough_pixels;
   /// The pixels that each kFacesPerRectangle consecutive faces may touch; empty when not known.
   std::vector<PixelBox> touched;
 
@@ -42,6 +45,7 @@ struct FaceScan {
     codes.assign(faces, FaceCode::unsure);
     claims.clear();
     counts = {};
+    rough_pixels.reset();
     touched.clear();
   }
 };

@@ -113,7 +113,9 @@ void CpuIvm::draw_tiles(const PreparedView& view, std::span<FaceId> ivm, FaceSca
   tbb::parallel_for(std::size_t{0}, grid_.count(), [&](std::size_t number) {
     tiles_.local().draw(view, grid_.pixels(number), lists_.of(number), unlisted_, ivm, drawn_);
   });
+  scan.rough_pixels.emplace();
   for (const IvmTile& tile : tiles_) {
+    scan.rough_pixels->insert(scan.rough_pixels->end(), tile.rough_pixels().begin(), tile.rough_pixels().end());
     scan.claims.insert(scan.claims.end(), tile.doubts().begin(), tile.doubts().end());
     scan.counts.contested_samples += tile.hidden_samples();
   }

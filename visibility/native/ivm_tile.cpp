@@ -39,6 +39,7 @@ float stored_depth(double inverse) {
 
 void IvmTile::start_view() {
   doubts_.clear();
+  rough_pixels_.clear();
   hidden_samples_ = 0;
 }
 
@@ -216,6 +217,7 @@ void IvmTile::draw_unsure(const PreparedView& view, std::uint32_t number) {
         if ((entries_[owner].marks & kMarkUnsure) == 0) add_doubt(at, owner);
       }
       replace(at, value, number);
+      rough_pixels_.push_back(pixel_of_view(at));
     }
 }
 
@@ -230,10 +232,14 @@ void IvmTile::replace(std::size_t at, float value, std::uint32_t number) {
   owners_[at] = number;
 }
 
-void IvmTile::add_doubt(std::size_t at, std::uint32_t number) {
+std::uint32_t IvmTile::pixel_of_view(std::size_t at) const {
   const auto x = static_cast<std::uint32_t>(box_.x0) + static_cast<std::uint32_t>(at % kSide);
   const auto y = static_cast<std::uint32_t>(box_.y0) + static_cast<std::uint32_t>(at / kSide);
-  doubts_.push_back({y * view_width_ + x, faces_[number]});
+  return y * view_width_ + x;
+}
+
+void IvmTile::add_doubt(std::size_t at, std::uint32_t number) {
+  doubts_.push_back({pixel_of_view(at), faces_[number]});
 }
 
 void IvmTile::clear_outside_photo(const PreparedView& view, std::size_t first_doubt) {

@@ -52,7 +52,7 @@ class IvmTile {
   static constexpr int kShift = 7;
   static constexpr std::int32_t kSide = 1 << kShift;
 
-  /// Clears the doubts and the counts.
+  /// Clears the doubts, the rough pixels and the counts.
   void start_view();
   /// Draws `faces` and `unlisted`, which are disjoint, into the pixels of the box, at most kSide a side, of a row-major
   /// item buffer as wide as the view; kNoFace outside the photo. Adds the marks and samples of the faces to `drawn`,
@@ -62,6 +62,8 @@ class IvmTile {
 
   /// Over all tiles of the view: faces that may beat the stored owner of a pixel.
   std::span<const Claim> doubts() const { return doubts_; }
+  /// Over all tiles of the view: pixels that may be stored for a face that does not cover their centre.
+  std::span<const std::uint32_t> rough_pixels() const { return rough_pixels_; }
   /// Over all tiles of the view: samples of a face that another one hides.
   std::size_t hidden_samples() const { return hidden_samples_; }
 
@@ -118,6 +120,8 @@ class IvmTile {
   }
   bool beats_stored(std::size_t at, float value, std::uint32_t number) const;
   void replace(std::size_t at, float value, std::uint32_t number);
+  /// The number of a pixel of the tile in the view.
+  std::uint32_t pixel_of_view(std::size_t at) const;
   void add_doubt(std::size_t at, std::uint32_t number);
   void clear_outside_photo(const PreparedView& view, std::size_t first_doubt);
   void store(const PreparedView& view, std::span<FaceId> ivm);
@@ -134,6 +138,7 @@ class IvmTile {
   std::vector<Span> spans_;                  ///< of the current face
   std::vector<Close> close_;                 ///< of the current face
   std::vector<Claim> doubts_;
+  std::vector<std::uint32_t> rough_pixels_;
   std::size_t hidden_samples_ = 0;
 };
 
