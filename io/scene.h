@@ -61,6 +61,13 @@ struct Mesh {
   std::vector<Triangle> faces;
   /// Per face, the face of the file it was cut from; empty when the file's faces are all triangles, and so the same.
   std::vector<std::uint32_t> source_face{};
+  /// Where the file has the positions, if they were taken to other coordinates since; empty: there. Writers write these.
+  std::vector<WorldPoint> file_positions{};
+  std::string file_srs{};  ///< the reference system of file_positions
+
+  const std::vector<WorldPoint>& written_positions() const {
+    return file_positions.empty() ? positions : file_positions;
+  }
 };
 
 /// How a direction meets the plane on which the terms of Distortion act, as a factor on (X/Z, Y/Z) by its radius r =
@@ -119,6 +126,14 @@ struct View {
   int reduction = 1;             ///< pixels of the photo and the mask to one of the camera, each way
 };
 
+/// Other coordinates that a program writes meshes of the same scene in: x_frame = scale * rotation * (x_scene - origin).
+struct SceneFrame {
+  std::string name;  ///< "the chunk's own coordinates"
+  std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  WorldPoint origin;
+  double scale = 1;
+};
+
 struct Scene {
   std::filesystem::path source;  ///< as given by the user
   std::vector<View> views;       ///< by name, bytewise
@@ -127,8 +142,10 @@ struct Scene {
   std::string srs{};
   /// To be added to the scene's coordinates to get those of `srs`.
   WorldPoint offset{};
-  std::string format{};                 ///< which reader read it: "COLMAP"
-  std::vector<std::string> warnings{};  ///< what was left out or assumed, a sentence each
+  std::vector<SceneFrame> other_frames{};  ///< most likely first
+  std::string reference{};                 ///< a reference system that meshes of the scene may be in; empty: none
+  std::string format{};                    ///< which reader read it: "COLMAP"
+  std::vector<std::string> warnings{};     ///< what was left out or assumed, a sentence each
   /// The source of the cameras: a file, or a folder of files that belong together.
   std::filesystem::path read_from{};
   std::vector<std::filesystem::path> files{};  ///< the files that belong to it, except photos and masks

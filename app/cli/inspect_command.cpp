@@ -161,6 +161,8 @@ void run_inspect(const InspectOptions& options, Console& console) {
   if (!mesh.valid()) return;
   in.mesh = mesh.get();
   throw_if_interrupted();
+  RunRecord record(console);
+  match_frames(options.input, in, record);
   print_mesh(in, console);
   throw_if_interrupted();
   const int threads = options.common.threads > 0 ? options.common.threads : tbb::info::default_concurrency();

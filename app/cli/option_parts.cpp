@@ -84,6 +84,14 @@ void add_photos(CLI::App& app, SceneInput& input) {
            "Use only these views: names or globs, separated by commas, or @FILE with one on each line")
       ->check(not_empty());
   group.add("--exclude-views", input.exclude_views, "LIST", "Do not use these views; they keep their index");
+  if (app.get_option_no_throw("MESH") != nullptr)
+    group
+        .add("--mesh-crs", input.mesh_crs, "CRS",
+             "Reference system of the mesh (EPSG:25832, a WKT or PROJ string), where cameras are in another; results "
+             "keep "
+             "the mesh's coordinates")
+        ->default_str("the scene's, or what fits it")
+        ->check(not_empty());
   group.number("--downscale", input.downscale, 1, 64, "N",
                "Reduce the photos N times in width and height, for a quick look; 1 to 64");
   add_masks(app, input);

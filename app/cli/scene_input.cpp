@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <future>
 
+#include "app/pipeline/mesh_frame.h"
 #include "io/images/image_file.h"
 #include "io/mesh.h"
 #include "io/scenes/photo_files.h"
@@ -34,6 +35,18 @@ void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData&
     io::append_mesh(all, more);
 }
 
+// Brings mesh and cameras together, and throws InputError where they do not fit.
+void check_fit(const SceneInput& input, SceneInputData& data, RunRecord& record) {
+  match_frames(input, data, record);
+  try {
+    pipeline::check_input(data.input(), record);
+  } catch (const InputError& error) {
+    const std::string ways = pipeline::ways_out(data.scene);
+    if (ways.empty() || !input.mesh_crs.empty()) throw;
+    throw std::runtime_error(fmt::format("{}; {}", error.what(), ways));
+  }
+}
+
 }  // namespace
 
 Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_missing_photos) {
@@ -61,7 +74,7 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   std::erase_if(data.used,
                 [&](ViewId id) { return std::binary_search(data.held_out.begin(), data.held_out.end(), id); });
   for (std::size_t m = 0; m < files.size(); ++m) append_mesh(files[m], meshes[m].get(), data);
-  pipeline::check_input(data.input(), record);
+  check_fit(input, data, record);
   record.counts["faces"] = data.mesh.faces.size();
   record.counts["vertices"] = data.mesh.positions.size();
   record.counts["views"] = data.scene.views.size();
@@ -84,6 +97,11 @@ void check_photos(const SceneInputData& input) {
   });
   for (const std::exception_ptr& error : errors)
     if (error) std::rethrow_exception(error);
+}
+
+void match_frames(const SceneInput& input, SceneInputData& data, pipeline::Observer& observer) {
+  const std::string assumed = pipeline::match_frames(data.scene, data.mesh, data.used, input.mesh, input.mesh_crs);
+  if (!assumed.empty()) observer.warning(assumed);
 }
 
 Json visibility_json(const visibility::VisibilityOptions& options) {
@@ -111,6 +129,7 @@ Json scene_json(const SceneInput& input) {
     json["more_meshes"] = Json::array();
     for (const auto& mesh : input.more_meshes) json["more_meshes"].push_back(mesh.string());
   }
+  if (!input.mesh_crs.empty()) json["mesh_crs"] = input.mesh_crs;
   json["images"] = input.images_dir ? Json(input.images_dir->string()) : Json(nullptr);
   json["views"] = input.views;
   json["exclude_views"] = input.exclude_views;

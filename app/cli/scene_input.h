@@ -35,6 +35,9 @@ Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_
 /// InputError, UsageError.
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record);
 
+/// Brings mesh and cameras into the same coordinates, see pipeline::match_frames(), and warns of what it assumes.
+void match_frames(const SceneInput& input, SceneInputData& data, pipeline::Observer& observer);
+
 /// Throws InputError for the first used view whose photo ends too early, before hours are spent on the others.
 void check_photos(const SceneInputData& input);
 

@@ -259,6 +259,9 @@ std::string check_winding(std::optional<double> backs, const std::filesystem::pa
 
 std::vector<double> sampling_distances(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
                                        std::size_t most) {
+  // So many lengths are 32 MB and take a second.
+  constexpr std::size_t kProjections = 4000000;
+  most = std::clamp<std::size_t>(kProjections / std::max<std::size_t>(1, used.size()), 1, most);
   const std::size_t step = std::max<std::size_t>(1, mesh.positions.size() / most);
   std::vector<double> sampling;
   for (std::size_t v = 0; v < mesh.positions.size(); v += step)
@@ -287,7 +290,7 @@ std::string check_scale(const Mesh& mesh, std::span<const double> sampling, cons
                     extent / pixel, box_text(box)));
   const auto is_float = [](double v) { return static_cast<double>(static_cast<float>(v)) == v; };
   double largest = 0;
-  for (const WorldPoint& p : mesh.positions) {
+  for (const WorldPoint& p : mesh.written_positions()) {
     if (!is_float(p.x) || !is_float(p.y) || !is_float(p.z)) return {};
     largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
   }

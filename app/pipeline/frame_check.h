@@ -45,7 +45,7 @@ std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span
 std::string check_winding(std::optional<double> backs, const std::filesystem::path& mesh_file);
 
 /// Lengths, in the scene's units, that a pixel covers at vertices of the mesh, for every view that frames them, ascending.
-/// Takes a sample of `most` vertices. O(sampled vertices x views).
+/// Takes a sample of `most` vertices, or fewer where there are many views. O(sampled vertices x views).
 std::vector<double> sampling_distances(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
                                        std::size_t most = 20000);
 

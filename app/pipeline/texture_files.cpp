@@ -97,9 +97,11 @@ io::ModelOptions model_options(const Input& input, std::span<const ViewId> label
   model.offset = local_origin(input.mesh, labels, input.scene, input.views);
   model.normals = settings.normals;
   model.pageless_faces = false;
-  model.up = settings.up ? *settings.up : scene_up(input.scene, input.views);
-  model.srs = one_line(input.scene.srs);
-  model.srs_offset = input.scene.offset;
+  // Reference systems of meshes have heights along z.
+  const bool own_system = !input.mesh.file_positions.empty();
+  model.up = settings.up ? *settings.up : own_system ? io::UpAxis::pos_z : scene_up(input.scene, input.views);
+  model.srs = one_line(own_system ? input.mesh.file_srs : input.scene.srs);
+  if (!own_system) model.srs_offset = input.scene.offset;
   return model;
 }
 
@@ -191,8 +193,9 @@ WrittenModel ModelFiles::finish(const io::TexturedModel& model) {
 }
 
 Viewpoint ModelFiles::write_preview(const io::TexturedModel& model) const {
-  Viewpoint view = overview(input_.mesh, labels_, input_.scene, input_.views, options_.up,
-                            kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
+  const io::UpAxis up = input_.mesh.file_positions.empty() ? options_.up : scene_up(input_.scene, input_.views);
+  Viewpoint view = overview(input_.mesh, labels_, input_.scene, input_.views, up, kPreviewWidth * kPreviewSamples,
+                            kPreviewHeight * kPreviewSamples);
   const RenderResult render = render_model(model, preview_pages_, view.camera, view.pose, {true, true, kBackground});
   io::write_image(preview_file_, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile_);
   // The camera of the picture, which is drawn larger and then reduced.

@@ -60,7 +60,8 @@ io::UpAxis nearest_axis(const WorldPoint& d) {
 constexpr double kTail = 0.002;
 
 // Corners of the faces with a view (of all faces where none has one), thinned to about 8000 faces.
-std::vector<WorldPoint> seen_points(const Mesh& mesh, std::span<const ViewId> labels) {
+std::vector<WorldPoint> seen_points(std::span<const WorldPoint> positions, std::span<const Triangle> faces,
+                                    std::span<const ViewId> labels) {
   std::size_t seen = 0;
   for (const ViewId label : labels) seen += label != kNoView ? 1 : 0;
   const bool any = seen > 0;
@@ -68,9 +69,15 @@ std::vector<WorldPoint> seen_points(const Mesh& mesh, std::span<const ViewId> la
   std::vector<WorldPoint> points;
   for (std::size_t f = 0, n = 0; f < labels.size(); ++f) {
     if ((any && labels[f] == kNoView) || n++ % step != 0) continue;
-    for (const std::uint32_t v : mesh.faces[f]) points.push_back(mesh.positions[v]);
+    for (const std::uint32_t v : faces[f]) points.push_back(positions[v]);
   }
   return points;
+}
+
+WorldPoint mean(std::span<const WorldPoint> points) {
+  WorldPoint sum;
+  for (const WorldPoint& p : points) sum = sum + p;
+  return sum * (1 / static_cast<double>(points.size()));
 }
 
 // Rounds the rank outwards, so that quantiles of few values are their extremes.
@@ -130,7 +137,7 @@ WorldPoint up_vector(io::UpAxis axis) {
 Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene, std::span<const ViewId> used,
                    io::UpAxis axis, int width, int height) {
   const MeanCamera mean = mean_camera(scene, used);
-  const std::vector<WorldPoint> points = seen_points(mesh, labels);
+  const std::vector<WorldPoint> points = seen_points(mesh.positions, mesh.faces, labels);
   // Where the cameras agree, they give the up direction more precisely than an axis does.
   const WorldPoint axis_up = up_vector(axis);
   const WorldPoint forward = unit(mean.forward);
@@ -153,7 +160,7 @@ Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene
 
 WorldPoint local_origin(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene,
                         std::span<const ViewId> used) {
-  const std::vector<WorldPoint> points = seen_points(mesh, labels);
+  const std::vector<WorldPoint> points = seen_points(mesh.written_positions(), mesh.faces, labels);
   if (points.empty()) return {};
   double largest = 0, extent = 0;
   const auto middle_along = [&](double WorldPoint::*axis) {
@@ -165,10 +172,12 @@ WorldPoint local_origin(const Mesh& mesh, std::span<const ViewId> labels, const 
     return (low + high) / 2;
   };
   const WorldPoint middle{middle_along(&WorldPoint::x), middle_along(&WorldPoint::y), middle_along(&WorldPoint::z)};
-  std::vector<double> sampling;  // ground size of a pixel at the middle
+  // The middle in the scene's coordinates, about.
+  const WorldPoint place = mesh.file_positions.empty() ? middle : mean(seen_points(mesh.positions, mesh.faces, labels));
+  std::vector<double> sampling;  // ground size of a pixel there
   for (const ViewId id : used) {
     const View& view = scene.views[index(id)];
-    sampling.push_back(length(middle - view.pose.centre) / view.camera.fx);
+    sampling.push_back(length(place - view.pose.centre) / view.camera.fx);
   }
   // A coordinate c becomes a float with an error of at most |c| 2^-24.
   if (largest * 0x1p-24 <= 0.01 * quantile(sampling, 0.5)) return {};

@@ -201,7 +201,7 @@ void set_bounds(Json& accessor, const Asset& asset, const GltfPrimitive& range) 
   std::array<double, 3> low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
   for (std::size_t v = 0; v < range.vertex_count; ++v) {
     const GltfVertex& vertex = asset.geometry.vertices[range.first_vertex + v];
-    const Float3 p = local_position(asset.model.mesh->positions[vertex.position], asset.options.offset);
+    const Float3 p = local_position(asset.model.mesh->written_positions()[vertex.position], asset.options.offset);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       low[axis] = std::min<double>(low[axis], p[axis]);
       high[axis] = std::max<double>(high[axis], p[axis]);
@@ -320,7 +320,7 @@ void write_primitive(OutputFile& out, const Asset& asset, const GltfPrimitive& r
   const TexturedModel& model = asset.model;
   out.write(asset.geometry.indices.data() + range.first_index, range.index_count * sizeof(std::uint32_t));
   write_vertices(out, asset, range, [&](const GltfVertex& v) {
-    return local_position(model.mesh->positions[v.position], asset.options.offset);
+    return local_position(model.mesh->written_positions()[v.position], asset.options.offset);
   });
   write_vertices(out, asset, range, [&](const GltfVertex& v) { return model.texcoords[v.texcoord]; });
   if (!asset.normals.empty())

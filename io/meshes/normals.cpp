@@ -28,11 +28,12 @@ std::array<float, 3> direction_of(const Sum& sum) {
 }  // namespace
 
 std::vector<std::array<float, 3>> vertex_normals(const Mesh& mesh) {
-  std::vector<Sum> sums(mesh.positions.size());
+  const std::vector<WorldPoint>& positions = mesh.written_positions();
+  std::vector<Sum> sums(positions.size());
   for (const Triangle& face : mesh.faces) {
     std::array<WorldPoint, 3> edges;
     for (std::size_t corner = 0; corner < 3; ++corner)
-      edges[corner] = mesh.positions[face[(corner + 1) % 3]] - mesh.positions[face[corner]];
+      edges[corner] = positions[face[(corner + 1) % 3]] - positions[face[corner]];
     const WorldPoint across = cross(edges[0], edges[1]);
     const double area = std::hypot(across.x, across.y, across.z);
     if (!(area > 0) || !std::isfinite(area)) continue;

@@ -73,7 +73,7 @@ void write_mtl(const fs::path& mtl_file, const fs::path& obj_file, std::span<con
 
 void write_vertices(TextOut& out, const TexturedModel& model, const ModelOptions& options) {
   const WorldPoint& offset = options.offset;
-  for (const WorldPoint& p : model.mesh->positions) {
+  for (const WorldPoint& p : model.mesh->written_positions()) {
     out.text("v ").number(p.x - offset.x).text(" ").number(p.y - offset.y).text(" ").number(p.z - offset.z);
     out.text("\n");
   }

@@ -29,6 +29,7 @@
 
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
+#include "io/reference_system.h"
 #include "io/scenes/scene_file.h"
 #include "io/scenes/xml_file.h"
 
@@ -200,6 +201,10 @@ class MetashapeReader {
       scene_.warn(count, "cameras are left out: their lens, " + quote(type) + ", is no perspective or fisheye one");
     scene_.warn(usable.size() - most, "cameras of other components than the largest are left out");
     std::erase_if(usable, [&, &id = main](const RigCamera& camera) { return component_of(camera) != id; });
+    if (const auto component = of_component_.find(main); component != of_component_.end())
+      of_views_ = component->second;
+    else
+      of_views_ = of_chunk_;
     read_views(usable);
   }
 
@@ -297,9 +302,7 @@ class MetashapeReader {
                                 {m[3], m[7], m[11]}};
     if (from.placed_by != from.node)
       chunk_from_camera = chained(chunk_from_camera, master_from_slave(sensor_of(from.placed_by), sensor));
-    const auto component = of_component_.find(component_of(from));
-    const Placement world_from_camera =
-        chained(component == of_component_.end() ? of_chunk_ : component->second, chunk_from_camera);
+    const Placement world_from_camera = chained(of_views_, chunk_from_camera);
     view.pose = finish_pose(xml_.path(), xml_.place(from.node), transposed(world_from_camera.rotation),
                             world_from_camera.translation);
     scene_.views.push_back(std::move(view));
@@ -393,10 +396,15 @@ class MetashapeReader {
   void read_reference(const pugi::xml_node& chunk) {
     const std::string_view reference = XmlFile::text(chunk, "reference");
     if (!referenced_ || reference.empty() || reference.starts_with("LOCAL_CS")) return;
-    scene_.srs = "EPSG:4978";
-    scene_.warnings.push_back(
-        "the chunk is georeferenced, so its cameras are in geocentric coordinates (ECEF); the mesh has to be "
-        "exported in them, too (coordinate system 'WGS 84 (EPSG::4978)')");
+    scene_.srs = kGeocentric;
+    scene_.reference = reference;
+    // Scripts export meshes in the chunk's own coordinates, unless they name others.
+    SceneFrame own{"the chunk's own coordinates", transposed(of_views_.rotation), of_views_.translation,
+                   1 / of_views_.scale};
+    SceneFrame metric = own;
+    metric.name = "the chunk's own coordinates in metres";
+    metric.scale = 1;
+    scene_.other_frames = {std::move(own), std::move(metric)};
   }
 
   XmlFile xml_;
@@ -405,6 +413,7 @@ class MetashapeReader {
   std::map<std::string, Camera> cameras_;
   std::map<std::string, Placement> of_component_;
   Placement of_chunk_;
+  Placement of_views_;  ///< of the component whose cameras are read
   bool referenced_ = false;
 };
 

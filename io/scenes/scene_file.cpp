@@ -145,6 +145,8 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   }
   scene.srs = std::move(file.srs);
   scene.offset = file.offset;
+  scene.other_frames = std::move(file.other_frames);
+  scene.reference = std::move(file.reference);
   scene.format = found.format->name;
   scene.read_from = found.path;
   scene.files = std::move(file.files);

@@ -30,6 +30,8 @@ struct SceneFile {
   std::vector<std::filesystem::path> image_folders{};
   std::string srs{};
   WorldPoint offset{};
+  std::vector<SceneFrame> other_frames{};
+  std::string reference{};
   std::vector<std::string> warnings{};
   /// For formats that leave the size of a photo open: their cameras come with width 0, and this turns them into pixels
   /// once the photo is known.

@@ -9,6 +9,7 @@
 
 #include "app/cli/view_lists.h"
 #include "app/evaluate/scene_json.h"
+#include "app/pipeline/pipeline.h"
 #include "app/pipeline/viewpoint.h"
 #include "tests/support/temporary_folder.h"
 
@@ -266,6 +267,17 @@ TEST(ViewLists, TakeNamesWithoutFolderOrExtensionWhereOneViewHasThem) {
   const std::vector<ViewId> used = cli::used_views(scene.views, "", "");
   EXPECT_EQ(cli::held_out_views(scene, used, "DJI_0018"), std::vector{ViewId{0}});
   EXPECT_EQ(cli::held_out_views(scene, used, "4"), (std::vector{ViewId{3}, ViewId{7}}));
+}
+
+TEST(FrameCheck, ManyViewsTakeFewerVertices) {
+  Scene scene = scene_above();
+  scene.views.resize(10000, scene.views[0]);
+  Mesh mesh = triangle_at(0, 0, 0);
+  mesh.positions.resize(2000, {0, 0, 0});
+  const std::vector<ViewId> used = pipeline::all_views(scene);
+  const std::size_t lengths = pipeline::sampling_distances(mesh, scene, used).size();
+  EXPECT_GT(lengths, 1000000u);
+  EXPECT_LE(lengths, 4000000u + used.size());
 }
 
 }  // namespace

@@ -177,7 +177,18 @@ TEST(Metashape, LeavesOutWhatIsDisabledOrUnaligned) {
 TEST(Metashape, SaysThatGeoreferencedChunksAreGeocentric) {
   const SceneFile scene = parse(replaced(kCameras, "LOCAL_CS[", "PROJCS["));
   EXPECT_EQ(scene.srs, "EPSG:4978");
-  EXPECT_TRUE(contains(scene.warnings.back(), "geocentric"));
+  // Meshes may be in the chunk's own coordinates: the camera's transform without the chunk's.
+  ASSERT_EQ(scene.other_frames.size(), 2u);
+  const SceneFrame& own = scene.other_frames[0];
+  const WorldPoint c = view_named(scene, "DJI_0001").pose.centre;
+  const std::array<double, 3> d{c.x - own.origin.x, c.y - own.origin.y, c.z - own.origin.z};
+  for (std::size_t row = 0; row < 3; ++row) {
+    double x = 0;
+    for (std::size_t k = 0; k < 3; ++k) x += own.scale * own.rotation[3 * row + k] * d[k];
+    EXPECT_NEAR(x, static_cast<double>(row + 1), 1e-9);
+  }
+  EXPECT_EQ(scene.other_frames[1].scale, 1);
+  EXPECT_FALSE(scene.reference.empty());
 }
 
 TEST(Metashape, PlacesComponents) {

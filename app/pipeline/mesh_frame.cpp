@@ -1,0 +1,173 @@
+#include "app/pipeline/mesh_frame.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "app/pipeline/frame_check.h"
+#include "io/error.h"
+#include "io/reference_system.h"
+
+namespace gpvc::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Some of the faces, with the vertices that they have.
+Mesh thinned(const Mesh& mesh) {
+  constexpr std::size_t kFaces = 20000;
+  const std::size_t step = std::max<std::size_t>(1, mesh.faces.size() / kFaces);
+  Mesh few;
+  for (std::size_t f = 0; f < mesh.faces.size(); f += step) {
+    Triangle face;
+    for (std::size_t i = 0; i < 3; ++i) {
+      face[i] = static_cast<std::uint32_t>(few.positions.size());
+      few.positions.push_back(mesh.positions[mesh.faces[f][i]]);
+    }
+    few.faces.push_back(face);
+  }
+  return few;
+}
+
+bool fits(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used) {
+  constexpr std::size_t kVertices = 500;
+  try {
+    check_frames(mesh, "", scene, used);
+    const std::vector<double> sampling = sampling_distances(mesh, scene, used, kVertices);
+    check_scale(mesh, sampling, "");
+    return !sampling.empty();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+void take_cameras_to(const SceneFrame& frame, Scene& scene) {
+  const auto& r = frame.rotation;
+  const auto turned = [&r](double x, double y, double z) {
+    return std::array<double, 3>{r[0] * x + r[1] * y + r[2] * z, r[3] * x + r[4] * y + r[5] * z,
+                                 r[6] * x + r[7] * y + r[8] * z};
+  };
+  for (View& view : scene.views) {
+    WorldPoint& c = view.pose.centre;
+    const auto moved = turned(c.x - frame.origin.x, c.y - frame.origin.y, c.z - frame.origin.z);
+    c = {frame.scale * moved[0], frame.scale * moved[1], frame.scale * moved[2]};
+    // x_camera = R (x_scene - c): each row of R is a direction of the scene.
+    for (std::size_t row = 0; row < 9; row += 3) {
+      auto& m = view.pose.rotation;
+      const auto direction = turned(m[row], m[row + 1], m[row + 2]);
+      std::copy(direction.begin(), direction.end(), m.begin() + static_cast<std::ptrdiff_t>(row));
+    }
+  }
+  scene.srs.clear();
+  scene.offset = {};
+  scene.other_frames.clear();
+}
+
+// The one in which most of the mesh lies in frames; null where it fits in none.
+const SceneFrame* best_frame(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used) {
+  const SceneFrame* best = nullptr;
+  double most = 0;
+  for (const SceneFrame& frame : scene.other_frames) {
+    Scene moved = scene;
+    take_cameras_to(frame, moved);
+    if (!fits(moved, mesh, used)) continue;
+    const double share = framed_share(mesh, moved, used);
+    if (share <= most) continue;
+    most = share;
+    best = &frame;
+  }
+  return best;
+}
+
+void subtract(std::vector<WorldPoint>& points, const WorldPoint& offset) {
+  for (WorldPoint& p : points) p = {p.x - offset.x, p.y - offset.y, p.z - offset.z};
+}
+
+// The positions in the scene's coordinates, if they are of such a system. Throws what transform_points() throws.
+std::vector<WorldPoint> from_system(const std::string& crs, const Scene& scene, std::vector<WorldPoint> positions) {
+  io::transform_points(crs, scene.srs, positions);
+  subtract(positions, scene.offset);
+  return positions;
+}
+
+// What a WKT calls the system.
+std::string short_name(const std::string& crs) {
+  const std::size_t begin = crs.find('"'), end = crs.find('"', begin + 1);
+  return end == std::string::npos ? crs : crs.substr(begin + 1, end - begin - 1);
+}
+
+void take_mesh_from(const std::string& crs, const Scene& scene, Mesh& mesh) {
+  std::vector<WorldPoint> moved = from_system(crs, scene, mesh.positions);
+  mesh.file_positions = std::exchange(mesh.positions, std::move(moved));
+  mesh.file_srs = crs;
+}
+
+WorldPoint mean_centre(const Scene& scene, std::span<const ViewId> used) {
+  WorldPoint sum;
+  for (const ViewId id : used) {
+    const WorldPoint& c = scene.views[index(id)].pose.centre;
+    sum = {sum.x + c.x, sum.y + c.y, sum.z + c.z};
+  }
+  const auto n = static_cast<double>(std::max<std::size_t>(1, used.size()));
+  return {sum.x / n, sum.y / n, sum.z / n};
+}
+
+bool is_geocentric(const Scene& scene) { return scene.srs == io::kGeocentric; }
+
+}  // namespace
+
+std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const fs::path& mesh_file,
+                         const std::string& mesh_crs) {
+  if (!mesh_crs.empty()) {
+    if (scene.srs.empty())
+      throw InputError(scene.source, "",
+                       "names no reference system, so a mesh cannot be brought from another one (--mesh-crs) to it");
+    try {
+      take_mesh_from(mesh_crs, scene, mesh);
+    } catch (const InputError&) {
+      throw;
+    } catch (const std::runtime_error& error) {
+      throw InputError(mesh_file, "", fmt::format("cannot be brought to the scene's {}: {}", scene.srs, error.what()));
+    }
+    return {};
+  }
+  if (scene.other_frames.empty() && !is_geocentric(scene)) return {};
+  Mesh few = thinned(mesh);
+  if (few.faces.empty() || fits(scene, few, used)) return {};
+  if (const SceneFrame* frame = best_frame(scene, few, used)) {
+    const std::string text =
+        fmt::format("the mesh does not fit the cameras in {}, but in {}: they are taken there", scene.srs, frame->name);
+    take_cameras_to(SceneFrame(*frame), scene);
+    return text;
+  }
+  std::vector<std::string> systems;
+  if (!scene.reference.empty()) systems.push_back(scene.reference);
+  if (is_geocentric(scene)) systems.push_back(io::utm_zone(mean_centre(scene, used)));
+  for (const std::string& crs : systems) {
+    Mesh moved = few;
+    try {
+      moved.positions = from_system(crs, scene, few.positions);
+    } catch (const std::runtime_error&) {
+      continue;  // the points are none of that system
+    }
+    if (!fits(scene, moved, used)) continue;
+    take_mesh_from(crs, scene, mesh);
+    return fmt::format(
+        "the mesh fits the cameras in {} if its coordinates are those of {}, with heights above the "
+        "ellipsoid: they are taken for that (--mesh-crs names another system)",
+        scene.srs, short_name(crs));
+  }
+  return {};
+}
+
+std::string ways_out(const Scene& scene) {
+  if (!is_geocentric(scene)) return {};
+  return "the scene is georeferenced, with cameras in geocentric coordinates (EPSG:4978): export the mesh in those, in "
+         "the chunk's local ones, or name its reference system by --mesh-crs EPSG:NUMBER; or export the cameras as "
+         "BlocksExchange XML in the mesh's system";
+}
+
+}  // namespace gpvc::pipeline

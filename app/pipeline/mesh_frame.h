@@ -1,0 +1,25 @@
+// Brings mesh and cameras into the same coordinates where their files have different ones.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "io/scene.h"
+
+namespace gpvc::pipeline {
+
+/// Does nothing where the mesh fits the cameras as they are: check_frames() and check_scale() accept it. Else the cameras
+/// are taken to the first of the scene's other frames in which it does, or the mesh from a reference system that its
+/// positions may be in (the scene's reference, the UTM zone of geocentric cameras) to the scene's; files are still written
+/// with the mesh's own positions. With `mesh_crs` the mesh is taken from that system, whatever fits. Returns a sentence
+/// that says what was assumed; empty: nothing. Throws InputError where mesh_crs cannot be used, as PROJ does not know it
+/// or the scene has no reference system.
+std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const std::filesystem::path& mesh_file,
+                         const std::string& mesh_crs = {});
+
+/// What a user can do about a mesh that fits cameras of this scene in no known way; empty: nothing beyond what
+/// check_input() says.
+std::string ways_out(const Scene& scene);
+
+}  // namespace gpvc::pipeline

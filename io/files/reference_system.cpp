@@ -1,0 +1,88 @@
+#include "io/reference_system.h"
+
+#include <proj.h>
+#include <proj_experimental.h>  // proj_crs_promote_to_3D
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+
+#include "io/files/text_scan.h"
+#include "io/number_text.h"
+
+namespace gpvc::io {
+namespace {
+
+struct DestroyContext {
+  void operator()(PJ_CONTEXT* context) const { proj_context_destroy(context); }
+};
+struct Destroy {
+  void operator()(PJ* object) const { proj_destroy(object); }
+};
+using Context = std::unique_ptr<PJ_CONTEXT, DestroyContext>;
+using Object = std::unique_ptr<PJ, Destroy>;
+
+std::string short_name(const std::string& system) {
+  constexpr std::size_t kMost = 60;
+  return quote(system.size() > kMost ? system.substr(0, kMost) + "..." : system);
+}
+
+// A system bound to WGS 84 by seven zeros (TOWGS84) is the system itself, which PROJ has more to say of.
+Object without_zero_shift(PJ_CONTEXT* context, Object system) {
+  if (proj_get_type(system.get()) != PJ_TYPE_BOUND_CRS) return system;
+  const Object shift(proj_crs_get_coordoperation(context, system.get()));
+  std::array<double, 7> terms{};
+  if (!shift || proj_coordoperation_get_towgs84_values(context, shift.get(), terms.data(), 7, 0) == 0) return system;
+  if (std::any_of(terms.begin(), terms.end(), [](double term) { return term != 0; })) return system;
+  Object base(proj_get_source_crs(context, system.get()));
+  return base ? std::move(base) : std::move(system);
+}
+
+// With heights, above the ellipsoid where the system has none of its own.
+Object system_from(PJ_CONTEXT* context, const std::string& text) {
+  Object flat(proj_create(context, text.c_str()));
+  if (!flat || !proj_is_crs(flat.get()))
+    throw std::runtime_error(short_name(text) +
+                             " is no coordinate reference system that PROJ knows: expected EPSG:NUMBER, a WKT or a "
+                             "PROJ string with +type=crs");
+  flat = without_zero_shift(context, std::move(flat));
+  const PJ_TYPE type = proj_get_type(flat.get());
+  const bool is_flat = type == PJ_TYPE_GEOGRAPHIC_2D_CRS || type == PJ_TYPE_PROJECTED_CRS;
+  Object high(is_flat ? proj_crs_promote_to_3D(context, nullptr, flat.get()) : nullptr);
+  return high ? std::move(high) : std::move(flat);
+}
+
+}  // namespace
+
+void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points) {
+  const Context context(proj_context_create());
+  proj_log_level(context.get(), PJ_LOG_NONE);
+  const Object source = system_from(context.get(), from), target = system_from(context.get(), to);
+  Object raw(proj_create_crs_to_crs_from_pj(context.get(), source.get(), target.get(), nullptr, nullptr));
+  const Object way(raw ? proj_normalize_for_visualization(context.get(), raw.get()) : nullptr);
+  if (!way) throw std::runtime_error("PROJ knows no way from " + short_name(from) + " to " + short_name(to));
+  if (points.empty()) return;
+  constexpr std::size_t kStep = sizeof(WorldPoint);
+  const std::vector<WorldPoint> before(points.begin(), points.end());
+  proj_trans_generic(way.get(), PJ_FWD, &points[0].x, kStep, points.size(), &points[0].y, kStep, points.size(),
+                     &points[0].z, kStep, points.size(), nullptr, 0, 0);
+  const auto finite = [](const WorldPoint& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+  };
+  const auto bad = std::find_if_not(points.begin(), points.end(), finite);
+  if (bad == points.end()) return;
+  const WorldPoint& p = before[static_cast<std::size_t>(bad - points.begin())];
+  throw std::runtime_error("the point (" + shortest_text(p.x) + ", " + shortest_text(p.y) + ", " + shortest_text(p.z) +
+                           ") is none of " + short_name(from));
+}
+
+std::string utm_zone(const WorldPoint& geocentric) {
+  std::vector<WorldPoint> point{geocentric};
+  transform_points(kGeocentric, "EPSG:4979", point);
+  const int zone = std::clamp(static_cast<int>(std::floor((point[0].x + 180) / 6)) + 1, 1, 60);
+  return "EPSG:" + std::to_string((point[0].y >= 0 ? 32600 : 32700) + zone);
+}
+
+}  // namespace gpvc::io

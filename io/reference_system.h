@@ -1,0 +1,24 @@
+// Coordinate reference systems: points from one to another, by PROJ.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene.h"
+
+namespace gpvc::io {
+
+/// Geocentric coordinates (ECEF) on the WGS 84 ellipsoid.
+inline constexpr const char* kGeocentric = "EPSG:4978";
+
+/// Takes points from one system to another. Systems are what PROJ reads: EPSG:25832, a WKT, a PROJ string. x is east or
+/// longitude in degrees, y north or latitude; where a system has no heights of its own, z is the height above the
+/// ellipsoid. Throws std::runtime_error: one sentence that names the system that is unknown, or the first point that lies
+/// beyond what can be projected. O(points).
+void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points);
+
+/// The UTM zone of a geocentric point, as EPSG:326NN or EPSG:327NN. Throws std::runtime_error.
+std::string utm_zone(const WorldPoint& geocentric);
+
+}  // namespace gpvc::io

@@ -1,0 +1,145 @@
+// Meshes in other coordinates than the cameras.
+#include "app/pipeline/mesh_frame.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "app/pipeline/frame_check.h"
+#include "io/reference_system.h"
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+using test::contains;
+
+// A meadow of 40 m near Brighton in UTM, and a camera in geocentric coordinates 50 m above its middle.
+class MeshFrame : public testing::Test {
+ protected:
+  static constexpr WorldPoint kMiddle{701400, 5633700, 120};
+
+  MeshFrame() {
+    for (int y = 0; y < 5; ++y)
+      for (int x = 0; x < 5; ++x)
+        utm_.positions.push_back({kMiddle.x + 10 * x - 20, kMiddle.y + 10 * y - 20, kMiddle.z});
+    for (std::uint32_t y = 0; y < 4; ++y)
+      for (std::uint32_t x = 0; x < 4; ++x) {
+        const std::uint32_t a = 5 * y + x;
+        utm_.faces.push_back({a, a + 1, a + 6});
+        utm_.faces.push_back({a, a + 6, a + 5});
+      }
+    geocentric_ = utm_;
+    io::transform_points("EPSG:32630", io::kGeocentric, geocentric_.positions);
+    std::vector<WorldPoint> axes{kMiddle,
+                                 {kMiddle.x + 1, kMiddle.y, kMiddle.z},
+                                 {kMiddle.x, kMiddle.y, kMiddle.z + 1},
+                                 {kMiddle.x, kMiddle.y, kMiddle.z + 50}};
+    io::transform_points("EPSG:32630", io::kGeocentric, axes);
+    const auto towards = [&](std::size_t i) {
+      const WorldPoint d{axes[i].x - axes[0].x, axes[i].y - axes[0].y, axes[i].z - axes[0].z};
+      const double length = std::hypot(d.x, d.y, d.z);
+      return WorldPoint{d.x / length, d.y / length, d.z / length};
+    };
+    const WorldPoint east = towards(1), up = towards(2);
+    const WorldPoint north{up.y * east.z - up.z * east.y, up.z * east.x - up.x * east.z, up.x * east.y - up.y * east.x};
+    View view;
+    view.name = "a.jpg";
+    view.camera = {400, 400, 400, 400, 200, 200, {}};
+    view.pose = {{east.x, east.y, east.z, -north.x, -north.y, -north.z, -up.x, -up.y, -up.z}, axes[3]};
+    scene_.views.push_back(view);
+    scene_.srs = io::kGeocentric;
+    // The chunk: turned by a quarter about x, 5 m a unit, its origin beside the meadow.
+    frame_ = {"the chunk's own coordinates", {1, 0, 0, 0, 0, 1, 0, -1, 0}, axes[1], 0.2};
+    SceneFrame metres = frame_;
+    metres.name += " in metres";
+    metres.scale = 1;
+    scene_.other_frames = {frame_, metres};
+    before_ = scene_;
+  }
+  Mesh in_chunk(double scale) const {
+    Mesh mesh = geocentric_;
+    for (WorldPoint& p : mesh.positions) {
+      const WorldPoint d{p.x - frame_.origin.x, p.y - frame_.origin.y, p.z - frame_.origin.z};
+      p = {scale * d.x, scale * d.z, scale * -d.y};
+    }
+    return mesh;
+  }
+  std::string match(Mesh& mesh, const std::string& crs = {}) {
+    return pipeline::match_frames(scene_, mesh, kUsed, "m.ply", crs);
+  }
+  // The pixel of a vertex must be what it is in geocentric coordinates.
+  void expect_seen_rightly(const Mesh& mesh) const {
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+      const View &now = scene_.views[0], &then = before_.views[0];
+      const PixelPoint a = pixel_from_camera(now.camera, camera_from_world(now.pose, mesh.positions[v]));
+      const PixelPoint b = pixel_from_camera(then.camera, camera_from_world(then.pose, geocentric_.positions[v]));
+      EXPECT_NEAR(a.x, b.x, 1e-4);
+      EXPECT_NEAR(a.y, b.y, 1e-4);
+    }
+  }
+
+  const std::vector<ViewId> kUsed{ViewId{0}};
+  Mesh utm_, geocentric_;
+  Scene scene_, before_;
+  SceneFrame frame_;
+};
+
+TEST_F(MeshFrame, WhatFitsIsLeftAlone) {
+  Mesh mesh = geocentric_;
+  EXPECT_EQ(match(mesh), "");
+  EXPECT_EQ(mesh.positions, geocentric_.positions);
+  EXPECT_TRUE(mesh.file_positions.empty());
+  EXPECT_EQ(scene_.srs, io::kGeocentric);
+}
+
+TEST_F(MeshFrame, UtmIsFoundAndKeptForTheFiles) {
+  Mesh mesh = utm_;
+  EXPECT_TRUE(contains(match(mesh), "EPSG:32630"));
+  expect_seen_rightly(mesh);
+  EXPECT_EQ(mesh.written_positions(), utm_.positions);
+  EXPECT_EQ(mesh.file_srs, "EPSG:32630");
+}
+
+TEST_F(MeshFrame, TheScenesReferenceIsTriedFirst) {
+  scene_.reference = "EPSG:4326";
+  Mesh mesh = utm_;
+  io::transform_points("EPSG:32630", "EPSG:4326", mesh.positions);
+  EXPECT_TRUE(contains(match(mesh), "EPSG:4326"));
+  expect_seen_rightly(mesh);
+}
+
+TEST_F(MeshFrame, CamerasGoToTheChunksCoordinates) {
+  Mesh own = in_chunk(0.2);
+  EXPECT_TRUE(contains(match(own), "in the chunk's own coordinates:"));
+  expect_seen_rightly(own);
+  EXPECT_EQ(scene_.srs, "");
+  EXPECT_TRUE(own.file_positions.empty());
+}
+
+TEST_F(MeshFrame, TheFrameThatShowsMostIsTaken) {
+  Mesh metres = in_chunk(1);
+  EXPECT_TRUE(contains(match(metres), "in metres"));
+  expect_seen_rightly(metres);
+}
+
+TEST_F(MeshFrame, ANamedSystemIsTaken) {
+  Mesh mesh = utm_;
+  io::transform_points("EPSG:32630", "EPSG:3857", mesh.positions);
+  Mesh unnamed = mesh;
+  EXPECT_EQ(match(unnamed), "");
+  EXPECT_EQ(unnamed.positions, mesh.positions);
+  EXPECT_TRUE(contains(pipeline::ways_out(scene_), "--mesh-crs"));
+  EXPECT_EQ(match(mesh, "EPSG:3857"), "");
+  expect_seen_rightly(mesh);
+}
+
+TEST_F(MeshFrame, WhatCannotBeUsedIsRefused) {
+  Mesh mesh = utm_;
+  EXPECT_TRUE(contains(test::input_error([&] { match(mesh, "EPSG:99999"); }), "m.ply: cannot be brought"));
+  scene_.srs.clear();
+  EXPECT_TRUE(contains(test::input_error([&] { match(mesh, "EPSG:3857"); }), "names no reference system"));
+}
+
+}  // namespace
+}  // namespace gpvc

@@ -1,0 +1,83 @@
+// Points taken between reference systems, against formulas of the tests' own.
+#include "io/reference_system.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc::io {
+namespace {
+
+using test::contains;
+
+// Geocentric coordinates of a place on WGS 84.
+WorldPoint on_ellipsoid(double latitude, double longitude, double height) {
+  constexpr double kAxis = 6378137, kFlattening = 1 / 298.257223563, kE2 = kFlattening * (2 - kFlattening);
+  const double b = latitude * std::numbers::pi / 180, l = longitude * std::numbers::pi / 180;
+  const double n = kAxis / std::sqrt(1 - kE2 * std::sin(b) * std::sin(b));
+  return {(n + height) * std::cos(b) * std::cos(l), (n + height) * std::cos(b) * std::sin(l),
+          (n * (1 - kE2) + height) * std::sin(b)};
+}
+
+WorldPoint transformed(const std::string& from, const std::string& to, const WorldPoint& point) {
+  std::vector<WorldPoint> points{point};
+  transform_points(from, to, points);
+  return points[0];
+}
+
+void expect_near(const WorldPoint& a, const WorldPoint& b, double tolerance) {
+  EXPECT_NEAR(a.x, b.x, tolerance);
+  EXPECT_NEAR(a.y, b.y, tolerance);
+  EXPECT_NEAR(a.z, b.z, tolerance);
+}
+
+TEST(ReferenceSystem, DegreesAreEastNorthAndHeightAboveTheEllipsoid) {
+  const WorldPoint place = on_ellipsoid(50.82, -0.14, 120);
+  expect_near(transformed("EPSG:4326", kGeocentric, {-0.14, 50.82, 120}), place, 1e-6);
+  expect_near(transformed("EPSG:4979", kGeocentric, {-0.14, 50.82, 120}), place, 1e-6);
+  // As Metashape writes it, bound to itself.
+  expect_near(
+      transformed(R"(GEOGCS["WGS 84",DATUM["World Geodetic System 1984",SPHEROID["WGS 84",6378137,298.257223563],)"
+                  R"(TOWGS84[0,0,0,0,0,0,0]],PRIMEM["Greenwich",0],UNIT["degree",0.01745329251994328]])",
+                  kGeocentric, {-0.14, 50.82, 120}),
+      place, 1e-6);
+}
+
+TEST(ReferenceSystem, UtmKeepsHeights) {
+  // On a zone's meridian the easting is 500 km, and half a degree further east it is not far from the arc's length times
+  // the scale of 0.9996.
+  const WorldPoint on_meridian = transformed(kGeocentric, "EPSG:32630", on_ellipsoid(50.82, -3, 77));
+  EXPECT_NEAR(on_meridian.x, 500000, 1e-6);
+  EXPECT_NEAR(on_meridian.z, 77, 1e-6);
+  const WorldPoint beside{535216, on_meridian.y + 118, 20};
+  expect_near(transformed(kGeocentric, "EPSG:32630", transformed("EPSG:32630", kGeocentric, beside)), beside, 1e-6);
+  const WorldPoint there = transformed("EPSG:32630", "EPSG:4979", beside);
+  EXPECT_NEAR(there.x, -2.5, 1e-3);
+  EXPECT_NEAR(there.y, 50.82, 1e-3);
+}
+
+TEST(ReferenceSystem, NamesUtmZones) {
+  EXPECT_EQ(utm_zone(on_ellipsoid(50.82, -0.14, 0)), "EPSG:32630");
+  EXPECT_EQ(utm_zone(on_ellipsoid(-33.9, 18.4, 0)), "EPSG:32734");
+  EXPECT_EQ(utm_zone(on_ellipsoid(10, 179.999, 0)), "EPSG:32660");
+}
+
+TEST(ReferenceSystem, SaysWhatIsUnknownOrImpossible) {
+  const auto error = [](const std::string& from, const WorldPoint& point) -> std::string {
+    try {
+      transformed(from, kGeocentric, point);
+    } catch (const std::runtime_error& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_TRUE(contains(error("EPSG:99999", {}), "'EPSG:99999' is no coordinate reference system"));
+  EXPECT_TRUE(contains(error("EPSG:32630", {1e12, 1e12, 0}), "the point (1e+12, 1e+12, 0) is none of 'EPSG:32630'"));
+}
+
+}  // namespace
+}  // namespace gpvc::io
