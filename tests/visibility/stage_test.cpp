@@ -1,6 +1,8 @@
 // VisibilityStage without a device, and which options need one.
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "tests/visibility/visibility_oracle.h"
 #include "tests/visibility/visibility_scenes.h"
 #include "visibility/device.h"
@@ -72,6 +74,27 @@ TEST(Stage, StoresTheOwnersThatTheOracleFinds) {
     }
     EXPECT_GT(compared, found.faces.size() / 2);
   }
+}
+
+TEST(Stage, MovingTheSceneByAnInexactShiftChangesNoClass) {
+  View view = scenes::view_of(640, 480, 500);
+  view.pose.rotation = scenes::rotation(0.2, 0.1, -0.4);
+  const Mesh mesh = scenes::soup(view.camera, 20000, 6, 45);
+  // As a file has it that stores t: the centre is -R^T t, with t rounded at this size.
+  const WorldPoint shift{500000.1, 5400000.3, 100.7};
+  const auto& r = view.pose.rotation;
+  std::array<double, 3> t{};
+  for (std::size_t k = 0; k < 3; ++k) t[k] = -(r[3 * k] * shift.x + r[3 * k + 1] * shift.y + r[3 * k + 2] * shift.z);
+  View there = view;
+  there.pose.centre = {-(r[0] * t[0] + r[3] * t[1] + r[6] * t[2]), -(r[1] * t[0] + r[4] * t[1] + r[7] * t[2]),
+                       -(r[2] * t[0] + r[5] * t[1] + r[8] * t[2])};
+  EXPECT_NE(there.pose.centre.y, shift.y);
+  Mesh moved = mesh;
+  for (WorldPoint& p : moved.positions) p = {p.x + shift.x, p.y + shift.y, p.z + shift.z};
+  const ViewVisibility here = VisibilityStage(mesh, {}).classify(view, ViewId{0}, nullptr);
+  const ViewVisibility found = VisibilityStage(moved, {}).classify(there, ViewId{0}, nullptr);
+  EXPECT_EQ(found.classes, here.classes);
+  EXPECT_EQ(found.ivm.faces, here.ivm.faces);
 }
 
 TEST(Stage, CopiesOfALargeFaceAreNeitherDrawnNorContested) {
