@@ -115,7 +115,7 @@ CLI::App* add_inspect(CLI::App& parent, InspectOptions& options) {
   add_photos(*app, options.input);
   app->add_flag("--check", options.check,
                 "Look through all photos at the mesh, and print how well each agrees with the others: photos of other "
-                "poses, or turned ones, agree no better than chance");
+                "poses, or turned ones, agree no better than chance; and whether the mesh is where the photos show it");
   add_common(*app, options.common, "");
   return app;
 }

@@ -17,7 +17,7 @@ void add_selection(CLI::App& app, pipeline::Settings& settings) {
       "Views that disagree in colour with the others (cars, people): keep them, raise their cost, or drop them");
   group.flag("--keep-views", costs.keep_views,
              "Use photos that agree with the others no better than chance; by default they are left out, and a scene "
-             "where most are such is refused");
+             "where most are such, or whose mesh is not where the photos show it, is refused");
   add_smoothness(app, settings.solver.smoothness, settings.edge_weights);
   group.flag(
       "--thorough", settings.solver.thorough,

@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "../../atlas/atlas.h"
@@ -89,11 +90,23 @@ TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSour
 /// Pairs of adjacent faces, each with the weight of a seam between the two.
 labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weights, Observer& observer);
 
+/// How well the mesh lies where the photos show it: two photos of a place on it agree best there, rather than at other
+/// distances along a line of sight.
+struct MeshFit {
+  enum class Verdict { unknown, fits, doubtful, elsewhere };
+  std::size_t places = 0;  ///< with texture, which were compared
+  std::size_t found = 0;   ///< of them, those where the photos agree better than by chance, on the mesh or off it
+  double share = 0;        ///< of those found, on the mesh; what chance adds to either is subtracted; 0..1
+  double error = 0;        ///< standard error of the share
+  Verdict verdict = Verdict::unknown;
+};
+
 struct Seen {
   labeling::Candidates candidates;
   visibility::CoverageTable coverage;           ///< of faces tagged partial
   visibility::VisibilityStatistics statistics;  ///< over all views
   double costs_s = 0;
+  MeshFit fit;
   std::optional<visibility::DeviceInfo> device{};  ///< that drew the views; empty: they were drawn natively
 };
 
@@ -114,6 +127,9 @@ struct SeeOptions {
 /// computed. Throws InputError if no view sees any face, GpuError.
 Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer,
          const SeeOptions& options = {});
+
+/// What was measured, in one clause without an end.
+std::string fit_text(const MeshFit& fit);
 
 /// The numbers of faces tagged seen, partial and unseen.
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);

@@ -1,12 +1,14 @@
 // What the views see: visibility, candidates and coverage, view after view.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
 #include <future>
 
 #include "app/pipeline/coverage_store.h"
+#include "app/pipeline/hypotheses.h"
 #include "app/pipeline/kept_work.h"
 #include "app/pipeline/pipeline.h"
 #include "io/clock.h"
@@ -73,9 +75,16 @@ void report_tags(const Input& input, const labeling::Candidates& candidates, Obs
     observer.warning("photos see less than 5 % of the faces; are mesh and cameras in the same coordinates?");
 }
 
+// The end of an error: what would fit, or what is often wrong.
+std::string explained(const Input& input, std::span<const SmallPhoto> photos, const std::string& guesses,
+                      Observer& observer) {
+  const std::string found = fitting_hypothesis(input, photos, observer);
+  return (found.empty() ? guesses : found) + "; --keep-views textures all the same";
+}
+
 // Wrong photos or poses must not become a texture without a word.
 void report_agreement(const Input& input, bool keep, std::span<const labeling::ViewAgreement> agreement,
-                      Observer& observer) {
+                      std::span<const SmallPhoto> photos, Observer& observer) {
   std::vector<std::string> wrong;
   std::vector<double> correlations;
   for (const labeling::ViewAgreement& each : agreement) {
@@ -96,10 +105,43 @@ void report_agreement(const Input& input, bool keep, std::span<const labeling::V
     return observer.warning(found + "; do they belong to other poses, or are they turned?" +
                             (keep ? "" : " They are left out; --keep-views uses them"));
   if (keep) return observer.warning(found + "; mesh, poses and photos do not fit together");
-  throw InputError(input.mesh_file, "",
-                   found +
-                       "; mesh, poses and photos do not fit together: photos of other poses or turned ones, inverse "
-                       "poses, another lens, or a mesh elsewhere; --keep-views textures all the same");
+  throw InputError(
+      input.mesh_file, "",
+      found + "; mesh, poses and photos do not fit together: " +
+          explained(input, photos,
+                    "photos of other poses or turned ones, inverse poses, another lens, or a mesh elsewhere",
+                    observer));
+}
+
+MeshFit fit_of(const Input& input, const labeling::Candidates& candidates, std::span<const SmallPhoto> photos) {
+  std::vector<ViewId> left_out;  // where --keep-views gives them candidates
+  if (!labeling::mostly_by_chance(candidates.agreement))
+    for (const labeling::ViewAgreement& each : candidates.agreement)
+      if (each.by_chance) left_out.push_back(each.view);
+  return measure_fit(input.mesh, input.scene, photos,
+                     choose_places(input.mesh, input.scene, candidates.table, photos, left_out));
+}
+
+// A mesh elsewhere must not be textured without a word either.
+void report_fit(const Input& input, bool keep, const MeshFit& fit, std::span<const SmallPhoto> photos,
+                Observer& observer) {
+  observer.figure("fit.places", fit.places);
+  observer.figure("fit.found", fit.found);
+  observer.figure("fit.share", fit.share);
+  observer.figure("fit.error", fit.error);
+  const std::string text = fit_text(fit);
+  observer.detail("  " + text);
+  using enum MeshFit::Verdict;
+  if (fit.verdict == doubtful || (fit.verdict == elsewhere && keep))
+    return observer.warning(text +
+                            "; is the mesh moved, scaled or turned against the poses, or does it lack much of what "
+                            "they show?");
+  if (fit.verdict == elsewhere)
+    throw InputError(
+        input.mesh_file, "",
+        text + "; the mesh is not where the photos show it: " +
+            explained(input, photos,
+                      "it is moved, scaled, turned or mirrored against the poses, or the lens is another", observer));
 }
 
 void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
@@ -110,6 +152,14 @@ void note_view(const View& view, const visibility::VisibilityStatistics& statist
 }
 
 }  // namespace
+
+std::string fit_text(const MeshFit& fit) {
+  if (fit.verdict == MeshFit::Verdict::unknown)
+    return fmt::format("{} places have enough texture to tell, which are too few", readable_count(fit.places));
+  return fmt::format(
+      "at {} of {} textured places the photos agree about a surface, {:.0f} % (+- {:.1f}) of these lie on the mesh",
+      readable_count(fit.found), readable_count(fit.places), 100 * fit.share, 100 * fit.error);
+}
 
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
   std::array<std::size_t, 3> counts{};
@@ -135,6 +185,8 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   CoverageStore coverage;
   std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
   std::future<void> costs;
+  std::vector<SmallPhoto> small(input.scene.views.size());
+  std::vector<ViewId> not_seen_again;  // whose work was kept, while the mesh is judged in every run
   for (std::size_t n = 0; n < input.views.size(); ++n) {
     observer.progress(n, input.views.size());
     const ViewId id = input.views[n];
@@ -145,6 +197,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
         if (collector.add_statistics(id, work->statistics)) {
           note_view(view, work->visibility, seen, observer);
           coverage.add(work->coverage);
+          if (is_compared(n, input.views.size())) not_seen_again.push_back(id);
           continue;
         }
       }
@@ -158,9 +211,10 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
     const auto packed = std::make_shared<const PackedCoverage>(pack(visible.coverage));
     coverage.add(*packed);
     if (costs.valid()) costs.get();
-    costs = std::async(policy, [&, id, packed, photo = decoded.share()] {
+    costs = std::async(policy, [&, id, packed, compared = is_compared(n, input.views.size()), photo = decoded.share()] {
       const auto pixels = photo.get();
       const auto start = Clock::now();
+      if (compared) small[index(id)] = small_photo(*pixels);
       collector.add_view(id, view, *pixels, visible);
       seen.costs_s += seconds_since(start);
       if (options.kept != nullptr)
@@ -170,7 +224,14 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   if (costs.valid()) costs.get();
   buffers = {};
   const auto start = Clock::now();
+  tbb::parallel_for(std::size_t{0}, not_seen_again.size(), [&](std::size_t i) {
+    small[index(not_seen_again[i])] = small_photo(*photos.photo(not_seen_again[i]));
+  });
   seen.candidates = collector.finish(options.graph);
+  // The methods that gpvc is compared with also see faces that are hidden.
+  const visibility::Method& method = settings.visibility.method;
+  if (std::holds_alternative<visibility::Gpvc>(method) || std::holds_alternative<visibility::PaperGpvc>(method))
+    seen.fit = fit_of(input, seen.candidates, small);
   if (!options.faces.empty()) keep_faces(options.faces, seen.candidates);
   seen.costs_s += seconds_since(start);
   seen.coverage = coverage.of_partial_faces(seen.candidates.tags);
@@ -184,7 +245,8 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   observer.end(taken == 0 ? fmt::format("{} views", input.views.size())
                           : fmt::format("{} views, {} of them kept by an earlier run", input.views.size(), taken));
   report_tags(input, seen.candidates, observer);
-  report_agreement(input, settings.costs.keep_views, seen.candidates.agreement, observer);
+  report_agreement(input, settings.costs.keep_views, seen.candidates.agreement, small, observer);
+  report_fit(input, settings.costs.keep_views, seen.fit, small, observer);
   return seen;
 }
 

@@ -12,9 +12,9 @@
 namespace gpvc::test {
 
 struct City {
-  explicit City(std::size_t faces = 4000, int width = 240) {
+  explicit City(std::size_t faces = 4000, int width = 240, int photos = 6) {
     synth::FlightOptions flight;
-    flight.photos = 6;
+    flight.photos = photos;
     flight.width = width;
     flight.height = width / 3 * 2;
     flight.size_m = 50;

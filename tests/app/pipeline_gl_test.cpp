@@ -261,9 +261,27 @@ TEST_F(PhotosAndPoses, PhotosInAnotherOrderAreRefused) {
     FAIL() << "no photo belongs to its pose";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("--keep-views"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("with the photos in reverse order"), std::string::npos) << error.what();
   }
   settings.costs.keep_views = true;
   EXPECT_NO_THROW(pipeline::see(input(), settings, reversed, silent_));
+}
+
+TEST_F(PhotosAndPoses, PhotosUpsideDownAreNamedInTheError) {
+  std::vector<io::Picture> pictures = city_->pictures;
+  for (io::Picture& picture : pictures) {
+    std::vector<std::uint8_t>& levels = picture.image.pixels;
+    std::ranges::reverse(levels);
+    for (std::size_t i = 0; i < levels.size(); i += 3) std::swap(levels[i], levels[i + 2]);
+  }
+  io::PictureSource turned(city_->scene, pictures);
+  try {
+    pipeline::see(input(), {}, turned, silent_);
+    FAIL() << "no photo fits its pose";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("with the photos turned by 180 degrees"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST_F(PhotosAndPoses, ExposureAndOverlapRaiseNoFalseAlarm) {
@@ -278,6 +296,52 @@ TEST_F(PhotosAndPoses, ExposureAndOverlapRaiseNoFalseAlarm) {
       for (const labeling::ViewAgreement& each : seen.candidates.agreement)
         EXPECT_FALSE(each.by_chance) << a << " and " << b << ": " << each.correlation;
     }
+}
+
+// With views enough that most faces are seen by two that lie close to each other.
+class MeshElsewhere : public Pipeline {
+ protected:
+  static void SetUpTestSuite() { city_ = std::make_unique<City>(50000, 720, 20); }
+
+  // The same city with another mesh.
+  static pipeline::MeshFit fit_of(const Mesh& mesh, bool keep, Warned& observer) {
+    pipeline::Settings settings;
+    settings.costs.keep_views = keep;
+    const std::vector<ViewId> views = pipeline::all_views(city_->scene);
+    io::PictureSource photos(city_->scene, city_->pictures);
+    return pipeline::see({city_->scene, mesh, views}, settings, photos, observer).fit;
+  }
+};
+
+TEST_F(MeshElsewhere, TheRightMeshFits) {
+  Warned observer;
+  const pipeline::MeshFit fit = fit_of(city_->mesh, false, observer);
+  EXPECT_EQ(fit.verdict, pipeline::MeshFit::Verdict::fits) << pipeline::fit_text(fit);
+  EXPECT_GT(fit.share, 0.9) << pipeline::fit_text(fit);
+  EXPECT_TRUE(observer.warnings.empty()) << observer.warnings[0];
+}
+
+TEST_F(MeshElsewhere, ExposureJumpsRaiseNoAlarm) {
+  std::vector<io::Picture> pictures = city_->pictures;
+  for (std::size_t n = 0; n < pictures.size(); n += 2)
+    for (std::uint8_t& level : pictures[n].image.pixels) level = static_cast<std::uint8_t>(level / 2);
+  io::PictureSource dark(city_->scene, pictures);
+  Warned observer;
+  EXPECT_EQ(pipeline::see(input(), {}, dark, observer).fit.verdict, pipeline::MeshFit::Verdict::fits);
+  EXPECT_TRUE(observer.warnings.empty()) << observer.warnings[0];
+}
+
+TEST_F(MeshElsewhere, AMovedOrScaledMeshIsRefused) {
+  Mesh raised = city_->mesh, scaled = city_->mesh;
+  for (WorldPoint& p : raised.positions) p.z += 5;
+  for (WorldPoint& p : scaled.positions) p = {1.05 * p.x, 1.05 * p.y, 1.05 * p.z + 1};
+  for (const Mesh& mesh : {raised, scaled}) {
+    Warned observer;
+    EXPECT_THROW(fit_of(mesh, false, observer), InputError);
+    const pipeline::MeshFit fit = fit_of(mesh, true, observer);
+    EXPECT_EQ(fit.verdict, pipeline::MeshFit::Verdict::elsewhere) << pipeline::fit_text(fit);
+    EXPECT_FALSE(observer.warnings.empty());
+  }
 }
 
 }  // namespace

@@ -1,0 +1,155 @@
+#include "app/pipeline/hypotheses.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include "app/pipeline/frame_check.h"
+#include "io/vector.h"
+
+namespace gpvc::pipeline {
+namespace {
+
+/// What a hypothesis changes: some faces of the mesh, the views and their photos.
+struct Trial {
+  Mesh mesh;
+  Scene scene;
+  std::vector<SmallPhoto> photos;
+};
+
+struct Hypothesis {
+  std::string name;  ///< completes "with ..."
+  std::function<void(Trial&)> apply;
+};
+
+Mesh some_faces(const Mesh& mesh) {
+  constexpr std::size_t kMost = 2048;
+  Mesh some;
+  const std::size_t count = std::min(kMost, mesh.faces.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto first = static_cast<std::uint32_t>(some.positions.size());
+    for (const std::uint32_t v : mesh.faces[i * mesh.faces.size() / count]) some.positions.push_back(mesh.positions[v]);
+    some.faces.push_back({first, first + 1, first + 2});
+  }
+  return some;
+}
+
+Hypothesis moved_points(std::string name, std::function<WorldPoint(const WorldPoint&)> move) {
+  return {std::move(name), [move = std::move(move)](Trial& trial) {
+            for (WorldPoint& p : trial.mesh.positions) p = move(p);
+          }};
+}
+
+/// Fronts stay fronts.
+Hypothesis mirrored(std::string name, std::function<WorldPoint(const WorldPoint&)> move) {
+  Hypothesis moved = moved_points(std::move(name), std::move(move));
+  return {moved.name, [apply = moved.apply](Trial& trial) {
+            apply(trial);
+            for (Triangle& face : trial.mesh.faces) std::swap(face[1], face[2]);
+          }};
+}
+
+Hypothesis changed_views(std::string name, std::function<void(View&)> change) {
+  return {std::move(name), [change = std::move(change)](Trial& trial) {
+            for (View& view : trial.scene.views) change(view);
+          }};
+}
+
+/// The used views take the photos of those that `order` puts in their places.
+Hypothesis ordered_photos(std::string name, std::span<const ViewId> views,
+                          std::function<void(std::vector<ViewId>&)> order) {
+  return {std::move(name), [views, order = std::move(order)](Trial& trial) {
+            std::vector<ViewId> from(views.begin(), views.end());
+            order(from);
+            std::vector<SmallPhoto> photos(trial.photos.size());
+            for (std::size_t i = 0; i < from.size(); ++i) photos[index(views[i])] = trial.photos[index(from[i])];
+            trial.photos = std::move(photos);
+          }};
+}
+
+/// x_camera = rotation * x_world + t turns into x_world = rotation * x_camera + t.
+void invert(View& view) {
+  const CameraPoint minus_t = camera_from_world({view.pose.rotation, {}}, view.pose.centre);
+  auto& r = view.pose.rotation;
+  std::swap(r[1], r[3]);
+  std::swap(r[2], r[6]);
+  std::swap(r[5], r[7]);
+  view.pose.centre = {-minus_t.x, -minus_t.y, -minus_t.z};
+}
+
+std::vector<Hypothesis> hypotheses(std::span<const ViewId> views) {
+  std::vector<Hypothesis> all;
+  all.push_back(ordered_photos("each photo at the pose of the one before", views,
+                               [](auto& v) { std::rotate(v.begin(), v.begin() + 1, v.end()); }));
+  all.push_back(ordered_photos("each photo at the pose of the one after it", views,
+                               [](auto& v) { std::rotate(v.begin(), v.end() - 1, v.end()); }));
+  all.push_back(
+      ordered_photos("the photos in reverse order", views, [](auto& v) { std::reverse(v.begin(), v.end()); }));
+  all.push_back({"the photos turned by 180 degrees", [](Trial& trial) {
+                   for (SmallPhoto& photo : trial.photos) std::ranges::reverse(photo.image.pixels);
+                 }});
+  all.push_back(changed_views("the poses inverted", invert));
+  all.push_back(changed_views("the cameras' y and z axes turned round", [](View& view) {
+    for (std::size_t i = 3; i < 9; ++i) view.pose.rotation[i] = -view.pose.rotation[i];
+  }));
+  all.push_back(changed_views("a lens without distortion", [](View& view) { view.camera.distortion = {}; }));
+  using P = WorldPoint;
+  all.push_back(moved_points("the mesh's y as z", [](const P& p) { return P{p.x, -p.z, p.y}; }));
+  all.push_back(moved_points("the mesh's z as y", [](const P& p) { return P{p.x, p.z, -p.y}; }));
+  all.push_back(mirrored("the mesh's x mirrored", [](const P& p) { return P{-p.x, p.y, p.z}; }));
+  all.push_back(mirrored("the mesh's y mirrored", [](const P& p) { return P{p.x, -p.y, p.z}; }));
+  all.push_back(mirrored("the mesh's z mirrored", [](const P& p) { return P{p.x, p.y, -p.z}; }));
+  constexpr double kFoot = 0.3048;
+  for (const double scale : {0.001, 0.01, 0.1, kFoot, 1 / kFoot, 10.0, 100.0, 1000.0})
+    all.push_back(moved_points(fmt::format("the mesh scaled by {:.4g}", scale), [scale](const P& p) {
+      return P{scale * p.x, scale * p.y, scale * p.z};
+    }));
+  return all;
+}
+
+/// True if the mesh is as large as a part of a photo that is worth taking, an eighth of its width.
+bool fills_photos(const Trial& trial, std::span<const ViewId> views) {
+  const std::vector<double> pixel = sampling_distances(trial.mesh, trial.scene, views, 200);
+  const Box box = box_of(trial.mesh);
+  return !pixel.empty() &&
+         length(box.high - box.low) > pixel[pixel.size() / 2] * trial.scene.views[index(views[0])].camera.width / 8;
+}
+
+/// The places at which photos agree on the mesh.
+double places_on_mesh(const MeshFit& fit) { return fit.share * static_cast<double>(fit.found); }
+
+MeshFit fit_of(const Trial& trial) {
+  return measure_fit(trial.mesh, trial.scene, trial.photos, framed_places(trial.mesh, trial.scene, trial.photos));
+}
+
+}  // namespace
+
+std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> photos, Observer& observer) {
+  const Trial given{some_faces(input.mesh), input.scene, {photos.begin(), photos.end()}};
+  const MeshFit before = fit_of(given);
+  MeshFit best;
+  std::string name;
+  for (const Hypothesis& hypothesis : hypotheses(input.views)) {
+    observer.check_cancelled();
+    Trial trial = given;
+    hypothesis.apply(trial);
+    const MeshFit fit = fit_of(trial);
+    // Hidden faces lie behind what photos show. A mesh that shrinks to a point has few surfaces to compare.
+    if (fit.verdict == MeshFit::Verdict::unknown || fit.share < 0.5 || !fills_photos(trial, input.views)) continue;
+    if (places_on_mesh(fit) <= places_on_mesh(best)) continue;
+    best = fit;
+    name = hypothesis.name;
+  }
+  // Some hypotheses leave a level ground where it is.
+  constexpr double kClearly = 2;
+  if (name.empty() || places_on_mesh(best) < kClearly * places_on_mesh(before)) return {};
+  const auto percent = [](const MeshFit& fit) {
+    return fit.places == 0 ? 0 : 100 * places_on_mesh(fit) / static_cast<double>(fit.places);
+  };
+  return fmt::format("with {} they would agree on the mesh at {:.0f} % of the places instead of {:.0f} %", name,
+                     percent(best), percent(before));
+}
+
+}  // namespace gpvc::pipeline

@@ -1,0 +1,16 @@
+// Explains a scene whose photos, poses and mesh do not fit together.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "app/pipeline/mesh_fit.h"
+
+namespace gpvc::pipeline {
+
+/// Tries common mistakes: photos in another order or upside down, exchanged or mirrored axes, inverse poses, another unit,
+/// another lens. Returns a clause about the one with which the photos agree on the mesh, such as "with the poses inverted
+/// they would agree on the mesh at 61 % of the places instead of 2 %"; empty if none is clearly right. A second or two.
+std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> photos, Observer& observer);
+
+}  // namespace gpvc::pipeline

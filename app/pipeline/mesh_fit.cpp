@@ -1,0 +1,364 @@
+#include "app/pipeline/mesh_fit.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "io/vector.h"
+
+namespace gpvc::pipeline {
+namespace {
+
+constexpr int kSide = 9, kPatch = kSide * kSide;         ///< of a patch, in pixels
+constexpr int kReach = 24, kPositions = 2 * kReach + 1;  ///< along the line of sight, in pixels
+constexpr int kAtMesh = 1;                               ///< pixels from the mesh that count as on it
+
+using Values = std::array<float, kPatch>;
+
+/// The position of a patch in a photo and its steps to the right and down.
+struct Spot {
+  PhotoPoint middle, right, down;
+};
+
+float luma(const Image& image, double x, double y) {
+  const double u = std::clamp(x - 0.5, 0.0, image.width - 1.001), v = std::clamp(y - 0.5, 0.0, image.height - 1.001);
+  const int x0 = static_cast<int>(u), y0 = static_cast<int>(v);
+  const auto fx = static_cast<float>(u - x0), fy = static_cast<float>(v - y0);
+  const std::uint8_t *above = image.at(x0, y0), *below = above + image.width;
+  const auto row = [fx](const std::uint8_t* p) {
+    return static_cast<float>(p[0]) * (1 - fx) + static_cast<float>(p[1]) * fx;
+  };
+  return row(above) * (1 - fy) + row(below) * fy;
+}
+
+/// Fills `values` with the patch's luma, scaled to mean 0 and norm 1, and returns its standard deviation.
+float take(const Image& image, const Spot& spot, Values& values) {
+  constexpr int r = kSide / 2;
+  std::size_t i = 0;
+  float mean = 0, norm = 0;
+  for (int y = -r; y <= r; ++y)
+    for (int x = -r; x <= r; ++x)
+      mean += values[i++] = luma(image, spot.middle.x + x * spot.right.x + y * spot.down.x,
+                                 spot.middle.y + x * spot.right.y + y * spot.down.y);
+  mean /= kPatch;
+  for (float& value : values) {
+    value -= mean;
+    norm += value * value;
+  }
+  const float scale = norm > 0 ? 1 / std::sqrt(norm) : 0;
+  for (float& value : values) value *= scale;
+  return std::sqrt(norm / kPatch);
+}
+
+float correlation(const Values& a, const Values& b) {
+  float sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+/// Correlation of neighbours in a row of the patch: near 0 for noise.
+float smoothness(const Values& values) {
+  float sum = 0;
+  for (std::size_t i = 0; i + 1 < values.size(); ++i)
+    if (i % kSide != kSide - 1) sum += values[i] * values[i + 1];
+  return sum;
+}
+
+std::optional<PhotoPoint> small_from_world(const View& view, int factor, const WorldPoint& p) {
+  const CameraPoint c = camera_from_world(view.pose, p);
+  if (c.z <= 0) return {};
+  const std::optional<PhotoPoint> photo = photo_from_pixel(view.camera, pixel_from_camera(view.camera, c));
+  if (!photo) return {};
+  return PhotoPoint{photo->x / factor, photo->y / factor};
+}
+
+/// A patch of a face's plane, some pixels wide in view a. Scaled about a's centre it slides along a's lines of sight and
+/// stays on the same pixels of a.
+struct Patch {
+  WorldPoint centre;               ///< of view a
+  std::array<WorldPoint, 3> rays;  ///< from there to the middle, a step to the right, a step down
+
+  WorldPoint middle() const { return centre + rays[0]; }
+
+  /// Nothing where it leaves the photo.
+  std::optional<Spot> spot(const View& view, const SmallPhoto& photo, double scale) const {
+    std::array<PhotoPoint, 3> at;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto p = small_from_world(view, photo.factor, centre + scale * rays[i]);
+      if (!p) return {};
+      at[i] = *p;
+    }
+    const Spot s{at[0], {at[1].x - at[0].x, at[1].y - at[0].y}, {at[2].x - at[0].x, at[2].y - at[0].y}};
+    constexpr double half = kSide / 2.0;
+    const double dx = half * (std::abs(s.right.x) + std::abs(s.down.x));
+    const double dy = half * (std::abs(s.right.y) + std::abs(s.down.y));
+    const bool inside = s.middle.x >= dx && s.middle.y >= dy && s.middle.x + dx <= photo.image.width &&
+                        s.middle.y + dy <= photo.image.height;
+    return inside ? std::optional(s) : std::nullopt;
+  }
+};
+
+/// Nothing where view a sees the face at a grazing angle (less than 12 degrees).
+std::optional<Patch> patch_of(const Mesh& mesh, FaceId face, const View& a, int factor) {
+  constexpr double kLeastSine = 0.2;
+  const Triangle& t = mesh.faces[index(face)];
+  const WorldPoint &p = mesh.positions[t[0]], &q = mesh.positions[t[1]], &r = mesh.positions[t[2]];
+  const WorldPoint normal = unit(cross(q - p, r - p)), to_middle = (p + q + r) * (1.0 / 3) - a.pose.centre;
+  const CameraPoint c = to_camera_axes(a.pose, to_middle);
+  if (c.z <= 0) return {};
+  const PixelPoint at = pixel_from_camera(a.camera, c);
+  const std::array<PixelPoint, 3> pixels{at, PixelPoint{at.x + factor, at.y}, PixelPoint{at.x, at.y + factor}};
+  Patch patch{a.pose.centre, {}};
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const WorldPoint ray = ray_of(a, pixels[i]);
+    const double slope = dot(normal, ray), depth = dot(normal, to_middle) / slope;
+    if (!(std::abs(slope) > kLeastSine * length(ray)) || !(depth > 0)) return {};
+    patch.rays[i] = depth * ray;
+  }
+  return patch;
+}
+
+/// A place in pixels, with what view a shows of it.
+struct Textured {
+  Place place;
+  Patch patch;
+  double pixels_per_disparity = 0;  ///< motion in view b as 1 / scale grows from 1
+  Values values{};
+};
+
+/// Nothing where photos cannot tell positions along the line of sight apart: what view a shows is noise, or looks the same
+/// three pixels on, or b sees it from too near a's direction.
+std::optional<Textured> textured(const Mesh& mesh, const Scene& scene, std::span<const SmallPhoto> photos,
+                                 const Place& place) {
+  // Rounding and compression leave a standard deviation of about one grey level on even surfaces. Neighbours correlate by
+  // 1 / 2 where noise has as much variance as what is photographed.
+  constexpr float kLeastDeviation = 2, kLeastSmoothness = 0.5f, kMostAlike = 0.8f;
+  constexpr double kTiny = 1e-4;
+  const View &a = scene.views[index(place.a)], &b = scene.views[index(place.b)];
+  const SmallPhoto &in_a = photos[index(place.a)], &in_b = photos[index(place.b)];
+  const std::optional<Patch> patch = patch_of(mesh, place.face, a, in_a.factor);
+  if (!patch) return {};
+  const std::optional<Spot> spot = patch->spot(a, in_a, 1);
+  if (!spot) return {};
+  const auto here = small_from_world(b, in_b.factor, patch->middle());
+  const auto next = small_from_world(b, in_b.factor, patch->centre + (1 / (1 + kTiny)) * patch->rays[0]);
+  // What b looks at passes through here in a.
+  const auto passing = small_from_world(a, in_a.factor, patch->middle() + kTiny * (b.pose.centre - patch->middle()));
+  if (!here || !next || !passing) return {};
+  Textured result{place, *patch, std::hypot(next->x - here->x, next->y - here->y) / kTiny, {}};
+  // The farthest positions are at most at half and twice the mesh's distance.
+  if (!(result.pixels_per_disparity > 2 * kReach)) return {};
+  if (take(in_a.image, *spot, result.values) < kLeastDeviation || smoothness(result.values) < kLeastSmoothness)
+    return {};
+  const double dx = passing->x - spot->middle.x, dy = passing->y - spot->middle.y, norm = std::hypot(dx, dy);
+  for (const double step : {-3 / norm, 3 / norm}) {
+    Spot beside = *spot;
+    beside.middle.x += step * dx;
+    beside.middle.y += step * dy;
+    Values values;
+    take(in_a.image, beside, values);
+    if (!(correlation(values, result.values) < kMostAlike)) return {};
+  }
+  return result;
+}
+
+/// The best of all positions.
+struct Best {
+  float correlation = -1;
+  int offset = 0;  ///< from the mesh, in pixels
+
+  void offer(float value, int at) {
+    if (value > correlation) *this = {value, at};
+  }
+};
+
+struct Found {
+  bool whole = false;  ///< all positions lie in the photo
+  Best own, by_chance;
+};
+
+Found find(const Textured& place, const Values& elsewhere, const View& b, const SmallPhoto& photo) {
+  Found found;
+  Values values;
+  for (int k = -kReach; k <= kReach; ++k) {
+    const std::optional<Spot> spot = place.patch.spot(b, photo, 1 / (1 + k / place.pixels_per_disparity));
+    if (!spot) return {};
+    take(photo.image, *spot, values);
+    found.own.offer(correlation(place.values, values), k);
+    found.by_chance.offer(correlation(elsewhere, values), k);
+  }
+  found.whole = true;
+  return found;
+}
+
+/// Share of the places that pass for found by chance.
+constexpr double kByChance = 0.05;
+
+struct Counts {
+  double places = 0, at_mesh = 0, beside = 0;
+
+  void add(const Counts& c, double sign) {
+    places += sign * c.places;
+    at_mesh += sign * c.at_mesh;
+    beside += sign * c.beside;
+  }
+  /// Less those by chance, which have any position.
+  double surely_at_mesh() const { return at_mesh - kByChance * places * (2 * kAtMesh + 1) / kPositions; }
+  double surely_beside() const { return beside - kByChance * places * (kPositions - 2 * kAtMesh - 1) / kPositions; }
+  double share() const {
+    const double at = std::max(0.0, surely_at_mesh()), other = std::max(0.0, surely_beside());
+    return at + other > 0 ? at / (at + other) : 0;
+  }
+};
+
+constexpr std::size_t kGroups = 16;
+
+MeshFit judge(const std::array<Counts, kGroups>& groups) {
+  // Photos also agree off a right mesh, on what it lacks: trees, cars, dormers. They also agree on parts of a wrong one: a
+  // city that is moved sideways, scaled about the ground or mirrored keeps its level ground. So neither end is sharp: the
+  // limits are a quarter and a tenth of the surfaces off the mesh. Right scenes have 2 % at most (three from photos, three
+  // synthetic ones), a city that is moved by 5 m, scaled by 1.05 or turned by 10 degrees 33 % and more.
+  constexpr double kLeastShare = 0.75, kGoodShare = 0.9;
+  // A share of one half of so many places has a standard error of 0.035.
+  constexpr double kLeastPlaces = 200;
+  constexpr double kErrors = 3;
+  Counts all;
+  for (const Counts& group : groups) all.add(group, 1);
+  MeshFit fit{static_cast<std::size_t>(all.places), static_cast<std::size_t>(all.at_mesh + all.beside), all.share(), 0};
+  // Jackknife over groups that are spread over the whole mesh.
+  double sum2 = 0;
+  for (const Counts& group : groups) {
+    Counts rest = all;
+    rest.add(group, -1);
+    sum2 += std::pow(rest.share() - fit.share, 2);
+  }
+  fit.error = std::sqrt(sum2 * (kGroups - 1) / kGroups);
+  const double at_most = fit.share + kErrors * fit.error;
+  using enum MeshFit::Verdict;
+  if (all.places < kLeastPlaces)
+    fit.verdict = unknown;
+  else if (all.surely_at_mesh() < kByChance * all.places || at_most < kLeastShare)
+    fit.verdict = elsewhere;
+  else
+    fit.verdict = at_most < kGoodShare ? doubtful : fits;
+  return fit;
+}
+
+/// Any of the views, and of those apart from it by 3 degrees and more the nearest.
+std::optional<Place> seen_by_two(const Mesh& mesh, const Scene& scene, std::uint32_t face,
+                                 std::span<const std::uint32_t> views) {
+  constexpr double kLeastAngle = 0.05;
+  if (views.size() < 2) return {};
+  const WorldPoint& p = mesh.positions[mesh.faces[face][0]];
+  const auto towards = [&](std::uint32_t view) { return unit(scene.views[view].pose.centre - p); };
+  const std::uint32_t a = views[(face * 0x9E3779B1u >> 8) % views.size()];
+  const WorldPoint to_a = towards(a);
+  const double most = std::cos(kLeastAngle);
+  double nearest = -1;
+  std::optional<Place> place;
+  for (const std::uint32_t b : views) {
+    const double cosine = dot(to_a, towards(b));
+    if (cosine > most || cosine <= nearest) continue;
+    nearest = cosine;
+    place = {FaceId{face}, ViewId{a}, ViewId{b}};
+  }
+  return place;
+}
+
+}  // namespace
+
+SmallPhoto small_photo(const Image& photo) {
+  const int factor = std::max(1, std::max(photo.width, photo.height) / 1000);
+  SmallPhoto small{factor, {photo.width / factor, photo.height / factor, 1, {}}};
+  Image& image = small.image;
+  image.pixels.resize(pixel_index(0, image.height, image.width));
+  const int area = 256 * factor * factor;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      int sum = area / 2;
+      for (int j = 0; j < factor; ++j) {
+        const std::uint8_t* in = photo.at(x * factor, y * factor + j);
+        for (int i = 0; i < factor; ++i, in += photo.channels) sum += 77 * in[0] + 150 * in[1] + 29 * in[2];
+      }
+      *image.at(x, y) = static_cast<std::uint8_t>(sum / area);
+    }
+  return small;
+}
+
+bool is_compared(std::size_t number, std::size_t views) {
+  constexpr std::size_t kRun = 4, kRuns = 24;
+  return views <= kRun * kRuns || number % ((views + kRuns - 1) / kRuns) < kRun;
+}
+
+std::vector<Place> choose_places(const Mesh& mesh, const Scene& scene, const labeling::CostTable& candidates,
+                                 std::span<const SmallPhoto> photos, std::span<const ViewId> left_out) {
+  constexpr std::size_t kMost = 3072;
+  std::vector<std::uint8_t> usable(photos.size());
+  for (std::size_t v = 0; v < photos.size(); ++v) usable[v] = photos[v].image.pixels.empty() ? 0 : 1;
+  for (const ViewId view : left_out) usable[index(view)] = 0;
+  std::vector<Place> all;
+  std::vector<std::uint32_t> views;
+  for (std::uint32_t f = 0; f < candidates.faces(); ++f) {
+    views.clear();
+    for (const std::uint32_t view : candidates.views_of(f))
+      if (usable[view] != 0) views.push_back(view);
+    if (const auto place = seen_by_two(mesh, scene, f, views)) all.push_back(*place);
+  }
+  std::vector<Place> some;
+  const std::size_t count = std::min(kMost, all.size());
+  for (std::size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
+  return some;
+}
+
+std::vector<Place> framed_places(const Mesh& mesh, const Scene& scene, std::span<const SmallPhoto> photos) {
+  std::vector<Place> places;
+  std::vector<std::uint32_t> views;
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    const Triangle& t = mesh.faces[f];
+    const WorldPoint& p = mesh.positions[t[0]];
+    const WorldPoint normal = cross(mesh.positions[t[1]] - p, mesh.positions[t[2]] - p);
+    views.clear();
+    for (std::uint32_t v = 0; v < photos.size(); ++v) {
+      const Image& image = photos[v].image;
+      if (image.pixels.empty() || dot(normal, scene.views[v].pose.centre - p) <= 0) continue;
+      const auto at = small_from_world(scene.views[v], photos[v].factor, p);
+      if (at && at->x > 0 && at->y > 0 && at->x < image.width && at->y < image.height) views.push_back(v);
+    }
+    if (const auto place = seen_by_two(mesh, scene, f, views)) places.push_back(*place);
+  }
+  return places;
+}
+
+MeshFit measure_fit(const Mesh& mesh, const Scene& scene, std::span<const SmallPhoto> photos,
+                    std::span<const Place> places) {
+  std::vector<std::optional<Textured>> candidates(places.size());
+  tbb::parallel_for(std::size_t{0}, places.size(),
+                    [&](std::size_t i) { candidates[i] = textured(mesh, scene, photos, places[i]); });
+  std::erase(candidates, std::nullopt);
+  const std::size_t count = candidates.size();
+  std::vector<Found> found(count);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    const Textured& place = *candidates[i];
+    const std::size_t b = index(place.place.b);
+    found[i] = find(place, candidates[(i + count / 2) % count]->values, scene.views[b], photos[b]);
+  });
+  std::erase_if(found, [](const Found& each) { return !each.whole; });
+  if (found.empty()) return {};
+  std::vector<float> chance;
+  for (const Found& each : found) chance.push_back(each.by_chance.correlation);
+  const auto limit = chance.begin() + static_cast<std::ptrdiff_t>((1 - kByChance) * static_cast<double>(chance.size()));
+  std::ranges::nth_element(chance, limit);
+  std::array<Counts, kGroups> groups;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    Counts& group = groups[i % kGroups];
+    group.places += 1;
+    if (found[i].own.correlation <= *limit) continue;
+    (std::abs(found[i].own.offset) <= kAtMesh ? group.at_mesh : group.beside) += 1;
+  }
+  return judge(groups);
+}
+
+}  // namespace gpvc::pipeline

@@ -1,0 +1,46 @@
+// Finds out whether the mesh lies where the photos show it.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "app/pipeline/pipeline.h"
+#include "io/image.h"
+
+namespace gpvc::pipeline {
+
+/// The luma of a photo, reduced to at most 2000 pixels a side, where errors of a pixel or two of mesh and poses vanish.
+struct SmallPhoto {
+  int factor = 1;  ///< pixels of the photo to one of the image, each way
+  Image image;     ///< 1 channel; empty: the photo is not looked at
+};
+
+/// O(pixels).
+SmallPhoto small_photo(const Image& photo);
+
+/// True for at most 96 of `views` views, which are used one after the other: runs of four, which overlap in most flights.
+bool is_compared(std::size_t number, std::size_t views);
+
+/// A face that two views see.
+struct Place {
+  FaceId face{};
+  ViewId a{}, b{};
+};
+
+/// At most 3072 faces with two of their candidate views that have a small photo, seen from directions apart by 3 degrees or
+/// a little more. `left_out`: views not to be used. O(candidates).
+std::vector<Place> choose_places(const Mesh& mesh, const Scene& scene, const labeling::CostTable& candidates,
+                                 std::span<const SmallPhoto> photos, std::span<const ViewId> left_out);
+
+/// The same for every face whose front two of the photos may frame; occlusion is ignored. O(faces x views).
+std::vector<Place> framed_places(const Mesh& mesh, const Scene& scene, std::span<const SmallPhoto> photos);
+
+/// Compares what view a shows of each place with what view b shows along a's line of sight, up to 24 pixels in front of
+/// the mesh and behind it. With a mesh in its place the photos agree best at the mesh; with one elsewhere they do so at
+/// any distance, or nowhere. Agreement is the correlation of two patches, which no exposure changes. Chance is what the
+/// same photos give with the patch of another place. Deterministic, TBB. O(places).
+MeshFit measure_fit(const Mesh& mesh, const Scene& scene, std::span<const SmallPhoto> photos,
+                    std::span<const Place> places);
+
+}  // namespace gpvc::pipeline
