@@ -63,7 +63,8 @@ struct Mesh {
   std::vector<std::uint32_t> source_face{};
   /// Where the file has the positions, if they were taken to other coordinates since; empty: there. Writers write these.
   std::vector<WorldPoint> file_positions{};
-  std::string file_srs{};  ///< the reference system of file_positions
+  std::string file_srs{};               ///< the reference system of file_positions
+  std::vector<std::string> warnings{};  ///< what was left out or assumed, a sentence each
 
   const std::vector<WorldPoint>& written_positions() const {
     return file_positions.empty() ? positions : file_positions;

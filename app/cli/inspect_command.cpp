@@ -162,6 +162,7 @@ void run_inspect(const InspectOptions& options, Console& console) {
   in.mesh = mesh.get();
   throw_if_interrupted();
   RunRecord record(console);
+  for (const std::string& warning : in.mesh.warnings) record.warning("mesh: " + warning);
   match_frames(options.input, in, record);
   print_mesh(in, console);
   throw_if_interrupted();

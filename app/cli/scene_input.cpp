@@ -74,6 +74,7 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   std::erase_if(data.used,
                 [&](ViewId id) { return std::binary_search(data.held_out.begin(), data.held_out.end(), id); });
   for (std::size_t m = 0; m < files.size(); ++m) append_mesh(files[m], meshes[m].get(), data);
+  for (const std::string& warning : data.mesh.warnings) record.warning(fmt::format("mesh: {}", warning));
   check_fit(input, data, record);
   record.counts["faces"] = data.mesh.faces.size();
   record.counts["vertices"] = data.mesh.positions.size();

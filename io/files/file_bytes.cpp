@@ -55,15 +55,22 @@ FileBytes::FileBytes(const std::filesystem::path& file, Use use) {
       if (use == Use::in_places) ::madvise(mapping, size, MADV_RANDOM);  // or neighbours are read, too
       mapping_ = mapping;
       bytes_ = {static_cast<const char*>(mapping), size};
-      return;
     }
   }
-  buffer_ = read_all(file, descriptor.number);
-  bytes_ = {buffer_.data(), buffer_.size()};
+  if (mapping_ == nullptr) {
+    buffer_ = read_all(file, descriptor.number);
+    bytes_ = {buffer_.data(), buffer_.size()};
+  }
+  if (!bytes_.starts_with("version https://git-lfs.github.com/")) return;
+  unmap();
+  throw InputError(file, "", "is a pointer that Git LFS left instead of the file: fetch it by 'git lfs pull'");
 }
 
-FileBytes::~FileBytes() {
+void FileBytes::unmap() {
   if (mapping_ != nullptr) ::munmap(mapping_, bytes_.size());
+  mapping_ = nullptr;
 }
+
+FileBytes::~FileBytes() { unmap(); }
 
 }  // namespace gpvc::io

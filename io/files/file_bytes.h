@@ -18,8 +18,8 @@ namespace gpvc::io {
 static_assert(std::endian::native == std::endian::little, "files are read and written as little endian");
 
 /// The bytes of a file: memory-mapped where possible, so that they do not count as the process's memory, otherwise
-/// read. Throws InputError when the file cannot be opened or read, or is a pipe or a
-/// device.
+/// read. Throws InputError when the file cannot be opened or read, is a pipe or a device, or the pointer that Git LFS
+/// leaves where it has not fetched a file.
 class FileBytes {
  public:
   /// `whole` reads all of a file ahead; with `in_places` only the pages that are looked at are read.
@@ -31,6 +31,7 @@ class FileBytes {
   std::string_view view() const { return bytes_; }
 
  private:
+  void unmap();
   std::string_view bytes_;
   void* mapping_ = nullptr;
   std::vector<char> buffer_;

@@ -86,17 +86,26 @@ void check_position(const std::filesystem::path& file, const std::string& line, 
 }
 
 void note_source(Mesh& mesh, std::size_t triangles, std::size_t face) {
-  if (triangles > 1 && mesh.source_face.empty()) {
+  const std::size_t before = mesh.faces.size() - triangles;
+  const bool own_source = triangles == 1 && face == before;
+  if (!own_source && mesh.source_face.empty()) {
     // So far every face was a triangle, and its own source.
-    mesh.source_face.resize(mesh.faces.size() - triangles);
+    mesh.source_face.resize(before);
     std::iota(mesh.source_face.begin(), mesh.source_face.end(), 0u);
     mesh.source_face.reserve(mesh.faces.capacity());
   }
-  if (triangles > 1 || !mesh.source_face.empty())
+  if (!own_source || !mesh.source_face.empty())
     mesh.source_face.insert(mesh.source_face.end(), triangles, static_cast<std::uint32_t>(face));
 }
 
+void warn_of_lines(Mesh& mesh, std::size_t count, const std::string& first) {
+  if (count > 0)
+    mesh.warnings.push_back(std::to_string(count) + " faces of fewer than three vertices are left out, the first " +
+                            first);
+}
+
 void append_mesh(Mesh& all, const Mesh& more) {
+  all.warnings.insert(all.warnings.end(), more.warnings.begin(), more.warnings.end());
   const auto vertices = static_cast<std::uint32_t>(all.positions.size());
   if (!all.source_face.empty() || !more.source_face.empty()) {
     if (all.source_face.empty()) {

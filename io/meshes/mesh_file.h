@@ -14,9 +14,12 @@ Mesh read_ply(const std::filesystem::path& file, std::string_view bytes);
 
 Mesh read_obj(const std::filesystem::path& file, std::string_view bytes);
 
-/// To be called after face `face` of the file was split into `triangles` faces: records Mesh::source_face, which stays
-/// empty as long as every face is one triangle.
+/// To be called after face `face` of the file was split into `triangles` faces, or left out: records Mesh::source_face,
+/// which stays empty as long as every face is one triangle.
 void note_source(Mesh& mesh, std::size_t triangles, std::size_t face);
+
+/// Adds a warning unless count is 0. Faces of one or two vertices are what modellers keep of edges.
+void warn_of_lines(Mesh& mesh, std::size_t count, const std::string& first);
 
 /// Retriangulates polygons that were added as fans and whose fan turns a triangle over. \pre all vertices are read
 void recut_concave(Mesh& mesh);

@@ -33,6 +33,7 @@ class ObjParser {
       out_of_range(highest_forward_line_, static_cast<std::int64_t>(highest_forward_) + 1);
     if (mesh_.positions.empty() && mesh_.faces.empty())
       throw InputError(file_, "", "is neither PLY nor OBJ: it has no 'ply' line and no vertex");
+    warn_of_lines(mesh_, lines_, "in line " + std::to_string(first_line_));
     return std::move(mesh_);
   }
 
@@ -82,8 +83,9 @@ class ObjParser {
       previous = corner;
       ++corners;
     }
-    if (corners >= 3) note_source(mesh_, corners - 2, file_faces_++);
-    if (corners < 3) fail(at, "a face needs three vertices, found " + std::to_string(corners));
+    if (corners == 0) fail(at, "a face without vertices");
+    note_source(mesh_, corners < 3 ? 0 : corners - 2, file_faces_++);
+    if (corners < 3 && lines_++ == 0) first_line_ = at;
   }
 
   /// Vertex of "7", "7/1", "7//2", "7/1/2" or a negative index counted back from the last vertex.
@@ -116,6 +118,7 @@ class ObjParser {
   std::uint64_t highest_forward_ = 0;
   std::size_t highest_forward_line_ = 0;
   std::size_t file_faces_ = 0;
+  std::size_t lines_ = 0, first_line_ = 0;  ///< faces of fewer than three vertices, and where the first one is
   Mesh mesh_;
 };
 

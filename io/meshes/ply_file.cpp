@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include "io/error.h"
 #include "io/files/text_scan.h"
@@ -48,6 +49,7 @@ struct Header {
   std::vector<Element> elements;
   std::size_t size = 0;  ///< bytes up to the first element
   std::size_t lines = 0;
+  std::vector<std::string> warnings;
 };
 
 // --- header
@@ -76,7 +78,10 @@ class HeaderParser {
       } else if (keyword == "property") {
         property(line);
       } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
-        fail("expected a header keyword, found " + quote(keyword));
+        // Some versions of Blender forget the word 'comment' before who they are.
+        if (!header_.elements.empty()) fail("expected a header keyword, found " + quote(keyword));
+        header_.warnings.push_back("line " + std::to_string(header_.lines) + " of the header, which begins with " +
+                                   quote(keyword) + ", is taken for a comment");
       }
     }
     if (!have_format) fail("the header has no format line");
@@ -144,8 +149,13 @@ class HeaderParser {
 
 class AsciiValues {
  public:
-  AsciiValues(const std::filesystem::path& file, std::string_view text, const Header& header)
-      : file_(file), rest_(text.substr(header.size)), body_(rest_.data()), first_line_(header.lines + 1) {}
+  /// \param by_lines every element has a line, on which the header may not declare all values
+  AsciiValues(const std::filesystem::path& file, std::string_view text, const Header& header, bool by_lines)
+      : file_(file),
+        rest_(text.substr(header.size)),
+        body_(rest_.data()),
+        first_line_(header.lines + 1),
+        by_lines_(by_lines) {}
   /// Every value takes a digit and a blank.
   std::uint64_t capacity() const { return (rest_.size() + 1) / 2; }
   std::size_t bytes_of(Scalar) const { return 1; }
@@ -165,6 +175,15 @@ class AsciiValues {
   void skip(Scalar type, std::uint64_t count) {
     for (; count > 0; --count) number(type);
   }
+  void end_element() {
+    if (!by_lines_) return;
+    if (!trimmed(next_line(rest_)).empty()) ++undeclared_;
+  }
+  std::string warning() const {
+    return undeclared_ == 0
+               ? ""
+               : "values that the header does not declare are left out in " + std::to_string(undeclared_) + " lines";
+  }
   std::string place() const {
     return "line " + std::to_string(first_line_ + static_cast<std::size_t>(std::count(body_, rest_.data(), '\n')));
   }
@@ -181,6 +200,8 @@ class AsciiValues {
   std::string_view rest_;
   const char* body_;
   std::size_t first_line_;
+  bool by_lines_;
+  std::uint64_t undeclared_ = 0;
 };
 
 template <bool kSwap>
@@ -216,6 +237,8 @@ class BinaryValues {
     if (count > capacity() / size_of(type)) fail_at_end();
     at_ += count * size_of(type);
   }
+  void end_element() {}
+  std::string warning() const { return ""; }
   std::string place() const { return "byte " + std::to_string(at_ - begin_); }
   [[noreturn]] void fail(const std::string& reason) const { throw InputError(file_, place(), reason); }
 
@@ -252,11 +275,14 @@ class MeshReader {
         read_vertices(element);
       else if (element.name == "face" && mesh_.faces.empty())
         read_faces(element);
-      else if (element.name == "tristrips" && element.count > 0)
-        throw InputError(file_, "", "holds triangle strips, which are not read; export it with a plain face list");
+      else if (element.name == "tristrips" && mesh_.faces.empty())
+        read_strips(element);
       else
         skip(element);
     }
+    mesh_.warnings = header_.warnings;
+    warn_of_lines(mesh_, lines_, "face " + std::to_string(first_line_));
+    if (const std::string undeclared = values_.warning(); !undeclared.empty()) mesh_.warnings.push_back(undeclared);
     return std::move(mesh_);
   }
 
@@ -293,6 +319,7 @@ class MeshReader {
         else
           skip(property);
       }
+      values_.end_element();
       mesh_.positions.push_back({position[0], position[1], position[2]});
       check_position(file_, "", v, mesh_.positions.back());
     }
@@ -310,12 +337,57 @@ class MeshReader {
         else
           skip(element.properties[i]);
       }
+      values_.end_element();
+    }
+  }
+
+  /// Strips of triangles, each of which shares an edge with the one before; -1 begins another strip.
+  void read_strips(const Element& element) {
+    const std::optional<std::size_t> list = element.find({"vertex_indices", "vertex_index"});
+    if (!list || !element.properties[*list].count_type || !is_integer(element.properties[*list].type))
+      throw InputError(file_, "", "element 'tristrips' has no list of integers 'vertex_indices' or 'vertex_index'");
+    for (std::uint64_t s = 0; s < element.count; ++s) {
+      for (std::size_t i = 0; i < element.properties.size(); ++i) {
+        if (i == *list)
+          read_strip(element.properties[i]);
+        else
+          skip(element.properties[i]);
+      }
+      values_.end_element();
+    }
+  }
+
+  void read_strip(const Property& property) {
+    const std::int64_t count = values_.integer(*property.count_type);
+    if (count < 0) values_.fail("a strip of " + std::to_string(count) + " vertices");
+    std::uint32_t before = 0, last = 0;
+    std::uint64_t length = 0;  // of this strip so far
+    for (std::int64_t i = 0; i < count; ++i) {
+      const std::int64_t vertex = values_.integer(property.type);
+      if (vertex == -1) {
+        length = 0;
+        continue;
+      }
+      const std::uint32_t next = checked_corner(vertex, mesh_.faces.size());
+      if (length >= 2) {
+        if (mesh_.faces.size() == kMaxElements) face_error(mesh_.faces.size(), "is beyond 2^32 - 2 triangles");
+        // Every other triangle of a strip is the other way round. Strips are joined by triangles without an area.
+        const Triangle face = length % 2 == 0 ? Triangle{before, last, next} : Triangle{last, before, next};
+        if (face[0] != face[1] && face[1] != face[2] && face[0] != face[2]) mesh_.faces.push_back(face);
+      }
+      before = std::exchange(last, next);
+      ++length;
     }
   }
 
   void read_polygon(const Property& property, std::uint64_t face) {
     const std::int64_t count = values_.integer(*property.count_type);
-    if (count < 3) face_error(face, "has " + std::to_string(count) + " vertices, expected at least 3");
+    if (count < 0) face_error(face, "has " + std::to_string(count) + " vertices");
+    if (count < 3) {
+      for (std::int64_t i = 0; i < count; ++i) corner(property.type, face);
+      if (lines_++ == 0) first_line_ = face;
+      return note_source(mesh_, 0, face);
+    }
     const std::uint32_t first = corner(property.type, face);
     std::uint32_t previous = corner(property.type, face);
     for (std::int64_t i = 2; i < count; ++i) {
@@ -327,8 +399,9 @@ class MeshReader {
     note_source(mesh_, static_cast<std::size_t>(count - 2), face);
   }
 
-  std::uint32_t corner(Scalar type, std::uint64_t face) {
-    const std::int64_t vertex = values_.integer(type);
+  std::uint32_t corner(Scalar type, std::uint64_t face) { return checked_corner(values_.integer(type), face); }
+
+  std::uint32_t checked_corner(std::int64_t vertex, std::uint64_t face) const {
     if (vertex < 0 || static_cast<std::uint64_t>(vertex) >= vertex_count_)
       face_error(face, "refers to vertex " + std::to_string(vertex) + ", the mesh has " +
                            std::to_string(vertex_count_) + " vertices");
@@ -344,8 +417,10 @@ class MeshReader {
 
   void skip(const Element& element) {
     if (element.properties.empty()) return;
-    for (std::uint64_t i = 0; i < element.count; ++i)
+    for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) skip(property);
+      values_.end_element();
+    }
   }
 
   [[noreturn]] void face_error(std::uint64_t face, const std::string& reason) const {
@@ -356,8 +431,33 @@ class MeshReader {
   const Header& header_;
   Values values_;
   std::uint64_t vertex_count_ = 0;
+  std::uint64_t lines_ = 0, first_line_ = 0;  ///< faces of fewer than three vertices, and the first one
   Mesh mesh_;
 };
+
+bool has_line_for_each_element(std::string_view body, const Header& header) {
+  std::uint64_t elements = 0, lines = 0;
+  for (const Element& element : header.elements) elements += element.count;
+  while (!body.empty()) lines += trimmed(next_line(body)).empty() ? 0 : 1;
+  return lines == elements;
+}
+
+/// Values may be on any lines. Some writers add values that the header does not declare, MeshLab the colours of wedges:
+/// where reading fails and each element has a line, they are what follows on it.
+Mesh read_ascii(const std::filesystem::path& file, std::string_view bytes, const Header& header) {
+  try {
+    return MeshReader(file, header, AsciiValues(file, bytes, header, false)).read();
+  } catch (const InputError&) {
+    if (!has_line_for_each_element(bytes.substr(header.size), header)) throw;
+    Mesh mesh;
+    try {
+      mesh = MeshReader(file, header, AsciiValues(file, bytes, header, true)).read();
+    } catch (const InputError&) {
+    }
+    if (mesh.faces.empty()) throw;
+    return mesh;
+  }
+}
 
 }  // namespace
 
@@ -365,7 +465,7 @@ Mesh read_ply(const std::filesystem::path& file, std::string_view bytes) {
   const Header header = HeaderParser(file, bytes).parse();
   switch (header.encoding) {
     case Encoding::ascii:
-      return MeshReader(file, header, AsciiValues(file, bytes, header)).read();
+      return read_ascii(file, bytes, header);
     case Encoding::little:
       return MeshReader(file, header, BinaryValues<false>(file, bytes, header)).read();
     case Encoding::big:

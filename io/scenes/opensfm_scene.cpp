@@ -272,7 +272,9 @@ SceneFile read_dataset(const fs::path& found) {
   const bool projected = name.ends_with(".geocoords.json") ||
                          (name == "reconstruction.json" && is_file(project / "reconstruction.topocentric.json"));
   if (projected) read_georeferencing(project / ".." / "odm_georeferencing", scene);
-  scene.image_folders = {folder / "images", folder / ".." / "images", folder};
+  scene.image_folders = {folder / "images"};
+  // The other photos are not those of undistorted cameras.
+  if (!undistorted) scene.image_folders.insert(scene.image_folders.end(), {folder / ".." / "images", folder});
   return scene;
 }
 

@@ -1,10 +1,13 @@
 #include "io/scenes/photo_files.h"
 
 #include <tbb/parallel_for.h>
+#include <utf8proc.h>
 
 #include <algorithm>
 #include <compare>
+#include <cstdlib>
 #include <map>
+#include <memory>
 #include <set>
 #include <unordered_map>
 
@@ -23,6 +26,14 @@ std::vector<std::string> parts_of(const std::string& path) {
   for (const fs::path& part : fs::path(path).lexically_normal())
     if (!part.empty() && part != ".") parts.push_back(part.string());
   return parts;
+}
+
+/// For comparing names: in small letters, and accents in one piece with their letters (Unicode's NFC; macOS takes them
+/// apart).
+std::string folded(const std::string& name) {
+  std::unique_ptr<utf8proc_uint8_t, decltype(&std::free)> composed(
+      utf8proc_NFC(reinterpret_cast<const utf8proc_uint8_t*>(name.c_str())), &std::free);
+  return lower_case(composed ? reinterpret_cast<const char*>(composed.get()) : name.c_str());  // null: no UTF-8
 }
 
 bool is_drive(const std::string& part) { return part.size() == 2 && part[1] == ':'; }
@@ -60,7 +71,7 @@ bool is_raw(const fs::path& name) {
 std::size_t common_tail(const std::vector<std::string>& a, const std::vector<std::string>& b, bool exact,
                         bool by_stem) {
   const auto same = [&](const std::string& x, const std::string& y) {
-    return exact ? x == y : lower_case(x) == lower_case(y) || (by_stem && &x == &a.back());
+    return exact ? x == y : folded(x) == folded(y) || (by_stem && &x == &a.back());
   };
   const auto end = std::mismatch(a.rbegin(), a.rend(), b.rbegin(), b.rend(), same).first;
   return static_cast<std::size_t>(end - a.rbegin());
@@ -82,20 +93,24 @@ class PhotoIndex {
 
   void add(const fs::path& path) {
     if (!is_file(path)) return;
-    by_name_[lower_case(path.filename().string())].push_back(path);
-    if (has_image_extension(path)) by_stem_[lower_case(path.stem().string())].push_back(path);
+    by_name_[folded(path.filename().string())].push_back(path);
+    if (has_image_extension(path)) by_stem_[folded(path.stem().string())].push_back(path);
   }
 
   /// The file whose path has the longest tail in common with `wanted`, `preferred` where several have; empty when none
   /// fits. Throws when several fit equally well.
   fs::path match(const fs::path& listing, const std::string& wanted, const fs::path& preferred) const {
     const std::vector<std::string> tail = parts_of(wanted);
-    const std::string key = lower_case(tail.back());
+    const std::string key = folded(tail.back());
     for (const bool exact : {true, false})
       if (const auto found = best(tail, by_name_, key, exact, false); !found.empty())
         return only(found, listing, wanted, preferred);
-    if (has_image_extension(tail.back())) return {};
     auto found = best(tail, by_stem_, key, false, true);
+    // OpenSfM names undistorted photos NAME.jpg.jpg. NAME.jpg.png would be a mask.
+    if (has_image_extension(tail.back()))
+      std::erase_if(found, [&](const fs::path& path) {
+        return lower_case(path.extension().string()) != lower_case(fs::path(key).extension().string());
+      });
     if (!std::all_of(found.begin(), found.end(), is_raw)) std::erase_if(found, is_raw);
     return found.empty() ? fs::path() : only(found, listing, wanted, preferred);
   }

@@ -30,11 +30,28 @@ struct SceneSource {
   fs::path path;  ///< what the format's reader takes
 };
 
+/// The folder of a COLMAP model of which one file is missing, if there is one.
+std::optional<std::string> incomplete_colmap(const fs::path& source) {
+  for (const char* below : {".", "sparse", "sparse/0"})
+    for (const char* extension : {".bin", ".txt"}) {
+      const fs::path folder = below == std::string_view(".") ? source : source / below;
+      const bool cameras = is_file(folder / (std::string("cameras") + extension));
+      if (cameras != is_file(folder / (std::string("images") + extension)))
+        return std::string("holds a COLMAP model without ") + (cameras ? "images" : "cameras") + extension +
+               (folder == source ? "" : " in " + folder.string());
+    }
+  return std::nullopt;
+}
+
 /// Says what a source that is not a scene is instead, from its first bytes.
 std::string describe_other(const fs::path& source) {
   constexpr const char* kUnknown = "is no scene";
-  if (is_folder(source)) return kUnknown;
+  if (is_folder(source)) return incomplete_colmap(source).value_or(kUnknown);
+  const std::string extension = lower_case(source.extension().string());
+  if (extension == ".psx" || extension == ".psz")
+    return "is a Metashape project; export its cameras as XML (File > Export > Export Cameras)";
   const std::string head = first_bytes(source, 256);
+  if (head.starts_with("PK\3\4")) return "is a zip archive; unpack it";
   const std::size_t text = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
   if (head.empty()) return "is empty";
   if (head.starts_with("ply")) return "is a mesh; the scene goes before it";

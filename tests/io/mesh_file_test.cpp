@@ -132,6 +132,53 @@ TEST(MeshFile, ReadsAsciiFloatsWithTheDigitsTheyHave) {
   EXPECT_EQ(mesh.positions[2].x, 1);
 }
 
+TEST(MeshFile, LeavesOutFacesOfTwoVerticesAndSaysSo) {
+  const TemporaryFolder folder;
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 3\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+  for (const auto& [name, text] :
+       {std::pair{"a.ply", header + "2 0 1\n3 0 1 2\n3 2 1 0\n"},
+        std::pair{"a.obj", std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\nf 3 2 1\n")}}) {
+    const Mesh mesh = read_mesh(folder.write(name, text));
+    EXPECT_EQ(mesh.faces, (std::vector<Triangle>{{0, 1, 2}, {2, 1, 0}})) << name;
+    EXPECT_EQ(mesh.source_face, (std::vector<std::uint32_t>{1, 2})) << name;
+    ASSERT_EQ(mesh.warnings.size(), 1u) << name;
+    EXPECT_TRUE(contains(mesh.warnings[0], "1 faces of fewer than three vertices are left out")) << mesh.warnings[0];
+  }
+}
+
+TEST(MeshFile, ReadsTriangleStrips) {
+  const TemporaryFolder folder;
+  const std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+      "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n10 0 1 2 3 -1 4 3 2 2 1\n";
+  EXPECT_EQ(read_mesh(folder.write("a.ply", text)).faces, (std::vector<Triangle>{{0, 1, 2}, {2, 1, 3}, {4, 3, 2}}));
+  EXPECT_TRUE(contains(input_error([&] { read_mesh(folder.write("b.ply", replaced(text, "-1 4", "-1 5"))); }),
+                       "refers to vertex 5"));
+}
+
+TEST(MeshFile, LeavesOutValuesThatTheHeaderDoesNotDeclare) {
+  const TemporaryFolder folder;
+  const std::string text =
+      "ply\nformat ascii 1.0\nCreated by Blender3D 247\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 9 0.5 0.5 0.5\n3 2 1 0 9 0.5 0.5 0.5\n";
+  const Mesh mesh = read_mesh(folder.write("a.ply", text));
+  EXPECT_EQ(mesh.faces, (std::vector<Triangle>{{0, 1, 2}, {2, 1, 0}}));
+  ASSERT_EQ(mesh.warnings.size(), 2u);
+  EXPECT_TRUE(contains(mesh.warnings[0], "line 3 of the header, which begins with 'Created'"));
+  EXPECT_TRUE(contains(mesh.warnings[1], "left out in 2 lines"));
+}
+
+TEST(MeshFile, NamesWhatGitLfsLeft) {
+  const TemporaryFolder folder;
+  const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";
+  EXPECT_TRUE(
+      contains(input_error([&] { read_mesh(folder.write("a.ply", pointer)); }), "a.ply: is a pointer that Git LFS"));
+}
+
 TEST(MeshFile, SplitsPolygonsAsFans) {
   const TemporaryFolder folder;
   const std::vector<Triangle> fan{{4, 3, 2}, {4, 2, 1}, {4, 1, 0}, {0, 1, 2}};
@@ -361,19 +408,19 @@ TEST(MeshFile, RefusesWhatIsNoMeshAndSaysWhere) {
   EXPECT_TRUE(contains(error(replaced(ply, "255 -0 ", "255 o ")), "line 18: expected a number, found 'o'"));
   EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "3 0 2 5")), "face 1: refers to vertex 5"));
   EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "3 0 2 -1")), "face 1: refers to vertex -1"));
-  EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "2 0 2")), "face 1: has 2 vertices"));
+  EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "-1 0 2")), "face 1: has -1 vertices"));
   EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "3 0 2 1.5")), "line 21: expected an integer, found '1.5'"));
   EXPECT_TRUE(contains(error("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                              "property float z\nend_header\n0 0 0\n"),
                        "has no faces"));
   EXPECT_TRUE(contains(error(replaced(replaced(ply, "element face 4", "element tristrips 4"), "vertex_indices", "v")),
-                       "triangle strips"));
+                       "element 'tristrips' has no list of integers"));
   EXPECT_TRUE(contains(error("v 0 0 0\n"), "has no faces"));
   EXPECT_TRUE(contains(error("# nothing\n"), "neither PLY nor OBJ"));
   EXPECT_TRUE(contains(error(std::string(500, '\0')), "neither PLY nor OBJ"));
   EXPECT_TRUE(contains(error("v 0 0\n"), "line 1: a vertex needs three coordinates"));
   EXPECT_TRUE(contains(error("\nv 0 0 inf\n"), "line 2: vertex 0: a coordinate is not finite"));
-  EXPECT_TRUE(contains(error("v 0 0 0\nv 1 0 0\nf 1 2\n"), "line 3: a face needs three vertices, found 2"));
+  EXPECT_TRUE(contains(error("v 0 0 0\nv 1 0 0\nf 1 2\n"), "has no faces"));
   EXPECT_TRUE(contains(error("v 0 0 0\nf 1 1 2\nf 1 1 1\n"), "line 2: vertex 2"));
   EXPECT_TRUE(contains(error("v 0 0 0\nf 1 1 0\n"), "line 2: vertex 0"));
   EXPECT_TRUE(contains(error("v 0 0 0\nf 1 1 -2\n"), "line 2: vertex -2"));

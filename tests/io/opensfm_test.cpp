@@ -162,6 +162,16 @@ TEST(OpenSfm, ReadsAnOpenDroneMapProject) {
   EXPECT_TRUE(contains(input_error([&] { read_scene(root, {}); }), "coords.txt: line 2: expected easting"));
 }
 
+// The photos beside the data set are not those of undistorted cameras: textured from them, a scene is off by tens of pixels.
+TEST(OpenSfm, TakesNoDistortedPhotoForAnUndistortedCamera) {
+  const OdmProject project;
+  project.folder.write("opensfm/undistorted/reconstruction.json", kReconstruction);
+  const auto undistorted = project.folder.path() / "opensfm/undistorted";
+  const std::string error = input_error([&] { read_scene(undistorted, {}); });
+  EXPECT_TRUE(contains(error, "the folder of the photos was not found")) << error;
+  EXPECT_TRUE(contains(error, "undistorted/images")) << error;
+}
+
 TEST(OpenSfm, KnowsWhereUndistortedPhotosOfOpenDroneMapAre) {
   const OdmProject project;
   const auto undistorted = project.folder.path() / "opensfm/undistorted";

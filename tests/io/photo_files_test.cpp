@@ -282,6 +282,36 @@ TEST(PhotoFiles, MakesNamesFitToNameOutputs) {
   }
 }
 
+TEST(PhotoFiles, TakesAccentsInOnePieceOrTwo) {
+  const Photos files({"fl\u00FCgel.jpg", "A\u030Angstro\u0308m.jpg"});
+  files.photo("flu\u0308gel.jpg");
+  files.photo("\u00C5ngstr\u00F6m.jpg");
+  // Views are ordered by name.
+  EXPECT_EQ(files.found(0), "\u00C5ngstr\u00F6m.jpg");
+  EXPECT_EQ(files.found(1), "flu\u0308gel.jpg");
+}
+
+TEST(PhotoFiles, TakesARepeatedExtensionButNoMask) {
+  const Photos files({"a.jpg"});
+  files.photo("a.jpg.png");  // as COLMAP names masks
+  EXPECT_TRUE(contains(input_error([&] { files.read(); }), ": a.jpg"));
+  files.photo("a.jpg.jpg");
+  EXPECT_EQ(files.found(0), "a.jpg.jpg");
+}
+
+TEST(SceneFormats, SaysWhatIsMissingOrToBeExported) {
+  const test::TemporaryFolder folder;
+  const auto error = [&](const std::string& name) {
+    return input_error([&] { read_scene(folder.path() / name, {}); });
+  };
+  folder.write("half/sparse/0/cameras.bin", "x");
+  EXPECT_TRUE(contains(error("half"), "holds a COLMAP model without images.bin in "));
+  folder.write("project.psx", "<document version=\"1.2.0\" path=\"{projectname}.files/project.zip\"/>");
+  EXPECT_TRUE(contains(error("project.psx"), "is a Metashape project; export its cameras as XML"));
+  folder.write("all.zip", std::string("PK\3\4", 4) + "...");
+  EXPECT_TRUE(contains(error("all.zip"), "is a zip archive; unpack it"));
+}
+
 TEST(SceneFormats, RefusesAFolderOfTwo) {
   const Photos files({"a.jpg"});
   files.photo("a.jpg");
