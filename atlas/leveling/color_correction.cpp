@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gpvc::atlas {
 
@@ -85,6 +86,27 @@ class SampleMerger {
   float least_d2_ = 0;
 };
 
+/// Merges those of the samples from `begin` on that lie in the same texel, where there are more than a cell has texels: where
+/// thousands of slivers meet, each texel would be weighed against all of their seams.
+void thin_out(std::vector<StripSample>& samples, std::size_t begin) {
+  if (samples.size() - begin <= std::size_t{kStripCell} * kStripCell) return;
+  const auto texel = [](const StripSample& s) { return std::pair(std::floor(s.y), std::floor(s.x)); };
+  std::stable_sort(samples.begin() + static_cast<std::ptrdiff_t>(begin), samples.end(),
+                   [&](const StripSample& a, const StripSample& b) { return texel(a) < texel(b); });
+  std::size_t merged = begin;
+  for (std::size_t i = begin; i < samples.size();) {
+    StripSample sum;
+    for (const auto here = texel(samples[i]); i < samples.size() && texel(samples[i]) == here; ++i) {
+      sum.x += samples[i].weight * samples[i].x;
+      sum.y += samples[i].weight * samples[i].y;
+      sum.weight += samples[i].weight;
+      sum.pull = sum.pull + samples[i].pull;
+    }
+    samples[merged++] = {sum.x / sum.weight, sum.y / sum.weight, sum.weight, sum.pull};
+  }
+  samples.resize(merged);
+}
+
 }  // namespace
 
 bool strip_reaches(const Chart& chart, const SeamStep& s) {
@@ -104,6 +126,16 @@ ChartStrip make_strip(const Chart& chart, std::span<const SeamStep> samples) {
   strip.cells = group_items<StripSample>(pixel_index(0, strip.rows, strip.columns), [&](const auto& emit) {
     for (const auto& s : samples) emit(cell(s), StripSample{s.x, s.y, s.weight + kDoubt, s.weight * s.step});
   });
+  Grouped<StripSample> thinned;
+  thinned.items.reserve(strip.cells.items.size());
+  for (std::size_t c = 0; c < strip.cells.groups(); ++c) {
+    const std::size_t begin = thinned.items.size();
+    const std::span<const StripSample> all = std::as_const(strip.cells)[c];
+    thinned.items.insert(thinned.items.end(), all.begin(), all.end());
+    thin_out(thinned.items, begin);
+    thinned.first.push_back(thinned.items.size());
+  }
+  strip.cells = std::move(thinned);
   return strip;
 }
 

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <random>
+
+#include "atlas/leveling/color_correction.h"
 #include "atlas/leveling/seam_leveling.h"
 #include "tests/atlas/atlas_scene.h"
 
@@ -262,6 +265,34 @@ TEST(SeamLeveling, ExposureAndVignettingOfManyPhotosAreRemoved) {
   EXPECT_NEAR(c.mean.r, truth.r, 3);
   EXPECT_NEAR(c.mean.g, truth.g, 3);
   EXPECT_NEAR(c.mean.b, truth.b, 3);
+}
+
+// Where slivers meet, as around the middle of a fan, thousands of seams cross a texel.
+TEST(Strips, CrowdedSamplesCountAsTheirMeans) {
+  Chart chart;
+  chart.width = chart.height = 40;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> place(4, 12);
+  std::vector<SeamStep> crowded;
+  for (int i = 0; i < 50000; ++i) {
+    const float x = place(random), y = place(random);
+    crowded.push_back({x, y, 1, {x, -y, 3}});  // steps that vary over the cell
+  }
+  const ChartStrip strip = make_strip(chart, crowded);
+  EXPECT_LE(strip.cells.items.size(), 64u);
+  // The nearest sample may seem half a texel farther, which fades a strip that ends after 20.
+  ChartStrip plain;
+  plain.columns = strip.columns;
+  plain.rows = strip.rows;
+  plain.cells = group_items<StripSample>(9, [&](const auto& add) {
+    for (const SeamStep& s : crowded) add(std::size_t{0}, StripSample{s.x, s.y, s.weight + 0.05f, s.weight * s.step});
+  });
+  for (const auto& [x, y] : {std::pair{8.5, 8.5}, std::pair{14.0, 7.0}, std::pair{20.0, 20.0}}) {
+    const Color thinned = strip_offset(&strip, x, y), all = strip_offset(&plain, x, y);
+    EXPECT_NEAR(thinned.r, all.r, 0.7);
+    EXPECT_NEAR(thinned.g, all.g, 0.7);
+    EXPECT_NEAR(thinned.b, all.b, 0.25);
+  }
 }
 
 }  // namespace
