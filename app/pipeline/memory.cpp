@@ -155,10 +155,13 @@ MemoryNeed memory_need(const Workload& work) {
   const double graph = 24 * work.faces;
   const double candidates = 8 * work.pairs;
   MemoryNeed need;
+  // Photos by which the mesh is judged: of up to 96 views, one byte a pixel, reduced to 1000 to 2000 pixels a side.
+  const double reduction = std::max(1.0, std::floor(std::sqrt(4.0 / 3 * work.most_pixels) / 1000));
+  const double small_photos = std::min(work.views, 96.0) * work.most_pixels / (reduction * reduction);
   // Records of 20 bytes and what candidates are made with; two maps of 4 bytes a pixel, three photos of 3, the strip along
   // silhouettes; sums and shapes of the faces of a view.
   need.seeing = program + mesh + graph + 28 * work.pairs + 26 * work.most_pixels + 40 * work.vertices +
-                100 * work.pairs / std::max(work.views, 1.0) + 10 * work.faces;
+                100 * work.pairs / std::max(work.views, 1.0) + 10 * work.faces + small_photos;
   // The candidates twice, and a chain of coarser problems.
   need.choosing = program + mesh + graph + 32 * work.pairs + 60 * work.faces;
   // Charts, texture coordinates and offsets of the faces, photos.

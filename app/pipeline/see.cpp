@@ -75,13 +75,6 @@ void report_tags(const Input& input, const labeling::Candidates& candidates, Obs
     observer.warning("photos see less than 5 % of the faces; are mesh and cameras in the same coordinates?");
 }
 
-// The end of an error: what would fit, or what is often wrong.
-std::string explained(const Input& input, std::span<const SmallPhoto> photos, const std::string& guesses,
-                      Observer& observer) {
-  const std::string found = fitting_hypothesis(input, photos, observer);
-  return (found.empty() ? guesses : found) + "; --keep-views textures all the same";
-}
-
 // Wrong photos or poses must not become a texture without a word.
 void report_agreement(const Input& input, bool keep, std::span<const labeling::ViewAgreement> agreement,
                       std::span<const SmallPhoto> photos, Observer& observer) {
@@ -105,12 +98,13 @@ void report_agreement(const Input& input, bool keep, std::span<const labeling::V
     return observer.warning(found + "; do they belong to other poses, or are they turned?" +
                             (keep ? "" : " They are left out; --keep-views uses them"));
   if (keep) return observer.warning(found + "; mesh, poses and photos do not fit together");
-  throw InputError(
-      input.mesh_file, "",
-      found + "; mesh, poses and photos do not fit together: " +
-          explained(input, photos,
-                    "photos of other poses or turned ones, inverse poses, another lens, or a mesh elsewhere",
-                    observer));
+  const std::string explanation = fitting_hypothesis(input, photos, observer);
+  throw InputError(input.mesh_file, "",
+                   found + "; mesh, poses and photos do not fit together: " +
+                       (explanation.empty()
+                            ? "photos of other poses or turned ones, inverse poses, another lens, or a mesh elsewhere"
+                            : explanation) +
+                       "; --keep-views textures all the same");
 }
 
 MeshFit fit_of(const Input& input, const labeling::Candidates& candidates, std::span<const SmallPhoto> photos) {
@@ -132,16 +126,19 @@ void report_fit(const Input& input, bool keep, const MeshFit& fit, std::span<con
   const std::string text = fit_text(fit);
   observer.detail("  " + text);
   using enum MeshFit::Verdict;
-  if (fit.verdict == doubtful || (fit.verdict == elsewhere && keep))
+  if (fit.verdict != doubtful && fit.verdict != elsewhere) return;
+  // Doubts alone refuse nothing: leaves in the wind and water look like that. An explanation that fits does.
+  const std::string explanation = keep ? "" : fitting_hypothesis(input, photos, observer);
+  if (keep || (fit.verdict == doubtful && explanation.empty()))
     return observer.warning(text +
                             "; is the mesh moved, scaled or turned against the poses, or does it lack much of what "
                             "they show?");
-  if (fit.verdict == elsewhere)
-    throw InputError(
-        input.mesh_file, "",
-        text + "; the mesh is not where the photos show it: " +
-            explained(input, photos,
-                      "it is moved, scaled, turned or mirrored against the poses, or the lens is another", observer));
+  throw InputError(
+      input.mesh_file, "",
+      text + "; the mesh is not where the photos show it: " +
+          (explanation.empty() ? "it is moved, scaled, turned or mirrored against the poses, or the lens is another"
+                               : explanation) +
+          "; --keep-views textures all the same");
 }
 
 void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
@@ -186,7 +183,9 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
   std::future<void> costs;
   std::vector<SmallPhoto> small(input.scene.views.size());
-  std::vector<ViewId> not_seen_again;  // whose work was kept, while the mesh is judged in every run
+  // A run whose labels are kept has found the mesh right; else photos are looked at again for that.
+  const bool judged = options.kept != nullptr && options.kept->selection(input.mesh.faces.size()).has_value();
+  std::vector<ViewId> not_seen_again;
   for (std::size_t n = 0; n < input.views.size(); ++n) {
     observer.progress(n, input.views.size());
     const ViewId id = input.views[n];
@@ -197,7 +196,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
         if (collector.add_statistics(id, work->statistics)) {
           note_view(view, work->visibility, seen, observer);
           coverage.add(work->coverage);
-          if (is_compared(n, input.views.size())) not_seen_again.push_back(id);
+          if (!judged && is_compared(n, input.views.size())) not_seen_again.push_back(id);
           continue;
         }
       }
@@ -230,8 +229,9 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   seen.candidates = collector.finish(options.graph);
   // The methods that gpvc is compared with also see faces that are hidden.
   const visibility::Method& method = settings.visibility.method;
-  if (std::holds_alternative<visibility::Gpvc>(method) || std::holds_alternative<visibility::PaperGpvc>(method))
-    seen.fit = fit_of(input, seen.candidates, small);
+  const bool exact =
+      std::holds_alternative<visibility::Gpvc>(method) || std::holds_alternative<visibility::PaperGpvc>(method);
+  if (exact && !judged) seen.fit = fit_of(input, seen.candidates, small);
   if (!options.faces.empty()) keep_faces(options.faces, seen.candidates);
   seen.costs_s += seconds_since(start);
   seen.coverage = coverage.of_partial_faces(seen.candidates.tags);
