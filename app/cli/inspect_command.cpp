@@ -143,6 +143,14 @@ void print_agreement(const SceneInputData& in, const InspectOptions& options, Co
     else
       console.result(fmt::format("agrees   {}: unknown, {} places are too few", name, places));
   }
+  using enum pipeline::MeshFit::Verdict;
+  const auto verdict = seen.fit.verdict;
+  console.result(fmt::format("mesh     {}: {}",
+                             verdict == fits       ? "fits the photos"
+                             : verdict == doubtful ? "DOUBTFUL"
+                             : verdict == unknown  ? "not judged"
+                                                   : "NOT WHERE THE PHOTOS SHOW IT",
+                             pipeline::fit_text(seen.fit)));
 }
 
 }  // namespace
