@@ -11,8 +11,10 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/run_record.h"
 #include "app/cli/scene_input.h"
+#include "app/evaluate/agreement_picture.h"
 #include "app/pipeline/frame_check.h"
 #include "app/pipeline/viewpoint.h"
+#include "io/images.h"
 #include "io/lens_terms.h"
 #include "io/mesh.h"
 
@@ -151,6 +153,17 @@ void print_agreement(const SceneInputData& in, const InspectOptions& options, Co
                              : verdict == unknown  ? "not judged"
                                                    : "NOT WHERE THE PHOTOS SHOW IT",
                              pipeline::fit_text(seen.fit)));
+  if (options.picture.empty()) return;
+  constexpr std::size_t kRows = 6;
+  const std::vector<evaluate::PairOfViews> pairs = evaluate::least_agreeing(seen.candidates, kRows);
+  if (pairs.empty()) return console.warning("no photo could be compared with others: there is no picture");
+  const Image picture = evaluate::agreement_picture({in.scene, in.mesh, in.used, options.input.mesh},
+                                                    seen.candidates.table, pairs, photos);
+  io::write_image(options.picture, picture, io::ImageFormat::png, 0);
+  for (std::size_t row = 0; row < pairs.size(); ++row)
+    console.result(fmt::format("picture  row {}: {}, and what {} shows of the mesh from there", row + 1,
+                               in.scene.views[index(pairs[row].view)].name,
+                               in.scene.views[index(pairs[row].other)].name));
 }
 
 }  // namespace
@@ -161,7 +174,8 @@ void run_inspect(const InspectOptions& options, Console& console) {
   std::future<Mesh> mesh;
   if (!options.input.mesh.empty())
     mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
-  else if (options.check)
+  if (!options.picture.empty() && !options.check) throw std::runtime_error("--picture belongs to --check");
+  if (options.input.mesh.empty() && options.check)
     throw std::runtime_error("--check compares what the photos show of a mesh: name one after the scene");
   in.scene = read_views(options.input, in.used, !options.check);
   print_cameras(in.scene, in.used, console);

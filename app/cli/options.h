@@ -107,8 +107,9 @@ struct LabelOptions : CommandOptions {
 
 struct InspectOptions {
   CommonOptions common;
-  SceneInput input;    ///< the mesh may be missing
-  bool check = false;  ///< looks at the photos, too
+  SceneInput input;               ///< the mesh may be missing
+  bool check = false;             ///< looks at the photos, too
+  std::filesystem::path picture;  ///< of the photos that agree least; empty: none
 };
 
 struct ConvertOptions : CommandOptions {
