@@ -28,8 +28,8 @@ struct Place {
   ViewId a{}, b{};
 };
 
-/// At most 3072 faces with two of their candidate views that have a small photo, seen from directions apart by 3 degrees or
-/// a little more. `left_out`: views not to be used. O(candidates).
+/// At most 3072 faces with two of their candidate views that have a small photo, seen from directions apart by 3 to 30 degrees,
+/// the nearest of them. `left_out`: views not to be used. O(candidates).
 std::vector<Place> choose_places(const Mesh& mesh, const Scene& scene, const labeling::CostTable& candidates,
                                  std::span<const SmallPhoto> photos, std::span<const ViewId> left_out);
 

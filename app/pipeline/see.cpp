@@ -127,18 +127,17 @@ void report_fit(const Input& input, bool keep, const MeshFit& fit, std::span<con
   observer.detail("  " + text);
   using enum MeshFit::Verdict;
   if (fit.verdict != doubtful && fit.verdict != elsewhere) return;
-  // Doubts alone refuse nothing: leaves in the wind and water look like that. An explanation that fits does.
+  // The share alone refuses nothing: leaves in the wind, water and a poor mesh look like that. An explanation does.
   const std::string explanation = keep ? "" : fitting_hypothesis(input, photos, observer);
-  if (keep || (fit.verdict == doubtful && explanation.empty()))
-    return observer.warning(text +
-                            "; is the mesh moved, scaled or turned against the poses, or does it lack much of what "
-                            "they show?");
-  throw InputError(
-      input.mesh_file, "",
-      text + "; the mesh is not where the photos show it: " +
-          (explanation.empty() ? "it is moved, scaled, turned or mirrored against the poses, or the lens is another"
-                               : explanation) +
-          "; --keep-views textures all the same");
+  if (!explanation.empty())
+    throw InputError(
+        input.mesh_file, "",
+        text + "; the mesh is not where the photos show it: " + explanation + "; --keep-views textures all the same");
+  observer.warning(text + (fit.verdict == elsewhere
+                               ? "; the mesh seems to be moved, scaled, turned or mirrored against the poses, or the "
+                                 "lens is another: see gpvc inspect --check --picture"
+                               : "; is the mesh moved, scaled or turned against the poses, or does it lack much of "
+                                 "what they show?"));
 }
 
 void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
@@ -152,7 +151,8 @@ void note_view(const View& view, const visibility::VisibilityStatistics& statist
 
 std::string fit_text(const MeshFit& fit) {
   if (fit.verdict == MeshFit::Verdict::unknown)
-    return fmt::format("{} places have enough texture to tell, which are too few", readable_count(fit.places));
+    return fmt::format("photos agree about a surface at {} of {} places with texture, which are too few to tell",
+                       readable_count(fit.found), readable_count(fit.places));
   return fmt::format(
       "at {} of {} textured places the photos agree about a surface, {:.0f} % (+- {:.1f}) of these lie on the mesh",
       readable_count(fit.found), readable_count(fit.places), 100 * fit.share, 100 * fit.error);
