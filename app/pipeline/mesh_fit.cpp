@@ -295,8 +295,8 @@ SmallPhoto small_photo(const Image& photo) {
 }
 
 bool is_compared(std::size_t number, std::size_t views) {
-  constexpr std::size_t kRun = 4, kRuns = 24;
-  return views <= kRun * kRuns || number % ((views + kRuns - 1) / kRuns) < kRun;
+  constexpr std::size_t kBeside = 4, kRuns = 24;
+  return views <= kBeside * kRuns || number % ((views + kRuns - 1) / kRuns) < kBeside;
 }
 
 std::vector<Place> choose_places(const Mesh& mesh, const Scene& scene, const labeling::CostTable& candidates,
