@@ -181,8 +181,8 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   if (device) seen.device = device->info();
   CoverageStore coverage;
   std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
-  std::future<void> costs;
   std::vector<SmallPhoto> small(input.scene.views.size());
+  std::future<void> costs;  // waited for before what it uses goes, also where the run is cancelled
   // A run whose labels are kept has found the mesh right; else photos are looked at again for that.
   const bool judged = options.kept != nullptr && options.kept->selection(input.mesh.faces.size()).has_value();
   std::vector<ViewId> not_seen_again;
