@@ -121,13 +121,19 @@ TEST_F(KeptWork, OtherOptionsRedoOnlyWhatDependsOnThem) {
     std::size_t views;
     bool selection;
   } changes[] = {
-      {"seams", with([](auto& s) { s.atlas.seams = atlas::SeamLeveling::none; }), views, true},
-      {"page size", with([](auto& s) { s.atlas.page_size = 256; }), views, true},
-      {"unseen", with([](auto& s) { s.atlas.unseen = atlas::UnseenFaces::color; }), views, true},
-      {"texture", with([](auto& s) { s.output.texture = io::ImageFormat::png; }), views, true},
-      {"up", with([](auto& s) { s.output.up = io::UpAxis::pos_x; }), views, true},
-      {"smoothness", with([](auto& s) { s.solver.smoothness = 2; }), views, false},
-      {"data weight", with([](auto& s) { s.costs.data_weight = 0.5; }), views, false},
+      {"pages and files", with([](auto& s) {
+         s.atlas.seams = atlas::SeamLeveling::none;
+         s.atlas.page_size = 256;
+         s.atlas.unseen = atlas::UnseenFaces::color;
+         s.output.texture = io::ImageFormat::png;
+         s.output.up = io::UpAxis::pos_x;
+       }),
+       views, true},
+      {"view selection", with([](auto& s) {
+         s.solver.smoothness = 2;
+         s.costs.data_weight = 0.5;
+       }),
+       views, false},
       {"data term", with([](auto& s) { s.costs.term = labeling::DataTerm::gmi; }), 0, false},
       {"sampling", with([](auto& s) { s.visibility.method = visibility::NoTest{}; }), 0, false},
   };
