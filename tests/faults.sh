@@ -45,6 +45,16 @@ fail() {
 expect_sentence() { # LOG WHAT
   [ "$(grep -c '^gpvc: error: ' "$1" || true)" = 1 ] || fail "$2: not one sentence but: $(head -c 300 "$1")"
 }
+# A run that has ended left the whole result, or a sentence and nothing else.
+whole_or_refused() { # STATUS WHAT
+  if [ "$1" = 0 ] && [ "$(lost "$work/whole" "$work/out")" = 0 ]; then return 0; fi
+  if [ "$1" = 1 ] && [ ! -e "$work/out" ]; then
+    expect_sentence "$work/log" "$2"
+    return 0
+  fi
+  fail "$2: exit status $1: $(head -c 300 "$work/log")"
+  return 1
+}
 
 row fault tried survived "lost, seconds"
 texture "$work/whole" --resume never
@@ -166,16 +176,8 @@ for megabytes in 300 600 900 1200 1600 2000 2400; do
   status=0
   (ulimit -v $((megabytes * 1024)) && texture "$work/out" --resume never) 2>"$work/log" || status=$?
   tried=$((tried + 1))
-  if [ "$status" = 0 ]; then
-    [ "$(lost "$work/whole" "$work/out")" = 0 ] && survived=$((survived + 1))
-  elif [ "$status" = 127 ]; then
-    survived=$((survived + 1)) # the program itself did not fit
-  elif [ "$status" = 1 ] && [ ! -e "$work/out" ]; then
-    expect_sentence "$work/log" "$megabytes MB of addresses"
-    survived=$((survived + 1))
-  else
-    fail "$megabytes MB of addresses: exit status $status: $(head -c 300 "$work/log")"
-  fi
+  # 127: the program itself did not fit.
+  if [ "$status" = 127 ] || whole_or_refused "$status" "$megabytes MB of addresses"; then survived=$((survived + 1)); fi
 done
 row "300 to 2400 MB of address space" "$tried" "$survived" ""
 tried=0 survived=0
@@ -200,14 +202,7 @@ if [ -n "$group" ] && [ -w "$limit" ]; then
     status=0
     (echo "$BASHPID" >"$group/cgroup.procs" && texture "$work/out" --resume never) 2>"$work/log" || status=$?
     tried=$((tried + 1))
-    if [ "$status" = 0 ] && [ "$(lost "$work/whole" "$work/out")" = 0 ]; then
-      survived=$((survived + 1))
-    elif [ "$status" = 1 ] && [ ! -e "$work/out" ]; then
-      expect_sentence "$work/log" "a group with $megabytes MB"
-      survived=$((survived + 1))
-    else
-      fail "a group with $megabytes MB: exit status $status: $(head -c 300 "$work/log")"
-    fi
+    if whole_or_refused "$status" "a group with $megabytes MB"; then survived=$((survived + 1)); fi
   done
   row "control group of 150, 300, 600 MB" "$tried" "$survived" ""
 else

@@ -121,8 +121,8 @@ TEST(CpuIvm, LayersThatFloatsCannotTellApartAreDoubts) {
 }
 
 TEST(CpuIvm, AFanOverANoisyFlatPolygonIsDecidedInRuns) {
-  // Some twenty layers in one plane but for the rounding of their projection. Decided pixel by pixel, in unbounded
-  // precision, they would take minutes.
+  // Some twenty faces cover each pixel, and only rounding of their projection orders their depths. The test would take
+  // minutes if each pixel compared them in unbounded precision.
   View view = scenes::view_of(360, 270, 300);
   view.pose.rotation = scenes::rotation(0.11, 0.07, 0.3);
   std::mt19937 random(6);
