@@ -18,11 +18,11 @@
 namespace gpvc::io {
 namespace {
 
-constexpr std::array<char, 8> kMagic{'g', 'p', 'v', 'c', 'w', 'o', 'r', '1'};
+constexpr std::array<char, 8> kWorkMagic{'g', 'p', 'v', 'c', 'w', 'o', 'r', '1'};
 
 // Before and after the bytes of a result.
 struct Head {
-  std::array<char, 8> magic = kMagic;
+  std::array<char, 8> magic = kWorkMagic;
   WorkKey key;
   bool operator==(const Head&) const = default;
 };
@@ -42,7 +42,7 @@ File open_file(const std::filesystem::path& path, Head& head) {
   if (!std::filesystem::is_regular_file(path, failed)) return nullptr;  // opening a pipe would wait
   File file(std::fopen(path.c_str(), "rbe"));
   const bool whole = file && std::fread(&head, sizeof head, 1, file.get()) == 1;
-  return whole && head.magic == kMagic ? std::move(file) : nullptr;
+  return whole && head.magic == kWorkMagic ? std::move(file) : nullptr;
 }
 
 // At the first byte of the result, if it seems to be there.
@@ -157,7 +157,7 @@ void WorkStore::keep(const std::string& name, const WorkKey& key, const std::fun
   try {
     std::filesystem::create_directories(state_->folder);
     OutputFile file(state_->folder / name);
-    const Head head{kMagic, key};
+    const Head head{kWorkMagic, key};
     file.write(&head, sizeof head);
     FileWriter writer(file);
     write(writer);
