@@ -125,6 +125,7 @@ struct View {
   std::filesystem::path mask{};  ///< image of the photo's size whose black pixels exclude the photo's; or empty
   bool uses_alpha = false;       ///< pixels of the photo with alpha 0 are excluded
   int reduction = 1;             ///< pixels of the photo and the mask to one of the camera, each way
+  std::uint32_t number = 0;      ///< COLMAP's number of the image, which its points refer to
 };
 
 /// Other coordinates that a program writes meshes of the same scene in: x_frame = scale * rotation * (x_scene - origin).

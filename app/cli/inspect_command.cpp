@@ -123,9 +123,25 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
     if (!warning.empty()) console.warning(warning);
     const std::string scale = pipeline::check_scale(in.mesh, sampling, mesh_file);
     if (!scale.empty()) console.warning(scale);
+    const std::string lenses = pipeline::check_lenses(in.scene, in.used);
+    if (!lenses.empty()) console.warning(lenses);
   } catch (const InputError& error) {
     console.warning(error.what());
   }
+}
+
+const char* verdict_text(const pipeline::MeshFit& fit, const char* fits, const char* elsewhere) {
+  switch (fit.verdict) {
+    case pipeline::MeshFit::Verdict::fits:
+      return fits;
+    case pipeline::MeshFit::Verdict::doubtful:
+      return "DOUBTFUL";
+    case pipeline::MeshFit::Verdict::elsewhere:
+      return elsewhere;
+    case pipeline::MeshFit::Verdict::unknown:
+      break;
+  }
+  return "not judged";
 }
 
 // What the first stage of gpvc texture finds about photos and poses.
@@ -145,14 +161,13 @@ void print_agreement(const SceneInputData& in, const InspectOptions& options, Co
     else
       console.result(fmt::format("agrees   {}: unknown, {} places are too few", name, places));
   }
-  using enum pipeline::MeshFit::Verdict;
-  const auto verdict = seen.fit.verdict;
   console.result(fmt::format("mesh     {}: {}",
-                             verdict == fits       ? "fits the photos"
-                             : verdict == doubtful ? "DOUBTFUL"
-                             : verdict == unknown  ? "not judged"
-                                                   : "NOT WHERE THE PHOTOS SHOW IT",
-                             pipeline::fit_text(seen.fit)));
+                             verdict_text(seen.fit, "fits the photos", "NOT WHERE THE PHOTOS SHOW IT"),
+                             pipeline::photo_fit_text(seen.fit)));
+  if (seen.tie_point_fit.places > 0)
+    console.result(fmt::format("mesh     {}: {}",
+                               verdict_text(seen.tie_point_fit, "fits the tie points", "NOT WHERE THE TIE POINTS LIE"),
+                               pipeline::tie_point_fit_text(seen.tie_point_fit)));
   if (options.picture.empty()) return;
   constexpr std::size_t kRows = 6;
   const std::vector<evaluate::PairOfViews> pairs = evaluate::least_agreeing(seen.candidates, kRows);

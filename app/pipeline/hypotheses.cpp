@@ -145,11 +145,8 @@ std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> p
   // Some hypotheses leave a level ground where it is.
   constexpr double kClearly = 2;
   if (name.empty() || places_on_mesh(best) < kClearly * places_on_mesh(before)) return {};
-  const auto percent = [](const MeshFit& fit) {
-    return fit.places == 0 ? 0 : 100 * places_on_mesh(fit) / static_cast<double>(fit.places);
-  };
-  return fmt::format("with {} they would agree on the mesh at {:.0f} % of the places instead of {:.0f} %", name,
-                     percent(best), percent(before));
+  return fmt::format("with {} they would agree on the mesh at {:.0f} places instead of {:.0f}", name,
+                     places_on_mesh(best), places_on_mesh(before));
 }
 
 }  // namespace gpvc::pipeline

@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "io/lens_terms.h"
+#include "io/tie_points.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -89,6 +90,7 @@ std::optional<io::WorkKey> common_key(const Input& input, const Settings& settin
   } catch (const InputError&) {
     return std::nullopt;
   }
+  if (const auto tie_points = io::tie_points_file(input.scene)) hash.add_file(*tie_points);
   hash.add_all(std::span<const WorldPoint>(input.mesh.positions));
   hash.add_all(std::span<const Triangle>(input.mesh.faces));
   add(hash, settings.visibility, settings.device);
@@ -143,6 +145,7 @@ std::optional<ViewWork> KeptWork::view(ViewId id) {
     work.coverage.entries = in.get_all<visibility::FaceCoverage>();
     work.coverage.runs = in.get_all<std::uint64_t>();
     work.visibility = in.get<visibility::VisibilityStatistics>();
+    work.tie_points = in.get<FitGroups>();
   });
   if (!found) return std::nullopt;
   // Seconds are those of this run.
@@ -154,12 +157,13 @@ std::optional<ViewWork> KeptWork::view(ViewId id) {
 }
 
 void KeptWork::keep_view(ViewId id, std::span<const std::byte> statistics, const PackedCoverage& coverage,
-                         const visibility::VisibilityStatistics& visibility) {
+                         const visibility::VisibilityStatistics& visibility, const FitGroups& tie_points) {
   store_.keep(view_name(id), views_.at(id), [&](io::WorkStore::Writer& out) {
     out.add_all(statistics);
     out.add_all(coverage.entries);
     out.add_all(coverage.runs);
     out.add(visibility);
+    out.add(tie_points);
   });
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "app/pipeline/fit_verdict.h"
 #include "io/vector.h"
 
 namespace gpvc::pipeline {
@@ -14,7 +15,7 @@ namespace {
 
 constexpr int kSide = 9, kPatch = kSide * kSide;         ///< of a patch, in pixels
 constexpr int kReach = 24, kPositions = 2 * kReach + 1;  ///< along the line of sight, in pixels
-constexpr int kAtMesh = 1;                               ///< pixels from the mesh that count as on it
+constexpr int kOnMesh = 1;                               ///< pixels from the mesh that count as on it
 
 using Values = std::array<float, kPatch>;
 
@@ -199,60 +200,6 @@ Found find(const Textured& place, const Values& elsewhere, const View& b, const 
 /// Share of the places that pass for found by chance.
 constexpr double kByChance = 0.05;
 
-struct Counts {
-  double places = 0, at_mesh = 0, beside = 0;
-
-  void add(const Counts& c, double sign) {
-    places += sign * c.places;
-    at_mesh += sign * c.at_mesh;
-    beside += sign * c.beside;
-  }
-  /// Less those by chance, which have any position.
-  double surely_at_mesh() const { return at_mesh - kByChance * places * (2 * kAtMesh + 1) / kPositions; }
-  double surely_beside() const { return beside - kByChance * places * (kPositions - 2 * kAtMesh - 1) / kPositions; }
-  double share() const {
-    const double at = std::max(0.0, surely_at_mesh()), other = std::max(0.0, surely_beside());
-    return at + other > 0 ? at / (at + other) : 0;
-  }
-};
-
-constexpr std::size_t kGroups = 16;
-
-MeshFit judge(const std::array<Counts, kGroups>& groups) {
-  // Photos also agree off a right mesh, on what it lacks: trees, cars, dormers. They also agree on parts of a wrong one: a
-  // city that is moved sideways, scaled about the ground or mirrored keeps its level ground. So neither end is sharp: a
-  // mesh seems elsewhere where most surfaces lie off it, and is doubtful from a fifth on. Right scenes have 3 % at most
-  // (three from photos, three synthetic ones), a city that is moved by 5 m, scaled by 1.05 or turned by 10 degrees 38 % and
-  // more. But few views far apart show a right mesh's own errors in pixels: a quarter of the views of a table-top scene have
-  // 79 %. So nothing is refused for its share alone.
-  constexpr double kLeastShare = 0.5, kGoodShare = 0.8;
-  // A share of one half of so many places has a standard error of 0.035.
-  constexpr double kLeastPlaces = 200;
-  constexpr double kErrors = 3;
-  Counts all;
-  for (const Counts& group : groups) all.add(group, 1);
-  MeshFit fit{static_cast<std::size_t>(all.places), static_cast<std::size_t>(all.at_mesh + all.beside), all.share(), 0};
-  // Jackknife over groups that are spread over the whole mesh.
-  double sum2 = 0;
-  for (const Counts& group : groups) {
-    Counts rest = all;
-    rest.add(group, -1);
-    sum2 += std::pow(rest.share() - fit.share, 2);
-  }
-  fit.error = std::sqrt(sum2 * (kGroups - 1) / kGroups);
-  const double at_most = fit.share + kErrors * fit.error;
-  using enum MeshFit::Verdict;
-  // Twice what passes by chance.
-  constexpr double kLeastFound = 2 * kByChance;
-  if (all.places < kLeastPlaces || all.surely_at_mesh() + all.surely_beside() < kLeastFound * all.places)
-    fit.verdict = unknown;  // too little texture, or photos too different: leaves in the wind, few and far apart
-  else if (at_most < kLeastShare)
-    fit.verdict = elsewhere;
-  else
-    fit.verdict = at_most < kGoodShare ? doubtful : fits;
-  return fit;
-}
-
 /// Any of the views, and of those apart from it by 3 degrees and more, up to the angle of a least cosine, the nearest.
 std::optional<Place> seen_by_two(const Mesh& mesh, const Scene& scene, std::uint32_t face,
                                  std::span<const std::uint32_t> views, double least_cosine) {
@@ -277,7 +224,7 @@ std::optional<Place> seen_by_two(const Mesh& mesh, const Scene& scene, std::uint
 }  // namespace
 
 SmallPhoto small_photo(const Image& photo) {
-  const int factor = std::max(1, std::max(photo.width, photo.height) / 1000);
+  const int factor = reduction(photo.width, photo.height);
   SmallPhoto small{factor, {photo.width / factor, photo.height / factor, 1, {}}};
   Image& image = small.image;
   image.pixels.resize(pixel_index(0, image.height, image.width));
@@ -359,12 +306,17 @@ MeshFit measure_fit(const Mesh& mesh, const Scene& scene, std::span<const SmallP
   for (const Found& each : found) chance.push_back(each.by_chance.correlation);
   const auto limit = chance.begin() + static_cast<std::ptrdiff_t>((1 - kByChance) * static_cast<double>(chance.size()));
   std::ranges::nth_element(chance, limit);
-  std::array<Counts, kGroups> groups;
+  // Chance finds a surface at any position.
+  constexpr double kByChanceOn = kByChance * (2 * kOnMesh + 1) / kPositions, kByChanceOff = kByChance - kByChanceOn;
+  FitGroups groups{};
   for (std::size_t i = 0; i < found.size(); ++i) {
-    Counts& group = groups[i % kGroups];
+    SurfaceCounts& group = groups[i % kFitGroups];
     group.places += 1;
+    group.on_mesh -= kByChanceOn;
+    group.off_mesh -= kByChanceOff;
     if (found[i].own.correlation <= *limit) continue;
-    (std::abs(found[i].own.offset) <= kAtMesh ? group.at_mesh : group.beside) += 1;
+    group.found += 1;
+    (std::abs(found[i].own.offset) <= kOnMesh ? group.on_mesh : group.off_mesh) += 1;
   }
   return judge(groups);
 }

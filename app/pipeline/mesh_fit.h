@@ -1,6 +1,7 @@
 // Finds out whether the mesh lies where the photos show it.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -10,9 +11,12 @@
 
 namespace gpvc::pipeline {
 
-/// The luma of a photo, reduced to at most 2000 pixels a side, where errors of a pixel or two of mesh and poses vanish.
+/// Pixels of a photo to one that surfaces are looked for in, each way. Errors of a pixel or two of mesh and poses vanish.
+inline int reduction(int width, int height) { return std::max(1, std::max(width, height) / 1000); }
+
+/// The luma of a photo, reduced to at most 2000 pixels a side.
 struct SmallPhoto {
-  int factor = 1;  ///< pixels of the photo to one of the image, each way
+  int factor = 1;  ///< reduction()
   Image image;     ///< 1 channel; empty: the photo is not looked at
 };
 

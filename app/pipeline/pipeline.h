@@ -65,8 +65,8 @@ struct Input {
 std::vector<ViewId> all_views(const Scene& scene);
 
 /// Throws InputError when no view can see the mesh (cameras and mesh in different frames), when it is a few pixels large, or
-/// inside out; warns when parts of it are, and when its positions are rounded to more than a pixel. O(faces x at most 64
-/// views).
+/// inside out; warns when parts of it are, when its positions are rounded to more than a pixel, and when lenses describe
+/// a part of their photos alone. O(faces x at most 64 views).
 void check_input(const Input& input, Observer& observer);
 
 // --- all steps
@@ -90,12 +90,12 @@ TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSour
 /// Pairs of adjacent faces, each with the weight of a seam between the two.
 labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weights, Observer& observer);
 
-/// How well the mesh lies where the photos show it: two photos of a place on it agree best there, rather than at other
-/// distances along a line of sight.
+/// How well the mesh lies where surfaces are: as photos show them, two of which agree best about a place on it there
+/// rather than at other distances along a line of sight; or as tie points lie.
 struct MeshFit {
   enum class Verdict { unknown, fits, doubtful, elsewhere };
-  std::size_t places = 0;  ///< with texture, which were compared
-  std::size_t found = 0;   ///< of them, those where the photos agree better than by chance, on the mesh or off it
+  std::size_t places = 0;  ///< that were compared: with texture in photos, or tie points
+  std::size_t found = 0;   ///< of them, those with a surface, on the mesh or off it: photos agree better than by chance
   double share = 0;        ///< of those found, on the mesh; what chance adds to either is subtracted; 0..1
   double error = 0;        ///< standard error of the share
   Verdict verdict = Verdict::unknown;
@@ -106,7 +106,8 @@ struct Seen {
   visibility::CoverageTable coverage;           ///< of faces tagged partial
   visibility::VisibilityStatistics statistics;  ///< over all views
   double costs_s = 0;
-  MeshFit fit;
+  MeshFit fit;                                     ///< to the photos
+  MeshFit tie_point_fit;                           ///< to the scene's tie points, where it has any
   std::optional<visibility::DeviceInfo> device{};  ///< that drew the views; empty: they were drawn natively
 };
 
@@ -129,7 +130,8 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
          const SeeOptions& options = {});
 
 /// What was measured, in one clause without an end.
-std::string fit_text(const MeshFit& fit);
+std::string photo_fit_text(const MeshFit& fit);
+std::string tie_point_fit_text(const MeshFit& fit);
 
 /// The numbers of faces tagged seen, partial and unseen.
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);

@@ -1,5 +1,6 @@
 // What the views see: visibility, candidates and coverage, view after view.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 
@@ -11,6 +12,7 @@
 #include "app/pipeline/hypotheses.h"
 #include "app/pipeline/kept_work.h"
 #include "app/pipeline/pipeline.h"
+#include "app/pipeline/tie_point_fit.h"
 #include "io/clock.h"
 
 namespace gpvc::pipeline {
@@ -117,27 +119,35 @@ MeshFit fit_of(const Input& input, const labeling::Candidates& candidates, std::
 }
 
 // A mesh elsewhere must not be textured without a word either.
-void report_fit(const Input& input, bool keep, const MeshFit& fit, std::span<const SmallPhoto> photos,
-                Observer& observer) {
-  observer.figure("fit.places", fit.places);
-  observer.figure("fit.found", fit.found);
-  observer.figure("fit.share", fit.share);
-  observer.figure("fit.error", fit.error);
-  const std::string text = fit_text(fit);
-  observer.detail("  " + text);
+void report_fits(const Input& input, bool keep, const Seen& seen, std::span<const SmallPhoto> photos,
+                 Observer& observer) {
+  std::vector<std::string> doubts;
   using enum MeshFit::Verdict;
-  if (fit.verdict != doubtful && fit.verdict != elsewhere) return;
-  // The share alone refuses nothing: leaves in the wind, water and a poor mesh look like that. An explanation does.
+  bool elsewhere_for_one = false;
+  const auto report = [&](const std::string& name, const MeshFit& fit, const std::string& text) {
+    observer.figure(name + ".places", fit.places);
+    observer.figure(name + ".found", fit.found);
+    observer.figure(name + ".share", fit.share);
+    observer.figure(name + ".error", fit.error);
+    observer.detail("  " + text);
+    elsewhere_for_one |= fit.verdict == elsewhere;
+    if (fit.verdict == doubtful || fit.verdict == elsewhere) doubts.push_back(text);
+  };
+  report("fit", seen.fit, photo_fit_text(seen.fit));
+  if (seen.tie_point_fit.places > 0) report("tie_points", seen.tie_point_fit, tie_point_fit_text(seen.tie_point_fit));
+  if (doubts.empty()) return;
+  const std::string found = fmt::to_string(fmt::join(doubts, "; "));
+  // Shares alone refuse nothing: leaves in the wind, water and a poor mesh look like that. An explanation does.
   const std::string explanation = keep ? "" : fitting_hypothesis(input, photos, observer);
   if (!explanation.empty())
     throw InputError(
         input.mesh_file, "",
-        text + "; the mesh is not where the photos show it: " + explanation + "; --keep-views textures all the same");
-  observer.warning(text + (fit.verdict == elsewhere
-                               ? "; the mesh seems to be moved, scaled, turned or mirrored against the poses, or the "
-                                 "lens is another: see gpvc inspect --check --picture"
-                               : "; is the mesh moved, scaled or turned against the poses, or does it lack much of "
-                                 "what they show?"));
+        found + "; the mesh is not where the photos show it: " + explanation + "; --keep-views textures all the same");
+  observer.warning(found + (elsewhere_for_one
+                                ? "; the mesh seems to be moved, scaled, turned or mirrored against the poses, or the "
+                                  "lens is another: see gpvc inspect --check --picture"
+                                : "; is the mesh moved, scaled or turned against the poses, or does it lack much of "
+                                  "what they show?"));
 }
 
 void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
@@ -149,13 +159,20 @@ void note_view(const View& view, const visibility::VisibilityStatistics& statist
 
 }  // namespace
 
-std::string fit_text(const MeshFit& fit) {
+std::string photo_fit_text(const MeshFit& fit) {
   if (fit.verdict == MeshFit::Verdict::unknown)
     return fmt::format("photos agree about a surface at {} of {} places with texture, which are too few to tell",
                        readable_count(fit.found), readable_count(fit.places));
   return fmt::format(
       "at {} of {} textured places the photos agree about a surface, {:.0f} % (+- {:.1f}) of these lie on the mesh",
       readable_count(fit.found), readable_count(fit.places), 100 * fit.share, 100 * fit.error);
+}
+
+std::string tie_point_fit_text(const MeshFit& fit) {
+  if (fit.verdict == MeshFit::Verdict::unknown)
+    return fmt::format("the scene's {} tie points on the mesh are too few to tell", readable_count(fit.places));
+  return fmt::format("of {} of the scene's tie points {:.0f} % (+- {:.1f}) lie on the mesh", readable_count(fit.places),
+                     100 * fit.share, 100 * fit.error);
 }
 
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
@@ -186,6 +203,8 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   // A run whose labels are kept has found the mesh right; else photos are looked at again for that.
   const bool judged = options.kept != nullptr && options.kept->selection(input.mesh.faces.size()).has_value();
   std::vector<ViewId> not_seen_again;
+  const TiePointFit tie_points(input, observer);
+  FitGroups tie_points_on_mesh{};
   for (std::size_t n = 0; n < input.views.size(); ++n) {
     observer.progress(n, input.views.size());
     const ViewId id = input.views[n];
@@ -196,6 +215,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
         if (collector.add_statistics(id, work->statistics)) {
           note_view(view, work->visibility, seen, observer);
           coverage.add(work->coverage);
+          add(work->tie_points, tie_points_on_mesh);
           if (!judged && is_compared(n, input.views.size())) not_seen_again.push_back(id);
           continue;
         }
@@ -207,18 +227,21 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
     visibility.classify(view, id, photos.exclusion(id).get(), visible);
     if (options.on_view) options.on_view(id, visible);
     note_view(view, visible.statistics, seen, observer);
+    const FitGroups on_mesh = tie_points.counts(id, visible.ivm);
+    add(on_mesh, tie_points_on_mesh);
     const auto packed = std::make_shared<const PackedCoverage>(pack(visible.coverage));
     coverage.add(*packed);
     if (costs.valid()) costs.get();
-    costs = std::async(policy, [&, id, packed, compared = is_compared(n, input.views.size()), photo = decoded.share()] {
-      const auto pixels = photo.get();
-      const auto start = Clock::now();
-      if (compared) small[index(id)] = small_photo(*pixels);
-      collector.add_view(id, view, *pixels, visible);
-      seen.costs_s += seconds_since(start);
-      if (options.kept != nullptr)
-        options.kept->keep_view(id, collector.statistics_of(id), *packed, visible.statistics);
-    });
+    costs = std::async(
+        policy, [&, id, packed, on_mesh, compared = is_compared(n, input.views.size()), photo = decoded.share()] {
+          const auto pixels = photo.get();
+          const auto start = Clock::now();
+          if (compared) small[index(id)] = small_photo(*pixels);
+          collector.add_view(id, view, *pixels, visible);
+          seen.costs_s += seconds_since(start);
+          if (options.kept != nullptr)
+            options.kept->keep_view(id, collector.statistics_of(id), *packed, visible.statistics, on_mesh);
+        });
   }
   if (costs.valid()) costs.get();
   buffers = {};
@@ -231,7 +254,10 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   const visibility::Method& method = settings.visibility.method;
   const bool exact =
       std::holds_alternative<visibility::Gpvc>(method) || std::holds_alternative<visibility::PaperGpvc>(method);
-  if (exact && !judged) seen.fit = fit_of(input, seen.candidates, small);
+  if (exact && !judged) {
+    seen.fit = fit_of(input, seen.candidates, small);
+    seen.tie_point_fit = judge(tie_points_on_mesh);
+  }
   if (!options.faces.empty()) keep_faces(options.faces, seen.candidates);
   seen.costs_s += seconds_since(start);
   seen.coverage = coverage.of_partial_faces(seen.candidates.tags);
@@ -246,7 +272,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
                           : fmt::format("{} views, {} of them kept by an earlier run", input.views.size(), taken));
   report_tags(input, seen.candidates, observer);
   report_agreement(input, settings.costs.keep_views, seen.candidates.agreement, small, observer);
-  report_fit(input, settings.costs.keep_views, seen.fit, small, observer);
+  report_fits(input, settings.costs.keep_views, seen, small, observer);
   return seen;
 }
 

@@ -147,7 +147,8 @@ void read_images_bin(const fs::path& file, std::string_view bytes, const fs::pat
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::string place = "byte " + std::to_string(bytes.size() - reader.remaining());
     ColmapImage image;
-    numbers.add(file, place, reader.read<std::uint32_t>(kWhat));
+    const auto number = reader.read<std::uint32_t>(kWhat);
+    numbers.add(file, place, number);
     for (double& q : image.quaternion) q = reader.read<double>(kWhat);
     for (double& t : image.translation) t = reader.read<double>(kWhat);
     image.camera_id = reader.read<std::uint32_t>(kWhat);
@@ -156,8 +157,10 @@ void read_images_bin(const fs::path& file, std::string_view bytes, const fs::pat
     constexpr std::uint64_t kPointBytes = 24;  // x, y, 3D point number
     if (points > reader.remaining() / kPointBytes) reader.fail("the file ends inside the points of an image");
     reader.take(points * kPointBytes, kWhat);
-    if (auto view = view_from(file, place, image, cameras_file, cameras, omitted))
+    if (auto view = view_from(file, place, image, cameras_file, cameras, omitted)) {
+      view->number = number;
       scene.views.push_back(std::move(*view));
+    }
   }
   omitted.report(scene);
 }
@@ -276,13 +279,16 @@ void read_images_txt(const fs::path& file, std::string_view text, const fs::path
     ++count;
     pose_ended = lines.ended();
     ColmapImage image;
-    numbers.add(file, lines.place(), lines.integer(line, "an image number"));
+    const std::uint64_t number = lines.integer(line, "an image number");
+    numbers.add(file, lines.place(), number);
     for (double& q : image.quaternion) q = lines.number(line, "a quaternion");
     for (double& t : image.translation) t = lines.number(line, "a translation");
     image.camera_id = lines.integer(line, "a camera number");
     image.name = trimmed(line);
-    if (auto view = view_from(file, lines.place(), image, cameras_file, cameras, omitted))
+    if (auto view = view_from(file, lines.place(), image, cameras_file, cameras, omitted)) {
+      view->number = static_cast<std::uint32_t>(number);  // COLMAP's are no larger
       scene.views.push_back(std::move(*view));
+    }
     if (lines.next_raw(line)) check_points(lines, line);
   }
   lines.check_count(count, pose_ended, "the name of the last image", scene.warnings);

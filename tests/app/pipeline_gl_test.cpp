@@ -1,6 +1,7 @@
 // The pipeline as a program that embeds it calls it: pictures in memory, an observer, single steps, parts of the scene.
 #include "app/pipeline/pipeline.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 
 #include "io/mesh.h"
 #include "io/textured_model.h"
+#include "io/vector.h"
 #include "tests/app/photographed_city.h"
 
 namespace gpvc {
@@ -316,8 +318,8 @@ class MeshElsewhere : public Pipeline {
 TEST_F(MeshElsewhere, TheRightMeshFits) {
   Warned observer;
   const pipeline::MeshFit fit = fit_of(city_->mesh, false, observer);
-  EXPECT_EQ(fit.verdict, pipeline::MeshFit::Verdict::fits) << pipeline::fit_text(fit);
-  EXPECT_GT(fit.share, 0.9) << pipeline::fit_text(fit);
+  EXPECT_EQ(fit.verdict, pipeline::MeshFit::Verdict::fits) << pipeline::photo_fit_text(fit);
+  EXPECT_GT(fit.share, 0.9) << pipeline::photo_fit_text(fit);
   EXPECT_TRUE(observer.warnings.empty()) << observer.warnings[0];
 }
 
@@ -338,10 +340,51 @@ TEST_F(MeshElsewhere, AMovedOrScaledMeshIsNamed) {
   for (const Mesh& mesh : {raised, scaled}) {
     Warned observer;
     const pipeline::MeshFit fit = fit_of(mesh, false, observer);
-    EXPECT_EQ(fit.verdict, pipeline::MeshFit::Verdict::elsewhere) << pipeline::fit_text(fit);
+    EXPECT_EQ(fit.verdict, pipeline::MeshFit::Verdict::elsewhere) << pipeline::photo_fit_text(fit);
     ASSERT_FALSE(observer.warnings.empty());
     EXPECT_TRUE(test::contains(observer.warnings.back(), "the mesh seems to be moved, scaled, turned or mirrored"));
   }
+}
+
+// Buildings of three times their height and distances, on the same level ground: photos alone agree about the ground. Tie
+// points at the right surfaces tell.
+TEST_F(MeshElsewhere, TiePointsOffTheMeshAreNamed) {
+  Warned observer;
+  const pipeline::Seen right = pipeline::see(input(), {}, photos_, observer);
+  EXPECT_EQ(right.tie_point_fit.places, 0u);
+  std::string text;
+  for (std::uint32_t f = 0; f < city_->mesh.faces.size(); f += 7) {
+    const auto views = right.candidates.table.views_of(f);
+    if (views.size() < 2) continue;
+    const Triangle& t = city_->mesh.faces[f];
+    const auto& at = city_->mesh.positions;
+    const WorldPoint p = (at[t[0]] + at[t[1]] + at[t[2]]) * (1.0 / 3);
+    text += fmt::format("{} {} {} {} 0 0 0 0", f, p.x, p.y, p.z);
+    for (const std::uint32_t view : views) text += fmt::format(" {} 0", view + 1);
+    text += '\n';
+  }
+  const test::TemporaryFolder folder;
+  Scene scene = city_->scene;
+  scene.format = "COLMAP";
+  scene.files = {folder.write("points3D.txt", text)};
+  for (std::uint32_t v = 0; v < scene.views.size(); ++v) scene.views[v].number = v + 1;
+  Mesh large = city_->mesh;
+  for (WorldPoint& p : large.positions) p = {3 * p.x, 3 * p.y, 3 * p.z};
+  pipeline::Settings settings;
+  settings.costs.keep_views = true;
+  using enum pipeline::MeshFit::Verdict;
+  for (const auto& [mesh, verdict] : {std::pair{&city_->mesh, fits}, {&large, elsewhere}}) {
+    Warned warned;
+    const pipeline::MeshFit fit = pipeline::see({scene, *mesh, city_->views}, settings, photos_, warned).tie_point_fit;
+    EXPECT_EQ(fit.verdict, verdict) << pipeline::tie_point_fit_text(fit);
+    EXPECT_EQ(verdict == fits, warned.warnings.empty());
+  }
+  scene.files = {folder.write("points3D.txt", "1 2 3\n")};
+  Warned warned;
+  EXPECT_EQ(pipeline::see({scene, city_->mesh, city_->views}, settings, photos_, warned).tie_point_fit.verdict,
+            unknown);
+  ASSERT_EQ(warned.warnings.size(), 1u);
+  EXPECT_TRUE(test::contains(warned.warnings[0], "points3D.txt: line 1: expected POINT3D_ID"));
 }
 
 }  // namespace

@@ -1,0 +1,27 @@
+// Compares a mesh with the points that photogrammetry found beside the cameras.
+#pragma once
+
+#include <vector>
+
+#include "app/pipeline/fit_verdict.h"
+#include "io/tie_points.h"
+#include "visibility/visibility.h"
+
+namespace gpvc::pipeline {
+
+/// Tells whether a scene's tie points lie on the mesh: at most two pixels of a view that shows them in front of it or
+/// behind it, along the line of sight of another. Needs no photo, and judges a mesh where photos alone cannot, as they
+/// agree about a level ground wherever a mesh slides along it.
+class TiePointFit {
+ public:
+  /// Reads the points; a broken file is warned of. Borrows the input.
+  TiePointFit(const Input& input, Observer& observer);
+  /// Counts the points that are the view's. O(their number).
+  FitGroups counts(ViewId view, const visibility::Ivm& ivm) const;
+
+ private:
+  Input input_;
+  std::vector<io::TiePoint> points_;  ///< ascending by their first view
+};
+
+}  // namespace gpvc::pipeline
