@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 
+#include "app/pipeline/observer.h"
 #include "io/error.h"
 #include "io/vector.h"
 
@@ -153,6 +154,19 @@ std::vector<ViewId> some_views(const Scene& scene, std::span<const ViewId> used,
   std::vector<ViewId> some;
   for (std::size_t i = 0; i < count; ++i) some.push_back(known[i * known.size() / count]);
   return some;
+}
+
+/// The share of a photo's area that some ray reaches. Fisheyes leave corners dark, and so count as whole.
+double reached_share(const Camera& camera) {
+  const LensModel lens = camera.distortion.model;
+  if (camera.width == 0 || (lens != LensModel::brown && lens != LensModel::perspective)) return 1;
+  constexpr int kSteps = 16;
+  int reached = 0;
+  for (int y = 0; y < kSteps; ++y)
+    for (int x = 0; x < kSteps; ++x)
+      reached +=
+          pixel_from_photo(camera, {(x + 0.5) / kSteps * camera.width, (y + 0.5) / kSteps * camera.height}) ? 1 : 0;
+  return static_cast<double>(reached) / (kSteps * kSteps);
 }
 
 }  // namespace
@@ -302,6 +316,29 @@ std::string check_scale(const Mesh& mesh, std::span<const double> sampling, cons
       "{}: positions are rounded to {:.3g} units, {:.1f} pixels of the photos, as float numbers of such "
       "coordinates are; export the mesh with double precision, or in local coordinates",
       mesh_file.string(), spacing, spacing / pixel);
+}
+
+std::string check_lenses(const Scene& scene, std::span<const ViewId> used) {
+  // Of real lenses that are fitted this way the last few pixels of the corners may be out of reach.
+  constexpr double kMostUnreached = 0.1;
+  std::vector<std::string> names;
+  double least = 1;
+  const Camera* last = nullptr;
+  double reached = 1;
+  for (const ViewId id : used) {
+    const View& view = scene.views[index(id)];
+    if (last == nullptr || !(*last == view.camera)) reached = reached_share(view.camera);
+    last = &view.camera;
+    if (reached > 1 - kMostUnreached) continue;
+    names.push_back(view.name);
+    least = std::min(least, reached);
+  }
+  if (names.empty()) return {};
+  return fmt::format(
+      "{} of {} photos have a lens whose terms describe only a part of them, {:.0f} % of the least ({}): beyond it "
+      "they "
+      "fold back on themselves, and the rest is not used; are they those of these photos?",
+      names.size(), used.size(), 100 * least, readable_list(names, 3));
 }
 
 }  // namespace gpvc::pipeline

@@ -53,4 +53,8 @@ std::vector<double> sampling_distances(const Mesh& mesh, const Scene& scene, std
 /// InputError when the whole mesh is a few pixels large. \param sampling sampling_distances()
 std::string check_scale(const Mesh& mesh, std::span<const double> sampling, const std::filesystem::path& mesh_file);
 
+/// A warning where the terms of lenses fold back on themselves inside the photos, so that a tenth of one and more shows
+/// nothing: they are another lens's, or wrong. O(views).
+std::string check_lenses(const Scene& scene, std::span<const ViewId> used);
+
 }  // namespace gpvc::pipeline

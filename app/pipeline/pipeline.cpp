@@ -227,7 +227,9 @@ void check_input(const Input& input, Observer& observer) {
   constexpr std::size_t kVertices = 2000;
   const std::string scale =
       check_scale(input.mesh, sampling_distances(input.mesh, input.scene, input.views, kVertices), input.mesh_file);
-  if (!scale.empty()) observer.warning(scale);
+  const std::string lenses = check_lenses(input.scene, input.views);
+  for (const std::string& warning : {scale, lenses})
+    if (!warning.empty()) observer.warning(warning);
 }
 
 TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& settings, io::PhotoSource& photos,
