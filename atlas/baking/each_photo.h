@@ -39,8 +39,8 @@ void each_photo(const AtlasInput& input, const std::vector<Work>& work, PhotoOrd
     if (!work[v].empty()) views.push_back(v);
   if (order == PhotoOrder::descending) std::ranges::reverse(views);
   struct Fetched {
-    tbb::task_group work;
     std::shared_ptr<const Image> photo = nullptr;
+    tbb::task_group work;  // its end waits for the task, which writes to photo, also where use() throws
   };
   std::deque<Fetched> ahead;
   std::size_t begun = 0;

@@ -1,6 +1,12 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "atlas/baking/each_photo.h"
+#include "io/clock.h"
 #include "io/error.h"
 #include "tests/atlas/atlas_scene.h"
 
@@ -241,6 +247,47 @@ TEST(Bake, ProgressStopsTheWorkWithinAPhoto) {
   };
   EXPECT_THROW(build_atlas(input, AtlasOptions{}, stop), Cancelled);
   EXPECT_FALSE(finished);
+}
+
+/// Other threads than the one that made it get photos, except the first view's, only after the work was stopped.
+class LateSource final : public io::PhotoSource {
+ public:
+  std::shared_ptr<const Image> photo(ViewId view) override {
+    if (view == ViewId{0} || std::this_thread::get_id() == maker_) return image;
+    ++begun;
+    for (const auto end = Clock::now() + std::chrono::seconds(1); !stopped && Clock::now() < end;)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    return image;
+  }
+  std::shared_ptr<const io::PhotoExclusion> exclusion(ViewId) override { return nullptr; }
+
+  const std::shared_ptr<const Image> image = std::make_shared<const Image>();
+  std::atomic<int> begun = 0;
+  std::atomic<bool> stopped = false;
+
+ private:
+  std::thread::id maker_ = std::this_thread::get_id();
+};
+
+TEST(EachPhoto, LetsGoOfPhotosThatAreDecodedAfterTheWorkWasStopped) {
+  constexpr std::size_t kViews = 16;
+  AtlasScene s;
+  s.scene.views.resize(kViews);
+  LateSource photos;
+  const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
+  const std::vector<std::vector<int>> work(kViews, {1});
+  const auto use = [&](const ViewPhoto&, const std::vector<int>&) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));  // time for other threads to begin
+    if (photos.begun == 0) return;
+    photos.stopped = true;
+    throw Cancelled();
+  };
+  try {
+    each_photo(input, work, PhotoOrder::ascending, use);
+  } catch (const Cancelled&) {  // nowhere with a single thread
+  }
+  EXPECT_EQ(photos.image.use_count(), 1);
 }
 
 TEST(Bake, RefusesOptionsThatLeaveNoRoom) {
