@@ -3,6 +3,9 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "error.h"
 #include "scene.h"
@@ -14,8 +17,23 @@ namespace gpvc::io {
 /// ear clipping elsewhere; Mesh::source_face leads back to them. Groups, texture coordinates, normals, lines and points
 /// of an OBJ are ignored. Throws InputError on NaN, infinite coordinates and
 /// those above 1e18 (kMostCoordinate), on indices out of range, on a truncated file,
-/// and on a mesh without faces. O(file size).
+/// and on a mesh without faces. A folder is read as the mesh that its mesh_files() make together. O(file size).
 Mesh read_mesh(const std::filesystem::path& file);
+
+/// The files .ply and .obj in a folder, at any depth, by their paths: the tiles that ContextCapture, DJI Terra and others
+/// write; not those in results of ours. A file stands for itself. Throws InputError where the folder has none or cannot be read.
+std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& file_or_folder);
+
+/// What a mesh's positions lack to be coordinates of a reference system.
+struct MeshOrigin {
+  std::filesystem::path file;  ///< that states it
+  std::string srs;             ///< "EPSG:32631"; empty where the file names none
+  WorldPoint origin;           ///< to be added to the positions
+};
+
+/// From the metadata.xml that ContextCapture, DJI Terra and others write beside a mesh, or up to two folders above its
+/// tiles; nullopt where there is none. Throws InputError.
+std::optional<MeshOrigin> read_mesh_origin(const std::filesystem::path& mesh);
 
 /// Appends `more` to `all`: its vertex and face numbers, and the polygon numbers in Mesh::source_face, continue those of
 /// `all`, as if one file held both meshes. \pre together at most 2^32 - 2 vertices, faces and polygons. O(more), and

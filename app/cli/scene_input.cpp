@@ -63,8 +63,9 @@ Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   record.begin({"read"});
   SceneInputData data;
-  std::vector<std::filesystem::path> files{input.mesh};
-  files.insert(files.end(), input.more_meshes.begin(), input.more_meshes.end());
+  std::vector<std::filesystem::path> files = io::mesh_files(input.mesh);
+  for (const auto& more : input.more_meshes)
+    for (const auto& file : io::mesh_files(more)) files.push_back(file);
   std::vector<std::future<Mesh>> meshes;
   for (const auto& file : files)
     meshes.push_back(std::async(std::launch::async, [&file] { return io::read_mesh(file); }));

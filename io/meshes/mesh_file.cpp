@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "io/files/file_bytes.h"
+#include "io/files/paths.h"
 #include "io/mesh.h"
 #include "io/number_text.h"
 #include "io/vector.h"
@@ -60,6 +61,11 @@ constexpr std::size_t kMostCorners = 256;
 }  // namespace
 
 Mesh read_mesh(const std::filesystem::path& file) {
+  if (is_folder(file)) {
+    Mesh all;
+    for (const std::filesystem::path& part : mesh_files(file)) append_mesh(all, read_mesh(part));
+    return all;
+  }
   const FileBytes bytes(file);
   std::string_view text = bytes.view();
   // Windows editors begin UTF-8 files with a byte order mark, which would hide the first word.

@@ -1,0 +1,70 @@
+// Meshes in several files, and what metadata.xml says of them. The file is described in ContextCapture's manual ("3D mesh
+// production formats") and written by other programs as well:
+//
+//   <ModelMetadata version="1"><SRS>EPSG:32631</SRS><SRSOrigin>448000,5411000,0</SRSOrigin>...</ModelMetadata>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "io/files/file_bytes.h"
+#include "io/files/paths.h"
+#include "io/files/text_scan.h"
+#include "io/mesh.h"
+#include "io/scenes/xml_file.h"
+
+namespace gpvc::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+WorldPoint origin_from(const XmlFile& xml, const pugi::xml_node& root) {
+  const pugi::xml_node node = root.child("SRSOrigin");
+  if (!node) return {};
+  std::string_view text = XmlFile::text(root, "SRSOrigin");
+  std::array<double, 3> values{};
+  for (double& value : values) {
+    const std::size_t end = std::min(text.find(','), text.size());
+    const std::optional<double> number = number_from(trimmed(text.substr(0, end)));
+    if (!number || !std::isfinite(*number)) xml.fail(node, "expected SRSOrigin to be three numbers, X,Y,Z");
+    value = *number;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return {values[0], values[1], values[2]};
+}
+
+}  // namespace
+
+std::vector<fs::path> mesh_files(const fs::path& file_or_folder) {
+  if (!is_folder(file_or_folder)) return {file_or_folder};
+  std::vector<fs::path> files;
+  std::error_code failed;
+  for (fs::recursive_directory_iterator entry(file_or_folder, failed), end; entry != end && !failed;
+       entry.increment(failed)) {
+    // A result of ours, whose model is no tile of what it came from.
+    if (is_folder(entry->path()) && is_file(entry->path() / "run.json")) entry.disable_recursion_pending();
+    const std::string extension = lower_case(entry->path().extension().string());
+    if ((extension == ".ply" || extension == ".obj") && is_file(entry->path())) files.push_back(entry->path());
+  }
+  if (failed) throw InputError(file_or_folder, "", "cannot be read: " + failed.message());
+  if (files.empty()) throw InputError(file_or_folder, "", "holds no mesh, expected files .ply or .obj in it");
+  std::ranges::sort(files);
+  return files;
+}
+
+std::optional<MeshOrigin> read_mesh_origin(const fs::path& mesh) {
+  std::error_code failed;
+  fs::path folder = fs::weakly_canonical(mesh, failed);
+  if (failed) return std::nullopt;
+  if (!is_folder(folder)) folder = folder.parent_path();
+  for (int level = 0; level <= 2; ++level, folder = folder.parent_path()) {
+    const fs::path file = folder / "metadata.xml";
+    if (!is_file(file) || xml_root(file) != "ModelMetadata") continue;
+    const FileBytes bytes(file);
+    const XmlFile xml(file, bytes.view());
+    const pugi::xml_node root = xml.root("ModelMetadata");
+    return MeshOrigin{file, std::string(XmlFile::text(root, "SRS")), origin_from(xml, root)};
+  }
+  return std::nullopt;
+}
+
+}  // namespace gpvc::io
