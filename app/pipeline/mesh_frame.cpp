@@ -66,15 +66,23 @@ void take_cameras_to(const SceneFrame& frame, Scene& scene) {
   scene.other_frames.clear();
 }
 
-// The one in which most of the mesh lies in frames; null where it fits in none.
-const SceneFrame* best_frame(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used) {
+// How much of the mesh the cameras frame, less what they see from behind.
+double agreement(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used) {
+  return framed_share(mesh, scene, used) * (1 - back_share(mesh, scene, used).value_or(1));
+}
+
+// The one of most agreement; null where the mesh fits in none, or in none clearly better than in the scene's own.
+const SceneFrame* best_frame(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used, bool fits_own) {
+  // Between meshes that lie right and wrong the difference is large as a rule; where it is small, the coordinates that
+  // the cameras are stated in are the likelier.
+  constexpr double kClearly = 1.5;
   const SceneFrame* best = nullptr;
-  double most = 0;
+  double most = fits_own && !scene.other_frames.empty() ? kClearly * agreement(scene, mesh, used) : 0;
   for (const SceneFrame& frame : scene.other_frames) {
     Scene moved = scene;
     take_cameras_to(frame, moved);
     if (!fits(moved, mesh, used)) continue;
-    const double share = framed_share(mesh, moved, used);
+    const double share = agreement(moved, mesh, used);
     if (share <= most) continue;
     most = share;
     best = &frame;
@@ -136,13 +144,18 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
   }
   if (scene.other_frames.empty() && !is_geocentric(scene)) return {};
   Mesh few = thinned(mesh);
-  if (few.faces.empty() || fits(scene, few, used)) return {};
-  if (const SceneFrame* frame = best_frame(scene, few, used)) {
+  if (few.faces.empty()) return {};
+  const bool fits_own = fits(scene, few, used);
+  if (const SceneFrame* frame = best_frame(scene, few, used, fits_own)) {
+    const std::string own = scene.srs.empty() ? "their own coordinates" : scene.srs;
     const std::string text =
-        fmt::format("the mesh does not fit the cameras in {}, but in {}: they are taken there", scene.srs, frame->name);
+        fits_own
+            ? fmt::format("the mesh fits the cameras better in {} than in {}: they are taken there", frame->name, own)
+            : fmt::format("the mesh does not fit the cameras in {}, but in {}: they are taken there", own, frame->name);
     take_cameras_to(SceneFrame(*frame), scene);
     return text;
   }
+  if (fits_own) return {};
   std::vector<std::string> systems;
   if (!scene.reference.empty()) systems.push_back(scene.reference);
   if (is_geocentric(scene)) systems.push_back(io::utm_zone(mean_centre(scene, used)));

@@ -9,8 +9,9 @@
 
 namespace gpvc::pipeline {
 
-/// Does nothing where the mesh fits the cameras as they are: check_frames() and check_scale() accept it. Else the cameras
-/// are taken to the first of the scene's other frames in which it does, or the mesh from a reference system that its
+/// Does nothing where the mesh fits the cameras as they are (check_frames() and check_scale() accept it) and none of the
+/// scene's other frames fits clearly better: by the share of the mesh that is framed, less what is seen from behind. The
+/// cameras are taken to such a frame; where they fit in none and not as they are, the mesh is taken from a reference system that its
 /// positions may be in (the scene's reference, the UTM zone of geocentric cameras) to the scene's; files are still written
 /// with the mesh's own positions. With `mesh_crs` the mesh is taken from that system, whatever fits. Returns a sentence
 /// that says what was assumed; empty: nothing. Throws InputError where mesh_crs cannot be used, as PROJ does not know it

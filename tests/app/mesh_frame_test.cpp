@@ -101,6 +101,33 @@ TEST_F(MeshFrame, UtmIsFoundAndKeptForTheFiles) {
   EXPECT_EQ(mesh.file_srs, "EPSG:32630");
 }
 
+TEST_F(MeshFrame, ASceneWithoutASystemNamesTheFrameAlone) {
+  scene_.srs.clear();
+  Mesh mesh = in_chunk(1);
+  EXPECT_TRUE(contains(match(mesh), "cameras in their own coordinates, but in the chunk's own coordinates in metres"));
+  expect_seen_rightly(mesh);
+}
+
+// A camera 50 m above the origin frames 50 m each way. In its own coordinates the mesh begins 10 m beside the middle.
+TEST_F(MeshFrame, AFrameThatFitsClearlyBetterIsTaken) {
+  scene_.srs.clear();
+  scene_.views[0].pose = {{1, 0, 0, 0, -1, 0, 0, 0, -1}, {0, 0, 50}};
+  SceneFrame moved;
+  moved.name = "those of the mesh";
+  moved.origin = {-30, 0, 0};
+  scene_.other_frames = {moved};
+  Mesh mesh = utm_;
+  for (WorldPoint& p : mesh.positions) p = {p.x - kMiddle.x + 30, p.y - kMiddle.y, 0};
+  EXPECT_EQ(
+      match(mesh),
+      "the mesh fits the cameras better in those of the mesh than in their own coordinates: they are taken there");
+  EXPECT_EQ(scene_.views[0].pose.centre, (WorldPoint{30, 0, 50}));
+  // Now as well as it can; taken back, it would fit less.
+  scene_.other_frames = {moved};
+  scene_.other_frames[0].origin = {30, 0, 0};
+  EXPECT_EQ(match(mesh), "");
+}
+
 TEST_F(MeshFrame, TheScenesReferenceIsTriedFirst) {
   scene_.reference = "EPSG:4326";
   Mesh mesh = utm_;
