@@ -18,12 +18,12 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
 #include "io/number_text.h"
+#include "io/scenes/json_file.h"
 #include "io/scenes/scene_file.h"
 
 namespace gpvc::io {
@@ -31,21 +31,6 @@ namespace gpvc::io {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
-
-/// The points of a reconstruction outweigh its cameras a thousandfold and are not kept.
-Json parse_json(const fs::path& file, std::string_view text) {
-  const auto keep = [](int depth, Json::parse_event_t event, Json& value) {
-    return !(event == Json::parse_event_t::key && depth == 2 && value == "points");
-  };
-  try {
-    return Json::parse(text.begin(), text.end(), keep);
-  } catch (const Json::parse_error& error) {
-    throw InputError(file, "byte " + std::to_string(error.byte), "expected well-formed JSON");
-  } catch (const Json::exception&) {
-    throw InputError(file, "", "expected JSON with numbers that doubles can hold");
-  }
-}
 
 /// A camera's projection_type: its lens, and the terms that the file states. Ours of the prism count across, theirs
 /// along: x takes s0 r2 + s1 r2^2, y the other two.
@@ -77,32 +62,33 @@ const std::vector<Projection> kAll{
 
 class OpensfmReader {
  public:
-  OpensfmReader(const fs::path& file, std::string_view text) : file_(file), json_(parse_json(file, text)) {
+  OpensfmReader(const fs::path& file, std::string_view text)
+      : json_(file, text, [](int depth, const std::string& key) { return depth == 2 && key == "points"; }) {
     scene_.listing = file;
   }
 
   SceneFile read() {
-    if (!json_.is_array() || json_.empty()) fail("", "expected a list of reconstructions");
+    const Json& root = json_.root();
+    if (!root.is_array() || root.empty()) json_.fail("", "expected a list of reconstructions");
     std::size_t best = 0, most = 0;
-    for (std::size_t i = 0; i < json_.size(); ++i) {
-      const Json& reconstruction = json_[i];
+    for (std::size_t i = 0; i < root.size(); ++i) {
+      const Json& reconstruction = root[i];
       if (!reconstruction.is_object() || !reconstruction.contains("shots") || !reconstruction["shots"].is_object() ||
           !reconstruction.contains("cameras") || !reconstruction["cameras"].is_object())
-        fail("reconstruction " + std::to_string(i), "expected the objects 'cameras' and 'shots'");
+        json_.fail("reconstruction " + std::to_string(i), "expected the objects 'cameras' and 'shots'");
       if (reconstruction["shots"].size() > most) {
         best = i;
         most = reconstruction["shots"].size();
       }
     }
-    if (json_.size() > 1)
-      scene_.warnings.push_back("the file holds " + std::to_string(json_.size()) +
-                                " reconstructions; the largest, of " + std::to_string(most) +
-                                " shots, is read, the others cannot be brought into its frame");
-    const Json& reconstruction = json_[best];
+    if (root.size() > 1)
+      scene_.warnings.push_back("the file holds " + std::to_string(root.size()) + " reconstructions; the largest, of " +
+                                std::to_string(most) + " shots, is read, the others cannot be brought into its frame");
+    const Json& reconstruction = root[best];
     for (const auto& [name, shot] : reconstruction["shots"].items()) read_shot(name, shot, reconstruction["cameras"]);
     omitted_.report(scene_);
     scene_.warn(unposed_, "shots without a pose are left out");
-    if (reconstruction.contains("reference_lla")) set_reference(scene_, file_, reconstruction["reference_lla"]);
+    if (reconstruction.contains("reference_lla")) set_reference(scene_, json_.path(), reconstruction["reference_lla"]);
     return std::move(scene_);
   }
 
@@ -121,47 +107,28 @@ class OpensfmReader {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& place, const std::string& reason) const {
-    throw InputError(file_, place, reason);
-  }
-
-  double number(const std::string& place, const Json& object, const char* key) const {
-    if (!object.contains(key)) fail(place, std::string("has no '") + key + "'");
-    return optional_number(place, object, key);
-  }
-  /// 0 when it is not there.
-  double optional_number(const std::string& place, const Json& object, const char* key) const {
-    const auto found = object.find(key);
-    if (found == object.end()) return 0;
-    if (!found->is_number()) fail(place, std::string("expected a number as '") + key + "'");
-    return found->get<double>();
-  }
-
   WorldPoint triple(const std::string& place, const Json& object, const char* key) const {
-    const Json& values = object[key];
-    if (!values.is_array() || values.size() != 3 || !values[0].is_number() || !values[1].is_number() ||
-        !values[2].is_number())
-      fail(place, std::string("expected three numbers as '") + key + "'");
-    return {values[0].get<double>(), values[1].get<double>(), values[2].get<double>()};
+    const std::vector<double> values = json_.numbers(place, object, key, 3);
+    return {values[0], values[1], values[2]};
   }
 
   void read_shot(const std::string& name, const Json& shot, const Json& cameras) {
     const std::string place = "shot " + quote(name);
-    if (!shot.is_object()) fail(place, "expected an object");
+    if (!shot.is_object()) json_.fail(place, "expected an object");
     if (!shot.contains("rotation") || !shot.contains("translation")) {
       ++unposed_;
       return;
     }
-    if (!shot.contains("camera") || !shot["camera"].is_string()) fail(place, "expected the name of a 'camera'");
+    if (!shot.contains("camera") || !shot["camera"].is_string()) json_.fail(place, "expected the name of a 'camera'");
     const std::string id = shot["camera"].get<std::string>();
     const auto found = cameras.find(id);
-    if (found == cameras.end()) fail(place, "its camera " + quote(id) + " is not in the file");
+    if (found == cameras.end()) json_.fail(place, "its camera " + quote(id) + " is not in the file");
     const std::string of_camera = "camera " + quote(id);
     const std::string type = projection_type(of_camera, *found);
     const auto projection = std::find_if(projections::kAll.begin(), projections::kAll.end(),
                                          [&](const Projection& p) { return p.type == type; });
     if (projection == projections::kAll.end()) {
-      omitted_.add(type, InputError(file_, of_camera,
+      omitted_.add(type, InputError(json_.path(), of_camera,
                                     "projection type " + quote(type) +
                                         " is not supported; supported are perspective, simple_radial, radial, "
                                         "brown, fisheye, fisheye_opencv, fisheye62 and fisheye624"));
@@ -178,42 +145,34 @@ class OpensfmReader {
     // sin(angle / 2) / angle tends to 1/2: no division by zero.
     const double s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
     const auto rotation = rotation_from_quaternion({std::cos(angle / 2), s * axis.x, s * axis.y, s * axis.z});
-    if (!rotation) fail(place, "the rotation is not finite");
-    view.pose = finish_pose_from_translation(file_, place, *rotation, t);
+    if (!rotation) json_.fail(place, "the rotation is not finite");
+    view.pose = finish_pose_from_translation(json_.path(), place, *rotation, t);
     scene_.views.push_back(std::move(view));
   }
 
-  int side(const std::string& place, const Json& object, const char* key) const {
-    const std::optional<int> side = image_side(number(place, object, key));
-    if (!side) fail(place, std::string("expected a whole number of 1 to 2^24 pixels as '") + key + "'");
-    return *side;
-  }
-
   std::string projection_type(const std::string& place, const Json& camera) const {
-    if (!camera.is_object()) fail(place, "expected an object");
+    if (!camera.is_object()) json_.fail(place, "expected an object");
     if (!camera.contains("projection_type")) return "perspective";
-    if (!camera["projection_type"].is_string()) fail(place, "expected a text as 'projection_type'");
-    return camera["projection_type"].get<std::string>();
+    return json_.text(place, camera, "projection_type");
   }
 
   Camera camera_of(const std::string& place, const Json& in, const Projection& projection) const {
     Camera camera;
-    camera.width = side(place, in, "width");
-    camera.height = side(place, in, "height");
+    camera.width = json_.side(place, in, "width");
+    camera.height = json_.side(place, in, "height");
     const double longer = std::max(camera.width, camera.height);
     const bool one = projection.one_focal;
-    camera.fx = longer * number(place, in, one ? "focal" : "focal_x");
-    camera.fy = longer * number(place, in, one ? "focal" : "focal_y");
-    camera.cx = camera.width / 2.0 + longer * (one ? 0 : optional_number(place, in, "c_x"));
-    camera.cy = camera.height / 2.0 + longer * (one ? 0 : optional_number(place, in, "c_y"));
+    camera.fx = longer * json_.number(place, in, one ? "focal" : "focal_x");
+    camera.fy = longer * json_.number(place, in, one ? "focal" : "focal_y");
+    camera.cx = camera.width / 2.0 + longer * (one ? 0 : json_.optional_number(place, in, "c_x"));
+    camera.cy = camera.height / 2.0 + longer * (one ? 0 : json_.optional_number(place, in, "c_y"));
     camera.distortion.model = projection.lens;
-    for (const auto& [name, term] : projection.terms) camera.distortion.*term = optional_number(place, in, name);
-    finish_camera(file_, place, camera);
+    for (const auto& [name, term] : projection.terms) camera.distortion.*term = json_.optional_number(place, in, name);
+    finish_camera(json_.path(), place, camera);
     return camera;
   }
 
-  const fs::path& file_;
-  Json json_;
+  JsonFile json_;
   SceneFile scene_;
   std::map<std::string, Camera> cameras_;
   OmittedLenses omitted_;
@@ -267,7 +226,7 @@ SceneFile read_dataset(const fs::path& found) {
   const fs::path project = undistorted ? folder / ".." : folder;
   const fs::path reference = project / "reference_lla.json";
   if (scene.srs.empty() && is_file(reference))
-    OpensfmReader::set_reference(scene, reference, parse_json(reference, FileBytes(reference).view()));
+    OpensfmReader::set_reference(scene, reference, JsonFile(reference, FileBytes(reference).view()).root());
   const std::string name = found.filename().string();
   const bool projected = name.ends_with(".geocoords.json") ||
                          (name == "reconstruction.json" && is_file(project / "reconstruction.topocentric.json"));

@@ -214,7 +214,7 @@ TEST(OpenSfm, RefusesWithPlaceAndExpectation) {
   EXPECT_TRUE(contains(error("\"focal\": 0.9", "\"focal\": 0"), "camera 'p': the focal length"));
   EXPECT_TRUE(contains(error("\"width\": 400", "\"width\": 1e18"), "camera 'p': expected a whole number"));
   EXPECT_TRUE(contains(error("\"camera\": \"p\", \"rot", "\"camera\": \"q\", \"rot"), "its camera 'q'"));
-  EXPECT_TRUE(contains(error("[-10, 20, 100]", "[-10, 20]"), "three numbers as 'translation'"));
+  EXPECT_TRUE(contains(error("[-10, 20, 100]", "[-10, 20]"), "expected 3 numbers as 'translation'"));
   EXPECT_TRUE(contains(error("[-10, 20, 100]", "[-10, 20, 1e999]"), "scene.file"));
   EXPECT_TRUE(contains(input_error([] { parse("[1]"); }), "reconstruction 0: expected the objects"));
   EXPECT_TRUE(contains(input_error([] { parse("{}"); }), "list of reconstructions"));

@@ -1,0 +1,191 @@
+#include "io/scene_files.h"
+#include "tests/support/scene_folder.h"
+
+namespace gpvc::io {
+namespace {
+
+using test::contains;
+using test::expect_photo_point;
+using test::input_error;
+using test::replaced;
+using test::view_named;
+
+constexpr const char* kFormat = "transforms.json";
+
+// Cameras above (10, 20) at height 100 that look down, written from the documentation: the first with north up in the
+// photo, the others turned by a quarter, with east down.
+const std::string kTransforms = R"({
+  "w": 400.0, "h": 300, "fl_x": 360, "fl_y": 370, "cx": 201.5, "cy": 148, "camera_model": "OPENCV",
+  "k1": -0.1, "k2": 0.02, "p1": 0.004, "p2": -0.002,
+  "applied_transform": [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 3]], "applied_scale": 2,
+  "frames": [
+    {"file_path": "./images/p.jpg", "colmap_im_id": 1,
+     "transform_matrix": [[1, 0, 0, 10], [0, 1, 0, 20], [0, 0, 1, 100], [0, 0, 0, 1]]},
+    {"file_path": "images\\f.jpg", "camera_model": "OPENCV_FISHEYE", "w": 200, "h": 220, "fl_x": 80, "fl_y": 82,
+     "cx": 101, "cy": 107, "k1": 0.01, "k2": -0.002, "k3": 0.003, "k4": -0.0004, "p1": 0, "p2": 0,
+     "mask_path": "masks/f.png",
+     "transform_matrix": [[0, -1, 0, 10], [1, 0, 0, 20], [0, 0, 1, 100]]}
+  ]
+}
+)";
+
+SceneFile parse(const std::string& text) { return test::parse_as(kFormat, text); }
+
+TEST(Transforms, ProjectsAKnownPointWithEveryLens) {
+  const SceneFile scene = parse(kTransforms);
+  ASSERT_EQ(scene.views.size(), 2);
+  const double x = 0.3, y = -0.2, r2 = 0.13, radial = 1 - 0.1 * r2 + 0.02 * r2 * r2;
+  const double u = x * radial + 2 * 0.004 * x * y - 0.002 * (r2 + 2 * x * x);
+  const double v = y * radial - 2 * 0.002 * x * y + 0.004 * (r2 + 2 * y * y);
+  expect_photo_point(view_named(scene, "images/p.jpg"), {10 + 50 * x, 20 - 50 * y, 50}, 360 * u + 201.5, 370 * v + 148);
+  const double r = std::sqrt(r2), t = std::atan(r), t2 = t * t;
+  const double bent = t * (1 + 0.01 * t2 - 0.002 * t2 * t2 + 0.003 * std::pow(t2, 3) - 0.0004 * std::pow(t2, 4)) / r;
+  expect_photo_point(view_named(scene, "images/f.jpg"), {10 + 50 * y, 20 + 50 * x, 50}, 80 * x * bent + 101,
+                     82 * y * bent + 107);
+  EXPECT_EQ(view_named(scene, "images/f.jpg").mask, "masks/f.png");
+  EXPECT_EQ(view_named(scene, "images/p.jpg").pose.centre, (WorldPoint{10, 20, 100}));
+}
+
+TEST(Transforms, TakesAFieldOfView) {
+  const std::string focal = "\"fl_x\": 360, \"fl_y\": 370, \"cx\": 201.5, \"cy\": 148";
+  const auto camera = [&](const std::string& to) {
+    return view_named(parse(replaced(kTransforms, focal, to)), "images/p.jpg").camera;
+  };
+  const Camera one = camera("\"camera_angle_x\": 1.5707963267948966");
+  EXPECT_NEAR(one.fx, 200, 1e-9);
+  EXPECT_NEAR(one.fy, 200, 1e-9);
+  EXPECT_EQ(one.cx, 200);
+  EXPECT_EQ(one.cy, 150);
+  EXPECT_NEAR(camera("\"camera_angle_x\": 1, \"camera_angle_y\": 1.5707963267948966").fy, 150, 1e-9);
+  EXPECT_EQ(camera("\"fl_x\": 360").fy, 360);
+}
+
+TEST(Transforms, TakesFisheyeOfInstantNgp) {
+  const std::string named = "\"camera_model\": \"OPENCV\"";
+  EXPECT_EQ(parse(replaced(kTransforms, named, "\"is_fisheye\": true")).views[0].camera.distortion.model,
+            LensModel::equidistant);
+  EXPECT_EQ(parse(replaced(kTransforms, named, "\"is_fisheye\": false")).views[0].camera.distortion.model,
+            LensModel::brown);
+}
+
+// The point (5, 6, 7) of the original world is 2 (5, 7, -6 + 3) in the poses' world.
+TEST(Transforms, KnowsTheOriginalWorld) {
+  const SceneFile scene = parse(kTransforms);
+  ASSERT_EQ(scene.other_frames.size(), 1);
+  const auto& [name, r, origin, scale] = scene.other_frames[0];
+  const double x = 10 - origin.x, y = 14 - origin.y, z = -6 - origin.z;
+  EXPECT_NEAR(scale * (r[0] * x + r[1] * y + r[2] * z), 5, 1e-12);
+  EXPECT_NEAR(scale * (r[3] * x + r[4] * y + r[5] * z), 6, 1e-12);
+  EXPECT_NEAR(scale * (r[6] * x + r[7] * y + r[8] * z), 7, 1e-12);
+  const std::string without =
+      replaced(kTransforms, "[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 3]", "[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]");
+  EXPECT_EQ(parse(without).other_frames.size(), 1);
+  EXPECT_TRUE(parse(replaced(without, ", \"applied_scale\": 2", "")).other_frames.empty());
+}
+
+TEST(Transforms, LeavesOutFramesOfLensesItDoesNotKnow) {
+  const SceneFile scene = parse(replaced(kTransforms, "OPENCV_FISHEYE", "EQUIRECTANGULAR"));
+  ASSERT_EQ(scene.views.size(), 1);
+  EXPECT_EQ(scene.warnings.at(0), "1 frames are left out: their lens, 'EQUIRECTANGULAR', is not supported");
+}
+
+class NerfFolder {
+ public:
+  NerfFolder() {
+    folder.write("transforms.json", kTransforms);
+    test::write_photo(folder.path() / "images/p.jpg", 400, 300);
+    test::write_photo(folder.path() / "images/f.jpg", 200, 220);
+  }
+  void write_colmap(const std::string& below) {
+    folder.write(below + "/cameras.txt", "1 PINHOLE 400 300 360 360 200 150\n");
+    folder.write(below + "/images.txt", "1 1 0 0 0 0 0 0 1 p.jpg\n\n");
+  }
+  test::TemporaryFolder folder;
+};
+
+TEST(Transforms, IsReadFromADataSetOfNerfstudio) {
+  NerfFolder data;
+  data.write_colmap("colmap/sparse/0");  // what the data set was made from
+  const auto root = data.folder.path();
+  for (const auto& source : {root, root / "transforms.json"}) {
+    const Scene scene = read_scene(source, {});
+    EXPECT_EQ(scene.format, kFormat);
+    ASSERT_EQ(scene.views.size(), 2);
+    EXPECT_EQ(scene.views[0].name, "images/f.jpg");
+    EXPECT_EQ(scene.views[1].photo, root / "./images/p.jpg");
+  }
+  data.write_colmap("sparse/0");
+  EXPECT_TRUE(contains(input_error([&] { read_scene(root, {}); }), "name the one that is meant"));
+  EXPECT_EQ(read_scene(root / "transforms.json", {}).views.size(), 2);
+}
+
+TEST(Transforms, FindsPhotosOfNerfsOwnScenes) {
+  const test::TemporaryFolder folder;
+  folder.write("transforms_train.json",
+               R"({"camera_angle_x": 1.5707963267948966, "frames": [{"file_path": "./train/r_0",
+    "rotation": 0.1, "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 4], [0, 0, 0, 1]]}]})");
+  test::write_photo(folder.path() / "train/r_0.png", 80, 60);
+  test::write_photo(folder.path() / "test/r_0.png", 80, 60);
+  const Scene scene = read_scene(folder.path(), {});
+  ASSERT_EQ(scene.views.size(), 1);
+  EXPECT_EQ(scene.views[0].name, "train/r_0.png");
+  const Camera& camera = scene.views[0].camera;
+  EXPECT_NEAR(camera.fx, 40, 1e-9);
+  EXPECT_NEAR(camera.fy, 40, 1e-9);
+  EXPECT_EQ(camera.cx, 40);
+  EXPECT_EQ(camera.cy, 30);
+}
+
+// instant-ngp's fox, for one, lists photos that were deleted as blurred.
+TEST(Transforms, LeavesOutPhotosThatInstantNgpDeleted) {
+  NerfFolder data;
+  const auto file = data.folder.path() / "transforms.json";
+  std::filesystem::remove(data.folder.path() / "images/f.jpg");
+  EXPECT_TRUE(contains(input_error([&] { read_scene(file, {}); }), "1 of 2 photos are not in"));
+  data.folder.write("transforms.json", replaced(kTransforms, "\"colmap_im_id\": 1", "\"sharpness\": 31.75"));
+  const Scene scene = read_scene(file, {});
+  ASSERT_EQ(scene.views.size(), 1);
+  EXPECT_EQ(scene.views[0].name, "images/p.jpg");
+  EXPECT_TRUE(contains(scene.warnings.at(0), "1 frames are left out: their photos are not there"));
+  std::filesystem::remove(data.folder.path() / "images/p.jpg");  // moved elsewhere, rather
+  EXPECT_TRUE(contains(input_error([&] { read_scene(file, {}); }), "2 of 2 photos are not in"));
+}
+
+TEST(Transforms, IsNotTakenForOtherJson) {
+  const test::TemporaryFolder folder;
+  for (const char* text : {"[{\"frames\": 1}]", "{\"views\": {\"frames\": 1}}", "{", "\"frames\""}) {
+    folder.write("transforms.json", text);
+    EXPECT_FALSE(test::format_named(kFormat).find(folder.path())) << text;
+  }
+  folder.write("transforms.json", "{\"a\": [[1], {\"b\": 2}], \"frames\": [");
+  EXPECT_TRUE(test::format_named(kFormat).find(folder.path()));
+}
+
+TEST(Transforms, RefusesWithPlaceAndExpectation) {
+  const auto error = [](std::string_view from, std::string_view to) {
+    return input_error([&] { parse(replaced(kTransforms, from, to)); });
+  };
+  EXPECT_TRUE(contains(error("\"w\": 400.0, ", ""), "frame 'images/p.jpg': has no 'w'"));
+  EXPECT_TRUE(contains(error("\"w\": 400.0", "\"w\": 400.5"), "expected a whole number of 1 to 2^24 pixels as 'w'"));
+  EXPECT_TRUE(contains(error("\"fl_x\": 360, ", ""), "has neither 'fl_x' nor 'camera_angle_x'"));
+  EXPECT_TRUE(contains(error("\"fl_x\": 360", "\"fl_x\": -1"), "the focal length is not positive"));
+  EXPECT_TRUE(contains(error("\"k1\": -0.1", "\"k1\": \"-0.1\""), "expected a number as 'k1'"));
+  EXPECT_TRUE(contains(error("[1, 0, 0, 10]", "[1, 0, 10]"), "expected 4 rows of 4 numbers as 'transform_matrix'"));
+  EXPECT_TRUE(contains(error("[1, 0, 0, 10]", "[2, 0, 0, 10]"), "its transform_matrix has no rotation in it"));
+  EXPECT_TRUE(contains(error("[1, 0, 0, 10]", "[-1, 0, 0, 10]"), "its transform_matrix has no rotation in it"));
+  EXPECT_TRUE(contains(error("\"file_path\": \"./images/p.jpg\", ", ""), "frame 0: has no 'file_path'"));
+  EXPECT_TRUE(contains(error("[0, -1, 0, 3]", "[0, 1, 0, 3]"), "'applied_transform' has no rotation in it"));
+  EXPECT_TRUE(contains(error("\"applied_scale\": 2", "\"applied_scale\": 0"), "expected a positive number"));
+  EXPECT_TRUE(contains(input_error([] { parse("{}"); }), "has no 'frames'"));
+  EXPECT_TRUE(contains(input_error([] { parse("[]"); }), "expected an object with a list 'frames'"));
+  EXPECT_TRUE(contains(input_error([] { parse("{\"frames\": 3}"); }), "expected a list as 'frames'"));
+  EXPECT_TRUE(contains(input_error([] { parse("{\"frames\": [3]}"); }), "frames 0: expected an object"));
+}
+
+TEST(Transforms, SurvivesCutsAndChanges) {
+  test::expect_cuts_refused(kFormat, kTransforms, 1);
+  test::expect_changes_survived(kFormat, kTransforms);
+}
+
+}  // namespace
+}  // namespace gpvc::io
