@@ -12,11 +12,11 @@
 namespace gpvc::io {
 
 // One a format, each defined in its NAME_scene.cpp.
-extern const SceneFormat kBlocksExchange, kCam, kColmap, kMetashape, kOpenmvs, kOpensfm, kTransforms;
+extern const SceneFormat kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kNvm, kOpenmvs, kOpensfm, kTransforms;
 
 std::span<const SceneFormat* const> scene_formats() {
-  static constexpr const SceneFormat* kFormats[] = {&kBlocksExchange, &kCam,     &kColmap,    &kMetashape,
-                                                    &kOpenmvs,        &kOpensfm, &kTransforms};
+  static constexpr const SceneFormat* kFormats[] = {
+      &kBlocksExchange, &kBundler, &kCam, &kColmap, &kMetashape, &kNvm, &kOpenmvs, &kOpensfm, &kTransforms};
   return kFormats;
 }
 
