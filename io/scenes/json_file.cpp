@@ -39,8 +39,8 @@ class RootKeys : public nlohmann::json_sax<Json> {
 }  // namespace
 
 JsonFile::JsonFile(const fs::path& file, std::string_view text,
-                   const std::function<bool(int, const std::string&)>& omit)
-    : file_(file) {
+                   const std::function<bool(int, const std::string&)>& omit, JsonNumbers numbers)
+    : file_(file), numbers_(numbers) {
   const auto keep = [&omit](int depth, Json::parse_event_t event, Json& value) {
     return event != Json::parse_event_t::key || !omit || !omit(depth, value.get_ref<const std::string&>());
   };
@@ -59,10 +59,16 @@ const Json& JsonFile::member(const std::string& place, const Json& object, const
   return *found;
 }
 
+std::optional<double> JsonFile::number_in(const Json& value) const {
+  if (value.is_number()) return value.get<double>();
+  if (value.is_string() && numbers_ == JsonNumbers::quoted) return number_from(value.get_ref<const std::string&>());
+  return std::nullopt;
+}
+
 double JsonFile::number(const std::string& place, const Json& object, const char* key) const {
-  const Json& value = member(place, object, key);
-  if (!value.is_number()) fail(place, std::string("expected a number as '") + key + "'");
-  return value.get<double>();
+  const std::optional<double> value = number_in(member(place, object, key));
+  if (!value) fail(place, std::string("expected a number as '") + key + "'");
+  return *value;
 }
 
 double JsonFile::optional_number(const std::string& place, const Json& object, const char* key,
@@ -89,8 +95,9 @@ std::vector<double> JsonFile::numbers(const std::string& place, const Json& obje
   const auto append = [&](const Json& list) {
     bool fits = list.is_array() && list.size() == count;
     for (std::size_t i = 0; fits && i < count; ++i) {
-      fits = list[i].is_number();
-      if (fits) out.push_back(list[i].get<double>());
+      const std::optional<double> number = number_in(list[i]);
+      fits = number.has_value();
+      if (fits) out.push_back(*number);
     }
     if (!fits)
       fail(place, "expected " + (rows > 0 ? std::to_string(rows) + " rows of " : "") + std::to_string(count) +
@@ -105,6 +112,12 @@ std::vector<double> JsonFile::numbers(const std::string& place, const Json& obje
   return out;
 }
 
+const Json& JsonFile::object(const std::string& place, const Json& object, const char* key) const {
+  const Json& value = member(place, object, key);
+  if (!value.is_object()) fail(place, std::string("expected an object as '") + key + "'");
+  return value;
+}
+
 const Json& JsonFile::objects(const std::string& place, const Json& object, const char* key) const {
   const Json& list = member(place, object, key);
   if (!list.is_array()) fail(place, std::string("expected a list as '") + key + "'");
@@ -114,7 +127,8 @@ const Json& JsonFile::objects(const std::string& place, const Json& object, cons
 }
 
 std::set<std::string> json_root_keys(const fs::path& file) {
-  if (lower_case(file.extension().string()) != ".json") return {};
+  const std::string extension = lower_case(file.extension().string());
+  if (extension != ".json" && extension != ".sfm") return {};
   constexpr std::size_t kHead = 1u << 16;
   const std::string head = first_bytes(file, kHead);
   RootKeys keys;

@@ -12,11 +12,13 @@
 namespace gpvc::io {
 
 // One a format, each defined in its NAME_scene.cpp.
-extern const SceneFormat kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kNvm, kOpenmvs, kOpensfm, kTransforms;
+extern const SceneFormat kAlicevision, kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kNvm, kOpenmvg, kOpenmvs,
+    kOpensfm, kTransforms;
 
 std::span<const SceneFormat* const> scene_formats() {
-  static constexpr const SceneFormat* kFormats[] = {
-      &kBlocksExchange, &kBundler, &kCam, &kColmap, &kMetashape, &kNvm, &kOpenmvs, &kOpensfm, &kTransforms};
+  static constexpr const SceneFormat* kFormats[] = {&kAlicevision, &kBlocksExchange, &kBundler,   &kCam,
+                                                    &kColmap,      &kMetashape,      &kNvm,       &kOpenmvg,
+                                                    &kOpenmvs,     &kOpensfm,        &kTransforms};
   return kFormats;
 }
 

@@ -10,12 +10,12 @@ using test::input_error;
 using test::replaced;
 using test::view_named;
 
-// Written from the documentation: half a turn about x, so the cameras look down from (10, 20, 100); the second is turned
-// by a further quarter about z, so that the world's y axis points right in its photo and x down.
+// Written from the documentation: half a turn about x, so the first camera looks down from (10, 20, 100); the second, at
+// the same place, looks along x, with y to the right and z down.
 const std::string kHead = "NVM_V3 \r\n\r\n2\r\n";
 const std::string kCameras =
     "images\\a.jpg\t360 0 2 0 0 10 20 100 -0.08 0 \r\n"
-    "images/b\"c.jpg\t365.5 0 0.7071067811865476 0.7071067811865476 0 10 20 100 0 0\r\n";
+    "images/b\"c.jpg\t365.5 0.5 -0.5 -0.5 -0.5 10 20 100 0 0\r\n";
 const std::string kPoints = "\r\n1\r\n0 0 0 1 2 3 2 0 0 1.5 2.5 1 0 3 4\r\n";
 const std::string kNvm =
     kHead + kCameras + kPoints + "\r\n1\r\nd.jpg 300 1 0 0 0 0 0 0 0 0\r\n0\r\n\r\n0\r\n\r\n#the last part\r\n0\r\n";
@@ -35,7 +35,7 @@ TEST(Nvm, ProjectsAKnownPoint) {
   // The lens starts from the photo: what it shows at q lies at q (1 - 0.08 q^2).
   const double u = 0.3, v = -0.2, factor = 1 - 0.08 * (u * u + v * v), x = u * factor, y = v * factor;
   expect_photo_point(sized(scene, "images/a.jpg"), {10 + 50 * x, 20 - 50 * y, 50}, 360 * u + 200, 360 * v + 150);
-  expect_photo_point(sized(scene, "images/b c.jpg"), {10 + 50 * y, 20 + 50 * x, 50}, 365.5 * x + 200, 365.5 * y + 150);
+  expect_photo_point(sized(scene, "images/b c.jpg"), {60, 20 + 50 * x, 100 + 50 * y}, 365.5 * x + 200, 365.5 * y + 150);
   EXPECT_EQ(view_named(scene, "images/a.jpg").pose.centre, (WorldPoint{10, 20, 100}));
 }
 
@@ -52,15 +52,15 @@ TEST(Nvm, TakesTheLargestModel) {
 TEST(Nvm, TakesAFixedCalibration) {
   const SceneFile scene = parse(replaced(kNvm, "NVM_V3 ", "NVM_V3 FixedK 350 198 340 155 -0.05"));
   const double x = 0.3, y = -0.2, factor = 1 - 0.05 * (x * x + y * y);
-  expect_photo_point(sized(scene, "images/b c.jpg"), {10 + 50 * y * factor, 20 + 50 * x * factor, 50}, 350 * x + 198,
+  expect_photo_point(sized(scene, "images/b c.jpg"), {60, 20 + 50 * x * factor, 100 + 50 * y * factor}, 350 * x + 198,
                      340 * y + 155);
   EXPECT_EQ(view_named(scene, "images/a.jpg").camera.distortion.k1, -0.08);
   EXPECT_EQ(parse(replaced(kNvm, "NVM_V3 ", "NVM_V3 FixedK 350 198 340 155")).views[1].camera.distortion.k1, 0);
 }
 
 TEST(Nvm, TakesMatrices) {
-  const SceneFile scene = parse("NVM_V3_R9T\n1\nan image.jpg 360 0 1 0 1 0 0 0 0 -1 -20 -10 100 0 0\n0\n");
-  expect_photo_point(sized(scene, "an image.jpg"), {10 + 50 * -0.2, 20 + 50 * 0.3, 50}, 360 * 0.3 + 200,
+  const SceneFile scene = parse("NVM_V3_R9T\n1\nan image.jpg 360 0 1 0 0 0 1 1 0 0 -20 -100 -10 0 0\n0\n");
+  expect_photo_point(sized(scene, "an image.jpg"), {60, 20 + 50 * 0.3, 100 + 50 * -0.2}, 360 * 0.3 + 200,
                      360 * -0.2 + 150);
 }
 

@@ -1,0 +1,153 @@
+// OpenMVG's sfm_data.json: "SfM_data format" of openmvg.readthedocs.io, and sfm_data_io_cereal.cpp, sfm_view_io.hpp and
+// Camera_Pinhole_*.hpp of github.com/openMVG/openMVG, versions 0.2 and 0.3.
+//
+// Pixels   the centre of the upper left pixel is (0, 0), x right, y down, as its undistortion samples photos (get_d_pixel
+//          of whole numbers): the principal point moves by half a pixel.
+// Camera   x right, y down, z forward: ours.
+// Pose     rotation takes world to camera, center is the centre.
+// Lens     told by the list of its terms: disto_k1, disto_k3, disto_t2 (k1 k2 k3 p1 p2), fisheye (OpenCV's k1 to k4), or
+//          none. Spherical cameras have no focal length.
+#include <cmath>
+#include <map>
+
+#include "io/files/file_bytes.h"
+#include "io/files/text_scan.h"
+#include "io/lens_terms.h"
+#include "io/scenes/json_file.h"
+#include "io/scenes/scene_file.h"
+
+namespace gpvc::io {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TermList {
+  const char* key;
+  LensModel model;
+  std::vector<double Distortion::*> terms;
+};
+
+const std::vector<TermList> kTermLists{
+    {"disto_k1", LensModel::brown, {&Distortion::k1}},
+    {"disto_k3", LensModel::brown, {&Distortion::k1, &Distortion::k2, &Distortion::k3}},
+    {"disto_t2",
+     LensModel::brown,
+     {&Distortion::k1, &Distortion::k2, &Distortion::k3, &Distortion::p1, &Distortion::p2}},
+    {"fisheye", LensModel::equidistant, {&Distortion::k1, &Distortion::k2, &Distortion::k3, &Distortion::k4}}};
+
+bool is_landmarks(int depth, const std::string& key) {
+  return depth == 1 && (key == "structure" || key == "control_points");
+}
+
+class OpenmvgReader {
+ public:
+  OpenmvgReader(const fs::path& file, std::string_view text) : json_(file, text, is_landmarks) {
+    scene_.listing = file;
+  }
+
+  SceneFile read() {
+    const Json& root = json_.root();
+    if (!root.is_object()) json_.fail("", "expected an object with 'views', 'intrinsics' and 'extrinsics'");
+    folder_ = root.contains("root_path") ? with_slashes(json_.text("", root, "root_path")) : "";
+    read_keyed("extrinsics",
+               [this](double key, const std::string& place, const Json& pose) { poses_[key] = pose_of(place, pose); });
+    read_keyed("intrinsics", [this](double key, const std::string& place, const Json& value) {
+      intrinsics_[key] = data_of(place, value);
+    });
+    read_keyed("views", [this](double, const std::string& place, const Json& value) {
+      read_view(place, *data_of(place, value));
+    });
+    omitted_.report(scene_);
+    scene_.warn(unposed_, "images without a pose are left out");
+    return std::move(scene_);
+  }
+
+ private:
+  /// A list of {"key": NUMBER, "value": {...}}.
+  template <class Take>
+  void read_keyed(const char* name, Take take) {
+    for (const Json& entry : json_.objects("", json_.root(), name)) {
+      const double key = json_.number(name, entry, "key");
+      const std::string place = std::string(name) + ' ' + std::to_string(static_cast<long long>(key));
+      take(key, place, json_.object(place, entry, "value"));
+    }
+  }
+
+  /// What is within the wrappers of a polymorphic value.
+  const Json* data_of(const std::string& place, const Json& value) const {
+    return &json_.object(place, json_.object(place, value, "ptr_wrapper"), "data");
+  }
+
+  Pose pose_of(const std::string& place, const Json& in) const {
+    const std::vector<double> m = json_.numbers(place, in, "rotation", 3, 3), c = json_.numbers(place, in, "center", 3);
+    const auto rotation = rotation_near({m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8]});
+    if (!rotation) json_.fail(place, "its rotation is none");
+    return finish_pose(json_.path(), place, *rotation, {c[0], c[1], c[2]});
+  }
+
+  void read_view(const std::string& place, const Json& in) {
+    const auto pose = poses_.find(json_.number(place, in, "id_pose"));
+    const auto intrinsic = intrinsics_.find(json_.number(place, in, "id_intrinsic"));
+    if (pose == poses_.end() || intrinsic == intrinsics_.end()) {
+      ++unposed_;
+      return;
+    }
+    const fs::path name =
+        fs::path(with_slashes(json_.text(place, in, "local_path"))) / with_slashes(json_.text(place, in, "filename"));
+    const std::string of_camera = "intrinsics " + std::to_string(static_cast<long long>(intrinsic->first));
+    if (!intrinsic->second->contains("focal_length")) {
+      omitted_.add("spherical",
+                   InputError(json_.path(), of_camera, "has no focal length: spherical photos are not read"));
+      return;
+    }
+    const auto [camera, fresh] = cameras_.try_emplace(intrinsic->first);
+    if (fresh) camera->second = camera_of(of_camera, *intrinsic->second);
+    View view;
+    view.name = name.lexically_normal().string();
+    view.photo = folder_ / name;
+    view.camera = camera->second;
+    view.pose = pose->second;
+    scene_.views.push_back(std::move(view));
+  }
+
+  Camera camera_of(const std::string& place, const Json& in) const {
+    Camera camera;
+    camera.width = json_.side(place, in, "width");
+    camera.height = json_.side(place, in, "height");
+    camera.fx = camera.fy = json_.number(place, in, "focal_length");
+    const std::vector<double> centre = json_.numbers(place, in, "principal_point", 2);
+    camera.cx = centre[0] + 0.5;
+    camera.cy = centre[1] + 0.5;
+    for (const TermList& list : kTermLists) {
+      if (!in.contains(list.key)) continue;
+      camera.distortion.model = list.model;
+      const std::vector<double> values = json_.numbers(place, in, list.key, list.terms.size());
+      for (std::size_t i = 0; i < values.size(); ++i) camera.distortion.*list.terms[i] = values[i];
+    }
+    finish_camera(json_.path(), place, camera);
+    return camera;
+  }
+
+  JsonFile json_;
+  SceneFile scene_;
+  fs::path folder_;
+  std::map<double, Pose> poses_;
+  std::map<double, const Json*> intrinsics_;
+  std::map<double, Camera> cameras_;
+  OmittedLenses omitted_;
+  std::size_t unposed_ = 0;
+};
+
+bool is_sfm_data(const fs::path& file) { return json_root_keys(file).contains("sfm_data_version"); }
+
+}  // namespace
+
+extern const SceneFormat kOpenmvg{
+    "OpenMVG",
+    "an OpenMVG sfm_data.json (or a folder with it)",
+    [](const fs::path& source) { return find_file(source, ".json", is_sfm_data); },
+    [](const fs::path& file, std::string_view text) { return OpenmvgReader(file, text).read(); },
+    {"images", "../images"}};
+
+}  // namespace gpvc::io
