@@ -1,12 +1,15 @@
 #!/usr/bin/env bash
-# run.sh [--sanitize] [CTEST ARGUMENTS]: installs what is missing, builds, runs every test through CTest.
+# run.sh [--sanitize | --threads] [CTEST ARGUMENTS]: installs what is missing, builds, runs every test through CTest.
 #   --sanitize   Debug build by Clang under the address and undefined behaviour sanitizers, into build/sanitize
+#   --threads    Debug build by Clang under the thread sanitizer, into build/threads, of what tests/threads/programs.cmake
+#                names; takes many minutes, so not part of .ci/run
 # Tests of OpenGL run on whatever EGL device there is (Mesa's llvmpipe without a GPU); here they must run, not skip.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 build=$root/build/release
 packages=(test)
+targets=(all)
 options=(-DCMAKE_BUILD_TYPE=Release -DGPVC_SANITIZE=OFF -DGPVC_BENCHMARKS=ON)
 if [ "${1:-}" = --sanitize ]; then
   shift
@@ -14,6 +17,14 @@ if [ "${1:-}" = --sanitize ]; then
   packages=(test clang)
   # The second compiler here, so that both must find the code free of warnings.
   options=(-DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug -DGPVC_SANITIZE=ON -DGPVC_BENCHMARKS=OFF "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
+fi
+if [ "${1:-}" = --threads ]; then
+  shift
+  build=$root/build/threads
+  packages=(test clang)
+  targets=(gpvc threads_tests)
+  options=(-DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug -DGPVC_TSAN=ON -DGPVC_BENCHMARKS=OFF "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
+  set -- -L threads "$@"
 fi
 
 for group in "${packages[@]}"; do "$root/app/setup/install_packages.sh" "$group"; done
@@ -26,10 +37,12 @@ if [ ! -d "$node_modules/gltf-validator" ] || [ ! -d "$node_modules/three" ]; th
 fi
 
 cmake -S "$root" -B "$build" -G Ninja "${options[@]}" -DGPVC_TESTS=ON -DGPVC_WERROR=ON -DCMAKE_UNITY_BUILD=ON "-DGPVC_NODE_MODULES=$node_modules" >/dev/null
-cmake --build "$build"
+cmake --build "$build" --target "${targets[@]}"
 
 # Drivers keep memory until exit: leaks are looked for by running under valgrind by hand, not here.
 export ASAN_OPTIONS=detect_leaks=0:strict_string_checks=1 UBSAN_OPTIONS=print_stacktrace=1
+# What libraries do under locks that the sanitizer does not see is not judged.
+export TSAN_OPTIONS=ignore_noninstrumented_modules=1:suppressions=$root/tests/threads/suppressions.txt
 cd "$build"
 if ! app/gpvc --device list; then
   echo "run.sh: without an EGL device every test of OpenGL would be skipped, and a skipped test is not passed" >&2
