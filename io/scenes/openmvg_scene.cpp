@@ -96,7 +96,7 @@ class OpenmvgReader {
     const fs::path name =
         fs::path(with_slashes(json_.text(place, in, "local_path"))) / with_slashes(json_.text(place, in, "filename"));
     const std::string of_camera = "intrinsics " + std::to_string(static_cast<long long>(intrinsic->first));
-    if (!intrinsic->second->contains("focal_length")) {
+    if (!base_of(*intrinsic->second).contains("focal_length")) {
       omitted_.add("spherical",
                    InputError(json_.path(), of_camera, "has no focal length: spherical photos are not read"));
       return;
@@ -111,12 +111,19 @@ class OpenmvgReader {
     scene_.views.push_back(std::move(view));
   }
 
+  /// Some versions wrap the members of the class that all lenses share.
+  static const Json& base_of(const Json& in) {
+    const auto wrapped = in.find("value0");
+    return wrapped != in.end() && wrapped->is_object() ? *wrapped : in;
+  }
+
   Camera camera_of(const std::string& place, const Json& in) const {
+    const Json& base = base_of(in);
     Camera camera;
-    camera.width = json_.side(place, in, "width");
-    camera.height = json_.side(place, in, "height");
-    camera.fx = camera.fy = json_.number(place, in, "focal_length");
-    const std::vector<double> centre = json_.numbers(place, in, "principal_point", 2);
+    camera.width = json_.side(place, base, "width");
+    camera.height = json_.side(place, base, "height");
+    camera.fx = camera.fy = json_.number(place, base, "focal_length");
+    const std::vector<double> centre = json_.numbers(place, base, "principal_point", 2);
     camera.cx = centre[0] + 0.5;
     camera.cy = centre[1] + 0.5;
     for (const TermList& list : kTermLists) {

@@ -67,6 +67,14 @@ TEST(OpenMvg, ProjectsAKnownPointWithEveryLens) {
   expect_photo_point(with("\"x\": 0"), p, 360 * x + 201.5, 360 * y + 148);
 }
 
+TEST(OpenMvg, TakesWrappedMembersOfThePinhole) {
+  const std::string before =
+      "\"width\": 400, \"height\": 300, \"focal_length\": 360,\n    \"principal_point\": [201, 147.5]";
+  const Camera camera =
+      view_named(parse(replaced(kOpenmvg, before, "\"value0\": {" + before + "}")), "sub/a.jpg").camera;
+  EXPECT_EQ(camera, view_named(parse(kOpenmvg), "sub/a.jpg").camera);
+}
+
 TEST(OpenMvg, LeavesOutSphericalPhotos) {
   const SceneFile scene = parse(replaced(kOpenmvg, "\"focal_length\": 80,", ""));
   ASSERT_EQ(scene.views.size(), 1);
