@@ -91,7 +91,7 @@ struct LoadedModel {
   WorldPoint offset;  ///< to be added to positions: `offset.txt` beside an OBJ, a GLB root node's extras; else 0
 };
 
-/// OBJ + MTL (map_Kd, of any writer), GLB or glTF (triangles with a baseColorTexture; rotations of nodes are not applied:
+/// OBJ + MTL (map_Kd, of any writer), PLY with comments TextureFile (MeshLab, OpenMVS), GLB or glTF (triangles with a baseColorTexture; rotations of nodes are not applied:
 /// our writer's root rotation only says which way is up). Faces without a texture get kNoPage. Throws InputError,
 /// as read_mesh() on coordinates that are not finite or above 1e18.
 LoadedModel read_textured_model(const std::filesystem::path& file);

@@ -40,7 +40,8 @@ faces are numbered from mesh to mesh. --oracle-check adds oracle.json.
 
 CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
   CLI::App* app = parent.add_subcommand("evaluate", "compare renders of a textured model with photos");
-  app->add_option("MODEL", options.model, "Textured model of any program, OBJ or GLB")->required();
+  app->add_option("MODEL", options.model, "Textured model of any program: OBJ, GLB, glTF, or PLY with TextureFile")
+      ->required();
   app->add_option("SCENE", options.input.scene, "Scene whose photos the renders are compared with, as texture takes it")
       ->required();
   const OptionGroup input{*app, "Input"}, output{*app, "Output"};
@@ -52,6 +53,7 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
   input.add("--views", options.input.views, "LIST", "Only these views: names or globs, separated by commas")
       ->check(not_empty())
       ->default_str("those that views.json beside MODEL marks as held out, else all");
+  input.add("--exclude-views", options.input.exclude_views, "LIST", "Not these views");
   input.add(
       "--truth", options.truth, "DIR",
       "Folder of the synthetic scene (gpvc synth) that MODEL was textured from: print the share of the surfaces in "

@@ -92,8 +92,13 @@ void score_truth(const EvaluateCommandOptions& options, const Scene& scene, RunR
 
 // The views whose photos the model's renders are compared with.
 std::vector<ViewId> compared_views(const EvaluateCommandOptions& options, std::span<const View> views) {
-  if (!options.input.views.empty()) return used_views(views, options.input.views, "");
-  return named_views(views, marked_views(options.model, "held_out"));
+  const std::vector<ViewId> left = used_views(views, options.input.views, options.input.exclude_views);
+  if (!options.input.views.empty()) return left;
+  std::vector<ViewId> compared = named_views(views, marked_views(options.model, "held_out"));
+  std::erase_if(compared, [&](ViewId id) { return !std::ranges::binary_search(left, id); });
+  if (compared.empty())
+    throw UsageError("--exclude-views leaves no view to compare with: all held-out views are among its");
+  return compared;
 }
 
 // The views whose photos are read, for the comparison and for the score against the truth.

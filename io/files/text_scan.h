@@ -44,6 +44,13 @@ inline std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+/// The text without the byte order mark that Windows editors begin UTF-8 files with, which would hide the first word.
+inline std::string_view without_byte_order_mark(std::string_view text) {
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kMark)) text.remove_prefix(kMark.size());
+  return text;
+}
+
 /// Removes and returns the next word of `text`; empty at its end.
 inline std::string_view next_word(std::string_view& text) {
   std::size_t begin = 0;

@@ -8,6 +8,7 @@
 
 #include "io/files/file_bytes.h"
 #include "io/files/paths.h"
+#include "io/files/text_scan.h"
 #include "io/mesh.h"
 #include "io/number_text.h"
 #include "io/vector.h"
@@ -67,9 +68,7 @@ Mesh read_mesh(const std::filesystem::path& file) {
     return all;
   }
   const FileBytes bytes(file);
-  std::string_view text = bytes.view();
-  // Windows editors begin UTF-8 files with a byte order mark, which would hide the first word.
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  const std::string_view text = without_byte_order_mark(bytes.view());
   if (text.empty()) throw InputError(file, "", "is empty, expected a PLY or OBJ mesh");
   Mesh mesh = text.starts_with("ply\n") || text.starts_with("ply\r") || text.starts_with("ply ") || text == "ply"
                   ? read_ply(file, text)

@@ -1,16 +1,29 @@
 // One function a mesh format; read_mesh picks by content. Adding a format adds a line here and a file.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/scene.h"
+#include "io/textured_model.h"
 
 namespace gpvc::io {
 
-/// \pre bytes start with "ply" and a line end
-Mesh read_ply(const std::filesystem::path& file, std::string_view bytes);
+/// Texture of a PLY, as MeshLab and OpenMVS write it: pages in comments "TextureFile NAME", the texture coordinates of a
+/// face's corners in a list "texcoord", with v upwards, and the number of its page in "texnumber".
+struct PlyTexture {
+  std::vector<std::string> files;
+  /// Per triangle and corner; not finite where the file states none.
+  std::vector<std::array<TexCoord, 3>> corners;
+  std::vector<std::int64_t> page;  ///< per triangle, as it stands; 0 where the file states none
+};
+
+/// \pre bytes start with "ply" and a line end. Polygons are fans. Fills `texture` unless it is null.
+Mesh read_ply(const std::filesystem::path& file, std::string_view bytes, PlyTexture* texture = nullptr);
 
 Mesh read_obj(const std::filesystem::path& file, std::string_view bytes);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <span>
 #include <utility>
@@ -49,6 +50,7 @@ struct Header {
   std::vector<Element> elements;
   std::size_t size = 0;  ///< bytes up to the first element
   std::size_t lines = 0;
+  std::vector<std::string> texture_files;
   std::vector<std::string> warnings;
 };
 
@@ -77,7 +79,9 @@ class HeaderParser {
         element(line);
       } else if (keyword == "property") {
         property(line);
-      } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
+      } else if (keyword == "comment") {
+        if (next_word(line) == "TextureFile") header_.texture_files.emplace_back(trimmed(line));
+      } else if (!keyword.empty() && keyword != "obj_info") {
         // Some versions of Blender forget the word 'comment' before who they are.
         if (!header_.elements.empty()) fail("expected a header keyword, found " + quote(keyword));
         header_.warnings.push_back("line " + std::to_string(header_.lines) + " of the header, which begins with " +
@@ -263,8 +267,10 @@ class BinaryValues {
 template <typename Values>
 class MeshReader {
  public:
-  MeshReader(const std::filesystem::path& file, const Header& header, Values values)
-      : file_(file), header_(header), values_(values) {}
+  MeshReader(const std::filesystem::path& file, const Header& header, Values values, PlyTexture* texture)
+      : file_(file), header_(header), values_(values), texture_(texture) {
+    if (texture_ != nullptr) *texture_ = {header.texture_files, {}, {}};
+  }
 
   Mesh read() {
     for (const Element& element : header_.elements)
@@ -329,15 +335,51 @@ class MeshReader {
     const std::optional<std::size_t> corners = element.find({"vertex_indices", "vertex_index"});
     if (!corners || !element.properties[*corners].count_type || !is_integer(element.properties[*corners].type))
       throw InputError(file_, "", "element 'face' has no list of integers 'vertex_indices' or 'vertex_index'");
+    const std::size_t none = element.properties.size();
+    std::size_t texcoords = none, page = none;
+    if (texture_ != nullptr) {
+      texcoords = element.find({"texcoord"}).value_or(none);
+      page = element.find({"texnumber"}).value_or(none);
+      if (texcoords != none && !element.properties[texcoords].count_type) texcoords = none;
+      if (page != none && element.properties[page].count_type) page = none;
+    }
     mesh_.faces.reserve(element.count);
+    std::vector<float> uv;
     for (std::uint64_t f = 0; f < element.count; ++f) {
+      const std::size_t first = mesh_.faces.size();
+      std::int64_t number = 0;
+      uv.clear();
       for (std::size_t i = 0; i < element.properties.size(); ++i) {
+        const Property& property = element.properties[i];
         if (i == *corners)
-          read_polygon(element.properties[i], f);
+          read_polygon(property, f);
+        else if (i == texcoords)
+          read_list(property, uv);
+        else if (i == page)
+          number = static_cast<std::int64_t>(values_.number(property.type));
         else
-          skip(element.properties[i]);
+          skip(property);
       }
       values_.end_element();
+      if (texture_ != nullptr) add_texture(mesh_.faces.size() - first, number, uv);
+    }
+  }
+
+  void read_list(const Property& property, std::vector<float>& list) {
+    std::int64_t count = values_.integer(*property.count_type);
+    if (count < 0) values_.fail("a list of " + std::to_string(count) + " items");
+    for (; count > 0; --count) list.push_back(static_cast<float>(values_.number(property.type)));
+  }
+
+  /// Of a polygon that was cut into a fan of triangles. `uv`: two numbers a corner.
+  void add_texture(std::size_t triangles, std::int64_t page, const std::vector<float>& uv) {
+    const bool whole = uv.size() == 2 * (triangles + 2);
+    const auto at = [&](std::size_t corner) {
+      return whole ? TexCoord{uv[2 * corner], uv[2 * corner + 1]} : TexCoord{NAN, NAN};
+    };
+    for (std::size_t i = 0; i < triangles; ++i) {
+      texture_->corners.push_back({at(0), at(i + 1), at(i + 2)});
+      texture_->page.push_back(page);
     }
   }
 
@@ -430,6 +472,7 @@ class MeshReader {
   const std::filesystem::path& file_;
   const Header& header_;
   Values values_;
+  PlyTexture* texture_;
   std::uint64_t vertex_count_ = 0;
   std::uint64_t lines_ = 0, first_line_ = 0;  ///< faces of fewer than three vertices, and the first one
   Mesh mesh_;
@@ -444,14 +487,14 @@ bool has_line_for_each_element(std::string_view body, const Header& header) {
 
 /// Values may be on any lines. Some writers add values that the header does not declare, MeshLab the colours of wedges:
 /// where reading fails and each element has a line, they are what follows on it.
-Mesh read_ascii(const std::filesystem::path& file, std::string_view bytes, const Header& header) {
+Mesh read_ascii(const std::filesystem::path& file, std::string_view bytes, const Header& header, PlyTexture* texture) {
   try {
-    return MeshReader(file, header, AsciiValues(file, bytes, header, false)).read();
+    return MeshReader(file, header, AsciiValues(file, bytes, header, false), texture).read();
   } catch (const InputError&) {
     if (!has_line_for_each_element(bytes.substr(header.size), header)) throw;
     Mesh mesh;
     try {
-      mesh = MeshReader(file, header, AsciiValues(file, bytes, header, true)).read();
+      mesh = MeshReader(file, header, AsciiValues(file, bytes, header, true), texture).read();
     } catch (const InputError&) {
     }
     if (mesh.faces.empty()) throw;
@@ -461,15 +504,15 @@ Mesh read_ascii(const std::filesystem::path& file, std::string_view bytes, const
 
 }  // namespace
 
-Mesh read_ply(const std::filesystem::path& file, std::string_view bytes) {
+Mesh read_ply(const std::filesystem::path& file, std::string_view bytes, PlyTexture* texture) {
   const Header header = HeaderParser(file, bytes).parse();
   switch (header.encoding) {
     case Encoding::ascii:
-      return read_ascii(file, bytes, header);
+      return read_ascii(file, bytes, header, texture);
     case Encoding::little:
-      return MeshReader(file, header, BinaryValues<false>(file, bytes, header)).read();
+      return MeshReader(file, header, BinaryValues<false>(file, bytes, header), texture).read();
     case Encoding::big:
-      return MeshReader(file, header, BinaryValues<true>(file, bytes, header)).read();
+      return MeshReader(file, header, BinaryValues<true>(file, bytes, header), texture).read();
   }
   throw InputError(file, "", "has an unknown encoding");
 }

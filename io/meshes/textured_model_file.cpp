@@ -1,4 +1,5 @@
-// Reads textured models: OBJ + MTL of any writer, GLB and glTF of triangles with base colour textures.
+// Reads textured models: OBJ + MTL of any writer, PLY with TextureFile, GLB and glTF of triangles with base colour
+// textures.
 #include <tiny_gltf.h>
 #include <tiny_obj_loader.h>
 
@@ -148,6 +149,31 @@ LoadedModel read_textured_obj(const fs::path& file) {
   }
   result.pages = pages.take();
   result.offset = read_offset(file.parent_path() / "offset.txt");
+  return result;
+}
+
+LoadedModel read_textured_ply(const fs::path& file) {
+  const FileBytes bytes(file);
+  const std::string_view text = without_byte_order_mark(bytes.view());
+  if (!text.starts_with("ply")) throw InputError(file, "line 1", "expected 'ply'");
+  LoadedModel result;
+  PlyTexture texture;
+  result.mesh = read_ply(file, text, &texture);
+  PageList pages(file);
+  std::vector<std::uint32_t> page_of_file;
+  for (const std::string& name : texture.files) page_of_file.push_back(pages.page(name));
+  texture.corners.resize(result.mesh.faces.size(), {});  // strips have none
+  texture.page.resize(result.mesh.faces.size(), -1);
+  for (std::size_t f = 0; f < result.mesh.faces.size(); ++f) {
+    const auto first = static_cast<std::uint32_t>(3 * f);
+    result.model.face_texcoords.push_back({first, first + 1, first + 2});
+    bool textured = texture.page[f] >= 0 && texture.page[f] < static_cast<std::int64_t>(page_of_file.size());
+    for (const TexCoord& corner : texture.corners[f]) textured &= std::isfinite(corner.u) && std::isfinite(corner.v);
+    for (const TexCoord& corner : texture.corners[f])
+      result.model.texcoords.push_back(textured ? TexCoord{corner.u, 1 - corner.v} : TexCoord{});
+    result.model.face_page.push_back(textured ? page_of_file[static_cast<std::size_t>(texture.page[f])] : kNoPage);
+  }
+  result.pages = pages.take();
   return result;
 }
 
@@ -431,8 +457,10 @@ void check_numbers(const fs::path& file, const LoadedModel& loaded) {
 LoadedModel read_textured_model(const fs::path& file) {
   const std::string extension = lower_case(file.extension().string());
   const bool gltf = extension == ".glb" || extension == ".gltf";
-  if (!gltf && extension != ".obj") throw InputError(file, "", "expected a textured model, .obj, .glb or .gltf");
-  LoadedModel loaded = gltf ? read_textured_gltf(file) : read_textured_obj(file);
+  const bool ply = extension == ".ply";
+  if (!gltf && !ply && extension != ".obj")
+    throw InputError(file, "", "expected a textured model, .obj, .glb, .gltf or .ply");
+  LoadedModel loaded = gltf ? read_textured_gltf(file) : ply ? read_textured_ply(file) : read_textured_obj(file);
   check_numbers(file, loaded);
   return loaded;
 }

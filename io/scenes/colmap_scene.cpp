@@ -171,7 +171,8 @@ void read_images_bin(const fs::path& file, std::string_view bytes, const fs::pat
 /// tells of files that were cut: COLMAP ends every line, so there a last line without an end is doubtful.
 class ModelLines {
  public:
-  ModelLines(const fs::path& file, std::string_view text, const char* what) : file_(file), rest_(text), what_(what) {
+  ModelLines(const fs::path& file, std::string_view text, const char* what)
+      : file_(file), rest_(without_byte_order_mark(text)), what_(what) {
     const std::string comment = "# Number of " + std::string(what) + ": ";
     const std::size_t at = text.substr(0, 1000).find(comment);
     if (at == std::string_view::npos) return;

@@ -106,6 +106,15 @@ TEST_F(App, HeldOutViewsAreLeftOutMarkedAndEvaluated) {
   const nlohmann::json report = nlohmann::json::parse(read_file(scores / "evaluate.json"));
   ASSERT_EQ(report["views"].size(), 2u);
   for (const std::size_t v : {1u, 3u}) EXPECT_TRUE(report["views"].contains(views[v]["name"])) << v;
+
+  std::vector<std::string> fewer = evaluate;
+  fewer.insert(fewer.end(), {"--exclude-views", views[1]["name"], "--force"});
+  ASSERT_EQ(run(fewer).exit_code, 0);
+  const nlohmann::json rest = nlohmann::json::parse(read_file(scores / "evaluate.json"))["views"];
+  EXPECT_EQ(rest.size(), 1u);
+  EXPECT_TRUE(rest.contains(views[3]["name"]));
+  fewer[fewer.size() - 2] = "*";
+  EXPECT_EQ(run(fewer).exit_code, 2);
 }
 
 TEST_F(App, HoldOutTakesNamesAndRefusesNonsense) {

@@ -487,9 +487,10 @@ TEST(ColmapBinary, RefusesHostileCounts) {
 
 TEST(ColmapText, ToleratesWhatHandsWrite) {
   ColmapFolder files;
-  files.folder.write("sparse/0/cameras.txt", "\r\n# by hand\r\n 7\tPINHOLE 64 48 50 51 33 25 \r\n");
+  const std::string mark = "\xEF\xBB\xBF";  // of Windows editors
+  files.folder.write("sparse/0/cameras.txt", mark + "\r\n# by hand\r\n 7\tPINHOLE 64 48 50 51 33 25 \r\n");
   files.folder.write("sparse/0/images.txt",
-                     "#\n\n1 1 0 0 0 0 0 0 7 a with blank.png \r\n" + std::string(100000, ' ') +
+                     mark + "1 1 0 0 0 0 0 0 7 a with blank.png \r\n" + std::string(100000, ' ') +
                          "1 2 3\r\n2 1 0 0 0 0 0 0 7 b/One.png\n\n\n3 1 0 0 0 0 0 0 7 b/two.png");
   const Scene scene = read_scene(files.folder.path(), {});
   ASSERT_EQ(scene.views.size(), 3);

@@ -252,6 +252,31 @@ TEST(ReadTexturedModel, ReadsBothOwnContainersBack) {
   }
 }
 
+// A square and two triangles, as OpenMVS and MeshLab write them: v runs upwards. The last two faces have no texture: too few
+// coordinates, and a page that does not exist.
+TEST(ReadTexturedModel, ReadsPlyWithTextureFiles) {
+  const StripModel test;
+  const std::string header =
+      "ply\nformat ascii 1.0\ncomment TextureFile model_0.png\ncomment TextureFile model_1.jpg\nelement vertex 4\n"
+      "property float x\nproperty float y\nproperty float z\nelement face 3\nproperty list uchar int vertex_indices\n"
+      "property list uchar float texcoord\nproperty uchar texnumber\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+  const auto file = test.folder.write("m.ply", header +
+                                                   "4 0 1 2 3 8 0.125 0.25 0.5 0.25 0.5 0.75 0.125 0.75 1\n"
+                                                   "3 0 1 2 4 0 0 1 0 0\n3 0 1 2 6 0 0 1 0 1 1 7\n");
+  const LoadedModel model = read_textured_model(file);
+  EXPECT_EQ(model.mesh.faces, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 2}, {0, 1, 2}}));
+  EXPECT_EQ(model.model.face_page, (std::vector<std::uint32_t>{1, 1, kNoPage, kNoPage}));
+  ASSERT_EQ(model.pages.size(), 2u);
+  EXPECT_EQ(model.pages[1].pixels, read_image(test.pages[1].file).pixels);
+  const TexCoord last = model.model.texcoords[model.model.face_texcoords[1][2]];
+  EXPECT_EQ(last.u, 0.125f);
+  EXPECT_EQ(last.v, 0.25f);
+  test.folder.write("m.ply", header);
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(file); }), "m.ply: line"));
+  test.folder.write("m.ply", "v 0 0 0\n");
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(file); }), "m.ply: line 1: expected 'ply'"));
+}
+
 TEST(ReadTexturedModel, RefusesCoordinatesBeyondSinglePrecision) {
   StripModel test;
   test.mesh.positions[4].y = 1e30;
