@@ -9,6 +9,7 @@
 
 #include "app/pipeline/frame_check.h"
 #include "io/error.h"
+#include "io/mesh.h"
 #include "io/reference_system.h"
 
 namespace gpvc::pipeline {
@@ -123,6 +124,31 @@ WorldPoint mean_centre(const Scene& scene, std::span<const ViewId> used) {
   return {sum.x / n, sum.y / n, sum.z / n};
 }
 
+// The positions in the scene's coordinates, if they are relative to the origin. Throws what transform_points() throws.
+std::vector<WorldPoint> from_origin(const io::MeshOrigin& origin, const Scene& scene,
+                                    std::vector<WorldPoint> positions) {
+  for (WorldPoint& p : positions) p = {p.x + origin.origin.x, p.y + origin.origin.y, p.z + origin.origin.z};
+  if (!origin.srs.empty() && !scene.srs.empty() && origin.srs != scene.srs)
+    return from_system(origin.srs, scene, std::move(positions));
+  subtract(positions, scene.offset);
+  return positions;
+}
+
+// True and moves the mesh if it fits the cameras with the origin that is stated for it.
+bool take_mesh_from(const io::MeshOrigin& origin, const Scene& scene, std::span<const ViewId> used, const Mesh& few,
+                    Mesh& mesh) {
+  Mesh moved = few;
+  try {
+    moved.positions = from_origin(origin, scene, few.positions);
+    if (!fits(scene, moved, used)) return false;
+    std::vector<WorldPoint> positions = from_origin(origin, scene, mesh.positions);
+    mesh.file_positions = std::exchange(mesh.positions, std::move(positions));
+    return true;
+  } catch (const std::runtime_error&) {
+    return false;  // the systems cannot be brought together
+  }
+}
+
 bool is_geocentric(const Scene& scene) { return scene.srs == io::kGeocentric; }
 
 }  // namespace
@@ -142,7 +168,6 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
     }
     return {};
   }
-  if (scene.other_frames.empty() && !is_geocentric(scene)) return {};
   Mesh few = thinned(mesh);
   if (few.faces.empty()) return {};
   const bool fits_own = fits(scene, few, used);
@@ -156,6 +181,9 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
     return text;
   }
   if (fits_own) return {};
+  if (const auto origin = io::read_mesh_origin(mesh_file); origin && take_mesh_from(*origin, scene, used, few, mesh))
+    return fmt::format("the mesh fits the cameras with the origin that {} states: its coordinates are taken for that",
+                       origin->file.string());
   std::vector<std::string> systems;
   if (!scene.reference.empty()) systems.push_back(scene.reference);
   if (is_geocentric(scene)) systems.push_back(io::utm_zone(mean_centre(scene, used)));

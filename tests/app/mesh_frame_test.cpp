@@ -101,6 +101,25 @@ TEST_F(MeshFrame, UtmIsFoundAndKeptForTheFiles) {
   EXPECT_EQ(mesh.file_srs, "EPSG:32630");
 }
 
+TEST_F(MeshFrame, LocalCoordinatesAreTakenToTheOriginThatMetadataStates) {
+  const test::TemporaryFolder folder;
+  const auto tile = folder.write("Data/Tile_0/Tile_0.obj", "");
+  Mesh local = utm_;
+  for (WorldPoint& p : local.positions) p = {p.x - 700000, p.y - 5600000, p.z - 50};
+  const Mesh before = local;
+  const auto match_tile = [&] { return pipeline::match_frames(scene_, local, kUsed, tile); };
+  scene_.other_frames.clear();
+  EXPECT_EQ(match_tile(), "");
+  const std::string xml =
+      "<ModelMetadata><SRS>EPSG:32630</SRS><SRSOrigin>700000,5600000,50</SRSOrigin></ModelMetadata>";
+  folder.write("metadata.xml", test::replaced(xml, "700000,", "7e5,5e6,"));
+  EXPECT_EQ(match_tile(), "") << "an origin elsewhere";
+  folder.write("metadata.xml", xml);
+  EXPECT_TRUE(contains(match_tile(), "metadata.xml states"));
+  expect_seen_rightly(local);
+  EXPECT_EQ(local.written_positions(), before.positions);
+}
+
 TEST_F(MeshFrame, ASceneWithoutASystemNamesTheFrameAlone) {
   scene_.srs.clear();
   Mesh mesh = in_chunk(1);

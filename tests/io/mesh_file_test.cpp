@@ -427,7 +427,6 @@ TEST(MeshFile, RefusesWhatIsNoMeshAndSaysWhere) {
   EXPECT_TRUE(contains(error("v 0 0 0\nf 1 1 9999999999\n"), "line 2: vertex 9999999999"));
   EXPECT_TRUE(contains(error("v 0 0 0\nf 1 1 x/1\n"), "line 2: 'x/1'"));
   EXPECT_TRUE(contains(input_error([&] { read_mesh(folder.path() / "absent.ply"); }), "No such file"));
-  EXPECT_TRUE(contains(input_error([&] { read_mesh(folder.path()); }), "is a folder"));
 }
 
 // A triangle, a quad and a triangle behind two triangles: polygons 0, 1, then 2, 3, 3, 4; in either order.
