@@ -169,7 +169,7 @@ TEST_F(PublicationTest, ASecondRunIsRefusedAtItsStart) {
   if (child == 0) {
     pipeline::OutputFolder folder(out_, false, "texture");
     std::ofstream(folder.file("model.obj")) << "half";
-    static_cast<void>(write(ready[1], "x", 1));
+    if (write(ready[1], "x", 1) != 1) _exit(1);
     pause();
     _exit(0);
   }
