@@ -44,11 +44,14 @@ Scene read_scene(const std::filesystem::path& source, const SceneOptions& option
 
 // --- writing
 
-/// colmap: sparse/{cameras,images,points3D}.txt; cam: mvs-texturing's NAME.cam beside each photo; mvs: OpenMVS'
-/// scene.mvs.
-enum class SceneTarget { colmap, cam, mvs };
-inline constexpr Named<SceneTarget> kSceneTargetNames[] = {
-    {"colmap", SceneTarget::colmap}, {"cam", SceneTarget::cam}, {"mvs", SceneTarget::mvs}};
+/// colmap: sparse/{cameras,images,points3D}.bin; cam: mvs-texturing's NAME.cam beside each photo; mvs: OpenMVS'
+/// scene.mvs; transforms: nerfstudio's and instant-ngp's transforms.json; opensfm: reconstruction.json.
+enum class SceneTarget { colmap, cam, mvs, transforms, opensfm };
+inline constexpr Named<SceneTarget> kSceneTargetNames[] = {{"colmap", SceneTarget::colmap},
+                                                           {"cam", SceneTarget::cam},
+                                                           {"mvs", SceneTarget::mvs},
+                                                           {"transforms", SceneTarget::transforms},
+                                                           {"opensfm", SceneTarget::opensfm}};
 
 /// The first term of the camera's lens that the format cannot state ("p1", "the equisolid (fisheye) projection"); nullopt
 /// when it can state all of it.
@@ -59,10 +62,14 @@ std::optional<std::string> lost_term(SceneTarget target, const Camera& camera);
 std::vector<std::filesystem::path> photo_places(SceneTarget target, const Scene& scene, std::span<const ViewId> used);
 
 /// Where the format's programs look for the mask of a photo at one of `photo_places`, according to their manuals:
-/// COLMAP's ImageReader.mask_path has NAME.EXT.png (colmap.github.io/faq, "Mask image regions"), here in masks/;
+/// COLMAP's ImageReader.mask_path has NAME.EXT.png (colmap.github.io/faq, "Mask image regions"), here in masks/, where
+/// OpenSfM has them, too; transforms.json names them;
 /// OpenMVS takes NAME.mask.png beside the photo (with --ignore-mask-label 0). nullopt for cam: mvs-texturing has no
 /// masks, and would take one beside a PNG for its photo.
 std::optional<std::filesystem::path> mask_place(SceneTarget target, const std::filesystem::path& photo_place);
+
+/// The files that write_scene() writes, relative to its folder.
+std::vector<std::filesystem::path> listing_files(SceneTarget target, std::span<const std::filesystem::path> places);
 
 /// Writes cameras and poses, and the names in `places`, below `folder`, whose sub-folder `sparse` exists for colmap; no
 /// photo is touched. Numbers read back exactly, and so do positions in world and pixels to the rounding of t = -R C.

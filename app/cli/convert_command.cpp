@@ -40,13 +40,7 @@ void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::
 /// folder of the scene, which is read as a whole.
 void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const pipeline::OutputFolder& folder,
                         const std::vector<fs::path>& places, const std::vector<fs::path>& masks) {
-  std::vector<fs::path> listings;
-  if (options.target == io::SceneTarget::cam)
-    for (fs::path place : places) listings.push_back(place.replace_extension(".cam"));
-  if (options.target == io::SceneTarget::mvs) listings.emplace_back("scene.mvs");
-  if (options.target == io::SceneTarget::colmap)
-    for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"})
-      listings.push_back(fs::path("sparse") / name);
+  const std::vector<fs::path> listings = io::listing_files(options.target, places);
   const std::string advice = "; choose another folder than " + options.out.string();
   const fs::path source = fs::weakly_canonical(scene.read_from);
   for (const fs::path& listing : listings)
@@ -116,8 +110,10 @@ class Conversion {
     io::write_scene(options_.target, written_, used_, places_, folder_.in_making());
     folder_.promise_all();
     record_.counts = {{"views", used_.size()}};
-    return {.options = options_json(),
-            .result = (options_.out / (options_.target == io::SceneTarget::mvs ? "scene.mvs" : "")).string()};
+    // COLMAP and mvs-texturing take the folder.
+    const bool of_folder = options_.target == io::SceneTarget::colmap || options_.target == io::SceneTarget::cam;
+    const fs::path result = of_folder ? fs::path() : io::listing_files(options_.target, places_).front();
+    return {.options = options_json(), .result = (options_.out / result).string()};
   }
 
  private:

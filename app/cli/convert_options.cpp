@@ -11,7 +11,8 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
   add_output(*app, options);
   const OptionGroup output{*app, "Output"};
   output.choice("--format", io::kSceneTargetNames, options.target,
-                "COLMAP's text model, mvs-texturing's .cam files, or OpenMVS' scene.mvs");
+                "COLMAP's binary model, mvs-texturing's .cam files, OpenMVS' scene.mvs, transforms.json for nerfstudio "
+                "and instant-ngp, or OpenSfM's reconstruction.json");
   CLI::Option* undistort =
       output.flag("--undistort", options.undistort, "Write photos without lens distortion, and cameras to match");
   output
@@ -28,8 +29,8 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
 Photos are copied unchanged unless --undistort or --downscale is given. A lens that the format
 cannot express is an error that names the term it would lose.
 Masks and alpha channels become masks/NAME.EXT.png for COLMAP (its ImageReader.mask_path, our
---masks) and NAME.mask.png beside the photo for OpenMVS (--ignore-mask-label 0);
-mvs-texturing has no masks.
+--masks), OpenSfM and transforms.json, and NAME.mask.png beside the photo for OpenMVS
+(--ignore-mask-label 0); mvs-texturing has no masks.
 
 )");
   return app;

@@ -1,5 +1,5 @@
 // Scenes for other programs. Each format's conventions are stated where it is read: colmap_scene.cpp, cam_scene.cpp,
-// openmvs_scene.cpp.
+// openmvs_scene.cpp; for JSON see json_scene_writer.cpp.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,8 +11,8 @@
 #include "io/number_text.h"
 #include "io/output_file.h"
 #include "io/scene_files.h"
-#include "io/scenes/colmap_models.h"
 #include "io/scenes/scene_file.h"
+#include "io/scenes/scene_writer.h"
 
 namespace gpvc::io {
 namespace {
@@ -34,20 +34,7 @@ void write_text(const fs::path& path, const std::string& text) {
   file.commit();
 }
 
-/// t of x_camera = R x_world + t.
-WorldPoint translation(const Pose& pose) {
-  const WorldPoint c = product(pose.rotation, pose.centre);
-  return {-c.x, -c.y, -c.z};
-}
-
 // --- what a lens has, and what a format can state
-
-/// The first term of the lens that is not zero and not among those `stated`.
-std::optional<std::string> first_term_beyond(const Distortion& d, std::span<const DistortionTerm> stated) {
-  for (const LensTerm& term : kLensTerms)
-    if (d.*term.term != 0 && std::find(stated.begin(), stated.end(), term.term) == stated.end()) return term.name;
-  return std::nullopt;
-}
 
 constexpr Named<LensModel> kProjectionNames[] = {{"the perspective projection", LensModel::brown},
                                                  {"the perspective projection", LensModel::perspective},
@@ -58,8 +45,6 @@ constexpr Named<LensModel> kProjectionNames[] = {{"the perspective projection", 
                                                  {"the inverse radial projection", LensModel::inverse_radial},
                                                  {"the division projection", LensModel::division},
                                                  {"the unified projection", LensModel::unified}};
-
-bool is_perspective(LensModel model) { return model == LensModel::brown || model == LensModel::perspective; }
 
 /// The first of COLMAP's models that states the whole lens, or else the one of its projection with the most terms;
 /// nullptr when no model has its projection.
@@ -76,11 +61,11 @@ const ColmapModel* colmap_model(const Distortion& d) {
 
 std::optional<std::string> lost_in_colmap(const Distortion& d) {
   const ColmapModel* model = colmap_model(d);
-  return model != nullptr ? first_term_beyond(d, model->terms()) : name_of(kProjectionNames, d.model);
+  return model != nullptr ? first_term_beyond(d, model->terms()) : projection_name(d.model);
 }
 
 std::optional<std::string> lost_in_pinhole(const Distortion& d) {
-  return is_perspective(d.model) ? first_term_beyond(d, {}) : name_of(kProjectionNames, d.model);
+  return is_perspective(d.model) ? first_term_beyond(d, {}) : projection_name(d.model);
 }
 
 /// The format has radial terms alone, about the photo's middle, with square pixels; k1 without k2 selects another model.
@@ -88,7 +73,7 @@ std::optional<std::string> lost_in_cam(const Camera& c) {
   const Distortion& d = c.distortion;
   if (!lost_in_pinhole(d)) return std::nullopt;
   if (d.model != LensModel::inverse_radial) {
-    if (!is_perspective(d.model)) return name_of(kProjectionNames, d.model);
+    if (!is_perspective(d.model)) return projection_name(d.model);
     if ((d.k1 != 0) != (d.k2 != 0)) return d.k1 != 0 ? "k1 without k2" : "k2 without k1";
   }
   if (auto more = first_term_beyond(d, std::array{&Distortion::k1, &Distortion::k2})) return more;
@@ -128,22 +113,6 @@ class Bytes {
 };
 
 // --- COLMAP
-
-/// w x y z of a rotation matrix, the largest of the four first (Shepperd 1978).
-std::array<double, 4> quaternion(const std::array<double, 9>& r) {
-  const std::array<double, 4> squares{1 + r[0] + r[4] + r[8], 1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8],
-                                      1 - r[0] - r[4] + r[8]};
-  const auto largest = static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
-  const double twice = std::sqrt(squares[largest]);
-  // The products of each two of the four, times 4.
-  const std::array<std::array<double, 4>, 4> products{{{twice * twice, r[7] - r[5], r[2] - r[6], r[3] - r[1]},
-                                                       {r[7] - r[5], twice * twice, r[1] + r[3], r[2] + r[6]},
-                                                       {r[2] - r[6], r[1] + r[3], twice * twice, r[5] + r[7]},
-                                                       {r[3] - r[1], r[2] + r[6], r[5] + r[7], twice * twice}}};
-  std::array<double, 4> q = products[largest];
-  for (double& v : q) v /= 2 * twice;
-  return q;
-}
 
 /// A binary model: in text models COLMAP ends names at blanks.
 void write_colmap(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
@@ -255,9 +224,44 @@ void write_mvs(const fs::path& folder, const Scene& scene, std::span<const ViewI
 
 }  // namespace
 
+// --- parts of all writers
+
+WorldPoint translation(const Pose& pose) {
+  const WorldPoint c = product(pose.rotation, pose.centre);
+  return {-c.x, -c.y, -c.z};
+}
+
+// The largest of the four first (Shepperd 1978).
+std::array<double, 4> quaternion(const std::array<double, 9>& r) {
+  const std::array<double, 4> squares{1 + r[0] + r[4] + r[8], 1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8],
+                                      1 - r[0] - r[4] + r[8]};
+  const auto largest = static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
+  const double twice = std::sqrt(squares[largest]);
+  // The products of each two of the four, times 4.
+  const std::array<std::array<double, 4>, 4> products{{{twice * twice, r[7] - r[5], r[2] - r[6], r[3] - r[1]},
+                                                       {r[7] - r[5], twice * twice, r[1] + r[3], r[2] + r[6]},
+                                                       {r[2] - r[6], r[1] + r[3], twice * twice, r[5] + r[7]},
+                                                       {r[3] - r[1], r[2] + r[6], r[5] + r[7], twice * twice}}};
+  std::array<double, 4> q = products[largest];
+  for (double& v : q) v /= 2 * twice;
+  return q;
+}
+
+std::optional<std::string> first_term_beyond(const Distortion& d, std::span<const DistortionTerm> stated) {
+  for (const LensTerm& term : kLensTerms)
+    if (d.*term.term != 0 && std::find(stated.begin(), stated.end(), term.term) == stated.end()) return term.name;
+  return std::nullopt;
+}
+
+std::string projection_name(LensModel model) { return std::string(name_of(kProjectionNames, model)); }
+
+// --- scenes
+
 std::optional<std::string> lost_term(SceneTarget target, const Camera& camera) {
   if (target == SceneTarget::mvs) return lost_in_pinhole(camera.distortion);
   if (target == SceneTarget::cam) return lost_in_cam(camera);
+  if (target == SceneTarget::transforms) return lost_in_transforms(camera.distortion);
+  if (target == SceneTarget::opensfm) return lost_in_opensfm(camera.distortion);
   return lost_in_colmap(camera.distortion);
 }
 
@@ -291,6 +295,33 @@ void write_scene(SceneTarget target, const Scene& scene, std::span<const ViewId>
   if (target == SceneTarget::colmap) write_colmap(folder, scene, used, places);
   if (target == SceneTarget::cam) write_cams(folder, scene, used, places);
   if (target == SceneTarget::mvs) write_mvs(folder, scene, used, places);
+  const auto mask_of = [&](const fs::path& place) -> std::optional<fs::path> {
+    const std::optional<fs::path> mask = mask_place(target, place);
+    return mask && is_file(folder / *mask) ? mask : std::nullopt;
+  };
+  if (target == SceneTarget::transforms)
+    write_text(folder / "transforms.json", transforms_text(folder, scene, used, places, mask_of));
+  if (target == SceneTarget::opensfm)
+    write_text(folder / "reconstruction.json", opensfm_text(folder, scene, used, places));
+}
+
+std::vector<fs::path> listing_files(SceneTarget target, std::span<const fs::path> places) {
+  switch (target) {
+    case SceneTarget::colmap:
+      return {"sparse/cameras.bin", "sparse/images.bin", "sparse/points3D.bin"};
+    case SceneTarget::cam: {
+      std::vector<fs::path> files(places.begin(), places.end());
+      for (fs::path& file : files) file.replace_extension(".cam");
+      return files;
+    }
+    case SceneTarget::mvs:
+      return {"scene.mvs"};
+    case SceneTarget::transforms:
+      return {"transforms.json"};
+    case SceneTarget::opensfm:
+      return {"reconstruction.json"};
+  }
+  return {};
 }
 
 }  // namespace gpvc::io

@@ -153,6 +153,42 @@ TEST(SceneWriter, CamStatesPinholesAndRadialTerms) {
   expect_same(scene, written_and_read(io::SceneTarget::cam, scene, folder));
 }
 
+TEST(SceneWriter, TransformsStateTheirLenses) {
+  const Camera brown = with({.k1 = -0.1, .k2 = 0.02, .p1 = 1e-3, .p2 = -2e-3, .k3 = 0.01, .model = LensModel::brown});
+  const Camera four = with({.k1 = -0.1, .model = LensModel::perspective, .k4 = 0.01});
+  const Camera fisheye = with({.k1 = 0.05, .k2 = -0.01, .k3 = 0.002, .model = LensModel::equidistant, .k4 = 0.001});
+  for (const Scene& scene : {scene_of({pinhole(), portrait(), brown, four, fisheye}), scene_of({brown})}) {
+    const TemporaryFolder folder;
+    expect_same(scene, written_and_read(io::SceneTarget::transforms, scene, folder));
+  }
+}
+
+TEST(SceneWriter, OpensfmStatesItsLensesAndReference) {
+  const Camera brown = with({.k1 = -0.1, .k2 = 0.02, .p1 = 1e-3, .p2 = -2e-3, .k3 = 0.01, .model = LensModel::brown});
+  const Camera fisheye = with({.k1 = 0.05, .k2 = -0.01, .k3 = 0.002, .model = LensModel::equidistant, .k4 = 0.001});
+  Scene scene = scene_of({pinhole(), portrait(), brown, fisheye});
+  scene.srs = "ENU:50.8225,-0.1372";
+  scene.offset = {0, 0, 12.5};
+  const TemporaryFolder folder;
+  const Scene read = written_and_read(io::SceneTarget::opensfm, scene, folder);
+  expect_same(scene, read);
+  EXPECT_EQ(read.views[0].name, scene.views[0].name);
+  EXPECT_EQ(read.srs, scene.srs);
+  EXPECT_EQ(read.offset, scene.offset);
+}
+
+TEST(SceneWriter, JsonRefusesNamesThatAreNotUtf8) {
+  Scene scene = scene_of({pinhole()});
+  scene.views[0].name = "photo \xE9.jpg";
+  const TemporaryFolder folder;
+  const std::vector<ViewId> used = all_views(scene);
+  for (const io::SceneTarget target : {io::SceneTarget::transforms, io::SceneTarget::opensfm}) {
+    EXPECT_THROW(io::write_scene(target, scene, used, io::photo_places(target, scene, used), folder.path()),
+                 OutputError);
+    EXPECT_TRUE(fs::is_empty(folder.path()));
+  }
+}
+
 TEST(SceneWriter, NamesTheTermThatWouldBeLost) {
   const auto lost = [](io::SceneTarget target, const Camera& camera) {
     return io::lost_term(target, camera).value_or("nothing");
@@ -172,6 +208,10 @@ TEST(SceneWriter, NamesTheTermThatWouldBeLost) {
   EXPECT_EQ(lost(io::SceneTarget::colmap, six), "k6");
   const Camera prism = with({.model = LensModel::equidistant, .s4 = 1e-3});
   EXPECT_EQ(lost(io::SceneTarget::colmap, prism), "s4");
+  EXPECT_EQ(lost(io::SceneTarget::transforms, metashape), "p3");
+  EXPECT_EQ(lost(io::SceneTarget::transforms, equisolid), "the equisolid (fisheye) projection");
+  EXPECT_EQ(lost(io::SceneTarget::opensfm, six), "k6");
+  EXPECT_EQ(lost(io::SceneTarget::opensfm, with({.model = LensModel::perspective, .k4 = 0.1})), "k4");
   const Camera division = with({.k1 = -0.2, .model = LensModel::division});
   EXPECT_EQ(lost(io::SceneTarget::cam, division), "the division projection");
 
@@ -259,7 +299,9 @@ TEST(Convert, WritesScenesThatReadBackWithoutDistortion) {
   EXPECT_EQ(project.convert(io::SceneTarget::colmap, true, "for colmap"), "");
   EXPECT_EQ(project.convert(io::SceneTarget::cam, true, "for cam"), "");
   EXPECT_EQ(project.convert(io::SceneTarget::mvs, true, "for mvs"), "");
-  for (const char* out : {"for colmap", "for cam", "for mvs"}) {
+  EXPECT_EQ(project.convert(io::SceneTarget::transforms, true, "for nerfstudio"), "");
+  EXPECT_EQ(project.convert(io::SceneTarget::opensfm, true, "for opensfm"), "");
+  for (const char* out : {"for colmap", "for cam", "for mvs", "for nerfstudio", "for opensfm"}) {
     const Scene scene = io::read_scene(project.folder.path() / out, {});
     ASSERT_EQ(scene.views.size(), 2u) << out;
     EXPECT_TRUE(scene.views[1].camera.distortion.is_identity()) << out;

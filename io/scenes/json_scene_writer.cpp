@@ -1,0 +1,171 @@
+// Scenes as JSON; the formats' conventions are stated where they are read: transforms_scene.cpp, opensfm_scene.cpp.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "io/error.h"
+#include "io/files/text_scan.h"
+#include "io/lens_terms.h"
+#include "io/scenes/scene_writer.h"
+
+namespace gpvc::io {
+namespace {
+
+namespace fs = std::filesystem;
+using OrderedJson = nlohmann::ordered_json;
+
+/// What a format states of the lenses of a projection, under these names.
+struct StatedLens {
+  const char* name;
+  std::vector<LensTerm> terms;
+};
+
+const StatedLens& chosen_lens(const StatedLens& perspective, const StatedLens& equidistant, LensModel model) {
+  return model == LensModel::equidistant ? equidistant : perspective;
+}
+
+std::optional<std::string> lost_beyond(const StatedLens& lens, const Distortion& d) {
+  if (!is_perspective(d.model) && d.model != LensModel::equidistant) return projection_name(d.model);
+  std::vector<DistortionTerm> terms;
+  for (const LensTerm& term : lens.terms) terms.push_back(term.term);
+  return first_term_beyond(d, terms);
+}
+
+constexpr LensTerm kK1{"k1", &Distortion::k1}, kK2{"k2", &Distortion::k2}, kK3{"k3", &Distortion::k3},
+    kK4{"k4", &Distortion::k4}, kP1{"p1", &Distortion::p1}, kP2{"p2", &Distortion::p2};
+
+// nerfstudio's OPENCV has four radial terms, instant-ngp's the first two.
+const StatedLens& transforms_lens(LensModel model) {
+  static const StatedLens kPerspective{"OPENCV", {kK1, kK2, kK3, kK4, kP1, kP2}};
+  static const StatedLens kEquidistant{"OPENCV_FISHEYE", {kK1, kK2, kK3, kK4}};
+  return chosen_lens(kPerspective, kEquidistant, model);
+}
+
+const StatedLens& opensfm_lens(LensModel model) {
+  static const StatedLens kPerspective{"brown", {kK1, kK2, kK3, kP1, kP2}};
+  static const StatedLens kEquidistant{"fisheye_opencv", {kK1, kK2, kK3, kK4}};
+  return chosen_lens(kPerspective, kEquidistant, model);
+}
+
+void add_terms(const StatedLens& lens, const Distortion& d, OrderedJson& out) {
+  for (const LensTerm& term : lens.terms) out[term.name] = d.*term.term;
+}
+
+OrderedJson transforms_camera(const Camera& c) {
+  const StatedLens& lens = transforms_lens(c.distortion.model);
+  OrderedJson out = {{"camera_model", lens.name},
+                     {"w", c.width},
+                     {"h", c.height},
+                     {"fl_x", c.fx},
+                     {"fl_y", c.fy},
+                     {"cx", c.cx},
+                     {"cy", c.cy}};
+  add_terms(lens, c.distortion, out);
+  return out;
+}
+
+/// Camera to world, of a camera whose y points up and z back.
+OrderedJson transform_matrix(const Pose& pose) {
+  const auto& r = pose.rotation;
+  const std::array<double, 3> centre{pose.centre.x, pose.centre.y, pose.centre.z};
+  OrderedJson rows = OrderedJson::array();
+  for (std::size_t i = 0; i < 3; ++i) rows.push_back({r[i], -r[3 + i], -r[6 + i], centre[i]});
+  rows.push_back({0, 0, 0, 1});
+  return rows;
+}
+
+/// Lengths are divided by the longer side, positions relative to the middle.
+OrderedJson opensfm_camera(const Camera& c) {
+  const StatedLens& lens = opensfm_lens(c.distortion.model);
+  const double longer = std::max(c.width, c.height);
+  OrderedJson out = {{"projection_type", lens.name},
+                     {"width", c.width},
+                     {"height", c.height},
+                     {"focal_x", c.fx / longer},
+                     {"focal_y", c.fy / longer},
+                     {"c_x", (c.cx - c.width / 2.0) / longer},
+                     {"c_y", (c.cy - c.height / 2.0) / longer}};
+  add_terms(lens, c.distortion, out);
+  return out;
+}
+
+/// The axis of a rotation, as long as its angle.
+OrderedJson angle_axis(const std::array<double, 9>& rotation) {
+  const auto [w, x, y, z] = quaternion(rotation);
+  const double s = std::hypot(x, y, z);
+  // The angle divided by s tends to 2 / w.
+  const double scale = s > 0 ? 2 * std::atan2(s, w) / s : 2 / w;
+  return {scale * x, scale * y, scale * z};
+}
+
+/// The reference of a scene in east, north and up; null for other systems.
+OrderedJson reference_lla(const Scene& scene) {
+  std::string_view srs = scene.srs;
+  if (!srs.starts_with("ENU:")) return nullptr;
+  srs.remove_prefix(4);
+  const std::size_t comma = std::min(srs.find(','), srs.size());
+  const auto latitude = number_from(srs.substr(0, comma));
+  const auto longitude = number_from(srs.substr(std::min(comma + 1, srs.size())));
+  if (!latitude || !longitude || scene.offset.x != 0 || scene.offset.y != 0) return nullptr;
+  return {{"latitude", *latitude}, {"longitude", *longitude}, {"altitude", scene.offset.z}};
+}
+
+std::string text_of(const fs::path& folder, const OrderedJson& json) {
+  try {
+    return json.dump(2) + '\n';
+  } catch (const OrderedJson::type_error&) {
+    throw OutputError(folder, "a photo's name is not UTF-8, which JSON has to be");
+  }
+}
+
+}  // namespace
+
+std::optional<std::string> lost_in_transforms(const Distortion& d) { return lost_beyond(transforms_lens(d.model), d); }
+std::optional<std::string> lost_in_opensfm(const Distortion& d) { return lost_beyond(opensfm_lens(d.model), d); }
+
+std::string transforms_text(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
+                            std::span<const fs::path> places,
+                            const std::function<std::optional<fs::path>(const fs::path&)>& mask_of) {
+  const auto camera_of = [&](std::size_t i) -> const Camera& { return scene.views[index(used[i])].camera; };
+  bool one_camera = true;
+  for (std::size_t i = 1; i < used.size(); ++i) one_camera &= camera_of(i) == camera_of(0);
+  OrderedJson root = one_camera && !used.empty() ? transforms_camera(camera_of(0)) : OrderedJson::object();
+  OrderedJson frames = OrderedJson::array();
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    OrderedJson frame = {{"file_path", places[i].generic_string()}};
+    if (const std::optional<fs::path> mask = mask_of(places[i])) frame["mask_path"] = mask->generic_string();
+    if (!one_camera) frame.update(transforms_camera(camera_of(i)));
+    frame["transform_matrix"] = transform_matrix(scene.views[index(used[i])].pose);
+    frames.push_back(std::move(frame));
+  }
+  root["frames"] = std::move(frames);
+  return text_of(folder, root);
+}
+
+std::string opensfm_text(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
+                         std::span<const fs::path> places) {
+  std::vector<Camera> known;
+  OrderedJson cameras = OrderedJson::object(), shots = OrderedJson::object();
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const View& view = scene.views[index(used[i])];
+    const auto at = std::ranges::find(known, view.camera);
+    const std::string name = "camera " + std::to_string(at - known.begin() + 1);
+    if (at == known.end()) {
+      known.push_back(view.camera);
+      cameras[name] = opensfm_camera(view.camera);
+    }
+    const WorldPoint t = translation(view.pose);
+    shots[places[i].lexically_relative("images").generic_string()] = {{"rotation", angle_axis(view.pose.rotation)},
+                                                                      {"translation", {t.x, t.y, t.z}},
+                                                                      {"camera", name},
+                                                                      {"orientation", 1}};
+  }
+  OrderedJson reconstruction = {
+      {"cameras", std::move(cameras)}, {"shots", std::move(shots)}, {"points", OrderedJson::object()}};
+  if (OrderedJson reference = reference_lla(scene); !reference.is_null())
+    reconstruction["reference_lla"] = std::move(reference);
+  return text_of(folder, OrderedJson::array({std::move(reconstruction)}));
+}
+
+}  // namespace gpvc::io
