@@ -90,6 +90,7 @@ class Conversion {
     refuse_lost_terms(written_, used_, options_.target);
     choose_places();
     warn_of_lost_masks();
+    expect_space();
 
     record_.begin({"photos", "photos"});
     // Without masks, the cache does not paint over excluded pixels.
@@ -174,10 +175,27 @@ class Conversion {
           "mvs-texturing will use the blank parts of undistorted photos; --frame inside leaves nothing blank");
   }
 
+  bool copies_photos() const { return !options_.undistort && options_.input.downscale == 1; }
+
+  void expect_space() const {
+    // Of photos of leaves and gravel, which compress badly.
+    constexpr double kJpegBytesPerPixel = 0.7, kPngBytesPerPixel = 2.5;
+    double copied = 0, encoded = 0;
+    for (std::size_t i = 0; i < used_.size(); ++i) {
+      if (copies_photos()) {
+        copied += static_cast<double>(fs::file_size(view_of(scene_, used_[i]).photo));
+      } else {
+        const Camera& camera = view_of(written_, used_[i]).camera;
+        encoded += (is_jpeg(places_[i]) ? kJpegBytesPerPixel : kPngBytesPerPixel) * camera.width * camera.height;
+      }
+    }
+    folder_.expect_space(copied, copied + encoded, record_);
+  }
+
   void write_photo(std::size_t i, io::PhotoSource& photos) {
     const View& view = view_of(scene_, used_[i]);
     const fs::path file = folder_.file(places_[i]);
-    if (!options_.undistort && options_.input.downscale == 1) return copy_whole(view.photo, file);
+    if (copies_photos()) return copy_whole(view.photo, file);
     const io::ImageFormat format = is_jpeg(file) ? io::ImageFormat::jpg : io::ImageFormat::png;
     const io::ColorProfile profile = io::read_color_profile(view.photo);
     const auto photo = photos.photo(used_[i]);
@@ -193,7 +211,7 @@ class Conversion {
     const View& view = view_of(scene_, used_[i]);
     if (!masks_[i]) return;
     // Masks are written as PNG without alpha, which other programs ignore.
-    const bool unchanged = !options_.undistort && options_.input.downscale == 1 && io::has_plain_mask(view);
+    const bool unchanged = copies_photos() && io::has_plain_mask(view);
     if (unchanged) return copy_whole(view.mask, folder_.file(*masks_[i]));
     const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
     if (!exclusion && !options_.undistort) return;

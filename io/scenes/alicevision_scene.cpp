@@ -15,6 +15,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
+#include "io/number_text.h"
 #include "io/scenes/json_file.h"
 #include "io/scenes/scene_file.h"
 
@@ -91,7 +92,7 @@ class AlicevisionReader {
       ++unposed_;
       return;
     }
-    const std::string of_camera = "intrinsic " + std::to_string(static_cast<long long>(intrinsic->first));
+    const std::string of_camera = "intrinsic " + general_text(intrinsic->first);
     const NamedLens* lens = lens_of(of_camera, *intrinsic->second);
     if (lens == nullptr) return;
     const auto [camera, fresh] = cameras_.try_emplace(intrinsic->first);

@@ -13,6 +13,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
+#include "io/number_text.h"
 #include "io/scenes/json_file.h"
 #include "io/scenes/scene_file.h"
 
@@ -69,7 +70,7 @@ class OpenmvgReader {
   void read_keyed(const char* name, Take take) {
     for (const Json& entry : json_.objects("", json_.root(), name)) {
       const double key = json_.number(name, entry, "key");
-      const std::string place = std::string(name) + ' ' + std::to_string(static_cast<long long>(key));
+      const std::string place = std::string(name) + ' ' + general_text(key);
       take(key, place, json_.object(place, entry, "value"));
     }
   }
@@ -95,7 +96,7 @@ class OpenmvgReader {
     }
     const fs::path name =
         fs::path(with_slashes(json_.text(place, in, "local_path"))) / with_slashes(json_.text(place, in, "filename"));
-    const std::string of_camera = "intrinsics " + std::to_string(static_cast<long long>(intrinsic->first));
+    const std::string of_camera = "intrinsics " + general_text(intrinsic->first);
     if (!base_of(*intrinsic->second).contains("focal_length")) {
       omitted_.add("spherical",
                    InputError(json_.path(), of_camera, "has no focal length: spherical photos are not read"));
