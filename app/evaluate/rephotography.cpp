@@ -1,11 +1,14 @@
 #include "app/evaluate/rephotography.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "app/evaluate/color_difference.h"
 #include "app/pipeline/undistort.h"
 #include "io/photos.h"
 #include "io/vector.h"
@@ -148,6 +151,35 @@ double squared_error_over_channels(const cv::Mat& a, const cv::Mat& b, const cv:
   return (mean[0] + mean[1] + mean[2]) / 3;
 }
 
+double psnr(double squared_error) { return squared_error > 0 ? 10 * std::log10(255.0 * 255.0 / squared_error) : 99.0; }
+
+/// CIEDE2000 of the scored pixels, row by row.
+std::vector<float> color_errors(const cv::Mat& a, const cv::Mat& b, const cv::Mat& scored) {
+  std::vector<std::vector<float>> rows(static_cast<std::size_t>(a.rows));
+  tbb::parallel_for(0, a.rows, [&](int y) {
+    const auto lab = [y](const cv::Mat& image, int x) {
+      const auto& v = image.at<cv::Vec3f>(y, x);
+      return lab_from_srgb({v[0], v[1], v[2]});
+    };
+    for (int x = 0; x < a.cols; ++x)
+      if (scored.at<std::uint8_t>(y, x) != 0)
+        rows[static_cast<std::size_t>(y)].push_back(static_cast<float>(color_difference(lab(a, x), lab(b, x))));
+  });
+  std::vector<float> all;
+  for (const std::vector<float>& row : rows) all.insert(all.end(), row.begin(), row.end());
+  return all;
+}
+
+void score_colors(const cv::Mat& taken, const cv::Mat& made, const cv::Mat& scored, RephotographyScore& score) {
+  score.raw_psnr = psnr(squared_error_over_channels(taken, made, scored));
+  std::vector<float> errors = color_errors(taken, made, scored);
+  for (const float error : errors) score.color_error += error;
+  score.color_error /= static_cast<double>(errors.size());
+  const auto most = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() * 95 / 100);
+  std::nth_element(errors.begin(), most, errors.end());
+  score.color_error_95 = *most;
+}
+
 }  // namespace
 
 RephotographyScore mean_score(std::span<const RephotographyScore> scores) {
@@ -159,11 +191,16 @@ RephotographyScore mean_score(std::span<const RephotographyScore> scores) {
     mean.psnr += score.psnr;
     mean.ssim += score.ssim;
     mean.ncc_error += score.ncc_error;
+    mean.raw_psnr += score.raw_psnr;
+    mean.color_error += score.color_error;
+    mean.color_error_95 += score.color_error_95;
     mean.windows += score.windows;
     ++count;
   }
   if (count == 0) return mean;
-  for (double* value : {&mean.completeness, &mean.psnr, &mean.ssim, &mean.ncc_error}) *value /= count;
+  for (double* value : {&mean.completeness, &mean.psnr, &mean.ssim, &mean.ncc_error, &mean.raw_psnr, &mean.color_error,
+                        &mean.color_error_95})
+    *value /= count;
   return mean;
 }
 
@@ -172,6 +209,9 @@ Json score_json(const RephotographyScore& score) {
           {"psnr_db", score.psnr},
           {"ssim", score.ssim},
           {"one_minus_ncc", score.ncc_error},
+          {"psnr_without_gain_db", score.raw_psnr},
+          {"ciede2000", score.color_error},
+          {"ciede2000_95", score.color_error_95},
           {"windows", score.windows}};
 }
 
@@ -227,14 +267,13 @@ Rephotography compare_with_photo(const ComparedPhoto& photo, const pipeline::Ren
   const cv::Scalar taken_mean = cv::mean(taken, scored), made_mean = cv::mean(made, scored);
   cv::Scalar gain;
   for (int c = 0; c < 3; ++c) gain[c] = made_mean[c] > 0 ? taken_mean[c] / made_mean[c] : 1.0;
-  cv::multiply(made, gain, made);
-
   const cv::Mat windows = whole_windows(scored);
   result.score.windows = static_cast<std::size_t>(cv::countNonZero(windows));
+  if (result.score.windows > 0) score_colors(taken, made, scored, result.score);
+  cv::multiply(made, gain, made);
   const cv::Mat errors = ncc_errors(luma(taken), luma(made));
   if (result.score.windows > 0) {
-    const double mse = squared_error_over_channels(taken, made, scored);
-    result.score.psnr = mse > 0 ? 10 * std::log10(255.0 * 255.0 / mse) : 99.0;
+    result.score.psnr = psnr(squared_error_over_channels(taken, made, scored));
     result.score.ssim = mean_ssim(luma(taken), luma(made), windows);
     result.score.ncc_error = cv::mean(errors, windows)[0];
   }

@@ -16,7 +16,10 @@ struct RephotographyScore {
   double psnr = 0;          ///< dB, over the three channels after the gain
   double ssim = 0;          ///< mean over windows, 11 x 11 Gaussian, sigma 1.5, on luma
   double ncc_error = 0;     ///< mean of 1 - NCC over 11 x 11 boxes, on luma; 0 best
-  std::size_t windows = 0;  ///< windows scored; 0: nothing could be compared
+  // Without the gain: what exposure, white balance and levelling leave.
+  double raw_psnr = 0;                         ///< dB
+  double color_error = 0, color_error_95 = 0;  ///< CIEDE2000 over the pixels: mean, and below which 95 % lie
+  std::size_t windows = 0;                     ///< windows scored; 0: nothing could be compared
 };
 
 /// The mean over those of which something could be compared; windows are summed up.
