@@ -183,8 +183,7 @@ std::optional<fs::path> find_reconstruction(const fs::path& source) {
   if (is_file(source)) {
     if (lower_case(source.extension().string()) != ".json") return std::nullopt;
     const std::string head = first_bytes(source, 256);
-    std::string_view text = head;
-    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    std::string_view text = without_byte_order_mark(head);
     return next_word(text).starts_with('[') ? std::optional(source) : std::nullopt;
   }
   for (const char* below : {"reconstruction.json", "opensfm/reconstruction.json"})
