@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "benchmarks/child.h"
 #include "benchmarks/command.h"
 #include "benchmarks/pipeline.h"
 #include "benchmarks/table.h"

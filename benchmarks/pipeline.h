@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -64,11 +63,6 @@ struct RunOptions {
 /// then measures the floor. Throws std::runtime_error when a run fails.
 Measured measure(const SceneSize& size, const SceneFiles& scene, const RunOptions& options,
                  const std::filesystem::path& results);
-
-/// What body() returns, called in a process of its own. A program inherits the memory peak of the process that starts it
-/// (getrusage's ru_maxrss outlives exec), so a process that measures programs must stay small. Throws std::runtime_error with the message of what body() throws. \pre this process has not used TBB: a fork has none of
-/// its threads
-std::string in_own_process(const std::function<std::string()>& body);
 
 // --- results
 

@@ -1,23 +1,16 @@
 // Runs the program on a scene, and the floor beneath it: what its files alone cost.
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstring>
-#include <exception>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string_view>
-#include <system_error>
 
+#include "benchmarks/child.h"
 #include "benchmarks/pipeline.h"
 #include "io/clock.h"
 #include "io/images.h"
@@ -28,51 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-[[noreturn]] void throw_errno(const std::string& what) {
-  throw std::system_error(errno, std::generic_category(), what);
-}
-
 double seconds_of(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); }
 
-struct Ended {
-  int status = 0;  ///< as wait() gives it
-  rusage usage{};
-};
-
-Ended wait_for(pid_t child) {
-  Ended ended;
-  while (wait4(child, &ended.status, 0, &ended.usage) < 0)
-    if (errno != EINTR) throw_errno("wait4");
-  return ended;
-}
-
-std::string how_ended(int status) {
-  return WIFSIGNALED(status) ? fmt::format("signal {}", WTERMSIG(status))
-                             : fmt::format("exit status {}", WEXITSTATUS(status));
-}
-
 // --- the program
-
-/// Runs a program to its end with its output in `log`. Throws std::runtime_error unless it succeeds.
-rusage run_program(std::vector<std::string> words, const fs::path& log) {
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  const int output = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (output < 0) throw_errno(log.string());
-  const pid_t child = fork();
-  if (child == 0) {
-    if (dup2(output, STDOUT_FILENO) >= 0 && dup2(output, STDERR_FILENO) >= 0) execv(arguments[0], arguments.data());
-    _exit(127);
-  }
-  close(output);
-  if (child < 0) throw_errno("fork");
-  const Ended ended = wait_for(child);
-  if (ended.status != 0)
-    throw std::runtime_error(
-        fmt::format("{} ended with {}; its output is in {}", words[0], how_ended(ended.status), log.string()));
-  return ended.usage;
-}
 
 Json read_run(const fs::path& model) {
   const fs::path file = model / "run.json";
@@ -101,7 +52,12 @@ Measured run_once(const SceneSize& size, const SceneFiles& scene, const RunOptio
                                  model.string(),        "--force"};
   if (!options.memory.empty()) words.insert(words.end(), {"--memory", options.memory});
   const Clock::time_point start = Clock::now();
-  const rusage usage = run_program(words, model.string() + ".log");
+  const fs::path log = model.string() + ".log";
+  const Ended ended = run_program(words, log);
+  if (ended.status != 0)
+    throw std::runtime_error(
+        fmt::format("{} ended with {}; its output is in {}", words[0], how_ended(ended.status), log.string()));
+  const rusage& usage = ended.usage;
   Measured m{size, scene.faces, seconds_since(start), 0, 0, {}, {}};
   m.cpu_s = seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
   m.peak_gb = static_cast<double>(usage.ru_maxrss) * 1024e-9;  // Linux counts in KiB
@@ -166,39 +122,6 @@ Floor measure_floor(const SceneFiles& scene, const fs::path& model, const fs::pa
 }
 
 }  // namespace
-
-std::string in_own_process(const std::function<std::string()>& body) {
-  std::array<int, 2> ends{};  // of a pipe: to read from, to write to
-  if (pipe(ends.data()) != 0) throw_errno("pipe");
-  const pid_t child = fork();
-  if (child < 0) throw_errno("fork");
-  if (child == 0) {
-    std::string text;
-    int status = 0;
-    try {
-      text = body();
-    } catch (const std::exception& error) {
-      text = error.what();
-      status = 1;
-    }
-    for (std::string_view rest = text; !rest.empty();) {
-      const ssize_t written = write(ends[1], rest.data(), rest.size());
-      if (written < 0) _exit(1);
-      rest.remove_prefix(static_cast<std::size_t>(written));
-    }
-    _exit(status);
-  }
-  close(ends[1]);
-  std::string text;
-  std::array<char, 4096> part;
-  for (ssize_t got = 0; (got = read(ends[0], part.data(), part.size())) > 0;)
-    text.append(part.data(), static_cast<std::size_t>(got));
-  close(ends[0]);
-  const Ended ended = wait_for(child);
-  if (ended.status != 0)
-    throw std::runtime_error(text.empty() ? "a part of it ended with " + how_ended(ended.status) : text);
-  return text;
-}
 
 Measured measure(const SceneSize& size, const SceneFiles& scene, const RunOptions& options, const fs::path& results) {
   fs::create_directories(results);

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/synth/city.h"
+#include "benchmarks/child.h"
 #include "benchmarks/pipeline.h"
 #include "benchmarks/table.h"
 #include "io/images.h"
