@@ -12,13 +12,17 @@
 
 namespace gpvc::io {
 
-/// Reads PLY (ASCII, binary little and big endian, float or double, any extra properties) or OBJ, told apart by content,
-/// not by extension. Polygons of more than three vertices are split: as a fan where that turns no triangle over, by
+/// Reads PLY (ASCII, binary little and big endian, float or double, any extra properties), OBJ, STL, OFF (ASCII), GLB or
+/// glTF, told apart by content (glTF in JSON by its extension). STL and glTF repeat vertices: those at one position become
+/// one. glTF is taken through its nodes, so y is up. Polygons of more than three vertices are split: as a fan where that turns no triangle over, by
 /// ear clipping elsewhere; Mesh::source_face leads back to them. Groups, texture coordinates, normals, lines and points
 /// of an OBJ are ignored. Throws InputError on NaN, infinite coordinates and
 /// those above 1e18 (kMostCoordinate), on indices out of range, on a truncated file,
 /// and on a mesh without faces. A folder is read as the mesh that its mesh_files() make together. O(file size).
 Mesh read_mesh(const std::filesystem::path& file);
+
+/// By the extension: a mesh whose y is up by its format.
+bool is_gltf(const std::filesystem::path& file);
 
 /// The files .ply and .obj in a folder, at any depth, by their paths: the tiles that ContextCapture, DJI Terra and others
 /// write; not those in results of ours. A file stands for itself. Throws InputError where the folder has none or cannot be read.

@@ -12,7 +12,8 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
     input.more_meshes.assign(files.begin() + 1, files.end());
   };
   app->add_option_function<std::vector<std::string>>(
-         "MESH...", take_meshes, "Triangle meshes in the cameras' frame, PLY or OBJ, which occlude one another")
+         "MESH...", take_meshes,
+         "Triangle meshes in the cameras' frame (PLY, OBJ, STL, OFF, GLB), which occlude one another")
       ->required();
   add_photos(*app, options.input);
   add_output(*app, options);

@@ -61,7 +61,8 @@ void add_scene(CLI::App& app, SceneInput& input) {
 }
 
 CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh) {
-  return app.add_option("MESH", mesh, "Triangle mesh in the cameras' frame, PLY or OBJ, or a folder of tiles");
+  return app.add_option("MESH", mesh,
+                        "Triangle mesh in the cameras' frame, PLY, OBJ, STL, OFF, GLB or glTF, or a folder of tiles");
 }
 
 void add_masks(CLI::App& app, SceneInput& input) {

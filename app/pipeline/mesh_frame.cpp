@@ -72,11 +72,17 @@ double agreement(const Scene& scene, const Mesh& mesh, std::span<const ViewId> u
   return framed_share(mesh, scene, used) * (1 - back_share(mesh, scene, used).value_or(1));
 }
 
+// Between meshes that lie right and wrong the difference is large as a rule; where it is small, the coordinates that
+// the files state are the likelier.
+constexpr double kClearly = 1.5;
+
+// From glTF's axes, with y up, to those of surveys.
+void turn_z_up(std::vector<WorldPoint>& positions) {
+  for (WorldPoint& p : positions) p = {p.x, -p.z, p.y};
+}
+
 // The one of most agreement; null where the mesh fits in none, or in none clearly better than in the scene's own.
 const SceneFrame* best_frame(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used, bool fits_own) {
-  // Between meshes that lie right and wrong the difference is large as a rule; where it is small, the coordinates that
-  // the cameras are stated in are the likelier.
-  constexpr double kClearly = 1.5;
   const SceneFrame* best = nullptr;
   double most = fits_own && !scene.other_frames.empty() ? kClearly * agreement(scene, mesh, used) : 0;
   for (const SceneFrame& frame : scene.other_frames) {
@@ -171,6 +177,15 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
   Mesh few = thinned(mesh);
   if (few.faces.empty()) return {};
   const bool fits_own = fits(scene, few, used);
+  if (io::is_gltf(mesh_file)) {
+    Mesh turned = few;
+    turn_z_up(turned.positions);
+    if (fits(scene, turned, used) &&
+        (!fits_own || agreement(scene, turned, used) > kClearly * agreement(scene, few, used))) {
+      turn_z_up(mesh.positions);
+      return "the mesh has y up, as glTF asks, and fits the cameras with z up: it is turned";
+    }
+  }
   if (const SceneFrame* frame = best_frame(scene, few, used, fits_own)) {
     const std::string own = scene.srs.empty() ? "their own coordinates" : scene.srs;
     const std::string text =

@@ -59,7 +59,21 @@ std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const 
 /// Ear clipping takes up to O(corners^3), so polygons with more corners keep their fan.
 constexpr std::size_t kMostCorners = 256;
 
+Mesh read_by_content(const std::filesystem::path& file, std::string_view text) {
+  if (text.starts_with("ply\n") || text.starts_with("ply\r") || text.starts_with("ply ") || text == "ply")
+    return read_ply(file, text);
+  if (is_gltf(file) || text.starts_with("glTF")) return read_gltf_mesh(file);
+  if (is_stl(text)) return read_stl(file, text);
+  if (is_off(text)) return read_off(file, text);
+  return read_obj(file, text);
+}
+
 }  // namespace
+
+bool is_gltf(const std::filesystem::path& file) {
+  const std::string extension = lower_case(file.extension().string());
+  return extension == ".glb" || extension == ".gltf";
+}
 
 Mesh read_mesh(const std::filesystem::path& file) {
   if (is_folder(file)) {
@@ -69,10 +83,8 @@ Mesh read_mesh(const std::filesystem::path& file) {
   }
   const FileBytes bytes(file);
   const std::string_view text = without_byte_order_mark(bytes.view());
-  if (text.empty()) throw InputError(file, "", "is empty, expected a PLY or OBJ mesh");
-  Mesh mesh = text.starts_with("ply\n") || text.starts_with("ply\r") || text.starts_with("ply ") || text == "ply"
-                  ? read_ply(file, text)
-                  : read_obj(file, text);
+  if (text.empty()) throw InputError(file, "", "is empty, expected a mesh: PLY, OBJ, STL, OFF, GLB or glTF");
+  Mesh mesh = read_by_content(file, text);
   if (mesh.faces.empty()) throw InputError(file, "", "has no faces");
   recut_concave(mesh);
   return mesh;

@@ -27,6 +27,17 @@ Mesh read_ply(const std::filesystem::path& file, std::string_view bytes, PlyText
 
 Mesh read_obj(const std::filesystem::path& file, std::string_view bytes);
 
+bool is_stl(std::string_view bytes);
+/// \pre is_stl(bytes)
+Mesh read_stl(const std::filesystem::path& file, std::string_view bytes);
+
+bool is_off(std::string_view bytes);
+/// \pre is_off(bytes)
+Mesh read_off(const std::filesystem::path& file, std::string_view bytes);
+
+/// Reads the file itself, and those with its buffers.
+Mesh read_gltf_mesh(const std::filesystem::path& file);
+
 /// To be called after face `face` of the file was split into `triangles` faces, or left out: records Mesh::source_face,
 /// which stays empty as long as every face is one triangle.
 void note_source(Mesh& mesh, std::size_t triangles, std::size_t face);

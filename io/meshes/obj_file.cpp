@@ -32,7 +32,7 @@ class ObjParser {
     if (highest_forward_ >= mesh_.positions.size() && highest_forward_line_ != 0)
       out_of_range(highest_forward_line_, static_cast<std::int64_t>(highest_forward_) + 1);
     if (mesh_.positions.empty() && mesh_.faces.empty())
-      throw InputError(file_, "", "is neither PLY nor OBJ: it has no 'ply' line and no vertex");
+      throw InputError(file_, "", "is no mesh that can be read: expected PLY, OBJ, STL, OFF, GLB or glTF");
     warn_of_lines(mesh_, lines_, "in line " + std::to_string(first_line_));
     return std::move(mesh_);
   }

@@ -1,15 +1,12 @@
 // Reads textured models: OBJ + MTL of any writer, PLY with TextureFile, GLB and glTF of triangles with base colour
 // textures.
-#include <tiny_gltf.h>
 #include <tiny_obj_loader.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <map>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -17,6 +14,7 @@
 #include "io/files/paths.h"
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
+#include "io/meshes/gltf_reader.h"
 #include "io/meshes/mesh_file.h"
 #include "io/number_text.h"
 #include "io/textured_model.h"
@@ -33,21 +31,6 @@ WorldPoint read_offset(const fs::path& file) {
   if (!in) return offset;
   if (!(in >> offset.x >> offset.y >> offset.z)) throw InputError(file, "line 1", "expected three numbers, x y z");
   return offset;
-}
-
-/// A library's message as the end of our sentence: on one line, without the file's name and final full stops.
-std::string reason_of(const fs::path& file, std::string said) {
-  const std::string name = file.string();
-  for (std::size_t at; (at = said.find(name)) != std::string::npos;) said.erase(at, name.size());
-  std::string reason;
-  for (const char c : said) {
-    const bool blank = static_cast<unsigned char>(c) <= ' ';
-    if (!blank) reason += c;
-    if (blank && !reason.empty() && reason.back() != ' ') reason += ' ';
-  }
-  reason.erase(reason.find_last_not_of(" .:") + 1);
-  constexpr std::size_t kLongest = 300;
-  return reason.size() <= kLongest ? reason : reason.substr(0, kLongest) + "...";
 }
 
 /// Pages in order of first use; several materials may share one file. A path of another machine is looked for by its
@@ -177,75 +160,6 @@ LoadedModel read_textured_ply(const fs::path& file) {
   return result;
 }
 
-/// The element `number` of one of the description's lists, which hold a `what` each.
-template <class Element>
-const Element& element_at(const fs::path& file, const std::vector<Element>& list, int number, const char* what) {
-  if (number < 0 || static_cast<std::size_t>(number) >= list.size())
-    throw InputError(file, what + (" " + std::to_string(number)),
-                     "does not exist, expected one of " + std::to_string(list.size()));
-  return list[static_cast<std::size_t>(number)];
-}
-
-/// A buffer view's bytes and all behind them in its buffer.
-struct BufferRange {
-  const tinygltf::BufferView& view;
-  std::string_view bytes;
-};
-
-BufferRange buffer_range(const fs::path& file, const std::string& place, const tinygltf::Model& model, int number) {
-  const tinygltf::BufferView& view = element_at(file, model.bufferViews, number, "buffer view");
-  const auto& buffer = element_at(file, model.buffers, view.buffer, "buffer").data;
-  if (view.byteOffset > buffer.size()) throw InputError(file, place, "reaches beyond its buffer");
-  return {view, {reinterpret_cast<const char*>(buffer.data()) + view.byteOffset, buffer.size() - view.byteOffset}};
-}
-
-/// Typed read access to one accessor, checked against its buffer.
-class AccessorView {
- public:
-  AccessorView(const fs::path& file, const tinygltf::Model& model, int number, int type) {
-    const std::string place = "accessor " + std::to_string(number);
-    const tinygltf::Accessor& accessor = element_at(file, model.accessors, number, "accessor");
-    const auto [view, bytes] = buffer_range(file, place, model, accessor.bufferView);
-    if (accessor.type != type) throw InputError(file, place, "expected another number of components");
-    component_ = accessor.componentType;
-    count = accessor.count;
-    const int stride = accessor.ByteStride(view);
-    const int size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_)) *
-                     tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
-    if (size <= 0 || stride < size || accessor.byteOffset > bytes.size())
-      throw InputError(file, place, "reaches beyond its buffer");
-    // The last element need not be followed by its stride's padding.
-    const std::size_t room = bytes.size() - accessor.byteOffset, last = static_cast<std::size_t>(size);
-    if (count > 0 && (room < last || (room - last) / static_cast<std::size_t>(stride) < count - 1))
-      throw InputError(file, place, "reaches beyond its buffer");
-    stride_ = static_cast<std::size_t>(stride);
-    data_ = bytes.data() + accessor.byteOffset;
-  }
-  float component(std::size_t element, std::size_t k) const {
-    float value = 0;
-    std::memcpy(&value, data_ + element * stride_ + 4 * k, sizeof value);
-    return value;
-  }
-  /// \pre is_index()
-  std::uint32_t integer(std::size_t element) const {
-    std::uint32_t value = 0;
-    std::memcpy(&value, data_ + element * stride_,
-                static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_))));
-    return value;
-  }
-  bool is_index() const {
-    return component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
-           component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT || component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
-  }
-  bool is_float() const { return component_ == TINYGLTF_COMPONENT_TYPE_FLOAT; }
-  std::size_t count = 0;
-
- private:
-  const char* data_ = nullptr;
-  std::size_t stride_ = 0;
-  int component_ = 0;
-};
-
 /// The image that a material shows, kNoPage for none.
 std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, int material) {
   const int texture =
@@ -258,49 +172,27 @@ std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, int ma
 
 void append_primitive(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive,
                       LoadedModel& result) {
-  if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1) return;
-  const auto position = primitive.attributes.find("POSITION");
-  if (position == primitive.attributes.end()) throw InputError(file, "mesh", "expected a POSITION attribute");
-  const AccessorView positions(file, model, position->second, TINYGLTF_TYPE_VEC3);
-  if (!positions.is_float()) throw InputError(file, "mesh", "expected float positions");
-
+  const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
+  const AccessorView positions = positions_of(file, model, primitive);
   const auto texcoord = primitive.attributes.find("TEXCOORD_0");
   const bool textured = primitive.material >= 0 && texcoord != primitive.attributes.end();
   const std::uint32_t page = textured ? page_of(file, model, primitive.material) : kNoPage;
-  const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
+  if (!for_each_triangle(file, model, primitive, positions.count,
+                         [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+                           result.mesh.faces.push_back({base + a, base + b, base + c});
+                           result.model.face_texcoords.push_back({base + a, base + b, base + c});
+                           result.model.face_page.push_back(page);
+                         }))
+    return;
   for (std::size_t i = 0; i < positions.count; ++i) {
     result.mesh.positions.push_back({positions.component(i, 0), positions.component(i, 1), positions.component(i, 2)});
     result.model.texcoords.push_back({0, 0});
   }
-  if (page != kNoPage) {
-    const AccessorView texcoords(file, model, texcoord->second, TINYGLTF_TYPE_VEC2);
-    if (!texcoords.is_float()) throw InputError(file, "mesh", "expected float texture coordinates");
-    for (std::size_t i = 0; i < std::min(positions.count, texcoords.count); ++i)
-      result.model.texcoords[base + i] = {texcoords.component(i, 0), texcoords.component(i, 1)};
-  }
-  const auto append_face = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    if (std::max({a, b, c}) >= positions.count)
-      throw InputError(file, "face " + std::to_string(result.mesh.faces.size()), "vertex index out of range");
-    result.mesh.faces.push_back({base + a, base + b, base + c});
-    result.model.face_texcoords.push_back({base + a, base + b, base + c});
-    result.model.face_page.push_back(page);
-  };
-  if (primitive.indices >= 0) {
-    const AccessorView indices(file, model, primitive.indices, TINYGLTF_TYPE_SCALAR);
-    if (!indices.is_index()) throw InputError(file, "mesh", "expected unsigned indices");
-    for (std::size_t i = 0; i + 2 < indices.count; i += 3)
-      append_face(indices.integer(i), indices.integer(i + 1), indices.integer(i + 2));
-  } else {
-    for (std::uint32_t i = 0; i + 2 < positions.count; i += 3) append_face(i, i + 1, i + 2);
-  }
-}
-
-/// Keeps the bytes of images in files and in the JSON; those in a buffer stay there. tinygltf calls this before it
-/// checks an image's range against the buffer's size, and its own decoder believes every length that a PNG claims.
-bool keep_bytes(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size,
-                void*) {
-  if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
-  return true;
+  if (page == kNoPage) return;
+  const AccessorView texcoords(file, model, texcoord->second, TINYGLTF_TYPE_VEC2);
+  if (!texcoords.is_float()) throw InputError(file, "mesh", "expected float texture coordinates");
+  for (std::size_t i = 0; i < std::min(positions.count, texcoords.count); ++i)
+    result.model.texcoords[base + i] = {texcoords.component(i, 0), texcoords.component(i, 1)};
 }
 
 std::string_view bytes_of(const fs::path& file, const tinygltf::Model& model, const tinygltf::Image& image,
@@ -334,111 +226,14 @@ void add_pages(const fs::path& file, const tinygltf::Model& model, LoadedModel& 
   }
 }
 
-WorldPoint offset_of(const tinygltf::Model& model) {
-  for (const tinygltf::Node& node : model.nodes) {
-    if (!node.extras.Has("offset")) continue;
-    const tinygltf::Value& offset = node.extras.Get("offset");
-    if (offset.IsArray() && offset.ArrayLen() == 3)
-      return {offset.Get(0).GetNumberAsDouble(), offset.Get(1).GetNumberAsDouble(), offset.Get(2).GetNumberAsDouble()};
-  }
-  return {};
-}
-
-/// tinygltf and the JSON library below it go one call deeper per bracket.
-void check_depth(const fs::path& file, std::string_view json) {
-  constexpr int kDeepest = 200;
-  int depth = 0;
-  bool in_string = false;
-  for (std::size_t at = 0; at < json.size(); ++at) {
-    const char c = json[at];
-    if (in_string) {
-      if (c == '\\') ++at;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '[' || c == '{') {
-      if (++depth > kDeepest) throw InputError(file, "", "expected a glTF, whose JSON nests less deeply");
-    } else if (c == ']' || c == '}') {
-      --depth;
-    }
-  }
-}
-
-/// The JSON chunk of a GLB. Checks what tinygltf does not: it accepts a BIN chunk that ends up to 8 bytes behind the
-/// file.
-std::string_view json_of(const fs::path& file, std::string_view glb) {
-  ByteReader reader(file, glb);
-  constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A;
-  const auto word = [&](const char* what) { return reader.read<std::uint32_t>(what); };
-  if (word("the GLB's header") != kMagic) throw InputError(file, "byte 0", "expected a GLB, which begins with 'glTF'");
-  if (const std::uint32_t version = word("the GLB's header"); version != 2)
-    throw InputError(file, "byte 4", "expected a GLB of version 2, found " + std::to_string(version));
-  word("the GLB's header");  // the length of all, which tinygltf compares
-  const std::uint32_t json_bytes = word("the GLB's JSON chunk");
-  if (word("the GLB's JSON chunk") != kJson) throw InputError(file, "byte 16", "expected a GLB's JSON chunk");
-  const std::string_view json = reader.take(json_bytes, "the GLB's JSON chunk");
-  if (reader.remaining() > 0) {
-    const std::uint32_t binary_bytes = word("the GLB's binary chunk");
-    word("the GLB's binary chunk");
-    reader.take(binary_bytes, "the GLB's binary chunk");
-  }
-  return json;
-}
-
-/// Buffers and images in files, read like all other files here.
-tinygltf::FsCallbacks file_callbacks() {
-  tinygltf::FsCallbacks callbacks{};
-  callbacks.FileExists = [](const std::string& name, void*) { return is_file(name); };
-  callbacks.ExpandFilePath = [](const std::string& name, void*) { return name; };
-  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void*) {
-    try {
-      const FileBytes bytes(name);
-      out->assign(bytes.view().begin(), bytes.view().end());
-      return true;
-    } catch (const InputError& found) {
-      *error += found.what();
-      return false;
-    }
-  };
-  return callbacks;
-}
-
-tinygltf::Model parse_gltf(const fs::path& file) {
-  const bool binary = lower_case(file.extension().string()) == ".glb";
-  const std::string expected = binary ? "expected a GLB" : "expected a glTF";
-  const FileBytes bytes(file);
-  const std::string_view view = bytes.view();
-  if (view.empty()) throw InputError(file, "", "is empty, " + expected);
-  if (view.size() > 0xFFFFFFFFu) throw InputError(file, "", expected + " of less than 4 GiB");
-  check_depth(file, binary ? json_of(file, view) : view);
-  tinygltf::TinyGLTF loader;
-  loader.SetImageLoader(keep_bytes, nullptr);
-  loader.SetFsCallbacks(file_callbacks());
-  tinygltf::Model model;
-  std::string error, warning;
-  bool good = false;
-  try {
-    const std::string folder = file.parent_path().string();
-    const auto size = static_cast<unsigned>(view.size());
-    good = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
-                                                reinterpret_cast<const unsigned char*>(view.data()), size, folder)
-                  : loader.LoadASCIIFromString(&model, &error, &warning, view.data(), size, folder);
-  } catch (const std::logic_error& found) {  // of a standard container, at what is empty or out of range
-    error += found.what();
-  } catch (const std::runtime_error& found) {
-    error += found.what();
-  }
-  if (!good) throw InputError(file, "", expected + ": " + reason_of(file, error));
-  return model;
-}
-
 LoadedModel read_textured_gltf(const fs::path& file) {
   const tinygltf::Model model = parse_gltf(file);
   LoadedModel result;
   for (const tinygltf::Mesh& mesh : model.meshes)
     for (const tinygltf::Primitive& primitive : mesh.primitives) append_primitive(file, model, primitive, result);
   add_pages(file, model, result);
-  result.offset = offset_of(model);
+  for (const tinygltf::Node& node : model.nodes)
+    if (const std::optional<WorldPoint> offset = offset_of(node)) result.offset = *offset;
   return result;
 }
 

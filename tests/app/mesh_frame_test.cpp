@@ -7,6 +7,7 @@
 
 #include "app/pipeline/frame_check.h"
 #include "io/reference_system.h"
+#include "io/vector.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc {
@@ -118,6 +119,26 @@ TEST_F(MeshFrame, LocalCoordinatesAreTakenToTheOriginThatMetadataStates) {
   EXPECT_TRUE(contains(match_tile(), "metadata.xml states"));
   expect_seen_rightly(local);
   EXPECT_EQ(local.written_positions(), before.positions);
+}
+
+TEST_F(MeshFrame, GltfIsTurnedWhereItFitsWithZUp) {
+  scene_ = {};
+  View view;
+  view.name = "a.jpg";
+  view.camera = {400, 400, 400, 400, 200, 200, {}};
+  view.pose = {{1, 0, 0, 0, -1, 0, 0, 0, -1}, {0, 0, 50}};
+  scene_.views.push_back(view);
+  Mesh ground = utm_;
+  for (WorldPoint& p : ground.positions) p = p - kMiddle;
+  Mesh mesh = ground;
+  for (WorldPoint& p : mesh.positions) p = {p.x, p.z, -p.y};
+  const Mesh upright = mesh;
+  EXPECT_EQ(pipeline::match_frames(scene_, mesh, kUsed, "m.ply"), "") << "the axes of other formats are as they are";
+  EXPECT_EQ(mesh.positions, upright.positions);
+  EXPECT_TRUE(contains(pipeline::match_frames(scene_, mesh, kUsed, "m.glb"), "it is turned"));
+  EXPECT_EQ(mesh.positions, ground.positions);
+  EXPECT_EQ(pipeline::match_frames(scene_, mesh, kUsed, "m.glb"), "") << "it has z up now";
+  EXPECT_EQ(mesh.positions, ground.positions);
 }
 
 TEST_F(MeshFrame, ASceneWithoutASystemNamesTheFrameAlone) {

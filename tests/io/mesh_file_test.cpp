@@ -416,8 +416,8 @@ TEST(MeshFile, RefusesWhatIsNoMeshAndSaysWhere) {
   EXPECT_TRUE(contains(error(replaced(replaced(ply, "element face 4", "element tristrips 4"), "vertex_indices", "v")),
                        "element 'tristrips' has no list of integers"));
   EXPECT_TRUE(contains(error("v 0 0 0\n"), "has no faces"));
-  EXPECT_TRUE(contains(error("# nothing\n"), "neither PLY nor OBJ"));
-  EXPECT_TRUE(contains(error(std::string(500, '\0')), "neither PLY nor OBJ"));
+  EXPECT_TRUE(contains(error("# nothing\n"), "is no mesh that can be read"));
+  EXPECT_TRUE(contains(error(std::string(500, '\0')), "is no mesh that can be read"));
   EXPECT_TRUE(contains(error("v 0 0\n"), "line 1: a vertex needs three coordinates"));
   EXPECT_TRUE(contains(error("\nv 0 0 inf\n"), "line 2: vertex 0: a coordinate is not finite"));
   EXPECT_TRUE(contains(error("v 0 0 0\nv 1 0 0\nf 1 2\n"), "has no faces"));

@@ -1,0 +1,202 @@
+#include "io/meshes/gltf_reader.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "io/files/file_bytes.h"
+#include "io/files/paths.h"
+#include "io/files/text_scan.h"
+
+namespace gpvc::io {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Keeps the bytes of images in files and in the JSON; those in a buffer stay there. tinygltf calls this before it
+/// checks an image's range against the buffer's size, and its own decoder believes every length that a PNG claims.
+bool keep_bytes(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size,
+                void*) {
+  if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
+  return true;
+}
+
+/// tinygltf and the JSON library below it go one call deeper per bracket.
+void check_depth(const fs::path& file, std::string_view json) {
+  constexpr int kDeepest = 200;
+  int depth = 0;
+  bool in_string = false;
+  for (std::size_t at = 0; at < json.size(); ++at) {
+    const char c = json[at];
+    if (in_string) {
+      if (c == '\\') ++at;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > kDeepest) throw InputError(file, "", "expected a glTF, whose JSON nests less deeply");
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+}
+
+/// The JSON chunk of a GLB. Checks what tinygltf does not: it accepts a BIN chunk that ends up to 8 bytes behind the
+/// file.
+std::string_view json_of(const fs::path& file, std::string_view glb) {
+  ByteReader reader(file, glb);
+  constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A;
+  const auto word = [&](const char* what) { return reader.read<std::uint32_t>(what); };
+  if (word("the GLB's header") != kMagic) throw InputError(file, "byte 0", "expected a GLB, which begins with 'glTF'");
+  if (const std::uint32_t version = word("the GLB's header"); version != 2)
+    throw InputError(file, "byte 4", "expected a GLB of version 2, found " + std::to_string(version));
+  word("the GLB's header");  // the length of all, which tinygltf compares
+  const std::uint32_t json_bytes = word("the GLB's JSON chunk");
+  if (word("the GLB's JSON chunk") != kJson) throw InputError(file, "byte 16", "expected a GLB's JSON chunk");
+  const std::string_view json = reader.take(json_bytes, "the GLB's JSON chunk");
+  if (reader.remaining() > 0) {
+    const std::uint32_t binary_bytes = word("the GLB's binary chunk");
+    word("the GLB's binary chunk");
+    reader.take(binary_bytes, "the GLB's binary chunk");
+  }
+  return json;
+}
+
+/// Buffers and images in files, read like all other files here.
+tinygltf::FsCallbacks file_callbacks() {
+  tinygltf::FsCallbacks callbacks{};
+  callbacks.FileExists = [](const std::string& name, void*) { return is_file(name); };
+  callbacks.ExpandFilePath = [](const std::string& name, void*) { return name; };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void*) {
+    try {
+      const FileBytes bytes(name);
+      out->assign(bytes.view().begin(), bytes.view().end());
+      return true;
+    } catch (const InputError& found) {
+      *error += found.what();
+      return false;
+    }
+  };
+  return callbacks;
+}
+
+}  // namespace
+
+/// A library's message as the end of our sentence: on one line, without the file's name and final full stops.
+std::string reason_of(const fs::path& file, std::string said) {
+  const std::string name = file.string();
+  for (std::size_t at; (at = said.find(name)) != std::string::npos;) said.erase(at, name.size());
+  std::string reason;
+  for (const char c : said) {
+    const bool blank = static_cast<unsigned char>(c) <= ' ';
+    if (!blank) reason += c;
+    if (blank && !reason.empty() && reason.back() != ' ') reason += ' ';
+  }
+  reason.erase(reason.find_last_not_of(" .:") + 1);
+  constexpr std::size_t kLongest = 300;
+  return reason.size() <= kLongest ? reason : reason.substr(0, kLongest) + "...";
+}
+
+tinygltf::Model parse_gltf(const fs::path& file) {
+  const FileBytes bytes(file);
+  const std::string_view view = bytes.view();
+  const bool binary = lower_case(file.extension().string()) == ".glb" || view.starts_with("glTF");
+  const std::string expected = binary ? "expected a GLB" : "expected a glTF";
+  if (view.empty()) throw InputError(file, "", "is empty, " + expected);
+  if (view.size() > 0xFFFFFFFFu) throw InputError(file, "", expected + " of less than 4 GiB");
+  check_depth(file, binary ? json_of(file, view) : view);
+  tinygltf::TinyGLTF loader;
+  loader.SetImageLoader(keep_bytes, nullptr);
+  loader.SetFsCallbacks(file_callbacks());
+  tinygltf::Model model;
+  std::string error, warning;
+  bool good = false;
+  try {
+    const std::string folder = file.parent_path().string();
+    const auto size = static_cast<unsigned>(view.size());
+    good = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
+                                                reinterpret_cast<const unsigned char*>(view.data()), size, folder)
+                  : loader.LoadASCIIFromString(&model, &error, &warning, view.data(), size, folder);
+  } catch (const std::logic_error& found) {  // of a standard container, at what is empty or out of range
+    error += found.what();
+  } catch (const std::runtime_error& found) {
+    error += found.what();
+  }
+  if (!good) throw InputError(file, "", expected + ": " + reason_of(file, error));
+  for (const char* packed : {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization"})
+    if (std::ranges::find(model.extensionsRequired, packed) != model.extensionsRequired.end())
+      throw InputError(file, "", std::string("packs its geometry by ") + packed + ", expected plain floats");
+  return model;
+}
+
+BufferRange buffer_range(const fs::path& file, const std::string& place, const tinygltf::Model& model, int number) {
+  const tinygltf::BufferView& view = element_at(file, model.bufferViews, number, "buffer view");
+  const auto& buffer = element_at(file, model.buffers, view.buffer, "buffer").data;
+  if (view.byteOffset > buffer.size()) throw InputError(file, place, "reaches beyond its buffer");
+  return {view, {reinterpret_cast<const char*>(buffer.data()) + view.byteOffset, buffer.size() - view.byteOffset}};
+}
+
+AccessorView::AccessorView(const fs::path& file, const tinygltf::Model& model, int number, int type) {
+  const std::string place = "accessor " + std::to_string(number);
+  const tinygltf::Accessor& accessor = element_at(file, model.accessors, number, "accessor");
+  const auto [view, bytes] = buffer_range(file, place, model, accessor.bufferView);
+  if (accessor.type != type) throw InputError(file, place, "expected another number of components");
+  component_ = accessor.componentType;
+  count = accessor.count;
+  const int stride = accessor.ByteStride(view);
+  const int size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_)) *
+                   tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+  if (size <= 0 || stride < size || accessor.byteOffset > bytes.size())
+    throw InputError(file, place, "reaches beyond its buffer");
+  // The last element need not be followed by its stride's padding.
+  const std::size_t room = bytes.size() - accessor.byteOffset, last = static_cast<std::size_t>(size);
+  if (count > 0 && (room < last || (room - last) / static_cast<std::size_t>(stride) < count - 1))
+    throw InputError(file, place, "reaches beyond its buffer");
+  stride_ = static_cast<std::size_t>(stride);
+  data_ = bytes.data() + accessor.byteOffset;
+}
+
+AccessorView positions_of(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
+  const auto position = primitive.attributes.find("POSITION");
+  if (position == primitive.attributes.end()) throw InputError(file, "mesh", "expected a POSITION attribute");
+  const AccessorView positions(file, model, position->second, TINYGLTF_TYPE_VEC3);
+  if (!positions.is_float()) throw InputError(file, "mesh", "expected float positions");
+  return positions;
+}
+
+bool for_each_triangle(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                       std::size_t vertices,
+                       const std::function<void(std::uint32_t, std::uint32_t, std::uint32_t)>& add) {
+  const int mode = primitive.mode == -1 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+  const bool list = mode == TINYGLTF_MODE_TRIANGLES, strip = mode == TINYGLTF_MODE_TRIANGLE_STRIP;
+  if (!list && !strip && mode != TINYGLTF_MODE_TRIANGLE_FAN) return false;
+  std::optional<AccessorView> indices;
+  if (primitive.indices >= 0) {
+    indices.emplace(file, model, primitive.indices, TINYGLTF_TYPE_SCALAR);
+    if (!indices->is_index()) throw InputError(file, "mesh", "expected unsigned indices");
+  }
+  const auto corner = [&](std::size_t i) {
+    const std::uint32_t vertex = indices ? indices->integer(i) : static_cast<std::uint32_t>(i);
+    if (vertex >= vertices)
+      throw InputError(file, "triangle " + std::to_string(list ? i / 3 : i), "vertex index out of range");
+    return vertex;
+  };
+  const std::size_t count = indices ? indices->count : vertices;
+  for (std::size_t i = 0; i + 2 < count; i += list ? 3 : 1) {
+    if (strip && i % 2 == 1)  // every second triangle runs the other way
+      add(corner(i + 1), corner(i), corner(i + 2));
+    else
+      add(corner(list || strip ? i : 0), corner(i + 1), corner(i + 2));
+  }
+  return true;
+}
+
+std::optional<WorldPoint> offset_of(const tinygltf::Node& node) {
+  if (!node.extras.Has("offset")) return std::nullopt;
+  const tinygltf::Value& offset = node.extras.Get("offset");
+  if (!offset.IsArray() || offset.ArrayLen() != 3) return std::nullopt;
+  return WorldPoint{offset.Get(0).GetNumberAsDouble(), offset.Get(1).GetNumberAsDouble(),
+                    offset.Get(2).GetNumberAsDouble()};
+}
+
+}  // namespace gpvc::io
