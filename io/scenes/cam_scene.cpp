@@ -101,22 +101,11 @@ SceneFile read_cam_folder(const fs::path& folder) {
   scene.listing = folder / "*.cam";
   scene.size_camera = scale_by_photo_size;
   scene.image_folders = {folder};
-  std::vector<fs::path> cams, others;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (is_file(entry.path())) (is_cam(entry.path()) ? cams : others).push_back(entry.path());
-  std::sort(cams.begin(), cams.end());
-  std::sort(others.begin(), others.end());
-  scene.files = cams;
-  for (const fs::path& cam : cams) {
-    const FileBytes bytes(cam);
-    View view = std::move(parse_cam(cam, bytes.view()).views.front());
-    // The view gets the photo's whole name where just one file can be it.
-    const fs::path stem = cam.stem();
-    std::vector<fs::path> photos;
-    for (const fs::path& other : others)
-      if (other.filename() == stem || other.stem() == stem) photos.push_back(other);
-    if (photos.size() == 1) view.name = photos.front().filename().string();
-    scene.views.push_back(std::move(view));
+  for (const Sidecar& sidecar : sidecars_in(folder, ".cam")) {
+    const FileBytes bytes(sidecar.file);
+    scene.views.push_back(std::move(parse_cam(sidecar.file, bytes.view()).views.front()));
+    scene.views.back().name = sidecar.photo;
+    scene.files.push_back(sidecar.file);
   }
   return scene;
 }

@@ -68,6 +68,16 @@ std::span<const SceneFormat* const> scene_formats();
 std::optional<std::filesystem::path> find_file(const std::filesystem::path& source, std::string_view extension,
                                                bool (*fits)(const std::filesystem::path&));
 
+/// A file that states the camera of the photo beside it.
+struct Sidecar {
+  std::filesystem::path file;
+  /// The photo's file name. Where none or several lie beside it, the sidecar's own name without extension.
+  std::string photo;
+};
+
+/// The files of a folder with this extension (any case), by name: NAME.EXTENSION of the photo NAME or NAME.ANY.
+std::vector<Sidecar> sidecars_in(const std::filesystem::path& folder, std::string_view extension);
+
 /// Views with a lens that no LensModel describes (a panorama's) are left out of a scene that has others; a scene
 /// without others is refused.
 class OmittedLenses {

@@ -1,6 +1,7 @@
 // Helpers that the readers of scene formats share: recognizing files, checking cameras and poses.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
@@ -23,6 +24,25 @@ std::optional<fs::path> find_file(const fs::path& source, std::string_view exten
                      "holds " + std::to_string(found.size()) + " scenes, among them " + found[0].filename().string() +
                          " and " + found[1].filename().string() + "; name the one that is meant");
   return found.front();
+}
+
+std::vector<Sidecar> sidecars_in(const fs::path& folder, std::string_view extension) {
+  std::vector<Sidecar> sidecars;
+  std::multimap<std::string, std::string> photos;  // by name and by name without extension
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const fs::path& file = entry.path();
+    if (!is_file(file)) continue;
+    if (lower_case(file.extension().string()) == extension) {
+      sidecars.push_back({file, file.stem().string()});
+    } else {
+      photos.emplace(file.filename().string(), file.filename().string());
+      if (file.has_extension()) photos.emplace(file.stem().string(), file.filename().string());
+    }
+  }
+  for (Sidecar& sidecar : sidecars)
+    if (photos.count(sidecar.photo) == 1) sidecar.photo = photos.find(sidecar.photo)->second;
+  std::ranges::sort(sidecars, {}, &Sidecar::file);
+  return sidecars;
 }
 
 void OmittedLenses::add(const std::string& lens, const InputError& refusal) {
