@@ -15,6 +15,8 @@
 //          offset, which stands in odm_georeferencing/coords.txt, and keeps the former as
 //          reconstruction.topocentric.json. It undistorts afterwards: undistorted/reconstruction.json is in the same
 //          coordinates.
+#include "io/scenes/opensfm_scene.h"
+
 #include <array>
 #include <cmath>
 #include <map>
@@ -23,8 +25,6 @@
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
 #include "io/number_text.h"
-#include "io/scenes/json_file.h"
-#include "io/scenes/scene_file.h"
 
 namespace gpvc::io {
 
@@ -59,6 +59,62 @@ const std::vector<Projection> kAll{
     {"fisheye624", LensModel::equidistant, false, {k1, k2, k3, k4, k5, k6, p1, p2, s0, s1, s2, s3}}};
 
 }  // namespace projections
+
+}  // namespace
+
+OpensfmCamera read_opensfm_camera(const JsonFile& json, const std::string& id, const Json& in) {
+  const std::string place = "camera " + quote(id);
+  if (!in.is_object()) json.fail(place, "expected an object");
+  OpensfmCamera result;
+  result.lens = in.contains("projection_type") ? json.text(place, in, "projection_type") : "perspective";
+  const auto projection = std::find_if(projections::kAll.begin(), projections::kAll.end(),
+                                       [&](const Projection& p) { return p.type == result.lens; });
+  if (projection == projections::kAll.end()) {
+    result.refusal = InputError(json.path(), place,
+                                "projection type " + quote(result.lens) +
+                                    " is not supported; supported are perspective, simple_radial, radial, brown, "
+                                    "fisheye, fisheye_opencv, fisheye62 and fisheye624");
+    return result;
+  }
+  Camera& camera = result.camera;
+  camera.width = json.side(place, in, "width");
+  camera.height = json.side(place, in, "height");
+  const double longer = std::max(camera.width, camera.height);
+  const bool one = projection->one_focal;
+  camera.fx = longer * json.number(place, in, one ? "focal" : "focal_x");
+  camera.fy = longer * json.number(place, in, one ? "focal" : "focal_y");
+  camera.cx = camera.width / 2.0 + longer * (one ? 0 : json.optional_number(place, in, "c_x"));
+  camera.cy = camera.height / 2.0 + longer * (one ? 0 : json.optional_number(place, in, "c_y"));
+  camera.distortion.model = projection->lens;
+  for (const auto& [name, term] : projection->terms) camera.distortion.*term = json.optional_number(place, in, name);
+  finish_camera(json.path(), place, camera);
+  return result;
+}
+
+void read_georeferencing(const fs::path& folder, SceneFile& scene) {
+  const fs::path coords = folder / "coords.txt", proj = folder / "proj.txt";
+  scene.srs.clear();
+  scene.offset = {};
+  if (!is_file(coords)) {
+    scene.warnings.push_back("the positions are in a projected system less an offset, which is not known: " +
+                             coords.string() + " is missing");
+    return;
+  }
+  const FileBytes bytes(coords);
+  std::string_view text = bytes.view();
+  scene.srs = next_line(text);
+  const auto x = number_from(next_word(text)), y = number_from(next_word(text));
+  if (!x || !y || !std::isfinite(*x) || !std::isfinite(*y))
+    throw InputError(coords, "line 2", "expected easting and northing of the offset");
+  scene.offset = {*x, *y, 0};
+  if (is_file(proj)) {
+    const FileBytes definition(proj);
+    std::string_view line = definition.view();
+    if (const std::string_view first = next_line(line); !first.empty()) scene.srs = first;
+  }
+}
+
+namespace {
 
 class OpensfmReader {
  public:
@@ -123,58 +179,26 @@ class OpensfmReader {
     const std::string id = shot["camera"].get<std::string>();
     const auto found = cameras.find(id);
     if (found == cameras.end()) json_.fail(place, "its camera " + quote(id) + " is not in the file");
-    const std::string of_camera = "camera " + quote(id);
-    const std::string type = projection_type(of_camera, *found);
-    const auto projection = std::find_if(projections::kAll.begin(), projections::kAll.end(),
-                                         [&](const Projection& p) { return p.type == type; });
-    if (projection == projections::kAll.end()) {
-      omitted_.add(type, InputError(json_.path(), of_camera,
-                                    "projection type " + quote(type) +
-                                        " is not supported; supported are perspective, simple_radial, radial, "
-                                        "brown, fisheye, fisheye_opencv, fisheye62 and fisheye624"));
+    const auto [camera, fresh] = cameras_.try_emplace(id);
+    if (fresh) camera->second = read_opensfm_camera(json_, id, *found);
+    if (camera->second.refusal) {
+      omitted_.add(camera->second.lens, *camera->second.refusal);
       return;
     }
-    const auto [camera, fresh] = cameras_.try_emplace(id);
-    if (fresh) camera->second = camera_of(of_camera, *found, *projection);
 
     View view;
     view.name = with_slashes(name);
-    view.camera = camera->second;
-    const WorldPoint axis = triple(place, shot, "rotation"), t = triple(place, shot, "translation");
-    const double angle = std::hypot(axis.x, axis.y, axis.z);
-    // sin(angle / 2) / angle tends to 1/2: no division by zero.
-    const double s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
-    const auto rotation = rotation_from_quaternion({std::cos(angle / 2), s * axis.x, s * axis.y, s * axis.z});
+    view.camera = camera->second.camera;
+    const WorldPoint t = triple(place, shot, "translation");
+    const auto rotation = rotation_from_angle_axis(triple(place, shot, "rotation"));
     if (!rotation) json_.fail(place, "the rotation is not finite");
     view.pose = finish_pose_from_translation(json_.path(), place, *rotation, t);
     scene_.views.push_back(std::move(view));
   }
 
-  std::string projection_type(const std::string& place, const Json& camera) const {
-    if (!camera.is_object()) json_.fail(place, "expected an object");
-    if (!camera.contains("projection_type")) return "perspective";
-    return json_.text(place, camera, "projection_type");
-  }
-
-  Camera camera_of(const std::string& place, const Json& in, const Projection& projection) const {
-    Camera camera;
-    camera.width = json_.side(place, in, "width");
-    camera.height = json_.side(place, in, "height");
-    const double longer = std::max(camera.width, camera.height);
-    const bool one = projection.one_focal;
-    camera.fx = longer * json_.number(place, in, one ? "focal" : "focal_x");
-    camera.fy = longer * json_.number(place, in, one ? "focal" : "focal_y");
-    camera.cx = camera.width / 2.0 + longer * (one ? 0 : json_.optional_number(place, in, "c_x"));
-    camera.cy = camera.height / 2.0 + longer * (one ? 0 : json_.optional_number(place, in, "c_y"));
-    camera.distortion.model = projection.lens;
-    for (const auto& [name, term] : projection.terms) camera.distortion.*term = json_.optional_number(place, in, name);
-    finish_camera(json_.path(), place, camera);
-    return camera;
-  }
-
   JsonFile json_;
   SceneFile scene_;
-  std::map<std::string, Camera> cameras_;
+  std::map<std::string, OpensfmCamera> cameras_;
   OmittedLenses omitted_;
   std::size_t unposed_ = 0;
 };
@@ -192,30 +216,6 @@ std::optional<fs::path> find_reconstruction(const fs::path& source) {
 }
 
 SceneFile parse_reconstruction(const fs::path& file, std::string_view text) { return OpensfmReader(file, text).read(); }
-
-/// OpenDroneMap's coords.txt: the system, then easting and northing of the offset. proj.txt states it better.
-void read_georeferencing(const fs::path& folder, SceneFile& scene) {
-  const fs::path coords = folder / "coords.txt", proj = folder / "proj.txt";
-  scene.srs.clear();
-  scene.offset = {};
-  if (!is_file(coords)) {
-    scene.warnings.push_back("the positions are in a projected system less an offset, which is not known: " +
-                             coords.string() + " is missing");
-    return;
-  }
-  const FileBytes bytes(coords);
-  std::string_view text = bytes.view();
-  scene.srs = next_line(text);
-  const auto x = number_from(next_word(text)), y = number_from(next_word(text));
-  if (!x || !y || !std::isfinite(*x) || !std::isfinite(*y))
-    throw InputError(coords, "line 2", "expected easting and northing of the offset");
-  scene.offset = {*x, *y, 0};
-  if (is_file(proj)) {
-    const FileBytes definition(proj);
-    std::string_view line = definition.view();
-    if (const std::string_view first = next_line(line); !first.empty()) scene.srs = first;
-  }
-}
 
 SceneFile read_dataset(const fs::path& found) {
   SceneFile scene = parse_reconstruction(found, FileBytes(found).view());

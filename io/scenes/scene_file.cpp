@@ -12,13 +12,13 @@
 namespace gpvc::io {
 
 // One a format, each defined in its NAME_scene.cpp.
-extern const SceneFormat kAlicevision, kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kNvm, kOpenmvg, kOpenmvs,
-    kOpensfm, kRealityCsv, kRealityXmp, kTransforms;
+extern const SceneFormat kAlicevision, kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kNvm, kOdmShots, kOpenmvg,
+    kOpenmvs, kOpensfm, kRealityCsv, kRealityXmp, kTransforms;
 
 std::span<const SceneFormat* const> scene_formats() {
   static constexpr const SceneFormat* kFormats[] = {
-      &kAlicevision, &kBlocksExchange, &kBundler, &kCam,        &kColmap,     &kMetashape, &kNvm,
-      &kOpenmvg,     &kOpenmvs,        &kOpensfm, &kRealityCsv, &kRealityXmp, &kTransforms};
+      &kAlicevision, &kBlocksExchange, &kBundler, &kCam,     &kColmap,     &kMetashape,  &kNvm,
+      &kOdmShots,    &kOpenmvg,        &kOpenmvs, &kOpensfm, &kRealityCsv, &kRealityXmp, &kTransforms};
   return kFormats;
 }
 

@@ -110,6 +110,9 @@ WorldPoint product(const Matrix3& m, const WorldPoint& p);
 /// The rotation of a quaternion w x y z of any length; nullopt when it has no direction.
 std::optional<Matrix3> rotation_from_quaternion(const std::array<double, 4>& q);
 
+/// The rotation by the vector's length about its direction; nullopt unless it is finite.
+std::optional<Matrix3> rotation_from_angle_axis(const WorldPoint& v);
+
 /// The rotation closest to `m`, which files print with few digits; nullopt when an entry of m m^T differs by more than
 /// 0.01 from the identity: three printed decimals still pass.
 std::optional<Matrix3> rotation_near(const Matrix3& m);

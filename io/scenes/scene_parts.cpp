@@ -112,6 +112,13 @@ std::optional<Matrix3> rotation_from_quaternion(const std::array<double, 4>& q) 
                  2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
 }
 
+std::optional<Matrix3> rotation_from_angle_axis(const WorldPoint& v) {
+  const double angle = std::hypot(v.x, v.y, v.z);
+  // sin(angle / 2) / angle tends to 1/2: no division by zero.
+  const double s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
+  return rotation_from_quaternion({std::cos(angle / 2), s * v.x, s * v.y, s * v.z});
+}
+
 std::optional<Matrix3> rotation_near(const Matrix3& m) {
   constexpr double kPrinting = 0.01;
   const Matrix3 square = product(m, transposed(m));
