@@ -267,12 +267,17 @@ Outcome texture(const Arguments& arguments, const fs::path& scene, const fs::pat
   return outcome;
 }
 
-/// What was said here and not of the right scene, shortened.
-std::string news(const Outcome& outcome, const Outcome& right, std::size_t most = 150) {
+/// What was said here and not of the right scene, shortened: what explains it comes last.
+std::string news(const Outcome& outcome, const Outcome& right) {
+  constexpr std::size_t kMost = 200;
+  constexpr std::string_view kBefore = "do not fit together: ";
   std::string text;
-  for (const std::string& line : outcome.says)
-    if (!right.says.contains(line)) text += (text.empty() ? "" : " // ") + line;
-  if (text.size() > most) text = text.substr(0, most) + " ...";
+  for (std::string line : outcome.says) {
+    if (right.says.contains(line)) continue;
+    if (const std::size_t at = line.find(kBefore); at != std::string::npos) line.erase(0, at + kBefore.size());
+    if (line.size() > kMost) line = line.substr(0, kMost) + " ...";
+    text += (text.empty() ? "" : " // ") + line;
+  }
   std::ranges::replace(text, '|', '/');
   return text;
 }
