@@ -134,6 +134,7 @@ struct SceneFrame {
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
   WorldPoint origin;
   double scale = 1;
+  std::string srs{};  ///< the reference system of these coordinates; empty: none
 };
 
 struct Scene {

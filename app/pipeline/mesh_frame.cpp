@@ -62,7 +62,7 @@ void take_cameras_to(const SceneFrame& frame, Scene& scene) {
       std::copy(direction.begin(), direction.end(), m.begin() + static_cast<std::ptrdiff_t>(row));
     }
   }
-  scene.srs.clear();
+  scene.srs = frame.srs;
   scene.offset = {};
   scene.other_frames.clear();
 }

@@ -14,7 +14,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
@@ -26,10 +25,6 @@ namespace gpvc::io {
 namespace {
 
 namespace fs = std::filesystem;
-
-Matrix3 turn_x(double a) { return {1, 0, 0, 0, std::cos(a), -std::sin(a), 0, std::sin(a), std::cos(a)}; }
-Matrix3 turn_y(double a) { return {std::cos(a), 0, std::sin(a), 0, 1, 0, -std::sin(a), 0, std::cos(a)}; }
-Matrix3 turn_z(double a) { return {std::cos(a), -std::sin(a), 0, std::sin(a), std::cos(a), 0, 0, 0, 1}; }
 
 /// Takes the file's camera axes to x right, y down, z forward.
 std::optional<Matrix3> ours_from_axes(std::string_view orientation) {
@@ -228,12 +223,9 @@ class BlocksReader {
       if (!rotation) xml_.fail(node, "the matrix M_00 .. M_22 is no rotation");
       return *rotation;
     }
-    if (node.child("Omega")) {
-      constexpr double kDegree = std::numbers::pi / 180;
+    if (node.child("Omega"))
       return transposed(
-          product(product(turn_x(xml_.needed(node, "Omega") * kDegree), turn_y(xml_.needed(node, "Phi") * kDegree)),
-                  turn_z(xml_.needed(node, "Kappa") * kDegree)));
-    }
+          rotation_from_angles({xml_.needed(node, "Omega"), xml_.needed(node, "Phi"), xml_.needed(node, "Kappa")}));
     xml_.fail(node, "expected a rotation as M_00 .. M_22 or as Omega, Phi, Kappa; other angles are not read");
   }
 

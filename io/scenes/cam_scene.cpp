@@ -23,7 +23,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_cam(const fs::path& file) { return lower_case(file.extension().string()) == ".cam"; }
+bool is_cam(const fs::path& file) {
+  const std::string name = lower_case(file.filename().string());
+  return name.ends_with(".cam") && !name.ends_with("calibrated_internal_camera_parameters.cam");  // which is Pix4D's
+}
 
 /// Numbers of one line, all of them finite.
 std::vector<double> numbers_of_line(const fs::path& file, std::string_view line, const char* place, std::size_t least,

@@ -13,12 +13,12 @@ namespace gpvc::io {
 
 // One a format, each defined in its NAME_scene.cpp.
 extern const SceneFormat kAlicevision, kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kNvm, kOdmShots, kOpenmvg,
-    kOpenmvs, kOpensfm, kRealityCsv, kRealityXmp, kTransforms;
+    kOpenmvs, kOpensfm, kOpf, kPix4d, kRealityCsv, kRealityXmp, kTransforms;
 
 std::span<const SceneFormat* const> scene_formats() {
   static constexpr const SceneFormat* kFormats[] = {
-      &kAlicevision, &kBlocksExchange, &kBundler, &kCam,     &kColmap,     &kMetashape,  &kNvm,
-      &kOdmShots,    &kOpenmvg,        &kOpenmvs, &kOpensfm, &kRealityCsv, &kRealityXmp, &kTransforms};
+      &kAlicevision, &kBlocksExchange, &kBundler, &kCam, &kColmap, &kMetashape,  &kNvm,        &kOdmShots,
+      &kOpenmvg,     &kOpenmvs,        &kOpensfm, &kOpf, &kPix4d,  &kRealityCsv, &kRealityXmp, &kTransforms};
   return kFormats;
 }
 
@@ -45,13 +45,36 @@ std::optional<std::string> incomplete_colmap(const fs::path& source) {
   return std::nullopt;
 }
 
+/// True for the files of Pix4Dmapper's parameters that have poses or lenses but not both, and a folder with one.
+bool is_part_of_pix4d(const fs::path& source) {
+  const auto is_part = [](const fs::path& file) {
+    const std::string name = lower_case(file.filename().string());
+    for (const char* part :
+         {"calibrated_external_camera_parameters.txt", "calibrated_external_camera_parameters_wgs84.txt",
+          "calibrated_images_position.txt", "calibrated_internal_camera_parameters.cam"})
+      if (name.ends_with(part)) return true;
+    return false;
+  };
+  if (!is_folder(source)) return is_part(source);
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(source, ignored))
+    if (is_part(entry.path())) return true;
+  return false;
+}
+
 /// Says what a source that is not a scene is instead, from its first bytes.
 std::string describe_other(const fs::path& source) {
   constexpr const char* kUnknown = "is no scene";
+  if (is_part_of_pix4d(source))
+    return std::string(is_folder(source) ? "holds" : "is") +
+           " only part of Pix4Dmapper's parameters; give *_calibrated_camera_parameters.txt, which it writes beside "
+           "them in 1_initial/params (Processing Options > 1. Initial Processing > Calibration > Export: Camera "
+           "Internals and Externals, AAT, BBA)";
   if (is_folder(source)) return incomplete_colmap(source).value_or(kUnknown);
   const std::string extension = lower_case(source.extension().string());
   if (extension == ".psx" || extension == ".psz")
     return "is a Metashape project; export its cameras as XML (File > Export > Export Cameras)";
+  if (extension == ".p4d") return "is a Pix4Dmapper project; give the folder 1_initial/params of its results";
   const std::string head = first_bytes(source, 256);
   if (head.starts_with("PK\3\4")) return "is a zip archive; unpack it";
   const std::size_t text = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");

@@ -101,6 +101,9 @@ std::optional<int> image_side(double value);
 /// Throws InputError at `place`. A camera of width 0 (see SceneFile::size_camera) passes.
 void finish_camera(const std::filesystem::path& file, const std::string& place, Camera& camera);
 
+/// A definition of a reference system in one line; empty for a local one (LOCAL_CS, ENGCRS), which states no place.
+std::string reference_system(std::string_view definition);
+
 using Matrix3 = std::array<double, 9>;  ///< row-major
 
 Matrix3 product(const Matrix3& a, const Matrix3& b);
@@ -112,6 +115,8 @@ std::optional<Matrix3> rotation_from_quaternion(const std::array<double, 4>& q);
 
 /// The rotation by the vector's length about its direction; nullopt unless it is finite.
 std::optional<Matrix3> rotation_from_angle_axis(const WorldPoint& v);
+/// Rx(omega) Ry(phi) Rz(kappa) of photogrammetry, angles in degrees.
+Matrix3 rotation_from_angles(const std::array<double, 3>& omega_phi_kappa);
 
 /// The rotation closest to `m`, which files print with few digits; nullopt when an entry of m m^T differs by more than
 /// 0.01 from the identity: three printed decimals still pass.

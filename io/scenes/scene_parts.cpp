@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
@@ -88,6 +89,14 @@ void finish_camera(const fs::path& file, const std::string& place, Camera& camer
   limit_distortion(camera);
 }
 
+std::string reference_system(std::string_view definition) {
+  std::string line;
+  while (!definition.empty()) line += trimmed(next_line(definition));
+  for (const char* local : {"LOCAL_CS", "ENGCRS", "ENGINEERINGCRS"})
+    if (line.starts_with(local)) return {};
+  return line;
+}
+
 Matrix3 product(const Matrix3& a, const Matrix3& b) {
   Matrix3 out{};
   for (std::size_t i = 0; i < 3; ++i)
@@ -117,6 +126,18 @@ std::optional<Matrix3> rotation_from_angle_axis(const WorldPoint& v) {
   // sin(angle / 2) / angle tends to 1/2: no division by zero.
   const double s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
   return rotation_from_quaternion({std::cos(angle / 2), s * v.x, s * v.y, s * v.z});
+}
+
+Matrix3 rotation_from_angles(const std::array<double, 3>& omega_phi_kappa) {
+  std::array<double, 3> c{}, s{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double angle = omega_phi_kappa[i] * (std::numbers::pi / 180);
+    c[i] = std::cos(angle);
+    s[i] = std::sin(angle);
+  }
+  const Matrix3 x{1, 0, 0, 0, c[0], -s[0], 0, s[0], c[0]}, y{c[1], 0, s[1], 0, 1, 0, -s[1], 0, c[1]},
+      z{c[2], -s[2], 0, s[2], c[2], 0, 0, 0, 1};
+  return product(product(x, y), z);
 }
 
 std::optional<Matrix3> rotation_near(const Matrix3& m) {

@@ -9,17 +9,19 @@
 
 namespace gpvc::fuzz {
 
+inline void expect_sound(const io::SceneFile& scene) {
+  for (const View& view : scene.views) {
+    const bool sound = view.camera.fx > 0 && view.camera.fy > 0 && std::isfinite(view.pose.centre.x) &&
+                       std::isfinite(view.pose.rotation[0]) && !view.name.empty();
+    if (!sound) std::abort();
+  }
+}
+
 /// The format's parser accepts with sound cameras and poses, or refuses.
 inline int parse_scene(std::string_view format, const char* name, const std::uint8_t* data, std::size_t size) {
   for (const io::SceneFormat* candidate : io::scene_formats()) {
     if (candidate->name != format) continue;
-    return reads_or_refuses([&] {
-      for (const View& view : candidate->parse(folder() / name, fuzz::view(data, size)).views) {
-        const bool sound = view.camera.fx > 0 && view.camera.fy > 0 && std::isfinite(view.pose.centre.x) &&
-                           std::isfinite(view.pose.rotation[0]) && !view.name.empty();
-        if (!sound) std::abort();
-      }
-    });
+    return reads_or_refuses([&] { expect_sound(candidate->parse(folder() / name, fuzz::view(data, size))); });
   }
   std::abort();
 }

@@ -72,7 +72,7 @@ TEST(Transforms, TakesFisheyeOfInstantNgp) {
 TEST(Transforms, KnowsTheOriginalWorld) {
   const SceneFile scene = parse(kTransforms);
   ASSERT_EQ(scene.other_frames.size(), 1);
-  const auto& [name, r, origin, scale] = scene.other_frames[0];
+  const auto& [name, r, origin, scale, srs] = scene.other_frames[0];
   const double x = 10 - origin.x, y = 14 - origin.y, z = -6 - origin.z;
   EXPECT_NEAR(scale * (r[0] * x + r[1] * y + r[2] * z), 5, 1e-12);
   EXPECT_NEAR(scale * (r[3] * x + r[4] * y + r[5] * z), 6, 1e-12);
