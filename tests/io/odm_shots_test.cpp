@@ -72,7 +72,7 @@ TEST(OdmShotsFile, TurnsFromWorldToCamera) {
   const double half = std::numbers::pi / std::sqrt(2.0);
   const std::string text =
       replaced(kShots, "3.141592653589793, 0.0, 0.0", std::to_string(half) + "00, " + std::to_string(half) + "00, 0.0");
-  const auto& r = parse(text).views.at(0).pose.rotation;
+  const auto r = parse(text).views.at(0).pose.rotation;
   const std::array<double, 9> expected{0, 1, 0, 1, 0, 0, 0, 0, -1};
   for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(r[i], expected[i], 1e-5) << i;
   const std::string quarter = replaced(kShots, "3.141592653589793, 0.0, 0.0", "0.0, 0.0, 1.5707963267948966");
