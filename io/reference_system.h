@@ -18,6 +18,14 @@ inline constexpr const char* kGeocentric = "EPSG:4978";
 /// beyond what can be projected. O(points).
 void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points);
 
+struct SystemName {
+  std::string name;  ///< "WGS 84 / UTM zone 32N"; empty where PROJ knows none
+  std::string unit;  ///< of its first axis: "metre", "degree", "US survey foot"; empty where PROJ knows none
+};
+
+/// What PROJ calls a system. Empty for text that it does not know as one.
+SystemName system_name(const std::string& system);
+
 /// The UTM zone of a geocentric point, as EPSG:326NN or EPSG:327NN. Throws std::runtime_error.
 std::string utm_zone(const WorldPoint& geocentric);
 

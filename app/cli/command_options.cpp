@@ -119,8 +119,8 @@ CLI::App* add_inspect(CLI::App& parent, InspectOptions& options) {
   add_photos(*app, options.input);
   app->add_flag("--check", options.check,
                 "Look through all photos at the mesh, and print how well each agrees with the others: photos of other "
-                "poses, or turned ones, agree no better than chance; and whether the mesh is where the photos show it "
-                "and the scene's tie points lie");
+                "poses, or turned ones, agree no better than chance; whether the mesh is where the photos show it "
+                "and the scene's tie points lie; and how blurred, bright and burnt out each photo is");
   app->add_option("--picture", options.picture,
                   "With --check: also write this PNG, the photos that agree least with the others, each beside what "
                   "another one shows of the mesh from the same place; the two are alike where all fits")

@@ -1,9 +1,11 @@
 // gpvc inspect: what is understood of the input, and what a run will cost.
 #include <fmt/format.h>
 #include <tbb/info.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <future>
 #include <stdexcept>
@@ -12,11 +14,13 @@
 #include "app/cli/run_record.h"
 #include "app/cli/scene_input.h"
 #include "app/evaluate/agreement_picture.h"
+#include "app/evaluate/photo_quality.h"
 #include "app/pipeline/frame_check.h"
 #include "app/pipeline/viewpoint.h"
 #include "io/images.h"
 #include "io/lens_terms.h"
 #include "io/mesh.h"
+#include "io/reference_system.h"
 
 namespace gpvc::cli {
 namespace {
@@ -40,6 +44,14 @@ std::string missing_text(const Scene& scene, std::span<const ViewId> used) {
   return fmt::format("{} photos missing: {}", missing.size(), pipeline::readable_list(missing, 10));
 }
 
+/// A system as the scene gives it and what it is called; the name alone where the scene has the whole definition (WKT).
+std::string system_text(const std::string& srs) {
+  const io::SystemName system = io::system_name(srs);
+  std::string text = system.name;
+  if (text.empty() || srs.find(text) == std::string::npos) text = srs + (text.empty() ? "" : ", " + text);
+  return system.unit.empty() ? text : text + ", in units of a " + system.unit;
+}
+
 void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& console) {
   std::vector<std::pair<Camera, std::size_t>> cameras;
   for (const View& view : scene.views) {
@@ -57,7 +69,7 @@ void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& co
     console.result(fmt::format("camera   {} views: {}", cameras[i].second, camera_text(cameras[i].first)));
   if (cameras.size() > kMost) console.result(fmt::format("camera   and {} more", cameras.size() - kMost));
   console.result("cameras  " + pipeline::box_text(pipeline::box_of(scene)));
-  if (!scene.srs.empty()) console.result("srs      " + scene.srs);
+  if (!scene.srs.empty()) console.result("srs      " + system_text(scene.srs));
   if (!(scene.offset == WorldPoint{}))
     console.result(
         fmt::format("offset   {} {} {} to be added for the srs", scene.offset.x, scene.offset.y, scene.offset.z));
@@ -105,16 +117,28 @@ void print_estimate(const SceneInputData& in, int threads, Console& console) {
 void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_file, int threads, Console& console) {
   console.result(fmt::format("in frame {:.1f} % of the faces may lie in some photo's frame (occlusion not looked at)",
                              100 * pipeline::framed_share(in.mesh, in.scene, in.used)));
+  const std::vector<std::size_t> overlap = pipeline::overlap(in.mesh, in.scene, in.used);
+  if (!overlap.empty()) {
+    constexpr std::size_t kFew = 3;  // fewer leave no choice between photos, nor a vote on what stands in the way
+    const auto few = std::ranges::lower_bound(overlap, kFew) - overlap.begin();
+    console.result(fmt::format(
+        "overlap  {} photos may show a face in the median, {} .. {} for nine in ten; {:.1f} % of the faces "
+        "lie in fewer than {}",
+        overlap[overlap.size() / 2], overlap[overlap.size() / 20], overlap[overlap.size() - 1 - overlap.size() / 20],
+        100 * static_cast<double>(few) / static_cast<double>(overlap.size()), kFew));
+  }
+  throw_if_interrupted();
   const std::optional<double> backs = pipeline::back_share(in.mesh, in.scene, in.used);
   throw_if_interrupted();
   if (backs)
     console.result(fmt::format("turned   {:.1f} % of what the cameras see of it are backs of faces", 100 * *backs));
   const std::vector<double> sampling = pipeline::sampling_distances(in.mesh, in.scene, in.used);
   throw_if_interrupted();
+  const std::string unit = io::system_name(in.scene.srs).unit;
   if (!sampling.empty())
-    console.result(fmt::format("sampling {:.6g} units a pixel in the median, {:.6g} .. {:.6g} for nine in ten",
-                               sampling[sampling.size() / 2], sampling[sampling.size() / 20],
-                               sampling[sampling.size() - 1 - sampling.size() / 20]));
+    console.result(fmt::format("sampling {:.6g} {} a pixel in the median, {:.6g} .. {:.6g} for nine in ten",
+                               sampling[sampling.size() / 2], unit.empty() ? "units" : unit,
+                               sampling[sampling.size() / 20], sampling[sampling.size() - 1 - sampling.size() / 20]));
   console.result(fmt::format("up       {}", name_of(io::kUpAxisNames, pipeline::scene_up(in.scene, in.used))));
   print_estimate(in, threads, console);
   try {
@@ -144,6 +168,27 @@ const char* verdict_text(const pipeline::MeshFit& fit, const char* fits, const c
   return "not judged";
 }
 
+// What each photo is worth by itself.
+void print_quality(const SceneInputData& in, io::PhotoSource& photos, RunRecord& record, Console& console) {
+  std::vector<evaluate::PhotoQuality> qualities(in.used.size());
+  record.begin({"photos", "photos"});
+  std::atomic<std::size_t> done{0};
+  tbb::parallel_for(std::size_t{0}, in.used.size(), [&](std::size_t i) {
+    throw_if_interrupted();
+    qualities[i] = evaluate::photo_quality(*photos.photo(in.used[i]));
+    ++done;
+  });
+  record.end(fmt::format("{} looked at", done.load()));
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < in.used.size(); ++i) {
+    names.push_back(in.scene.views[index(in.used[i])].name);
+    const evaluate::PhotoQuality& photo = qualities[i];
+    console.result(fmt::format("quality  {}: blur {:.1f} px, brightness {:.0f} %, {:.1f} % burnt out", names.back(),
+                               photo.blur, 100 * photo.brightness, 100 * photo.clipped));
+  }
+  for (const std::string& warning : evaluate::quality_warnings(qualities, names)) console.warning(warning);
+}
+
 // What the first stage of gpvc texture finds about photos and poses.
 void print_agreement(const SceneInputData& in, const InspectOptions& options, Console& console) {
   pipeline::Settings settings;
@@ -168,6 +213,7 @@ void print_agreement(const SceneInputData& in, const InspectOptions& options, Co
     console.result(fmt::format("mesh     {}: {}",
                                verdict_text(seen.tie_point_fit, "fits the tie points", "NOT WHERE THE TIE POINTS LIE"),
                                pipeline::tie_point_fit_text(seen.tie_point_fit)));
+  print_quality(in, photos, record, console);
   if (options.picture.empty()) return;
   constexpr std::size_t kRows = 6;
   const std::vector<evaluate::PairOfViews> pairs = evaluate::least_agreeing(seen.candidates, kRows);

@@ -156,6 +156,14 @@ std::vector<ViewId> some_views(const Scene& scene, std::span<const ViewId> used,
   return some;
 }
 
+/// Every so many of `count` things are looked at from each view: `most` of them, or fewer where there are many views.
+std::size_t sample_step(std::size_t count, std::size_t views, std::size_t most) {
+  // So many numbers are 32 MB and take a second.
+  constexpr std::size_t kLooks = 4000000;
+  most = std::clamp<std::size_t>(kLooks / std::max<std::size_t>(1, views), 1, most);
+  return std::max<std::size_t>(1, count / most);
+}
+
 /// The share of a photo's area that some ray reaches. Fisheyes leave corners dark, and so count as whole.
 double reached_share(const Camera& camera) {
   const LensModel lens = camera.distortion.model;
@@ -234,6 +242,22 @@ double framed_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId
   return count == 0 ? 0 : static_cast<double>(framed) / static_cast<double>(count);
 }
 
+std::vector<std::size_t> overlap(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
+  const std::size_t step = sample_step(mesh.faces.size(), used.size(), 20000);
+  std::vector<std::size_t> counts((mesh.faces.size() + step - 1) / step);
+  tbb::parallel_for(std::size_t{0}, counts.size(), [&](std::size_t i) {
+    const Triangle& face = mesh.faces[i * step];
+    const WorldPoint& a = mesh.positions[face[0]];
+    const WorldPoint normal = cross(mesh.positions[face[1]] - a, mesh.positions[face[2]] - a);
+    counts[i] = static_cast<std::size_t>(std::ranges::count_if(used, [&](ViewId id) {
+      const View& view = scene.views[index(id)];
+      return dot(normal, view.pose.centre - a) > 0 && may_be_framed(view, mesh, face);
+    }));
+  });
+  std::ranges::sort(counts);
+  return counts;
+}
+
 std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
   const std::vector<ViewId> views = some_views(scene, used, mesh.faces.size());
   const std::size_t faces = mesh.faces.size(), runs = (faces + kRun - 1) / kRun;
@@ -273,10 +297,7 @@ std::string check_winding(std::optional<double> backs, const std::filesystem::pa
 
 std::vector<double> sampling_distances(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
                                        std::size_t most) {
-  // So many lengths are 32 MB and take a second.
-  constexpr std::size_t kProjections = 4000000;
-  most = std::clamp<std::size_t>(kProjections / std::max<std::size_t>(1, used.size()), 1, most);
-  const std::size_t step = std::max<std::size_t>(1, mesh.positions.size() / most);
+  const std::size_t step = sample_step(mesh.positions.size(), used.size(), most);
   std::vector<double> sampling;
   for (std::size_t v = 0; v < mesh.positions.size(); v += step)
     for (const ViewId id : used) {

@@ -35,6 +35,10 @@ void check_frames(const Mesh& mesh, const std::filesystem::path& mesh_file, cons
 /// Fraction of faces that some view may frame, over a sample of 100,000; occlusion is ignored.
 double framed_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
 
+/// Per face of a sample, how many views may frame it and stand on its front side, ascending; occlusion is ignored. The
+/// sample is of at most 20,000 faces, or fewer where there are many views. O(sampled faces x views).
+std::vector<std::size_t> overlap(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
+
 /// Fraction of rays that hit the back of a face (corners clockwise) first, over a grid of rays from at least four of the
 /// used views. Occlusion counts, so the far sides of closed meshes do not. Empty when no ray hits a face. O(faces + framed
 /// faces x sampled views).

@@ -78,6 +78,27 @@ void transform_points(const std::string& from, const std::string& to, std::span<
                            ") is none of " + short_name(from));
 }
 
+SystemName system_name(const std::string& system) {
+  const Context context(proj_context_create());
+  proj_log_level(context.get(), PJ_LOG_NONE);
+  SystemName found;
+  Object object(proj_create(context.get(), system.c_str()));
+  if (!object || !proj_is_crs(object.get())) return found;
+  if (const char* name = proj_get_name(object.get())) found.name = name;
+  // A height is measured in a system of its own; the first of the two is that of the ground.
+  if (proj_get_type(object.get()) == PJ_TYPE_COMPOUND_CRS)
+    object = Object(proj_crs_get_sub_crs(context.get(), object.get(), 0));
+  object = without_zero_shift(context.get(), std::move(object));
+  const Object axes(proj_crs_get_coordinate_system(context.get(), object.get()));
+  const char* unit = nullptr;
+  if (axes &&
+      proj_cs_get_axis_info(context.get(), axes.get(), 0, nullptr, nullptr, nullptr, nullptr, &unit, nullptr,
+                            nullptr) != 0 &&
+      unit != nullptr)
+    found.unit = unit;
+  return found;
+}
+
 std::string utm_zone(const WorldPoint& geocentric) {
   std::vector<WorldPoint> point{geocentric};
   transform_points(kGeocentric, "EPSG:4979", point);

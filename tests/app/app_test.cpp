@@ -282,13 +282,14 @@ TEST_F(App, InspectSaysWhatItUnderstood) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_FALSE(contains(outcome.out, "agrees"));
   for (const char* words :
-       {"views    5", "240 x 160 px", "fx 200.00", "k1 -0.06", "up       +z", "x -25.000 .. 25.000"})
+       {"views    5", "240 x 160 px", "fx 200.00", "k1 -0.06", "up       +z", "x -25.000 .. 25.000", "overlap  "})
     EXPECT_TRUE(contains(outcome.out, words));
   inspect.push_back("--check");
   const Outcome checked = run(inspect);
   EXPECT_EQ(checked.exit_code, 0) << checked.err;
   EXPECT_TRUE(contains(checked.out, "agrees   east_001.jpg: ")) << checked.out;
   EXPECT_FALSE(contains(checked.out, "CHANCE"));
+  EXPECT_TRUE(contains(checked.out, "quality  east_001.jpg: blur ")) << checked.out;
   inspect.erase(inspect.begin() + 2);
   expect_one_sentence(run(inspect), "--check", "mesh");
 }

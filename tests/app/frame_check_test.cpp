@@ -78,6 +78,18 @@ TEST(FrameCheck, MeasuresTheShareInAFrame) {
   EXPECT_DOUBLE_EQ(pipeline::framed_share(mesh, scene_above(), kUsed), 0.25);
 }
 
+TEST(FrameCheck, OverlapCountsViewsAheadOfAFacesFront) {
+  Mesh mesh = triangle_at(0, 0, 0);
+  mesh.positions.push_back({100, 0, 0});
+  mesh.faces.push_back({0, 2, 1});  // the back of the first
+  mesh.faces.push_back({3, 3, 3});
+  Scene scene = scene_above();
+  scene.views.resize(3, scene.views[0]);
+  scene.views[2].pose.centre = {50, 0, 10};  // does not frame them
+  EXPECT_EQ(pipeline::overlap(mesh, scene, pipeline::all_views(scene)), (std::vector<std::size_t>{0, 0, 2}));
+  EXPECT_TRUE(pipeline::overlap({}, scene, pipeline::all_views(scene)).empty());
+}
+
 /// Closed, corners counter-clockwise seen from outside: [-2, 2] x [-2, 2] x [0, 2].
 Mesh box() {
   Mesh mesh;

@@ -66,6 +66,17 @@ TEST(ReferenceSystem, NamesUtmZones) {
   EXPECT_EQ(utm_zone(on_ellipsoid(10, 179.999, 0)), "EPSG:32660");
 }
 
+TEST(ReferenceSystem, NamesSystemsAndTheirUnits) {
+  EXPECT_EQ(system_name("EPSG:32632").name, "WGS 84 / UTM zone 32N");
+  EXPECT_EQ(system_name("EPSG:32632").unit, "metre");
+  EXPECT_EQ(system_name("EPSG:4326").unit, "degree");
+  EXPECT_EQ(system_name("EPSG:2263").unit, "US survey foot");  // New York Long Island
+  EXPECT_EQ(system_name("EPSG:25832+5783").unit, "metre");     // with heights
+  EXPECT_EQ(system_name("+proj=utm +zone=32 +datum=WGS84 +units=m +type=crs").unit, "metre");
+  EXPECT_EQ(system_name("Local Coordinates (m)").unit, "");
+  EXPECT_EQ(system_name("").name, "");
+}
+
 TEST(ReferenceSystem, SaysWhatIsUnknownOrImpossible) {
   const auto error = [](const std::string& from, const WorldPoint& point) -> std::string {
     try {
