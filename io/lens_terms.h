@@ -23,6 +23,7 @@ inline constexpr LensTerm kLensTerms[] = {
     {"s2", &Distortion::s2}, {"skew", &Distortion::skew},   {"omega", &Distortion::omega},
     {"k5", &Distortion::k5}, {"k6", &Distortion::k6},       {"s3", &Distortion::s3},
     {"s4", &Distortion::s4}, {"alpha", &Distortion::alpha}, {"beta", &Distortion::beta},
+    {"a1", &Distortion::a1}, {"a2", &Distortion::a2},       {"a3", &Distortion::a3},
 };
 inline constexpr std::size_t kBrownTerms = 5;
 
@@ -40,6 +41,7 @@ inline constexpr Named<LensModel> kLensModelNames[] = {
     {"inverse_radial", LensModel::inverse_radial},
     {"division", LensModel::division},
     {"unified", LensModel::unified},
+    {"fisheye_polynomial", LensModel::fisheye_polynomial},
     {"fisheye_624", LensModel::fisheye_624},
 };
 

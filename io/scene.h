@@ -74,15 +74,16 @@ struct Mesh {
 /// How a direction meets the plane on which the terms of Distortion act, as a factor on (X/Z, Y/Z) by its radius r =
 /// tan(theta).
 enum class LensModel : std::uint8_t {
-  brown,           ///< factor 1, and of the terms k1 k2 p1 p2 k3 alone: OpenCV's five
-  perspective,     ///< factor 1
-  equidistant,     ///< theta / r: fisheye of OpenCV, COLMAP, OpenSfM, Metashape
-  equisolid,       ///< 2 sin(theta / 2) / r
-  fov,             ///< atan(2 r tan(omega / 2)) / (omega r): Devernay and Faugeras 2001; no further term
-  inverse_radial,  ///< q / r where q + k1 q^3 = r: VisualSFM; no further term
-  division,        ///< q / r where q = r (1 + k1 q^2): Fitzgibbon 2001; no further term
-  unified,         ///< 1 / (alpha sqrt(beta r^2 + 1) + 1 - alpha): Khomutenko et al. 2016; no further term
-  fisheye_624,     ///< theta / r; tangential and prism terms act on what the radial ones make: Project Aria
+  brown,               ///< factor 1, and of the terms k1 k2 p1 p2 k3 alone: OpenCV's five
+  perspective,         ///< factor 1
+  equidistant,         ///< theta / r: fisheye of OpenCV, COLMAP, OpenSfM, Metashape
+  equisolid,           ///< 2 sin(theta / 2) / r
+  fov,                 ///< atan(2 r tan(omega / 2)) / (omega r): Devernay and Faugeras 2001; no further term
+  inverse_radial,      ///< q / r where q + k1 q^3 = r: VisualSFM; no further term
+  division,            ///< q / r where q = r (1 + k1 q^2): Fitzgibbon 2001; no further term
+  unified,             ///< 1 / (alpha sqrt(beta r^2 + 1) + 1 - alpha): Khomutenko et al. 2016; no further term
+  fisheye_polynomial,  ///< theta (1 + a1 theta + a2 theta^2 + a3 theta^3) / r: Pix4D, ContextCapture; of the terms, skew
+  fisheye_624,         ///< theta / r; tangential and prism terms act on what the radial ones make: Project Aria
 };
 
 /// Lens distortion. With (x, y) the point that LensModel makes of (X/Z, Y/Z), and r2 = x*x + y*y: radial = (1 + k1 r2 +
@@ -98,7 +99,7 @@ struct Distortion {
   double max_r2 = 1e300;
   LensModel model = LensModel::brown;
   double k4 = 0, d1 = 0, d2 = 0, d3 = 0, p3 = 0, p4 = 0, s1 = 0, s2 = 0, skew = 0, omega = 0;
-  double k5 = 0, k6 = 0, s3 = 0, s4 = 0, alpha = 0, beta = 0;
+  double k5 = 0, k6 = 0, s3 = 0, s4 = 0, alpha = 0, beta = 0, a1 = 0, a2 = 0, a3 = 0;
   bool operator==(const Distortion&) const = default;
   bool is_identity() const { return model == LensModel::brown && k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0; }
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <optional>
 
 namespace gpvc::io {
 
@@ -17,6 +18,23 @@ double cubic_root(double k, double r) {
     q = next;
   }
   return q;
+}
+
+/// The angle that LensModel::fisheye_polynomial bends to a radius, where it grows up to `most`; nullopt if that falls
+/// short. Newton's method, or halves where it leaves what is left of the interval.
+std::optional<double> unbent_angle(const Distortion& d, double radius, double most) {
+  double low = 0, high = most;
+  if (!(bend_angle(d, high).radius > radius)) return std::nullopt;
+  double theta = std::min(radius, high);
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    const BentAngle bent = bend_angle(d, theta);
+    (bent.radius < radius ? low : high) = theta;
+    double next = theta - (bent.radius - radius) / bent.slope;
+    if (!(next > low && next < high)) next = low + (high - low) / 2;
+    if (!(std::abs(next - theta) > 1e-16 * theta)) return next;  // half a unit in the last place: no further progress
+    theta = next;
+  }
+  return theta;
 }
 
 /// The point times `radial`.
@@ -64,6 +82,12 @@ LensFactor lens_factor(const Distortion& d, double r2) {
       const double factor = std::atan(r) / r;
       return {factor, (1 / (1 + r2) - factor) / r2};
     }
+    case LensModel::fisheye_polynomial: {
+      if (r == 0) return {1, 0};
+      const BentAngle bent = bend_angle(d, std::atan(r));
+      const double factor = bent.radius / r;
+      return {factor, (bent.slope / (1 + r2) - factor) / r2};
+    }
     case LensModel::equisolid: {
       if (r == 0) return {1, 0};
       const double half = std::atan(r) / 2, factor = 2 * std::sin(half) / r;
@@ -100,6 +124,10 @@ double undo_lens_factor(const Distortion& d, double s) {
     case LensModel::equidistant:
     case LensModel::fisheye_624:
       return q < std::numbers::pi / 2 ? squared(std::tan(q)) : kUnbounded;
+    case LensModel::fisheye_polynomial: {
+      const std::optional<double> theta = unbent_angle(d, q, std::atan(std::sqrt(d.max_r2)));
+      return theta ? squared(std::tan(*theta)) : kUnbounded;
+    }
     case LensModel::equisolid:
       return q < std::numbers::sqrt2 ? squared(std::tan(2 * std::asin(q / 2))) : kUnbounded;
     case LensModel::fov:

@@ -39,6 +39,15 @@ inline Distorted distort(const Distortion& d, double x, double y) {
   return d.model == LensModel::brown ? distort_brown(d, x, y) : distort_any(d, x, y);
 }
 
+/// The radius that LensModel::fisheye_polynomial gives to an angle from the axis, and its derivative.
+struct BentAngle {
+  double radius, slope;
+};
+inline BentAngle bend_angle(const Distortion& d, double theta) {
+  return {theta * (1 + theta * (d.a1 + theta * (d.a2 + theta * d.a3))),
+          1 + theta * (2 * d.a1 + theta * (3 * d.a2 + theta * 4 * d.a3))};
+}
+
 /// LensModel's factor is all there is: none of the terms that act behind it.
 inline bool is_bare(LensModel model) {
   return model == LensModel::fov || model == LensModel::inverse_radial || model == LensModel::division ||

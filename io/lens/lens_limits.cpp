@@ -1,6 +1,8 @@
 // How far a lens model holds, and how much it can stretch.
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <numbers>
 #include <vector>
 
 #include "io/lens/lens.h"
@@ -94,6 +96,11 @@ void limit_distortion(Camera& camera) {
   } else if (d.model == LensModel::division) {
     // r = q / (1 + k1 q^2) grows up to q^2 = 1 / k1.
     if (d.k1 > 0) fold = 1 / d.k1;
+  } else if (d.model == LensModel::fisheye_polynomial) {
+    // Its radius grows with the angle up to here; at and behind 90 degrees the plane ends.
+    const double last = first_fall({1, 2 * d.a1, 3 * d.a2, 4 * d.a3});
+    if (last < std::numbers::pi / 2) d.max_r2 = std::min(std::tan(last) * std::tan(last), d.max_r2);
+    return;
   } else if (!io::is_bare(d.model)) {
     // With s = q^2, d/dq of q N(s) / D(s) is ((N + 2 s N') D - 2 s N D') / D^2.
     const Polynomial n = above(d), m = d.model == LensModel::brown ? Polynomial{1} : below(d);
@@ -117,7 +124,11 @@ double largest_stretch(const Camera& camera, double r2) {
   // The factor bends a step across by `factor` and a step outwards by factor + r2 slope. Both are largest at the
   // centre, except for inverse_radial with k1 < 0 and division with k1 > 0, where they are largest at the rim.
   const io::LensFactor centre = io::lens_factor(d, 0);
-  const double bent = std::max({centre.factor, lens.factor, lens.factor + r2 * lens.slope});
+  double bent = std::max({centre.factor, lens.factor, lens.factor + r2 * lens.slope});
+  // Of a polynomial of the angle neither need be: theta / r and d theta / d r are at most 1, the rest is bounded by the
+  // polynomial's slope with all its terms positive.
+  if (d.model == LensModel::fisheye_polynomial)
+    bent = value(absolute({1, 2 * d.a1, 3 * d.a2, 4 * d.a3}), std::atan(std::sqrt(r2)));
   if (io::is_bare(d.model)) return std::isfinite(bent) ? bent * pixels : io::kUnbounded;
 
   const bool all = d.model != LensModel::brown;

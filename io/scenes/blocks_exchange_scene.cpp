@@ -10,10 +10,13 @@
 //          than OpenCV's ("in some other conventions, the roles are reversed", says the guide): x' = x (1 + K1 r2 +
 //          K2 r4 + K3 r6) + P1 (r2 + 2 x x) + 2 P2 x y. The focal matrix is [f Skew; 0 AspectRatio f], so u = cx + f
 //          x' + Skew y'. StOriJimmy/libBATools reads both the same.
+//          Fisheye: a polynomial P0 .. P4 of the angle and a focal matrix, see set_fisheye(); the example of the guide
+//          has 0, 1, 0, 0, 0.
 // Mask     black pixels are ignored ("Photo properties" of the guide), as ours.
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
@@ -154,19 +157,22 @@ class BlocksReader {
     if (!turn)
       xml_.fail(group.child("CameraOrientation"), "expected a CameraOrientation like XRightYDown, found " +
                                                       quote(XmlFile::text(group, "CameraOrientation")));
-    if (const std::string_view type = XmlFile::text(group, "CameraModelType"); !type.empty() && type != "Perspective") {
+    const std::string_view type = XmlFile::text(group, "CameraModelType");
+    if (!type.empty() && type != "Perspective" && type != "Fisheye") {
       const InputError refusal(xml_.path(), xml_.place(group.child("CameraModelType")),
                                "camera model " + quote(type) +
-                                   " is not supported, Perspective is; undistort the photos or "
-                                   "leave the photogroup out");
+                                   " is not supported, Perspective and Fisheye are; undistort the "
+                                   "photos or leave the photogroup out");
       for (std::size_t i = 0; i < photos.size(); ++i) omitted_.add(std::string(type), refusal);
       return;
     }
-    const Camera camera = camera_of(group, *turn);
-    for (const pugi::xml_node& photo : photos) read_photo(photo, camera, *turn);
+    Matrix3 to_ours = *turn;
+    const Camera camera = camera_of(group, to_ours);
+    for (const pugi::xml_node& photo : photos) read_photo(photo, camera, to_ours);
   }
 
-  Camera camera_of(const pugi::xml_node& group, const Matrix3& turn) const {
+  /// `turn`, which takes the file's camera axes to ours, is changed to those of the camera that is returned.
+  Camera camera_of(const pugi::xml_node& group, Matrix3& turn) const {
     Camera camera;
     const pugi::xml_node dimensions = group.child("ImageDimensions");
     camera.width = xml_.side(dimensions ? dimensions : group, "Width");
@@ -175,16 +181,14 @@ class BlocksReader {
     double pixel_mm = 0;
     if (const auto size = xml_.number(group, "PixelSize")) pixel_mm = *size;
     if (const auto size = xml_.number(group, "SensorSize")) pixel_mm = *size / longer;
-    if (const auto focal = xml_.number(group, "FocalLengthPixels")) {
-      camera.fx = *focal;
-    } else {
-      const double focal_mm = xml_.needed(group, "FocalLength");
-      if (!(pixel_mm > 0))
-        xml_.fail(group, "FocalLength is in millimetres: expected a positive SensorSize or PixelSize with it");
-      camera.fx = focal_mm / pixel_mm;
-    }
-    camera.fy = camera.fx * xml_.number(group, "AspectRatio").value_or(1);
     principal_point(group, pixel_mm, turn, camera);
+    if (XmlFile::text(group, "CameraModelType") == "Fisheye") {
+      turn = product(set_fisheye(group, pixel_mm, camera), turn);
+      finish_camera(xml_.path(), xml_.place(group), camera);
+      return camera;
+    }
+    camera.fx = focal_length(group, pixel_mm);
+    camera.fy = camera.fx * xml_.number(group, "AspectRatio").value_or(1);
     Distortion& d = camera.distortion;
     d.model = LensModel::perspective;
     if (const auto skew = xml_.number(group, "Skew"); skew && camera.fx != 0) d.skew = *skew / camera.fx;
@@ -196,6 +200,29 @@ class BlocksReader {
     for (const auto& [name, term] : kTerms) d.*term = xml_.number(group.child("Distortion"), name).value_or(0);
     finish_camera(xml_.path(), xml_.place(group), camera);
     return camera;
+  }
+
+  double focal_length(const pugi::xml_node& group, double pixel_mm) const {
+    if (const auto focal = xml_.number(group, "FocalLengthPixels")) return *focal;
+    const double focal_mm = xml_.needed(group, "FocalLength");
+    if (!(pixel_mm > 0))
+      xml_.fail(group, "FocalLength is in millimetres: expected a positive SensorSize or PixelSize with it");
+    return focal_mm / pixel_mm;
+  }
+
+  /// Without a focal matrix the focal length is that of small angles, of which 90 degrees would be pi / 2.
+  Matrix3 set_fisheye(const pugi::xml_node& group, double pixel_mm, Camera& camera) const {
+    std::array<double, 4> affine{};
+    if (const pugi::xml_node matrix = group.child("FisheyeFocalMatrix"))
+      affine = {xml_.needed(matrix, "M_00"), xml_.needed(matrix, "M_01"), xml_.needed(matrix, "M_10"),
+                xml_.needed(matrix, "M_11")};
+    else
+      affine[0] = affine[3] = focal_length(group, pixel_mm) * std::numbers::pi / 2;
+    constexpr std::array<const char*, 5> kPowers{"P0", "P1", "P2", "P3", "P4"};
+    std::array<double, 5> polynomial{0, 1, 0, 0, 0};
+    for (std::size_t i = 0; i < kPowers.size(); ++i)
+      if (const auto term = xml_.number(group.child("FisheyeDistortion"), kPowers[i])) polynomial[i] = *term;
+    return io::set_fisheye(xml_.path(), xml_.place(group), affine, polynomial, camera);
   }
 
   void principal_point(const pugi::xml_node& group, double pixel_mm, const Matrix3& turn, Camera& camera) const {

@@ -7,7 +7,7 @@
 // Pixels   (0, 0) is the upper left corner of the upper left pixel, x right, y down: ours.
 // Camera   x right, y up, z backward: y and z turn round. Rx(omega) Ry(phi) Rz(kappa) takes camera to world.
 // Lens     perspective: Brown's with OpenCV's order and signs, x (1 + R1 r2 + R2 r4 + R3 r6) + 2 T1 x y + T2 (r2 + 2 x
-//          x). Fisheye and spherical ones are not read: the former have a polynomial with even powers of the angle.
+//          x); fisheye: a polynomial of the angle, see set_fisheye(). Spherical ones are not read.
 // World    the "processing" system: the reference system with equal scales, its first two axes swapped where it is
 //          left-handed (north, east), then shifted. East comes first in ours as well (see reference_system.h), so the
 //          swap needs nothing; scales other than 1 leave a system that has no name.
@@ -192,15 +192,17 @@ class OpfReader {
         continue;
       }
       const std::string type = json.text(of_sensor, *lens->second, "type");
-      if (type != "perspective") {
-        omitted.add(type, InputError(file, of_sensor, "has a lens of type " + quote(type) + ", perspective is read"));
+      if (type != "perspective" && type != "fisheye") {
+        omitted.add(type, InputError(file, of_sensor,
+                                     "has a lens of type " + quote(type) + ", perspective and fisheye are read"));
         continue;
       }
       View view;
       view.name = path_of_uri(uri->second);
       view.photo = view.name;
-      view.camera = camera_of(json, of_sensor, *lens->second, size->second);
-      view.pose = pose_of(json, place, in);
+      Matrix3 turn = kTurn;
+      view.camera = camera_of(json, of_sensor, *lens->second, size->second, turn);
+      view.pose = pose_of(json, place, in, turn);
       scene_.views.push_back(std::move(view));
       moving += in.contains("rolling_shutter") ? 1 : 0;
     }
@@ -209,15 +211,27 @@ class OpfReader {
     scene_.warn(moving, "cameras moved while their photos were read out (rolling_shutter), which is not modelled");
   }
 
+  /// Turns from axes x right, y up, z backward to ours.
+  static constexpr Matrix3 kTurn{1, 0, 0, 0, -1, 0, 0, 0, -1};
+
+  /// `turn`, which takes the file's camera axes to ours, is changed to those of the camera that is returned.
   static Camera camera_of(const JsonFile& json, const std::string& place, const Json& in,
-                          const std::array<int, 2>& size) {
+                          const std::array<int, 2>& size, Matrix3& turn) {
     Camera camera;
     camera.width = size[0];
     camera.height = size[1];
-    camera.fx = camera.fy = json.number(place, in, "focal_length_px");
     const std::vector<double> centre = json.numbers(place, in, "principal_point_px", 2);
     camera.cx = centre[0];
     camera.cy = centre[1];
+    if (json.text(place, in, "type") == "fisheye") {
+      const std::vector<double> affine = json.numbers(place, in, "affine", 4);
+      turn = product(set_fisheye(json.path(), place, {affine[0], affine[1], affine[2], affine[3]},
+                                 json.numbers(place, in, "polynomial", 4), camera),
+                     turn);
+      finish_camera(json.path(), place, camera);
+      return camera;
+    }
+    camera.fx = camera.fy = json.number(place, in, "focal_length_px");
     const std::vector<double> r = json.numbers(place, in, "radial_distortion", 3),
                               t = json.numbers(place, in, "tangential_distortion", 2);
     camera.distortion.k1 = r[0];
@@ -229,12 +243,11 @@ class OpfReader {
     return camera;
   }
 
-  static Pose pose_of(const JsonFile& json, const std::string& place, const Json& in) {
+  static Pose pose_of(const JsonFile& json, const std::string& place, const Json& in, const Matrix3& turn) {
     const std::vector<double> angles = json.numbers(place, in, "orientation_deg", 3),
                               c = json.numbers(place, in, "position", 3);
-    constexpr Matrix3 kTurn{1, 0, 0, 0, -1, 0, 0, 0, -1};
     const Matrix3 world_from_camera = rotation_from_angles({angles[0], angles[1], angles[2]});
-    return finish_pose(json.path(), place, product(kTurn, transposed(world_from_camera)), {c[0], c[1], c[2]});
+    return finish_pose(json.path(), place, product(turn, transposed(world_from_camera)), {c[0], c[1], c[2]});
   }
 
   const fs::path& project_;

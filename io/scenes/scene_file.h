@@ -101,6 +101,15 @@ std::optional<int> image_side(double value);
 /// Throws InputError at `place`. A camera of width 0 (see SceneFile::size_camera) passes.
 void finish_camera(const std::filesystem::path& file, const std::string& place, Camera& camera);
 
+/// Pix4D's fisheye, which is ContextCapture's as well (Pix4D, "Camera internals for fisheye lens"): a direction at the angle
+/// theta from the axis and beta about it is shown at affine * rho (cos beta, sin beta), with rho the polynomial in 2 theta /
+/// pi, from its constant term on. Sets focal lengths and lens. What is left is a turn of the camera about its axis, to be
+/// multiplied to the left of the rotation to the camera. Throws InputError at `place` unless the polynomial begins with 0
+/// and ends with the fourth power, and the affine can be undone.
+std::array<double, 9> set_fisheye(const std::filesystem::path& file, const std::string& place,
+                                  const std::array<double, 4>& affine, std::span<const double> polynomial,
+                                  Camera& camera);
+
 /// A definition of a reference system in one line; empty for a local one (LOCAL_CS, ENGCRS), which states no place.
 std::string reference_system(std::string_view definition);
 

@@ -89,6 +89,37 @@ void finish_camera(const fs::path& file, const std::string& place, Camera& camer
   limit_distortion(camera);
 }
 
+Matrix3 set_fisheye(const fs::path& file, const std::string& place, const std::array<double, 4>& affine,
+                    std::span<const double> polynomial, Camera& camera) {
+  std::array<double, 5> p{};
+  for (std::size_t i = 0; i < polynomial.size(); ++i) {
+    if (i < p.size()) p[i] = polynomial[i];
+    if ((i == 0 || i >= p.size()) && polynomial[i] != 0)
+      throw InputError(file, place,
+                       "the fisheye's polynomial has a term of power " + std::to_string(i) +
+                           ", expected powers 1 to 4 alone: no ray is shown where it goes");
+  }
+  constexpr double kTurns = 2 / std::numbers::pi;
+  const double unit = p[1] * kTurns;
+  const auto [c, d, e, f] = affine;
+  const double down = std::hypot(e, f), cosine = f / down, sine = e / down;
+  if (!(unit > 0) || !((c * cosine - d * sine) * down > 0))
+    throw InputError(file, place, "the fisheye's affine matrix or its polynomial shows all in one line, or mirrored");
+  // affine = [across across*skew; 0 down] * turn
+  camera.fx = unit * (c * cosine - d * sine);
+  camera.fy = unit * down;
+  Distortion& lens = camera.distortion;
+  lens.model = LensModel::fisheye_polynomial;
+  lens.skew = unit * (c * sine + d * cosine) / camera.fx;
+  double power = kTurns / p[1];
+  for (const auto& [term, coefficient] :
+       {std::pair{&Distortion::a1, p[2]}, {&Distortion::a2, p[3]}, {&Distortion::a3, p[4]}}) {
+    lens.*term = coefficient * power;
+    power *= kTurns;
+  }
+  return {cosine, -sine, 0, sine, cosine, 0, 0, 0, 1};
+}
+
 std::string reference_system(std::string_view definition) {
   std::string line;
   while (!definition.empty()) line += trimmed(next_line(definition));

@@ -91,6 +91,29 @@ TEST(BlocksExchange, ProjectsAKnownPointWithAnglesAndLens) {
                      f * u + 0.75 * v + 201.25 + 0.5, 1.01 * f * v + 148.5 + 0.5);
 }
 
+// The guide's example has P1 = 1 and no other term: 90 degrees lie on a circle of the focal matrix's size. Without that
+// matrix, a pixel beside the axis is as large as the focal length says.
+TEST(BlocksExchange, ProjectsThroughAFisheye) {
+  const std::string matrix =
+      "<FisheyeFocalMatrix><M_00>190</M_00><M_01>0</M_01><M_10>0</M_10><M_11>191</M_11></FisheyeFocalMatrix>";
+  const std::string terms =
+      "<FisheyeDistortion><P0>0</P0><P1>1</P1><P2>0.02</P2><P3>-0.1</P3><P4>0.03</P4></FisheyeDistortion>";
+  const auto view = [&](const std::string& lens) {
+    const std::string type = "<CameraModelType>Fisheye</CameraModelType>";
+    const std::string text =
+        replaced(kBlocks, "<PixelSize>0.01</PixelSize>", "<PixelSize>0.01</PixelSize>" + type + lens);
+    return view_named(parse(text), "E:/elsewhere/three.jpg");
+  };
+  // 3 units east, 4 north, 10 below: right and up in the photo.
+  const WorldPoint point{652013, 6863004, 90};
+  const double pi = std::acos(-1), t = 2 / pi * std::atan(0.5), cx = 150 + 5, cy = 200 - 2;
+  const double rho = t + 0.02 * t * t - 0.1 * t * t * t + 0.03 * t * t * t * t;
+  expect_photo_point(view(matrix + terms), point, cx + 190 * rho * 0.6, cy - 191 * rho * 0.8);
+  expect_photo_point(view(matrix), point, cx + 190 * t * 0.6, cy - 191 * t * 0.8);
+  expect_photo_point(view(""), point, cx + 350 * std::atan(0.5) * 0.6, cy - 350 * std::atan(0.5) * 0.8);
+  EXPECT_TRUE(contains(input_error([&] { view(replaced(terms, "<P0>0", "<P0>0.1")); }), "line 39: the fisheye's"));
+}
+
 TEST(BlocksExchange, TurnsThePhotogrammetristsAxes) {
   const SceneFile scene = parse(kBlocks);
   const View& view = view_named(scene, "E:/elsewhere/three.jpg");
@@ -234,16 +257,16 @@ TEST(BlocksExchange, RefusesWithLineAndExpectation) {
   EXPECT_TRUE(contains(error("<SRSId>0", "<SRSId>7"), "line 6: the positions are degrees of 'EPSG:4326'"));
   EXPECT_TRUE(contains(error("<SRSId>0", "<SRSId>9"), "SRS '9' is not defined"));
   EXPECT_TRUE(contains(error("XRightYDown", "XSideways"), "line 18: expected a CameraOrientation"));
-  const std::string fisheye = replaced(kBlocks, "Perspective", "Fisheye");
+  const std::string spherical = replaced(kBlocks, "Perspective", "Spherical");
   EXPECT_TRUE(contains(input_error([&] {
-                         parse(replaced(fisheye, "<FocalLengthPixels>",
-                                        "<CameraModelType>Fisheye</CameraModelType><FocalLengthPixels>"));
+                         parse(replaced(spherical, "<FocalLengthPixels>",
+                                        "<CameraModelType>Spherical</CameraModelType><FocalLengthPixels>"));
                        }),
-                       "line 15: camera model 'Fisheye' is not supported"));
+                       "line 15: camera model 'Spherical' is not supported"));
   // Where there are others its photos are left out.
-  ASSERT_EQ(parse(fisheye).views.size(), 1);
-  EXPECT_EQ(parse(fisheye).views[0].name, "E:/elsewhere/three.jpg");
-  EXPECT_EQ(parse(fisheye).warnings.at(0), "1 photos are left out: their lens, 'Fisheye', is not supported");
+  ASSERT_EQ(parse(spherical).views.size(), 1);
+  EXPECT_EQ(parse(spherical).views[0].name, "E:/elsewhere/three.jpg");
+  EXPECT_EQ(parse(spherical).warnings.at(0), "1 photos are left out: their lens, 'Spherical', is not supported");
   EXPECT_TRUE(contains(error("<SensorSize>20</SensorSize>", ""), "SensorSize or PixelSize"));
   EXPECT_TRUE(contains(error("<FocalLength>25</FocalLength>", ""), "Photogroup has no FocalLength"));
   EXPECT_TRUE(contains(error("<K1>-0.1", "<K1>much"), "a finite number in K1, found 'much'"));

@@ -69,6 +69,8 @@ const std::vector<NamedLens> kLenses{
       .k6 = -1e-5,
       .s3 = -0.001,
       .s4 = 5e-4}},
+    {"polynomial", {.model = LensModel::fisheye_polynomial, .skew = 0.002, .a1 = 0.01, .a2 = -0.0653, .a3 = 0.004}},
+    {"polynomial, folding", {.model = LensModel::fisheye_polynomial, .a1 = 0.2, .a2 = -0.4}},
 };
 
 Camera camera_with(const Distortion& lens) {
@@ -153,6 +155,12 @@ TEST(Lens, BendsAndTiltsBehindTheRadialTermsOfFisheye624) {
             y + 1e-3 * (r2 + 2 * y * y) + 2 * -2e-3 * x * y - 0.002 * r2 + 5e-4 * r2 * r2);
 }
 
+TEST(Lens, BendsAFisheyeByAnyPowerOfTheAngle) {
+  const double t = std::atan(0.5), q = t + 0.01 * t * t - 0.0653 * t * t * t + 0.004 * t * t * t * t;
+  expect_at(kLenses[13].lens, 0.3, -0.4, 0.6 * q - 0.002 * 0.8 * q, -0.8 * q);
+  expect_at(kLenses[13].lens, 0, 0, 0, 0);
+}
+
 TEST(Lens, InverseReturnsToTheSamePixel) {
   for (const auto& [name, lens] : kLenses) {
     const Camera c = camera_with(lens);
@@ -193,6 +201,10 @@ TEST(Lens, FindsFoldsAndPoles) {
   EXPECT_EQ(limit({.k1 = -0.1, .model = LensModel::division}), Distortion{}.max_r2);
   EXPECT_EQ(limit({.model = LensModel::unified, .alpha = 0.6, .beta = 1.1}), Distortion{}.max_r2);
   EXPECT_NEAR(limit({.model = LensModel::fisheye_624, .k6 = -1.0 / 13}), std::pow(std::tan(1), 2), 1e-11);
+  // theta (1 - theta^2), the same fold as above; and one that lies behind 90 degrees.
+  EXPECT_NEAR(limit({.model = LensModel::fisheye_polynomial, .a2 = -1}), std::pow(std::tan(std::sqrt(1.0 / 3)), 2),
+              1e-12);
+  EXPECT_EQ(limit({.model = LensModel::fisheye_polynomial, .a2 = -0.05}), Distortion{}.max_r2);
   // Between the last turn and infinity: (1 - s / 100)^2 ... and a lone far zero.
   EXPECT_NEAR(limit({.k1 = -1.0 / 3e6}), 1e6, 1e-3);
 }

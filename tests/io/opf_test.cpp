@@ -96,6 +96,29 @@ TEST_F(Opf, ProjectsAKnownPoint) {
             "1 cameras moved while their photos were read out (rolling_shutter), which is not modelled");
 }
 
+constexpr const char* kSecondLens =
+    R"("perspective", "focal_length_px": 80,
+       "principal_point_px": [101, 107], "radial_distortion": [0, 0, 0], "tangential_distortion": [0, 0]})";
+
+// rho = t + 0.02 t^2 - 0.15 t^3 with t = 2 / pi times the angle, then the affine matrix.
+TEST_F(Opf, ProjectsThroughAFisheye) {
+  const std::string fisheye =
+      R"("fisheye", "affine": [150, 3, -2, 151], "is_p0_zero": true, "is_symmetric_affine": false,
+       "polynomial": [0, 1, 0.02, -0.15], "principal_point_px": [101, 107]})";
+  std::string text = replaced(kProject.at("calibrated.json"), kSecondLens, fisheye);
+  folder_.write("calibrated.json", replaced(text, "[30, -20, 70]", "[0, 0, 0]"));
+  const Scene scene = read_scene(folder_.path(), {});
+  const double pi = std::acos(-1), t = 2 / pi * std::atan(0.5), rho = t + 0.02 * t * t - 0.15 * t * t * t;
+  // Right and down of the axis: (0.3, -0.4) of the image's axes is (0.6, 0.8) of the photo's.
+  expect_photo_point(scene.views[1], {10 + 50 * 0.3, 20 - 50 * 0.4, 50}, (150 * 0.6 + 3 * 0.8) * rho + 101,
+                     (-2 * 0.6 + 151 * 0.8) * rho + 107);
+  for (const auto& [from, to] : {std::pair{"[0, 1, 0.02", "[0.1, 1, 0.02"}, {"[150, 3, -2, 151]", "[150, 3, -2, -151]"}}) {
+    folder_.write("calibrated.json", replaced(text, from, to));
+    EXPECT_TRUE(contains(input_error([this] { read_scene(folder_.path(), {}); }),
+                         "calibrated.json: sensor 9007199254740993: the fisheye's"));
+  }
+}
+
 TEST_F(Opf, TakesTheWorldFromTheReferenceFrame) {
   const Scene scene = read_scene(folder_.path(), {});
   EXPECT_EQ(scene.srs, "EPSG:2056+5728");

@@ -15,6 +15,7 @@ TEST(PhotoMask, AgreesWithEveryLensAtEveryPixel) {
       {.k1 = 0.4, .model = LensModel::equidistant},
       {.k1 = 0.4, .model = LensModel::equidistant, .s1 = 0.05, .s2 = -0.02},
       {.k1 = 0.5, .model = LensModel::equisolid},
+      {.model = LensModel::fisheye_polynomial, .skew = 0.01, .a1 = 0.1, .a2 = -0.4},
       {.model = LensModel::fov, .omega = 1.2},
       {.k1 = 0.3, .model = LensModel::inverse_radial},
       {.k1 = -0.1, .model = LensModel::inverse_radial},
