@@ -45,26 +45,26 @@ Scene read_scene(const std::filesystem::path& source, const SceneOptions& option
 // --- writing
 
 /// colmap: sparse/{cameras,images,points3D}.bin; cam: mvs-texturing's NAME.cam beside each photo; mvs: OpenMVS'
-/// scene.mvs; transforms: nerfstudio's and instant-ngp's transforms.json; opensfm: reconstruction.json.
-enum class SceneTarget { colmap, cam, mvs, transforms, opensfm };
-inline constexpr Named<SceneTarget> kSceneTargetNames[] = {{"colmap", SceneTarget::colmap},
-                                                           {"cam", SceneTarget::cam},
-                                                           {"mvs", SceneTarget::mvs},
-                                                           {"transforms", SceneTarget::transforms},
-                                                           {"opensfm", SceneTarget::opensfm}};
+/// scene.mvs; transforms: nerfstudio's and instant-ngp's transforms.json; opensfm: reconstruction.json; nvm:
+/// VisualSFM's scene.nvm.
+enum class SceneTarget { colmap, cam, mvs, transforms, opensfm, nvm };
+inline constexpr Named<SceneTarget> kSceneTargetNames[] = {
+    {"colmap", SceneTarget::colmap},         {"cam", SceneTarget::cam},         {"mvs", SceneTarget::mvs},
+    {"transforms", SceneTarget::transforms}, {"opensfm", SceneTarget::opensfm}, {"nvm", SceneTarget::nvm}};
 
 /// The first term of the camera's lens that the format cannot state ("p1", "the equisolid (fisheye) projection"); nullopt
 /// when it can state all of it.
 std::optional<std::string> lost_term(SceneTarget target, const Camera& camera);
 
 /// Where the format expects the photo of each used view, relative to its folder. Throws OutputError where two views would
-/// share one file.
+/// share one file, or the format cannot state a name.
 std::vector<std::filesystem::path> photo_places(SceneTarget target, const Scene& scene, std::span<const ViewId> used);
 
 /// Where the format's programs look for the mask of a photo at one of `photo_places`, according to their manuals:
 /// COLMAP's ImageReader.mask_path has NAME.EXT.png (colmap.github.io/faq, "Mask image regions"), here in masks/, where
 /// OpenSfM has them, too; transforms.json names them;
-/// OpenMVS takes NAME.mask.png beside the photo (with --ignore-mask-label 0). nullopt for cam: mvs-texturing has no
+/// OpenMVS takes NAME.mask.png beside the photo (with --ignore-mask-label 0). Programs that read NVM have no masks; ours finds
+/// NAME.EXT.mask.png beside the photo. nullopt for cam: mvs-texturing has no
 /// masks, and would take one beside a PNG for its photo.
 std::optional<std::filesystem::path> mask_place(SceneTarget target, const std::filesystem::path& photo_place);
 

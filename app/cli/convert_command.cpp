@@ -26,14 +26,17 @@ std::string resampled_name(fs::path name) {
   return io::has_image_extension(name) ? name.replace_extension(".png").string() : name.string() + ".png";
 }
 
-// Refuses the first view whose lens the format cannot express, before a photo is read.
-void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::SceneTarget target) {
+// Refuses the first view whose lens the format cannot express, before a photo is read. What an undistorted camera has
+// beyond the format is its focal lengths or its principal point, which undistorting leaves as they are.
+void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::SceneTarget target, bool undistorted) {
+  const std::string_view advice = undistorted
+                                      ? "undistorting leaves it as it is; choose another format, such as colmap or mvs"
+                                      : "--undistort writes photos and cameras without distortion";
   for (const ViewId id : used)
     if (const auto lost = io::lost_term(target, scene.views[index(id)].camera))
       throw InputError(scene.source, scene.views[index(id)].name,
-                       fmt::format("its camera has {}, which the format '{}' cannot express; --undistort writes photos "
-                                   "and cameras without distortion",
-                                   *lost, name_of(io::kSceneTargetNames, target)));
+                       fmt::format("its camera has {}, which the format '{}' cannot express; {}", *lost,
+                                   name_of(io::kSceneTargetNames, target), advice));
 }
 
 /// Refuses, before photos are converted, to replace files of the scene or foreign files, and to put a listing into the
@@ -87,7 +90,7 @@ class Conversion {
     for (const std::string& warning : scene_.warnings) record_.warning(warning);
     record_.end(fmt::format("{} views", used_.size()));
     choose_frames();
-    refuse_lost_terms(written_, used_, options_.target);
+    refuse_lost_terms(written_, used_, options_.target, options_.undistort);
     choose_places();
     warn_of_lost_masks();
     expect_space();
@@ -164,15 +167,16 @@ class Conversion {
   }
 
   void warn_of_lost_masks() const {
-    if (options_.target != io::SceneTarget::cam) return;
+    if (options_.target != io::SceneTarget::cam && options_.target != io::SceneTarget::nvm) return;
+    const char* who = options_.target == io::SceneTarget::cam ? "mvs-texturing has no masks: it"
+                                                              : "NVM has no masks: programs other than gpvc";
     const auto masked =
         std::count_if(used_.begin(), used_.end(), [&](ViewId id) { return has_mask(view_of(scene_, id)); });
     if (masked > 0)
-      record_.warning(fmt::format(
-          "mvs-texturing has no masks: it will use the pixels that the masks of {} photos exclude", masked));
+      record_.warning(fmt::format("{} will use the pixels that the masks of {} photos exclude", who, masked));
     if (std::any_of(frames_.begin(), frames_.end(), [](const Frame& frame) { return frame.blank; }))
       record_.warning(
-          "mvs-texturing will use the blank parts of undistorted photos; --frame inside leaves nothing blank");
+          fmt::format("{} will use the blank parts of undistorted photos; --frame inside leaves nothing blank", who));
   }
 
   bool copies_photos() const { return !options_.undistort && options_.input.downscale == 1; }

@@ -12,7 +12,7 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
   const OptionGroup output{*app, "Output"};
   output.choice("--format", io::kSceneTargetNames, options.target,
                 "COLMAP's binary model, mvs-texturing's .cam files, OpenMVS' scene.mvs, transforms.json for nerfstudio "
-                "and instant-ngp, or OpenSfM's reconstruction.json");
+                "and instant-ngp, OpenSfM's reconstruction.json, or VisualSFM's scene.nvm");
   CLI::Option* undistort =
       output.flag("--undistort", options.undistort, "Write photos without lens distortion, and cameras to match");
   output
@@ -30,7 +30,8 @@ Photos are copied unchanged unless --undistort or --downscale is given. A lens t
 cannot express is an error that names the term it would lose.
 Masks and alpha channels become masks/NAME.EXT.png for COLMAP (its ImageReader.mask_path, our
 --masks), OpenSfM and transforms.json, and NAME.mask.png beside the photo for OpenMVS
-(--ignore-mask-label 0); mvs-texturing has no masks.
+(--ignore-mask-label 0); mvs-texturing has no masks. Programs
+that read NVM have none either; gpvc finds NAME.EXT.mask.png beside the photo.
 
 )");
   return app;

@@ -1,5 +1,5 @@
 // Scenes for other programs. Each format's conventions are stated where it is read: colmap_scene.cpp, cam_scene.cpp,
-// openmvs_scene.cpp; for JSON see json_scene_writer.cpp.
+// openmvs_scene.cpp, nvm_scene.cpp; for JSON see json_scene_writer.cpp.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -80,6 +80,20 @@ std::optional<std::string> lost_in_cam(const Camera& c) {
   if (auto more = first_term_beyond(d, std::array{&Distortion::k1, &Distortion::k2})) return more;
   if (c.fx != c.fy) return "fx apart from fy, with distortion";
   if (2 * c.cx != c.width || 2 * c.cy != c.height) return "a principal point off the middle, with distortion";
+  return std::nullopt;
+}
+
+/// Square pixels around the photo's middle, and one radial term from the photo to the frame. A header with FixedK, which
+/// could state more, is honoured by few programs.
+std::optional<std::string> lost_in_nvm(const Camera& c) {
+  const Distortion& d = c.distortion;
+  if (d.model == LensModel::inverse_radial) {
+    if (auto more = first_term_beyond(d, std::array{&Distortion::k1})) return more;
+  } else if (auto lost = lost_in_pinhole(d)) {
+    return lost;
+  }
+  if (c.fx != c.fy) return "fx apart from fy";
+  if (2 * c.cx != c.width || 2 * c.cy != c.height) return "a principal point off the middle";
   return std::nullopt;
 }
 
@@ -223,6 +237,33 @@ void write_mvs(const fs::path& folder, const Scene& scene, std::span<const ViewI
   write_text(folder / "scene.mvs", archive.bytes());
 }
 
+// --- NVM
+
+/// NVM ends names at blanks, for which it has '"'; so it cannot state that character itself, nor the end of a line. Our
+/// reader takes '\\' for the separator of folders.
+void refuse_name_beyond_nvm(const std::string& name) {
+  const bool stated =
+      std::ranges::none_of(name, [](char c) { return c == '"' || c == '\\' || (static_cast<unsigned char>(c) < ' '); });
+  if (!stated)
+    throw OutputError(name, "NVM cannot state a photo's name with a quote, a backslash or a control character");
+}
+
+/// One model without points; the 0 behind it, a model without cameras, ends the file.
+void write_nvm(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
+               std::span<const fs::path> places) {
+  std::string text = "NVM_V3\n\n" + std::to_string(used.size()) + "\n";
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const View& view = scene.views[index(used[i])];
+    std::string name = places[i].generic_string();
+    std::ranges::replace(name, ' ', '"');
+    const auto q = quaternion(view.pose.rotation);
+    const WorldPoint& c = view.pose.centre;
+    text += name + '\t' +
+            joined({view.camera.fx, q[0], q[1], q[2], q[3], c.x, c.y, c.z, view.camera.distortion.k1, 0}) + '\n';
+  }
+  write_text(folder / "scene.nvm", text + "\n0\n\n0\n");
+}
+
 }  // namespace
 
 // --- parts of all writers
@@ -263,6 +304,7 @@ std::optional<std::string> lost_term(SceneTarget target, const Camera& camera) {
   if (target == SceneTarget::cam) return lost_in_cam(camera);
   if (target == SceneTarget::transforms) return lost_in_transforms(camera.distortion);
   if (target == SceneTarget::opensfm) return lost_in_opensfm(camera.distortion);
+  if (target == SceneTarget::nvm) return lost_in_nvm(camera);
   return lost_in_colmap(camera.distortion);
 }
 
@@ -271,6 +313,7 @@ std::vector<fs::path> photo_places(SceneTarget target, const Scene& scene, std::
   std::set<fs::path> taken;
   for (const ViewId id : used) {
     std::string name = fs::path(scene.views[index(id)].name).lexically_normal().generic_string();
+    if (target == SceneTarget::nvm) refuse_name_beyond_nvm(name);
     if (target == SceneTarget::cam) std::replace(name.begin(), name.end(), '/', '_');
     places.push_back(target == SceneTarget::cam ? fs::path(name) : fs::path("images") / name);
     const fs::path key = target == SceneTarget::cam ? fs::path(name).replace_extension(".cam") : places.back();
@@ -284,6 +327,7 @@ std::vector<fs::path> photo_places(SceneTarget target, const Scene& scene, std::
 std::optional<fs::path> mask_place(SceneTarget target, const fs::path& photo_place) {
   if (target == SceneTarget::cam) return std::nullopt;
   if (target == SceneTarget::mvs) return fs::path(photo_place).replace_extension(".mask.png");
+  if (target == SceneTarget::nvm) return fs::path(photo_place.string() + ".mask.png");
   return fs::path("masks") / (photo_place.lexically_relative("images").string() + ".png");
 }
 
@@ -296,6 +340,7 @@ void write_scene(SceneTarget target, const Scene& scene, std::span<const ViewId>
   if (target == SceneTarget::colmap) write_colmap(folder, scene, used, places);
   if (target == SceneTarget::cam) write_cams(folder, scene, used, places);
   if (target == SceneTarget::mvs) write_mvs(folder, scene, used, places);
+  if (target == SceneTarget::nvm) write_nvm(folder, scene, used, places);
   const auto mask_of = [&](const fs::path& place) -> std::optional<fs::path> {
     const std::optional<fs::path> mask = mask_place(target, place);
     return mask && is_file(folder / *mask) ? mask : std::nullopt;
@@ -321,6 +366,8 @@ std::vector<fs::path> listing_files(SceneTarget target, std::span<const fs::path
       return {"transforms.json"};
     case SceneTarget::opensfm:
       return {"reconstruction.json"};
+    case SceneTarget::nvm:
+      return {"scene.nvm"};
   }
   return {};
 }

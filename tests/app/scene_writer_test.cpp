@@ -153,6 +153,51 @@ TEST(SceneWriter, CamStatesPinholesAndRadialTerms) {
   expect_same(scene, written_and_read(io::SceneTarget::cam, scene, folder));
 }
 
+TEST(SceneWriter, NvmStatesCentredSquarePinholesAndOneRadialTerm) {
+  const Camera centred{96, 72, 80.25, 80.25, 48, 36, {}}, tall{71, 97, 80.1, 80.1, 35.5, 48.5, {}};
+  Camera inverse = centred;
+  inverse.distortion.model = LensModel::inverse_radial;
+  inverse.distortion.k1 = -0.05;
+  const Scene scene = scene_of({centred, tall, inverse});
+  const TemporaryFolder folder;
+  const Scene read = written_and_read(io::SceneTarget::nvm, scene, folder);
+  expect_same(scene, read);
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    EXPECT_EQ(read.views[i].camera, scene.views[i].camera);
+    EXPECT_EQ(read.views[i].pose.centre.x, scene.views[i].pose.centre.x);
+  }
+  EXPECT_TRUE(test::contains(test::read_file(folder.path() / "scene.nvm"), "images/north/photo\"10.jpg\t80.25 "));
+  EXPECT_TRUE(test::read_file(folder.path() / "scene.nvm").ends_with(" 0\n\n0\n\n0\n"));
+}
+
+TEST(SceneWriter, NvmNamesWhatItCannotState) {
+  const auto lost = [](const Camera& camera) {
+    return io::lost_term(io::SceneTarget::nvm, camera).value_or("nothing");
+  };
+  Camera camera{96, 72, 80, 80, 48, 36, {}};
+  EXPECT_EQ(lost(camera), "nothing");
+  camera.fy = 81;
+  EXPECT_EQ(lost(camera), "fx apart from fy");
+  camera.fy = 80;
+  camera.cy = 36.5;
+  EXPECT_EQ(lost(camera), "a principal point off the middle");
+  camera.cy = 36;
+  camera.distortion.k1 = 0.1;
+  EXPECT_EQ(lost(camera), "k1");
+  camera.distortion.model = LensModel::inverse_radial;
+  EXPECT_EQ(lost(camera), "nothing");
+  camera.distortion.k2 = 0.1;
+  EXPECT_EQ(lost(camera), "k2");
+  camera.distortion = {.model = LensModel::equidistant};
+  EXPECT_EQ(lost(camera), "the equidistant (fisheye) projection");
+
+  Scene scene = scene_of({pinhole()});
+  for (const char* name : {"a\"b.jpg", "a\\b.jpg", "a\nb.jpg"}) {
+    scene.views[0].name = name;
+    EXPECT_THROW(io::photo_places(io::SceneTarget::nvm, scene, all_views(scene)), OutputError) << name;
+  }
+}
+
 TEST(SceneWriter, TransformsStateTheirLenses) {
   const Camera brown = with({.k1 = -0.1, .k2 = 0.02, .p1 = 1e-3, .p2 = -2e-3, .k3 = 0.01, .model = LensModel::brown});
   const Camera four = with({.k1 = -0.1, .model = LensModel::perspective, .k4 = 0.01});
@@ -311,6 +356,33 @@ TEST(Convert, WritesScenesThatReadBackWithoutDistortion) {
   }
   EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::mvs, false, "other"), "cannot express"));
   EXPECT_FALSE(fs::exists(project.folder.path() / "other"));
+}
+
+// Photos in folders with their masks, which the reader finds without being told; no undistorting moves a camera's
+// principal point to the middle.
+TEST(Convert, WritesNvmOfCamerasInTheMiddle) {
+  SmallProject project;
+  const fs::path root = project.folder.path();
+  project.folder.write("colmap/images.txt", "1 1 0 0 0 0 0 0 1 north/a.png\n\n2 1 0 0 0 1 0 0 1 b c.png\n\n");
+  fs::create_directories(root / "images/north");
+  fs::rename(root / "images/a.png", root / "images/north/a.png");
+  Image mask{40, 30, 1, std::vector<std::uint8_t>(40 * 30, 255)};
+  *mask.at(20, 15) = 0;
+  io::write_image(root / "images/north/a.mask.png", mask, io::ImageFormat::png, 0);
+  ASSERT_EQ(project.convert(io::SceneTarget::nvm, true, "nvm"), "");
+  for (const char* source : {"nvm", "nvm/scene.nvm"}) {
+    const Scene scene = io::read_scene(root / source, {});
+    ASSERT_EQ(scene.views.size(), 2u);
+    EXPECT_EQ(scene.views[0].camera, (Camera{40, 30, 35, 35, 20, 15, {}}));
+    EXPECT_EQ(scene.views[1].photo, root / "nvm/images/north/a.png");
+    EXPECT_TRUE(io::read_exclusion(scene.views[1]));
+    EXPECT_FALSE(io::read_exclusion(scene.views[0]));
+  }
+  EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::nvm, false, "other"), "--undistort writes photos"));
+  project.folder.write("colmap/cameras.txt", "1 RADIAL 40 30 35 20.5 15 -0.1 0.01\n");
+  EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::nvm, true, "other"),
+                             "a principal point off the middle, which the format 'nvm' cannot express; undistorting"));
+  EXPECT_FALSE(fs::exists(root / "other"));
 }
 
 // What follows a dot need not be an extension.
