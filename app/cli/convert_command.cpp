@@ -26,17 +26,15 @@ std::string resampled_name(fs::path name) {
   return io::has_image_extension(name) ? name.replace_extension(".png").string() : name.string() + ".png";
 }
 
-// Refuses the first view whose lens the format cannot express, before a photo is read. What an undistorted camera has
-// beyond the format is its focal lengths or its principal point, which undistorting leaves as they are.
-void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::SceneTarget target, bool undistorted) {
-  const std::string_view advice = undistorted
-                                      ? "undistorting leaves it as it is; choose another format, such as colmap or mvs"
-                                      : "--undistort writes photos and cameras without distortion";
+// Refuses the first view whose camera the format cannot express, before a photo is read.
+void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::SceneTarget target) {
   for (const ViewId id : used)
     if (const auto lost = io::lost_term(target, scene.views[index(id)].camera))
       throw InputError(scene.source, scene.views[index(id)].name,
-                       fmt::format("its camera has {}, which the format '{}' cannot express; {}", *lost,
-                                   name_of(io::kSceneTargetNames, target), advice));
+                       fmt::format("its camera has {}, which the format '{}' cannot express; --undistort writes photos "
+                                   "and cameras without distortion{}",
+                                   *lost, name_of(io::kSceneTargetNames, target),
+                                   target == io::SceneTarget::nvm ? ", with square pixels about the middle" : ""));
 }
 
 /// Refuses, before photos are converted, to replace files of the scene or foreign files, and to put a listing into the
@@ -90,7 +88,7 @@ class Conversion {
     for (const std::string& warning : scene_.warnings) record_.warning(warning);
     record_.end(fmt::format("{} views", used_.size()));
     choose_frames();
-    refuse_lost_terms(written_, used_, options_.target, options_.undistort);
+    refuse_lost_terms(written_, used_, options_.target);
     choose_places();
     warn_of_lost_masks();
     expect_space();
@@ -132,11 +130,11 @@ class Conversion {
       if (same != known.end()) {
         frame = same->second;
       } else if (options_.undistort) {
-        frame.window = pipeline::frame_window(camera, options_.frame);
+        frame.window = pipeline::frame_window(camera, options_.frame, options_.target == io::SceneTarget::nvm);
         frame.blank = pipeline::shows_blank(camera, frame.window);
         known.emplace_back(camera, frame);
         constexpr std::size_t kHandful = 5;
-        if (!camera.distortion.is_identity() && known.size() <= kHandful)
+        if ((!camera.distortion.is_identity() || frame.window.centred) && known.size() <= kHandful)
           record_.note(fmt::format("frame: {} x {} pixels become {} x {}", camera.width, camera.height,
                                    frame.window.width, frame.window.height));
       }

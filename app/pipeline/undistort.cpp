@@ -44,6 +44,16 @@ std::pair<int, int> whole_pixels(const Reach& reach, int size, double centre, do
   return {static_cast<int>(first), std::max(static_cast<int>(last), static_cast<int>(first))};
 }
 
+/// How many square pixels of `step` pixels of the camera, half to each side of `centre`, a reach has room for; clamped
+/// like whole_pixels.
+int centred_pixels(const Reach& reach, int size, double centre, double fold, double step, bool all) {
+  const double low = centre - (all ? reach.low_out : reach.low_in),
+               high = (all ? reach.high_out : reach.high_in) - centre;
+  const double half = std::min(all ? std::max(low, high) : std::min(low, high), fold) / step;
+  const double pixels = std::clamp(2 * half, 0.0, 2.0 * size);
+  return static_cast<int>(all ? std::ceil(pixels) : std::floor(pixels));
+}
+
 /// Borders of a window with a blank pixel. Where there is none, nothing inside the window is blank, because the photo's
 /// edge is one closed curve in the frame.
 struct Blanks {
@@ -52,15 +62,15 @@ struct Blanks {
 };
 
 Blanks blanks_of(const Camera& camera, const FrameWindow& w) {
-  const auto blank = [&](int x, int y) { return !in_photo(camera, {x + 0.5, y + 0.5}); };
+  const auto blank = [&](int x, int y) { return !in_photo(camera, frame_position(camera, w, x, y)); };
   Blanks blanks;
-  for (int y = w.y; y < w.y + w.height; ++y) {
-    blanks.left = blanks.left || blank(w.x, y);
-    blanks.right = blanks.right || blank(w.x + w.width - 1, y);
+  for (int y = 0; y < w.height; ++y) {
+    blanks.left = blanks.left || blank(0, y);
+    blanks.right = blanks.right || blank(w.width - 1, y);
   }
-  for (int x = w.x; x < w.x + w.width; ++x) {
-    blanks.top = blanks.top || blank(x, w.y);
-    blanks.bottom = blanks.bottom || blank(x, w.y + w.height - 1);
+  for (int x = 0; x < w.width; ++x) {
+    blanks.top = blanks.top || blank(x, 0);
+    blanks.bottom = blanks.bottom || blank(x, w.height - 1);
   }
   return blanks;
 }
@@ -70,19 +80,49 @@ template <class Use>
 void for_each_shown_pixel(const Camera& camera, const FrameWindow& window, const Use& use) {
   tbb::parallel_for(0, window.height, [&](int y) {
     for (int x = 0; x < window.width; ++x) {
-      const PixelPoint centre{window.x + x + 0.5, window.y + y + 0.5};
+      const PixelPoint centre = frame_position(camera, window, x, y);
       if (in_photo(camera, centre)) use(x, y, *photo_from_pixel(camera, centre));
     }
   });
 }
 
+/// The window less its blank borders, unless `all`; the photo's own size where too little is left.
+FrameWindow trimmed_window(const Camera& camera, FrameWindow window, bool all) {
+  while (!all && window.width > 0 && window.height > 0) {
+    const Blanks blanks = blanks_of(camera, window);
+    if (!blanks.any()) break;
+    if (window.centred) {
+      window.width -= 2 * (blanks.left || blanks.right);
+      window.height -= 2 * (blanks.top || blanks.bottom);
+      continue;
+    }
+    window.x += blanks.left;
+    window.y += blanks.top;
+    window.width -= blanks.left + blanks.right;
+    window.height -= blanks.top + blanks.bottom;
+  }
+  constexpr int kLeast = 5;
+  const bool enough = kLeast * window.width >= camera.width && kLeast * window.height >= camera.height;
+  return enough ? window : FrameWindow{0, 0, camera.width, camera.height, window.centred};
+}
+
 }  // namespace
+
+PixelPoint frame_position(const Camera& camera, const FrameWindow& w, int x, int y) {
+  if (!w.centred) return {w.x + x + 0.5, w.y + y + 0.5};
+  const double f = std::max(camera.fx, camera.fy);
+  return {camera.cx + (x + 0.5 - w.width / 2.0) * (camera.fx / f),
+          camera.cy + (y + 0.5 - w.height / 2.0) * (camera.fy / f)};
+}
 
 bool shows_blank(const Camera& camera, const FrameWindow& window) { return blanks_of(camera, window).any(); }
 
-FrameWindow frame_window(const Camera& camera, FrameRule rule) {
-  const FrameWindow own{0, 0, camera.width, camera.height};
-  if (rule == FrameRule::keep || camera.distortion.is_identity()) return own;
+FrameWindow frame_window(const Camera& camera, FrameRule rule, bool centred) {
+  const FrameWindow own{0, 0, camera.width, camera.height, centred};
+  Camera pinhole = camera;
+  pinhole.distortion = {};
+  if (rule == FrameRule::keep || (camera.distortion.is_identity() && camera_of_window(camera, own) == pinhole))
+    return own;
   const bool all = rule == FrameRule::all;
   const auto place = [&camera](double x, double y, double PixelPoint::*axis) -> std::optional<double> {
     const std::optional<PixelPoint> p = pixel_from_photo(camera, {x, y});
@@ -93,23 +133,23 @@ FrameWindow frame_window(const Camera& camera, FrameRule rule) {
   const Reach down =
       reach_of(camera.height, camera.width, [&](double y, double x) { return place(x, y, &PixelPoint::y); });
   const double fold = std::sqrt(camera.distortion.max_r2);
+  if (centred) {
+    const double f = std::max(camera.fx, camera.fy);
+    FrameWindow window = own;
+    window.width = centred_pixels(across, camera.width, camera.cx, fold * camera.fx, camera.fx / f, all);
+    window.height = centred_pixels(down, camera.height, camera.cy, fold * camera.fy, camera.fy / f, all);
+    return trimmed_window(camera, window, all);
+  }
   const auto [x0, x1] = whole_pixels(across, camera.width, camera.cx, fold * camera.fx, all);
   const auto [y0, y1] = whole_pixels(down, camera.height, camera.cy, fold * camera.fy, all);
-  FrameWindow window{x0, y0, x1 - x0, y1 - y0};
-  while (!all && window.width > 0 && window.height > 0) {
-    const Blanks blanks = blanks_of(camera, window);
-    if (!blanks.any()) break;
-    window.x += blanks.left;
-    window.y += blanks.top;
-    window.width -= blanks.left + blanks.right;
-    window.height -= blanks.top + blanks.bottom;
-  }
-  constexpr int kLeast = 5;
-  const bool enough = kLeast * window.width >= camera.width && kLeast * window.height >= camera.height;
-  return enough ? window : own;
+  return trimmed_window(camera, {x0, y0, x1 - x0, y1 - y0}, all);
 }
 
 Camera camera_of_window(const Camera& camera, const FrameWindow& window) {
+  if (window.centred) {
+    const double f = std::max(camera.fx, camera.fy);
+    return {window.width, window.height, f, f, window.width / 2.0, window.height / 2.0, {}};
+  }
   return {window.width, window.height, camera.fx, camera.fy, camera.cx - window.x, camera.cy - window.y, {}};
 }
 

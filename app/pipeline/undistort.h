@@ -19,17 +19,23 @@ inline constexpr Named<FrameRule> kFrameRuleNames[] = {
     {"inside", FrameRule::inside}, {"keep", FrameRule::keep}, {"all", FrameRule::all}};
 
 /// A rectangle of pixels of a camera's undistorted frame; it may reach beyond the frame's borders. x and y are those of
-/// its first pixel.
+/// its first pixel. `centred`: for formats that state neither two focal lengths nor a principal point, a rectangle of square
+/// pixels about the principal point instead, so that x and y are 0; their focal length is the larger of the camera's two,
+/// so that no detail is lost.
 struct FrameWindow {
   int x = 0, y = 0, width = 0, height = 0;
+  bool centred = false;
   bool operator==(const FrameWindow&) const = default;
 };
 
 /// The window that a camera's undistorted photo covers; the photo's own size where there is no distortion. With a barrel
 /// lens, `inside` and `all` reach beyond that size, by at most half of it on each side. Where `inside` would leave less
 /// than a fifth of the width or height (the lens model folds, or its field of view is too wide), the photo keeps its
-/// size. O(width + height).
-FrameWindow frame_window(const Camera& camera, FrameRule rule);
+/// size. A centred window without distortion is chosen the same way; the bounds hold for it, too. O(width + height).
+FrameWindow frame_window(const Camera& camera, FrameRule rule, bool centred = false);
+
+/// Where the centre of pixel x, y of the window lies in the camera's frame.
+PixelPoint frame_position(const Camera& camera, const FrameWindow& window, int x, int y);
 
 /// True if some pixel of the window shows nothing of the photo. O(width + height).
 bool shows_blank(const Camera& camera, const FrameWindow& window);

@@ -358,9 +358,9 @@ TEST(Convert, WritesScenesThatReadBackWithoutDistortion) {
   EXPECT_FALSE(fs::exists(project.folder.path() / "other"));
 }
 
-// Photos in folders with their masks, which the reader finds without being told; no undistorting moves a camera's
-// principal point to the middle.
-TEST(Convert, WritesNvmOfCamerasInTheMiddle) {
+// Photos in folders with their masks, which the reader finds without being told; undistorting moves a principal point to
+// the middle.
+TEST(Convert, WritesNvmOfCentredCameras) {
   SmallProject project;
   const fs::path root = project.folder.path();
   project.folder.write("colmap/images.txt", "1 1 0 0 0 0 0 0 1 north/a.png\n\n2 1 0 0 0 1 0 0 1 b c.png\n\n");
@@ -380,9 +380,10 @@ TEST(Convert, WritesNvmOfCamerasInTheMiddle) {
   }
   EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::nvm, false, "other"), "--undistort writes photos"));
   project.folder.write("colmap/cameras.txt", "1 RADIAL 40 30 35 20.5 15 -0.1 0.01\n");
-  EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::nvm, true, "other"),
-                             "a principal point off the middle, which the format 'nvm' cannot express; undistorting"));
   EXPECT_FALSE(fs::exists(root / "other"));
+  ASSERT_EQ(project.convert(io::SceneTarget::nvm, true, "other"), "");
+  const Scene moved = io::read_scene(root / "other", {});
+  EXPECT_EQ(moved.views[0].camera, (Camera{40, 30, 35, 35, 20, 15, {}}));
 }
 
 // What follows a dot need not be an extension.
@@ -533,6 +534,39 @@ TEST(FrameWindow, AllKeepsEveryPixelOfThePhotoWithinBounds) {
       EXPECT_EQ(beyond, 0u);
     }
   }
+}
+
+TEST(FrameWindow, CentredOnesKeepTheirRulesAndDirections) {
+  std::vector<Camera> cameras = distorted_cameras();
+  cameras.push_back({400, 300, 350, 355, 210, 144, {}});
+  cameras.push_back({400, 300, 360, 340, 190, 150, {}});
+  for (const Camera& camera : cameras)
+    for (const pipeline::FrameRule rule :
+         {pipeline::FrameRule::inside, pipeline::FrameRule::keep, pipeline::FrameRule::all}) {
+      const pipeline::FrameWindow w = pipeline::frame_window(camera, rule, true);
+      const Camera square = pipeline::camera_of_window(camera, w);
+      EXPECT_EQ(io::lost_term(io::SceneTarget::nvm, square), std::nullopt);
+      ASSERT_GT(w.width, camera.width / 2);
+      ASSERT_LE(w.width, 2 * camera.width);
+      ASSERT_LE(w.height, 2 * camera.height);
+      for (int y = 0; y < w.height; ++y)
+        for (int x = 0; x < w.width; ++x) {
+          const PixelPoint p = pipeline::frame_position(camera, w, x, y);
+          ASSERT_NEAR((p.x - camera.cx) / camera.fx, (x + 0.5 - square.cx) / square.fx, 1e-12);
+          ASSERT_NEAR((p.y - camera.cy) / camera.fy, (y + 0.5 - square.cy) / square.fy, 1e-12);
+          if (rule == pipeline::FrameRule::inside) {
+            ASSERT_TRUE(in_photo(camera, p)) << x << ", " << y;
+          }
+        }
+      if (rule != pipeline::FrameRule::all || camera.distortion.k1 < -0.5) continue;
+      for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x) {
+          const auto p = pixel_from_photo(camera, {x + 0.5, y + 0.5});
+          ASSERT_TRUE(p);
+          ASSERT_LE(std::abs((p->x - camera.cx) / camera.fx * square.fx), w.width / 2.0);
+          ASSERT_LE(std::abs((p->y - camera.cy) / camera.fy * square.fy), w.height / 2.0);
+        }
+    }
 }
 
 TEST(FrameWindow, IsThePhotosOwnOtherwise) {
