@@ -63,9 +63,9 @@ std::vector<std::filesystem::path> photo_places(SceneTarget target, const Scene&
 /// Where the format's programs look for the mask of a photo at one of `photo_places`, according to their manuals:
 /// COLMAP's ImageReader.mask_path has NAME.EXT.png (colmap.github.io/faq, "Mask image regions"), here in masks/, where
 /// OpenSfM has them, too; transforms.json names them;
-/// OpenMVS takes NAME.mask.png beside the photo (with --ignore-mask-label 0). Programs that read NVM have no masks; ours finds
-/// NAME.EXT.mask.png beside the photo. nullopt for cam: mvs-texturing has no
-/// masks, and would take one beside a PNG for its photo.
+/// OpenMVS takes NAME.mask.png beside the photo (with --ignore-mask-label 0). Programs that read NVM have no masks; ours
+/// finds NAME.EXT.mask.png beside the photo. nullopt for cam: mvs-texturing has no masks, and would take one beside a PNG
+/// for its photo.
 std::optional<std::filesystem::path> mask_place(SceneTarget target, const std::filesystem::path& photo_place);
 
 /// The files that write_scene() writes, relative to its folder.

@@ -14,12 +14,14 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
                 "COLMAP's binary model, mvs-texturing's .cam files, OpenMVS' scene.mvs, transforms.json for nerfstudio "
                 "and instant-ngp, OpenSfM's reconstruction.json, or VisualSFM's scene.nvm");
   CLI::Option* undistort =
-      output.flag("--undistort", options.undistort, "Write photos without lens distortion, and cameras to match");
+      output.flag("--undistort", options.undistort,
+                  "Write photos without lens distortion, and cameras to match; for nvm with square "
+                  "pixels, about the middle of the photo");
   output
-      .choice(
-          "--frame", pipeline::kFrameRuleNames, options.frame,
-          "Extent of undistorted photos, at the same focal length: inside, the largest without blank pixels; keep, the "
-          "photo's size; all, every pixel of the photo, up to twice its width and height. Blank pixels are masked")
+      .choice("--frame", pipeline::kFrameRuleNames, options.frame,
+              "Extent of undistorted photos, at the same focal length (nvm: the larger one): inside, the largest "
+              "without blank pixels; keep, the "
+              "photo's size; all, every pixel of the photo, up to twice its width and height. Blank pixels are masked")
       ->needs(undistort);
   output.number("--quality", options.quality, 1, 100, "N", "JPEG quality of photos that are encoded anew, 1 to 100");
   add_common(*app, options.common, R"(Examples:
@@ -30,8 +32,8 @@ Photos are copied unchanged unless --undistort or --downscale is given. A lens t
 cannot express is an error that names the term it would lose.
 Masks and alpha channels become masks/NAME.EXT.png for COLMAP (its ImageReader.mask_path, our
 --masks), OpenSfM and transforms.json, and NAME.mask.png beside the photo for OpenMVS
-(--ignore-mask-label 0); mvs-texturing has no masks. Programs
-that read NVM have none either; gpvc finds NAME.EXT.mask.png beside the photo.
+(--ignore-mask-label 0). mvs-texturing has no masks, nor have programs that read NVM, for which
+they become NAME.EXT.mask.png beside the photo, where gpvc finds them.
 
 )");
   return app;

@@ -9,7 +9,7 @@
 
 namespace gpvc::pipeline {
 
-/// How far an undistorted photo reaches; the focal length stays.
+/// How far an undistorted photo reaches; the focal length stays, the larger one of a centred window.
 enum class FrameRule {
   inside,  ///< the largest rectangle in which the photo leaves nothing blank
   keep,    ///< the photo's own size

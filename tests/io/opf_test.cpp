@@ -112,7 +112,8 @@ TEST_F(Opf, ProjectsThroughAFisheye) {
   // Right and down of the axis: (0.3, -0.4) of the image's axes is (0.6, 0.8) of the photo's.
   expect_photo_point(scene.views[1], {10 + 50 * 0.3, 20 - 50 * 0.4, 50}, (150 * 0.6 + 3 * 0.8) * rho + 101,
                      (-2 * 0.6 + 151 * 0.8) * rho + 107);
-  for (const auto& [from, to] : {std::pair{"[0, 1, 0.02", "[0.1, 1, 0.02"}, {"[150, 3, -2, 151]", "[150, 3, -2, -151]"}}) {
+  for (const auto& [from, to] :
+       {std::pair{"[0, 1, 0.02", "[0.1, 1, 0.02"}, {"[150, 3, -2, 151]", "[150, 3, -2, -151]"}}) {
     folder_.write("calibrated.json", replaced(text, from, to));
     EXPECT_TRUE(contains(input_error([this] { read_scene(folder_.path(), {}); }),
                          "calibrated.json: sensor 9007199254740993: the fisheye's"));
