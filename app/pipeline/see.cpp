@@ -133,9 +133,11 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
     elsewhere_for_one |= fit.verdict == elsewhere;
     if (fit.verdict == doubtful || fit.verdict == elsewhere) doubts.push_back(text);
   };
+  // Few photos with much out of focus are a reason for doubts of photos alone; tie points that lie on the mesh dispel them.
+  const bool dispelled = seen.fit.verdict == doubtful && seen.tie_point_fit.verdict == fits;
   report("fit", seen.fit, photo_fit_text(seen.fit));
   if (seen.tie_point_fit.places > 0) report("tie_points", seen.tie_point_fit, tie_point_fit_text(seen.tie_point_fit));
-  if (doubts.empty()) return;
+  if (doubts.empty() || dispelled) return;
   const std::string found = fmt::to_string(fmt::join(doubts, "; "));
   // Shares alone refuse nothing: leaves in the wind, water and a poor mesh look like that. An explanation does.
   const std::string explanation = keep ? "" : fitting_hypothesis(input, photos, observer);
