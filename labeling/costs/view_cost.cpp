@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "io/freed_memory.h"
 #include "labeling/costs/agreement.h"
 #include "labeling/costs/face_records.h"
 #include "labeling/costs/outliers.h"
@@ -79,6 +80,14 @@ struct TablePart {
   std::vector<FaceTag> tags;
   std::size_t full = 0, partial = 0, rejected = 0;
 
+  /// For so many faces and candidates at most: growing would take twice the memory for a moment.
+  TablePart(std::size_t faces, std::size_t candidates) {
+    views.reserve(candidates);
+    costs.reserve(candidates);
+    counts.reserve(faces);
+    tags.reserve(faces);
+  }
+
   void add(const Choice& choice, const CostOptions& options) {
     const float best = choice.quality.empty() ? 0 : *std::max_element(choice.quality.begin(), choice.quality.end());
     counts.push_back(static_cast<std::uint32_t>(choice.taken.size()));
@@ -97,26 +106,26 @@ struct TablePart {
   }
 };
 
-/// The candidates of all chunks. Empties the parts.
-Candidates joined(std::vector<TablePart>& parts, std::size_t faces) {
+/// The candidates of all chunks. Frees the memory of each part once it is taken over.
+Candidates joined(std::vector<std::optional<TablePart>>& parts, std::size_t faces) {
   Candidates result;
   CostTable& table = result.table;
   std::size_t total = 0;
-  for (const TablePart& part : parts) total += part.views.size();
+  for (const auto& part : parts) total += part->views.size();
   table.first.reserve(faces + 1);
   table.views.reserve(total);
   table.costs.reserve(total);
   result.tags.reserve(faces);
   table.first.push_back(0);
-  for (TablePart& part : parts) {
-    for (const std::uint32_t count : part.counts) table.first.push_back(table.first.back() + count);
-    table.views.insert(table.views.end(), part.views.begin(), part.views.end());
-    table.costs.insert(table.costs.end(), part.costs.begin(), part.costs.end());
-    result.tags.insert(result.tags.end(), part.tags.begin(), part.tags.end());
-    result.full += part.full;
-    result.partial += part.partial;
-    result.rejected += part.rejected;
-    part = {};
+  for (std::optional<TablePart>& part : parts) {
+    for (const std::uint32_t count : part->counts) table.first.push_back(table.first.back() + count);
+    table.views.insert(table.views.end(), part->views.begin(), part->views.end());
+    table.costs.insert(table.costs.end(), part->costs.begin(), part->costs.end());
+    result.tags.insert(result.tags.end(), part->tags.begin(), part->tags.end());
+    result.full += part->full;
+    result.partial += part->partial;
+    result.rejected += part->rejected;
+    part.reset();
   }
   return result;
 }
@@ -172,15 +181,18 @@ Candidates CandidateCollector::finish(const FaceGraph* graph) {
       if (each.by_chance) by_view.erase(static_cast<std::uint32_t>(index(each.view)));
   if (options.outliers != Outliers::none) find_outliers(by_view, faces, *graph);
 
-  std::vector<TablePart> parts(chunk_count(faces));
+  std::vector<std::optional<TablePart>> parts(chunk_count(faces));
   for_each_chunk(by_view, faces, 1, [&](std::size_t chunk, const Grouped<ViewRecord>& records) {
+    TablePart& part = parts[chunk].emplace(records.groups(), records.items.size());
     Choice choice;
     for (std::size_t face = 0; face < records.groups(); ++face) {
       choose(records[face], options, choice);
-      parts[chunk].add(choice, options);
+      part.add(choice, options);
     }
   });
+  // Of all that is known of the views, the table holds the rest: less than half as much.
   by_view.clear();
+  release_freed_memory();
   Candidates result = joined(parts, faces);
   result.agreement = std::move(agreement);
   return result;
