@@ -116,12 +116,15 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
     if (input.labels[a] != input.labels[b] && input.labels[a] != kNoView && input.labels[b] != kNoView)
       ++statistics.seam_edges;
 
+  const BlendWeights blending =
+      state.options.blend == Blending::none ? BlendWeights() : BlendWeights(input, state.options.blend_cost);
   const int edge = block_edge(state.options.padding);
   AtlasBuild build{input,
                    state.options,
                    state.coverage,
                    state.neighbours,
                    layout.set,
+                   blending,
                    {},
                    chart_places(layout.shapes, layout.packing, edge),
                    make_pages(layout.shapes, layout.packing, edge)};
@@ -133,7 +136,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   Clock::time_point start = Clock::now();
   std::optional<LevelingResult> leveling = take_leveling(options.kept);
   if (!leveling) {
-    leveling = level_seams(input, layout.set, state.coverage, state.options.seams);
+    leveling = level_seams(input, layout.set, state.coverage, blending, state.options.seams);
     keep_leveling(options.kept, *leveling);
   }
   statistics.seam_step_before = leveling->step_before;

@@ -30,6 +30,12 @@ enum class SeamLeveling { none, global, full };
 inline constexpr Named<SeamLeveling> kSeamLevelingNames[] = {
     {"none", SeamLeveling::none}, {"global", SeamLeveling::global}, {"full", SeamLeveling::full}};
 
+/// none: a face shows its photo alone. coarse: its photo gives the fine detail; what is coarser than some four pixels comes
+/// to six tenths from the mean of all views that see the place whole, weighed by how well they do. So photos differ less in
+/// brightness along seams, and errors of poses and mesh average out, while detail stays as sharp as in the photo.
+enum class Blending { none, coarse };
+inline constexpr Named<Blending> kBlendingNames[] = {{"none", Blending::none}, {"coarse", Blending::coarse}};
+
 /// How unseen faces, those without a view, are textured. fill: colours continued from around the hole. drop: as fill,
 /// and writers leave the faces out of formats that need not contain every face. color: one colour.
 enum class UnseenFaces { fill, drop, color };
@@ -42,6 +48,11 @@ struct AtlasOptions {
   /// two up to the padding, and no two charts share a block: with a padding of 8, mip levels down to 1/8 mix no charts.
   int padding = 8;
   SeamLeveling seams = SeamLeveling::full;
+  Blending blend = Blending::coarse;
+  /// The cost from which on a candidate has no share in blending; below it, the share grows in proportion to what is left.
+  /// By default twice the weight of the data term (labeling::CostOptions): a view of little quality has half the share of
+  /// the best one, but one along silhouettes, or with a quarter of the best one's quality, has none.
+  double blend_cost = 0.1;
   /// Texels of partial faces prefer views in which nothing hides the face within this many pixels, because photo and
   /// mesh disagree by a few pixels along silhouettes.
   int margin_px = 3;
@@ -89,9 +100,10 @@ struct AtlasInput {
   const Scene& scene;
   io::PhotoSource& photos;
   const labeling::FaceGraph& graph;
-  std::span<const ViewId> labels;             ///< per face; kNoView: unseen
-  std::span<const labeling::FaceTag> tags;    ///< per face
-  const labeling::CostTable& candidates;      ///< of partial faces: the views that may contribute texels
+  std::span<const ViewId> labels;           ///< per face; kNoView: unseen
+  std::span<const labeling::FaceTag> tags;  ///< per face
+  /// Of partial faces: the views that may contribute texels. Of others: the views to blend; no table: nothing is blended.
+  const labeling::CostTable& candidates;
   const visibility::CoverageTable& coverage;  ///< which pixels of those views see the partial faces
   /// Per face, 1 for faces of the border: neighbours of the faces to be textured, which get no texels and no texture
   /// coordinates; glTF files leave them out, OBJ files if asked. They take part in leveling like any face, so runs over
@@ -134,9 +146,9 @@ AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 /// photo at most once.
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input);
 
-/// Bytes that a page takes at most for each of its texels while it is under construction: colour and state, and two more
-/// while it is finished.
-inline constexpr std::size_t kPageBytesPerTexel = 6;
+/// Bytes that a page takes at most for each of its texels while it is under construction: colour and state (4), and two more
+/// while it is finished, or 3 for each texel of its charts' boxes, which overlap, while photos are blended.
+inline constexpr std::size_t kPageBytesPerTexel = 9;
 
 /// Photos that bake_atlas() holds at a time, beside those that the photo source keeps: one in use, and one for each of up to
 /// eight threads.

@@ -26,6 +26,7 @@ Json options_json(const TextureOptions& o) {
   json["unseen"] = name_of(atlas::kUnseenFacesNames, s.atlas.unseen);
   json["unseen_color"] = s.atlas.unseen_color;
   json["seams"] = name_of(atlas::kSeamLevelingNames, s.atlas.seams);
+  json["blend"] = name_of(atlas::kBlendingNames, s.atlas.blend);
   json["texture"] = name_of(io::kImageFormatNames, s.output.texture);
   json["quality"] = s.output.quality;
   json["gltf"] = name_of(io::kGltfContainerNames, s.output.gltf);

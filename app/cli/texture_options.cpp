@@ -67,6 +67,10 @@ void add_texture_output(const OptionGroup& group, pipeline::Settings& settings) 
   group.choice("--seams", atlas::kSeamLevelingNames, atlas.seams,
                "Colour levelling across seams: none; global, one correction per chart and vertex; or full, that and a "
                "blend near the seam");
+  group.choice(
+      "--blend", atlas::kBlendingNames, atlas.blend,
+      "coarse: what is coarser than some four pixels comes in part from all photos that see a place whole, so that "
+      "they differ less along seams, while fine detail is that of one photo; none: every face shows one photo alone");
   group.choice("--texture", io::kImageFormatNames, output.texture,
                "Format of the pages: jpg is quick to write and load, png is lossless");
   group.number("--quality", output.quality, 1, 100, "N", "JPEG quality of the pages, 1 to 100");

@@ -75,6 +75,8 @@ void add(io::WorkHash& hash, const atlas::AtlasOptions& options) {
   hash.add(options.page_size);
   hash.add(options.padding);
   hash.add(options.seams);
+  hash.add(options.blend);
+  hash.add(options.blend_cost);
   hash.add(options.margin_px);
   hash.add(options.texel_size);
   hash.add(options.max_pages);

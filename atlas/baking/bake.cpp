@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "atlas/baking/baking.h"
+#include "atlas/blending/blend_field.h"
 #include "io/clock.h"
 
 namespace gpvc::atlas {
@@ -326,14 +327,36 @@ class BandBaker {
   OffsetPlane plane_;
 };
 
-/// What a view's photo is needed for: a band of a plain chart, or a partial chart.
+/// What a view's photo is needed for: a band of a plain chart, a partial chart, or coarse colours of a band of a field.
 struct PhotoUse {
   std::uint32_t chart = 0;
   int band = 0;
   PartialChart* partial = nullptr;
+  BlendField* field = nullptr;
 };
 
 using ViewWork = std::vector<PhotoUse>;
+
+/// Fields of the charts that are baked, and what each view adds to them.
+std::vector<BlendField> open_fields(const AtlasBuild& build, const std::vector<FaceBands>& bands,
+                                    std::vector<ViewWork>& work) {
+  std::vector<BlendField> fields;
+  if (build.blending.empty()) return fields;
+  for (std::uint32_t c = 0; c < bands.size(); ++c)
+    if (bands[c].groups() > 0) fields.emplace_back(build, build.blending, c);
+  std::vector<PhotoUse> all;
+  for (BlendField& field : fields)
+    for (std::size_t b = 0; b < field.bands(); ++b) all.push_back({0, static_cast<int>(b), nullptr, &field});
+  std::vector<std::vector<std::uint32_t>> views(all.size());
+  tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+    const auto band = static_cast<std::size_t>(all[i].band);
+    all[i].field->open(band);
+    views[i] = all[i].field->views_of(band);
+  });
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (const std::uint32_t view : views[i]) work[view].push_back(all[i]);
+  return fields;
+}
 
 }  // namespace
 
@@ -352,22 +375,28 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
       work[index(set.charts[c].view)].push_back({c, static_cast<int>(b)});
   for (PartialChart& part : partial)
     for (const auto view : part.views) work[view].push_back({part.chart, 0, &part});
+  const std::vector<BlendField> fields = open_fields(build, bands, work);
   const std::size_t views = work.size() - static_cast<std::size_t>(std::ranges::count(
                                               work, true, [](const ViewWork& mine) { return mine.empty(); }));
   std::size_t done = 0;
   each_photo(build.input, work, order, [&](const ViewPhoto& photo, const ViewWork& mine) {
     const int step = lattice_step(photo.view.camera);
     Poll poll(progress, done, views);
+    std::optional<CoarsePhoto> coarse;
+    if (!fields.empty()) coarse.emplace(photo.image);
     tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
       poll();
-      const auto& [chart, band, part] = mine[i];
-      if (part)
+      const auto& [chart, band, part, field] = mine[i];
+      if (field)
+        field->add(static_cast<std::size_t>(band), photo.id, *coarse);
+      else if (part)
         take_view(*part, build, photo);
       else
         BandBaker(build, photo, chart, poll).bake(band, bands[chart][static_cast<std::size_t>(band)], step);
     });
     if (progress) progress(++done, views);
   });
+  tbb::parallel_for(std::size_t{0}, fields.size(), [&](std::size_t i) { fields[i].apply(build); });
 }
 
 }  // namespace gpvc::atlas

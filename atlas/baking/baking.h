@@ -10,6 +10,7 @@
 #include "atlas/baking/each_photo.h"
 #include "atlas/baking/pages.h"
 #include "atlas/baking/partial_sources.h"
+#include "atlas/blending/blend_weights.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/color_correction.h"
 
@@ -22,6 +23,7 @@ struct AtlasBuild {
   const CoverageIndex& coverage;
   const FaceNeighbours& neighbours;
   const ChartSet& set;
+  const BlendWeights& blending;
   ColorCorrection correction;
   std::vector<ChartPlace> places;  ///< per chart before those of the border
   std::vector<Page> pages;

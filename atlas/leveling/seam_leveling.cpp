@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "atlas/blending/seam_blend.h"
+
 namespace gpvc::atlas {
 
 namespace {
@@ -28,7 +30,8 @@ double mean_step(const SeamSamples& seams) {
 /// Fits the corrections one after the other, each to the samples as the ones before have corrected them.
 class Leveler {
  public:
-  Leveler(const AtlasInput& input, const ChartSet& set, SeamSamples& seams) : input_(input), set_(set), seams_(seams) {}
+  Leveler(const AtlasInput& input, const ChartSet& set, SeamSamples& seams, const SeamBlend& blend)
+      : input_(input), set_(set), seams_(seams), blend_(blend) {}
 
   ColorCorrection level(SeamLeveling mode) {
     correction_.exposure.assign(input_.exposure.begin(), input_.exposure.end());
@@ -36,6 +39,7 @@ class Leveler {
     correct([&](const Color& color, std::uint32_t face, const PixelPoint& frame, const TexelPoint&) {
       return correction_.expose(color, input_.labels[face], frame);
     });
+    blend_.add_to(seams_, correction_.exposure);
     fit_offsets(input_, seams_, correction_);
     correct([&](const Color& color, std::uint32_t face, const PixelPoint&, const TexelPoint& p) {
       return color + correction_.face_offset(face, set_.corners[face], p.x, p.y);
@@ -137,19 +141,21 @@ class Leveler {
   const AtlasInput& input_;
   const ChartSet& set_;
   SeamSamples& seams_;
+  const SeamBlend& blend_;
   ColorCorrection correction_;
 };
 
 }  // namespace
 
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
-                           SeamLeveling mode) {
+                           const BlendWeights& blending, SeamLeveling mode) {
   LevelingResult result;
   if (mode == SeamLeveling::none) return result;
-  SeamSamples seams = sample_seams(input, coverage);
+  SeamBlend blend(input, blending, find_seams(input));
+  SeamSamples seams = sample_seams(input, coverage, &blend);
   result.step_before = mean_step(seams);
   if (seams.edges.empty() && input.exposure.empty()) return result;
-  result.correction = Leveler(input, set, seams).level(mode);
+  result.correction = Leveler(input, set, seams, blend).level(mode);
   result.step_after = mean_step(seams);
   return result;
 }

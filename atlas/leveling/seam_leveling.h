@@ -12,6 +12,7 @@
 
 #include "atlas/atlas.h"
 #include "atlas/baking/coverage_index.h"
+#include "atlas/blending/blend_weights.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/color_correction.h"
 #include "atlas/leveling/seam_samples.h"
@@ -26,8 +27,9 @@ struct LevelingResult {
 };
 
 /// none: no correction, reads no photo, steps are zero. global: exposure and offsets. full: strips, too. Deterministic.
+/// What `blending` adds to colours counts as theirs.
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
-                           SeamLeveling mode);
+                           const BlendWeights& blending, SeamLeveling mode);
 
 /// As the public fit_exposure, from samples taken before. Gains lie in [1 / kMostGain, kMostGain].
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams);

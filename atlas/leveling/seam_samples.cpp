@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "atlas/baking/each_photo.h"
+#include "atlas/blending/seam_blend.h"
 #include "io/vector.h"
 
 namespace gpvc::atlas {
@@ -38,52 +39,51 @@ float steepness2(const Image& photo, const PhotoPoint& q) {
   return std::max({dx.r * dx.r + dy.r * dy.r, dx.g * dx.g + dy.g * dy.g, dx.b * dx.b + dy.b * dy.b});
 }
 
+/// About one a pixel of the view that shows the edge larger.
+int sample_count(const AtlasInput& input, const SeamEdge& edge) {
+  double longest = 0;
+  for (const auto face : edge.faces) {
+    const View& view = input.scene.views[index(input.labels[face])];
+    const auto p = project(view, input.mesh.positions[edge.vertices[0]]);
+    const auto q = project(view, input.mesh.positions[edge.vertices[1]]);
+    if (p && q) longest = std::max(longest, std::hypot(p->x - q->x, p->y - q->y));
+  }
+  return static_cast<int>(std::clamp(std::ceil(longest), 1.0, double{kMostSamples}));
+}
+
 class Sampler {
  public:
   Sampler(const AtlasInput& input, const CoverageIndex& coverage) : input_(input), coverage_(coverage) {}
 
-  SeamSamples sample() {
-    find_edges();
-    for (auto& side : steepness2_) side.assign(result_.colors.size(), kNotShown);
-    using Sides = std::vector<std::pair<const SeamEdge*, std::size_t>>;
-    std::vector<Sides> sides_of_view(input_.scene.views.size());
+  SeamSamples sample(SeamBlend* blend) {
+    result_.edges = find_seams(input_);
+    const std::size_t count =
+        result_.edges.empty() ? 0 : result_.edges.back().first_sample + result_.edges.back().samples;
+    result_.colors.resize(count);
+    result_.frame.resize(count);
+    for (auto& side : steepness2_) side.assign(count, kNotShown);
+    std::vector<Work> work(input_.scene.views.size());
     for (const SeamEdge& edge : result_.edges)
       for (std::size_t side = 0; side < 2; ++side)
-        sides_of_view[index(input_.labels[edge.faces[side]])].emplace_back(&edge, side);
-    each_photo(input_, sides_of_view, PhotoOrder::descending, [&](const ViewPhoto& photo, const Sides& sides) {
-      tbb::parallel_for(std::size_t{0}, sides.size(),
-                        [&](std::size_t i) { sample_side(*sides[i].first, sides[i].second, photo); });
+        work[index(input_.labels[edge.faces[side]])].sides.emplace_back(&edge, side);
+    if (blend != nullptr)
+      for (std::uint32_t view = 0; view < work.size(); ++view) work[view].blends = blend->needs(ViewId{view});
+    each_photo(input_, work, PhotoOrder::descending, [&](const ViewPhoto& photo, const Work& mine) {
+      tbb::parallel_for(std::size_t{0}, mine.sides.size(),
+                        [&](std::size_t i) { sample_side(*mine.sides[i].first, mine.sides[i].second, photo); });
+      if (mine.blends) blend->take(photo, result_.edges);
     });
     weigh();
     return std::move(result_);
   }
 
  private:
-  void find_edges() {
-    std::size_t count = 0;
-    for (const auto& [a, b] : input_.graph.edges) {
-      if (input_.labels[a] == input_.labels[b] || !has_view(input_, a) || !has_view(input_, b)) continue;
-      const auto vertices = shared_edge(input_.mesh.faces[a], input_.mesh.faces[b]);
-      if (!vertices) continue;
-      SeamEdge edge{{a, b}, *vertices, count, 0};
-      edge.samples = static_cast<std::uint32_t>(sample_count(edge));
-      count += edge.samples;
-      result_.edges.push_back(edge);
-    }
-    result_.colors.resize(count);
-    result_.frame.resize(count);
-  }
-
-  int sample_count(const SeamEdge& edge) const {
-    double longest = 0;
-    for (const auto face : edge.faces) {
-      const View& view = input_.scene.views[index(input_.labels[face])];
-      const auto p = project(view, input_.mesh.positions[edge.vertices[0]]);
-      const auto q = project(view, input_.mesh.positions[edge.vertices[1]]);
-      if (p && q) longest = std::max(longest, std::hypot(p->x - q->x, p->y - q->y));
-    }
-    return static_cast<int>(std::clamp(std::ceil(longest), 1.0, double{kMostSamples}));
-  }
+  /// What a view's photo is needed for.
+  struct Work {
+    std::vector<std::pair<const SeamEdge*, std::size_t>> sides;
+    bool blends = false;
+    bool empty() const { return sides.empty() && !blends; }
+  };
 
   void sample_side(const SeamEdge& edge, std::size_t side, const ViewPhoto& photo) {
     const FaceId face{edge.faces[side]};
@@ -126,8 +126,23 @@ class Sampler {
 
 }  // namespace
 
-SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage) {
-  return Sampler(input, coverage).sample();
+std::vector<SeamEdge> find_seams(const AtlasInput& input) {
+  std::vector<SeamEdge> edges;
+  std::size_t count = 0;
+  for (const auto& [a, b] : input.graph.edges) {
+    if (input.labels[a] == input.labels[b] || !has_view(input, a) || !has_view(input, b)) continue;
+    const auto vertices = shared_edge(input.mesh.faces[a], input.mesh.faces[b]);
+    if (!vertices) continue;
+    SeamEdge edge{{a, b}, *vertices, count, 0};
+    edge.samples = static_cast<std::uint32_t>(sample_count(input, edge));
+    count += edge.samples;
+    edges.push_back(edge);
+  }
+  return edges;
+}
+
+SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, SeamBlend* blend) {
+  return Sampler(input, coverage).sample(blend);
 }
 
 }  // namespace gpvc::atlas

@@ -11,6 +11,8 @@
 
 namespace gpvc::atlas {
 
+class SeamBlend;  // blending/seam_blend.h
+
 /// A mesh edge between two faces of different views, sampled about once a texel.
 struct SeamEdge {
   std::array<std::uint32_t, 2> faces{};
@@ -35,6 +37,10 @@ struct SeamSamples {
 
 /// Samples every edge between faces of different views. Fetches each photo at most once. A partial face is sampled only
 /// where its coverage shows it, so that no occluder's colour enters. O(edges + samples).
-SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage);
+/// \param blend null, or made from the edges that find_seams() finds: takes what it needs on the way
+SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, SeamBlend* blend = nullptr);
+
+/// The edges of sample_seams(). O(pairs of faces).
+std::vector<SeamEdge> find_seams(const AtlasInput& input);
 
 }  // namespace gpvc::atlas

@@ -1,0 +1,214 @@
+#include "atlas/blending/blend_field.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "atlas/baking/plane_map.h"
+
+namespace gpvc::atlas {
+
+namespace {
+
+/// Steps a grey level. A sum is at most twice a grey level of 255 times a gain of 2.5, which fits 16 bits; rounding is a
+/// 32nd of a grey level a view.
+constexpr float kUnit = 16;
+
+/// Faces whose projection is smaller than this, in texels, are mapped to other views by interpolating between their corners:
+/// perspective changes by some hundredth over so few pixels of a photo of thousands, which moves a position by some
+/// hundredths of a pixel.
+constexpr double kAffine = 16;
+
+TexelTriangle cell_corners(const TexelTriangle& t) {
+  const double scale = 1.0 / kBlendStep;
+  return {{{t[0].x * scale, t[0].y * scale}, {t[1].x * scale, t[1].y * scale}, {t[2].x * scale, t[2].y * scale}}};
+}
+
+}  // namespace
+
+/// What a view adds to a face: where it shows the face, and with which factor.
+class BlendField::FaceShare {
+ public:
+  FaceShare(const BlendField& field, ViewId id, const View& view) : field_(field), id_(id), view_(view) {}
+
+  /// False if the view adds nothing to the face.
+  bool prepare(std::uint32_t face) {
+    const AtlasBuild& build = field_.build_;
+    const Triangle& vertices = build.input.mesh.faces[face];
+    bool any = false;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const float factor = field_.weights_.factor(vertices[i], static_cast<std::uint32_t>(index(id_)),
+                                                  static_cast<std::uint32_t>(index(field_.chart_.view)));
+      any |= factor != 0;
+      factor_[i] = {factor, factor, factor};
+    }
+    if (!any) return false;
+    corners_ = build.set.corners[face];
+    const double area = doubled_area(corners_);
+    if (area == 0) return false;
+    inverse_area_ = 1 / area;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const CameraPoint c = camera_from_world(view_.pose, build.input.mesh.positions[vertices[i]]);
+      if (!(c.z > 0)) return false;
+      const PixelPoint p = pixel_from_camera(view_.camera, c);
+      const auto q = photo_from_pixel(view_.camera, p);
+      if (!q) return false;
+      photo_[i] = *q;
+      if (!build.correction.exposure.empty())
+        factor_[i] = gain_at(build.correction.exposure[index(id_)], p) * factor_[i];
+    }
+    FrameBox bounds;
+    bounds.add(corners_);
+    exact_.reset();
+    if (std::max(bounds.x1 - bounds.x0, bounds.y1 - bounds.y0) > kAffine)
+      if (const auto map = plane_map(build.input.mesh, build.input.scene, build.set, face))
+        exact_ = frame_from_texel(*map, view_);
+    return true;
+  }
+
+  /// At a position in texels; the face's border beyond the face.
+  Color at(double x, double y, const CoarsePhoto& coarse) const {
+    const TexelPoint p{x, y};
+    const double b = std::clamp(doubled_area({corners_[0], p, corners_[2]}) * inverse_area_, 0.0, 1.0);
+    const double c = std::clamp(doubled_area({corners_[0], corners_[1], p}) * inverse_area_, 0.0, 1.0);
+    const double a = std::max(0.0, 1 - b - c), whole = 1 / (a + b + c);
+    const double wa = a * whole, wb = b * whole, wc = c * whole;
+    PhotoPoint q{wa * photo_[0].x + wb * photo_[1].x + wc * photo_[2].x,
+                 wa * photo_[0].y + wb * photo_[1].y + wc * photo_[2].y};
+    if (exact_) {
+      const auto frame = (*exact_)(wa * corners_[0].x + wb * corners_[1].x + wc * corners_[2].x,
+                                   wa * corners_[0].y + wb * corners_[1].y + wc * corners_[2].y);
+      const auto exact = frame ? photo_from_pixel(view_.camera, *frame) : std::nullopt;
+      if (exact) q = *exact;
+    }
+    const Color factor =
+        static_cast<float>(wa) * factor_[0] + static_cast<float>(wb) * factor_[1] + static_cast<float>(wc) * factor_[2];
+    return factor * coarse.at(q);
+  }
+
+ private:
+  const BlendField& field_;
+  ViewId id_;
+  const View& view_;
+  TexelTriangle corners_;
+  double inverse_area_ = 0;
+  std::array<PhotoPoint, 3> photo_;
+  std::array<Color, 3> factor_;
+  std::optional<FrameFromTexel> exact_;
+};
+
+BlendField::BlendField(const AtlasBuild& build, const BlendWeights& weights, std::uint32_t chart)
+    : build_(build), weights_(weights), number_(chart), chart_(build.set.charts[chart]), place_(build.places[chart]) {
+  // A cell more on every side, which texels of the ring reach.
+  box_ = {-1, -1, chart_.width / kBlendStep + 2, chart_.height / kBlendStep + 2};
+  const int bands = (box_.y1 - box_.y0 + kBlendRows - 1) / kBlendRows;
+  const auto band_of = [&](double y) {
+    return std::clamp(static_cast<int>(std::floor((y - box_.y0) / kBlendRows)), 0, bands - 1);
+  };
+  faces_ = group_items<std::uint32_t>(static_cast<std::size_t>(bands), [&](const auto& add) {
+    for (const std::uint32_t face : chart_.faces) {
+      const Triangle& vertices = build.input.mesh.faces[face];
+      if (std::ranges::all_of(vertices, [&](std::uint32_t v) { return weights.at(v).empty(); })) continue;
+      const TexelTriangle t = cell_corners(build.set.corners[face]);
+      const int low = band_of(std::min({t[0].y, t[1].y, t[2].y}) - 1.5);
+      const int high = band_of(std::max({t[0].y, t[1].y, t[2].y}) + 1.5);
+      for (int b = low; b <= high; ++b) add(static_cast<std::size_t>(b), face);
+    }
+  });
+  if (faces_.items.empty()) {
+    faces_ = {};
+    return;
+  }
+  const std::size_t cells = pixel_index(0, box_.y1 - box_.y0, box_.x1 - box_.x0);
+  face_cells_.resize(faces_.groups());
+  cells_.resize(cells);
+}
+
+std::vector<std::uint32_t> BlendField::views_of(std::size_t band) const {
+  std::vector<std::uint8_t> has(build_.input.scene.views.size(), 0);
+  for (const std::uint32_t face : faces_[band])
+    for (const std::uint32_t vertex : build_.input.mesh.faces[face])
+      for (const BlendView& item : weights_.at(vertex)) has[item.view] = 1;
+  std::vector<std::uint32_t> views;
+  for (std::uint32_t v = 0; v < has.size(); ++v)
+    if (has[v]) views.push_back(v);
+  return views;
+}
+
+void BlendField::open(std::size_t band) {
+  const int first = box_.y0 + static_cast<int>(band) * kBlendRows;
+  const CellBox rows{box_.x0, first, box_.x1, std::min(box_.y1, first + kBlendRows)};
+  std::vector<TexelTriangle> corners;
+  std::vector<std::uint32_t> numbers;
+  for (const std::uint32_t face : faces_[band]) {
+    numbers.push_back(static_cast<std::uint32_t>(corners.size()));
+    corners.push_back(cell_corners(build_.set.corners[face]));
+  }
+  const ChartRaster raster = rasterize(numbers, corners, rows);
+  const std::size_t offset = at(rows.x0, rows.y0);
+  face_cells_[band] = group_items<std::uint32_t>(numbers.size(), [&](const auto& emit) {
+    for (std::size_t i = 0; i < raster.owner.size(); ++i)
+      if (raster.owner[i] != kNoOwner) emit(raster.owner[i], static_cast<std::uint32_t>(offset + i));
+  });
+  for (const std::uint32_t cell : face_cells_[band].items) cells_[cell].known = 1;
+}
+
+void BlendField::add(std::size_t band, ViewId id, const CoarsePhoto& coarse) {
+  FaceShare share(*this, id, build_.input.scene.views[index(id)]);
+  constexpr double kStep = kBlendStep;
+  const auto columns = static_cast<std::uint32_t>(box_.x1 - box_.x0);
+  for (std::size_t f = 0; f < faces_[band].size(); ++f) {
+    const std::span<const std::uint32_t> cells = std::as_const(face_cells_[band])[f];
+    if (cells.empty() || !share.prepare(faces_[band][f])) continue;
+    for (const std::uint32_t i : cells) {
+      const int column = box_.x0 + static_cast<int>(i % columns), row = box_.y0 + static_cast<int>(i / columns);
+      const Color color = share.at((column + 0.5) * kStep, (row + 0.5) * kStep, coarse);
+      std::array<std::int16_t, 3>& sum = cells_[i].sum;
+      std::size_t channel = 0;
+      for (const float value : {color.r, color.g, color.b}) {
+        sum[channel] = static_cast<std::int16_t>(sum[channel] + std::lround(kUnit * value));
+        ++channel;
+      }
+    }
+  }
+}
+
+Color BlendField::sum_at(double x, double y) const {
+  constexpr double kStep = kBlendStep;
+  const double u = x / kStep - 0.5, v = y / kStep - 0.5;
+  const int column = static_cast<int>(std::floor(u)), row = static_cast<int>(std::floor(v));
+  const auto fx = static_cast<float>(u - column), fy = static_cast<float>(v - row);
+  ColorMean mean;
+  for (int j = 0; j < 2; ++j) {
+    for (int i = 0; i < 2; ++i) {
+      const int c = column + i, r = row + j;
+      if (c < box_.x0 || r < box_.y0 || c >= box_.x1 || r >= box_.y1) continue;
+      const Cell& cell = cells_[at(c, r)];
+      if (!cell.known) continue;
+      const auto& sum = cell.sum;
+      mean.add({static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])},
+               (i ? fx : 1 - fx) * (j ? fy : 1 - fy));
+    }
+  }
+  return (1 / kUnit) * mean.mean().value_or(Color{});
+}
+
+void BlendField::apply(AtlasBuild& build) const {
+  if (cells_.empty()) return;
+  Page& page = build.page_of(number_);
+  tbb::parallel_for(-1, chart_.height + 1, [&](int y) {
+    for (int x = -1; x <= chart_.width; ++x) {
+      const auto texel = place_.texel(x, y);
+      if (texel.x < 0 || texel.y < 0 || texel.x >= page.image.width || texel.y >= page.image.height) continue;
+      const std::size_t at = page.at(texel.x, texel.y);
+      if (page.state[at] == TexelState::empty || page.owner(texel.x, texel.y) != number_) continue;
+      std::uint8_t* to = page.image.pixels.data() + 3 * at;
+      store(to, load(to) + sum_at(x + 0.5, y + 0.5));
+    }
+  });
+}
+
+}  // namespace gpvc::atlas

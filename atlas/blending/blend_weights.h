@@ -1,0 +1,47 @@
+// How much each view adds to the texture around a vertex, where coarse colours are the mean of several views.
+//
+// A texel is the main photo's colour plus the difference between two coarse colours of its place: the mean over the views
+// that see it whole, and the main photo's own (two bands, as in Burt and Adelson: A Multiresolution Spline with Application
+// to Image Mosaics, 1983). So fine detail comes from one photo and is as sharp as that, while brightness, shading and what
+// is a little out of place are those that the photos agree on. Coarse colours of both sides of a seam are equal then.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "io/grouping.h"
+
+namespace gpvc::atlas {
+
+/// A view at a vertex.
+struct BlendView {
+  std::uint32_t view = 0;
+  float weight = 0;  ///< > 0, at most 1
+};
+
+class BlendWeights {
+ public:
+  /// Without any view: nothing is blended.
+  BlendWeights() = default;
+  /// A view of no cost weighs 1 in a face, one of `full_cost` or more 0. At a vertex it has the least weight of the faces
+  /// around, so that weights are continuous over the mesh, and coarse colours, which reach over a few pixels, come from
+  /// where the view shows this surface alone. Vertices of faces that are not seen whole have no views. O(candidates x 3),
+  /// TBB; 8 bytes for each vertex and view.
+  BlendWeights(const AtlasInput& input, double full_cost);
+
+  bool empty() const { return views_.items.empty(); }
+  /// Views in ascending order; none where only one view weighs anything.
+  std::span<const BlendView> at(std::uint32_t vertex) const {
+    return empty() ? std::span<const BlendView>{} : views_[vertex];
+  }
+  /// The factor on a view's coarse colour at a vertex, for a texture whose main view is `main`. The factors of all views add
+  /// up to 0. They fade to 0 where the main view's weight does: there its coarse colour cannot be trusted either.
+  float factor(std::uint32_t vertex, std::uint32_t view, std::uint32_t main) const;
+
+ private:
+  Grouped<BlendView> views_;  ///< by vertex
+};
+
+}  // namespace gpvc::atlas

@@ -1,0 +1,205 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "atlas/blending/blend_weights.h"
+#include "tests/atlas/atlas_scene.h"
+
+namespace gpvc::atlas {
+namespace {
+
+/// A plane of 8 x 8 squares of a metre, seen whole by `views` cameras at a height of 10 m and at 64 pixels a metre, each a
+/// few decimetres beside the one before. The first is the main view of every face.
+struct BlendScene : AtlasScene {
+  explicit BlendScene(std::size_t views) {
+    add_plane(8, 8, 1.0);
+    for (std::size_t v = 0; v < views; ++v) add_view(4 + 0.3 * static_cast<double>(v), 4, 10, 700, 640, 640);
+    set_costs([](std::size_t, std::size_t) { return 0.0f; });
+  }
+
+  /// Gives every face all views as candidates.
+  void set_costs(const std::function<float(std::size_t face, std::size_t view)>& cost) {
+    candidates = {};
+    candidates.first.push_back(0);
+    for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+      for (std::uint32_t view = 0; view < scene.views.size(); ++view) {
+        candidates.views.push_back(view);
+        candidates.costs.push_back(cost(face, view));
+      }
+      candidates.first.push_back(candidates.views.size());
+    }
+  }
+
+  /// Paints view v in one grey, plus `detail` by pixel.
+  void paint(std::size_t v, float grey, const std::function<float(int x, int y)>& detail = nullptr) {
+    photograph(
+        v,
+        [=](double, double) {
+          return Color{grey, grey, grey};
+        },
+        [&](int x, int y, Color color) {
+          const float d = detail ? detail(x, y) : 0;
+          return color + Color{d, d, d};
+        });
+  }
+
+  BlendWeights weights(double full_cost) {
+    io::PhotoCache photos(scene, 1, std::size_t{1} << 30);
+    return BlendWeights({mesh, scene, photos, graph, labels, tags, candidates, coverage, border, exposure}, full_cost);
+  }
+};
+
+AtlasOptions blended() {
+  AtlasOptions options;
+  options.seams = SeamLeveling::none;
+  return options;
+}
+
+Color color_at(const TextureAtlas& atlas, std::size_t face, double a = 1.0 / 3, double b = 1.0 / 3) {
+  return lookup(atlas.pages.at(atlas.model.face_page[face]), texcoord_at(atlas.model, face, a, b));
+}
+
+TEST(BlendWeights, FactorsOfAllViewsAddUpToNothing) {
+  BlendScene s(3);
+  s.set_costs(
+      [](std::size_t face, std::size_t view) { return 0.001f * static_cast<float>((7 * face + 13 * view) % 40); });
+  const BlendWeights weights = s.weights(0.1);
+  for (std::uint32_t v = 0; v < s.mesh.positions.size(); ++v) {
+    ASSERT_EQ(weights.at(v).size(), 3u);
+    EXPECT_NEAR(weights.factor(v, 0, 0) + weights.factor(v, 1, 0) + weights.factor(v, 2, 0), 0, 1e-6);
+    EXPECT_LT(weights.factor(v, 0, 0), 0);
+    EXPECT_GT(weights.factor(v, 1, 0), 0);
+  }
+}
+
+TEST(BlendWeights, ViewWeighsAtAVertexWhatItWeighsInTheWorstFaceAround) {
+  BlendScene s(2);
+  const std::size_t bad = 60;
+  s.set_costs([&](std::size_t face, std::size_t view) { return view == 1 && face == bad ? 0.075f : 0.0f; });
+  const BlendWeights weights = s.weights(0.1);
+  for (std::uint32_t v = 0; v < s.mesh.positions.size(); ++v) {
+    const auto& corners = s.mesh.faces[bad];
+    const bool touched = std::ranges::find(corners, v) != corners.end();
+    ASSERT_EQ(weights.at(v).size(), 2u);
+    EXPECT_NEAR(weights.at(v)[1].weight, touched ? 0.25 : 1.0, 1e-6) << v;
+  }
+}
+
+TEST(BlendWeights, VerticesOfFacesThatAreNotSeenWholeBlendNothing) {
+  BlendScene s(2);
+  s.tags[40] = labeling::FaceTag::partial;
+  s.leave_unseen(90);
+  const BlendWeights weights = s.weights(0.1);
+  for (const std::size_t face : {std::size_t{40}, std::size_t{90}})
+    for (const std::uint32_t v : s.mesh.faces[face]) {
+      EXPECT_TRUE(weights.at(v).empty());
+      EXPECT_EQ(weights.factor(v, 1, 0), 0);
+    }
+  EXPECT_FALSE(weights.empty());
+}
+
+TEST(BlendWeights, MainViewThatFadesChangesNothing) {
+  BlendScene s(2);
+  s.set_costs([](std::size_t, std::size_t view) { return view == 0 ? 0.2f : 0.0f; });
+  const BlendWeights weights = s.weights(0.1);
+  for (std::uint32_t v = 0; v < s.mesh.positions.size(); ++v) EXPECT_EQ(weights.factor(v, 1, 0), 0);
+}
+
+// Three photos of 90, 120 and 150: the main one moves by six tenths of its distance from the mean.
+TEST(Blending, BrightnessMovesTowardsTheMeanOfTheViews) {
+  BlendScene s(3);
+  for (std::size_t v = 0; v < 3; ++v) s.paint(v, 90 + 30 * static_cast<float>(v));
+  const TextureAtlas atlas = s.build(blended());
+  for (std::size_t face = 0; face < s.mesh.faces.size(); ++face)
+    for (const auto& [a, b] : {std::pair{1.0 / 3, 1.0 / 3}, {0.9, 0.05}, {0.0, 0.5}})
+      EXPECT_NEAR(color_at(atlas, face, a, b).r, 90 + 0.6 * 30, 0.6) << face;
+
+  AtlasOptions alone = blended();
+  alone.blend = Blending::none;
+  const TextureAtlas plain = s.build(alone);
+  for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) EXPECT_EQ(color_at(plain, face).r, 90);
+}
+
+// A chequerboard of single pixels is finer than what is blended: all of it stays, and none of the other photo's comes in.
+TEST(Blending, FineDetailIsThatOfOnePhoto) {
+  BlendScene s(2);
+  const auto chequers = [](int x, int y) { return (x + y) % 2 ? 40.0f : -40.0f; };
+  s.paint(0, 100, chequers);
+  s.paint(1, 140, [](int x, int y) { return (x + y) % 2 ? -60.0f : 60.0f; });
+  AtlasOptions alone = blended();
+  alone.blend = Blending::none;
+  const TextureAtlas plain = s.build(alone), atlas = s.build(blended());
+  ASSERT_EQ(plain.pages.size(), 1u);
+  const Image &before = plain.pages[0], &after = atlas.pages[0];
+  ASSERT_EQ(before.pixels.size(), after.pixels.size());
+  // Away from the page's border every texel is raised by 0.6 x 20.
+  for (int y = 20; y < before.height - 20; ++y)
+    for (int x = 20; x < before.width - 20; ++x) ASSERT_NEAR(after.at(x, y)[0], before.at(x, y)[0] + 12, 1.5);
+}
+
+// Ramps that agree in the world, through lenses of their own: what is blended lies where it belongs.
+TEST(Blending, ViewsThatAgreeChangeNothing) {
+  BlendScene s(3);
+  s.scene.views[1].camera.distortion = {-0.1, 0.02};
+  s.scene.views[2].camera.distortion = {0.08, -0.01, 0.001, -0.001};
+  for (View& view : s.scene.views) limit_distortion(view.camera);
+  const auto ramp = [](double x, double y) {
+    return Color{static_cast<float>(40 + 20 * x), static_cast<float>(200 - 15 * y),
+                 static_cast<float>(60 + 8 * (x + y))};
+  };
+  for (std::size_t v = 0; v < 3; ++v) s.photograph(v, ramp);
+  const TextureAtlas atlas = s.build(blended());
+  for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) {
+    const WorldPoint p = point_at(s.mesh, face, 0.5, 0.2);
+    const Color truth = ramp(p.x, p.y), got = color_at(atlas, face, 0.5, 0.2);
+    EXPECT_NEAR(got.r, truth.r, 1.5) << face;
+    EXPECT_NEAR(got.g, truth.g, 1.5) << face;
+  }
+}
+
+// Two large triangles of hundreds of texels, seen at a slant: positions in other views follow the perspective.
+TEST(Blending, LargeFacesSeenAtASlantStayInPlace) {
+  BlendScene s(1);
+  s.mesh = {};
+  s.labels.clear();
+  s.tags.clear();
+  s.add_plane(1, 1, 8.0);
+  View& slanted = s.add_view(4, -3, 9, 900, 900, 640);
+  const double c = std::cos(0.6), d = std::sin(0.6);
+  slanted.pose.rotation = {1, 0, 0, 0, -c, -d, 0, d, -c};
+  s.set_costs([](std::size_t, std::size_t) { return 0.0f; });
+  const auto waves = [](double x, double y) {
+    const float w = static_cast<float>(128 + 90 * std::sin(3 * x) * std::sin(3 * y));
+    return Color{w, w, w};
+  };
+  for (std::size_t v = 0; v < 2; ++v) s.photograph(v, waves);
+  const TextureAtlas atlas = s.build(blended());
+  double worst = 0;
+  for (std::size_t face = 0; face < 2; ++face)
+    for (int i = 1; i < 20; ++i)
+      for (int j = 1; i + j < 20; ++j) {
+        const WorldPoint p = point_at(s.mesh, face, i / 20.0, j / 20.0);
+        worst = std::max(worst, std::abs(double{color_at(atlas, face, i / 20.0, j / 20.0).r - waves(p.x, p.y).r}));
+      }
+  // A pixel of the slanted photo, 2 cm of a wave of at most 270 grey levels a metre; a shift of it would give 3.2 or more.
+  EXPECT_LE(worst, 3);
+}
+
+// The seam is at x = 4; the left half shows view 0 and the right half view 1, which is brighter.
+TEST(Blending, SeamsAreLeveledAsTheyAreBlended) {
+  BlendScene s(2);
+  s.paint(0, 100);
+  s.paint(1, 130);
+  for (std::size_t face = 0; face < s.mesh.faces.size(); ++face)
+    s.labels[face] = ViewId{point_at(s.mesh, face, 1.0 / 3, 1.0 / 3).x < 4 ? 0u : 1u};
+  s.exposure.resize(2);  // that of a camera whose exposure is fixed
+  AtlasOptions options;
+  options.seams = SeamLeveling::global;
+  const TextureAtlas atlas = s.build(options);
+  EXPECT_NEAR(atlas.statistics.seam_step_before, 30, 0.5);
+  EXPECT_LE(atlas.statistics.seam_step_after, 2);
+  for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) EXPECT_NEAR(color_at(atlas, face).r, 115, 7) << face;
+}
+
+}  // namespace
+}  // namespace gpvc::atlas
