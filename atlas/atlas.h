@@ -108,7 +108,7 @@ struct AtlasInput {
   /// Per face, 1 for faces of the border: neighbours of the faces to be textured, which get no texels and no texture
   /// coordinates; glTF files leave them out, OBJ files if asked. They take part in leveling like any face, so runs over
   /// neighbouring parts of a mesh agree along the seam between them if each is given the other's faces near it, with
-  /// the other's labels, tags and coverage. Offsets reach 48 edges, and fade by a factor of e over 32. Unseen and
+  /// the other's labels, tags, candidates and coverage. Offsets reach 48 edges, and fade by a factor of e over 32. Unseen and
   /// partial faces are not filled from the border. Empty: no border.
   std::span<const std::uint8_t> border = {};
   /// Per view, used instead of an exposure fitted from the seams of this input, so that parts of a mesh get the same
@@ -147,8 +147,8 @@ AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input);
 
 /// Bytes that a page takes at most for each of its texels while it is under construction: colour and state (4), and two more
-/// while it is finished, or 3 for each texel of its charts' boxes, which overlap, while photos are blended.
-inline constexpr std::size_t kPageBytesPerTexel = 9;
+/// while it is finished, or 3 while photos are blended: 10 for each cell of 2 x 2 texels of its charts and their rings.
+inline constexpr std::size_t kPageBytesPerTexel = 7;
 
 /// Photos that bake_atlas() holds at a time, beside those that the photo source keeps: one in use, and one for each of up to
 /// eight threads.

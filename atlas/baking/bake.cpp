@@ -1,5 +1,6 @@
 // Fills pages with colour from the photos, view by view.
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
@@ -353,6 +354,7 @@ std::vector<BlendField> open_fields(const AtlasBuild& build, const std::vector<F
     all[i].field->open(band);
     views[i] = all[i].field->views_of(band);
   });
+  for (BlendField& field : fields) field.begin();
   for (std::size_t i = 0; i < all.size(); ++i)
     for (const std::uint32_t view : views[i]) work[view].push_back(all[i]);
   return fields;
@@ -382,18 +384,28 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
   each_photo(build.input, work, order, [&](const ViewPhoto& photo, const ViewWork& mine) {
     const int step = lattice_step(photo.view.camera);
     Poll poll(progress, done, views);
+    const auto for_each = [&](bool of_fields, const auto& body) {
+      tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
+        if ((mine[i].field != nullptr) != of_fields) return;
+        poll();
+        body(mine[i]);
+      });
+    };
     std::optional<CoarsePhoto> coarse;
-    if (!fields.empty()) coarse.emplace(photo.image);
-    tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
-      poll();
-      const auto& [chart, band, part, field] = mine[i];
-      if (field)
-        field->add(static_cast<std::size_t>(band), photo.id, *coarse);
-      else if (part)
-        take_view(*part, build, photo);
-      else
-        BandBaker(build, photo, chart, poll).bake(band, bands[chart][static_cast<std::size_t>(band)], step);
-    });
+    tbb::parallel_invoke(
+        [&] {
+          if (!fields.empty()) coarse.emplace(photo.image);
+        },
+        [&] {
+          for_each(false, [&](const PhotoUse& use) {
+            if (use.partial)
+              take_view(*use.partial, build, photo);
+            else
+              BandBaker(build, photo, use.chart, poll)
+                  .bake(use.band, bands[use.chart][static_cast<std::size_t>(use.band)], step);
+          });
+        });
+    for_each(true, [&](const PhotoUse& use) { use.field->add(static_cast<std::size_t>(use.band), photo.id, *coarse); });
     if (progress) progress(++done, views);
   });
   tbb::parallel_for(std::size_t{0}, fields.size(), [&](std::size_t i) { fields[i].apply(build); });

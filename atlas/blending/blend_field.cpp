@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -122,9 +123,9 @@ BlendField::BlendField(const AtlasBuild& build, const BlendWeights& weights, std
     faces_ = {};
     return;
   }
-  const std::size_t cells = pixel_index(0, box_.y1 - box_.y0, box_.x1 - box_.x0);
+  row_cells_ = (box_.x1 - box_.x0 + 63) / 64 * 64;
   face_cells_.resize(faces_.groups());
-  cells_.resize(cells);
+  has_.assign(pixel_index(0, box_.y1 - box_.y0, row_cells_) / 64, 0);
 }
 
 std::vector<std::uint32_t> BlendField::views_of(std::size_t band) const {
@@ -148,25 +149,43 @@ void BlendField::open(std::size_t band) {
     corners.push_back(cell_corners(build_.set.corners[face]));
   }
   const ChartRaster raster = rasterize(numbers, corners, rows);
-  const std::size_t offset = at(rows.x0, rows.y0);
+  const int width = raster.width();
   face_cells_[band] = group_items<std::uint32_t>(numbers.size(), [&](const auto& emit) {
-    for (std::size_t i = 0; i < raster.owner.size(); ++i)
-      if (raster.owner[i] != kNoOwner) emit(raster.owner[i], static_cast<std::uint32_t>(offset + i));
+    for (int y = rows.y0; y < rows.y1; ++y)
+      for (int x = 0; x < width; ++x) {
+        const std::uint32_t owner = raster.owner[pixel_index(x, y - rows.y0, width)];
+        if (owner != kNoOwner) emit(owner, static_cast<std::uint32_t>(cell_at(rows.x0 + x, y)));
+      }
   });
-  for (const std::uint32_t cell : face_cells_[band].items) cells_[cell].known = 1;
+  for (const std::uint32_t cell : face_cells_[band].items) has_[cell / 64] |= std::uint64_t{1} << (cell % 64);
+}
+
+void BlendField::begin() {
+  std::uint32_t count = 0;
+  before_.reserve(has_.size());
+  for (const std::uint64_t word : has_) {
+    before_.push_back(count);
+    count += static_cast<std::uint32_t>(std::popcount(word));
+  }
+  sums_.resize(count);
+}
+
+std::size_t BlendField::sum_of(std::size_t cell) const {
+  const std::uint64_t lower = (std::uint64_t{1} << (cell % 64)) - 1;
+  return before_[cell / 64] + static_cast<std::size_t>(std::popcount(has_[cell / 64] & lower));
 }
 
 void BlendField::add(std::size_t band, ViewId id, const CoarsePhoto& coarse) {
   FaceShare share(*this, id, build_.input.scene.views[index(id)]);
   constexpr double kStep = kBlendStep;
-  const auto columns = static_cast<std::uint32_t>(box_.x1 - box_.x0);
+  const auto columns = static_cast<std::uint32_t>(row_cells_);
   for (std::size_t f = 0; f < faces_[band].size(); ++f) {
     const std::span<const std::uint32_t> cells = std::as_const(face_cells_[band])[f];
     if (cells.empty() || !share.prepare(faces_[band][f])) continue;
     for (const std::uint32_t i : cells) {
       const int column = box_.x0 + static_cast<int>(i % columns), row = box_.y0 + static_cast<int>(i / columns);
       const Color color = share.at((column + 0.5) * kStep, (row + 0.5) * kStep, coarse);
-      std::array<std::int16_t, 3>& sum = cells_[i].sum;
+      Sum& sum = sums_[sum_of(i)];
       std::size_t channel = 0;
       for (const float value : {color.r, color.g, color.b}) {
         sum[channel] = static_cast<std::int16_t>(sum[channel] + std::lround(kUnit * value));
@@ -186,9 +205,9 @@ Color BlendField::sum_at(double x, double y) const {
     for (int i = 0; i < 2; ++i) {
       const int c = column + i, r = row + j;
       if (c < box_.x0 || r < box_.y0 || c >= box_.x1 || r >= box_.y1) continue;
-      const Cell& cell = cells_[at(c, r)];
-      if (!cell.known) continue;
-      const auto& sum = cell.sum;
+      const std::size_t cell = cell_at(c, r);
+      if (!has_sum(cell)) continue;
+      const Sum& sum = sums_[sum_of(cell)];
       mean.add({static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])},
                (i ? fx : 1 - fx) * (j ? fy : 1 - fy));
     }
@@ -197,7 +216,7 @@ Color BlendField::sum_at(double x, double y) const {
 }
 
 void BlendField::apply(AtlasBuild& build) const {
-  if (cells_.empty()) return;
+  if (sums_.empty()) return;
   Page& page = build.page_of(number_);
   tbb::parallel_for(-1, chart_.height + 1, [&](int y) {
     for (int x = -1; x <= chart_.width; ++x) {

@@ -18,7 +18,7 @@ inline constexpr int kBlendStep = kCoarsePixel;
 /// Rows of cells that are worked on together.
 inline constexpr int kBlendRows = 32;
 
-/// Sums for one chart, on a grid; bands of rows can be worked on side by side. They are whole numbers, so they depend on no
+/// Sums for one chart, on a grid, of 10 bytes a cell; bands of rows can be worked on side by side. They are whole numbers, so they depend on no
 /// order of the views.
 class BlendField {
  public:
@@ -28,21 +28,25 @@ class BlendField {
   std::size_t bands() const { return faces_.groups(); }
   /// Views that add something to a band, in ascending order.
   std::vector<std::uint32_t> views_of(std::size_t band) const;
-  /// Finds the cells' faces. For each band, before add().
+  /// Finds the cells' faces. For each band; then begin(), before add().
   void open(std::size_t band);
+  void begin();
   /// Adds what a view gives to a band. \param coarse its photo
   void add(std::size_t band, ViewId id, const CoarsePhoto& coarse);
   /// Adds the sums to the chart's texels on its page. After all views.
   void apply(AtlasBuild& build) const;
 
  private:
-  struct Cell {
-    std::array<std::int16_t, 3> sum{};  ///< grey levels times kUnit
-    std::int16_t known = 0;             ///< 1 in faces and beside them
-  };
   class FaceShare;
 
-  std::size_t at(int column, int row) const { return pixel_index(column - box_.x0, row - box_.y0, box_.x1 - box_.x0); }
+  /// Grey levels times kUnit.
+  using Sum = std::array<std::int16_t, 3>;
+
+  /// Numbers of all cells of the box, row-major; rows are filled up to whole words of bits.
+  std::size_t cell_at(int column, int row) const { return pixel_index(column - box_.x0, row - box_.y0, row_cells_); }
+  /// Where a cell's sum is. \pre it has one
+  std::size_t sum_of(std::size_t cell) const;
+  bool has_sum(std::size_t cell) const { return (has_[cell / 64] >> (cell % 64) & 1) != 0; }
   /// The colour to be added at a position in texels.
   Color sum_at(double x, double y) const;
 
@@ -52,9 +56,13 @@ class BlendField {
   const Chart& chart_;
   const ChartPlace& place_;
   CellBox box_;                                     ///< of cells
+  int row_cells_ = 0;                               ///< cells of the box in a row, a multiple of 64
   Grouped<std::uint32_t> faces_;                    ///< by band, those with sums
   std::vector<Grouped<std::uint32_t>> face_cells_;  ///< per band: by face of the band, its cells
-  std::vector<Cell> cells_;
+  // Boxes of ragged charts are mostly empty, so only cells in faces and beside them have sums.
+  std::vector<std::uint64_t> has_;     ///< a bit for each cell
+  std::vector<std::uint32_t> before_;  ///< per word of bits: sums of the cells before
+  std::vector<Sum> sums_;
 };
 
 }  // namespace gpvc::atlas

@@ -13,7 +13,7 @@ inline constexpr int kCoarsePixel = 2;
 
 class CoarsePhoto {
  public:
-  /// O(pixels), TBB.
+  /// O(pixels).
   explicit CoarsePhoto(const Image& photo);
   /// Bilinear between the means of squares; clamped to the outermost of them.
   Color at(const PhotoPoint& q) const;
