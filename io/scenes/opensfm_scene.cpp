@@ -100,18 +100,19 @@ void read_georeferencing(const fs::path& folder, SceneFile& scene) {
                              coords.string() + " is missing");
     return;
   }
+  std::optional<FileBytes> definition;
+  if (is_file(proj)) definition.emplace(proj);
   const FileBytes bytes(coords);
-  std::string_view text = bytes.view();
+  parse_georeferencing(coords, bytes.view(), definition ? definition->view() : std::string_view(), scene);
+}
+
+void parse_georeferencing(const fs::path& coords, std::string_view text, std::string_view proj_text, SceneFile& scene) {
   scene.srs = next_line(text);
   const auto x = number_from(next_word(text)), y = number_from(next_word(text));
   if (!x || !y || !std::isfinite(*x) || !std::isfinite(*y))
     throw InputError(coords, "line 2", "expected easting and northing of the offset");
   scene.offset = {*x, *y, 0};
-  if (is_file(proj)) {
-    const FileBytes definition(proj);
-    std::string_view line = definition.view();
-    if (const std::string_view first = next_line(line); !first.empty()) scene.srs = first;
-  }
+  if (const std::string_view first = next_line(proj_text); !first.empty()) scene.srs = first;
 }
 
 namespace {

@@ -76,7 +76,7 @@ std::string describe_other(const fs::path& source) {
     return "is a Metashape project; export its cameras as XML (File > Export > Export Cameras)";
   if (extension == ".p4d") return "is a Pix4Dmapper project; give the folder 1_initial/params of its results";
   const std::string head = first_bytes(source, 256);
-  if (head.starts_with("PK\3\4")) return "is a zip archive; unpack it";
+  if (head.starts_with("PK\3\4")) return "is a zip archive of which nothing is read as it is; unpack it";
   const std::size_t text = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
   if (head.empty()) return "is empty";
   if (head.starts_with("ply")) return "is a mesh; the scene goes before it";

@@ -62,11 +62,12 @@ int XmlFile::side(const pugi::xml_node& parent, const char* child) const {
   return *side;
 }
 
-std::string xml_root(const std::filesystem::path& file) {
-  const std::string head = first_bytes(file, 1u << 14);
+std::string xml_root(const std::filesystem::path& file) { return xml_root_in(first_bytes(file, kXmlHead)); }
+
+std::string xml_root_in(std::string_view head) {
   // Past the declaration, comments and a document type, the first '<' opens the root.
-  for (std::size_t at = head.find('<'); at != std::string::npos; at = head.find('<', at)) {
-    const std::string_view rest = std::string_view(head).substr(at + 1);
+  for (std::size_t at = head.find('<'); at != std::string_view::npos; at = head.find('<', at)) {
+    const std::string_view rest = head.substr(at + 1);
     if (rest.starts_with("!--")) {
       at = head.find("-->", at + 4);
     } else if (rest.starts_with("?") || rest.starts_with("!")) {
@@ -75,7 +76,7 @@ std::string xml_root(const std::filesystem::path& file) {
       const std::size_t end = rest.find_first_of(" \t\r\n/>");
       return end == std::string_view::npos ? std::string() : std::string(rest.substr(0, end));
     }
-    if (at == std::string::npos) break;
+    if (at == std::string_view::npos) break;
   }
   return {};
 }

@@ -41,7 +41,12 @@ class XmlFile {
   pugi::xml_document document_;
 };
 
-/// The name of a document's root, from the file's first bytes; empty if it is not XML.
+/// The first bytes of a document that xml_root needs; what comes before the root is shorter.
+inline constexpr std::size_t kXmlHead = std::size_t{1} << 14;
+
+/// The name of a document's root, from its first bytes; empty if it is not XML.
+std::string xml_root_in(std::string_view head);
+/// The same of a file.
 std::string xml_root(const std::filesystem::path& file);
 
 }  // namespace gpvc::io

@@ -3,6 +3,7 @@
 #include "io/scene_files.h"
 #include "io/scenes/opensfm_scene.h"
 #include "tests/support/scene_folder.h"
+#include "tests/support/zip_archive.h"
 
 namespace gpvc::io {
 namespace {
@@ -64,6 +65,33 @@ TEST_F(OdmShots, LeavesARunWithAReconstructionToIt) {
 TEST_F(OdmShots, NeedsTheOffset) {
   std::filesystem::remove(folder.path() / "odm_georeferencing/coords.txt");
   EXPECT_TRUE(contains(input_error([&] { read(); }), "coords.txt: is missing"));
+}
+
+TEST_F(OdmShots, ReadsTheArchiveItself) {
+  const Scene unpacked = read();
+  // As NodeODM packs it, and a folder of it that somebody packed again. Photos lie beside it.
+  for (const std::string below : {"", "project/"}) {
+    const std::string bytes = test::zipped({{below + "cameras.json", kCameras},
+                                            {below + "odm_georeferencing/coords.txt", kCoords},
+                                            {below + "odm_georeferencing/proj.txt", "+proj=utm +zone=16"},
+                                            {below + "odm_report/shots.geojson", kShots}});
+    folder.write("all.zip", bytes);
+    const Scene scene = read("all.zip");
+    EXPECT_EQ(scene.format, "OpenDroneMap shots");
+    EXPECT_EQ(scene.read_from, folder.path() / "all.zip");
+    EXPECT_EQ(scene.files, std::vector{folder.path() / "all.zip"});
+    EXPECT_EQ(scene.srs, "+proj=utm +zone=16");
+    EXPECT_EQ(scene.offset, unpacked.offset);
+    ASSERT_EQ(scene.views.size(), 1);
+    EXPECT_EQ(scene.views[0].photo, folder.path() / "images/a.jpg");
+    EXPECT_EQ(scene.views[0].camera, unpacked.views[0].camera);
+    EXPECT_EQ(scene.views[0].pose.centre, unpacked.views[0].pose.centre);
+    EXPECT_EQ(scene.views[0].pose.rotation, unpacked.views[0].pose.rotation);
+  }
+  folder.write("all.zip", test::zipped({{"cameras.json", kCameras}, {"odm_report/shots.geojson", kShots}}));
+  EXPECT_TRUE(contains(input_error([&] { read("all.zip"); }), "all.zip/odm_georeferencing/coords.txt: is missing"));
+  folder.write("all.zip", test::zipped({{"cameras.json", kCameras}, {"odm_report/shots.geojson", "{"}}));
+  EXPECT_TRUE(contains(input_error([&] { read("all.zip"); }), "all.zip/odm_report/shots.geojson"));
 }
 
 TEST(OdmShotsFile, TurnsFromWorldToCamera) {
