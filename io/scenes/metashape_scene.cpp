@@ -215,14 +215,16 @@ class MetashapeReader {
   void read_views(const std::vector<RigCamera>& cameras) {
     const std::vector<std::string> names = names_of(cameras);
     std::set<std::string> bands;
-    std::size_t slaves = 0;
+    std::size_t slaves = 0, moving = 0;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
       if (names[i].empty()) continue;
       read_view(cameras[i], names[i]);
       slaves += cameras[i].placed_by != cameras[i].node ? 1 : 0;
+      moving += moved(cameras[i].node) || moved(sensor_of(cameras[i].node)) ? 1 : 0;
       if (const std::string shown = bands_of(sensor_of(cameras[i].node)); !shown.empty()) bands.insert(shown);
     }
     scene_.warn(slaves, "cameras are placed by their master in a rig, having no transform of their own");
+    scene_.warn(moving, "cameras moved while their photos were read out (rolling shutter), which is not modelled");
     if (bands.size() < 2) return;
     std::string all;
     for (const std::string& shown : bands) all += (all.empty() ? "" : ", ") + quote(shown);
@@ -270,6 +272,23 @@ class MetashapeReader {
       begin = end + 1;
     }
     return name + label;
+  }
+
+  /// True if the movement of a camera, or of those of a sensor, is stated: the manual does not say how, so that anything
+  /// called rolling shutter counts unless it is said to be off.
+  static bool moved(const pugi::xml_node& of) {
+    const auto names_it = [](std::string_view name) { return lower_case(name).find("rolling_shutter") != name.npos; };
+    const auto is_on = [](std::string_view value) {
+      const std::string word = lower_case(trimmed(value));
+      return word != "0" && word != "false" && word != "disabled" && word != "none";
+    };
+    for (const pugi::xml_attribute attribute : of.attributes())
+      if (names_it(attribute.name()) && is_on(attribute.value())) return true;
+    for (const pugi::xml_node child : of.children()) {
+      if (names_it(child.name()) && is_on(child.child_value())) return true;
+      if (names_it(child.attribute("name").value()) && is_on(child.attribute("value").value())) return true;
+    }
+    return false;
   }
 
   static std::string bands_of(const pugi::xml_node& sensor) {

@@ -328,6 +328,26 @@ TEST(Metashape, LeavesOutLensesThatItDoesNotKnow) {
   EXPECT_EQ(parse(text).warnings, scene.warnings);
 }
 
+TEST(Metashape, WarnsOfRollingShutters) {
+  const auto warning = [](const std::string& text) {
+    const SceneFile scene = parse(text);
+    return scene.warnings.empty() ? std::string() : scene.warnings.back();
+  };
+  const std::string movement = "moved while their photos were read out (rolling shutter), which is not modelled";
+  const std::string sensor =
+      "<resolution width=\"400\" height=\"300\"/>\n        <calibration type=\"frame\" class=\"initial\">";
+  const auto with = [&](const std::string& member) { return replaced(kCameras, sensor, member + sensor); };
+  EXPECT_FALSE(contains(warning(kCameras), movement));
+  for (const char* off :
+       {"<rolling_shutter>0</rolling_shutter>", "<property name=\"rolling_shutter\" value=\"disabled\"/>"})
+    EXPECT_FALSE(contains(warning(with(off)), movement)) << off;
+  for (const char* on : {"<rolling_shutter>1</rolling_shutter>", "<property name=\"rolling_shutter\" value=\"full\"/>"})
+    EXPECT_EQ(warning(with(on)), "1 cameras " + movement) << on;
+  EXPECT_EQ(warning(replaced(kCameras, "label=\"DJI_0001\">",
+                             "label=\"DJI_0001\"><rolling_shutter>1 0 0 0</rolling_shutter>")),
+            "1 cameras " + movement);
+}
+
 TEST(Metashape, MatchesLabelsWithoutExtension) {
   const test::TemporaryFolder folder;
   folder.write("cameras.xml", kCameras);
