@@ -21,15 +21,18 @@
 //          x' = x (1 + K1 r2 + .. + K4 r8) + (P1 (r2 + 2 x x) + 2 P2 x y) (1 + P3 r2 + P4 r4),
 //          and y' in the same way, P1 and P2 in the other order than OpenCV's;
 //          u = w / 2 + cx + x' f + x' B1 + y' B2, v = h / 2 + cy + y' f.
+//          Of panoramas (spherical), u = w / 2 + f atan(X / Z), v = h / 2 + f atan(Y / sqrt(X^2 + Z^2)), f = w / (2 pi).
 //          Files of PhotoScan before 1.2 state fx, fy, skew, cx and cy from the corner, and P1, P2 as OpenCV does.
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
 #include "io/reference_system.h"
+#include "io/scenes/panorama_views.h"
 #include "io/scenes/scene_file.h"
 #include "io/scenes/xml_file.h"
 
@@ -190,15 +193,16 @@ class MetashapeReader {
       }
     }
     if (usable.empty() && other_sensor)
-      xml_.fail(other_sensor,
-                "a camera of type " + quote(type_of(other_sensor)) + " is not supported, frame and fisheye are");
+      xml_.fail(other_sensor, "a camera of type " + quote(type_of(other_sensor)) +
+                                  " is not supported; frame, fisheye and spherical are");
     if (usable.empty()) xml_.fail(chunk, "every camera with a transform is disabled");
     const auto [main, most] = *std::max_element(components.begin(), components.end(),
                                                 [](const auto& a, const auto& b) { return a.second < b.second; });
     scene_.warn(unplaced, "cameras without a transform are left out");
     scene_.warn(disabled, "disabled cameras are left out");
     for (const auto& [type, count] : other_lenses)
-      scene_.warn(count, "cameras are left out: their lens, " + quote(type) + ", is no perspective or fisheye one");
+      scene_.warn(count,
+                  "cameras are left out: their lens, " + quote(type) + ", is no perspective, fisheye or spherical one");
     scene_.warn(usable.size() - most, "cameras of other components than the largest are left out");
     std::erase_if(usable, [&, &id = main](const RigCamera& camera) { return component_of(camera) != id; });
     if (const auto component = of_component_.find(main); component != of_component_.end())
@@ -367,18 +371,24 @@ class MetashapeReader {
     if (type == "frame") return LensModel::perspective;
     if (type == "fisheye" || type == "equidistant_fisheye") return LensModel::equidistant;
     if (type == "equisolid_fisheye") return LensModel::equisolid;
+    if (type == "spherical") return LensModel::spherical;
     return std::nullopt;
   }
 
   Camera camera_of(const pugi::xml_node& sensor) const {
     const pugi::xml_node node = calibration_of(sensor);
-    if (!node) xml_.fail(sensor, "the sensor of a camera has no calibration");
     Camera camera;
     Distortion& d = camera.distortion;
     d.model = model_of(type_of(sensor)).value();  // read_cameras left out those of other types
     const pugi::xml_node resolution = node.child("resolution") ? node.child("resolution") : sensor.child("resolution");
     camera.width = side_of(sensor, resolution, "width");
     camera.height = side_of(sensor, resolution, "height");
+    if (is_spherical(d.model)) {
+      camera = panorama_camera(camera.width, camera.height, camera.width / (2 * std::numbers::pi));
+      finish_camera(xml_.path(), xml_.place(sensor), camera);
+      return camera;
+    }
+    if (!node) xml_.fail(sensor, "the sensor of a camera has no calibration");
     const auto term = [&](const char* name) { return xml_.number(node, name).value_or(0); };
     constexpr LensTerm kTerms[] = {{"k1", &Distortion::k1}, {"k2", &Distortion::k2}, {"k3", &Distortion::k3},
                                    {"k4", &Distortion::k4}, {"p1", &Distortion::p2}, {"p2", &Distortion::p1},

@@ -89,7 +89,9 @@ class OdmShotsReader {
       omitted_.add(camera->second.lens, *camera->second.refusal);
       return;
     }
-    if (shot.contains("focal") && shots_.number(place, shot, "focal") != focal_of(id, cameras_.root()[id]))
+    // Panoramas have none.
+    if (!is_spherical(camera->second.camera.distortion.model) && shot.contains("focal") &&
+        shots_.number(place, shot, "focal") != focal_of(id, cameras_.root()[id]))
       ++other_focal_;
     View view;
     view.name = with_slashes(shots_.text(place, shot, "filename"));

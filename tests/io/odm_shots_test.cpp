@@ -118,6 +118,16 @@ TEST(OdmShotsFile, FindsTheCamerasOfOlderRuns) {
       contains(input_error([&] { parse(replaced(older, "0.9", "0.7"), two); }), "no camera in cameras.json has"));
 }
 
+// Shots state a focal length, panoramas have none.
+TEST(OdmShotsFile, ReadsPanoramas) {
+  const SceneFile scene = parse(kShots, replaced(kCameras, "\"brown\"", "\"spherical\""));
+  EXPECT_EQ(scene.views.at(0).camera, test::panorama_of(400, 300, 400 / (2 * std::numbers::pi)));
+  EXPECT_TRUE(scene.warnings.empty());
+  const std::string plain = R"({"dji fc330 400 300 brown 0.9 rgb": {"projection_type": "equirectangular", "width": 400,
+    "height": 200}})";
+  EXPECT_EQ(parse(kShots, plain).views.at(0).camera.height, 200);
+}
+
 TEST(OdmShotsFile, WarnsOfSplitRuns) {
   EXPECT_TRUE(parse(kShots).warnings.empty());
   const SceneFile scene = parse(replaced(kShots, "\"focal\": 0.9", "\"focal\": 0.91"));
@@ -134,8 +144,8 @@ TEST(OdmShotsFile, RefusesWithPlaceAndExpectation) {
   EXPECT_TRUE(contains(error("\"rotation\"", "\"r\""), "rotation"));
   EXPECT_TRUE(contains(error("a.jpg", ""), "expected the name of a photo"));
   EXPECT_TRUE(contains(input_error([&] { parse(kShots, "{}"); }), "cameras.json: expected an object of cameras"));
-  EXPECT_TRUE(contains(input_error([&] { parse(kShots, replaced(kCameras, "\"brown\"", "\"spherical\"")); }),
-                       "projection type 'spherical' is not supported"));
+  EXPECT_TRUE(contains(input_error([&] { parse(kShots, replaced(kCameras, "\"brown\"", "\"dual\"")); }),
+                       "projection type 'dual' is not supported"));
 }
 
 TEST(OdmShotsFile, SurvivesCuts) {
