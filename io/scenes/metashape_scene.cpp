@@ -115,23 +115,6 @@ class MetashapeReader {
     return best;
   }
 
-  /// `count` numbers of the node's text.
-  std::vector<double> numbers(const pugi::xml_node& node, std::size_t count) const {
-    std::string_view text = node.child_value();
-    std::vector<double> values;
-    for (std::string_view word = next_word(text); !word.empty(); word = next_word(text)) {
-      const std::optional<double> value = number_from(word);
-      if (!value || !std::isfinite(*value))
-        xml_.fail(node, "expected finite numbers in " + std::string(node.name()) + ", found " + quote(word));
-      if (values.size() == count) xml_.fail(node, "more than " + std::to_string(count) + " numbers");
-      values.push_back(*value);
-    }
-    if (values.size() != count)
-      xml_.fail(node, "expected " + std::to_string(count) + " numbers in " + node.name() + ", found " +
-                          std::to_string(values.size()));
-    return values;
-  }
-
   Matrix3 rotation_of(const pugi::xml_node& node, const Matrix3& m) const {
     const auto rotation = rotation_near(m);
     if (!rotation) xml_.fail(node, "the matrix in " + std::string(node.name()) + " is no rotation");
@@ -139,14 +122,14 @@ class MetashapeReader {
   }
 
   Matrix3 rotation_in(const pugi::xml_node& node) const {
-    const std::vector<double> m = numbers(node, 9);
+    const std::vector<double> m = xml_.numbers(node, 9);
     Matrix3 matrix{};
     std::copy(m.begin(), m.end(), matrix.begin());
     return rotation_of(node, matrix);
   }
 
   WorldPoint point_in(const pugi::xml_node& node) const {
-    const std::vector<double> p = numbers(node, 3);
+    const std::vector<double> p = xml_.numbers(node, 3);
     return {p[0], p[1], p[2]};
   }
 
@@ -155,7 +138,7 @@ class MetashapeReader {
     if (const pugi::xml_node node = transform.child("rotation")) out.rotation = rotation_in(node);
     if (const pugi::xml_node node = transform.child("translation")) out.translation = point_in(node);
     if (const pugi::xml_node node = transform.child("scale")) {
-      out.scale = numbers(node, 1)[0];
+      out.scale = xml_.numbers(node, 1)[0];
       if (!(out.scale > 0)) xml_.fail(node, "the scale is not positive");
     }
     return out;
@@ -320,7 +303,7 @@ class MetashapeReader {
     view.camera = camera->second;
 
     const pugi::xml_node transform = from.placed_by.child("transform");
-    const std::vector<double> m = numbers(transform, 16);
+    const std::vector<double> m = xml_.numbers(transform, 16);
     Placement chunk_from_camera{rotation_of(transform, {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}),
                                 {m[3], m[7], m[11]}};
     if (from.placed_by != from.node)

@@ -15,12 +15,12 @@
 namespace gpvc::io {
 
 // One a format, each defined in its NAME_scene.cpp.
-extern const SceneFormat kAlicevision, kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kNvm, kOdmShots, kOpenmvg,
-    kOpenmvs, kOpensfm, kOpf, kPix4d, kRealityCsv, kRealityXmp, kTransforms;
+extern const SceneFormat kAlicevision, kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kMicmac, kNvm, kOdmShots,
+    kOpenmvg, kOpenmvs, kOpensfm, kOpf, kPix4d, kRealityCsv, kRealityXmp, kTransforms;
 
 std::span<const SceneFormat* const> scene_formats() {
   static constexpr const SceneFormat* kFormats[] = {
-      &kAlicevision, &kBlocksExchange, &kBundler, &kCam, &kColmap, &kMetashape,  &kNvm,        &kOdmShots,
+      &kAlicevision, &kBlocksExchange, &kBundler, &kCam, &kColmap, &kMetashape,  &kMicmac,     &kNvm,       &kOdmShots,
       &kOpenmvg,     &kOpenmvs,        &kOpensfm, &kOpf, &kPix4d,  &kRealityCsv, &kRealityXmp, &kTransforms};
   return kFormats;
 }

@@ -56,6 +56,22 @@ double XmlFile::needed(const pugi::xml_node& parent, const char* child) const {
   return *value;
 }
 
+std::vector<double> XmlFile::numbers(const pugi::xml_node& node, std::size_t count) const {
+  std::string_view text = node.child_value();
+  std::vector<double> values;
+  for (std::string_view word = next_word(text); !word.empty(); word = next_word(text)) {
+    const std::optional<double> value = number_from(word);
+    if (!value || !std::isfinite(*value))
+      fail(node, "expected finite numbers in " + std::string(node.name()) + ", found " + quote(word));
+    if (values.size() == count) fail(node, "more than " + std::to_string(count) + " numbers");
+    values.push_back(*value);
+  }
+  if (values.size() != count)
+    fail(node, "expected " + std::to_string(count) + " numbers in " + node.name() + ", found " +
+                   std::to_string(values.size()));
+  return values;
+}
+
 int XmlFile::side(const pugi::xml_node& parent, const char* child) const {
   const std::optional<int> side = image_side(needed(parent, child));
   if (!side) fail(parent.child(child), std::string(child) + " is not a whole number of 1 to 2^24 pixels");

@@ -6,6 +6,7 @@
 #include <pugixml.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/error.h"
 
@@ -31,6 +32,8 @@ class XmlFile {
   std::optional<double> number(const pugi::xml_node& parent, const char* child) const;
   /// Throws also when there is no such child.
   double needed(const pugi::xml_node& parent, const char* child) const;
+  /// The numbers that the node holds, with blanks between. Throws unless they are `count` finite ones.
+  std::vector<double> numbers(const pugi::xml_node& node, std::size_t count) const;
   /// As needed(), for a whole number from 1 to 2^24.
   int side(const pugi::xml_node& parent, const char* child) const;
   const std::filesystem::path& path() const { return file_; }
