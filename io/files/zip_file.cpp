@@ -22,7 +22,7 @@ std::string text_of(zip_error_t& error) {
 
 }  // namespace
 
-ZipFile::ZipFile(const std::filesystem::path& file, std::string_view bytes) : file_(file) {
+ZipFile::ZipFile(const std::filesystem::path& file, std::string_view bytes) : file_(file), size_(bytes.size()) {
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* const source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
@@ -50,9 +50,10 @@ std::string ZipFile::read(const std::string& member, std::size_t most) const {
   constexpr zip_uint64_t kNeeded = ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE;
   if (zip_stat_index(archive_.get(), number, 0, &stat) != 0 || (stat.valid & kNeeded) != kNeeded)
     fail(member, "the archive does not state its size");
-  // Divided, since a claim may be any number.
-  if (stat.size > kAlwaysUnpacked && stat.size / kMostUnpacked > stat.comp_size)
-    fail(member, "claims to unpack to " + std::to_string(stat.size) + " bytes from " + std::to_string(stat.comp_size) +
+  // Both sizes are claims. Divided, since they may be any numbers.
+  const zip_uint64_t packed = std::min<zip_uint64_t>(stat.comp_size, size_);
+  if (stat.size > kAlwaysUnpacked && stat.size / kMostUnpacked > packed)
+    fail(member, "claims to unpack to " + std::to_string(stat.size) + " bytes from " + std::to_string(packed) +
                      ", more than any list of cameras does");
   const std::unique_ptr<zip_file_t, CloseMember> opened(zip_fopen_index(archive_.get(), number, 0));
   if (!opened) fail(member, std::string("cannot be unpacked: ") + zip_strerror(archive_.get()));

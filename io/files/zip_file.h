@@ -27,7 +27,8 @@ class ZipFile {
   const Members& members() const { return members_; }
   bool has(std::string_view member) const { return members_.contains(member); }
   /// The whole member, or its first `most` bytes. Throws InputError where it is missing, encrypted, packed in a way that
-  /// libzip does not know, damaged, or claims more than kMostUnpacked times the bytes that it is packed in.
+  /// libzip does not know, damaged, or claims more than kMostUnpacked times the bytes that it is packed in, or those of the
+  /// archive.
   std::string read(const std::string& member, std::size_t most = std::string::npos) const;
 
   /// Lists of cameras, which are text, are packed to a fifth or a twentieth; Deflate can pack to a thousandth, and such
@@ -40,6 +41,7 @@ class ZipFile {
     void operator()(zip_t* archive) const { zip_discard(archive); }
   };
   const std::filesystem::path& file_;
+  std::size_t size_;  ///< of the archive
   std::unique_ptr<zip_t, Close> archive_;
   Members members_;
 };

@@ -40,6 +40,17 @@ TEST(ZipFile, RefusesBombs) {
   EXPECT_TRUE(contains(input_error([&] { archive.read("more"); }), "'more': claims to unpack to 1048577 bytes from "));
 }
 
+// The packed size may be as false as the other.
+TEST(ZipFile, RefusesSizesBeyondItsOwn) {
+  std::string bytes = test::zipped({{"a.txt", "some text"}});
+  const std::size_t entry = bytes.find("PK\1\2");
+  ASSERT_NE(entry, std::string::npos);
+  constexpr std::size_t kPacked = 20, kUnpacked = 24;  // 4 bytes each
+  for (const std::size_t at : {kPacked, kUnpacked}) bytes.replace(entry + at, 4, "\x01\x02\x03\xF0", 4);
+  EXPECT_TRUE(contains(input_error([&] { ZipFile(kFile, bytes).read("a.txt"); }),
+                       "'a.txt': claims to unpack to 4026728961 bytes from 1"));
+}
+
 TEST(ZipFile, RefusesDamage) {
   std::string text;
   std::mt19937 random(3);
