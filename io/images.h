@@ -26,6 +26,10 @@ bool has_image_extension(const std::filesystem::path& name);
 /// 1 <= factor <= width, height
 Image reduce_image(const Image& image, int factor);
 
+/// What a view of an equirectangular panorama (see is_spherical) takes for its photo: the panorama with some of its left
+/// columns repeated on the right, and the other way round.
+Image continue_around(const Image& panorama);
+
 /// An ICC profile, byte for byte as image files embed it; empty: none.
 using ColorProfile = std::vector<std::uint8_t>;
 

@@ -43,6 +43,9 @@ inline constexpr Named<LensModel> kLensModelNames[] = {
     {"unified", LensModel::unified},
     {"fisheye_polynomial", LensModel::fisheye_polynomial},
     {"fisheye_624", LensModel::fisheye_624},
+    {"spherical", LensModel::spherical},
+    {"spherical_up", LensModel::spherical_up},
+    {"spherical_down", LensModel::spherical_down},
 };
 
 }  // namespace gpvc

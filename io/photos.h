@@ -69,7 +69,7 @@ class PhotoCache final : public PhotoSource {
 
 /// A picture that the caller holds, and the pixels of it that must not be used.
 struct Picture {
-  Image image;  ///< 3 channels, of the view's camera size
+  Image image;  ///< 3 channels, of the view's camera size; of a panorama's view what continue_around() gives
   std::optional<PhotoExclusion> exclusion{};
 };
 

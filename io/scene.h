@@ -84,6 +84,9 @@ enum class LensModel : std::uint8_t {
   unified,             ///< 1 / (alpha sqrt(beta r^2 + 1) + 1 - alpha): Khomutenko et al. 2016; no further term
   fisheye_polynomial,  ///< theta (1 + a1 theta + a2 theta^2 + a3 theta^3) / r: Pix4D, ContextCapture; of the terms, skew
   fisheye_624,         ///< theta / r; tangential and prism terms act on what the radial ones make: Project Aria
+  spherical,           ///< longitude and latitude in place of (x', y'); no term: see is_spherical()
+  spherical_up,        ///< the same of a view whose z is the panorama's up, and whose y down is its front
+  spherical_down,      ///< the same of a view whose z is the panorama's down, and whose y down is its back
 };
 
 /// Lens distortion. With (x, y) the point that LensModel makes of (X/Z, Y/Z), and r2 = x*x + y*y: radial = (1 + k1 r2 +
@@ -103,6 +106,22 @@ struct Distortion {
   bool operator==(const Distortion&) const = default;
   bool is_identity() const { return model == LensModel::brown && k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0; }
 };
+
+/// True for a view of an equirectangular panorama. A panorama is shown by six views, whose axes are those of a cube, and
+/// which see 56 degrees around them. What a view calls its photo is the panorama continued beyond both of its sides
+/// (io::continue_around in io/images.h), so that all of the view's surroundings lie next to each other there, at (fx x' +
+/// cx, fy y' + cy): x' is the longitude from the view's axis (of spherical_up and spherical_down, from the panorama's
+/// middle) to the right, y' the latitude downwards, in radians. fx is the panorama's width over 2 pi, fy its height over
+/// pi or equal to fx.
+constexpr bool is_spherical(LensModel model) {
+  return model == LensModel::spherical || model == LensModel::spherical_up || model == LensModel::spherical_down;
+}
+
+/// True if neighbouring positions of the frame may lie far apart in the photo, which must not be interpolated between
+/// then: about a pole, where all longitudes meet.
+constexpr bool shows_pole(LensModel model) {
+  return model == LensModel::spherical_up || model == LensModel::spherical_down;
+}
 
 /// Intrinsics of a photo and, without the distortion, of its undistorted frame. Pixels; fx, fy > 0.
 struct Camera {

@@ -39,8 +39,12 @@ struct SceneOptions {
 /// ours. Checks that every photo exists and that its header has the camera's size, without decoding it: a photo of
 /// another size but the same shape scales its camera; the error names the first few missing photos. A reduced camera is
 /// width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N, which is exact in this convention. What was left out or
-/// assumed is in Scene::warnings. Throws InputError.
+/// assumed is in Scene::warnings. Equirectangular photos become six views each (is_spherical in scene.h): DIR/STEM.EXT
+/// becomes DIR/STEM/front.EXT, right, back, left, up and down. Throws InputError.
 Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);
+
+/// The name of the photo that a view shows: the view's own, or DIR/STEM.EXT of a panorama's DIR/STEM/front.EXT.
+std::string photo_name(const View& view);
 
 // --- writing
 

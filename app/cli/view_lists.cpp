@@ -11,6 +11,7 @@
 
 #include "app/cli/near_words.h"
 #include "io/files/paths.h"
+#include "io/scene_files.h"
 
 namespace gpvc::cli {
 namespace {
@@ -43,10 +44,11 @@ enum class Reading { name, glob, stem, file_name, file_stem };
 // True if such an entry means one view alone.
 bool is_single(Reading reading) { return reading != Reading::name && reading != Reading::glob; }
 
-bool fits(const std::string& entry, const std::string& view, Reading reading) {
-  if (reading == Reading::name) return view == entry;
-  if (reading == Reading::glob) return fnmatch(entry.c_str(), view.c_str(), 0) == 0;
-  const std::filesystem::path path(view);
+// `name`: a view's, or that of the photo it shows.
+bool fits(const std::string& entry, const std::string& name, Reading reading) {
+  if (reading == Reading::name) return name == entry;
+  if (reading == Reading::glob) return fnmatch(entry.c_str(), name.c_str(), 0) == 0;
+  const std::filesystem::path path(name);
   if (reading == Reading::stem) return std::filesystem::path(path).replace_extension() == entry;
   return (reading == Reading::file_name ? path.filename() : path.stem()) == entry;
 }
@@ -59,10 +61,12 @@ std::vector<bool> matched(std::span<const View> views, const std::string& option
          {Reading::name, Reading::glob, Reading::stem, Reading::file_name, Reading::file_stem}) {
       if (!found.empty()) break;
       for (std::size_t v = 0; v < views.size(); ++v)
-        if (fits(entry, views[v].name, reading)) found.push_back(v);
-      if (is_single(reading) && found.size() > 1)
-        throw UsageError(fmt::format("{}: '{}' may be {} or {}; give the whole name", option, entry,
-                                     views[found[0]].name, views[found[1]].name));
+        if (fits(entry, views[v].name, reading) || fits(entry, io::photo_name(views[v]), reading)) found.push_back(v);
+      if (found.empty() || !is_single(reading)) continue;
+      const std::string photo = io::photo_name(views[found[0]]);
+      for (const std::size_t v : found)
+        if (const std::string other = io::photo_name(views[v]); other != photo)
+          throw UsageError(fmt::format("{}: '{}' may be {} or {}; give the whole name", option, entry, photo, other));
     }
     if (found.empty())
       throw UsageError(

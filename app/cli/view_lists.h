@@ -10,8 +10,8 @@
 namespace gpvc::cli {
 
 /// The views that --views and --exclude-views leave. Both are lists of names and globs, or @FILE with one entry a line. A
-/// name may lack its folder, extension or both if only one view then has that name. Throws UsageError for an entry
-/// without a view, with similar names, and for an ambiguous one.
+/// name may lack its folder, extension or both if only one view then has that name; that of a panorama's photo means all
+/// of its views. Throws UsageError for an entry without a view, with similar names, and for an ambiguous one.
 std::vector<ViewId> used_views(std::span<const View> all, const std::string& views, const std::string& exclude_views);
 
 /// A flag for each of `count` views, true for the given ones: the form of SceneOptions::needed.

@@ -51,7 +51,7 @@ Color sample_bilinear(const Image& photo, double x, double y) {
 
 int lattice_step(const Camera& camera) {
   constexpr int kLargest = 16;
-  if (camera.distortion.is_identity()) return kLargest;
+  if (camera.distortion.is_identity() || shows_pole(camera.distortion.model)) return kLargest;
   // The error of bilinear interpolation over a square of edge s is at most s^2 / 8 times the sum of the second
   // derivatives along x and y. These are measured as second differences on a grid over the frame. They grow towards the
   // corners of the frame, so they are doubled to bound what lies between the points of the grid.
@@ -78,7 +78,12 @@ int lattice_step(const Camera& camera) {
 }
 
 PhotoPositions::PhotoPositions(const Camera& camera, double x0, double y0, double x1, double y1)
-    : camera_(&camera), x0_(x0), y0_(y0), inverse_width_(1 / (x1 - x0)), inverse_height_(1 / (y1 - y0)) {
+    : camera_(&camera),
+      x0_(x0),
+      y0_(y0),
+      inverse_width_(1 / (x1 - x0)),
+      inverse_height_(1 / (y1 - y0)),
+      interpolated_(!shows_pole(camera.distortion.model)) {
   for (std::size_t i = 0; i < 4; ++i) {
     const auto corner = photo_from_pixel(camera, {i % 2 ? x1 : x0, i / 2 ? y1 : y0});
     interpolated_ = interpolated_ && corner;

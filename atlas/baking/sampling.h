@@ -59,7 +59,8 @@ Color sample_bicubic(const Image& photo, double x, double y);
 Color sample_bilinear(const Image& photo, double x, double y);
 
 /// Edge, in pixels, of squares within which photo_from_pixel may be interpolated bilinearly between the corners with an
-/// error below kLatticeErrorPx; a power of two from 1 to 16. 16 for a camera without distortion.
+/// error below kLatticeErrorPx; a power of two from 1 to 16. 16 for a camera without distortion, and about a pole, where
+/// nothing is interpolated.
 int lattice_step(const Camera& camera);
 
 /// Where neighbouring pixels differ by less than 100 grey levels, a shift by this changes a sample by less than one.
@@ -69,7 +70,7 @@ inline constexpr double kLatticeErrorPx = 0.01;
 class PhotoPositions {
  public:
   PhotoPositions(const Camera& camera, double x0, double y0, double x1, double y1);
-  /// Not interpolated if a corner lies beyond the fold of the lens model; nullopt if the position does. \pre the
+  /// Not interpolated if a corner lies beyond the fold of the lens model, nor about a pole; nullopt if the position does. \pre the
   /// position lies in the rectangle
   std::optional<PhotoPoint> at(double x, double y) const {
     if (!interpolated_) return photo_from_pixel(*camera_, {x, y});
@@ -86,7 +87,7 @@ class PhotoPositions {
   const Camera* camera_;
   double x0_, y0_, inverse_width_, inverse_height_;
   std::array<PhotoPoint, 4> corners_;
-  bool interpolated_ = true;
+  bool interpolated_;
 };
 
 /// A rectangle of a photo, for many bicubic samples: pixels as floats, four each, which fill a vector register.

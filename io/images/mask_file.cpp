@@ -4,6 +4,7 @@
 
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
+#include "io/lens/spherical.h"
 #include "io/push_pull.h"
 #include "io/scenes/photo_files.h"
 
@@ -94,7 +95,8 @@ std::optional<PhotoExclusion> read_whole_exclusion(const View& view) {
     if (alpha ? !view.uses_alpha : view.mask.empty()) continue;
     const fs::path& file = alpha ? view.photo : view.mask;
     PhotoExclusion zeros = zero_pixels(file, alpha);
-    if (zeros.width / view.reduction != view.camera.width || zeros.height / view.reduction != view.camera.height ||
+    if (zeros.width / view.reduction != file_width(view.camera) ||
+        zeros.height / view.reduction != view.camera.height ||
         (exclusion && (exclusion->width != zeros.width || exclusion->height != zeros.height)))
       throw InputError(file, "",
                        "is " + size_text(zeros.width, zeros.height) + " pixels, which does not fit its camera");
@@ -122,6 +124,7 @@ bool has_plain_mask(const View& view) {
 std::optional<PhotoExclusion> read_exclusion(const View& view) {
   std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view);
   if (exclusion && view.reduction > 1) exclusion = reduced(*exclusion, view.reduction);
+  if (exclusion && is_spherical(view.camera.distortion.model)) exclusion = continue_around(*exclusion);
   return exclusion;
 }
 

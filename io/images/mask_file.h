@@ -17,8 +17,12 @@ namespace gpvc::io {
 /// given folder without a single mask.
 void find_masks(SceneFile& scene, const SceneOptions& options);
 
-/// read_exclusion before the reduction. \pre camera size times View::reduction is at most the photo's
+/// read_exclusion before the reduction, and of a panorama as its file shows it. \pre camera size times View::reduction
+/// is at most the photo's
 std::optional<PhotoExclusion> read_whole_exclusion(const View& view);
+
+/// As for an image, in io/images.h.
+PhotoExclusion continue_around(const PhotoExclusion& panorama);
 
 /// Gives excluded pixels the colours of their surroundings (see fill_holes), so that no filter mixes them in.
 /// O(pixels).

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <future>
 #include <list>
+#include <map>
 #include <mutex>
 #include <unordered_map>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "io/images.h"
 #include "io/images/image_file.h"
 #include "io/images/mask_file.h"
+#include "io/lens/spherical.h"
 #include "io/photos.h"
 
 namespace gpvc::io {
@@ -39,7 +41,7 @@ class SpareMemory {
 /// the photo that it is decoding.
 Photo decode(const View& view, int downscale, const std::shared_ptr<SpareMemory>& spare) {
   Image image = read_image(view.photo, spare->take());
-  if (image.width / downscale != view.camera.width || image.height / downscale != view.camera.height)
+  if (image.width / downscale != file_width(view.camera) || image.height / downscale != view.camera.height)
     throw InputError(view.photo, "",
                      "is " + size_text(image.width, image.height) + " pixels, which does not fit its camera any more");
   if (const std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view)) paint_over(image, *exclusion);
@@ -48,10 +50,27 @@ Photo decode(const View& view, int downscale, const std::shared_ptr<SpareMemory>
     spare->give(std::move(image.pixels));
     image = std::move(reduced);
   }
+  if (is_spherical(view.camera.distortion.model)) {
+    Image around = continue_around(image);
+    spare->give(std::move(image.pixels));
+    image = std::move(around);
+  }
   return {new Image(std::move(image)), [spare](Image* photo) {
             spare->give(std::move(photo->pixels));
             delete photo;
           }};
+}
+
+/// Per view, the first view that shows the same: the views of a panorama are made from one file.
+std::vector<std::size_t> first_of_same_photo(const Scene& scene) {
+  std::vector<std::size_t> first(scene.views.size());
+  std::map<std::filesystem::path, std::size_t> panoramas;
+  for (std::size_t v = 0; v < first.size(); ++v) {
+    const View& view = scene.views[v];
+    const bool panorama = is_spherical(view.camera.distortion.model);
+    first[v] = panorama ? panoramas.emplace(view.photo, v).first->second : v;
+  }
+  return first;
 }
 
 }  // namespace
@@ -66,6 +85,7 @@ struct PhotoCache::State {
   const Scene& scene;
   int downscale;
   std::size_t limit_bytes;
+  std::vector<std::size_t> shown_by;  ///< per view, see first_of_same_photo
   std::mutex mutex;
   std::unordered_map<std::size_t, Entry> entries;
   std::list<std::size_t> by_age;  ///< least recently used first
@@ -87,7 +107,7 @@ struct PhotoCache::State {
 };
 
 PhotoCache::PhotoCache(const Scene& scene, int downscale, std::size_t limit_bytes)
-    : state_(new State{scene, downscale, limit_bytes, {}, {}, {}}) {}
+    : state_(new State{scene, downscale, limit_bytes, first_of_same_photo(scene), {}, {}, {}}) {}
 
 PhotoCache::~PhotoCache() = default;
 
@@ -117,7 +137,7 @@ void PhotoCache::keep_at_most(std::size_t bytes) {
 
 std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
   State& state = *state_;
-  const std::size_t key = index(view);
+  const std::size_t key = state.shown_by.at(index(view));
   std::promise<Photo> promise;
   {
     std::unique_lock lock(state.mutex);

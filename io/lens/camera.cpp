@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "io/lens/lens.h"
+#include "io/lens/spherical.h"
 
 namespace gpvc {
 
@@ -12,6 +13,10 @@ std::optional<PhotoPoint> photo_from_pixel(const Camera& camera, const PixelPoin
   if (camera.distortion.is_identity()) return PhotoPoint{p.x, p.y};
   const double x = (p.x - camera.cx) / camera.fx, y = (p.y - camera.cy) / camera.fy;
   if (!(x * x + y * y <= camera.distortion.max_r2)) return std::nullopt;
+  if (is_spherical(camera.distortion.model)) {
+    const io::PlanePoint q = io::sphere_from_plane(camera.distortion.model, x, y);
+    return PhotoPoint{camera.fx * q.x + camera.cx, camera.fy * q.y + camera.cy};
+  }
   const io::Distorted d = io::distort(camera.distortion, x, y);
   return PhotoPoint{camera.fx * d.x + camera.cx, camera.fy * d.y + camera.cy};
 }
@@ -20,6 +25,11 @@ std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoin
   const Distortion& distortion = camera.distortion;
   if (distortion.is_identity()) return PixelPoint{p.x, p.y};
   const double target_x = (p.x - camera.cx) / camera.fx, target_y = (p.y - camera.cy) / camera.fy;
+  if (is_spherical(distortion.model)) {
+    const auto q = io::plane_from_sphere(distortion.model, target_x, target_y);
+    if (!q || !(q->x * q->x + q->y * q->y <= distortion.max_r2)) return std::nullopt;
+    return PixelPoint{camera.fx * q->x + camera.cx, camera.fy * q->y + camera.cy};
+  }
   double x = target_x, y = target_y;
   const double start_r2 = x * x + y * y;
   if (!std::isfinite(start_r2)) return std::nullopt;

@@ -75,6 +75,9 @@ LensFactor lens_factor(const Distortion& d, double r2) {
   switch (d.model) {
     case LensModel::brown:
     case LensModel::perspective:
+    case LensModel::spherical:  // has functions of its own
+    case LensModel::spherical_up:
+    case LensModel::spherical_down:
       return {1, 0};
     case LensModel::equidistant:
     case LensModel::fisheye_624: {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/lens/lens.h"
+#include "io/lens/spherical.h"
 #include "io/lens_terms.h"
 
 namespace gpvc {
@@ -89,6 +90,10 @@ void limit_distortion(Camera& camera) {
   if (d.model == LensModel::perspective && std::all_of(std::begin(kLensTerms) + kBrownTerms, std::end(kLensTerms),
                                                        [&](const LensTerm& further) { return d.*further.term == 0; }))
     d.model = LensModel::brown;
+  if (is_spherical(d.model)) {
+    d.max_r2 = io::kSphericalReach2;
+    return;
+  }
   double fold = io::kUnbounded;  // squared radius after the lens model's factor
   if (d.model == LensModel::inverse_radial) {
     // r = q + k1 q^3 grows up to q^2 = -1 / (3 k1).
@@ -119,6 +124,10 @@ void limit_distortion(Camera& camera) {
 double largest_stretch(const Camera& camera, double r2) {
   const Distortion& d = camera.distortion;
   const double pixels = std::max(camera.fx / camera.fy, camera.fy / camera.fx);
+  // A step on the plane is longer than on the sphere by 1 / cos(t) across and by 1 / cos(t)^2 outwards, with t the angle
+  // from the axis, and in longitude it is longer than on the sphere by 1 / cos(latitude), at most 1 / cos(t). About a
+  // pole, there is no bound.
+  if (is_spherical(d.model)) return shows_pole(d.model) ? io::kUnbounded : pixels;
   const io::LensFactor lens = io::lens_factor(d, r2);
   const double s = r2 * lens.factor * lens.factor;
   // The factor bends a step across by `factor` and a step outwards by factor + r2 slope. Both are largest at the

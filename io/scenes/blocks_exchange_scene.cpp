@@ -13,12 +13,16 @@
 //          Fisheye: a polynomial P0 .. P4 of the angle and a focal matrix, see set_fisheye(); the example of the guide
 //          has 0, 1, 0, 0, 0.
 // Mask     black pixels are ignored ("Photo properties" of the guide), as ours.
+// XMLZ     "an extension of XML format adding file compression for convenience (zip)": a zip archive with the XML. The
+//          guide names no member, so it is the one that is a BlocksExchange document.
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 
+#include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
+#include "io/files/zip_file.h"
 #include "io/lens_terms.h"
 #include "io/scenes/scene_file.h"
 #include "io/scenes/xml_file.h"
@@ -284,15 +288,45 @@ class BlocksReader {
   std::size_t unposed_ = 0, aside_ = 0;
 };
 
+/// The members of an archive that are BlocksExchange documents.
+std::vector<std::string> zipped_documents(const ZipFile& archive) {
+  std::vector<std::string> documents;
+  for (const auto& [member, number] : archive.members())
+    if (lower_case(member).ends_with(".xml") && xml_root_in(archive.read(member, kXmlHead)) == "BlocksExchange")
+      documents.push_back(member);
+  return documents;
+}
+
+bool is_zipped(const fs::path& file) {
+  if (!is_zip(first_bytes(file, 4))) return false;
+  const FileBytes bytes(file, FileBytes::Use::in_places);
+  return !zipped_documents(ZipFile(file, bytes.view())).empty();
+}
+
+std::optional<fs::path> find_blocks(const fs::path& source) {
+  const auto found = find_file(source, ".xml", [](const fs::path& file) { return xml_root(file) == "BlocksExchange"; });
+  return found ? found : find_file(source, ".xmlz", is_zipped);
+}
+
+SceneFile parse_blocks(const fs::path& file, std::string_view bytes) {
+  if (!is_zip(bytes)) return BlocksReader(file, bytes).read();
+  const ZipFile archive(file, bytes);
+  const std::vector<std::string> documents = zipped_documents(archive);
+  if (documents.empty()) throw InputError(file, "", "holds no BlocksExchange XML");
+  if (documents.size() > 1)
+    throw InputError(file, "",
+                     "holds " + std::to_string(documents.size()) + " BlocksExchange documents, among them " +
+                         quote(documents[0]) + " and " + quote(documents[1]) + "; unpack it and name one");
+  const std::string text = archive.read(documents.front());
+  return BlocksReader(file, text).read();
+}
+
 }  // namespace
 
-extern const SceneFormat kBlocksExchange{
-    "BlocksExchange",
-    "a ContextCapture BlocksExchange XML file (or a folder with one)",
-    [](const fs::path& source) {
-      return find_file(source, ".xml", [](const fs::path& file) { return xml_root(file) == "BlocksExchange"; });
-    },
-    [](const fs::path& file, std::string_view text) { return BlocksReader(file, text).read(); },
-    {"images", "photos"}};
+extern const SceneFormat kBlocksExchange{"BlocksExchange",
+                                         "a ContextCapture BlocksExchange XML or XMLZ file (or a folder with one)",
+                                         find_blocks,
+                                         parse_blocks,
+                                         {"images", "photos"}};
 
 }  // namespace gpvc::io

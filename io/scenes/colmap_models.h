@@ -16,11 +16,10 @@ using DistortionTerm = double Distortion::*;
 /// Parameters are the focal lengths (one f, or fx and fy), cx, cy and the terms, in this order.
 struct ColmapModel {
   std::string_view name;
-  std::size_t focal_lengths = 0;  ///< 0: known only to be skipped and refused by name
+  std::size_t focal_lengths = 0;  ///< 0: of panoramas, whose parameters are width and height
   LensModel lens = LensModel::perspective;
   std::array<DistortionTerm, 12> all_terms{};  ///< null behind the last
 
-  bool is_supported() const { return focal_lengths > 0; }
   std::span<const DistortionTerm> terms() const {
     return {all_terms.begin(), std::find(all_terms.begin(), all_terms.end(), nullptr)};
   }
@@ -53,7 +52,7 @@ inline constexpr std::array<ColmapModel, 18> kModels{{
     {"SIMPLE_FISHEYE", 1, LensModel::equidistant, {}},
     {"FISHEYE", 2, LensModel::equidistant, {}},
     {"EUCM", 2, LensModel::unified, {&D::alpha, &D::beta}},
-    {"EQUIRECTANGULAR", 0, LensModel::perspective, {}},
+    {"EQUIRECTANGULAR", 0, LensModel::spherical, {}},
 }};
 
 }  // namespace colmap_terms

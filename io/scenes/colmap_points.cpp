@@ -120,7 +120,9 @@ std::vector<TiePoint> read_tie_points(const Scene& scene, std::size_t most) {
   const std::optional<std::filesystem::path> file = tie_points_file(scene);
   if (!file || most == 0) return {};
   std::unordered_map<std::uint32_t, ViewId> views;
-  for (std::uint32_t v = 0; v < scene.views.size(); ++v) views.emplace(scene.views[v].number, ViewId{v});
+  // Of a panorama's views, nothing says which shows a point.
+  for (std::uint32_t v = 0; v < scene.views.size(); ++v)
+    if (!is_spherical(scene.views[v].camera.distortion.model)) views.emplace(scene.views[v].number, ViewId{v});
   Sample sample(most);
   std::vector<ViewId> track;
   const auto take = [&](const WorldPoint& p, std::span<const std::uint32_t> images) {

@@ -1,10 +1,12 @@
 // COLMAP's sparse model, binary and text: https://colmap.github.io/format.html COLMAP's upper left pixel centre is
 // (0.5, 0.5), its camera frame x right, y down, z forward: both are ours. Poses are world-to-camera, x_camera = R
-// x_world + t, so the centre is -R^T t.
+// x_world + t, so the centre is -R^T t. EQUIRECTANGULAR (sensor/models.h) shows longitude 0, which is forward, in the
+// middle, right at its right, and up at the top.
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <numbers>
 #include <span>
 #include <unordered_map>
 
@@ -13,6 +15,7 @@
 #include "io/files/text_scan.h"
 #include "io/scenes/colmap_models.h"
 #include "io/scenes/colmap_scene.h"
+#include "io/scenes/panorama_views.h"
 
 namespace gpvc::io {
 
@@ -22,8 +25,7 @@ namespace fs = std::filesystem;
 
 std::string supported_models() {
   std::string names;
-  for (const ColmapModel& model : kColmapModels)
-    if (model.is_supported()) names += (names.empty() ? "" : ", ") + std::string(model.name);
+  for (const ColmapModel& model : kColmapModels) names += (names.empty() ? "" : ", ") + std::string(model.name);
   return "supported are " + names;
 }
 
@@ -36,12 +38,18 @@ struct ColmapCamera {
 
 using ColmapCameras = std::map<std::uint64_t, ColmapCamera>;
 
-/// \pre in.model->is_supported()
 Camera camera_from(const fs::path& file, const ColmapCamera& in) {
   const auto width = image_side(static_cast<double>(in.width)), height = image_side(static_cast<double>(in.height));
   if (!width || !height)
     throw InputError(file, in.place,
                      "an image size of " + std::to_string(in.width) + " x " + std::to_string(in.height));
+  if (in.model->focal_lengths == 0) {
+    if (in.parameters[0] != *width || in.parameters[1] != *height)
+      throw InputError(file, in.place, "the parameters of a panorama are not its width and height");
+    Camera panorama = panorama_camera(*width, *height, *height / std::numbers::pi);
+    finish_camera(file, in.place, panorama);
+    return panorama;
+  }
   Camera out;
   out.width = *width;
   out.height = *height;
@@ -63,9 +71,8 @@ struct ColmapImage {
   std::string_view name;
 };
 
-/// nullopt for an image whose lens is omitted.
-std::optional<View> view_from(const fs::path& images_file, const std::string& place, const ColmapImage& image,
-                              const fs::path& cameras_file, const ColmapCameras& cameras, OmittedLenses& omitted) {
+View view_from(const fs::path& images_file, const std::string& place, const ColmapImage& image,
+               const fs::path& cameras_file, const ColmapCameras& cameras) {
   View view;
   // COLMAP writes '/' on every system; programs for Windows that write its format do not.
   view.name = image.name.find('/') == std::string_view::npos ? with_slashes(image.name) : std::string(image.name);
@@ -75,12 +82,6 @@ std::optional<View> view_from(const fs::path& images_file, const std::string& pl
     throw InputError(images_file, place,
                      "image " + quote(image.name) + " refers to camera " + std::to_string(image.camera_id) +
                          ", which " + cameras_file.filename().string() + " does not list");
-  if (const ColmapModel& model = *camera->second.model; !model.is_supported()) {
-    const std::string name(model.name);
-    omitted.add(name, InputError(cameras_file, camera->second.place,
-                                 "camera model " + name + " is not supported; " + supported_models()));
-    return std::nullopt;
-  }
   view.camera = camera_from(cameras_file, camera->second);
   const std::string of_image = place + ": image " + quote(image.name);
   const std::optional<Matrix3> rotation = rotation_from_quaternion(image.quaternion);
@@ -142,7 +143,6 @@ void read_images_bin(const fs::path& file, std::string_view bytes, const fs::pat
   ByteReader reader(file, bytes);
   constexpr const char* kWhat = "the image list";
   const auto count = reader.read<std::uint64_t>(kWhat);
-  OmittedLenses omitted;
   ImageNumbers numbers;
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::string place = "byte " + std::to_string(bytes.size() - reader.remaining());
@@ -157,12 +157,9 @@ void read_images_bin(const fs::path& file, std::string_view bytes, const fs::pat
     constexpr std::uint64_t kPointBytes = 24;  // x, y, 3D point number
     if (points > reader.remaining() / kPointBytes) reader.fail("the file ends inside the points of an image");
     reader.take(points * kPointBytes, kWhat);
-    if (auto view = view_from(file, place, image, cameras_file, cameras, omitted)) {
-      view->number = number;
-      scene.views.push_back(std::move(*view));
-    }
+    View& view = scene.views.emplace_back(view_from(file, place, image, cameras_file, cameras));
+    view.number = number;
   }
-  omitted.report(scene);
 }
 
 // --- text
@@ -272,7 +269,6 @@ void check_points(const ModelLines& lines, std::string_view line) {
 void read_images_txt(const fs::path& file, std::string_view text, const fs::path& cameras_file,
                      const ColmapCameras& cameras, SceneFile& scene) {
   ModelLines lines(file, text, "images");
-  OmittedLenses omitted;
   ImageNumbers numbers;
   std::uint64_t count = 0;
   bool pose_ended = true;
@@ -286,14 +282,11 @@ void read_images_txt(const fs::path& file, std::string_view text, const fs::path
     for (double& t : image.translation) t = lines.number(line, "a translation");
     image.camera_id = lines.integer(line, "a camera number");
     image.name = trimmed(line);
-    if (auto view = view_from(file, lines.place(), image, cameras_file, cameras, omitted)) {
-      view->number = static_cast<std::uint32_t>(number);  // COLMAP's are no larger
-      scene.views.push_back(std::move(*view));
-    }
+    View& view = scene.views.emplace_back(view_from(file, lines.place(), image, cameras_file, cameras));
+    view.number = static_cast<std::uint32_t>(number);  // COLMAP's are no larger
     if (lines.next_raw(line)) check_points(lines, line);
   }
   lines.check_count(count, pose_ended, "the name of the last image", scene.warnings);
-  omitted.report(scene);
 }
 
 bool holds_model(const fs::path& folder, const char* extension) {

@@ -21,15 +21,18 @@
 //          x' = x (1 + K1 r2 + .. + K4 r8) + (P1 (r2 + 2 x x) + 2 P2 x y) (1 + P3 r2 + P4 r4),
 //          and y' in the same way, P1 and P2 in the other order than OpenCV's;
 //          u = w / 2 + cx + x' f + x' B1 + y' B2, v = h / 2 + cy + y' f.
+//          Of panoramas (spherical), u = w / 2 + f atan(X / Z), v = h / 2 + f atan(Y / sqrt(X^2 + Z^2)), f = w / (2 pi).
 //          Files of PhotoScan before 1.2 state fx, fy, skew, cx and cy from the corner, and P1, P2 as OpenCV does.
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
 #include "io/reference_system.h"
+#include "io/scenes/panorama_views.h"
 #include "io/scenes/scene_file.h"
 #include "io/scenes/xml_file.h"
 
@@ -112,23 +115,6 @@ class MetashapeReader {
     return best;
   }
 
-  /// `count` numbers of the node's text.
-  std::vector<double> numbers(const pugi::xml_node& node, std::size_t count) const {
-    std::string_view text = node.child_value();
-    std::vector<double> values;
-    for (std::string_view word = next_word(text); !word.empty(); word = next_word(text)) {
-      const std::optional<double> value = number_from(word);
-      if (!value || !std::isfinite(*value))
-        xml_.fail(node, "expected finite numbers in " + std::string(node.name()) + ", found " + quote(word));
-      if (values.size() == count) xml_.fail(node, "more than " + std::to_string(count) + " numbers");
-      values.push_back(*value);
-    }
-    if (values.size() != count)
-      xml_.fail(node, "expected " + std::to_string(count) + " numbers in " + node.name() + ", found " +
-                          std::to_string(values.size()));
-    return values;
-  }
-
   Matrix3 rotation_of(const pugi::xml_node& node, const Matrix3& m) const {
     const auto rotation = rotation_near(m);
     if (!rotation) xml_.fail(node, "the matrix in " + std::string(node.name()) + " is no rotation");
@@ -136,14 +122,14 @@ class MetashapeReader {
   }
 
   Matrix3 rotation_in(const pugi::xml_node& node) const {
-    const std::vector<double> m = numbers(node, 9);
+    const std::vector<double> m = xml_.numbers(node, 9);
     Matrix3 matrix{};
     std::copy(m.begin(), m.end(), matrix.begin());
     return rotation_of(node, matrix);
   }
 
   WorldPoint point_in(const pugi::xml_node& node) const {
-    const std::vector<double> p = numbers(node, 3);
+    const std::vector<double> p = xml_.numbers(node, 3);
     return {p[0], p[1], p[2]};
   }
 
@@ -152,7 +138,7 @@ class MetashapeReader {
     if (const pugi::xml_node node = transform.child("rotation")) out.rotation = rotation_in(node);
     if (const pugi::xml_node node = transform.child("translation")) out.translation = point_in(node);
     if (const pugi::xml_node node = transform.child("scale")) {
-      out.scale = numbers(node, 1)[0];
+      out.scale = xml_.numbers(node, 1)[0];
       if (!(out.scale > 0)) xml_.fail(node, "the scale is not positive");
     }
     return out;
@@ -190,15 +176,16 @@ class MetashapeReader {
       }
     }
     if (usable.empty() && other_sensor)
-      xml_.fail(other_sensor,
-                "a camera of type " + quote(type_of(other_sensor)) + " is not supported, frame and fisheye are");
+      xml_.fail(other_sensor, "a camera of type " + quote(type_of(other_sensor)) +
+                                  " is not supported; frame, fisheye and spherical are");
     if (usable.empty()) xml_.fail(chunk, "every camera with a transform is disabled");
     const auto [main, most] = *std::max_element(components.begin(), components.end(),
                                                 [](const auto& a, const auto& b) { return a.second < b.second; });
     scene_.warn(unplaced, "cameras without a transform are left out");
     scene_.warn(disabled, "disabled cameras are left out");
     for (const auto& [type, count] : other_lenses)
-      scene_.warn(count, "cameras are left out: their lens, " + quote(type) + ", is no perspective or fisheye one");
+      scene_.warn(count,
+                  "cameras are left out: their lens, " + quote(type) + ", is no perspective, fisheye or spherical one");
     scene_.warn(usable.size() - most, "cameras of other components than the largest are left out");
     std::erase_if(usable, [&, &id = main](const RigCamera& camera) { return component_of(camera) != id; });
     if (const auto component = of_component_.find(main); component != of_component_.end())
@@ -215,14 +202,16 @@ class MetashapeReader {
   void read_views(const std::vector<RigCamera>& cameras) {
     const std::vector<std::string> names = names_of(cameras);
     std::set<std::string> bands;
-    std::size_t slaves = 0;
+    std::size_t slaves = 0, moving = 0;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
       if (names[i].empty()) continue;
       read_view(cameras[i], names[i]);
       slaves += cameras[i].placed_by != cameras[i].node ? 1 : 0;
+      moving += moved(cameras[i].node) || moved(sensor_of(cameras[i].node)) ? 1 : 0;
       if (const std::string shown = bands_of(sensor_of(cameras[i].node)); !shown.empty()) bands.insert(shown);
     }
     scene_.warn(slaves, "cameras are placed by their master in a rig, having no transform of their own");
+    scene_.warn(moving, "cameras moved while their photos were read out (rolling shutter), which is not modelled");
     if (bands.size() < 2) return;
     std::string all;
     for (const std::string& shown : bands) all += (all.empty() ? "" : ", ") + quote(shown);
@@ -272,6 +261,23 @@ class MetashapeReader {
     return name + label;
   }
 
+  /// True if the movement of a camera, or of those of a sensor, is stated: the manual does not say how, so that anything
+  /// called rolling shutter counts unless it is said to be off.
+  static bool moved(const pugi::xml_node& of) {
+    const auto names_it = [](std::string_view name) { return lower_case(name).find("rolling_shutter") != name.npos; };
+    const auto is_on = [](std::string_view value) {
+      const std::string word = lower_case(trimmed(value));
+      return word != "0" && word != "false" && word != "disabled" && word != "none";
+    };
+    for (const pugi::xml_attribute attribute : of.attributes())
+      if (names_it(attribute.name()) && is_on(attribute.value())) return true;
+    for (const pugi::xml_node child : of.children()) {
+      if (names_it(child.name()) && is_on(child.child_value())) return true;
+      if (names_it(child.attribute("name").value()) && is_on(child.attribute("value").value())) return true;
+    }
+    return false;
+  }
+
   static std::string bands_of(const pugi::xml_node& sensor) {
     std::string bands;
     for (const pugi::xml_node band : sensor.child("bands").children("band")) {
@@ -297,7 +303,7 @@ class MetashapeReader {
     view.camera = camera->second;
 
     const pugi::xml_node transform = from.placed_by.child("transform");
-    const std::vector<double> m = numbers(transform, 16);
+    const std::vector<double> m = xml_.numbers(transform, 16);
     Placement chunk_from_camera{rotation_of(transform, {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}),
                                 {m[3], m[7], m[11]}};
     if (from.placed_by != from.node)
@@ -348,18 +354,24 @@ class MetashapeReader {
     if (type == "frame") return LensModel::perspective;
     if (type == "fisheye" || type == "equidistant_fisheye") return LensModel::equidistant;
     if (type == "equisolid_fisheye") return LensModel::equisolid;
+    if (type == "spherical") return LensModel::spherical;
     return std::nullopt;
   }
 
   Camera camera_of(const pugi::xml_node& sensor) const {
     const pugi::xml_node node = calibration_of(sensor);
-    if (!node) xml_.fail(sensor, "the sensor of a camera has no calibration");
     Camera camera;
     Distortion& d = camera.distortion;
     d.model = model_of(type_of(sensor)).value();  // read_cameras left out those of other types
     const pugi::xml_node resolution = node.child("resolution") ? node.child("resolution") : sensor.child("resolution");
     camera.width = side_of(sensor, resolution, "width");
     camera.height = side_of(sensor, resolution, "height");
+    if (is_spherical(d.model)) {
+      camera = panorama_camera(camera.width, camera.height, camera.width / (2 * std::numbers::pi));
+      finish_camera(xml_.path(), xml_.place(sensor), camera);
+      return camera;
+    }
+    if (!node) xml_.fail(sensor, "the sensor of a camera has no calibration");
     const auto term = [&](const char* name) { return xml_.number(node, name).value_or(0); };
     constexpr LensTerm kTerms[] = {{"k1", &Distortion::k1}, {"k2", &Distortion::k2}, {"k3", &Distortion::k3},
                                    {"k4", &Distortion::k4}, {"p1", &Distortion::p2}, {"p2", &Distortion::p1},

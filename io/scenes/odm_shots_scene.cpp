@@ -1,4 +1,4 @@
-// What WebODM's all.zip keeps of an OpenDroneMap run: odm_report/shots.geojson, cameras.json and
+// What WebODM's all.zip, unpacked or not, keeps of an OpenDroneMap run: odm_report/shots.geojson, cameras.json and
 // odm_georeferencing/coords.txt. opendm/shots.py and opendm/cameras.py of OpenDroneMap.
 //
 //   {"features": [{"properties": {"filename": "a.jpg", "camera": "v2 ...", "rotation": [..], "translation": [..]}}]}
@@ -9,10 +9,12 @@
 //          length.
 // World    the projected system less the offset of coords.txt: that of the run's meshes. Without georeferencing the
 //          rotations are scaled along with the coordinates and mean nothing, so coords.txt must be there.
+// Archive  members are named as the files are, below a folder where somebody packed the run's folder again.
 #include <map>
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
+#include "io/files/zip_file.h"
 #include "io/scenes/opensfm_scene.h"
 
 namespace gpvc::io {
@@ -87,7 +89,9 @@ class OdmShotsReader {
       omitted_.add(camera->second.lens, *camera->second.refusal);
       return;
     }
-    if (shot.contains("focal") && shots_.number(place, shot, "focal") != focal_of(id, cameras_.root()[id]))
+    // Panoramas have none.
+    if (!is_spherical(camera->second.camera.distortion.model) && shot.contains("focal") &&
+        shots_.number(place, shot, "focal") != focal_of(id, cameras_.root()[id]))
       ++other_focal_;
     View view;
     view.name = with_slashes(shots_.text(place, shot, "filename"));
@@ -107,31 +111,82 @@ class OdmShotsReader {
   std::size_t other_focal_ = 0;
 };
 
+constexpr std::string_view kShots = "odm_report/shots.geojson", kCameras = "cameras.json",
+                           kCoords = "odm_georeferencing/coords.txt", kProj = "odm_georeferencing/proj.txt";
+
+/// What the names of an archive's members begin with if it is a run's; nullopt if it is not.
+std::optional<std::string> run_in(const ZipFile& archive) {
+  for (const auto& [member, number] : archive.members()) {
+    if (!member.ends_with(kShots)) continue;
+    const std::string folder = member.substr(0, member.size() - kShots.size());
+    if ((folder.empty() || folder.ends_with('/')) && archive.has(folder + std::string(kCameras))) return folder;
+  }
+  return std::nullopt;
+}
+
 /// Of a run's folder that has no reconstruction, which says more.
 std::optional<fs::path> find_odm_shots(const fs::path& source) {
-  const fs::path shots = is_folder(source) ? source / "odm_report" / "shots.geojson" : source;
+  if (is_zip(first_bytes(source, 4))) {
+    const FileBytes bytes(source, FileBytes::Use::in_places);
+    return run_in(ZipFile(source, bytes.view())) ? std::optional(source) : std::nullopt;
+  }
+  const fs::path shots = is_folder(source) ? source / kShots : source;
   if (lower_case(shots.extension().string()) != ".geojson" || !is_file(shots)) return std::nullopt;
   const fs::path project = folder_of(shots) / "..";
-  if (!is_file(project / "cameras.json")) return std::nullopt;
+  if (!is_file(project / kCameras)) return std::nullopt;
   if (is_folder(source) && is_file(source / "opensfm" / "reconstruction.json")) return std::nullopt;
   return shots;
 }
 
-SceneFile read_odm_shots(const fs::path& shots) {
-  const fs::path project = folder_of(shots) / "..", cameras = project / "cameras.json";
-  const FileBytes shots_bytes(shots), cameras_bytes(cameras);
-  SceneFile scene = parse_odm_shots(shots, shots_bytes.view(), cameras, cameras_bytes.view());
-  const fs::path georeferencing = project / "odm_georeferencing";
-  if (!is_file(georeferencing / "coords.txt"))
-    throw InputError(georeferencing / "coords.txt", "",
+/// The parts of a run.
+struct RunFiles {
+  fs::path shots, cameras, coords;
+  std::string_view shots_text, cameras_text, coords_text, proj_text;  ///< the last two are empty where there is none
+};
+
+SceneFile read_run(const RunFiles& run) {
+  SceneFile scene = parse_odm_shots(run.shots, run.shots_text, run.cameras, run.cameras_text);
+  if (run.coords_text.empty())
+    throw InputError(run.coords, "",
                      "is missing: the shots' positions are less its offset in the run's meshes, and without "
                      "georeferencing their rotations are of no use");
-  read_georeferencing(georeferencing, scene);
+  parse_georeferencing(run.coords, run.coords_text, run.proj_text, scene);
   for (View& view : scene.views) {
     view.pose.centre.x -= scene.offset.x;
     view.pose.centre.y -= scene.offset.y;
   }
-  scene.files = {shots, cameras};
+  return scene;
+}
+
+SceneFile read_archive(const fs::path& file) {
+  const FileBytes bytes(file, FileBytes::Use::in_places);
+  const ZipFile archive(file, bytes.view());
+  const std::string folder = run_in(archive).value();
+  const auto text_of = [&](std::string_view member) {
+    const std::string name = folder + std::string(member);
+    return archive.has(name) ? archive.read(name) : std::string();
+  };
+  const std::string shots = text_of(kShots), cameras = text_of(kCameras), coords = text_of(kCoords),
+                    proj = text_of(kProj);
+  SceneFile scene = read_run(
+      {file / folder / kShots, file / folder / kCameras, file / folder / kCoords, shots, cameras, coords, proj});
+  scene.listing = file;
+  scene.files = {file};
+  scene.image_folders = {folder_of(file) / "images", folder_of(file)};
+  return scene;
+}
+
+SceneFile read_odm_shots(const fs::path& found) {
+  if (is_zip(first_bytes(found, 4))) return read_archive(found);
+  const fs::path project = folder_of(found) / "..", cameras = project / kCameras, coords = project / kCoords;
+  const FileBytes shots_bytes(found), cameras_bytes(cameras);
+  std::optional<FileBytes> coords_bytes, proj_bytes;
+  if (is_file(coords)) coords_bytes.emplace(coords);
+  if (is_file(project / kProj)) proj_bytes.emplace(project / kProj);
+  const auto text_of = [](const std::optional<FileBytes>& bytes) { return bytes ? bytes->view() : std::string_view(); };
+  SceneFile scene = read_run(
+      {found, cameras, coords, shots_bytes.view(), cameras_bytes.view(), text_of(coords_bytes), text_of(proj_bytes)});
+  scene.files = {found, cameras};
   scene.image_folders = {project / "images", project};
   return scene;
 }
@@ -145,7 +200,7 @@ SceneFile parse_odm_shots(const fs::path& shots, std::string_view shots_text, co
 }
 
 extern const SceneFormat kOdmShots{"OpenDroneMap shots",
-                                   "WebODM's all.zip unpacked (with odm_report/shots.geojson and cameras.json)",
+                                   "WebODM's all.zip, packed or not (with odm_report/shots.geojson and cameras.json)",
                                    find_odm_shots,
                                    nullptr,
                                    {},

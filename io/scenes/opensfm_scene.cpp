@@ -9,7 +9,8 @@
 // Lens     perspective, simple_radial, radial and brown as OpenCV's five terms; fisheye and fisheye_opencv as
 //          OpenCV's fisheye. fisheye62 and fisheye624 add tangential and prism terms, which act on what the
 //          projection makes (camera_distortions_functions.h, Disto624), not on what the radial terms make of it as
-//          in Project Aria's model of that name: LensModel::equidistant. Terms that a file does not state are 0 and
+//          in Project Aria's model of that name: LensModel::equidistant. spherical (equirectangular) has longitude and
+//          latitude over 2 pi for x and y. Terms that a file does not state are 0 and
 //          the projection is perspective, as in its io.py.
 // World    east, north, up about reference_lla where positions were known. OpenDroneMap replaces it by UTM less an
 //          offset, which stands in odm_georeferencing/coords.txt, and keeps the former as
@@ -20,11 +21,13 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
 #include "io/number_text.h"
+#include "io/scenes/panorama_views.h"
 
 namespace gpvc::io {
 
@@ -67,13 +70,19 @@ OpensfmCamera read_opensfm_camera(const JsonFile& json, const std::string& id, c
   if (!in.is_object()) json.fail(place, "expected an object");
   OpensfmCamera result;
   result.lens = in.contains("projection_type") ? json.text(place, in, "projection_type") : "perspective";
+  if (result.lens == "spherical" || result.lens == "equirectangular") {
+    const int width = json.side(place, in, "width"), height = json.side(place, in, "height");
+    result.camera = panorama_camera(width, height, width / (2 * std::numbers::pi));
+    finish_camera(json.path(), place, result.camera);
+    return result;
+  }
   const auto projection = std::find_if(projections::kAll.begin(), projections::kAll.end(),
                                        [&](const Projection& p) { return p.type == result.lens; });
   if (projection == projections::kAll.end()) {
     result.refusal = InputError(json.path(), place,
                                 "projection type " + quote(result.lens) +
                                     " is not supported; supported are perspective, simple_radial, radial, brown, "
-                                    "fisheye, fisheye_opencv, fisheye62 and fisheye624");
+                                    "fisheye, fisheye_opencv, fisheye62, fisheye624 and spherical");
     return result;
   }
   Camera& camera = result.camera;
@@ -100,18 +109,19 @@ void read_georeferencing(const fs::path& folder, SceneFile& scene) {
                              coords.string() + " is missing");
     return;
   }
+  std::optional<FileBytes> definition;
+  if (is_file(proj)) definition.emplace(proj);
   const FileBytes bytes(coords);
-  std::string_view text = bytes.view();
+  parse_georeferencing(coords, bytes.view(), definition ? definition->view() : std::string_view(), scene);
+}
+
+void parse_georeferencing(const fs::path& coords, std::string_view text, std::string_view proj_text, SceneFile& scene) {
   scene.srs = next_line(text);
   const auto x = number_from(next_word(text)), y = number_from(next_word(text));
   if (!x || !y || !std::isfinite(*x) || !std::isfinite(*y))
     throw InputError(coords, "line 2", "expected easting and northing of the offset");
   scene.offset = {*x, *y, 0};
-  if (is_file(proj)) {
-    const FileBytes definition(proj);
-    std::string_view line = definition.view();
-    if (const std::string_view first = next_line(line); !first.empty()) scene.srs = first;
-  }
+  if (const std::string_view first = next_line(proj_text); !first.empty()) scene.srs = first;
 }
 
 namespace {

@@ -21,6 +21,9 @@ OpensfmCamera read_opensfm_camera(const JsonFile& json, const std::string& id, c
 /// OpenDroneMap's coords.txt in the folder odm_georeferencing: the system, then easting and northing of the offset.
 /// proj.txt states the system better. A warning where there is none. Throws InputError.
 void read_georeferencing(const std::filesystem::path& folder, SceneFile& scene);
+/// The same from the bytes of both files; `proj_text` is empty where there is none.
+void parse_georeferencing(const std::filesystem::path& coords, std::string_view coords_text, std::string_view proj_text,
+                          SceneFile& scene);
 
 /// From the bytes of shots.geojson and cameras.json, with the offset of coords.txt still in all positions. Throws
 /// InputError.

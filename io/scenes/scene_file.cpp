@@ -1,23 +1,26 @@
 #include "io/scenes/scene_file.h"
 
+#include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/images/mask_file.h"
 #include "io/scene_files.h"
+#include "io/scenes/panorama_views.h"
 #include "io/scenes/photo_files.h"
 #include "io/scenes/xml_file.h"
 
 namespace gpvc::io {
 
 // One a format, each defined in its NAME_scene.cpp.
-extern const SceneFormat kAlicevision, kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kNvm, kOdmShots, kOpenmvg,
-    kOpenmvs, kOpensfm, kOpf, kPix4d, kRealityCsv, kRealityXmp, kTransforms;
+extern const SceneFormat kAlicevision, kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kMicmac, kNvm, kOdmShots,
+    kOpenmvg, kOpenmvs, kOpensfm, kOpf, kPix4d, kRealityCsv, kRealityXmp, kTransforms;
 
 std::span<const SceneFormat* const> scene_formats() {
   static constexpr const SceneFormat* kFormats[] = {
-      &kAlicevision, &kBlocksExchange, &kBundler, &kCam, &kColmap, &kMetashape,  &kNvm,        &kOdmShots,
+      &kAlicevision, &kBlocksExchange, &kBundler, &kCam, &kColmap, &kMetashape,  &kMicmac,     &kNvm,       &kOdmShots,
       &kOpenmvg,     &kOpenmvs,        &kOpensfm, &kOpf, &kPix4d,  &kRealityCsv, &kRealityXmp, &kTransforms};
   return kFormats;
 }
@@ -76,7 +79,7 @@ std::string describe_other(const fs::path& source) {
     return "is a Metashape project; export its cameras as XML (File > Export > Export Cameras)";
   if (extension == ".p4d") return "is a Pix4Dmapper project; give the folder 1_initial/params of its results";
   const std::string head = first_bytes(source, 256);
-  if (head.starts_with("PK\3\4")) return "is a zip archive; unpack it";
+  if (head.starts_with("PK\3\4")) return "is a zip archive of which nothing is read as it is; unpack it";
   const std::size_t text = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
   if (head.empty()) return "is empty";
   if (head.starts_with("ply")) return "is a mesh; the scene goes before it";
@@ -147,9 +150,46 @@ void refuse_missing(const SceneFile& scene, const std::vector<bool>& needed, con
                          folder.string() + ": " + named);
 }
 
+/// The views that the stages work with, by name, and for each which one of the file's it comes from.
+struct FinalViews {
+  std::vector<View> views;
+  std::vector<std::size_t> sources;
+};
+
+FinalViews final_views(const std::vector<View>& of_file, const fs::path& listing) {
+  std::vector<std::pair<View, std::size_t>> all;
+  for (std::size_t i = 0; i < of_file.size(); ++i)
+    for (View& view : views_of(of_file[i])) all.emplace_back(std::move(view), i);
+  std::ranges::sort(all, {}, [](const auto& view) -> const std::string& { return view.first.name; });
+  FinalViews result;
+  for (auto& [view, source] : all) {
+    if (!result.views.empty() && result.views.back().name == view.name)
+      throw InputError(listing, "", "lists two images of which '" + view.name + "' would be a view");
+    result.views.push_back(std::move(view));
+    result.sources.push_back(source);
+  }
+  return result;
+}
+
+/// Which of the file's views need their photo.
+std::vector<bool> needed_views(const SceneFile& file, const SceneOptions& options) {
+  if (!options.needed) return std::vector<bool>(file.views.size(), true);
+  const FinalViews all = final_views(file.views, file.listing);
+  const std::vector<bool> wanted = options.needed(all.views);
+  std::vector<bool> needed(file.views.size(), false);
+  for (std::size_t v = 0; v < wanted.size(); ++v)
+    if (wanted[v]) needed[all.sources[v]] = true;
+  return needed;
+}
+
 /// x' = x / N holds exactly for pixel centres at (0.5, 0.5); what is left over at the right and bottom is cut.
 Camera reduced(const View& view, int factor) {
   Camera camera = view.camera;
+  // Both of its sides must meet.
+  if (is_panorama(view) && camera.width % factor != 0)
+    throw InputError(view.photo, "",
+                     "is a panorama " + std::to_string(camera.width) + " pixels wide, which cannot be reduced by " +
+                         std::to_string(factor) + ": expected a factor of its width");
   camera.width /= factor;
   camera.height /= factor;
   if (camera.width < 1 || camera.height < 1)
@@ -172,19 +212,18 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   if (file.views.empty()) throw InputError(file.listing, "", "lists no image with a pose");
   normalize_names(file);
   add_folders_behind_link(file);
-  const std::vector<bool> needed =
-      options.needed ? options.needed(file.views) : std::vector<bool>(file.views.size(), true);
+  const std::vector<bool> needed = needed_views(file, options);
   const fs::path folder = find_photos(file, needed, options);
   if (!options.allow_missing_photos) refuse_missing(file, needed, folder);
   fit_cameras(file, needed);
   find_masks(file, options);
   Scene scene;
   scene.source = source;
-  scene.views = std::move(file.views);
-  for (View& view : scene.views) {
+  for (View& view : file.views) {
     if (view.camera.width != 0) view.camera = reduced(view, options.downscale);
     view.reduction = options.downscale;
   }
+  scene.views = final_views(file.views, file.listing).views;
   scene.srs = std::move(file.srs);
   scene.offset = file.offset;
   scene.other_frames = std::move(file.other_frames);

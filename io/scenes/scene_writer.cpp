@@ -45,7 +45,10 @@ constexpr Named<LensModel> kProjectionNames[] = {{"the perspective projection", 
                                                  {"the field-of-view projection", LensModel::fov},
                                                  {"the inverse radial projection", LensModel::inverse_radial},
                                                  {"the division projection", LensModel::division},
-                                                 {"the unified projection", LensModel::unified}};
+                                                 {"the unified projection", LensModel::unified},
+                                                 {"a panorama's projection", LensModel::spherical},
+                                                 {"a panorama's projection", LensModel::spherical_up},
+                                                 {"a panorama's projection", LensModel::spherical_down}};
 
 /// The first of COLMAP's models that states the whole lens, or else the one of its projection with the most terms;
 /// nullptr when no model has its projection.

@@ -56,17 +56,34 @@ double XmlFile::needed(const pugi::xml_node& parent, const char* child) const {
   return *value;
 }
 
+std::vector<double> XmlFile::numbers(const pugi::xml_node& node, std::size_t count) const {
+  std::string_view text = node.child_value();
+  std::vector<double> values;
+  for (std::string_view word = next_word(text); !word.empty(); word = next_word(text)) {
+    const std::optional<double> value = number_from(word);
+    if (!value || !std::isfinite(*value))
+      fail(node, "expected finite numbers in " + std::string(node.name()) + ", found " + quote(word));
+    if (values.size() == count) fail(node, "more than " + std::to_string(count) + " numbers");
+    values.push_back(*value);
+  }
+  if (values.size() != count)
+    fail(node, "expected " + std::to_string(count) + " numbers in " + node.name() + ", found " +
+                   std::to_string(values.size()));
+  return values;
+}
+
 int XmlFile::side(const pugi::xml_node& parent, const char* child) const {
   const std::optional<int> side = image_side(needed(parent, child));
   if (!side) fail(parent.child(child), std::string(child) + " is not a whole number of 1 to 2^24 pixels");
   return *side;
 }
 
-std::string xml_root(const std::filesystem::path& file) {
-  const std::string head = first_bytes(file, 1u << 14);
+std::string xml_root(const std::filesystem::path& file) { return xml_root_in(first_bytes(file, kXmlHead)); }
+
+std::string xml_root_in(std::string_view head) {
   // Past the declaration, comments and a document type, the first '<' opens the root.
-  for (std::size_t at = head.find('<'); at != std::string::npos; at = head.find('<', at)) {
-    const std::string_view rest = std::string_view(head).substr(at + 1);
+  for (std::size_t at = head.find('<'); at != std::string_view::npos; at = head.find('<', at)) {
+    const std::string_view rest = head.substr(at + 1);
     if (rest.starts_with("!--")) {
       at = head.find("-->", at + 4);
     } else if (rest.starts_with("?") || rest.starts_with("!")) {
@@ -75,7 +92,7 @@ std::string xml_root(const std::filesystem::path& file) {
       const std::size_t end = rest.find_first_of(" \t\r\n/>");
       return end == std::string_view::npos ? std::string() : std::string(rest.substr(0, end));
     }
-    if (at == std::string::npos) break;
+    if (at == std::string_view::npos) break;
   }
   return {};
 }

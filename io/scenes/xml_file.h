@@ -6,6 +6,7 @@
 #include <pugixml.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/error.h"
 
@@ -31,6 +32,8 @@ class XmlFile {
   std::optional<double> number(const pugi::xml_node& parent, const char* child) const;
   /// Throws also when there is no such child.
   double needed(const pugi::xml_node& parent, const char* child) const;
+  /// The numbers that the node holds, with blanks between. Throws unless they are `count` finite ones.
+  std::vector<double> numbers(const pugi::xml_node& node, std::size_t count) const;
   /// As needed(), for a whole number from 1 to 2^24.
   int side(const pugi::xml_node& parent, const char* child) const;
   const std::filesystem::path& path() const { return file_; }
@@ -41,7 +44,12 @@ class XmlFile {
   pugi::xml_document document_;
 };
 
-/// The name of a document's root, from the file's first bytes; empty if it is not XML.
+/// The first bytes of a document that xml_root needs; what comes before the root is shorter.
+inline constexpr std::size_t kXmlHead = std::size_t{1} << 14;
+
+/// The name of a document's root, from its first bytes; empty if it is not XML.
+std::string xml_root_in(std::string_view head);
+/// The same of a file.
 std::string xml_root(const std::filesystem::path& file);
 
 }  // namespace gpvc::io

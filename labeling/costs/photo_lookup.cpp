@@ -9,13 +9,17 @@ namespace gpvc::labeling {
 
 PhotoLookup::PhotoLookup(const Camera& camera) : camera_(camera) {
   if (camera.distortion.is_identity()) return;
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr PhotoPoint kUnknown{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   columns_ = camera.width / kStep + 2;
   const int rows = camera.height / kStep + 2;
   nodes_.reserve(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows));
+  if (shows_pole(camera.distortion.model)) {
+    nodes_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows), kUnknown);
+    return;
+  }
   for (int j = 0; j < rows; ++j)
     for (int i = 0; i < columns_; ++i)
-      nodes_.push_back(photo_from_pixel(camera, {i * kStep + 0.5, j * kStep + 0.5}).value_or(PhotoPoint{kNan, kNan}));
+      nodes_.push_back(photo_from_pixel(camera, {i * kStep + 0.5, j * kStep + 0.5}).value_or(kUnknown));
 }
 
 std::optional<std::size_t> PhotoLookup::pixel(int x, int y) const {

@@ -41,7 +41,7 @@ class PhotoLookup {
 
   Camera camera_;
   int columns_ = 0;
-  std::vector<PhotoPoint> nodes_;  ///< empty: no distortion; NaN where the lens model folds
+  std::vector<PhotoPoint> nodes_;  ///< empty: no distortion; NaN where the lens model folds, and about a pole
 };
 
 }  // namespace gpvc::labeling

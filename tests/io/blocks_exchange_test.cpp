@@ -1,5 +1,6 @@
 #include "io/scene_files.h"
 #include "tests/support/scene_folder.h"
+#include "tests/support/zip_archive.h"
 
 namespace gpvc::io {
 namespace {
@@ -279,6 +280,34 @@ TEST(BlocksExchange, RefusesWithLineAndExpectation) {
   EXPECT_TRUE(contains(input_error([] { parse("<BlocksExchange/>"); }), "no photo has a pose"));
   EXPECT_TRUE(contains(input_error([] { parse("<other/>"); }), "expected <BlocksExchange>"));
   EXPECT_TRUE(contains(input_error([] { parse(""); }), "XML"));
+}
+
+TEST(BlocksExchange, ReadsXmlz) {
+  const test::TemporaryFolder folder;
+  test::write_photo(folder.path() / "north/one two.jpg", 400, 300);
+  test::write_photo(folder.path() / "three.jpg", 300, 400);
+  folder.write("block.xml", kBlocks);
+  const SceneOptions options{.images_dir = folder.path()};
+  const Scene plain = read_scene(folder.path() / "block.xml", options);
+  std::filesystem::remove(folder.path() / "block.xml");
+  // The guide does not say how the document is called, nor that it is alone.
+  folder.write("block.xmlz", test::zipped({{"Block 1/export.XML", kBlocks}, {"other.xml", "<other/>"}, {"a.txt", ""}}));
+  for (const std::filesystem::path& source : {folder.path(), folder.path() / "block.xmlz"}) {
+    const Scene scene = read_scene(source, options);
+    EXPECT_EQ(scene.format, "BlocksExchange");
+    EXPECT_EQ(scene.read_from, folder.path() / "block.xmlz");
+    ASSERT_EQ(scene.views.size(), plain.views.size());
+    for (std::size_t v = 0; v < plain.views.size(); ++v) {
+      EXPECT_EQ(scene.views[v].name, plain.views[v].name);
+      EXPECT_EQ(scene.views[v].camera, plain.views[v].camera);
+      EXPECT_EQ(scene.views[v].pose.centre, plain.views[v].pose.centre);
+    }
+  }
+  const auto error = [&](const std::string& bytes) { return input_error([&] { parse(bytes); }); };
+  EXPECT_TRUE(contains(error(test::zipped({{"other.xml", "<other/>"}})), "holds no BlocksExchange XML"));
+  EXPECT_TRUE(contains(error(test::zipped({{"a.xml", kBlocks}, {"b.xml", kBlocks}})),
+                       "holds 2 BlocksExchange documents, among them 'a.xml' and 'b.xml'"));
+  EXPECT_TRUE(contains(error(test::zipped({{"a.xml", replaced(kBlocks, "<M_00>1", "<M_00>2")}})), "no rotation"));
 }
 
 TEST(BlocksExchange, TellsDegreesByTheirSystem) {

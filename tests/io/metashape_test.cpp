@@ -317,15 +317,44 @@ TEST(Metashape, FindsPhotosOfRepeatedLabels) {
 
 TEST(Metashape, LeavesOutLensesThatItDoesNotKnow) {
   std::string text = replaced(kCameras, "sensor_id=\"2\"", "sensor_id=\"9\"");
+  text = replaced(replaced(text, "type=\"spherical\"", "type=\"cylindrical\""), "type=\"spherical\"",
+                  "type=\"cylindrical\"");
   const SceneFile scene = parse(text);
   EXPECT_EQ(scene.views.size(), 2);
-  EXPECT_EQ(scene.warnings.back(), "1 cameras are left out: their lens, 'spherical', is no perspective or fisheye one");
-  // Panoramas are exported without a calibration, too.
+  EXPECT_EQ(scene.warnings.back(),
+            "1 cameras are left out: their lens, 'cylindrical', is no perspective, fisheye or spherical one");
+}
+
+TEST(Metashape, ReadsPanoramas) {
+  std::string text = replaced(kCameras, "sensor_id=\"2\"", "sensor_id=\"9\"");
+  const Camera camera = view_named(parse(text), "older.jpg").camera;
+  EXPECT_EQ(camera, test::panorama_of(8, 4, 4 / std::numbers::pi));
+  // They are exported without a calibration, too.
   text = replaced(text,
                   "<calibration type=\"spherical\" class=\"adjusted\"><resolution width=\"8\" "
                   "height=\"4\"/><f>1</f></calibration>",
                   "");
-  EXPECT_EQ(parse(text).warnings, scene.warnings);
+  EXPECT_EQ(view_named(parse(text), "older.jpg").camera, camera);
+}
+
+TEST(Metashape, WarnsOfRollingShutters) {
+  const auto warning = [](const std::string& text) {
+    const SceneFile scene = parse(text);
+    return scene.warnings.empty() ? std::string() : scene.warnings.back();
+  };
+  const std::string movement = "moved while their photos were read out (rolling shutter), which is not modelled";
+  const std::string sensor =
+      "<resolution width=\"400\" height=\"300\"/>\n        <calibration type=\"frame\" class=\"initial\">";
+  const auto with = [&](const std::string& member) { return replaced(kCameras, sensor, member + sensor); };
+  EXPECT_FALSE(contains(warning(kCameras), movement));
+  for (const char* off :
+       {"<rolling_shutter>0</rolling_shutter>", "<property name=\"rolling_shutter\" value=\"disabled\"/>"})
+    EXPECT_FALSE(contains(warning(with(off)), movement)) << off;
+  for (const char* on : {"<rolling_shutter>1</rolling_shutter>", "<property name=\"rolling_shutter\" value=\"full\"/>"})
+    EXPECT_EQ(warning(with(on)), "1 cameras " + movement) << on;
+  EXPECT_EQ(warning(replaced(kCameras, "label=\"DJI_0001\">",
+                             "label=\"DJI_0001\"><rolling_shutter>1 0 0 0</rolling_shutter>")),
+            "1 cameras " + movement);
 }
 
 TEST(Metashape, MatchesLabelsWithoutExtension) {
@@ -349,11 +378,11 @@ TEST(Metashape, RefusesWithLineAndExpectation) {
   const auto error = [](std::string_view from, std::string_view to) {
     return input_error([&] { parse(replaced(kCameras, from, to)); });
   };
-  std::string spherical = kCameras;
+  std::string other = replaced(kCameras, "type=\"spherical\" class", "type=\"cylindrical\" class");
   for (const char* sensor : {"0", "1", "2"})
-    spherical = replaced(spherical, std::string(" sensor_id=\"") + sensor + "\" label", " sensor_id=\"9\" label");
-  EXPECT_TRUE(contains(input_error([&] { parse(spherical); }),
-                       "a camera of type 'spherical' is not supported, frame and fisheye are"));
+    other = replaced(other, std::string(" sensor_id=\"") + sensor + "\" label", " sensor_id=\"9\" label");
+  EXPECT_TRUE(contains(input_error([&] { parse(other); }),
+                       "a camera of type 'cylindrical' is not supported; frame, fisheye and spherical are"));
   EXPECT_TRUE(contains(error("sensor_id=\"2\"", "sensor_id=\"8\""), "sensor '8' is not in the file"));
   EXPECT_TRUE(contains(error("1 0 0 1 0 1 0 2", "1 0 0 1 0 1 0"), "expected 16 numbers in transform, found 15"));
   EXPECT_TRUE(contains(error("1 0 0 1 0 1 0 2", "1 0 0 1 0 1 0 2 3"), "more than 16 numbers"));

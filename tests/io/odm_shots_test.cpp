@@ -3,6 +3,7 @@
 #include "io/scene_files.h"
 #include "io/scenes/opensfm_scene.h"
 #include "tests/support/scene_folder.h"
+#include "tests/support/zip_archive.h"
 
 namespace gpvc::io {
 namespace {
@@ -66,6 +67,33 @@ TEST_F(OdmShots, NeedsTheOffset) {
   EXPECT_TRUE(contains(input_error([&] { read(); }), "coords.txt: is missing"));
 }
 
+TEST_F(OdmShots, ReadsTheArchiveItself) {
+  const Scene unpacked = read();
+  // As NodeODM packs it, and a folder of it that somebody packed again. Photos lie beside it.
+  for (const std::string below : {"", "project/"}) {
+    const std::string bytes = test::zipped({{below + "cameras.json", kCameras},
+                                            {below + "odm_georeferencing/coords.txt", kCoords},
+                                            {below + "odm_georeferencing/proj.txt", "+proj=utm +zone=16"},
+                                            {below + "odm_report/shots.geojson", kShots}});
+    folder.write("all.zip", bytes);
+    const Scene scene = read("all.zip");
+    EXPECT_EQ(scene.format, "OpenDroneMap shots");
+    EXPECT_EQ(scene.read_from, folder.path() / "all.zip");
+    EXPECT_EQ(scene.files, std::vector{folder.path() / "all.zip"});
+    EXPECT_EQ(scene.srs, "+proj=utm +zone=16");
+    EXPECT_EQ(scene.offset, unpacked.offset);
+    ASSERT_EQ(scene.views.size(), 1);
+    EXPECT_EQ(scene.views[0].photo, folder.path() / "images/a.jpg");
+    EXPECT_EQ(scene.views[0].camera, unpacked.views[0].camera);
+    EXPECT_EQ(scene.views[0].pose.centre, unpacked.views[0].pose.centre);
+    EXPECT_EQ(scene.views[0].pose.rotation, unpacked.views[0].pose.rotation);
+  }
+  folder.write("all.zip", test::zipped({{"cameras.json", kCameras}, {"odm_report/shots.geojson", kShots}}));
+  EXPECT_TRUE(contains(input_error([&] { read("all.zip"); }), "all.zip/odm_georeferencing/coords.txt: is missing"));
+  folder.write("all.zip", test::zipped({{"cameras.json", kCameras}, {"odm_report/shots.geojson", "{"}}));
+  EXPECT_TRUE(contains(input_error([&] { read("all.zip"); }), "all.zip/odm_report/shots.geojson"));
+}
+
 TEST(OdmShotsFile, TurnsFromWorldToCamera) {
   // A quarter turn about z from the camera that looks down: x_camera = R x_world, R = Rz(90) Rx(180). The vector of the
   // product is half a turn about (1, 1, 0).
@@ -90,6 +118,16 @@ TEST(OdmShotsFile, FindsTheCamerasOfOlderRuns) {
       contains(input_error([&] { parse(replaced(older, "0.9", "0.7"), two); }), "no camera in cameras.json has"));
 }
 
+// Shots state a focal length, panoramas have none.
+TEST(OdmShotsFile, ReadsPanoramas) {
+  const SceneFile scene = parse(kShots, replaced(kCameras, "\"brown\"", "\"spherical\""));
+  EXPECT_EQ(scene.views.at(0).camera, test::panorama_of(400, 300, 400 / (2 * std::numbers::pi)));
+  EXPECT_TRUE(scene.warnings.empty());
+  const std::string plain = R"({"dji fc330 400 300 brown 0.9 rgb": {"projection_type": "equirectangular", "width": 400,
+    "height": 200}})";
+  EXPECT_EQ(parse(kShots, plain).views.at(0).camera.height, 200);
+}
+
 TEST(OdmShotsFile, WarnsOfSplitRuns) {
   EXPECT_TRUE(parse(kShots).warnings.empty());
   const SceneFile scene = parse(replaced(kShots, "\"focal\": 0.9", "\"focal\": 0.91"));
@@ -106,8 +144,8 @@ TEST(OdmShotsFile, RefusesWithPlaceAndExpectation) {
   EXPECT_TRUE(contains(error("\"rotation\"", "\"r\""), "rotation"));
   EXPECT_TRUE(contains(error("a.jpg", ""), "expected the name of a photo"));
   EXPECT_TRUE(contains(input_error([&] { parse(kShots, "{}"); }), "cameras.json: expected an object of cameras"));
-  EXPECT_TRUE(contains(input_error([&] { parse(kShots, replaced(kCameras, "\"brown\"", "\"spherical\"")); }),
-                       "projection type 'spherical' is not supported"));
+  EXPECT_TRUE(contains(input_error([&] { parse(kShots, replaced(kCameras, "\"brown\"", "\"dual\"")); }),
+                       "projection type 'dual' is not supported"));
 }
 
 TEST(OdmShotsFile, SurvivesCuts) {

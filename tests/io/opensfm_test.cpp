@@ -111,10 +111,19 @@ TEST(OpenSfm, TakesTheLargestReconstruction) {
 
 TEST(OpenSfm, LeavesOutShotsOfLensesItDoesNotKnow) {
   const std::string dual = replaced(kReconstruction, "\"brown\"", "\"dual\"");
-  const SceneFile scene = parse(replaced(dual, "\"fisheye_opencv\"", "\"spherical\""));
+  const SceneFile scene = parse(replaced(dual, "\"fisheye_opencv\"", "\"cylindrical\""));
   ASSERT_EQ(scene.views.size(), 2);
   EXPECT_EQ(view_named(scene, "p.jpg").camera.width, 400);
-  EXPECT_EQ(scene.warnings.at(1), "2 images are left out: their lenses, 'dual', 'spherical', are not supported");
+  EXPECT_EQ(scene.warnings.at(1), "2 images are left out: their lenses, 'cylindrical', 'dual', are not supported");
+}
+
+// One that shows less than all latitudes has as many pixels a radian downwards as across.
+TEST(OpenSfm, ReadsPanoramas) {
+  for (const char* type : {"\"spherical\"", "\"equirectangular\""}) {
+    const SceneFile scene = parse(replaced(kReconstruction, "\"perspective\"", type));
+    const Camera& camera = view_named(scene, "p.jpg").camera;
+    EXPECT_EQ(camera, test::panorama_of(camera.width, camera.height, camera.width / (2 * std::numbers::pi)));
+  }
 }
 
 TEST(OpenSfm, TurnsBySmallAndZeroAngles) {
@@ -202,11 +211,11 @@ TEST(OpenSfm, RefusesWithPlaceAndExpectation) {
   const auto error = [](std::string_view from, std::string_view to) {
     return input_error([&] { parse(replaced(kReconstruction, from, to)); });
   };
-  std::string panorama = kReconstruction;
+  std::string dual = kReconstruction;
   for (const char* type : {"perspective", "brown", "fisheye", "fisheye_opencv"})
-    panorama = replaced(panorama, "\"" + std::string(type) + "\"", "\"spherical\"");
-  EXPECT_TRUE(contains(input_error([&] { parse(panorama); }),
-                       "camera 'b': projection type 'spherical' is not supported; supported are perspective"));
+    dual = replaced(dual, "\"" + std::string(type) + "\"", "\"dual\"");
+  EXPECT_TRUE(contains(input_error([&] { parse(dual); }),
+                       "camera 'b': projection type 'dual' is not supported; supported are perspective"));
   EXPECT_TRUE(contains(error("\"focal_x\": 0.9,", ""), "camera 'b': has no 'focal_x'"));
   EXPECT_TRUE(contains(error("\"k3\": 0.003, \"p1\"", "\"k3\": \"\", \"p1\""), "expected a number as 'k3'"));
   EXPECT_TRUE(contains(error("\"brown\"", "3"), "camera 'b': expected a text as 'projection_type'"));

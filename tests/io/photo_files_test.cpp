@@ -1,5 +1,6 @@
 #include "io/scene_files.h"
 #include "tests/support/scene_folder.h"
+#include "tests/support/zip_archive.h"
 
 namespace gpvc::io {
 namespace {
@@ -309,7 +310,9 @@ TEST(SceneFormats, SaysWhatIsMissingOrToBeExported) {
   folder.write("project.psx", "<document version=\"1.2.0\" path=\"{projectname}.files/project.zip\"/>");
   EXPECT_TRUE(contains(error("project.psx"), "is a Metashape project; export its cameras as XML"));
   folder.write("all.zip", std::string("PK\3\4", 4) + "...");
-  EXPECT_TRUE(contains(error("all.zip"), "is a zip archive; unpack it"));
+  EXPECT_TRUE(contains(error("all.zip"), "all.zip: cannot be read as a zip archive, or ends too early"));
+  folder.write("model.zip", test::zipped({{"sparse/0/cameras.bin", "x"}}));
+  EXPECT_TRUE(contains(error("model.zip"), "is a zip archive of which nothing is read as it is; unpack it"));
 }
 
 TEST(SceneFormats, RefusesAFolderOfTwo) {

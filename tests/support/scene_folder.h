@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <string>
 #include <string_view>
@@ -44,6 +45,14 @@ inline const View& view_named(const io::SceneFile& scene, std::string_view name)
   for (const View& view : scene.views)
     if (view.name == name) return view;
   throw std::logic_error("no view " + std::string(name));
+}
+
+/// The camera of a panorama as a reader hands it over, of this many pixels a radian downwards.
+inline Camera panorama_of(int width, int height, double down) {
+  Camera camera{width, height, width / (2 * std::numbers::pi), down, width / 2.0, height / 2.0, {}};
+  camera.distortion.model = LensModel::spherical;
+  limit_distortion(camera);
+  return camera;
 }
 
 /// Every file cut short is refused; `harmless`: bytes at the end without meaning.

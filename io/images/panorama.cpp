@@ -1,0 +1,33 @@
+// Panoramas continued beyond their sides, as their views take them.
+#include <algorithm>
+
+#include "io/images.h"
+#include "io/images/mask_file.h"
+#include "io/lens/spherical.h"
+
+namespace gpvc::io {
+
+Image continue_around(const Image& panorama) {
+  const int before = columns_before(panorama.width), behind = columns_behind(panorama.width);
+  Image out{before + panorama.width + behind, panorama.height, panorama.channels, {}};
+  out.pixels.reserve(pixel_index(0, out.height, out.width) * static_cast<std::size_t>(out.channels));
+  for (int y = 0; y < panorama.height; ++y)
+    for (const auto& [first, count] :
+         {std::pair(panorama.width - before, before), std::pair(0, panorama.width), std::pair(0, behind)}) {
+      const std::uint8_t* from = panorama.at(0, y) + std::ptrdiff_t{first} * panorama.channels;
+      out.pixels.insert(out.pixels.end(), from, from + std::ptrdiff_t{count} * panorama.channels);
+    }
+  return out;
+}
+
+PhotoExclusion continue_around(const PhotoExclusion& panorama) {
+  const int width = panorama.width, before = columns_before(width);
+  PhotoExclusion out = empty_exclusion(before + width + columns_behind(width), panorama.height);
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x)
+      if (panorama.excludes((x - before + width) % width, y))
+        exclude(out, static_cast<std::size_t>(x), static_cast<std::size_t>(y));
+  return out;
+}
+
+}  // namespace gpvc::io

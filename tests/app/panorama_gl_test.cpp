@@ -1,0 +1,159 @@
+// A room of known colours, textured from equirectangular photos.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "app/cli/view_lists.h"
+#include "app/pipeline/pipeline.h"
+#include "io/bilinear.h"
+#include "io/images.h"
+#include "io/photos.h"
+#include "io/scene_files.h"
+#include "io/vector.h"
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+constexpr int kAround = 640, kDown = 320;
+constexpr std::array<double, 3> kRoomHalf{2, 1.5, 1.2};  ///< the room's size about the origin, metres
+constexpr int kWallCells = 12;                           ///< along each edge of a wall
+
+/// Waves of a metre and more: 7 grey levels a pixel of a photo at most.
+Rgb color_at(const WorldPoint& p) {
+  return {128 + 60 * std::sin(2.1 * p.x + 3.3 * p.y), 128 + 60 * std::sin(3.1 * p.z - 2.2 * p.y + 1),
+          128 + 60 * std::cos(2.7 * p.x + 2.3 * p.z)};
+}
+
+/// The walls, seen from inside.
+Mesh room() {
+  Mesh mesh;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-1.0, 1.0}) {
+      const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+      const auto at = [&](int i, int j) { return first + static_cast<std::uint32_t>(j * (kWallCells + 1) + i); };
+      for (int j = 0; j <= kWallCells; ++j)
+        for (int i = 0; i <= kWallCells; ++i) {
+          std::array<double, 3> p{};
+          const auto a = static_cast<std::size_t>(axis), b = (a + 1) % 3, c = (a + 2) % 3;
+          p[a] = side * kRoomHalf[a];
+          p[b] = (2.0 * i / kWallCells - 1) * kRoomHalf[b];
+          p[c] = (2.0 * j / kWallCells - 1) * kRoomHalf[c];
+          mesh.positions.push_back({p[0], p[1], p[2]});
+        }
+      for (int j = 0; j < kWallCells; ++j)
+        for (int i = 0; i < kWallCells; ++i)
+          for (Triangle face : {Triangle{at(i, j), at(i + 1, j), at(i + 1, j + 1)},
+                                Triangle{at(i, j), at(i + 1, j + 1), at(i, j + 1)}}) {
+            if (side > 0) std::swap(face[1], face[2]);
+            mesh.faces.push_back(face);
+          }
+    }
+  return mesh;
+}
+
+using Quaternion = std::array<double, 4>;
+
+std::array<double, 9> rotation_of(const Quaternion& q) {
+  const auto [w, x, y, z] = q;
+  return {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+          2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+          2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+}
+
+/// The wall that a ray from inside meets.
+WorldPoint wall_at(const WorldPoint& from, const WorldPoint& d) {
+  const std::array<double, 3> o{from.x, from.y, from.z}, v{d.x, d.y, d.z};
+  double t = std::numeric_limits<double>::infinity();
+  for (std::size_t a = 0; a < 3; ++a)
+    if (v[a] != 0) t = std::min(t, (std::copysign(kRoomHalf[a], v[a]) - o[a]) / v[a]);
+  return {from.x + t * d.x, from.y + t * d.y, from.z + t * d.z};
+}
+
+Image panorama_at(const WorldPoint& centre, const std::array<double, 9>& r) {
+  Image image{kAround, kDown, 3, std::vector<std::uint8_t>(std::size_t{3} * kAround * kDown)};
+  for (int y = 0; y < kDown; ++y)
+    for (int x = 0; x < kAround; ++x) {
+      const double longitude = ((x + 0.5) / kAround - 0.5) * 2 * std::numbers::pi,
+                   down = ((y + 0.5) / kDown - 0.5) * std::numbers::pi;
+      const double cx = std::cos(down) * std::sin(longitude), cy = std::sin(down),
+                   cz = std::cos(down) * std::cos(longitude);
+      const Rgb color = color_at(wall_at(centre, {r[0] * cx + r[3] * cy + r[6] * cz, r[1] * cx + r[4] * cy + r[7] * cz,
+                                                  r[2] * cx + r[5] * cy + r[8] * cz}));
+      for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(color[c]));
+    }
+  return image;
+}
+
+TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
+  const test::TemporaryFolder folder;
+  const WorldPoint centres[] = {{0.4, 0.3, 0.1}, {-0.7, -0.2, -0.3}};
+  const Quaternion turns[] = {{0.5, -0.5, 0.5, -0.5}, {0.8, 0.36, -0.48, 0}};
+  std::string images;
+  std::filesystem::create_directory(folder.path() / "images");
+  for (std::size_t n = 0; n < 2; ++n) {
+    const auto r = rotation_of(turns[n]);
+    const WorldPoint& c = centres[n];
+    io::write_image(folder.path() / fmt::format("images/{}.png", n), panorama_at(c, r), io::ImageFormat::png, 0);
+    images += fmt::format("{} {} {} {} {} {} {} {} 1 {}.png\n\n", n + 1, turns[n][0], turns[n][1], turns[n][2],
+                          turns[n][3], -(r[0] * c.x + r[1] * c.y + r[2] * c.z), -(r[3] * c.x + r[4] * c.y + r[5] * c.z),
+                          -(r[6] * c.x + r[7] * c.y + r[8] * c.z), n);
+  }
+  folder.write("cameras.txt", fmt::format("1 EQUIRECTANGULAR {0} {1} {0} {1}\n", kAround, kDown));
+  folder.write("images.txt", images);
+  const Scene scene = io::read_scene(folder.path(), {});
+  ASSERT_EQ(scene.views.size(), 12);
+  // The photo's name means all of its views.
+  for (const char* name : {"0.png", "0"}) {
+    const std::vector<ViewId> others = cli::used_views(scene.views, "", name);
+    ASSERT_EQ(others.size(), 6) << name;
+    EXPECT_EQ(scene.views[index(others[0])].name, "1/back.png");
+  }
+  EXPECT_EQ(cli::used_views(scene.views, "1/up.png,0/*", "").size(), 7);
+  EXPECT_THROW(cli::used_views(scene.views, "front.png", ""), cli::UsageError);
+  const Mesh mesh = room();
+  io::PhotoCache photos(scene, 1, std::size_t{1} << 24);
+  pipeline::Observer silent;
+  const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, {}, photos, silent);
+  // Frames overlap, so that every face lies whole in one.
+  const auto [seen, partial, unseen] = pipeline::count_tags(textured.tags);
+  EXPECT_EQ(seen, mesh.faces.size());
+  EXPECT_EQ(partial + unseen, 0);
+  EXPECT_GE(std::set<ViewId>(textured.selection.labels.begin(), textured.selection.labels.end()).size(), 6);
+
+  const io::TexturedModel& model = textured.atlas.model;
+  double sum = 0, worst = 0;
+  std::size_t count = 0;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    for (const auto& [a, b] : {std::pair(1 / 3.0, 1 / 3.0), std::pair(0.8, 0.1), std::pair(0.1, 0.8)}) {
+      const std::array<double, 3> weights{a, b, 1 - a - b};
+      WorldPoint p;
+      double u = 0, v = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        p = p + weights[i] * mesh.positions[mesh.faces[f][i]];
+        const io::TexCoord& t = model.texcoords[model.face_texcoords[f][i]];
+        u += weights[i] * static_cast<double>(t.u);
+        v += weights[i] * static_cast<double>(t.v);
+      }
+      const Image& page = textured.atlas.pages.at(model.face_page[f]);
+      const Rgb shown = bilinear(page, u * page.width, v * page.height), expected = color_at(p);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double error = std::abs(shown[c] - expected[c]);
+        sum += error;
+        worst = std::max(worst, error);
+        ++count;
+      }
+    }
+  // A pixel is 7 levels wide at most. A panorama whose sides do not meet, or a view turned the wrong way, is off by 100.
+  EXPECT_LT(sum / static_cast<double>(count), 1);
+  EXPECT_LT(worst, 7);
+}
+
+}  // namespace
+}  // namespace gpvc
