@@ -26,6 +26,44 @@ synth::Exposure exposure_of(const SynthOptions& options, std::size_t view) {
           kVignetting * synth::synth_chance(seed, number, 8102)};
 }
 
+// How far the middle of a photo moves over its exposure, in pixels: evenly spread over a disc.
+PixelPoint shake_of(const SynthOptions& options, std::size_t view) {
+  const auto number = static_cast<std::uint32_t>(view);
+  for (std::uint32_t n = 0;; n += 2) {
+    const auto chance = [&](std::uint32_t what) {
+      return 2 * synth::synth_chance(options.flight.seed, number, 8200 + n + what) - 1;
+    };
+    const double x = chance(0), y = chance(1);
+    if (x * x + y * y <= 1) return {options.shake_px * x, options.shake_px * y};
+  }
+}
+
+double travel_of(const SynthOptions& options, std::size_t view) {
+  return options.travel_m * synth::synth_chance(options.flight.seed, static_cast<std::uint32_t>(view), 8103);
+}
+
+double focus_of(const SynthOptions& options) {
+  return options.focus_m.value_or(options.flight.size_m * options.flight.range);
+}
+
+synth::Shot shot_of(const SynthOptions& options, const Camera& camera, std::size_t view) {
+  synth::Shot shot;
+  shot.exposure = exposure_of(options, view);
+  shot.lens = {options.aperture_m, focus_of(options)};
+  // A camera that turns about its y axis by the small angle w moves what is in its middle by -fx * w to the right.
+  const PixelPoint shake = shake_of(options, view);
+  shot.shake.turn_rad = {shake.y / camera.fy, -shake.x / camera.fx, 0};
+  shot.shake.travel_m = {travel_of(options, view), 0, 0};
+  shot.visibility_m = options.visibility_m;
+  shot.rays = options.rays;
+  return shot;
+}
+
+// True if clean photos would be others.
+bool imperfect(const SynthOptions& o) {
+  return o.exposure || o.cars > 0 || o.aperture_m > 0 || o.shake_px > 0 || o.travel_m > 0 || o.visibility_m > 0;
+}
+
 Json options_json(const SynthOptions& o) {
   return {{"faces", o.faces},
           {"photos", o.flight.photos},
@@ -39,6 +77,12 @@ Json options_json(const SynthOptions& o) {
           {"mesh_noise_m", o.mesh_noise_m},
           {"exposure", o.exposure},
           {"cars", o.cars},
+          {"aperture_m", o.aperture_m},
+          {"focus_m", focus_of(o)},
+          {"shake_px", o.shake_px},
+          {"travel_m", o.travel_m},
+          {"visibility_m", o.visibility_m},
+          {"rays", o.rays},
           {"ids", o.ids},
           {"offset", Json::array({o.offset.x, o.offset.y, o.offset.z})},
           {"quality", o.quality}};
@@ -81,11 +125,14 @@ void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views,
     synth::SynthScene moving;
     if (options.cars > 0) moving = synth::make_cars({options.flight, 0}, static_cast<std::uint32_t>(v), options.cars);
     const synth::SynthPhoto photo =
-        renderer.photo(view.camera, view.pose, exposure_of(options, v), options.cars > 0 ? &moving : nullptr);
+        renderer.photo(view.camera, view.pose, shot_of(options, view.camera, v), options.cars > 0 ? &moving : nullptr);
     io::write_image(folder.file("images/" + view.name), photo.image, io::ImageFormat::jpg, options.quality);
     if (!options.ids) continue;
     io::write_image(folder.file("ids/" + view.name + ".png"),
                     id_picture(photo.surfaces, view.camera.width, view.camera.height), io::ImageFormat::png, 0);
+    if (imperfect(options))
+      io::write_image(folder.file("clean/" + view.name), renderer.photo(view.camera, view.pose).image,
+                      io::ImageFormat::jpg, options.quality);
   }
   record.end(fmt::format("{} of {} x {}", views.size(), options.flight.width, options.flight.height));
 }
@@ -98,7 +145,11 @@ void write_truth(const SynthOptions& options, const synth::SynthScene& scene, co
   Json photos = Json::object();
   for (std::size_t v = 0; v < views.size(); ++v) {
     const synth::Exposure e = exposure_of(options, v);
-    photos[views[v].name] = {{"gain", e.gain}, {"vignetting", e.vignetting}};
+    const PixelPoint shake = shake_of(options, v);
+    photos[views[v].name] = {{"gain", e.gain},
+                             {"vignetting", e.vignetting},
+                             {"shake_px", Json::array({shake.x, shake.y})},
+                             {"travel_m", travel_of(options, v)}};
     least = std::min(least, e.at(1));
     most = std::max(most, e.gain);
   }

@@ -16,7 +16,8 @@ namespace {
 
 constexpr WorldPoint kSun{0.4514015204477136, -0.32099663676281853, 0.8325850266035605};  // unit length
 
-constexpr std::size_t kSamples = 4;  // a pixel, traced together
+constexpr std::size_t kSamples = 4;   // positions in a pixel, whose rays are traced together
+constexpr Color kSky{206, 218, 232};  // also of haze
 
 struct Ray {
   WorldPoint origin, direction;
@@ -26,7 +27,7 @@ struct Ray {
 struct SurfacePoint {
   bool sky = true;
   WorldPoint position, normal;  // of the side that is seen
-  Color albedo{206, 218, 232};
+  Color albedo = kSky;
   std::uint32_t surface = kNoSurface;
 };
 
@@ -185,8 +186,8 @@ struct SynthRenderer::State {
     return lit;
   }
 
-  // The mean colour of the samples; invalid ones are black. `surface`: the surface that all of them see.
-  Color color(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid,
+  // The mean colour of the rays; invalid ones are black. `surface`: the surface that all of them see.
+  Color color(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid, double visibility_m,
               std::uint32_t& surface) const {
     Points points;
     first_points(rays, valid, points);
@@ -199,7 +200,34 @@ struct SynthRenderer::State {
       const SurfacePoint& p = points[i];
       double light = p.sky ? 1 : 0.42 + 0.13 * p.normal.z;
       if (lit[i] != 0) light += 0.55 * dot(p.normal, kSun);
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += p.albedo[c] * light * (1.0 / kSamples);
+      const double kept = p.sky ? 1 : haze_transmission(length(p.position - rays[i].origin), visibility_m);
+      for (std::size_t c = 0; c < 3; ++c)
+        sum[c] += (p.albedo[c] * light * kept + kSky[c] * (1 - kept)) * (1.0 / kSamples);
+    }
+    return sum;
+  }
+
+  // The mean colour of a pixel whose positions on the image plane start at `at`.
+  Color pixel(const Pose& pose, const Shot& shot, int x, int y, const PixelPoint* at, std::uint32_t& surface) const {
+    const auto rounds = static_cast<std::uint32_t>(shot.sharp() ? 1 : static_cast<std::size_t>(shot.rays) / kSamples);
+    std::array<bool, kSamples> valid{};
+    for (std::size_t s = 0; s < kSamples; ++s) valid[s] = !std::isnan(at[s].x);
+    Color sum{};
+    for (std::uint32_t round = 0; round < rounds; ++round) {
+      std::array<Ray, kSamples> rays;
+      for (std::size_t s = 0; s < kSamples; ++s) {
+        CameraRay ray{{}, {at[s].x, at[s].y, 1}};
+        if (!shot.sharp()) {
+          const auto n = static_cast<std::uint32_t>(round * kSamples + s);
+          ray = shot_ray(shot, at[s].x, at[s].y,
+                         lens_sample(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), n));
+        }
+        rays[s] = {pose.centre + to_world_axes(pose, ray.origin), to_world_axes(pose, ray.direction)};
+      }
+      std::uint32_t seen = kNoSurface;
+      const Color c = color(rays, valid, shot.visibility_m, seen);
+      for (std::size_t i = 0; i < 3; ++i) sum[i] += c[i] * (1.0 / rounds);
+      surface = round == 0 || seen == surface ? seen : kMixedSurfaces;
     }
     return sum;
   }
@@ -241,8 +269,7 @@ SynthRenderer::SynthRenderer(const SynthScene& scene) : state_(std::make_unique<
 
 SynthRenderer::~SynthRenderer() = default;
 
-SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Exposure& exposure,
-                                const SynthScene* moving) {
+SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Shot& shot, const SynthScene* moving) {
   SynthPhoto photo;
   Image& image = photo.image;
   image.width = camera.width;
@@ -263,18 +290,10 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Ex
       State::plane_row(camera, y, own_row.data());
       at = own_row.data();
     }
-    std::array<Ray, kSamples> rays;
-    std::array<bool, kSamples> valid{};
-    for (int x = 0; x < camera.width; ++x) {
-      for (std::size_t s = 0; s < kSamples; ++s) {
-        const double cx = at->x, cy = at->y;
-        ++at;
-        valid[s] = !std::isnan(cx);
-        rays[s] = {pose.centre, to_world_axes(pose, {cx, cy, 1})};
-      }
-      const Color c = state_->color(rays, valid, photo.surfaces[pixel_index(x, y, camera.width)]);
+    for (int x = 0; x < camera.width; ++x, at += kSamples) {
+      const Color c = state_->pixel(pose, shot, x, y, at, photo.surfaces[pixel_index(x, y, camera.width)]);
       const double dx = x + 0.5 - half_x, dy = y + 0.5 - half_y;
-      const double gain = exposure.at((dx * dx + dy * dy) / (half_x * half_x + half_y * half_y));
+      const double gain = shot.exposure.at((dx * dx + dy * dy) / (half_x * half_x + half_y * half_y));
       std::uint8_t* out = image.at(x, y);
       for (std::size_t i = 0; i < 3; ++i) out[i] = static_cast<std::uint8_t>(std::clamp(gain * c[i] + 0.5, 0.0, 255.0));
     }

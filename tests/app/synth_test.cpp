@@ -168,8 +168,10 @@ TEST(SynthRenderer, ExposureScalesColorsAndDarkensCorners) {
   const Overhead at;
   const synth::SynthScene city = synth::make_city(at.options);
   synth::SynthRenderer renderer(city);
+  synth::Shot half;
+  half.exposure = {0.5, 0.4};
   const Image plain = renderer.photo(at.view.camera, at.view.pose).image,
-              dark = renderer.photo(at.view.camera, at.view.pose, {0.5, 0.4}).image;
+              dark = renderer.photo(at.view.camera, at.view.pose, half).image;
   for (const auto& [x, y, share] : {std::array<double, 3>{80, 60, 0}, {0, 0, 1}, {159, 119, 1}})
     for (int c = 0; c < 3; ++c)
       EXPECT_NEAR(dark.at(static_cast<int>(x), static_cast<int>(y))[c],
