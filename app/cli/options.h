@@ -71,7 +71,8 @@ struct SynthOptions : CommandOptions {
   double gap_m = 20;              ///< terrain: between the two layers
   double mesh_noise_m = 0;        ///< each coordinate of the written mesh is off by up to this
   bool exposure = false;          ///< a gain and vignetting for each photo
-  int cars = 0;                   ///< moving, in each photo
+  synth::Unmodelled unmodelled;   ///< city: what the mesh lacks
+  bool reflections = false;       ///< of window panes
   double aperture_m = 0;          ///< 0: a pinhole
   std::optional<double> focus_m;  ///< depth of the plane in focus; empty: what cameras look at
   double shake_px = 0;            ///< most that a photo's middle moves during the exposure

@@ -94,8 +94,15 @@ void add_imperfections(const OptionGroup& group, SynthOptions& options) {
   group.number("--mesh-noise", options.mesh_noise_m, 0.0, 100.0, "M",
                "Move each coordinate of each vertex of the written mesh by up to M metres; photos show the true mesh");
   group.flag("--exposure", options.exposure, "Give each photo its own gain, 0.7 to 1.4, and darker corners");
-  if (options.kind == SynthKind::city)
-    group.number("--cars", options.cars, 0, 1000, "N", "Moving cars in each photo, none of them in the mesh");
+  if (options.kind == SynthKind::city) {
+    synth::Unmodelled& what = options.unmodelled;
+    group.number("--cars", what.cars, 0, 1000, "N", "Moving cars in each photo, none of them in the mesh");
+    group.number("--people", what.people, 0, 10000, "N", "People in each photo, elsewhere in each, none in the mesh");
+    group.flag("--fences", what.fences,
+               "Put wire fences a metre before a wall of each building: photos show them, the mesh lacks them");
+    group.flag("--reflections", options.reflections,
+               "Let window panes mirror sky, sun and houses, so that each photo shows them in another colour");
+  }
   add_blur(group, options);
   group.parsed(
       "--offset", [&options](const std::string& text) { parse_offset(text, options.offset); }, "X,Y,Z", "0,0,0",
@@ -130,7 +137,8 @@ Writes to DIR: images/, mesh.ply, colmap/ (text model), run.json; and the truth:
 (surface per face), surfaces.json (parameters of the true colours), truth.json (gains, shakes),
 ids/NAME.png (the surface that each pixel shows, one colour per surface), true_mesh.ply if
 --mesh-noise is given, and clean/ if photos are imperfect: the same photos without blur, haze,
-gains and what the mesh lacks, for gpvc evaluate --images. The same options give the same bytes.
+reflections, gains and what the mesh lacks, for gpvc evaluate --images; unmodelled/NAME.png, how
+much of each pixel such things cover, if there are any. The same options give the same bytes.
 
 )",
                          kind.contents, name));

@@ -44,6 +44,7 @@ struct Shot {
   /// Rays a pixel of a photo with an aperture or shake, a multiple of 4: one for each of as many places on the lens and
   /// moments of the exposure. Sharp photos take 4.
   int rays = 64;
+  bool reflections = false;  ///< window panes mirror sky, sun and what is around them
   bool sharp() const { return lens.aperture_m == 0 && shake.none(); }
 };
 

@@ -58,6 +58,8 @@ struct SynthScene {
   bool endless_ground = false;              ///< photos show surfaces[0] at z = 0 beyond the mesh, too
 };
 
+/// True if the point of the surface lies in the glass of a window.
+bool in_window_pane(const Surface& surface, const WorldPoint& p);
 /// Albedo at a point of the surface, with the surface's tint.
 Color surface_albedo(const Surface& surface, const WorldPoint& p);
 
@@ -68,9 +70,10 @@ inline constexpr std::uint32_t kNoSurface = 0xFFFFFFFFu;
 
 struct SynthPhoto {
   Image image;
-  /// Per pixel the surface that all its samples see, kMixedSurfaces or kNoSurface. Surfaces of moving objects are numbered
-  /// from the number of the scene's surfaces on.
+  /// Per pixel the surface that all its samples see, kMixedSurfaces or kNoSurface. Surfaces of unmodelled objects are
+  /// numbered from the number of the scene's surfaces on.
   std::vector<std::uint32_t> surfaces;
+  std::vector<std::uint8_t> unmodelled;  ///< per pixel the share of its rays that meet such objects first, of 255
 };
 
 /// Renders photos of a scene with sun and shadows. Holds an Embree scene.
@@ -81,9 +84,10 @@ class SynthRenderer {
   SynthRenderer(const SynthRenderer&) = delete;
   SynthRenderer& operator=(const SynthRenderer&) = delete;
 
-  /// A photo through the camera's lens distortion, at 2 x 2 positions a pixel. Uses all TBB threads. `moving`: objects
-  /// that are in this photo only. \pre shot.rays is a positive multiple of 4
-  SynthPhoto photo(const Camera& camera, const Pose& pose, const Shot& shot = {}, const SynthScene* moving = nullptr);
+  /// A photo through the camera's lens distortion, at 2 x 2 positions a pixel. Uses all TBB threads. `unmodelled`:
+  /// objects that are in this photo and not in the scene. \pre shot.rays is a positive multiple of 4
+  SynthPhoto photo(const Camera& camera, const Pose& pose, const Shot& shot = {},
+                   const SynthScene* unmodelled = nullptr);
   /// True if nothing lies between a point of face `face` and the camera centre: the first face that the ray from the
   /// centre hits is `face` or, in double precision, no nearer than the point.
   bool sees(const Pose& pose, const WorldPoint& p, std::uint32_t face) const;
