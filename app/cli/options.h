@@ -52,6 +52,7 @@ struct SceneInput {
 
 struct TextureOptions : CommandOptions {
   SceneInput input;
+  std::filesystem::path allow;  ///< rules about photos; empty: none
   pipeline::Settings settings;
 };
 
