@@ -140,6 +140,9 @@ class CandidateCollector {
   std::span<const std::byte> statistics_of(ViewId id) const;
   /// Takes them instead of add_view(). False, and the view is not added, if they are of another mesh.
   bool add_statistics(ViewId id, std::span<const std::byte> statistics);
+  /// Drops what views see of faces that `allowed` refuses them; the views' statistics_of() is then of the rest. Returns the
+  /// faces that some view saw and none does any longer, ascending. O(faces + records).
+  std::vector<FaceId> restrict_views(const std::function<bool(FaceId, ViewId)>& allowed);
   /// The candidates of a face are its full views. They are its partial views, at a cost that grows with the hidden share,
   /// where it has no full view, where all full views are outliers, or where all of them have the face within the strip
   /// along silhouettes and some partial view has less than half of it there. To be called once. `graph`: the mesh's

@@ -52,6 +52,7 @@ struct SceneInput {
 
 struct TextureOptions : CommandOptions {
   SceneInput input;
+  std::filesystem::path allow;  ///< rules about photos; empty: none
   pipeline::Settings settings;
 };
 
@@ -68,12 +69,19 @@ struct SynthOptions : CommandOptions {
   SynthKind kind = SynthKind::city;
   synth::FlightOptions flight;
   std::size_t faces = 60000;
-  double gap_m = 20;        ///< terrain: between the two layers
-  double mesh_noise_m = 0;  ///< each coordinate of the written mesh is off by up to this
-  bool exposure = false;    ///< a gain and vignetting for each photo
-  int cars = 0;             ///< moving, in each photo
-  bool ids = true;          ///< write ids/NAME.png
-  WorldPoint offset;        ///< added to all coordinates
+  double gap_m = 20;              ///< terrain: between the two layers
+  double mesh_noise_m = 0;        ///< each coordinate of the written mesh is off by up to this
+  bool exposure = false;          ///< a gain and vignetting for each photo
+  synth::Unmodelled unmodelled;   ///< city: what the mesh lacks
+  bool reflections = false;       ///< of window panes
+  double aperture_m = 0;          ///< 0: a pinhole
+  std::optional<double> focus_m;  ///< depth of the plane in focus; empty: what cameras look at
+  double shake_px = 0;            ///< most that a photo's middle moves during the exposure
+  double travel_m = 0;            ///< most that the camera moves along the photo's width meanwhile
+  double visibility_m = 0;        ///< in haze; 0: clear air
+  int rays = 64;                  ///< a pixel of a blurred photo
+  bool ids = true;                ///< write ids/ and clean/
+  WorldPoint offset;              ///< added to all coordinates
   int quality = 95;
 };
 

@@ -26,6 +26,47 @@ synth::Exposure exposure_of(const SynthOptions& options, std::size_t view) {
           kVignetting * synth::synth_chance(seed, number, 8102)};
 }
 
+// How far the middle of a photo moves over its exposure, in pixels: evenly spread over a disc.
+PixelPoint shake_of(const SynthOptions& options, std::size_t view) {
+  if (options.shake_px == 0) return {};
+  const auto number = static_cast<std::uint32_t>(view);
+  for (std::uint32_t n = 0;; n += 2) {
+    const auto chance = [&](std::uint32_t what) {
+      return 2 * synth::synth_chance(options.flight.seed, number, 8200 + n + what) - 1;
+    };
+    const double x = chance(0), y = chance(1);
+    if (x * x + y * y <= 1) return {options.shake_px * x, options.shake_px * y};
+  }
+}
+
+double travel_of(const SynthOptions& options, std::size_t view) {
+  return options.travel_m * synth::synth_chance(options.flight.seed, static_cast<std::uint32_t>(view), 8103);
+}
+
+double focus_of(const SynthOptions& options) {
+  return options.focus_m.value_or(options.flight.size_m * options.flight.range);
+}
+
+synth::Shot shot_of(const SynthOptions& options, const Camera& camera, std::size_t view) {
+  synth::Shot shot;
+  shot.exposure = exposure_of(options, view);
+  shot.lens = {options.aperture_m, focus_of(options)};
+  // A camera that turns about its y axis by the small angle w moves what is in its middle by -fx * w to the right.
+  const PixelPoint shake = shake_of(options, view);
+  shot.shake.turn_rad = {shake.y / camera.fy, -shake.x / camera.fx, 0};
+  shot.shake.travel_m = {travel_of(options, view), 0, 0};
+  shot.visibility_m = options.visibility_m;
+  shot.rays = options.rays;
+  shot.reflections = options.reflections;
+  return shot;
+}
+
+// True if clean photos would be others.
+bool imperfect(const SynthOptions& o) {
+  return o.exposure || o.unmodelled.any() || o.reflections || o.aperture_m > 0 || o.shake_px > 0 || o.travel_m > 0 ||
+         o.visibility_m > 0;
+}
+
 Json options_json(const SynthOptions& o) {
   return {{"faces", o.faces},
           {"photos", o.flight.photos},
@@ -38,7 +79,16 @@ Json options_json(const SynthOptions& o) {
           {"distorted", o.flight.distorted},
           {"mesh_noise_m", o.mesh_noise_m},
           {"exposure", o.exposure},
-          {"cars", o.cars},
+          {"cars", o.unmodelled.cars},
+          {"people", o.unmodelled.people},
+          {"fences", o.unmodelled.fences},
+          {"reflections", o.reflections},
+          {"aperture_m", o.aperture_m},
+          {"focus_m", focus_of(o)},
+          {"shake_px", o.shake_px},
+          {"travel_m", o.travel_m},
+          {"visibility_m", o.visibility_m},
+          {"rays", o.rays},
           {"ids", o.ids},
           {"offset", Json::array({o.offset.x, o.offset.y, o.offset.z})},
           {"quality", o.quality}};
@@ -72,20 +122,39 @@ Image id_picture(const std::vector<std::uint32_t>& surfaces, int width, int heig
   return picture;
 }
 
+// The share in each of the three channels, since photos have three.
+Image share_picture(const std::vector<std::uint8_t>& shares, int width, int height) {
+  Image picture{width, height, 3, {}};
+  picture.pixels.reserve(shares.size() * 3);
+  for (const std::uint8_t share : shares) picture.pixels.insert(picture.pixels.end(), 3, share);
+  return picture;
+}
+
+synth::SynthScene unmodelled_of(const SynthOptions& options, std::size_t view) {
+  return options.unmodelled.any()
+             ? synth::make_unmodelled({options.flight, 0}, static_cast<std::uint32_t>(view), options.unmodelled)
+             : synth::SynthScene{};
+}
+
 void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views, const SynthOptions& options,
                  RunRecord& record, pipeline::OutputFolder& folder) {
   record.begin({"photos", "photos"});
   for (std::size_t v = 0; v < views.size(); ++v) {
     record.progress(v, views.size());
     const View& view = views[v];
-    synth::SynthScene moving;
-    if (options.cars > 0) moving = synth::make_cars({options.flight, 0}, static_cast<std::uint32_t>(v), options.cars);
+    const synth::SynthScene unmodelled = unmodelled_of(options, v);
     const synth::SynthPhoto photo =
-        renderer.photo(view.camera, view.pose, exposure_of(options, v), options.cars > 0 ? &moving : nullptr);
+        renderer.photo(view.camera, view.pose, shot_of(options, view.camera, v), &unmodelled);
     io::write_image(folder.file("images/" + view.name), photo.image, io::ImageFormat::jpg, options.quality);
     if (!options.ids) continue;
     io::write_image(folder.file("ids/" + view.name + ".png"),
                     id_picture(photo.surfaces, view.camera.width, view.camera.height), io::ImageFormat::png, 0);
+    if (options.unmodelled.any())
+      io::write_image(folder.file("unmodelled/" + view.name + ".png"),
+                      share_picture(photo.unmodelled, view.camera.width, view.camera.height), io::ImageFormat::png, 0);
+    if (imperfect(options))
+      io::write_image(folder.file("clean/" + view.name), renderer.photo(view.camera, view.pose).image,
+                      io::ImageFormat::jpg, options.quality);
   }
   record.end(fmt::format("{} of {} x {}", views.size(), options.flight.width, options.flight.height));
 }
@@ -98,14 +167,16 @@ void write_truth(const SynthOptions& options, const synth::SynthScene& scene, co
   Json photos = Json::object();
   for (std::size_t v = 0; v < views.size(); ++v) {
     const synth::Exposure e = exposure_of(options, v);
-    photos[views[v].name] = {{"gain", e.gain}, {"vignetting", e.vignetting}};
+    const PixelPoint shake = shake_of(options, v);
+    photos[views[v].name] = {{"gain", e.gain},
+                             {"vignetting", e.vignetting},
+                             {"shake_px", Json::array({shake.x, shake.y})},
+                             {"travel_m", travel_of(options, v)}};
     least = std::min(least, e.at(1));
     most = std::max(most, e.gain);
   }
-  // A car is two boxes: eleven surfaces.
-  const std::size_t moving = options.cars > 0 ? 11 * static_cast<std::size_t>(options.cars) : 0;
   const Json truth = {{"surfaces", scene.surfaces.size()},
-                      {"moving_surfaces", moving},
+                      {"moving_surfaces", unmodelled_of(options, 0).surfaces.size()},
                       {"least_gain", least},
                       {"most_gain", most},
                       {"photos", photos}};

@@ -66,12 +66,44 @@ void add_scene_options(const OptionGroup& group, const Kind& kind, SynthOptions&
   group.number("--quality", options.quality, 1, 100, "N", "JPEG quality of the photos, 1 to 100");
 }
 
+void add_blur(const OptionGroup& group, SynthOptions& options) {
+  group.number("--aperture", options.aperture_m, 0.0, 1000.0, "M",
+               "Diameter of a thin lens (focal length / f-number), 0 to 1000 metres; a point at depth z is spread to a "
+               "disc of fx * M * |1 / focus - 1 / z| pixels; 0: sharp everywhere");
+  group.add("--focus", options.focus_m, "M", "Depth of the plane in focus, 0.001 to 1000000 metres")
+      ->check(in_range(0.001, 1e6))
+      ->default_str("what cameras look at");
+  group.number("--shake", options.shake_px, 0.0, 1000.0, "PX",
+               "Turn the camera during the exposure, in each photo another way, so that its middle moves by up to PX "
+               "pixels, 0 to 1000");
+  group.number("--travel", options.travel_m, 0.0, 1000.0, "M",
+               "Move the camera along the photo's width meanwhile, by up to M metres, 0 to 1000");
+  group.parsed(
+      "--rays",
+      [&options](const std::string& text) {
+        if (!CLI::detail::lexical_cast(text, options.rays) || options.rays < 4 || options.rays > 4096 ||
+            options.rays % 4 != 0)
+          throw CLI::ValidationError("--rays", fmt::format("'{}' is not a multiple of 4 from 4 to 4096", text));
+      },
+      "N", fmt::format("{}", options.rays), "Rays a pixel of a blurred photo, a multiple of 4, 4 to 4096");
+  group.number("--haze", options.visibility_m, 0.0, 1e6, "M",
+               "Visibility: colours keep a 50th of their contrast over M metres, 0 to 1000000; 0: clear air");
+}
+
 void add_imperfections(const OptionGroup& group, SynthOptions& options) {
   group.number("--mesh-noise", options.mesh_noise_m, 0.0, 100.0, "M",
                "Move each coordinate of each vertex of the written mesh by up to M metres; photos show the true mesh");
   group.flag("--exposure", options.exposure, "Give each photo its own gain, 0.7 to 1.4, and darker corners");
-  if (options.kind == SynthKind::city)
-    group.number("--cars", options.cars, 0, 1000, "N", "Moving cars in each photo, none of them in the mesh");
+  if (options.kind == SynthKind::city) {
+    synth::Unmodelled& what = options.unmodelled;
+    group.number("--cars", what.cars, 0, 1000, "N", "Moving cars in each photo, none of them in the mesh");
+    group.number("--people", what.people, 0, 10000, "N", "People in each photo, elsewhere in each, none in the mesh");
+    group.flag("--fences", what.fences,
+               "Put wire fences a metre before a wall of each building: photos show them, the mesh lacks them");
+    group.flag("--reflections", options.reflections,
+               "Let window panes mirror sky, sun and houses, so that each photo shows them in another colour");
+  }
+  add_blur(group, options);
   group.parsed(
       "--offset", [&options](const std::string& text) { parse_offset(text, options.offset); }, "X,Y,Z", "0,0,0",
       "Added to all coordinates");
@@ -91,7 +123,7 @@ CLI::App* add_synth(CLI::App& parent, SynthOptions& options) {
       ->required()
       ->check(not_empty());
   output.flag("--force", options.force, "Replace an earlier scene in DIR");
-  output.flag("!--no-ids", options.ids, "Do not write ids/, which --truth needs");
+  output.flag("!--no-ids", options.ids, "Write neither ids/, which --truth needs, nor clean/");
   add_scene_options({*app, "Scene"}, kind, options);
   add_imperfections({*app, "Imperfections"}, options);
   add_common(*app, options.common,
@@ -102,9 +134,11 @@ Example:
   gpvc evaluate {1}-textured/model.obj {1}/colmap --truth {1}
 
 Writes to DIR: images/, mesh.ply, colmap/ (text model), run.json; and the truth: surfaces.npy
-(surface per face), surfaces.json (parameters of the true colours), truth.json (gains),
+(surface per face), surfaces.json (parameters of the true colours), truth.json (gains, shakes),
 ids/NAME.png (the surface that each pixel shows, one colour per surface), true_mesh.ply if
---mesh-noise is given. The same options give the same bytes.
+--mesh-noise is given, and clean/ if photos are imperfect: the same photos without blur, haze,
+reflections, gains and what the mesh lacks, for gpvc evaluate --images; unmodelled/NAME.png, how
+much of each pixel such things cover, if there are any. The same options give the same bytes.
 
 )",
                          kind.contents, name));

@@ -13,6 +13,7 @@ Json options_json(const TextureOptions& o) {
   json["data_term"] = name_of(labeling::kDataTermNames, s.costs.term);
   json["outliers"] = name_of(labeling::kOutliersNames, s.costs.outliers);
   json["keep_views"] = s.costs.keep_views;
+  json["allow"] = o.allow.string();
   json["margin_px"] = s.costs.margin_px;
   json["smoothness"] = s.solver.smoothness;
   json["edge_weights"] = name_of(labeling::kEdgeWeightsNames, s.edge_weights);
@@ -52,9 +53,14 @@ void run_texture(const TextureOptions& options, Console& console) {
   run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
     const SceneInputData in = read_scene_input(options.input, record);
     check_photos(in);
-    folder.protect(input_files(in));
-    io::PhotoCache photos(in.scene, options.input.downscale);
+    std::set<std::filesystem::path> read = input_files(in);
     pipeline::Settings settings = options.settings;
+    if (!options.allow.empty()) {
+      settings.view_rules = read_rules(options.allow, in.scene.views, in.mesh.faces.size());
+      read.insert(options.allow);
+    }
+    folder.protect(read);
+    io::PhotoCache photos(in.scene, options.input.downscale);
     settings.device = options.common.device;
     evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
     const auto& [textured, written] = pipeline::texture_into(in.input(), settings, photos, folder, record);

@@ -99,6 +99,12 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
       "--hold-out", options.input.hold_out, "K|LIST",
       "Texture without every K-th view, or without these (names or globs), and mark them in views.json, so that gpvc "
       "evaluate compares with them");
+  OptionGroup{*app, "View selection"}
+      .add(
+          "--allow", options.allow, "FILE",
+          "Rules (JSON or CSV) about boxes, polygons on the ground or faces, and photos that alone may texture them or "
+          "may not; see below")
+      ->check(not_empty());
   add_output(*app, options);
   add_texture_output({*app, "Texture"}, options.settings);
   add_selection(*app, options.settings);
@@ -125,6 +131,11 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
 Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb, preview.png, views.json,
 labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled), faces.npy (GLB triangle
 to input face), offset.txt where coordinates are large, run.json.
+
+A line of --allow FILE is one of (a face is inside if its middle is; several rules all hold):
+  box,X Y Z X Y Z,forbid,PHOTO;PHOTO...        polygon,X Y X Y X Y...,allow,PHOTO;PHOTO...
+  faces,7 100-120 ...,forbid,PHOTO...          PHOTO: a name or glob, as in --views
+or the file is {"rules": [{"polygon": [[X, Y], ...], "z": [LOW, HIGH], "forbid": [PHOTO, ...]}, ...]}.
 
 Where floats would round coordinates noticeably (UTM, for example), model.obj and model.glb are
 local: add the three numbers of offset.txt to get the mesh's own coordinates; the GLB's root node

@@ -12,6 +12,7 @@
 #include "app/cli/near_words.h"
 #include "io/files/paths.h"
 #include "io/scene_files.h"
+#include "io/view_rules.h"
 
 namespace gpvc::cli {
 namespace {
@@ -53,25 +54,35 @@ bool fits(const std::string& entry, const std::string& name, Reading reading) {
   return (reading == Reading::file_name ? path.filename() : path.stem()) == entry;
 }
 
+// The views that an entry means, or why it means none.
+struct Match {
+  std::vector<std::size_t> found;
+  std::string complaint;
+};
+
+Match match(std::span<const View> views, const std::string& entry) {
+  Match match;
+  for (const Reading reading : {Reading::name, Reading::glob, Reading::stem, Reading::file_name, Reading::file_stem}) {
+    for (std::size_t v = 0; v < views.size(); ++v)
+      if (fits(entry, views[v].name, reading) || fits(entry, io::photo_name(views[v]), reading))
+        match.found.push_back(v);
+    if (match.found.empty()) continue;
+    const std::string photo = io::photo_name(views[match.found[0]]);
+    for (const std::size_t v : match.found)
+      if (const std::string other = io::photo_name(views[v]); is_single(reading) && other != photo)
+        match.complaint = fmt::format("'{}' may be {} or {}; give the whole name", entry, photo, other);
+    return match;
+  }
+  match.complaint = fmt::format("the scene has no view '{}'; near are {}", entry, near_names(views, entry));
+  return match;
+}
+
 std::vector<bool> matched(std::span<const View> views, const std::string& option, const std::string& list) {
   std::vector<bool> hit(views.size(), false);
   for (const std::string& entry : listed(list)) {
-    std::vector<std::size_t> found;
-    for (const Reading reading :
-         {Reading::name, Reading::glob, Reading::stem, Reading::file_name, Reading::file_stem}) {
-      if (!found.empty()) break;
-      for (std::size_t v = 0; v < views.size(); ++v)
-        if (fits(entry, views[v].name, reading) || fits(entry, io::photo_name(views[v]), reading)) found.push_back(v);
-      if (found.empty() || !is_single(reading)) continue;
-      const std::string photo = io::photo_name(views[found[0]]);
-      for (const std::size_t v : found)
-        if (const std::string other = io::photo_name(views[v]); other != photo)
-          throw UsageError(fmt::format("{}: '{}' may be {} or {}; give the whole name", option, entry, photo, other));
-    }
-    if (found.empty())
-      throw UsageError(
-          fmt::format("{}: the scene has no view '{}'; near are {}", option, entry, near_names(views, entry)));
-    for (const std::size_t v : found) hit[v] = true;
+    const Match found = match(views, entry);
+    if (!found.complaint.empty()) throw UsageError(fmt::format("{}: {}", option, found.complaint));
+    for (const std::size_t v : found.found) hit[v] = true;
   }
   return hit;
 }
@@ -115,6 +126,29 @@ std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> u
   if (held.empty()) throw UsageError("--hold-out names only views that --views and --exclude-views leave out");
   if (held.size() == used.size()) throw UsageError("--hold-out leaves no view to texture from");
   return held;
+}
+
+std::vector<pipeline::ViewRule> read_rules(const std::filesystem::path& file, std::span<const View> views,
+                                           std::size_t faces) {
+  std::vector<pipeline::ViewRule> rules;
+  for (io::ListedViewRule& listed : io::read_view_rules(file)) {
+    if (const auto* region = std::get_if<io::FaceRegion>(&listed.region))
+      for (const auto& [first, last] : region->ranges)
+        if (last >= faces)
+          throw InputError(file, listed.place, fmt::format("expected faces of 0 to {}, found {}", faces - 1, last));
+    std::vector<bool> hit(views.size(), false);
+    for (const std::string& entry : listed.photos) {
+      const Match found = match(views, entry);
+      if (!found.complaint.empty()) throw InputError(file, listed.place, found.complaint);
+      for (const std::size_t v : found.found) hit[v] = true;
+    }
+    pipeline::ViewRule rule{
+        std::move(listed.region), listed.allow, {}, fmt::format("{}: {}", file.string(), listed.place)};
+    for (std::uint32_t v = 0; v < views.size(); ++v)
+      if (hit[v]) rule.views.push_back(ViewId{v});
+    rules.push_back(std::move(rule));
+  }
+  return rules;
 }
 
 std::vector<std::string> marked_views(const std::filesystem::path& model, const std::string& mark) {

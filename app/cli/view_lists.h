@@ -21,6 +21,11 @@ std::vector<bool> marked(std::span<const ViewId> views, std::size_t count);
 /// and globs. Throws UsageError for names of no used view, and when no view would be left.
 std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> used, const std::string& hold_out);
 
+/// The rules of a file that --allow names, for the views of a scene and a mesh of so many faces. Throws InputError, also for
+/// names of no view, as used_views() does, and for faces that the mesh does not have.
+std::vector<pipeline::ViewRule> read_rules(const std::filesystem::path& file, std::span<const View> views,
+                                           std::size_t faces);
+
 /// Names of the views that the views.json beside a model marks with `mark` ("held_out", "used"); empty where there is
 /// no such file.
 std::vector<std::string> marked_views(const std::filesystem::path& model, const std::string& mark);

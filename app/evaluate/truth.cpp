@@ -39,6 +39,14 @@ nlohmann::json read_json(const fs::path& file) {
   }
 }
 
+Image read_picture(const fs::path& file, int width, int height) {
+  Image picture = io::read_image(file);
+  if (picture.width != width || picture.height != height)
+    throw InputError(file, "",
+                     fmt::format("{} x {}, but the photo is {} x {}", picture.width, picture.height, width, height));
+  return picture;
+}
+
 }  // namespace
 
 std::array<std::uint8_t, 3> id_color(std::uint32_t surface) {
@@ -71,6 +79,7 @@ Truth read_truth(const fs::path& dir) {
     throw InputError(file, "", e.what());
   }
   if (truth.all_surfaces > kMostSurfaces) throw InputError(file, "", "more than 2^20 surfaces");
+  truth.unmodelled = fs::is_directory(dir / "unmodelled");
   const fs::path exact = dir / "true_mesh.ply";
   truth.mesh = io::read_mesh(fs::exists(exact) ? exact : dir / "mesh.ply");
   truth.face_surface = io::read_npy<std::uint32_t>(dir / "surfaces.npy").values;
@@ -84,15 +93,15 @@ Truth read_truth(const fs::path& dir) {
 }
 
 std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string& view, int width, int height) {
-  const fs::path file = truth.dir / "ids" / (view + ".png");
-  const Image picture = io::read_image(file);
-  if (picture.width != width || picture.height != height)
-    throw InputError(file, "",
-                     fmt::format("{} x {}, but the photo is {} x {}", picture.width, picture.height, width, height));
+  const Image picture = read_picture(truth.dir / "ids" / (view + ".png"), width, height);
   std::vector<std::uint32_t> surfaces(picture.pixels.size() / 3);
   for (std::size_t i = 0; i < surfaces.size(); ++i)
     surfaces[i] = surface_of_color(picture.pixels.data() + 3 * i, truth.all_surfaces);
   return surfaces;
+}
+
+Image read_unmodelled_picture(const Truth& truth, const std::string& view, int width, int height) {
+  return read_picture(truth.dir / "unmodelled" / (view + ".png"), width, height);
 }
 
 std::vector<visibility::FaceClass> best_classes(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,

@@ -6,6 +6,7 @@
 //   truth.json     gains of the photos
 //   true_mesh.ply  where mesh.ply was written with noise: the geometry that the photos show
 //   ids/NAME.png   per photo, the surface that each pixel shows, as a colour of its own (id_colour)
+//   unmodelled/NAME.png  where photos show what the mesh lacks: which share of each pixel it covers, 255 being all
 #pragma once
 
 #include <array>
@@ -39,8 +40,9 @@ struct Truth {
   std::filesystem::path dir;
   Mesh mesh;                                         ///< true geometry, in the coordinates of the scene's files
   std::vector<std::uint32_t> face_surface;           ///< per face, of mesh.ply too
-  std::size_t surfaces = 0;                          ///< of the mesh; moving cars have numbers from here on
-  std::size_t all_surfaces = 0;                      ///< cars included
+  std::size_t surfaces = 0;                          ///< of the mesh; what it lacks has numbers from here on
+  std::size_t all_surfaces = 0;                      ///< that included
+  bool unmodelled = false;                           ///< unmodelled/ is there
   double least_gain = 1, most_gain = 1;              ///< of photo pixels, vignetting included
   std::map<std::string, synth::Exposure> exposures;  ///< by photo
 };
@@ -51,6 +53,10 @@ Truth read_truth(const std::filesystem::path& dir);
 /// The id picture of a photo, at the photo's size: per pixel a surface, kMixedSurfaces or kNoSurface. Throws
 /// InputError.
 std::vector<std::uint32_t> read_id_picture(const Truth& truth, const std::string& view, int width, int height);
+
+/// Per pixel of a photo the share that unmodelled objects cover, in each channel, at the photo's size. \pre
+/// truth.unmodelled. Throws InputError.
+Image read_unmodelled_picture(const Truth& truth, const std::string& view, int width, int height);
 
 /// Per face of the given mesh, the best class that any used view has, by the exact oracle.
 std::vector<visibility::FaceClass> best_classes(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used,
@@ -116,11 +122,14 @@ using OriginOf = std::function<std::optional<atlas::PointOrigin>(std::uint32_t f
 /// them a colour, and a colour they take from another surface is a ghost. Points that are neither lie within pixels of
 /// an outline in every photo and are left out.
 struct OriginShares {
-  double seen_area = 0;     ///< of the points whose origin is known
-  double photo = 0;         ///< of it, textured from a photo; the rest is filled
-  double right = 0;         ///< of it, textured from a photo and not wrong: edges included
-  double wrong = 0;         ///< of the seen area textured from photos
-  double edge = 0;          ///< of the seen area textured from photos
+  double seen_area = 0;  ///< of the points whose origin is known
+  double photo = 0;      ///< of it, textured from a photo; the rest is filled
+  double right = 0;      ///< of it, textured from a photo and not wrong: edges included
+  double wrong = 0;      ///< of the seen area textured from photos
+  double edge = 0;       ///< of the seen area textured from photos
+  /// Of the seen area textured from photos: the share that cars, people and other objects that the mesh lacks cover in the
+  /// pixels it comes from, however small they are; 0 where that is not known (Truth::unmodelled).
+  double unmodelled = 0;
   double unknown = 0;       ///< of the seen area: whose origin is not known, left out of all others
   double hidden_area = 0;   ///< of the points that no photo sees and whose origin is known
   double hidden_photo = 0;  ///< of the hidden area: textured from a photo

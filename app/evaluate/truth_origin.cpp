@@ -4,15 +4,17 @@
 #include <cmath>
 
 #include "app/evaluate/truth_score.h"
+#include "io/bilinear.h"
 
 namespace gpvc::evaluate {
 namespace {
 
-/// Adds a seen point's area to the sums that make_shares() divides.
-void add_origin(OriginVerdict verdict, double area, OriginShares& sums) {
+/// Adds a seen point's area to the sums that make_shares() divides. `unmodelled`: the share of objects that the mesh lacks.
+void add_origin(OriginVerdict verdict, double unmodelled, double area, OriginShares& sums) {
   sums.seen_area += area;
   if (verdict == OriginVerdict::filled) return;
   sums.photo += area;
+  sums.unmodelled += area * unmodelled;
   if (verdict == OriginVerdict::wrong) sums.wrong += area;
   if (verdict == OriginVerdict::edge) sums.edge += area;
 }
@@ -39,6 +41,7 @@ void make_shares(OriginShares& sums) {
   sums.photo = known > 0 ? photo / known : 0;
   sums.wrong = photo > 0 ? wrong / photo : 0;
   sums.edge = photo > 0 ? sums.edge / photo : 0;
+  sums.unmodelled = photo > 0 ? sums.unmodelled / photo : 0;
   sums.unknown = seen > 0 ? sums.unknown / seen : 0;
 }
 
@@ -46,25 +49,37 @@ struct Judged {
   std::vector<std::optional<atlas::PointOrigin>> origins;
   std::vector<OriginVerdict> verdicts;
   std::vector<WrongPoint> places;
+  std::vector<float> unmodelled;  // the share of objects that the mesh lacks, in the photo that shows most of them
 };
+
+/// The share at a place of a photo's undistorted frame, blended as a texture is; 0 outside the photo.
+float unmodelled_share(const Camera& camera, const Image& shares, const PixelPoint& at) {
+  const auto q = photo_from_pixel(camera, at);
+  if (!q || q->x < 0 || q->y < 0 || q->x > camera.width || q->y > camera.height) return 0;
+  return static_cast<float>(bilinear(shares, q->x, q->y)[0] / 255);
+}
 
 Judged judge_origins(const TruthInput& input, const ShownPhotos& photos, const std::vector<FacePoint>& points,
                      const OriginOf& origin) {
   Judged result{std::vector<std::optional<atlas::PointOrigin>>(points.size()),
                 std::vector<OriginVerdict>(points.size(), OriginVerdict::filled),
-                std::vector<WrongPoint>(points.size())};
+                std::vector<WrongPoint>(points.size()), std::vector<float>(points.size(), 0.0F)};
   for_each_point(points.size(), [&](std::size_t i) {
     result.origins[i] = origin(points[i].face, static_cast<double>(points[i].b), static_cast<double>(points[i].c));
   });
   for (const ViewId id : input.used) {
     const IdPicture picture = photos.surfaces(id);
-    const Camera& camera = input.scene.views[index(id)].camera;
+    const View& shown = input.scene.views[index(id)];
+    const Camera& camera = shown.camera;
+    std::optional<Image> shares;
+    if (input.truth.unmodelled) shares = read_unmodelled_picture(input.truth, shown.name, camera.width, camera.height);
     for_each_point(points.size(), [&](std::size_t i) {
       const std::optional<atlas::PointOrigin>& from = result.origins[i];
       if (!from) return;
       const std::uint32_t surface = input.truth.face_surface[points[i].face];
       for (const auto& [view, at] : {std::pair(from->first, from->first_at), {from->second, from->second_at}}) {
         if (view != id) continue;
+        if (shares) result.unmodelled[i] = std::max(result.unmodelled[i], unmodelled_share(camera, *shares, at));
         WrongPoint place{points[i].face, id, {}, synth::kNoSurface};
         const OriginVerdict verdict = origin_verdict(camera, *picture, at, surface, place);
         if (verdict <= result.verdicts[i]) continue;
@@ -114,7 +129,7 @@ OriginScore TruthScorer::score(const OriginOf& origin) const {
       if (!seen.origins[i])
         shares->unknown += area;
       else
-        add_origin(seen.verdicts[i], area, *shares);
+        add_origin(seen.verdicts[i], static_cast<double>(seen.unmodelled[i]), area, *shares);
     }
     if (!seen.origins[i]) continue;
     if (seen.verdicts[i] == OriginVerdict::wrong) score.wrong.push_back(seen.places[i]);

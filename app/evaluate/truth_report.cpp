@@ -20,6 +20,8 @@ std::string origin_table(const OriginScore& score) {
   line("seen whole by a view", score.full);
   line("seen only in parts", score.partial);
   line("seen by none", score.none);
+  if (score.all.unmodelled > 0)
+    table += fmt::format("{:.4f} % of the area seen shows what the mesh lacks\n", 100 * score.all.unmodelled);
   if (score.all.unknown > 0)
     table += fmt::format("{:.2f} % of the area seen comes from photos that are not known\n", 100 * score.all.unknown);
   return table;
@@ -62,6 +64,7 @@ Json shares_json(const OriginShares& s) {
           {"right", s.right},
           {"wrong", s.wrong},
           {"edge", s.edge},
+          {"unmodelled", s.unmodelled},
           {"unknown", s.unknown},
           {"hidden_area", s.hidden_area},
           {"hidden_photo", s.hidden_photo},

@@ -55,6 +55,22 @@ void add_records(io::WorkHash& hash, const labeling::CostOptions& options) {
   hash.add(options.margin_px);
 }
 
+void add(io::WorkHash& hash, const ViewRule& rule) {
+  hash.add(rule.region.index());
+  if (const auto* box = std::get_if<io::BoxRegion>(&rule.region)) {
+    add(hash, box->low);
+    add(hash, box->high);
+  } else if (const auto* ground = std::get_if<io::GroundRegion>(&rule.region)) {
+    hash.add_all(std::span<const std::array<double, 2>>(ground->corners));
+    hash.add(ground->low);
+    hash.add(ground->high);
+  } else {
+    hash.add_all(std::span<const std::array<std::uint32_t, 2>>(std::get<io::FaceRegion>(rule.region).ranges));
+  }
+  hash.add(rule.allow);
+  hash.add_all(std::span<const ViewId>(rule.views));
+}
+
 // What candidates and labels depend on besides.
 void add_choice(io::WorkHash& hash, const Settings& settings) {
   const labeling::CostOptions& costs = settings.costs;
@@ -62,6 +78,8 @@ void add_choice(io::WorkHash& hash, const Settings& settings) {
   for (const double value : {costs.data_weight, costs.margin_cost, costs.coarse_cost, costs.hidden_cost})
     hash.add(value);
   hash.add(costs.keep_views);
+  hash.add(settings.view_rules.size());
+  for (const ViewRule& rule : settings.view_rules) add(hash, rule);
   hash.add(settings.edge_weights);
   const labeling::SolverOptions& solver = settings.solver;
   hash.add(solver.smoothness);

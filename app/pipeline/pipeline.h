@@ -22,6 +22,7 @@
 #include "memory.h"
 #include "observer.h"
 #include "output_folder.h"
+#include "view_rules.h"
 #include "viewpoint.h"
 
 namespace gpvc::pipeline {
@@ -44,6 +45,7 @@ struct Settings {
   visibility::VisibilityOptions visibility;
   int device = -1;  ///< number of the graphics device to use; -1: see visibility::find_device()
   labeling::CostOptions costs;
+  std::vector<ViewRule> view_rules = {};  ///< faces in their regions lose the views that they refuse
   labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
   labeling::SolverOptions solver;
   atlas::AtlasOptions atlas;

@@ -152,6 +152,26 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
                                   "what they show?"));
 }
 
+// Steers the choice: drops what the rules refuse. What faces then lack is said, since a mistyped region shows in it.
+void apply_rules(const Input& input, std::span<const ViewRule> rules, labeling::CandidateCollector& collector,
+                 Observer& observer) {
+  if (rules.empty()) return;
+  const ViewRuleTable table(rules, input.mesh, input.scene.views.size());
+  for (std::size_t r = 0; r < rules.size(); ++r)
+    if (table.faces_of_rules()[r] == 0)
+      observer.warning(fmt::format("{}: no face of the mesh lies in its region", rules[r].name));
+  const std::vector<FaceId> lost =
+      collector.restrict_views([&table](FaceId face, ViewId view) { return table.allows(face, view); });
+  observer.figure("rules.faces", table.faces());
+  observer.figure("rules.faces_without_views", lost.size());
+  observer.note(fmt::format("rules about photos apply to {} of {} faces", readable_count(table.faces()),
+                            readable_count(input.mesh.faces.size())));
+  if (!lost.empty())
+    observer.warning(
+        fmt::format("{} faces are filled, the first of them face {}: the rules refuse all photos that see them",
+                    readable_count(lost.size()), index(lost.front())));
+}
+
 void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
   seen.statistics += statistics;
   if (statistics.full + statistics.partial == 0)
@@ -251,6 +271,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   tbb::parallel_for(std::size_t{0}, not_seen_again.size(), [&](std::size_t i) {
     small[index(not_seen_again[i])] = small_photo(*photos.photo(not_seen_again[i]));
   });
+  apply_rules(input, settings.view_rules, collector, observer);
   seen.candidates = collector.finish(options.graph);
   // The methods that gpvc is compared with also see faces that are hidden.
   const visibility::Method& method = settings.visibility.method;

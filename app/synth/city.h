@@ -29,7 +29,15 @@ struct CityOptions {
 /// O(faces).
 SynthScene make_city(const CityOptions& options);
 
-/// Cars on the streets in one photo; their surfaces are numbered from 0. The same photo has the same cars every time.
-SynthScene make_cars(const CityOptions& options, std::uint32_t photo, int cars);
+/// What photos show and the mesh lacks.
+struct Unmodelled {
+  int cars = 0, people = 0;  ///< elsewhere in each photo
+  bool fences = false;       ///< of wire, a metre before a wall of each building, the same in all photos
+  bool any() const { return cars > 0 || people > 0 || fences; }
+};
+
+/// What only photo number `photo` shows, and fences. Surfaces are numbered from 0, as many in each photo. The same photo
+/// shows the same every time.
+SynthScene make_unmodelled(const CityOptions& options, std::uint32_t photo, const Unmodelled& what);
 
 }  // namespace gpvc::synth

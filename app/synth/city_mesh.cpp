@@ -1,20 +1,11 @@
-// The ground, houses, trees, lamps and bridge of the synthetic city, and cars that only one photo shows.
+// The ground, houses, trees, lamps and bridge of the synthetic city.
 #include <algorithm>
 
 #include "app/synth/city.h"
-#include "app/synth/synth_builder.h"
+#include "app/synth/city_parts.h"
 
 namespace gpvc::synth {
 namespace {
-
-constexpr double kGrid_per_m = 1024;
-
-struct Building {
-  Placement place;          // origin: the middle of the footprint, on the ground
-  double width_m, depth_m;  // along x (the ridge), along y
-  double height_m;          // of the walls
-  Material walls;
-};
 
 void add_balconies(SynthBuilder& builder, const Building& b, std::uint32_t seed) {
   constexpr double kFloor_m = 3, kBay_m = 5, kDepth_m = 1.3, kSlab_m = 0.2, kRail_m = 1.0, kThin_m = 0.1;
@@ -91,21 +82,12 @@ void add_flat_roof(SynthBuilder& builder, const Building& b, std::uint32_t seed)
   builder.box(Material::concrete, b.place, {x - 1.5, -1, b.height_m - 0.1}, {x + 1.5, 1.2, b.height_m + 1.6}, false);
 }
 
-void add_building(SynthBuilder& builder, const WorldPoint& middle, std::uint32_t seed) {
-  // Turned by exact Pythagorean angles.
-  constexpr double kTurns[4][2] = {{1, 0}, {12.0 / 13, 5.0 / 13}, {40.0 / 41, -9.0 / 41}, {24.0 / 25, 7.0 / 25}};
-  const auto& turn = kTurns[synth_hash(seed, 1) % 4];
-  Building b;
-  b.place = {middle, turn[0], turn[1]};
-  b.width_m = 12 + 2 * (synth_hash(seed, 2) % 3);
-  b.depth_m = 8 + synth_hash(seed, 3) % 3;
-  b.height_m = 6 + 3 * (synth_hash(seed, 4) % 4);
-  b.walls = synth_hash(seed, 7) % 2 == 0 ? Material::plaster : Material::brick;
-  if (synth_hash(seed, 8) % 3 == 0)
-    add_flat_roof(builder, b, seed);
+void add_building(SynthBuilder& builder, const Building& b) {
+  if (synth_hash(b.seed, 8) % 3 == 0)
+    add_flat_roof(builder, b, b.seed);
   else
-    add_gable_roof(builder, b, seed);
-  add_balconies(builder, b, seed);
+    add_gable_roof(builder, b, b.seed);
+  add_balconies(builder, b, b.seed);
 }
 
 void add_tree(SynthBuilder& builder, const WorldPoint& foot, std::uint32_t seed) {
@@ -146,14 +128,12 @@ void add_bridge(SynthBuilder& builder, double y, double half_length) {
 void build(SynthBuilder& builder, double size_m) {
   const double half = size_m / 2;
   builder.quad(Material::ground, {-half, -half, 0}, {2 * half, 0, 0}, {0, 2 * half, 0});
-  const int reach = static_cast<int>((half - (kBlockPitch_m - kStreet_m) / 2) / kBlockPitch_m);
+  const int reach = blocks_each_way(size_m);
   for (int by = -reach; by <= reach; ++by)
     for (int bx = -reach; bx <= reach; ++bx) {
-      const std::uint32_t seed =
-          builder.chance_seed(static_cast<std::uint32_t>(bx + 1000), static_cast<std::uint32_t>(by + 1000));
+      const std::uint32_t seed = block_seed(builder.seed(), bx, by);
       const WorldPoint block{bx * kBlockPitch_m, by * kBlockPitch_m, 0};
-      add_building(builder, block + WorldPoint{0, -6.5, 0}, synth_hash(seed, 1));
-      if (synth_hash(seed, 2) % 4 != 0) add_building(builder, block + WorldPoint{0, 6.5, 0}, synth_hash(seed, 3));
+      for (const Building& building : buildings_of(block, seed)) add_building(builder, building);
       const double kerb = kBlockPitch_m / 2 - kStreet_m / 2 - kWalk_m / 2;
       for (int side = 0; side < 4; ++side)
         for (int n = 0; n < 4; ++n) {
@@ -175,41 +155,39 @@ void build(SynthBuilder& builder, double size_m) {
 
 }  // namespace
 
+int blocks_each_way(double size_m) {
+  return static_cast<int>((size_m / 2 - (kBlockPitch_m - kStreet_m) / 2) / kBlockPitch_m);
+}
+
+std::uint32_t block_seed(std::uint32_t seed, int bx, int by) {
+  return synth_hash(seed, static_cast<std::uint32_t>(bx + 1000), static_cast<std::uint32_t>(by + 1000));
+}
+
+std::vector<Building> buildings_of(const WorldPoint& block, std::uint32_t seed) {
+  // Turned by exact Pythagorean angles.
+  constexpr double kTurns[4][2] = {{1, 0}, {12.0 / 13, 5.0 / 13}, {40.0 / 41, -9.0 / 41}, {24.0 / 25, 7.0 / 25}};
+  std::vector<Building> buildings;
+  const auto add = [&](double y, std::uint32_t own) {
+    const auto& turn = kTurns[synth_hash(own, 1) % 4];
+    Building b;
+    b.seed = own;
+    b.place = {block + WorldPoint{0, y, 0}, turn[0], turn[1]};
+    b.width_m = 12 + 2 * (synth_hash(own, 2) % 3);
+    b.depth_m = 8 + synth_hash(own, 3) % 3;
+    b.height_m = 6 + 3 * (synth_hash(own, 4) % 4);
+    b.walls = synth_hash(own, 7) % 2 == 0 ? Material::plaster : Material::brick;
+    buildings.push_back(b);
+  };
+  add(-6.5, synth_hash(seed, 1));
+  if (synth_hash(seed, 2) % 4 != 0) add(6.5, synth_hash(seed, 3));
+  return buildings;
+}
+
 SynthScene make_city(const CityOptions& options) {
-  SynthScene scene = build_scene(options.faces, {0.005, 50, 1.002}, kGrid_per_m, options.flight.seed,
+  SynthScene scene = build_scene(options.faces, {0.005, 50, 1.002}, kCityGrid_per_m, options.flight.seed,
                                  [&](SynthBuilder& builder) { build(builder, options.flight.size_m); });
   scene.endless_ground = true;
   return scene;
-}
-
-SynthScene make_cars(const CityOptions& options, std::uint32_t photo, int cars) {
-  constexpr double kLength_m = 4.2, kWidth_m = 1.8, kLane_m = 1.9;
-  SynthBuilder builder(10, kGrid_per_m, synth_hash(options.flight.seed, photo, 9001));
-  const double half = options.flight.size_m / 2;
-  const int streets = std::max(1, static_cast<int>((half + kStreet_m / 2) / kBlockPitch_m) * 2);
-  for (int n = 0; n < cars; ++n) {
-    const std::uint32_t seed = builder.chance_seed(static_cast<std::uint32_t>(n), 1);
-    const int street = static_cast<int>(synth_hash(seed, 1) % static_cast<std::uint32_t>(streets));
-    const double axis = (street / 2 + 0.5) * kBlockPitch_m * (street % 2 == 0 ? 1 : -1);
-    const double along = (synth_chance(seed, 2) - 0.5) * 1.9 * half;
-    const double lane = synth_hash(seed, 3) % 2 == 0 ? kLane_m : -kLane_m;
-    Placement place;
-    if (synth_hash(seed, 4) % 2 == 0)
-      place.origin = {along, axis + lane, 0};
-    else
-      place = {{axis + lane, along, 0}, 0, 1};
-    const std::size_t first = builder.surfaces();
-    builder.box(Material::paint, place, {-kLength_m / 2, -kWidth_m / 2, 0.25}, {kLength_m / 2, kWidth_m / 2, 0.85},
-                true);
-    builder.box(Material::paint, place, {-kLength_m / 4, -0.45 * kWidth_m, 0.85}, {kLength_m / 3, 0.45 * kWidth_m, 1.4},
-                false);
-    constexpr Color kPaints[6] = {{1.1, 0.15, 0.12}, {0.12, 0.25, 0.95}, {1.2, 1.0, 0.1},
-                                  {0.1, 0.1, 0.12},  {0.15, 0.8, 0.75},  {1.0, 0.45, 0.9}};
-    const Color& paint = kPaints[synth_hash(seed, 5) % 6];
-    for (std::size_t s = first; s < builder.surfaces(); ++s)
-      builder.surface(static_cast<std::uint32_t>(s)).tint = paint;
-  }
-  return builder.take();
 }
 
 }  // namespace gpvc::synth

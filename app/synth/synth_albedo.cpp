@@ -65,6 +65,16 @@ Color ground(double x, double y) {
   return c;
 }
 
+// Where in its window a point of a wall lies, in metres from the bay's and the floor's lower left corner.
+struct WindowPlace {
+  Cell bay, floor;
+  double u = 0, v = 0;
+  WindowPlace(double wall_u, double wall_v)
+      : bay(cell(wall_u / 2.5)), floor(cell(wall_v / 3.0)), u(bay.inside * 2.5), v(floor.inside * 3) {}
+  bool window() const { return u >= 0.6 && u <= 1.9 && v >= 0.9 && v <= 2.4; }
+  bool frame() const { return u < 0.72 || u > 1.78 || v < 1.02 || v > 2.28 || std::abs(u - 1.25) < 0.06; }
+};
+
 Color wall(const Surface& s, double u, double v) {
   Color c;
   if (s.material == Material::brick) {
@@ -78,14 +88,12 @@ Color wall(const Surface& s, double u, double v) {
   }
   c = scale(c, 1 + 0.10 * rough(u, v, 1.2, s.seed) + 0.06 * rough(u, v, 0.2, s.seed + 9));
   if (!s.windows) return c;
-  const Cell bay = cell(u / 2.5), floor = cell(v / 3.0);
-  const double wu = bay.inside * 2.5, wv = floor.inside * 3;
-  if (wu < 0.6 || wu > 1.9 || wv < 0.9 || wv > 2.4) return c;
-  const bool frame = wu < 0.72 || wu > 1.78 || wv < 1.02 || wv > 2.28 || std::abs(wu - 1.25) < 0.06;
-  if (frame) return {236, 236, 232};
-  const double curtain = synth_chance(bits(bay.index), bits(floor.index), s.seed + 4);
-  const Color glass = mix({40, 52, 66}, {104, 124, 142}, (wv - 0.9) / 1.5);
-  return curtain > 0.6 && wv > 2.4 - curtain ? Color{214, 206, 190} : glass;
+  const WindowPlace at(u, v);
+  if (!at.window()) return c;
+  if (at.frame()) return {236, 236, 232};
+  const double curtain = synth_chance(bits(at.bay.index), bits(at.floor.index), s.seed + 4);
+  const Color glass = mix({40, 52, 66}, {104, 124, 142}, (at.v - 0.9) / 1.5);
+  return curtain > 0.6 && at.v > 2.4 - curtain ? Color{214, 206, 190} : glass;
 }
 
 Color tiles(const Surface& s, double u, double v) {
@@ -105,10 +113,19 @@ Color meadow(const Surface& s, double u, double v) {
   return scale(c, 1 + 0.3 * rough(u, v, 0.9, s.seed + 2));
 }
 
+// A place on a surface, in metres of its pattern: from its origin, and along its axes.
+struct PatternPlace {
+  double dx, dy, dz, u, v;
+  PatternPlace(const Surface& s, const WorldPoint& p)
+      : dx((p.x - s.origin.x) / s.scale),
+        dy((p.y - s.origin.y) / s.scale),
+        dz((p.z - s.origin.z) / s.scale),
+        u(dx * s.u_axis.x + dy * s.u_axis.y + dz * s.u_axis.z),
+        v(dx * s.v_axis.x + dy * s.v_axis.y + dz * s.v_axis.z) {}
+};
+
 Color untinted(const Surface& s, const WorldPoint& p) {
-  const double dx = (p.x - s.origin.x) / s.scale, dy = (p.y - s.origin.y) / s.scale, dz = (p.z - s.origin.z) / s.scale;
-  const double u = dx * s.u_axis.x + dy * s.u_axis.y + dz * s.u_axis.z;
-  const double v = dx * s.v_axis.x + dy * s.v_axis.y + dz * s.v_axis.z;
+  const auto [dx, dy, dz, u, v] = PatternPlace(s, p);
   switch (s.material) {
     case Material::ground:
       return ground(p.x, p.y);
@@ -145,6 +162,13 @@ double synth_noise(double x, double y, std::uint32_t seed) {
   const double low = corner(0, 0) + (corner(1, 0) - corner(0, 0)) * sx;
   const double high = corner(0, 1) + (corner(1, 1) - corner(0, 1)) * sx;
   return low + (high - low) * sy;
+}
+
+bool in_window_pane(const Surface& s, const WorldPoint& p) {
+  if (!s.windows || (s.material != Material::plaster && s.material != Material::brick)) return false;
+  const PatternPlace place(s, p);
+  const WindowPlace at(place.u, place.v);
+  return at.window() && !at.frame();
 }
 
 Color surface_albedo(const Surface& s, const WorldPoint& p) {

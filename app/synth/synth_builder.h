@@ -27,6 +27,7 @@ class SynthBuilder {
 
   SynthScene take() { return std::move(scene_); }
   std::size_t faces() const { return count_only_ ? counted_ : scene_.mesh.faces.size(); }
+  std::uint32_t seed() const { return seed_; }
   std::uint32_t chance_seed(std::uint32_t a, std::uint32_t b) const { return synth_hash(seed_, a, b); }
 
   /// A parallelogram that faces the direction du x dv, with a surface of its own.

@@ -16,7 +16,8 @@ namespace {
 
 constexpr WorldPoint kSun{0.4514015204477136, -0.32099663676281853, 0.8325850266035605};  // unit length
 
-constexpr std::size_t kSamples = 4;  // a pixel, traced together
+constexpr std::size_t kSamples = 4;   // positions in a pixel, whose rays are traced together
+constexpr Color kSky{206, 218, 232};  // also of haze
 
 struct Ray {
   WorldPoint origin, direction;
@@ -26,8 +27,9 @@ struct Ray {
 struct SurfacePoint {
   bool sky = true;
   WorldPoint position, normal;  // of the side that is seen
-  Color albedo{206, 218, 232};
+  Color albedo = kSky;
   std::uint32_t surface = kNoSurface;
+  bool pane = false;  // of a window
 };
 
 template <class Packet>
@@ -76,7 +78,8 @@ struct TracedScene {
     const WorldPoint p = ray.origin + ray.direction * t;
     const WorldPoint seen = dot(n, ray.direction) < 0 ? n : n * -1;
     const std::uint32_t surface = scene.face_surface[face];
-    return {false, p, seen, surface_albedo(scene.surfaces[surface], p), first_surface + surface};
+    const Surface& made = scene.surfaces[surface];
+    return {false, p, seen, surface_albedo(made, p), first_surface + surface, in_window_pane(made, p)};
   }
 };
 
@@ -113,10 +116,10 @@ TracedScene::TracedScene(RTCDevice device, const SynthScene& from) : scene(from)
 
 struct SynthRenderer::State {
   RTCDevice device = nullptr;
-  std::optional<TracedScene> still, moving;
+  std::optional<TracedScene> still, unmodelled;
 
   ~State() {
-    moving.reset();
+    unmodelled.reset();
     still.reset();
     if (device != nullptr) rtcReleaseDevice(device);
   }
@@ -127,7 +130,7 @@ struct SynthRenderer::State {
     if (!still->scene.endless_ground || d.z >= -1e-3 * (std::abs(d.x) + std::abs(d.y))) return {};
     const double t = -ray.origin.z / d.z;
     const WorldPoint p{ray.origin.x + t * d.x, ray.origin.y + t * d.y, 0};
-    return {false, p, {0, 0, 1}, surface_albedo(still->scene.surfaces[0], p), kNoSurface};
+    return {false, p, {0, 0, 1}, surface_albedo(still->scene.surfaces[0], p), kNoSurface, false};
   }
 
   using Points = std::array<SurfacePoint, kSamples>;
@@ -144,7 +147,7 @@ struct SynthRenderer::State {
       active[i] = valid[i] ? -1 : 0;
       if (valid[i]) points[i] = beyond(rays[i]);
     }
-    for (const auto* part : {&still, &moving}) {
+    for (const auto* part : {&still, &unmodelled}) {
       if (!*part) continue;
       RTCRayHit4 hits;
       for (std::size_t i = 0; i < kSamples; ++i) {
@@ -153,7 +156,7 @@ struct SynthRenderer::State {
         hits.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
       }
       rtcIntersect4(active.data(), (*part)->traced, &context, &hits);
-      const auto first_surface = static_cast<std::uint32_t>(part == &moving ? still->scene.surfaces.size() : 0);
+      const auto first_surface = static_cast<std::uint32_t>(part == &unmodelled ? still->scene.surfaces.size() : 0);
       for (std::size_t i = 0; i < kSamples; ++i) {
         if (!valid[i] || hits.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
         const double t = (*part)->distance(rays[i], hits.hit.primID[i]);
@@ -169,7 +172,7 @@ struct SynthRenderer::State {
     alignas(16) std::array<int, kSamples> lit{};
     for (std::size_t i = 0; i < kSamples; ++i)
       lit[i] = valid[i] && !points[i].sky && dot(points[i].normal, kSun) > 0 ? -1 : 0;
-    for (const auto* part : {&still, &moving}) {
+    for (const auto* part : {&still, &unmodelled}) {
       if (!*part) continue;
       RTCIntersectContext context;
       rtcInitIntersectContext(&context);
@@ -185,23 +188,97 @@ struct SynthRenderer::State {
     return lit;
   }
 
-  // The mean colour of the samples; invalid ones are black. `surface`: the surface that all of them see.
-  Color color(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid,
-              std::uint32_t& surface) const {
+  // What a point sends towards whoever looks at it.
+  static Color shaded(const SurfacePoint& p, bool lit) {
+    double light = p.sky ? 1 : 0.42 + 0.13 * p.normal.z;
+    if (lit) light += 0.55 * dot(p.normal, kSun);
+    return {p.albedo[0] * light, p.albedo[1] * light, p.albedo[2] * light};
+  }
+
+  // Mixes into the colours of window panes what they mirror: the share of Schlick, "An inexpensive BRDF model for
+  // physically-based rendering" (1994), for the two sides of a pane. What mirrored panes mirror is left out.
+  void add_reflections(const std::array<Ray, kSamples>& rays, const Points& points,
+                       const std::array<bool, kSamples>& valid, std::array<Color, kSamples>& colors) const {
+    constexpr double kHeadOn = 0.08;     // of the light, at normal incidence: 0.04 at each side
+    constexpr double kInTheSun = 0.999;  // cosine of 2.6 degrees: uneven glass widens the sun's half degree
+    constexpr double kSunBrightness = 2550;
+    std::array<Ray, kSamples> mirrored{};
+    std::array<bool, kSamples> panes{};
+    std::array<double, kSamples> shares{};
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      panes[i] = valid[i] && points[i].pane;
+      if (!panes[i]) continue;
+      const SurfacePoint& p = points[i];
+      const WorldPoint along = unit(rays[i].direction);
+      const double facing = dot(along, p.normal), grazing = 1 + facing, grazing2 = grazing * grazing;
+      shares[i] = kHeadOn + (1 - kHeadOn) * grazing2 * grazing2 * grazing;
+      mirrored[i] = {p.position + p.normal * still->off_m, along - p.normal * (2 * facing)};
+    }
+    if (std::none_of(panes.begin(), panes.end(), [](bool pane) { return pane; })) return;
+    Points met;
+    first_points(mirrored, panes, met);
+    const std::array<int, kSamples> lit = in_the_sun(met, panes);
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      if (!panes[i]) continue;
+      Color image = shaded(met[i], lit[i] != 0);
+      if (met[i].sky && dot(mirrored[i].direction, kSun) > kInTheSun) image.fill(kSunBrightness);
+      for (std::size_t c = 0; c < 3; ++c) colors[i][c] += shares[i] * (image[c] - colors[i][c]);
+    }
+  }
+
+  // What the rays of a pixel see.
+  struct Seen {
+    Color sum{};                         // of their colours; invalid ones are black
+    std::uint32_t surface = kNoSurface;  // that all of them see
+    std::uint32_t rays = 0, unmodelled = 0;
+
+    void add(std::uint32_t s, std::size_t modelled_surfaces) {
+      surface = rays++ == 0 || s == surface ? s : kMixedSurfaces;
+      unmodelled += s != kNoSurface && s >= modelled_surfaces ? 1 : 0;
+    }
+  };
+
+  void look_along(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid, const Shot& shot,
+                  Seen& seen) const {
     Points points;
     first_points(rays, valid, points);
     const std::array<int, kSamples> lit = in_the_sun(points, valid);
+    std::array<Color, kSamples> colors{};
+    for (std::size_t i = 0; i < kSamples; ++i)
+      if (valid[i]) colors[i] = shaded(points[i], lit[i] != 0);
+    if (shot.reflections) add_reflections(rays, points, valid, colors);
     Color sum{};
-    surface = points[0].surface;
     for (std::size_t i = 0; i < kSamples; ++i) {
-      if (points[i].surface != surface) surface = kMixedSurfaces;
+      seen.add(points[i].surface, still->scene.surfaces.size());
       if (!valid[i]) continue;
       const SurfacePoint& p = points[i];
-      double light = p.sky ? 1 : 0.42 + 0.13 * p.normal.z;
-      if (lit[i] != 0) light += 0.55 * dot(p.normal, kSun);
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += p.albedo[c] * light * (1.0 / kSamples);
+      const double kept = p.sky ? 1 : haze_transmission(length(p.position - rays[i].origin), shot.visibility_m);
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += (colors[i][c] * kept + kSky[c] * (1 - kept)) * (1.0 / kSamples);
     }
-    return sum;
+    for (std::size_t c = 0; c < 3; ++c) seen.sum[c] += sum[c];
+  }
+
+  // What a pixel sees whose positions on the image plane start at `at`; the sum of its colours is their mean.
+  Seen pixel(const Pose& pose, const Shot& shot, int x, int y, const PixelPoint* at) const {
+    const auto rounds = static_cast<std::uint32_t>(shot.sharp() ? 1 : static_cast<std::size_t>(shot.rays) / kSamples);
+    std::array<bool, kSamples> valid{};
+    for (std::size_t s = 0; s < kSamples; ++s) valid[s] = !std::isnan(at[s].x);
+    Seen seen;
+    for (std::uint32_t round = 0; round < rounds; ++round) {
+      std::array<Ray, kSamples> rays;
+      for (std::size_t s = 0; s < kSamples; ++s) {
+        CameraRay ray{{}, {at[s].x, at[s].y, 1}};
+        if (!shot.sharp()) {
+          const auto n = static_cast<std::uint32_t>(round * kSamples + s);
+          ray = shot_ray(shot, at[s].x, at[s].y,
+                         lens_sample(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), n));
+        }
+        rays[s] = {pose.centre + to_world_axes(pose, ray.origin), to_world_axes(pose, ray.direction)};
+      }
+      look_along(rays, valid, shot, seen);
+    }
+    for (double& c : seen.sum) c *= 1.0 / rounds;
+    return seen;
   }
 
   // Positions of a row's samples on the undistorted image plane, four a pixel; NaN beyond the fold of the lens model.
@@ -241,8 +318,8 @@ SynthRenderer::SynthRenderer(const SynthScene& scene) : state_(std::make_unique<
 
 SynthRenderer::~SynthRenderer() = default;
 
-SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Exposure& exposure,
-                                const SynthScene* moving) {
+SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Shot& shot,
+                                const SynthScene* unmodelled) {
   SynthPhoto photo;
   Image& image = photo.image;
   image.width = camera.width;
@@ -250,9 +327,10 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Ex
   const auto width = static_cast<std::size_t>(camera.width), height = static_cast<std::size_t>(camera.height);
   image.pixels.resize(width * height * 3);
   photo.surfaces.resize(width * height);
+  photo.unmodelled.resize(width * height);
   state_->prepare(camera);
-  state_->moving.reset();
-  if (moving != nullptr && !moving->mesh.faces.empty()) state_->moving.emplace(state_->device, *moving);
+  state_->unmodelled.reset();
+  if (unmodelled != nullptr && !unmodelled->mesh.faces.empty()) state_->unmodelled.emplace(state_->device, *unmodelled);
   const double half_x = camera.width / 2.0, half_y = camera.height / 2.0;
   tbb::parallel_for(0, camera.height, [&](int y) {
     std::vector<PixelPoint> own_row;
@@ -263,23 +341,19 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Ex
       State::plane_row(camera, y, own_row.data());
       at = own_row.data();
     }
-    std::array<Ray, kSamples> rays;
-    std::array<bool, kSamples> valid{};
-    for (int x = 0; x < camera.width; ++x) {
-      for (std::size_t s = 0; s < kSamples; ++s) {
-        const double cx = at->x, cy = at->y;
-        ++at;
-        valid[s] = !std::isnan(cx);
-        rays[s] = {pose.centre, to_world_axes(pose, {cx, cy, 1})};
-      }
-      const Color c = state_->color(rays, valid, photo.surfaces[pixel_index(x, y, camera.width)]);
+    for (int x = 0; x < camera.width; ++x, at += kSamples) {
+      const State::Seen seen = state_->pixel(pose, shot, x, y, at);
+      const std::size_t index = pixel_index(x, y, camera.width);
+      photo.surfaces[index] = seen.surface;
+      photo.unmodelled[index] = static_cast<std::uint8_t>((255 * seen.unmodelled + seen.rays / 2) / seen.rays);
       const double dx = x + 0.5 - half_x, dy = y + 0.5 - half_y;
-      const double gain = exposure.at((dx * dx + dy * dy) / (half_x * half_x + half_y * half_y));
+      const double gain = shot.exposure.at((dx * dx + dy * dy) / (half_x * half_x + half_y * half_y));
       std::uint8_t* out = image.at(x, y);
-      for (std::size_t i = 0; i < 3; ++i) out[i] = static_cast<std::uint8_t>(std::clamp(gain * c[i] + 0.5, 0.0, 255.0));
+      for (std::size_t i = 0; i < 3; ++i)
+        out[i] = static_cast<std::uint8_t>(std::clamp(gain * seen.sum[i] + 0.5, 0.0, 255.0));
     }
   });
-  state_->moving.reset();
+  state_->unmodelled.reset();
   return photo;
 }
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "app/synth/shot.h"
 #include "io/image.h"
 #include "io/names.h"
 #include "io/scene.h"
@@ -57,15 +58,10 @@ struct SynthScene {
   bool endless_ground = false;              ///< photos show surfaces[0] at z = 0 beyond the mesh, too
 };
 
+/// True if the point of the surface lies in the glass of a window.
+bool in_window_pane(const Surface& surface, const WorldPoint& p);
 /// Albedo at a point of the surface, with the surface's tint.
 Color surface_albedo(const Surface& surface, const WorldPoint& p);
-
-/// A photo's exposure: colours are multiplied by `gain`, and by 1 - `vignetting` in the corners.
-struct Exposure {
-  double gain = 1, vignetting = 0;
-  /// Factor at the squared distance from the middle of the photo, where 1 is a corner.
-  double at(double corner_share) const { return gain * (1 - vignetting * corner_share); }
-};
 
 /// Marks pixels whose samples see several surfaces.
 inline constexpr std::uint32_t kMixedSurfaces = 0xFFFFFFFEu;
@@ -74,9 +70,10 @@ inline constexpr std::uint32_t kNoSurface = 0xFFFFFFFFu;
 
 struct SynthPhoto {
   Image image;
-  /// Per pixel the surface that all its samples see, kMixedSurfaces or kNoSurface. Surfaces of moving objects are numbered
-  /// from the number of the scene's surfaces on.
+  /// Per pixel the surface that all its samples see, kMixedSurfaces or kNoSurface. Surfaces of unmodelled objects are
+  /// numbered from the number of the scene's surfaces on.
   std::vector<std::uint32_t> surfaces;
+  std::vector<std::uint8_t> unmodelled;  ///< per pixel the share of its rays that meet such objects first, of 255
 };
 
 /// Renders photos of a scene with sun and shadows. Holds an Embree scene.
@@ -87,10 +84,10 @@ class SynthRenderer {
   SynthRenderer(const SynthRenderer&) = delete;
   SynthRenderer& operator=(const SynthRenderer&) = delete;
 
-  /// A photo through the camera's lens distortion, 2 x 2 samples a pixel. Uses all TBB threads. `moving`: objects that are
-  /// in this photo only.
-  SynthPhoto photo(const Camera& camera, const Pose& pose, const Exposure& exposure = {},
-                   const SynthScene* moving = nullptr);
+  /// A photo through the camera's lens distortion, at 2 x 2 positions a pixel. Uses all TBB threads. `unmodelled`:
+  /// objects that are in this photo and not in the scene. \pre shot.rays is a positive multiple of 4
+  SynthPhoto photo(const Camera& camera, const Pose& pose, const Shot& shot = {},
+                   const SynthScene* unmodelled = nullptr);
   /// True if nothing lies between a point of face `face` and the camera centre: the first face that the ray from the
   /// centre hits is `face` or, in double precision, no nearer than the point.
   bool sees(const Pose& pose, const WorldPoint& p, std::uint32_t face) const;

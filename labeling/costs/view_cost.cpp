@@ -168,6 +168,21 @@ bool CandidateCollector::add_statistics(ViewId id, std::span<const std::byte> st
   return true;
 }
 
+std::vector<FaceId> CandidateCollector::restrict_views(const std::function<bool(FaceId, ViewId)>& allowed) {
+  enum : std::uint8_t { kNever, kBefore, kStill };
+  std::vector<std::uint8_t> seen(state_->mesh.faces.size(), kNever);
+  for (auto& [view, records] : state_->by_view)
+    std::erase_if(records, [&, id = ViewId{view}](const FaceRecord& record) {
+      const bool kept = allowed(FaceId{record.face}, id);
+      seen[record.face] = std::max<std::uint8_t>(seen[record.face], kept ? kStill : kBefore);
+      return !kept;
+    });
+  std::vector<FaceId> lost;
+  for (std::uint32_t face = 0; face < seen.size(); ++face)
+    if (seen[face] == kBefore) lost.push_back(FaceId{face});
+  return lost;
+}
+
 Candidates CandidateCollector::finish(const FaceGraph* graph) {
   const CostOptions& options = state_->options;
   RecordsByView& by_view = state_->by_view;

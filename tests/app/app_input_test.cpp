@@ -1,6 +1,8 @@
 // What the program says about input that cannot be used.
 #include <sys/stat.h>
 
+#include <algorithm>
+
 #include "tests/app/app_fixture.h"
 
 namespace gpvc {
@@ -111,6 +113,24 @@ TEST_F(App, ExplainsAMeshInAnotherFrame) {
          "property double z\nelement face 1\nproperty list uchar int vertex_indices\n"
          "end_header\n500000 5000000 0\n500001 5000000 0\n500000 5000001 0\n3 0 1 2\n";
   expect_one_sentence(run(texture(out_)), "no photo sees any face", "same coordinates");
+  EXPECT_FALSE(fs::exists(out_));
+}
+
+TEST_F(App, RulesAboutPhotosAreReadOrRefused) {
+  const fs::path rules = folder_.write("rules.csv", "polygon,-40 -40 40 -40 40 40 -40 40,forbid,nadir_*;west_001\n");
+  const Outcome outcome = run(texture(out_, {"--allow", rules.string()}));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(run_json(out_)["options"]["allow"], rules.string());
+  const std::vector<std::int32_t> labels = npy<std::int32_t>(out_ / "labels.npy");
+  ASSERT_FALSE(labels.empty());
+  // east_001, nadir_001, north_001, south_001, west_001
+  for (const std::int32_t label : labels) EXPECT_TRUE(label != 1 && label != 4) << label;
+  EXPECT_GT(std::ranges::count(labels, 0), 100);
+  fs::remove_all(out_);
+
+  folder_.write("rules.csv", "box,0 0 0 1 1 1,forbid,nadir_0001\n");
+  expect_one_sentence(run(texture(out_, {"--allow", rules.string()})), "rules.csv: line 1",
+                      "the scene has no view 'nadir_0001'; near are nadir_001.jpg");
   EXPECT_FALSE(fs::exists(out_));
 }
 

@@ -134,6 +134,11 @@ TEST_F(KeptWork, OtherOptionsRedoOnlyWhatDependsOnThem) {
          s.costs.data_weight = 0.5;
        }),
        views, false},
+      {"rules about photos", with([](auto& s) {
+         s.view_rules = {
+             {io::GroundRegion{{{-9, -9}, {9, -9}, {9, 9}, {-9, 9}}}, false, {ViewId{1}, ViewId{2}}, "rule"}};
+       }),
+       views, false},
       {"data term", with([](auto& s) { s.costs.term = labeling::DataTerm::gmi; }), 0, false},
       {"sampling", with([](auto& s) { s.visibility.method = visibility::NoTest{}; }), 0, false},
   };

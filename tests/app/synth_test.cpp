@@ -130,46 +130,151 @@ TEST(SynthRenderer, TellsLayersAnEighthOfAMillimetreApart) {
 struct Overhead {
   synth::CityOptions options;
   View view;
-  Overhead() {
+  explicit Overhead(int width = 160) {
     options.faces = 6000;
     options.flight.size_m = 60;
     options.flight.photos = 1;
-    options.flight.width = 160;
-    options.flight.height = 120;
+    options.flight.width = width;
+    options.flight.height = width * 3 / 4;
     view = synth::synth_flight(options.flight).front();
   }
 };
 
-TEST(SynthRenderer, CarsAreInTheirPhotoAlone) {
-  const Overhead at;
-  const synth::SynthScene city = synth::make_city(at.options), cars = synth::make_cars(at.options, 0, 30);
-  ASSERT_EQ(cars.surfaces.size(), 30u * 11);
+TEST(SynthRenderer, CarsAndPeopleAreInTheirPhotoAlone) {
+  const Overhead at(960);  // 6 cm a pixel: a person is some pixels wide
+  const synth::SynthScene city = synth::make_city(at.options);
+  constexpr synth::Unmodelled kWhat{.cars = 30, .people = 40};
+  const synth::SynthScene movers = synth::make_unmodelled(at.options, 0, kWhat);
+  ASSERT_EQ(movers.surfaces.size(), 30u * 11 + 40 * 18);
   synth::SynthRenderer renderer(city);
   const synth::SynthPhoto before = renderer.photo(at.view.camera, at.view.pose),
-                          with = renderer.photo(at.view.camera, at.view.pose, {}, &cars),
+                          with = renderer.photo(at.view.camera, at.view.pose, {}, &movers),
                           after = renderer.photo(at.view.camera, at.view.pose);
   EXPECT_EQ(before.image.pixels, after.image.pixels);
-  std::size_t car_pixels = 0;
+  std::size_t car_pixels = 0, person_pixels = 0;
   for (std::size_t i = 0; i < with.surfaces.size(); ++i) {
+    EXPECT_EQ(before.unmodelled[i], 0);
     const std::uint32_t s = with.surfaces[i];
-    const bool car = s < synth::kMixedSurfaces && s >= city.surfaces.size();
-    car_pixels += car;
-    if (car) {
-      EXPECT_LT(s, city.surfaces.size() + cars.surfaces.size());
+    const bool mover = s < synth::kMixedSurfaces && s >= city.surfaces.size();
+    if (mover) {
+      ASSERT_LT(s, city.surfaces.size() + movers.surfaces.size());
+      ++(s < city.surfaces.size() + 30 * 11 ? car_pixels : person_pixels);
+      EXPECT_EQ(with.unmodelled[i], 255);
     } else if (s != synth::kMixedSurfaces) {
       EXPECT_EQ(s, before.surfaces[i]);
+      EXPECT_EQ(with.unmodelled[i], 0);
     }
   }
   EXPECT_GT(car_pixels, 20u);
-  EXPECT_NE(synth::make_cars(at.options, 1, 30).mesh.positions, cars.mesh.positions);
+  EXPECT_GT(person_pixels, 0u);
+  EXPECT_NE(synth::make_unmodelled(at.options, 1, kWhat).mesh.positions, movers.mesh.positions);
+  EXPECT_EQ(synth::make_unmodelled(at.options, 0, kWhat).mesh.positions, movers.mesh.positions);
+}
+
+TEST(SynthUnmodelled, PeopleAreAsTallAsPeopleAndStandAtStreets) {
+  const Overhead at;
+  const synth::SynthScene people = synth::make_unmodelled(at.options, 3, {.people = 50});
+  double top = 0;
+  for (const WorldPoint& p : people.mesh.positions) {
+    top = std::max(top, p.z);
+    EXPECT_GE(p.z, 0);
+    const auto off_block = [](double v) {
+      return std::abs(v / synth::kBlockPitch_m - std::round(v / synth::kBlockPitch_m)) * synth::kBlockPitch_m;
+    };
+    // Beyond the gardens, which end where pavements begin.
+    EXPECT_GT(std::max(off_block(p.x), off_block(p.y)),
+              (synth::kBlockPitch_m - synth::kStreet_m) / 2 - synth::kWalk_m - 0.1);
+  }
+  EXPECT_NEAR(top, 1.74, 0.01);
+}
+
+// From 5 m before a wall a fence of wires 3 cm wide every 20 cm, one metre before it, covers 28 % of it.
+TEST(SynthUnmodelled, FencesStandBeforeWallsInAllPhotosAlike) {
+  const Overhead at;
+  const synth::SynthScene fence = synth::make_unmodelled(at.options, 0, {.fences = true});
+  ASSERT_EQ(fence.surfaces.size(), 1u);
+  EXPECT_EQ(fence.mesh.positions, synth::make_unmodelled(at.options, 7, {.fences = true}).mesh.positions);
+  EXPECT_EQ(synth::make_unmodelled(at.options, 7, {.cars = 2, .fences = true}).surfaces.size(), 23u);
+  const synth::SynthScene city = synth::make_city(at.options);
+  synth::SynthRenderer renderer(city);
+  // The southernmost wall with windows looks away from the middle of the city.
+  std::uint32_t wall = 0;
+  double south = 0;
+  for (std::uint32_t s = 0; s < city.surfaces.size(); ++s)
+    if (city.surfaces[s].windows && city.surfaces[s].u_axis.x > 0.9 && city.surfaces[s].origin.y < south) {
+      south = city.surfaces[s].origin.y;
+      wall = s;
+    }
+  const synth::Surface& front = city.surfaces[wall];
+  const WorldPoint &u = front.u_axis, out = {u.y, -u.x, 0};
+  Pose pose;
+  pose.rotation = {u.x, u.y, 0, 0, 0, -1, -out.x, -out.y, 0};
+  pose.centre = front.origin + u * 4 + WorldPoint{0, 0, 1.2} + out * 5;
+  Camera camera;
+  camera.width = camera.height = 200;
+  camera.fx = camera.fy = 400;  // 1 cm a pixel at the fence, of which 2 m x 2 m are seen
+  camera.cx = camera.cy = 100;
+  const synth::SynthPhoto photo = renderer.photo(camera, pose, {}, &fence);
+  double covered = 0;
+  for (const std::uint8_t share : photo.unmodelled) covered += share / 255.0 / 40000;
+  // Wires every 20 cm across and down; a post of 8 cm may be in sight.
+  EXPECT_NEAR(covered, 1 - 0.85 * 0.85, 0.06);
+}
+
+// Straight towards a wall in open country: panes mirror 8 % of the sky, and nothing else changes.
+TEST(SynthRenderer, WindowPanesMirrorTheSky) {
+  synth::SynthBuilder builder(10, 1024, 1);
+  builder.quad(synth::Material::plaster, {0, 0, 0}, {10, 0, 0}, {0, 0, 9}, true);
+  const synth::SynthScene scene = builder.take();
+  synth::SynthRenderer renderer(scene);
+  Camera camera;
+  camera.width = camera.height = 120;
+  camera.fx = camera.fy = 4000;  // 1000 m off: all rays within a degree of the normal
+  camera.cx = camera.cy = 60;
+  Pose pose;
+  pose.rotation = {1, 0, 0, 0, 0, -1, 0, 1, 0};
+  pose.centre = {5, -200, 4.5};
+  synth::Shot mirroring;
+  mirroring.reflections = true;
+  const Image plain = renderer.photo(camera, pose).image, mirrors = renderer.photo(camera, pose, mirroring).image;
+  std::size_t panes = 0, others = 0;
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 120; ++x) {
+      const auto pane = [&](double dx, double dy) {
+        return synth::in_window_pane(scene.surfaces[0], {5 + (x + dx - 60) / 20, 0, 4.5 - (y + dy - 60) / 20});
+      };
+      const int count = pane(0, 0) + pane(1, 0) + pane(0, 1) + pane(1, 1) + pane(0.5, 0.5);
+      const std::uint8_t *p = plain.at(x, y), *m = mirrors.at(x, y);
+      if (count == 5) {
+        ++panes;
+        EXPECT_NEAR(m[0], p[0] + 0.08 * (206 - p[0]), 1.1);
+        EXPECT_NEAR(m[2], p[2] + 0.08 * (232 - p[2]), 1.1);
+      } else if (count == 0) {
+        ++others;
+        EXPECT_EQ(m[0], p[0]);
+      }
+    }
+  EXPECT_GT(panes, 1000u);
+  EXPECT_GT(others, 5000u);
+  // At 80 degrees to the normal, 0.08 + 0.92 (1 - cos 80)^5 = 0.43.
+  pose.centre = {5 - 200 * 0.98480775, -200 * 0.17364818, 4.5};
+  pose.rotation = {0.17364818, -0.98480775, 0, 0, 0, -1, 0.98480775, 0.17364818, 0};
+  const Image flat = renderer.photo(camera, pose).image, glare = renderer.photo(camera, pose, mirroring).image;
+  double most = 0;
+  for (std::size_t i = 0; i < flat.pixels.size(); i += 3)
+    if (flat.pixels[i] < 100)
+      most = std::max(most, (static_cast<double>(glare.pixels[i]) - flat.pixels[i]) / (206 - flat.pixels[i]));
+  EXPECT_NEAR(most, 0.43, 0.04);
 }
 
 TEST(SynthRenderer, ExposureScalesColorsAndDarkensCorners) {
   const Overhead at;
   const synth::SynthScene city = synth::make_city(at.options);
   synth::SynthRenderer renderer(city);
+  synth::Shot half;
+  half.exposure = {0.5, 0.4};
   const Image plain = renderer.photo(at.view.camera, at.view.pose).image,
-              dark = renderer.photo(at.view.camera, at.view.pose, {0.5, 0.4}).image;
+              dark = renderer.photo(at.view.camera, at.view.pose, half).image;
   for (const auto& [x, y, share] : {std::array<double, 3>{80, 60, 0}, {0, 0, 1}, {159, 119, 1}})
     for (int c = 0; c < 3; ++c)
       EXPECT_NEAR(dark.at(static_cast<int>(x), static_cast<int>(y))[c],

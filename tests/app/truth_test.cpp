@@ -387,6 +387,47 @@ TEST_F(TruthOfACity, GhostsAreWhatHiddenFacesTakeFromOthers) {
   EXPECT_NEAR(faithful, all.faithful * (all.seen_area + all.hidden_area), 1e-4 * all.seen_area);
 }
 
+// One photo shows nothing but what the mesh lacks, another half of it in each pixel.
+TEST_F(TruthOfACity, UnmodelledObjectsCountByTheirShareOfThePixels) {
+  const std::vector<ViewId> good = good_views();
+  std::vector<std::int32_t> labels(good.size(), -1);
+  std::vector<std::uint8_t> tags(good.size(), static_cast<std::uint8_t>(labeling::FaceTag::unseen));
+  std::vector<double> shown(scene_->views.size(), 0);
+  double all = 0;
+  for (std::size_t f = 0; f < good.size(); ++f) {
+    if (good[f] == kNoView) continue;
+    labels[f] = static_cast<std::int32_t>(index(good[f]));
+    tags[f] = static_cast<std::uint8_t>(labeling::FaceTag::seen);
+    shown[index(good[f])] += area(f);
+    all += area(f);
+  }
+  evaluate::Truth truth = *truth_;
+  truth.dir = folder_->path() / "unmodelled_truth";
+  std::filesystem::create_directories(truth.dir);
+  std::filesystem::copy(truth_->dir / "ids", truth.dir / "ids");
+  const Camera& camera = scene_->views[0].camera;
+  for (std::size_t v = 0; v < scene_->views.size(); ++v) {
+    Image share{camera.width, camera.height, 3, {}};
+    share.pixels.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * 3,
+                        static_cast<std::uint8_t>(v == 0   ? 255
+                                                  : v == 1 ? 51
+                                                           : 0));
+    std::filesystem::create_directories(truth.dir / "unmodelled");
+    io::write_image(truth.dir / "unmodelled" / (scene_->views[v].name + ".png"), share, io::ImageFormat::png, 0);
+  }
+  const auto score = [&](bool known) {
+    truth.unmodelled = known;
+    io::PhotoCache photos(*scene_, 1, 0);
+    const evaluate::TruthScorer scorer({truth, truth.mesh, *scene_, *used_, photos}, kSilent);
+    return scorer.score(evaluate::origins_of_labels(truth.mesh, *scene_, labels, tags));
+  };
+  const evaluate::OriginScore counted = score(true);
+  ASSERT_GT(shown[0] + shown[1], 0.05 * all);
+  EXPECT_NEAR(counted.all.unmodelled, (shown[0] + 0.2 * shown[1]) / all, 0.02);
+  EXPECT_TRUE(evaluate::shares_json(counted.all).contains("unmodelled"));
+  EXPECT_EQ(score(false).all.unmodelled, 0);
+}
+
 TEST(OriginVerdict, CallsAnEdgeWhatLiesLessThanAPixelFromItsOwnSurface) {
   // Four by four pixels: surface 1 left, 2 right, a mixed one at (1, 3).
   std::vector<std::uint32_t> picture{1, 1, 2, 2, 1, 1, 2, 2, 1, 1, 2, 2, 1, synth::kMixedSurfaces, 2, 2};

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "io/scene_files.h"
+
 namespace gpvc {
 namespace {
 

@@ -1,0 +1,41 @@
+// Rules about which photos may texture which part of a mesh, resolved to the views of a scene.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "../../io/scene.h"
+#include "../../io/view_rules.h"
+
+namespace gpvc::pipeline {
+
+struct ViewRule {
+  io::Region region;
+  bool allow = false;  ///< these views alone; else all but these
+  std::vector<ViewId> views;
+  std::string name = "rule";  ///< in messages: the file and the place in it
+};
+
+/// What a list of rules says of each face and view. A view may texture a face that all rules about the face leave it.
+class ViewRuleTable {
+ public:
+  /// O(rules x faces), TBB.
+  ViewRuleTable(std::span<const ViewRule> rules, const Mesh& mesh, std::size_t views);
+
+  bool allows(FaceId face, ViewId view) const {
+    return allowed_[set_of_face_[static_cast<std::size_t>(face)]][static_cast<std::size_t>(view)];
+  }
+  /// Faces that some rule is about.
+  std::size_t faces() const;
+  /// Per rule the number of its faces.
+  const std::vector<std::size_t>& faces_of_rules() const { return faces_of_rules_; }
+
+ private:
+  std::vector<std::uint32_t> set_of_face_;  ///< which set of rules is about it; 0: none
+  std::vector<std::vector<bool>> allowed_;  ///< per set of rules and view
+  std::vector<std::size_t> faces_of_rules_;
+};
+
+}  // namespace gpvc::pipeline

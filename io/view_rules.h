@@ -1,0 +1,58 @@
+// Which photos may texture which part of a mesh, as a user states it in a file: `gpvc texture --allow`.
+//
+// JSON: an object with a list "rules" of objects, each with one region and one choice:
+//   "box": [[x, y, z], [x, y, z]]                   two opposite corners
+//   "polygon": [[x, y], ...], "z": [low, high]      on the ground; "z" may be missing
+//   "faces": [7, [100, 120], ...]                   indices, and ranges with both ends
+//   "allow": "NAME" or ["NAME", ...]                names or globs of photos: no other ones there
+//   "forbid": the same                              not these ones there
+// CSV: a line a rule of four fields; blank lines and lines that begin with # are skipped:
+//   box,X Y Z X Y Z,allow,NAME;NAME...
+//   polygon,X Y X Y X Y...,forbid,NAME;NAME...
+//   faces,7 100-120 ...,forbid,NAME;NAME...
+// Coordinates are those of the mesh in the cameras' reference system.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "scene.h"
+
+namespace gpvc::io {
+
+struct BoxRegion {
+  WorldPoint low, high;
+};
+/// Above and below a polygon of the x-y plane, between two heights. Points in an odd number of its windings are inside.
+struct GroundRegion {
+  std::vector<std::array<double, 2>> corners;  ///< at least three
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
+};
+struct FaceRegion {
+  std::vector<std::array<std::uint32_t, 2>> ranges;  ///< first and last face
+};
+using Region = std::variant<BoxRegion, GroundRegion, FaceRegion>;
+
+struct ListedViewRule {
+  Region region;
+  bool allow = false;               ///< these photos alone; else all but these
+  std::vector<std::string> photos;  ///< names or globs, as given; at least one
+  std::string place;                ///< in the file: "rule 2", "line 4"
+};
+
+/// Told apart by content: JSON begins with a brace. Throws InputError. O(bytes of the file).
+std::vector<ListedViewRule> read_view_rules(const std::filesystem::path& file);
+/// The same from memory; `file` is named in errors.
+std::vector<ListedViewRule> parse_view_rules(const std::filesystem::path& file, std::string_view text);
+
+/// A flag per face: 1 if its middle (the mean of its corners) lies in the region, or it is listed. Faces beyond the mesh's
+/// are no error here. O(faces x corners of a polygon), TBB.
+std::vector<std::uint8_t> faces_in(const Region& region, const Mesh& mesh);
+
+}  // namespace gpvc::io

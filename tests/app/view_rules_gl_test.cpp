@@ -1,0 +1,163 @@
+// Rules about which photos may texture which part of a mesh.
+#include "app/pipeline/view_rules.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "app/cli/view_lists.h"
+#include "tests/app/photographed_city.h"
+
+namespace gpvc {
+namespace {
+
+using pipeline::ViewRule;
+using test::City;
+
+class Warnings : public pipeline::Observer {
+ public:
+  void warning(const std::string& text) override { warnings.push_back(text); }
+  std::vector<std::string> warnings;
+};
+
+class ViewRules : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { city_ = std::make_unique<City>(); }
+  static void TearDownTestSuite() { city_.reset(); }
+
+  pipeline::Seen see(std::vector<ViewRule> rules, pipeline::Observer& observer) {
+    pipeline::Settings settings;
+    settings.costs.outliers = labeling::Outliers::none;  // which are found by comparing faces with their neighbours
+    settings.view_rules = std::move(rules);
+    return pipeline::see({city_->scene, city_->mesh, city_->views}, settings, photos_, observer);
+  }
+  static std::vector<std::uint32_t> views_of(const pipeline::Seen& seen, std::size_t face) {
+    const auto views = seen.candidates.table.views_of(face);
+    return {views.begin(), views.end()};
+  }
+
+  static inline std::unique_ptr<City> city_;
+  io::PictureSource photos_{city_->scene, city_->pictures};
+  Warnings heard_;
+};
+
+const io::Region kEast = io::GroundRegion{{{0, -40}, {40, -40}, {40, 40}, {0, 40}}};
+
+TEST_F(ViewRules, FacesInsideLoseForbiddenViewsAndOthersNone) {
+  const pipeline::Seen all = see({}, heard_), some = see({{kEast, false, {ViewId{0}, ViewId{3}}, "rule"}}, heard_);
+  const std::vector<std::uint8_t> inside = io::faces_in(kEast, city_->mesh);
+  std::size_t touched = 0, cheaper = 0;
+  for (std::size_t f = 0; f < inside.size(); ++f) {
+    if (inside[f] == 0) {
+      ASSERT_EQ(views_of(some, f), views_of(all, f)) << f;
+      const auto before = all.candidates.table.costs_of(f), after = some.candidates.table.costs_of(f);
+      ASSERT_TRUE(std::ranges::equal(before, after)) << f;
+      continue;
+    }
+    for (const std::uint32_t view : views_of(some, f)) {
+      ASSERT_NE(view, 0u);
+      ASSERT_NE(view, 3u);
+    }
+    touched += views_of(some, f) != views_of(all, f);
+    if (some.candidates.tags[f] != all.candidates.tags[f]) continue;
+    // A view is compared with the best of those that are left: it may only cost less than before.
+    const std::vector<std::uint32_t> before = views_of(all, f), after = views_of(some, f);
+    for (std::size_t i = 0; i < after.size(); ++i) {
+      const auto at = static_cast<std::size_t>(std::ranges::find(before, after[i]) - before.begin());
+      ASSERT_LT(at, before.size());
+      const float was = all.candidates.table.costs_of(f)[at], is = some.candidates.table.costs_of(f)[i];
+      ASSERT_LE(is, was);
+      cheaper += is < was;
+    }
+  }
+  EXPECT_GT(touched, 200u);
+  EXPECT_GT(cheaper, 50u);
+}
+
+TEST_F(ViewRules, AllowedViewsAreTheOnlyOnes) {
+  const pipeline::Seen seen = see({{kEast, true, {ViewId{1}, ViewId{2}}, "rule"}}, heard_);
+  const std::vector<std::uint8_t> inside = io::faces_in(kEast, city_->mesh);
+  std::size_t ones = 0;
+  for (std::size_t f = 0; f < inside.size(); ++f)
+    for (const std::uint32_t view : views_of(seen, f)) {
+      if (inside[f] != 0) {
+        ASSERT_TRUE(view == 1 || view == 2) << view;
+        ++ones;
+      }
+    }
+  EXPECT_GT(ones, 200u);
+}
+
+TEST_F(ViewRules, FacesWithoutAViewAreCountedInAWarningAndFilled) {
+  const pipeline::Seen all = see({}, heard_);
+  heard_.warnings.clear();
+  pipeline::Settings settings;
+  settings.view_rules = {{kEast, false, city_->views, "rule"}};
+  const pipeline::TexturedMesh textured =
+      pipeline::texture({city_->scene, city_->mesh, city_->views}, settings, photos_, heard_);
+  const std::vector<std::uint8_t> inside = io::faces_in(kEast, city_->mesh);
+  std::size_t lost = 0;
+  for (std::size_t f = 0; f < inside.size(); ++f) {
+    if (inside[f] == 0) continue;
+    EXPECT_EQ(textured.tags[f], labeling::FaceTag::unseen);
+    EXPECT_EQ(textured.selection.labels[f], kNoView);
+    lost += all.candidates.tags[f] != labeling::FaceTag::unseen;
+  }
+  ASSERT_GT(lost, 500u);
+  const std::string expected = pipeline::readable_count(lost) + " faces are filled, the first of them face ";
+  EXPECT_TRUE(std::ranges::any_of(heard_.warnings, [&](const std::string& w) { return w.starts_with(expected); }))
+      << expected;
+}
+
+TEST_F(ViewRules, RegionsWithoutAFaceAreWarnedOf) {
+  see({{io::BoxRegion{{1000, 0, 0}, {1001, 1, 1}}, false, {ViewId{0}}, "rules.csv: line 7"}}, heard_);
+  ASSERT_FALSE(heard_.warnings.empty());
+  EXPECT_EQ(heard_.warnings.front(), "rules.csv: line 7: no face of the mesh lies in its region");
+}
+
+TEST(ViewRuleTable, RulesAboutAFaceAllHold) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}};
+  mesh.faces.assign(4, {0, 0, 0});
+  const auto faces = [](std::uint32_t first, std::uint32_t last) { return io::FaceRegion{{{first, last}}}; };
+  const std::vector<ViewRule> rules{{faces(0, 2), true, {ViewId{0}, ViewId{1}}, ""},
+                                    {faces(1, 3), false, {ViewId{1}}, ""},
+                                    {faces(2, 2), true, {ViewId{2}}, ""}};
+  const pipeline::ViewRuleTable table(rules, mesh, 3);
+  const auto allowed = [&](std::uint32_t face) {
+    std::string views;
+    for (std::uint32_t v = 0; v < 3; ++v) views += table.allows(FaceId{face}, ViewId{v}) ? std::to_string(v) : "";
+    return views;
+  };
+  EXPECT_EQ(allowed(0), "01");
+  EXPECT_EQ(allowed(1), "0");
+  EXPECT_EQ(allowed(2), "");
+  EXPECT_EQ(allowed(3), "02");
+  EXPECT_EQ(table.faces(), 4u);
+  EXPECT_EQ(table.faces_of_rules(), (std::vector<std::size_t>{3, 3, 1}));
+}
+
+TEST(ViewRuleFile, NamesAndGlobsBecomeViews) {
+  const test::TemporaryFolder folder;
+  std::vector<View> views(4);
+  const char* names[] = {"a/east_1.jpg", "a/east_2.jpg", "b/nadir_1.jpg", "b/nadir_2.jpg"};
+  for (std::size_t v = 0; v < views.size(); ++v) views[v].name = names[v];
+  const auto read = [&](const std::string& text) {
+    return cli::read_rules(folder.write("rules.csv", text), views, 10);
+  };
+  const std::vector<ViewRule> rules =
+      read("faces,0-9,allow,*nadir*;east_2\n# next\nbox,0 0 0 1 1 1,forbid,a/east_1.jpg\n");
+  ASSERT_EQ(rules.size(), 2u);
+  EXPECT_EQ(rules[0].views, (std::vector<ViewId>{ViewId{1}, ViewId{2}, ViewId{3}}));
+  EXPECT_TRUE(rules[0].allow);
+  EXPECT_EQ(rules[1].views, std::vector<ViewId>{ViewId{0}});
+  EXPECT_EQ(rules[1].name, (folder.path() / "rules.csv").string() + ": line 3");
+  const auto refused = [&](const std::string& text) { return test::input_error([&] { read(text); }); };
+  EXPECT_TRUE(
+      test::contains(refused("faces,0-9,allow,nadir_3.jpg"), "rules.csv: line 1: the scene has no view 'nadir_3.jpg'"));
+  EXPECT_TRUE(test::contains(refused("\nfaces,0-10,allow,*"), "rules.csv: line 2: expected faces of 0 to 9, found 10"));
+}
+
+}  // namespace
+}  // namespace gpvc

@@ -1,0 +1,145 @@
+#include "io/view_rules.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+using test::contains;
+
+std::vector<io::ListedViewRule> parse(std::string_view text) { return io::parse_view_rules("rules", text); }
+
+const std::string kJson = R"({"rules": [
+  {"box": [[4, 0, 2], [0, 1, 3]], "forbid": "DJI_0012.JPG", "note": "the crane"},
+  {"polygon": [[0, 0], [10, 0], [0, 10]], "z": [-1, 5], "allow": ["nadir_*", "east 7.jpg"]},
+  {"faces": [7, [100, 120]], "forbid": ["*"]}]})";
+const std::string kCsv =
+    "# x y z\nbox, 4 0 2 0 1 3 ,forbid,DJI_0012.JPG\r\n\npolygon,0 0 10 0 0 10,allow,nadir_*; east 7.jpg\n"
+    "faces,7 100-120,forbid,*";
+
+TEST(ViewRules, JsonAndCsvSayTheSame) {
+  const auto json = parse(kJson), csv = parse("\xEF\xBB\xBF" + kCsv);
+  ASSERT_EQ(json.size(), 3u);
+  ASSERT_EQ(csv.size(), 3u);
+  for (const auto* rules : {&json, &csv}) {
+    const auto& box = std::get<io::BoxRegion>((*rules)[0].region);
+    EXPECT_EQ(box.low, (WorldPoint{0, 0, 2}));
+    EXPECT_EQ(box.high, (WorldPoint{4, 1, 3}));
+    EXPECT_FALSE((*rules)[0].allow);
+    EXPECT_EQ((*rules)[0].photos, std::vector<std::string>{"DJI_0012.JPG"});
+    const auto& ground = std::get<io::GroundRegion>((*rules)[1].region);
+    EXPECT_EQ(ground.corners, (std::vector<std::array<double, 2>>{{0, 0}, {10, 0}, {0, 10}}));
+    EXPECT_TRUE((*rules)[1].allow);
+    EXPECT_EQ((*rules)[1].photos, (std::vector<std::string>{"nadir_*", "east 7.jpg"}));
+    const auto& faces = std::get<io::FaceRegion>((*rules)[2].region);
+    EXPECT_EQ(faces.ranges, (std::vector<std::array<std::uint32_t, 2>>{{7, 7}, {100, 120}}));
+  }
+  EXPECT_EQ(std::get<io::GroundRegion>(json[1].region).low, -1);
+  EXPECT_EQ(std::get<io::GroundRegion>(json[1].region).high, 5);
+  EXPECT_EQ(json[1].place, "rule 2");
+  EXPECT_EQ(csv[1].place, "line 4");
+}
+
+TEST(ViewRules, WhatIsWrongIsSaidWithItsPlace) {
+  const struct {
+    std::string text, place, reason;
+  } kWrong[] = {
+      {"", "rules", "expected at least one rule"},
+      {"# nothing\n", "rules", "expected at least one rule"},
+      {R"({"rules": []})", "rules", "expected at least one rule"},
+      {R"({"rules": 3})", "rules", "expected a list as 'rules'"},
+      {R"({"rules": [)", "byte", "well-formed"},
+      {R"({"rules": [{"box": [[0,0,0],[1,1,1]], "forbid": "a"}, {"forbid": "a"}]})", "rule 2", "one of 'box'"},
+      {R"({"rules": [{"box": [[0,0,0],[1,1,1]], "faces": [1], "forbid": "a"}]})", "rule 1", "one of 'box'"},
+      {R"({"rules": [{"box": [[0,0,0],[1,1]], "forbid": "a"}]})", "rule 1", "2 rows of 3 numbers"},
+      {R"({"rules": [{"box": [[0,0,0],[1,1,1]]}]})", "rule 1", "one of 'allow' and 'forbid'"},
+      {R"({"rules": [{"box": [[0,0,0],[1,1,1]], "allow": "a", "forbid": "b"}]})", "rule 1", "one of 'allow'"},
+      {R"({"rules": [{"box": [[0,0,0],[1,1,1]], "forbid": []}]})", "rule 1", "at least one photo"},
+      {R"({"rules": [{"box": [[0,0,0],[1,1,1]], "forbid": [7]}]})", "rule 1", "names of photos"},
+      {R"({"rules": [{"box": [[0,0,0],[1,1,1]], "z": [0,1], "forbid": "a"}]})", "rule 1", "belongs to a polygon"},
+      {R"({"rules": [{"box": [[0,0,0],[1,1,1]], "forbids": "a", "forbid": "a"}]})", "rule 1", "'forbids'"},
+      {R"({"rules": [{"polygon": [[0,0],[1,1]], "forbid": "a"}]})", "rule 1", "at least three corners"},
+      {R"({"rules": [{"polygon": [], "forbid": "a"}]})", "rule 1", "rows of 2 numbers"},
+      {R"({"rules": [{"polygon": [[0,0],[1,1],[0,1]], "z": [1,0], "forbid": "a"}]})", "rule 1", "lower and the higher"},
+      {R"({"rules": [{"faces": [], "forbid": "a"}]})", "rule 1", "a list of faces"},
+      {R"({"rules": [{"faces": [-1], "forbid": "a"}]})", "rule 1", "whole numbers from 0"},
+      {R"({"rules": [{"faces": [[9, 3]], "forbid": "a"}]})", "rule 1", "from the lower"},
+      {R"({"rules": [{"faces": [4294967296], "forbid": "a"}]})", "rule 1", "whole numbers from 0"},
+      {"\nbox,0 0 0 1 1 1,forbid", "line 2", "expected REGION,NUMBERS"},
+      {"box,0 0 0 1 1,forbid,a", "line 1", "found 5"},
+      {"box,0 0 0 1 1 nan,forbid,a", "line 1", "finite number, found 'nan'"},
+      {"box,0 0 0 1 1 1,veto,a", "line 1", "found 'veto'"},
+      {"ball,0 0 0 1,forbid,a", "line 1", "found 'ball'"},
+      {"box,0 0 0 1 1 1,forbid, ;", "line 1", "at least one photo"},
+      {"polygon,0 0 1 1 2,allow,a", "line 1", "found 5 numbers"},
+      {"faces,,allow,a", "line 1", "at least one face"},
+      {"faces,3-,allow,a", "line 1", "whole numbers from 0"},
+      {"faces,1.5,allow,a", "line 1", "whole numbers from 0"}};
+  for (const auto& wrong : kWrong) {
+    const std::string said = test::input_error([&] { parse(wrong.text); });
+    EXPECT_TRUE(contains(said, wrong.place)) << wrong.text << " gave " << said;
+    EXPECT_TRUE(contains(said, wrong.reason)) << wrong.text << " gave " << said;
+  }
+}
+
+TEST(ViewRules, TruncatedFilesAreReadOrRefused) {
+  for (const std::string& whole : {kJson, kCsv})
+    for (std::size_t length = 0; length < whole.size(); ++length) {
+      try {
+        EXPECT_LE(parse(std::string_view(whole).substr(0, length)).size(), 3u);
+      } catch (const InputError& error) {
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+      }
+    }
+}
+
+TEST(ViewRules, FilesAreRead) {
+  const test::TemporaryFolder folder;
+  EXPECT_EQ(io::read_view_rules(folder.write("rules.json", kJson)).size(), 3u);
+  EXPECT_EQ(io::read_view_rules(folder.write("rules.csv", kCsv)).size(), 3u);
+  EXPECT_TRUE(contains(test::input_error([&] { io::read_view_rules(folder.path() / "none.csv"); }), "none.csv"));
+}
+
+// One triangle at each of the points, so small that its middle is there.
+Mesh triangles_at(const std::vector<WorldPoint>& points) {
+  Mesh mesh;
+  for (const WorldPoint& p : points) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(),
+                          {{p.x - 0.01, p.y, p.z}, {p.x + 0.01, p.y - 0.01, p.z}, {p.x, p.y + 0.01, p.z}});
+    mesh.faces.push_back({first, first + 1, first + 2});
+  }
+  return mesh;
+}
+
+using Flags = std::vector<std::uint8_t>;
+
+TEST(ViewRules, BoxesHoldTheFacesWhoseMiddleIsInside) {
+  const Mesh mesh = triangles_at({{1, 1, 1}, {1, 1, 3}, {-1, 1, 1}, {1.99, 1.99, 1.99}});
+  EXPECT_EQ(io::faces_in(io::BoxRegion{{0, 0, 0}, {2, 2, 2}}, mesh), (Flags{1, 0, 0, 1}));
+}
+
+TEST(ViewRules, PolygonsMayBeConcaveAndEndAtHeights) {
+  // An L around the square from (1, 1) to (2, 2), wound either way.
+  io::GroundRegion ell{{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}};
+  const Mesh mesh =
+      triangles_at({{0.5, 0.5, 0}, {1.5, 0.5, 9}, {0.5, 1.5, -9}, {1.5, 1.5, 0}, {-0.5, 1, 0}, {3, 1, 0}});
+  EXPECT_EQ(io::faces_in(ell, mesh), (Flags{1, 1, 1, 0, 0, 0}));
+  std::reverse(ell.corners.begin(), ell.corners.end());
+  EXPECT_EQ(io::faces_in(ell, mesh), (Flags{1, 1, 1, 0, 0, 0}));
+  ell.low = -1;
+  ell.high = 1;
+  EXPECT_EQ(io::faces_in(ell, mesh), (Flags{1, 0, 0, 0, 0, 0}));
+}
+
+TEST(ViewRules, ListedFacesAreTaken) {
+  const Mesh mesh = triangles_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}});
+  EXPECT_EQ(io::faces_in(io::FaceRegion{{{0, 0}, {2, 9}}}, mesh), (Flags{1, 0, 1, 1}));
+}
+
+}  // namespace
+}  // namespace gpvc
