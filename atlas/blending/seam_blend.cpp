@@ -11,7 +11,7 @@ namespace gpvc::atlas {
 
 namespace {
 
-constexpr float kUnit = 256;
+constexpr float kColorUnit = 256;
 
 WorldPoint place_of(const AtlasInput& input, const SeamEdge& edge, std::uint32_t sample) {
   const WorldPoint &a = input.mesh.positions[edge.vertices[0]], &b = input.mesh.positions[edge.vertices[1]];
@@ -58,9 +58,9 @@ void SeamBlend::take(const ViewPhoto& photo, std::span<const SeamEdge> edges) {
       const auto q = photo_from_pixel(photo.view.camera, pixel_from_camera(photo.view.camera, c));
       if (!q) continue;
       const Color color = coarse.at(*q);
-      colors_[part.first + i] = {static_cast<std::uint16_t>(kUnit * color.r + 0.5f),
-                                 static_cast<std::uint16_t>(kUnit * color.g + 0.5f),
-                                 static_cast<std::uint16_t>(kUnit * color.b + 0.5f)};
+      colors_[part.first + i] = {static_cast<std::uint16_t>(kColorUnit * color.r + 0.5f),
+                                 static_cast<std::uint16_t>(kColorUnit * color.g + 0.5f),
+                                 static_cast<std::uint16_t>(kColorUnit * color.b + 0.5f)};
     }
   });
 }
@@ -81,8 +81,8 @@ void SeamBlend::add_to(SeamSamples& seams, std::span<const ViewExposure> exposur
           factor[side][end] = weights_->factor(edge.vertices[end], part.view, label(*input_, edge.faces[side]));
       for (std::uint32_t i = 0; i < edge.samples; ++i) {
         const auto& raw = colors_[part.first + i];
-        Color color =
-            (1 / kUnit) * Color{static_cast<float>(raw[0]), static_cast<float>(raw[1]), static_cast<float>(raw[2])};
+        Color color = (1 / kColorUnit) *
+                      Color{static_cast<float>(raw[0]), static_cast<float>(raw[1]), static_cast<float>(raw[2])};
         if (!exposure.empty()) {
           const CameraPoint c = camera_from_world(view.pose, place_of(*input_, edge, i));
           color = gain_at(exposure[part.view], pixel_from_camera(view.camera, c)) * color;
