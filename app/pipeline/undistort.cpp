@@ -121,6 +121,8 @@ FrameWindow frame_window(const Camera& camera, FrameRule rule, bool centred) {
   const FrameWindow own{0, 0, camera.width, camera.height, centred};
   Camera pinhole = camera;
   pinhole.distortion = {};
+  const bool spherical = is_spherical(camera.distortion.model);
+  if (spherical && rule == FrameRule::keep) rule = FrameRule::inside;
   if (rule == FrameRule::keep || (camera.distortion.is_identity() && camera_of_window(camera, own) == pinhole))
     return own;
   const bool all = rule == FrameRule::all;
@@ -128,10 +130,14 @@ FrameWindow frame_window(const Camera& camera, FrameRule rule, bool centred) {
     const std::optional<PixelPoint> p = pixel_from_photo(camera, {x, y});
     return p ? std::optional((*p).*axis) : std::nullopt;
   };
-  const Reach across =
-      reach_of(camera.width, camera.height, [&](double x, double y) { return place(x, y, &PixelPoint::x); });
-  const Reach down =
-      reach_of(camera.height, camera.width, [&](double y, double x) { return place(x, y, &PixelPoint::y); });
+  // Edges of a panorama do not bound its views.
+  const auto unbounded = [](double size) { return Reach{-size, -size, 2 * size, 2 * size}; };
+  const Reach across = spherical ? unbounded(camera.width)
+                                 : reach_of(camera.width, camera.height,
+                                            [&](double x, double y) { return place(x, y, &PixelPoint::x); });
+  const Reach down = spherical ? unbounded(camera.height)
+                               : reach_of(camera.height, camera.width,
+                                          [&](double y, double x) { return place(x, y, &PixelPoint::y); });
   const double fold = std::sqrt(camera.distortion.max_r2);
   if (centred) {
     const double f = std::max(camera.fx, camera.fy);

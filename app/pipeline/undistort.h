@@ -31,7 +31,7 @@ struct FrameWindow {
 /// The window that a camera's undistorted photo covers; the photo's own size where there is no distortion. With a barrel
 /// lens, `inside` and `all` reach beyond that size, by at most half of it on each side. Where `inside` would leave less
 /// than a fifth of the width or height (the lens model folds, or its field of view is too wide), the photo keeps its
-/// size. A centred window without distortion is chosen the same way; the bounds hold for it, too. O(width + height).
+/// size. Of a panorama's view, whose frame is mostly blank, `keep` is `inside`: a square of 93 degrees. A centred window without distortion is chosen the same way; the bounds hold for it, too. O(width + height).
 FrameWindow frame_window(const Camera& camera, FrameRule rule, bool centred = false);
 
 /// Where the centre of pixel x, y of the window lies in the camera's frame.

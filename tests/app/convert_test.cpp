@@ -1,6 +1,7 @@
 // gpvc convert, run whole: what it writes is read back, and nothing is replaced that is not its own.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 
 #include "app/cli/console.h"
@@ -95,6 +96,49 @@ TEST(Convert, WritesNvmOfCentredCameras) {
   ASSERT_EQ(project.convert(io::SceneTarget::nvm, true, "other"), "");
   const Scene moved = io::read_scene(root / "other", {});
   EXPECT_EQ(moved.views[0].camera, (Camera{40, 30, 35, 35, 20, 15, {}}));
+}
+
+// A panorama becomes six photos of 93 degrees, which show what it shows.
+TEST(Convert, WritesPanoramasAsTheirViews) {
+  SmallProject project;
+  const fs::path root = project.folder.path();
+  project.folder.write("colmap/cameras.txt", "1 EQUIRECTANGULAR 320 160 320 160\n");
+  project.folder.write("colmap/images.txt", "1 1 0 0 0 0 0 0 1 north/a.png\n\n");
+  // Levels are those of a direction: right, down and forward.
+  Image photo{320, 160, 3, std::vector<std::uint8_t>(3 * 320 * 160)};
+  for (int y = 0; y < 160; ++y)
+    for (int x = 0; x < 320; ++x) {
+      const double pi = std::acos(-1), longitude = (x + 0.5) / 320 * 2 * pi - pi, down = (y + 0.5) / 160 * pi - pi / 2;
+      const double direction[] = {std::cos(down) * std::sin(longitude), std::sin(down),
+                                  std::cos(down) * std::cos(longitude)};
+      for (std::size_t c = 0; c < 3; ++c)
+        photo.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(128 + 120 * direction[c]));
+    }
+  fs::create_directories(root / "images/north");
+  io::write_image(root / "images/north/a.png", photo, io::ImageFormat::png, 0);
+  EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::colmap, false, "other"), "a panorama's projection"));
+  ASSERT_EQ(project.convert(io::SceneTarget::colmap, true, "out"), "");
+  const Scene scene = io::read_scene(root / "out", {});
+  ASSERT_EQ(scene.views.size(), 6u);
+  for (const View& view : scene.views) {
+    const Camera& camera = view.camera;
+    EXPECT_TRUE(camera.distortion.is_identity());
+    EXPECT_GT(camera.cx / camera.fx, 1) << view.name;  // 45 degrees to each side
+    EXPECT_GT((camera.width - camera.cx) / camera.fx, 1) << view.name;
+    EXPECT_GT(camera.cy / camera.fy, 1) << view.name;
+    EXPECT_GT((camera.height - camera.cy) / camera.fy, 1) << view.name;
+    const Image frame = io::read_image(view.photo);
+    ASSERT_EQ(frame.width, camera.width);
+    const auto& r = view.pose.rotation;
+    for (int y = 0; y < frame.height; ++y)
+      for (int x = 0; x < frame.width; ++x) {
+        const double dx = (x + 0.5 - camera.cx) / camera.fx, dy = (y + 0.5 - camera.cy) / camera.fy;
+        const double length = std::sqrt(dx * dx + dy * dy + 1);
+        for (std::size_t c = 0; c < 3; ++c)
+          ASSERT_NEAR(frame.at(x, y)[c], 128 + 120 * (r[c] * dx + r[3 + c] * dy + r[6 + c]) / length, 2)
+              << view.name << ' ' << x << ' ' << y;
+      }
+  }
 }
 
 // What follows a dot need not be an extension.
