@@ -51,22 +51,25 @@ class BlendField::FaceShare {
     const double area = doubled_area(corners_);
     if (area == 0) return false;
     inverse_area_ = 1 / area;
+    bool exact = shows_pole(view_.camera.distortion.model);
     for (std::size_t i = 0; i < 3; ++i) {
       const CameraPoint c = camera_from_world(view_.pose, build.input.mesh.positions[vertices[i]]);
-      if (!(c.z > 0)) return false;
       const PixelPoint p = pixel_from_camera(view_.camera, c);
-      const auto q = photo_from_pixel(view_.camera, p);
-      if (!q) return false;
-      photo_[i] = *q;
-      if (!build.correction.exposure.empty())
+      const auto q = c.z > 0 ? photo_from_pixel(view_.camera, p) : std::nullopt;
+      // A corner beyond the end of the lens has no share, but the face has one up to there.
+      exact |= !q.has_value();
+      photo_[i] = q.value_or(PhotoPoint{});
+      if (q && !build.correction.exposure.empty())
         factor_[i] = gain_at(build.correction.exposure[index(id_)], p) * factor_[i];
     }
     FrameBox bounds;
     bounds.add(corners_);
+    exact |= std::max(bounds.x1 - bounds.x0, bounds.y1 - bounds.y0) > kAffine;
     exact_.reset();
-    if (std::max(bounds.x1 - bounds.x0, bounds.y1 - bounds.y0) > kAffine)
-      if (const auto map = plane_map(build.input.mesh, build.input.scene, build.set, face))
-        exact_ = frame_from_texel(*map, view_);
+    if (!exact) return true;
+    const auto map = plane_map(build.input.mesh, build.input.scene, build.set, face);
+    if (!map) return false;
+    exact_ = frame_from_texel(*map, view_);
     return true;
   }
 
@@ -82,8 +85,9 @@ class BlendField::FaceShare {
     if (exact_) {
       const auto frame = (*exact_)(wa * corners_[0].x + wb * corners_[1].x + wc * corners_[2].x,
                                    wa * corners_[0].y + wb * corners_[1].y + wc * corners_[2].y);
-      const auto exact = frame ? photo_from_pixel(view_.camera, *frame) : std::nullopt;
-      if (exact) q = *exact;
+      const auto place = frame ? photo_from_pixel(view_.camera, *frame) : std::nullopt;
+      if (!place) return {};
+      q = *place;
     }
     const Color factor =
         static_cast<float>(wa) * factor_[0] + static_cast<float>(wb) * factor_[1] + static_cast<float>(wc) * factor_[2];

@@ -1,9 +1,10 @@
 #include "atlas/blending/blend_weights.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+
+#include "io/freed_memory.h"
 
 namespace gpvc::atlas {
 
@@ -40,6 +41,12 @@ void lower_to(const labeling::CostTable& table, std::uint32_t face, double full_
   list.resize(kept);
 }
 
+/// A view sees a face whole if it sees the centres of all of its pixels. A vertex may lie beyond where its lens ends.
+bool is_in_photo(const View& view, const WorldPoint& p) {
+  const CameraPoint c = camera_from_world(view.pose, p);
+  return c.z > 0 && photo_from_pixel(view.camera, pixel_from_camera(view.camera, c)).has_value();
+}
+
 }  // namespace
 
 BlendWeights::BlendWeights(const AtlasInput& input, double full_cost) {
@@ -49,36 +56,36 @@ BlendWeights::BlendWeights(const AtlasInput& input, double full_cost) {
     for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face)
       for (const std::uint32_t vertex : input.mesh.faces[face]) add(vertex, face);
   });
-  const auto views_at = [&](std::size_t vertex, std::vector<BlendView>& list) {
+  const auto find_views = [&](std::size_t vertex, std::vector<BlendView>& list) {
     list.clear();
     const std::span<const std::uint32_t> faces = around[vertex];
     const auto whole = [&](std::uint32_t face) { return input.tags[face] == labeling::FaceTag::seen; };
     if (faces.empty() || !std::ranges::all_of(faces, whole)) return;
     begin_with(input.candidates, faces[0], full_cost, list);
     for (const std::uint32_t face : faces.subspan(1)) lower_to(input.candidates, face, full_cost, list);
+    std::erase_if(list, [&](const BlendView& item) {
+      return !is_in_photo(input.scene.views[item.view], input.mesh.positions[vertex]);
+    });
     if (list.size() < 2) list.clear();
   };
-  // Lists are made twice, to count and to fill.
-  using Range = tbb::blocked_range<std::size_t>;
-  constexpr std::size_t kGrain = 4096;
+  // Chunks of vertices are worked on side by side, and joined.
+  constexpr std::size_t kChunk = 4096;
+  std::vector<std::vector<BlendView>> parts((vertices + kChunk - 1) / kChunk);
   views_.first.assign(vertices + 1, 0);
-  tbb::parallel_for(Range(0, vertices, kGrain), [&](const Range& range) {
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t chunk) {
     std::vector<BlendView> list;
-    for (std::size_t v = range.begin(); v < range.end(); ++v) {
-      views_at(v, list);
+    for (std::size_t v = chunk * kChunk; v < std::min(vertices, (chunk + 1) * kChunk); ++v) {
+      find_views(v, list);
       views_.first[v + 1] = list.size();
+      parts[chunk].insert(parts[chunk].end(), list.begin(), list.end());
     }
   });
   for (std::size_t v = 0; v < vertices; ++v) views_.first[v + 1] += views_.first[v];
-  views_.items.resize(views_.first.back());
-  tbb::parallel_for(Range(0, vertices, kGrain), [&](const Range& range) {
-    std::vector<BlendView> list;
-    for (std::size_t v = range.begin(); v < range.end(); ++v) {
-      if (views_[v].empty()) continue;
-      views_at(v, list);
-      std::ranges::copy(list, views_[v].begin());
-    }
-  });
+  views_.items.reserve(views_.first.back());
+  for (std::vector<BlendView>& part : parts) {
+    views_.items.insert(views_.items.end(), part.begin(), part.end());
+    free_memory(part);
+  }
 }
 
 float BlendWeights::factor(std::uint32_t vertex, std::uint32_t view, std::uint32_t main) const {

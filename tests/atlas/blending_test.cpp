@@ -98,6 +98,23 @@ TEST(BlendWeights, VerticesOfFacesThatAreNotSeenWholeBlendNothing) {
   EXPECT_FALSE(weights.empty());
 }
 
+// The lens of view 1 is known up to 2 m around what lies below it. Faces that reach a little beyond may still be seen whole, as
+// no pixel's centre lies there.
+TEST(BlendWeights, ViewHasNoShareBeyondTheEndOfItsLens) {
+  BlendScene s(2);
+  s.scene.views[1].camera.distortion.k1 = -0.01;
+  s.scene.views[1].camera.distortion.max_r2 = 0.2 * 0.2;
+  const BlendWeights weights = s.weights(0.1);
+  std::size_t shared = 0;
+  for (std::uint32_t v = 0; v < s.mesh.positions.size(); ++v) {
+    const WorldPoint& p = s.mesh.positions[v];
+    const bool inside = std::hypot(p.x - 4.3, p.y - 4) <= 2;
+    EXPECT_EQ(weights.at(v).size(), inside ? 2u : 0u) << p.x << " " << p.y;
+    shared += inside ? 1 : 0;
+  }
+  EXPECT_GT(shared, 4u);
+}
+
 TEST(BlendWeights, MainViewThatFadesChangesNothing) {
   BlendScene s(2);
   s.set_costs([](std::size_t, std::size_t view) { return view == 0 ? 0.2f : 0.0f; });
