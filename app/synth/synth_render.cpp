@@ -188,7 +188,7 @@ struct SynthRenderer::State {
     return lit;
   }
 
-  // What a point sends towards whoever looks at it.
+  // The light that a point sends towards the camera.
   static Color shaded(const SurfacePoint& p, bool lit) {
     double light = p.sky ? 1 : 0.42 + 0.13 * p.normal.z;
     if (lit) light += 0.55 * dot(p.normal, kSun);
