@@ -165,8 +165,8 @@ MemoryNeed memory_need(const Workload& work) {
   // The candidates twice, and a chain of coarser problems.
   need.choosing = program + mesh + graph + 32 * work.pairs + 60 * work.faces;
   // Charts, texture coordinates and offsets of the faces, photos. Views at vertices, of which there are half as many as faces,
-  // where they are blended: 8 bytes each.
-  need.painting = program + mesh + graph + candidates + 4 * work.pairs +
+  // where they are blended: 16 bytes each.
+  need.painting = program + mesh + graph + candidates + 8 * work.pairs +
                   3 * static_cast<double>(atlas::photos_held()) * work.most_pixels + 250 * work.faces;
   // The preview and the pages that it is drawn with.
   need.writing = program + mesh + 40 * work.faces + 120 * kMB;

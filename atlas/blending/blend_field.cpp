@@ -39,28 +39,27 @@ class BlendField::FaceShare {
   bool prepare(std::uint32_t face) {
     const AtlasBuild& build = field_.build_;
     const Triangle& vertices = build.input.mesh.faces[face];
-    bool any = false;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const float factor = field_.weights_.factor(vertices[i], static_cast<std::uint32_t>(index(id_)),
-                                                  static_cast<std::uint32_t>(index(field_.chart_.view)));
-      any |= factor != 0;
-      factor_[i] = {factor, factor, factor};
-    }
-    if (!any) return false;
+    const auto view = static_cast<std::uint32_t>(index(id_)),
+               main = static_cast<std::uint32_t>(index(field_.chart_.view));
+    std::array<BlendWeights::Share, 3> shares;
+    for (std::size_t i = 0; i < 3; ++i) shares[i] = field_.weights_.share(vertices[i], view, main);
+    if (std::ranges::all_of(shares, [](const auto& share) { return share.factor == 0; })) return false;
     corners_ = build.set.corners[face];
     const double area = doubled_area(corners_);
     if (area == 0) return false;
     inverse_area_ = 1 / area;
     bool exact = shows_pole(view_.camera.distortion.model);
     for (std::size_t i = 0; i < 3; ++i) {
+      factor_[i] = {shares[i].factor, shares[i].factor, shares[i].factor};
+      if (shares[i].at == nullptr) {
+        // The view has no share at this corner, but one between it and the others.
+        exact |= !find_place(build.input.mesh.positions[vertices[i]], photo_[i]);
+        continue;
+      }
+      photo_[i] = {double{shares[i].at->x}, double{shares[i].at->y}};
+      if (build.correction.exposure.empty()) continue;
       const CameraPoint c = camera_from_world(view_.pose, build.input.mesh.positions[vertices[i]]);
-      const PixelPoint p = pixel_from_camera(view_.camera, c);
-      const auto q = c.z > 0 ? photo_from_pixel(view_.camera, p) : std::nullopt;
-      // A corner beyond the end of the lens has no share, but the face has one up to there.
-      exact |= !q.has_value();
-      photo_[i] = q.value_or(PhotoPoint{});
-      if (q && !build.correction.exposure.empty())
-        factor_[i] = gain_at(build.correction.exposure[index(id_)], p) * factor_[i];
+      factor_[i] = gain_at(build.correction.exposure[view], pixel_from_camera(view_.camera, c)) * factor_[i];
     }
     FrameBox bounds;
     bounds.add(corners_);
@@ -95,6 +94,14 @@ class BlendField::FaceShare {
   }
 
  private:
+  /// False beyond where the lens ends.
+  bool find_place(const WorldPoint& p, PhotoPoint& place) const {
+    const CameraPoint c = camera_from_world(view_.pose, p);
+    const auto q = c.z > 0 ? photo_from_pixel(view_.camera, pixel_from_camera(view_.camera, c)) : std::nullopt;
+    place = q.value_or(PhotoPoint{});
+    return q.has_value();
+  }
+
   const BlendField& field_;
   ViewId id_;
   const View& view_;

@@ -17,13 +17,13 @@ constexpr float kTrusted = 0.6f;
 /// error on photos held out of three scenes (benchmarks/README.md).
 constexpr float kPart = 0.6f;
 
-/// Adds the views of a face that weigh something.
+/// Adds the views of a face that weigh something; their share is that weight, for now.
 void begin_with(const labeling::CostTable& table, std::uint32_t face, double full_cost, std::vector<BlendView>& list) {
   const auto views = table.views_of(face);
   const auto costs = table.costs_of(face);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const double weight = 1 - static_cast<double>(costs[i]) / full_cost;
-    if (weight > 0) list.push_back({views[i], static_cast<float>(weight)});
+    if (weight > 0) list.push_back({views[i], static_cast<float>(weight), 0, 0});
   }
 }
 
@@ -36,15 +36,21 @@ void lower_to(const labeling::CostTable& table, std::uint32_t face, double full_
     while (i < views.size() && views[i] < item.view) ++i;
     if (i == views.size() || views[i] != item.view) continue;
     const double weight = 1 - static_cast<double>(costs[i]) / full_cost;
-    if (weight > 0) list[kept++] = {item.view, std::min(item.weight, static_cast<float>(weight))};
+    if (weight > 0) list[kept++] = {item.view, std::min(item.share, static_cast<float>(weight)), 0, 0};
   }
   list.resize(kept);
 }
 
-/// A view sees a face whole if it sees the centres of all of its pixels. A vertex may lie beyond where its lens ends.
-bool is_in_photo(const View& view, const WorldPoint& p) {
+/// Finds where the photo shows a vertex. False where it does not: a view sees a face whole if it sees the centres of all of its
+/// pixels, so a vertex may lie beyond where its lens ends.
+bool place(const View& view, const WorldPoint& p, BlendView& item) {
   const CameraPoint c = camera_from_world(view.pose, p);
-  return c.z > 0 && photo_from_pixel(view.camera, pixel_from_camera(view.camera, c)).has_value();
+  if (!(c.z > 0)) return false;
+  const auto q = photo_from_pixel(view.camera, pixel_from_camera(view.camera, c));
+  if (!q) return false;
+  item.x = static_cast<float>(q->x);
+  item.y = static_cast<float>(q->y);
+  return true;
 }
 
 }  // namespace
@@ -63,15 +69,20 @@ BlendWeights::BlendWeights(const AtlasInput& input, double full_cost) {
     if (faces.empty() || !std::ranges::all_of(faces, whole)) return;
     begin_with(input.candidates, faces[0], full_cost, list);
     for (const std::uint32_t face : faces.subspan(1)) lower_to(input.candidates, face, full_cost, list);
-    std::erase_if(list, [&](const BlendView& item) {
-      return !is_in_photo(input.scene.views[item.view], input.mesh.positions[vertex]);
+    std::erase_if(list, [&](BlendView& item) {
+      return !place(input.scene.views[item.view], input.mesh.positions[vertex], item);
     });
     if (list.size() < 2) list.clear();
+    float sum = 0;
+    for (const BlendView& item : list) sum += item.share;
+    for (BlendView& item : list) item.share /= sum;
+    sums_[vertex] = sum;
   };
   // Chunks of vertices are worked on side by side, and joined.
   constexpr std::size_t kChunk = 4096;
   std::vector<std::vector<BlendView>> parts((vertices + kChunk - 1) / kChunk);
   views_.first.assign(vertices + 1, 0);
+  sums_.assign(vertices, 0);
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t chunk) {
     std::vector<BlendView> list;
     for (std::size_t v = chunk * kChunk; v < std::min(vertices, (chunk + 1) * kChunk); ++v) {
@@ -88,16 +99,15 @@ BlendWeights::BlendWeights(const AtlasInput& input, double full_cost) {
   }
 }
 
-float BlendWeights::factor(std::uint32_t vertex, std::uint32_t view, std::uint32_t main) const {
-  float sum = 0, mine = 0, of_main = 0;
+BlendWeights::Share BlendWeights::share(std::uint32_t vertex, std::uint32_t view, std::uint32_t main) const {
+  const BlendView *mine = nullptr, *of_main = nullptr;
   for (const BlendView& item : at(vertex)) {
-    sum += item.weight;
-    if (item.view == view) mine = item.weight;
-    if (item.view == main) of_main = item.weight;
+    if (item.view == view) mine = &item;
+    if (item.view == main) of_main = &item;
   }
-  if (!(of_main > 0) || !(mine > 0)) return 0;
-  const float trust = std::min(1.0f, of_main / kTrusted);
-  return kPart * trust * (mine / sum - (view == main ? 1.0f : 0.0f));
+  if (mine == nullptr || of_main == nullptr) return {0, mine};
+  const float trust = std::min(1.0f, weight(vertex, *of_main) / kTrusted);
+  return {kPart * trust * (mine->share - (view == main ? 1.0f : 0.0f)), mine};
 }
 
 }  // namespace gpvc::atlas

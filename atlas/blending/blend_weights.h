@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "atlas/atlas.h"
@@ -18,7 +19,8 @@ namespace gpvc::atlas {
 /// A view at a vertex.
 struct BlendView {
   std::uint32_t view = 0;
-  float weight = 0;  ///< > 0, at most 1
+  float share = 0;     ///< its part of all weights, > 0
+  float x = 0, y = 0;  ///< where its photo shows the vertex, px
 };
 
 class BlendWeights {
@@ -28,20 +30,29 @@ class BlendWeights {
   /// A view of no cost weighs 1 in a face, one of `full_cost` or more 0. At a vertex it has the least weight of the faces
   /// around, so that weights are continuous over the mesh, and coarse colours, which reach over a few pixels, come from
   /// where the view shows this surface alone. Vertices of faces that are not seen whole have no views. O(candidates x 3),
-  /// TBB; 8 bytes for each vertex and view.
+  /// TBB; 16 bytes for each vertex and view.
   BlendWeights(const AtlasInput& input, double full_cost);
+
+  /// What a view adds at a vertex.
+  struct Share {
+    float factor = 0;               ///< on its coarse colour
+    const BlendView* at = nullptr;  ///< null where the view has no weight
+  };
 
   bool empty() const { return views_.items.empty(); }
   /// Views in ascending order; none where only one view weighs anything.
   std::span<const BlendView> at(std::uint32_t vertex) const {
     return empty() ? std::span<const BlendView>{} : views_[vertex];
   }
-  /// The factor on a view's coarse colour at a vertex, for a texture whose main view is `main`. The factors of all views add
-  /// up to 0. They fade to 0 where the main view's weight does: there its coarse colour cannot be trusted either.
-  float factor(std::uint32_t vertex, std::uint32_t view, std::uint32_t main) const;
+  /// What a view adds at a vertex, for a texture whose main view is `main`. The factors of all views add up to 0. They fade
+  /// to 0 where the main view's weight does: there its coarse colour cannot be trusted either.
+  Share share(std::uint32_t vertex, std::uint32_t view, std::uint32_t main) const;
+  /// The weight of an item of at(vertex): at most 1.
+  float weight(std::uint32_t vertex, const BlendView& item) const { return item.share * sums_[vertex]; }
 
  private:
   Grouped<BlendView> views_;  ///< by vertex
+  std::vector<float> sums_;   ///< of weights, by vertex
 };
 
 }  // namespace gpvc::atlas

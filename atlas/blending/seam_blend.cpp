@@ -78,7 +78,7 @@ void SeamBlend::add_to(SeamSamples& seams, std::span<const ViewExposure> exposur
       std::array<std::array<float, 2>, 2> factor;  // by side and end
       for (std::size_t side = 0; side < 2; ++side)
         for (std::size_t end = 0; end < 2; ++end)
-          factor[side][end] = weights_->factor(edge.vertices[end], part.view, label(*input_, edge.faces[side]));
+          factor[side][end] = weights_->share(edge.vertices[end], part.view, label(*input_, edge.faces[side])).factor;
       for (std::uint32_t i = 0; i < edge.samples; ++i) {
         const auto& raw = colors_[part.first + i];
         Color color = (1 / kColorUnit) *
