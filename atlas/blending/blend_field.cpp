@@ -199,44 +199,51 @@ void BlendField::add(std::size_t band, ViewId id, const CoarsePhoto& coarse) {
       Sum& sum = sums_[sum_of(i)];
       std::size_t channel = 0;
       for (const float value : {color.r, color.g, color.b}) {
-        sum[channel] = static_cast<std::int16_t>(sum[channel] + std::lround(kUnit * value));
+        sum[channel] = static_cast<std::int16_t>(sum[channel] + static_cast<int>(std::floor(kUnit * value + 0.5f)));
         ++channel;
       }
     }
   }
 }
 
-Color BlendField::sum_at(double x, double y) const {
-  constexpr double kStep = kBlendStep;
-  const double u = x / kStep - 0.5, v = y / kStep - 0.5;
-  const int column = static_cast<int>(std::floor(u)), row = static_cast<int>(std::floor(v));
-  const auto fx = static_cast<float>(u - column), fy = static_cast<float>(v - row);
-  ColorMean mean;
-  for (int j = 0; j < 2; ++j) {
-    for (int i = 0; i < 2; ++i) {
-      const int c = column + i, r = row + j;
-      if (c < box_.x0 || r < box_.y0 || c >= box_.x1 || r >= box_.y1) continue;
-      const std::size_t cell = cell_at(c, r);
-      if (!has_sum(cell)) continue;
-      const Sum& sum = sums_[sum_of(cell)];
-      mean.add({static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])},
-               (i ? fx : 1 - fx) * (j ? fy : 1 - fy));
-    }
+void BlendField::add_row(int row, float weight, std::span<ColorMean> columns) const {
+  if (row < box_.y0 || row >= box_.y1) return;
+  std::size_t sum = 0;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const std::size_t cell = cell_at(box_.x0, row) + i;
+    if (i % 64 == 0) sum = before_[cell / 64];
+    if (!has_sum(cell)) continue;
+    const auto [r, g, b] = sums_[sum++];
+    columns[i].add({static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)}, weight);
   }
-  return (1 / kUnit) * mean.mean().value_or(Color{});
 }
 
 void BlendField::apply(AtlasBuild& build) const {
   if (sums_.empty()) return;
   Page& page = build.page_of(number_);
+  constexpr double kStep = kBlendStep;
   tbb::parallel_for(-1, chart_.height + 1, [&](int y) {
+    // Bilinear between cells, those without a sum left out: first down, then across.
+    const double v = (y + 0.5) / kStep - 0.5;
+    const int row = static_cast<int>(std::floor(v));
+    const auto down = static_cast<float>(v - row);
+    std::vector<ColorMean> columns(static_cast<std::size_t>(box_.x1 - box_.x0));
+    add_row(row, 1 - down, columns);
+    add_row(row + 1, down, columns);
     for (int x = -1; x <= chart_.width; ++x) {
       const auto texel = place_.texel(x, y);
       if (texel.x < 0 || texel.y < 0 || texel.x >= page.image.width || texel.y >= page.image.height) continue;
       const std::size_t at = page.at(texel.x, texel.y);
       if (page.state[at] == TexelState::empty || page.owner(texel.x, texel.y) != number_) continue;
+      const double u = (x + 0.5) / kStep - 0.5 - box_.x0;
+      const auto column = static_cast<std::size_t>(u);
+      const auto across = static_cast<float>(u - static_cast<double>(column));
+      const ColorMean &left = columns[column], &right = columns[column + 1];
+      const float weight = (1 - across) * left.weight + across * right.weight;
+      if (!(weight > 0)) continue;
+      const Color sum = (1 - across) * left.sum + across * right.sum;
       std::uint8_t* to = page.image.pixels.data() + 3 * at;
-      store(to, load(to) + sum_at(x + 0.5, y + 0.5));
+      store(to, load(to) + (1 / (kUnit * weight)) * sum);
     }
   });
 }

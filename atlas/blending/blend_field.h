@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "atlas/baking/baking.h"
@@ -18,8 +19,8 @@ inline constexpr int kBlendStep = kCoarsePixel;
 /// Rows of cells that are worked on together.
 inline constexpr int kBlendRows = 32;
 
-/// Sums for one chart, on a grid, of 10 bytes a cell; bands of rows can be worked on side by side. They are whole numbers, so they depend on no
-/// order of the views.
+/// Sums for one chart, on a grid, of 10 bytes a cell; bands of rows can be worked on side by side. They are whole numbers, so
+/// they depend on no order of the views.
 class BlendField {
  public:
   /// Borrows both. No sums are kept yet.
@@ -47,8 +48,8 @@ class BlendField {
   /// Where a cell's sum is. \pre it has one
   std::size_t sum_of(std::size_t cell) const;
   bool has_sum(std::size_t cell) const { return (has_[cell / 64] >> (cell % 64) & 1) != 0; }
-  /// The colour to be added at a position in texels.
-  Color sum_at(double x, double y) const;
+  /// Adds the sums of a row of cells to the means of their columns.
+  void add_row(int row, float weight, std::span<ColorMean> columns) const;
 
   const AtlasBuild& build_;
   const BlendWeights& weights_;
