@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "io/images.h"
+#include "io/images/image_file.h"
 #include "io/images/mask_file.h"
 #include "io/lens/spherical.h"
 
