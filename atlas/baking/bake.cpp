@@ -344,7 +344,7 @@ std::vector<BlendField> open_fields(const AtlasBuild& build, const std::vector<F
   std::vector<BlendField> fields;
   if (build.blending.empty()) return fields;
   for (std::uint32_t c = 0; c < bands.size(); ++c)
-    if (bands[c].groups() > 0) fields.emplace_back(build, build.blending, c);
+    if (bands[c].groups() > 0) fields.emplace_back(build, c);
   std::vector<PhotoUse> all;
   for (BlendField& field : fields)
     for (std::size_t b = 0; b < field.bands(); ++b) all.push_back({0, static_cast<int>(b), nullptr, &field});

@@ -71,8 +71,7 @@ class PhotoPositions {
  public:
   PhotoPositions(const Camera& camera, double x0, double y0, double x1, double y1);
   /// Not interpolated if a corner lies beyond the fold of the lens model, nor about a pole; nullopt if the position lies
-  /// beyond the fold. \pre the
-  /// position lies in the rectangle
+  /// beyond the fold. \pre the position lies in the rectangle
   std::optional<PhotoPoint> at(double x, double y) const {
     if (!interpolated_) return photo_from_pixel(*camera_, {x, y});
     const double u = (x - x0_) * inverse_width_, v = (y - y0_) * inverse_height_;

@@ -42,7 +42,7 @@ class BlendField::FaceShare {
     const auto view = static_cast<std::uint32_t>(index(id_)),
                main = static_cast<std::uint32_t>(index(field_.chart_.view));
     std::array<BlendWeights::Share, 3> shares;
-    for (std::size_t i = 0; i < 3; ++i) shares[i] = field_.weights_.share(vertices[i], view, main);
+    for (std::size_t i = 0; i < 3; ++i) shares[i] = build.blending.share(vertices[i], view, main);
     if (std::ranges::all_of(shares, [](const auto& share) { return share.factor == 0; })) return false;
     corners_ = build.set.corners[face];
     const double area = doubled_area(corners_);
@@ -112,8 +112,8 @@ class BlendField::FaceShare {
   std::optional<FrameFromTexel> exact_;
 };
 
-BlendField::BlendField(const AtlasBuild& build, const BlendWeights& weights, std::uint32_t chart)
-    : build_(build), weights_(weights), number_(chart), chart_(build.set.charts[chart]), place_(build.places[chart]) {
+BlendField::BlendField(const AtlasBuild& build, std::uint32_t chart)
+    : build_(build), number_(chart), chart_(build.set.charts[chart]), place_(build.places[chart]) {
   // A cell more on every side, which texels of the ring reach.
   box_ = {-1, -1, chart_.width / kBlendStep + 2, chart_.height / kBlendStep + 2};
   const int bands = (box_.y1 - box_.y0 + kBlendRows - 1) / kBlendRows;
@@ -123,7 +123,7 @@ BlendField::BlendField(const AtlasBuild& build, const BlendWeights& weights, std
   faces_ = group_items<std::uint32_t>(static_cast<std::size_t>(bands), [&](const auto& add) {
     for (const std::uint32_t face : chart_.faces) {
       const Triangle& vertices = build.input.mesh.faces[face];
-      if (std::ranges::all_of(vertices, [&](std::uint32_t v) { return weights.at(v).empty(); })) continue;
+      if (std::ranges::all_of(vertices, [&](std::uint32_t v) { return build.blending.at(v).empty(); })) continue;
       const TexelTriangle t = cell_corners(build.set.corners[face]);
       const int low = band_of(std::min({t[0].y, t[1].y, t[2].y}) - 1.5);
       const int high = band_of(std::max({t[0].y, t[1].y, t[2].y}) + 1.5);
@@ -143,7 +143,7 @@ std::vector<std::uint32_t> BlendField::views_of(std::size_t band) const {
   std::vector<std::uint8_t> has(build_.input.scene.views.size(), 0);
   for (const std::uint32_t face : faces_[band])
     for (const std::uint32_t vertex : build_.input.mesh.faces[face])
-      for (const BlendView& item : weights_.at(vertex)) has[item.view] = 1;
+      for (const BlendView& item : build_.blending.at(vertex)) has[item.view] = 1;
   std::vector<std::uint32_t> views;
   for (std::uint32_t v = 0; v < has.size(); ++v)
     if (has[v]) views.push_back(v);

@@ -23,8 +23,8 @@ inline constexpr int kBlendRows = 32;
 /// they depend on no order of the views.
 class BlendField {
  public:
-  /// Borrows both. No sums are kept yet.
-  BlendField(const AtlasBuild& build, const BlendWeights& weights, std::uint32_t chart);
+  /// Borrows the build. No sums are kept yet.
+  BlendField(const AtlasBuild& build, std::uint32_t chart);
 
   std::size_t bands() const { return faces_.groups(); }
   /// Views that add something to a band, in ascending order.
@@ -52,7 +52,6 @@ class BlendField {
   void add_row(int row, float weight, std::span<ColorMean> columns) const;
 
   const AtlasBuild& build_;
-  const BlendWeights& weights_;
   std::uint32_t number_;
   const Chart& chart_;
   const ChartPlace& place_;
