@@ -25,7 +25,10 @@ namespace fs = std::filesystem;
 
 std::string supported_models() {
   std::string names;
-  for (const ColmapModel& model : kColmapModels) names += (names.empty() ? "" : ", ") + std::string(model.name);
+  for (const ColmapModel& model : kColmapModels) {
+    if (!names.empty()) names += ", ";
+    names += model.name;
+  }
   return "supported are " + names;
 }
 
