@@ -22,4 +22,7 @@ class CoarsePhoto {
   Image image_;
 };
 
+/// As CoarsePhoto::at, for a few places of a photo. O(1).
+Color coarse_color(const Image& photo, const PhotoPoint& q);
+
 }  // namespace gpvc::atlas

@@ -47,7 +47,6 @@ SeamBlend::SeamBlend(const AtlasInput& input, const BlendWeights& weights, std::
 }
 
 void SeamBlend::take(const ViewPhoto& photo, std::span<const SeamEdge> edges) {
-  const CoarsePhoto coarse(photo.image);
   const std::span<const std::uint32_t> mine = of_view_[index(photo.id)];
   tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t n) {
     const Part& part = parts_[mine[n]];
@@ -57,7 +56,7 @@ void SeamBlend::take(const ViewPhoto& photo, std::span<const SeamEdge> edges) {
       if (!(c.z > 0)) continue;
       const auto q = photo_from_pixel(photo.view.camera, pixel_from_camera(photo.view.camera, c));
       if (!q) continue;
-      const Color color = coarse.at(*q);
+      const Color color = coarse_color(photo.image, *q);
       colors_[part.first + i] = {static_cast<std::uint16_t>(kColorUnit * color.r + 0.5f),
                                  static_cast<std::uint16_t>(kColorUnit * color.g + 0.5f),
                                  static_cast<std::uint16_t>(kColorUnit * color.b + 0.5f)};
