@@ -24,10 +24,10 @@ struct Grouped {
 };
 
 /// Groups what for_each_item(add) passes to add(group, item), in that order within a group: a counting sort. The visitor
-/// is called twice, to count and to fill, and must pass the same items both times. O(groups + items).
+/// is called twice, to count and to fill, and must pass the same items both times. Uses the memory that `result` has.
+/// O(groups + items).
 template <class Item, class ForEachItem>
-Grouped<Item> group_items(std::size_t groups, ForEachItem for_each_item) {
-  Grouped<Item> result;
+void group_items_into(Grouped<Item>& result, std::size_t groups, const ForEachItem& for_each_item) {
   std::vector<std::size_t>& first = result.first;
   // Counts are kept two places further on, so that after summing first[group + 1] is where the group's next item goes,
   // and after filling where the group ends.
@@ -37,6 +37,13 @@ Grouped<Item> group_items(std::size_t groups, ForEachItem for_each_item) {
   result.items.resize(first.back());
   for_each_item([&](std::size_t group, const Item& item) { result.items[first[group + 1]++] = item; });
   first.pop_back();
+}
+
+/// As group_items_into, in memory of its own.
+template <class Item, class ForEachItem>
+Grouped<Item> group_items(std::size_t groups, const ForEachItem& for_each_item) {
+  Grouped<Item> result;
+  group_items_into(result, groups, for_each_item);
   return result;
 }
 

@@ -68,11 +68,16 @@ class PhotoGains {
   void refine(RecordsByView& by_view, std::size_t faces) {
     const Histogram empty(log2_gain_.size() * kBins, 0);
     tbb::enumerable_thread_specific<Histogram> of_threads(empty);
-    // The faces of 64 chunks (1 M) suffice for the medians.
-    const std::size_t stride = chunk_count(faces) / 64 + 1;
-    for_each_chunk(by_view, faces, stride, [&](std::size_t, const Grouped<ViewRecord>& records) {
+    // Some faces suffice: the median of 1000 ratios that scatter by 10 % is known to half a per cent, half a bin, and of so
+    // many faces all over the mesh a photo that is of use shows more. They are the n-th ones of some chunks.
+    constexpr std::size_t kChunks = 64, kFaces = 262144;
+    const std::size_t chunk_stride = chunk_count(faces) / kChunks + 1;
+    const std::size_t face_stride = faces / chunk_stride / kFaces + 1;
+    for_each_chunk(by_view, faces, chunk_stride, [&](std::size_t, const Grouped<ViewRecord>& records) {
       Levels levels;
-      for (std::size_t face = 0; face < records.groups(); ++face) compare(records[face], levels, of_threads.local());
+      Histogram& histogram = of_threads.local();
+      for (std::size_t face = 0; face < records.groups(); face += face_stride)
+        compare(records[face], levels, histogram);
     });
     Histogram histogram = empty;
     for (const Histogram& part : of_threads)
