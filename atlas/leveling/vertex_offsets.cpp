@@ -1,6 +1,11 @@
 // Offsets of colour per vertex that close the steps at seams.
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "atlas/leveling/offset_system.h"
 #include "atlas/leveling/seam_leveling.h"
@@ -22,28 +27,76 @@ constexpr float kMostOffset = 80;
 /// Offsets more edges than this away from any seam are zero.
 constexpr int kReachEdges = 48;
 
+/// Vertices of faces of several views, with these views; the other vertices have at most one.
+class VertexViews {
+ public:
+  explicit VertexViews(const AtlasInput& input) : view_(input.mesh.positions.size(), kNone) {
+    const auto for_corners = [&](const auto& body) {
+      for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face)
+        if (has_view(input, face))
+          for (const std::uint32_t vertex : input.mesh.faces[face])
+            body(vertex, static_cast<std::uint32_t>(index(input.labels[face])));
+    };
+    for_corners([&](std::uint32_t vertex, std::uint32_t view) {
+      std::uint32_t& known = view_[vertex];
+      if (known == kNone) known = view;
+      if (known != view) known = kSeveral;
+    });
+    std::vector<std::array<std::uint32_t, 2>> pairs;  // vertex, view
+    for_corners([&](std::uint32_t vertex, std::uint32_t view) {
+      if (view_[vertex] == kSeveral) pairs.push_back({vertex, view});
+    });
+    std::ranges::sort(pairs);
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const auto [vertex, view] = pairs[i];
+      if (i == 0 || pairs[i - 1][0] != vertex) {
+        view_[vertex] = kSeveral + static_cast<std::uint32_t>(first_.size());
+        first_.push_back(views_.size());
+      }
+      views_.push_back(view);
+    }
+    first_.push_back(views_.size());
+  }
+
+  std::size_t count(std::uint32_t vertex) const {
+    const std::uint32_t view = view_[vertex];
+    return view == kNone ? 0 : view < kSeveral ? 1 : first_[view - kSeveral + 1] - first_[view - kSeveral];
+  }
+  /// The view's place among those of the vertex, which are in ascending order.
+  std::uint32_t rank(std::uint32_t vertex, std::uint32_t view) const {
+    if (view_[vertex] < kSeveral) return 0;
+    const std::size_t several = view_[vertex] - kSeveral;
+    const std::span<const std::uint32_t> views(views_.data() + first_[several], first_[several + 1] - first_[several]);
+    return static_cast<std::uint32_t>(std::ranges::lower_bound(views, view) - views.begin());
+  }
+
+ private:
+  // Views are counted by far fewer than these.
+  static constexpr std::uint32_t kNone = 0x7FFFFFFF, kSeveral = 0x80000000;
+  std::vector<std::uint32_t> view_;   ///< by vertex: its only view, kNone, or kSeveral + its place in first_
+  std::vector<std::size_t> first_;    ///< of a vertex with several views, in views_
+  std::vector<std::uint32_t> views_;  ///< of vertices with several views
+};
+
 /// A node is a vertex in one view. Fills correction.nodes; returns the number of nodes.
 std::size_t make_nodes(const AtlasInput& input, ColorCorrection& correction) {
-  struct Corner {
-    std::uint32_t view, face, number;
-  };
-  Grouped<Corner> corners = group_items<Corner>(input.mesh.positions.size(), [&](const auto& add) {
-    for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face) {
-      if (!has_view(input, face)) continue;
-      for (std::uint32_t i = 0; i < 3; ++i)
-        add(input.mesh.faces[face][i], Corner{static_cast<std::uint32_t>(input.labels[face]), face, i});
+  const VertexViews views(input);
+  std::vector<std::uint32_t> first(input.mesh.positions.size());
+  std::size_t count = 0;
+  for (std::uint32_t vertex = 0; vertex < first.size(); ++vertex) {
+    first[vertex] = static_cast<std::uint32_t>(count);
+    count += views.count(vertex);
+  }
+  correction.nodes.assign(input.mesh.faces.size(), {0, 0, 0});
+  tbb::parallel_for(std::size_t{0}, input.mesh.faces.size(), [&](std::size_t face) {
+    if (!has_view(input, face)) return;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t vertex = input.mesh.faces[face][i];
+      correction.nodes[face][i] =
+          first[vertex] + views.rank(vertex, static_cast<std::uint32_t>(index(input.labels[face])));
     }
   });
-  correction.nodes.assign(input.mesh.faces.size(), {0, 0, 0});
-  std::size_t count = 0;
-  for (std::size_t vertex = 0; vertex < corners.groups(); ++vertex) {
-    const std::span<Corner> around = corners[vertex];
-    std::ranges::sort(around, {}, &Corner::view);
-    for (std::size_t k = 0; k < around.size(); ++k) {
-      if (k == 0 || around[k].view != around[k - 1].view) ++count;
-      correction.nodes[around[k].face][around[k].number] = static_cast<std::uint32_t>(count - 1);
-    }
-  }
   return count;
 }
 

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 #include <tuple>
+#include <utility>
 
 #include "atlas/leveling/seam_leveling.h"
 
@@ -98,68 +100,57 @@ std::vector<double> shares(const AtlasInput& input) {
   return share;
 }
 
+/// The six unknowns, of three for each view, that a channel's equations of a pair of views have.
+using PairVector = Eigen::Matrix<double, 6, 1>;
+using PairMatrix = Eigen::Matrix<double, 6, 6>;
+using PairUnknowns = std::array<int, 6>;
+
+PairUnknowns unknowns_of(const std::array<std::uint32_t, 2>& views, const Unknowns& u, std::size_t channel) {
+  return {u.gain(views[0], channel), u.falloff(views[0], 0), u.falloff(views[0], 1),
+          u.gain(views[1], channel), u.falloff(views[1], 0), u.falloff(views[1], 1)};
+}
+
 /// One equation of the least-squares problem: that the logs of both sides agree once corrected.
 struct Row {
-  Row(const Ratio& ratio, const Unknowns& u, std::size_t channel) {
-    std::size_t n = 0;
-    for (std::size_t s = 0; s < 2; ++s) {
-      const double sign = s ? -1 : 1, r2 = ratio.r2[s];
-      entries[n++] = {u.gain(ratio.views[s], channel), sign};
-      entries[n++] = {u.falloff(ratio.views[s], 0), sign * r2};
-      entries[n++] = {u.falloff(ratio.views[s], 1), sign * r2 * r2};
-      rest += sign * ratio.logs[s][channel];
-    }
+  Row(const Ratio& ratio, std::size_t channel) : rest(ratio.logs[0][channel] - ratio.logs[1][channel]) {
+    const auto [r2, s2] = ratio.r2;
+    factors << 1, r2, r2 * r2, -1, -s2, -s2 * s2;
   }
-  double residual(const Eigen::VectorXd& x) const {
-    double r = rest;
-    for (const auto& [i, a] : entries) r += a * x[i];
-    return r;
-  }
+  double residual(const PairVector& x) const { return rest + factors.dot(x); }
 
-  std::array<std::pair<int, double>, 6> entries;
-  double rest = 0;
+  PairVector factors;
+  double rest;
 };
 
 /// The normal equations of weighted rows; the matrix by its lower triangle.
 class NormalEquations {
  public:
-  explicit NormalEquations(Eigen::Index unknowns) : matrix_(unknowns, unknowns), right_(unknowns) { right_.setZero(); }
+  explicit NormalEquations(Eigen::Index unknowns) : right_(Eigen::VectorXd::Zero(unknowns)) {}
 
   /// Draws an unknown towards zero.
   void add_anchor(int unknown, double weight) { entries_.emplace_back(unknown, unknown, weight); }
 
-  void add(const Row& row, double weight) {
-    for (const auto& [i, a] : row.entries) {
-      right_[i] -= weight * a * row.rest;
-      for (const auto& [j, b] : row.entries)
-        if (j <= i) entries_.emplace_back(i, j, weight * a * b);
+  /// Adds the sums over the rows of a pair: weight factors factors^T, and weight factors rest.
+  void add(const PairUnknowns& at, const PairMatrix& matrix, const PairVector& rest) {
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      right_[at[i]] -= rest[row];
+      for (std::size_t j = 0; j < at.size(); ++j)
+        if (at[j] <= at[i]) entries_.emplace_back(at[i], at[j], matrix(row, static_cast<Eigen::Index>(j)));
     }
   }
 
-  /// To be called now and then: some sixty entries per seam edge add up to few places of the matrix.
-  void compact_if_long() {
-    constexpr std::size_t kLong = std::size_t{1} << 20;
-    if (entries_.size() >= kLong) compact();
-  }
-
-  std::optional<Eigen::VectorXd> solve() {
-    compact();
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver(matrix_);
+  std::optional<Eigen::VectorXd> solve() const {
+    Eigen::SparseMatrix<double> matrix(right_.size(), right_.size());
+    matrix.setFromTriplets(entries_.begin(), entries_.end());
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver(matrix);
     if (solver.info() != Eigen::Success) return std::nullopt;
     return solver.solve(right_);
   }
 
  private:
-  void compact() {
-    Eigen::SparseMatrix<double> part(matrix_.rows(), matrix_.cols());
-    part.setFromTriplets(entries_.begin(), entries_.end());
-    matrix_ += part;
-    entries_.clear();
-  }
-
-  Eigen::SparseMatrix<double> matrix_;
   Eigen::VectorXd right_;
-  std::vector<Eigen::Triplet<double>> entries_;  ///< not in the matrix yet
+  std::vector<Eigen::Triplet<double>> entries_;
 };
 
 /// Anchors decide only what seams leave open: the brightness of all views together, and the fall-off where seams lie at
@@ -181,20 +172,38 @@ double robust_divisor(double error, int round) {
   return 1 + (round == 0 ? std::abs(r) : r * r);
 }
 
-Eigen::VectorXd solve(const std::vector<Ratio>& ratios, const Unknowns& u, std::span<const double> share) {
+/// Adds the equations of the ratios between a pair of views, weighted by what x leaves of them.
+void add_pair(NormalEquations& equations, std::span<const Ratio> ratios, const Unknowns& u, const Eigen::VectorXd& x,
+              int round) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    const PairUnknowns at = unknowns_of(ratios.front().views, u, c);
+    PairVector before, rest = PairVector::Zero();
+    PairMatrix matrix = PairMatrix::Zero();
+    for (std::size_t i = 0; i < at.size(); ++i) before[static_cast<Eigen::Index>(i)] = x[at[i]];
+    for (const Ratio& ratio : ratios) {
+      const Row row(ratio, c);
+      const PairVector weighted = ratio.weight / robust_divisor(row.residual(before), round) * row.factors;
+      matrix += weighted * row.factors.transpose();
+      rest += row.rest * weighted;
+    }
+    equations.add(at, matrix, rest);
+  }
+}
+
+Eigen::VectorXd solve(std::vector<Ratio> ratios, const Unknowns& u, std::span<const double> share) {
   constexpr int kRounds = 10;
   double total = 0;
   for (const auto& r : ratios) total += r.weight;
+  // Thousands of ratios of a pair of views add up in the same places of the matrix.
+  std::ranges::stable_sort(ratios, {}, &Ratio::views);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(u.count());
   for (int round = 0; round < kRounds; ++round) {
     NormalEquations equations(u.count());
     add_anchors(equations, u, share, 1e-3 * total);
-    for (const Ratio& ratio : ratios) {
-      equations.compact_if_long();
-      for (std::size_t c = 0; c < 3; ++c) {
-        const Row row(ratio, u, c);
-        equations.add(row, ratio.weight / robust_divisor(row.residual(x), round));
-      }
+    for (auto begin = ratios.begin(); begin != ratios.end();) {
+      const auto end = std::ranges::upper_bound(begin, ratios.end(), begin->views, {}, &Ratio::views);
+      add_pair(equations, {begin, end}, u, x, round);
+      begin = end;
     }
     std::optional<Eigen::VectorXd> solution = equations.solve();
     if (!solution) return x;
@@ -217,7 +226,7 @@ std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSample
     if (const auto ratio = ratio_across(input, seams, edge, exposure)) ratios.push_back(*ratio);
   if (ratios.empty()) return exposure;
   const Unknowns u(input.scene);
-  const Eigen::VectorXd x = solve(ratios, u, shares(input));
+  const Eigen::VectorXd x = solve(std::move(ratios), u, shares(input));
   const double most = std::log(kMostGain);
   for (std::uint32_t v = 0; v < exposure.size(); ++v) {
     const auto gain = [&](std::size_t c) {
