@@ -47,7 +47,8 @@ class BlendField::FaceShare {
     corners_ = build.set.corners[face];
     const double area = doubled_area(corners_);
     if (area == 0) return false;
-    inverse_area_ = 1 / area;
+    second_ = Barycentric(corners_[0], corners_[2], 1 / area);
+    third_ = Barycentric(corners_[0], corners_[1], -1 / area);
     bool exact = shows_pole(view_.camera.distortion.model);
     for (std::size_t i = 0; i < 3; ++i) {
       factor_[i] = {shares[i].factor, shares[i].factor, shares[i].factor};
@@ -74,26 +75,42 @@ class BlendField::FaceShare {
 
   /// At a position in texels; the face's border beyond the face.
   Color at(double x, double y, const CoarsePhoto& coarse) const {
-    const TexelPoint p{x, y};
-    const double b = std::clamp(doubled_area({corners_[0], p, corners_[2]}) * inverse_area_, 0.0, 1.0);
-    const double c = std::clamp(doubled_area({corners_[0], corners_[1], p}) * inverse_area_, 0.0, 1.0);
-    const double a = std::max(0.0, 1 - b - c), whole = 1 / (a + b + c);
-    const double wa = a * whole, wb = b * whole, wc = c * whole;
-    PhotoPoint q{wa * photo_[0].x + wb * photo_[1].x + wc * photo_[2].x,
-                 wa * photo_[0].y + wb * photo_[1].y + wc * photo_[2].y};
+    double b = second_.at(x, y), c = third_.at(x, y);
+    if (b < 0 || c < 0 || b + c > 1) {
+      b = std::max(b, 0.0);
+      c = std::max(c, 0.0);
+      const double sum = std::max(1.0, b + c);
+      b /= sum;
+      c /= sum;
+    }
+    PhotoPoint q{photo_[0].x + b * (photo_[1].x - photo_[0].x) + c * (photo_[2].x - photo_[0].x),
+                 photo_[0].y + b * (photo_[1].y - photo_[0].y) + c * (photo_[2].y - photo_[0].y)};
     if (exact_) {
-      const auto frame = (*exact_)(wa * corners_[0].x + wb * corners_[1].x + wc * corners_[2].x,
-                                   wa * corners_[0].y + wb * corners_[1].y + wc * corners_[2].y);
+      const auto frame =
+          (*exact_)(corners_[0].x + b * (corners_[1].x - corners_[0].x) + c * (corners_[2].x - corners_[0].x),
+                    corners_[0].y + b * (corners_[1].y - corners_[0].y) + c * (corners_[2].y - corners_[0].y));
       const auto place = frame ? photo_from_pixel(view_.camera, *frame) : std::nullopt;
       if (!place) return {};
       q = *place;
     }
-    const Color factor =
-        static_cast<float>(wa) * factor_[0] + static_cast<float>(wb) * factor_[1] + static_cast<float>(wc) * factor_[2];
+    const Color factor = factor_[0] + static_cast<float>(b) * (factor_[1] - factor_[0]) +
+                         static_cast<float>(c) * (factor_[2] - factor_[0]);
     return factor * coarse.at(q);
   }
 
  private:
+  /// A corner's barycentric coordinate: 0 along the edge between the other two, 1 at the corner.
+  struct Barycentric {
+    Barycentric() = default;
+    /// \param scale 1 / (doubled area), negative for a corner to the other side of the edge
+    Barycentric(const TexelPoint& from, const TexelPoint& to, double scale)
+        : per_x((to.y - from.y) * scale),
+          per_y((from.x - to.x) * scale),
+          constant(-(from.x * per_x + from.y * per_y)) {}
+    double at(double x, double y) const { return constant + per_x * x + per_y * y; }
+    double per_x = 0, per_y = 0, constant = 0;
+  };
+
   /// False beyond where the lens ends.
   bool find_place(const WorldPoint& p, PhotoPoint& place) const {
     const CameraPoint c = camera_from_world(view_.pose, p);
@@ -106,7 +123,7 @@ class BlendField::FaceShare {
   ViewId id_;
   const View& view_;
   TexelTriangle corners_;
-  double inverse_area_ = 0;
+  Barycentric second_, third_;
   std::array<PhotoPoint, 3> photo_;
   std::array<Color, 3> factor_;
   std::optional<FrameFromTexel> exact_;
