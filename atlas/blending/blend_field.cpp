@@ -23,6 +23,12 @@ constexpr float kUnit = 16;
 /// hundredths of a pixel.
 constexpr double kAffine = 16;
 
+/// Rounded; kShift makes what is truncated positive.
+int in_units(float level) {
+  constexpr int kShift = 1 << 15;
+  return static_cast<int>(kUnit * level + (kShift + 0.5f)) - kShift;
+}
+
 TexelTriangle cell_corners(const TexelTriangle& t) {
   const double scale = 1.0 / kBlendStep;
   return {{{t[0].x * scale, t[0].y * scale}, {t[1].x * scale, t[1].y * scale}, {t[2].x * scale, t[2].y * scale}}};
@@ -210,15 +216,25 @@ void BlendField::add(std::size_t band, ViewId id, const CoarsePhoto& coarse) {
   for (std::size_t f = 0; f < faces_[band].size(); ++f) {
     const std::span<const std::uint32_t> cells = std::as_const(face_cells_[band])[f];
     if (cells.empty() || !share.prepare(faces_[band][f])) continue;
-    for (const std::uint32_t i : cells) {
-      const int column = box_.x0 + static_cast<int>(i % columns), row = box_.y0 + static_cast<int>(i / columns);
-      const Color color = share.at((column + 0.5) * kStep, (row + 0.5) * kStep, coarse);
-      Sum& sum = sums_[sum_of(i)];
-      std::size_t channel = 0;
-      for (const float value : {color.r, color.g, color.b}) {
-        sum[channel] = static_cast<std::int16_t>(sum[channel] + static_cast<int>(std::floor(kUnit * value + 0.5f)));
-        ++channel;
+    std::uint32_t before = cells.front();
+    std::size_t at = sum_of(before);
+    int column = box_.x0 + static_cast<int>(before % columns), row = box_.y0 + static_cast<int>(before / columns);
+    for (const std::uint32_t cell : cells) {
+      // A face's cells follow each other in rows, and so do their sums.
+      if (cell == before + 1 && cell % 64 != 0) {
+        ++at;
+        ++column;
+      } else if (cell != before) {
+        at = sum_of(cell);
+        column = box_.x0 + static_cast<int>(cell % columns);
+        row = box_.y0 + static_cast<int>(cell / columns);
       }
+      before = cell;
+      const Color color = share.at((column + 0.5) * kStep, (row + 0.5) * kStep, coarse);
+      Sum& sum = sums_[at];
+      sum[0] = static_cast<std::int16_t>(sum[0] + in_units(color.r));
+      sum[1] = static_cast<std::int16_t>(sum[1] + in_units(color.g));
+      sum[2] = static_cast<std::int16_t>(sum[2] + in_units(color.b));
     }
   }
 }
