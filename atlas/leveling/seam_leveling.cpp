@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "atlas/blending/seam_blend.h"
 
@@ -151,8 +153,9 @@ LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const C
                            const BlendWeights& blending, SeamLeveling mode) {
   LevelingResult result;
   if (mode == SeamLeveling::none) return result;
-  SeamBlend blend(input, blending, find_seams(input));
-  SeamSamples seams = sample_seams(input, coverage, &blend);
+  std::vector<SeamEdge> edges = find_seams(input);
+  SeamBlend blend(input, blending, edges);
+  SeamSamples seams = sample_seams(input, coverage, std::move(edges), &blend);
   result.step_before = mean_step(seams);
   if (seams.edges.empty() && input.exposure.empty()) return result;
   result.correction = Leveler(input, set, seams, blend).level(mode);

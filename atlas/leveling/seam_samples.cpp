@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "atlas/baking/each_photo.h"
 #include "atlas/blending/seam_blend.h"
@@ -55,8 +56,8 @@ class Sampler {
  public:
   Sampler(const AtlasInput& input, const CoverageIndex& coverage) : input_(input), coverage_(coverage) {}
 
-  SeamSamples sample(SeamBlend* blend) {
-    result_.edges = find_seams(input_);
+  SeamSamples sample(std::vector<SeamEdge> edges, SeamBlend* blend) {
+    result_.edges = std::move(edges);
     const std::size_t count =
         result_.edges.empty() ? 0 : result_.edges.back().first_sample + result_.edges.back().samples;
     result_.colors.resize(count);
@@ -141,8 +142,9 @@ std::vector<SeamEdge> find_seams(const AtlasInput& input) {
   return edges;
 }
 
-SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, SeamBlend* blend) {
-  return Sampler(input, coverage).sample(blend);
+SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, std::vector<SeamEdge> edges,
+                         SeamBlend* blend) {
+  return Sampler(input, coverage).sample(std::move(edges), blend);
 }
 
 }  // namespace gpvc::atlas

@@ -35,12 +35,13 @@ struct SeamSamples {
   std::vector<float> weight;
 };
 
-/// Samples every edge between faces of different views. Fetches each photo at most once. A partial face is sampled only
-/// where its coverage shows it, so that no occluder's colour enters. O(edges + samples).
-/// \param blend null, or made from the edges that find_seams() finds: takes what it needs on the way
-SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, SeamBlend* blend = nullptr);
-
-/// The edges of sample_seams(). O(pairs of faces).
+/// Every edge between faces of different views. O(pairs of faces).
 std::vector<SeamEdge> find_seams(const AtlasInput& input);
+
+/// Samples the edges that find_seams() finds. Fetches each photo at most once. A partial face is sampled only where its
+/// coverage shows it, so that no occluder's colour enters. O(edges + samples).
+/// \param blend null, or made from the same edges: takes what it needs on the way
+SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, std::vector<SeamEdge> edges,
+                         SeamBlend* blend = nullptr);
 
 }  // namespace gpvc::atlas

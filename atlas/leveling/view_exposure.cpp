@@ -215,7 +215,7 @@ Eigen::VectorXd solve(std::vector<Ratio> ratios, const Unknowns& u, std::span<co
 }  // namespace
 
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input) {
-  return fit_exposure(input, sample_seams(input, CoverageIndex(input.coverage)));
+  return fit_exposure(input, sample_seams(input, CoverageIndex(input.coverage), find_seams(input)));
 }
 
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams) {

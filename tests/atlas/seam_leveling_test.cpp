@@ -227,7 +227,7 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
   s.candidates.first.assign(s.mesh.faces.size() + 1, 0);
   const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
   const CoverageIndex coverage(s.coverage);
-  const auto exposure = fit_exposure(input, sample_seams(input, coverage));
+  const auto exposure = fit_exposure(input, sample_seams(input, coverage, find_seams(input)));
   for (std::size_t v = 0; v < kViews; ++v)
     EXPECT_NEAR(std::log(exposure[v].gain[1]) + std::log(gain(v)) - logs, 0, 0.015) << v;
 }
