@@ -22,7 +22,7 @@ void add_compared(CLI::App& app, CompareOptions& options) {
             "Another program's textured model of the same mesh, OBJ, GLB or glTF, scored and shown beside ours; may be "
             "given several times");
   group.add("--hold-out", options.input.hold_out, "K|LIST",
-            "Leave views out of all texturing and score on them: every K-th, or names and globs");
+            "Leave views out of all texturing and score on them: every K-th photo, or names and globs");
   group.add("--truth", settings.truth, "DIR", "Folder of a synthetic scene, with surfaces.json")
       ->default_str("SCENE's parent, where it holds one");
   group.number(

@@ -97,7 +97,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_photos(*app, options.input);
   OptionGroup{*app, "Input"}.add(
       "--hold-out", options.input.hold_out, "K|LIST",
-      "Texture without every K-th view, or without these (names or globs), and mark them in views.json, so that gpvc "
+      "Texture without every K-th photo, or without these (names or globs), and mark them in views.json, so that gpvc "
       "evaluate compares with them");
   OptionGroup{*app, "View selection"}
       .add(

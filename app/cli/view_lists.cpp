@@ -116,9 +116,17 @@ std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> u
   const auto [parsed, failed] = std::from_chars(hold_out.data(), end, every);
   if (!named && failed == std::errc{} && parsed == end) {
     if (every < 2)
-      throw UsageError(fmt::format("--hold-out {}: every K-th view is held out, and K is 2 or more", hold_out));
-    for (std::size_t n = every - 1; n < used.size(); n += every) held.push_back(used[n]);
-    if (held.empty()) throw UsageError(fmt::format("--hold-out {}: there are only {} views", hold_out, used.size()));
+      throw UsageError(fmt::format("--hold-out {}: every K-th photo is held out, and K is 2 or more", hold_out));
+    // A panorama's views follow each other, and leave together.
+    std::size_t photos = 0;
+    std::string last;
+    for (const ViewId id : used) {
+      const std::string photo = io::photo_name(scene.views[index(id)]);
+      if (photos == 0 || photo != last) ++photos;
+      last = photo;
+      if (photos % every == 0) held.push_back(id);
+    }
+    if (held.empty()) throw UsageError(fmt::format("--hold-out {}: there are only {} photos", hold_out, photos));
     return held;
   }
   const std::vector<bool> hit = matched(scene.views, "--hold-out", hold_out);

@@ -17,8 +17,8 @@ std::vector<ViewId> used_views(std::span<const View> all, const std::string& vie
 /// A flag for each of `count` views, true for the given ones: the form of SceneOptions::needed.
 std::vector<bool> marked(std::span<const ViewId> views, std::size_t count);
 
-/// The views of `used` that --hold-out names: for a whole number K of at least 2 the K-th, the 2 K-th and so on, else names
-/// and globs. Throws UsageError for names of no used view, and when no view would be left.
+/// The views of `used` that --hold-out names: for a whole number K of at least 2 those of the K-th photo, the 2 K-th and so
+/// on, else names and globs. Throws UsageError for names of no used view, and when no view would be left.
 std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> used, const std::string& hold_out);
 
 /// The rules of a file that --allow names, for the views of a scene and a mesh of so many faces. Throws InputError, also for

@@ -117,6 +117,10 @@ TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
   }
   EXPECT_EQ(cli::used_views(scene.views, "1/up.png,0/*", "").size(), 7);
   EXPECT_THROW(cli::used_views(scene.views, "front.png", ""), cli::UsageError);
+  // Every second photo, which is the second panorama whole.
+  const std::vector<ViewId> held = cli::held_out_views(scene, pipeline::all_views(scene), "2");
+  ASSERT_EQ(held.size(), 6);
+  for (const ViewId id : held) EXPECT_EQ(io::photo_name(scene.views[index(id)]), "1.png");
   const Mesh mesh = room();
   io::PhotoCache photos(scene, 1, std::size_t{1} << 24);
   pipeline::Observer silent;
