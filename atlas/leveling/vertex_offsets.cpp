@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "atlas/leveling/finished_texture.h"
 #include "atlas/leveling/offset_system.h"
 #include "atlas/leveling/seam_leveling.h"
 #include "io/grouping.h"
@@ -22,14 +23,20 @@ constexpr float kMostOffset = 80;
 /// Offsets more edges than this away from any seam are zero.
 constexpr int kReachEdges = 48;
 
-/// A node is a vertex in one view. Fills correction.nodes; returns the number of nodes.
+/// True for faces whose colours have offsets.
+bool has_offsets(const AtlasInput& input, std::size_t face) {
+  return has_view(input, face) && !is_finished(input, face);
+}
+
+/// A node is a vertex in one view. One more, the last, stands for all finished faces: its offset is zero. Fills
+/// correction.nodes; returns the number of nodes.
 std::size_t make_nodes(const AtlasInput& input, ColorCorrection& correction) {
   struct Corner {
     std::uint32_t view, face, number;
   };
   Grouped<Corner> corners = group_items<Corner>(input.mesh.positions.size(), [&](const auto& add) {
     for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face) {
-      if (!has_view(input, face)) continue;
+      if (!has_offsets(input, face)) continue;
       for (std::uint32_t i = 0; i < 3; ++i)
         add(input.mesh.faces[face][i], Corner{static_cast<std::uint32_t>(input.labels[face]), face, i});
     }
@@ -44,7 +51,9 @@ std::size_t make_nodes(const AtlasInput& input, ColorCorrection& correction) {
       correction.nodes[around[k].face][around[k].number] = static_cast<std::uint32_t>(count - 1);
     }
   }
-  return count;
+  for (std::size_t face = 0; face < correction.nodes.size(); ++face)
+    if (is_finished(input, face)) correction.nodes[face].fill(static_cast<std::uint32_t>(count));
+  return count + 1;
 }
 
 /// A term of the energy: the squared difference of two nodes' offsets.
@@ -86,9 +95,10 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
   }
 }
 
-/// Nodes within kReachEdges links of a seam.
+/// Nodes within kReachEdges links of a seam, without the last one, which stands for finished faces.
 std::vector<char> near_seams(const Links& links, std::span<const Link> seams) {
   std::vector<char> near(links.groups(), 0);
+  near.back() = 1;
   std::vector<std::uint32_t> ring, next;
   const auto reach = [&](std::uint32_t node, std::vector<std::uint32_t>& list) {
     if (near[node]) return;
@@ -105,6 +115,7 @@ std::vector<char> near_seams(const Links& links, std::span<const Link> seams) {
       for (const LinkTo& to : links[node]) reach(to.node, next);
     std::swap(ring, next);
   }
+  near.back() = 0;
   return near;
 }
 
@@ -158,7 +169,7 @@ void fit_offsets(const AtlasInput& input, const SeamSamples& seams, ColorCorrect
     };
     for (const Link& link : across) add(link);
     for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
-      if (!has_view(input, face)) continue;
+      if (!has_offsets(input, face)) continue;
       const auto& n = correction.nodes[face];
       // Both faces of an inner edge add it, each with half its weight.
       for (std::size_t i = 0; i < 3; ++i)
