@@ -91,6 +91,8 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
     throw std::invalid_argument("labels and tags must have one entry per face");
   if (!input.border.empty() && input.border.size() != faces)
     throw std::invalid_argument("border must be empty or have one entry per face");
+  if (input.finished != nullptr && input.border.empty())
+    throw std::invalid_argument("faces with a finished texture must be given as the border");
   if (!input.exposure.empty() && input.exposure.size() != input.scene.views.size())
     throw std::invalid_argument("exposure must be empty or have one entry per view");
   if (options.padding < 0) throw std::invalid_argument("padding must not be negative");
@@ -145,6 +147,8 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   statistics.leveling_s = seconds_since(start);
 
   start = Clock::now();
+  atlas.face_chart = layout.set.face_chart;
+  atlas.exposure = leveling->correction.exposure;
   build.correction = std::move(leveling->correction);
   BakedPages baked = bake_pages(build, options, progress);
   atlas.pages = std::move(baked.pages);

@@ -80,18 +80,29 @@ struct AtlasStatistics {
   std::size_t kept_pages = 0;  ///< taken from another run
 };
 
-struct TextureAtlas {
-  io::TexturedModel model;   ///< every input face has texture coordinates; those of the border have io::kNoPage instead
-  std::vector<Image> pages;  ///< RGB; none where BakeOptions::take_page took them
-  AtlasStatistics statistics;
-};
-
 /// Exposure of a view. Leveling multiplies a colour at distance r from the centre, 1 being half the diagonal, by the
 /// gain of its channel and by exp(k1 r^2 + k2 r^4), which undoes the fall-off towards the corners.
 struct ViewExposure {
   std::array<float, 3> gain{1, 1, 1};
   double centre_x = 0, centre_y = 0, inverse_radius2 = 0;  ///< of half the diagonal; px of the undistorted frame
   double k1 = 0, k2 = 0;                                   ///< equal for all views of a camera
+};
+
+struct TextureAtlas {
+  io::TexturedModel model;   ///< every input face has texture coordinates; those of the border have io::kNoPage instead
+  std::vector<Image> pages;  ///< RGB; none where BakeOptions::take_page took them
+  AtlasStatistics statistics;
+  std::vector<std::uint32_t>
+      face_chart;                      ///< per face, the number of its chart; AtlasStatistics::charts or more: border
+  std::vector<ViewExposure> exposure;  ///< per view, as leveling has fitted or taken it; empty without leveling
+};
+
+/// The texture of an earlier result of the same mesh and views, of which a part is made anew.
+struct FinishedTexture {
+  const io::TexturedModel& model;
+  /// By number. Those that faces beside the new ones do not use may be empty.
+  std::span<const Image> pages;
+  double reduction = 1;  ///< AtlasStatistics::reduction of that result, with which new charts are made, too
 };
 
 /// What the atlas is made from. Borrows everything.
@@ -114,6 +125,10 @@ struct AtlasInput {
   /// Per view, used instead of an exposure fitted from the seams of this input, so that parts of a mesh get the same
   /// one; see fit_exposure. Without effect with SeamLeveling::none. Empty: fitted.
   std::span<const ViewExposure> exposure = {};
+  /// Not null: faces of the border have these colours already. Leveling leaves them as they are and brings the others to
+  /// them, also where both show the same view; their photos are not read for it. Partial and unseen faces are filled from
+  /// them, too. Limits on pages and texels are not looked at.
+  const FinishedTexture* finished = nullptr;
 };
 
 /// The size of the atlas, known before any photo is read.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 
+#include "atlas/leveling/finished_texture.h"
 #include "io/grouping.h"
 
 namespace gpvc::atlas {
@@ -46,6 +47,20 @@ void for_border_corners(const std::vector<std::uint32_t>& slots, const AtlasBuil
     for (std::size_t i = 0; i < 3; ++i)
       if (const std::uint32_t slot = slots[build.input.mesh.faces[face][i]]; slot != kNoHole)
         visit(slot, build.places[c].page, build.places[c].point(set.corners[face][i]));
+  }
+}
+
+/// Adds the colours that finished faces have on borders of holes.
+void add_finished(const std::vector<std::uint32_t>& slots, const AtlasInput& input, Holes& holes) {
+  if (input.finished == nullptr) return;
+  for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
+    if (!is_finished(input, face)) continue;
+    for (const std::uint32_t vertex : input.mesh.faces[face]) {
+      const std::uint32_t slot = slots[vertex];
+      if (slot == kNoHole) continue;
+      holes.color[slot] = holes.color[slot] + finished_color(input, face, vertex);
+      holes.samples[slot] += 1;
+    }
   }
 }
 
@@ -175,6 +190,7 @@ void HoleFiller::solve() {
     holes.color[slot] = holes.color[slot] + *color;
     holes.samples[slot] += 1;
   });
+  add_finished(slot_, build_.input, holes);
   for (std::size_t i = 0; i < holes.color.size(); ++i)
     if (holes.samples[i] > 0) holes.color[i] = (1 / holes.samples[i]) * holes.color[i];
   const std::vector<char> reached = spread(holes);

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <utility>
 
+#include "atlas/leveling/finished_texture.h"
 #include "io/freed_memory.h"
 #include "io/image.h"
 
@@ -109,6 +110,26 @@ void for_border_places(const AtlasBuild& build, std::uint32_t chart, const Visit
       if (beside == chart || beside >= build.set.placed) continue;
       for (std::size_t e = 0; e < 3; ++e)
         if (const auto edge = shared_edge(build, face, e, other)) along(*edge, beside);
+    }
+}
+
+/// Calls visit(place in the chart, colour) along the edges that the chart shares with finished faces.
+template <typename Visit>
+void for_finished_places(const AtlasBuild& build, std::uint32_t chart, const Visit& visit) {
+  if (build.input.finished == nullptr) return;
+  for (const auto face : build.set.charts[chart].faces)
+    for (const auto other : build.neighbours[face]) {
+      if (!is_finished(build.input, other)) continue;
+      for (std::size_t e = 0; e < 3; ++e) {
+        const auto edge = shared_edge(build, face, e, other);
+        if (!edge) continue;
+        const Triangle& corners = build.input.mesh.faces[face];
+        const double length = std::hypot(edge->here[1].x - edge->here[0].x, edge->here[1].y - edge->here[0].y);
+        const int steps = 1 + static_cast<int>(std::ceil(length));
+        for (int s = 0; s <= steps; ++s)
+          visit(mix(edge->here, double(s) / steps),
+                finished_color(build.input, other, {corners[e], corners[(e + 1) % 3]}, double(s) / steps));
+      }
     }
 }
 
@@ -261,14 +282,18 @@ void PartialFiller::fill() {
 std::vector<PartialFiller::Seed> PartialFiller::border_seeds(const OpenChart& chart) const {
   const CellBox box = partial_box(build_.set.charts[chart.chart]);
   std::vector<Seed> seeds;
+  const auto add = [&](const TexelPoint& here, const Color& color) {
+    const int x = static_cast<int>(std::floor(here.x)), y = static_cast<int>(std::floor(here.y));
+    if (x < box.x0 || y < box.y0 || x >= box.x1 || y >= box.y1) return;
+    const std::size_t i = pixel_index(x - box.x0, y - box.y0, box.x1 - box.x0);
+    if (!chart.known[i]) seeds.push_back({i, color});
+  };
   std::size_t n = 0;
   for_border_places(build_, chart.chart, [&](const TexelPoint& here, std::uint32_t, const TexelPoint&) {
     const Beside& beside = beside_[chart.chart][n++];
-    const int x = static_cast<int>(std::floor(here.x)), y = static_cast<int>(std::floor(here.y));
-    if (!beside.known || x < box.x0 || y < box.y0 || x >= box.x1 || y >= box.y1) return;
-    const std::size_t i = pixel_index(x - box.x0, y - box.y0, box.x1 - box.x0);
-    if (!chart.known[i]) seeds.push_back({i, load(beside.rgb.data())});
+    if (beside.known) add(here, load(beside.rgb.data()));
   });
+  for_finished_places(build_, chart.chart, add);
   return seeds;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "atlas/leveling/color_correction.h"
+#include "atlas/leveling/finished_texture.h"
 #include "io/vector.h"
 
 namespace gpvc::atlas {
@@ -77,7 +78,10 @@ void SeamBlend::add_to(SeamSamples& seams, std::span<const ViewExposure> exposur
       std::array<std::array<float, 2>, 2> factor;  // by side and end
       for (std::size_t side = 0; side < 2; ++side)
         for (std::size_t end = 0; end < 2; ++end)
-          factor[side][end] = weights_->share(edge.vertices[end], part.view, label(*input_, edge.faces[side])).factor;
+          factor[side][end] =
+              is_finished(*input_, edge.faces[side])
+                  ? 0
+                  : weights_->share(edge.vertices[end], part.view, label(*input_, edge.faces[side])).factor;
       for (std::uint32_t i = 0; i < edge.samples; ++i) {
         const auto& raw = colors_[part.first + i];
         Color color = (1 / kColorUnit) *

@@ -14,7 +14,8 @@
 
 namespace gpvc::atlas {
 
-/// A place on a seam, in the texels of one of its charts, and the step that brings this side halfway to the other.
+/// A place on a seam, in the texels of one of its charts, and the step that brings this side halfway to the other, or to a
+/// finished one.
 struct SeamStep {
   float x = 0, y = 0;
   float weight = 1;  ///< as in SeamSamples

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "atlas/blending/seam_blend.h"
+#include "atlas/leveling/finished_texture.h"
 
 namespace gpvc::atlas {
 
@@ -70,11 +71,13 @@ class Leveler {
     }
   }
 
-  /// Calls visit(side, i, p) for the samples i of an edge that have weight; p in the texels of the side's chart.
+  /// Calls visit(side, i, p) for the samples i of an edge that have weight, on the sides that are not finished; p in the
+  /// texels of the side's chart.
   template <typename Visit>
   void for_samples(const SeamEdge& edge, const Visit& visit) const {
     for (std::size_t side = 0; side < 2; ++side) {
       const std::uint32_t face = edge.faces[side];
+      if (is_finished(input_, face)) continue;
       const Chart& chart = set_.charts[set_.face_chart[face]];
       std::array<TexelPoint, 2> ends{};
       for (std::size_t end = 0; end < 2; ++end)
@@ -114,7 +117,9 @@ class Leveler {
     std::vector<std::vector<SeamStep>> samples(set_.charts.size());
     for (const SeamEdge& edge : seams_.edges) {
       for_samples(edge, [&](std::size_t side, std::size_t i, const TexelPoint& p) {
-        const Color d = 0.5f * (seams_.colors[i][1 - side] - seams_.colors[i][side]);
+        // A finished side stays where it is: this one goes all the way.
+        const float way = is_finished(input_, edge.faces[1 - side]) ? 1.0f : 0.5f;
+        const Color d = way * (seams_.colors[i][1 - side] - seams_.colors[i][side]);
         const SeamStep sample{static_cast<float>(p.x),
                               static_cast<float>(p.y),
                               seams_.weight[i],

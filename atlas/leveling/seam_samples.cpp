@@ -8,6 +8,7 @@
 
 #include "atlas/baking/each_photo.h"
 #include "atlas/blending/seam_blend.h"
+#include "atlas/leveling/finished_texture.h"
 #include "io/vector.h"
 
 namespace gpvc::atlas {
@@ -66,7 +67,8 @@ class Sampler {
     std::vector<Work> work(input_.scene.views.size());
     for (const SeamEdge& edge : result_.edges)
       for (std::size_t side = 0; side < 2; ++side)
-        work[index(input_.labels[edge.faces[side]])].sides.emplace_back(&edge, side);
+        if (!is_finished(input_, edge.faces[side]))
+          work[index(input_.labels[edge.faces[side]])].sides.emplace_back(&edge, side);
     if (blend != nullptr)
       for (std::uint32_t view = 0; view < work.size(); ++view) work[view].blends = blend->needs(ViewId{view});
     each_photo(input_, work, PhotoOrder::descending, [&](const ViewPhoto& photo, const Work& mine) {
@@ -74,6 +76,7 @@ class Sampler {
                         [&](std::size_t i) { sample_side(*mine.sides[i].first, mine.sides[i].second, photo); });
       if (mine.blends) blend->take(photo, result_.edges);
     });
+    sample_finished();
     weigh();
     return std::move(result_);
   }
@@ -105,6 +108,26 @@ class Sampler {
     }
   }
 
+  /// Sides that have their texture already show what it shows.
+  void sample_finished() {
+    tbb::parallel_for(std::size_t{0}, result_.edges.size(), [&](std::size_t e) {
+      const SeamEdge& edge = result_.edges[e];
+      for (std::size_t side = 0; side < 2; ++side) {
+        const std::uint32_t face = edge.faces[side];
+        if (!is_finished(input_, face)) continue;
+        const Image& page = finished_page(input_, face);
+        const TexelPoint a = finished_place(input_, face, edge.vertices[0]);
+        const TexelPoint b = finished_place(input_, face, edge.vertices[1]);
+        for (std::uint32_t i = 0; i < edge.samples; ++i) {
+          const double t = (i + 0.5) / edge.samples;
+          const PhotoPoint q{a.x + t * (b.x - a.x), a.y + t * (b.y - a.y)};
+          result_.colors[edge.first_sample + i][side] = sample_bilinear(page, q.x, q.y);
+          steepness2_[side][edge.first_sample + i] = steepness2(page, q);
+        }
+      }
+    });
+  }
+
   void weigh() {
     constexpr float kNoise2 = kPhotoNoise * kPhotoNoise, kShift2 = kMisregistrationPx * kMisregistrationPx;
     result_.weight.assign(result_.colors.size(), 0.0f);
@@ -131,7 +154,9 @@ std::vector<SeamEdge> find_seams(const AtlasInput& input) {
   std::vector<SeamEdge> edges;
   std::size_t count = 0;
   for (const auto& [a, b] : input.graph.edges) {
-    if (input.labels[a] == input.labels[b] || !has_view(input, a) || !has_view(input, b)) continue;
+    const bool a_finished = is_finished(input, a), b_finished = is_finished(input, b);
+    if (input.labels[a] == input.labels[b] ? a_finished == b_finished : a_finished && b_finished) continue;
+    if (!has_view(input, a) || !has_view(input, b)) continue;
     const auto vertices = shared_edge(input.mesh.faces[a], input.mesh.faces[b]);
     if (!vertices) continue;
     SeamEdge edge{{a, b}, *vertices, count, 0};

@@ -13,7 +13,8 @@ namespace gpvc::atlas {
 
 class SeamBlend;  // blending/seam_blend.h
 
-/// A mesh edge between two faces of different views, sampled about once a texel.
+/// A mesh edge between two faces of different views, or between a finished and a new one (AtlasInput::finished), sampled about
+/// once a texel.
 struct SeamEdge {
   std::array<std::uint32_t, 2> faces{};
   std::array<std::uint32_t, 2> vertices{};
@@ -28,14 +29,14 @@ inline constexpr float kPhotoNoise = 3;
 
 struct SeamSamples {
   std::vector<SeamEdge> edges;
-  std::vector<std::array<Color, 2>> colors;      ///< per sample, in the photos of faces[0] and faces[1]
+  std::vector<std::array<Color, 2>> colors;      ///< per sample, in the photos of faces[0] and faces[1], or as finished
   std::vector<std::array<PixelPoint, 2>> frame;  ///< per sample, in the frames of these views
   /// Per sample, 0 to 1: the expected share of brightness in a difference, the rest being misregistration on a steep
   /// gradient. 0 if one of the photos does not show the place.
   std::vector<float> weight;
 };
 
-/// Every edge between faces of different views. O(pairs of faces).
+/// Every edge between faces of different views, or between a finished face and a new one. O(pairs of faces).
 std::vector<SeamEdge> find_seams(const AtlasInput& input);
 
 /// Samples the edges that find_seams() finds. Fetches each photo at most once. A partial face is sampled only where its

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "atlas/leveling/finished_texture.h"
 #include "atlas/leveling/offset_system.h"
 #include "atlas/leveling/seam_leveling.h"
 #include "io/grouping.h"
@@ -27,13 +28,18 @@ constexpr float kMostOffset = 80;
 /// Offsets more edges than this away from any seam are zero.
 constexpr int kReachEdges = 48;
 
+/// True for faces whose colours have offsets.
+bool has_offsets(const AtlasInput& input, std::size_t face) {
+  return has_view(input, face) && !is_finished(input, face);
+}
+
 /// Vertices of faces of several views, with these views; the other vertices have at most one.
 class VertexViews {
  public:
   explicit VertexViews(const AtlasInput& input) : view_(input.mesh.positions.size(), kNone) {
     const auto for_corners = [&](const auto& body) {
       for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face)
-        if (has_view(input, face))
+        if (has_offsets(input, face))
           for (const std::uint32_t vertex : input.mesh.faces[face])
             body(vertex, static_cast<std::uint32_t>(index(input.labels[face])));
     };
@@ -79,7 +85,8 @@ class VertexViews {
   std::vector<std::uint32_t> views_;  ///< of vertices with several views
 };
 
-/// A node is a vertex in one view. Fills correction.nodes; returns the number of nodes.
+/// A node is a vertex in one view. One more, the last, stands for all finished faces: its offset is zero. Fills
+/// correction.nodes; returns the number of nodes.
 std::size_t make_nodes(const AtlasInput& input, ColorCorrection& correction) {
   const VertexViews views(input);
   std::vector<std::uint32_t> first(input.mesh.positions.size());
@@ -90,14 +97,15 @@ std::size_t make_nodes(const AtlasInput& input, ColorCorrection& correction) {
   }
   correction.nodes.assign(input.mesh.faces.size(), {0, 0, 0});
   tbb::parallel_for(std::size_t{0}, input.mesh.faces.size(), [&](std::size_t face) {
-    if (!has_view(input, face)) return;
+    if (is_finished(input, face)) correction.nodes[face].fill(static_cast<std::uint32_t>(count));
+    if (!has_offsets(input, face)) return;
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t vertex = input.mesh.faces[face][i];
       correction.nodes[face][i] =
           first[vertex] + views.rank(vertex, static_cast<std::uint32_t>(index(input.labels[face])));
     }
   });
-  return count;
+  return count + 1;
 }
 
 /// A term of the energy: the squared difference of two nodes' offsets.
@@ -139,9 +147,10 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
   }
 }
 
-/// Nodes within kReachEdges links of a seam.
+/// Nodes within kReachEdges links of a seam, without the last one, which stands for finished faces.
 std::vector<char> near_seams(const Links& links, std::span<const Link> seams) {
   std::vector<char> near(links.groups(), 0);
+  near.back() = 1;
   std::vector<std::uint32_t> ring, next;
   const auto reach = [&](std::uint32_t node, std::vector<std::uint32_t>& list) {
     if (near[node]) return;
@@ -158,6 +167,7 @@ std::vector<char> near_seams(const Links& links, std::span<const Link> seams) {
       for (const LinkTo& to : links[node]) reach(to.node, next);
     std::swap(ring, next);
   }
+  near.back() = 0;
   return near;
 }
 
@@ -211,7 +221,7 @@ void fit_offsets(const AtlasInput& input, const SeamSamples& seams, ColorCorrect
     };
     for (const Link& link : across) add(link);
     for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
-      if (!has_view(input, face)) continue;
+      if (!has_offsets(input, face)) continue;
       const auto& n = correction.nodes[face];
       // Both faces of an inner edge add it, each with half its weight.
       for (std::size_t i = 0; i < 3; ++i)

@@ -66,6 +66,8 @@ std::size_t page_texels(const Packing& packing, int edge) {
 
 Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
                const CoverageIndex& coverage) {
+  if (input.finished != nullptr)
+    return lay_out_reduced(input, options, neighbours, coverage, input.finished->reduction);
   const auto at = [&](double reduction) { return lay_out_reduced(input, options, neighbours, coverage, reduction); };
   Layout best = at(1);
   double over = excess(best.packing, options);

@@ -19,7 +19,7 @@ struct Layout {
 /// Texels of all pages. \param edge of a block, texels
 std::size_t page_texels(const Packing& packing, int edge);
 
-/// Full density if that meets the limits; otherwise all charts are reduced by one factor until it does, with at least
+/// At the density of AtlasInput::finished, if there is one. Else full density if that meets the limits; otherwise all charts are reduced by one factor until it does, with at least
 /// about 96 % of the texels that the limits allow where possible. Throws std::invalid_argument if even the smallest
 /// charts exceed a limit.
 Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,

@@ -1,0 +1,28 @@
+#include "atlas/leveling/finished_texture.h"
+
+namespace gpvc::atlas {
+
+const Image& finished_page(const AtlasInput& input, std::size_t face) {
+  return input.finished->pages[input.finished->model.face_page[face]];
+}
+
+TexelPoint finished_place(const AtlasInput& input, std::size_t face, std::uint32_t vertex) {
+  const Triangle& corners = input.mesh.faces[face];
+  const Image& page = finished_page(input, face);
+  std::size_t corner = 0;
+  while (corner < 2 && corners[corner] != vertex) ++corner;
+  const io::TexCoord& at = input.finished->model.texcoords[input.finished->model.face_texcoords[face][corner]];
+  return {static_cast<double>(at.u) * page.width, static_cast<double>(at.v) * page.height};
+}
+
+Color finished_color(const AtlasInput& input, std::size_t face, std::uint32_t vertex) {
+  const TexelPoint at = finished_place(input, face, vertex);
+  return sample_bilinear(finished_page(input, face), at.x, at.y);
+}
+
+Color finished_color(const AtlasInput& input, std::size_t face, const std::array<std::uint32_t, 2>& edge, double t) {
+  const TexelPoint a = finished_place(input, face, edge[0]), b = finished_place(input, face, edge[1]);
+  return sample_bilinear(finished_page(input, face), a.x + t * (b.x - a.x), a.y + t * (b.y - a.y));
+}
+
+}  // namespace gpvc::atlas
