@@ -73,8 +73,22 @@ void report_tags(const Input& input, const labeling::Candidates& candidates, Obs
     throw InputError(input.mesh_file, "",
                      "no photo sees any face of the mesh: are mesh and cameras in the same coordinates, and the "
                      "cameras outside the mesh?");
-  if (20 * (seen + partial) < candidates.tags.size())
-    observer.warning("photos see less than 5 % of the faces; are mesh and cameras in the same coordinates?");
+}
+
+// A mesh that hardly any photo sees is one in other coordinates, as a rule. A part of the photos may show a part of it.
+void report_unseen(const Input& input, bool keep, std::span<const labeling::FaceTag> tags,
+                   std::span<const SmallPhoto> photos, Observer& observer) {
+  const auto [seen, partial, unseen] = count_tags(tags);
+  constexpr std::size_t kOneIn = 20;
+  if (kOneIn * (seen + partial) >= tags.size()) return;
+  const std::string found = "photos see less than 5 % of the faces";
+  if (keep || 2 * input.views.size() < input.scene.views.size())
+    return observer.warning(found + "; are mesh and cameras in the same coordinates?");
+  const std::string explanation = fitting_hypothesis(input, photos, observer);
+  throw InputError(input.mesh_file, "",
+                   found +
+                       (explanation.empty() ? "; are mesh and cameras in the same coordinates?" : ": " + explanation) +
+                       "; --keep-views textures all the same");
 }
 
 // Wrong photos or poses must not become a texture without a word.
@@ -133,18 +147,22 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
     elsewhere_for_one |= fit.verdict == elsewhere;
     if (fit.verdict == doubtful || fit.verdict == elsewhere) doubts.push_back(text);
   };
+  // Of a scene that nothing is known of, an explanation is all that can tell.
+  const bool judged = seen.fit.verdict != unknown || seen.tie_point_fit.verdict != unknown ||
+                      std::ranges::any_of(seen.candidates.agreement, &labeling::ViewAgreement::judged);
   // Few photos with much out of focus are a reason for doubts of photos alone; tie points that lie on the mesh dispel them.
   const bool dispelled = seen.fit.verdict == doubtful && seen.tie_point_fit.verdict == fits;
   report("fit", seen.fit, photo_fit_text(seen.fit));
   if (seen.tie_point_fit.places > 0) report("tie_points", seen.tie_point_fit, tie_point_fit_text(seen.tie_point_fit));
-  if (doubts.empty() || dispelled) return;
-  const std::string found = fmt::to_string(fmt::join(doubts, "; "));
+  if ((doubts.empty() && judged) || dispelled) return;
+  const std::string found = judged ? fmt::to_string(fmt::join(doubts, "; ")) : photo_fit_text(seen.fit);
   // Shares alone refuse nothing: leaves in the wind, water and a poor mesh look like that. An explanation does.
   const std::string explanation = keep ? "" : fitting_hypothesis(input, photos, observer);
   if (!explanation.empty())
     throw InputError(
         input.mesh_file, "",
         found + "; the mesh is not where the photos show it: " + explanation + "; --keep-views textures all the same");
+  if (!judged) return;
   observer.warning(found + (elsewhere_for_one
                                 ? "; the mesh seems to be moved, scaled, turned or mirrored against the poses, or the "
                                   "lens is another: see gpvc inspect --check --picture"
@@ -294,6 +312,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   observer.end(taken == 0 ? fmt::format("{} views", input.views.size())
                           : fmt::format("{} views, {} of them kept by an earlier run", input.views.size(), taken));
   report_tags(input, seen.candidates, observer);
+  report_unseen(input, settings.costs.keep_views, seen.candidates.tags, small, observer);
   report_agreement(input, settings.costs.keep_views, seen.candidates.agreement, small, observer);
   report_fits(input, settings.costs.keep_views, seen, small, observer);
   return seen;

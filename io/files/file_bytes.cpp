@@ -61,9 +61,17 @@ FileBytes::FileBytes(const std::filesystem::path& file, Use use) {
     buffer_ = read_all(file, descriptor.number);
     bytes_ = {buffer_.data(), buffer_.size()};
   }
-  if (!bytes_.starts_with("version https://git-lfs.github.com/")) return;
-  unmap();
-  throw InputError(file, "", "is a pointer that Git LFS left instead of the file: fetch it by 'git lfs pull'");
+  try {
+    refuse_lfs_pointer(file, bytes_);
+  } catch (const InputError&) {
+    unmap();
+    throw;
+  }
+}
+
+void refuse_lfs_pointer(const std::filesystem::path& file, std::string_view bytes) {
+  if (bytes.starts_with("version https://git-lfs.github.com/"))
+    throw InputError(file, "", "is a pointer that Git LFS left instead of the file: fetch it by 'git lfs pull'");
 }
 
 void FileBytes::unmap() {

@@ -37,6 +37,9 @@ class FileBytes {
   std::vector<char> buffer_;
 };
 
+/// Throws InputError if the bytes, which `file` begins with, are of the pointer that Git LFS leaves in a file's place.
+void refuse_lfs_pointer(const std::filesystem::path& file, std::string_view bytes);
+
 /// Reads values one after another; running past the end is an InputError that says what was being read.
 class ByteReader {
  public:

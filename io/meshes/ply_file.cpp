@@ -153,7 +153,7 @@ class HeaderParser {
 
 class AsciiValues {
  public:
-  /// \param by_lines every element has a line, on which the header may not declare all values
+  /// \param by_lines every element has a line of its own, which may go on with values that the header does not declare
   AsciiValues(const std::filesystem::path& file, std::string_view text, const Header& header, bool by_lines)
       : file_(file),
         rest_(text.substr(header.size)),
@@ -182,6 +182,7 @@ class AsciiValues {
   void end_element() {
     if (!by_lines_) return;
     if (!trimmed(next_line(rest_)).empty()) ++undeclared_;
+    within_element_ = false;
   }
   std::string warning() const {
     return undeclared_ == 0
@@ -195,8 +196,12 @@ class AsciiValues {
 
  private:
   std::string_view next() {
+    const char* before = rest_.data();
     const std::string_view word = next_word(rest_);
     if (word.empty()) fail("the file ends before the last element that its header declares");
+    if (by_lines_ && within_element_ && std::find(before, word.data(), '\n') != word.data())
+      fail("the line ends before the values that the header declares");
+    within_element_ = true;
     return word;
   }
 
@@ -205,6 +210,7 @@ class AsciiValues {
   const char* body_;
   std::size_t first_line_;
   bool by_lines_;
+  bool within_element_ = false;  ///< a value of it has been read
   std::uint64_t undeclared_ = 0;
 };
 
@@ -485,21 +491,14 @@ bool has_line_for_each_element(std::string_view body, const Header& header) {
   return lines == elements;
 }
 
-/// Values may be on any lines. Some writers add values that the header does not declare, MeshLab the colours of wedges:
-/// where reading fails and each element has a line, they are what follows on it.
+/// Some writers add values that the header does not declare, MeshLab the colours of wedges: where each element has a line,
+/// they are what follows on it. They could be taken for faces, so that lines go first. Otherwise values may be on any.
 Mesh read_ascii(const std::filesystem::path& file, std::string_view bytes, const Header& header, PlyTexture* texture) {
-  try {
-    return MeshReader(file, header, AsciiValues(file, bytes, header, false), texture).read();
-  } catch (const InputError&) {
-    if (!has_line_for_each_element(bytes.substr(header.size), header)) throw;
-    Mesh mesh;
-    try {
-      mesh = MeshReader(file, header, AsciiValues(file, bytes, header, true), texture).read();
+  if (has_line_for_each_element(bytes.substr(header.size), header)) try {
+      return MeshReader(file, header, AsciiValues(file, bytes, header, true), texture).read();
     } catch (const InputError&) {
     }
-    if (mesh.faces.empty()) throw;
-    return mesh;
-  }
+  return MeshReader(file, header, AsciiValues(file, bytes, header, false), texture).read();
 }
 
 }  // namespace

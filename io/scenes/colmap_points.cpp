@@ -37,7 +37,8 @@ void parse_binary(const std::filesystem::path& file, std::string_view bytes, con
   }
 }
 
-void parse_text(const std::filesystem::path& file, std::string_view rest, const TakePoint& take) {
+void parse_text(const std::filesystem::path& file, std::string_view text, const TakePoint& take) {
+  std::string_view rest = without_byte_order_mark(text);
   std::vector<std::uint32_t> track;
   for (std::size_t number = 1; !rest.empty(); ++number) {
     std::string_view line = trimmed(next_line(rest));

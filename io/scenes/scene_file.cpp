@@ -6,6 +6,7 @@
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
+#include "io/files/zip_file.h"
 #include "io/images/mask_file.h"
 #include "io/scene_files.h"
 #include "io/scenes/panorama_views.h"
@@ -43,7 +44,8 @@ std::optional<std::string> incomplete_colmap(const fs::path& source) {
       const bool cameras = is_file(folder / (std::string("cameras") + extension));
       if (cameras != is_file(folder / (std::string("images") + extension)))
         return std::string("holds a COLMAP model without ") + (cameras ? "images" : "cameras") + extension +
-               (folder == source ? "" : " in " + folder.string());
+               (folder == source ? "" : " in " + folder.string()) +
+               ": copy the model whole, or let COLMAP export it again (File > Export model)";
     }
   return std::nullopt;
 }
@@ -65,28 +67,50 @@ bool is_part_of_pix4d(const fs::path& source) {
   return false;
 }
 
-/// Says what a source that is not a scene is instead, from its first bytes.
-std::string describe_other(const fs::path& source) {
-  constexpr const char* kUnknown = "is no scene";
+/// Throws where Git LFS left a pointer instead of a file that could be the scene's.
+void refuse_pointers(const fs::path& source) {
+  constexpr std::uintmax_t kMostBytes = 1024;  // of a pointer, as Git LFS specifies
+  std::error_code ignored;
+  if (!is_folder(source)) return refuse_lfs_pointer(source, first_bytes(source, 256));
+  for (const auto& entry : fs::directory_iterator(source, ignored))
+    if (is_file(entry.path()) && entry.file_size(ignored) < kMostBytes)
+      refuse_lfs_pointer(entry.path(), first_bytes(entry.path(), 256));
+}
+
+/// What to do with projects of other programs, which are told by their name: a sentence's end, or nothing.
+std::optional<std::string> advice_on_project(const fs::path& source) {
+  const std::string extension = lower_case(source.extension().string());
+  if (extension == ".psx" || extension == ".psz")
+    return "is a Metashape project; export its cameras as XML (File > Export > Export Cameras)";
+  if (extension == ".p4d") return "is a Pix4Dmapper project; give the folder 1_initial/params of its results";
+  return std::nullopt;
+}
+
+/// What to do with a source that is no scene, if that is known: a sentence's end.
+std::optional<std::string> advice_on(const fs::path& source) {
   if (is_part_of_pix4d(source))
     return std::string(is_folder(source) ? "holds" : "is") +
            " only part of Pix4Dmapper's parameters; give *_calibrated_camera_parameters.txt, which it writes beside "
            "them in 1_initial/params (Processing Options > 1. Initial Processing > Calibration > Export: Camera "
            "Internals and Externals, AAT, BBA)";
-  if (is_folder(source)) return incomplete_colmap(source).value_or(kUnknown);
-  const std::string extension = lower_case(source.extension().string());
-  if (extension == ".psx" || extension == ".psz")
-    return "is a Metashape project; export its cameras as XML (File > Export > Export Cameras)";
-  if (extension == ".p4d") return "is a Pix4Dmapper project; give the folder 1_initial/params of its results";
+  if (is_folder(source)) return incomplete_colmap(source);
+  const std::string head = first_bytes(source, 4);
+  if (is_zip(head)) return "is a zip archive of which nothing is read as it is; unpack it";
+  if (head.starts_with("ply")) return "is a mesh; the scene goes before it";
+  if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF")) return "is text in UTF-16; save it as UTF-8";
+  return std::nullopt;
+}
+
+/// Says what a source that is not a scene is instead, from its first bytes.
+std::string describe_other(const fs::path& source) {
+  constexpr const char* kUnknown = "is no scene";
+  if (is_folder(source)) return kUnknown;
   const std::string head = first_bytes(source, 256);
-  if (head.starts_with("PK\3\4")) return "is a zip archive of which nothing is read as it is; unpack it";
   const std::size_t text = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
   if (head.empty()) return "is empty";
-  if (head.starts_with("ply")) return "is a mesh; the scene goes before it";
   if (head.starts_with("\xFF\xD8\xFF") || head.starts_with("\x89PNG") || head.starts_with("II*") ||
       head.starts_with("MM"))
     return "is a photo";
-  if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF")) return "is text in UTF-16, not in UTF-8";
   const char first = text == std::string::npos ? '\0' : head[text];
   if (const std::string root = xml_root(source); !root.empty() && first == '<')
     return "is XML of another program, whose root is " + quote(root);
@@ -95,6 +119,7 @@ std::string describe_other(const fs::path& source) {
 }
 
 SceneSource recognize(const fs::path& source) {
+  if (const auto advice = advice_on_project(source)) throw InputError(source, "", *advice);
   std::optional<SceneSource> found;
   for (const SceneFormat* format : scene_formats()) {
     const std::optional<fs::path> path = format->find(source);
@@ -106,6 +131,8 @@ SceneSource recognize(const fs::path& source) {
     found = SceneSource{format, *path};
   }
   if (found) return *found;
+  refuse_pointers(source);
+  if (const auto advice = advice_on(source)) throw InputError(source, "", *advice);
   std::string expected;
   for (const SceneFormat* format : scene_formats())
     expected.append(expected.empty() ? "" : "; ").append(format->expects);

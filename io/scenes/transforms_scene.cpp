@@ -4,7 +4,9 @@
 //
 // Pixels   cx and cy are COLMAP's, as are the rays of both programs, through x + 0.5: ours. Without cx and cy the
 //          principal point is the photo's middle.
-// Camera   x right, y up, z back (OpenGL): y and z are turned. transform_matrix takes camera to world.
+// Camera   x right, y up, z back (OpenGL): y and z are turned. transform_matrix takes camera to world. Where instant-ngp's
+//          files have transform_matrix_start and _end, the camera moved between them (rolling_shutter says when each
+//          pixel was taken): it is taken where it was halfway.
 // Lens     k1 to k4, p1 and p2 as Distortion has them; camera_model OPENCV_FISHEYE, or is_fisheye, makes it OpenCV's
 //          fisheye. Members of a frame go before those of the file.
 // World    any. nerfstudio turns what COLMAP made and says so: applied_transform, then applied_scale, took the original
@@ -48,6 +50,9 @@ class TransformsReader {
     const Json& frames = json_.objects("", json_.root(), "frames");
     for (std::size_t i = 0; i < frames.size(); ++i) read_frame("frame " + std::to_string(i), frames[i]);
     omitted_.report(scene_, "frames");
+    scene_.warn(moving_,
+                "cameras moved while their photos were taken (transform_matrix_start and _end), which is not "
+                "modelled: they are taken halfway");
     read_applied_transform();
     return std::move(scene_);
   }
@@ -71,13 +76,28 @@ class TransformsReader {
     if (!model) return;
     view.camera = camera_of(place, frame, *model);
 
-    const auto matrix = frame.find("transform_matrix");
-    const std::size_t rows = matrix != frame.end() && matrix->size() == 3 ? 3 : 4;
-    const std::vector<double> m = json_.numbers(place, frame, "transform_matrix", 4, rows);
+    const std::vector<double> m = world_from_camera_of(place, frame);
     const auto world_from_camera = rotation_near({m[0], -m[1], -m[2], m[4], -m[5], -m[6], m[8], -m[9], -m[10]});
     if (!world_from_camera) json_.fail(place, "its transform_matrix has no rotation in it");
     view.pose = finish_pose(json_.path(), place, transposed(*world_from_camera), {m[3], m[7], m[11]});
     scene_.views.push_back(std::move(view));
+  }
+
+  /// Three rows of four numbers, and perhaps a fourth.
+  std::vector<double> matrix_of(const std::string& place, const Json& frame, const char* key) const {
+    const auto matrix = frame.find(key);
+    const std::size_t rows = matrix != frame.end() && matrix->size() == 3 ? 3 : 4;
+    return json_.numbers(place, frame, key, 4, rows);
+  }
+
+  std::vector<double> world_from_camera_of(const std::string& place, const Json& frame) {
+    constexpr const char *kStart = "transform_matrix_start", *kEnd = "transform_matrix_end";
+    if (!frame.contains(kStart) || !frame.contains(kEnd)) return matrix_of(place, frame, "transform_matrix");
+    const std::vector<double> start = matrix_of(place, frame, kStart), end = matrix_of(place, frame, kEnd);
+    std::vector<double> halfway;
+    for (std::size_t i = 0; i < 12; ++i) halfway.push_back((start[i] + end[i]) / 2);
+    moving_ += std::equal(start.begin(), start.begin() + 12, end.begin()) ? 0 : 1;
+    return halfway;
   }
 
   /// nullopt where the frame is left out.
@@ -149,6 +169,7 @@ class TransformsReader {
   JsonFile json_;
   SceneFile scene_;
   OmittedLenses omitted_;
+  std::size_t moving_ = 0;
 };
 
 std::optional<fs::path> find_transforms(const fs::path& source) {

@@ -81,6 +81,8 @@ int XmlFile::side(const pugi::xml_node& parent, const char* child) const {
 std::string xml_root(const std::filesystem::path& file) { return xml_root_in(first_bytes(file, kXmlHead)); }
 
 std::string xml_root_in(std::string_view head) {
+  // Before the root there is markup alone; an archive can hold a document as it is.
+  if (!trimmed(without_byte_order_mark(head)).starts_with('<')) return {};
   // Past the declaration, comments and a document type, the first '<' opens the root.
   for (std::size_t at = head.find('<'); at != std::string_view::npos; at = head.find('<', at)) {
     const std::string_view rest = head.substr(at + 1);

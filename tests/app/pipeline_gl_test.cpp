@@ -286,6 +286,28 @@ TEST_F(PhotosAndPoses, PhotosUpsideDownAreNamedInTheError) {
   }
 }
 
+// A mesh a thousand times too large lies beyond the photos but for the ground below them.
+TEST_F(PhotosAndPoses, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
+  Mesh large = city_->mesh;
+  for (WorldPoint& p : large.positions) p = 1000.0 * p;
+  const std::vector<ViewId> all = pipeline::all_views(city_->scene), one{ViewId{0}};
+  pipeline::Settings settings;
+  const auto look = [&](const std::vector<ViewId>& views, pipeline::Observer& observer) {
+    pipeline::see({city_->scene, large, views}, settings, photos_, observer);
+  };
+  const std::string error = test::input_error([&] { look(all, silent_); });
+  EXPECT_TRUE(test::contains(error, "photos see less than 5 % of the faces")) << error;
+  EXPECT_TRUE(error.ends_with("; --keep-views textures all the same")) << error;
+  // A part of the photos may well show a small part of the mesh, and one alone is compared with none.
+  for (const auto& [views, keep] : {std::pair{one, false}, std::pair{all, true}}) {
+    settings.costs.keep_views = keep;
+    Warned observer;
+    ASSERT_NO_THROW(look(views, observer));
+    ASSERT_FALSE(observer.warnings.empty());
+    EXPECT_TRUE(test::contains(observer.warnings[0], "photos see less than 5 % of the faces; are mesh and cameras in"));
+  }
+}
+
 TEST_F(PhotosAndPoses, ExposureAndOverlapRaiseNoFalseAlarm) {
   std::vector<io::Picture> pictures = city_->pictures;
   for (std::size_t n = 0; n < pictures.size(); n += 2)
@@ -298,6 +320,33 @@ TEST_F(PhotosAndPoses, ExposureAndOverlapRaiseNoFalseAlarm) {
       for (const labeling::ViewAgreement& each : seen.candidates.agreement)
         EXPECT_FALSE(each.by_chance) << a << " and " << b << ": " << each.correlation;
     }
+}
+
+// With too few pixels for a judgement about photos that do not fit.
+class SmallPhotos : public Pipeline {
+ protected:
+  static void SetUpTestSuite() { city_ = std::make_unique<City>(8000, 600, 16); }
+};
+
+TEST_F(SmallPhotos, AnExplanationAloneRefusesAScene) {
+  Warned observer;
+  EXPECT_NO_THROW(pipeline::see(input(), {}, photos_, observer));
+  EXPECT_TRUE(observer.warnings.empty());
+  Scene inverse = city_->scene;
+  for (View& view : inverse.views) {
+    const auto [rotation, centre] = view.pose;
+    const CameraPoint minus_t = camera_from_world({rotation, {}}, centre);
+    for (std::size_t i = 0; i < 9; ++i) view.pose.rotation[i] = rotation[i % 3 * 3 + i / 3];
+    view.pose.centre = {-minus_t.x, -minus_t.y, -minus_t.z};
+  }
+  const pipeline::Input turned{inverse, city_->mesh, city_->views};
+  pipeline::Settings settings;
+  const std::string error = test::input_error([&] { pipeline::see(turned, settings, photos_, silent_); });
+  EXPECT_TRUE(
+      test::contains(error, "too few to tell; the mesh is not where the photos show it: with the poses inverted"))
+      << error;
+  settings.costs.keep_views = true;
+  EXPECT_NO_THROW(pipeline::see(turned, settings, photos_, silent_));
 }
 
 // With views enough that most faces are seen by two that lie close to each other.

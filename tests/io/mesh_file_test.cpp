@@ -172,6 +172,28 @@ TEST(MeshFile, LeavesOutValuesThatTheHeaderDoesNotDeclare) {
   EXPECT_TRUE(contains(mesh.warnings[1], "left out in 2 lines"));
 }
 
+// Nine bytes of colours could be a polygon of nine of the mesh's vertices, or of fewer and a number of vertices.
+TEST(MeshFile, TakesUndeclaredValuesForNoFaces) {
+  const TemporaryFolder folder;
+  const std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2 4 0 1 2 3\n3 2 1 3 4 0 1 2 3\n";
+  const Mesh mesh = read_mesh(folder.write("a.ply", text));
+  EXPECT_EQ(mesh.faces, (std::vector<Triangle>{{0, 1, 2}, {2, 1, 3}}));
+  ASSERT_EQ(mesh.warnings.size(), 1u);
+  EXPECT_TRUE(contains(mesh.warnings[0], "left out in 2 lines"));
+}
+
+// As many lines as elements, which are not theirs.
+TEST(MeshFile, ReadsValuesOnAnyLines) {
+  const TemporaryFolder folder;
+  const std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0\n0 1 0 0\n0 1 0 3\n0 1 2\n";
+  EXPECT_EQ(read_mesh(folder.write("a.ply", text)).faces, (std::vector<Triangle>{{0, 1, 2}}));
+}
+
 TEST(MeshFile, NamesWhatGitLfsLeft) {
   const TemporaryFolder folder;
   const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";

@@ -307,12 +307,23 @@ TEST(SceneFormats, SaysWhatIsMissingOrToBeExported) {
   };
   folder.write("half/sparse/0/cameras.bin", "x");
   EXPECT_TRUE(contains(error("half"), "holds a COLMAP model without images.bin in "));
+  EXPECT_TRUE(error("half").ends_with("copy the model whole, or let COLMAP export it again (File > Export model)"));
   folder.write("project.psx", "<document version=\"1.2.0\" path=\"{projectname}.files/project.zip\"/>");
-  EXPECT_TRUE(contains(error("project.psx"), "is a Metashape project; export its cameras as XML"));
+  EXPECT_TRUE(error("project.psx").ends_with("export its cameras as XML (File > Export > Export Cameras)"));
+  folder.write("project.psz", std::string("PK\3\4", 4) + "...");
+  EXPECT_TRUE(contains(error("project.psz"), "is a Metashape project; export its cameras as XML"));
+  folder.write("pointer/cameras.xml", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n");
+  for (const char* name : {"pointer", "pointer/cameras.xml"})
+    EXPECT_TRUE(
+        error(name).ends_with("pointer/cameras.xml: is a pointer that Git LFS left instead of the file: fetch "
+                              "it by 'git lfs pull'"))
+        << error(name);
   folder.write("all.zip", std::string("PK\3\4", 4) + "...");
   EXPECT_TRUE(contains(error("all.zip"), "all.zip: cannot be read as a zip archive, or ends too early"));
   folder.write("model.zip", test::zipped({{"sparse/0/cameras.bin", "x"}}));
-  EXPECT_TRUE(contains(error("model.zip"), "is a zip archive of which nothing is read as it is; unpack it"));
+  EXPECT_TRUE(error("model.zip").ends_with("is a zip archive of which nothing is read as it is; unpack it"));
+  folder.write("stored.zip", std::string("PK\3\4", 4) + "<?xml version='1.0'?><document><chunk/></document>");
+  EXPECT_TRUE(contains(error("stored.zip"), "cannot be read as a zip archive"));
 }
 
 TEST(SceneFormats, RefusesAFolderOfTwo) {

@@ -65,7 +65,8 @@ class TiePoints : public testing::Test {
 
 TEST_F(TiePoints, AreReadFromTextAndBinary) {
   const std::vector<Point> points{{{1, 0, 10}, {12, 11, 10}}, {{0.5, 0.25, 8}, {10, 11}}};
-  for (const auto& found : {read("points3D.bin", binary(points)), read("points3D.txt", text(points))}) {
+  for (const auto& found : {read("points3D.bin", binary(points)), read("points3D.txt", text(points)),
+                            read("points3D.txt", "\xEF\xBB\xBF" + text(points))}) {
     ASSERT_EQ(found.size(), 2u);
     for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(found[i].position, points[i].position);
     EXPECT_EQ(found[0].a, ViewId{0});

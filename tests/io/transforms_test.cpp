@@ -46,6 +46,27 @@ TEST(Transforms, ProjectsAKnownPointWithEveryLens) {
   EXPECT_EQ(view_named(scene, "images/p.jpg").pose.centre, (WorldPoint{10, 20, 100}));
 }
 
+// Turned by 0.1 to either side about the line of sight, and moved from x = 9 to x = 11.
+TEST(Transforms, TakesAMovingCameraHalfwayAndSaysSo) {
+  const std::string still = "\"transform_matrix\": [[1, 0, 0, 10], [0, 1, 0, 20], [0, 0, 1, 100], [0, 0, 0, 1]]";
+  const std::string c = std::to_string(std::cos(0.1)), s = std::to_string(std::sin(0.1));
+  const auto matrix = [&](const std::string& sine, const std::string& minus_sine, const char* x) {
+    return "[[" + c + ", " + minus_sine + ", 0, " + x + "], [" + sine + ", " + c + ", 0, 20], [0, 0, 1, 100]]";
+  };
+  const std::string moving = "\"transform_matrix_start\": " + matrix(s, "-" + s, "9") +
+                             ", \"transform_matrix_end\": " + matrix("-" + s, s, "11");
+  const SceneFile before = parse(kTransforms), scene = parse(replaced(kTransforms, still, moving));
+  const Pose &expected = view_named(before, "images/p.jpg").pose, &halfway = view_named(scene, "images/p.jpg").pose;
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(halfway.rotation[i], expected.rotation[i], 1e-12);
+  EXPECT_EQ(halfway.centre, expected.centre);
+  EXPECT_TRUE(before.warnings.empty());
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_TRUE(contains(scene.warnings[0], "1 cameras moved while their photos were taken")) << scene.warnings[0];
+  const std::string same =
+      "\"transform_matrix_start\": " + matrix("0", "0", "9") + ", \"transform_matrix_end\": " + matrix("0", "0", "9");
+  EXPECT_TRUE(parse(replaced(kTransforms, still, same)).warnings.empty());
+}
+
 TEST(Transforms, TakesAFieldOfView) {
   const std::string focal = "\"fl_x\": 360, \"fl_y\": 370, \"cx\": 201.5, \"cy\": 148";
   const auto camera = [&](const std::string& to) {
