@@ -20,7 +20,7 @@ using pipeline::EditModel;
 using test::City;
 
 // Keeps the figures and notes of a run.
-class Listener : public pipeline::Observer {
+class EditListener : public pipeline::Observer {
  public:
   void figure(const std::string& name, const pipeline::Figure& value) override { figures[name] = value; }
   void note(const std::string& text) override { notes.push_back(text); }
@@ -30,9 +30,9 @@ class Listener : public pipeline::Observer {
 };
 
 // Photos from files, and which of them were decoded.
-class Watched : public io::PhotoSource {
+class WatchedPhotos : public io::PhotoSource {
  public:
-  explicit Watched(const Scene& scene) : photos_(scene, 1) {}
+  explicit WatchedPhotos(const Scene& scene) : photos_(scene, 1) {}
   std::shared_ptr<const Image> photo(ViewId view) override {
     const std::lock_guard lock(mutex_);
     decoded.insert(view);
@@ -48,12 +48,12 @@ class Watched : public io::PhotoSource {
 };
 
 // The texture of a result as its files have it.
-struct Texture {
+struct SavedTexture {
   EditModel edit;
   std::vector<Image> pages;
   std::vector<std::uint8_t> tags;
 
-  explicit Texture(const fs::path& folder) : edit(pipeline::read_edit_model(folder)) {
+  explicit SavedTexture(const fs::path& folder) : edit(pipeline::read_edit_model(folder)) {
     for (std::size_t p = 0; p < edit.page_sizes.size(); ++p) pages.push_back(io::read_image(page(folder, p)));
     tags = io::read_npy<std::uint8_t>(folder / "tags.npy").values;
   }
@@ -92,7 +92,7 @@ struct Texture {
   }
 };
 
-const io::Region kBlock = io::GroundRegion{{{2, 2}, {14, 2}, {14, 14}, {2, 14}}};
+const io::Region kVetoedBlock = io::GroundRegion{{{2, 2}, {14, 2}, {14, 14}, {2, 14}}};
 
 class Retexture : public testing::Test {
  protected:
@@ -100,7 +100,7 @@ class Retexture : public testing::Test {
     city_ = std::make_unique<City>();
     folder_ = std::make_unique<test::TemporaryFolder>();
     first_ = folder_->path() / "first";
-    Listener listener;
+    EditListener listener;
     run(settings(), {}, first_, listener);
   }
   static void TearDownTestSuite() {
@@ -118,7 +118,7 @@ class Retexture : public testing::Test {
   static pipeline::Input input() { return {city_->scene, city_->mesh, city_->views}; }
   static void run(const pipeline::Settings& settings, const fs::path& from, const fs::path& out,
                   pipeline::Observer& observer) {
-    Watched photos(city_->scene);
+    WatchedPhotos photos(city_->scene);
     run(settings, from, out, observer, photos, input());
   }
   static void run(const pipeline::Settings& settings, const fs::path& from, const fs::path& out,
@@ -139,24 +139,26 @@ class Retexture : public testing::Test {
     return text + "]";
   }
   // The view that most faces of the block show.
-  static ViewId favourite(const Texture& texture) {
-    const std::vector<std::uint8_t> inside = io::faces_in(kBlock, city_->mesh);
+  static ViewId favourite(const SavedTexture& texture) {
+    const std::vector<std::uint8_t> inside = io::faces_in(kVetoedBlock, city_->mesh);
     std::map<ViewId, std::size_t> faces;
     for (std::size_t f = 0; f < inside.size(); ++f)
       if (inside[f] != 0 && texture.edit.labels[f] != kNoView) ++faces[texture.edit.labels[f]];
     return std::ranges::max_element(faces, {}, [](const auto& item) { return item.second; })->first;
   }
-  static std::vector<pipeline::ViewRule> veto(std::vector<ViewId> views) { return {{kBlock, false, views, "rule"}}; }
+  static std::vector<pipeline::ViewRule> veto(std::vector<ViewId> views) {
+    return {{kVetoedBlock, false, views, "rule"}};
+  }
   // Faces whose texels another result does not have.
-  static std::vector<std::uint8_t> made(const Texture& before, const Texture& after) {
+  static std::vector<std::uint8_t> made(const SavedTexture& before, const SavedTexture& after) {
     std::vector<std::uint8_t> flags(before.edit.labels.size(), 0);
     for (std::size_t f = 0; f < flags.size(); ++f)
       flags[f] = before.edit.face_chart[f] != after.edit.face_chart[f] ? 1 : 0;
     return flags;
   }
   static std::string refused(const pipeline::Settings& settings, const fs::path& from, const pipeline::Input& input) {
-    Listener listener;
-    Watched photos(city_->scene);
+    EditListener listener;
+    WatchedPhotos photos(city_->scene);
     return test::input_error([&] { run(settings, from, folder_->path() / "refused", listener, photos, input); });
   }
 
@@ -164,19 +166,19 @@ class Retexture : public testing::Test {
   static inline std::unique_ptr<test::TemporaryFolder> folder_;
   static inline fs::path first_;
   fs::path second_ = folder_->path() / "second", third_ = folder_->path() / "third";
-  Listener heard_;
+  EditListener heard_;
 };
 
 TEST_F(Retexture, AVetoChangesItsRegionAloneAndKeepsThePages) {
-  const Texture before(first_);
+  const SavedTexture before(first_);
   const ViewId vetoed = favourite(before);
   run(settings(veto({vetoed})), first_, second_, heard_);
-  const Texture after(second_);
-  Listener whole_run;
+  const SavedTexture after(second_);
+  EditListener whole_run;
   run(settings(veto({vetoed})), {}, third_, whole_run);
-  const Texture whole(third_);
+  const SavedTexture whole(third_);
 
-  const std::vector<std::uint8_t> inside = io::faces_in(kBlock, city_->mesh), is_made = made(before, after);
+  const std::vector<std::uint8_t> inside = io::faces_in(kVetoedBlock, city_->mesh), is_made = made(before, after);
   EXPECT_EQ(after.tags, whole.tags);
   std::size_t relabeled = 0, outside = 0;
   for (std::size_t f = 0; f < inside.size(); ++f) {
@@ -201,7 +203,7 @@ TEST_F(Retexture, AVetoChangesItsRegionAloneAndKeepsThePages) {
   EXPECT_EQ(heard_.count("edit.pages_kept"), before.pages.size());
   EXPECT_EQ(heard_.count("edit.pages_kept") + heard_.count("edit.pages_made"), after.pages.size());
   for (std::size_t p = 0; p < before.pages.size(); ++p)
-    EXPECT_EQ(test::read_file(Texture::page(first_, p)), test::read_file(Texture::page(second_, p))) << p;
+    EXPECT_EQ(test::read_file(SavedTexture::page(first_, p)), test::read_file(SavedTexture::page(second_, p))) << p;
   EXPECT_EQ(test::read_file(first_ / "edit-views.bin"), test::read_file(second_ / "edit-views.bin"));
   EXPECT_EQ(heard_.count("edit.faces_made"), static_cast<std::size_t>(std::ranges::count(is_made, 1)));
   EXPECT_GT(heard_.count("edit.charts_kept"), heard_.count("edit.charts_touched"));
@@ -216,14 +218,14 @@ TEST_F(Retexture, AVetoChangesItsRegionAloneAndKeepsThePages) {
 }
 
 TEST_F(Retexture, RulesCanBeTakenBackInPlace) {
-  const Texture before(first_);
+  const SavedTexture before(first_);
   run(settings(veto({favourite(before)})), first_, second_, heard_);
-  const Texture vetoed(second_);
+  const SavedTexture vetoed(second_);
   run(settings(), second_, second_, heard_);
-  const Texture after(second_);
+  const SavedTexture after(second_);
   EXPECT_EQ(after.tags, before.tags);
-  EXPECT_EQ(test::read_file(Texture::page(first_, 0)), test::read_file(Texture::page(second_, 0)));
-  const std::vector<std::uint8_t> inside = io::faces_in(kBlock, city_->mesh);
+  EXPECT_EQ(test::read_file(SavedTexture::page(first_, 0)), test::read_file(SavedTexture::page(second_, 0)));
+  const std::vector<std::uint8_t> inside = io::faces_in(kVetoedBlock, city_->mesh);
   std::size_t back = 0;
   for (std::size_t f = 0; f < inside.size(); ++f)
     back += inside[f] != 0 && after.edit.labels[f] != vetoed.edit.labels[f];
@@ -245,10 +247,10 @@ TEST_F(Retexture, NothingToChangeIsACopy) {
 }
 
 TEST_F(Retexture, FacesThatLoseAllPhotosAreFilledFromTheFinishedOnesAround) {
-  const Texture before(first_);
+  const SavedTexture before(first_);
   run(settings(veto(city_->views)), first_, second_, heard_);
-  const Texture after(second_);
-  const std::vector<std::uint8_t> inside = io::faces_in(kBlock, city_->mesh);
+  const SavedTexture after(second_);
+  const std::vector<std::uint8_t> inside = io::faces_in(kVetoedBlock, city_->mesh);
   for (std::size_t f = 0; f < inside.size(); ++f) {
     if (inside[f] == 0) continue;
     ASSERT_EQ(after.tags[f], 2) << f;
@@ -263,16 +265,16 @@ TEST_F(Retexture, OnlyPhotosOfChangedFacesAreDecoded) {
   plain.atlas.blend = atlas::Blending::none;
   const fs::path from = folder_->path() / "plain";
   run(plain, {}, from, heard_);
-  const Texture before(from);
+  const SavedTexture before(from);
   // One of the block that many photos see.
-  const std::vector<std::uint8_t> inside = io::faces_in(kBlock, city_->mesh);
+  const std::vector<std::uint8_t> inside = io::faces_in(kVetoedBlock, city_->mesh);
   const ViewId most = favourite(before);
   std::uint32_t face = 0;
   while (inside[face] == 0 || before.tags[face] != 0 || before.edit.labels[face] != most) ++face;
   plain.view_rules = {{io::FaceRegion{{{face, face}}}, false, {before.edit.labels[face]}, "rule"}};
-  Watched photos(city_->scene);
+  WatchedPhotos photos(city_->scene);
   run(plain, from, second_, heard_, photos, input());
-  const Texture after(second_);
+  const SavedTexture after(second_);
   std::set<ViewId> shown;
   bool partial = false;  // such faces are pieced together from other views, too
   const std::vector<std::uint8_t> is_made = made(before, after);
