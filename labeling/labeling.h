@@ -122,6 +122,7 @@ struct Candidates {
   std::vector<FaceTag> tags;                        ///< per face
   std::size_t full = 0, partial = 0, rejected = 0;  ///< number of candidates kept, and of views rejected as outliers
   std::vector<ViewAgreement> agreement;             ///< of all views, ascending
+  std::vector<FaceId> refused;                      ///< faces that views see, none of which is allowed; ascending
 };
 
 /// Collects statistics (pixel area, gradient magnitude, mean colour) of the faces that each view sees, then derives
@@ -137,17 +138,28 @@ class CandidateCollector {
   /// Each view once, in any order; the result does not depend on the order. O(faces + pixels), TBB inside.
   void add_view(ViewId id, const View& view, const Image& photo, const visibility::ViewVisibility& visibility);
   /// The statistics of a view, for add_statistics() of a collector of the same mesh and options; valid until the next call.
+  /// Empty for a view that judge() left out.
   std::span<const std::byte> statistics_of(ViewId id) const;
   /// Takes them instead of add_view(). False, and the view is not added, if they are of another mesh.
   bool add_statistics(ViewId id, std::span<const std::byte> statistics);
-  /// Drops what views see of faces that `allowed` refuses them; the views' statistics_of() is then of the rest. Returns the
-  /// faces that some view saw and none does any longer, ascending. O(faces + records).
-  std::vector<FaceId> restrict_views(const std::function<bool(FaceId, ViewId)>& allowed);
+  /// After the last view: compares the photos with each other, leaves out those that agree by chance, and notes in the
+  /// statistics how far each photo disagrees with the others about each face. `graph`: the mesh's face_graph(), which is made
+  /// here if it is null.
+  void judge(const FaceGraph* graph = nullptr);
+  /// Instead of judge(), where all statistics come from a collector that had judged them. `agreement`: what it found.
+  void take_judgement(std::vector<ViewAgreement> agreement);
+  const std::vector<ViewAgreement>& agreement() const;
+
+  /// True for the views that may texture a face; empty: all.
+  using Allowed = std::function<bool(FaceId, ViewId)>;
   /// The candidates of a face are its full views. They are its partial views, at a cost that grows with the hidden share,
   /// where it has no full view, where all full views are outliers, or where all of them have the face within the strip
-  /// along silhouettes and some partial view has less than half of it there. To be called once. `graph`: the mesh's
-  /// face_graph(), which is made here if it is null.
-  Candidates finish(const FaceGraph* graph = nullptr);
+  /// along silhouettes and some partial view has less than half of it there. What views see of faces that `allowed` refuses
+  /// them counts as unseen; it has been compared with the other photos before. \pre judge() or take_judgement().
+  /// O(faces + records), TBB.
+  Candidates candidates(const Allowed& allowed = {}) const;
+  /// judge(), unless that is done, and candidates(), with less memory: nothing may be called afterwards.
+  Candidates finish(const FaceGraph* graph = nullptr, const Allowed& allowed = {});
 
  private:
   struct State;
@@ -201,9 +213,27 @@ struct Selection {
 /// count, its own cost is taken from the table where the table has it. labels[face] == fixed[face] wherever that is a
 /// view. With `thorough`, and always below some 2000 faces, the other faces get the labels of a fixpoint: no expansion of any
 /// label over them lowers the energy, given the fixed ones (unless max_sweeps ends the search). Throws
-/// std::invalid_argument if `fixed` is of another size.
+/// std::invalid_argument if `fixed` or `start` is of another size.
+///
+/// `start`: empty, or labels to begin with, which are then improved along their borders, instead of those of a coarser
+/// problem. A face that does not have its label as a candidate begins with its cheapest one.
 Selection select_views(const CostTable& table, const FaceGraph& graph, const SolverOptions& options,
-                       const Progress& progress, std::span<const ViewId> fixed = {});
+                       const Progress& progress, std::span<const ViewId> fixed = {},
+                       std::span<const ViewId> start = {});
+
+struct Reselection {
+  Selection selection;
+  std::size_t free_faces = 0;  ///< that could get another label
+};
+
+/// Labels for a table that differs from an earlier one at the faces `changed` alone. `before`: those chosen for that. Faces
+/// more than kReselectEdges edges away from changed ones keep their labels. Changed faces are labeled first, between the
+/// others' labels; from there all free faces are improved, so that they change their labels only where that lowers the
+/// energy. O(faces + candidates), and select_views() over the free faces.
+Reselection reselect_views(const CostTable& table, const FaceGraph& graph, const SolverOptions& options,
+                           const Progress& progress, std::span<const ViewId> before, std::span<const FaceId> changed);
+/// As far as a label grows in a move of the solver.
+inline constexpr int kReselectEdges = 16;
 
 /// Sum of the costs of the given labels and of smoothness * weight over the pairs whose labels differ (pairs with a face
 /// without a view do not count). A label that is no candidate of its face costs nothing.

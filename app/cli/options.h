@@ -53,6 +53,7 @@ struct SceneInput {
 struct TextureOptions : CommandOptions {
   SceneInput input;
   std::filesystem::path allow;  ///< rules about photos; empty: none
+  std::filesystem::path from;   ///< an earlier result to change; empty: none
   pipeline::Settings settings;
 };
 

@@ -14,6 +14,8 @@ Json options_json(const TextureOptions& o) {
   json["outliers"] = name_of(labeling::kOutliersNames, s.costs.outliers);
   json["keep_views"] = s.costs.keep_views;
   json["allow"] = o.allow.string();
+  json["from"] = o.from.string();
+  json["editable"] = s.editable || !o.from.empty();
   json["margin_px"] = s.costs.margin_px;
   json["smoothness"] = s.solver.smoothness;
   json["edge_weights"] = name_of(labeling::kEdgeWeightsNames, s.edge_weights);
@@ -63,7 +65,9 @@ void run_texture(const TextureOptions& options, Console& console) {
     io::PhotoCache photos(in.scene, options.input.downscale);
     settings.device = options.common.device;
     evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
-    const auto& [textured, written] = pipeline::texture_into(in.input(), settings, photos, folder, record);
+    const auto& [textured, written] =
+        options.from.empty() ? pipeline::texture_into(in.input(), settings, photos, folder, record)
+                             : pipeline::retexture_into(options.from, in.input(), settings, photos, folder, record);
     record.counts["preview"] = preview_json(written);
     record.counts["up"] = name_of(io::kUpAxisNames, written.up);
     record.counts["offset"] = evaluate::point_json(written.offset);

@@ -105,6 +105,15 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
           "Rules (JSON or CSV) about boxes, polygons on the ground or faces, and photos that alone may texture them or "
           "may not; see below")
       ->check(not_empty());
+  const OptionGroup edits{*app, "Changing a result"};
+  edits.flag("--editable", options.settings.editable,
+             "Also write edit-views.bin and edit-model.bin, with which --from can change the result");
+  edits
+      .add("--from", options.from, "DIR",
+           "Make the result from an editable one in DIR that differs in --allow alone: only charts whose photos change "
+           "are "
+           "made anew, on new pages; DIR may be OUT, with --force")
+      ->check(not_empty());
   add_output(*app, options);
   add_texture_output({*app, "Texture"}, options.settings);
   add_selection(*app, options.settings);
@@ -126,11 +135,13 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   gpvc texture colmap/sparse/0 mesh.ply --images photos -o out
   gpvc texture colmap mesh.ply -o look --downscale 4 --views 'DJI_00[12]*'
   gpvc texture colmap mesh.ply -o out --texture png --page-size 4096 --force
+  gpvc texture colmap mesh.ply --from out --allow roof.json -o out2
   gpvc texture colmap mesh.ply -o web --max-pages 1 --page-size 4096 --unseen drop
 
 Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb, preview.png, views.json,
 labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled), faces.npy (GLB triangle
-to input face), offset.txt where coordinates are large, run.json.
+to input face), offset.txt where coordinates are large, run.json; with --editable or --from
+edit-views.bin and edit-model.bin.
 
 A line of --allow FILE is one of (a face is inside if its middle is; several rules all hold):
   box,X Y Z X Y Z,forbid,PHOTO;PHOTO...        polygon,X Y X Y X Y...,allow,PHOTO;PHOTO...

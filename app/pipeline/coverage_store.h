@@ -25,6 +25,7 @@ class CoverageStore {
   void add(const PackedCoverage& coverage);
   /// The coverage of faces tagged partial, as it was added. Other faces take their texels from one view and need none.
   visibility::CoverageTable of_partial_faces(std::span<const labeling::FaceTag> tags) const;
+  const PackedCoverage& all() const { return all_; }
   std::size_t bytes() const {
     return all_.runs.size() * sizeof(std::uint64_t) + all_.entries.size() * sizeof(visibility::FaceCoverage);
   }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
-#include <atomic>
 #include <string>
 #include <utility>
 #include <variant>
@@ -71,15 +70,13 @@ void add(io::WorkHash& hash, const ViewRule& rule) {
   hash.add_all(std::span<const ViewId>(rule.views));
 }
 
-// What candidates and labels depend on besides.
+// What candidates and labels depend on besides, except rules about views.
 void add_choice(io::WorkHash& hash, const Settings& settings) {
   const labeling::CostOptions& costs = settings.costs;
   hash.add(costs.outliers);
   for (const double value : {costs.data_weight, costs.margin_cost, costs.coarse_cost, costs.hidden_cost})
     hash.add(value);
   hash.add(costs.keep_views);
-  hash.add(settings.view_rules.size());
-  for (const ViewRule& rule : settings.view_rules) add(hash, rule);
   hash.add(settings.edge_weights);
   const labeling::SolverOptions& solver = settings.solver;
   hash.add(solver.smoothness);
@@ -102,6 +99,21 @@ void add(io::WorkHash& hash, const atlas::AtlasOptions& options) {
   // Faces without a view are filled after a page is kept.
 }
 
+void add(io::WorkHash& hash, const Mesh& mesh) {
+  hash.add_all(std::span<const WorldPoint>(mesh.positions));
+  hash.add_all(std::span<const Triangle>(mesh.faces));
+}
+
+// The keys of the views' photos; nullopt for those of unknown bytes.
+std::vector<std::optional<io::WorkKey>> photo_keys(const Input& input, io::PhotoSource& photos, Observer& observer) {
+  std::vector<std::optional<io::WorkKey>> keys(input.views.size());
+  tbb::parallel_for(std::size_t{0}, keys.size(), [&](std::size_t n) {
+    observer.check_cancelled();
+    keys[n] = photos.key(input.views[n]);
+  });
+  return keys;
+}
+
 // Of what all parts come from. nullopt if this program cannot be read.
 std::optional<io::WorkKey> common_key(const Input& input, const Settings& settings) {
   io::WorkHash hash;
@@ -111,8 +123,7 @@ std::optional<io::WorkKey> common_key(const Input& input, const Settings& settin
     return std::nullopt;
   }
   if (const auto tie_points = io::tie_points_file(input.scene)) hash.add_file(*tie_points);
-  hash.add_all(std::span<const WorldPoint>(input.mesh.positions));
-  hash.add_all(std::span<const Triangle>(input.mesh.faces));
+  add(hash, input.mesh);
   add(hash, settings.visibility, settings.device);
   add_records(hash, settings.costs);
   return hash.key();
@@ -130,29 +141,24 @@ std::optional<KeptWork> KeptWork::make(const fs::path& folder, const Input& inpu
                                        io::PhotoSource& photos, Observer& observer) {
   const std::optional<io::WorkKey> common = common_key(input, settings);
   if (!common) return std::nullopt;
-  std::vector<std::pair<ViewId, io::WorkKey>> views(input.views.size());
-  std::atomic<bool> complete = true;
-  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t n) {
-    observer.check_cancelled();
-    const ViewId id = input.views[n];
-    const std::optional<io::WorkKey> photo = photos.key(id);
-    if (!photo) {
-      complete = false;
-      return;
-    }
+  std::vector<std::pair<ViewId, io::WorkKey>> views;
+  for (std::size_t n = 0; const std::optional<io::WorkKey>& photo : photo_keys(input, photos, observer)) {
+    if (!photo) return std::nullopt;
+    const ViewId id = input.views[n++];
     io::WorkHash hash;
     hash.add(common->bits);
     hash.add(photo->bits);
     add(hash, input.scene.views[index(id)]);
-    views[n] = {id, hash.key()};
-  });
-  if (!complete) return std::nullopt;
+    views.emplace_back(id, hash.key());
+  }
   io::WorkHash hash;
   for (const auto& [id, key] : views) {
     hash.add(id);
     hash.add(key.bits);
   }
   add_choice(hash, settings);
+  hash.add(settings.view_rules.size());
+  for (const ViewRule& rule : settings.view_rules) add(hash, rule);
   const io::WorkKey selection = hash.key();
   add(hash, settings.atlas);
   return KeptWork(io::WorkStore(folder), std::move(views), selection, hash.key());
@@ -210,6 +216,25 @@ void KeptWork::keep_selection(const labeling::Selection& s) {
     out.add(s.patches);
     out.add_all(s.sweeps);
   });
+}
+
+ResultKeys result_keys(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer) {
+  io::WorkHash mesh, views, options;
+  add(mesh, input.mesh);
+  for (std::size_t n = 0; const std::optional<io::WorkKey>& photo : photo_keys(input, photos, observer)) {
+    const ViewId id = input.views[n++];
+    views.add(id);
+    views.add(photo.value_or(io::WorkKey{}).bits);
+    add(views, input.scene.views[index(id)]);
+  }
+  add(options, settings.visibility, settings.device);
+  add_records(options, settings.costs);
+  add_choice(options, settings);
+  add(options, settings.atlas);
+  options.add(settings.atlas.unseen);
+  options.add(settings.atlas.unseen_color);
+  options.add(settings.output.texture);
+  return {mesh.key(), views.key(), options.key()};
 }
 
 void KeptWork::warn_of_failure(Observer& observer) {

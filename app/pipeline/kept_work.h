@@ -57,6 +57,13 @@ class KeptWork {
   bool warned_ = false;
 };
 
+/// What a result came from, part by part, so that it can be told which of them is another one.
+struct ResultKeys {
+  io::WorkKey mesh, views, options;  ///< the views with their photos; all options but rules about views and files
+};
+/// O(bytes of mesh and photos), TBB. Photos without keys count as the same. Throws InputError.
+ResultKeys result_keys(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer);
+
 /// Bytes that the kept work of a run takes on disk, predicted.
 double kept_bytes(const Workload& work);
 

@@ -9,8 +9,10 @@
 #include <new>
 #include <optional>
 
+#include "app/pipeline/edit_files.h"
 #include "app/pipeline/frame_check.h"
 #include "app/pipeline/kept_work.h"
+#include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
 #include "io/freed_memory.h"
 
@@ -24,22 +26,6 @@ void note_estimate(const atlas::AtlasEstimate& e, Observer& observer) {
                   static_cast<double>(e.page_texels) * 1e-6, readable_count(e.charts));
   if (e.reduction < 1) text += fmt::format("; reduced to {:.1f} % to meet the limits", 100 * e.reduction);
   observer.note(text);
-}
-
-atlas::AtlasPlan plan_and_note(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer) {
-  atlas::AtlasPlan made = atlas::plan_atlas(input, options);
-  note_estimate(made.estimate(), observer);
-  return made;
-}
-
-void report_selection(const labeling::Selection& selection, const char* origin, Observer& observer) {
-  for (const labeling::SweepReport& sweep : selection.sweeps)
-    observer.detail(fmt::format("  sweep {}: energy {:.1f}, {:.2f} s", sweep.sweep, sweep.energy, sweep.seconds));
-  observer.figure("energy", selection.energy);
-  observer.figure("differing_pairs", selection.differing_pairs);
-  observer.figure("patches", selection.patches);
-  observer.figure("sweeps", selection.sweeps.size());
-  observer.end(fmt::format("{} patches, energy {:.0f}{}", readable_count(selection.patches), selection.energy, origin));
 }
 
 void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& observer) {
@@ -70,13 +56,43 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
                            s.pages == 1 ? "page" : "pages", 100 * fill, seams));
 }
 
+}  // namespace
+
+atlas::AtlasPlan plan_and_note(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer) {
+  atlas::AtlasPlan made = atlas::plan_atlas(input, options);
+  note_estimate(made.estimate(), observer);
+  return made;
+}
+
+void report_selection(const labeling::Selection& selection, const char* origin, Observer& observer) {
+  for (const labeling::SweepReport& sweep : selection.sweeps)
+    observer.detail(fmt::format("  sweep {}: energy {:.1f}, {:.2f} s", sweep.sweep, sweep.energy, sweep.seconds));
+  observer.figure("energy", selection.energy);
+  observer.figure("differing_pairs", selection.differing_pairs);
+  observer.figure("patches", selection.patches);
+  observer.figure("sweeps", selection.sweeps.size());
+  observer.end(fmt::format("{} patches, energy {:.0f}{}", readable_count(selection.patches), selection.energy, origin));
+}
+
 atlas::TextureAtlas bake_and_end(const atlas::AtlasPlan& plan, const atlas::AtlasInput& input,
                                  const atlas::AtlasOptions& options, Observer& observer,
-                                 const atlas::BakeOptions& memory = {}) {
+                                 const atlas::BakeOptions& memory) {
   atlas::TextureAtlas atlas = atlas::bake_atlas(plan, input, observer.reporter(), memory);
   report_atlas(atlas, options.seams != atlas::SeamLeveling::none, observer);
   return atlas;
 }
+
+atlas::BakeOptions bake_options(const atlas::AtlasPlan& plan, const Settings& settings, const MemoryPlan& memory,
+                                io::PhotoSource& photos) {
+  constexpr auto kTexel = static_cast<double>(atlas::kPageBytesPerTexel);
+  const double pages = kTexel * static_cast<double>(plan.estimate().page_texels);
+  const double page = std::min(pages, kTexel * settings.atlas.page_size * settings.atlas.page_size);
+  const MemoryPlan::Shares shares = memory.while_painting(pages, page);
+  photos.keep_at_most(shares.photos);
+  return {.page_bytes = shares.pages, .partial_bytes = shares.partial};
+}
+
+namespace {
 
 // What the atlas is made from.
 struct Choice {
@@ -127,25 +143,15 @@ std::optional<KeptWork> kept_work(const Input& input, const Settings& settings, 
 }
 
 Choice see_and_choose(const Input& input, const Settings& settings, const MemoryPlan& memory, io::PhotoSource& photos,
-                      Observer& observer, KeptWork* kept = nullptr) {
+                      Observer& observer, SeeOptions options = {}) {
   photos.keep_at_most(memory.photos_while_seeing());
   Choice choice{weighed_graph(input.mesh, settings.edge_weights, observer), {}, {}};
-  choice.seen = see(input, settings, photos, observer, {.graph = &choice.graph, .kept = kept});
+  options.graph = &choice.graph;
+  choice.seen = see(input, settings, photos, observer, options);
   release_freed_memory();
-  choice.selection = take_or_choose(choice, settings.solver, observer, kept);
+  choice.selection = take_or_choose(choice, settings.solver, observer, options.kept);
   release_freed_memory();
   return choice;
-}
-
-// Shares the memory between pages, partial charts and photos.
-atlas::BakeOptions bake_options(const atlas::AtlasPlan& plan, const Settings& settings, const MemoryPlan& memory,
-                                io::PhotoSource& photos) {
-  constexpr auto kTexel = static_cast<double>(atlas::kPageBytesPerTexel);
-  const double pages = kTexel * static_cast<double>(plan.estimate().page_texels);
-  const double page = std::min(pages, kTexel * settings.atlas.page_size * settings.atlas.page_size);
-  const MemoryPlan::Shares shares = memory.while_painting(pages, page);
-  photos.keep_at_most(shares.photos);
-  return {.page_bytes = shares.pages, .partial_bytes = shares.partial};
 }
 
 TexturedMesh finished(Choice choice, atlas::TextureAtlas atlas) {
@@ -155,10 +161,19 @@ TexturedMesh finished(Choice choice, atlas::TextureAtlas atlas) {
 
 TexturedFiles texture_within(const MemoryPlan& memory, const Input& input, const Settings& settings,
                              io::PhotoSource& photos, OutputFolder& folder, Observer& observer) {
-  const FileSizes sizes = predicted_sizes(input, settings, memory.work.texels);
+  FileSizes sizes = predicted_sizes(input, settings, memory.work.texels);
+  if (settings.editable) sizes.likely += edit_bytes(memory.work);
   folder.expect_space(sizes.least, sizes.likely, observer);
   std::optional<KeptWork> kept = kept_work(input, settings, memory.work, sizes, photos, folder, observer);
-  Choice chosen = see_and_choose(input, settings, memory, photos, observer, kept ? &*kept : nullptr);
+  std::optional<ResultKeys> keys;
+  SeeOptions see_options{.kept = kept ? &*kept : nullptr};
+  if (settings.editable) {
+    keys = result_keys(input, settings, photos, observer);
+    see_options.on_judged = [&](const labeling::CandidateCollector& collector, const CoverageStore& coverage) {
+      write_edit_views(input, *keys, collector, coverage, folder);
+    };
+  }
+  Choice chosen = see_and_choose(input, settings, memory, photos, observer, see_options);
   ModelFiles files(input, settings, folder, observer);
   const atlas::AtlasInput from = atlas_input(input, photos, chosen.graph, chosen.seen, chosen.selection.labels);
   observer.begin({"atlas", "steps"});
@@ -170,7 +185,11 @@ TexturedFiles texture_within(const MemoryPlan& memory, const Input& input, const
   };
   options.scratch_folder = folder.in_making();
   if (kept) options.kept = kept->pages();
-  options.take_page = [&files](std::size_t number, Image page) { files.write_page(number, std::move(page)); };
+  std::vector<std::array<int, 2>> page_sizes(plan->estimate().pages);
+  options.take_page = [&](std::size_t number, Image page) {
+    page_sizes[number] = {page.width, page.height};
+    files.write_page(number, std::move(page));
+  };
   atlas::TextureAtlas atlas = bake_and_end(*plan, from, settings.atlas, observer, options);
   if (kept) kept->warn_of_failure(observer);
   photos.keep_at_most(0);
@@ -180,6 +199,10 @@ TexturedFiles texture_within(const MemoryPlan& memory, const Input& input, const
   chosen.seen.coverage = {};
   release_freed_memory();
   observer.begin({"write"});
+  if (keys)
+    write_edit_model({*keys, settings.view_rules, chosen.selection.labels, atlas.model, std::move(page_sizes),
+                      atlas.face_chart, atlas.exposure, atlas.statistics.reduction},
+                     folder);
   const WrittenModel written = files.finish(atlas.model);
   observer.end("");
   return {finished(std::move(chosen), std::move(atlas)), written};

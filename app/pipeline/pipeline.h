@@ -53,6 +53,8 @@ struct Settings {
   /// Most bytes that texture() and texture_into() take; 0: see plan_memory(). Results are the same for any value.
   std::size_t memory_bytes = 0;
   KeepWork keep_work = KeepWork::automatic;
+  /// texture_into() also writes what retexture_into() needs to change the result (edit_files.h).
+  bool editable = false;
 };
 
 /// The mesh to texture and the views to texture it from. Borrows everything.
@@ -113,7 +115,8 @@ struct Seen {
   std::optional<visibility::DeviceInfo> device{};  ///< that drew the views; empty: they were drawn natively
 };
 
-class KeptWork;  // kept_work.h
+class CoverageStore;  // coverage_store.h
+class KeptWork;       // kept_work.h
 
 struct SeeOptions {
   /// Faces that get candidates, ascending; empty: all. All faces of the mesh occlude and enter the outlier test and the
@@ -123,6 +126,8 @@ struct SeeOptions {
   const labeling::FaceGraph* graph = nullptr;  ///< of the mesh; null: made where it is needed
   /// Called for each view once it is classified, on the caller's thread.
   std::function<void(ViewId, const visibility::ViewVisibility&)> on_view = {};
+  /// Called once all photos are compared with each other, before rules about them are applied.
+  std::function<void(const labeling::CandidateCollector&, const CoverageStore&)> on_judged = {};
   KeptWork* kept = nullptr;  ///< by earlier runs and for later ones; on_view is not called for views taken from it
 };
 
@@ -134,6 +139,9 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
 /// What was measured, in one clause without an end.
 std::string photo_fit_text(const MeshFit& fit);
 std::string tie_point_fit_text(const MeshFit& fit);
+
+/// Notes how the candidates see the faces. Throws InputError if no view sees any.
+void report_tags(const Input& input, const labeling::Candidates& candidates, Observer& observer);
 
 /// The numbers of faces tagged seen, partial and unseen.
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);
@@ -183,5 +191,14 @@ struct TexturedFiles {
 /// are finished, and model.obj is written while photos are baked. See Settings::keep_work for what is kept in the folder.
 TexturedFiles texture_into(const Input& input, const Settings& settings, io::PhotoSource& photos, OutputFolder& folder,
                            Observer& observer);
+
+/// The result of texture_into() with other Settings::view_rules, made from an editable one in the folder `from`: no view is
+/// looked at for visibility again. Faces whose candidates change, and those around them whose label may (see
+/// labeling::reselect_views), are solved again; faces with other candidates or another label get new charts on new pages,
+/// leveled against the others, which keep their places on their pages, copied byte for byte. The result is editable in turn,
+/// and may replace the one in `from`. Throws InputError where `from` holds no editable result of this mesh, these views and
+/// settings. O(faces + records) and what the new charts take.
+TexturedFiles retexture_into(const std::filesystem::path& from, const Input& input, const Settings& settings,
+                             io::PhotoSource& photos, OutputFolder& folder, Observer& observer);
 
 }  // namespace gpvc::pipeline

@@ -56,25 +56,6 @@ void report_times(const Seen& seen, Observer& observer) {
     observer.stage_figure(name, value);
 }
 
-void report_tags(const Input& input, const labeling::Candidates& candidates, Observer& observer) {
-  const auto [seen, partial, unseen] = count_tags(candidates.tags);
-  observer.figure("tags.seen", seen);
-  observer.figure("tags.partial", partial);
-  observer.figure("tags.filled", unseen);
-  observer.figure("candidates.full", candidates.full);
-  observer.figure("candidates.partial", candidates.partial);
-  observer.figure("candidates.rejected", candidates.rejected);
-  const auto percent = [&](std::size_t count) {
-    return 100 * static_cast<double>(count) / static_cast<double>(candidates.tags.size());
-  };
-  observer.note(fmt::format("faces: {:.1f} % seen whole by some view, {:.1f} % in parts, {:.1f} % filled",
-                            percent(seen), percent(partial), percent(unseen)));
-  if (seen + partial == 0)
-    throw InputError(input.mesh_file, "",
-                     "no photo sees any face of the mesh: are mesh and cameras in the same coordinates, and the "
-                     "cameras outside the mesh?");
-}
-
 // A mesh that hardly any photo sees is one in other coordinates, as a rule. A part of the photos may show a part of it.
 void report_unseen(const Input& input, bool keep, std::span<const labeling::FaceTag> tags,
                    std::span<const SmallPhoto> photos, Observer& observer) {
@@ -170,26 +151,6 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
                                   "what they show?"));
 }
 
-// Steers the choice: drops what the rules refuse. What faces then lack is said, since a mistyped region shows in it.
-void apply_rules(const Input& input, std::span<const ViewRule> rules, labeling::CandidateCollector& collector,
-                 Observer& observer) {
-  if (rules.empty()) return;
-  const ViewRuleTable table(rules, input.mesh, input.scene.views.size());
-  for (std::size_t r = 0; r < rules.size(); ++r)
-    if (table.faces_of_rules()[r] == 0)
-      observer.warning(fmt::format("{}: no face of the mesh lies in its region", rules[r].name));
-  const std::vector<FaceId> lost =
-      collector.restrict_views([&table](FaceId face, ViewId view) { return table.allows(face, view); });
-  observer.figure("rules.faces", table.faces());
-  observer.figure("rules.faces_without_views", lost.size());
-  observer.note(fmt::format("rules about photos apply to {} of {} faces", readable_count(table.faces()),
-                            readable_count(input.mesh.faces.size())));
-  if (!lost.empty())
-    observer.warning(
-        fmt::format("{} faces are filled, the first of them face {}: the rules refuse all photos that see them",
-                    readable_count(lost.size()), index(lost.front())));
-}
-
 void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
   seen.statistics += statistics;
   if (statistics.full + statistics.partial == 0)
@@ -219,6 +180,25 @@ std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
   std::array<std::size_t, 3> counts{};
   for (const labeling::FaceTag tag : tags) ++counts[static_cast<std::size_t>(tag)];
   return counts;
+}
+
+void report_tags(const Input& input, const labeling::Candidates& candidates, Observer& observer) {
+  const auto [seen, partial, unseen] = count_tags(candidates.tags);
+  observer.figure("tags.seen", seen);
+  observer.figure("tags.partial", partial);
+  observer.figure("tags.filled", unseen);
+  observer.figure("candidates.full", candidates.full);
+  observer.figure("candidates.partial", candidates.partial);
+  observer.figure("candidates.rejected", candidates.rejected);
+  const auto percent = [&](std::size_t count) {
+    return 100 * static_cast<double>(count) / static_cast<double>(candidates.tags.size());
+  };
+  observer.note(fmt::format("faces: {:.1f} % seen whole by some view, {:.1f} % in parts, {:.1f} % filled",
+                            percent(seen), percent(partial), percent(unseen)));
+  if (seen + partial == 0)
+    throw InputError(input.mesh_file, "",
+                     "no photo sees any face of the mesh: are mesh and cameras in the same coordinates, and the "
+                     "cameras outside the mesh?");
 }
 
 Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer,
@@ -289,8 +269,11 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   tbb::parallel_for(std::size_t{0}, not_seen_again.size(), [&](std::size_t i) {
     small[index(not_seen_again[i])] = small_photo(*photos.photo(not_seen_again[i]));
   });
-  apply_rules(input, settings.view_rules, collector, observer);
-  seen.candidates = collector.finish(options.graph);
+  collector.judge(options.graph);
+  if (options.on_judged) options.on_judged(collector, coverage);
+  const auto allowed = allowed_views(settings.view_rules, input.mesh, input.scene.views.size(), observer);
+  seen.candidates = collector.finish(options.graph, allowed);
+  if (allowed) report_refused(seen.candidates.refused, observer);
   // The methods that gpvc is compared with also see faces that are hidden.
   const visibility::Method& method = settings.visibility.method;
   const bool exact =

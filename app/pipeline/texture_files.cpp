@@ -49,8 +49,7 @@ io::ColorProfile profile_of_photos(const Input& input, Observer& observer) {
 
 std::vector<io::PageFile> promise_pages(OutputFolder& folder, std::size_t pages, io::ImageFormat format) {
   std::vector<io::PageFile> files;
-  for (std::size_t n = 0; n < pages; ++n)
-    files.push_back({folder.file(fmt::format("model_{}.{}", n, name_of(io::kImageFormatNames, format))), format});
+  for (std::size_t n = 0; n < pages; ++n) files.push_back({folder.file(page_name(n, format)), format});
   return files;
 }
 
@@ -114,6 +113,10 @@ void write_offset(const io::ModelOptions& model, OutputFolder& folder) {
 
 }  // namespace
 
+std::string page_name(std::size_t number, io::ImageFormat format) {
+  return fmt::format("model_{}.{}", number, name_of(io::kImageFormatNames, format));
+}
+
 FileSizes predicted_sizes(const Input& input, const Settings& settings, double texels) {
   const auto faces = static_cast<double>(input.mesh.faces.size());
   const auto vertices = static_cast<double>(input.mesh.positions.size());
@@ -175,6 +178,15 @@ void ModelFiles::write_page(std::size_t number, Image page) {
   const auto kept = std::make_shared<const Image>(std::move(page));
   last_page_ = std::async(std::launch::async, [write, kept] { write(*kept); });
   preview_pages_[number] = io::reduce_image(*kept, reduction_);
+}
+
+void ModelFiles::keep_page(std::size_t number, const fs::path& from, const Image& page) {
+  observer_.check_cancelled();
+  std::error_code failed;
+  fs::copy_file(from, pages_[number].file, failed);
+  if (failed) throw OutputError(pages_[number].file, fmt::format("cannot be copied: {}", failed.message()));
+  preview_pages_[number] = io::reduce_image(page, reduction_);
+  --left_;
 }
 
 WrittenModel ModelFiles::finish(const io::TexturedModel& model) {

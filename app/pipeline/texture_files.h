@@ -5,11 +5,15 @@
 #include <filesystem>
 #include <future>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "app/pipeline/pipeline.h"
 
 namespace gpvc::pipeline {
+
+/// The file of a page of a result.
+std::string page_name(std::size_t number, io::ImageFormat format);
 
 /// Bytes of all files of a result, before anything is known of it but the texels that are expected.
 struct FileSizes {
@@ -31,7 +35,9 @@ class ModelFiles {
   /// Writes a page and keeps what the preview needs of it. Several threads may write different pages. The last one is
   /// written while finish() draws the preview.
   void write_page(std::size_t number, Image page);
-  /// Draws the preview and writes the glTF. \pre write_page() was called for all pages
+  /// Takes over the file of a page of another result, byte for byte, instead of write_page().
+  void keep_page(std::size_t number, const std::filesystem::path& from, const Image& page);
+  /// Draws the preview and writes the glTF. \pre write_page() or keep_page() was called for all pages
   WrittenModel finish(const io::TexturedModel& model);
 
  private:

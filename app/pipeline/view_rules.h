@@ -8,6 +8,8 @@
 
 #include "../../io/scene.h"
 #include "../../io/view_rules.h"
+#include "../../labeling/labeling.h"
+#include "observer.h"
 
 namespace gpvc::pipeline {
 
@@ -37,5 +39,13 @@ class ViewRuleTable {
   std::vector<std::vector<bool>> allowed_;  ///< per set of rules and view
   std::vector<std::size_t> faces_of_rules_;
 };
+
+/// The table of some rules, as CandidateCollector::candidates() takes it; none where there are no rules. Says how many faces
+/// they are about, and warns of regions without a face, since a mistyped region shows in that. Borrows nothing.
+labeling::CandidateCollector::Allowed allowed_views(std::span<const ViewRule> rules, const Mesh& mesh,
+                                                    std::size_t views, Observer& observer);
+
+/// Warns of faces that lose all views.
+void report_refused(std::span<const FaceId> refused, Observer& observer);
 
 }  // namespace gpvc::pipeline

@@ -78,6 +78,7 @@ struct TablePart {
   std::vector<float> costs;
   std::vector<std::uint32_t> counts;  ///< per face
   std::vector<FaceTag> tags;
+  std::vector<FaceId> refused;
   std::size_t full = 0, partial = 0, rejected = 0;
 
   /// For so many faces and candidates at most: growing would take twice the memory for a moment.
@@ -122,12 +123,39 @@ Candidates joined(std::vector<std::optional<TablePart>>& parts, std::size_t face
     table.views.insert(table.views.end(), part->views.begin(), part->views.end());
     table.costs.insert(table.costs.end(), part->costs.begin(), part->costs.end());
     result.tags.insert(result.tags.end(), part->tags.begin(), part->tags.end());
+    result.refused.insert(result.refused.end(), part->refused.begin(), part->refused.end());
     result.full += part->full;
     result.partial += part->partial;
     result.rejected += part->rejected;
     part.reset();
   }
   return result;
+}
+
+using TableParts = std::vector<std::optional<TablePart>>;
+
+/// The candidates of each chunk of faces, from what `allowed` leaves of the records.
+TableParts table_parts(RecordsByView& by_view, std::size_t faces, const CostOptions& options,
+                       const CandidateCollector::Allowed& allowed) {
+  TableParts parts(chunk_count(faces));
+  for_each_chunk(by_view, faces, 1, [&](std::size_t chunk, const Grouped<ViewRecord>& records) {
+    TablePart& part = parts[chunk].emplace(records.groups(), records.items.size());
+    Choice choice;
+    std::vector<ViewRecord> left;
+    for (std::size_t n = 0; n < records.groups(); ++n) {
+      std::span<const ViewRecord> of_face = records[n];
+      if (allowed) {
+        const FaceId face{static_cast<std::uint32_t>(chunk * kChunkFaces + n)};
+        left.assign(of_face.begin(), of_face.end());
+        std::erase_if(left, [&](const ViewRecord& item) { return !allowed(face, ViewId{item.view}); });
+        if (left.empty() && !of_face.empty()) part.refused.push_back(face);
+        of_face = left;
+      }
+      choose(of_face, options, choice);
+      part.add(choice, options);
+    }
+  });
+  return parts;
 }
 
 }  // namespace
@@ -137,7 +165,8 @@ struct CandidateCollector::State {
   CostOptions options;
   std::vector<std::uint8_t> wanted;
   RecordsByView by_view;
-  std::optional<ViewScratch> scratch{std::in_place};  ///< empty after the last view
+  std::optional<ViewScratch> scratch{std::in_place};      ///< empty after the last view
+  std::optional<std::vector<ViewAgreement>> agreement{};  ///< once views are judged
 };
 
 CandidateCollector::CandidateCollector(const Mesh& mesh, const CostOptions& options, std::vector<std::uint8_t> wanted)
@@ -154,7 +183,9 @@ void CandidateCollector::add_view(ViewId id, const View& view, const Image& phot
 }
 
 std::span<const std::byte> CandidateCollector::statistics_of(ViewId id) const {
-  return std::as_bytes(std::span(state_->by_view.at(static_cast<std::uint32_t>(id))));
+  const auto found = state_->by_view.find(static_cast<std::uint32_t>(id));
+  if (found == state_->by_view.end()) return {};
+  return std::as_bytes(std::span(found->second));
 }
 
 bool CandidateCollector::add_statistics(ViewId id, std::span<const std::byte> statistics) {
@@ -168,22 +199,7 @@ bool CandidateCollector::add_statistics(ViewId id, std::span<const std::byte> st
   return true;
 }
 
-std::vector<FaceId> CandidateCollector::restrict_views(const std::function<bool(FaceId, ViewId)>& allowed) {
-  enum : std::uint8_t { kNever, kBefore, kStill };
-  std::vector<std::uint8_t> seen(state_->mesh.faces.size(), kNever);
-  for (auto& [view, records] : state_->by_view)
-    std::erase_if(records, [&, id = ViewId{view}](const FaceRecord& record) {
-      const bool kept = allowed(FaceId{record.face}, id);
-      seen[record.face] = std::max<std::uint8_t>(seen[record.face], kept ? kStill : kBefore);
-      return !kept;
-    });
-  std::vector<FaceId> lost;
-  for (std::uint32_t face = 0; face < seen.size(); ++face)
-    if (seen[face] == kBefore) lost.push_back(FaceId{face});
-  return lost;
-}
-
-Candidates CandidateCollector::finish(const FaceGraph* graph) {
+void CandidateCollector::judge(const FaceGraph* graph) {
   const CostOptions& options = state_->options;
   RecordsByView& by_view = state_->by_view;
   state_->scratch.reset();
@@ -195,21 +211,31 @@ Candidates CandidateCollector::finish(const FaceGraph* graph) {
     for (const ViewAgreement& each : agreement)
       if (each.by_chance) by_view.erase(static_cast<std::uint32_t>(index(each.view)));
   if (options.outliers != Outliers::none) find_outliers(by_view, faces, *graph);
+  take_judgement(std::move(agreement));
+}
 
-  std::vector<std::optional<TablePart>> parts(chunk_count(faces));
-  for_each_chunk(by_view, faces, 1, [&](std::size_t chunk, const Grouped<ViewRecord>& records) {
-    TablePart& part = parts[chunk].emplace(records.groups(), records.items.size());
-    Choice choice;
-    for (std::size_t face = 0; face < records.groups(); ++face) {
-      choose(records[face], options, choice);
-      part.add(choice, options);
-    }
-  });
+void CandidateCollector::take_judgement(std::vector<ViewAgreement> agreement) {
+  state_->scratch.reset();
+  state_->agreement = std::move(agreement);
+}
+
+const std::vector<ViewAgreement>& CandidateCollector::agreement() const { return state_->agreement.value(); }
+
+Candidates CandidateCollector::candidates(const Allowed& allowed) const {
+  auto parts = table_parts(state_->by_view, state_->mesh.faces.size(), state_->options, allowed);
+  Candidates result = joined(parts, state_->mesh.faces.size());
+  result.agreement = agreement();
+  return result;
+}
+
+Candidates CandidateCollector::finish(const FaceGraph* graph, const Allowed& allowed) {
+  if (!state_->agreement) judge(graph);
+  auto parts = table_parts(state_->by_view, state_->mesh.faces.size(), state_->options, allowed);
   // Of all that is known of the views, the table holds the rest: less than half as much.
-  by_view.clear();
+  state_->by_view.clear();
   release_freed_memory();
-  Candidates result = joined(parts, faces);
-  result.agreement = std::move(agreement);
+  Candidates result = joined(parts, state_->mesh.faces.size());
+  result.agreement = std::move(*state_->agreement);
   return result;
 }
 

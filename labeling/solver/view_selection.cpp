@@ -67,6 +67,16 @@ Start start_labels(const LabelProblem& problem) {
   return {cheapest_labels(problem), false};
 }
 
+/// The given labels where they are candidates, else the cheapest.
+std::vector<std::uint32_t> candidates_of(const LabelProblem& problem, std::span<const ViewId> given) {
+  std::vector<std::uint32_t> labels = cheapest_labels(problem);
+  for (std::size_t node = 0; node < labels.size(); ++node) {
+    const auto label = static_cast<std::uint32_t>(given[node]);
+    if (find_candidate(problem, node, label) != kNoCandidate) labels[node] = label;
+  }
+  return labels;
+}
+
 std::vector<ViewId> view_ids(const std::vector<std::uint32_t>& labels) {
   std::vector<ViewId> views(labels.size());
   std::transform(labels.begin(), labels.end(), views.begin(), [](std::uint32_t label) { return ViewId{label}; });
@@ -118,22 +128,24 @@ double labeling_energy(const CostTable& table, const FaceGraph& graph, std::span
 }
 
 Selection select_views(const CostTable& table, const FaceGraph& graph, const SolverOptions& options,
-                       const Progress& progress, std::span<const ViewId> fixed) {
-  const auto start = Clock::now();
+                       const Progress& progress, std::span<const ViewId> fixed, std::span<const ViewId> start) {
+  const auto begin = Clock::now();
   if (!fixed.empty()) {
     if (fixed.size() != table.faces())
       throw std::invalid_argument("select_views: expected a fixed view per face, or none");
-    return select_views(with_fixed_labels(table, fixed), graph, options, progress);
+    return select_views(with_fixed_labels(table, fixed), graph, options, progress, {}, start);
   }
+  if (!start.empty() && start.size() != table.faces())
+    throw std::invalid_argument("select_views: expected a view per face to start with, or none");
   const LabelProblem problem = make_problem(table, weighted_pairs(graph, options.smoothness));
-  Start given = start_labels(problem);
+  Start given = start.empty() ? start_labels(problem) : Start{candidates_of(problem, start), true};
   std::vector<std::uint32_t>& labels = given.labels;
 
   Selection result;
   const auto report = [&] {
     const auto sweep = static_cast<int>(result.sweeps.size());
     result.sweeps.push_back(
-        {sweep, static_cast<double>(fixed_energy(problem, labels)) / problem.scale, seconds_since(start)});
+        {sweep, static_cast<double>(fixed_energy(problem, labels)) / problem.scale, seconds_since(begin)});
     if (progress) progress(static_cast<std::size_t>(sweep), static_cast<std::size_t>(options.max_sweeps));
   };
   report();

@@ -26,9 +26,10 @@ class ViewRules : public testing::Test {
   static void SetUpTestSuite() { city_ = std::make_unique<City>(); }
   static void TearDownTestSuite() { city_.reset(); }
 
-  pipeline::Seen see(std::vector<ViewRule> rules, pipeline::Observer& observer) {
+  pipeline::Seen see(std::vector<ViewRule> rules, pipeline::Observer& observer,
+                     labeling::Outliers outliers = labeling::Outliers::none) {
     pipeline::Settings settings;
-    settings.costs.outliers = labeling::Outliers::none;  // which are found by comparing faces with their neighbours
+    settings.costs.outliers = outliers;
     settings.view_rules = std::move(rules);
     return pipeline::see({city_->scene, city_->mesh, city_->views}, settings, photos_, observer);
   }
@@ -73,6 +74,21 @@ TEST_F(ViewRules, FacesInsideLoseForbiddenViewsAndOthersNone) {
   }
   EXPECT_GT(touched, 200u);
   EXPECT_GT(cheaper, 50u);
+}
+
+// Photos are compared with each other before the rules are applied, so what a rule refuses still tells outliers around it.
+TEST_F(ViewRules, OutliersOfOtherFacesStayTheSame) {
+  constexpr auto kClamp = labeling::Outliers::clamp;
+  const pipeline::Seen all = see({}, heard_, kClamp);
+  const pipeline::Seen some = see({{kEast, false, {ViewId{0}, ViewId{3}}, "rule"}}, heard_, kClamp);
+  ASSERT_GT(all.candidates.rejected, 0u);
+  const std::vector<std::uint8_t> inside = io::faces_in(kEast, city_->mesh);
+  for (std::size_t f = 0; f < inside.size(); ++f) {
+    if (inside[f] != 0) continue;
+    ASSERT_EQ(views_of(some, f), views_of(all, f)) << f;
+    ASSERT_EQ(some.candidates.tags[f], all.candidates.tags[f]) << f;
+    ASSERT_TRUE(std::ranges::equal(all.candidates.table.costs_of(f), some.candidates.table.costs_of(f))) << f;
+  }
 }
 
 TEST_F(ViewRules, AllowedViewsAreTheOnlyOnes) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -349,6 +350,79 @@ TEST(Patches, SmallOnesMergeWhereTheRiseIsAllowed) {
     EXPECT_EQ(merge_small_patches(problem, max_nodes, rise, labels), merges ? 1u : 0u);
     EXPECT_EQ(labels[2], merges ? 0u : 1u);
   }
+}
+
+/// The table without one view's candidates of some faces.
+CostTable without(const CostTable& table, std::span<const FaceId> faces, std::span<const ViewId> views) {
+  CostTable rest;
+  rest.first.push_back(0);
+  for (std::size_t face = 0; face < table.faces(); ++face) {
+    const bool loses = std::ranges::binary_search(faces, FaceId{static_cast<std::uint32_t>(face)});
+    for (std::size_t i = table.first[face]; i < table.first[face + 1]; ++i) {
+      if (loses && ViewId{table.views[i]} == views[face]) continue;
+      rest.views.push_back(table.views[i]);
+      rest.costs.push_back(table.costs[i]);
+    }
+    rest.first.push_back(rest.views.size());
+  }
+  return rest;
+}
+
+TEST(Reselection, ChangesLabelsNearChangedFacesAlone) {
+  constexpr int kWidth = 100;
+  const Instance instance = random_grid(kWidth, kWidth, 6, 0.7, 5);
+  const Selection before = solve(instance, 1);
+  std::vector<FaceId> changed;
+  const auto distance = [](int face) {  // in edges, from the changed block
+    const auto beyond = [](int at) { return std::max({40 - at, at - 49, 0}); };
+    return beyond(face % kWidth) + beyond(face / kWidth);
+  };
+  for (int face = 0; face < kWidth * kWidth; ++face)
+    if (distance(face) == 0) changed.push_back(FaceId{static_cast<std::uint32_t>(face)});
+  const Instance vetoed{without(instance.table, changed, before.labels), instance.graph};
+  const Reselection after = reselect_views(vetoed.table, vetoed.graph, {}, {}, before.labels, changed);
+
+  std::size_t free = 0, relabeled = 0;
+  for (int face = 0; face < kWidth * kWidth; ++face) {
+    const ViewId was = before.labels[static_cast<std::size_t>(face)],
+                 is = after.selection.labels[static_cast<std::size_t>(face)];
+    free += distance(face) <= kReselectEdges ? 1 : 0;
+    if (distance(face) == 0) {
+      EXPECT_TRUE(is == kNoView || is != was) << face;
+      relabeled += is != kNoView;
+    }
+    if (distance(face) > kReselectEdges) {
+      EXPECT_EQ(is, was) << face;
+    }
+  }
+  EXPECT_EQ(after.free_faces, free);
+  EXPECT_GT(relabeled, 80u);
+  // Not worse than a solution of the whole by more than the solver's own spread.
+  EXPECT_LT(after.selection.energy, 1.005 * solve(vetoed, 1).energy);
+  EXPECT_DOUBLE_EQ(after.selection.energy, labeling_energy(vetoed.table, vetoed.graph, after.selection.labels, 1));
+}
+
+TEST(Reselection, WithoutChangesNothingMoves) {
+  const Instance instance = random_grid(40, 40, 5, 0.7, 8);
+  const Selection before = solve(instance, 1);
+  const Reselection after = reselect_views(instance.table, instance.graph, {}, {}, before.labels, {});
+  EXPECT_EQ(after.selection.labels, before.labels);
+  EXPECT_EQ(after.free_faces, 0u);
+  EXPECT_EQ(after.selection.patches, before.patches);
+  EXPECT_EQ(after.selection.differing_pairs, before.differing_pairs);
+}
+
+TEST(Labeling, AStartIsLeftOnlyForALowerEnergy) {
+  const Instance instance = random_grid(60, 60, 5, 0.7, 11);
+  SolverOptions thorough;
+  thorough.thorough = true;
+  const Selection best = select_views(instance.table, instance.graph, thorough, {});
+  const Selection again = select_views(instance.table, instance.graph, {}, {}, {}, best.labels);
+  EXPECT_EQ(again.labels, best.labels);
+  const std::vector<ViewId> none(instance.table.faces(), ViewId{77});  // no candidate: each begins with its cheapest
+  EXPECT_LT(select_views(instance.table, instance.graph, {}, {}, {}, none).energy, 1.02 * best.energy);
+  EXPECT_THROW(select_views(instance.table, instance.graph, {}, {}, {}, std::span(none).first(5)),
+               std::invalid_argument);
 }
 
 }  // namespace

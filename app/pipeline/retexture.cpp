@@ -1,0 +1,325 @@
+// retexture_into: an earlier result with other rules about views.
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <future>
+#include <set>
+#include <utility>
+
+#include "app/pipeline/edit_files.h"
+#include "app/pipeline/steps.h"
+#include "app/pipeline/texture_files.h"
+#include "io/clock.h"
+#include "io/freed_memory.h"
+#include "io/images.h"
+
+namespace gpvc::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t kDropped = 0xFFFFFFFFu;
+
+/// What is known before labels are chosen.
+struct Earlier {
+  EditModel model;
+  labeling::FaceGraph graph;
+  labeling::Candidates candidates;  ///< with the new rules
+  CoverageStore coverage;
+  std::vector<FaceId> changed;  ///< faces whose candidates differ from those with the earlier rules
+};
+
+void refuse_other_input(const fs::path& from, const Input& input, const ResultKeys& before, const ResultKeys& now) {
+  if (before.mesh != now.mesh)
+    throw InputError(from, "", fmt::format("was textured from another mesh than {}", input.mesh_file.string()));
+  if (before.views != now.views)
+    throw InputError(from, "", "was textured from other cameras, photos or masks than those given");
+  if (before.options != now.options)
+    throw InputError(from, "", "was textured with other options; only the rules and the form of the models may differ");
+}
+
+std::vector<FaceId> differing_faces(const labeling::Candidates& a, const labeling::Candidates& b) {
+  std::vector<FaceId> faces;
+  for (std::uint32_t f = 0; f < a.tags.size(); ++f)
+    if (a.tags[f] != b.tags[f] || !std::ranges::equal(a.table.views_of(f), b.table.views_of(f)) ||
+        !std::ranges::equal(a.table.costs_of(f), b.table.costs_of(f)))
+      faces.push_back(FaceId{f});
+  return faces;
+}
+
+Earlier read_earlier(const fs::path& from, const Input& input, const Settings& settings, io::PhotoSource& photos,
+                     Observer& observer) {
+  observer.begin({"earlier result"});
+  Earlier earlier{read_edit_model(from), {}, {}, {}, {}};
+  const ResultKeys& keys = earlier.model.keys;
+  refuse_other_input(from, input, keys, result_keys(input, settings, photos, observer));
+  labeling::CandidateCollector collector(input.mesh, settings.costs);
+  read_edit_views(from, input, keys, collector, earlier.coverage);
+  Observer silent;  // what the earlier rules say has been reported
+  const std::size_t views = input.scene.views.size();
+  const labeling::Candidates before =
+      collector.candidates(allowed_views(earlier.model.rules, input.mesh, views, silent));
+  const auto allowed = allowed_views(settings.view_rules, input.mesh, views, observer);
+  earlier.candidates = collector.finish(nullptr, allowed);
+  earlier.changed = differing_faces(before, earlier.candidates);
+  observer.end(fmt::format("{} of {} faces have other candidates", readable_count(earlier.changed.size()),
+                           readable_count(input.mesh.faces.size())));
+  report_tags(input, earlier.candidates, observer);
+  if (allowed) report_refused(earlier.candidates.refused, observer);
+  return earlier;
+}
+
+/// Which faces get new texels, and what becomes of the earlier pages.
+struct Change {
+  std::vector<std::uint8_t> kept;  ///< per face: 1 if it keeps its texels, which makes it a border of the others
+  std::vector<std::uint32_t> page_number;  ///< per earlier page; kDropped where no face is left on it
+  std::size_t pages_kept = 0, faces = 0, charts_touched = 0, charts_kept = 0;
+};
+
+Change find_change(const EditModel& before, std::span<const FaceId> changed, std::span<const ViewId> labels) {
+  Change change;
+  change.kept.assign(labels.size(), 1);
+  for (const FaceId face : changed) change.kept[index(face)] = 0;
+  for (std::size_t f = 0; f < labels.size(); ++f)
+    if (labels[f] != before.labels[f]) change.kept[f] = 0;
+  change.faces = static_cast<std::size_t>(std::ranges::count(change.kept, 0));
+  std::vector<std::uint8_t> used(before.page_sizes.size(), 0);
+  std::set<std::uint32_t> charts(before.face_chart.begin(), before.face_chart.end()), touched;
+  for (std::size_t f = 0; f < labels.size(); ++f) {
+    if (change.kept[f] != 0)
+      used[before.model.face_page[f]] = 1;
+    else
+      touched.insert(before.face_chart[f]);
+  }
+  change.charts_touched = touched.size();
+  change.charts_kept = charts.size() - touched.size();
+  for (const std::uint8_t page : used)
+    change.page_number.push_back(page != 0 ? static_cast<std::uint32_t>(change.pages_kept++) : kDropped);
+  return change;
+}
+
+/// Flags of the earlier pages that kept faces beside others use: a vertex in common counts, since holes are filled from there.
+std::vector<std::uint8_t> pages_beside(const Mesh& mesh, const EditModel& before, const Change& change) {
+  std::vector<std::uint8_t> vertex(mesh.positions.size(), 0), pages(before.page_sizes.size(), 0);
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    if (change.kept[f] == 0)
+      for (const std::uint32_t v : mesh.faces[f]) vertex[v] = 1;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    if (change.kept[f] != 0 && std::ranges::any_of(mesh.faces[f], [&](std::uint32_t v) { return vertex[v] != 0; }))
+      pages[before.model.face_page[f]] = 1;
+  return pages;
+}
+
+/// Copies the pages that are kept, and returns those whose colours the new charts need.
+std::vector<Image> keep_pages(const fs::path& from, const Mesh& mesh, const EditModel& before, const Change& change,
+                              const Settings& settings, ModelFiles& files) {
+  const std::vector<std::uint8_t> needed = pages_beside(mesh, before, change);
+  std::vector<Image> pages(needed.size());
+  tbb::parallel_for(std::size_t{0}, needed.size(), [&](std::size_t p) {
+    if (change.page_number[p] == kDropped) return;
+    const fs::path file = from / page_name(p, settings.output.texture);
+    Image page = io::read_image(file);
+    if (page.width != before.page_sizes[p][0] || page.height != before.page_sizes[p][1])
+      throw InputError(file, "",
+                       fmt::format("expected the page of {} x {} texels that was written there, found {} x {}",
+                                   before.page_sizes[p][0], before.page_sizes[p][1], page.width, page.height));
+    files.keep_page(change.page_number[p], file, page);
+    if (needed[p] != 0) pages[p] = std::move(page);
+  });
+  return pages;
+}
+
+/// Replaces the texture coordinates of faces that are not kept by those that `made` gives them.
+io::TexturedModel joined(const EditModel& before, const Change& change, const io::TexturedModel& made) {
+  const io::TexturedModel& old = before.model;
+  std::vector<std::uint32_t> number(old.texcoords.size(), 0);
+  for (std::size_t f = 0; f < change.kept.size(); ++f)
+    if (change.kept[f] != 0)
+      for (const std::uint32_t t : old.face_texcoords[f]) number[t] = 1;
+  io::TexturedModel model;
+  model.mesh = made.mesh;
+  for (std::size_t t = 0; t < number.size(); ++t) {
+    if (number[t] == 0) continue;
+    number[t] = static_cast<std::uint32_t>(model.texcoords.size());
+    model.texcoords.push_back(old.texcoords[t]);
+  }
+  const auto first_made = static_cast<std::uint32_t>(model.texcoords.size());
+  model.texcoords.insert(model.texcoords.end(), made.texcoords.begin(), made.texcoords.end());
+  model.face_texcoords.resize(change.kept.size());
+  model.face_page.resize(change.kept.size());
+  for (std::size_t f = 0; f < change.kept.size(); ++f) {
+    const bool kept = change.kept[f] != 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      model.face_texcoords[f][i] = kept ? number[old.face_texcoords[f][i]] : first_made + made.face_texcoords[f][i];
+    model.face_page[f] =
+        kept ? change.page_number[old.face_page[f]] : static_cast<std::uint32_t>(change.pages_kept) + made.face_page[f];
+  }
+  return model;
+}
+
+/// The result of a run: models, and what the next one needs.
+EditModel joined_edit_model(const EditModel& before, const Settings& settings, const Change& change,
+                            std::vector<ViewId> labels, io::TexturedModel model, const atlas::TextureAtlas& made,
+                            std::span<const std::array<int, 2>> made_sizes) {
+  EditModel after{before.keys, settings.view_rules, std::move(labels), std::move(model),
+                  {},          before.face_chart,   before.exposure,   before.reduction};
+  for (std::size_t p = 0; p < change.page_number.size(); ++p)
+    if (change.page_number[p] != kDropped) after.page_sizes.push_back(before.page_sizes[p]);
+  after.page_sizes.insert(after.page_sizes.end(), made_sizes.begin(), made_sizes.end());
+  const std::uint32_t first = 1 + *std::ranges::max_element(before.face_chart);
+  for (std::size_t f = 0; f < change.kept.size(); ++f)
+    if (change.kept[f] == 0) after.face_chart[f] = first + made.face_chart[f];
+  return after;
+}
+
+void report_change(const Change& change, std::size_t free_faces, const atlas::AtlasStatistics& made, double seconds,
+                   Observer& observer) {
+  observer.figure("charts", change.charts_kept + change.charts_touched + made.charts);
+  observer.figure("pages", change.pages_kept + made.pages);
+  observer.figure("edit.faces_solved", free_faces);
+  observer.figure("edit.faces_made", change.faces);
+  observer.figure("edit.charts_kept", change.charts_kept);
+  observer.figure("edit.charts_touched", change.charts_touched);
+  observer.figure("edit.charts_made", made.charts);
+  observer.figure("edit.pages_kept", change.pages_kept);
+  observer.figure("edit.pages_made", made.pages);
+  observer.figure("edit.seconds", seconds);
+  if (change.faces == 0) return observer.note("nothing changes: the result is a copy of the earlier one");
+  observer.note(fmt::format(
+      "{} faces solved again, {} of them with new texels: {} charts touched, {} made, {} as they were; {} {} kept byte "
+      "for byte, {} made",
+      readable_count(free_faces), readable_count(change.faces), readable_count(change.charts_touched),
+      readable_count(made.charts), readable_count(change.charts_kept), change.pages_kept,
+      change.pages_kept == 1 ? "page" : "pages", made.pages));
+}
+
+/// The atlas of the faces that are not kept, on pages that follow the kept ones. Writes all pages.
+class Remaking {
+ public:
+  Remaking(const fs::path& from, const Input& input, const Settings& settings, const Earlier& earlier,
+           const Change& change, ModelFiles& files)
+      : from_(from), input_(input), settings_(settings), earlier_(earlier), change_(change), files_(files) {}
+
+  atlas::TextureAtlas make(std::span<const ViewId> labels, io::PhotoSource& photos, OutputFolder& folder,
+                           Observer& observer) {
+    observer.begin({"atlas", "steps"});
+    const visibility::CoverageTable coverage = coverage_of_made();
+    std::vector<atlas::ViewExposure> exposure = earlier_.model.exposure;
+    exposure.resize(input_.scene.views.size());  // without seams there was nothing to fit them to
+    atlas::FinishedTexture finished{earlier_.model.model, {}, earlier_.model.reduction};
+    atlas::AtlasInput from{input_.mesh,
+                           input_.scene,
+                           photos,
+                           earlier_.graph,
+                           labels,
+                           earlier_.candidates.tags,
+                           earlier_.candidates.table,
+                           coverage,
+                           change_.kept,
+                           exposure,
+                           &finished};
+    std::optional<atlas::AtlasPlan> plan;
+    if (change_.faces > 0) plan = plan_and_note(from, settings_.atlas, observer);
+    begin_files(labels, plan ? plan->estimate() : atlas::AtlasEstimate{});
+    const std::vector<Image> beside = keep_pages(from_, input_.mesh, earlier_.model, change_, settings_, files_);
+    if (!plan) return copied(observer);
+    finished.pages = beside;
+    return bake(*plan, from, photos, folder, observer);
+  }
+
+  io::TexturedModel take_model() { return std::move(model_); }
+  const std::vector<std::array<int, 2>>& page_sizes() const { return page_sizes_; }
+
+ private:
+  visibility::CoverageTable coverage_of_made() const {
+    std::vector<labeling::FaceTag> tags = earlier_.candidates.tags;
+    for (std::size_t f = 0; f < tags.size(); ++f)
+      if (change_.kept[f] != 0) tags[f] = labeling::FaceTag::seen;
+    return earlier_.coverage.of_partial_faces(tags);
+  }
+
+  void begin_files(std::span<const ViewId> labels, atlas::AtlasEstimate size) {
+    size.pages += change_.pages_kept;
+    for (std::size_t p = 0; p < change_.page_number.size(); ++p)
+      if (change_.page_number[p] != kDropped)
+        size.page_texels += static_cast<std::size_t>(earlier_.model.page_sizes[p][0]) *
+                            static_cast<std::size_t>(earlier_.model.page_sizes[p][1]);
+    files_.begin(labels, earlier_.candidates.tags, size);
+  }
+
+  atlas::TextureAtlas copied(Observer& observer) {
+    model_ = earlier_.model.model;
+    model_.mesh = &input_.mesh;
+    files_.write_mesh(model_);
+    observer.end("nothing to make");
+    return {};
+  }
+
+  atlas::TextureAtlas bake(const atlas::AtlasPlan& plan, const atlas::AtlasInput& from, io::PhotoSource& photos,
+                           OutputFolder& folder, Observer& observer) {
+    atlas::BakeOptions options = bake_options(plan, settings_, plan_memory(input_, settings_), photos);
+    options.scratch_folder = folder.in_making();
+    options.take_model = [this](const io::TexturedModel& made) {
+      model_ = joined(earlier_.model, change_, made);
+      return std::async(std::launch::async, [this] { files_.write_mesh(model_); });
+    };
+    page_sizes_.resize(plan.estimate().pages);
+    options.take_page = [this](std::size_t number, Image page) {
+      page_sizes_[number] = {page.width, page.height};
+      files_.write_page(change_.pages_kept + number, std::move(page));
+    };
+    return bake_and_end(plan, from, settings_.atlas, observer, options);
+  }
+
+  const fs::path& from_;
+  const Input& input_;
+  const Settings& settings_;
+  const Earlier& earlier_;
+  const Change& change_;
+  ModelFiles& files_;
+  io::TexturedModel model_;
+  std::vector<std::array<int, 2>> page_sizes_;
+};
+
+void copy_views(const fs::path& from, OutputFolder& folder) {
+  std::error_code failed;
+  const fs::path to = folder.file(kEditViewsFile);
+  fs::copy_file(from / kEditViewsFile, to, failed);
+  if (failed) throw OutputError(to, fmt::format("cannot be copied: {}", failed.message()));
+}
+
+labeling::Reselection choose_again(const Earlier& earlier, const Settings& settings, Observer& observer) {
+  observer.begin({"view selection", "sweeps", true});
+  labeling::Reselection again = labeling::reselect_views(earlier.candidates.table, earlier.graph, settings.solver,
+                                                         observer.reporter(), earlier.model.labels, earlier.changed);
+  report_selection(again.selection, "", observer);
+  return again;
+}
+
+}  // namespace
+
+TexturedFiles retexture_into(const fs::path& from, const Input& input, const Settings& settings,
+                             io::PhotoSource& photos, OutputFolder& folder, Observer& observer) {
+  const Clock::time_point start = Clock::now();
+  Earlier earlier = read_earlier(from, input, settings, photos, observer);
+  earlier.graph = weighed_graph(input.mesh, settings.edge_weights, observer);
+  labeling::Reselection again = choose_again(earlier, settings, observer);
+  release_freed_memory();
+  const Change change = find_change(earlier.model, earlier.changed, again.selection.labels);
+  ModelFiles files(input, settings, folder, observer);
+  Remaking remaking(from, input, settings, earlier, change, files);
+  atlas::TextureAtlas made = remaking.make(again.selection.labels, photos, folder, observer);
+  observer.begin({"write"});
+  copy_views(from, folder);
+  made.model = remaking.take_model();
+  write_edit_model(joined_edit_model(earlier.model, settings, change, again.selection.labels, made.model, made,
+                                     remaking.page_sizes()),
+                   folder);
+  const WrittenModel written = files.finish(made.model);
+  observer.end("");
+  report_change(change, again.free_faces, made.statistics, seconds_since(start), observer);
+  return {{std::move(again.selection), std::move(earlier.candidates.tags), std::move(made), {}}, written};
+}
+
+}  // namespace gpvc::pipeline

@@ -1,0 +1,23 @@
+// What texture_into() and retexture_into() share of the steps.
+#pragma once
+
+#include "app/pipeline/pipeline.h"
+
+namespace gpvc::pipeline {
+
+/// Notes the figures of a selection and ends the stage. \param origin added to what the stage says
+void report_selection(const labeling::Selection& selection, const char* origin, Observer& observer);
+
+/// Within the stage "atlas".
+atlas::AtlasPlan plan_and_note(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer);
+
+/// Shares the memory between pages, partial charts and photos.
+atlas::BakeOptions bake_options(const atlas::AtlasPlan& plan, const Settings& settings, const MemoryPlan& memory,
+                                io::PhotoSource& photos);
+
+/// Ends the stage "atlas".
+atlas::TextureAtlas bake_and_end(const atlas::AtlasPlan& plan, const atlas::AtlasInput& input,
+                                 const atlas::AtlasOptions& options, Observer& observer,
+                                 const atlas::BakeOptions& memory = {});
+
+}  // namespace gpvc::pipeline
