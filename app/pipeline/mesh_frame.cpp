@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "io/error.h"
 #include "io/mesh.h"
 #include "io/reference_system.h"
+#include "io/vector.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -67,9 +70,36 @@ void take_cameras_to(const SceneFrame& frame, Scene& scene) {
   scene.other_frames.clear();
 }
 
-// How much of the mesh the cameras frame, less what they see from behind.
+// The share of the frames' area that the mesh lies in, occlusion aside: of cells so large that some faces of a thinned
+// mesh lie in each.
+double covered_share(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used) {
+  constexpr std::size_t kColumns = 8, kRows = 6, kMostViews = 64;
+  const std::size_t views = std::min(used.size(), kMostViews);
+  std::size_t covered = 0;
+  for (std::size_t n = 0; n < views; ++n) {
+    const View& view = scene.views[index(used[n * used.size() / views])];
+    std::array<bool, kColumns * kRows> cells{};
+    for (const Triangle& face : mesh.faces) {
+      const auto& at = mesh.positions;
+      const WorldPoint middle = (at[face[0]] + at[face[1]] + at[face[2]]) * (1.0 / 3);
+      const CameraPoint c = camera_from_world(view.pose, middle);
+      if (c.z <= 0) continue;
+      const PixelPoint pixel = pixel_from_camera(view.camera, c);
+      const double column = std::floor(pixel.x / view.camera.width * kColumns);
+      const double row = std::floor(pixel.y / view.camera.height * kRows);
+      if (column >= 0 && column < kColumns && row >= 0 && row < kRows)
+        cells[static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column)] = true;
+    }
+    covered += static_cast<std::size_t>(std::ranges::count(cells, true));
+  }
+  return static_cast<double>(covered) / static_cast<double>(std::max<std::size_t>(1, views * kColumns * kRows));
+}
+
+// How much of the mesh the cameras frame, less what they see from behind, and of the frames the mesh fills: a mesh that is
+// too large is framed in part, one that is too small fills a part.
 double agreement(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used) {
-  return framed_share(mesh, scene, used) * (1 - back_share(mesh, scene, used).value_or(1));
+  return framed_share(mesh, scene, used) * (1 - back_share(mesh, scene, used).value_or(1)) *
+         covered_share(scene, mesh, used);
 }
 
 // Between meshes that lie right and wrong the difference is large as a rule; where it is small, the coordinates that
@@ -209,6 +239,10 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
     } catch (const std::runtime_error&) {
       continue;  // the points are none of that system
     }
+    // In metres. Local coordinates that are taken for degrees make a mesh of the size of the earth.
+    constexpr double kLargest = 1e5;
+    const Box box = box_of(moved);
+    if (is_geocentric(scene) && length(box.high - box.low) > kLargest) continue;
     if (!fits(scene, moved, used)) continue;
     take_mesh_from(crs, scene, mesh);
     return fmt::format(

@@ -190,6 +190,25 @@ TEST_F(MeshFrame, TheFrameThatShowsMostIsTaken) {
   expect_seen_rightly(metres);
 }
 
+// Too small a mesh is framed whole, but fills little of the photos. This chunk has 0.25 m a unit.
+TEST_F(MeshFrame, AMeshInMetresIsNotTakenForASmallerOne) {
+  frame_.scale = 4;
+  scene_.other_frames[0].scale = 4;
+  Mesh metres = in_chunk(1);
+  EXPECT_TRUE(contains(match(metres), "in metres"));
+  expect_seen_rightly(metres);
+}
+
+TEST_F(MeshFrame, LocalCoordinatesAreNotTakenForDegrees) {
+  scene_.reference = "EPSG:4326";
+  scene_.other_frames.clear();
+  Mesh mesh = utm_;
+  for (WorldPoint& p : mesh.positions) p = {p.x - kMiddle.x, p.y - kMiddle.y - 65, 0};
+  // As degrees, they lie on the other side of the earth, where the camera looks.
+  EXPECT_EQ(match(mesh), "");
+  EXPECT_TRUE(mesh.file_positions.empty());
+}
+
 TEST_F(MeshFrame, ANamedSystemIsTaken) {
   Mesh mesh = utm_;
   io::transform_points("EPSG:32630", "EPSG:3857", mesh.positions);
