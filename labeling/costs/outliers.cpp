@@ -181,6 +181,13 @@ class Mean {
   std::array<std::uint64_t, kMost + 1> factor_{};
 };
 
+/// True if the face is an outlier by itself and touches the strip along silhouettes: the photo probably shows there what
+/// lies on the other side of the edge. The rim that it shows is often a single face wide, so that the average over the
+/// faces around would hide it.
+bool shows_beyond_edge(const FaceRecord& record) {
+  return record.margin > 0 && record.disagreement > fixed_distance(kOutlierDistance);
+}
+
 /// Averages over the faces of a view, and finds who is averaged with whom once for all rounds. Work space of one thread.
 class Averager {
  public:
@@ -200,7 +207,10 @@ class Averager {
         here_[i] = mean_.of(sum, count + 1);
       }
     }
-    for (std::size_t i = 0; i < records.size(); ++i) records[i].disagreement = here_[i];
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      FaceRecord& record = records[i];
+      record.disagreement = shows_beyond_edge(record) ? std::max(here_[i], record.disagreement) : here_[i];
+    }
   }
 
  private:
