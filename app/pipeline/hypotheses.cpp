@@ -126,7 +126,8 @@ MeshFit fit_of(const Trial& trial) {
 
 }  // namespace
 
-std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> photos, Observer& observer) {
+std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> photos, Observer& observer,
+                               double clearly) {
   const Trial given{some_faces(input.mesh), input.scene, {photos.begin(), photos.end()}};
   const MeshFit before = fit_of(given);
   MeshFit best;
@@ -143,8 +144,7 @@ std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> p
     name = hypothesis.name;
   }
   // Some hypotheses leave a level ground where it is.
-  constexpr double kClearly = 2;
-  if (name.empty() || places_on_mesh(best) < kClearly * places_on_mesh(before)) return {};
+  if (name.empty() || places_on_mesh(best) < clearly * std::max(1.0, places_on_mesh(before))) return {};
   return fmt::format("with {} they would agree on the mesh at {:.0f} places instead of {:.0f}", name,
                      places_on_mesh(best), places_on_mesh(before));
 }

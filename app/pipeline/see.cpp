@@ -138,7 +138,10 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
   if ((doubts.empty() && judged) || dispelled) return;
   const std::string found = judged ? fmt::to_string(fmt::join(doubts, "; ")) : photo_fit_text(seen.fit);
   // Shares alone refuse nothing: leaves in the wind, water and a poor mesh look like that. An explanation does.
-  const std::string explanation = keep ? "" : fitting_hypothesis(input, photos, observer);
+  // Without a judgement a right scene of few pixels must not fall for one, which one did at 2.8 times the places.
+  constexpr double kClearly = 2, kWithoutJudgement = 6;
+  const std::string explanation =
+      keep ? "" : fitting_hypothesis(input, photos, observer, judged ? kClearly : kWithoutJudgement);
   if (!explanation.empty())
     throw InputError(
         input.mesh_file, "",
