@@ -19,9 +19,9 @@ struct Layout {
 /// Texels of all pages. \param edge of a block, texels
 std::size_t page_texels(const Packing& packing, int edge);
 
-/// At the density of AtlasInput::finished, if there is one. Else full density if that meets the limits; otherwise all charts are reduced by one factor until it does, with at least
-/// about 96 % of the texels that the limits allow where possible. Throws std::invalid_argument if even the smallest
-/// charts exceed a limit.
+/// At the density of AtlasInput::finished, if there is one. Else at full density, if that meets the limits; otherwise all
+/// charts are reduced by one factor until they do, with at least about 96 % of the texels that the limits allow where
+/// possible. Throws std::invalid_argument if even the smallest charts exceed a limit.
 Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
                const CoverageIndex& coverage);
 

@@ -13,7 +13,8 @@ namespace gpvc::labeling {
 /// after removing every photo's gain, then averaged, view by view, over the neighbouring faces that the same view sees.
 /// A single face whose mean colour differs, because a leaf moved or the mesh is off by a pixel, is no outlier; a face of a
 /// car is. A face that touches the strip along silhouettes and is an outlier by itself (kOutlierDistance) keeps its own
-/// distance, because a rim that shows what lies beyond the edge is narrow. The result does not depend on the number of threads. O(records).
+/// distance, because a rim that shows what lies beyond the edge is narrow. The result does not depend on the number of
+/// threads. O(records).
 void find_outliers(RecordsByView& by_view, std::size_t faces, const FaceGraph& graph);
 
 }  // namespace gpvc::labeling

@@ -17,9 +17,6 @@ constexpr std::uint32_t kNotInCut = 0xFFFFFFFFu;
 // Limits of sweep_borders(), chosen by time and energy on instances of three scenes (benchmarks/labeling): 0.2 % above the
 // energy that sweeps over whole graphs reach, at most.
 
-/// How many edges far a label grows from its seeds.
-constexpr int kReach = 16;
-
 /// A label stops growing where what it costs more than the present labels, summed on the way from the seed, exceeds this
 /// share of the mean weight around a node: no border is likely to move that far.
 constexpr double kGrowthCost = 1.0 / 3;

@@ -11,6 +11,9 @@
 
 namespace gpvc::labeling {
 
+/// How many edges far a label grows from its seeds. Chosen with the limits in expansion.cpp.
+inline constexpr int kReach = 16;
+
 /// Improves labels in place, expansion by expansion; the energy never rises. `batch` labels are cut at a time, in
 /// parallel, from the same labeling; where their moves touch each other, a later one is applied only if it still lowers
 /// the energy. The result depends on `batch`, never on the number of threads.

@@ -10,24 +10,34 @@
 
 namespace gpvc::labeling {
 
-/// Calls visit(span of nodes) for each patch, in the order of their lowest nodes. Nodes without a label belong to no patch.
-/// A visit may change the labels of its own nodes.
-template <class Visit>
-void for_each_patch(const LabelProblem& problem, std::span<const std::uint32_t> labels, Visit visit) {
-  std::vector<std::uint8_t> seen(problem.nodes(), 0);
+/// Calls visit(span of nodes) for each patch, in the order of their lowest nodes. Nodes whose label is `none` belong to no
+/// patch. for_neighbours(node, reach) calls reach(other) for the nodes beside a node. A visit may change the labels of its
+/// own nodes.
+template <class Label, class ForNeighbours, class Visit>
+void for_each_patch(std::span<const Label> labels, Label none, const ForNeighbours& for_neighbours, Visit visit) {
+  std::vector<std::uint8_t> seen(labels.size(), 0);
   std::vector<std::uint32_t> patch;
-  for (std::uint32_t seed = 0; seed < problem.nodes(); ++seed) {
-    if (seen[seed] != 0 || labels[seed] == kNoLabel) continue;
+  for (std::uint32_t seed = 0; seed < labels.size(); ++seed) {
+    if (seen[seed] != 0 || labels[seed] == none) continue;
     seen[seed] = 1;
     patch.assign(1, seed);
-    for (std::size_t i = 0; i < patch.size(); ++i)
-      for (const LabelProblem::Neighbour& neighbour : problem.neighbours[patch[i]]) {
-        if (seen[neighbour.node] != 0 || labels[neighbour.node] != labels[seed]) continue;
-        seen[neighbour.node] = 1;
-        patch.push_back(neighbour.node);
-      }
+    const auto reach = [&](std::uint32_t other) {
+      if (seen[other] != 0 || labels[other] != labels[seed]) return;
+      seen[other] = 1;
+      patch.push_back(other);
+    };
+    for (std::size_t i = 0; i < patch.size(); ++i) for_neighbours(patch[i], reach);
     visit(std::span<const std::uint32_t>(patch));
   }
+}
+
+/// The patches of a problem's labels.
+template <class Visit>
+void for_each_patch(const LabelProblem& problem, std::span<const std::uint32_t> labels, Visit visit) {
+  const auto for_neighbours = [&](std::uint32_t node, const auto& reach) {
+    for (const LabelProblem::Neighbour& neighbour : problem.neighbours[node]) reach(neighbour.node);
+  };
+  for_each_patch(labels, kNoLabel, for_neighbours, visit);
 }
 
 /// Merges each patch of at most `max_nodes` into the neighbouring patch whose label costs least, if all its nodes have

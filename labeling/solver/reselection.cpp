@@ -1,6 +1,6 @@
 // reselect_views: labels anew where candidates have changed, and around there.
-#include <array>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -8,9 +8,13 @@
 #include "io/clock.h"
 #include "io/grouping.h"
 #include "labeling/labeling.h"
+#include "labeling/solver/expansion.h"
+#include "labeling/solver/patches.h"
 
 namespace gpvc::labeling {
 namespace {
+
+static_assert(kReselectEdges == kReach);
 
 constexpr int kFar = std::numeric_limits<int>::max();
 
@@ -90,27 +94,16 @@ void solve_part(const CostTable& table, const FaceGraph& graph, const SolverOpti
 /// Energy, pairs and patches of all labels.
 void measure(const CostTable& table, const FaceGraph& graph, double smoothness, Selection& selection) {
   selection.energy = labeling_energy(table, graph, selection.labels, smoothness);
-  std::vector<std::array<std::uint32_t, 2>> alike;
-  for (const auto& pair : graph.edges) {
-    const ViewId a = selection.labels[pair[0]], b = selection.labels[pair[1]];
-    if (a == kNoView || b == kNoView) continue;
-    if (a == b)
-      alike.push_back(pair);
-    else
-      ++selection.differing_pairs;
+  for (const auto& [a, b] : graph.edges) {
+    const ViewId here = selection.labels[a], there = selection.labels[b];
+    if (here != kNoView && there != kNoView && here != there) ++selection.differing_pairs;
   }
-  const Grouped<std::uint32_t> neighbours = group_neighbours(selection.labels.size(), alike);
-  std::vector<std::uint8_t> seen(selection.labels.size(), 0);
-  std::vector<std::uint32_t> patch;
-  for (std::uint32_t seed = 0; seed < seen.size(); ++seed) {
-    if (seen[seed] != 0 || selection.labels[seed] == kNoView) continue;
-    ++selection.patches;
-    seen[seed] = 1;
-    patch.assign(1, seed);
-    for (std::size_t i = 0; i < patch.size(); ++i)
-      for (const std::uint32_t other : neighbours[patch[i]])
-        if (std::exchange(seen[other], std::uint8_t{1}) == 0) patch.push_back(other);
-  }
+  const Grouped<std::uint32_t> neighbours = group_neighbours(selection.labels.size(), graph.edges);
+  const auto for_neighbours = [&](std::uint32_t face, const auto& reach) {
+    for (const std::uint32_t other : neighbours[face]) reach(other);
+  };
+  for_each_patch(std::span<const ViewId>(selection.labels), kNoView, for_neighbours,
+                 [&](std::span<const std::uint32_t>) { ++selection.patches; });
 }
 
 }  // namespace

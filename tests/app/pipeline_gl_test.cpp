@@ -286,7 +286,7 @@ TEST_F(PhotosAndPoses, PhotosUpsideDownAreNamedInTheError) {
   }
 }
 
-// A mesh a thousand times too large lies beyond the photos but for the ground below them.
+// The mesh is made a thousand times too large. The photos then see only a little of its ground.
 TEST_F(PhotosAndPoses, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
   Mesh large = city_->mesh;
   for (WorldPoint& p : large.positions) p = 1000.0 * p;
