@@ -1,7 +1,6 @@
 #include "app/cli/run_record.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <tbb/info.h>
 
 #include "app/cli/interrupt.h"
@@ -19,9 +18,6 @@ void write_run_json(const std::string& command, const CommonOptions& common, con
     wall += stage["wall_s"].get<double>();
     cpu += stage["cpu_s"].get<double>();
   }
-  rusage usage = {};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto peak_bytes = static_cast<std::size_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
   evaluate::write_json(file, {{"program", "gpvc"},
                               {"version", program_version()},
                               {"command", command},
@@ -32,7 +28,7 @@ void write_run_json(const std::string& command, const CommonOptions& common, con
                               {"stages", record.stages},
                               {"wall_s", wall},
                               {"cpu_s", cpu},
-                              {"peak_resident_bytes", peak_bytes},
+                              {"peak_resident_bytes", evaluate::peak_resident_bytes()},
                               {"counts", record.counts},
                               {"outputs", pipeline::outputs_json(folder.promised())}});
 }

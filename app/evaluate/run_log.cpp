@@ -7,10 +7,15 @@
 namespace gpvc::evaluate {
 namespace {
 
-// Processor time of the whole process, user and system.
-double process_cpu_seconds() {
+rusage process_usage() {
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);
+  return usage;
+}
+
+// Processor time of the whole process, user and system.
+double process_cpu_seconds() {
+  const rusage usage = process_usage();
   const auto seconds = [](const timeval& t) {
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
   };
@@ -28,6 +33,10 @@ void set_figure(Json& figures, const std::string& name, const pipeline::Figure& 
 
 }  // namespace
 
+std::size_t peak_resident_bytes() {
+  return static_cast<std::size_t>(process_usage().ru_maxrss) * 1024;  // Linux counts in KiB
+}
+
 void RunLog::begin(const pipeline::StageInfo& stage) {
   stage_ = stage;
   stage_figures_ = Json::object();
@@ -38,7 +47,8 @@ void RunLog::begin(const pipeline::StageInfo& stage) {
 void RunLog::end(const std::string&) {
   Json stage = {{"name", stage_.name},
                 {"wall_s", rounded(stage_seconds())},
-                {"cpu_s", rounded(process_cpu_seconds() - start_cpu_s_)}};
+                {"cpu_s", rounded(process_cpu_seconds() - start_cpu_s_)},
+                {"peak_resident_bytes", peak_resident_bytes()}};
   stage.update(stage_figures_);
   stages.push_back(std::move(stage));
 }

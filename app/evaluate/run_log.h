@@ -1,6 +1,7 @@
 // The stages and figures of a run, as run.json and reports list them.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "app/evaluate/json.h"
@@ -8,6 +9,9 @@
 #include "io/clock.h"
 
 namespace gpvc::evaluate {
+
+/// The most memory that this process has had so far.
+std::size_t peak_resident_bytes();
 
 /// Keeps what a run reports and shows nothing.
 class RunLog : public pipeline::Observer {
@@ -17,7 +21,7 @@ class RunLog : public pipeline::Observer {
   void figure(const std::string& name, const pipeline::Figure& value) override;
   void stage_figure(const std::string& name, const pipeline::Figure& value) override;
 
-  Json stages = Json::array();  ///< name, wall_s, cpu_s and the stage's figures
+  Json stages = Json::array();  ///< name, wall_s, cpu_s, peak_resident_bytes until its end, and the stage's figures
   Json counts = Json::object();
 
  protected:

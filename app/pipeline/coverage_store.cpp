@@ -1,98 +1,187 @@
 #include "app/pipeline/coverage_store.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <bit>
+#include <cstring>
 
 namespace gpvc::pipeline {
 namespace {
 
 constexpr std::uint64_t kNone = 0, kAll = ~std::uint64_t{0};
 
-/// A run: numbers of words that are all 0, of words that are all 1, and of other words, which follow the run as they are.
-/// Packed into one word of 21, 21 and 22 bits.
-struct Run {
-  std::size_t none = 0, all = 0, others = 0;
-  static constexpr std::size_t kMost = (std::size_t{1} << 21) - 1;
+/// Boxes of up to so many bits are stored as they are.
+constexpr std::size_t kPlainBits = 256;
 
-  std::uint64_t packed() const { return none | all << 21 | others << 42; }
-  static Run unpacked(std::uint64_t word) { return {word & kMost, word >> 21 & kMost, word >> 42}; }
+std::size_t bit_count(const visibility::FaceCoverage& entry) {
+  return static_cast<std::size_t>(entry.width) * static_cast<std::size_t>(entry.height);
+}
+
+std::size_t words_for(std::size_t bits) { return (bits + 63) / 64; }
+
+class Packer {
+ public:
+  explicit Packer(std::vector<std::uint8_t>& out) : out_(out) {}
+
+  /// Seven bits a byte, the lowest first; the eighth is set in all bytes but the last.
+  void number(std::uint64_t value) {
+    for (; value >= 128; value >>= 7) out_.push_back(static_cast<std::uint8_t>(value | 128));
+    out_.push_back(static_cast<std::uint8_t>(value));
+  }
+  void bytes(const void* from, std::size_t count) {
+    const auto* first = static_cast<const std::uint8_t*>(from);
+    out_.insert(out_.end(), first, first + count);
+  }
+
+  void bits(std::span<const std::uint64_t> words, std::size_t count) {
+    static_assert(std::endian::native == std::endian::little);
+    if (count <= kPlainBits) return bytes(words.data(), (count + 7) / 8);
+    // Runs: how many words are all 0, how many are all 1, and how many others follow.
+    for (std::size_t i = 0; i < words.size();) {
+      const std::size_t none = run(words, i, [](std::uint64_t w) { return w == kNone; });
+      const std::size_t all = run(words, i + none, [](std::uint64_t w) { return w == kAll; });
+      const std::size_t first = i + none + all;
+      const std::size_t others = run(words, first, [](std::uint64_t w) { return w != kNone && w != kAll; });
+      for (const std::size_t length : {none, all, others}) number(length);
+      bytes(words.data() + first, others * sizeof(std::uint64_t));
+      i = first + others;
+    }
+  }
+
+ private:
+  static std::size_t run(std::span<const std::uint64_t> words, std::size_t from, auto wanted) {
+    std::size_t end = from;
+    while (end < words.size() && wanted(words[end])) ++end;
+    return end - from;
+  }
+
+  std::vector<std::uint8_t>& out_;
 };
 
-std::size_t word_count(const visibility::FaceCoverage& entry) {
-  return (static_cast<std::size_t>(entry.width) * static_cast<std::size_t>(entry.height) + 63) / 64;
-}
+class Unpacker {
+ public:
+  explicit Unpacker(const PackedCoverage& packed)
+      : view_(packed.view), at_(packed.bytes.data()), end_(at_ + packed.bytes.size()) {}
 
-void pack_words(std::span<const std::uint64_t> words, std::vector<std::uint64_t>& runs) {
-  const auto count = [&words](std::size_t from, auto wanted) {
-    std::size_t end = from;
-    while (end < words.size() && end - from < Run::kMost && wanted(words[end])) ++end;
-    return end - from;
-  };
-  for (std::size_t i = 0; i < words.size();) {
-    Run run;
-    run.none = count(i, [](std::uint64_t w) { return w == kNone; });
-    run.all = count(i + run.none, [](std::uint64_t w) { return w == kAll; });
-    const std::size_t first = i + run.none + run.all;
-    run.others = count(first, [](std::uint64_t w) { return w != kNone && w != kAll; });
-    runs.push_back(run.packed());
-    const auto others = words.subspan(first, run.others);
-    runs.insert(runs.end(), others.begin(), others.end());
-    i = first + run.others;
-  }
-}
+  bool done() const { return at_ == end_; }
 
-void unpack(const std::uint64_t* runs, std::size_t count, std::vector<std::uint64_t>& words) {
-  const std::size_t end = words.size() + count;
-  while (words.size() < end) {
-    const Run run = Run::unpacked(*runs++);
-    words.insert(words.end(), run.none, kNone);
-    words.insert(words.end(), run.all, kAll);
-    words.insert(words.end(), runs, runs + run.others);
-    runs += run.others;
+  /// The next face; its bits come next.
+  visibility::FaceCoverage entry() {
+    visibility::FaceCoverage entry;
+    face_ += static_cast<std::uint32_t>(number());
+    entry.face = FaceId{face_};
+    entry.view = view_;
+    for (std::int32_t* value : {&entry.x0, &entry.y0, &entry.width, &entry.height})
+      *value = static_cast<std::int32_t>(number());
+    entry.visible = static_cast<std::uint32_t>(number());
+    std::memcpy(&entry.visible_share, take(sizeof(float)), sizeof(float));
+    return entry;
   }
-}
+
+  void skip_bits(std::size_t count) {
+    if (count <= kPlainBits) {
+      take((count + 7) / 8);
+      return;
+    }
+    for (std::size_t left = words_for(count); left > 0;) {
+      const std::size_t alike = number() + number(), others = number();
+      take(others * sizeof(std::uint64_t));
+      left -= alike + others;
+    }
+  }
+
+  void bits(std::size_t count, std::uint64_t* words) {
+    if (count == 0) return;
+    const std::size_t whole = words_for(count);
+    if (count <= kPlainBits) {
+      words[whole - 1] = 0;
+      std::memcpy(words, take((count + 7) / 8), (count + 7) / 8);
+      return;
+    }
+    for (std::uint64_t* const end = words + whole; words != end;) {
+      for (const std::uint64_t alike : {kNone, kAll}) words = std::fill_n(words, number(), alike);
+      const std::size_t others = number();
+      if (others == 0) continue;
+      std::memcpy(words, take(others * sizeof(std::uint64_t)), others * sizeof(std::uint64_t));
+      words += others;
+    }
+  }
+
+ private:
+  std::uint64_t number() {
+    std::uint64_t value = 0;
+    for (int shift = 0;; shift += 7) {
+      const std::uint64_t byte = *at_++;
+      value |= (byte & 127) << shift;
+      if (byte < 128) return value;
+    }
+  }
+  const std::uint8_t* take(std::size_t count) {
+    const std::uint8_t* from = at_;
+    at_ += count;
+    return from;
+  }
+
+  ViewId view_;
+  const std::uint8_t *at_, *end_;
+  std::uint32_t face_ = 0;
+};
 
 }  // namespace
 
-PackedCoverage pack(const visibility::CoverageTable& coverage) {
-  PackedCoverage packed;
-  packed.entries.reserve(coverage.entries.size());
-  for (visibility::FaceCoverage entry : coverage.entries) {
-    const auto words = std::span(coverage.words).subspan(entry.first_word, word_count(entry));
-    entry.first_word = packed.runs.size();
-    pack_words(words, packed.runs);
-    packed.entries.push_back(entry);
+PackedCoverage pack(ViewId view, const visibility::CoverageTable& coverage) {
+  PackedCoverage packed{view, {}};
+  Packer packer(packed.bytes);
+  std::uint32_t face = 0;
+  for (const visibility::FaceCoverage& entry : coverage.entries) {
+    const auto own = static_cast<std::uint32_t>(index(entry.face));
+    packer.number(own - face);
+    face = own;
+    for (const std::int32_t value : {entry.x0, entry.y0, entry.width, entry.height})
+      packer.number(static_cast<std::uint32_t>(value));
+    packer.number(entry.visible);
+    packer.bytes(&entry.visible_share, sizeof entry.visible_share);
+    const std::size_t bits = bit_count(entry);
+    packer.bits(std::span(coverage.words).subspan(entry.first_word, words_for(bits)), bits);
   }
+  packed.bytes.shrink_to_fit();
   return packed;
 }
 
-void CoverageStore::add(const PackedCoverage& coverage) {
-  for (visibility::FaceCoverage entry : coverage.entries) {
-    entry.first_word += all_.runs.size();
-    all_.entries.push_back(entry);
-  }
-  all_.runs.insert(all_.runs.end(), coverage.runs.begin(), coverage.runs.end());
-}
-
 visibility::CoverageTable CoverageStore::of_partial_faces(std::span<const labeling::FaceTag> tags) const {
-  const auto is_partial = [&](const visibility::FaceCoverage& entry) {
-    return tags[index(entry.face)] == labeling::FaceTag::partial;
+  // Calls visit(view, entry, unpacker) for every partial face; it must take or skip the bits.
+  const auto for_each_view = [&](const auto& visit) {
+    tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t v) {
+      for (Unpacker from(*views_[v]); !from.done();) {
+        const visibility::FaceCoverage entry = from.entry();
+        if (tags[index(entry.face)] == labeling::FaceTag::partial)
+          visit(v, entry, from);
+        else
+          from.skip_bits(bit_count(entry));
+      }
+    });
   };
+  // Where the entries and the words of each view begin: first as counts, one place further on.
+  std::vector<std::size_t> entries(views_.size() + 1, 0), words(views_.size() + 1, 0);
+  for_each_view([&](std::size_t v, const visibility::FaceCoverage& entry, Unpacker& from) {
+    ++entries[v + 1];
+    words[v + 1] += words_for(bit_count(entry));
+    from.skip_bits(bit_count(entry));
+  });
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    entries[v + 1] += entries[v];
+    words[v + 1] += words[v];
+  }
   visibility::CoverageTable kept;
-  std::size_t entries = 0, words = 0;
-  for (const visibility::FaceCoverage& entry : all_.entries) {
-    if (!is_partial(entry)) continue;
-    ++entries;
-    words += word_count(entry);
-  }
-  kept.entries.reserve(entries);
-  kept.words.reserve(words);
-  for (visibility::FaceCoverage entry : all_.entries) {
-    if (!is_partial(entry)) continue;
-    const std::uint64_t* runs = all_.runs.data() + entry.first_word;
-    entry.first_word = kept.words.size();
-    unpack(runs, word_count(entry), kept.words);
-    kept.entries.push_back(entry);
-  }
+  kept.entries.resize(entries.back());
+  kept.words.resize(words.back());
+  for_each_view([&](std::size_t v, visibility::FaceCoverage entry, Unpacker& from) {
+    entry.first_word = words[v];
+    words[v] += words_for(bit_count(entry));
+    from.bits(bit_count(entry), kept.words.data() + entry.first_word);
+    kept.entries[entries[v]++] = entry;
+  });
   return kept;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -11,27 +12,25 @@
 
 namespace gpvc::pipeline {
 
-/// Coverage with bits run-length encoded by words. Faces as large as photos have megabytes of them a view, most words of
-/// which are all 0 or all 1.
+/// The coverage of one view, some 20 bytes for a face of a few pixels. Bits of large faces are run-length encoded by words:
+/// faces as large as photos have megabytes of them, most words of which are all 0 or all 1.
 struct PackedCoverage {
-  std::vector<visibility::FaceCoverage> entries;  ///< first_word: into runs
-  std::vector<std::uint64_t> runs;
+  ViewId view{};
+  std::vector<std::uint8_t> bytes;
 };
 
-PackedCoverage pack(const visibility::CoverageTable& coverage);
+/// \pre all entries are of the view, in face order
+PackedCoverage pack(ViewId view, const visibility::CoverageTable& coverage);
 
 class CoverageStore {
  public:
-  void add(const PackedCoverage& coverage);
+  void add(std::shared_ptr<const PackedCoverage> coverage) { views_.push_back(std::move(coverage)); }
   /// The coverage of faces tagged partial, as it was added. Other faces take their texels from one view and need none.
   visibility::CoverageTable of_partial_faces(std::span<const labeling::FaceTag> tags) const;
-  const PackedCoverage& all() const { return all_; }
-  std::size_t bytes() const {
-    return all_.runs.size() * sizeof(std::uint64_t) + all_.entries.size() * sizeof(visibility::FaceCoverage);
-  }
+  std::span<const std::shared_ptr<const PackedCoverage>> views() const { return views_; }
 
  private:
-  PackedCoverage all_;
+  std::vector<std::shared_ptr<const PackedCoverage>> views_;
 };
 
 }  // namespace gpvc::pipeline

@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be raised when anything that the files hold, as labeling::FaceRecord, takes another form or meaning.
-constexpr std::uint32_t kFormat = 1;
+constexpr std::uint32_t kFormat = 2;
 
 constexpr const char* kAdvice = "texture it again with --editable";
 
@@ -106,8 +106,11 @@ void write_edit_views(const Input& input, const ResultKeys& keys, const labeling
       out.add(each.judged);
       out.add(each.by_chance);
     }
-    out.add_all(coverage.all().entries);
-    out.add_all(coverage.all().runs);
+    out.add(coverage.views().size());
+    for (const auto& packed : coverage.views()) {
+      out.add(packed->view);
+      out.add_all(packed->bytes);
+    }
   });
 }
 
@@ -127,10 +130,10 @@ void read_edit_views(const fs::path& from, const Input& input, const ResultKeys&
       each.by_chance = in.get<bool>();
     }
     collector.take_judgement(std::move(agreement));
-    PackedCoverage packed;
-    packed.entries = in.get_all<visibility::FaceCoverage>();
-    packed.runs = in.get_all<std::uint64_t>();
-    coverage.add(packed);
+    for (auto left = in.get<std::size_t>(); left > 0; --left) {
+      const auto view = in.get<ViewId>();
+      coverage.add(std::make_shared<const PackedCoverage>(PackedCoverage{view, in.get_all<std::uint8_t>()}));
+    }
   });
 }
 

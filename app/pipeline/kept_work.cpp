@@ -168,8 +168,7 @@ std::optional<ViewWork> KeptWork::view(ViewId id) {
   ViewWork work;
   const bool found = store_.read(view_name(id), views_.at(id), [&](io::WorkStore::Reader& in) {
     work.statistics = in.get_all<std::byte>();
-    work.coverage.entries = in.get_all<visibility::FaceCoverage>();
-    work.coverage.runs = in.get_all<std::uint64_t>();
+    work.coverage = {id, in.get_all<std::uint8_t>()};
     work.visibility = in.get<visibility::VisibilityStatistics>();
     work.tie_points = in.get<FitGroups>();
   });
@@ -186,8 +185,7 @@ void KeptWork::keep_view(ViewId id, std::span<const std::byte> statistics, const
                          const visibility::VisibilityStatistics& visibility, const FitGroups& tie_points) {
   store_.keep(view_name(id), views_.at(id), [&](io::WorkStore::Writer& out) {
     out.add_all(statistics);
-    out.add_all(coverage.entries);
-    out.add_all(coverage.runs);
+    out.add_all(coverage.bytes);
     out.add(visibility);
     out.add(tie_points);
   });

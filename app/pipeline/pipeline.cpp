@@ -159,8 +159,16 @@ TexturedMesh finished(Choice choice, atlas::TextureAtlas atlas) {
           std::move(choice.seen.device)};
 }
 
+void note_memory(const MemoryPlan& memory, Observer& observer) {
+  const MemoryNeed& need = memory.need;
+  observer.detail(fmt::format("memory: up to {}; needed at least are {} to see, {} to choose, {} to paint, {} to write",
+                              readable_bytes(memory.limit), readable_bytes(need.seeing), readable_bytes(need.choosing),
+                              readable_bytes(need.painting), readable_bytes(need.writing)));
+}
+
 TexturedFiles texture_within(const MemoryPlan& memory, const Input& input, const Settings& settings,
                              io::PhotoSource& photos, OutputFolder& folder, Observer& observer) {
+  note_memory(memory, observer);
   FileSizes sizes = predicted_sizes(input, settings, memory.work.texels);
   if (settings.editable) sizes.likely += edit_bytes(memory.work);
   folder.expect_space(sizes.least, sizes.likely, observer);

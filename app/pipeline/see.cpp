@@ -233,11 +233,11 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
     const ViewId id = input.views[n];
     const View& view = input.scene.views[index(id)];
     if (options.kept != nullptr) {
-      if (const std::optional<ViewWork> work = options.kept->view(id)) {
+      if (std::optional<ViewWork> work = options.kept->view(id)) {
         if (costs.valid()) costs.get();
         if (collector.add_statistics(id, work->statistics)) {
           note_view(view, work->visibility, seen, observer);
-          coverage.add(work->coverage);
+          coverage.add(std::make_shared<const PackedCoverage>(std::move(work->coverage)));
           add(work->tie_points, tie_points_on_mesh);
           if (!judged && is_compared(n, input.views.size())) not_seen_again.push_back(id);
           continue;
@@ -252,8 +252,8 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
     note_view(view, visible.statistics, seen, observer);
     const FitGroups on_mesh = tie_points.counts(id, visible.ivm);
     add(on_mesh, tie_points_on_mesh);
-    const auto packed = std::make_shared<const PackedCoverage>(pack(visible.coverage));
-    coverage.add(*packed);
+    const auto packed = std::make_shared<const PackedCoverage>(pack(id, visible.coverage));
+    coverage.add(packed);
     if (costs.valid()) costs.get();
     costs = std::async(
         policy, [&, id, packed, on_mesh, compared = is_compared(n, input.views.size()), photo = decoded.share()] {

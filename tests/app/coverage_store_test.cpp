@@ -11,6 +11,10 @@ namespace {
 void add_entry(std::uint32_t face, int width, int height, const auto& is_seen, visibility::CoverageTable& table) {
   visibility::FaceCoverage entry;
   entry.face = FaceId{face};
+  entry.x0 = 3 + 100 * static_cast<std::int32_t>(face);
+  entry.y0 = 4000 - static_cast<std::int32_t>(face);
+  entry.visible = 7 * face;
+  entry.visible_share = 0.1f + 0.125f * static_cast<float>(face);
   entry.width = width;
   entry.height = height;
   entry.first_word = table.words.size();
@@ -25,6 +29,7 @@ TEST(CoverageStore, GivesBackWhatPartialFacesNeed) {
   std::mt19937 random(3);
   pipeline::CoverageStore store;
   std::vector<visibility::CoverageTable> views(3);
+  std::uint32_t number = 0;
   for (visibility::CoverageTable& view : views) {
     add_entry(
         0, 0, 0, [](std::size_t) { return true; }, view);  // seen by sub-pixel samples
@@ -36,7 +41,8 @@ TEST(CoverageStore, GivesBackWhatPartialFacesNeed) {
         3, 64, 5, [](std::size_t bit) { return bit / 64 % 2 != 0; }, view);
     add_entry(
         4, 1000, 13, [&](std::size_t) { return random() % 50 != 0; }, view);
-    store.add(pipeline::pack(view));
+    for (visibility::FaceCoverage& entry : view.entries) entry.view = ViewId{number};
+    store.add(std::make_shared<const pipeline::PackedCoverage>(pipeline::pack(ViewId{number++}, view)));
   }
   const std::vector<labeling::FaceTag> tags{labeling::FaceTag::partial, labeling::FaceTag::partial,
                                             labeling::FaceTag::partial, labeling::FaceTag::seen,
@@ -48,27 +54,38 @@ TEST(CoverageStore, GivesBackWhatPartialFacesNeed) {
     for (const visibility::FaceCoverage& entry : view.entries) {
       if (entry.face == FaceId{3}) continue;
       EXPECT_EQ(next->face, entry.face);
+      EXPECT_EQ(next->view, entry.view);
+      EXPECT_EQ(next->x0, entry.x0);
+      EXPECT_EQ(next->y0, entry.y0);
+      EXPECT_EQ(next->width, entry.width);
+      EXPECT_EQ(next->height, entry.height);
+      EXPECT_EQ(next->visible, entry.visible);
+      EXPECT_EQ(next->visible_share, entry.visible_share);
       for (int y = 0; y < entry.height; ++y)
-        for (int x = 0; x < entry.width; ++x) ASSERT_EQ(kept.sees(*next, x, y), view.sees(entry, x, y));
+        for (int x = 0; x < entry.width; ++x)
+          ASSERT_EQ(kept.sees(*next, entry.x0 + x, entry.y0 + y), view.sees(entry, entry.x0 + x, entry.y0 + y));
       ++next;
     }
 }
 
-TEST(CoverageStore, LargeFacesTakeLittle) {
+TEST(CoverageStore, TakesLittle) {
   // A quarter circle of 12 megapixels: a tenth of its bits is enough.
   visibility::CoverageTable table;
   add_entry(
       0, 4000, 3000, [](std::size_t bit) { return bit % 4000 * (bit % 4000) + bit / 4000 * (bit / 4000) < 9000000; },
       table);
-  pipeline::CoverageStore store;
-  store.add(pipeline::pack(table));
-  EXPECT_LT(store.bytes() * 8, 4000u * 3000u / 10);
-  // More words alike than a run counts.
+  EXPECT_LT(pipeline::pack(ViewId{0}, table).bytes.size() * 8, 4000u * 3000u / 10);
+  table = {};
+  for (std::uint32_t face = 0; face < 1000; ++face)
+    add_entry(
+        face, 5, 6, [](std::size_t bit) { return bit % 3 == 0; }, table);
+  EXPECT_LT(pipeline::pack(ViewId{0}, table).bytes.size(), 1000u * 20);
+  // More words than a number of two bytes counts, all alike.
   table = {};
   add_entry(
       0, 16384, 16384, [](std::size_t) { return true; }, table);
-  store = {};
-  store.add(pipeline::pack(table));
+  pipeline::CoverageStore store;
+  store.add(std::make_shared<const pipeline::PackedCoverage>(pipeline::pack(ViewId{0}, table)));
   EXPECT_EQ(store.of_partial_faces(std::vector<labeling::FaceTag>{labeling::FaceTag::partial}).words, table.words);
 }
 
