@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -112,6 +113,21 @@ TEST_F(Pipeline, StepsTogetherGiveTheWhole) {
   expect_equal(steps, pipeline::texture(input(), settings, photos_, silent_));
 }
 
+class CountedPhotos final : public io::PhotoSource {
+ public:
+  explicit CountedPhotos(io::PhotoSource& photos) : photos_(photos) {}
+  std::shared_ptr<const Image> photo(ViewId view) override {
+    ++fetched;
+    return photos_.photo(view);
+  }
+  std::shared_ptr<const io::PhotoExclusion> exclusion(ViewId view) override { return photos_.exclusion(view); }
+
+  std::atomic<std::size_t> fetched = 0;
+
+ private:
+  io::PhotoSource& photos_;
+};
+
 // Pages that are baked one by one and given away must not differ from pages that are baked together, although partial and
 // unseen faces take colours from charts on other pages.
 TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
@@ -121,12 +137,13 @@ TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
   const auto [seen, partial, unseen] = pipeline::count_tags(chosen.seen.candidates.tags);
   ASSERT_GT(partial, 0u);
   ASSERT_GT(unseen, 0u);
+  CountedPhotos photos(photos_);
   const atlas::AtlasInput from =
-      pipeline::atlas_input(input(), photos_, chosen.graph, chosen.seen, chosen.selection.labels);
+      pipeline::atlas_input(input(), photos, chosen.graph, chosen.seen, chosen.selection.labels);
   const atlas::AtlasPlan plan = atlas::plan_atlas(from, settings.atlas);
   const atlas::TextureAtlas whole = atlas::bake_atlas(plan, from, nullptr);
   ASSERT_GT(whole.pages.size(), 2u);
-  std::vector<Image> taken(whole.pages.size());
+  std::vector<Image> taken;
   std::size_t last = 0;
   const auto forward = [&](std::size_t done, std::size_t total) {
     EXPECT_LE(last, done);
@@ -137,14 +154,30 @@ TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
     EXPECT_TRUE(taken[number].pixels.empty());
     taken[number] = std::move(page);
   };
-  const atlas::BakeOptions one_by_one{
-      .take_model = {}, .take_page = take, .page_bytes = 1, .partial_bytes = 1, .scratch_folder = testing::TempDir()};
-  const atlas::TextureAtlas pieces = atlas::bake_atlas(plan, from, forward, one_by_one);
-  EXPECT_TRUE(pieces.pages.empty());
-  EXPECT_EQ(pieces.statistics.padded_texels, whole.statistics.padded_texels);
-  EXPECT_EQ(pieces.model.face_page, whole.model.face_page);
-  for (std::size_t n = 0; n < taken.size(); ++n)
-    EXPECT_TRUE(taken[n].pixels == whole.pages[n].pixels) << "page " << n << " of " << taken.size();
+  // Without coarse photos on disk, with a few of them, and with all.
+  const Camera& camera = city_->scene.views[0].camera;
+  const std::size_t coarse = pixel_index(0, camera.height, camera.width) * 3 / 4;
+  std::vector<std::size_t> fetched;
+  for (const std::size_t coarse_bytes : {std::size_t{0}, 3 * coarse, 1000 * coarse}) {
+    const atlas::BakeOptions one_by_one{.take_model = {},
+                                        .take_page = take,
+                                        .page_bytes = 1,
+                                        .partial_bytes = 1,
+                                        .scratch_folder = testing::TempDir(),
+                                        .coarse_bytes = coarse_bytes};
+    taken.assign(whole.pages.size(), {});
+    last = 0;
+    photos.fetched = 0;
+    const atlas::TextureAtlas pieces = atlas::bake_atlas(plan, from, forward, one_by_one);
+    fetched.push_back(photos.fetched);
+    EXPECT_TRUE(pieces.pages.empty());
+    EXPECT_EQ(pieces.statistics.padded_texels, whole.statistics.padded_texels);
+    EXPECT_EQ(pieces.model.face_page, whole.model.face_page);
+    for (std::size_t n = 0; n < taken.size(); ++n)
+      EXPECT_TRUE(taken[n].pixels == whole.pages[n].pixels) << "page " << n << " of " << taken.size();
+  }
+  EXPECT_GT(fetched[0], fetched[1]);
+  EXPECT_GT(fetched[1], fetched[2]);
 }
 
 TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {
