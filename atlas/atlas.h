@@ -191,6 +191,9 @@ struct BakeOptions {
   /// Where pages rest, in a file without a name of at most 4 bytes a texel, while partial and unseen faces on them wait for
   /// the colours of later groups. Empty: such pages stay in memory.
   std::filesystem::path scratch_folder = {};
+  /// Bytes that coarse photos may take in such a file where pages are baked in several groups: a group that needs no more of a
+  /// photo does not fetch it again. 3/4 of a byte for each pixel of the photos.
+  std::size_t coarse_bytes = 0;
   /// Pages are kept as the photos painted them, before anything is filled in: 4 bytes a texel.
   KeptPages kept = {};
 };

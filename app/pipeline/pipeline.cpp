@@ -192,6 +192,8 @@ TexturedFiles texture_within(const MemoryPlan& memory, const Input& input, const
     return std::async(std::launch::async, [&] { files.write_mesh(model); });
   };
   options.scratch_folder = folder.in_making();
+  // Half of what is left beside the result.
+  options.coarse_bytes = static_cast<std::size_t>(std::max(0.0, (folder.space() - sizes.likely) / 2));
   if (kept) options.kept = kept->pages();
   std::vector<std::array<int, 2>> page_sizes(plan->estimate().pages);
   options.take_page = [&](std::size_t number, Image page) {

@@ -338,6 +338,12 @@ struct PhotoUse {
 
 using ViewWork = std::vector<PhotoUse>;
 
+/// What a pass needs of a photo.
+struct FetchedPhoto {
+  std::shared_ptr<const Image> photo = nullptr;
+  std::optional<CoarsePhoto> coarse = {};
+};
+
 /// Fields of the charts that are baked, and what each view adds to them.
 std::vector<BlendField> open_fields(const AtlasBuild& build, const std::vector<FaceBands>& bands,
                                     std::vector<ViewWork>& work) {
@@ -381,8 +387,19 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
   const std::size_t views = work.size() - static_cast<std::size_t>(std::ranges::count(
                                               work, true, [](const ViewWork& mine) { return mine.empty(); }));
   std::size_t done = 0;
-  each_photo(build.input, work, order, [&](const ViewPhoto& photo, const ViewWork& mine) {
-    const int step = lattice_step(photo.view.camera);
+  const auto fetch = [&](ViewId id) {
+    const ViewWork& mine = work[index(id)];
+    const bool coarse_only = std::ranges::all_of(mine, [](const PhotoUse& use) { return use.field != nullptr; });
+    const bool wants_coarse = std::ranges::any_of(mine, [](const PhotoUse& use) { return use.field != nullptr; });
+    const bool has_coarse = build.coarse && build.coarse->has(id);
+    FetchedPhoto fetched;
+    if (!coarse_only || !has_coarse) fetched.photo = build.input.photos.photo(id);
+    if (wants_coarse && has_coarse) fetched.coarse = build.coarse->read(id);
+    return fetched;
+  };
+  each_fetched(work, order, fetch, [&](ViewId id, FetchedPhoto& fetched, const ViewWork& mine) {
+    const View& view = build.input.scene.views[index(id)];
+    const int step = lattice_step(view.camera);
     Poll poll(progress, done, views);
     const auto for_each = [&](bool of_fields, const auto& body) {
       tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
@@ -391,13 +408,16 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
         body(mine[i]);
       });
     };
-    std::optional<CoarsePhoto> coarse;
+    std::optional<CoarsePhoto>& coarse = fetched.coarse;
     tbb::parallel_invoke(
         [&] {
-          if (!fields.empty()) coarse.emplace(photo.image);
+          if (fields.empty() || coarse || !fetched.photo) return;
+          coarse.emplace(*fetched.photo);
+          if (build.coarse) build.coarse->keep(id, *coarse);
         },
         [&] {
           for_each(false, [&](const PhotoUse& use) {
+            const ViewPhoto photo{id, view, *fetched.photo};
             if (use.partial)
               take_view(*use.partial, build, photo);
             else
@@ -405,7 +425,7 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
                   .bake(use.band, bands[use.chart][static_cast<std::size_t>(use.band)], step);
           });
         });
-    for_each(true, [&](const PhotoUse& use) { use.field->add(static_cast<std::size_t>(use.band), photo.id, *coarse); });
+    for_each(true, [&](const PhotoUse& use) { use.field->add(static_cast<std::size_t>(use.band), id, *coarse); });
     if (progress) progress(++done, views);
   });
   tbb::parallel_for(std::size_t{0}, fields.size(), [&](std::size_t i) { fields[i].apply(build); });

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "atlas/baking/pages.h"
 #include "atlas/baking/partial_sources.h"
 #include "atlas/blending/blend_weights.h"
+#include "atlas/blending/coarse_store.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/color_correction.h"
 
@@ -28,6 +30,7 @@ struct AtlasBuild {
   std::vector<ChartPlace> places;  ///< per chart before those of the border
   std::vector<Page> pages;
   std::vector<PageMean> rested_means = {};  ///< per page: when it was last put to rest, before it was padded
+  std::optional<CoarseStore> coarse = {};   ///< of photos that were in use; none where they are used once
 
   Page& page_of(std::uint32_t chart) { return pages[places[chart].page]; }
   const Page& page_of(std::uint32_t chart) const { return pages[places[chart].page]; }
@@ -47,7 +50,8 @@ struct AtlasBuild {
 enum class PlainCharts { bake, skip };
 
 /// Copies or resamples every texel of the plain charts on open pages, and adds to partial charts what each view gives
-/// them. Every photo is fetched once; the next ones are decoded while one is in use. Without padding the rings of charts
+/// them. Every photo is fetched once, unless build.coarse has all that is needed of it; the next ones are decoded while one is
+/// in use. Without padding the rings of charts
 /// are left out.
 /// Progress is called per view, and ten times a second within one, from any thread, but by one thread at a time; an
 /// exception from it ends the work. O(texels + pixels covered by charts with texels of many pixels).

@@ -31,28 +31,39 @@ inline std::size_t photos_ahead() {
 /// A photo source that keeps some photos has the last ones of the pass before: passes in turns make most of them.
 enum class PhotoOrder { ascending, descending };
 
-/// Calls use(ViewPhoto, work[view]) for every view whose work is not empty, in order, on the calling thread.
-template <typename Work, typename Use>
-void each_photo(const AtlasInput& input, const std::vector<Work>& work, PhotoOrder order, Use&& use) {
+/// Calls use(view, fetch(view), work[view]) for every view whose work is not empty, in order, on the calling thread. What is
+/// needed next is fetched on other threads.
+template <typename Work, typename Fetch, typename Use>
+void each_fetched(const std::vector<Work>& work, PhotoOrder order, const Fetch& fetch, Use&& use) {
   std::vector<std::uint32_t> views;
   for (std::uint32_t v = 0; v < work.size(); ++v)
     if (!work[v].empty()) views.push_back(v);
   if (order == PhotoOrder::descending) std::ranges::reverse(views);
   struct Fetched {
-    std::shared_ptr<const Image> photo = nullptr;
-    tbb::task_group work;  // its end waits for the task, which writes to photo, also where use() throws
+    decltype(fetch(ViewId{})) item{};
+    tbb::task_group work;  // its end waits for the task, which writes to the item, also where use() throws
   };
   std::deque<Fetched> ahead;
   std::size_t begun = 0;
   for (const std::uint32_t view : views) {
     for (; begun < views.size() && ahead.size() <= photos_ahead(); ++begun) {
       Fetched& next = ahead.emplace_back();
-      next.work.run([&input, &next, id = ViewId{views[begun]}] { next.photo = input.photos.photo(id); });
+      next.work.run([&fetch, &next, id = ViewId{views[begun]}] { next.item = fetch(id); });
     }
     ahead.front().work.wait();
-    use(ViewPhoto{ViewId{view}, input.scene.views[view], *ahead.front().photo}, work[view]);
+    use(ViewId{view}, ahead.front().item, work[view]);
     ahead.pop_front();
   }
+}
+
+/// Calls use(ViewPhoto, work[view]) as each_fetched() does, with the view's photo.
+template <typename Work, typename Use>
+void each_photo(const AtlasInput& input, const std::vector<Work>& work, PhotoOrder order, Use&& use) {
+  each_fetched(
+      work, order, [&input](ViewId id) { return input.photos.photo(id); },
+      [&](ViewId id, const std::shared_ptr<const Image>& photo, const Work& mine) {
+        use(ViewPhoto{id, input.scene.views[index(id)], *photo}, mine);
+      });
 }
 
 }  // namespace gpvc::atlas

@@ -92,6 +92,8 @@ class PageBaker {
       if (!group.kept) passes_ += group.batches.size();
     }
     build_.rested_means.resize(build.pages.size());
+    if (rests() && !build.blending.empty() && options.coarse_bytes > 0 && !options.scratch_folder.empty())
+      build_.coarse.emplace(build.input.scene.views.size(), options.scratch_folder, options.coarse_bytes);
     if (!options_.take_page) result_.pages.resize(build.pages.size());
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <utility>
 
 #include "io/bilinear.h"
 #include "io/images.h"
@@ -16,6 +17,12 @@ int edge_of_squares(const Image& photo) { return std::min({kCoarsePixel, photo.w
 }  // namespace
 
 CoarsePhoto::CoarsePhoto(const Image& photo) : image_(io::reduce_image(photo, edge_of_squares(photo))) {}
+
+CoarsePhoto CoarsePhoto::of_means(Image means) {
+  CoarsePhoto coarse;
+  coarse.image_ = std::move(means);
+  return coarse;
+}
 
 Color CoarsePhoto::at(const PhotoPoint& q) const {
   const auto rgb = bilinear<float>(image_, q.x / kCoarsePixel, q.y / kCoarsePixel);

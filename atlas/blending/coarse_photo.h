@@ -15,10 +15,14 @@ class CoarsePhoto {
  public:
   /// O(pixels).
   explicit CoarsePhoto(const Image& photo);
+  /// From the means of another one.
+  static CoarsePhoto of_means(Image means);
+  const Image& means() const { return image_; }
   /// Bilinear between the means of squares; clamped to the outermost of them.
   Color at(const PhotoPoint& q) const;
 
  private:
+  CoarsePhoto() = default;
   Image image_;
 };
 
