@@ -58,6 +58,7 @@ void take_cameras_to(const SceneFrame& frame, Scene& scene) {
     WorldPoint& c = view.pose.centre;
     const auto moved = turned(c.x - frame.origin.x, c.y - frame.origin.y, c.z - frame.origin.z);
     c = {frame.scale * moved[0], frame.scale * moved[1], frame.scale * moved[2]};
+    for (double& length : view.camera.distortion.motion.step) length *= frame.scale;
     // x_camera = R (x_scene - c): each row of R is a direction of the scene.
     for (std::size_t row = 0; row < 9; row += 3) {
       auto& m = view.pose.rotation;

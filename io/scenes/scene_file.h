@@ -124,6 +124,8 @@ std::optional<Matrix3> rotation_from_quaternion(const std::array<double, 4>& q);
 
 /// The rotation by the vector's length about its direction; nullopt unless it is finite.
 std::optional<Matrix3> rotation_from_angle_axis(const WorldPoint& v);
+/// Its inverse, of a length up to pi.
+std::array<double, 3> angle_axis_from_rotation(const Matrix3& rotation);
 /// Rx(omega) Ry(phi) Rz(kappa) of photogrammetry, angles in degrees.
 Matrix3 rotation_from_angles(const std::array<double, 3>& omega_phi_kappa);
 

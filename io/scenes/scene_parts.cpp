@@ -7,6 +7,7 @@
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
 #include "io/scenes/scene_file.h"
+#include "io/scenes/scene_writer.h"
 
 namespace gpvc::io {
 
@@ -157,6 +158,14 @@ std::optional<Matrix3> rotation_from_angle_axis(const WorldPoint& v) {
   // sin(angle / 2) / angle tends to 1/2: no division by zero.
   const double s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
   return rotation_from_quaternion({std::cos(angle / 2), s * v.x, s * v.y, s * v.z});
+}
+
+std::array<double, 3> angle_axis_from_rotation(const Matrix3& rotation) {
+  const auto [w, x, y, z] = quaternion(rotation);
+  // The quaternion of a turn by an angle is cos(angle / 2) and sin(angle / 2) times the axis, or both with the other sign.
+  const double sine = std::hypot(x, y, z), half = std::atan2(sine, std::abs(w));
+  const double factor = (w < 0 ? -2 : 2) * (sine > 0 ? half / sine : 1);
+  return {factor * x, factor * y, factor * z};
 }
 
 Matrix3 rotation_from_angles(const std::array<double, 3>& omega_phi_kappa) {

@@ -190,6 +190,14 @@ TEST_F(MeshFrame, TheFrameThatShowsMostIsTaken) {
   expect_seen_rightly(metres);
 }
 
+// Steps of a camera that moved while it was read out count in the scene's units.
+TEST_F(MeshFrame, MovingCamerasAreScaledToo) {
+  scene_.views[0].camera.distortion.motion = {.down = 1, .step = {5, 0, -10}};
+  Mesh own = in_chunk(0.2);
+  match(own);
+  EXPECT_EQ(scene_.views[0].camera.distortion.motion.step, (std::array<double, 3>{1, 0, -2}));
+}
+
 // Too small a mesh is framed whole, but fills little of the photos. This chunk has 0.25 m a unit.
 TEST_F(MeshFrame, AMeshInMetresIsNotTakenForASmallerOne) {
   frame_.scale = 4;
