@@ -7,7 +7,6 @@
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
 #include "io/scenes/scene_file.h"
-#include "io/scenes/scene_writer.h"
 
 namespace gpvc::io {
 
@@ -158,6 +157,22 @@ std::optional<Matrix3> rotation_from_angle_axis(const WorldPoint& v) {
   // sin(angle / 2) / angle tends to 1/2: no division by zero.
   const double s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
   return rotation_from_quaternion({std::cos(angle / 2), s * v.x, s * v.y, s * v.z});
+}
+
+// The largest of the four first (Shepperd 1978).
+std::array<double, 4> quaternion(const Matrix3& r) {
+  const std::array<double, 4> squares{1 + r[0] + r[4] + r[8], 1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8],
+                                      1 - r[0] - r[4] + r[8]};
+  const auto largest = static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
+  const double twice = std::sqrt(squares[largest]);
+  // The products of each two of the four, times 4.
+  const std::array<std::array<double, 4>, 4> products{{{twice * twice, r[7] - r[5], r[2] - r[6], r[3] - r[1]},
+                                                       {r[7] - r[5], twice * twice, r[1] + r[3], r[2] + r[6]},
+                                                       {r[2] - r[6], r[1] + r[3], twice * twice, r[5] + r[7]},
+                                                       {r[3] - r[1], r[2] + r[6], r[5] + r[7], twice * twice}}};
+  std::array<double, 4> q = products[largest];
+  for (double& v : q) v /= 2 * twice;
+  return q;
 }
 
 std::array<double, 3> angle_axis_from_rotation(const Matrix3& rotation) {
