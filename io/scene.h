@@ -6,8 +6,8 @@
 //          stored, not t, so that moving a scene by an exactly representable shift changes no bit downstream.
 // Pixel    the view's undistorted frame: same width, height, fx, fy, cx, cy as the photo, distortion removed.
 //          Origin at the top-left corner of the image, centre of the first pixel at (0.5, 0.5), y down.
-// Photo    the photo as taken, same pixel convention; photo_from_pixel applies the lens distortion. Texels are
-//          sampled once, from here.
+// Photo    the photo as taken, same pixel convention; photo_from_pixel applies the lens distortion and the camera's
+//          movement while the photo was read out. Texels are sampled once, from here.
 // Faces    counter-clockwise seen from outside; indexed as in the input file, in every output.
 // Views    ordered by image name, bytewise, whatever the format.
 // Transforms are named target_from_source, so adjacent names match: pixel_from_camera(camera_from_world(p)).
@@ -89,6 +89,22 @@ enum class LensModel : std::uint8_t {
   spherical_down,      ///< the same of a view whose z is the panorama's down, and whose y down is its back
 };
 
+/// The movement of a camera whose photo is read out row by row (rolling shutter). The photo's place (x, y) was read out
+/// at time = across (x / width - 1/2) + down (y / height - 1/2), 0 at the pose. What lies at p in the camera's axes then lies
+/// at exp(time turn) (p - time step) at that time, with exp(v) the rotation by the length of v about v.
+///
+/// By how much a step moves something in the photo depends on its distance. It is taken from a plane, on which 1 / Z =
+/// nearness . (X/Z, Y/Z, 1), so that photo_from_pixel needs no distance: exact where the scene is flat, and elsewhere wrong
+/// by the part of the step's effect by which 1 / Z is off. Readers leave nearness 0, which takes the scene for infinitely
+/// far; whoever knows the mesh sets it (pipeline::set_nearness).
+struct Motion {
+  double across = 0, down = 0;           ///< both 0: the camera stands still
+  std::array<double, 3> turn{}, step{};  ///< radians; units of the scene
+  std::array<double, 3> nearness{};
+  bool operator==(const Motion&) const = default;
+  bool moves() const { return across != 0 || down != 0; }
+};
+
 /// Lens distortion. With (x, y) the point that LensModel makes of (X/Z, Y/Z), and r2 = x*x + y*y: radial = (1 + k1 r2 +
 /// k2 r2^2 + k3 r2^3 + k4 r2^4 + k5 r2^5 + k6 r2^6) / (1 + d1 r2 + d2 r2^2 + d3 r2^3), more = 1 + p3 r2 + p4 r2^2, x' =
 /// x radial + (2 p1 x y + p2 (r2 + 2 x x)) more + s1 r2 + s3 r2^2, y' = y radial + (p1 (r2 + 2 y y) + 2 p2 x y) more +
@@ -103,8 +119,11 @@ struct Distortion {
   LensModel model = LensModel::brown;
   double k4 = 0, d1 = 0, d2 = 0, d3 = 0, p3 = 0, p4 = 0, s1 = 0, s2 = 0, skew = 0, omega = 0;
   double k5 = 0, k6 = 0, s3 = 0, s4 = 0, alpha = 0, beta = 0, a1 = 0, a2 = 0, a3 = 0;
+  Motion motion{};  ///< none of a panorama
   bool operator==(const Distortion&) const = default;
-  bool is_identity() const { return model == LensModel::brown && k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0; }
+  bool is_identity() const {
+    return model == LensModel::brown && k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0 && !motion.moves();
+  }
 };
 
 /// True for a view of an equirectangular panorama. A panorama is shown by six views, whose axes are those of a cube, and
@@ -186,7 +205,7 @@ inline PixelPoint pixel_from_camera(const Camera& camera, const CameraPoint& p) 
   return {camera.fx * (p.x / p.z) + camera.cx, camera.fy * (p.y / p.z) + camera.cy};
 }
 
-/// nullopt beyond the fold of the distortion model; a point outside [0,W] x [0,H] is returned as it is.
+/// nullopt beyond the fold of the distortion model, and where the camera moves too fast for one place; a point outside [0,W] x [0,H] is returned as it is.
 std::optional<PhotoPoint> photo_from_pixel(const Camera& camera, const PixelPoint& p);
 
 /// Inverse of photo_from_pixel by Newton's method, to 1e-9 px; nullopt where it does not converge.

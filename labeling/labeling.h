@@ -142,6 +142,9 @@ class CandidateCollector {
   std::span<const std::byte> statistics_of(ViewId id) const;
   /// Takes them instead of add_view(). False, and the view is not added, if they are of another mesh.
   bool add_statistics(ViewId id, std::span<const std::byte> statistics);
+  /// Per view the photo that it shows, where several show one, as the views of a panorama do: such views have one vote about
+  /// the colours of a face. Each view shows its own where this is not called. To be called before judge().
+  void set_photos(std::vector<std::uint32_t> photo_of_view);
   /// After the last view: compares the photos with each other, leaves out those that agree by chance, and notes in the
   /// statistics how far each photo disagrees with the others about each face. `graph`: the mesh's face_graph(), which is made
   /// here if it is null.

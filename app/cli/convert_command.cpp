@@ -88,6 +88,7 @@ class Conversion {
     for (const std::string& warning : scene_.warnings) record_.warning(warning);
     record_.end(fmt::format("{} views", used_.size()));
     choose_frames();
+    warn_of_motion();
     refuse_lost_terms(written_, used_, options_.target);
     choose_places();
     warn_of_lost_masks();
@@ -162,6 +163,16 @@ class Conversion {
     }
     refuse_overwriting(options_, scene_, folder_, places_, masks);
     folder_.protect(input_files(scene_));
+  }
+
+  void warn_of_motion() const {
+    const auto moving = std::ranges::count_if(
+        used_, [&](ViewId id) { return view_of(scene_, id).camera.distortion.motion.step != Motion{}.step; });
+    if (options_.undistort && moving > 0)
+      record_.warning(fmt::format(
+          "{} cameras moved while their photos were read out (rolling shutter): their turns are undone, and not "
+          "their travel, whose effect depends on distances; 'gpvc texture' undoes both",
+          moving));
   }
 
   void warn_of_lost_masks() const {

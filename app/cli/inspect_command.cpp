@@ -30,7 +30,7 @@ std::string camera_text(const Camera& c) {
   std::string text =
       fmt::format("{} x {} px, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}", c.width, c.height, c.fx, c.fy, c.cx, c.cy);
   const Distortion& d = c.distortion;
-  if (d.is_identity()) return text + ", no distortion";
+  if (d == Distortion{}) return text + ", no distortion";
   text += fmt::format(", {}", name_of(kLensModelNames, d.model));
   const std::string terms = evaluate::lens_text(d);
   return terms.empty() ? text : text + " " + terms;
@@ -54,11 +54,14 @@ std::string system_text(const std::string& srs) {
 
 void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& console) {
   std::vector<std::pair<Camera, std::size_t>> cameras;
+  std::size_t moving = 0;
   for (const View& view : scene.views) {
-    const auto known =
-        std::find_if(cameras.begin(), cameras.end(), [&](const auto& c) { return c.first == view.camera; });
+    Camera camera = view.camera;
+    moving += camera.distortion.motion.moves() ? 1 : 0;
+    camera.distortion.motion = {};
+    const auto known = std::ranges::find(cameras, camera, [](const auto& c) -> const Camera& { return c.first; });
     if (known == cameras.end())
-      cameras.emplace_back(view.camera, 1);
+      cameras.emplace_back(camera, 1);
     else
       ++known->second;
   }
@@ -68,6 +71,8 @@ void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& co
   for (std::size_t i = 0; i < std::min(kMost, cameras.size()); ++i)
     console.result(fmt::format("camera   {} views: {}", cameras[i].second, camera_text(cameras[i].first)));
   if (cameras.size() > kMost) console.result(fmt::format("camera   and {} more", cameras.size() - kMost));
+  if (moving > 0)
+    console.result(fmt::format("shutter  {} views moved while they were read out, which is undone row by row", moving));
   console.result("cameras  " + pipeline::box_text(pipeline::box_of(scene)));
   if (!scene.srs.empty()) console.result("srs      " + system_text(scene.srs));
   if (!(scene.offset == WorldPoint{}))

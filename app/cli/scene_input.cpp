@@ -6,6 +6,7 @@
 #include <future>
 
 #include "app/pipeline/mesh_frame.h"
+#include "app/pipeline/nearness.h"
 #include "io/images/image_file.h"
 #include "io/mesh.h"
 #include "io/scenes/photo_files.h"
@@ -104,6 +105,7 @@ void check_photos(const SceneInputData& input) {
 void match_frames(const SceneInput& input, SceneInputData& data, pipeline::Observer& observer) {
   const std::string assumed = pipeline::match_frames(data.scene, data.mesh, data.used, input.mesh, input.mesh_crs);
   if (!assumed.empty()) observer.warning(assumed);
+  pipeline::set_nearness(data.scene, data.mesh);
 }
 
 Json visibility_json(const visibility::VisibilityOptions& options) {

@@ -35,7 +35,8 @@ Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_
 /// InputError, UsageError.
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record);
 
-/// Brings mesh and cameras into the same coordinates, see pipeline::match_frames(), and warns of what it assumes.
+/// Brings mesh and cameras into the same coordinates, see pipeline::match_frames(), and warns of what it assumes. Moving
+/// cameras learn how far the mesh is, see pipeline::set_nearness().
 void match_frames(const SceneInput& input, SceneInputData& data, pipeline::Observer& observer);
 
 /// Throws InputError for the first used view whose photo ends too early, before hours are spent on the others.

@@ -7,6 +7,19 @@
 #include "io/lens_terms.h"
 
 namespace gpvc::evaluate {
+namespace {
+
+/// Motion of scene.h, or null.
+Json motion_json(const Motion& motion) {
+  if (!motion.moves()) return nullptr;
+  return {{"across", motion.across},
+          {"down", motion.down},
+          {"turn", motion.turn},
+          {"step", motion.step},
+          {"nearness", motion.nearness}};
+}
+
+}  // namespace
 
 Json point_json(const WorldPoint& p) { return Json::array({p.x, p.y, p.z}); }
 
@@ -35,6 +48,7 @@ Json camera_json(const Camera& camera, const Pose& pose) {
           {"cx", camera.cx},
           {"cy", camera.cy},
           {"distortion", lens_json(camera.distortion)},
+          {"rolling_shutter", motion_json(camera.distortion.motion)},
           {"rotation", rows},
           {"centre", point_json(pose.centre)}};
 }

@@ -6,7 +6,6 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -18,47 +17,12 @@
 namespace gpvc::pipeline {
 namespace {
 
-/// Tests a point against the five planes of the view's frustum: through the four borders of the frame, and the camera's
-/// own. The tests are linear in the point, so a convex hull is outside if all its corners are outside of one plane.
-std::array<bool, 5> inside(const View& view, const WorldPoint& p) {
-  const CameraPoint c = camera_from_world(view.pose, p);
-  const Camera& k = view.camera;
-  const double x = k.fx * c.x + k.cx * c.z, y = k.fy * c.y + k.cy * c.z;
-  return {c.z > 0, x >= 0, y >= 0, x <= k.width * c.z, y <= k.height * c.z};
-}
-
-template <typename Points>
-bool hull_may_be_framed(const View& view, const Points& points) {
-  std::array<bool, 5> any{};
-  for (const WorldPoint& p : points) {
-    const std::array<bool, 5> here = inside(view, p);
-    for (std::size_t i = 0; i < any.size(); ++i) any[i] = any[i] || here[i];
-  }
-  return std::all_of(any.begin(), any.end(), [](bool plane) { return plane; });
-}
-
-std::array<WorldPoint, 8> corners(const Box& b) {
-  std::array<WorldPoint, 8> out;
-  for (std::size_t i = 0; i < 8; ++i)
-    out[i] = {i & 1 ? b.high.x : b.low.x, i & 2 ? b.high.y : b.low.y, i & 4 ? b.high.z : b.low.z};
-  return out;
-}
-
-constexpr std::size_t kRun = 1024;  ///< neighbouring faces whose bounding box is tested first
-
-Box box_of_run(const Mesh& mesh, std::size_t begin, std::size_t end) {
-  Box box;
-  for (std::size_t f = begin; f != end; ++f)
-    for (const std::uint32_t v : mesh.faces[f]) box.add(mesh.positions[v]);
-  return box;
-}
-
 bool any_framed(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
   std::atomic<bool> found{false};
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.faces.size(), kRun),
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.faces.size(), FaceRuns::kRun),
                     [&](const tbb::blocked_range<std::size_t>& run) {
                       if (found) return;
-                      const auto hull = corners(box_of_run(mesh, run.begin(), run.end()));
+                      const auto hull = corners(box_of_faces(mesh, run.begin(), run.end()));
                       for (const ViewId id : used) {
                         const View& view = scene.views[index(id)];
                         if (!hull_may_be_framed(view, hull)) continue;
@@ -68,77 +32,6 @@ bool any_framed(const Mesh& mesh, const Scene& scene, std::span<const ViewId> us
                     });
   return found;
 }
-
-// The first faces that rays through a grid of points of a view's frame hit.
-class Glance {
- public:
-  explicit Glance(const View& view)
-      : view_(view), depth_(kColumns * kRows, std::numeric_limits<float>::infinity()), back_(depth_.size()) {}
-
-  void add(const Mesh& mesh, const Triangle& face) {
-    std::array<WorldPoint, 3> p;  // in the camera's frame
-    for (std::size_t i = 0; i < 3; ++i) {
-      const CameraPoint c = camera_from_world(view_.pose, mesh.positions[face[i]]);
-      p[i] = {c.x, c.y, c.z};
-    }
-    const bool crosses = p[0].z <= 0 || p[1].z <= 0 || p[2].z <= 0;  // reaches behind the camera
-    if (crosses && !may_be_framed(view_, mesh, face)) return;
-    const Camera& k = view_.camera;
-    const Span columns = crosses ? Span{0, kColumns - 1} : span(p, &WorldPoint::x, k.fx, k.cx, k.width, kColumns);
-    if (!(columns.first <= columns.last)) return;
-    const Span rows = crosses ? Span{0, kRows - 1} : span(p, &WorldPoint::y, k.fy, k.cy, k.height, kRows);
-    if (!(rows.first <= rows.last)) return;
-    const WorldPoint a = cross(p[1], p[2]), b = cross(p[2], p[0]), c = cross(p[0], p[1]);
-    const double volume = dot(p[0], a);  // < 0: the camera sees the front
-    if (volume == 0) return;
-    for (auto row = static_cast<std::size_t>(rows.first); row <= static_cast<std::size_t>(rows.last); ++row)
-      for (auto column = static_cast<std::size_t>(columns.first); column <= static_cast<std::size_t>(columns.last);
-           ++column) {
-        const WorldPoint ray{((static_cast<double>(column) + 0.5) * k.width / kColumns - k.cx) / k.fx,
-                             ((static_cast<double>(row) + 0.5) * k.height / kRows - k.cy) / k.fy, 1};
-        // The ray hits the face ahead of the camera if all three have the volume's sign.
-        const double sign = volume > 0 ? 1 : -1;
-        const double u = sign * dot(a, ray), v = sign * dot(b, ray), w = sign * dot(c, ray);
-        if (!(u >= 0 && v >= 0 && w >= 0 && u + v + w > 0)) continue;
-        const auto depth = static_cast<float>(sign * volume / (u + v + w));
-        const std::size_t at = row * kColumns + column;
-        // Of two coincident faces that are turned against each other, the front counts.
-        if (!(depth < depth_[at] || (depth == depth_[at] && volume < 0))) continue;
-        depth_[at] = depth;
-        back_[at] = volume > 0;
-      }
-  }
-
-  std::size_t seen() const {
-    return static_cast<std::size_t>(
-        std::count_if(depth_.begin(), depth_.end(), [](float depth) { return std::isfinite(depth); }));
-  }
-  std::size_t backs() const { return static_cast<std::size_t>(std::count(back_.begin(), back_.end(), true)); }
-
- private:
-  static constexpr std::size_t kColumns = 64, kRows = 48;
-
-  // Columns or rows, whole numbers; empty when first > last.
-  struct Span {
-    double first, last;
-  };
-
-  static Span span(const std::array<WorldPoint, 3>& p, double WorldPoint::*axis, double focal, double centre, int size,
-                   std::size_t count) {
-    const auto end = static_cast<double>(count);
-    double low = end, high = 0;
-    for (const WorldPoint& corner : p) {
-      const double at = (focal * (corner.*axis) / corner.z + centre) * end / size;
-      low = std::min(low, at);
-      high = std::max(high, at);
-    }
-    return {std::max(0.0, std::ceil(low - 0.5)), std::min(end - 1, std::floor(high - 0.5))};
-  }
-
-  const View& view_;
-  std::vector<float> depth_;
-  std::vector<bool> back_;
-};
 
 // A sample of the used views whose cameras are known: at least four, and no more than keep the work small compared with
 // reading the mesh.
@@ -179,11 +72,6 @@ double reached_share(const Camera& camera) {
 
 }  // namespace
 
-void Box::add(const WorldPoint& p) {
-  low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-  high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-}
-
 Box box_of(const Mesh& mesh) {
   Box box;
   for (const WorldPoint& p : mesh.positions) box.add(p);
@@ -199,11 +87,6 @@ Box box_of(const Scene& scene) {
 std::string box_text(const Box& b) {
   return fmt::format("x {:.3f} .. {:.3f}, y {:.3f} .. {:.3f}, z {:.3f} .. {:.3f}", b.low.x, b.high.x, b.low.y, b.high.y,
                      b.low.z, b.high.z);
-}
-
-bool may_be_framed(const View& view, const Mesh& mesh, const Triangle& face) {
-  return hull_may_be_framed(
-      view, std::array<WorldPoint, 3>{mesh.positions[face[0]], mesh.positions[face[1]], mesh.positions[face[2]]});
 }
 
 void check_frames(const Mesh& mesh, const std::filesystem::path& mesh_file, const Scene& scene,
@@ -260,20 +143,13 @@ std::vector<std::size_t> overlap(const Mesh& mesh, const Scene& scene, std::span
 
 std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
   const std::vector<ViewId> views = some_views(scene, used, mesh.faces.size());
-  const std::size_t faces = mesh.faces.size(), runs = (faces + kRun - 1) / kRun;
-  std::vector<std::array<WorldPoint, 8>> hulls(runs);
-  tbb::parallel_for(std::size_t{0}, runs, [&](std::size_t r) {
-    hulls[r] = corners(box_of_run(mesh, r * kRun, std::min(faces, (r + 1) * kRun)));
-  });
+  const FaceRuns runs(mesh);
   std::atomic<std::size_t> seen{0}, backs{0};
   tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t n) {
-    const View& view = scene.views[index(views[n])];
-    Glance glance(view);
-    for (std::size_t r = 0; r < runs; ++r)
-      if (hull_may_be_framed(view, hulls[r]))
-        for (std::size_t f = r * kRun; f < std::min(faces, (r + 1) * kRun); ++f) glance.add(mesh, mesh.faces[f]);
-    seen += glance.seen();
-    backs += glance.backs();
+    const Glance glance = glance_at(mesh, runs, scene.views[index(views[n])]);
+    seen += static_cast<std::size_t>(
+        std::ranges::count_if(glance.depths, [](float depth) { return std::isfinite(depth); }));
+    backs += static_cast<std::size_t>(std::ranges::count(glance.backs, true));
   });
   if (seen == 0) return {};
   return static_cast<double>(backs) / static_cast<double>(seen);

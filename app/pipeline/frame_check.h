@@ -7,25 +7,16 @@
 #include <string>
 #include <vector>
 
+#include "app/pipeline/glance.h"
 #include "io/scene.h"
 
 namespace gpvc::pipeline {
-
-/// An axis-aligned bounding box; empty until a point is added.
-struct Box {
-  WorldPoint low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  void add(const WorldPoint& p);
-};
 
 Box box_of(const Mesh& mesh);
 /// The bounding box of the camera centres.
 Box box_of(const Scene& scene);
 /// "x LOW .. HIGH, y LOW .. HIGH, z LOW .. HIGH".
 std::string box_text(const Box& box);
-
-/// False if the whole face lies beyond one border of the view's frame or behind the camera. Conservative: true for every
-/// face inside the frame, and for some just outside a corner.
-bool may_be_framed(const View& view, const Mesh& mesh, const Triangle& face);
 
 /// Throws InputError, with both bounding boxes, when no face of the mesh may be framed by any of the views. Tests single
 /// faces only where the bounding box of 1024 neighbouring ones reaches into a frame, and stops at the first face found.

@@ -27,6 +27,10 @@ void add(io::WorkHash& hash, const View& view) {
   for (const double value : {camera.fx, camera.fy, camera.cx, camera.cy, camera.distortion.max_r2}) hash.add(value);
   hash.add(camera.distortion.model);
   for (const LensTerm& term : kLensTerms) hash.add(camera.distortion.*term.term);
+  const Motion& motion = camera.distortion.motion;
+  for (const double value : {motion.across, motion.down}) hash.add(value);
+  for (const auto* vector : {&motion.turn, &motion.step, &motion.nearness})
+    for (const double value : *vector) hash.add(value);
 }
 
 void add(io::WorkHash& hash, const visibility::VisibilityOptions& options, int device) {

@@ -58,6 +58,7 @@ void take_cameras_to(const SceneFrame& frame, Scene& scene) {
     WorldPoint& c = view.pose.centre;
     const auto moved = turned(c.x - frame.origin.x, c.y - frame.origin.y, c.z - frame.origin.z);
     c = {frame.scale * moved[0], frame.scale * moved[1], frame.scale * moved[2]};
+    for (double& length : view.camera.distortion.motion.step) length *= frame.scale;
     // x_camera = R (x_scene - c): each row of R is a direction of the scene.
     for (std::size_t row = 0; row < 9; row += 3) {
       auto& m = view.pose.rotation;
@@ -111,7 +112,18 @@ void turn_z_up(std::vector<WorldPoint>& positions) {
   for (WorldPoint& p : positions) p = {p.x, -p.z, p.y};
 }
 
-// The one of most agreement; null where the mesh fits in none, or in none clearly better than in the scene's own.
+// A mesh that was made from the photos lies in their frames but for what was closed or continued at its rim. One that is
+// moved by an offset which no file states may fit a frame in part: that is no reason to take it to be there.
+constexpr double kLeastFramed = 0.9;
+
+bool is_framed(const Scene& scene, const Mesh& mesh) {
+  std::vector<ViewId> all;
+  for (std::uint32_t v = 0; v < scene.views.size(); ++v) all.push_back(ViewId{v});
+  return framed_share(mesh, scene, all) >= kLeastFramed;
+}
+
+// The one of most agreement; null where the mesh fits in none, or in none clearly better than in the scene's own, and
+// where it is not framed in that one.
 const SceneFrame* best_frame(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used, bool fits_own) {
   const SceneFrame* best = nullptr;
   double most = fits_own && !scene.other_frames.empty() ? kClearly * agreement(scene, mesh, used) : 0;
@@ -124,7 +136,10 @@ const SceneFrame* best_frame(const Scene& scene, const Mesh& mesh, std::span<con
     most = share;
     best = &frame;
   }
-  return best;
+  if (best == nullptr) return nullptr;
+  Scene moved = scene;
+  take_cameras_to(*best, moved);
+  return is_framed(moved, mesh) ? best : nullptr;
 }
 
 void subtract(std::vector<WorldPoint>& points, const WorldPoint& offset) {
@@ -256,8 +271,8 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
 std::string ways_out(const Scene& scene) {
   if (!is_geocentric(scene)) return {};
   return "the scene is georeferenced, with cameras in geocentric coordinates (EPSG:4978): export the mesh in those, in "
-         "the chunk's local ones, or name its reference system by --mesh-crs EPSG:NUMBER; or export the cameras as "
-         "BlocksExchange XML in the mesh's system";
+         "the chunk's local ones, without an offset, or name its reference system by --mesh-crs EPSG:NUMBER; or export "
+         "the cameras as BlocksExchange XML in the mesh's system";
 }
 
 }  // namespace gpvc::pipeline

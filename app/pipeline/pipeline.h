@@ -57,7 +57,8 @@ struct Settings {
   bool editable = false;
 };
 
-/// The mesh to texture and the views to texture it from. Borrows everything.
+/// The mesh to texture and the views to texture it from. Borrows everything. Of cameras that moved while they were read out
+/// (Motion in scene.h), set_nearness() of nearness.h is to be called before.
 struct Input {
   const Scene& scene;
   const Mesh& mesh;

@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <filesystem>
 #include <future>
+#include <map>
 
 #include "app/pipeline/coverage_store.h"
 #include "app/pipeline/hypotheses.h"
@@ -154,6 +157,19 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
                                   "what they show?"));
 }
 
+/// Per view the first that shows the same photo; empty where each has its own.
+std::vector<std::uint32_t> photo_of_view(const Scene& scene) {
+  std::map<std::filesystem::path, std::uint32_t> first;
+  std::vector<std::uint32_t> photos;
+  bool shared = false;
+  for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
+    const std::filesystem::path& photo = scene.views[v].photo;
+    photos.push_back(photo.empty() ? v : first.try_emplace(photo, v).first->second);
+    shared = shared || photos.back() != v;
+  }
+  return shared ? photos : std::vector<std::uint32_t>();
+}
+
 void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
   seen.statistics += statistics;
   if (statistics.full + statistics.partial == 0)
@@ -272,6 +288,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   tbb::parallel_for(std::size_t{0}, not_seen_again.size(), [&](std::size_t i) {
     small[index(not_seen_again[i])] = small_photo(*photos.photo(not_seen_again[i]));
   });
+  collector.set_photos(photo_of_view(input.scene));
   collector.judge(options.graph);
   if (options.on_judged) options.on_judged(collector, coverage);
   const auto allowed = allowed_views(settings.view_rules, input.mesh, input.scene.views.size(), observer);

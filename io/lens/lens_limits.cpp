@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/lens/lens.h"
+#include "io/lens/motion.h"
 #include "io/lens/spherical.h"
 #include "io/lens_terms.h"
 
@@ -82,6 +83,21 @@ Polynomial absolute(Polynomial p) {
   return p;
 }
 
+/// largest_stretch() of a camera that stands still.
+double lens_stretch(const Camera& camera, double r2);
+
+/// The place in the photo is F(d, time) with d the point of the plane and time = T(place), so |d place / d d| is at most
+/// |dF / dd| / (1 - |dF / dtime| |dT|).
+double moving_stretch(const Camera& camera, double r2) {
+  const Motion& motion = camera.distortion.motion;
+  const io::MotionBounds bounds = io::motion_bounds(motion, r2);
+  if (!(bounds.r2 <= camera.distortion.max_r2)) return io::kUnbounded;
+  const double lens = lens_stretch(camera, bounds.r2);
+  const double pixels_per_time = lens * std::max(camera.fx, camera.fy) * bounds.speed;
+  const double feedback = pixels_per_time * std::hypot(motion.across / camera.width, motion.down / camera.height);
+  return feedback < 1 ? lens * bounds.stretch / (1 - feedback) : io::kUnbounded;
+}
+
 }  // namespace
 
 void limit_distortion(Camera& camera) {
@@ -122,6 +138,12 @@ void limit_distortion(Camera& camera) {
 }
 
 double largest_stretch(const Camera& camera, double r2) {
+  return camera.distortion.motion.moves() ? moving_stretch(camera, r2) : lens_stretch(camera, r2);
+}
+
+namespace {
+
+double lens_stretch(const Camera& camera, double r2) {
   const Distortion& d = camera.distortion;
   const double pixels = std::max(camera.fx / camera.fy, camera.fy / camera.fx);
   // A step on the plane is longer than on the sphere by 1 / cos(t) across and by 1 / cos(t)^2 outwards, with t the angle
@@ -168,4 +190,5 @@ double largest_stretch(const Camera& camera, double r2) {
   return bent * both * (1 + skew) * pixels;
 }
 
+}  // namespace
 }  // namespace gpvc

@@ -1,12 +1,12 @@
 // Scenes as JSON; the formats' conventions are stated where they are read: transforms_scene.cpp, opensfm_scene.cpp.
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "io/error.h"
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
+#include "io/scenes/scene_file.h"
 #include "io/scenes/scene_writer.h"
 
 namespace gpvc::io {
@@ -90,15 +90,6 @@ OrderedJson opensfm_camera(const Camera& c) {
   return out;
 }
 
-/// The axis of a rotation, as long as its angle.
-OrderedJson angle_axis(const std::array<double, 9>& rotation) {
-  const auto [w, x, y, z] = quaternion(rotation);
-  const double s = std::hypot(x, y, z);
-  // The angle divided by s tends to 2 / w.
-  const double scale = s > 0 ? 2 * std::atan2(s, w) / s : 2 / w;
-  return {scale * x, scale * y, scale * z};
-}
-
 /// The reference of a scene in east, north and up; null for other systems.
 OrderedJson reference_lla(const Scene& scene) {
   std::string_view srs = scene.srs;
@@ -156,10 +147,11 @@ std::string opensfm_text(const fs::path& folder, const Scene& scene, std::span<c
       cameras[name] = opensfm_camera(view.camera);
     }
     const WorldPoint t = translation(view.pose);
-    shots[places[i].lexically_relative("images").generic_string()] = {{"rotation", angle_axis(view.pose.rotation)},
-                                                                      {"translation", {t.x, t.y, t.z}},
-                                                                      {"camera", name},
-                                                                      {"orientation", 1}};
+    shots[places[i].lexically_relative("images").generic_string()] = {
+        {"rotation", angle_axis_from_rotation(view.pose.rotation)},
+        {"translation", {t.x, t.y, t.z}},
+        {"camera", name},
+        {"orientation", 1}};
   }
   OrderedJson reconstruction = {
       {"cameras", std::move(cameras)}, {"shots", std::move(shots)}, {"points", OrderedJson::object()}};

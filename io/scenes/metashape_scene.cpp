@@ -14,6 +14,12 @@
 //          that made the poses of Meta's Eyeful Tower data set (world2slave = inverse([R | l]) * world2master, the
 //          chunk's scale after that), and the community's Metashape Expert Manual (sensor.rotation is slave to
 //          master, sensor.location the slave's centre there).
+// Shutter  a camera's rolling_shutter has a rotation dR and a translation t, of which the manual says nothing. Marker
+//          projections of a real project decide (goya_test of github.com/UTokyo-FieldPhenomics-Lab/EasyIDP, 184 of 20 coded
+//          targets in photos of a DJI Mini): what lies at x in the camera's axes lies at dR^s (x - s t) when a row was
+//          read, with s from -1 in the first to 1 in the last; t counts in units of the chunk, like a transform. The targets'
+//          projections then differ by 0.28 px (root of the mean square) from those of one point, and by 6.07 px without it;
+//          with the factors and the middle row free, the fit has them at 1.99, 1.97 and 0.499 of the height.
 // Labels   usually file names without folders, so they repeat when the photos of a flight fill several.
 // Lens     on the normalized plane (frame) or on it bent to theta / r (fisheye, equidistant_fisheye) or 2 sin(theta
 //          / 2) / r (equisolid_fisheye; the manual of 2.3 has both, and for the first the formula that earlier ones
@@ -202,16 +208,20 @@ class MetashapeReader {
   void read_views(const std::vector<RigCamera>& cameras) {
     const std::vector<std::string> names = names_of(cameras);
     std::set<std::string> bands;
-    std::size_t slaves = 0, moving = 0;
+    std::size_t slaves = 0, unknown = 0;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
       if (names[i].empty()) continue;
       read_view(cameras[i], names[i]);
       slaves += cameras[i].placed_by != cameras[i].node ? 1 : 0;
-      moving += moved(cameras[i].node) || moved(sensor_of(cameras[i].node)) ? 1 : 0;
+      const bool modelled = scene_.views.back().camera.distortion.motion.moves();
+      unknown += !modelled && (moved(cameras[i].node) || moved(sensor_of(cameras[i].node))) ? 1 : 0;
       if (const std::string shown = bands_of(sensor_of(cameras[i].node)); !shown.empty()) bands.insert(shown);
     }
     scene_.warn(slaves, "cameras are placed by their master in a rig, having no transform of their own");
-    scene_.warn(moving, "cameras moved while their photos were read out (rolling shutter), which is not modelled");
+    scene_.warn(
+        unknown,
+        "cameras moved while their photos were read out (rolling shutter), and how is not stated in a known way: "
+        "they are taken to stand still");
     if (bands.size() < 2) return;
     std::string all;
     for (const std::string& shown : bands) all += (all.empty() ? "" : ", ") + quote(shown);
@@ -261,9 +271,10 @@ class MetashapeReader {
     return name + label;
   }
 
-  /// True if the movement of a camera, or of those of a sensor, is stated: the manual does not say how, so that anything
-  /// called rolling shutter counts unless it is said to be off.
-  static bool moved(const pugi::xml_node& of) {
+  /// True if a camera, or those of a sensor, are said to have moved: anything called rolling shutter counts unless it is
+  /// said to be off. A still camera has the rotation 1 and no translation.
+  bool moved(const pugi::xml_node& of) const {
+    if (states_motion(of)) return motion_in(of).moves();
     const auto names_it = [](std::string_view name) { return lower_case(name).find("rolling_shutter") != name.npos; };
     const auto is_on = [](std::string_view value) {
       const std::string word = lower_case(trimmed(value));
@@ -276,6 +287,25 @@ class MetashapeReader {
       if (names_it(child.attribute("name").value()) && is_on(child.attribute("value").value())) return true;
     }
     return false;
+  }
+
+  static bool states_motion(const pugi::xml_node& camera) {
+    const pugi::xml_node shutter = camera.child("rolling_shutter");
+    return shutter.child("rotation").first_child() || shutter.child("translation").first_child();
+  }
+
+  /// In the coordinates of the camera's transform. \pre states_motion()
+  Motion motion_in(const pugi::xml_node& camera) const {
+    Motion motion;
+    const pugi::xml_node shutter = camera.child("rolling_shutter");
+    if (const pugi::xml_node node = shutter.child("rotation"); node.first_child())
+      motion.turn = angle_axis_from_rotation(rotation_in(node));
+    if (const pugi::xml_node node = shutter.child("translation"); node.first_child()) {
+      const WorldPoint step = point_in(node);
+      motion.step = {step.x, step.y, step.z};
+    }
+    if (motion != Motion{}) motion.down = 2;  // from -1 to 1
+    return motion;
   }
 
   static std::string bands_of(const pugi::xml_node& sensor) {
@@ -311,6 +341,11 @@ class MetashapeReader {
     const Placement world_from_camera = chained(of_views_, chunk_from_camera);
     view.pose = finish_pose(xml_.path(), xml_.place(from.node), transposed(world_from_camera.rotation),
                             world_from_camera.translation);
+    if (from.placed_by == from.node && states_motion(from.node) && !is_spherical(view.camera.distortion.model)) {
+      Motion& motion = view.camera.distortion.motion;
+      motion = motion_in(from.node);
+      for (double& length : motion.step) length *= of_views_.scale;
+    }
     scene_.views.push_back(std::move(view));
   }
 

@@ -204,53 +204,66 @@ PixelDistortion stated_distortion(const XmlFile& xml, const pugi::xml_node& mode
   return d;
 }
 
-MicmacCamera camera_from(const XmlFile& xml, const pugi::xml_node& in) {
-  expect_convention(xml, in);
-  MicmacCamera result;
-  Camera& camera = result.camera;
+/// The camera without its distortion. Its focal lengths are equal.
+Camera undistorted_camera(const XmlFile& xml, const pugi::xml_node& in) {
   const std::vector<double> pp = needed_numbers(xml, in, "PP", 2), size = needed_numbers(xml, in, "SzIm", 2);
   const auto width = image_side(size[0]), height = image_side(size[1]);
   if (!width || !height) xml.fail(in.child("SzIm"), "expected two whole numbers of 1 to 2^24 pixels");
   const double f = needed_numbers(xml, in, "F", 1)[0];
-  camera = {*width, *height, f, f, pp[0] + kHalf, pp[1] + kHalf, {}};
+  return {*width, *height, f, f, pp[0] + kHalf, pp[1] + kHalf, {}};
+}
+
+/// The camera with the distortion that the file states, or the one that comes closest. \pre it has none
+Camera distorted(const PixelDistortion& stated, Camera camera) {
+  constexpr double Distortion::*kRadial[] = {&Distortion::k1, &Distortion::k2, &Distortion::k3,
+                                             &Distortion::k4, &Distortion::k5, &Distortion::k6};
+  const double f = camera.fx;
+  Distortion& d = camera.distortion;
+  d.model = LensModel::perspective;
+  double power = 1;
+  for (std::size_t i = 0; i < std::min(stated.radial.size(), std::size(kRadial)); ++i)
+    d.*kRadial[i] = stated.radial[i] * (power *= f * f);
+  d.p1 = stated.p2 * f;
+  d.p2 = stated.p1 * f;
+  camera.fx = f * (1 + stated.b1);
+  d.skew = stated.b2 / (1 + stated.b1);
+  // Without an affine part and about the principal point, the terms are ours.
+  const bool centred = stated.centre.x + kHalf == camera.cx && stated.centre.y + kHalf == camera.cy;
+  return centred && stated.b1 == 0 && stated.b2 == 0 ? camera : recentred(stated, camera);
+}
+
+/// Why distortion of this kind is not read; empty: it is.
+std::string unread_kind(const pugi::xml_node& model, MicmacCamera& result) {
+  result.lens = model.name();
+  if (result.lens == "ModRad" || result.lens == "ModPhgrStd") return {};
+  const std::string_view type = XmlFile::text(model, "TypeModele");
+  if (!type.empty()) result.lens = type;
+  return "distortion of the kind " + quote(result.lens) + " is not read, ModRad and ModPhgrStd are";
+}
+
+MicmacCamera camera_from(const XmlFile& xml, const pugi::xml_node& in) {
+  expect_convention(xml, in);
+  MicmacCamera result;
+  result.camera = undistorted_camera(xml, in);
   const pugi::xml_node model = distortion_of(xml, in);
-  if (model) {
-    result.lens = model.name();
-    const auto refuse = [&](const std::string& why) {
-      result.refusal = InputError(xml.path(), xml.place(model), why + kWayOut);
-      return result;
-    };
-    if (result.lens != "ModRad" && result.lens != "ModPhgrStd") {
-      const std::string_view type = XmlFile::text(model, "TypeModele");
-      if (!type.empty()) result.lens = type;
-      return refuse("distortion of the kind " + quote(result.lens) + " is not read, ModRad and ModPhgrStd are");
-    }
-    const PixelDistortion stated = stated_distortion(xml, model);
-    constexpr double Distortion::*kRadial[] = {&Distortion::k1, &Distortion::k2, &Distortion::k3,
-                                               &Distortion::k4, &Distortion::k5, &Distortion::k6};
-    Distortion& d = camera.distortion;
-    d.model = LensModel::perspective;
-    double power = 1;
-    for (std::size_t i = 0; i < std::min(stated.radial.size(), std::size(kRadial)); ++i)
-      d.*kRadial[i] = stated.radial[i] * (power *= f * f);
-    d.p1 = stated.p2 * f;
-    d.p2 = stated.p1 * f;
-    camera.fx = f * (1 + stated.b1);
-    d.skew = stated.b2 / (1 + stated.b1);
-    // Without an affine part and about the principal point, the terms are ours.
-    if (stated.centre.x != pp[0] || stated.centre.y != pp[1] || stated.b1 != 0 || stated.b2 != 0)
-      camera = recentred(stated, camera);
-    finish_camera(xml.path(), xml.place(in), camera);
-    result.error = largest_error(camera, stated);
-    constexpr double kMost = 0.5;  // px
-    if (!(result.error <= kMost))
-      return refuse("the centre of distortion lies so far from the principal point that the terms of " +
-                    std::string(model.name()) + " cannot be stated about the latter: the error would be " +
-                    general_text(std::round(100 * result.error) / 100) + " pixels");
+  const auto refuse = [&](const std::string& why) {
+    result.refusal = InputError(xml.path(), xml.place(model), why + kWayOut);
+    return result;
+  };
+  if (!model) {
+    finish_camera(xml.path(), xml.place(in), result.camera);
     return result;
   }
-  finish_camera(xml.path(), xml.place(in), camera);
-  return result;
+  if (const std::string unread = unread_kind(model, result); !unread.empty()) return refuse(unread);
+  const PixelDistortion stated = stated_distortion(xml, model);
+  result.camera = distorted(stated, result.camera);
+  finish_camera(xml.path(), xml.place(in), result.camera);
+  result.error = largest_error(result.camera, stated);
+  constexpr double kMost = 0.5;  // px
+  if (result.error <= kMost) return result;
+  return refuse("the centre of distortion lies so far from the principal point that the terms of " +
+                std::string(model.name()) + " cannot be stated about the latter: the error would be " +
+                general_text(std::round(100 * result.error) / 100) + " pixels");
 }
 
 /// Reads orientations one after another.

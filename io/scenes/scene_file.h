@@ -121,9 +121,13 @@ WorldPoint product(const Matrix3& m, const WorldPoint& p);
 
 /// The rotation of a quaternion w x y z of any length; nullopt when it has no direction.
 std::optional<Matrix3> rotation_from_quaternion(const std::array<double, 4>& q);
+/// Its inverse, of length 1.
+std::array<double, 4> quaternion(const Matrix3& rotation);
 
 /// The rotation by the vector's length about its direction; nullopt unless it is finite.
 std::optional<Matrix3> rotation_from_angle_axis(const WorldPoint& v);
+/// Its inverse, of a length up to pi.
+std::array<double, 3> angle_axis_from_rotation(const Matrix3& rotation);
 /// Rx(omega) Ry(phi) Rz(kappa) of photogrammetry, angles in degrees.
 Matrix3 rotation_from_angles(const std::array<double, 3>& omega_phi_kappa);
 

@@ -159,6 +159,30 @@ std::optional<Matrix3> rotation_from_angle_axis(const WorldPoint& v) {
   return rotation_from_quaternion({std::cos(angle / 2), s * v.x, s * v.y, s * v.z});
 }
 
+// The largest of the four first (Shepperd 1978).
+std::array<double, 4> quaternion(const Matrix3& r) {
+  const std::array<double, 4> squares{1 + r[0] + r[4] + r[8], 1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8],
+                                      1 - r[0] - r[4] + r[8]};
+  const auto largest = static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
+  const double twice = std::sqrt(squares[largest]);
+  // The products of each two of the four, times 4.
+  const std::array<std::array<double, 4>, 4> products{{{twice * twice, r[7] - r[5], r[2] - r[6], r[3] - r[1]},
+                                                       {r[7] - r[5], twice * twice, r[1] + r[3], r[2] + r[6]},
+                                                       {r[2] - r[6], r[1] + r[3], twice * twice, r[5] + r[7]},
+                                                       {r[3] - r[1], r[2] + r[6], r[5] + r[7], twice * twice}}};
+  std::array<double, 4> q = products[largest];
+  for (double& v : q) v /= 2 * twice;
+  return q;
+}
+
+std::array<double, 3> angle_axis_from_rotation(const Matrix3& rotation) {
+  const auto [w, x, y, z] = quaternion(rotation);
+  // The quaternion of a turn by an angle is cos(angle / 2) and sin(angle / 2) times the axis, or both with the other sign.
+  const double sine = std::hypot(x, y, z), half = std::atan2(sine, std::abs(w));
+  const double factor = (w < 0 ? -2 : 2) * (sine > 0 ? half / sine : 1);
+  return {factor * x, factor * y, factor * z};
+}
+
 Matrix3 rotation_from_angles(const std::array<double, 3>& omega_phi_kappa) {
   std::array<double, 3> c{}, s{};
   for (std::size_t i = 0; i < 3; ++i) {

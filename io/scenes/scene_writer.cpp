@@ -276,22 +276,6 @@ WorldPoint translation(const Pose& pose) {
   return {-c.x, -c.y, -c.z};
 }
 
-// The largest of the four first (Shepperd 1978).
-std::array<double, 4> quaternion(const std::array<double, 9>& r) {
-  const std::array<double, 4> squares{1 + r[0] + r[4] + r[8], 1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8],
-                                      1 - r[0] - r[4] + r[8]};
-  const auto largest = static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
-  const double twice = std::sqrt(squares[largest]);
-  // The products of each two of the four, times 4.
-  const std::array<std::array<double, 4>, 4> products{{{twice * twice, r[7] - r[5], r[2] - r[6], r[3] - r[1]},
-                                                       {r[7] - r[5], twice * twice, r[1] + r[3], r[2] + r[6]},
-                                                       {r[2] - r[6], r[1] + r[3], twice * twice, r[5] + r[7]},
-                                                       {r[3] - r[1], r[2] + r[6], r[5] + r[7], twice * twice}}};
-  std::array<double, 4> q = products[largest];
-  for (double& v : q) v /= 2 * twice;
-  return q;
-}
-
 std::optional<std::string> first_term_beyond(const Distortion& d, std::span<const DistortionTerm> stated) {
   for (const LensTerm& term : kLensTerms)
     if (d.*term.term != 0 && std::find(stated.begin(), stated.end(), term.term) == stated.end()) return term.name;
@@ -303,6 +287,7 @@ std::string projection_name(LensModel model) { return std::string(name_of(kProje
 // --- scenes
 
 std::optional<std::string> lost_term(SceneTarget target, const Camera& camera) {
+  if (camera.distortion.motion.moves()) return "a movement while the photo was read out (rolling shutter)";
   if (target == SceneTarget::mvs) return lost_in_pinhole(camera.distortion);
   if (target == SceneTarget::cam) return lost_in_cam(camera);
   if (target == SceneTarget::transforms) return lost_in_transforms(camera.distortion);

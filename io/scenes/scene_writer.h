@@ -16,9 +16,6 @@ namespace gpvc::io {
 /// t of x_camera = R x_world + t.
 WorldPoint translation(const Pose& pose);
 
-/// w x y z of a rotation matrix; of length 1.
-std::array<double, 4> quaternion(const std::array<double, 9>& rotation);
-
 /// The first term of the lens that is not zero and not among those `stated`.
 std::optional<std::string> first_term_beyond(const Distortion& d, std::span<const DistortionTerm> stated);
 

@@ -4,9 +4,10 @@
 //
 // Pixels   cx and cy are COLMAP's, as are the rays of both programs, through x + 0.5: ours. Without cx and cy the
 //          principal point is the photo's middle.
-// Camera   x right, y up, z back (OpenGL): y and z are turned. transform_matrix takes camera to world. Where instant-ngp's
-//          files have transform_matrix_start and _end, the camera moved between them (rolling_shutter says when each
-//          pixel was taken): it is taken where it was halfway.
+// Camera   x right, y up, z back (OpenGL): y and z are turned. transform_matrix takes camera to world.
+// Shutter  where instant-ngp's files have transform_matrix_start and _end, the camera moved between them, evenly and
+//          about one axis. rolling_shutter, A, B, C and D, says when: the place (u, v) of the photo, both from 0 to 1, was
+//          taken at A + B u + C v of the way, and up to D later, so D / 2 in the mean. Without it, at the start.
 // Lens     k1 to k4, p1 and p2 as Distortion has them; camera_model OPENCV_FISHEYE, or is_fisheye, makes it OpenCV's
 //          fisheye. Members of a frame go before those of the file.
 // World    any. nerfstudio turns what COLMAP made and says so: applied_transform, then applied_scale, took the original
@@ -50,9 +51,9 @@ class TransformsReader {
     const Json& frames = json_.objects("", json_.root(), "frames");
     for (std::size_t i = 0; i < frames.size(); ++i) read_frame("frame " + std::to_string(i), frames[i]);
     omitted_.report(scene_, "frames");
-    scene_.warn(moving_,
-                "cameras moved while their photos were taken (transform_matrix_start and _end), which is not "
-                "modelled: they are taken halfway");
+    scene_.warn(untimed_,
+                "cameras moved while their photos were taken (transform_matrix_start and _end), and no rolling_shutter "
+                "says when they were where: they are taken at the start, as instant-ngp does");
     read_applied_transform();
     return std::move(scene_);
   }
@@ -62,6 +63,9 @@ class TransformsReader {
   bool may_lack_photos() const { return json_.root()["frames"].at(0).contains("sharpness"); }
 
  private:
+  static constexpr const char *kStart = "transform_matrix_start", *kEnd = "transform_matrix_end",
+                              *kShutter = "rolling_shutter";
+
   /// The object that states a member for a frame: the frame or the file.
   const Json& owner(const Json& frame, const char* key) const { return frame.contains(key) ? frame : json_.root(); }
   bool has(const Json& frame, const char* key) const { return owner(frame, key).contains(key); }
@@ -76,10 +80,10 @@ class TransformsReader {
     if (!model) return;
     view.camera = camera_of(place, frame, *model);
 
-    const std::vector<double> m = world_from_camera_of(place, frame);
-    const auto world_from_camera = rotation_near({m[0], -m[1], -m[2], m[4], -m[5], -m[6], m[8], -m[9], -m[10]});
-    if (!world_from_camera) json_.fail(place, "its transform_matrix has no rotation in it");
-    view.pose = finish_pose(json_.path(), place, transposed(*world_from_camera), {m[3], m[7], m[11]});
+    const bool has_start = frame.contains(kStart) && frame.contains(kEnd);
+    const Placed start = placed(place, frame, has_start ? kStart : "transform_matrix");
+    const Placed at = has_start ? moving(place, frame, start, view.camera.distortion.motion) : start;
+    view.pose = finish_pose(json_.path(), place, transposed(at.world_from_camera), at.centre);
     scene_.views.push_back(std::move(view));
   }
 
@@ -90,14 +94,42 @@ class TransformsReader {
     return json_.numbers(place, frame, key, 4, rows);
   }
 
-  std::vector<double> world_from_camera_of(const std::string& place, const Json& frame) {
-    constexpr const char *kStart = "transform_matrix_start", *kEnd = "transform_matrix_end";
-    if (!frame.contains(kStart) || !frame.contains(kEnd)) return matrix_of(place, frame, "transform_matrix");
-    const std::vector<double> start = matrix_of(place, frame, kStart), end = matrix_of(place, frame, kEnd);
-    std::vector<double> halfway;
-    for (std::size_t i = 0; i < 12; ++i) halfway.push_back((start[i] + end[i]) / 2);
-    moving_ += std::equal(start.begin(), start.begin() + 12, end.begin()) ? 0 : 1;
-    return halfway;
+  struct Placed {
+    Matrix3 world_from_camera;
+    WorldPoint centre;
+  };
+
+  Placed placed(const std::string& place, const Json& frame, const char* key) const {
+    const std::vector<double> m = matrix_of(place, frame, key);
+    const auto rotation = rotation_near({m[0], -m[1], -m[2], m[4], -m[5], -m[6], m[8], -m[9], -m[10]});
+    if (!rotation) json_.fail(place, "its transform_matrix has no rotation in it");
+    return {*rotation, {m[3], m[7], m[11]}};
+  }
+
+  /// Where the camera was when the middle of the photo was taken, and how it moved.
+  Placed moving(const std::string& place, const Json& frame, const Placed& start, Motion& motion) {
+    const Placed end = placed(place, frame, kEnd);
+    const Json& stated = owner(frame, kShutter);
+    std::vector<double> when(4);
+    if (has(frame, kShutter)) when = json_.numbers(place, stated, kShutter, stated[kShutter].size() == 3 ? 3 : 4);
+    when.resize(4);
+    const auto [a, b, c, d] = std::array{when[0], when[1], when[2], when[3]};
+    const std::array<double, 3> turn =
+        angle_axis_from_rotation(product(transposed(start.world_from_camera), end.world_from_camera));
+    const WorldPoint step{end.centre.x - start.centre.x, end.centre.y - start.centre.y, end.centre.z - start.centre.z};
+    const bool moves = turn != std::array<double, 3>{} || step != WorldPoint{};
+    untimed_ += moves && !has(frame, kShutter) ? 1 : 0;
+    const double middle = a + (b + c + d) / 2;
+    const auto turned = rotation_from_angle_axis({middle * turn[0], middle * turn[1], middle * turn[2]});
+    if (!turned) json_.fail(place, "its rolling_shutter and its transform_matrix_end make no rotation");
+    const Placed at{
+        product(start.world_from_camera, *turned),
+        {start.centre.x + middle * step.x, start.centre.y + middle * step.y, start.centre.z + middle * step.z}};
+    if (moves) {
+      const WorldPoint s = product(transposed(at.world_from_camera), step);
+      motion = {.across = b, .down = c, .turn = {-turn[0], -turn[1], -turn[2]}, .step = {s.x, s.y, s.z}};
+    }
+    return at;
   }
 
   /// nullopt where the frame is left out.
@@ -169,7 +201,7 @@ class TransformsReader {
   JsonFile json_;
   SceneFile scene_;
   OmittedLenses omitted_;
-  std::size_t moving_ = 0;
+  std::size_t untimed_ = 0;
 };
 
 std::optional<fs::path> find_transforms(const fs::path& source) {

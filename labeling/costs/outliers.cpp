@@ -147,14 +147,23 @@ struct FaceScratch {
   std::vector<double> distance;
 };
 
-void measure_disagreement(std::span<const ViewRecord> records, const PhotoGains& gains, FaceScratch& scratch) {
+/// True if a view before it shows the same photo. \pre views ascend
+bool repeats_photo(std::span<const ViewRecord> records, std::size_t i, std::span<const std::uint32_t> photo_of_view) {
+  if (photo_of_view.empty()) return false;
+  const std::uint32_t photo = photo_of_view[records[i].view];
+  return std::ranges::any_of(records.first(i),
+                             [&](const ViewRecord& other) { return photo_of_view[other.view] == photo; });
+}
+
+void measure_disagreement(std::span<const ViewRecord> records, const PhotoGains& gains,
+                          std::span<const std::uint32_t> photo_of_view, FaceScratch& scratch) {
   const auto full =
       std::count_if(records.begin(), records.end(), [](const ViewRecord& item) { return item.record->is_full(); });
   std::vector<ColorSample>& samples = scratch.samples;
   samples.clear();
-  for (const ViewRecord& item : records) {
-    samples.push_back(gains.sample(item));
-    samples.back().votes = full < 3 || item.record->is_full();
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    samples.push_back(gains.sample(records[i]));
+    samples.back().votes = (full < 3 || records[i].record->is_full()) && !repeats_photo(records, i, photo_of_view);
   }
   disagreement(samples, scratch.consensus, scratch.distance);
   for (std::size_t i = 0; i < records.size(); ++i)
@@ -238,13 +247,15 @@ class Averager {
 
 }  // namespace
 
-void find_outliers(RecordsByView& by_view, std::size_t faces, const FaceGraph& graph) {
+void find_outliers(RecordsByView& by_view, std::size_t faces, const FaceGraph& graph,
+                   std::span<const std::uint32_t> photo_of_view) {
   if (by_view.empty()) return;
   PhotoGains gains(std::size_t{by_view.rbegin()->first} + 1);
   for (int round = 0; round < 2; ++round) gains.refine(by_view, faces);
   for_each_chunk(by_view, faces, 1, [&](std::size_t, const Grouped<ViewRecord>& records) {
     FaceScratch scratch;
-    for (std::size_t face = 0; face < records.groups(); ++face) measure_disagreement(records[face], gains, scratch);
+    for (std::size_t face = 0; face < records.groups(); ++face)
+      measure_disagreement(records[face], gains, photo_of_view, scratch);
   });
   const Grouped<std::uint32_t> neighbours = group_neighbours(faces, graph.edges);
   std::vector<std::vector<FaceRecord>*> views;

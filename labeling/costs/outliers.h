@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 
 #include "labeling/costs/face_records.h"
 #include "labeling/labeling.h"
@@ -15,6 +17,8 @@ namespace gpvc::labeling {
 /// car is. A face that touches the strip along silhouettes and is an outlier by itself (kOutlierDistance) keeps its own
 /// distance, because a rim that shows what lies beyond the edge is narrow. The result does not depend on the number of
 /// threads. O(records).
-void find_outliers(RecordsByView& by_view, std::size_t faces, const FaceGraph& graph);
+/// `photo_of_view`: per view the photo that it shows, of whose views the first has a vote; empty: each has one.
+void find_outliers(RecordsByView& by_view, std::size_t faces, const FaceGraph& graph,
+                   std::span<const std::uint32_t> photo_of_view);
 
 }  // namespace gpvc::labeling

@@ -167,6 +167,7 @@ struct CandidateCollector::State {
   RecordsByView by_view;
   std::optional<ViewScratch> scratch{std::in_place};      ///< empty after the last view
   std::optional<std::vector<ViewAgreement>> agreement{};  ///< once views are judged
+  std::vector<std::uint32_t> photo_of_view{};             ///< or empty
 };
 
 CandidateCollector::CandidateCollector(const Mesh& mesh, const CostOptions& options, std::vector<std::uint8_t> wanted)
@@ -199,6 +200,10 @@ bool CandidateCollector::add_statistics(ViewId id, std::span<const std::byte> st
   return true;
 }
 
+void CandidateCollector::set_photos(std::vector<std::uint32_t> photo_of_view) {
+  state_->photo_of_view = std::move(photo_of_view);
+}
+
 void CandidateCollector::judge(const FaceGraph* graph) {
   const CostOptions& options = state_->options;
   RecordsByView& by_view = state_->by_view;
@@ -210,7 +215,7 @@ void CandidateCollector::judge(const FaceGraph* graph) {
   if (!options.keep_views && !mostly_by_chance(agreement))
     for (const ViewAgreement& each : agreement)
       if (each.by_chance) by_view.erase(static_cast<std::uint32_t>(index(each.view)));
-  if (options.outliers != Outliers::none) find_outliers(by_view, faces, *graph);
+  if (options.outliers != Outliers::none) find_outliers(by_view, faces, *graph, state_->photo_of_view);
   take_judgement(std::move(agreement));
 }
 

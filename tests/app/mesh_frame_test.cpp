@@ -190,6 +190,27 @@ TEST_F(MeshFrame, TheFrameThatShowsMostIsTaken) {
   expect_seen_rightly(metres);
 }
 
+// A corner of the meadow lies where the camera looks, so that it would be textured. It is better not taken to be there.
+TEST_F(MeshFrame, AMeshMovedByAnUnnamedOffsetFitsNoFrame) {
+  Mesh mesh = in_chunk(1);
+  for (WorldPoint& p : mesh.positions) p.x += 20;
+  const std::vector<WorldPoint> positions = mesh.positions;
+  EXPECT_EQ(match(mesh), "");
+  EXPECT_EQ(mesh.positions, positions);
+  EXPECT_EQ(scene_.views[0].pose.centre, before_.views[0].pose.centre);
+  Mesh less = in_chunk(1);
+  for (WorldPoint& p : less.positions) p.x += 4;
+  EXPECT_TRUE(contains(match(less), "in metres"));
+}
+
+// Steps of a camera that moved while it was read out count in the scene's units.
+TEST_F(MeshFrame, MovingCamerasAreScaledToo) {
+  scene_.views[0].camera.distortion.motion = {.down = 1, .step = {5, 0, -10}};
+  Mesh own = in_chunk(0.2);
+  match(own);
+  EXPECT_EQ(scene_.views[0].camera.distortion.motion.step, (std::array<double, 3>{1, 0, -2}));
+}
+
 // Too small a mesh is framed whole, but fills little of the photos. This chunk has 0.25 m a unit.
 TEST_F(MeshFrame, AMeshInMetresIsNotTakenForASmallerOne) {
   frame_.scale = 4;

@@ -337,24 +337,62 @@ TEST(Metashape, ReadsPanoramas) {
   EXPECT_EQ(view_named(parse(text), "older.jpg").camera, camera);
 }
 
-TEST(Metashape, WarnsOfRollingShutters) {
+const char* const kUnknownMotion =
+    "cameras moved while their photos were read out (rolling shutter), and how is not stated in a known way: they are "
+    "taken to stand still";
+
+// A turn by 0.1 about z and a step of a unit of the chunk, which is 2 of the world, from the middle row to the last.
+TEST(Metashape, ReadsTheMovementWhilePhotosAreReadOut) {
+  const double c = std::cos(0.1), s = std::sin(0.1);
+  const auto with = [](const std::string& shutter) {
+    return parse(replaced(kCameras, "label=\"DJI_0001\">",
+                          "label=\"DJI_0001\"><rolling_shutter>" + shutter + "</rolling_shutter>"));
+  };
+  const std::string rotation = "<rotation>" + std::to_string(c) + " " + std::to_string(-s) + " 0 " + std::to_string(s) +
+                               " " + std::to_string(c) + " 0 0 0 1</rotation>";
+  const std::string translation = "<translation>0 1 -0.5</translation>";
+  const SceneFile scene = with(rotation + translation);
+  const Motion& motion = view_named(scene, "DJI_0001").camera.distortion.motion;
+  EXPECT_EQ(motion.across, 0);
+  EXPECT_EQ(motion.down, 2);
+  EXPECT_NEAR(motion.turn[2], 0.1, 1e-6);
+  EXPECT_EQ(motion.turn[0], 0);
+  EXPECT_EQ(motion.step, (std::array<double, 3>{0, 2, -1}));
+  EXPECT_EQ(motion.nearness, Motion{}.nearness);
+  EXPECT_FALSE(view_named(scene, "older.jpg").camera.distortion.motion.moves());
+  for (const std::string& warning : scene.warnings) EXPECT_FALSE(contains(warning, "rolling shutter")) << warning;
+  EXPECT_EQ(view_named(with(translation), "DJI_0001").camera.distortion.motion.turn, Motion{}.turn);
+  EXPECT_EQ(view_named(with(rotation), "DJI_0001").camera.distortion.motion.step, Motion{}.step);
+  EXPECT_FALSE(view_named(with("<rotation>1 0 0 0 1 0 0 0 1</rotation>"), "DJI_0001").camera.distortion.motion.moves());
+  EXPECT_TRUE(contains(input_error([&] { with("<translation>0 1</translation>"); }), "expected 3 numbers"));
+  EXPECT_TRUE(contains(input_error([&] { with("<rotation>2 0 0 0 1 0 0 0 1</rotation>"); }), "is no rotation"));
+}
+
+TEST(Metashape, WarnsOfRollingShuttersThatItDoesNotKnow) {
   const auto warning = [](const std::string& text) {
     const SceneFile scene = parse(text);
     return scene.warnings.empty() ? std::string() : scene.warnings.back();
   };
-  const std::string movement = "moved while their photos were read out (rolling shutter), which is not modelled";
   const std::string sensor =
       "<resolution width=\"400\" height=\"300\"/>\n        <calibration type=\"frame\" class=\"initial\">";
   const auto with = [&](const std::string& member) { return replaced(kCameras, sensor, member + sensor); };
-  EXPECT_FALSE(contains(warning(kCameras), movement));
+  EXPECT_FALSE(contains(warning(kCameras), kUnknownMotion));
   for (const char* off :
        {"<rolling_shutter>0</rolling_shutter>", "<property name=\"rolling_shutter\" value=\"disabled\"/>"})
-    EXPECT_FALSE(contains(warning(with(off)), movement)) << off;
+    EXPECT_FALSE(contains(warning(with(off)), kUnknownMotion)) << off;
   for (const char* on : {"<rolling_shutter>1</rolling_shutter>", "<property name=\"rolling_shutter\" value=\"full\"/>"})
-    EXPECT_EQ(warning(with(on)), "1 cameras " + movement) << on;
+    EXPECT_EQ(warning(with(on)), std::string("1 ") + kUnknownMotion) << on;
   EXPECT_EQ(warning(replaced(kCameras, "label=\"DJI_0001\">",
                              "label=\"DJI_0001\"><rolling_shutter>1 0 0 0</rolling_shutter>")),
-            "1 cameras " + movement);
+            std::string("1 ") + kUnknownMotion);
+}
+
+// Whose axes a slave's movement is stated in, is not known.
+TEST(Metashape, TakesSlavesOfARigToStandStill) {
+  const SceneFile scene = parse(replaced(
+      kRig, "label=\"L1\">", "label=\"L1\"><rolling_shutter><translation>0 1 0</translation></rolling_shutter>"));
+  EXPECT_FALSE(view_named(scene, "L1").camera.distortion.motion.moves());
+  EXPECT_EQ(scene.warnings.back(), std::string("1 ") + kUnknownMotion);
 }
 
 TEST(Metashape, MatchesLabelsWithoutExtension) {

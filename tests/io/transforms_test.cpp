@@ -47,24 +47,63 @@ TEST(Transforms, ProjectsAKnownPointWithEveryLens) {
 }
 
 // Turned by 0.1 to either side about the line of sight, and moved from x = 9 to x = 11.
-TEST(Transforms, TakesAMovingCameraHalfwayAndSaysSo) {
-  const std::string still = "\"transform_matrix\": [[1, 0, 0, 10], [0, 1, 0, 20], [0, 0, 1, 100], [0, 0, 0, 1]]";
-  const std::string c = std::to_string(std::cos(0.1)), s = std::to_string(std::sin(0.1));
-  const auto matrix = [&](const std::string& sine, const std::string& minus_sine, const char* x) {
-    return "[[" + c + ", " + minus_sine + ", 0, " + x + "], [" + sine + ", " + c + ", 0, 20], [0, 0, 1, 100]]";
-  };
-  const std::string moving = "\"transform_matrix_start\": " + matrix(s, "-" + s, "9") +
-                             ", \"transform_matrix_end\": " + matrix("-" + s, s, "11");
-  const SceneFile before = parse(kTransforms), scene = parse(replaced(kTransforms, still, moving));
-  const Pose &expected = view_named(before, "images/p.jpg").pose, &halfway = view_named(scene, "images/p.jpg").pose;
-  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(halfway.rotation[i], expected.rotation[i], 1e-12);
-  EXPECT_EQ(halfway.centre, expected.centre);
-  EXPECT_TRUE(before.warnings.empty());
+std::string matrix(double angle, const char* x) {
+  const std::string c = std::to_string(std::cos(angle)), s = std::to_string(std::sin(angle)),
+                    minus = std::to_string(-std::sin(angle));
+  return "[[" + c + ", " + minus + ", 0, " + x + "], [" + s + ", " + c + ", 0, 20], [0, 0, 1, 100]]";
+}
+const std::string kStill = "\"transform_matrix\": [[1, 0, 0, 10], [0, 1, 0, 20], [0, 0, 1, 100], [0, 0, 0, 1]]";
+
+SceneFile parse_moving(const std::string& shutter, double start = 0.1, const char* start_x = "9", double end = -0.1) {
+  return parse(replaced(kTransforms, kStill,
+                        shutter + "\"transform_matrix_start\": " + matrix(start, start_x) +
+                            ", \"transform_matrix_end\": " + matrix(end, "11")));
+}
+
+TEST(Transforms, MovesCamerasWhileTheyAreReadOut) {
+  const SceneFile before = parse(kTransforms), scene = parse_moving("\"rolling_shutter\": [0, 0, 1, 0], ");
+  const View &expected = view_named(before, "images/p.jpg"), &view = view_named(scene, "images/p.jpg");
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(view.pose.rotation[i], expected.pose.rotation[i], 1e-6);
+  EXPECT_EQ(view.pose.centre, expected.pose.centre);
+  const Motion& motion = view.camera.distortion.motion;
+  EXPECT_EQ(motion.across, 0);
+  EXPECT_EQ(motion.down, 1);
+  EXPECT_TRUE(before.warnings.empty() && scene.warnings.empty());
+  EXPECT_FALSE(view_named(scene, "images/f.jpg").camera.distortion.motion.moves());
+  // In the last row, half a unit of time later, it is where transform_matrix_end has it.
+  const SceneFile last = parse(replaced(kTransforms, kStill, "\"transform_matrix\": " + matrix(-0.1, "11")));
+  const WorldPoint p{15, 22, 40};
+  const CameraPoint at_end = camera_from_world(view_named(last, "images/p.jpg").pose, p);
+  CameraPoint c = camera_from_world(view.pose, p);
+  c = {c.x - motion.step[0] / 2, c.y - motion.step[1] / 2, c.z - motion.step[2] / 2};
+  EXPECT_NEAR(motion.turn[0], 0, 1e-12);
+  EXPECT_NEAR(motion.turn[1], 0, 1e-12);
+  const double turn = motion.turn[2] / 2;
+  EXPECT_NEAR(std::cos(turn) * c.x - std::sin(turn) * c.y, at_end.x, 1e-4);
+  EXPECT_NEAR(std::sin(turn) * c.x + std::cos(turn) * c.y, at_end.y, 1e-4);
+  EXPECT_NEAR(c.z, at_end.z, 1e-9);
+}
+
+// A quarter of the way before the photo, another one of it for the middle of the exposure.
+TEST(Transforms, TakesTheTimesThatRollingShutterStates) {
+  const View view = view_named(parse_moving("\"rolling_shutter\": [0.25, -0.5, 0.25, 0.5], "), "images/p.jpg");
+  EXPECT_NEAR(view.pose.centre.x, 9 + 2 * (0.25 + (-0.5 + 0.25 + 0.5) / 2), 1e-12);
+  EXPECT_EQ(view.camera.distortion.motion.across, -0.5);
+  EXPECT_EQ(view.camera.distortion.motion.down, 0.25);
+  EXPECT_EQ(view_named(parse_moving("\"rolling_shutter\": [1, 0, 0], "), "images/p.jpg").pose.centre.x, 11);
+  EXPECT_TRUE(contains(input_error([] { parse_moving("\"rolling_shutter\": [1, 0], "); }),
+                       "expected 4 numbers as 'rolling_shutter'"));
+  EXPECT_FALSE(view_named(parse_moving("\"rolling_shutter\": [0, 0, 1, 0], ", 0, "11", 0), "images/p.jpg")
+                   .camera.distortion.motion.moves());
+}
+
+TEST(Transforms, TakesCamerasAtTheStartThatMoveAtNoStatedTime) {
+  const SceneFile scene = parse_moving("");
+  EXPECT_EQ(view_named(scene, "images/p.jpg").pose.centre.x, 9);
+  EXPECT_FALSE(view_named(scene, "images/p.jpg").camera.distortion.motion.moves());
   ASSERT_EQ(scene.warnings.size(), 1u);
   EXPECT_TRUE(contains(scene.warnings[0], "1 cameras moved while their photos were taken")) << scene.warnings[0];
-  const std::string same =
-      "\"transform_matrix_start\": " + matrix("0", "0", "9") + ", \"transform_matrix_end\": " + matrix("0", "0", "9");
-  EXPECT_TRUE(parse(replaced(kTransforms, still, same)).warnings.empty());
+  EXPECT_TRUE(parse_moving("", 0, "11", 0).warnings.empty());
 }
 
 TEST(Transforms, TakesAFieldOfView) {

@@ -400,6 +400,30 @@ TEST(Candidates, RimsInTheStripAreOutliersByThemselves) {
   EXPECT_LE(5 * red_pixels(CostOptions{}.margin_px), without);
 }
 
+// Someone in a panorama is in both of its views that overlap there. Against two photos without, two views are no majority,
+// and one photo is an outlier.
+TEST(Candidates, ViewsOfOnePhotoVoteOnce) {
+  const Wall wall;
+  const View view = view_from(0);
+  const visibility::ViewVisibility seen = look(wall.mesh, view);
+  const Image red = paint([](int x, int) { return x < 26 ? Color{200, 0, 0} : Color{90, 90, 90}; });
+  const auto red_candidates = [&](std::vector<std::uint32_t> photo_of_view) {
+    CandidateCollector collector(wall.mesh, {});
+    for (std::uint32_t v = 0; v < 4; ++v) collector.add_view(ViewId{v}, view, v < 2 ? grey(90) : red, seen);
+    collector.set_photos(std::move(photo_of_view));
+    const Candidates candidates = collector.finish();
+    std::array<std::size_t, 4> counts{};
+    for (std::size_t face = 0; face < wall.mesh.faces.size(); ++face)
+      if (wall.centroid(face).x < -1.25)  // pixel 22
+        for (std::uint32_t v = 0; v < 4; ++v) counts[v] += is_candidate(candidates.table, face, v) ? 1 : 0;
+    return counts;
+  };
+  const std::size_t all = red_candidates({})[0];
+  EXPECT_GT(all, 20u);
+  EXPECT_EQ(red_candidates({}), (std::array{all, all, all, all}));
+  EXPECT_EQ(red_candidates({0, 1, 2, 2}), (std::array{all, all, std::size_t{0}, std::size_t{0}}));
+}
+
 TEST(Candidates, FaceThatNoViewSeesIsUnseen) {
   Mesh mesh;
   add_rectangle(mesh, -1, -1, 1, 1, -8, 1);

@@ -1,0 +1,59 @@
+// Which parts of a mesh a view frames, and a coarse look at its depths.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "io/scene.h"
+
+namespace gpvc::pipeline {
+
+/// An axis-aligned bounding box; empty until a point is added.
+struct Box {
+  WorldPoint low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  void add(const WorldPoint& p);
+};
+
+std::array<WorldPoint, 8> corners(const Box& box);
+
+/// False if all points lie beyond one border of the view's frame or behind the camera, and so does their convex hull.
+/// Conservative: true for some hulls just outside a corner.
+bool hull_may_be_framed(const View& view, std::span<const WorldPoint> points);
+
+/// The same of a face: true for every face inside the frame.
+bool may_be_framed(const View& view, const Mesh& mesh, const Triangle& face);
+
+/// Runs of neighbouring faces, by whose bounding boxes a view skips most of a mesh.
+class FaceRuns {
+ public:
+  static constexpr std::size_t kRun = 1024;  ///< faces
+  explicit FaceRuns(const Mesh& mesh);
+  /// Calls use(begin, end) for the runs that may be framed.
+  template <class Use>
+  void for_each_framed(const View& view, const Use& use) const {
+    for (std::size_t r = 0; r < hulls_.size(); ++r)
+      if (hull_may_be_framed(view, hulls_[r])) use(r * kRun, std::min(faces_, (r + 1) * kRun));
+  }
+
+ private:
+  std::size_t faces_;
+  std::vector<std::array<WorldPoint, 8>> hulls_;
+};
+
+/// The bounding box of the faces from begin to end.
+Box box_of_faces(const Mesh& mesh, std::size_t begin, std::size_t end);
+
+/// The first faces that rays through the middles of kColumns x kRows cells of a view's frame hit, by rows.
+struct Glance {
+  static constexpr std::size_t kColumns = 64, kRows = 48;
+  std::vector<float> depths{};  ///< along the view's axis; infinite where no face is hit
+  std::vector<bool> backs{};    ///< true where the face is seen from behind
+  static WorldPoint ray(const Camera& camera, std::size_t column, std::size_t row);  ///< in the camera's axes, z = 1
+};
+/// O(faces in framed runs + cells that they cover).
+Glance glance_at(const Mesh& mesh, const FaceRuns& runs, const View& view);
+
+}  // namespace gpvc::pipeline

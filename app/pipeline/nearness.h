@@ -1,0 +1,13 @@
+// How far the scene lies from cameras that moved while their photos were read out.
+#pragma once
+
+#include "../../io/scene.h"
+
+namespace gpvc::pipeline {
+
+/// Sets Motion::nearness of all views that have a step: the plane that differs least from the nearness of what a grid of
+/// rays meets first, by the sum of squares. \pre mesh and cameras lie in the same coordinates. O(moving views x framed
+/// faces)
+void set_nearness(Scene& scene, const Mesh& mesh);
+
+}  // namespace gpvc::pipeline
