@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -34,11 +35,27 @@ std::optional<PixelPoint> project(const View& view, const WorldPoint& p) {
   return pixel_from_camera(view.camera, c);
 }
 
-/// Squared gradient of the channel where it is largest, by central differences.
-float steepness2(const Image& photo, const PhotoPoint& q) {
-  const Color dx = 0.5f * (sample_bilinear(photo, q.x + 1, q.y) - sample_bilinear(photo, q.x - 1, q.y));
-  const Color dy = 0.5f * (sample_bilinear(photo, q.x, q.y + 1) - sample_bilinear(photo, q.x, q.y - 1));
-  return std::max({dx.r * dx.r + dy.r * dy.r, dx.g * dx.g + dy.g * dy.g, dx.b * dx.b + dy.b * dy.b});
+/// The mean squared change of colour, in the channel where it is largest, if the place moves at random: in x and in y by
+/// normal distributions of deviation kMisregistrationPx. A gradient would not do: an edge two pixels away has none here.
+///
+/// The distance moved has a Rayleigh distribution. Its range is cut at 0.5, 1.5 and 2.5 deviations; each part but the first,
+/// where little changes, is represented by four places at 1, 2 and 3 deviations, those of the second in the diagonals.
+float expected_change2(const Image& photo, const PhotoPoint& q) {
+  struct Ring {
+    double x, y;  ///< one of its places; the others are turned by 90 degrees
+    float share;  ///< exp(-a^2 / 2) - exp(-b^2 / 2) for distances from a to b deviations
+  };
+  constexpr double kDeviation = kMisregistrationPx, kSqrt2 = 1.41421356237;
+  constexpr std::array kRings{Ring{kDeviation, 0, 0.558f}, Ring{kSqrt2 * kDeviation, kSqrt2 * kDeviation, 0.281f},
+                              Ring{3 * kDeviation, 0, 0.044f}};
+  const Color here = sample_bilinear(photo, q.x, q.y);
+  Color mean;
+  for (const auto& [x, y, share] : kRings)
+    for (const auto& [dx, dy] : {std::pair(x, y), std::pair(-y, x), std::pair(-x, -y), std::pair(y, -x)}) {
+      const Color d = sample_bilinear(photo, q.x + dx, q.y + dy) - here;
+      mean = mean + (share / 4) * Color{d.r * d.r, d.g * d.g, d.b * d.b};
+    }
+  return std::max({mean.r, mean.g, mean.b});
 }
 
 /// About one a pixel of the view that shows the edge larger.
@@ -63,7 +80,7 @@ class Sampler {
         result_.edges.empty() ? 0 : result_.edges.back().first_sample + result_.edges.back().samples;
     result_.colors.resize(count);
     result_.frame.resize(count);
-    for (auto& side : steepness2_) side.assign(count, kNotShown);
+    for (auto& side : change2_) side.assign(count, kNotShown);
     std::vector<Work> work(input_.scene.views.size());
     for (const SeamEdge& edge : result_.edges)
       for (std::size_t side = 0; side < 2; ++side)
@@ -104,7 +121,7 @@ class Sampler {
       const std::size_t at = edge.first_sample + i;
       result_.colors[at][side] = sample_bilinear(photo.image, q->x, q->y);
       result_.frame[at][side] = *p;
-      steepness2_[side][at] = steepness2(photo.image, *q);
+      change2_[side][at] = expected_change2(photo.image, *q);
     }
   }
 
@@ -122,18 +139,18 @@ class Sampler {
           const double t = (i + 0.5) / edge.samples;
           const PhotoPoint q{a.x + t * (b.x - a.x), a.y + t * (b.y - a.y)};
           result_.colors[edge.first_sample + i][side] = sample_bilinear(page, q.x, q.y);
-          steepness2_[side][edge.first_sample + i] = steepness2(page, q);
+          change2_[side][edge.first_sample + i] = expected_change2(page, q);
         }
       }
     });
   }
 
   void weigh() {
-    constexpr float kNoise2 = kPhotoNoise * kPhotoNoise, kShift2 = kMisregistrationPx * kMisregistrationPx;
+    constexpr float kNoise2 = kPhotoNoise * kPhotoNoise;
     result_.weight.assign(result_.colors.size(), 0.0f);
     for (std::size_t i = 0; i < result_.weight.size(); ++i)
-      if (steepness2_[0][i] != kNotShown && steepness2_[1][i] != kNotShown)
-        result_.weight[i] = kNoise2 / (kNoise2 + kShift2 * (steepness2_[0][i] + steepness2_[1][i]));
+      if (change2_[0][i] != kNotShown && change2_[1][i] != kNotShown)
+        result_.weight[i] = kNoise2 / (kNoise2 + change2_[0][i] + change2_[1][i]);
   }
 
   bool shows(const visibility::FaceCoverage& seen, const PixelPoint& p) const {
@@ -145,7 +162,7 @@ class Sampler {
   const CoverageIndex& coverage_;
   SeamSamples result_;
   static constexpr float kNotShown = -1;
-  std::array<std::vector<float>, 2> steepness2_;  ///< squared gradient, grey levels a pixel
+  std::array<std::vector<float>, 2> change2_;  ///< expected_change2() of both sides, in squared grey levels
 };
 
 }  // namespace

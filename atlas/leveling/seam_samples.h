@@ -22,8 +22,10 @@ struct SeamEdge {
   std::uint32_t samples = 0;
 };
 
-/// Typical distance between the projection of a place and where a photo shows it.
-inline constexpr float kMisregistrationPx = 0.5f;
+/// Standard deviation, in x and in y, of the distance between the projection of a place and where a photo shows it, next to
+/// the edges of objects. Along silhouettes and creases errors of the mesh move whole edges by pixels: the strip in which
+/// view selection distrusts photos is 5 px wide (labeling::CostOptions::margin_px), 2.5 standard deviations.
+inline constexpr float kMisregistrationPx = 2;
 /// Typical difference of a place between photos for other reasons (noise, highlights), grey levels.
 inline constexpr float kPhotoNoise = 3;
 
@@ -31,8 +33,8 @@ struct SeamSamples {
   std::vector<SeamEdge> edges;
   std::vector<std::array<Color, 2>> colors;      ///< per sample, in the photos of faces[0] and faces[1], or as finished
   std::vector<std::array<PixelPoint, 2>> frame;  ///< per sample, in the frames of these views
-  /// Per sample, 0 to 1: the expected share of brightness in a difference, the rest being misregistration on a steep
-  /// gradient. 0 if one of the photos does not show the place.
+  /// Per sample, 0 to 1: the expected share of brightness in a difference, the rest being misregistration near an edge
+  /// in the photo. 0 if one of the photos does not show the place.
   std::vector<float> weight;
 };
 
