@@ -18,7 +18,7 @@ namespace {
 constexpr double kGround = 12, kBox = 3, kRoof = 2;  ///< half edges of the squares and the roof's height, metres
 
 /// Waves of two metres and more. Photos have 5 cm a pixel, which is 6 grey levels at most.
-Rgb color_at(const WorldPoint& p) {
+Rgb ground_color(const WorldPoint& p) {
   return {128 + 50 * std::sin(1.6 * p.x + 2.2 * p.y), 128 + 50 * std::sin(2.3 * p.y - 1.4 * p.x + p.z),
           128 + 50 * std::cos(1.9 * p.x + 1.2 * p.z)};
 }
@@ -68,7 +68,7 @@ Image photo_of(const View& view) {
       const double u = (x + 0.5 - k.cx) / k.fx, v = (y + 0.5 - k.cy) / k.fy;
       const WorldPoint centre =
           view.pose.centre + to_world_axes(view.pose, {time * m.step[0], time * m.step[1], time * m.step[2]});
-      const Rgb color = color_at(hit(centre, to_world_axes(view.pose, {c * u + s * v, c * v - s * u, 1})));
+      const Rgb color = ground_color(hit(centre, to_world_axes(view.pose, {c * u + s * v, c * v - s * u, 1})));
       for (std::size_t i = 0; i < 3; ++i) image.at(x, y)[i] = static_cast<std::uint8_t>(std::lround(color[i]));
     }
   return image;
@@ -108,7 +108,7 @@ double color_error(const Scene& scene, const Mesh& mesh, const std::vector<io::P
       v += static_cast<double>(t.v) / 3;
     }
     const Image& page = textured.atlas.pages.at(model.face_page[f]);
-    const Rgb shown = bilinear(page, u * page.width, v * page.height), expected = color_at(p);
+    const Rgb shown = bilinear(page, u * page.width, v * page.height), expected = ground_color(p);
     for (std::size_t c = 0; c < 3; ++c) sum += std::abs(shown[c] - expected[c]);
     count += 3;
   }
