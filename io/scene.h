@@ -93,10 +93,10 @@ enum class LensModel : std::uint8_t {
 /// at time = across (x / width - 1/2) + down (y / height - 1/2), 0 at the pose. What lies at p in the camera's axes then lies
 /// at exp(time turn) (p - time step) at that time, with exp(v) the rotation by the length of v about v.
 ///
-/// By how much a step moves something in the photo depends on its distance. It is taken from a plane, on which 1 / Z =
-/// nearness . (X/Z, Y/Z, 1), so that photo_from_pixel needs no distance: exact where the scene is flat, and elsewhere wrong
-/// by the part of the step's effect by which 1 / Z is off. Readers leave nearness 0, which takes the scene for infinitely
-/// far; whoever knows the mesh sets it (pipeline::set_nearness).
+/// The step moves a point in the photo by an amount that depends on the point's depth Z. photo_from_pixel knows no depth and
+/// takes that of a plane, on which 1 / Z = nearness . (X/Z, Y/Z, 1). This is exact where the scene is flat; elsewhere the
+/// step's effect is wrong in proportion to the error of 1 / Z. Readers set nearness to 0, a scene at infinity;
+/// pipeline::set_nearness fits it to the mesh.
 struct Motion {
   double across = 0, down = 0;           ///< both 0: the camera stands still
   std::array<double, 3> turn{}, step{};  ///< radians; units of the scene
@@ -205,7 +205,8 @@ inline PixelPoint pixel_from_camera(const Camera& camera, const CameraPoint& p) 
   return {camera.fx * (p.x / p.z) + camera.cx, camera.fy * (p.y / p.z) + camera.cy};
 }
 
-/// nullopt beyond the fold of the distortion model, and where the camera moves too fast for one place; a point outside [0,W] x [0,H] is returned as it is.
+/// nullopt beyond the fold of the distortion model, and where a camera moves too far while it is read out for the search of
+/// the row to converge; a point outside [0,W] x [0,H] is returned as it is.
 std::optional<PhotoPoint> photo_from_pixel(const Camera& camera, const PixelPoint& p);
 
 /// Inverse of photo_from_pixel by Newton's method, to 1e-9 px; nullopt where it does not converge.

@@ -296,6 +296,7 @@ TexturedFiles texture_into(const Input& input, const Settings& settings, io::Pho
                     readable_bytes(memory.peak())));
   }
 }
+
 labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weights, Observer& observer) {
   observer.begin({"face graph"});
   labeling::FaceGraph graph = labeling::face_graph(mesh);

@@ -338,7 +338,7 @@ struct PhotoUse {
 
 using ViewWork = std::vector<PhotoUse>;
 
-/// What a pass needs of a photo.
+/// What a pass needs of a photo: the photo, unless its coarse colours are kept and are all that is needed.
 struct FetchedPhoto {
   std::shared_ptr<const Image> photo = nullptr;
   std::optional<CoarsePhoto> coarse = {};
@@ -388,13 +388,11 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
                                               work, true, [](const ViewWork& mine) { return mine.empty(); }));
   std::size_t done = 0;
   const auto fetch = [&](ViewId id) {
-    const ViewWork& mine = work[index(id)];
-    const bool coarse_only = std::ranges::all_of(mine, [](const PhotoUse& use) { return use.field != nullptr; });
-    const bool wants_coarse = std::ranges::any_of(mine, [](const PhotoUse& use) { return use.field != nullptr; });
+    const auto blends = [](const PhotoUse& use) { return use.field != nullptr; };
     const bool has_coarse = build.coarse && build.coarse->has(id);
     FetchedPhoto fetched;
-    if (!coarse_only || !has_coarse) fetched.photo = build.input.photos.photo(id);
-    if (wants_coarse && has_coarse) fetched.coarse = build.coarse->read(id);
+    if (has_coarse && std::ranges::any_of(work[index(id)], blends)) fetched.coarse = build.coarse->read(id);
+    if (!has_coarse || !std::ranges::all_of(work[index(id)], blends)) fetched.photo = build.input.photos.photo(id);
     return fetched;
   };
   each_fetched(work, order, fetch, [&](ViewId id, FetchedPhoto& fetched, const ViewWork& mine) {
@@ -411,7 +409,7 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
     std::optional<CoarsePhoto>& coarse = fetched.coarse;
     tbb::parallel_invoke(
         [&] {
-          if (fields.empty() || coarse || !fetched.photo) return;
+          if (fields.empty() || coarse) return;
           coarse.emplace(*fetched.photo);
           if (build.coarse) build.coarse->keep(id, *coarse);
         },

@@ -50,9 +50,8 @@ struct AtlasBuild {
 enum class PlainCharts { bake, skip };
 
 /// Copies or resamples every texel of the plain charts on open pages, and adds to partial charts what each view gives
-/// them. Every photo is fetched once, unless build.coarse has all that is needed of it; the next ones are decoded while one is
-/// in use. Without padding the rings of charts
-/// are left out.
+/// them. Every photo is fetched once, unless build.coarse has all that is needed of it; the next ones are decoded while
+/// one is in use. Without padding the rings of charts are left out.
 /// Progress is called per view, and ten times a second within one, from any thread, but by one thread at a time; an
 /// exception from it ends the work. O(texels + pixels covered by charts with texels of many pixels).
 void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> partial, PhotoOrder order,
