@@ -179,9 +179,8 @@ struct TextureOrigins::State {
 
 TextureOrigins::TextureOrigins(const AtlasPlan& plan, const AtlasInput& input) {
   const AtlasPlan::State& made = plan.state();
-  state_ =
-      std::make_shared<State>(State{made, choose_sources(input, made.layout.set, made.coverage, made.options.margin_px,
-                                                         partial_charts(made.layout.set))});
+  state_ = std::make_shared<State>(State{
+      made, choose_sources(input, made.options, made.layout.set, made.coverage, partial_charts(made.layout.set))});
 }
 
 PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
@@ -198,7 +197,7 @@ PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
     case ChartKind::border:
       return {};
     default:
-      return origin_at(*std::ranges::lower_bound(state_->parts, number, {}, &PartialChart::chart), p);
+      return origin_at(*std::ranges::lower_bound(state_->parts, number, {}, &PartialChart::chart), chart, p);
   }
 }
 

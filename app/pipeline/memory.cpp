@@ -95,8 +95,9 @@ constexpr double kMB = 1e6;
 // Part of what painting needs: smaller batches of partial charts would decode photos again for the sake of little memory.
 constexpr double kLeastBatch = 64 * kMB;
 // Of the memory for pages and partial charts where not all fit: photos are decoded again for each group of pages and for
-// each batch, and batches take more bytes a texel, but few texels.
-constexpr double kPagesShare = 0.75;
+// each batch. Partial charts of a page take up to a quarter of what the page takes, and
+// most pages have none.
+constexpr double kPagesShare = 0.85;
 
 }  // namespace
 

@@ -57,7 +57,11 @@ enum class PlainCharts { bake, skip };
 void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> partial, PhotoOrder order,
                  const Progress& progress);
 
-/// Adds the texels that a view gives to a partial chart.
-void take_view(PartialChart& part, const AtlasBuild& build, const ViewPhoto& photo);
+/// Writes the texels that a view alone gives to a partial chart, and adds its part to those that it shares with another.
+/// \pre the chart's page is open
+void take_view(PartialChart& part, AtlasBuild& build, const ViewPhoto& photo);
+
+/// Writes the texels that two views share. \pre take_view() has been called for all of the chart's views
+void write_blended(const PartialChart& part, AtlasBuild& build);
 
 }  // namespace gpvc::atlas

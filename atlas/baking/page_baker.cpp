@@ -19,14 +19,12 @@ namespace gpvc::atlas {
 
 namespace {
 
-/// Charts of partial faces whose texels and sources are in memory together.
-using Batch = std::vector<std::uint32_t>;
-
 /// Pages that are open together.
 struct PageGroup {
   std::uint32_t first = 0, end = 0;
-  std::vector<Batch> batches;  ///< of partial charts; one at least, as plain charts are baked with the first
-  bool kept = false;           ///< by another run
+  std::vector<std::uint32_t>
+      partial;        ///< charts on them, those of a view beside each other: a part of them needs few photos
+  bool kept = false;  ///< by another run
 };
 
 /// Consecutive pages that fit `bytes` together, one page at least, all of them kept or none.
@@ -45,37 +43,16 @@ std::vector<PageGroup> page_groups(const std::vector<Page>& pages, const BakeOpt
   return groups;
 }
 
-/// Bytes that a chart takes while its texels are collected.
-std::size_t partial_bytes(const Chart& chart) {
-  // PartialChart has 24 bytes for each texel of a chart's box, and for each face a TexelSource a view, of some eight.
-  constexpr std::size_t kTexel = 24, kSources = 8 * sizeof(TexelSource);
-  const CellBox box = partial_box(chart);
-  return kTexel * pixel_index(0, box.y1 - box.y0, box.x1 - box.x0) + kSources * chart.faces.size();
-}
-
-/// Divides the partial charts on the group's pages into batches of at most so many bytes, one chart at least. A batch has
-/// charts of few views, which therefore need few photos.
-std::vector<Batch> partial_batches(const AtlasBuild& build, const PageGroup& group, std::size_t bytes) {
+/// The partial charts on the group's pages, by view.
+std::vector<std::uint32_t> partial_charts_on(const AtlasBuild& build, const PageGroup& group) {
   const ChartSet& set = build.set;
-  Batch charts = partial_charts(set);
+  std::vector<std::uint32_t> charts = partial_charts(set);
   std::erase_if(charts, [&](std::uint32_t c) {
     const std::uint32_t page = build.places[c].page;
     return page < group.first || page >= group.end;
   });
   std::ranges::stable_sort(charts, {}, [&](std::uint32_t c) { return index(set.charts[c].view); });
-  std::vector<Batch> batches(1);
-  std::size_t taken = 0;
-  for (const std::uint32_t c : charts) {
-    const std::size_t chart_bytes = partial_bytes(set.charts[c]);
-    if (taken > 0 && taken + chart_bytes > bytes) {
-      batches.emplace_back();
-      taken = 0;
-    }
-    taken += chart_bytes;
-    batches.back().push_back(c);
-  }
-  for (Batch& batch : batches) std::ranges::sort(batch);
-  return batches;
+  return charts;
 }
 
 class PageBaker {
@@ -88,8 +65,8 @@ class PageBaker {
         groups_(page_groups(build.pages, options)),
         finished_(build.pages.size(), 0) {
     for (PageGroup& group : groups_) {
-      group.batches = partial_batches(build, group, options.partial_bytes);
-      if (!group.kept) passes_ += group.batches.size();
+      group.partial = partial_charts_on(build, group);
+      if (!group.kept) ++to_paint_;
     }
     build_.rested_means.resize(build.pages.size());
     if (rests() && !build.blending.empty() && options.coarse_bytes > 0 && !options.scratch_folder.empty())
@@ -128,7 +105,7 @@ class PageBaker {
   /// Opens the pages of a group with the texels that photos give them.
   void paint(const PageGroup& group, const Progress& progress) {
     if (group.kept && take_kept(group)) return;
-    if (group.kept) passes_ += group.batches.size();  // their files are damaged
+    if (group.kept) ++to_paint_;  // their files are damaged
     for (std::uint32_t p = group.first; p < group.end; ++p) build_.pages[p].open();
     bake_charts(group, progress);
     tbb::parallel_for(group.first, group.end,
@@ -144,25 +121,55 @@ class PageBaker {
     return true;
   }
 
+  /// In one pass over the photos, or more where the partial charts do not fit in memory together. Plain charts are baked
+  /// in the first.
   void bake_charts(const PageGroup& group, const Progress& progress) {
-    for (std::size_t b = 0; b < group.batches.size(); ++b) {
-      std::vector<PartialChart> partial =
-          choose_sources(build_.input, build_.set, build_.coverage, build_.options.margin_px, group.batches[b]);
-      pass(b == 0 ? PlainCharts::bake : PlainCharts::skip, partial, progress);
-      partial_.write_baked(partial);
+    const std::size_t charts = group.partial.size();
+    std::size_t end = 0;
+    do {
+      const std::size_t first = end;
+      std::vector<PartialChart> partial = next_batch(group.partial, end);
+      const bool single = to_paint_ == 1 && first == 0 && end == charts;
+      const Progress part = [&](std::size_t done, std::size_t total) {
+        const std::size_t in_group = charts == 0 ? 0 : first * 100 / charts,
+                          all = charts == 0 ? 100 : (end - first) * 100 / charts;
+        progress(100 * painted_ + in_group + all * done / std::max<std::size_t>(total, 1), 100 * to_paint_);
+      };
+      const PhotoOrder order = passes_++ % 2 == 0 ? PhotoOrder::ascending : PhotoOrder::descending;
+      bake_photos(build_, first == 0 ? PlainCharts::bake : PlainCharts::skip, partial, order,
+                  single || !progress ? progress : part);
+      tbb::parallel_for(std::size_t{0}, partial.size(), [&](std::size_t i) { write_blended(partial[i], build_); });
+      partial_.take_baked(partial);
       free_memory(partial);
-      if (passes_ > 1) release_freed_memory();  // of many small blocks
-    }
+      if (!single) release_freed_memory();  // of many small blocks
+    } while (end < charts);
+    ++painted_;
   }
 
-  /// One pass over the photos. Each counts as a hundred, unless there is only one pass.
-  void pass(PlainCharts plain, std::span<PartialChart> partial, const Progress& progress) {
-    const std::size_t number = passed_++;
-    const Progress part = [&progress, number, passes = passes_](std::size_t done, std::size_t total) {
-      progress(100 * number + 100 * done / std::max<std::size_t>(total, 1), 100 * passes);
-    };
-    const PhotoOrder order = number % 2 == 0 ? PhotoOrder::ascending : PhotoOrder::descending;
-    bake_photos(build_, plain, partial, order, passes_ == 1 || !progress ? progress : part);
+  /// Chooses the sources of as many charts, from `end` on, as options.partial_bytes hold, one at least, and moves `end`.
+  std::vector<PartialChart> next_batch(std::span<const std::uint32_t> charts, std::size_t& end) {
+    std::vector<PartialChart> batch;
+    std::size_t left = options_.partial_bytes;
+    while (end < charts.size()) {
+      // What is kept of a chart is known when its sources are chosen. Some are chosen at a time.
+      const std::size_t first = end;
+      for (std::size_t bytes = 0; end < charts.size(); ++end) {
+        bytes += choosing_bytes(build_.set.charts[charts[end]]);
+        if (bytes > left && (end > first || !batch.empty())) break;
+      }
+      // Few charts at a time would not keep all threads busy.
+      if (!batch.empty() && (end == first || left < options_.partial_bytes / 8)) {
+        end = first;
+        break;
+      }
+      for (PartialChart& part : choose_sources(build_.input, build_.options, build_.set, build_.coverage,
+                                               charts.subspan(first, end - first))) {
+        left -= std::min(left, part.bytes());
+        batch.push_back(std::move(part));
+      }
+    }
+    std::ranges::sort(batch, {}, &PartialChart::chart);
+    return batch;
   }
 
   /// Finishes the open pages of a group whose charts wait for nothing, and puts the others to rest.
@@ -231,7 +238,8 @@ class PageBaker {
   HoleFiller holes_;
   std::vector<PageGroup> groups_;
   std::vector<char> finished_;              ///< per page
-  std::size_t passes_ = 0, passed_ = 0;     ///< over the photos: in all, and begun
+  std::size_t to_paint_ = 0, painted_ = 0;  ///< groups
+  std::size_t passes_ = 0;                  ///< over the photos, begun
   std::optional<io::ScratchFile> scratch_;  ///< made when the first page rests
   BakedPages result_;
   std::mutex mutex_;

@@ -1,9 +1,9 @@
 // Texels of a partial chart: each from the best of its views, gaps closed smoothly.
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <utility>
+#include <limits>
+#include <vector>
 
 #include "atlas/baking/baking.h"
 #include "io/image.h"
@@ -40,42 +40,75 @@ std::optional<Color> sample(const AtlasBuild& build, const ViewPhoto& photo, con
   return mean.mean();
 }
 
+/// Offsets of a chart's strip at texels that come in blocks of kStripRow x kStripRow, row by row.
+class StripOffsets {
+ public:
+  /// \param strip or nullptr, for none
+  StripOffsets(const ChartStrip* strip, const CellBox& box) : strip_(strip), box_(box) {}
+
+  Color at(int x, int y) {
+    if (strip_ == nullptr) return {};
+    const auto start = [](int i, int first) { return first + (i - first) / kStripRow * kStripRow; };
+    const int x0 = start(x, box_.x0), y0 = start(y, box_.y0);
+    if (x0 != x0_ || y0 != y0_)
+      gather_strip(strip_, {x0, y0, std::min(x0 + kStripRow, box_.x1), std::min(y0 + kStripRow, box_.y1)}, near_);
+    if (x0 != x0_ || y != row_) offsets_ = strip_offsets(near_, x0 + 0.5, y + 0.5);
+    x0_ = x0;
+    y0_ = y0;
+    row_ = y;
+    return offsets_[static_cast<std::size_t>(x - x0)];
+  }
+
+ private:
+  static constexpr int kNowhere = std::numeric_limits<int>::min();
+  const ChartStrip* strip_;
+  CellBox box_;
+  int x0_ = kNowhere, y0_ = kNowhere;  ///< the block of near_
+  int row_ = kNowhere;                 ///< the row of offsets_
+  std::vector<StripSample> near_;
+  std::array<Color, kStripRow> offsets_{};
+};
+
 }  // namespace
 
-void take_view(PartialChart& part, const AtlasBuild& build, const ViewPhoto& photo) {
-  const bool own = build.set.charts[part.chart].view == photo.id;  // the chart is this view's projection
-  const auto take_texel = [&](int x, int y, const Color& strip_offset) {
-    const std::size_t i = part.raster.at(x, y);
-    for (const bool first : {true, false}) {
-      const std::uint8_t k = first ? part.best[i] : part.second[i];
-      if (k == PartialChart::kNone || part.sources_at(i)[k].view != photo.id) continue;
-      auto color = sample(build, photo, part.sources_at(i)[k], x, y);
-      if (!color) {
-        part.best[i] = PartialChart::kNone;
-        continue;
-      }
-      // Offsets and strips belong to the chart's own view. The colours of other views are corrected by exposure alone.
-      if (own) {
-        const std::uint32_t owner = part.raster.owner[i];
-        *color =
-            *color + build.correction.face_offset(owner, build.set.corners[owner], x + 0.5, y + 0.5) + strip_offset;
-      }
-      const float second_weight = static_cast<float>(part.blend[i]) / PartialChart::kBlendSteps;
-      part.color[i] = part.color[i] + (first ? 1 - second_weight : second_weight) * *color;
+void take_view(PartialChart& part, AtlasBuild& build, const ViewPhoto& photo) {
+  const Chart& chart = build.set.charts[part.chart];
+  const bool own = chart.view == photo.id;  // the chart is this view's projection
+  const CellBox box = partial_box(chart);
+  const auto width = static_cast<std::uint32_t>(box.x1 - box.x0);
+  StripOffsets strip(own ? build.correction.strip(part.chart) : nullptr, box);
+  Page& page = build.page_of(part.chart);
+  for (const TexelShare& share : part.shares_of(photo.id)) {
+    const TexelSource& source = part.sources[share.source];
+    const int x = box.x0 + static_cast<int>(share.texel % width), y = box.y0 + static_cast<int>(share.texel / width);
+    auto color = sample(build, photo, source, x, y);
+    if (!color) {
+      part.known[share.texel] = false;
+      part.is_open = true;
+      continue;
     }
-  };
-  const CellBox& box = part.raster.box;
-  const ChartStrip* strip = own ? build.correction.strip(part.chart) : nullptr;
-  std::vector<StripSample> near;
-  for (int y = box.y0; y < box.y1; y += kStripRow) {
-    for (int x = box.x0; x < box.x1; x += kStripRow) {
-      const CellBox block{x, y, std::min(x + kStripRow, box.x1), std::min(y + kStripRow, box.y1)};
-      gather_strip(strip, block, near);
-      for (int ty = block.y0; ty < block.y1; ++ty) {
-        const std::array<Color, kStripRow> offsets = strip_offsets(near, x + 0.5, ty + 0.5);
-        for (int tx = block.x0; tx < block.x1; ++tx) take_texel(tx, ty, offsets[static_cast<std::size_t>(tx - x)]);
-      }
+    // Offsets and strips belong to the chart's own view. The colours of other views are corrected by exposure alone.
+    if (own)
+      *color = *color + build.correction.face_offset(source.face, build.set.corners[source.face], x + 0.5, y + 0.5) +
+               strip.at(x, y);
+    if (share.weight < PartialChart::kBlendSteps) {
+      Color& sum = part.blended_at(share.texel).color;
+      sum = sum + static_cast<float>(share.weight) / PartialChart::kBlendSteps * *color;
+    } else {
+      const auto texel = build.places[part.chart].texel(x, y);
+      page.put(texel.x, texel.y, *color, state_of(share.reach));
     }
+  }
+}
+
+void write_blended(const PartialChart& part, AtlasBuild& build) {
+  const CellBox box = partial_box(build.set.charts[part.chart]);
+  const auto width = static_cast<std::uint32_t>(box.x1 - box.x0);
+  for (const BlendedTexel& blended : part.blended) {
+    if (!part.known[blended.texel]) continue;
+    const auto texel = build.places[part.chart].texel(box.x0 + static_cast<int>(blended.texel % width),
+                                                      box.y0 + static_cast<int>(blended.texel / width));
+    build.page_of(part.chart).put(texel.x, texel.y, blended.color, state_of(blended.reach));
   }
 }
 

@@ -139,16 +139,14 @@ std::size_t texel_at(const Page& page, const TexelPoint& p) {
                  std::clamp(static_cast<int>(p.y), 0, page.image.height - 1));
 }
 
-/// Writes the texels i of a raster for which has_color(i).
-template <typename HasColor>
-void write(const ChartRaster& raster, std::span<const Color> color, const HasColor& has_color, std::uint32_t chart,
-           AtlasBuild& build) {
+/// Writes the texels of a raster that are on the page.
+void write(const ChartRaster& raster, std::span<const Color> color, std::uint32_t chart, AtlasBuild& build) {
   const ChartPlace& place = build.places[chart];
   Page& page = build.page_of(chart);
   for (int y = raster.box.y0; y < raster.box.y1; ++y) {
     for (int x = raster.box.x0; x < raster.box.x1; ++x) {
       const std::size_t i = raster.at(x, y);
-      if (!has_color(i) || !is_baked(raster.reach[i], build.options.padding)) continue;
+      if (!is_baked(raster.reach[i], build.options.padding)) continue;
       const auto texel = place.texel(x, y);
       page.put(texel.x, texel.y, color[i], state_of(raster.reach[i]));
     }
@@ -166,23 +164,10 @@ PartialFiller::PartialFiller(AtlasBuild& build)
   for (const std::uint32_t chart : unbaked_) ++waiting_[page(chart)];
 }
 
-void PartialFiller::write_baked(std::span<const PartialChart> parts) {
-  std::vector<OpenChart> charts(parts.size());
-  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t p) {
-    const PartialChart& part = parts[p];
-    std::vector<bool>& known = charts[p].known;
-    charts[p].chart = part.chart;
-    known.resize(part.best.size());
-    bool open = false;
-    for (std::size_t i = 0; i < known.size(); ++i) {
-      const bool baked = is_baked(part.raster.reach[i], build_.options.padding);
-      known[i] = baked && part.best[i] != PartialChart::kNone;
-      open |= baked && !known[i];
-    }
-    write(
-        part.raster, part.color, [&](std::size_t i) { return known[i]; }, part.chart, build_);
-    if (!open) known.clear();
-  });
+void PartialFiller::take_baked(std::span<PartialChart> parts) {
+  std::vector<OpenChart> charts;
+  for (PartialChart& part : parts)
+    charts.push_back({part.chart, part.is_open ? std::move(part.known) : std::vector<bool>{}});
   std::erase_if(unbaked_, [&](std::uint32_t chart) {
     return std::ranges::binary_search(parts, chart, {}, &PartialChart::chart);
   });
@@ -317,8 +302,7 @@ void PartialFiller::fill_chart(const OpenChart& open) {
     }
     smooth_fill(color, known, raster.width(), raster.height());
   }
-  write(
-      raster, color, [](std::size_t) { return true; }, open.chart, build_);
+  write(raster, color, open.chart, build_);
 }
 
 }  // namespace gpvc::atlas

@@ -23,8 +23,8 @@ class PartialFiller {
  public:
   explicit PartialFiller(AtlasBuild& build);
 
-  /// Writes the texels of partial charts that have got a colour from photos. \pre their pages are open
-  void write_baked(std::span<const PartialChart> parts);
+  /// Takes over partial charts that have got their colours from photos. \pre ascending by chart
+  void take_baked(std::span<PartialChart> parts);
   /// Notes that all charts of pages that another run painted are baked; `open`: those with texels without a colour.
   void take_painted(std::uint32_t first_page, std::uint32_t end_page, std::vector<OpenChart> open);
   /// The charts on a page with texels without a colour. \pre all partial charts on it are baked

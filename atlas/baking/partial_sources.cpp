@@ -3,8 +3,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
+#include "atlas/baking/pages.h"
+#include "atlas/leveling/color_correction.h"
 #include "io/freed_memory.h"
 
 namespace gpvc::atlas {
@@ -97,129 +101,212 @@ std::vector<ViewId> ordered_candidates(const AtlasInput& input, std::uint32_t fa
   return result;
 }
 
+/// Calls visit(texel, x, y) for the texels of a chart's partial_box(), in blocks of kStripRow x kStripRow.
+template <typename Visit>
+void for_blocks(const CellBox& box, const Visit& visit) {
+  for (int by = box.y0; by < box.y1; by += kStripRow)
+    for (int bx = box.x0; bx < box.x1; bx += kStripRow)
+      for (int y = by; y < std::min(by + kStripRow, box.y1); ++y)
+        for (int x = bx; x < std::min(bx + kStripRow, box.x1); ++x)
+          visit(pixel_index(x - box.x0, y - box.y0, box.x1 - box.x0), x, y);
+}
+
+/// The order of a chart's texels in for_blocks().
+std::array<std::uint32_t, 4> block_order(std::uint32_t texel, const CellBox& box) {
+  const auto width = static_cast<std::uint32_t>(box.x1 - box.x0), edge = std::uint32_t{kStripRow};
+  const std::uint32_t x = texel % width, y = texel / width;
+  return {y / edge, x / edge, y, x};
+}
+
 /// Makes one partial chart and chooses the sources of its texels.
 class SourceChooser {
  public:
-  SourceChooser(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage, int margin_px)
-      : input_(input), set_(set), coverage_(coverage), table_(coverage.table()), margin_px_(margin_px) {}
+  SourceChooser(const AtlasInput& input, const AtlasOptions& options, const ChartSet& set,
+                const CoverageIndex& coverage)
+      : input_(input), options_(options), set_(set), coverage_(coverage), table_(coverage.table()) {}
 
   PartialChart choose(std::uint32_t chart) {
     start(chart);
     for_owned_texels([&](std::size_t i, int x, int y) { choose_best(i, x, y); });
     for_owned_texels([&](std::size_t i, int x, int y) { choose_second(i, x, y); });
-    finish();
-    return std::move(part_);
+    return finish(chart);
   }
 
  private:
+  static constexpr std::uint8_t kNone = 255;
+  /// The choice for a texel.
+  struct Choice {
+    std::uint8_t best = kNone;    ///< of its owner's sources
+    std::uint8_t second = kNone;  ///< blended in close to texels of another view
+    std::uint8_t blend = 0;       ///< weight of the second source, in steps of 1 / kBlendSteps
+  };
+
   void start(std::uint32_t c) {
     const Chart& chart = set_.charts[c];
-    part_.chart = c;
-    part_.raster = rasterize(chart.faces, set_.corners, partial_box(chart));
+    raster_ = rasterize(chart.faces, set_.corners, partial_box(chart));
     for (const auto face : chart.faces) {
       add_sources(face);
-      part_.sources.first.push_back(part_.sources.items.size());
+      sources_.first.push_back(sources_.items.size());
     }
-    const std::vector<std::uint32_t>& owner = part_.raster.owner;
-    part_.face_slot.assign(owner.size(), 0);
+    const std::vector<std::uint32_t>& owner = raster_.owner;
+    face_slot_.assign(owner.size(), 0);
     for (std::size_t i = 0; i < owner.size(); ++i)
       if (owner[i] != kNoOwner)
-        part_.face_slot[i] =
+        face_slot_[i] =
             static_cast<std::uint32_t>(std::ranges::lower_bound(chart.faces, owner[i]) - chart.faces.begin());
-    part_.best.assign(owner.size(), PartialChart::kNone);
-    part_.second.assign(owner.size(), PartialChart::kNone);
-    part_.blend.assign(owner.size(), 0);
-    part_.color.assign(owner.size(), Color{});
+    choice_.assign(owner.size(), {});
   }
 
   void add_sources(std::uint32_t face) {
     const auto map = plane_map(input_.mesh, input_.scene, set_, face);
     if (!map) return;
     for (const ViewId id : ordered_candidates(input_, face)) {
-      TexelSource source{id, coverage_.find(FaceId{face}, id), {}, {}, {}};
+      TexelSource source{face, id, coverage_.find(FaceId{face}, id), {}, {}, {}};
       // Without coverage a view shows either the whole face, if the face is tagged so, or nothing of it.
       if (!source.coverage && !(input_.tags[face] == labeling::FaceTag::seen && id == input_.labels[face])) continue;
       const View& view = input_.scene.views[index(id)];
       source.frame_from_texel = frame_from_texel(*map, view);
       if (source.coverage) {
         source.outline = outline_in(*source.coverage, input_.mesh, view);
-        source.clearance = find_clearance(table_, *source.coverage, source.outline, margin_px_);
+        source.clearance = find_clearance(table_, *source.coverage, source.outline, options_.margin_px);
       }
-      part_.sources.items.push_back(std::move(source));
+      sources_.items.push_back(std::move(source));
     }
   }
 
   template <typename Visit>
   void for_owned_texels(const Visit& visit) const {
-    const CellBox& box = part_.raster.box;
+    const CellBox& box = raster_.box;
     for (int y = box.y0; y < box.y1; ++y)
       for (int x = box.x0; x < box.x1; ++x)
-        if (const std::size_t i = part_.raster.at(x, y); part_.raster.owner[i] != kNoOwner) visit(i, x, y);
+        if (const std::size_t i = raster_.at(x, y); raster_.owner[i] != kNoOwner) visit(i, x, y);
   }
+
+  std::span<const TexelSource> sources_at(std::size_t texel) const { return sources_[face_slot_[texel]]; }
 
   /// The first source, in order of preference, of those with the best sight of the texel's centre.
   void choose_best(std::size_t i, int x, int y) {
-    const auto sources = part_.sources_at(i);
+    const auto sources = sources_at(i);
     Sight best = Sight::hidden;
     for (std::uint8_t k = 0; k < sources.size() && best != Sight::clear; ++k) {
       const Sight sight = sight_at(sources[k], table_, x + 0.5, y + 0.5);
       if (sight <= best) continue;
       best = sight;
-      part_.best[i] = k;
+      choice_[i].best = k;
     }
   }
 
   /// Close to texels of another view that shows this texel clearly, a part of that view is blended in: 1/3 beside the
   /// border and 1/6 one texel further, so that the colours of the two sides meet in equal steps.
   void choose_second(std::size_t i, int x, int y) {
-    if (part_.best[i] == PartialChart::kNone) return;
-    for (int distance = 1; distance <= 2 && part_.second[i] == PartialChart::kNone; ++distance) {
-      part_.second[i] = second_source(i, x, y, distance);
-      if (part_.second[i] != PartialChart::kNone) part_.blend[i] = distance == 1 ? 2 : 1;
+    Choice& choice = choice_[i];
+    if (choice.best == kNone) return;
+    for (int distance = 1; distance <= 2 && choice.second == kNone; ++distance) {
+      choice.second = second_source(i, x, y, distance);
+      if (choice.second != kNone) choice.blend = distance == 1 ? 2 : 1;
     }
   }
 
   /// The source for the view of the first texel within `distance` (row by row) whose view is another one and shows the
   /// texel (x, y) clearly; kNone if there is none.
   std::uint8_t second_source(std::size_t i, int x, int y, int distance) const {
-    const CellBox& box = part_.raster.box;
-    const auto sources = part_.sources_at(i);
+    const CellBox& box = raster_.box;
+    const auto sources = sources_at(i);
     const ViewId own = view_at(i);
     for (int ny = std::max(box.y0, y - distance); ny <= std::min(box.y1 - 1, y + distance); ++ny)
       for (int nx = std::max(box.x0, x - distance); nx <= std::min(box.x1 - 1, x + distance); ++nx) {
-        const ViewId other = view_at(part_.raster.at(nx, ny));
+        const ViewId other = view_at(raster_.at(nx, ny));
         if (other == kNoView || other == own) continue;
         const auto found = std::ranges::find(sources, other, &TexelSource::view);
         if (found != sources.end() && sight_at(*found, table_, x + 0.5, y + 0.5) == Sight::clear)
           return static_cast<std::uint8_t>(found - sources.begin());
       }
-    return PartialChart::kNone;
+    return kNone;
   }
 
   ViewId view_at(std::size_t i) const {
-    return part_.best[i] == PartialChart::kNone ? kNoView : part_.sources_at(i)[part_.best[i]].view;
+    return choice_[i].best == kNone ? kNoView : sources_at(i)[choice_[i].best].view;
   }
 
-  void finish() {
-    // A byte for each pixel of every source is too much to keep where many photos see large faces in parts.
-    for (TexelSource& source : part_.sources.items) free_memory(source.clearance);
-    std::vector<std::uint32_t>& views = part_.views;
-    for (std::size_t i = 0; i < part_.best.size(); ++i)
-      for (const auto k : {part_.best[i], part_.second[i]})
-        if (k != PartialChart::kNone) views.push_back(static_cast<std::uint32_t>(part_.sources_at(i)[k].view));
-    std::sort(views.begin(), views.end());
-    views.erase(std::unique(views.begin(), views.end()), views.end());
+  PartialChart finish(std::uint32_t chart) {
+    PartialChart part;
+    part.chart = chart;
+    part.known.assign(choice_.size(), false);
+    for (std::size_t i = 0; i < choice_.size(); ++i) {
+      if (!is_baked(raster_.reach[i], options_.padding)) continue;
+      part.known[i] = choice_[i].best != kNone;
+      part.is_open |= choice_[i].best == kNone;
+      if (choice_[i].second != kNone) part.blended.push_back({static_cast<std::uint32_t>(i), raster_.reach[i], {}});
+    }
+    keep_used_sources(part);
+    part.shares = group_items<TexelShare>(part.views.size(), [&](const auto& add) { add_shares(part, add); });
+    return part;
+  }
+
+  /// Calls use(texel, place in sources_.items, weight) for what each source gives to texels on the page.
+  template <typename Use>
+  void for_shares(const PartialChart& part, const Use& use) const {
+    for_blocks(raster_.box, [&](std::size_t i, int, int) {
+      if (!part.known[i]) return;
+      const std::size_t first = sources_.first[face_slot_[i]];
+      const Choice& choice = choice_[i];
+      use(i, first + choice.best, static_cast<std::uint8_t>(PartialChart::kBlendSteps - choice.blend));
+      if (choice.second != kNone) use(i, first + choice.second, choice.blend);
+    });
+  }
+
+  /// Moves the sources that give something, and notes their views.
+  void keep_used_sources(PartialChart& part) {
+    constexpr std::uint32_t kUsed = 0;
+    place_.assign(sources_.items.size(), kNoOwner);
+    for_shares(part, [&](std::size_t, std::size_t source, std::uint8_t) { place_[source] = kUsed; });
+    for (std::size_t s = 0; s < place_.size(); ++s) {
+      if (place_[s] != kUsed) continue;
+      place_[s] = static_cast<std::uint32_t>(part.sources.size());
+      part.views.push_back(static_cast<std::uint32_t>(sources_.items[s].view));
+      // A byte for each pixel of every source is too much to keep where many photos see large faces in parts.
+      free_memory(sources_.items[s].clearance);
+      part.sources.push_back(std::move(sources_.items[s]));
+    }
+    std::ranges::sort(part.views);
+    part.views.erase(std::unique(part.views.begin(), part.views.end()), part.views.end());
+  }
+
+  template <typename Add>
+  void add_shares(const PartialChart& part, const Add& add) const {
+    for_shares(part, [&](std::size_t i, std::size_t source, std::uint8_t weight) {
+      const auto view = static_cast<std::uint32_t>(part.sources[place_[source]].view);
+      const auto group = std::ranges::lower_bound(part.views, view) - part.views.begin();
+      add(static_cast<std::size_t>(group),
+          TexelShare{static_cast<std::uint32_t>(i), place_[source], weight, raster_.reach[i]});
+    });
   }
 
   const AtlasInput& input_;
+  const AtlasOptions& options_;
   const ChartSet& set_;
   const CoverageIndex& coverage_;
   const visibility::CoverageTable& table_;
-  int margin_px_;
-  PartialChart part_;
+  ChartRaster raster_;
+  Grouped<TexelSource> sources_;          ///< per face of the chart, best first
+  std::vector<std::uint32_t> face_slot_;  ///< per texel: the place of its owner in the chart's list of faces
+  std::vector<Choice> choice_;            ///< per texel
+  std::vector<std::uint32_t> place_;      ///< per source: in the PartialChart, kNoOwner if it gives nothing
 };
 
 }  // namespace
+
+std::span<const TexelShare> PartialChart::shares_of(ViewId view) const {
+  const auto found = std::ranges::lower_bound(views, static_cast<std::uint32_t>(view));
+  if (found == views.end() || *found != static_cast<std::uint32_t>(view)) return {};
+  return shares[static_cast<std::size_t>(found - views.begin())];
+}
+
+std::size_t PartialChart::bytes() const {
+  return sizeof(PartialChart) + sources.capacity() * sizeof(TexelSource) + views.capacity() * sizeof(std::uint32_t) +
+         shares.items.capacity() * sizeof(TexelShare) + shares.first.capacity() * sizeof(std::size_t) +
+         blended.capacity() * sizeof(BlendedTexel) + known.capacity() / 8;
+}
 
 Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table, double x, double y) {
   const auto p = source.frame_from_texel(x, y);
@@ -244,32 +331,46 @@ std::vector<std::uint32_t> partial_charts(const ChartSet& set) {
 
 CellBox partial_box(const Chart& chart) { return {-1, -1, chart.width + 1, chart.height + 1}; }
 
-std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
-                                         int margin_px, std::span<const std::uint32_t> charts) {
+std::size_t choosing_bytes(const Chart& chart) {
+  // For each texel of the box a raster, a face and a choice, of 12 bytes together, and for most of them a share. For each
+  // face of the chart the sources of some eight views.
+  constexpr std::size_t kTexel = 12 + sizeof(TexelShare), kSources = 8 * sizeof(TexelSource);
+  const CellBox box = partial_box(chart);
+  return kTexel * pixel_index(0, box.y1 - box.y0, box.x1 - box.x0) + kSources * chart.faces.size();
+}
+
+std::vector<PartialChart> choose_sources(const AtlasInput& input, const AtlasOptions& options, const ChartSet& set,
+                                         const CoverageIndex& coverage, std::span<const std::uint32_t> charts) {
   std::vector<PartialChart> parts(charts.size());
-  tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t i) {
-    parts[i] = SourceChooser(input, set, coverage, margin_px).choose(charts[i]);
-  });
+  tbb::parallel_for(std::size_t{0}, charts.size(),
+                    [&](std::size_t i) { parts[i] = SourceChooser(input, options, set, coverage).choose(charts[i]); });
   return parts;
 }
 
-PointOrigin origin_at(const PartialChart& part, const TexelPoint& p) {
-  const CellBox& box = part.raster.box;
+PointOrigin origin_at(const PartialChart& part, const Chart& chart, const TexelPoint& p) {
+  const CellBox box = partial_box(chart);
   const int x = std::clamp(static_cast<int>(std::floor(p.x)), box.x0, box.x1 - 1);
   const int y = std::clamp(static_cast<int>(std::floor(p.y)), box.y0, box.y1 - 1);
-  const std::size_t i = part.raster.at(x, y);
-  if (part.best[i] == PartialChart::kNone) return {};
-  const auto sources = part.sources_at(i);
-  const auto place = [&](const TexelSource& source) {
-    return source.frame_from_texel(p.x, p.y).value_or(PixelPoint{-1, -1});  // behind the camera: outside the photo
-  };
+  const auto texel = static_cast<std::uint32_t>(pixel_index(x - box.x0, y - box.y0, box.x1 - box.x0));
   PointOrigin origin;
-  origin.first = sources[part.best[i]].view;
-  origin.first_at = place(sources[part.best[i]]);
-  if (part.second[i] != PartialChart::kNone) {
-    origin.second = sources[part.second[i]].view;
-    origin.second_at = place(sources[part.second[i]]);
-    origin.second_share = double(part.blend[i]) / PartialChart::kBlendSteps;
+  if (!part.known[texel]) return origin;
+  const auto order = [&](const TexelShare& share) { return block_order(share.texel, box); };
+  for (std::size_t v = 0; v < part.views.size(); ++v) {
+    const auto shares = part.shares[v];
+    const auto share = std::ranges::lower_bound(shares, block_order(texel, box), {}, order);
+    if (share == shares.end() || share->texel != texel) continue;
+    const TexelSource& source = part.sources[share->source];
+    // Behind the camera: outside the photo.
+    const PixelPoint place = source.frame_from_texel(p.x, p.y).value_or(PixelPoint{-1, -1});
+    // The second view has less than half.
+    if (2 * share->weight > PartialChart::kBlendSteps) {
+      origin.first = source.view;
+      origin.first_at = place;
+    } else {
+      origin.second = source.view;
+      origin.second_at = place;
+      origin.second_share = double(share->weight) / PartialChart::kBlendSteps;
+    }
   }
   return origin;
 }

@@ -1,6 +1,8 @@
 // For faces that no view sees whole: the view that gives each texel its colour.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -26,6 +28,7 @@ enum class Sight : std::uint8_t {
 
 /// A view that shows a part of a face.
 struct TexelSource {
+  std::uint32_t face = 0;
   ViewId view{};
   const visibility::FaceCoverage* coverage = nullptr;  ///< nullptr: the view shows the whole face
   FrameFromTexel frame_from_texel;
@@ -38,22 +41,40 @@ struct TexelSource {
 /// How well the source shows the place at (x, y) of its chart.
 Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table, double x, double y);
 
-/// A chart of kind partial or flat while its texels are collected.
+/// What a source gives to the colour of a texel.
+struct TexelShare {
+  std::uint32_t texel = 0;   ///< of the chart's partial_box(), row-major
+  std::uint32_t source = 0;  ///< of PartialChart::sources
+  std::uint8_t weight = 0;   ///< in steps of 1 / PartialChart::kBlendSteps; all of them: no other source gives anything
+  TexelReach reach = TexelReach::outside;
+};
+
+/// A texel with shares of two views.
+struct BlendedTexel {
+  std::uint32_t texel = 0;
+  TexelReach reach = TexelReach::outside;
+  Color color;  ///< sum so far
+};
+
+/// A chart of kind partial or flat while its texels are collected. Holds what is on the page alone: most of the chart's
+/// box lies outside the faces, and many texels on them are seen by no view.
 struct PartialChart {
-  static constexpr std::uint8_t kNone = 255;
-  static constexpr int kBlendSteps = 6;
+  static constexpr std::uint8_t kBlendSteps = 6;
 
   std::uint32_t chart = 0;
-  ChartRaster raster;
-  std::vector<std::uint32_t> views;      ///< that give it texels, ascending
-  Grouped<TexelSource> sources;          ///< per face of the chart, best first
-  std::vector<std::uint32_t> face_slot;  ///< per texel: the place of its owner in the chart's list of faces
-  std::vector<std::uint8_t> best;        ///< per texel: which of its owner's sources, or kNone
-  std::vector<std::uint8_t> second;      ///< blended in close to texels of another view, or kNone
-  std::vector<std::uint8_t> blend;       ///< weight of the second source, in steps of 1 / kBlendSteps
-  std::vector<Color> color;              ///< sum so far
+  std::vector<TexelSource> sources;   ///< those that give a texel something
+  std::vector<std::uint32_t> views;   ///< that give it texels, ascending
+  Grouped<TexelShare> shares;         ///< by place in `views`; in blocks of kStripRow x kStripRow texels, row by row
+  std::vector<BlendedTexel> blended;  ///< ascending by texel
+  std::vector<bool> known;            ///< per texel of partial_box(): it has a colour, or will have it
+  bool is_open = false;               ///< texels on the page have no colour
 
-  std::span<const TexelSource> sources_at(std::size_t texel) const { return sources[face_slot[texel]]; }
+  /// Empty if the view gives it no texels.
+  std::span<const TexelShare> shares_of(ViewId view) const;
+  BlendedTexel& blended_at(std::uint32_t texel) {
+    return *std::ranges::lower_bound(blended, texel, {}, &BlendedTexel::texel);
+  }
+  std::size_t bytes() const;
 };
 
 /// The charts of kind partial and flat, ascending.
@@ -62,11 +83,14 @@ std::vector<std::uint32_t> partial_charts(const ChartSet& set);
 /// The texels of a partial chart and its ring.
 CellBox partial_box(const Chart& chart);
 
-/// Chooses the source of every texel of some of these charts. Reads no photo. O(texels x candidates), TBB.
-std::vector<PartialChart> choose_sources(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
-                                         int margin_px, std::span<const std::uint32_t> charts);
+/// Bytes that a chart takes at most while its sources are chosen; what is kept of it is less by far.
+std::size_t choosing_bytes(const Chart& chart);
 
-/// The origin of the texel around a position of the chart.
-PointOrigin origin_at(const PartialChart& part, const TexelPoint& p);
+/// Chooses the sources of every texel of some of these charts, in their order. Reads no photo. O(texels x candidates), TBB.
+std::vector<PartialChart> choose_sources(const AtlasInput& input, const AtlasOptions& options, const ChartSet& set,
+                                         const CoverageIndex& coverage, std::span<const std::uint32_t> charts);
+
+/// The origin of the texel around a position of the chart. O(views log texels).
+PointOrigin origin_at(const PartialChart& part, const Chart& chart, const TexelPoint& p);
 
 }  // namespace gpvc::atlas
