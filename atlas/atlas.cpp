@@ -93,6 +93,8 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
     throw std::invalid_argument("border must be empty or have one entry per face");
   if (input.finished != nullptr && input.border.empty())
     throw std::invalid_argument("faces with a finished texture must be given as the border");
+  if (!input.tile.empty() && input.tile.size() != faces)
+    throw std::invalid_argument("tile must be empty or have one entry per face");
   if (!input.exposure.empty() && input.exposure.size() != input.scene.views.size())
     throw std::invalid_argument("exposure must be empty or have one entry per view");
   if (options.padding < 0) throw std::invalid_argument("padding must not be negative");

@@ -129,6 +129,9 @@ struct AtlasInput {
   /// them, also where both show the same view; their photos are not read for it. Partial and unseen faces are filled from
   /// them, too. Limits on pages and texels are not looked at.
   const FinishedTexture* finished = nullptr;
+  /// Per face, the number of its tile: charts and pages hold faces of one tile alone, and pages ascend by tile, so that each
+  /// tile has textures of its own. Leveling works across tiles. Empty: all faces are of one.
+  std::span<const std::uint32_t> tile = {};
 };
 
 /// The size of the atlas, known before any photo is read.

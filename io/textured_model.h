@@ -1,6 +1,7 @@
 // Textured meshes: writing OBJ and glTF, reading them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -45,6 +46,9 @@ struct PageFile {
 enum class UpAxis { pos_x, neg_x, pos_y, neg_y, pos_z, neg_z };
 inline constexpr Named<UpAxis> kUpAxisNames[] = {{"+x", UpAxis::pos_x}, {"-x", UpAxis::neg_x}, {"+y", UpAxis::pos_y},
                                                  {"-y", UpAxis::neg_y}, {"+z", UpAxis::pos_z}, {"-z", UpAxis::neg_z}};
+
+/// The rotation, as the quaternion x, y, z, w, that takes a world axis to glTF's up, +y.
+std::array<double, 4> gltf_rotation(UpAxis up);
 
 struct ModelOptions {
   WorldPoint offset;          ///< subtracted from every position (in double) before printing or rounding to float

@@ -13,6 +13,7 @@ inline constexpr const char* kExitStatus =
     "Exit status: 0 all promised files are complete; 1 bad input or a failed run; 2 bad usage;\n130 interrupted.";
 
 CLI::App* add_texture(CLI::App& parent, TextureOptions& options);
+CLI::App* add_tileset(CLI::App& parent, TilesetOptions& options);
 CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& options);
 CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options);
 CLI::App* add_compare(CLI::App& parent, CompareOptions& options);

@@ -12,6 +12,7 @@
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/undistort.h"
 #include "app/synth/city.h"
+#include "app/tileset/tileset.h"
 #include "io/names.h"
 #include "io/scene_files.h"
 #include "io/textured_model.h"
@@ -55,6 +56,11 @@ struct TextureOptions : CommandOptions {
   std::filesystem::path allow;  ///< rules about photos; empty: none
   std::filesystem::path from;   ///< an earlier result to change; empty: none
   pipeline::Settings settings;
+};
+
+struct TilesetOptions : CommandOptions {
+  SceneInput input;
+  tileset::TilesetSettings settings;
 };
 
 struct VisibilityCommandOptions : CommandOptions {
@@ -137,6 +143,7 @@ class UsageError : public std::runtime_error {
 
 // The commands. They throw; run_command_line() turns exceptions into exit codes.
 void run_texture(const TextureOptions& options, Console& console);
+void run_tileset(const TilesetOptions& options, Console& console);
 void run_visibility(const VisibilityCommandOptions& options, Console& console);
 void run_evaluate(const EvaluateCommandOptions& options, Console& console);
 void run_compare(const CompareOptions& options, Console& console);

@@ -6,16 +6,12 @@
 namespace gpvc::cli {
 namespace {
 
-Json options_json(const TextureOptions& o) {
-  const pipeline::Settings& s = o.settings;
-  Json json = scene_json(o.input);
-  json.update(visibility_json(s.visibility));
+// The settings that all textured results have.
+Json settings_json(const pipeline::Settings& s) {
+  Json json = visibility_json(s.visibility);
   json["data_term"] = name_of(labeling::kDataTermNames, s.costs.term);
   json["outliers"] = name_of(labeling::kOutliersNames, s.costs.outliers);
   json["keep_views"] = s.costs.keep_views;
-  json["allow"] = o.allow.string();
-  json["from"] = o.from.string();
-  json["editable"] = s.editable || !o.from.empty();
   json["margin_px"] = s.costs.margin_px;
   json["smoothness"] = s.solver.smoothness;
   json["edge_weights"] = name_of(labeling::kEdgeWeightsNames, s.edge_weights);
@@ -24,20 +20,49 @@ Json options_json(const TextureOptions& o) {
   json["page_size"] = s.atlas.page_size;
   json["padding"] = s.atlas.padding;
   json["texel_size"] = s.atlas.texel_size;
-  json["max_pages"] = s.atlas.max_pages;
-  json["max_texels"] = s.atlas.max_texels;
   json["unseen"] = name_of(atlas::kUnseenFacesNames, s.atlas.unseen);
   json["unseen_color"] = s.atlas.unseen_color;
   json["seams"] = name_of(atlas::kSeamLevelingNames, s.atlas.seams);
   json["blend"] = name_of(atlas::kBlendingNames, s.atlas.blend);
   json["texture"] = name_of(io::kImageFormatNames, s.output.texture);
   json["quality"] = s.output.quality;
-  json["gltf"] = name_of(io::kGltfContainerNames, s.output.gltf);
-  json["normals"] = s.output.normals;
   json["memory"] = s.memory_bytes;
-  json["resume"] = name_of(pipeline::kKeepWorkNames, s.keep_work);
   json["up"] = s.output.up ? "given" : "auto";
   return json;
+}
+
+Json options_json(const TextureOptions& o) {
+  const pipeline::Settings& s = o.settings;
+  Json json = scene_json(o.input);
+  json.update(settings_json(s));
+  json["allow"] = o.allow.string();
+  json["from"] = o.from.string();
+  json["editable"] = s.editable || !o.from.empty();
+  json["gltf"] = name_of(io::kGltfContainerNames, s.output.gltf);
+  json["normals"] = s.output.normals;
+  json["max_pages"] = s.atlas.max_pages;
+  json["max_texels"] = s.atlas.max_texels;
+  json["resume"] = name_of(pipeline::kKeepWorkNames, s.keep_work);
+  return json;
+}
+
+Json options_json(const TilesetOptions& o) {
+  Json json = scene_json(o.input);
+  json.update(settings_json(o.settings.texture));
+  json["tile_faces"] = o.settings.faces_per_tile;
+  return json;
+}
+
+Json levels_json(const tileset::TilesetReport& report) {
+  Json levels = Json::array();
+  for (const tileset::LevelReport& level : report.levels)
+    levels.push_back({{"tiles", level.tiles},
+                      {"faces", level.faces},
+                      {"page_texels", level.page_texels},
+                      {"bytes", level.bytes},
+                      {"texel_size", level.texel_size},
+                      {"geometric_error", level.error}});
+  return levels;
 }
 
 // The camera and background of preview.png, so that pictures of other renderers can be compared with it.
@@ -76,6 +101,24 @@ void run_texture(const TextureOptions& options, Console& console) {
       if (std::ranges::count(folder.promised(), name) > 0)
         models += (models.empty() ? "" : "\n") + (options.out / name).string();
     return {options_json(options), evaluate::device_json(textured.device), models};
+  });
+}
+
+void run_tileset(const TilesetOptions& options, Console& console) {
+  refuse_overwriting(options.input, options.out, {"tileset.json"});
+  run_command("tileset", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+    const SceneInputData in = read_scene_input(options.input, record);
+    check_photos(in);
+    folder.protect(input_files(in));
+    io::PhotoCache photos(in.scene, options.input.downscale);
+    tileset::TilesetSettings settings = options.settings;
+    settings.texture.device = options.common.device;
+    evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
+    const tileset::TilesetReport report = tileset::tileset_into(in.input(), settings, photos, folder, record);
+    record.counts["levels"] = levels_json(report);
+    if (!report.georeferenced)
+      record.note("the tiles are in the scene's own coordinates, as no reference system is known");
+    return {options_json(options), Json::object(), (options.out / "tileset.json").string()};
   });
 }
 

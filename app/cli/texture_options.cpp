@@ -27,12 +27,7 @@ void add_selection(CLI::App& app, pipeline::Settings& settings) {
                "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there; 0 is off");
 }
 
-// Limits on the number of texels.
-void add_density(const OptionGroup& group, atlas::AtlasOptions& atlas) {
-  group
-      .number("--texel-size", atlas.texel_size, 1e-9, 1e9, "X",
-              "Smallest edge of a texel, in the mesh's units: charts with finer texels are reduced to it")
-      ->default_str("");
+void add_limits(const OptionGroup& group, atlas::AtlasOptions& atlas) {
   group.number("--max-pages", atlas.max_pages, 1, 1000000, "N", "Reduce all charts by one factor to fit on N pages")
       ->default_str("");
   group
@@ -41,7 +36,7 @@ void add_density(const OptionGroup& group, atlas::AtlasOptions& atlas) {
       ->default_str("");
 }
 
-void add_texture_output(const OptionGroup& group, pipeline::Settings& settings) {
+void add_pages(const OptionGroup& group, pipeline::Settings& settings) {
   atlas::AtlasOptions& atlas = settings.atlas;
   pipeline::OutputSettings& output = settings.output;
   group.number("--page-size", atlas.page_size, 256, 32768, "N", "Largest edge of a texture page, 256 to 32768 texels");
@@ -49,7 +44,10 @@ void add_texture_output(const OptionGroup& group, pipeline::Settings& settings) 
       "--padding", atlas.padding, 1, 64, "N",
       "Texels around a chart that repeat its colours, 1 to 64; with 8, mip levels down to an eighth keep charts "
       "apart, with 4 down to a quarter");
-  add_density(group, atlas);
+  group
+      .number("--texel-size", atlas.texel_size, 1e-9, 1e9, "X",
+              "Smallest edge of a texel, in the mesh's units: charts with finer texels are reduced to it")
+      ->default_str("");
   group.choice(
       "--unseen", atlas::kUnseenFacesNames, atlas.unseen,
       "Faces that no photo shows: fill continues the colours around them, drop leaves them out of the GLB (the "
@@ -74,6 +72,21 @@ void add_texture_output(const OptionGroup& group, pipeline::Settings& settings) 
   group.choice("--texture", io::kImageFormatNames, output.texture,
                "Format of the pages: jpg is quick to write and load, png is lossless");
   group.number("--quality", output.quality, 1, 100, "N", "JPEG quality of the pages, 1 to 100");
+}
+
+// --up, of files with the axes of glTF.
+void add_up(const OptionGroup& group, pipeline::OutputSettings& output) {
+  constexpr Named<std::optional<io::UpAxis>> kUps[] = {
+      {"auto", std::nullopt},    {"+x", io::UpAxis::pos_x}, {"-x", io::UpAxis::neg_x}, {"+y", io::UpAxis::pos_y},
+      {"-y", io::UpAxis::neg_y}, {"+z", io::UpAxis::pos_z}, {"-z", io::UpAxis::neg_z}};
+  group.choice("--up", kUps, output.up,
+               "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction");
+}
+
+void add_texture_output(const OptionGroup& group, pipeline::Settings& settings) {
+  pipeline::OutputSettings& output = settings.output;
+  add_pages(group, settings);
+  add_limits(group, settings.atlas);
   group.choice(
       "--gltf", io::kGltfContainerNames, output.gltf,
       "glb: one file, model.glb; files: model.gltf with model.bin and the pages beside it, which is also written "
@@ -81,11 +94,14 @@ void add_texture_output(const OptionGroup& group, pipeline::Settings& settings) 
   group.flag(
       "--normals", output.normals,
       "Also write smooth normals, vn in the OBJ and NORMAL in the GLB; without them viewers do not shade the model");
-  constexpr Named<std::optional<io::UpAxis>> kUps[] = {
-      {"auto", std::nullopt},    {"+x", io::UpAxis::pos_x}, {"-x", io::UpAxis::neg_x}, {"+y", io::UpAxis::pos_y},
-      {"-y", io::UpAxis::neg_y}, {"+z", io::UpAxis::pos_z}, {"-z", io::UpAxis::neg_z}};
-  group.choice("--up", kUps, output.up,
-               "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction");
+  add_up(group, output);
+}
+
+void add_memory(CLI::App& app, pipeline::Settings& settings) {
+  OptionGroup{app, kCommonGroup}.parsed(
+      "--memory", [&bytes = settings.memory_bytes](const std::string& given) { bytes = bytes_from("--memory", given); },
+      "SIZE", "what the scene needs, 70 % of what is free at most",
+      "Stay below this much memory, 600M or 4G; more of it saves decoding photos twice. The result is the same");
 }
 
 }  // namespace
@@ -118,11 +134,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_texture_output({*app, "Texture"}, options.settings);
   add_selection(*app, options.settings);
   add_visibility(*app, options.settings.visibility);
-  OptionGroup{*app, kCommonGroup}.parsed(
-      "--memory",
-      [&bytes = options.settings.memory_bytes](const std::string& given) { bytes = bytes_from("--memory", given); },
-      "SIZE", "what the scene needs, 70 % of what is free at most",
-      "Stay below this much memory, 600M or 4G; more of it saves decoding photos twice. The result is the same");
+  add_memory(*app, options.settings);
   OptionGroup{*app, kCommonGroup}.choice("--resume", pipeline::kKeepWorkNames, options.settings.keep_work,
                                          "Keep finished work in OUT/.work until all is done, so that the same command "
                                          "goes on from there if it is cut off; "
@@ -151,6 +163,35 @@ or the file is {"rules": [{"polygon": [[X, Y], ...], "z": [LOW, HIGH], "forbid":
 Where floats would round coordinates noticeably (UTM, for example), model.obj and model.glb are
 local: add the three numbers of offset.txt to get the mesh's own coordinates; the GLB's root node
 carries them as extras.offset. The root node's rotation only turns the scene's up axis to glTF's +y.
+
+)");
+  return app;
+}
+
+CLI::App* add_tileset(CLI::App& parent, TilesetOptions& options) {
+  CLI::App* app = parent.add_subcommand("tileset", "texture a mesh as 3D Tiles with levels of detail");
+  pipeline::Settings& texture = options.settings.texture;
+  add_scene(*app, options.input);
+  add_mesh(*app, options.input.mesh)->required();
+  add_photos(*app, options.input);
+  add_output(*app, options);
+  OptionGroup{*app, "Tiles"}.number("--tile-faces", options.settings.faces_per_tile, std::size_t{100},
+                                    std::size_t{10000000}, "N", "Most faces of a tile");
+  add_pages({*app, "Texture"}, texture);
+  add_up({*app, "Texture"}, texture.output);
+  add_selection(*app, texture);
+  add_visibility(*app, texture.visibility);
+  add_memory(*app, texture);
+  add_common(*app, options.common, R"(Examples:
+  gpvc tileset colmap/sparse/0 mesh.ply --images photos -o tiles
+  gpvc tileset colmap mesh.ply --mesh-crs EPSG:25832 -o tiles --tile-faces 20000
+
+Writes to OUT: tileset.json (3D Tiles 1.1), tiles/LEVEL_NUMBER.glb, views.json, run.json. Level 0 has
+the faces of the mesh at the photos' resolution; each level above a quarter of the faces and texels
+twice as large, textured from the photos anew. Tiles of different levels meet without cracks.
+
+Where the scene or the mesh names its reference system, the root's transform places the tiles on the
+earth; else they are in the scene's own coordinates, turned so that z is up.
 
 )");
   return app;

@@ -37,6 +37,7 @@ bool is_written_by(std::string_view command, const std::string& name) {
       {"texture",
        {"model.obj", "model.mtl", "model.glb", "model.gltf", "model.bin", "preview.png", "views.json", "labels.npy",
         "tags.npy", "faces.npy", "source_faces.npy", "offset.txt", "edit-views.bin", "edit-model.bin"}},
+      {"tileset", {"tileset.json", "views.json"}},
       {"visibility", {"views.json", "oracle.json"}},
       {"compare", {"report.html", "report.md", "report.json"}},
       {"compare --summarize", {"summary.html", "summary.md", "summary.json"}},

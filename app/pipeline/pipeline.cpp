@@ -94,13 +94,6 @@ atlas::BakeOptions bake_options(const atlas::AtlasPlan& plan, const Settings& se
 
 namespace {
 
-// What the atlas is made from.
-struct Choice {
-  labeling::FaceGraph graph;
-  Seen seen;
-  labeling::Selection selection;
-};
-
 labeling::Selection take_or_choose(const Choice& choice, const labeling::SolverOptions& options, Observer& observer,
                                    KeptWork* kept) {
   const labeling::CostTable& costs = choice.seen.candidates.table;
@@ -142,8 +135,10 @@ std::optional<KeptWork> kept_work(const Input& input, const Settings& settings, 
   return kept;
 }
 
+}  // namespace
+
 Choice see_and_choose(const Input& input, const Settings& settings, const MemoryPlan& memory, io::PhotoSource& photos,
-                      Observer& observer, SeeOptions options = {}) {
+                      Observer& observer, SeeOptions options) {
   photos.keep_at_most(memory.photos_while_seeing());
   Choice choice{weighed_graph(input.mesh, settings.edge_weights, observer), {}, {}};
   options.graph = &choice.graph;
@@ -153,6 +148,8 @@ Choice see_and_choose(const Input& input, const Settings& settings, const Memory
   release_freed_memory();
   return choice;
 }
+
+namespace {
 
 TexturedMesh finished(Choice choice, atlas::TextureAtlas atlas) {
   return {std::move(choice.selection), std::move(choice.seen.candidates.tags), std::move(atlas),

@@ -5,6 +5,15 @@
 
 namespace gpvc::pipeline {
 
+/// What the atlas is made from.
+struct Choice {
+  labeling::FaceGraph graph;
+  Seen seen;
+  labeling::Selection selection;
+};
+Choice see_and_choose(const Input& input, const Settings& settings, const MemoryPlan& memory, io::PhotoSource& photos,
+                      Observer& observer, SeeOptions options = {});
+
 /// Notes the figures of a selection and ends the stage. \param origin added to what the stage says
 void report_selection(const labeling::Selection& selection, const char* origin, Observer& observer);
 

@@ -24,29 +24,6 @@ constexpr std::size_t kPreviewTexels =
     2 * std::size_t{kPreviewWidth} * kPreviewHeight * kPreviewSamples * kPreviewSamples;
 constexpr std::array<std::uint8_t, 3> kBackground{214, 217, 221};
 
-// The color profile of the first view's photo file, for the pages; empty where it has none or there is no file. Warns of
-// photos with another profile, because colors are not converted. Reads file headers only. Throws InputError.
-io::ColorProfile profile_of_photos(const Input& input, Observer& observer) {
-  const auto view_of = [&](std::size_t n) -> const View& { return input.scene.views[index(input.views[n])]; };
-  const auto profile_of = [&](std::size_t n) {
-    return view_of(n).photo.empty() ? io::ColorProfile{} : io::read_color_profile(view_of(n).photo);
-  };
-  const io::ColorProfile first = profile_of(0);
-  std::vector<std::uint8_t> differs(input.views.size(), 0);
-  tbb::parallel_for(std::size_t{1}, input.views.size(),
-                    [&](std::size_t n) { differs[n] = profile_of(n) != first ? 1 : 0; });
-  std::vector<std::string> names;
-  for (std::size_t n = 0; n < differs.size(); ++n)
-    if (differs[n] != 0) names.push_back(view_of(n).name);
-  if (!names.empty())
-    observer.warning(
-        fmt::format("{} of {} photos have another colour profile than {}, {}: {}; colours are not converted",
-                    names.size(), differs.size(), view_of(0).name,
-                    first.empty() ? "which has none, so the pages have none" : "whose profile the pages keep",
-                    readable_list(names, 5)));
-  return first;
-}
-
 std::vector<io::PageFile> promise_pages(OutputFolder& folder, std::size_t pages, io::ImageFormat format) {
   std::vector<io::PageFile> files;
   for (std::size_t n = 0; n < pages; ++n) files.push_back({folder.file(page_name(n, format)), format});
@@ -91,6 +68,15 @@ io::TexturedModel without_unseen(io::TexturedModel model, std::span<const labeli
   return model;
 }
 
+void write_offset(const io::ModelOptions& model, OutputFolder& folder) {
+  if (model.offset == WorldPoint{} && model.srs.empty() && model.srs_offset == WorldPoint{}) return;
+  io::OutputFile file(folder.file("offset.txt"));
+  file.write(offset_text(model));
+  file.commit();
+}
+
+}  // namespace
+
 io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings) {
   io::ModelOptions model;
   model.offset = local_origin(input.mesh, labels, input.scene, input.views);
@@ -104,14 +90,26 @@ io::ModelOptions model_options(const Input& input, std::span<const ViewId> label
   return model;
 }
 
-void write_offset(const io::ModelOptions& model, OutputFolder& folder) {
-  if (model.offset == WorldPoint{} && model.srs.empty() && model.srs_offset == WorldPoint{}) return;
-  io::OutputFile file(folder.file("offset.txt"));
-  file.write(offset_text(model));
-  file.commit();
+io::ColorProfile profile_of_photos(const Input& input, Observer& observer) {
+  const auto view_of = [&](std::size_t n) -> const View& { return input.scene.views[index(input.views[n])]; };
+  const auto profile_of = [&](std::size_t n) {
+    return view_of(n).photo.empty() ? io::ColorProfile{} : io::read_color_profile(view_of(n).photo);
+  };
+  const io::ColorProfile first = profile_of(0);
+  std::vector<std::uint8_t> differs(input.views.size(), 0);
+  tbb::parallel_for(std::size_t{1}, input.views.size(),
+                    [&](std::size_t n) { differs[n] = profile_of(n) != first ? 1 : 0; });
+  std::vector<std::string> names;
+  for (std::size_t n = 0; n < differs.size(); ++n)
+    if (differs[n] != 0) names.push_back(view_of(n).name);
+  if (!names.empty())
+    observer.warning(
+        fmt::format("{} of {} photos have another colour profile than {}, {}: {}; colours are not converted",
+                    names.size(), differs.size(), view_of(0).name,
+                    first.empty() ? "which has none, so the pages have none" : "whose profile the pages keep",
+                    readable_list(names, 5)));
+  return first;
 }
-
-}  // namespace
 
 std::string page_name(std::size_t number, io::ImageFormat format) {
   return fmt::format("model_{}.{}", number, name_of(io::kImageFormatNames, format));

@@ -15,6 +15,13 @@ namespace gpvc::pipeline {
 /// The file of a page of a result.
 std::string page_name(std::size_t number, io::ImageFormat format);
 
+/// How the result's files write coordinates.
+io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings);
+
+/// The color profile of the first view's photo file, for the pages; empty where it has none or there is no file. Warns of
+/// photos with another profile, because colors are not converted. Reads file headers only. Throws InputError.
+io::ColorProfile profile_of_photos(const Input& input, Observer& observer);
+
 /// Bytes of all files of a result, before anything is known of it but the texels that are expected.
 struct FileSizes {
   double least = 0, likely = 0;

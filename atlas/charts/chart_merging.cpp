@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <set>
+#include <tuple>
 
 #include "atlas/charts/texel_set.h"
 #include "io/image.h"
@@ -17,7 +18,7 @@ namespace {
 constexpr int kCell = 4;  ///< texels, edge of the cells in which closeness is judged
 constexpr std::uint32_t kFree = 0xFFFFFFFFu;
 
-/// Merges the parts of one view.
+/// Merges the parts of one view, scale and tile.
 class ViewMerger {
  public:
   ViewMerger(std::vector<FramePart>& parts, std::span<const std::uint32_t> mine, std::span<const TexelTriangle> corners,
@@ -112,7 +113,7 @@ std::vector<FramePart> merge_close_parts(std::vector<FramePart> parts, std::span
                                          const MergeRule& rule) {
   std::vector<std::uint32_t> order(parts.size());
   std::iota(order.begin(), order.end(), 0u);
-  const auto key = [&](std::uint32_t p) { return std::pair(parts[p].view, parts[p].scale); };
+  const auto key = [&](std::uint32_t p) { return std::tuple(parts[p].view, parts[p].scale, parts[p].tile); };
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return key(a) < key(b); });
   std::vector<std::span<const std::uint32_t>> views;
   for (std::size_t first = 0; first < order.size();) {

@@ -11,10 +11,11 @@
 
 namespace gpvc::atlas {
 
-/// Faces of one view that keep their relative places.
+/// Faces of one view and tile that keep their relative places.
 struct FramePart {
   ViewId view{};
   double scale = 1;
+  std::uint32_t tile = 0;
   std::vector<std::uint32_t> faces;  ///< ascending
   FrameBox box;
 };
@@ -38,7 +39,7 @@ struct MergeRule {
   std::function<bool(const FrameBox&)> fits;     ///< only if it is true for the union's box
 };
 
-/// Merges parts of the same view and scale. `corners` are positions in the view's scaled frame. The result is ordered
+/// Merges parts of the same view, scale and tile. `corners` are positions in the view's scaled frame. The result is ordered
 /// by first face. O(texels / 16), and O(texels) where sharing is forbidden.
 std::vector<FramePart> merge_close_parts(std::vector<FramePart> parts, std::span<const TexelTriangle> corners,
                                          const MergeRule& rule);

@@ -148,7 +148,11 @@ class ChartMaker {
     });
   }
 
-  /// Parts of `faces` that are connected and have one label; faces ascend within a part, and parts by their first face.
+  bool may_share_chart(std::uint32_t face, std::uint32_t other) const {
+    return input_.labels[face] == input_.labels[other] && tile_of(input_, face) == tile_of(input_, other);
+  }
+
+  /// Parts of `faces` that are connected and have one label and tile; faces ascend within a part, and parts by their first face.
   std::vector<std::vector<std::uint32_t>> connected_parts(std::span<const std::uint32_t> faces) {
     const std::uint32_t waiting = next_group_++, done = next_group_++;
     for (const auto face : faces) group_[face] = waiting;
@@ -157,7 +161,7 @@ class ChartMaker {
       if (group_[seed] != waiting) continue;
       group_[seed] = done;
       parts.push_back(flood(neighbours_, seed, [&](std::uint32_t other) {
-        if (group_[other] != waiting || input_.labels[other] != input_.labels[seed]) return false;
+        if (group_[other] != waiting || !may_share_chart(other, seed)) return false;
         group_[other] = done;
         return true;
       }));
@@ -254,6 +258,7 @@ class ChartMaker {
   }
 
   void finish(Chart chart) {
+    chart.tile = tile_of(input_, chart.faces[0]);
     for (const auto face : chart.faces) result_.face_chart[face] = next_chart();
     result_.charts.push_back(std::move(chart));
   }
@@ -290,8 +295,7 @@ class ChartMaker {
     taken_[seed] = 1;
     try_add(seed);
     return flood(neighbours_, seed, [&](std::uint32_t other) {
-      if (taken_[other] || uses_[other] != FaceUse::partial || refused.contains(other) ||
-          input_.labels[other] != input_.labels[seed])
+      if (taken_[other] || uses_[other] != FaceUse::partial || refused.contains(other) || !may_share_chart(other, seed))
         return false;
       if (try_add(other))
         taken_[other] = 1;
@@ -326,6 +330,7 @@ class ChartMaker {
       });
       order.insert(order.end(), connected.begin(), connected.end());
     }
+    std::ranges::stable_sort(order, {}, [&](std::uint32_t face) { return tile_of(input_, face); });
     return order;
   }
 
@@ -337,11 +342,13 @@ class ChartMaker {
     const std::size_t capacity = static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge);
     const std::vector<std::uint32_t> order = unseen_in_order();
     result_.unseen_faces = order.size();
-    for (std::size_t first = 0; first < order.size(); first += capacity) {
+    for (std::size_t first = 0, end = 0; first < order.size(); first = end) {
+      const std::uint32_t tile = tile_of(input_, order[first]);
+      while (end < order.size() && end - first < capacity && tile_of(input_, order[end]) == tile) ++end;
       Chart chart;
       chart.kind = ChartKind::unseen;
       chart.piece = next_chart();
-      const auto faces = std::span(order).subspan(first, std::min(capacity, order.size() - first));
+      const auto faces = std::span(order).subspan(first, end - first);
       chart.faces.assign(faces.begin(), faces.end());
       const int count = static_cast<int>(faces.size());
       const int columns = std::min(edge, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count)))));
@@ -367,7 +374,7 @@ class ChartMaker {
   FramePart part_of(std::vector<std::uint32_t> faces) const {
     FrameBox box;
     for (const auto face : faces) box.add(result_.corners[face]);
-    return {input_.labels[faces[0]], scales_[faces[0]], std::move(faces), box};
+    return {input_.labels[faces[0]], scales_[faces[0]], tile_of(input_, faces[0]), std::move(faces), box};
   }
   bool fits(const FrameBox& box) const {
     return box.x1 - box.x0 < room_ && box.y1 - box.y0 < room_ && box.width() <= room_ && box.height() <= room_;

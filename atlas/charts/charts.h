@@ -37,7 +37,8 @@ inline constexpr int kLeastRoom = 4;
 
 struct Chart {
   ChartKind kind = ChartKind::plain;
-  ViewId view = kNoView;  ///< whose projection gives the corners; kNoView for unseen faces
+  ViewId view = kNoView;   ///< whose projection gives the corners; kNoView for unseen faces
+  std::uint32_t tile = 0;  ///< of all its faces, AtlasInput::tile
   std::vector<std::uint32_t> faces;
   double origin_x = 0, origin_y = 0;  ///< frame position of the top-left corner of the first texel; integral at scale 1
   double scale = 1;           ///< texels a frame pixel; 1 unless texels are limited or a single face exceeds a page
@@ -55,6 +56,11 @@ struct ChartSet {
   std::vector<TexelTriangle> corners;     ///< per face, in its chart's texels
   std::size_t unseen_faces = 0;
 };
+
+/// The face's tile, AtlasInput::tile.
+inline std::uint32_t tile_of(const AtlasInput& input, std::size_t face) {
+  return input.tile.empty() ? 0 : input.tile[face];
+}
 
 /// False for unseen faces.
 inline bool has_view(const AtlasInput& input, std::size_t face) {

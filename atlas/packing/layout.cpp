@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "io/grouping.h"
+
 namespace gpvc::atlas {
 
 namespace {
@@ -17,6 +19,33 @@ std::uint32_t page_rank(const Chart& chart, std::size_t views) {
   const auto count = static_cast<std::uint32_t>(views);
   if (chart.kind == ChartKind::unseen) return 2 * count;
   return static_cast<std::uint32_t>(index(chart.view)) + (chart.kind == ChartKind::plain ? 0 : count);
+}
+
+/// Packs the charts of each tile on pages of their own.
+Packing pack_tiles(std::span<const Chart> charts, std::span<const PackShape> shapes, int page_size) {
+  std::uint32_t tiles = 1;
+  for (const Chart& chart : charts) tiles = std::max(tiles, chart.tile + 1);
+  if (tiles == 1) return pack_shapes(shapes, page_size);
+  const auto of_tile = group_items<std::uint32_t>(tiles, [&](const auto& add) {
+    for (std::uint32_t c = 0; c < charts.size(); ++c) add(charts[c].tile, c);
+  });
+  std::vector<Packing> packings(tiles);
+  tbb::parallel_for(std::size_t{0}, packings.size(), [&](std::size_t t) {
+    std::vector<PackShape> mine;
+    for (const std::uint32_t c : of_tile[t]) mine.push_back(shapes[c]);
+    if (!mine.empty()) packings[t] = pack_shapes(mine, page_size);
+  });
+  Packing all;
+  all.placements.resize(shapes.size());
+  for (std::size_t t = 0; t < packings.size(); ++t) {
+    const auto before = static_cast<std::uint32_t>(all.pages.size());
+    for (std::size_t i = 0; i < of_tile[t].size(); ++i) {
+      Placement& place = all.placements[of_tile[t][i]] = packings[t].placements[i];
+      place.page += before;
+    }
+    all.pages.insert(all.pages.end(), packings[t].pages.begin(), packings[t].pages.end());
+  }
+  return all;
 }
 
 Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
@@ -33,7 +62,8 @@ Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, con
     shapes.push_back(layout.shapes[i].blocks);
     shapes.back().rank = page_rank(layout.set.charts[i], input.scene.views.size());
   }
-  layout.packing = pack_shapes(shapes, options.page_size / block_edge(options.padding));
+  layout.packing = pack_tiles(std::span(layout.set.charts).first(layout.set.placed), shapes,
+                              options.page_size / block_edge(options.padding));
   return layout;
 }
 

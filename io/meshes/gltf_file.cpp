@@ -96,14 +96,6 @@ Float3 local_position(const WorldPoint& p, const WorldPoint& offset) {
   return {static_cast<float>(p.x - offset.x), static_cast<float>(p.y - offset.y), static_cast<float>(p.z - offset.z)};
 }
 
-/// The rotation, as x, y, z, w, that takes the world's up axis to glTF's +y; empty for none.
-std::vector<double> rotation_from(UpAxis up) {
-  constexpr double h = std::numbers::sqrt2 / 2;
-  static const std::array<std::vector<double>, 6> kRotations{
-      {{0, 0, h, h}, {0, 0, -h, h}, {}, {1, 0, 0, 0}, {-h, 0, 0, h}, {h, 0, 0, h}}};
-  return kRotations.at(static_cast<std::size_t>(up));
-}
-
 /// A range of a buffer; offsets are multiples of four.
 struct Part {
   std::size_t buffer = 0, offset = 0, bytes = 0;
@@ -252,7 +244,7 @@ Json root_node(const ModelOptions& options) {
   if (!options.srs.empty()) extras["srs"] = options.srs;
   if (!options.srs.empty() || !(options.srs_offset == WorldPoint{})) extras["srs_offset"] = triple(options.srs_offset);
   Json node{{"name", "model"}, {"mesh", 0}, {"extras", std::move(extras)}};
-  if (const std::vector<double> rotation = rotation_from(options.up); !rotation.empty()) node["rotation"] = rotation;
+  if (options.up != UpAxis::pos_y) node["rotation"] = gltf_rotation(options.up);
   return node;
 }
 
@@ -369,6 +361,13 @@ void write_buffers(const Asset& asset, const Layout& layout, const std::vector<f
 }
 
 }  // namespace
+
+std::array<double, 4> gltf_rotation(UpAxis up) {
+  constexpr double h = std::numbers::sqrt2 / 2;
+  constexpr std::array<std::array<double, 4>, 6> kRotations{
+      {{0, 0, h, h}, {0, 0, -h, h}, {0, 0, 0, 1}, {1, 0, 0, 0}, {-h, 0, 0, h}, {h, 0, 0, h}}};
+  return kRotations.at(static_cast<std::size_t>(up));
+}
 
 GltfFiles write_gltf(const fs::path& stem, GltfContainer container, const TexturedModel& model,
                      std::span<const PageFile> pages, const ModelOptions& options) {

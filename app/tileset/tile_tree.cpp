@@ -1,0 +1,169 @@
+#include "app/tileset/tile_tree.h"
+
+#include <meshoptimizer.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "io/grouping.h"
+
+namespace gpvc::tileset {
+namespace {
+
+constexpr std::size_t kChildren = 4;
+
+// Three times a face's middle, on the two axes of the ground.
+using GroundPoint = std::array<double, 2>;
+
+std::vector<GroundPoint> middles_on_ground(const Mesh& mesh, io::UpAxis up) {
+  const auto vertical = static_cast<std::size_t>(up) / 2;  // of UpAxis, two values an axis
+  std::vector<GroundPoint> middles(mesh.faces.size());
+  tbb::parallel_for(std::size_t{0}, middles.size(), [&](std::size_t f) {
+    std::array<double, 3> sum{};
+    for (const std::uint32_t v : mesh.faces[f]) {
+      const WorldPoint& p = mesh.positions[v];
+      sum = {sum[0] + p.x, sum[1] + p.y, sum[2] + p.z};
+    }
+    middles[f] = {sum[vertical == 0 ? 1 : 0], sum[vertical == 2 ? 1 : 2]};
+  });
+  return middles;
+}
+
+class Divider {
+ public:
+  Divider(std::vector<GroundPoint> middles) : middles_(std::move(middles)), leaf_(middles_.size(), 0) {}
+
+  std::vector<std::uint32_t> divide(int depth) {
+    std::vector<std::uint32_t> faces(middles_.size());
+    std::iota(faces.begin(), faces.end(), 0u);
+    divide(faces, 0, 2 * depth);
+    return std::move(leaf_);
+  }
+
+ private:
+  // \param halvings still to be made
+  void divide(std::span<std::uint32_t> faces, std::uint32_t number, int halvings) {
+    if (halvings == 0) {
+      for (const std::uint32_t face : faces) leaf_[face] = number;
+      return;
+    }
+    const std::size_t axis = longer_axis(faces), half = faces.size() / 2;
+    // Faces of one middle are told apart by their number, so that the result does not depend on the order here.
+    std::ranges::nth_element(faces, faces.begin() + static_cast<std::ptrdiff_t>(half), {},
+                             [&](std::uint32_t face) { return std::pair(middles_[face][axis], face); });
+    tbb::parallel_invoke([&] { divide(faces.first(half), 2 * number, halvings - 1); },
+                         [&] { divide(faces.subspan(half), 2 * number + 1, halvings - 1); });
+  }
+
+  std::size_t longer_axis(std::span<const std::uint32_t> faces) const {
+    std::array<double, 2> low{}, high{};
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+    for (const std::uint32_t face : faces)
+      for (std::size_t a = 0; a < 2; ++a) {
+        low[a] = std::min(low[a], middles_[face][a]);
+        high[a] = std::max(high[a], middles_[face][a]);
+      }
+    return high[0] - low[0] >= high[1] - low[1] ? 0 : 1;
+  }
+
+  std::vector<GroundPoint> middles_;
+  std::vector<std::uint32_t> leaf_;
+};
+
+struct Simplified {
+  std::vector<Triangle> faces;
+  double error = 0;
+};
+
+// To a quarter of the faces, or as far as the border allows.
+Simplified simplified(const Mesh& mesh, std::span<const std::uint32_t> faces) {
+  std::vector<std::uint32_t> vertices;
+  for (const std::uint32_t face : faces)
+    vertices.insert(vertices.end(), mesh.faces[face].begin(), mesh.faces[face].end());
+  std::ranges::sort(vertices);
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  if (vertices.empty()) return {};
+  // Relative to a vertex, so that floats hold them; the simplifier returns vertices, not positions.
+  const WorldPoint& origin = mesh.positions[vertices[0]];
+  std::vector<float> positions;
+  for (const std::uint32_t v : vertices)
+    for (const double distance :
+         {mesh.positions[v].x - origin.x, mesh.positions[v].y - origin.y, mesh.positions[v].z - origin.z})
+      positions.push_back(static_cast<float>(distance));
+  std::vector<unsigned int> indices, kept(3 * faces.size());
+  for (const std::uint32_t face : faces)
+    for (const std::uint32_t v : mesh.faces[face])
+      indices.push_back(static_cast<unsigned int>(std::ranges::lower_bound(vertices, v) - vertices.begin()));
+  constexpr float kAnyError = 1;  // of the extent
+  constexpr std::size_t kStride = 3 * sizeof(float);
+  const std::size_t target = 3 * std::max<std::size_t>(1, faces.size() / kChildren);
+  float error = 0;
+  kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), positions.data(), vertices.size(), kStride,
+                               target, kAnyError, meshopt_SimplifyLockBorder, &error));
+  Simplified result;
+  for (std::size_t i = 0; i < kept.size(); i += 3)
+    result.faces.push_back({vertices[kept[i]], vertices[kept[i + 1]], vertices[kept[i + 2]]});
+  result.error = double{error} * double{meshopt_simplifyScale(positions.data(), vertices.size(), kStride)};
+  return result;
+}
+
+// Leaves out the vertices of no face.
+Mesh compact(const Mesh& all, std::vector<Triangle> faces) {
+  constexpr std::uint32_t kUnused = 0xFFFFFFFFu;
+  std::vector<std::uint32_t> place(all.positions.size(), kUnused);
+  for (const Triangle& face : faces)
+    for (const std::uint32_t v : face) place[v] = 0;
+  Mesh mesh;
+  mesh.file_srs = all.file_srs;
+  for (std::size_t v = 0; v < place.size(); ++v) {
+    if (place[v] == kUnused) continue;
+    place[v] = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.push_back(all.positions[v]);
+    if (!all.file_positions.empty()) mesh.file_positions.push_back(all.file_positions[v]);
+  }
+  for (Triangle& face : faces)
+    for (std::uint32_t& v : face) v = place[v];
+  mesh.faces = std::move(faces);
+  return mesh;
+}
+
+}  // namespace
+
+int tree_depth(std::size_t faces, std::size_t faces_per_tile) {
+  int depth = 0;
+  for (std::size_t capacity = std::max<std::size_t>(1, faces_per_tile); capacity < faces; capacity *= kChildren)
+    ++depth;
+  return depth;
+}
+
+std::vector<std::uint32_t> leaf_of_faces(const Mesh& mesh, io::UpAxis up, int depth) {
+  return Divider(middles_on_ground(mesh, up)).divide(depth);
+}
+
+LevelMesh coarser_level(const Mesh& finer, std::span<const std::uint32_t> tile, std::span<const double> error) {
+  const std::size_t tiles = error.size() / kChildren;
+  const Grouped<std::uint32_t> children = group_items<std::uint32_t>(tiles, [&](const auto& add) {
+    for (std::uint32_t f = 0; f < tile.size(); ++f) add(tile[f] / kChildren, f);
+  });
+  std::vector<Simplified> made(tiles);
+  tbb::parallel_for(std::size_t{0}, tiles, [&](std::size_t t) { made[t] = simplified(finer, children[t]); });
+  LevelMesh level;
+  std::vector<Triangle> faces;
+  for (std::size_t t = 0; t < tiles; ++t) {
+    faces.insert(faces.end(), made[t].faces.begin(), made[t].faces.end());
+    level.tile.insert(level.tile.end(), made[t].faces.size(), static_cast<std::uint32_t>(t));
+    level.error.push_back(made[t].error +
+                          *std::max_element(error.begin() + static_cast<std::ptrdiff_t>(kChildren * t),
+                                            error.begin() + static_cast<std::ptrdiff_t>(kChildren * (t + 1))));
+  }
+  level.mesh = compact(finer, std::move(faces));
+  return level;
+}
+
+}  // namespace gpvc::tileset

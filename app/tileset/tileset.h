@@ -1,0 +1,35 @@
+// A textured mesh as a tileset with levels of detail, for viewers that load what is seen (3D Tiles 1.1).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "../pipeline/pipeline.h"
+
+namespace gpvc::tileset {
+
+struct TilesetSettings {
+  pipeline::Settings texture;
+  std::size_t faces_per_tile = 50000;  ///< at most
+};
+
+struct LevelReport {
+  std::size_t tiles = 0, faces = 0, page_texels = 0, bytes = 0;
+  double texel_size = 0;  ///< least edge of a texel, in the scene's units; 0: those of the photos
+  double error = 0;       ///< greatest geometricError of its tiles
+};
+
+struct TilesetReport {
+  std::vector<LevelReport> levels;  ///< from the leaves to the root
+  bool georeferenced = false;       ///< the root has a transform to geocentric coordinates
+};
+
+/// Writes tileset.json and tiles/LEVEL_NUMBER.glb. Level 0 is the mesh as pipeline::texture_into() textures it, with charts
+/// that end at the borders of tiles. Each level above has a quarter of the faces and texels twice as large, and is textured
+/// from the photos anew: views are chosen for its own faces, and its texels are means of photo pixels, not of those of the
+/// level below. Views that texture nothing on level 0 are not used above. Throws what texture_into() throws.
+TilesetReport tileset_into(const pipeline::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
+                           pipeline::OutputFolder& folder, pipeline::Observer& observer);
+
+}  // namespace gpvc::tileset

@@ -1,0 +1,94 @@
+// gpvc tileset, from a scene to files.
+#include "io/textured_model.h"
+#include "tests/app/app_fixture.h"
+
+namespace gpvc {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+using Json = nlohmann::json;
+
+struct FoundTile {
+  std::string file;
+  int level = 0;  ///< 0: the root
+  Json box;
+  double error = 0;
+};
+
+void collect(const Json& tile, int level, std::vector<FoundTile>& all) {
+  all.push_back({tile["content"]["uri"], level, tile["boundingVolume"]["box"], tile["geometricError"]});
+  for (const Json& child : tile.value("children", Json::array())) {
+    EXPECT_GT(tile["geometricError"], child["geometricError"]) << "viewers refine from coarse to fine";
+    collect(child, level + 1, all);
+  }
+}
+
+class TilesetCommand : public App {
+ protected:
+  std::vector<std::string> tileset(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words = texture(out_, {"--tile-faces", "400"});
+    words[0] = "tileset";
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+};
+
+TEST_F(TilesetCommand, WritesATreeWithLevelsOfDetail) {
+  ASSERT_EQ(run(tileset()).exit_code, 0);
+  std::vector<FoundTile> tiles;
+  collect(Json::parse(read_file(out_ / "tileset.json"))["root"], 0, tiles);
+  std::map<int, std::size_t> faces, count;
+  for (const FoundTile& tile : tiles) {
+    io::LoadedModel loaded = io::read_textured_model(out_ / tile.file);
+    loaded.model.mesh = &loaded.mesh;
+    faces[tile.level] += loaded.mesh.faces.size();
+    ++count[tile.level];
+    ASSERT_FALSE(loaded.pages.empty()) << tile.file;
+    const Image& page = loaded.pages[0];
+    double sum = 0;
+    for (const std::uint8_t sample : page.pixels) sum += sample;
+    EXPECT_GT(sum / static_cast<double>(page.pixels.size()), 30) << tile.file << " is black";
+    // The city's z is up, so the coordinates of the file and of the tile are the same.
+    for (const WorldPoint& p : loaded.mesh.positions) {
+      const std::array<double, 3> at{p.x, p.y, p.z};
+      for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_LE(std::abs(at[i] - tile.box[i].get<double>()), tile.box[3 + 4 * i].get<double>() + 1e-4) << tile.file;
+    }
+  }
+  const int leaves = count.rbegin()->first;
+  EXPECT_EQ(leaves, 2);
+  EXPECT_EQ(count[0], 1u);
+  EXPECT_EQ(count[2], 16u);
+  EXPECT_EQ(faces[2], run_json(out_)["counts"]["levels"][0]["faces"]) << "every face of the mesh is in one leaf";
+  EXPECT_LT(faces[1], faces[2] / 2);
+  EXPECT_LT(faces[0], faces[1]);
+}
+
+TEST_F(TilesetCommand, IsTheSameForOneThread) {
+  ASSERT_EQ(run(tileset()).exit_code, 0);
+  const auto first = files_of(out_);
+  ASSERT_EQ(run(tileset({"--force", "--threads", "1"})).exit_code, 0);
+  const auto second = files_of(out_);
+  ASSERT_EQ(first.size(), second.size());
+  for (const auto& [name, bytes] : first) {
+    if (name == "run.json") continue;
+    EXPECT_TRUE(second.at(name) == bytes) << name;
+  }
+}
+
+TEST_F(TilesetCommand, LeavesNothingOfARunThatFails) {
+  fs::resize_file(scene_ / "images" / "east_001.jpg", 2000);
+  expect_one_sentence(run(tileset()), "east_001.jpg", "");
+  EXPECT_FALSE(fs::exists(out_));
+}
+
+TEST_F(TilesetCommand, DoesNotReplaceAnotherResult) {
+  ASSERT_EQ(run(texture(out_)).exit_code, 0);
+  const auto before = files_of(out_);
+  expect_one_sentence(run(tileset({"--force"})), out_.string(), "texture");
+  EXPECT_TRUE(files_of(out_) == before);
+}
+
+}  // namespace
+}  // namespace gpvc

@@ -1,0 +1,203 @@
+// The tree of tiles, its levels of detail, and tileset.json.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "app/tileset/tile_tree.h"
+#include "app/tileset/tileset_json.h"
+#include "io/reference_system.h"
+#include "io/vector.h"
+#include "tests/support/grid_mesh.h"
+
+namespace gpvc::tileset {
+namespace {
+
+using Json = nlohmann::json;
+
+// Hills of 64 x 48 squares of 1 m.
+Mesh hills() {
+  Mesh mesh = test::grid_mesh(64, 48, 1);
+  for (WorldPoint& p : mesh.positions)
+    p.z = 2 * std::sin(0.2 * p.x) * std::cos(0.15 * p.y) + 0.3 * std::sin(p.x + 2 * p.y);
+  return mesh;
+}
+
+using Place = std::array<double, 3>;
+using Edge = std::set<Place>;
+
+Place place(const WorldPoint& p) { return {p.x, p.y, p.z}; }
+
+// Per tile, the edges that a single one of its faces has. \param shift bits of the tile's number that are dropped
+std::map<std::uint32_t, std::set<Edge>> borders(const Mesh& mesh, const std::vector<std::uint32_t>& tile, int shift) {
+  std::map<std::uint32_t, std::map<Edge, int>> faces_of;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    for (std::size_t e = 0; e < 3; ++e) {
+      const auto &a = mesh.positions[mesh.faces[f][e]], &b = mesh.positions[mesh.faces[f][(e + 1) % 3]];
+      ++faces_of[tile[f] >> shift][{place(a), place(b)}];
+    }
+  std::map<std::uint32_t, std::set<Edge>> result;
+  for (const auto& [t, edges] : faces_of)
+    for (const auto& [edge, count] : edges)
+      if (count == 1) result[t].insert(edge);
+  return result;
+}
+
+TEST(TileTree, DepthIsTheLeastThatFits) {
+  EXPECT_EQ(tree_depth(100, 100), 0);
+  EXPECT_EQ(tree_depth(101, 100), 1);
+  EXPECT_EQ(tree_depth(400, 100), 1);
+  EXPECT_EQ(tree_depth(401, 100), 2);
+  EXPECT_EQ(tree_depth(0, 100), 0);
+}
+
+TEST(TileTree, LeavesHaveEquallyManyFacesAndDoNotOverlap) {
+  const Mesh mesh = hills();
+  const std::vector<std::uint32_t> leaf = leaf_of_faces(mesh, io::UpAxis::pos_z, 2);
+  std::vector<std::size_t> count(16, 0);
+  std::vector<std::array<double, 4>> box(16, {1e9, -1e9, 1e9, -1e9});
+  for (std::size_t f = 0; f < leaf.size(); ++f) {
+    ASSERT_LT(leaf[f], 16u);
+    ++count[leaf[f]];
+    WorldPoint m;
+    for (const std::uint32_t v : mesh.faces[f]) m = m + mesh.positions[v] * (1.0 / 3);
+    auto& b = box[leaf[f]];
+    b = {std::min(b[0], m.x), std::max(b[1], m.x), std::min(b[2], m.y), std::max(b[3], m.y)};
+  }
+  for (std::size_t a = 0; a < 16; ++a) {
+    EXPECT_EQ(count[a], mesh.faces.size() / 16);
+    for (std::size_t b = 0; b < a; ++b)
+      EXPECT_TRUE(box[a][1] <= box[b][0] || box[b][1] <= box[a][0] || box[a][3] <= box[b][2] || box[b][3] <= box[a][2])
+          << a << " and " << b;
+  }
+}
+
+TEST(TileTree, TheVerticalAxisIsNotDivided) {
+  Mesh mesh = hills();
+  for (WorldPoint& p : mesh.positions) p = {p.x, 100 * p.z, -p.y};  // y up, and higher than the ground is wide
+  const Mesh upright = hills();
+  EXPECT_EQ(leaf_of_faces(mesh, io::UpAxis::pos_y, 0), std::vector<std::uint32_t>(mesh.faces.size(), 0));
+  const std::vector<std::uint32_t> leaf = leaf_of_faces(mesh, io::UpAxis::pos_y, 1);
+  for (std::size_t f = 0; f < leaf.size(); ++f) {
+    double x = 0;
+    for (const std::uint32_t v : mesh.faces[f]) x += mesh.positions[v].x / 3;
+    EXPECT_EQ(leaf[f] < 2, x < 32) << "the first cut is across x, the longer axis";
+  }
+}
+
+TEST(LevelsOfDetail, TilesOfAnyLevelsMeetWithoutACrack) {
+  const Mesh mesh = hills();
+  const std::vector<std::uint32_t> leaf = leaf_of_faces(mesh, io::UpAxis::pos_z, 2);
+  std::vector<double> error(16, 0);
+  LevelMesh level = coarser_level(mesh, leaf, error);
+  for (int k = 1; k <= 2; ++k) {
+    ASSERT_EQ(level.error.size(), std::size_t{16} >> (2 * k));
+    EXPECT_LT(level.mesh.faces.size(), mesh.faces.size() >> (2 * k - 1)) << "level " << k;
+    EXPECT_TRUE(std::ranges::is_sorted(level.tile));
+    // A tile's border is that of the leaves below it: the same vertices, and the same edges between them.
+    EXPECT_EQ(borders(level.mesh, level.tile, 0), borders(mesh, leaf, 2 * k)) << "level " << k;
+    for (const double e : level.error) {
+      EXPECT_GT(e, 0.01) << "ripples of 0.3 m are simplified away";
+      EXPECT_LT(e, 4) << "hills are 4 m high";
+    }
+    if (k == 1) level = coarser_level(level.mesh, level.tile, level.error);
+  }
+}
+
+TEST(LevelsOfDetail, KeepPositionsOfTheFileBesideThem) {
+  Mesh mesh = hills();
+  for (const WorldPoint& p : mesh.positions) mesh.file_positions.push_back(p + WorldPoint{5e5, 5.4e6, 100});
+  const std::vector<std::uint32_t> leaf = leaf_of_faces(mesh, io::UpAxis::pos_z, 1);
+  const LevelMesh level = coarser_level(mesh, leaf, std::vector<double>(4, 0));
+  ASSERT_EQ(level.mesh.file_positions.size(), level.mesh.positions.size());
+  for (std::size_t v = 0; v < level.mesh.positions.size(); ++v)
+    EXPECT_EQ(level.mesh.file_positions[v], (level.mesh.positions[v] + WorldPoint{5e5, 5.4e6, 100}));
+}
+
+// --- tileset.json
+
+WorldPoint placed(const std::array<double, 16>& m, const TilePoint& p) {
+  std::array<double, 3> q{};
+  for (std::size_t row = 0; row < 3; ++row)
+    q[row] = m[row] * p.at[0] + m[4 + row] * p.at[1] + m[8 + row] * p.at[2] + m[12 + row];
+  return {q[0], q[1], q[2]};
+}
+
+TEST(TilesetJson, UtmIsPlacedOnTheEarth) {
+  for (const io::UpAxis up : {io::UpAxis::pos_z, io::UpAxis::pos_y, io::UpAxis::neg_x}) {
+    io::ModelOptions options;
+    options.srs = "EPSG:25832";
+    options.offset = {400, 300, 20};
+    options.srs_offset = {690000, 5330000, 500};
+    options.up = up;
+    const auto matrix = geocentric_from_tile(options);
+    ASSERT_TRUE(matrix);
+    for (const WorldPoint& p : {WorldPoint{400, 300, 20}, {450, 280, 35}, {380, 360, 10}}) {
+      std::array<WorldPoint, 1> truth{p + options.srs_offset};
+      io::transform_points(options.srs, io::kGeocentric, truth);
+      // Over 70 m the ellipsoid falls from its tangent plane by 0.4 mm.
+      EXPECT_LT(length(placed(*matrix, tile_from_world(options, p)) - truth[0]), 0.001);
+    }
+  }
+}
+
+TEST(TilesetJson, EastNorthUpIsPlacedOnTheEarth) {
+  io::ModelOptions options;
+  options.srs = "ENU:48.5,11.25";
+  options.up = io::UpAxis::pos_z;
+  const auto matrix = geocentric_from_tile(options);
+  ASSERT_TRUE(matrix);
+  std::array<WorldPoint, 2> truth{WorldPoint{11.25, 48.5, 0}, {11.25, 48.5, 30}};
+  io::transform_points("EPSG:4979", io::kGeocentric, truth);
+  EXPECT_LT(length(placed(*matrix, tile_from_world(options, {0, 0, 0})) - truth[0]), 1e-6);
+  EXPECT_LT(length(placed(*matrix, tile_from_world(options, {0, 0, 30})) - truth[1]), 1e-6);
+  const WorldPoint north = placed(*matrix, tile_from_world(options, {0, 100, 0})) - truth[0];
+  EXPECT_GT(north.z, 0.6 * 100) << "north is towards the pole";
+}
+
+TEST(TilesetJson, WithoutAKnownSystemThereIsNoTransform) {
+  for (const char* srs : {"", "LOCAL", "ENU:north"}) {
+    io::ModelOptions options;
+    options.srs = srs;
+    EXPECT_FALSE(geocentric_from_tile(options)) << srs;
+  }
+}
+
+TEST(TilesetJson, TilesWhoseYIsUpAreTurned) {
+  io::ModelOptions options;
+  options.up = io::UpAxis::pos_y;
+  const TilePoint p = tile_from_world(options, {1, 2, 3});
+  EXPECT_EQ(p.at, (std::array<double, 3>{1, -3, 2}));
+  options.up = io::UpAxis::pos_z;
+  EXPECT_EQ(tile_from_world(options, {1, 2, 3}).at, (std::array<double, 3>{1, 2, 3}));
+}
+
+TEST(TilesetJson, ParentsHoldTheirChildren) {
+  std::vector<std::vector<Tile>> levels(2);
+  for (int n = 0; n < 4; ++n) {
+    Tile tile{"tiles/0_" + std::to_string(n) + ".glb", {}, 0};
+    tile.box.add(TilePoint{{10.0 * n, 0, 0}});
+    tile.box.add(TilePoint{{10.0 * n + 8, 6, 4}});
+    levels[0].push_back(tile);
+  }
+  levels[0][2] = {};  // without faces
+  levels[1].push_back({"tiles/1_0.glb", {}, 0.5});
+  levels[1][0].box.add(TilePoint{{1, 1, 1}});
+  const Json json = Json::parse(tileset_text(levels, {}));
+  EXPECT_EQ(json["asset"]["version"], "1.1");
+  const Json& root = json["root"];
+  EXPECT_EQ(root["refine"], "REPLACE");
+  EXPECT_EQ(root["geometricError"], 0.5);
+  EXPECT_GT(json["geometricError"], root["geometricError"]);
+  EXPECT_EQ(root["boundingVolume"]["box"], Json({19, 3, 2, 19, 0, 0, 0, 3, 0, 0, 0, 2}));
+  ASSERT_EQ(root["children"].size(), 3u);
+  EXPECT_EQ(root["children"][2]["content"]["uri"], "tiles/0_3.glb");
+  EXPECT_EQ(root["children"][0]["geometricError"], 0);
+  EXPECT_FALSE(root.contains("transform"));
+}
+
+}  // namespace
+}  // namespace gpvc::tileset
