@@ -40,13 +40,21 @@ Object without_zero_shift(PJ_CONTEXT* context, Object system) {
   return base ? std::move(base) : std::move(system);
 }
 
+// PROJ takes "+proj=utm +zone=32" for a conversion unless it says that it is a system, which files leave out: OpenDroneMap's
+// proj.txt, .prj files.
+Object object_from(PJ_CONTEXT* context, const std::string& text) {
+  const bool is_string = text.starts_with("+proj=") || text.starts_with("+init=");
+  const bool says_so = text.find("+type=crs") != std::string::npos;
+  return Object(proj_create(context, (is_string && !says_so ? text + " +type=crs" : text).c_str()));
+}
+
 // With heights, above the ellipsoid where the system has none of its own.
 Object system_from(PJ_CONTEXT* context, const std::string& text) {
-  Object flat(proj_create(context, text.c_str()));
+  Object flat = object_from(context, text);
   if (!flat || !proj_is_crs(flat.get()))
     throw std::runtime_error(short_name(text) +
                              " is no coordinate reference system that PROJ knows: expected EPSG:NUMBER, a WKT or a "
-                             "PROJ string with +type=crs");
+                             "PROJ string");
   flat = without_zero_shift(context, std::move(flat));
   const PJ_TYPE type = proj_get_type(flat.get());
   const bool is_flat = type == PJ_TYPE_GEOGRAPHIC_2D_CRS || type == PJ_TYPE_PROJECTED_CRS;
@@ -82,7 +90,7 @@ SystemName system_name(const std::string& system) {
   const Context context(proj_context_create());
   proj_log_level(context.get(), PJ_LOG_NONE);
   SystemName found;
-  Object object(proj_create(context.get(), system.c_str()));
+  Object object = object_from(context.get(), system);
   if (!object || !proj_is_crs(object.get())) return found;
   if (const char* name = proj_get_name(object.get())) found.name = name;
   // A height is measured in a system of its own; the first of the two is that of the ground.

@@ -13,13 +13,15 @@
 //          latitude over 2 pi for x and y. Terms that a file does not state are 0 and
 //          the projection is perspective, as in its io.py.
 // World    east, north, up about reference_lla where positions were known. OpenDroneMap replaces it by UTM less an
-//          offset, which stands in odm_georeferencing/coords.txt, and keeps the former as
+//          offset, which stands in odm_georeferencing/coords.txt or a file like it, and keeps the former as
 //          reconstruction.topocentric.json. It undistorts afterwards: undistorted/reconstruction.json is in the same
 //          coordinates.
 #include "io/scenes/opensfm_scene.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numbers>
 
@@ -100,23 +102,43 @@ OpensfmCamera read_opensfm_camera(const JsonFile& json, const std::string& id, c
   return result;
 }
 
-void read_georeferencing(const fs::path& folder, SceneFile& scene) {
-  const fs::path coords = folder / "coords.txt", proj = folder / "proj.txt";
+void read_georeferencing(const fs::path& project, SceneFile& scene) {
+  const fs::path folder = project / "odm_georeferencing", proj = folder / "proj.txt";
   scene.srs.clear();
   scene.offset = {};
-  if (!is_file(coords)) {
+  // The same lines in each. Blocks of a divided run, and results whose point cloud was not kept, have one of the others.
+  const fs::path files[] = {folder / "coords.txt", folder / "odm_georeferencing_model_geo.txt",
+                            project / "odm_georeferencing_25d" / "odm_georeferencing_model_geo.txt"};
+  const auto found = std::ranges::find_if(files, [](const fs::path& file) { return is_file(file); });
+  if (found == std::end(files)) {
     scene.warnings.push_back("the positions are in a projected system less an offset, which is not known: " +
-                             coords.string() + " is missing");
+                             files[0].string() + " is missing");
     return;
   }
+  const fs::path& coords = *found;
   std::optional<FileBytes> definition;
   if (is_file(proj)) definition.emplace(proj);
   const FileBytes bytes(coords);
   parse_georeferencing(coords, bytes.view(), definition ? definition->view() : std::string_view(), scene);
 }
 
+namespace {
+
+/// OpenDroneMap's name of a system, "WGS84 UTM 32N", as one that PROJ knows; other text as it is.
+std::string utm_system(const std::string& name) {
+  std::string_view rest = name;
+  if (next_word(rest) != "WGS84" || next_word(rest) != "UTM") return name;
+  const std::string_view zone = next_word(rest);
+  if (zone.empty() || (zone.back() != 'N' && zone.back() != 'S')) return name;
+  const auto number = integer_from(zone.substr(0, zone.size() - 1));
+  if (!number || *number < 1 || *number > 60) return name;
+  return "EPSG:" + std::to_string((zone.back() == 'N' ? 32600 : 32700) + *number);
+}
+
+}  // namespace
+
 void parse_georeferencing(const fs::path& coords, std::string_view text, std::string_view proj_text, SceneFile& scene) {
-  scene.srs = next_line(text);
+  scene.srs = utm_system(std::string(next_line(text)));
   const auto x = number_from(next_word(text)), y = number_from(next_word(text));
   if (!x || !y || !std::isfinite(*x) || !std::isfinite(*y))
     throw InputError(coords, "line 2", "expected easting and northing of the offset");
@@ -239,7 +261,7 @@ SceneFile read_dataset(const fs::path& found) {
   const std::string name = found.filename().string();
   const bool projected = name.ends_with(".geocoords.json") ||
                          (name == "reconstruction.json" && is_file(project / "reconstruction.topocentric.json"));
-  if (projected) read_georeferencing(project / ".." / "odm_georeferencing", scene);
+  if (projected) read_georeferencing(project / "..", scene);
   scene.image_folders = {folder / "images"};
   // The other photos are not those of undistorted cameras.
   if (!undistorted) scene.image_folders.insert(scene.image_folders.end(), {folder / ".." / "images", folder});

@@ -18,9 +18,9 @@ struct OpensfmCamera {
 /// A member of the object `cameras`. Throws InputError.
 OpensfmCamera read_opensfm_camera(const JsonFile& json, const std::string& id, const Json& camera);
 
-/// OpenDroneMap's coords.txt in the folder odm_georeferencing: the system, then easting and northing of the offset.
-/// proj.txt states the system better. A warning where there is none. Throws InputError.
-void read_georeferencing(const std::filesystem::path& folder, SceneFile& scene);
+/// OpenDroneMap's coords.txt in the project's folder odm_georeferencing, or a file that stands in for it: the system, then
+/// easting and northing of the offset. proj.txt states the system better. A warning where there is none. Throws InputError.
+void read_georeferencing(const std::filesystem::path& project, SceneFile& scene);
 /// The same from the bytes of both files; `proj_text` is empty where there is none.
 void parse_georeferencing(const std::filesystem::path& coords, std::string_view coords_text, std::string_view proj_text,
                           SceneFile& scene);

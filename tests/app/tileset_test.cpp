@@ -127,21 +127,22 @@ WorldPoint placed(const std::array<double, 16>& m, const TilePoint& p) {
 }
 
 TEST(TilesetJson, UtmIsPlacedOnTheEarth) {
-  for (const io::UpAxis up : {io::UpAxis::pos_z, io::UpAxis::pos_y, io::UpAxis::neg_x}) {
-    io::ModelOptions options;
-    options.srs = "EPSG:25832";
-    options.offset = {400, 300, 20};
-    options.srs_offset = {690000, 5330000, 500};
-    options.up = up;
-    const auto matrix = geocentric_from_tile(options);
-    ASSERT_TRUE(matrix);
-    for (const WorldPoint& p : {WorldPoint{400, 300, 20}, {450, 280, 35}, {380, 360, 10}}) {
-      std::array<WorldPoint, 1> truth{p + options.srs_offset};
-      io::transform_points(options.srs, io::kGeocentric, truth);
-      // Over 70 m the ellipsoid falls from its tangent plane by 0.4 mm.
-      EXPECT_LT(length(placed(*matrix, tile_from_world(options, p)) - truth[0]), 0.001);
+  for (const char* srs : {"EPSG:25832", "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs"})
+    for (const io::UpAxis up : {io::UpAxis::pos_z, io::UpAxis::pos_y, io::UpAxis::neg_x}) {
+      io::ModelOptions options;
+      options.srs = srs;
+      options.offset = {400, 300, 20};
+      options.srs_offset = {690000, 5330000, 500};
+      options.up = up;
+      const auto matrix = geocentric_from_tile(options);
+      ASSERT_TRUE(matrix);
+      for (const WorldPoint& p : {WorldPoint{400, 300, 20}, {450, 280, 35}, {380, 360, 10}}) {
+        std::array<WorldPoint, 1> truth{p + options.srs_offset};
+        io::transform_points(options.srs, io::kGeocentric, truth);
+        // Over 70 m the ellipsoid falls from its tangent plane by 0.4 mm.
+        EXPECT_LT(length(placed(*matrix, tile_from_world(options, p)) - truth[0]), 0.001);
+      }
     }
-  }
 }
 
 TEST(TilesetJson, EastNorthUpIsPlacedOnTheEarth) {

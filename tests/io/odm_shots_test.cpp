@@ -49,7 +49,7 @@ TEST_F(OdmShots, ProjectsAKnownPoint) {
   // Meshes of the run are less the offset.
   EXPECT_EQ(scene.views[0].pose.centre, (WorldPoint{10, 20, 100}));
   EXPECT_EQ(scene.offset, (WorldPoint{482706, 1557461, 0}));
-  EXPECT_EQ(scene.srs, "WGS84 UTM 16N");
+  EXPECT_EQ(scene.srs, "EPSG:32616");
   const double x = 0.3, y = -0.2, r2 = 0.13, radial = 1 - 0.1 * r2 + 0.02 * r2 * r2 + 0.005 * r2 * r2 * r2;
   const double u = x * radial + 2 * 0.003 * x * y - 0.004 * (r2 + 2 * x * x);
   const double v = y * radial + 0.003 * (r2 + 2 * y * y) - 2 * 0.004 * x * y;

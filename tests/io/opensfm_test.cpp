@@ -163,12 +163,32 @@ TEST(OpenSfm, ReadsAnOpenDroneMapProject) {
   project.folder.write("opensfm/reconstruction.topocentric.json", "[]");
   EXPECT_TRUE(contains(read_scene(root, {}).warnings.back(), "coords.txt is missing"));
   project.folder.write("odm_georeferencing/coords.txt", "WGS84 UTM 32N\n567000 5150000\n");
-  EXPECT_EQ(read_scene(root, {}).srs, "WGS84 UTM 32N");
+  EXPECT_EQ(read_scene(root, {}).srs, "EPSG:32632");
   EXPECT_EQ(read_scene(root, {}).offset, (WorldPoint{567000, 5150000, 0}));
   project.folder.write("odm_georeferencing/proj.txt", "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs");
   EXPECT_EQ(read_scene(root, {}).srs, "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs");
   project.folder.write("odm_georeferencing/coords.txt", "WGS84 UTM 32N\n567000 north\n");
   EXPECT_TRUE(contains(input_error([&] { read_scene(root, {}); }), "coords.txt: line 2: expected easting"));
+}
+
+TEST(OpenSfm, TakesTheOffsetOfARunWithoutCoords) {
+  for (const std::string folder : {"odm_georeferencing/", "odm_georeferencing_25d/"}) {
+    const OdmProject project;
+    project.folder.write("opensfm/reconstruction.topocentric.json", "[]");
+    project.folder.write(folder + "odm_georeferencing_model_geo.txt", "WGS84 UTM 18S\n717623 8278698\n");
+    const Scene scene = read_scene(project.folder.path(), {});
+    EXPECT_EQ(scene.srs, "EPSG:32718") << folder;
+    EXPECT_EQ(scene.offset, (WorldPoint{717623, 8278698, 0})) << folder;
+  }
+}
+
+TEST(OpenSfm, KeepsTheNameOfASystemThatIsNoUtmZone) {
+  const OdmProject project;
+  project.folder.write("opensfm/reconstruction.topocentric.json", "[]");
+  for (const std::string name : {"WGS84 UTM 61N", "WGS84 UTM 32", "ETRS89 / LAEA", "WGS84 UTM N"}) {
+    project.folder.write("odm_georeferencing/coords.txt", name + "\n1 2\n");
+    EXPECT_EQ(read_scene(project.folder.path(), {}).srs, name);
+  }
 }
 
 // The photos beside the data set are not those of undistorted cameras: textured from them, a scene is off by tens of pixels.
@@ -192,7 +212,7 @@ TEST(OpenSfm, KnowsWhereUndistortedPhotosOfOpenDroneMapAre) {
   project.folder.write("odm_georeferencing/coords.txt", "WGS84 UTM 32N\n567000 5150000\n");
   for (const auto& source : {undistorted, undistorted / ".", undistorted / "reconstruction.json"}) {
     const Scene scene = read_scene(source, options);
-    EXPECT_EQ(scene.srs, "WGS84 UTM 32N") << source;
+    EXPECT_EQ(scene.srs, "EPSG:32632") << source;
     EXPECT_EQ(scene.offset, (WorldPoint{567000, 5150000, 0}));
   }
 }

@@ -47,6 +47,13 @@ TEST(ReferenceSystem, DegreesAreEastNorthAndHeightAboveTheEllipsoid) {
       place, 1e-6);
 }
 
+TEST(ReferenceSystem, ProjStringsNeedNotSayThatTheyAreSystems) {
+  const WorldPoint place{535216, 5630000, 20};
+  const WorldPoint truth = transformed("EPSG:32630", kGeocentric, place);
+  expect_near(transformed("+proj=utm +zone=30 +datum=WGS84 +units=m +no_defs", kGeocentric, place), truth, 1e-6);
+  expect_near(transformed("+proj=utm +zone=30 +datum=WGS84 +units=m +type=crs", kGeocentric, place), truth, 1e-6);
+}
+
 TEST(ReferenceSystem, UtmKeepsHeights) {
   // On a zone's meridian the easting is 500 km, and half a degree further east it is not far from the arc's length times
   // the scale of 0.9996.
@@ -73,6 +80,7 @@ TEST(ReferenceSystem, NamesSystemsAndTheirUnits) {
   EXPECT_EQ(system_name("EPSG:2263").unit, "US survey foot");  // New York Long Island
   EXPECT_EQ(system_name("EPSG:25832+5783").unit, "metre");     // with heights
   EXPECT_EQ(system_name("+proj=utm +zone=32 +datum=WGS84 +units=m +type=crs").unit, "metre");
+  EXPECT_EQ(system_name("+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs").unit, "metre") << "as OpenDroneMap writes it";
   EXPECT_EQ(system_name("Local Coordinates (m)").unit, "");
   EXPECT_EQ(system_name("").name, "");
 }
