@@ -29,12 +29,16 @@ fi
 
 for group in "${packages[@]}"; do "$root/app/setup/install_packages.sh" "$group"; done
 
-# Khronos' glTF validator and three.js come from the npm registry; everything else from Debian.
+# Khronos' glTF validator, three.js and the viewers of 3D Tiles come from the npm registry; everything else from Debian.
 node_modules=$root/build/node/node_modules
-if [ ! -d "$node_modules/gltf-validator" ] || [ ! -d "$node_modules/three" ]; then
-  mkdir -p "$root/build/node"
-  npm install --silent --no-audit --no-fund --prefix "$root/build/node" gltf-validator@2.0.0-dev.3.10 three@0.170.0
-fi
+for package in gltf-validator three 3d-tiles-renderer cesium; do
+  if [ ! -d "$node_modules/$package" ]; then
+    mkdir -p "$root/build/node"
+    npm install --silent --no-audit --no-fund --prefix "$root/build/node" \
+      gltf-validator@2.0.0-dev.3.10 three@0.170.0 3d-tiles-renderer@0.5.3 cesium@1.145.0
+    break
+  fi
+done
 
 cmake -S "$root" -B "$build" -G Ninja "${options[@]}" -DGPVC_TESTS=ON -DGPVC_WERROR=ON -DCMAKE_UNITY_BUILD=ON "-DGPVC_NODE_MODULES=$node_modules" >/dev/null
 cmake --build "$build" --target "${targets[@]}"
