@@ -8,6 +8,7 @@
 #include <cmath>
 #include <memory>
 #include <stdexcept>
+#include <string_view>
 
 #include "io/files/text_scan.h"
 #include "io/number_text.h"
@@ -92,7 +93,9 @@ SystemName system_name(const std::string& system) {
   SystemName found;
   Object object = object_from(context.get(), system);
   if (!object || !proj_is_crs(object.get())) return found;
-  if (const char* name = proj_get_name(object.get())) found.name = name;
+  // PROJ calls what a string describes "unknown".
+  if (const char* name = proj_get_name(object.get()); name != nullptr && std::string_view(name) != "unknown")
+    found.name = name;
   // A height is measured in a system of its own; the first of the two is that of the ground.
   if (proj_get_type(object.get()) == PJ_TYPE_COMPOUND_CRS)
     object = Object(proj_crs_get_sub_crs(context.get(), object.get(), 0));

@@ -78,9 +78,11 @@ TEST(ReferenceSystem, NamesSystemsAndTheirUnits) {
   EXPECT_EQ(system_name("EPSG:32632").unit, "metre");
   EXPECT_EQ(system_name("EPSG:4326").unit, "degree");
   EXPECT_EQ(system_name("EPSG:2263").unit, "US survey foot");  // New York Long Island
-  EXPECT_EQ(system_name("EPSG:25832+5783").unit, "metre");     // with heights
+  EXPECT_EQ(system_name("+proj=utm +zone=32 +datum=WGS84 +units=m").name, "") << "not unknown";
+  EXPECT_EQ(system_name("EPSG:25832+5783").unit, "metre");  // with heights
   EXPECT_EQ(system_name("+proj=utm +zone=32 +datum=WGS84 +units=m +type=crs").unit, "metre");
-  EXPECT_EQ(system_name("+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs").unit, "metre") << "as OpenDroneMap writes it";
+  EXPECT_EQ(system_name("+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs").unit, "metre")
+      << "as OpenDroneMap writes it";
   EXPECT_EQ(system_name("Local Coordinates (m)").unit, "");
   EXPECT_EQ(system_name("").name, "");
 }
