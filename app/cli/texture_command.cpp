@@ -1,4 +1,4 @@
-// gpvc texture: reads its input, runs the pipeline, writes the result.
+// gpvc texture and gpvc tileset: each reads its input, runs the library, writes the result.
 #include <algorithm>
 
 #include "app/cli/scene_input.h"

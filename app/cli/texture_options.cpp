@@ -1,4 +1,4 @@
-// The options of gpvc texture.
+// The options of gpvc texture, and of gpvc tileset, which has most of them.
 #include "app/cli/command_options.h"
 #include "app/cli/option_parts.h"
 

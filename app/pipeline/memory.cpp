@@ -95,8 +95,7 @@ constexpr double kMB = 1e6;
 // Part of what painting needs: smaller batches of partial charts would decode photos again for the sake of little memory.
 constexpr double kLeastBatch = 64 * kMB;
 // Of the memory for pages and partial charts where not all fit: photos are decoded again for each group of pages and for
-// each batch. Partial charts of a page take up to a quarter of what the page takes, and
-// most pages have none.
+// each batch. Partial charts of a page take up to a quarter of what the page takes, and most pages have none.
 constexpr double kPagesShare = 0.85;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What texture_into() and retexture_into() share of the steps.
+// What texture_into(), retexture_into() and tileset::tileset_into() share of the steps.
 #pragma once
 
 #include "app/pipeline/pipeline.h"
@@ -11,6 +11,7 @@ struct Choice {
   Seen seen;
   labeling::Selection selection;
 };
+/// The stages up to view selection, within the memory.
 Choice see_and_choose(const Input& input, const Settings& settings, const MemoryPlan& memory, io::PhotoSource& photos,
                       Observer& observer, SeeOptions options = {});
 

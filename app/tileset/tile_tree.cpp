@@ -36,7 +36,7 @@ std::vector<GroundPoint> middles_on_ground(const Mesh& mesh, io::UpAxis up) {
 
 class Divider {
  public:
-  Divider(std::vector<GroundPoint> middles) : middles_(std::move(middles)), leaf_(middles_.size(), 0) {}
+  explicit Divider(std::vector<GroundPoint> middles) : middles_(std::move(middles)), leaf_(middles_.size(), 0) {}
 
   std::vector<std::uint32_t> divide(int depth) {
     std::vector<std::uint32_t> faces(middles_.size());

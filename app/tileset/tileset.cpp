@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <stdexcept>
 #include <utility>
 
 #include "app/pipeline/frame_check.h"
@@ -170,6 +171,7 @@ class TilesetMaker {
     pipeline::Choice chosen = pipeline::see_and_choose(input, settings, memory, photos_, observer_);
     if (level.number == 0) {
       options_ = pipeline::model_options(input, chosen.selection.labels, settings.output);
+      options_.normals = false;  // they would differ along the borders of tiles
       keep_used_views(chosen.selection.labels);
     }
     atlas::AtlasInput from = pipeline::atlas_input(input, photos_, chosen.graph, chosen.seen, chosen.selection.labels);
@@ -251,6 +253,7 @@ class TilesetMaker {
 
 TilesetReport tileset_into(const pipeline::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
                            pipeline::OutputFolder& folder, pipeline::Observer& observer) {
+  if (!settings.texture.view_rules.empty()) throw std::invalid_argument("tileset_into takes no view_rules");
   return TilesetMaker(input, settings, photos, folder, observer).make();
 }
 

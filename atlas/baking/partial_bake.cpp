@@ -1,4 +1,4 @@
-// Texels of a partial chart: each from the best of its views, gaps closed smoothly.
+// What a view's photo gives to partial charts. Texels that no view shows are filled later, see partial_filler.h.
 #include <algorithm>
 #include <array>
 #include <cmath>
