@@ -164,6 +164,22 @@ AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 /// photo at most once.
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input);
 
+/// The colour ratio across a seam edge, for a fit over the parts of a mesh.
+struct SeamRatio {
+  std::array<std::uint32_t, 2> views{};         ///< index(ViewId)
+  std::array<std::array<double, 3>, 2> logs{};  ///< of the mean colour on each side, per channel
+  std::array<double, 2> r2{};                   ///< squared radius of the edge's middle in each frame
+  double weight = 0;
+};
+
+/// Those across seams whose lower face is none of the border, so that parts of a mesh that have each other's faces in their
+/// borders give each seam once. Fetches each photo at most once.
+std::vector<SeamRatio> seam_ratios(const AtlasInput& input);
+
+/// As above, from the ratios of all parts in any order that is the same each time. `faces`: per view, how many faces have it.
+std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<SeamRatio> ratios,
+                                       std::span<const std::size_t> faces);
+
 /// Bytes that a page takes at most for each of its texels while it is under construction: colour and state (4), and two more
 /// while it is finished, or 3 while photos are blended: 10 for each cell of 2 x 2 texels of its charts and their rings.
 inline constexpr std::size_t kPageBytesPerTexel = 7;

@@ -125,6 +125,13 @@ struct Candidates {
   std::vector<FaceId> refused;                      ///< faces that views see, none of which is allowed; ascending
 };
 
+/// What comparing all photos tells of each, for faces that are judged in parts.
+struct PhotoJudgement {
+  std::vector<ViewAgreement> agreement;  ///< of all views with statistics, ascending
+  /// Per view and channel, the logarithm to base 2 of the factor that its colours are divided by to agree with the others'.
+  std::vector<double> log2_gain;
+};
+
 /// Collects statistics (pixel area, gradient magnitude, mean colour) of the faces that each view sees, then derives
 /// candidates and costs from them.
 class CandidateCollector {
@@ -140,6 +147,8 @@ class CandidateCollector {
   /// The statistics of a view, for add_statistics() of a collector of the same mesh and options; valid until the next call.
   /// Empty for a view that judge() left out.
   std::span<const std::byte> statistics_of(ViewId id) const;
+  /// Forgets a view, whose statistics have been taken elsewhere.
+  void forget(ViewId id);
   /// Takes them instead of add_view(). False, and the view is not added, if they are of another mesh.
   bool add_statistics(ViewId id, std::span<const std::byte> statistics);
   /// Per view the photo that it shows, where several show one, as the views of a panorama do: such views have one vote about
@@ -149,6 +158,10 @@ class CandidateCollector {
   /// statistics how far each photo disagrees with the others about each face. `graph`: the mesh's face_graph(), which is made
   /// here if it is null.
   void judge(const FaceGraph* graph = nullptr);
+  /// judge() in two steps, for a scene in parts: the first of a collector of some faces all over the scene (a million suffice),
+  /// the second of each part, with what the first found.
+  PhotoJudgement judge_photos(const FaceGraph* graph = nullptr);
+  void judge_faces(const PhotoJudgement& photos, const FaceGraph* graph = nullptr);
   /// Instead of judge(), where all statistics come from a collector that had judged them. `agreement`: what it found.
   void take_judgement(std::vector<ViewAgreement> agreement);
   const std::vector<ViewAgreement>& agreement() const;
@@ -166,6 +179,7 @@ class CandidateCollector {
 
  private:
   struct State;
+  void leave_out(std::span<const ViewAgreement> agreement);
   std::unique_ptr<State> state_;
 };
 

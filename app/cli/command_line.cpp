@@ -129,6 +129,9 @@ Command command(CLI::App& parent, CLI::App* (*add)(CLI::App&, Options&), void (*
 std::vector<Command> add_commands(CLI::App& app) {
   std::vector<Command> commands{command(app, add_texture, run_texture),
                                 command(app, add_tileset, run_tileset),
+                                command(app, add_tiles, run_tiles),
+                                command(app, add_unit, run_unit),
+                                command(app, add_plan, run_plan),
                                 command(app, add_visibility_command, run_visibility),
                                 command(app, add_evaluate, run_evaluate),
                                 command(app, add_compare, run_compare),

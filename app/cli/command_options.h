@@ -14,6 +14,9 @@ inline constexpr const char* kExitStatus =
 
 CLI::App* add_texture(CLI::App& parent, TextureOptions& options);
 CLI::App* add_tileset(CLI::App& parent, TilesetOptions& options);
+CLI::App* add_tiles(CLI::App& parent, TilesOptions& options);
+CLI::App* add_unit(CLI::App& parent, UnitOptions& options);
+CLI::App* add_plan(CLI::App& parent, PlanOptions& options);
 CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& options);
 CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options);
 CLI::App* add_compare(CLI::App& parent, CompareOptions& options);

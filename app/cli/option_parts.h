@@ -96,6 +96,10 @@ void add_masks(CLI::App& app, SceneInput& input);
 void add_photos(CLI::App& app, SceneInput& input);
 void add_output(CLI::App& app, CommandOptions& options);
 void add_visibility(CLI::App& app, visibility::VisibilityOptions& options);
+/// --memory
+void add_memory(CLI::App& app, std::size_t& memory_bytes);
+/// What the textures of tiles are made with, --memory included.
+void add_tile_texture(CLI::App& app, pipeline::Settings& texture);
 /// --smoothness and --edge-weights.
 void add_smoothness(CLI::App& app, double& smoothness, labeling::EdgeWeights& weights);
 

@@ -12,6 +12,7 @@
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/undistort.h"
 #include "app/synth/city.h"
+#include "app/tiles/make_job.h"
 #include "app/tileset/tileset.h"
 #include "io/names.h"
 #include "io/scene_files.h"
@@ -61,6 +62,25 @@ struct TextureOptions : CommandOptions {
 struct TilesetOptions : CommandOptions {
   SceneInput input;
   tileset::TilesetSettings settings;
+};
+
+struct TilesOptions : CommandOptions {
+  SceneInput input;
+  tiles::JobSettings settings;
+};
+
+struct UnitOptions {
+  CommonOptions common;
+  std::filesystem::path job;
+  std::vector<std::string> names;
+  bool all = false;
+  std::size_t memory_bytes = 0;
+};
+
+struct PlanOptions {
+  CommonOptions common;
+  std::filesystem::path job;
+  bool sbatch = false;
 };
 
 struct VisibilityCommandOptions : CommandOptions {
@@ -144,6 +164,9 @@ class UsageError : public std::runtime_error {
 // The commands. They throw; run_command_line() turns exceptions into exit codes.
 void run_texture(const TextureOptions& options, Console& console);
 void run_tileset(const TilesetOptions& options, Console& console);
+void run_tiles(const TilesOptions& options, Console& console);
+void run_unit(const UnitOptions& options, Console& console);
+void run_plan(const PlanOptions& options, Console& console);
 void run_visibility(const VisibilityCommandOptions& options, Console& console);
 void run_evaluate(const EvaluateCommandOptions& options, Console& console);
 void run_compare(const CompareOptions& options, Console& console);

@@ -97,14 +97,22 @@ void add_texture_output(const OptionGroup& group, pipeline::Settings& settings) 
   add_up(group, output);
 }
 
-void add_memory(CLI::App& app, pipeline::Settings& settings) {
+}  // namespace
+
+void add_memory(CLI::App& app, std::size_t& memory_bytes) {
   OptionGroup{app, kCommonGroup}.parsed(
-      "--memory", [&bytes = settings.memory_bytes](const std::string& given) { bytes = bytes_from("--memory", given); },
-      "SIZE", "what the scene needs, 70 % of what is free at most",
+      "--memory", [&memory_bytes](const std::string& given) { memory_bytes = bytes_from("--memory", given); }, "SIZE",
+      "what the scene needs, 70 % of what is free at most",
       "Stay below this much memory, 600M or 4G; more of it saves decoding photos twice. The result is the same");
 }
 
-}  // namespace
+void add_tile_texture(CLI::App& app, pipeline::Settings& texture) {
+  add_pages({app, "Texture"}, texture);
+  add_up({app, "Texture"}, texture.output);
+  add_selection(app, texture);
+  add_visibility(app, texture.visibility);
+  add_memory(app, texture.memory_bytes);
+}
 
 CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   CLI::App* app = parent.add_subcommand("texture", "texture a triangle mesh from calibrated photos");
@@ -134,7 +142,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_texture_output({*app, "Texture"}, options.settings);
   add_selection(*app, options.settings);
   add_visibility(*app, options.settings.visibility);
-  add_memory(*app, options.settings);
+  add_memory(*app, options.settings.memory_bytes);
   OptionGroup{*app, kCommonGroup}.choice("--resume", pipeline::kKeepWorkNames, options.settings.keep_work,
                                          "Keep finished work in OUT/.work until all is done, so that the same command "
                                          "goes on from there if it is cut off; "
@@ -177,11 +185,7 @@ CLI::App* add_tileset(CLI::App& parent, TilesetOptions& options) {
   add_output(*app, options);
   OptionGroup{*app, "Tiles"}.number("--tile-faces", options.settings.faces_per_tile, std::size_t{100},
                                     std::size_t{10000000}, "N", "Most faces of a tile");
-  add_pages({*app, "Texture"}, texture);
-  add_up({*app, "Texture"}, texture.output);
-  add_selection(*app, texture);
-  add_visibility(*app, texture.visibility);
-  add_memory(*app, texture);
+  add_tile_texture(*app, texture);
   add_common(*app, options.common, R"(Examples:
   gpvc tileset colmap/sparse/0 mesh.ply --images photos -o tiles
   gpvc tileset colmap mesh.ply --mesh-crs EPSG:25832 -o tiles --tile-faces 20000

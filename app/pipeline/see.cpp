@@ -14,18 +14,12 @@
 #include "app/pipeline/coverage_store.h"
 #include "app/pipeline/hypotheses.h"
 #include "app/pipeline/kept_work.h"
-#include "app/pipeline/pipeline.h"
+#include "app/pipeline/steps.h"
 #include "app/pipeline/tie_point_fit.h"
 #include "io/clock.h"
 
 namespace gpvc::pipeline {
 namespace {
-
-// A run that is limited to one thread decodes photos and computes costs on it.
-std::launch launch_policy() {
-  using Control = tbb::global_control;
-  return Control::active_value(Control::max_allowed_parallelism) == 1 ? std::launch::deferred : std::launch::async;
-}
 
 // Leaves candidates to the given faces alone.
 void keep_faces(std::span<const FaceId> faces, labeling::Candidates& candidates) {
@@ -157,7 +151,20 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
                                   "what they show?"));
 }
 
-/// Per view the first that shows the same photo; empty where each has its own.
+void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
+  seen.statistics += statistics;
+  if (statistics.full + statistics.partial == 0)
+    observer.warning(fmt::format(
+        "{}: sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong", view.name));
+}
+
+}  // namespace
+
+std::launch launch_policy() {
+  using Control = tbb::global_control;
+  return Control::active_value(Control::max_allowed_parallelism) == 1 ? std::launch::deferred : std::launch::async;
+}
+
 std::vector<std::uint32_t> photo_of_view(const Scene& scene) {
   std::map<std::filesystem::path, std::uint32_t> first;
   std::vector<std::uint32_t> photos;
@@ -169,15 +176,6 @@ std::vector<std::uint32_t> photo_of_view(const Scene& scene) {
   }
   return shared ? photos : std::vector<std::uint32_t>();
 }
-
-void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
-  seen.statistics += statistics;
-  if (statistics.full + statistics.partial == 0)
-    observer.warning(fmt::format(
-        "{}: sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong", view.name));
-}
-
-}  // namespace
 
 std::string photo_fit_text(const MeshFit& fit) {
   if (fit.verdict == MeshFit::Verdict::unknown)

@@ -1,9 +1,19 @@
-// What texture_into(), retexture_into() and tileset::tileset_into() share of the steps.
+// What texture_into(), retexture_into(), tileset::tileset_into() and the units of jobs share of the steps.
 #pragma once
+
+#include <cstdint>
+#include <future>
+#include <vector>
 
 #include "app/pipeline/pipeline.h"
 
 namespace gpvc::pipeline {
+
+/// How work beside other work is started: a run that is limited to one thread does it on that.
+std::launch launch_policy();
+
+/// Per view the first that shows the same photo; empty where each has its own.
+std::vector<std::uint32_t> photo_of_view(const Scene& scene);
 
 /// What the atlas is made from.
 struct Choice {

@@ -13,6 +13,7 @@
 #include "app/pipeline/memory.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
+#include "app/tileset/tile_model.h"
 #include "app/tileset/tile_tree.h"
 #include "app/tileset/tileset_json.h"
 #include "io/freed_memory.h"
@@ -48,60 +49,13 @@ class PageFiles {
   void write(std::size_t number, const Image& page) const {
     io::write_image(files_[number].file, page, output_.texture, output_.quality, profile_);
   }
-  const io::PageFile& operator[](std::size_t number) const { return files_[number]; }
+  std::span<const io::PageFile> files() const { return files_; }
 
  private:
   const pipeline::OutputSettings& output_;
   io::ColorProfile profile_;
   std::vector<io::PageFile> files_;
 };
-
-// The faces of a tile as a model of their own.
-struct TileModel {
-  Mesh mesh;
-  io::TexturedModel model;
-  std::vector<io::PageFile> pages;
-};
-
-// The distinct values of an array, ascending.
-std::vector<std::uint32_t> distinct(std::vector<std::uint32_t> values) {
-  std::ranges::sort(values);
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-  return values;
-}
-
-std::uint32_t place_in(const std::vector<std::uint32_t>& sorted, std::uint32_t value) {
-  return static_cast<std::uint32_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
-}
-
-// \param drop leaves faces out
-template <typename Drop>
-TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t> faces, const PageFiles& pages,
-                     const Drop& drop) {
-  TileModel tile;
-  std::vector<std::uint32_t> vertices, texcoords, numbers;
-  for (const std::uint32_t f : faces) {
-    vertices.insert(vertices.end(), all.mesh->faces[f].begin(), all.mesh->faces[f].end());
-    texcoords.insert(texcoords.end(), all.face_texcoords[f].begin(), all.face_texcoords[f].end());
-    if (all.face_page[f] != io::kNoPage) numbers.push_back(all.face_page[f]);
-  }
-  vertices = distinct(std::move(vertices));
-  texcoords = distinct(std::move(texcoords));
-  numbers = distinct(std::move(numbers));
-  for (const std::uint32_t v : vertices) tile.mesh.positions.push_back(all.mesh->written_positions()[v]);
-  for (const std::uint32_t t : texcoords) tile.model.texcoords.push_back(all.texcoords[t]);
-  for (const std::uint32_t p : numbers) tile.pages.push_back(pages[p]);
-  for (const std::uint32_t f : faces) {
-    Triangle corners = all.mesh->faces[f], places = all.face_texcoords[f];
-    for (std::uint32_t& v : corners) v = place_in(vertices, v);
-    for (std::uint32_t& t : places) t = place_in(texcoords, t);
-    tile.mesh.faces.push_back(corners);
-    tile.model.face_texcoords.push_back(places);
-    const bool bare = drop(f) || all.face_page[f] == io::kNoPage;
-    tile.model.face_page.push_back(bare ? io::kNoPage : place_in(numbers, all.face_page[f]));
-  }
-  return tile;
-}
 
 // A level with what it is textured with.
 struct Level {
@@ -216,7 +170,7 @@ class TilesetMaker {
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t t) {
       if (tiles[t].file.empty()) return;
       observer_.check_cancelled();
-      TileModel model = tile_model(atlas.model, faces[t], pages, drop);
+      TileModel model = tile_model(atlas.model, faces[t], pages.files(), drop);
       model.model.mesh = &model.mesh;
       io::write_gltf(stems[t], io::GltfContainer::glb, model.model, model.pages, options_);
       for (const WorldPoint& p : model.mesh.positions) tiles[t].box.add(tile_from_world(options_, p));

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -16,14 +17,6 @@ namespace gpvc::atlas {
 
 namespace {
 
-/// The colour ratio across a seam edge.
-struct Ratio {
-  std::array<std::uint32_t, 2> views{};
-  std::array<std::array<double, 3>, 2> logs{};  ///< of the mean colour on each side, per channel
-  std::array<double, 2> r2{};                   ///< squared radius of the edge's middle in each frame
-  double weight = 0;
-};
-
 ViewExposure neutral_exposure(const Camera& c) {
   ViewExposure e;
   e.centre_x = c.cx;
@@ -33,8 +26,8 @@ ViewExposure neutral_exposure(const Camera& c) {
 }
 
 /// nullopt if no sample of the edge counts, or if a channel is too dark or too bright.
-std::optional<Ratio> ratio_across(const AtlasInput& input, const SeamSamples& seams, const SeamEdge& edge,
-                                  std::span<const ViewExposure> neutral) {
+std::optional<SeamRatio> ratio_across(const AtlasInput& input, const SeamSamples& seams, const SeamEdge& edge,
+                                      std::span<const ViewExposure> neutral) {
   // Sensors quantize and clip: below kDarkest a level is several per cent, and above kBrightest values are unreliable.
   constexpr float kDarkest = 8, kBrightest = 250, kMostWeight = 64;
   std::array<Color, 2> sum;
@@ -50,7 +43,7 @@ std::optional<Ratio> ratio_across(const AtlasInput& input, const SeamSamples& se
     total += w;
   }
   if (!(total > 0)) return std::nullopt;
-  Ratio ratio;
+  SeamRatio ratio;
   ratio.weight = double{std::min(total, kMostWeight)};
   for (std::size_t s = 0; s < 2; ++s) {
     const Color c = (1.0f / total) * sum[s];
@@ -87,17 +80,41 @@ struct Unknowns {
   std::size_t views, cameras = 0;
 };
 
-/// The share of labelled faces that each view has.
-std::vector<double> shares(const AtlasInput& input) {
-  std::vector<double> share(input.scene.views.size(), 0.0);
-  double total = 0;
-  for (const auto label : input.labels) {
-    if (label == kNoView) continue;
-    share[index(label)] += 1;
-    total += 1;
-  }
-  for (auto& s : share) s = total > 0 ? s / total : 0;
+/// How many faces each view has.
+std::vector<std::size_t> faces_of_views(const AtlasInput& input) {
+  std::vector<std::size_t> faces(input.scene.views.size(), 0);
+  for (const ViewId label : input.labels)
+    if (label != kNoView) ++faces[index(label)];
+  return faces;
+}
+
+/// The share of all labelled faces that each view has.
+std::vector<double> shares(std::span<const std::size_t> faces) {
+  const auto total = static_cast<double>(std::accumulate(faces.begin(), faces.end(), std::size_t{0}));
+  std::vector<double> share;
+  for (const std::size_t count : faces) share.push_back(total > 0 ? static_cast<double>(count) / total : 0);
   return share;
+}
+
+std::vector<ViewExposure> neutral_exposures(const Scene& scene) {
+  std::vector<ViewExposure> exposure;
+  for (const View& view : scene.views) exposure.push_back(neutral_exposure(view.camera));
+  return exposure;
+}
+
+/// \param counts tells which edges count
+template <typename Counts>
+std::vector<SeamRatio> ratios_across(const AtlasInput& input, const SeamSamples& seams, const Counts& counts) {
+  const std::vector<ViewExposure> neutral = neutral_exposures(input.scene);
+  std::vector<SeamRatio> ratios;
+  for (const SeamEdge& edge : seams.edges)
+    if (counts(edge))
+      if (const auto ratio = ratio_across(input, seams, edge, neutral)) ratios.push_back(*ratio);
+  return ratios;
+}
+
+SeamSamples samples_of(const AtlasInput& input) {
+  return sample_seams(input, CoverageIndex(input.coverage), find_seams(input));
 }
 
 /// The six unknowns, of three for each view, that a channel's equations of a pair of views have.
@@ -112,7 +129,7 @@ PairUnknowns unknowns_of(const std::array<std::uint32_t, 2>& views, const Unknow
 
 /// One equation of the least-squares problem: that the logs of both sides agree once corrected.
 struct Row {
-  Row(const Ratio& ratio, std::size_t channel) : rest(ratio.logs[0][channel] - ratio.logs[1][channel]) {
+  Row(const SeamRatio& ratio, std::size_t channel) : rest(ratio.logs[0][channel] - ratio.logs[1][channel]) {
     const auto [r2, s2] = ratio.r2;
     factors << 1, r2, r2 * r2, -1, -s2, -s2 * s2;
   }
@@ -173,14 +190,14 @@ double robust_divisor(double error, int round) {
 }
 
 /// Adds the equations of the ratios between a pair of views, weighted by what x leaves of them.
-void add_pair(NormalEquations& equations, std::span<const Ratio> ratios, const Unknowns& u, const Eigen::VectorXd& x,
-              int round) {
+void add_pair(NormalEquations& equations, std::span<const SeamRatio> ratios, const Unknowns& u,
+              const Eigen::VectorXd& x, int round) {
   for (std::size_t c = 0; c < 3; ++c) {
     const PairUnknowns at = unknowns_of(ratios.front().views, u, c);
     PairVector before, rest = PairVector::Zero();
     PairMatrix matrix = PairMatrix::Zero();
     for (std::size_t i = 0; i < at.size(); ++i) before[static_cast<Eigen::Index>(i)] = x[at[i]];
-    for (const Ratio& ratio : ratios) {
+    for (const SeamRatio& ratio : ratios) {
       const Row row(ratio, c);
       const PairVector weighted = ratio.weight / robust_divisor(row.residual(before), round) * row.factors;
       matrix += weighted * row.factors.transpose();
@@ -190,18 +207,18 @@ void add_pair(NormalEquations& equations, std::span<const Ratio> ratios, const U
   }
 }
 
-Eigen::VectorXd solve(std::vector<Ratio> ratios, const Unknowns& u, std::span<const double> share) {
+Eigen::VectorXd solve(std::vector<SeamRatio> ratios, const Unknowns& u, std::span<const double> share) {
   constexpr int kRounds = 10;
   double total = 0;
   for (const auto& r : ratios) total += r.weight;
   // Thousands of ratios of a pair of views add up in the same places of the matrix.
-  std::ranges::stable_sort(ratios, {}, &Ratio::views);
+  std::ranges::stable_sort(ratios, {}, &SeamRatio::views);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(u.count());
   for (int round = 0; round < kRounds; ++round) {
     NormalEquations equations(u.count());
     add_anchors(equations, u, share, 1e-3 * total);
     for (auto begin = ratios.begin(); begin != ratios.end();) {
-      const auto end = std::ranges::upper_bound(begin, ratios.end(), begin->views, {}, &Ratio::views);
+      const auto end = std::ranges::upper_bound(begin, ratios.end(), begin->views, {}, &SeamRatio::views);
       add_pair(equations, {begin, end}, u, x, round);
       begin = end;
     }
@@ -214,19 +231,25 @@ Eigen::VectorXd solve(std::vector<Ratio> ratios, const Unknowns& u, std::span<co
 
 }  // namespace
 
-std::vector<ViewExposure> fit_exposure(const AtlasInput& input) {
-  return fit_exposure(input, sample_seams(input, CoverageIndex(input.coverage), find_seams(input)));
-}
+std::vector<ViewExposure> fit_exposure(const AtlasInput& input) { return fit_exposure(input, samples_of(input)); }
 
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams) {
-  std::vector<ViewExposure> exposure;
-  for (const View& view : input.scene.views) exposure.push_back(neutral_exposure(view.camera));
-  std::vector<Ratio> ratios;
-  for (const SeamEdge& edge : seams.edges)
-    if (const auto ratio = ratio_across(input, seams, edge, exposure)) ratios.push_back(*ratio);
+  return fit_exposure(input.scene, ratios_across(input, seams, [](const SeamEdge&) { return true; }),
+                      faces_of_views(input));
+}
+
+std::vector<SeamRatio> seam_ratios(const AtlasInput& input) {
+  return ratios_across(input, samples_of(input), [&](const SeamEdge& edge) {
+    return input.border.empty() || input.border[std::min(edge.faces[0], edge.faces[1])] == 0;
+  });
+}
+
+std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<SeamRatio> ratios,
+                                       std::span<const std::size_t> faces) {
+  std::vector<ViewExposure> exposure = neutral_exposures(scene);
   if (ratios.empty()) return exposure;
-  const Unknowns u(input.scene);
-  const Eigen::VectorXd x = solve(std::move(ratios), u, shares(input));
+  const Unknowns u(scene);
+  const Eigen::VectorXd x = solve(std::move(ratios), u, shares(faces));
   const double most = std::log(kMostGain);
   for (std::uint32_t v = 0; v < exposure.size(); ++v) {
     const auto gain = [&](std::size_t c) {

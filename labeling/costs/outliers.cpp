@@ -56,6 +56,11 @@ class RatioBins {
 class PhotoGains {
  public:
   explicit PhotoGains(std::size_t views) : log2_gain_(views * 3, 0.0), scale_(views * 3, kUnit) {}
+  /// Of at least so many views; those beyond the end of `log2_gain` have no gain.
+  PhotoGains(std::span<const double> log2_gain, std::size_t views) : PhotoGains(std::max(views, log2_gain.size() / 3)) {
+    for (std::size_t i = 0; i < log2_gain.size(); ++i) set(i, log2_gain[i]);
+  }
+  const std::vector<double>& log2() const { return log2_gain_; }
 
   ColorSample sample(const ViewRecord& item) const {
     ColorSample result;
@@ -82,10 +87,8 @@ class PhotoGains {
     Histogram histogram = empty;
     for (const Histogram& part : of_threads)
       std::transform(histogram.begin(), histogram.end(), part.begin(), histogram.begin(), std::plus<>());
-    for (std::size_t i = 0; i < log2_gain_.size(); ++i) {
-      log2_gain_[i] += median_bin({histogram.data() + i * kBins, kBins});
-      scale_[i] = std::exp2(-log2_gain_[i]) * kUnit;
-    }
+    for (std::size_t i = 0; i < log2_gain_.size(); ++i)
+      set(i, log2_gain_[i] + median_bin({histogram.data() + i * kBins, kBins}));
   }
 
  private:
@@ -97,6 +100,10 @@ class PhotoGains {
   static constexpr double kUnit = 1.0 / 256;  ///< of FaceRecord::color, in grey levels
   static constexpr float kDark = 8;           ///< grey levels below which noise dominates a ratio
 
+  void set(std::size_t i, double log2_gain) {
+    log2_gain_[i] = log2_gain;
+    scale_[i] = std::exp2(-log2_gain) * kUnit;
+  }
   float level(const ViewRecord& item, std::size_t channel) const {
     return static_cast<float>(item.record->color[channel] * scale_[item.view * 3 + channel]);
   }
@@ -247,11 +254,24 @@ class Averager {
 
 }  // namespace
 
-void find_outliers(RecordsByView& by_view, std::size_t faces, const FaceGraph& graph,
+namespace {
+
+std::size_t view_count(const RecordsByView& by_view) {
+  return by_view.empty() ? 0 : std::size_t{by_view.rbegin()->first} + 1;
+}
+
+}  // namespace
+
+std::vector<double> photo_gains(RecordsByView& by_view, std::size_t faces) {
+  PhotoGains gains(view_count(by_view));
+  for (int round = 0; round < 2; ++round) gains.refine(by_view, faces);
+  return gains.log2();
+}
+
+void find_outliers(RecordsByView& by_view, std::span<const double> log2_gain, std::size_t faces, const FaceGraph& graph,
                    std::span<const std::uint32_t> photo_of_view) {
   if (by_view.empty()) return;
-  PhotoGains gains(std::size_t{by_view.rbegin()->first} + 1);
-  for (int round = 0; round < 2; ++round) gains.refine(by_view, faces);
+  const PhotoGains gains(log2_gain, view_count(by_view));
   for_each_chunk(by_view, faces, 1, [&](std::size_t, const Grouped<ViewRecord>& records) {
     FaceScratch scratch;
     for (std::size_t face = 0; face < records.groups(); ++face)

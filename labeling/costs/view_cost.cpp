@@ -189,6 +189,8 @@ std::span<const std::byte> CandidateCollector::statistics_of(ViewId id) const {
   return std::as_bytes(std::span(found->second));
 }
 
+void CandidateCollector::forget(ViewId id) { state_->by_view.erase(static_cast<std::uint32_t>(index(id))); }
+
 bool CandidateCollector::add_statistics(ViewId id, std::span<const std::byte> statistics) {
   if (statistics.size() % sizeof(FaceRecord) != 0) return false;
   std::vector<FaceRecord> records(statistics.size() / sizeof(FaceRecord));
@@ -205,18 +207,36 @@ void CandidateCollector::set_photos(std::vector<std::uint32_t> photo_of_view) {
 }
 
 void CandidateCollector::judge(const FaceGraph* graph) {
-  const CostOptions& options = state_->options;
+  std::optional<FaceGraph> made;
+  if (graph == nullptr) graph = &made.emplace(face_graph(state_->mesh));
+  judge_faces(judge_photos(graph), graph);
+}
+
+PhotoJudgement CandidateCollector::judge_photos(const FaceGraph* graph) {
   RecordsByView& by_view = state_->by_view;
   state_->scratch.reset();
   const std::size_t faces = state_->mesh.faces.size();
   std::optional<FaceGraph> made;
   if (graph == nullptr) graph = &made.emplace(face_graph(state_->mesh));
-  std::vector<ViewAgreement> agreement = measure_agreement(by_view, faces, *graph);
-  if (!options.keep_views && !mostly_by_chance(agreement))
-    for (const ViewAgreement& each : agreement)
-      if (each.by_chance) by_view.erase(static_cast<std::uint32_t>(index(each.view)));
-  if (options.outliers != Outliers::none) find_outliers(by_view, faces, *graph, state_->photo_of_view);
-  take_judgement(std::move(agreement));
+  PhotoJudgement photos{measure_agreement(by_view, faces, *graph), {}};
+  leave_out(photos.agreement);
+  if (state_->options.outliers != Outliers::none) photos.log2_gain = photo_gains(by_view, faces);
+  return photos;
+}
+
+void CandidateCollector::judge_faces(const PhotoJudgement& photos, const FaceGraph* graph) {
+  leave_out(photos.agreement);
+  std::optional<FaceGraph> made;
+  if (graph == nullptr) graph = &made.emplace(face_graph(state_->mesh));
+  if (state_->options.outliers != Outliers::none)
+    find_outliers(state_->by_view, photos.log2_gain, state_->mesh.faces.size(), *graph, state_->photo_of_view);
+  take_judgement(photos.agreement);
+}
+
+void CandidateCollector::leave_out(std::span<const ViewAgreement> agreement) {
+  if (state_->options.keep_views || mostly_by_chance(agreement)) return;
+  for (const ViewAgreement& each : agreement)
+    if (each.by_chance) forget(each.view);
 }
 
 void CandidateCollector::take_judgement(std::vector<ViewAgreement> agreement) {

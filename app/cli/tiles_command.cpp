@@ -1,0 +1,124 @@
+// gpvc tiles, unit and plan: jobs of units.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+
+#include "app/cli/command_options.h"
+#include "app/cli/interrupt.h"
+#include "app/cli/scene_input.h"
+#include "app/pipeline/folder_lock.h"
+#include "app/tiles/units.h"
+#include "io/files/file_bytes.h"
+#include "io/files/paths.h"
+
+namespace gpvc::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Without the program's name, and what only concerns the run that made the job.
+std::vector<std::string> arguments_of(const CommonOptions& common) {
+  return {common.command_line.begin() + 1, common.command_line.end()};
+}
+
+// The options of the command that made a job. Throws InputError.
+TilesOptions options_of_job(const fs::path& job) {
+  const fs::path file = job / "job.json";
+  if (!io::is_file(file)) throw InputError(job, "", "is no job: gpvc tiles makes one, with job.json in it");
+  const io::FileBytes bytes(file);
+  const Json json = Json::parse(bytes.view(), nullptr, false);
+  if (!json.is_object() || !json.contains("arguments") || !json["arguments"].is_array() ||
+      !std::ranges::all_of(json["arguments"], [](const Json& each) { return each.is_string(); }))
+    throw InputError(file, "", "expected an object with \"program\" and \"arguments\", as gpvc tiles writes it");
+  const std::string made_by = json.value("program", Json("")).is_string() ? json.value("program", "") : "";
+  if (made_by != program_version())
+    throw InputError(
+        file, "",
+        fmt::format("was made by gpvc {}, and this is gpvc {}: what two versions make does not fit together; "
+                    "make the job again, or go on with that one",
+                    made_by, program_version()));
+  std::vector<std::string> arguments = json["arguments"].get<std::vector<std::string>>();
+  std::ranges::reverse(arguments);
+  CLI::App app;
+  TilesOptions options;
+  add_tiles(app, options);
+  try {
+    app.parse(arguments);
+  } catch (const CLI::ParseError& error) {
+    throw InputError(file, "", fmt::format("has arguments that gpvc tiles does not take: {}", error.what()));
+  }
+  return options;
+}
+
+// Shows the stages of units on the console.
+void run_units(tiles::UnitRunner& runner, std::span<const tiles::Unit* const> units, Console& console) {
+  std::size_t were_done = 0;
+  for (const tiles::Unit* unit : units) {
+    throw_if_interrupted();
+    if (runner.run(*unit) == tiles::UnitResult::was_done) {
+      ++were_done;
+      if (units.size() == 1) console.note(fmt::format("unit {} is complete", unit->name));
+    }
+  }
+  if (were_done > 0 && units.size() > 1)
+    console.note(fmt::format("{} of {} units were complete", were_done, units.size()));
+}
+
+}  // namespace
+
+void run_tiles(const TilesOptions& options, Console& console) {
+  refuse_overwriting(options.input, options.out, {"job.json", "plan.json"});
+  run_command("tiles", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+    const SceneInputData in = read_scene_input(options.input, record);
+    check_photos(in);
+    folder.protect(input_files(in));
+    const std::vector<tiles::Unit> units =
+        tiles::make_job(tiles::JobFolder(folder.in_making()), in.input(), options.settings, program_version(), record);
+    evaluate::write_json(folder.file("job.json"),
+                         {{"program", program_version()}, {"arguments", arguments_of(options.common)}});
+    folder.promise_all();
+    evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
+    for (const std::string& line : tiles::plan_table(units)) record.note(line);
+    return {scene_json(options.input), Json::object(), (options.out / "plan.json").string()};
+  });
+}
+
+void run_unit(const UnitOptions& options, Console& console) {
+  if (options.names.empty() != options.all) throw UsageError("gpvc unit takes the names of units, or --all");
+  TilesOptions made = options_of_job(options.job);
+  pipeline::Settings settings = made.settings.tileset.texture;
+  settings.memory_bytes = options.memory_bytes;
+  settings.device = options.common.device;
+  RunRecord record(console);
+  std::optional<pipeline::FolderLock> driver;
+  if (options.all) driver.emplace(options.job);
+  tiles::UnitRunner runner(tiles::JobFolder(options.job), settings, made.input.downscale, record);
+  std::vector<const tiles::Unit*> units;
+  for (const std::string& name : options.names) try {
+      units.push_back(&runner.find(name));
+    } catch (const std::invalid_argument& error) {
+      throw UsageError(fmt::format("{}: {}; plan.json lists them", options.job.string(), error.what()));
+    }
+  if (options.all)
+    for (const tiles::Unit& unit : runner.units()) units.push_back(&unit);
+  run_units(runner, units, console);
+  if (std::ranges::any_of(units, [](const tiles::Unit* unit) { return unit->stage == tiles::Stage::finish; }))
+    console.result((options.job / "result" / "tileset.json").string());
+}
+
+void run_plan(const PlanOptions& options, Console& console) {
+  options_of_job(options.job);
+  const std::vector<tiles::Unit> units = tiles::plan_units(tiles::JobFolder(options.job).read_job());
+  if (options.sbatch) {
+    console.result(
+        tiles::sbatch_text(units, fs::absolute(options.job).lexically_normal(), fs::read_symlink("/proc/self/exe")));
+    return;
+  }
+  for (const std::string& line : tiles::plan_table(units)) console.result(line);
+}
+
+}  // namespace gpvc::cli

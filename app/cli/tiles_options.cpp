@@ -1,0 +1,73 @@
+// The options of gpvc tiles, unit and plan.
+#include "app/cli/command_options.h"
+#include "app/cli/option_parts.h"
+
+namespace gpvc::cli {
+namespace {
+
+void add_job(CLI::App& app, std::filesystem::path& job) {
+  app.add_option("JOB", job, "Folder that gpvc tiles has made")->required()->check(not_empty())->group("Input");
+}
+
+}  // namespace
+
+CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
+  CLI::App* app = parent.add_subcommand("tiles", "cut a scene into a job of units, for a cluster or a small memory");
+  options.settings.tileset.faces_per_tile = 1000000;
+  add_scene(*app, options.input);
+  add_mesh(*app, options.input.mesh)->required();
+  add_photos(*app, options.input);
+  OptionGroup{*app, "Input"}.add("--hold-out", options.input.hold_out, "K|LIST",
+                                 "Texture without every K-th photo, or without these (names or globs)");
+  add_output(*app, options);
+  const OptionGroup units{*app, "Units"};
+  units.number("--tile-faces", options.settings.tileset.faces_per_tile, std::size_t{100}, std::size_t{100000000}, "N",
+               "Most faces of a tile; each takes some 700 bytes a face, more where many photos see it");
+  units.number("--unit-views", options.settings.views_per_unit, std::size_t{1}, std::size_t{10000}, "N",
+               "Most photos that one unit looks at");
+  add_tile_texture(*app, options.settings.tileset.texture);
+  add_common(*app, options.common, R"(Examples:
+  gpvc tiles colmap mesh.ply -o job && gpvc unit job --all --memory 6G
+  gpvc tiles colmap mesh.ply -o job && snakemake -s app/workflow/Snakefile --config job=job --profile ...
+  gpvc tiles colmap mesh.ply -o job && gpvc plan job --sbatch > job.sh && sh job.sh
+
+Writes to JOB: plan.json (the units, with what they wait for and what they take), job.json, mesh/, run.json.
+The units write JOB/units/NAME/ and the result: JOB/result/tileset.json, tiles/0_N.glb, obj/N/model.obj
+with its pages. All tiles have one labeling and one leveling: seams along their borders are as those inside.
+
+)");
+  return app;
+}
+
+CLI::App* add_unit(CLI::App& parent, UnitOptions& options) {
+  CLI::App* app = parent.add_subcommand("unit", "run units of a job that gpvc tiles has made");
+  add_job(*app, options.job);
+  app->add_option("UNIT", options.names, "Names of units, as in plan.json")->group("Input");
+  OptionGroup{*app, "Input"}.flag("--all", options.all, "All units that are not complete, one after another");
+  add_memory(*app, options.memory_bytes);
+  add_common(*app, options.common, R"(Examples:
+  gpvc unit job see-0-3 --threads 4 --memory 2G
+  gpvc unit job --all
+
+A unit that is complete, and whose input is unchanged, is not run again. It may run on any machine that sees
+JOB and the photos under the same names.
+
+)");
+  return app;
+}
+
+CLI::App* add_plan(CLI::App& parent, PlanOptions& options) {
+  CLI::App* app = parent.add_subcommand("plan", "show what a job takes, or print it for Slurm");
+  add_job(*app, options.job);
+  OptionGroup{*app, "Output"}.flag(
+      "--sbatch", options.sbatch,
+      "Print a shell script that submits all units to Slurm as job arrays, each after the one before");
+  add_common(*app, options.common, R"(Examples:
+  gpvc plan job
+  gpvc plan job --sbatch > job.sh && sh job.sh --partition=long
+
+)");
+  return app;
+}
+
+}  // namespace gpvc::cli

@@ -1,0 +1,195 @@
+#include "app/tiles/job.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "app/pipeline/kept_work.h"
+#include "app/tiles/done.h"
+#include "io/photos.h"
+
+namespace gpvc::tiles {
+namespace {
+
+namespace fs = std::filesystem;
+using Writer = io::WorkStore::Writer;
+using Reader = io::WorkStore::Reader;
+
+constexpr const char* kSceneFile = "scene";
+
+void add_text(Writer& out, std::string_view text) { out.add_all(std::span<const char>(text)); }
+
+std::string get_text(Reader& in) {
+  const std::vector<char> text = in.get_all<char>();
+  return {text.begin(), text.end()};
+}
+
+void write_view(Writer& out, const View& view) {
+  add_text(out, view.name);
+  add_text(out, view.photo.string());
+  out.add(view.camera);
+  out.add(view.pose);
+  add_text(out, view.mask.string());
+  out.add(view.uses_alpha);
+  out.add(view.reduction);
+  out.add(view.number);
+}
+
+View read_view(Reader& in) {
+  View view;
+  view.name = get_text(in);
+  view.photo = get_text(in);
+  view.camera = in.get<Camera>();
+  view.pose = in.get<Pose>();
+  view.mask = get_text(in);
+  view.uses_alpha = in.get<bool>();
+  view.reduction = in.get<int>();
+  view.number = in.get<std::uint32_t>();
+  return view;
+}
+
+void write_model(Writer& out, const io::ModelOptions& model) {
+  out.add(model.offset);
+  out.add(model.up);
+  add_text(out, model.srs);
+  out.add(model.srs_offset);
+  out.add(model.normals);
+  out.add(model.pageless_faces);
+}
+
+io::ModelOptions read_model(Reader& in) {
+  io::ModelOptions model;
+  model.offset = in.get<WorldPoint>();
+  model.up = in.get<io::UpAxis>();
+  model.srs = get_text(in);
+  model.srs_offset = in.get<WorldPoint>();
+  model.normals = in.get<bool>();
+  model.pageless_faces = in.get<bool>();
+  return model;
+}
+
+void write_tile(Writer& out, const TileInfo& tile) {
+  out.add(tile.box);
+  out.add(tile.written_box);
+  for (const std::size_t count : {tile.faces, tile.all_faces, tile.vertices}) out.add(count);
+  out.add_all(tile.views);
+  out.add_all(tile.beside);
+  out.add_all(tile.around);
+  out.add(tile.color);
+  out.add(tile.pairs);
+  out.add(tile.texels);
+}
+
+TileInfo read_tile_info(Reader& in) {
+  TileInfo tile;
+  tile.box = in.get<pipeline::Box>();
+  tile.written_box = in.get<pipeline::Box>();
+  for (std::size_t* count : {&tile.faces, &tile.all_faces, &tile.vertices}) *count = in.get<std::size_t>();
+  tile.views = in.get_all<ViewId>();
+  tile.beside = in.get_all<std::uint32_t>();
+  tile.around = in.get_all<std::uint32_t>();
+  tile.color = in.get<int>();
+  tile.pairs = in.get<double>();
+  tile.texels = in.get<double>();
+  return tile;
+}
+
+}  // namespace
+
+io::WorkKey job_key(const pipeline::Input& input, const pipeline::Settings& settings, std::string_view program,
+                    std::size_t faces_per_tile, pipeline::Observer& observer) {
+  io::CallbackSource no_photos(input.scene, [](ViewId) { return io::Picture{}; });
+  const pipeline::ResultKeys keys = pipeline::result_keys(input, settings, no_photos, observer);
+  io::WorkHash hash;
+  hash.add_text(program);
+  for (const io::WorkKey& key : {keys.mesh, keys.views, keys.options}) hash.add(key.bits);
+  hash.add(settings.output.quality);
+  hash.add(settings.output.up ? static_cast<int>(*settings.output.up) : -1);
+  hash.add(faces_per_tile);
+  for (const ViewId view : input.views) hash.add_text(input.scene.views[index(view)].photo.string());
+  return hash.key();
+}
+
+std::vector<std::uint32_t> tiles_of_group(const Job& job, std::size_t group) {
+  std::vector<std::uint32_t> tiles;
+  for (std::uint32_t t = 0; t < job.tiles.size(); ++t)
+    if (std::ranges::any_of(job.groups[group],
+                            [&](ViewId view) { return std::ranges::binary_search(job.tiles[t].views, view); }))
+      tiles.push_back(t);
+  return tiles;
+}
+
+void JobFolder::write_job(const Job& job, const io::WorkKey& key) const {
+  keep(folder_ / "mesh", kSceneFile, key, [&](Writer& out) {
+    add_text(out, job.scene.source.string());
+    add_text(out, job.scene.srs);
+    out.add(job.scene.offset);
+    out.add(job.scene.views.size());
+    for (const View& view : job.scene.views) write_view(out, view);
+    out.add_all(job.views);
+    write_model(out, job.model);
+    out.add_all(job.color_profile);
+    out.add(job.tiles.size());
+    for (const TileInfo& tile : job.tiles) write_tile(out, tile);
+    out.add(job.groups.size());
+    for (const std::vector<ViewId>& group : job.groups) out.add_all(group);
+  });
+}
+
+Job JobFolder::read_job() const {
+  Job job;
+  read_mesh_file(kSceneFile, [&](Reader& in) {
+    job.scene.source = get_text(in);
+    job.scene.srs = get_text(in);
+    job.scene.offset = in.get<WorldPoint>();
+    for (auto views = in.get<std::size_t>(); views > 0; --views) job.scene.views.push_back(read_view(in));
+    job.views = in.get_all<ViewId>();
+    job.model = read_model(in);
+    job.color_profile = in.get_all<std::uint8_t>();
+    for (auto tiles = in.get<std::size_t>(); tiles > 0; --tiles) job.tiles.push_back(read_tile_info(in));
+    for (auto groups = in.get<std::size_t>(); groups > 0; --groups) job.groups.push_back(in.get_all<ViewId>());
+  });
+  return job;
+}
+
+io::WorkKey JobFolder::key() const {
+  const std::optional<Done> made = read_done(folder_ / "mesh" / "done.json");
+  if (!made) throw InputError(folder_, "", "is no job of gpvc tiles, or one that was not made to its end");
+  return made->key;
+}
+
+std::optional<io::WorkKey> JobFolder::done(const std::string& name) const {
+  const std::optional<Done> done = read_done(done_file(name));
+  if (!done) return std::nullopt;
+  for (const OutputSize& output : done->outputs) {
+    std::error_code failed;
+    if (fs::file_size(folder_ / output.file, failed) != output.bytes || failed) return std::nullopt;
+  }
+  return done->key;
+}
+
+void JobFolder::keep(const fs::path& folder, const std::string& name, const io::WorkKey& key,
+                     const std::function<void(Writer&)>& write) const {
+  io::WorkStore store(folder);
+  store.keep(name, key, write);
+  if (const std::optional<std::string> failure = store.failure()) throw std::runtime_error(*failure);
+}
+
+void JobFolder::read(const std::string& unit_name, const std::string& name,
+                     const std::function<void(Reader&)>& fill) const {
+  const std::optional<Done> done = read_done(done_file(unit_name));
+  if (!done)
+    throw InputError(done_file(unit_name), "", fmt::format("is missing: unit {} has to be done first", unit_name));
+  if (!io::WorkStore(unit(unit_name)).read(name, done->key, fill))
+    throw InputError(unit(unit_name) / name, "",
+                     fmt::format("is missing or damaged; remove {} and run unit {} again",
+                                 done_file(unit_name).string(), unit_name));
+}
+
+void JobFolder::read_mesh_file(const std::string& name, const std::function<void(Reader&)>& fill) const {
+  if (!io::WorkStore(folder_ / "mesh").read(name, key(), fill))
+    throw InputError(folder_ / "mesh" / name, "", "is missing or damaged; make the job again by gpvc tiles");
+}
+
+}  // namespace gpvc::tiles

@@ -1,0 +1,89 @@
+// A job: a scene cut into units of work, in a folder that all machines see which work on it. What units leave for each other:
+//
+//   job.json             the arguments of the command that made the job, for its units' settings
+//   plan.json            the units, see plan.h
+//   mesh/                scene and tiles
+//   units/NAME/          what a unit leaves for others, and done.json once that is complete
+//   result/              tileset.json, tiles/NUMBER.glb, obj/NUMBER/model.obj with its pages
+//
+// Files in mesh/ and units/ are those of io::WorkStore: each with a key of what it came from and a hash of its bytes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/pipeline/glance.h"
+#include "app/pipeline/pipeline.h"
+#include "io/images.h"
+#include "io/textured_model.h"
+#include "io/work_store.h"
+
+namespace gpvc::tiles {
+
+struct TileInfo {
+  pipeline::Box box;                                   ///< of its faces and those of its border
+  pipeline::Box written_box;                           ///< of its faces, where the mesh's file has them
+  std::size_t faces = 0, all_faces = 0, vertices = 0;  ///< without and with the border; with it
+  std::vector<ViewId> views{};                         ///< that may frame the box
+  std::vector<std::uint32_t> beside{};                 ///< tiles that share an edge with it
+  std::vector<std::uint32_t> around{};                 ///< tiles with faces in its border
+  int color = 0;                                       ///< no two tiles beside each other have the same
+  double pairs = 0, texels = 0;                        ///< pipeline::Workload, border included
+};
+
+struct Job {
+  Scene scene;                       ///< as brought into the mesh's coordinates
+  std::vector<ViewId> views{};       ///< to texture from
+  io::ModelOptions model{};          ///< how the result's files write coordinates
+  io::ColorProfile color_profile{};  ///< of the pages
+  std::vector<TileInfo> tiles{};
+  std::vector<std::vector<ViewId>> groups{};  ///< views that one unit looks at
+};
+
+/// Of all that a job's results depend on, except the bytes of photos. \param program its version
+io::WorkKey job_key(const pipeline::Input& input, const pipeline::Settings& settings, std::string_view program,
+                    std::size_t faces_per_tile, pipeline::Observer& observer);
+
+/// The tiles with faces that views of a group may frame, ascending.
+std::vector<std::uint32_t> tiles_of_group(const Job& job, std::size_t group);
+
+/// Reads and writes the files of a job. Errors name the file, and the unit that makes it.
+class JobFolder {
+ public:
+  explicit JobFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  const std::filesystem::path& path() const { return folder_; }
+  std::filesystem::path unit(const std::string& name) const { return folder_ / "units" / name; }
+  std::filesystem::path done_file(const std::string& name) const { return unit(name) / "done.json"; }
+
+  /// Throws OutputError.
+  void write_job(const Job& job, const io::WorkKey& key) const;
+  /// Throws InputError where there is none.
+  Job read_job() const;
+  /// The key of the job. Throws InputError.
+  io::WorkKey key() const;
+
+  /// The key of a complete unit; nullopt where it has to be done.
+  std::optional<io::WorkKey> done(const std::string& name) const;
+
+  /// Throws OutputError.
+  void keep(const std::filesystem::path& folder, const std::string& name, const io::WorkKey& key,
+            const std::function<void(io::WorkStore::Writer&)>& write) const;
+  /// Reads what a unit left; throws InputError that names the unit where it is missing or damaged.
+  void read(const std::string& unit, const std::string& name,
+            const std::function<void(io::WorkStore::Reader&)>& fill) const;
+  /// Reads a file of mesh/, which `gpvc tiles` makes.
+  void read_mesh_file(const std::string& name, const std::function<void(io::WorkStore::Reader&)>& fill) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace gpvc::tiles

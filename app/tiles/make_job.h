@@ -1,0 +1,25 @@
+// Cuts a scene into a job.
+#pragma once
+
+#include <string>
+
+#include "app/pipeline/pipeline.h"
+#include "app/tiles/job.h"
+#include "app/tiles/plan.h"
+#include "app/tileset/tileset.h"
+
+namespace gpvc::tiles {
+
+struct JobSettings {
+  tileset::TilesetSettings tileset;
+  std::size_t views_per_unit = 16;  ///< at most
+};
+
+/// The job of an input, without files and without what they are written with. O(faces log faces + faces x border).
+Job cut_scene(const pipeline::Input& input, const JobSettings& settings, pipeline::Observer& observer);
+
+/// Writes mesh/ and plan.json. Throws InputError, OutputError.
+std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input, const JobSettings& settings,
+                           const std::string& program, pipeline::Observer& observer);
+
+}  // namespace gpvc::tiles

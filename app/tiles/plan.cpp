@@ -1,0 +1,348 @@
+#include "app/tiles/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "app/pipeline/memory.h"
+
+namespace gpvc::tiles {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Processor seconds of units: to start and to read the job, and for a million of what each works on. Fitted to runs on a city of
+// 324 thousand faces and one of 20 million.
+constexpr double kStartS = 1.0;
+
+double million(double count) { return 1e-6 * count; }
+
+// What the units of a job take.
+class Estimates {
+ public:
+  explicit Estimates(const Job& job) : job_(job) {}
+
+  void see(std::size_t group, Unit& unit) const {
+    pipeline::Workload work;
+    for (const ViewId id : job_.groups[group]) {
+      add_photo(id, work);
+      unit.photo_bytes += photo_file(id);
+    }
+    for (const std::uint32_t t : tiles_of_group(job_, group)) {
+      const TileInfo& tile = job_.tiles[t];
+      const auto common = static_cast<double>(std::ranges::count_if(
+          job_.groups[group], [&](ViewId view) { return std::ranges::binary_search(tile.views, view); }));
+      work.faces += static_cast<double>(tile.faces);
+      work.vertices += static_cast<double>(tile.vertices);
+      work.pairs += tile.pairs * common / static_cast<double>(std::max<std::size_t>(1, tile.views.size()));
+    }
+    unit.memory_bytes = pipeline::memory_need(work).seeing;
+    unit.seconds = kStartS + million(0.05 * work.pixels + 0.45 * work.pairs + 2.0 * work.faces);
+    unit.disk_bytes = 24 * work.pairs;
+  }
+
+  void judge(Unit& unit) const {
+    double pairs = 0, faces = 0;
+    for (const TileInfo& tile : job_.tiles) {
+      pairs += tile.pairs;
+      faces += static_cast<double>(tile.all_faces);
+    }
+    const double sampled = std::min(1.0, 1.1e6 / std::max(1.0, faces)) * pairs;
+    unit.memory_bytes = 200e6 + 40 * sampled + 150 * most_faces();
+    unit.seconds = kStartS + million(0.02 * pairs + 0.3 * sampled + 0.5 * faces);
+  }
+
+  void cost(std::size_t t, Unit& unit) const {
+    const pipeline::Workload work = of_tile(t);
+    unit.memory_bytes = pipeline::memory_need(work).seeing;
+    unit.seconds = kStartS + million(0.15 * work.pairs + 1.0 * work.faces);
+    unit.disk_bytes = 9 * work.pairs + 10 * work.faces;
+  }
+
+  void choose(std::size_t t, int round, Unit& unit) const {
+    const pipeline::Workload work = of_tile(t);
+    unit.memory_bytes = pipeline::memory_need(work).choosing;
+    unit.seconds = kStartS + million(0.06 * work.pairs + 2.0 * work.faces) / round;
+    unit.disk_bytes = 4 * static_cast<double>(job_.tiles[t].faces);
+  }
+
+  void expose(std::size_t t, Unit& unit) const {
+    const pipeline::Workload work = of_tile(t);
+    unit.memory_bytes = pipeline::memory_need(work).painting;
+    unit.photo_bytes = photo_files(t);
+    unit.seconds = kStartS + million(0.03 * work.pixels + 1.5 * work.faces);
+    unit.disk_bytes = 10e6;
+  }
+
+  void level(Unit& unit) const {
+    unit.memory_bytes = 200e6 + 1e7 * static_cast<double>(job_.tiles.size());
+    unit.seconds = kStartS + 0.05 * static_cast<double>(job_.tiles.size());
+  }
+
+  void bake(std::size_t t, Unit& unit) const {
+    const pipeline::Workload work = of_tile(t);
+    const double page = std::min(static_cast<double>(atlas::kPageBytesPerTexel) * work.texels, 256e6);
+    unit.memory_bytes = pipeline::memory_need(work).painting + page;
+    unit.photo_bytes = 2 * photo_files(t);
+    unit.seconds = kStartS + million(0.06 * work.pixels + 0.4 * work.texels + 5.0 * work.faces);
+    unit.disk_bytes = 0.9 * work.texels + 200 * work.faces;
+  }
+
+ private:
+  void add_photo(ViewId id, pipeline::Workload& work) const {
+    const Camera& camera = job_.scene.views[index(id)].camera;
+    const double pixels = static_cast<double>(camera.width) * camera.height;
+    work.views += 1;
+    work.pixels += pixels;
+    work.most_pixels = std::max(work.most_pixels, pixels);
+  }
+  double photo_file(ViewId id) const {
+    std::error_code failed;
+    const std::uintmax_t bytes = std::filesystem::file_size(job_.scene.views[index(id)].photo, failed);
+    return failed ? 0 : static_cast<double>(bytes);
+  }
+  double photo_files(std::size_t t) const {
+    double bytes = 0;
+    for (const ViewId id : job_.tiles[t].views) bytes += photo_file(id);
+    return bytes;
+  }
+  double most_faces() const {
+    double most = 0;
+    for (const TileInfo& tile : job_.tiles) most = std::max(most, static_cast<double>(tile.all_faces));
+    return most;
+  }
+  pipeline::Workload of_tile(std::size_t t) const {
+    const TileInfo& tile = job_.tiles[t];
+    pipeline::Workload work;
+    work.faces = static_cast<double>(tile.all_faces);
+    work.vertices = static_cast<double>(tile.vertices);
+    work.pairs = tile.pairs;
+    work.texels =
+        tile.texels * static_cast<double>(tile.faces) / static_cast<double>(std::max<std::size_t>(1, tile.all_faces));
+    for (const ViewId id : tile.views) add_photo(id, work);
+    return work;
+  }
+
+  const Job& job_;
+};
+
+// Cores that units make good use of.
+constexpr int kCores = 4;
+
+class Planner {
+ public:
+  explicit Planner(const Job& job) : job_(job), estimates_(job) {}
+
+  std::vector<Unit> plan() {
+    add_seeing();
+    const std::size_t tiles = job_.tiles.size();
+    for (std::uint32_t t = 0; t < tiles; ++t)
+      estimates_.cost(t, add({cost_unit(t), Stage::cost, t, 0, {kJudgeUnit}, kCores}));
+    for (int round = 1; round <= kRounds; ++round) add_choice(round);
+    for (std::uint32_t t = 0; t < tiles; ++t) {
+      Unit& unit = add({expose_unit(t), Stage::expose, t, 0, {cost_unit(t), choose_unit(kRounds, t)}, kCores});
+      for (const std::uint32_t other : job_.tiles[t].around) unit.after.push_back(choose_unit(kRounds, other));
+      estimates_.expose(t, unit);
+    }
+    Unit& level = add({kLevelUnit, Stage::level, 0, 0, {}, 1});
+    for (std::uint32_t t = 0; t < tiles; ++t) level.after.push_back(expose_unit(t));
+    estimates_.level(level);
+    for (std::uint32_t t = 0; t < tiles; ++t)
+      estimates_.bake(t, add({bake_unit(t), Stage::bake, t, 0, {kLevelUnit}, kCores}));
+    Unit& finish = add({kFinishUnit, Stage::finish, 0, 0, {}, 1});
+    for (std::uint32_t t = 0; t < tiles; ++t) finish.after.push_back(bake_unit(t));
+    finish.memory_bytes = 200e6;
+    finish.seconds = kStartS;
+    return std::move(units_);
+  }
+
+ private:
+  Unit& add(Unit unit) { return units_.emplace_back(std::move(unit)); }
+
+  void add_seeing() {
+    std::vector<std::string> seen;
+    for (std::uint32_t g = 0; g < job_.groups.size(); ++g) {
+      Unit& unit = add({see_unit(g), Stage::see, g, 0, {}, kCores});
+      estimates_.see(g, unit);
+      seen.push_back(unit.name);
+    }
+    estimates_.judge(add({kJudgeUnit, Stage::judge, 0, 0, std::move(seen), kCores}));
+  }
+
+  void add_choice(int round) {
+    std::vector<std::uint32_t> order(job_.tiles.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::ranges::stable_sort(order, {}, [&](std::uint32_t t) { return job_.tiles[t].color; });
+    for (const std::uint32_t t : order) {
+      Unit& unit = add({choose_unit(round, t), Stage::choose, t, round, {cost_unit(t)}, 1});
+      if (round > 1) unit.after.push_back(choose_unit(round - 1, t));
+      for (const std::uint32_t other : job_.tiles[t].around)
+        if (const std::string labels = labels_before(job_, round, t, other); !labels.empty())
+          unit.after.push_back(labels);
+      estimates_.choose(t, round, unit);
+    }
+  }
+
+  const Job& job_;
+  Estimates estimates_;
+  std::vector<Unit> units_;
+};
+
+double megabytes(double bytes) { return std::ceil(bytes / 1e6); }
+
+}  // namespace
+
+std::string see_unit(std::size_t group) { return fmt::format("see-0-{}", group); }
+std::string cost_unit(std::size_t tile) { return fmt::format("cost-0-{}", tile); }
+std::string choose_unit(int round, std::size_t tile) { return fmt::format("choose-0-{}-{}", round, tile); }
+std::string expose_unit(std::size_t tile) { return fmt::format("expose-0-{}", tile); }
+std::string bake_unit(std::size_t tile) { return fmt::format("bake-0-{}", tile); }
+
+std::string labels_before(const Job& job, int round, std::uint32_t tile, std::uint32_t neighbour) {
+  if (job.tiles[neighbour].color < job.tiles[tile].color) return choose_unit(round, neighbour);
+  return round > 1 ? choose_unit(round - 1, neighbour) : std::string();
+}
+
+std::vector<Unit> plan_units(const Job& job) { return Planner(job).plan(); }
+
+void color_tiles(std::span<TileInfo> tiles) {
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    std::vector<std::uint8_t> taken(tiles[t].beside.size() + 1, 0);
+    for (const std::uint32_t other : tiles[t].beside)
+      if (other < t && static_cast<std::size_t>(tiles[other].color) < taken.size())
+        taken[static_cast<std::size_t>(tiles[other].color)] = 1;
+    tiles[t].color = static_cast<int>(std::ranges::find(taken, 0) - taken.begin());
+  }
+}
+
+std::vector<std::vector<ViewId>> group_views(const Scene& scene, std::span<const ViewId> views, std::size_t most) {
+  std::vector<ViewId> order(views.begin(), views.end());
+  std::vector<std::vector<ViewId>> groups;
+  // Halved across the longest axis of the cameras' places until they are small enough.
+  const auto divide = [&](const auto& self, std::span<ViewId> part) -> void {
+    if (part.size() <= most) {
+      std::ranges::sort(part);
+      groups.emplace_back(part.begin(), part.end());
+      return;
+    }
+    pipeline::Box box;
+    const auto centre = [&](ViewId view) -> const WorldPoint& { return scene.views[index(view)].pose.centre; };
+    for (const ViewId view : part) box.add(centre(view));
+    const std::array<double WorldPoint::*, 3> axes{&WorldPoint::x, &WorldPoint::y, &WorldPoint::z};
+    const auto axis = *std::ranges::max_element(axes, {}, [&](auto a) { return box.high.*a - box.low.*a; });
+    std::ranges::sort(part, {}, [&](ViewId view) { return std::pair(centre(view).*axis, view); });
+    const std::size_t half = part.size() / 2;
+    self(self, part.first(half));
+    self(self, part.subspan(half));
+  };
+  divide(divide, order);
+  return groups;
+}
+
+std::vector<std::vector<const Unit*>> waves(std::span<const Unit> units) {
+  std::map<std::string, std::size_t> wave_of;
+  std::vector<std::vector<const Unit*>> result;
+  for (const Unit& unit : units) {
+    std::size_t wave = 0;
+    for (const std::string& before : unit.after) wave = std::max(wave, wave_of.at(before) + 1);
+    wave_of[unit.name] = wave;
+    if (result.size() <= wave) result.resize(wave + 1);
+    result[wave].push_back(&unit);
+  }
+  return result;
+}
+
+std::string plan_text(std::span<const Unit> units, const std::string& program) {
+  Json list = Json::array();
+  for (const Unit& unit : units)
+    list.push_back({{"name", unit.name},
+                    {"stage", name_of(kStageNames, unit.stage)},
+                    {"after", unit.after},
+                    {"outputs", {fmt::format("units/{}/done.json", unit.name)}},
+                    {"command", {"gpvc", "unit", "JOB", unit.name}},
+                    {"cores", unit.cores},
+                    {"memory_mb", static_cast<std::int64_t>(megabytes(unit.memory_bytes))},
+                    {"seconds", std::ceil(unit.seconds)}});
+  return Json{{"version", 1}, {"program", program}, {"units", list}}.dump(1) + "\n";
+}
+
+std::vector<std::string> plan_table(std::span<const Unit> units) {
+  std::vector<std::string> lines{fmt::format("{:8} {:>6} {:>12} {:>12} {:>10} {:>12}", "stage", "units", "memory each",
+                                             "core hours", "disk", "photos read")};
+  double core_hours = 0, disk = 0, photos = 0, memory = 0;
+  const auto line = [&](const char* name, std::size_t count, double most, double hours, double left, double read) {
+    lines.push_back(fmt::format("{:8} {:>6} {:>12} {:>12.3f} {:>10} {:>12}", name, count,
+                                pipeline::readable_bytes(most), hours, pipeline::readable_bytes(left),
+                                pipeline::readable_bytes(read)));
+  };
+  for (const Named<Stage>& stage : kStageNames) {
+    std::size_t count = 0;
+    double most = 0, hours = 0, left = 0, read = 0;
+    for (const Unit& unit : units) {
+      if (unit.stage != stage.value) continue;
+      ++count;
+      most = std::max(most, unit.memory_bytes);
+      hours += unit.seconds / 3600;
+      left += unit.disk_bytes;
+      read += unit.photo_bytes;
+    }
+    line(std::string(stage.name).c_str(), count, most, hours, left, read);
+    core_hours += hours;
+    disk += left;
+    photos += read;
+    memory = std::max(memory, most);
+  }
+  line("all", units.size(), memory, core_hours, disk, photos);
+  return lines;
+}
+
+std::string sbatch_text(std::span<const Unit> units, const std::filesystem::path& job,
+                        const std::filesystem::path& program) {
+  const auto quoted = [](const std::string& text) {
+    std::string result = "'";
+    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return result + "'";
+  };
+  std::string text =
+      "#!/bin/sh\n"
+      "# Submits the units of a job of gpvc to Slurm: one job array for each wave of units, after the wave before it.\n"
+      "# Options for sbatch, such as a partition or an account, are passed on: sh SCRIPT --partition=long\n"
+      "set -eu\n";
+  text += fmt::format("job={}\ngpvc={}\nafter=\n", quoted(job.string()), quoted(program.string()));
+  text +=
+      "submit() {  # UNITS CORES MEMORY_MB MINUTES NAME...\n"
+      "  last=$(($1 - 1)) cores=$2 memory=$3 minutes=$4; shift 4\n"
+      "  units=$1; shift\n"
+      "  id=$(sbatch --parsable --job-name=gpvc --array=0-$last --cpus-per-task=$cores --mem=${memory}M "
+      "--time=$minutes \\\n"
+      "    ${after:+--dependency=afterok:$after} --kill-on-invalid-dep=yes --output=\"$job/units/slurm-%A_%a.log\" "
+      "\"$@\" \\\n"
+      "    --wrap=\"set -- $units; shift \\$SLURM_ARRAY_TASK_ID; exec \\\"$gpvc\\\" unit \\\"$job\\\" \\$1 "
+      "--threads $cores\")\n"
+      "  after=${id%%;*}\n"
+      "}\n"
+      "mkdir -p \"$job/units\"\n";
+  for (const std::vector<const Unit*>& wave : waves(units)) {
+    std::string names;
+    double memory = 0, seconds = 0;
+    int cores = 1;
+    for (const Unit* unit : wave) {
+      names += (names.empty() ? "" : " ") + unit->name;
+      memory = std::max(memory, unit->memory_bytes);
+      seconds = std::max(seconds, unit->seconds);
+      cores = std::max(cores, unit->cores);
+    }
+    // Predictions may be wrong by some, and other machines slower.
+    const double minutes = std::ceil(5 + 3 * seconds / 60);
+    text +=
+        fmt::format("submit {} {} {} {} \"{}\" \"$@\"\n", wave.size(), cores, megabytes(1.3 * memory), minutes, names);
+  }
+  return text + "echo \"$after\"\n";
+}
+
+}  // namespace gpvc::tiles

@@ -1,0 +1,57 @@
+// What units read of a tile.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/pipeline/coverage_store.h"
+#include "app/tiles/job.h"
+#include "app/tiles/tile_mesh.h"
+#include "labeling/labeling.h"
+
+namespace gpvc::tiles {
+
+/// What a group of views sees of a tile and its border.
+struct SeenView {
+  ViewId view{};
+  std::vector<std::byte> statistics;  ///< see labeling::CandidateCollector::statistics_of()
+  pipeline::PackedCoverage coverage;
+};
+
+std::string tile_file(std::uint32_t tile);
+TileMesh load_tile(const JobFolder& folder, std::uint32_t tile);
+
+void write_seen(io::WorkStore::Writer& out, std::span<const SeenView> views);
+/// Of all groups that look at the tile, views ascending.
+std::vector<SeenView> load_seen(const JobFolder& folder, const Job& job, std::uint32_t tile);
+
+/// Candidates of a tile's faces and its border.
+struct TileCosts {
+  labeling::CostTable table;
+  std::vector<labeling::FaceTag> tags;
+  visibility::CoverageTable coverage;
+};
+void write_costs(io::WorkStore::Writer& out, const TileCosts& costs);
+TileCosts load_costs(const JobFolder& folder, std::uint32_t tile);
+
+/// The labels of a tile's own faces that a unit of Stage::choose has left.
+std::vector<ViewId> load_labels(const JobFolder& folder, const std::string& unit);
+
+/// Labels of all faces of a tile's mesh: `unit_of_tile(number)` names the unit that has left those of a tile; empty: kNoView.
+template <typename UnitOfTile>
+std::vector<ViewId> labels_of(const JobFolder& folder, const TileMesh& mesh, std::span<const std::uint32_t> tiles,
+                              const UnitOfTile& unit_of_tile) {
+  std::vector<ViewId> labels(mesh.face.size(), kNoView);
+  for (const std::uint32_t tile : tiles) {
+    const std::string unit = unit_of_tile(tile);
+    if (unit.empty()) continue;
+    const std::vector<ViewId> theirs = load_labels(folder, unit);
+    for (std::size_t f = 0; f < labels.size(); ++f)
+      if (mesh.tile[f] == tile) labels[f] = theirs.at(mesh.place[f]);
+  }
+  return labels;
+}
+
+}  // namespace gpvc::tiles

@@ -1,0 +1,48 @@
+#include "app/tileset/tile_model.h"
+
+#include <algorithm>
+
+namespace gpvc::tileset {
+namespace {
+
+// The distinct values of an array, ascending.
+std::vector<std::uint32_t> distinct(std::vector<std::uint32_t> values) {
+  std::ranges::sort(values);
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  return values;
+}
+
+std::uint32_t place_in(const std::vector<std::uint32_t>& sorted, std::uint32_t value) {
+  return static_cast<std::uint32_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
+}
+
+}  // namespace
+
+TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t> faces,
+                     std::span<const io::PageFile> pages, const std::function<bool(std::uint32_t)>& drop) {
+  TileModel tile;
+  std::vector<std::uint32_t> vertices, texcoords, numbers;
+  for (const std::uint32_t f : faces) {
+    vertices.insert(vertices.end(), all.mesh->faces[f].begin(), all.mesh->faces[f].end());
+    texcoords.insert(texcoords.end(), all.face_texcoords[f].begin(), all.face_texcoords[f].end());
+    if (all.face_page[f] != io::kNoPage) numbers.push_back(all.face_page[f]);
+  }
+  vertices = distinct(std::move(vertices));
+  texcoords = distinct(std::move(texcoords));
+  numbers = distinct(std::move(numbers));
+  for (const std::uint32_t v : vertices) tile.mesh.positions.push_back(all.mesh->written_positions()[v]);
+  for (const std::uint32_t t : texcoords) tile.model.texcoords.push_back(all.texcoords[t]);
+  for (const std::uint32_t p : numbers) tile.pages.push_back(pages[p]);
+  for (const std::uint32_t f : faces) {
+    Triangle corners = all.mesh->faces[f], places = all.face_texcoords[f];
+    for (std::uint32_t& v : corners) v = place_in(vertices, v);
+    for (std::uint32_t& t : places) t = place_in(texcoords, t);
+    tile.mesh.faces.push_back(corners);
+    tile.model.face_texcoords.push_back(places);
+    const bool bare = drop(f) || all.face_page[f] == io::kNoPage;
+    tile.model.face_page.push_back(bare ? io::kNoPage : place_in(numbers, all.face_page[f]));
+  }
+  return tile;
+}
+
+}  // namespace gpvc::tileset
