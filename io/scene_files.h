@@ -43,6 +43,9 @@ struct SceneOptions {
 /// becomes DIR/STEM/front.EXT, right, back, left, up and down. Throws InputError.
 Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);
 
+/// The camera of the same photo reduced by a factor. \pre the photo is no smaller than that
+Camera reduced_camera(Camera camera, int factor);
+
 /// The name of the photo that a view shows: the view's own, or DIR/STEM.EXT of a panorama's DIR/STEM/front.EXT.
 std::string photo_name(const View& view);
 

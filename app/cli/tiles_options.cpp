@@ -25,6 +25,10 @@ CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
                "Most faces of a tile; each takes some 700 bytes a face, more where many photos see it");
   units.number("--unit-views", options.settings.views_per_unit, std::size_t{1}, std::size_t{10000}, "N",
                "Most photos that one unit looks at");
+  app->add_flag_callback(
+         "--no-levels", [&options] { options.settings.levels = false; },
+         "Make no levels of detail above that of the mesh")
+      ->group("Units");
   add_tile_texture(*app, options.settings.tileset.texture);
   add_common(*app, options.common, R"(Examples:
   gpvc tiles colmap mesh.ply -o job && gpvc unit job --all --memory 6G
@@ -32,8 +36,8 @@ CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
   gpvc tiles colmap mesh.ply -o job && gpvc plan job --sbatch > job.sh && sh job.sh
 
 Writes to JOB: plan.json (the units, with what they wait for and what they take), job.json, mesh/, run.json.
-The units write JOB/units/NAME/ and the result: JOB/result/tileset.json, tiles/0_N.glb, obj/N/model.obj
-with its pages. All tiles have one labeling and one leveling: seams along their borders are as those inside.
+The units write JOB/units/NAME/ and the result: JOB/result/tileset.json, tiles/LEVEL_N.glb and, for level 0,
+obj/N/model.obj with its pages. All tiles have one labeling and one leveling: seams along their borders are as those inside.
 
 )");
   return app;

@@ -8,6 +8,7 @@
 #include "app/pipeline/kept_work.h"
 #include "app/tiles/done.h"
 #include "io/photos.h"
+#include "io/scene_files.h"
 
 namespace gpvc::tiles {
 namespace {
@@ -111,13 +112,24 @@ io::WorkKey job_key(const pipeline::Input& input, const pipeline::Settings& sett
   return hash.key();
 }
 
-std::vector<std::uint32_t> tiles_of_group(const Job& job, std::size_t group) {
-  std::vector<std::uint32_t> tiles;
-  for (std::uint32_t t = 0; t < job.tiles.size(); ++t)
+Scene scene_at(const Job& job, int level) {
+  Scene scene = job.scene;
+  const int reduction = job.levels[static_cast<std::size_t>(level)].reduction;
+  for (View& view : scene.views) {
+    view.camera = io::reduced_camera(view.camera, reduction);
+    view.reduction *= reduction;
+  }
+  return scene;
+}
+
+std::vector<std::uint32_t> tiles_of_group(const Job& job, int level, std::size_t group) {
+  const std::vector<TileInfo>& tiles = job.tiles(level);
+  std::vector<std::uint32_t> result;
+  for (std::uint32_t t = 0; t < tiles.size(); ++t)
     if (std::ranges::any_of(job.groups[group],
-                            [&](ViewId view) { return std::ranges::binary_search(job.tiles[t].views, view); }))
-      tiles.push_back(t);
-  return tiles;
+                            [&](ViewId view) { return std::ranges::binary_search(tiles[t].views, view); }))
+      result.push_back(t);
+  return result;
 }
 
 void JobFolder::write_job(const Job& job, const io::WorkKey& key) const {
@@ -130,8 +142,13 @@ void JobFolder::write_job(const Job& job, const io::WorkKey& key) const {
     out.add_all(job.views);
     write_model(out, job.model);
     out.add_all(job.color_profile);
-    out.add(job.tiles.size());
-    for (const TileInfo& tile : job.tiles) write_tile(out, tile);
+    out.add(job.levels.size());
+    for (const Level& level : job.levels) {
+      out.add(level.tiles.size());
+      for (const TileInfo& tile : level.tiles) write_tile(out, tile);
+      out.add(level.reduction);
+      out.add(level.texel_size);
+    }
     out.add(job.groups.size());
     for (const std::vector<ViewId>& group : job.groups) out.add_all(group);
   });
@@ -147,7 +164,12 @@ Job JobFolder::read_job() const {
     job.views = in.get_all<ViewId>();
     job.model = read_model(in);
     job.color_profile = in.get_all<std::uint8_t>();
-    for (auto tiles = in.get<std::size_t>(); tiles > 0; --tiles) job.tiles.push_back(read_tile_info(in));
+    for (auto levels = in.get<std::size_t>(); levels > 0; --levels) {
+      Level& level = job.levels.emplace_back();
+      for (auto tiles = in.get<std::size_t>(); tiles > 0; --tiles) level.tiles.push_back(read_tile_info(in));
+      level.reduction = in.get<int>();
+      level.texel_size = in.get<double>();
+    }
     for (auto groups = in.get<std::size_t>(); groups > 0; --groups) job.groups.push_back(in.get_all<ViewId>());
   });
   return job;

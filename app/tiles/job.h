@@ -4,7 +4,7 @@
 //   plan.json            the units, see plan.h
 //   mesh/                scene and tiles
 //   units/NAME/          what a unit leaves for others, and done.json once that is complete
-//   result/              tileset.json, tiles/NUMBER.glb, obj/NUMBER/model.obj with its pages
+//   result/              tileset.json, tiles/LEVEL_NUMBER.glb, obj/NUMBER/model.obj with its pages for level 0
 //
 // Files in mesh/ and units/ are those of io::WorkStore: each with a key of what it came from and a hash of its bytes.
 #pragma once
@@ -38,21 +38,34 @@ struct TileInfo {
   double pairs = 0, texels = 0;                        ///< pipeline::Workload, border included
 };
 
-struct Job {
-  Scene scene;                       ///< as brought into the mesh's coordinates
-  std::vector<ViewId> views{};       ///< to texture from
-  io::ModelOptions model{};          ///< how the result's files write coordinates
-  io::ColorProfile color_profile{};  ///< of the pages
+/// Tiles of one level of detail. Tile n has the children 4 n to 4 n + 3 on the level below.
+struct Level {
+  /// Above level 0, of meshes that are not made yet: boxes hold what their children hold, and the rest is predicted.
   std::vector<TileInfo> tiles{};
-  std::vector<std::vector<ViewId>> groups{};  ///< views that one unit looks at
+  int reduction = 1;      ///< pixels of the job's photos to one that the level is textured from, each way
+  double texel_size = 0;  ///< least edge of a texel, in the scene's units; 0: those of the photos
 };
+
+struct Job {
+  Scene scene;                                ///< as brought into the mesh's coordinates
+  std::vector<ViewId> views{};                ///< to texture from
+  io::ModelOptions model{};                   ///< how the result's files write coordinates
+  io::ColorProfile color_profile{};           ///< of the pages
+  std::vector<Level> levels{};                ///< the mesh's own faces, then each level of detail above, up to one tile
+  std::vector<std::vector<ViewId>> groups{};  ///< views that one unit looks at
+
+  const std::vector<TileInfo>& tiles(int level) const { return levels[static_cast<std::size_t>(level)].tiles; }
+};
+
+/// The scene at the size of photos that a level is textured from.
+Scene scene_at(const Job& job, int level);
 
 /// Of all that a job's results depend on, except the bytes of photos. \param program its version
 io::WorkKey job_key(const pipeline::Input& input, const pipeline::Settings& settings, std::string_view program,
                     std::size_t faces_per_tile, pipeline::Observer& observer);
 
 /// The tiles with faces that views of a group may frame, ascending.
-std::vector<std::uint32_t> tiles_of_group(const Job& job, std::size_t group);
+std::vector<std::uint32_t> tiles_of_group(const Job& job, int level, std::size_t group);
 
 /// Reads and writes the files of a job. Errors name the file, and the unit that makes it.
 class JobFolder {

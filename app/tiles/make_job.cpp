@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
+#include <span>
 
+#include "app/pipeline/frame_check.h"
 #include "app/pipeline/texture_files.h"
 #include "app/tiles/done.h"
 #include "app/tiles/tile_work.h"
@@ -40,6 +44,72 @@ TileInfo tile_info(const pipeline::Input& input, const pipeline::Settings& setti
   return info;
 }
 
+void add_parents(std::span<const std::uint32_t> children, std::uint32_t self, std::vector<std::uint32_t>& parents) {
+  for (const std::uint32_t child : children)
+    if (child / 4 != self) parents.push_back(child / 4);
+  std::ranges::sort(parents);
+  parents.erase(std::unique(parents.begin(), parents.end()), parents.end());
+}
+
+void add_box(const pipeline::Box& box, pipeline::Box& all) {
+  for (const WorldPoint& corner : pipeline::corners(box)) all.add(corner);
+}
+
+// What is known of it before its tiles are made: a quarter of the faces, whose vertices are among those of the level below.
+Level level_above(const Level& below) {
+  Level level;
+  for (std::uint32_t t = 0; t < below.tiles.size() / 4; ++t) {
+    TileInfo& tile = level.tiles.emplace_back();
+    for (std::uint32_t child = 4 * t; child < 4 * t + 4; ++child) {
+      const TileInfo& part = below.tiles[child];
+      if (part.faces > 0) add_box(part.written_box, tile.written_box);
+      tile.faces += part.faces;
+      tile.vertices += part.vertices;
+      tile.pairs += part.pairs;
+      tile.texels += part.texels;
+      add_parents(part.beside, t, tile.beside);
+      add_parents(part.around, t, tile.around);
+    }
+    tile.faces /= 4;
+    tile.vertices /= 4;
+    // The border is as many edges wide as on the level below, around four times the ground.
+    for (std::uint32_t child = 4 * t; child < 4 * t + 4; ++child) tile.all_faces += below.tiles[child].all_faces / 4;
+    tile.pairs /= 4;
+    tile.texels /= 4;
+  }
+  // Of a tile and those around it, in whose boxes its border lies.
+  for (std::uint32_t t = 0; t < level.tiles.size(); ++t) {
+    TileInfo& tile = level.tiles[t];
+    std::vector<std::uint32_t> all = tile.around;
+    all.push_back(t);
+    for (const std::uint32_t part : all)
+      for (std::uint32_t child = 4 * part; child < 4 * part + 4; ++child) {
+        const TileInfo& piece = below.tiles[child];
+        if (piece.faces > 0) add_box(piece.box, tile.box);
+        tile.views.insert(tile.views.end(), piece.views.begin(), piece.views.end());
+      }
+    std::ranges::sort(tile.views);
+    tile.views.erase(std::unique(tile.views.begin(), tile.views.end()), tile.views.end());
+  }
+  color_tiles(level.tiles);
+  return level;
+}
+
+// Photos of a level are reduced as its texels are larger, as long as something is left of the smallest one. Panoramas are not:
+// both of their sides must meet.
+int reduction_for(const pipeline::Input& input, int level) {
+  constexpr int kLeastEdge = 64;
+  int least = std::numeric_limits<int>::max();
+  for (const ViewId id : input.views) {
+    const Camera& camera = input.scene.views[index(id)].camera;
+    if (is_spherical(camera.distortion.model)) return 1;
+    least = std::min({least, camera.width, camera.height});
+  }
+  int reduction = 1;
+  while (level-- > 0 && least / (2 * reduction) >= kLeastEdge) reduction *= 2;
+  return reduction;
+}
+
 // Cuts the tiles; hands each to `take`.
 Job cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Observer& observer,
         const std::function<void(std::uint32_t, const TileMesh&)>& take) {
@@ -50,15 +120,17 @@ Job cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Obs
   const std::vector<std::uint32_t> leaf = tileset::leaf_of_faces(input.mesh, up, depth);
   TileCutter cutter(input.mesh, leaf, tiles);
   Job job;
+  Level finest;
+  finest.texel_size = settings.tileset.texture.atlas.texel_size;
   job.views.assign(input.views.begin(), input.views.end());
   for (std::uint32_t t = 0; t < tiles; ++t) {
     observer.progress(t, tiles);
     const TileMesh tile = cutter.cut(t);
     if (take) take(t, tile);
-    job.tiles.push_back(tile_info(input, settings.tileset.texture, tile, t));
-    job.tiles.back().beside = cutter.beside(t);
+    finest.tiles.push_back(tile_info(input, settings.tileset.texture, tile, t));
+    finest.tiles.back().beside = cutter.beside(t);
   }
-  color_tiles(job.tiles);
+  color_tiles(finest.tiles);
   job.groups = group_views(input.scene, input.views, settings.views_per_unit);
   // Units run in other folders, and on other machines.
   job.scene.source = input.scene.source;
@@ -68,7 +140,16 @@ Job cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Obs
   for (View& view : job.scene.views)
     for (fs::path* file : {&view.photo, &view.mask})
       if (!file->empty()) *file = fs::absolute(*file).lexically_normal();
-  observer.end(fmt::format("{} tiles, {} groups of views", job.tiles.size(), job.groups.size()));
+  job.levels.push_back(std::move(finest));
+  const std::vector<double> lengths = pipeline::sampling_distances(input.mesh, input.scene, input.views);
+  const double photo_texel = lengths.empty() ? 0 : lengths[lengths.size() / 2];
+  for (int k = 1; k <= depth && settings.levels; ++k) {
+    Level level = level_above(job.levels.back());
+    level.texel_size = std::ldexp(std::max(photo_texel, job.levels[0].texel_size), k);
+    level.reduction = reduction_for(input, k);
+    job.levels.push_back(std::move(level));
+  }
+  observer.end(fmt::format("{} tiles, {} groups of views", job.levels[0].tiles.size(), job.groups.size()));
   return job;
 }
 

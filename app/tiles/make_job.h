@@ -13,6 +13,7 @@ namespace gpvc::tiles {
 struct JobSettings {
   tileset::TilesetSettings tileset;
   std::size_t views_per_unit = 16;  ///< at most
+  bool levels = true;               ///< of detail above the mesh's own
 };
 
 /// The job of an input, without files and without what they are written with. O(faces log faces + faces x border).

@@ -22,10 +22,14 @@ constexpr double kStartS = 1.0;
 
 double million(double count) { return 1e-6 * count; }
 
-// What the units of a job take.
+// What the units of a level take.
 class Estimates {
  public:
-  explicit Estimates(const Job& job) : job_(job) {}
+  Estimates(const Job& job, int level)
+      : job_(job),
+        tiles_(job.tiles(level)),
+        level_(level),
+        reduction_(job.levels[static_cast<std::size_t>(level)].reduction) {}
 
   void see(std::size_t group, Unit& unit) const {
     pipeline::Workload work;
@@ -33,8 +37,8 @@ class Estimates {
       add_photo(id, work);
       unit.photo_bytes += photo_file(id);
     }
-    for (const std::uint32_t t : tiles_of_group(job_, group)) {
-      const TileInfo& tile = job_.tiles[t];
+    for (const std::uint32_t t : tiles_of_group(job_, level_, group)) {
+      const TileInfo& tile = tiles_[t];
       const auto common = static_cast<double>(std::ranges::count_if(
           job_.groups[group], [&](ViewId view) { return std::ranges::binary_search(tile.views, view); }));
       work.faces += static_cast<double>(tile.faces);
@@ -42,13 +46,13 @@ class Estimates {
       work.pairs += tile.pairs * common / static_cast<double>(std::max<std::size_t>(1, tile.views.size()));
     }
     unit.memory_bytes = pipeline::memory_need(work).seeing;
-    unit.seconds = kStartS + million(0.05 * work.pixels + 0.45 * work.pairs + 2.0 * work.faces);
+    unit.seconds = kStartS + million(decoded(work) + 0.45 * work.pairs + 2.0 * work.faces);
     unit.disk_bytes = 24 * work.pairs;
   }
 
   void judge(Unit& unit) const {
     double pairs = 0, faces = 0;
-    for (const TileInfo& tile : job_.tiles) {
+    for (const TileInfo& tile : tiles_) {
       pairs += tile.pairs;
       faces += static_cast<double>(tile.all_faces);
     }
@@ -64,11 +68,11 @@ class Estimates {
     unit.disk_bytes = 9 * work.pairs + 10 * work.faces;
   }
 
-  void choose(std::size_t t, int round, Unit& unit) const {
+  void choose(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
     unit.memory_bytes = pipeline::memory_need(work).choosing;
-    unit.seconds = kStartS + million(0.06 * work.pairs + 2.0 * work.faces) / round;
-    unit.disk_bytes = 4 * static_cast<double>(job_.tiles[t].faces);
+    unit.seconds = kStartS + million(0.06 * work.pairs + 2.0 * work.faces) / unit.round;
+    unit.disk_bytes = 4 * static_cast<double>(tiles_[t].faces);
   }
 
   void expose(std::size_t t, Unit& unit) const {
@@ -80,8 +84,8 @@ class Estimates {
   }
 
   void level(Unit& unit) const {
-    unit.memory_bytes = 200e6 + 1e7 * static_cast<double>(job_.tiles.size());
-    unit.seconds = kStartS + 0.05 * static_cast<double>(job_.tiles.size());
+    unit.memory_bytes = 200e6 + 1e7 * static_cast<double>(tiles_.size());
+    unit.seconds = kStartS + 0.05 * static_cast<double>(tiles_.size());
   }
 
   void bake(std::size_t t, Unit& unit) const {
@@ -89,18 +93,29 @@ class Estimates {
     const double page = std::min(static_cast<double>(atlas::kPageBytesPerTexel) * work.texels, 256e6);
     unit.memory_bytes = pipeline::memory_need(work).painting + page;
     unit.photo_bytes = 2 * photo_files(t);
-    unit.seconds = kStartS + million(0.06 * work.pixels + 0.4 * work.texels + 5.0 * work.faces);
+    unit.seconds = kStartS + million(2 * decoded(work) + 0.4 * work.texels + 5.0 * work.faces);
     unit.disk_bytes = 0.9 * work.texels + 200 * work.faces;
+  }
+
+  /// Of a tile above from tiles of this level, and of its border.
+  void simplify(std::span<const std::uint32_t> from, Unit& unit) const {
+    double faces = 0;
+    for (const std::uint32_t t : from) faces += static_cast<double>(tiles_[t].faces);
+    unit.memory_bytes = 150e6 + 250 * faces;
+    unit.seconds = kStartS + million(3 * faces);
+    unit.disk_bytes = 60 * faces / 4;
   }
 
  private:
   void add_photo(ViewId id, pipeline::Workload& work) const {
     const Camera& camera = job_.scene.views[index(id)].camera;
-    const double pixels = static_cast<double>(camera.width) * camera.height;
+    const double pixels = static_cast<double>(camera.width) * camera.height / (reduction_ * reduction_);
     work.views += 1;
     work.pixels += pixels;
     work.most_pixels = std::max(work.most_pixels, pixels);
   }
+  /// Millionths of seconds for the photos of a unit, whose files have their full size on each level.
+  double decoded(const pipeline::Workload& work) const { return 0.03 * work.pixels * (1 + reduction_ * reduction_); }
   double photo_file(ViewId id) const {
     std::error_code failed;
     const std::uintmax_t bytes = std::filesystem::file_size(job_.scene.views[index(id)].photo, failed);
@@ -108,16 +123,16 @@ class Estimates {
   }
   double photo_files(std::size_t t) const {
     double bytes = 0;
-    for (const ViewId id : job_.tiles[t].views) bytes += photo_file(id);
+    for (const ViewId id : tiles_[t].views) bytes += photo_file(id);
     return bytes;
   }
   double most_faces() const {
     double most = 0;
-    for (const TileInfo& tile : job_.tiles) most = std::max(most, static_cast<double>(tile.all_faces));
+    for (const TileInfo& tile : tiles_) most = std::max(most, static_cast<double>(tile.all_faces));
     return most;
   }
   pipeline::Workload of_tile(std::size_t t) const {
-    const TileInfo& tile = job_.tiles[t];
+    const TileInfo& tile = tiles_[t];
     pipeline::Workload work;
     work.faces = static_cast<double>(tile.all_faces);
     work.vertices = static_cast<double>(tile.vertices);
@@ -129,6 +144,9 @@ class Estimates {
   }
 
   const Job& job_;
+  const std::vector<TileInfo>& tiles_;
+  int level_;
+  double reduction_;
 };
 
 // Cores that units make good use of.
@@ -136,26 +154,13 @@ constexpr int kCores = 4;
 
 class Planner {
  public:
-  explicit Planner(const Job& job) : job_(job), estimates_(job) {}
+  explicit Planner(const Job& job) : job_(job) {}
 
   std::vector<Unit> plan() {
-    add_seeing();
-    const std::size_t tiles = job_.tiles.size();
-    for (std::uint32_t t = 0; t < tiles; ++t)
-      estimates_.cost(t, add({cost_unit(t), Stage::cost, t, 0, {kJudgeUnit}, kCores}));
-    for (int round = 1; round <= kRounds; ++round) add_choice(round);
-    for (std::uint32_t t = 0; t < tiles; ++t) {
-      Unit& unit = add({expose_unit(t), Stage::expose, t, 0, {cost_unit(t), choose_unit(kRounds, t)}, kCores});
-      for (const std::uint32_t other : job_.tiles[t].around) unit.after.push_back(choose_unit(kRounds, other));
-      estimates_.expose(t, unit);
-    }
-    Unit& level = add({kLevelUnit, Stage::level, 0, 0, {}, 1});
-    for (std::uint32_t t = 0; t < tiles; ++t) level.after.push_back(expose_unit(t));
-    estimates_.level(level);
-    for (std::uint32_t t = 0; t < tiles; ++t)
-      estimates_.bake(t, add({bake_unit(t), Stage::bake, t, 0, {kLevelUnit}, kCores}));
-    Unit& finish = add({kFinishUnit, Stage::finish, 0, 0, {}, 1});
-    for (std::uint32_t t = 0; t < tiles; ++t) finish.after.push_back(bake_unit(t));
+    for (int level = 0; level < static_cast<int>(job_.levels.size()); ++level) add_level(level);
+    Unit& finish = add({kFinishUnit, Stage::finish});
+    for (int level = 0; level < static_cast<int>(job_.levels.size()); ++level)
+      for (std::uint32_t t = 0; t < job_.tiles(level).size(); ++t) finish.after.push_back(bake_unit(level, t));
     finish.memory_bytes = 200e6;
     finish.seconds = kStartS;
     return std::move(units_);
@@ -164,32 +169,89 @@ class Planner {
  private:
   Unit& add(Unit unit) { return units_.emplace_back(std::move(unit)); }
 
-  void add_seeing() {
-    std::vector<std::string> seen;
-    for (std::uint32_t g = 0; g < job_.groups.size(); ++g) {
-      Unit& unit = add({see_unit(g), Stage::see, g, 0, {}, kCores});
-      estimates_.see(g, unit);
-      seen.push_back(unit.name);
+  void add_level(int level) {
+    const Estimates estimates(job_, level);
+    const auto tiles = static_cast<std::uint32_t>(job_.tiles(level).size());
+    if (level > 0) add_meshes(level);
+    add_seeing(level, estimates);
+    for (std::uint32_t t = 0; t < tiles; ++t) {
+      Unit& unit = add({cost_unit(level, t), Stage::cost, level, t, 0, {kJudgeUnit}, kCores});
+      if (level > 0)
+        for (std::size_t g = 0; g < job_.groups.size(); ++g) unit.after.push_back(see_unit(level, g));
+      estimates.cost(t, unit);
     }
-    estimates_.judge(add({kJudgeUnit, Stage::judge, 0, 0, std::move(seen), kCores}));
+    for (int round = 1; round <= kRounds; ++round) add_choice(level, round, estimates);
+    if (level == 0) add_exposure(estimates);
+    for (std::uint32_t t = 0; t < tiles; ++t) {
+      Unit& unit =
+          add({bake_unit(level, t), Stage::bake, level, t, 0, {kLevelUnit, choose_unit(level, kRounds, t)}, kCores});
+      for (const std::uint32_t other : job_.tiles(level)[t].around)
+        unit.after.push_back(choose_unit(level, kRounds, other));
+      estimates.bake(t, unit);
+    }
   }
 
-  void add_choice(int round) {
-    std::vector<std::uint32_t> order(job_.tiles.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::ranges::stable_sort(order, {}, [&](std::uint32_t t) { return job_.tiles[t].color; });
-    for (const std::uint32_t t : order) {
-      Unit& unit = add({choose_unit(round, t), Stage::choose, t, round, {cost_unit(t)}, 1});
-      if (round > 1) unit.after.push_back(choose_unit(round - 1, t));
-      for (const std::uint32_t other : job_.tiles[t].around)
-        if (const std::string labels = labels_before(job_, round, t, other); !labels.empty())
-          unit.after.push_back(labels);
-      estimates_.choose(t, round, unit);
+  void add_meshes(int level) {
+    const Estimates below(job_, level - 1), here(job_, level);
+    const auto tiles = static_cast<std::uint32_t>(job_.tiles(level).size());
+    for (std::uint32_t t = 0; t < tiles; ++t) {
+      Unit& unit = add({simplify_unit(level, t), Stage::simplify, level, t});
+      const std::array<std::uint32_t, 4> children{4 * t, 4 * t + 1, 4 * t + 2, 4 * t + 3};
+      if (level > 1)
+        for (const std::uint32_t child : children) unit.after.push_back(simplify_unit(level - 1, child));
+      below.simplify(children, unit);
     }
+    for (std::uint32_t t = 0; t < tiles; ++t) {
+      Unit& unit = add({ring_unit(level, t), Stage::ring, level, t, 0, {simplify_unit(level, t)}});
+      std::vector<std::uint32_t> all{t};
+      for (const std::uint32_t other : job_.tiles(level)[t].around) {
+        all.push_back(other);
+        unit.after.push_back(simplify_unit(level, other));
+      }
+      here.simplify(all, unit);
+    }
+  }
+
+  void add_seeing(int level, const Estimates& estimates) {
+    std::vector<std::string> seen;
+    for (std::uint32_t g = 0; g < job_.groups.size(); ++g) {
+      Unit& unit = add({see_unit(level, g), Stage::see, level, g, 0, {}, kCores});
+      if (level > 0)
+        for (const std::uint32_t t : tiles_of_group(job_, level, g)) unit.after.push_back(ring_unit(level, t));
+      estimates.see(g, unit);
+      seen.push_back(unit.name);
+    }
+    if (level == 0) estimates.judge(add({kJudgeUnit, Stage::judge, 0, 0, 0, std::move(seen), kCores}));
+  }
+
+  void add_choice(int level, int round, const Estimates& estimates) {
+    const std::vector<TileInfo>& tiles = job_.tiles(level);
+    std::vector<std::uint32_t> order(tiles.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::ranges::stable_sort(order, {}, [&](std::uint32_t t) { return tiles[t].color; });
+    for (const std::uint32_t t : order) {
+      Unit& unit = add({choose_unit(level, round, t), Stage::choose, level, t, round, {cost_unit(level, t)}, 1});
+      if (round > 1) unit.after.push_back(choose_unit(level, round - 1, t));
+      for (const std::uint32_t other : tiles[t].around)
+        if (const std::string labels = labels_before(job_, level, round, t, other); !labels.empty())
+          unit.after.push_back(labels);
+      estimates.choose(t, unit);
+    }
+  }
+
+  void add_exposure(const Estimates& estimates) {
+    const std::vector<TileInfo>& tiles = job_.tiles(0);
+    std::vector<std::string> names;
+    for (std::uint32_t t = 0; t < tiles.size(); ++t) {
+      Unit& unit = add({expose_unit(t), Stage::expose, 0, t, 0, {cost_unit(0, t), choose_unit(0, kRounds, t)}, kCores});
+      for (const std::uint32_t other : tiles[t].around) unit.after.push_back(choose_unit(0, kRounds, other));
+      estimates.expose(t, unit);
+      names.push_back(unit.name);
+    }
+    estimates.level(add({kLevelUnit, Stage::level, 0, 0, 0, std::move(names), 1}));
   }
 
   const Job& job_;
-  Estimates estimates_;
   std::vector<Unit> units_;
 };
 
@@ -197,15 +259,19 @@ double megabytes(double bytes) { return std::ceil(bytes / 1e6); }
 
 }  // namespace
 
-std::string see_unit(std::size_t group) { return fmt::format("see-0-{}", group); }
-std::string cost_unit(std::size_t tile) { return fmt::format("cost-0-{}", tile); }
-std::string choose_unit(int round, std::size_t tile) { return fmt::format("choose-0-{}-{}", round, tile); }
-std::string expose_unit(std::size_t tile) { return fmt::format("expose-0-{}", tile); }
-std::string bake_unit(std::size_t tile) { return fmt::format("bake-0-{}", tile); }
+std::string see_unit(int level, std::size_t group) { return fmt::format("see-{}-{}", level, group); }
+std::string cost_unit(int level, std::size_t tile) { return fmt::format("cost-{}-{}", level, tile); }
+std::string choose_unit(int level, int round, std::size_t tile) {
+  return fmt::format("choose-{}-{}-{}", level, round, tile);
+}
+std::string expose_unit(std::size_t tile) { return fmt::format("expose-{}", tile); }
+std::string bake_unit(int level, std::size_t tile) { return fmt::format("bake-{}-{}", level, tile); }
+std::string simplify_unit(int level, std::size_t tile) { return fmt::format("simplify-{}-{}", level, tile); }
+std::string ring_unit(int level, std::size_t tile) { return fmt::format("ring-{}-{}", level, tile); }
 
-std::string labels_before(const Job& job, int round, std::uint32_t tile, std::uint32_t neighbour) {
-  if (job.tiles[neighbour].color < job.tiles[tile].color) return choose_unit(round, neighbour);
-  return round > 1 ? choose_unit(round - 1, neighbour) : std::string();
+std::string labels_before(const Job& job, int level, int round, std::uint32_t tile, std::uint32_t neighbour) {
+  if (job.tiles(level)[neighbour].color < job.tiles(level)[tile].color) return choose_unit(level, round, neighbour);
+  return round > 1 ? choose_unit(level, round - 1, neighbour) : std::string();
 }
 
 std::vector<Unit> plan_units(const Job& job) { return Planner(job).plan(); }

@@ -3,7 +3,9 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <numeric>
 
+#include "app/tileset/tile_tree.h"
 #include "labeling/labeling.h"
 
 namespace gpvc::tiles {
@@ -93,7 +95,9 @@ void TileUnion::add(const TileMesh& tile, std::uint32_t number) {
     faces_.emplace_back(tile.face[f], corners);
   }
   for (std::size_t v = 0; v < used.size(); ++v)
-    if (used[v] != 0) vertices_.push_back({tile.vertex[v], tile.mesh.positions[v]});
+    if (used[v] != 0) vertices_.push_back({tile.vertex[v], tile.mesh.positions[v], tile.mesh.written_positions()[v]});
+  if (!tile.mesh.file_positions.empty()) has_file_positions_ = true;
+  mesh_.file_srs = tile.mesh.file_srs;
 }
 
 void TileUnion::finish() {
@@ -102,7 +106,11 @@ void TileUnion::finish() {
                      [](const Vertex& a, const Vertex& b) { return a.number < b.number; });
   const auto same = [](const Vertex& a, const Vertex& b) { return a.number == b.number; };
   vertices_.erase(std::unique(vertices_.begin(), vertices_.end(), same), vertices_.end());
-  for (const Vertex& vertex : vertices_) mesh_.positions.push_back(vertex.at);
+  for (const Vertex& vertex : vertices_) {
+    mesh_.positions.push_back(vertex.at);
+    if (has_file_positions_) mesh_.file_positions.push_back(vertex.in_file);
+    vertex_numbers_.push_back(vertex.number);
+  }
   for (const auto& [number, global] : faces_) {
     Triangle corners = global;
     for (std::uint32_t& v : corners)
@@ -123,6 +131,53 @@ std::vector<std::uint32_t> TileUnion::places_of(std::span<const std::uint64_t> f
     places.push_back(found ? static_cast<std::uint32_t>(at - numbers_.begin()) : kNowhere);
   }
   return places;
+}
+
+namespace {
+
+// The number of a face above level 0: its tile, and which of the tile's faces it is.
+std::uint64_t face_number(std::uint32_t tile, std::size_t place) { return std::uint64_t{tile} << 32 | place; }
+std::uint32_t tile_of(std::uint64_t face) { return static_cast<std::uint32_t>(face >> 32); }
+std::uint32_t place_of(std::uint64_t face) { return static_cast<std::uint32_t>(face); }
+
+}  // namespace
+
+CoarseTile coarse_tile(const TileUnion& children, std::uint32_t number) {
+  const Mesh& all = children.mesh();
+  std::vector<std::uint32_t> faces(all.faces.size());
+  std::iota(faces.begin(), faces.end(), 0u);
+  tileset::Simplified simplified = tileset::simplified(all, faces);
+  CoarseTile result;
+  TileMesh& tile = result.tile;
+  for (const Triangle& face : simplified.faces) tile.vertex.insert(tile.vertex.end(), face.begin(), face.end());
+  sort_distinct(tile.vertex);
+  for (Triangle& face : simplified.faces) {
+    for (std::uint32_t& v : face)
+      v = static_cast<std::uint32_t>(std::ranges::lower_bound(tile.vertex, v) - tile.vertex.begin());
+    tile.face.push_back(face_number(number, tile.mesh.faces.size()));
+    tile.place.push_back(static_cast<std::uint32_t>(tile.mesh.faces.size()));
+    tile.tile.push_back(number);
+    tile.mesh.faces.push_back(face);
+  }
+  tile.mesh.file_srs = all.file_srs;
+  for (std::uint32_t& v : tile.vertex) {
+    tile.mesh.positions.push_back(all.positions[v]);
+    if (!all.file_positions.empty()) tile.mesh.file_positions.push_back(all.file_positions[v]);
+    v = children.vertex_numbers()[v];
+  }
+  result.error = simplified.error;
+  return result;
+}
+
+TileMesh with_border(const TileUnion& around, std::uint32_t number) {
+  std::vector<std::uint32_t> tiles;
+  for (const std::uint64_t face : around.face_numbers()) tiles.push_back(tile_of(face));
+  const std::uint32_t most = tiles.empty() ? number : *std::ranges::max_element(tiles);
+  TileMesh tile = TileCutter(around.mesh(), tiles, std::size_t{std::max(most, number)} + 1).cut(number);
+  for (std::uint64_t& face : tile.face) face = around.face_numbers()[face];
+  for (std::uint32_t& v : tile.vertex) v = around.vertex_numbers()[v];
+  for (std::size_t f = 0; f < tile.face.size(); ++f) tile.place[f] = place_of(tile.face[f]);
+  return tile;
 }
 
 void write(io::WorkStore::Writer& out, const TileMesh& tile) {

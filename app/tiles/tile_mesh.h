@@ -66,19 +66,35 @@ class TileUnion {
   void finish();
 
   const Mesh& mesh() const { return mesh_; }
+  /// Per face and per vertex of mesh(), its number.
+  const std::vector<std::uint64_t>& face_numbers() const { return numbers_; }
+  const std::vector<std::uint32_t>& vertex_numbers() const { return vertex_numbers_; }
   /// Per face of a tile, where it is in mesh(); kNowhere for those of tiles that were not added.
   std::vector<std::uint32_t> places_of(std::span<const std::uint64_t> faces) const;
 
  private:
   struct Vertex {
     std::uint32_t number;
-    WorldPoint at;
+    WorldPoint at, in_file;
   };
   std::vector<std::pair<std::uint64_t, Triangle>> faces_;
   std::vector<Vertex> vertices_;
-  std::vector<std::uint64_t> numbers_;  ///< per face of mesh_
+  std::vector<std::uint64_t> numbers_;
+  std::vector<std::uint32_t> vertex_numbers_;
+  bool has_file_positions_ = false;
   Mesh mesh_;
 };
+
+/// A tile of the level above four tiles, without a border: their faces, simplified to a quarter. Faces are numbered by the
+/// tile and within it.
+struct CoarseTile {
+  TileMesh tile;
+  double error = 0;  ///< how far its surface is from theirs
+};
+CoarseTile coarse_tile(const TileUnion& children, std::uint32_t number);
+
+/// A tile made by coarse_tile() with the border that it has in a union of itself and the tiles around it.
+TileMesh with_border(const TileUnion& around, std::uint32_t number);
 
 void write(io::WorkStore::Writer& out, const TileMesh& tile);
 TileMesh read_tile(io::WorkStore::Reader& in);

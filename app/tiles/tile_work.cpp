@@ -46,10 +46,29 @@ visibility::CoverageTable read_coverage(Reader& in) {
 
 std::string tile_file(std::uint32_t tile) { return fmt::format("tile-{}", tile); }
 
-TileMesh load_tile(const JobFolder& folder, std::uint32_t tile) {
+TileMesh load_tile(const JobFolder& folder, int level, std::uint32_t tile) {
   TileMesh mesh;
-  folder.read_mesh_file(tile_file(tile), [&](Reader& in) { mesh = read_tile(in); });
+  const auto fill = [&](Reader& in) { mesh = read_tile(in); };
+  if (level == 0)
+    folder.read_mesh_file(tile_file(tile), fill);
+  else
+    folder.read(ring_unit(level, tile), "tile", fill);
   return mesh;
+}
+
+CoarseTile load_own(const JobFolder& folder, int level, std::uint32_t tile) {
+  if (level == 0) return {load_tile(folder, 0, tile), 0};
+  CoarseTile coarse;
+  folder.read(simplify_unit(level, tile), "tile", [&](Reader& in) {
+    coarse.error = in.get<double>();
+    coarse.tile = read_tile(in);
+  });
+  return coarse;
+}
+
+void write_coarse(Writer& out, const CoarseTile& tile) {
+  out.add(tile.error);
+  write(out, tile.tile);
 }
 
 void write_seen(Writer& out, std::span<const SeenView> views) {
@@ -61,14 +80,13 @@ void write_seen(Writer& out, std::span<const SeenView> views) {
   }
 }
 
-std::vector<SeenView> load_seen(const JobFolder& folder, const Job& job, std::uint32_t tile) {
+std::vector<SeenView> load_seen(const JobFolder& folder, const Job& job, int level, std::uint32_t tile) {
   std::vector<SeenView> all;
   for (std::size_t g = 0; g < job.groups.size(); ++g) {
-    if (!std::ranges::any_of(job.groups[g],
-                             [&](ViewId view) { return std::ranges::binary_search(job.tiles[tile].views, view); }))
-      continue;
+    const auto frames = [&](ViewId view) { return std::ranges::binary_search(job.tiles(level)[tile].views, view); };
+    if (!std::ranges::any_of(job.groups[g], frames)) continue;
     std::vector<SeenView> group;
-    folder.read(see_unit(g), tile_file(tile), [&](Reader& in) {
+    folder.read(see_unit(level, g), tile_file(tile), [&](Reader& in) {
       for (auto count = in.get<std::size_t>(); count > 0; --count) {
         SeenView seen{in.get<ViewId>(), {}, {}};
         seen.statistics = in.get_all<std::byte>();
@@ -90,9 +108,9 @@ void write_costs(Writer& out, const TileCosts& costs) {
   write_coverage(out, costs.coverage);
 }
 
-TileCosts load_costs(const JobFolder& folder, std::uint32_t tile) {
+TileCosts load_costs(const JobFolder& folder, int level, std::uint32_t tile) {
   TileCosts costs;
-  folder.read(cost_unit(tile), "costs", [&](Reader& in) {
+  folder.read(cost_unit(level, tile), "costs", [&](Reader& in) {
     costs.table.first = in.get_all<std::size_t>();
     costs.table.views = in.get_all<std::uint32_t>();
     costs.table.costs = in.get_all<float>();

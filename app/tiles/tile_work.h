@@ -21,11 +21,15 @@ struct SeenView {
 };
 
 std::string tile_file(std::uint32_t tile);
-TileMesh load_tile(const JobFolder& folder, std::uint32_t tile);
+/// With its border.
+TileMesh load_tile(const JobFolder& folder, int level, std::uint32_t tile);
+/// Its own faces; on level 0 with its border.
+CoarseTile load_own(const JobFolder& folder, int level, std::uint32_t tile);
+void write_coarse(io::WorkStore::Writer& out, const CoarseTile& tile);
 
 void write_seen(io::WorkStore::Writer& out, std::span<const SeenView> views);
 /// Of all groups that look at the tile, views ascending.
-std::vector<SeenView> load_seen(const JobFolder& folder, const Job& job, std::uint32_t tile);
+std::vector<SeenView> load_seen(const JobFolder& folder, const Job& job, int level, std::uint32_t tile);
 
 /// Candidates of a tile's faces and its border.
 struct TileCosts {
@@ -34,7 +38,7 @@ struct TileCosts {
   visibility::CoverageTable coverage;
 };
 void write_costs(io::WorkStore::Writer& out, const TileCosts& costs);
-TileCosts load_costs(const JobFolder& folder, std::uint32_t tile);
+TileCosts load_costs(const JobFolder& folder, int level, std::uint32_t tile);
 
 /// The labels of a tile's own faces that a unit of Stage::choose has left.
 std::vector<ViewId> load_labels(const JobFolder& folder, const std::string& unit);

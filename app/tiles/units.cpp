@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <future>
 #include <map>
@@ -19,6 +21,7 @@
 #include "app/tileset/tile_model.h"
 #include "app/tileset/tileset_json.h"
 #include "io/clock.h"
+#include "io/files/paths.h"
 #include "io/images.h"
 #include "io/output_file.h"
 #include "labeling/costs/view_statistics.h"
@@ -249,6 +252,12 @@ UnitResult UnitRunner::run(const Unit& unit) {
     case Stage::bake:
       bake(unit);
       break;
+    case Stage::simplify:
+      simplify(unit, key);
+      break;
+    case Stage::ring:
+      ring(unit, key);
+      break;
     case Stage::finish:
       finish();
       break;
@@ -262,13 +271,13 @@ UnitResult UnitRunner::run(const Unit& unit) {
 void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
   observer_.begin({unit.name, "views"});
   const std::vector<ViewId>& views = job_.groups[unit.number];
-  const std::vector<std::uint32_t> numbers = tiles_of_group(job_, unit.number);
+  const std::vector<std::uint32_t> numbers = tiles_of_group(job_, unit.level, unit.number);
   TileUnion all;
   std::vector<TileInGroup> tiles;
   {
     std::vector<std::vector<std::uint64_t>> faces;
     for (const std::uint32_t number : numbers) {
-      TileMesh tile = load_tile(folder_, number);
+      TileMesh tile = load_tile(folder_, unit.level, number);
       all.add(tile, number);
       faces.push_back(std::move(tile.face));
     }
@@ -276,7 +285,8 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
     for (std::size_t i = 0; i < numbers.size(); ++i) tiles.push_back({numbers[i], all.places_of(faces[i])});
   }
   const Mesh& mesh = all.mesh();
-  io::PhotoCache photos(job_.scene, downscale_);
+  const Scene scene = scene_at(job_, unit.level);
+  io::PhotoCache photos(scene, downscale_at(unit.level));
   const auto device = visibility::find_device(settings_.visibility, settings_.device);
   visibility::VisibilityStage stage(mesh, settings_.visibility, device.get());
   labeling::CandidateCollector collector(mesh, settings_.costs);
@@ -286,14 +296,14 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
   for (std::size_t n = 0; n < views.size(); ++n) {
     observer_.progress(n, views.size());
     const ViewId id = views[n];
-    const View& view = job_.scene.views[index(id)];
+    const View& view = scene.views[index(id)];
     auto decoded = std::async(pipeline::launch_policy(), [&photos, id] { return photos.photo(id); });
     stage.classify(view, id, photos.exclusion(id).get(), visible);
     sum += visible.statistics;
     collector.add_view(id, view, *decoded.get(), visible);
     divider.set(id, collector.statistics_of(id), visible.coverage);
     for (TileInGroup& tile : tiles)
-      if (std::ranges::binary_search(job_.tiles[tile.number].views, id))
+      if (std::ranges::binary_search(job_.tiles(unit.level)[tile.number].views, id))
         tile.seen.push_back(divider.of_tile(tile.place));
     divider.clear();
     collector.forget(id);
@@ -311,18 +321,19 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
   constexpr std::size_t kRun = 16384, kRuns = 64;
   observer_.begin({unit.name, "tiles"});
   std::size_t runs = 0;
-  for (const TileInfo& tile : job_.tiles) runs += (tile.faces + kRun - 1) / kRun;
+  for (const TileInfo& tile : job_.tiles(0)) runs += (tile.faces + kRun - 1) / kRun;
   const std::size_t stride = runs / kRuns + 1;
   Sample sample;
   std::size_t run = 0;
-  for (std::uint32_t t = 0; t < job_.tiles.size(); ++t) {
-    observer_.progress(t, job_.tiles.size());
-    const std::size_t here = (job_.tiles[t].faces + kRun - 1) / kRun;
+  const std::vector<TileInfo>& tiles = job_.tiles(0);
+  for (std::uint32_t t = 0; t < tiles.size(); ++t) {
+    observer_.progress(t, tiles.size());
+    const std::size_t here = (tiles[t].faces + kRun - 1) / kRun;
     const std::size_t first = (stride - run % stride) % stride;
     run += here;
     if (first >= here) continue;
-    const TileMesh tile = load_tile(folder_, t);
-    const std::vector<SeenView> seen = load_seen(folder_, job_, t);
+    const TileMesh tile = load_tile(folder_, 0, t);
+    const std::vector<SeenView> seen = load_seen(folder_, job_, 0, t);
     const std::vector<std::uint32_t> own = tile.own(t);
     for (std::size_t r = first; r < here; r += stride) {
       const std::span<const std::uint32_t> rest = std::span(own).subspan(r * kRun);
@@ -349,13 +360,13 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
 
 void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
   observer_.begin({unit.name});
-  const TileMesh tile = load_tile(folder_, unit.number);
+  const TileMesh tile = load_tile(folder_, unit.level, unit.number);
   const labeling::FaceGraph graph = labeling::face_graph(tile.mesh);
   labeling::PhotoJudgement photos;
   folder_.read(kJudgeUnit, "photos", [&](Reader& in) { photos = read_agreement(in); });
   labeling::CandidateCollector collector(tile.mesh, settings_.costs);
   pipeline::CoverageStore coverage;
-  for (SeenView& seen : load_seen(folder_, job_, unit.number)) {
+  for (SeenView& seen : load_seen(folder_, job_, unit.level, unit.number)) {
     if (!collector.add_statistics(seen.view, seen.statistics))
       throw InputError(folder_.path(), "unit " + unit.name,
                        "what views see is of another mesh; make the job again by gpvc tiles");
@@ -376,20 +387,20 @@ void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
 }
 
 void UnitRunner::choose(const Unit& unit, const io::WorkKey& key) {
-  const TileMesh tile = load_tile(folder_, unit.number);
-  const TileCosts costs = load_costs(folder_, unit.number);
+  const TileMesh tile = load_tile(folder_, unit.level, unit.number);
+  const TileCosts costs = load_costs(folder_, unit.level, unit.number);
   const labeling::FaceGraph graph = pipeline::weighed_graph(tile.mesh, settings_.edge_weights, observer_);
   observer_.begin({unit.name, "labels", true});
-  const TileInfo& info = job_.tiles[unit.number];
+  const TileInfo& info = job_.tiles(unit.level)[unit.number];
   const std::vector<ViewId> fixed = labels_of(folder_, tile, info.around, [&](std::uint32_t other) {
-    return labels_before(job_, unit.round, unit.number, other);
+    return labels_before(job_, unit.level, unit.round, unit.number, other);
   });
   std::vector<ViewId> start;
   if (unit.round > 1) {
     start = fixed;
     const std::array own{unit.number};
     const std::vector<ViewId> before =
-        labels_of(folder_, tile, own, [&](std::uint32_t t) { return choose_unit(unit.round - 1, t); });
+        labels_of(folder_, tile, own, [&](std::uint32_t t) { return choose_unit(unit.level, unit.round - 1, t); });
     for (std::size_t f = 0; f < start.size(); ++f)
       if (tile.tile[f] == unit.number) start[f] = before[f];
   }
@@ -412,14 +423,14 @@ struct TileAtlas {
   std::vector<ViewId> labels;
   std::vector<std::uint8_t> border;
 
-  TileAtlas(const JobFolder& folder, const Job& job, std::uint32_t number)
-      : tile(load_tile(folder, number)),
+  TileAtlas(const JobFolder& folder, const Job& job, int level, std::uint32_t number)
+      : tile(load_tile(folder, level, number)),
         graph(labeling::face_graph(tile.mesh)),
-        costs(load_costs(folder, number)),
+        costs(load_costs(folder, level, number)),
         border(tile.border(number)) {
-    std::vector<std::uint32_t> tiles = job.tiles[number].around;
+    std::vector<std::uint32_t> tiles = job.tiles(level)[number].around;
     tiles.push_back(number);
-    labels = labels_of(folder, tile, tiles, [](std::uint32_t t) { return choose_unit(kRounds, t); });
+    labels = labels_of(folder, tile, tiles, [&](std::uint32_t t) { return choose_unit(level, kRounds, t); });
   }
   atlas::AtlasInput input(const Scene& scene, io::PhotoSource& photos,
                           std::span<const atlas::ViewExposure> exposure) const {
@@ -451,7 +462,7 @@ double energy_of(const TileAtlas& atlas, double smoothness) {
 
 void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
   observer_.begin({unit.name});
-  TileAtlas tile(folder_, job_, unit.number);
+  TileAtlas tile(folder_, job_, unit.level, unit.number);
   if (settings_.edge_weights != labeling::EdgeWeights::uniform)
     labeling::weigh_edges(tile.tile.mesh, settings_.edge_weights, tile.graph);
   outcome_->done.figures["energy"] = energy_of(tile, settings_.solver.smoothness);
@@ -480,7 +491,7 @@ void UnitRunner::level(const Unit& unit, const io::WorkKey& key) {
   observer_.begin({unit.name});
   std::vector<atlas::SeamRatio> ratios;
   std::vector<std::size_t> faces(job_.scene.views.size(), 0);
-  for (std::size_t t = 0; t < job_.tiles.size(); ++t)
+  for (std::size_t t = 0; t < job_.tiles(0).size(); ++t)
     folder_.read(expose_unit(t), "ratios", [&](Reader& in) {
       const std::vector<atlas::SeamRatio> more = in.get_all<atlas::SeamRatio>();
       ratios.insert(ratios.end(), more.begin(), more.end());
@@ -503,7 +514,8 @@ void UnitRunner::level(const Unit& unit, const io::WorkKey& key) {
 
 namespace {
 
-std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder) {
+// \param reduction of the photos that they are for
+std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder, double reduction) {
   std::vector<atlas::ViewExposure> exposure;
   folder.read(kLevelUnit, "exposure", [&](Reader& in) {
     for (auto count = in.get<std::size_t>(); count > 0; --count) {
@@ -511,55 +523,71 @@ std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder) {
       each.gain = in.get<std::array<float, 3>>();
       for (double* value : {&each.centre_x, &each.centre_y, &each.inverse_radius2, &each.k1, &each.k2})
         *value = in.get<double>();
+      each.centre_x /= reduction;
+      each.centre_y /= reduction;
+      each.inverse_radius2 *= reduction * reduction;
       exposure.push_back(each);
     }
   });
   return exposure;
 }
 
-fs::path glb_of(const JobFolder& folder, std::size_t tile) {
-  return folder.path() / "result" / "tiles" / fmt::format("0_{}.glb", tile);
+fs::path glb_of(const JobFolder& folder, int level, std::size_t tile) {
+  return folder.path() / "result" / "tiles" / fmt::format("{}_{}.glb", level, tile);
 }
 
 }  // namespace
 
 void UnitRunner::bake(const Unit& unit) {
-  const TileAtlas tile(folder_, job_, unit.number);
+  const TileAtlas tile(folder_, job_, unit.level, unit.number);
   const std::vector<std::uint32_t> own = tile.tile.own(unit.number);
   if (own.empty()) return;
-  const std::vector<atlas::ViewExposure> exposure = load_exposure(folder_);
-  const std::vector<ViewId>& views = job_.tiles[unit.number].views;
-  const pipeline::Input input{job_.scene, tile.tile.mesh, views, folder_.path()};
-  const pipeline::MemoryPlan memory = pipeline::plan_memory(input, settings_);
-  io::PhotoCache photos(job_.scene, downscale_);
+  const Level& level = job_.levels[static_cast<std::size_t>(unit.level)];
+  const std::vector<atlas::ViewExposure> exposure = load_exposure(folder_, level.reduction);
+  const std::vector<ViewId>& views = level.tiles[unit.number].views;
+  const Scene scene = scene_at(job_, unit.level);
+  const pipeline::Input input{scene, tile.tile.mesh, views, folder_.path()};
+  pipeline::Settings settings = settings_;
+  settings.atlas.texel_size = level.texel_size;
+  const pipeline::MemoryPlan memory = pipeline::plan_memory(input, settings);
+  io::PhotoCache photos(scene, downscale_at(unit.level));
   observer_.begin({unit.name, "steps"});
-  const atlas::AtlasInput from = tile.input(job_.scene, photos, exposure);
-  const atlas::AtlasPlan plan = pipeline::plan_and_note(from, settings_.atlas, observer_);
-  const fs::path obj = folder_.path() / "result" / "obj" / fmt::to_string(unit.number),
-                 glb = glb_of(folder_, unit.number);
+  const atlas::AtlasInput from = tile.input(scene, photos, exposure);
+  const atlas::AtlasPlan plan = pipeline::plan_and_note(from, settings.atlas, observer_);
+  // Levels above have no model.obj; their pages are in the GLB alone.
+  const bool finest = unit.level == 0;
+  const fs::path glb = glb_of(folder_, unit.level, unit.number);
+  const fs::path obj =
+      finest ? folder_.path() / "result" / "obj" / fmt::to_string(unit.number) : folder_.unit(unit.name);
   fs::create_directories(obj);
   fs::create_directories(glb.parent_path());
   std::vector<io::PageFile> pages;
   for (std::size_t p = 0; p < plan.estimate().pages; ++p)
-    pages.push_back({obj / pipeline::page_name(p, settings_.output.texture), settings_.output.texture});
-  atlas::BakeOptions options = pipeline::bake_options(plan, settings_, memory, photos);
+    pages.push_back({obj / pipeline::page_name(p, settings.output.texture), settings.output.texture});
+  atlas::BakeOptions options = pipeline::bake_options(plan, settings, memory, photos);
   options.scratch_folder = folder_.unit(unit.name);
   options.take_page = [&](std::size_t number, const Image& page) {
     observer_.check_cancelled();
-    io::write_image(pages[number].file, page, settings_.output.texture, settings_.output.quality, job_.color_profile);
+    io::write_image(pages[number].file, page, settings.output.texture, settings.output.quality, job_.color_profile);
   };
-  const atlas::TextureAtlas atlas = pipeline::bake_and_end(plan, from, settings_.atlas, observer_, options);
-  const bool drops = settings_.atlas.unseen == atlas::UnseenFaces::drop;
+  const atlas::TextureAtlas atlas = pipeline::bake_and_end(plan, from, settings.atlas, observer_, options);
+  const bool drops = settings.atlas.unseen == atlas::UnseenFaces::drop;
   tileset::TileModel model = tileset::tile_model(atlas.model, own, pages, [&](std::uint32_t f) {
     return drops && tile.costs.tags[f] == labeling::FaceTag::unseen;
   });
   model.model.mesh = &model.mesh;
-  io::write_obj(obj / "model.obj", model.model, model.pages, job_.model);
+  if (finest) io::write_obj(obj / "model.obj", model.model, model.pages, job_.model);
   fs::path stem = glb;
   io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, model.model, model.pages, job_.model);
   outcome_->add(folder_, glb);
-  for (const char* name : {"model.obj", "model.mtl"}) outcome_->add(folder_, obj / name);
-  for (const io::PageFile& page : pages) outcome_->add(folder_, page.file);
+  for (const io::PageFile& page : pages) {
+    if (finest)
+      outcome_->add(folder_, page.file);
+    else
+      fs::remove(page.file);
+  }
+  if (finest)
+    for (const char* name : {"model.obj", "model.mtl"}) outcome_->add(folder_, obj / name);
   auto& figures = outcome_->done.figures;
   figures["charts"] = atlas.statistics.charts;
   figures["page_texels"] = atlas.statistics.page_texels;
@@ -568,26 +596,72 @@ void UnitRunner::bake(const Unit& unit) {
   figures["seam_step_after"] = atlas.statistics.seam_step_after;
 }
 
-void UnitRunner::finish() {
-  observer_.begin({kFinishUnit});
-  std::size_t depth = 0;
-  while ((std::size_t{1} << (2 * depth)) < job_.tiles.size()) ++depth;
-  std::vector<std::vector<tileset::Tile>> levels(depth + 1);
-  for (std::size_t t = 0; t < job_.tiles.size(); ++t) {
-    tileset::Tile& tile = levels[0].emplace_back();
-    if (job_.tiles[t].faces == 0) continue;
-    tile.file = fs::relative(glb_of(folder_, t), folder_.path() / "result").string();
-    for (const WorldPoint& corner : pipeline::corners(job_.tiles[t].written_box))
-      tile.box.add(tileset::tile_from_world(job_.model, corner));
-  }
+namespace {
+
+// What viewers take an empty tile for: all of it is missing.
+double diagonal_of(const std::vector<TileInfo>& tiles) {
   pipeline::Box all;
-  for (const TileInfo& tile : job_.tiles)
+  for (const TileInfo& tile : tiles)
     for (const WorldPoint& corner : pipeline::corners(tile.written_box))
       if (tile.faces > 0) all.add(corner);
-  const double diagonal = std::hypot(all.high.x - all.low.x, all.high.y - all.low.y, all.high.z - all.low.z);
-  // Tiles above the leaves have nothing to show, so that viewers go on to the leaves from anywhere.
-  for (std::size_t k = 1; k <= depth; ++k)
-    levels[k].assign(std::size_t{1} << (2 * (depth - k)), tileset::Tile{{}, {}, diagonal});
+  return std::hypot(all.high.x - all.low.x, all.high.y - all.low.y, all.high.z - all.low.z);
+}
+
+}  // namespace
+
+void UnitRunner::simplify(const Unit& unit, const io::WorkKey& key) {
+  observer_.begin({unit.name});
+  TileUnion children;
+  double error = 0;
+  for (std::uint32_t child = 4 * unit.number; child < 4 * unit.number + 4; ++child) {
+    const CoarseTile tile = load_own(folder_, unit.level - 1, child);
+    children.add(tile.tile, child);
+    error = std::max(error, tile.error);
+  }
+  children.finish();
+  CoarseTile coarse = coarse_tile(children, unit.number);
+  coarse.error += error;
+  keep(unit, "tile", key, [&](Writer& out) { write_coarse(out, coarse); });
+  outcome_->done.figures["faces"] = coarse.tile.face.size();
+  outcome_->done.figures["error"] = coarse.error;
+  observer_.end(fmt::format("{} faces", pipeline::readable_count(coarse.tile.face.size())));
+}
+
+void UnitRunner::ring(const Unit& unit, const io::WorkKey& key) {
+  observer_.begin({unit.name});
+  TileUnion all;
+  all.add(load_own(folder_, unit.level, unit.number).tile, unit.number);
+  for (const std::uint32_t other : job_.tiles(unit.level)[unit.number].around)
+    all.add(load_own(folder_, unit.level, other).tile, other);
+  all.finish();
+  const TileMesh tile = with_border(all, unit.number);
+  keep(unit, "tile", key, [&](Writer& out) { write(out, tile); });
+  observer_.end(fmt::format("{} faces with the border", pipeline::readable_count(tile.face.size())));
+}
+
+tileset::Tile UnitRunner::tile_of_result(int level, std::size_t number) const {
+  tileset::Tile tile;
+  const fs::path glb = glb_of(folder_, level, number);
+  if (!io::is_file(glb)) return tile;  // it has no faces
+  tile.file = fs::relative(glb, folder_.path() / "result").string();
+  for (const WorldPoint& corner : pipeline::corners(job_.tiles(level)[number].written_box))
+    tile.box.add(tileset::tile_from_world(job_.model, corner));
+  if (level == 0) return tile;
+  const double texel = job_.levels[static_cast<std::size_t>(level)].texel_size;
+  tile.error = tileset::geometric_error(load_own(folder_, level, static_cast<std::uint32_t>(number)).error, texel);
+  return tile;
+}
+
+void UnitRunner::finish() {
+  observer_.begin({kFinishUnit});
+  const double diagonal = diagonal_of(job_.tiles(0));
+  std::vector<std::vector<tileset::Tile>> levels;
+  for (int k = 0; k < static_cast<int>(job_.levels.size()); ++k) {
+    std::vector<tileset::Tile>& tiles = levels.emplace_back();
+    for (std::size_t t = 0; t < job_.tiles(k).size(); ++t) tiles.push_back(tile_of_result(k, t));
+  }
+  // Without levels of detail, tiles above the leaves have nothing to show, so that viewers go on to the leaves from anywhere.
+  while (levels.back().size() > 1) levels.emplace_back(levels.back().size() / 4, tileset::Tile{{}, {}, diagonal});
   const fs::path file = folder_.path() / "result" / "tileset.json";
   fs::create_directories(file.parent_path());
   io::OutputFile out(file);
@@ -598,7 +672,7 @@ void UnitRunner::finish() {
   std::map<std::string, double> sums;
   double steps_before = 0, steps_after = 0;
   for (const Unit& unit : units_) {
-    const std::optional<Done> done = read_done(folder_.done_file(unit.name));
+    const std::optional<Done> done = unit.level == 0 ? read_done(folder_.done_file(unit.name)) : std::nullopt;
     if (!done) continue;
     for (const char* name : {"full", "partial", "seen", "filled", "energy", "charts", "page_texels", "seam_edges"})
       if (done->figures.contains(name))

@@ -7,6 +7,7 @@
 #include "app/pipeline/pipeline.h"
 #include "app/tiles/job.h"
 #include "app/tiles/plan.h"
+#include "app/tileset/tileset_json.h"
 
 namespace gpvc::tiles {
 
@@ -36,7 +37,11 @@ class UnitRunner {
   void expose(const Unit& unit, const io::WorkKey& key);
   void level(const Unit& unit, const io::WorkKey& key);
   void bake(const Unit& unit);
+  void simplify(const Unit& unit, const io::WorkKey& key);
+  void ring(const Unit& unit, const io::WorkKey& key);
   void finish();
+  int downscale_at(int level) const { return downscale_ * job_.levels[static_cast<std::size_t>(level)].reduction; }
+  tileset::Tile tile_of_result(int level, std::size_t number) const;
   void keep(const Unit& unit, const std::string& name, const io::WorkKey& key,
             const std::function<void(io::WorkStore::Writer&)>& write);
 

@@ -76,43 +76,6 @@ class Divider {
   std::vector<std::uint32_t> leaf_;
 };
 
-struct Simplified {
-  std::vector<Triangle> faces;
-  double error = 0;
-};
-
-// To a quarter of the faces, or as far as the border allows.
-Simplified simplified(const Mesh& mesh, std::span<const std::uint32_t> faces) {
-  std::vector<std::uint32_t> vertices;
-  for (const std::uint32_t face : faces)
-    vertices.insert(vertices.end(), mesh.faces[face].begin(), mesh.faces[face].end());
-  std::ranges::sort(vertices);
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  if (vertices.empty()) return {};
-  // Relative to a vertex, so that floats hold them; the simplifier returns vertices, not positions.
-  const WorldPoint& origin = mesh.positions[vertices[0]];
-  std::vector<float> positions;
-  for (const std::uint32_t v : vertices)
-    for (const double distance :
-         {mesh.positions[v].x - origin.x, mesh.positions[v].y - origin.y, mesh.positions[v].z - origin.z})
-      positions.push_back(static_cast<float>(distance));
-  std::vector<unsigned int> indices, kept(3 * faces.size());
-  for (const std::uint32_t face : faces)
-    for (const std::uint32_t v : mesh.faces[face])
-      indices.push_back(static_cast<unsigned int>(std::ranges::lower_bound(vertices, v) - vertices.begin()));
-  constexpr float kAnyError = 1;  // of the extent
-  constexpr std::size_t kStride = 3 * sizeof(float);
-  const std::size_t target = 3 * std::max<std::size_t>(1, faces.size() / kChildren);
-  float error = 0;
-  kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), positions.data(), vertices.size(), kStride,
-                               target, kAnyError, meshopt_SimplifyLockBorder, &error));
-  Simplified result;
-  for (std::size_t i = 0; i < kept.size(); i += 3)
-    result.faces.push_back({vertices[kept[i]], vertices[kept[i + 1]], vertices[kept[i + 2]]});
-  result.error = double{error} * double{meshopt_simplifyScale(positions.data(), vertices.size(), kStride)};
-  return result;
-}
-
 // Leaves out the vertices of no face.
 Mesh compact(const Mesh& all, std::vector<Triangle> faces) {
   constexpr std::uint32_t kUnused = 0xFFFFFFFFu;
@@ -144,6 +107,37 @@ int tree_depth(std::size_t faces, std::size_t faces_per_tile) {
 
 std::vector<std::uint32_t> leaf_of_faces(const Mesh& mesh, io::UpAxis up, int depth) {
   return Divider(middles_on_ground(mesh, up)).divide(depth);
+}
+
+Simplified simplified(const Mesh& mesh, std::span<const std::uint32_t> faces) {
+  std::vector<std::uint32_t> vertices;
+  for (const std::uint32_t face : faces)
+    vertices.insert(vertices.end(), mesh.faces[face].begin(), mesh.faces[face].end());
+  std::ranges::sort(vertices);
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  if (vertices.empty()) return {};
+  // Relative to a vertex, so that floats hold them; the simplifier returns vertices, not positions.
+  const WorldPoint& origin = mesh.positions[vertices[0]];
+  std::vector<float> positions;
+  for (const std::uint32_t v : vertices)
+    for (const double distance :
+         {mesh.positions[v].x - origin.x, mesh.positions[v].y - origin.y, mesh.positions[v].z - origin.z})
+      positions.push_back(static_cast<float>(distance));
+  std::vector<unsigned int> indices, kept(3 * faces.size());
+  for (const std::uint32_t face : faces)
+    for (const std::uint32_t v : mesh.faces[face])
+      indices.push_back(static_cast<unsigned int>(std::ranges::lower_bound(vertices, v) - vertices.begin()));
+  constexpr float kAnyError = 1;  // of the extent
+  constexpr std::size_t kStride = 3 * sizeof(float);
+  const std::size_t target = 3 * std::max<std::size_t>(1, faces.size() / kChildren);
+  float error = 0;
+  kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), positions.data(), vertices.size(), kStride,
+                               target, kAnyError, meshopt_SimplifyLockBorder, &error));
+  Simplified result;
+  for (std::size_t i = 0; i < kept.size(); i += 3)
+    result.faces.push_back({vertices[kept[i]], vertices[kept[i + 1]], vertices[kept[i + 2]]});
+  result.error = double{error} * double{meshopt_simplifyScale(positions.data(), vertices.size(), kStride)};
+  return result;
 }
 
 LevelMesh coarser_level(const Mesh& finer, std::span<const std::uint32_t> tile, std::span<const double> error) {

@@ -26,11 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A texel that is drawn larger than a screen's pixel shows that detail is missing. Viewers refine a tile whose
-// geometricError is seen larger than some 16 pixels (the default of CesiumJS): an error of so many texels makes them
-// refine where a texel would be larger than two pixels.
-constexpr double kErrorTexels = 8;
-
 // The pages of a level while its tiles are not written: files in the folder that is in making.
 class PageFiles {
  public:
@@ -174,7 +169,7 @@ class TilesetMaker {
       model.model.mesh = &model.mesh;
       io::write_gltf(stems[t], io::GltfContainer::glb, model.model, model.pages, options_);
       for (const WorldPoint& p : model.mesh.positions) tiles[t].box.add(tile_from_world(options_, p));
-      if (level.number > 0) tiles[t].error = std::max(level.error[t], kErrorTexels * level.texel_size);
+      if (level.number > 0) tiles[t].error = geometric_error(level.error[t], level.texel_size);
     });
     note(level, atlas, tiles);
   }

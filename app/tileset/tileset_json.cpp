@@ -130,6 +130,14 @@ TilePoint tile_from_world(const io::ModelOptions& options, const WorldPoint& p) 
   return q;
 }
 
+double geometric_error(double surface, double texel) {
+  // A texel that is drawn larger than a screen's pixel shows that detail is missing. Viewers refine a tile whose error is seen
+  // larger than some 16 pixels (the default of CesiumJS): an error of so many texels makes them refine where a texel would be
+  // larger than two pixels.
+  constexpr double kErrorTexels = 8;
+  return std::max(surface, kErrorTexels * texel);
+}
+
 std::optional<std::array<double, 16>> geocentric_from_tile(const io::ModelOptions& options) {
   if (options.srs.empty()) return std::nullopt;
   const WorldPoint at = options.offset + options.srs_offset;

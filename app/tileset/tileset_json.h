@@ -35,6 +35,10 @@ struct Tile {
       0;  ///< how much detail it lacks, in the scene's units: viewers replace it by its children where that is seen
 };
 
+/// Tile::error of a level above the leaves. \param surface how far its surface is from that of the leaves
+/// \param texel edge of its texels
+double geometric_error(double surface, double texel);
+
 /// The matrix, column by column, that takes tiles to geocentric coordinates, from the reference system of `options`: what
 /// PROJ knows, or ENU:LATITUDE,LONGITUDE. The system's axes at the offset of `options` stand for those around it. nullopt
 /// where no system is named, or none that is known.

@@ -217,18 +217,22 @@ Camera reduced(const View& view, int factor) {
     throw InputError(view.photo, "",
                      "is a panorama " + std::to_string(camera.width) + " pixels wide, which cannot be reduced by " +
                          std::to_string(factor) + ": expected a factor of its width");
+  if (camera.width < factor || camera.height < factor)
+    throw InputError(view.photo, "", "is too small to be reduced by " + std::to_string(factor));
+  return reduced_camera(camera, factor);
+}
+
+}  // namespace
+
+Camera reduced_camera(Camera camera, int factor) {
   camera.width /= factor;
   camera.height /= factor;
-  if (camera.width < 1 || camera.height < 1)
-    throw InputError(view.photo, "", "is too small to be reduced by " + std::to_string(factor));
   camera.fx /= factor;
   camera.fy /= factor;
   camera.cx /= factor;
   camera.cy /= factor;
   return camera;
 }
-
-}  // namespace
 
 Scene read_scene(const fs::path& source, const SceneOptions& options) {
   if (options.downscale < 1) throw std::invalid_argument("SceneOptions::downscale must be at least 1");
