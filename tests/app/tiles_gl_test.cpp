@@ -1,0 +1,306 @@
+// Jobs: what tiles see, choose and show, beside a run over the whole mesh.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <set>
+
+#include "app/pipeline/steps.h"
+#include "app/tiles/done.h"
+#include "app/tiles/make_job.h"
+#include "app/tiles/tile_work.h"
+#include "app/tiles/units.h"
+#include "io/textured_model.h"
+#include "labeling/costs/view_statistics.h"
+#include "tests/app/photographed_city.h"
+
+namespace gpvc::tiles {
+namespace {
+
+namespace fs = std::filesystem;
+using test::City;
+
+class TilesJob : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    city_ = new City(4000, 240, 6);
+    jobs_ = new std::map<std::size_t, std::unique_ptr<test::TemporaryFolder>>();
+  }
+  static void TearDownTestSuite() {
+    delete jobs_;
+    delete city_;
+  }
+  pipeline::Input input() const { return {city_->scene, city_->mesh, city_->views}; }
+  static JobSettings settings(std::size_t faces_per_tile) {
+    JobSettings settings;
+    settings.tileset.faces_per_tile = faces_per_tile;
+    settings.views_per_unit = 2;
+    settings.tileset.texture.output.texture = io::ImageFormat::png;
+    return settings;
+  }
+  // A job that is done, made once.
+  JobFolder job(std::size_t faces_per_tile) {
+    std::unique_ptr<test::TemporaryFolder>& folder = (*jobs_)[faces_per_tile];
+    if (folder) return JobFolder(folder->path());
+    folder = std::make_unique<test::TemporaryFolder>();
+    const JobFolder made(folder->path());
+    make_job(made, input(), settings(faces_per_tile), "test", observer_);
+    UnitRunner runner(made, settings(faces_per_tile).tileset.texture, 1, observer_);
+    for (const Unit& unit : runner.units()) EXPECT_EQ(runner.run(unit), UnitResult::done) << unit.name;
+    return made;
+  }
+  static double figure(const JobFolder& folder, const char* name) {
+    return read_done(folder.done_file(kFinishUnit)).value().figures[name].get<double>();
+  }
+
+  static City* city_;
+  static std::map<std::size_t, std::unique_ptr<test::TemporaryFolder>>* jobs_;
+  pipeline::Observer observer_;
+};
+City* TilesJob::city_ = nullptr;
+std::map<std::size_t, std::unique_ptr<test::TemporaryFolder>>* TilesJob::jobs_ = nullptr;
+
+using Records = std::map<std::pair<ViewId, std::uint64_t>, labeling::FaceRecord>;
+
+void add(Records& all, ViewId view, std::span<const std::byte> bytes, const auto& number_of) {
+  labeling::FaceRecord record;
+  for (std::size_t at = 0; at < bytes.size(); at += sizeof record) {
+    std::memcpy(&record, bytes.data() + at, sizeof record);
+    const std::uint64_t number = number_of(record.face);
+    record.face = 0;
+    const auto [place, added] = all.try_emplace({view, number}, record);
+    EXPECT_TRUE(added || std::memcmp(&place->second, &record, sizeof record) == 0) << "tiles differ about " << number;
+  }
+}
+
+TEST_F(TilesJob, ViewsSeeTilesAsTheySeeTheWholeMesh) {
+  visibility::VisibilityStage stage(city_->mesh, {});
+  labeling::CandidateCollector whole(city_->mesh, {});
+  Records expected;
+  for (const ViewId id : city_->views) {
+    const View& view = city_->scene.views[index(id)];
+    whole.add_view(id, view, city_->pictures[index(id)].image, stage.classify(view, id, nullptr));
+    add(expected, id, whole.statistics_of(id), [](std::uint32_t face) { return face; });
+  }
+  for (const std::size_t faces : {std::size_t{100000}, std::size_t{1000}, std::size_t{300}}) {
+    const JobFolder folder = job(faces);
+    const Job made = folder.read_job();
+    Records found;
+    for (std::uint32_t t = 0; t < made.tiles(0).size(); ++t) {
+      const TileMesh tile = load_tile(folder, 0, t);
+      for (const SeenView& seen : load_seen(folder, made, 0, t))
+        add(found, seen.view, seen.statistics, [&](std::uint32_t face) { return tile.face[face]; });
+    }
+    ASSERT_EQ(found.size(), expected.size()) << faces << " faces a tile";
+    for (auto a = found.begin(), b = expected.begin(); a != found.end(); ++a, ++b) {
+      ASSERT_EQ(a->first, b->first);
+      ASSERT_EQ(std::memcmp(&a->second, &b->second, sizeof a->second), 0) << a->first.second;
+    }
+  }
+}
+
+TEST_F(TilesJob, EnergyIsThatOfTheUndividedRun) {
+  io::PictureSource photos(city_->scene, city_->pictures);
+  const pipeline::Settings s = settings(1).tileset.texture;
+  const pipeline::Choice whole =
+      pipeline::see_and_choose(input(), s, pipeline::plan_memory(input(), s), photos, observer_);
+  // The same faces are compared for photos' gains here, so that the costs are equal up to the averaging of outliers.
+  EXPECT_NEAR(figure(job(100000), "expose.energy"), whole.selection.energy, 1e-6 * whole.selection.energy);
+  for (const std::size_t faces : {1000, 300})
+    EXPECT_NEAR(figure(job(faces), "expose.energy"), whole.selection.energy, 0.005 * whole.selection.energy);
+}
+
+using Place = std::array<double, 3>;
+
+// Edges of a model, by the positions of their ends, with the colours that each face shows along them.
+using EdgeColors = std::map<std::pair<Place, Place>, std::vector<std::array<double, 3>>>;
+
+std::array<double, 3> color_at(const Image& page, double u, double v) {
+  const int x = std::clamp(static_cast<int>(u * page.width), 0, page.width - 1);
+  const int y = std::clamp(static_cast<int>(v * page.height), 0, page.height - 1);
+  const std::uint8_t* at = page.at(x, y);
+  return {double(at[0]), double(at[1]), double(at[2])};
+}
+
+void add_edges(const io::LoadedModel& loaded, EdgeColors& all) {
+  const io::TexturedModel& model = loaded.model;
+  for (std::size_t f = 0; f < loaded.mesh.faces.size(); ++f) {
+    if (model.face_page[f] == io::kNoPage) continue;
+    for (std::size_t e = 0; e < 3; ++e) {
+      std::array<Place, 2> ends{};
+      std::array<io::TexCoord, 2> at{};
+      for (std::size_t k = 0; k < 2; ++k) {
+        const std::size_t corner = (e + k) % 3;
+        const WorldPoint& p = loaded.mesh.positions[loaded.mesh.faces[f][corner]];
+        ends[k] = {p.x, p.y, p.z};
+        at[k] = model.texcoords[model.face_texcoords[f][corner]];
+      }
+      const auto middle = [&](float a, float b) { return 0.5 * (double{a} + double{b}); };
+      all[std::minmax(ends[0], ends[1])].push_back(
+          color_at(loaded.pages[model.face_page[f]], middle(at[0].u, at[1].u), middle(at[0].v, at[1].v)));
+    }
+  }
+}
+
+double mean_step(const EdgeColors& edges) {
+  double sum = 0, count = 0;
+  for (const auto& [ends, colors] : edges) {
+    if (colors.size() != 2) continue;
+    for (std::size_t c = 0; c < 3; ++c) sum += std::abs(colors[0][c] - colors[1][c]) / 3;
+    count += 1;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+TEST_F(TilesJob, ColorsStepNoMoreAcrossBordersOfTilesThanAcrossSeamsInside) {
+  const JobFolder folder = job(1000);
+  std::vector<EdgeColors> of_tiles;
+  for (int t = 0; t < 4; ++t) {
+    EdgeColors edges;
+    add_edges(io::read_textured_model(folder.path() / fmt::format("result/obj/{}/model.obj", t)), edges);
+    of_tiles.push_back(std::move(edges));
+  }
+  EdgeColors border, inside;
+  for (std::size_t t = 0; t < of_tiles.size(); ++t)
+    for (const auto& [ends, colors] : of_tiles[t]) {
+      if (colors.size() == 2) inside.emplace(ends, colors);
+      for (std::size_t other = t + 1; other < of_tiles.size() && colors.size() == 1; ++other)
+        if (const auto theirs = of_tiles[other].find(ends);
+            theirs != of_tiles[other].end() && theirs->second.size() == 1)
+          border[ends] = {colors[0], theirs->second[0]};
+    }
+  EXPECT_GT(border.size(), 60u) << "tiles meet in vertices that are the same to the last bit";
+  // Most edges inside are within a chart, where both sides are the same texels: seams of charts alone are compared.
+  std::erase_if(inside, [](const auto& edge) { return edge.second[0] == edge.second[1]; });
+  EXPECT_LT(mean_step(border), mean_step(inside));
+}
+
+TEST_F(TilesJob, LevelsOfDetailMeetTheTilesBesideThemInTheSameVertices) {
+  const JobFolder folder = job(300);
+  const Job made = folder.read_job();
+  ASSERT_EQ(made.levels.size(), 3u);
+  for (int level = 1; level < 3; ++level)
+    for (std::uint32_t t = 0; t < made.tiles(level).size(); ++t) {
+      const CoarseTile tile = load_own(folder, level, t);
+      EXPECT_TRUE(fs::exists(folder.path() / fmt::format("result/tiles/{}_{}.glb", level, t)));
+      const TileMesh bordered = load_tile(folder, level, t);
+      EXPECT_EQ(bordered.own(t).size(), tile.tile.face.size());
+      // Whatever is on the border of a tile was a vertex of the mesh.
+      for (std::size_t v = 0; v < tile.tile.vertex.size(); ++v)
+        EXPECT_EQ(tile.tile.mesh.positions[v], city_->mesh.positions[tile.tile.vertex[v]]);
+    }
+}
+
+TEST_F(TilesJob, CompleteUnitsAreNotRunAgainUntilTheirInputChanges) {
+  test::TemporaryFolder copy;
+  fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
+  const JobFolder folder(copy.path());
+  UnitRunner runner(folder, settings(1000).tileset.texture, 1, observer_);
+  for (const Unit& unit : runner.units()) EXPECT_EQ(runner.run(unit), UnitResult::was_done) << unit.name;
+  // A photo that is touched.
+  const fs::path photo = city_->scene.views[0].photo;
+  const auto written = fs::last_write_time(photo);
+  fs::last_write_time(photo, written + std::chrono::seconds(1));
+  const Job made = folder.read_job();
+  std::size_t again = 0;
+  for (const Unit& unit : runner.units())
+    if (runner.run(unit) == UnitResult::done) {
+      ++again;
+      const bool shows_it = unit.stage == Stage::see && std::ranges::count(made.groups[unit.number], ViewId{0}) == 1;
+      EXPECT_TRUE(shows_it || unit.stage != Stage::see) << unit.name;
+    }
+  EXPECT_GT(again, 1u);
+  fs::last_write_time(photo, written);
+}
+
+TEST_F(TilesJob, NamesWhatIsMissingOrDamaged) {
+  test::TemporaryFolder copy;
+  fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
+  const JobFolder folder(copy.path());
+  UnitRunner runner(folder, settings(1000).tileset.texture, 1, observer_);
+  const auto message = [&](const std::string& unit) {
+    try {
+      runner.run(runner.find(unit));
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  fs::remove(folder.done_file("judge"));
+  EXPECT_NE(message("cost-0-1").find("judge"), std::string::npos);
+  EXPECT_EQ(message("judge"), "");
+
+  const fs::path costs = folder.unit("cost-0-1") / "costs";
+  fs::resize_file(costs, fs::file_size(costs) / 2);
+  fs::remove(folder.done_file("choose-0-1-1"));
+  EXPECT_NE(message("choose-0-1-1").find("cost-0-1"), std::string::npos) << "its output is cut off";
+  EXPECT_EQ(message("cost-0-1"), "") << "an output of another size is made again";
+  EXPECT_EQ(message("choose-0-1-1"), "");
+
+  const fs::path tile = folder.path() / "mesh" / "tile-2";
+  fs::resize_file(tile, fs::file_size(tile) - 5);
+  fs::remove(folder.done_file("bake-0-2"));
+  EXPECT_NE(message("bake-0-2").find(tile.string()), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder.done_file("bake-0-2")));
+}
+
+TEST(TilesPlan, ColorsDifferBetweenTilesThatShareAnEdge) {
+  std::vector<TileInfo> tiles(5);
+  const auto join = [&](std::uint32_t a, std::uint32_t b) {
+    tiles[a].beside.push_back(b);
+    tiles[b].beside.push_back(a);
+  };
+  join(0, 1), join(1, 2), join(0, 2), join(2, 3), join(3, 4);
+  color_tiles(tiles);
+  for (std::size_t t = 0; t < tiles.size(); ++t)
+    for (const std::uint32_t other : tiles[t].beside) EXPECT_NE(tiles[t].color, tiles[other].color);
+  EXPECT_EQ(tiles[3].color, 0) << "the first colour that is free";
+}
+
+TEST(TilesPlan, GroupsHoldEachViewOnceAndThoseNearEachOther) {
+  Scene scene;
+  std::vector<ViewId> views;
+  for (std::uint32_t v = 0; v < 10; ++v) {
+    View view;
+    view.pose.centre = {v < 5 ? 0.0 : 1000.0, double(v), 0};
+    scene.views.push_back(view);
+    views.push_back(ViewId{v});
+  }
+  const auto groups = group_views(scene, views, 5);
+  ASSERT_EQ(groups.size(), 2u);
+  EXPECT_EQ(groups[0], (std::vector<ViewId>{ViewId{0}, ViewId{1}, ViewId{2}, ViewId{3}, ViewId{4}}));
+}
+
+TEST(TilesPlan, UnitsWaitForEarlierWaves) {
+  Job job;
+  job.scene.views.resize(2);
+  for (View& view : job.scene.views) view.camera = {100, 100, 100, 100, 50, 50, {}};
+  job.groups = {{ViewId{0}}, {ViewId{1}}};
+  Level level;
+  level.tiles.resize(4);
+  for (std::uint32_t t = 0; t < 4; ++t) {
+    level.tiles[t].views = {ViewId{0}, ViewId{1}};
+    for (std::uint32_t other = 0; other < 4; ++other)
+      if (other != t) level.tiles[t].beside.push_back(other);
+    level.tiles[t].around = level.tiles[t].beside;
+  }
+  color_tiles(level.tiles);
+  job.levels.push_back(level);
+  const std::vector<Unit> units = plan_units(job);
+  std::set<std::string> before;
+  for (const auto& wave : waves(units)) {
+    for (const Unit* unit : wave)
+      for (const std::string& name : unit->after) EXPECT_TRUE(before.contains(name)) << unit->name << " after " << name;
+    for (const Unit* unit : wave) before.insert(unit->name);
+  }
+  EXPECT_EQ(before.size(), units.size());
+  EXPECT_EQ(units.back().name, kFinishUnit);
+  EXPECT_EQ(labels_before(job, 0, 1, 3, 0), "choose-0-1-0");
+  EXPECT_EQ(labels_before(job, 0, 1, 0, 3), "");
+  EXPECT_EQ(labels_before(job, 0, 2, 0, 3), "choose-0-1-3");
+}
+
+}  // namespace
+}  // namespace gpvc::tiles
