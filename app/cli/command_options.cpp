@@ -126,6 +126,11 @@ CLI::App* add_inspect(CLI::App& parent, InspectOptions& options) {
                   "another one shows of the mesh from the same place; the two are alike where all fits")
       ->type_name("FILE")
       ->check(not_empty());
+  app->add_flag("--plan", options.plan,
+                "Also print what a job of gpvc tiles would take: units, memory, core hours, disk, and photos read");
+  options.job.tileset.faces_per_tile = tiles::kDefaultTileFaces;
+  OptionGroup{*app, ""}.number("--tile-faces", options.job.tileset.faces_per_tile, std::size_t{100},
+                               std::size_t{100000000}, "N", "For --plan: most faces of a tile");
   add_common(*app, options.common, "");
   return app;
 }

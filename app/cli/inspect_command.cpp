@@ -241,6 +241,8 @@ void run_inspect(const InspectOptions& options, Console& console) {
   if (!options.input.mesh.empty())
     mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
   if (!options.picture.empty() && !options.check) throw std::runtime_error("--picture belongs to --check");
+  if (options.input.mesh.empty() && options.plan)
+    throw std::runtime_error("--plan counts what a mesh takes: name one after the scene");
   if (options.input.mesh.empty() && options.check)
     throw std::runtime_error("--check compares what the photos show of a mesh: name one after the scene");
   in.scene = read_views(options.input, in.used, !options.check);
@@ -256,6 +258,12 @@ void run_inspect(const InspectOptions& options, Console& console) {
   throw_if_interrupted();
   const int threads = options.common.threads > 0 ? options.common.threads : tbb::info::default_concurrency();
   print_coverage(in, options.input.mesh, threads, console);
+  if (options.plan) {
+    const pipeline::Input input{in.scene, in.mesh, in.used, options.input.mesh};
+    const std::vector<tiles::Unit> units = tiles::plan_units(tiles::cut_scene(input, options.job, record));
+    console.result("plan of a job of gpvc tiles");
+    for (const std::string& line : tiles::plan_table(units)) console.result("  " + line);
+  }
   if (options.check) print_agreement(in, options, console);
 }
 

@@ -4,15 +4,91 @@
 // own when it is first written: a tenth of a run's time. Where the system leaves it to programs to ask for pages of 2 MB
 // (Linux: transparent_hugepage = madvise, as in Debian), this asks for them. Replaces the program's operator new, which
 // all vectors use; see madvise(2), MADV_HUGEPAGE.
+//
+// Or in files: a mesh that is larger than the memory is cut into tiles by algorithms that go over its arrays in order, which a
+// mapped file serves as well, as the system reads and writes ahead.
+#include "app/cli/large_blocks.h"
+
+#include <atomic>
 #include <cstdint>
 #include <cstdlib>
+#include <map>
+#include <mutex>
 #include <new>
+#include <string>
 
 #ifdef __linux__
+#include <fcntl.h>
 #include <sys/mman.h>
+#include <unistd.h>
 #endif
 
 namespace {
+
+constexpr std::uintptr_t kPage = 4096;
+constexpr std::size_t kLeastMapped = std::size_t{16} << 20;
+
+// Blocks that are mapped files. malloc()'s own blocks have a header in front, so none of theirs begins at a page.
+class MappedBlocks {
+ public:
+  void use(const std::string& folder) {
+    const std::lock_guard lock(mutex_);
+    folder_ = folder;
+    in_use_ = true;
+  }
+  bool in_use() const { return in_use_; }
+
+  void* make([[maybe_unused]] std::size_t bytes) {
+#ifdef __linux__
+    const std::lock_guard lock(mutex_);
+    const int file = open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (file < 0) return nullptr;
+    void* block = MAP_FAILED;
+    // Room on the disk is taken now: without it, writing to the block would end the program.
+    if (posix_fallocate(file, 0, static_cast<off_t>(bytes)) == 0)
+      block = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    close(file);
+    if (block == MAP_FAILED) return nullptr;
+    try {
+      sizes_.emplace(block, bytes);
+    } catch (...) {
+      munmap(block, bytes);
+      return nullptr;
+    }
+    return block;
+#else
+    return nullptr;
+#endif
+  }
+
+  /// False for a block that is none of these.
+  bool free([[maybe_unused]] void* block) {
+#ifdef __linux__
+    if (!in_use_ || reinterpret_cast<std::uintptr_t>(block) % kPage != 0) return false;
+    const std::lock_guard lock(mutex_);
+    const auto found = sizes_.find(block);
+    if (found == sizes_.end()) return false;
+    munmap(block, found->second);
+    sizes_.erase(found);
+    return true;
+#else
+    return false;
+#endif
+  }
+
+ private:
+  std::mutex mutex_;
+  std::atomic<bool> in_use_ = false;
+  std::string folder_;
+  std::map<void*, std::size_t> sizes_;
+};
+
+// Never destroyed: blocks outlive everything else.
+MappedBlocks& mapped_blocks() {
+  alignas(MappedBlocks) static unsigned char room[sizeof(MappedBlocks)];
+  static MappedBlocks* blocks = new (room) MappedBlocks;
+  return *blocks;
+}
 
 constexpr std::uintptr_t kLargePage = std::uintptr_t{2} << 20;
 
@@ -29,7 +105,15 @@ void ask_for_large_pages([[maybe_unused]] void* block, [[maybe_unused]] std::siz
 
 }  // namespace
 
+namespace gpvc::cli {
+
+void keep_large_blocks_in(const std::filesystem::path& folder) { mapped_blocks().use(folder.string()); }
+
+}  // namespace gpvc::cli
+
 void* operator new(std::size_t bytes) {
+  if (bytes >= kLeastMapped && mapped_blocks().in_use())
+    if (void* block = mapped_blocks().make(bytes)) return block;
   for (;;) {
     if (void* block = std::malloc(bytes > 0 ? bytes : 1)) {
       ask_for_large_pages(block, bytes);
@@ -41,5 +125,7 @@ void* operator new(std::size_t bytes) {
   }
 }
 
-void operator delete(void* block) noexcept { std::free(block); }
-void operator delete(void* block, std::size_t) noexcept { std::free(block); }
+void operator delete(void* block) noexcept {
+  if (!mapped_blocks().free(block)) std::free(block);
+}
+void operator delete(void* block, std::size_t) noexcept { operator delete(block); }

@@ -145,6 +145,8 @@ struct InspectOptions {
   SceneInput input;               ///< the mesh may be missing
   bool check = false;             ///< looks at the photos, too
   std::filesystem::path picture;  ///< of the photos that agree least; empty: none
+  bool plan = false;              ///< what a job of units would take
+  tiles::JobSettings job;
 };
 
 struct ConvertOptions : CommandOptions {

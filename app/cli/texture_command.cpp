@@ -1,7 +1,12 @@
 // gpvc texture and gpvc tileset: each reads its input, runs the library, writes the result.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <optional>
 
 #include "app/cli/scene_input.h"
+#include "app/pipeline/memory.h"
+#include "app/tiles/local_run.h"
 
 namespace gpvc::cli {
 namespace {
@@ -73,6 +78,13 @@ Json preview_json(const pipeline::WrittenModel& written) {
   return json;
 }
 
+// What has no meaning for a result in tiles.
+bool needs_one_model(const TextureOptions& o) {
+  const pipeline::Settings& s = o.settings;
+  return !s.view_rules.empty() || !o.allow.empty() || s.editable || !o.from.empty() || s.atlas.max_pages > 0 ||
+         s.atlas.max_texels > 0;
+}
+
 }  // namespace
 
 void run_texture(const TextureOptions& options, Console& console) {
@@ -90,9 +102,19 @@ void run_texture(const TextureOptions& options, Console& console) {
     io::PhotoCache photos(in.scene, options.input.downscale);
     settings.device = options.common.device;
     evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
-    const auto& [textured, written] =
-        options.from.empty() ? pipeline::texture_into(in.input(), settings, photos, folder, record)
-                             : pipeline::retexture_into(options.from, in.input(), settings, photos, folder, record);
+    std::optional<pipeline::TexturedFiles> files;
+    try {
+      files = options.from.empty()
+                  ? pipeline::texture_into(in.input(), settings, photos, folder, record)
+                  : pipeline::retexture_into(options.from, in.input(), settings, photos, folder, record);
+    } catch (const pipeline::MemoryError& too_little) {
+      if (needs_one_model(options)) throw;
+      record.warning(
+          fmt::format("{}. It goes on in tiles, one after another: the result is tileset.json", too_little.what()));
+      tiles::texture_in_tiles(in.input(), settings, options.input.downscale, program_version(), folder, record);
+      return {options_json(options), Json::object(), (options.out / "tileset.json").string()};
+    }
+    const auto& [textured, written] = *files;
     record.counts["preview"] = preview_json(written);
     record.counts["up"] = name_of(io::kUpAxisNames, written.up);
     record.counts["offset"] = evaluate::point_json(written.offset);
@@ -102,6 +124,7 @@ void run_texture(const TextureOptions& options, Console& console) {
         models += (models.empty() ? "" : "\n") + (options.out / name).string();
     return {options_json(options), evaluate::device_json(textured.device), models};
   });
+  tiles::remove_job(options.out);
 }
 
 void run_tileset(const TilesetOptions& options, Console& console) {

@@ -9,11 +9,14 @@
 
 #include "app/cli/command_options.h"
 #include "app/cli/interrupt.h"
+#include "app/cli/large_blocks.h"
 #include "app/cli/scene_input.h"
 #include "app/pipeline/folder_lock.h"
+#include "app/pipeline/memory.h"
 #include "app/tiles/units.h"
 #include "io/files/file_bytes.h"
 #include "io/files/paths.h"
+#include "io/mesh.h"
 
 namespace gpvc::cli {
 namespace {
@@ -54,6 +57,27 @@ TilesOptions options_of_job(const fs::path& job) {
   return options;
 }
 
+// Keeps a mesh that may be too large for the memory on disk while it is read and cut.
+void make_room(const TilesOptions& options, const fs::path& scratch, Console& console) {
+  double bytes = 0;
+  std::vector<fs::path> meshes{options.input.mesh};
+  meshes.insert(meshes.end(), options.input.more_meshes.begin(), options.input.more_meshes.end());
+  for (const fs::path& mesh : meshes)
+    for (const fs::path& file : io::mesh_files(mesh)) {
+      std::error_code unknown;
+      const std::uintmax_t size = fs::file_size(file, unknown);
+      if (!unknown) bytes += static_cast<double>(size);
+    }
+  // A binary PLY has some 19 bytes a face, positions, faces and what is needed to cut them 110; a text has more of the former.
+  constexpr double kMemoryOfFile = 6;
+  const std::size_t given = options.settings.tileset.texture.memory_bytes;
+  const auto most = static_cast<double>(given > 0 ? given : pipeline::default_memory_limit());
+  if (kMemoryOfFile * bytes < most) return;
+  keep_large_blocks_in(scratch);
+  console.note(fmt::format("the mesh is kept on disk while it is cut, as it may take {} of memory",
+                           pipeline::readable_bytes(kMemoryOfFile * bytes)));
+}
+
 // Shows the stages of units on the console.
 void run_units(tiles::UnitRunner& runner, std::span<const tiles::Unit* const> units, Console& console) {
   std::size_t were_done = 0;
@@ -73,6 +97,7 @@ void run_units(tiles::UnitRunner& runner, std::span<const tiles::Unit* const> un
 void run_tiles(const TilesOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"job.json", "plan.json"});
   run_command("tiles", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+    make_room(options, folder.in_making(), console);
     const SceneInputData in = read_scene_input(options.input, record);
     check_photos(in);
     folder.protect(input_files(in));

@@ -13,7 +13,7 @@ void add_job(CLI::App& app, std::filesystem::path& job) {
 
 CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
   CLI::App* app = parent.add_subcommand("tiles", "cut a scene into a job of units, for a cluster or a small memory");
-  options.settings.tileset.faces_per_tile = 1000000;
+  options.settings.tileset.faces_per_tile = tiles::kDefaultTileFaces;
   add_scene(*app, options.input);
   add_mesh(*app, options.input.mesh)->required();
   add_photos(*app, options.input);

@@ -10,6 +10,9 @@
 
 namespace gpvc::tiles {
 
+/// Of a job, each of whose units should run on a usual machine: some 1.5 GB.
+inline constexpr std::size_t kDefaultTileFaces = 1000000;
+
 struct JobSettings {
   tileset::TilesetSettings tileset;
   std::size_t views_per_unit = 16;  ///< at most

@@ -1,0 +1,76 @@
+#include "app/tiles/local_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "app/pipeline/memory.h"
+#include "app/tiles/done.h"
+#include "app/tiles/units.h"
+#include "io/freed_memory.h"
+
+namespace gpvc::tiles {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path job_folder(const pipeline::OutputFolder& folder) { return folder.kept_work() / "job"; }
+
+double most_memory(std::span<const Unit> units) {
+  double most = 0;
+  for (const Unit& unit : units) most = std::max(most, unit.memory_bytes);
+  return most;
+}
+
+// Settings with the largest tiles whose units stay below the limit.
+JobSettings settings_within(const pipeline::Input& input, const pipeline::Settings& settings,
+                            pipeline::Observer& observer) {
+  const auto allowed =
+      static_cast<double>(settings.memory_bytes > 0 ? settings.memory_bytes : pipeline::default_memory_limit());
+  // The whole mesh stays in memory beside what units take.
+  const auto mesh = static_cast<double>(input.mesh.positions.size() * sizeof(WorldPoint) +
+                                        input.mesh.faces.size() * sizeof(Triangle));
+  const double limit = allowed - mesh;
+  constexpr std::size_t kLeastFaces = 10000;
+  JobSettings fitting;
+  fitting.tileset.texture = settings;
+  double least = 0;
+  for (std::size_t faces = 4000000; faces >= kLeastFaces; faces /= 4) {
+    fitting.tileset.faces_per_tile = faces;
+    if (faces >= input.mesh.faces.size()) continue;
+    const double needed = most_memory(plan_units(cut_scene(input, fitting, observer)));
+    if (needed <= limit) return fitting;
+    least = least == 0 ? needed : std::min(least, needed);
+  }
+  throw pipeline::MemoryError(fmt::format(
+      "this run needs about {} of memory even in tiles, and {} may be used: free some, or lower what it needs by "
+      "--downscale 2, or a mesh of fewer faces",
+      pipeline::readable_bytes(least + mesh), pipeline::readable_bytes(allowed)));
+}
+
+}  // namespace
+
+void texture_in_tiles(const pipeline::Input& input, const pipeline::Settings& settings, int downscale,
+                      const std::string& program, pipeline::OutputFolder& folder, pipeline::Observer& observer) {
+  const JobSettings fitting = settings_within(input, settings, observer);
+  const JobFolder job(job_folder(folder));
+  fs::create_directories(job.path());
+  make_job(job, input, fitting, program, observer);
+  release_freed_memory();
+  UnitRunner runner(job, settings, downscale, observer);
+  for (const Unit& unit : runner.units()) runner.run(unit);
+  const fs::path result = job.path() / "result";
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(result)) {
+    if (!entry.is_regular_file()) continue;
+    fs::rename(entry.path(), folder.file(fs::relative(entry.path(), result)));
+  }
+}
+
+void remove_job(const fs::path& out) {
+  std::error_code ignored;
+  fs::remove_all(out / ".work" / "job", ignored);
+  fs::remove(out / ".work", ignored);
+}
+
+}  // namespace gpvc::tiles
