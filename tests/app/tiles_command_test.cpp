@@ -1,0 +1,109 @@
+// gpvc tiles, unit and plan, from a scene to a tileset.
+#include <sys/file.h>
+
+#include "io/textured_model.h"
+#include "tests/app/app_fixture.h"
+
+namespace gpvc {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+using Json = nlohmann::json;
+
+class TilesCommand : public App {
+ protected:
+  std::vector<std::string> tiles(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words = texture(out_, {"--tile-faces", "1500", "--unit-views", "2"});
+    words[0] = "tiles";
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+  Outcome unit(const std::vector<std::string>& words) const {
+    std::vector<std::string> all{"unit", out_.string()};
+    all.insert(all.end(), words.begin(), words.end());
+    return run(all);
+  }
+  // The result alone, by name.
+  std::map<std::string, std::string> result() const { return files_of(out_ / "result"); }
+};
+
+TEST_F(TilesCommand, UnitsOneByOneGiveTheSameAsAllInOneProcess) {
+  ASSERT_EQ(run(tiles({"--no-levels"})).exit_code, 0);
+  const Json plan = Json::parse(read_file(out_ / "plan.json"));
+  for (const Json& each : plan["units"]) {
+    const std::string name = each["name"];
+    ASSERT_EQ(unit({name, "--threads", "1"}).exit_code, 0) << name;
+    EXPECT_TRUE(fs::exists(out_ / each["outputs"][0].get<std::string>()));
+    EXPECT_GT(each["memory_mb"].get<double>(), 50);
+  }
+  const auto one_by_one = result();
+  std::size_t faces = 0;
+  for (int t = 0; t < 4; ++t)
+    faces += io::read_textured_model(out_ / "result" / "obj" / std::to_string(t) / "model.obj").mesh.faces.size();
+  EXPECT_EQ(faces, run_json(out_)["counts"]["faces"].get<std::size_t>()) << "every face is in one tile";
+
+  ASSERT_EQ(run(tiles({"--no-levels", "--force"})).exit_code, 0);
+  fs::remove_all(out_ / "units");
+  fs::remove_all(out_ / "result");
+  ASSERT_EQ(unit({"--all"}).exit_code, 0);
+  EXPECT_TRUE(result() == one_by_one);
+
+  // A job that is made again from the same input goes on with what is there.
+  ASSERT_EQ(run(tiles({"--no-levels", "--force"})).exit_code, 0);
+  const Outcome again = unit({"--all"});
+  EXPECT_EQ(again.exit_code, 0);
+  const std::string all = std::to_string(plan["units"].size());
+  EXPECT_TRUE(contains(again.err, all + " of " + all + " units were complete")) << again.err;
+}
+
+TEST_F(TilesCommand, AKilledDriverGoesOn) {
+  ASSERT_EQ(run(tiles()).exit_code, 0);
+  Program killed({"unit", out_.string(), "--all", "--threads", "1"});
+  while (killed.running() && !fs::exists(out_ / "units" / "judge" / "done.json")) usleep(1000);
+  killed.send(SIGKILL);
+  killed.wait();
+  EXPECT_FALSE(fs::exists(out_ / "result" / "tileset.json"));
+  const Outcome rest = unit({"--all"});
+  EXPECT_EQ(rest.exit_code, 0) << rest.err;
+  EXPECT_TRUE(contains(rest.err, "units were complete")) << rest.err;
+  EXPECT_TRUE(fs::exists(out_ / "result" / "tileset.json"));
+}
+
+TEST_F(TilesCommand, PlanIsATableOrAScript) {
+  ASSERT_EQ(run(tiles({"--no-levels"})).exit_code, 0);
+  const Outcome table = run({"plan", out_.string()});
+  EXPECT_EQ(table.exit_code, 0);
+  EXPECT_TRUE(contains(table.out, "core hours"));
+  EXPECT_FALSE(contains(table.out, "simplify  ") && contains(table.out, "simplify      1"));
+  const Outcome script = run({"plan", out_.string(), "--sbatch"});
+  EXPECT_TRUE(script.out.starts_with("#!/bin/sh")) << script.out;
+  EXPECT_TRUE(contains(script.out, "\"finish\""));
+}
+
+TEST_F(TilesCommand, RefusesWhatDoesNotFitTogether) {
+  expect_one_sentence(run({"unit", scene_.string(), "--all"}), scene_.string(), "is no job");
+  ASSERT_EQ(run(tiles()).exit_code, 0);
+  EXPECT_EQ(unit({"see-0-99"}).exit_code, 2);
+  EXPECT_EQ(unit({}).exit_code, 2) << "neither names nor --all";
+  expect_one_sentence(unit({"judge"}), "unit judge", "see-0-0");
+
+  const int lock = open((out_ / ".gpvc-lock").c_str(), O_RDWR | O_CREAT, 0600);
+  ASSERT_EQ(flock(lock, LOCK_EX), 0);
+  expect_one_sentence(unit({"--all"}), out_.string(), "another run");
+  close(lock);
+
+  const Json job = Json::parse(read_file(out_ / "job.json"));
+  replace_in(out_ / "job.json", job["program"], "0.0.0 (other)");
+  expect_one_sentence(unit({"--all"}), "job.json", "was made by gpvc 0.0.0 (other)");
+}
+
+TEST_F(TilesCommand, TextureGoesOnInTilesWhereMemoryIsShort) {
+  // Less than the program itself takes does not suffice for tiles either; how much a scene needs is in the error.
+  const Outcome refused = run(texture(out_, {"--memory", "20M"}));
+  expect_one_sentence(refused, "even in tiles", "--downscale");
+  EXPECT_FALSE(fs::exists(out_));
+}
+
+}  // namespace
+}  // namespace gpvc
