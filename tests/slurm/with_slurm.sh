@@ -52,13 +52,13 @@ trap stop EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM HUP
 
-ports=($(python3 - <<'PYTHON'
+read -ra ports < <(python3 - <<'PYTHON'
 import socket
 sockets = [socket.socket() for _ in range(3)]
 for s in sockets: s.bind(("127.0.0.1", 0))
 print(*(s.getsockname()[1] for s in sockets))
 PYTHON
-))
+)
 host=$(hostname -s)
 user=$(id -un)
 cat >"$SLURM_CONF" <<CONF
