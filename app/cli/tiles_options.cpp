@@ -33,7 +33,7 @@ CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
   add_common(*app, options.common, R"(Examples:
   gpvc tiles colmap mesh.ply -o job && gpvc unit job --all --memory 6G
   gpvc tiles colmap mesh.ply -o job && snakemake -s app/workflow/Snakefile --config job=job --profile ...
-  gpvc tiles colmap mesh.ply -o job && gpvc plan job --sbatch > job.sh && sh job.sh
+  gpvc tiles colmap mesh.ply -o job && gpvc plan job --sbatch > job.sh && bash job.sh
 
 Writes to JOB: plan.json (the units, with what they wait for and what they take), job.json, mesh/, run.json.
 The units write JOB/units/NAME/ and the result: JOB/result/tileset.json, tiles/LEVEL_N.glb and, for level 0,
@@ -68,7 +68,7 @@ CLI::App* add_plan(CLI::App& parent, PlanOptions& options) {
       "Print a shell script that submits all units to Slurm as job arrays, each after the one before");
   add_common(*app, options.common, R"(Examples:
   gpvc plan job
-  gpvc plan job --sbatch > job.sh && sh job.sh --partition=long
+  gpvc plan job --sbatch > job.sh && bash job.sh --partition=long
 
 )");
   return app;

@@ -18,7 +18,9 @@ using Json = nlohmann::ordered_json;
 
 // Processor seconds of units: to start and to read the job, and for a million of what each works on. Fitted to runs on a city of
 // 324 thousand faces and one of 20 million.
-constexpr double kStartS = 1.0;
+constexpr double kStartS = 0.8;
+// The program with its libraries.
+constexpr double kProgram = 150e6;
 
 double million(double count) { return 1e-6 * count; }
 
@@ -45,8 +47,11 @@ class Estimates {
       work.vertices += static_cast<double>(tile.vertices);
       work.pairs += tile.pairs * common / static_cast<double>(std::max<std::size_t>(1, tile.views.size()));
     }
-    unit.memory_bytes = pipeline::memory_need(work).seeing;
-    unit.seconds = kStartS + million(decoded(work) + 0.45 * work.pairs + 2.0 * work.faces);
+    // The mesh, and what drawing and dividing it among tiles takes; what views see of it, all of a group and one in detail; the
+    // photo and two maps of its size.
+    unit.memory_bytes = kProgram + 64 * work.vertices + 86 * work.faces + 24 * work.pairs +
+                        100 * work.pairs / std::max(work.views, 1.0) + 16 * work.most_pixels;
+    unit.seconds = kStartS + million(decoded(work) + 0.5 * work.pairs + (0.4 + 0.06 * work.views) * work.faces);
     unit.disk_bytes = 24 * work.pairs;
   }
 
@@ -57,13 +62,13 @@ class Estimates {
       faces += static_cast<double>(tile.all_faces);
     }
     const double sampled = std::min(1.0, 1.1e6 / std::max(1.0, faces)) * pairs;
-    unit.memory_bytes = 200e6 + 40 * sampled + 150 * most_faces();
+    unit.memory_bytes = kProgram + 35 * sampled + 150 * most_faces();
     unit.seconds = kStartS + million(0.02 * pairs + 0.3 * sampled + 0.5 * faces);
   }
 
   void cost(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
-    unit.memory_bytes = pipeline::memory_need(work).seeing;
+    unit.memory_bytes = kProgram + 24 * work.vertices + 46 * work.faces + 28 * work.pairs;
     unit.seconds = kStartS + million(0.15 * work.pairs + 1.0 * work.faces);
     unit.disk_bytes = 9 * work.pairs + 10 * work.faces;
   }
@@ -77,14 +82,14 @@ class Estimates {
 
   void expose(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
-    unit.memory_bytes = pipeline::memory_need(work).painting;
+    unit.memory_bytes = pipeline::memory_need(work).painting - 150 * work.faces;  // charts are not made yet
     unit.photo_bytes = photo_files(t);
     unit.seconds = kStartS + million(0.03 * work.pixels + 1.5 * work.faces);
     unit.disk_bytes = 10e6;
   }
 
   void level(Unit& unit) const {
-    unit.memory_bytes = 200e6 + 1e7 * static_cast<double>(tiles_.size());
+    unit.memory_bytes = kProgram + 5e6 * static_cast<double>(tiles_.size());
     unit.seconds = kStartS + 0.05 * static_cast<double>(tiles_.size());
   }
 
@@ -101,7 +106,7 @@ class Estimates {
   void simplify(std::span<const std::uint32_t> from, Unit& unit) const {
     double faces = 0;
     for (const std::uint32_t t : from) faces += static_cast<double>(tiles_[t].faces);
-    unit.memory_bytes = 150e6 + 250 * faces;
+    unit.memory_bytes = kProgram + 250 * faces;
     unit.seconds = kStartS + million(3 * faces);
     unit.disk_bytes = 60 * faces / 4;
   }
@@ -161,7 +166,7 @@ class Planner {
     Unit& finish = add({kFinishUnit, Stage::finish});
     for (int level = 0; level < static_cast<int>(job_.levels.size()); ++level)
       for (std::uint32_t t = 0; t < job_.tiles(level).size(); ++t) finish.after.push_back(bake_unit(level, t));
-    finish.memory_bytes = 200e6;
+    finish.memory_bytes = kProgram;
     finish.seconds = kStartS;
     return std::move(units_);
   }
@@ -375,40 +380,58 @@ std::string sbatch_text(std::span<const Unit> units, const std::filesystem::path
     return result + "'";
   };
   std::string text =
-      "#!/bin/sh\n"
-      "# Submits the units of a job of gpvc to Slurm: one job array for each wave of units, after the wave before it.\n"
-      "# Options for sbatch, such as a partition or an account, are passed on: sh SCRIPT --partition=long\n"
-      "set -eu\n";
-  text += fmt::format("job={}\ngpvc={}\nafter=\n", quoted(job.string()), quoted(program.string()));
-  text +=
-      "submit() {  # UNITS CORES MEMORY_MB MINUTES NAME...\n"
-      "  last=$(($1 - 1)) cores=$2 memory=$3 minutes=$4; shift 4\n"
-      "  units=$1; shift\n"
-      "  id=$(sbatch --parsable --job-name=gpvc --array=0-$last --cpus-per-task=$cores --mem=${memory}M "
-      "--time=$minutes \\\n"
-      "    ${after:+--dependency=afterok:$after} --kill-on-invalid-dep=yes --output=\"$job/units/slurm-%A_%a.log\" "
-      "\"$@\" \\\n"
-      "    --wrap=\"set -- $units; shift \\$SLURM_ARRAY_TASK_ID; exec \\\"$gpvc\\\" unit \\\"$job\\\" \\$1 "
-      "--threads $cores\")\n"
-      "  after=${id%%;*}\n"
-      "}\n"
-      "mkdir -p \"$job/units\"\n";
+      R"(#!/bin/bash
+# Submits the units of a job of gpvc to Slurm: one array for each wave of units, after the wave before it.
+#   [MEMORY_FACTOR=2] bash THIS [OPTION OF sbatch...]
+# Given again, it takes up what is not complete; with MEMORY_FACTOR=2 where units were out of memory.
+set -euo pipefail
+)";
+  text += fmt::format("export GPVC={} JOB={}", quoted(program.string()), quoted(job.string()));
+  text += R"(
+factor=${MEMORY_FACTOR:-1}
+options=("$@")
+after=
+mkdir -p "$JOB/slurm"
+
+# One script for every array: a task picks its unit by its index. GPVC, JOB and UNITS come with the environment, so no
+# character of a path is read by a shell. The unit gets less than the allocation, which counts the shell, too.
+script='#!/bin/bash
+read -ra units <<<"$UNITS"
+exec "$GPVC" unit "$JOB" "${units[SLURM_ARRAY_TASK_ID]}" --memory "$((SLURM_MEM_PER_NODE - 100))M" --threads "$SLURM_CPUS_PER_TASK"'
+
+wave() {  # CORES MEMORY_MB MINUTES UNIT...
+  local cores=$1 memory=$(($2 * factor + 100)) minutes=$(($3 * factor)) unit id begun=
+  shift 3
+  local left=()
+  for unit; do [ -e "$JOB/units/$unit/done.json" ] || left+=("$unit"); done
+  # Slurm takes 1000 tasks an array unless it is told otherwise (MaxArraySize), so a wave may be several arrays.
+  while [ ${#left[@]} -gt 0 ]; do
+    export UNITS="${left[*]:0:1000}"
+    id=$(sbatch --parsable --job-name=gpvc --array=0-$((${#left[@]} < 1000 ? ${#left[@]} - 1 : 999)) \
+      --cpus-per-task="$cores" --mem="${memory}M" --time="$minutes" --open-mode=append --output="$JOB/slurm/%x-%A_%a.log" \
+      ${after:+"--dependency=afterok:$after"} --kill-on-invalid-dep=yes "${options[@]}" <<<"$script")
+    begun=${begun:+$begun:}${id%%;*}
+    left=("${left[@]:1000}")
+  done
+  [ -z "$begun" ] || after=$begun
+}
+
+)";
   for (const std::vector<const Unit*>& wave : waves(units)) {
     std::string names;
     double memory = 0, seconds = 0;
     int cores = 1;
     for (const Unit* unit : wave) {
-      names += (names.empty() ? "" : " ") + unit->name;
+      names += " " + unit->name;
       memory = std::max(memory, unit->memory_bytes);
       seconds = std::max(seconds, unit->seconds);
       cores = std::max(cores, unit->cores);
     }
-    // Predictions may be wrong by some, and other machines slower.
-    const double minutes = std::ceil(5 + 3 * seconds / 60);
-    text +=
-        fmt::format("submit {} {} {} {} \"{}\" \"$@\"\n", wave.size(), cores, megabytes(1.3 * memory), minutes, names);
+    // Other machines are slower, and their disks are busy.
+    const double minutes = std::ceil(10 + 3 * seconds / 60);
+    text += fmt::format("wave {} {} {}{}\n", cores, megabytes(memory), minutes, names);
   }
-  return text + "echo \"$after\"\n";
+  return text + "echo \"${after:-all units are complete}\"\n";
 }
 
 }  // namespace gpvc::tiles

@@ -438,24 +438,35 @@ struct TileAtlas {
   }
 };
 
-// Its part of the energy of all tiles: its faces, and the pairs whose lower face is one of them.
-double energy_of(const TileAtlas& atlas, double smoothness) {
-  const labeling::CostTable& table = atlas.costs.table;
+// A tile's part of what the labels of all tiles come to: its faces, and the pairs whose lower face is one of them.
+struct LabelFigures {
   double energy = 0;
+  std::size_t pairs = 0, seams = 0;                // of faces with views; with different ones
+  std::size_t pairs_across = 0, seams_across = 0;  // of these, between two tiles
+};
+
+LabelFigures label_figures(const TileAtlas& atlas, double smoothness) {
+  const labeling::CostTable& table = atlas.costs.table;
+  LabelFigures figures;
   for (std::size_t f = 0; f < atlas.labels.size(); ++f) {
     if (atlas.border[f] != 0 || atlas.labels[f] == kNoView) continue;
     const auto views = table.views_of(f);
     const auto found = std::ranges::lower_bound(views, static_cast<std::uint32_t>(index(atlas.labels[f])));
     if (found != views.end() && *found == index(atlas.labels[f]))
-      energy += double{table.costs_of(f)[static_cast<std::size_t>(found - views.begin())]};
+      figures.energy += double{table.costs_of(f)[static_cast<std::size_t>(found - views.begin())]};
   }
   for (std::size_t e = 0; e < atlas.graph.edges.size(); ++e) {
     const auto& [a, b] = atlas.graph.edges[e];
     const ViewId first = atlas.labels[a], second = atlas.labels[b];
-    if (atlas.border[std::min(a, b)] != 0 || first == second || first == kNoView || second == kNoView) continue;
-    energy += smoothness * (atlas.graph.weights.empty() ? 1 : double{atlas.graph.weights[e]});
+    if (atlas.border[std::min(a, b)] != 0 || first == kNoView || second == kNoView) continue;
+    const bool across = atlas.border[std::max(a, b)] != 0, seam = first != second;
+    figures.pairs += 1;
+    figures.seams += seam ? 1 : 0;
+    figures.pairs_across += across ? 1 : 0;
+    figures.seams_across += across && seam ? 1 : 0;
+    if (seam) figures.energy += smoothness * (atlas.graph.weights.empty() ? 1 : double{atlas.graph.weights[e]});
   }
-  return energy;
+  return figures;
 }
 
 }  // namespace
@@ -465,7 +476,13 @@ void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
   TileAtlas tile(folder_, job_, unit.level, unit.number);
   if (settings_.edge_weights != labeling::EdgeWeights::uniform)
     labeling::weigh_edges(tile.tile.mesh, settings_.edge_weights, tile.graph);
-  outcome_->done.figures["energy"] = energy_of(tile, settings_.solver.smoothness);
+  const LabelFigures labels = label_figures(tile, settings_.solver.smoothness);
+  auto& figures = outcome_->done.figures;
+  figures["energy"] = labels.energy;
+  figures["pairs"] = labels.pairs;
+  figures["seams"] = labels.seams;
+  figures["pairs_across"] = labels.pairs_across;
+  figures["seams_across"] = labels.seams_across;
   std::vector<std::size_t> faces(job_.scene.views.size(), 0);
   for (std::size_t f = 0; f < tile.labels.size(); ++f)
     if (tile.border[f] == 0 && tile.labels[f] != kNoView) ++faces[index(tile.labels[f])];
@@ -674,7 +691,8 @@ void UnitRunner::finish() {
   for (const Unit& unit : units_) {
     const std::optional<Done> done = unit.level == 0 ? read_done(folder_.done_file(unit.name)) : std::nullopt;
     if (!done) continue;
-    for (const char* name : {"full", "partial", "seen", "filled", "energy", "charts", "page_texels", "seam_edges"})
+    for (const char* name : {"full", "partial", "seen", "filled", "energy", "pairs", "seams", "pairs_across",
+                             "seams_across", "charts", "page_texels", "seam_edges"})
       if (done->figures.contains(name))
         sums[std::string(name_of(kStageNames, unit.stage)) + "." + name] += done->figures[name].get<double>();
     if (!done->figures.contains("seam_step_after")) continue;
@@ -682,7 +700,10 @@ void UnitRunner::finish() {
     steps_before += edges * done->figures["seam_step_before"].get<double>();
     steps_after += edges * done->figures["seam_step_after"].get<double>();
   }
-  for (const auto& [name, value] : sums) figures[name] = value;
+  for (const auto& [name, value] : sums) {
+    figures[name] = value;
+    observer_.figure(name, value);
+  }
   const double edges = std::max(1.0, sums["bake.seam_edges"]);
   figures["seam_step_before"] = steps_before / edges;
   figures["seam_step_after"] = steps_after / edges;

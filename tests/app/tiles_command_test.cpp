@@ -77,8 +77,8 @@ TEST_F(TilesCommand, PlanIsATableOrAScript) {
   EXPECT_TRUE(contains(table.out, "core hours"));
   EXPECT_FALSE(contains(table.out, "simplify  ") && contains(table.out, "simplify      1"));
   const Outcome script = run({"plan", out_.string(), "--sbatch"});
-  EXPECT_TRUE(script.out.starts_with("#!/bin/sh")) << script.out;
-  EXPECT_TRUE(contains(script.out, "\"finish\""));
+  EXPECT_TRUE(script.out.starts_with("#!/bin/bash")) << script.out;
+  EXPECT_TRUE(contains(script.out, " finish\n"));
 }
 
 TEST_F(TilesCommand, RefusesWhatDoesNotFitTogether) {

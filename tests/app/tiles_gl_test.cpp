@@ -112,6 +112,15 @@ TEST_F(TilesJob, EnergyIsThatOfTheUndividedRun) {
     EXPECT_NEAR(figure(job(faces), "expose.energy"), whole.selection.energy, 0.005 * whole.selection.energy);
 }
 
+TEST_F(TilesJob, SeamsRunAlongBordersOfTilesNoMoreThanInside) {
+  const JobFolder folder = job(300);
+  const double inside = (figure(folder, "expose.seams") - figure(folder, "expose.seams_across")) /
+                        (figure(folder, "expose.pairs") - figure(folder, "expose.pairs_across"));
+  // As a share of the pairs; one tile's border has few, whose share scatters by a third.
+  EXPECT_GT(figure(folder, "expose.pairs_across"), 300);
+  EXPECT_LT(figure(folder, "expose.seams_across") / figure(folder, "expose.pairs_across"), 1.3 * inside);
+}
+
 using Place = std::array<double, 3>;
 
 // Edges of a model, by the positions of their ends, with the colours that each face shows along them.
