@@ -555,8 +555,32 @@ fs::path glb_of(const JobFolder& folder, int level, std::size_t tile) {
 
 }  // namespace
 
+namespace {
+
+// Takes holes that reach beyond the tile's faces into what is baked, with the faces around them: a hole is filled from all
+// around, and both tiles that share it must come to the same colours where they meet.
+void take_in_holes(TileAtlas& atlas) {
+  // A hole that goes on farther is cut there, where its colours hardly depend on what lies beyond.
+  constexpr int kHoleEdges = 24;
+  const auto neighbours = group_neighbours(atlas.labels.size(), atlas.graph.edges);
+  const auto unseen = [&](std::uint32_t f) { return atlas.costs.tags[f] == labeling::FaceTag::unseen; };
+  std::vector<std::uint32_t> hole;
+  for (std::uint32_t f = 0; f < atlas.labels.size(); ++f)
+    if (atlas.border[f] == 0 && unseen(f)) hole.push_back(f);
+  for (std::size_t begin = 0, ring = 0; ring < kHoleEdges && begin < hole.size(); ++ring)
+    for (const std::size_t end = hole.size(); begin < end; ++begin)
+      for (const std::uint32_t next : std::as_const(neighbours)[hole[begin]])
+        if (unseen(next) && std::exchange(atlas.border[next], std::uint8_t{0}) != 0) hole.push_back(next);
+  for (const std::uint32_t f : hole)
+    for (const std::uint32_t next : std::as_const(neighbours)[f])
+      if (!unseen(next)) atlas.border[next] = 0;
+}
+
+}  // namespace
+
 void UnitRunner::bake(const Unit& unit) {
-  const TileAtlas tile(folder_, job_, unit.level, unit.number);
+  TileAtlas tile(folder_, job_, unit.level, unit.number);
+  take_in_holes(tile);
   const std::vector<std::uint32_t> own = tile.tile.own(unit.number);
   if (own.empty()) return;
   const Level& level = job_.levels[static_cast<std::size_t>(unit.level)];
