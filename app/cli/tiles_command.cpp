@@ -96,7 +96,9 @@ void run_units(tiles::UnitRunner& runner, std::span<const tiles::Unit* const> un
 
 void run_tiles(const TilesOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"job.json", "plan.json"});
+  bool same = false;  // as the job that is replaced
   run_command("tiles", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+    const std::optional<io::WorkKey> before = tiles::JobFolder(options.out).key_if_made();
     make_room(options, folder.in_making(), console);
     const SceneInputData in = read_scene_input(options.input, record);
     check_photos(in);
@@ -105,11 +107,16 @@ void run_tiles(const TilesOptions& options, Console& console) {
         tiles::make_job(tiles::JobFolder(folder.in_making()), in.input(), options.settings, program_version(), record);
     evaluate::write_json(folder.file("job.json"),
                          {{"program", program_version()}, {"arguments", arguments_of(options.common)}});
+    same = before == tiles::JobFolder(folder.in_making()).key_if_made();
     folder.promise_all();
     evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
     for (const std::string& line : tiles::plan_table(units)) record.note(line);
     return {scene_json(options.input), Json::object(), (options.out / "plan.json").string()};
   });
+  // What units of another job have left would lie among the tiles of this one.
+  std::error_code ignored;
+  if (!same)
+    for (const char* name : {"units", "result"}) fs::remove_all(options.out / name, ignored);
 }
 
 void run_unit(const UnitOptions& options, Console& console) {

@@ -204,10 +204,11 @@ double MemoryPlan::peak() const {
                                               need.painting + pages + photos, need.writing}));
 }
 
-MemoryPlan plan_memory(const Input& input, const Settings& settings) {
-  const Workload work = workload(input, settings);
+namespace {
+
+MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings& settings) {
   MemoryPlan plan;
-  plan.need = memory_need(work);
+  plan.need = need;
   plan.work = work;
   // At least one page is baked at a time.
   constexpr auto kTexel = static_cast<double>(atlas::kPageBytesPerTexel);
@@ -230,6 +231,18 @@ MemoryPlan plan_memory(const Input& input, const Settings& settings) {
   const double lean = std::max({plan.need.seeing, plan.need.choosing, plan.need.writing, plan.need.painting + pages});
   plan.limit = settings.memory_bytes > 0 ? std::max(least, kKeep * most) : std::min(most, lean);
   return plan;
+}
+
+}  // namespace
+
+MemoryPlan plan_memory(const Input& input, const Settings& settings) {
+  const Workload work = workload(input, settings);
+  return plan_for(work, memory_need(work), settings);
+}
+
+MemoryPlan plan_painting(const Input& input, const Settings& settings) {
+  const Workload work = workload(input, settings);
+  return plan_for(work, {.painting = memory_need(work).painting}, settings);
 }
 
 }  // namespace gpvc::pipeline

@@ -68,5 +68,7 @@ struct MemoryPlan {
 /// more than its largest stage needs, and never more than default_memory_limit(). Throws MemoryError when the limit is too
 /// low.
 MemoryPlan plan_memory(const Input& input, const Settings& settings);
+/// The same of a run that only bakes an atlas, without a preview.
+MemoryPlan plan_painting(const Input& input, const Settings& settings);
 
 }  // namespace gpvc::pipeline

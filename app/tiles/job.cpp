@@ -175,10 +175,15 @@ Job JobFolder::read_job() const {
   return job;
 }
 
-io::WorkKey JobFolder::key() const {
+std::optional<io::WorkKey> JobFolder::key_if_made() const {
   const std::optional<Done> made = read_done(folder_ / "mesh" / "done.json");
-  if (!made) throw InputError(folder_, "", "is no job of gpvc tiles, or one that was not made to its end");
-  return made->key;
+  return made ? std::optional(made->key) : std::nullopt;
+}
+
+io::WorkKey JobFolder::key() const {
+  const std::optional<io::WorkKey> key = key_if_made();
+  if (!key) throw InputError(folder_, "", "is no job of gpvc tiles, or one that was not made to its end");
+  return *key;
 }
 
 std::optional<io::WorkKey> JobFolder::done(const std::string& name) const {

@@ -82,6 +82,8 @@ class JobFolder {
   Job read_job() const;
   /// The key of the job. Throws InputError.
   io::WorkKey key() const;
+  /// nullopt where there is none.
+  std::optional<io::WorkKey> key_if_made() const;
 
   /// The key of a complete unit; nullopt where it has to be done.
   std::optional<io::WorkKey> done(const std::string& name) const;

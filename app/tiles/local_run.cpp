@@ -32,7 +32,7 @@ JobSettings settings_within(const pipeline::Input& input, const pipeline::Settin
   const auto mesh = static_cast<double>(input.mesh.positions.size() * sizeof(WorldPoint) +
                                         input.mesh.faces.size() * sizeof(Triangle));
   const double limit = allowed - mesh;
-  constexpr std::size_t kLeastFaces = 10000;
+  constexpr std::size_t kLeastFaces = 1000;
   JobSettings fitting;
   fitting.tileset.texture = settings;
   double least = 0;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -15,11 +16,54 @@
 #include "app/tiles/tile_work.h"
 #include "app/tileset/tile_tree.h"
 #include "io/output_file.h"
+#include "io/vector.h"
 
 namespace gpvc::tiles {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Per tile, the share of its faces in views' frames, seen from the front, that nothing hides: from a coarse look of some views.
+// In a park it is 0.9, in a city under oblique photos 0.4.
+std::vector<double> unhidden_shares(const pipeline::Input& input, std::span<const std::uint32_t> tile,
+                                    std::size_t tiles) {
+  using pipeline::Glance;
+  constexpr std::size_t kViews = 12, kFaces = 20000;
+  // Depths of a cell vary by as much on a slope.
+  constexpr double kWithin = 1.03;
+  const std::size_t view_stride = input.views.size() / kViews + 1, face_stride = input.mesh.faces.size() / kFaces + 1;
+  const pipeline::FaceRuns runs(input.mesh);
+  std::vector<double> framed(tiles + 1, 0.0), seen(tiles + 1, 0.0);  // the last: of all tiles
+  for (std::size_t n = 0; n < input.views.size(); n += view_stride) {
+    const View& view = input.scene.views[index(input.views[n])];
+    const Glance glance = pipeline::glance_at(input.mesh, runs, view);
+    for (std::size_t f = 0; f < input.mesh.faces.size(); f += face_stride) {
+      std::array<WorldPoint, 3> p;
+      for (std::size_t i = 0; i < 3; ++i) p[i] = input.mesh.positions[input.mesh.faces[f][i]];
+      const WorldPoint middle = (p[0] + p[1] + p[2]) * (1.0 / 3);
+      if (dot(cross(p[1] - p[0], p[2] - p[0]), middle - view.pose.centre) >= 0) continue;
+      const CameraPoint c = camera_from_world(view.pose, middle);
+      if (!(c.z > 0)) continue;
+      const PixelPoint q = pixel_from_camera(view.camera, c);
+      if (!(q.x >= 0 && q.y >= 0 && q.x < view.camera.width && q.y < view.camera.height)) continue;
+      const auto column = static_cast<std::size_t>(q.x * Glance::kColumns / view.camera.width);
+      const auto row = static_cast<std::size_t>(q.y * Glance::kRows / view.camera.height);
+      const bool unhidden = c.z <= kWithin * double{glance.depths[row * Glance::kColumns + column]};
+      for (const std::size_t t : {std::size_t{tile[f]}, tiles}) {
+        framed[t] += 1;
+        seen[t] += unhidden ? 1 : 0;
+      }
+    }
+  }
+  // Known to a few per cent from so many; of tiles with fewer, what is known of all.
+  constexpr double kLeast = 200;
+  std::vector<double> shares;
+  for (std::size_t t = 0; t < tiles; ++t) {
+    const std::size_t from = framed[t] < kLeast ? tiles : t;
+    shares.push_back(framed[from] > 0 ? seen[from] / framed[from] : 1);
+  }
+  return shares;
+}
 
 TileInfo tile_info(const pipeline::Input& input, const pipeline::Settings& settings, const TileMesh& tile,
                    std::uint32_t number) {
@@ -130,6 +174,8 @@ Job cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Obs
     finest.tiles.push_back(tile_info(input, settings.tileset.texture, tile, t));
     finest.tiles.back().beside = cutter.beside(t);
   }
+  const std::vector<double> unhidden = unhidden_shares(input, leaf, tiles);
+  for (std::size_t t = 0; t < tiles; ++t) finest.tiles[t].pairs *= unhidden[t];
   color_tiles(finest.tiles);
   job.groups = group_views(input.scene, input.views, settings.views_per_unit);
   // Units run in other folders, and on other machines.

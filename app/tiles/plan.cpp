@@ -69,13 +69,14 @@ class Estimates {
   void cost(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
     unit.memory_bytes = kProgram + 24 * work.vertices + 46 * work.faces + 28 * work.pairs;
-    unit.seconds = kStartS + million(0.15 * work.pairs + 1.0 * work.faces);
+    unit.seconds = kStartS + million(0.3 * work.pairs + 2.0 * work.faces);
     unit.disk_bytes = 9 * work.pairs + 10 * work.faces;
   }
 
   void choose(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
-    unit.memory_bytes = pipeline::memory_need(work).choosing;
+    // Fewer candidates than records: partial views of faces that others see whole are none.
+    unit.memory_bytes = kProgram + 24 * work.vertices + 96 * work.faces + 15 * work.pairs;
     unit.seconds = kStartS + million(0.06 * work.pairs + 2.0 * work.faces) / unit.round;
     unit.disk_bytes = 4 * static_cast<double>(tiles_[t].faces);
   }

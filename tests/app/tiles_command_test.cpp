@@ -14,9 +14,10 @@ using Json = nlohmann::json;
 class TilesCommand : public App {
  protected:
   std::vector<std::string> tiles(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> words = texture(out_, {"--tile-faces", "1500", "--unit-views", "2"});
+    std::vector<std::string> words = texture(out_, {"--unit-views", "2"});
     words[0] = "tiles";
     words.insert(words.end(), more.begin(), more.end());
+    if (std::ranges::count(words, "--tile-faces") == 0) words.insert(words.end(), {"--tile-faces", "1500"});
     return words;
   }
   Outcome unit(const std::vector<std::string>& words) const {
@@ -55,6 +56,18 @@ TEST_F(TilesCommand, UnitsOneByOneGiveTheSameAsAllInOneProcess) {
   EXPECT_EQ(again.exit_code, 0);
   const std::string all = std::to_string(plan["units"].size());
   EXPECT_TRUE(contains(again.err, all + " of " + all + " units were complete")) << again.err;
+}
+
+TEST_F(TilesCommand, AnotherJobInTheSameFolderLeavesNoTileOfTheFormerOne) {
+  ASSERT_EQ(run(tiles({"--no-levels"})).exit_code, 0);
+  ASSERT_EQ(unit({"--all"}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(out_ / "result" / "tiles" / "0_3.glb"));
+  EXPECT_EQ(run(tiles({"--no-levels"})).exit_code, 1) << "a job is there, and no --force";
+  ASSERT_EQ(run(tiles({"--no-levels", "--force", "--tile-faces", "100000"})).exit_code, 0);
+  EXPECT_FALSE(fs::exists(out_ / "result"));
+  ASSERT_EQ(unit({"--all"}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(out_ / "result" / "tiles" / "0_0.glb"));
+  EXPECT_FALSE(fs::exists(out_ / "result" / "tiles" / "0_3.glb"));
 }
 
 TEST_F(TilesCommand, AKilledDriverGoesOn) {
@@ -99,10 +112,22 @@ TEST_F(TilesCommand, RefusesWhatDoesNotFitTogether) {
 }
 
 TEST_F(TilesCommand, TextureGoesOnInTilesWhereMemoryIsShort) {
-  // Less than the program itself takes does not suffice for tiles either; how much a scene needs is in the error.
-  const Outcome refused = run(texture(out_, {"--memory", "20M"}));
-  expect_one_sentence(refused, "even in tiles", "--downscale");
+  // Less than what the preview takes, which tiles have none of.
+  const Outcome outcome = run(texture(out_, {"--memory", "230M"}));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "It goes on in tiles")) << outcome.err;
+  const Json tileset = Json::parse(read_file(out_ / "tileset.json"));
+  EXPECT_TRUE(fs::exists(out_ / tileset["root"]["content"]["uri"].get<std::string>()));
+  EXPECT_FALSE(fs::exists(out_ / ".work")) << "the job is gone once its result is there";
+  const Json run = run_json(out_);
+  EXPECT_GT(run["counts"]["expose"]["energy"].get<double>(), 0);
+  for (const Json& file : run["outputs"]) EXPECT_TRUE(fs::exists(out_ / file.get<std::string>())) << file;
+
+  fs::remove_all(out_);
+  expect_one_sentence(test::run(texture(out_, {"--memory", "20M"})), "even in tiles", "--downscale");
   EXPECT_FALSE(fs::exists(out_));
+  // What has no meaning in tiles.
+  expect_one_sentence(test::run(texture(out_, {"--memory", "230M", "--editable"})), "--memory", "230 MB");
 }
 
 }  // namespace
