@@ -22,6 +22,9 @@ constexpr double kStartS = 0.8;
 // The program with its libraries.
 constexpr double kProgram = 150e6;
 
+// Of the photos that have a tile in their frame, the share that texture some of it: 0.3 to 0.4 in both.
+constexpr double kUsed = 0.35;
+
 double million(double count) { return 1e-6 * count; }
 
 // What the units of a level take.
@@ -51,7 +54,8 @@ class Estimates {
     // photo and two maps of its size.
     unit.memory_bytes = kProgram + 64 * work.vertices + 86 * work.faces + 24 * work.pairs +
                         100 * work.pairs / std::max(work.views, 1.0) + 16 * work.most_pixels;
-    unit.seconds = kStartS + million(decoded(work) + 0.5 * work.pairs + (0.4 + 0.06 * work.views) * work.faces);
+    unit.seconds = kStartS + million(decoded(work) + 0.05 * work.pixels + 0.5 * work.pairs +
+                                     (0.4 + 0.06 * work.views) * work.faces);
     unit.disk_bytes = 24 * work.pairs;
   }
 
@@ -84,13 +88,13 @@ class Estimates {
   void expose(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
     unit.memory_bytes = pipeline::memory_need(work).painting - 150 * work.faces;  // charts are not made yet
-    unit.photo_bytes = photo_files(t);
-    unit.seconds = kStartS + million(0.03 * work.pixels + 1.5 * work.faces);
+    unit.photo_bytes = kUsed * photo_files(t);
+    unit.seconds = kStartS + million(kUsed * decoded(work) + 1.5 * work.faces);
     unit.disk_bytes = 10e6;
   }
 
   void level(Unit& unit) const {
-    unit.memory_bytes = kProgram + 5e6 * static_cast<double>(tiles_.size());
+    unit.memory_bytes = kProgram + std::min(5e6 * static_cast<double>(tiles_.size()), 1e9);
     unit.seconds = kStartS + 0.05 * static_cast<double>(tiles_.size());
   }
 
@@ -98,9 +102,11 @@ class Estimates {
     const pipeline::Workload work = of_tile(t);
     const double page = std::min(static_cast<double>(atlas::kPageBytesPerTexel) * work.texels, 256e6);
     unit.memory_bytes = pipeline::memory_need(work).painting + page;
-    unit.photo_bytes = 2 * photo_files(t);
-    unit.seconds = kStartS + million(2 * decoded(work) + 0.4 * work.texels + 5.0 * work.faces);
-    unit.disk_bytes = 0.9 * work.texels + 200 * work.faces;
+    unit.photo_bytes = 2 * kUsed * photo_files(t);
+    unit.seconds = kStartS + million(2 * kUsed * decoded(work) + 0.45 * work.texels + 5.0 * work.faces);
+    // On level 0 pages and geometry lie beside model.obj and in the GLB.
+    const double copies = level_ == 0 ? 2 : 1;
+    unit.disk_bytes = copies * 0.5 * work.texels + (copies * 50 + 30) * static_cast<double>(tiles_[t].faces);
   }
 
   /// Of a tile above from tiles of this level, and of its border.
@@ -121,7 +127,7 @@ class Estimates {
     work.most_pixels = std::max(work.most_pixels, pixels);
   }
   /// Millionths of seconds for the photos of a unit, whose files have their full size on each level.
-  double decoded(const pipeline::Workload& work) const { return 0.03 * work.pixels * (1 + reduction_ * reduction_); }
+  double decoded(const pipeline::Workload& work) const { return 0.009 * work.pixels * reduction_ * reduction_; }
   double photo_file(ViewId id) const {
     std::error_code failed;
     const std::uintmax_t bytes = std::filesystem::file_size(job_.scene.views[index(id)].photo, failed);

@@ -204,13 +204,15 @@ io::WorkKey UnitRunner::key_of(const Unit& unit) const {
         folder_.path(), "unit " + unit.name,
         fmt::format("{} must be complete before: {}", missing.size() == 1 ? "a unit" : "units", join_names(missing)));
   if (unit.stage == Stage::see)
-    for (const ViewId id : job_.groups[unit.number])
+    for (const ViewId id : job_.groups[unit.number]) {
+      hash.add(id);  // jobs of one input may have other groups
       for (const fs::path& file : {job_.scene.views[index(id)].photo, job_.scene.views[index(id)].mask}) {
         if (file.empty()) continue;
         std::error_code failed;
         hash.add(fs::file_size(file, failed));
         hash.add(fs::last_write_time(file, failed).time_since_epoch().count());
       }
+    }
   return hash.key();
 }
 
@@ -490,9 +492,9 @@ void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
   if (settings_.atlas.seams != atlas::SeamLeveling::none) {
     io::PhotoCache photos(job_.scene, downscale_);
     ratios = atlas::seam_ratios(tile.input(job_.scene, photos, {}));
-    // Exposures of photos are known from far fewer.
-    constexpr std::size_t kMost = 100000;
-    const std::size_t stride = ratios.size() / kMost + 1;
+    // Exposures of photos are known from far fewer, and those of all tiles are solved together.
+    constexpr std::size_t kMost = 4000000;
+    const std::size_t stride = ratios.size() * job_.tiles(0).size() / kMost + 1;
     std::size_t kept = 0;
     for (std::size_t i = 0; i < ratios.size(); i += stride) ratios[kept++] = ratios[i];
     ratios.resize(kept);
