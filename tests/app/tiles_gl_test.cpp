@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -108,7 +109,7 @@ TEST_F(TilesJob, EnergyIsThatOfTheUndividedRun) {
       pipeline::see_and_choose(input(), s, pipeline::plan_memory(input(), s), photos, observer_);
   // The same faces are compared for photos' gains here, so that the costs are equal up to the averaging of outliers.
   EXPECT_NEAR(figure(job(100000), "expose.energy"), whole.selection.energy, 1e-6 * whole.selection.energy);
-  for (const std::size_t faces : {1000, 300})
+  for (const std::size_t faces : {std::size_t{1000}, std::size_t{300}})
     EXPECT_NEAR(figure(job(faces), "expose.energy"), whole.selection.energy, 0.005 * whole.selection.energy);
 }
 
@@ -261,7 +262,8 @@ TEST(TilesPlan, ColorsDifferBetweenTilesThatShareAnEdge) {
     tiles[a].beside.push_back(b);
     tiles[b].beside.push_back(a);
   };
-  join(0, 1), join(1, 2), join(0, 2), join(2, 3), join(3, 4);
+  for (const auto& [a, b] : std::vector<std::array<std::uint32_t, 2>>{{0, 1}, {1, 2}, {0, 2}, {2, 3}, {3, 4}})
+    join(a, b);
   color_tiles(tiles);
   for (std::size_t t = 0; t < tiles.size(); ++t)
     for (const std::uint32_t other : tiles[t].beside) EXPECT_NE(tiles[t].color, tiles[other].color);
