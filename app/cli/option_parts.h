@@ -98,6 +98,8 @@ void add_output(CLI::App& app, CommandOptions& options);
 void add_visibility(CLI::App& app, visibility::VisibilityOptions& options);
 /// --memory
 void add_memory(CLI::App& app, std::size_t& memory_bytes);
+/// --compress, of tiles.
+void add_compress(const OptionGroup& group, bool& compress);
 /// What the textures of tiles are made with, --memory included.
 void add_tile_texture(CLI::App& app, pipeline::Settings& texture);
 /// --smoothness and --edge-weights.

@@ -55,6 +55,7 @@ Json options_json(const TilesetOptions& o) {
   Json json = scene_json(o.input);
   json.update(settings_json(o.settings.texture));
   json["tile_faces"] = o.settings.faces_per_tile;
+  json["compress"] = o.settings.compress;
   return json;
 }
 

@@ -106,6 +106,12 @@ void add_memory(CLI::App& app, std::size_t& memory_bytes) {
       "Stay below this much memory, 600M or 4G; more of it saves decoding photos twice. The result is the same");
 }
 
+void add_compress(const OptionGroup& group, bool& compress) {
+  group.flag(
+      "--compress", compress,
+      "Compress the geometry of GLBs without loss, for viewers that know EXT_meshopt_compression: CesiumJS, three.js");
+}
+
 void add_tile_texture(CLI::App& app, pipeline::Settings& texture) {
   add_pages({app, "Texture"}, texture);
   add_up({app, "Texture"}, texture.output);
@@ -185,6 +191,7 @@ CLI::App* add_tileset(CLI::App& parent, TilesetOptions& options) {
   add_output(*app, options);
   OptionGroup{*app, "Tiles"}.number("--tile-faces", options.settings.faces_per_tile, std::size_t{100},
                                     std::size_t{10000000}, "N", "Most faces of a tile");
+  add_compress({*app, "Tiles"}, options.settings.compress);
   add_tile_texture(*app, texture);
   add_common(*app, options.common, R"(Examples:
   gpvc tileset colmap/sparse/0 mesh.ply --images photos -o tiles

@@ -122,13 +122,13 @@ void run_tiles(const TilesOptions& options, Console& console) {
 void run_unit(const UnitOptions& options, Console& console) {
   if (options.names.empty() != options.all) throw UsageError("gpvc unit takes the names of units, or --all");
   TilesOptions made = options_of_job(options.job);
-  pipeline::Settings settings = made.settings.tileset.texture;
-  settings.memory_bytes = options.memory_bytes;
-  settings.device = options.common.device;
+  pipeline::Settings& texture = made.settings.tileset.texture;
+  texture.memory_bytes = options.memory_bytes;
+  texture.device = options.common.device;
   RunRecord record(console);
   std::optional<pipeline::FolderLock> driver;
   if (options.all) driver.emplace(options.job);
-  tiles::UnitRunner runner(tiles::JobFolder(options.job), settings, made.input.downscale, record);
+  tiles::UnitRunner runner(tiles::JobFolder(options.job), made.settings, made.input.downscale, record);
   std::vector<const tiles::Unit*> units;
   for (const std::string& name : options.names) try {
       units.push_back(&runner.find(name));

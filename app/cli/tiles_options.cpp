@@ -25,6 +25,7 @@ CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
                "Most faces of a tile; each takes some 700 bytes a face, more where many photos see it");
   units.number("--unit-views", options.settings.views_per_unit, std::size_t{1}, std::size_t{10000}, "N",
                "Most photos that one unit looks at");
+  add_compress(units, options.settings.tileset.compress);
   app->add_flag_callback(
          "--no-levels", [&options] { options.settings.levels = false; },
          "Make no levels of detail above that of the mesh")

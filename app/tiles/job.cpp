@@ -99,7 +99,7 @@ TileInfo read_tile_info(Reader& in) {
 }  // namespace
 
 io::WorkKey job_key(const pipeline::Input& input, const pipeline::Settings& settings, std::string_view program,
-                    std::size_t faces_per_tile, pipeline::Observer& observer) {
+                    std::size_t faces_per_tile, bool compress, pipeline::Observer& observer) {
   io::CallbackSource no_photos(input.scene, [](ViewId) { return io::Picture{}; });
   const pipeline::ResultKeys keys = pipeline::result_keys(input, settings, no_photos, observer);
   io::WorkHash hash;
@@ -108,6 +108,7 @@ io::WorkKey job_key(const pipeline::Input& input, const pipeline::Settings& sett
   hash.add(settings.output.quality);
   hash.add(settings.output.up ? static_cast<int>(*settings.output.up) : -1);
   hash.add(faces_per_tile);
+  hash.add(compress);
   for (const ViewId view : input.views) hash.add_text(input.scene.views[index(view)].photo.string());
   return hash.key();
 }

@@ -62,7 +62,7 @@ Scene scene_at(const Job& job, int level);
 
 /// Of all that a job's results depend on, except the bytes of photos. \param program its version
 io::WorkKey job_key(const pipeline::Input& input, const pipeline::Settings& settings, std::string_view program,
-                    std::size_t faces_per_tile, pipeline::Observer& observer);
+                    std::size_t faces_per_tile, bool compress, pipeline::Observer& observer);
 
 /// The tiles with faces that views of a group may frame, ascending.
 std::vector<std::uint32_t> tiles_of_group(const Job& job, int level, std::size_t group);

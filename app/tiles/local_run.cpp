@@ -58,7 +58,7 @@ void texture_in_tiles(const pipeline::Input& input, const pipeline::Settings& se
   fs::create_directories(job.path());
   make_job(job, input, fitting, program, observer);
   release_freed_memory();
-  UnitRunner runner(job, settings, downscale, observer);
+  UnitRunner runner(job, fitting, downscale, observer);
   for (const Unit& unit : runner.units()) runner.run(unit);
   const fs::path result = job.path() / "result";
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(result)) {

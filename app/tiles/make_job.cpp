@@ -208,7 +208,8 @@ Job cut_scene(const pipeline::Input& input, const JobSettings& settings, pipelin
 std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input, const JobSettings& settings,
                            const std::string& program, pipeline::Observer& observer) {
   const pipeline::Settings& texture = settings.tileset.texture;
-  const io::WorkKey key = job_key(input, texture, program, settings.tileset.faces_per_tile, observer);
+  const io::WorkKey key =
+      job_key(input, texture, program, settings.tileset.faces_per_tile, settings.tileset.compress, observer);
   const fs::path mesh = folder.path() / "mesh";
   Job job = cut(input, settings, observer, [&](std::uint32_t number, const TileMesh& tile) {
     folder.keep(mesh, tile_file(number), key, [&](io::WorkStore::Writer& out) { write(out, tile); });

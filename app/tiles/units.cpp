@@ -18,6 +18,7 @@
 #include "app/pipeline/texture_files.h"
 #include "app/tiles/done.h"
 #include "app/tiles/tile_work.h"
+#include "app/tileset/compressed_glb.h"
 #include "app/tileset/tile_model.h"
 #include "app/tileset/tileset_json.h"
 #include "io/clock.h"
@@ -175,9 +176,10 @@ struct UnitRunner::Outcome {
   }
 };
 
-UnitRunner::UnitRunner(JobFolder folder, pipeline::Settings settings, int downscale, pipeline::Observer& observer)
+UnitRunner::UnitRunner(JobFolder folder, const JobSettings& settings, int downscale, pipeline::Observer& observer)
     : folder_(std::move(folder)),
-      settings_(std::move(settings)),
+      settings_(settings.tileset.texture),
+      compress_(settings.tileset.compress),
       downscale_(downscale),
       observer_(observer),
       job_(folder_.read_job()),
@@ -622,6 +624,7 @@ void UnitRunner::bake(const Unit& unit) {
   if (finest) io::write_obj(obj / "model.obj", model.model, model.pages, job_.model);
   fs::path stem = glb;
   io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, model.model, model.pages, job_.model);
+  if (compress_) tileset::compress_geometry(glb);
   outcome_->add(folder_, glb);
   for (const io::PageFile& page : pages) {
     if (finest)

@@ -6,6 +6,7 @@
 #include "app/pipeline/observer.h"
 #include "app/pipeline/pipeline.h"
 #include "app/tiles/job.h"
+#include "app/tiles/make_job.h"
 #include "app/tiles/plan.h"
 #include "app/tileset/tileset_json.h"
 
@@ -18,7 +19,7 @@ class UnitRunner {
  public:
   /// Borrows the observer. `settings`: those that make_job() was given, with the memory and the device of this run. Throws
   /// InputError where the folder holds no job.
-  UnitRunner(JobFolder folder, pipeline::Settings settings, int downscale, pipeline::Observer& observer);
+  UnitRunner(JobFolder folder, const JobSettings& settings, int downscale, pipeline::Observer& observer);
 
   const std::vector<Unit>& units() const { return units_; }
   /// Throws std::invalid_argument where there is no such unit.
@@ -47,6 +48,7 @@ class UnitRunner {
 
   JobFolder folder_;
   pipeline::Settings settings_;
+  bool compress_;
   int downscale_;
   pipeline::Observer& observer_;
   Job job_;

@@ -13,6 +13,7 @@
 #include "app/pipeline/memory.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
+#include "app/tileset/compressed_glb.h"
 #include "app/tileset/tile_model.h"
 #include "app/tileset/tile_tree.h"
 #include "app/tileset/tileset_json.h"
@@ -168,6 +169,7 @@ class TilesetMaker {
       TileModel model = tile_model(atlas.model, faces[t], pages.files(), drop);
       model.model.mesh = &model.mesh;
       io::write_gltf(stems[t], io::GltfContainer::glb, model.model, model.pages, options_);
+      if (settings_.compress) compress_geometry(folder_.in_making() / tiles[t].file);
       for (const WorldPoint& p : model.mesh.positions) tiles[t].box.add(tile_from_world(options_, p));
       if (level.number > 0) tiles[t].error = geometric_error(level.error[t], level.texel_size);
     });

@@ -13,6 +13,7 @@ struct TilesetSettings {
   /// Without view_rules, whose faces are those of one mesh. No work is kept, and tiles are GLBs without normals, whatever it says.
   pipeline::Settings texture;
   std::size_t faces_per_tile = 50000;  ///< at most
+  bool compress = false;               ///< geometry of the tiles' GLBs, see compress_geometry()
 };
 
 struct LevelReport {

@@ -48,7 +48,7 @@ class TilesJob : public testing::Test {
     folder = std::make_unique<test::TemporaryFolder>();
     const JobFolder made(folder->path());
     make_job(made, input(), settings(faces_per_tile), "test", observer_);
-    UnitRunner runner(made, settings(faces_per_tile).tileset.texture, 1, observer_);
+    UnitRunner runner(made, settings(faces_per_tile), 1, observer_);
     for (const Unit& unit : runner.units()) EXPECT_EQ(runner.run(unit), UnitResult::done) << unit.name;
     return made;
   }
@@ -207,7 +207,7 @@ TEST_F(TilesJob, CompleteUnitsAreNotRunAgainUntilTheirInputChanges) {
   test::TemporaryFolder copy;
   fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
   const JobFolder folder(copy.path());
-  UnitRunner runner(folder, settings(1000).tileset.texture, 1, observer_);
+  UnitRunner runner(folder, settings(1000), 1, observer_);
   for (const Unit& unit : runner.units()) EXPECT_EQ(runner.run(unit), UnitResult::was_done) << unit.name;
   // A photo that is touched.
   const fs::path photo = city_->scene.views[0].photo;
@@ -229,7 +229,7 @@ TEST_F(TilesJob, NamesWhatIsMissingOrDamaged) {
   test::TemporaryFolder copy;
   fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
   const JobFolder folder(copy.path());
-  UnitRunner runner(folder, settings(1000).tileset.texture, 1, observer_);
+  UnitRunner runner(folder, settings(1000), 1, observer_);
   const auto message = [&](const std::string& unit) {
     try {
       runner.run(runner.find(unit));

@@ -1,4 +1,8 @@
 // gpvc tileset, from a scene to files.
+#include <meshoptimizer.h>
+
+#include <algorithm>
+
 #include "io/textured_model.h"
 #include "tests/app/app_fixture.h"
 
@@ -63,6 +67,66 @@ TEST_F(TilesetCommand, WritesATreeWithLevelsOfDetail) {
   EXPECT_EQ(faces[2], run_json(out_)["counts"]["levels"][0]["faces"]) << "every face of the mesh is in one leaf";
   EXPECT_LT(faces[1], faces[2] / 2);
   EXPECT_LT(faces[0], faces[1]);
+}
+
+// The parts of a GLB.
+struct Glb {
+  Json json;
+  std::string binary;
+  explicit Glb(const fs::path& file) {
+    const std::string bytes = read_file(file);
+    std::uint32_t text = 0;
+    std::memcpy(&text, bytes.data() + 12, sizeof text);
+    json = Json::parse(bytes.substr(20, text));
+    binary = bytes.substr(28 + text);
+  }
+  /// The values of an accessor as bytes, decoded where they are compressed.
+  std::string values(std::size_t accessor) const {
+    const Json& view = json["bufferViews"][json["accessors"][accessor]["bufferView"].get<std::size_t>()];
+    if (!view.contains("extensions"))
+      return binary.substr(view.value("byteOffset", std::size_t{0}), view["byteLength"].get<std::size_t>());
+    const Json& packed = view["extensions"]["EXT_meshopt_compression"];
+    const auto count = packed["count"].get<std::size_t>(), stride = packed["byteStride"].get<std::size_t>();
+    const auto* from = reinterpret_cast<const unsigned char*>(binary.data()) + packed["byteOffset"].get<std::size_t>();
+    const auto bytes = packed["byteLength"].get<std::size_t>();
+    std::string decoded(count * stride, '\0');
+    const int failed = packed["mode"] == "TRIANGLES"
+                           ? meshopt_decodeIndexBuffer(decoded.data(), count, stride, from, bytes)
+                           : meshopt_decodeVertexBuffer(decoded.data(), count, stride, from, bytes);
+    EXPECT_EQ(failed, 0);
+    return decoded;
+  }
+};
+
+// Triangles, each beginning with its least corner.
+std::vector<Triangle> triangles_of(const std::string& indices) {
+  std::vector<Triangle> triangles(indices.size() / sizeof(Triangle));
+  std::memcpy(triangles.data(), indices.data(), indices.size());
+  for (Triangle& t : triangles) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  return triangles;
+}
+
+TEST_F(TilesetCommand, CompressedGeometryHoldsTheSameValues) {
+  ASSERT_EQ(run(tileset({"--texture", "png"})).exit_code, 0);
+  const fs::path plain = out_;
+  const fs::path compressed = folder_.path() / "compressed";
+  std::vector<std::string> words = tileset({"--texture", "png", "--compress"});
+  std::ranges::replace(words, plain.string(), compressed.string());
+  ASSERT_EQ(run(words).exit_code, 0);
+  std::size_t plain_bytes = 0, bytes = 0;
+  for (const fs::directory_entry& tile : fs::directory_iterator(plain / "tiles")) {
+    const Glb a(tile.path()), b(compressed / "tiles" / tile.path().filename());
+    plain_bytes += a.binary.size();
+    bytes += b.binary.size();
+    EXPECT_EQ(b.json["extensionsRequired"][0], "EXT_meshopt_compression");
+    for (std::size_t p = 0; p < a.json["meshes"][0]["primitives"].size(); ++p) {
+      const Json &before = a.json["meshes"][0]["primitives"][p], &after = b.json["meshes"][0]["primitives"][p];
+      EXPECT_EQ(triangles_of(a.values(before["indices"])), triangles_of(b.values(after["indices"])));
+      for (const char* name : {"POSITION", "TEXCOORD_0"})
+        EXPECT_TRUE(a.values(before["attributes"][name]) == b.values(after["attributes"][name])) << name;
+    }
+  }
+  EXPECT_LT(bytes, plain_bytes);
 }
 
 TEST_F(TilesetCommand, IsTheSameForOneThread) {
