@@ -69,18 +69,17 @@ int main(int argc, char** argv) {
     for (const fs::path& file : files) {
       const Bytes seed = bytes_of(file);
       std::mt19937 random(1);
+      // Said before: a finding ends the program.
+      std::fprintf(stderr, "%s %s\n", name.c_str(), file.filename().c_str());
       for (int copy = 0; copy <= kCopies; ++copy) {
         Bytes bytes = seed;
         if (copy > 0) damage(bytes, random);
-        // Said before: a finding ends the program.
-        std::fprintf(stderr, "\r%-16s %s, copy %d   ", name.c_str(), file.filename().c_str(), copy);
         run(bytes.data(), bytes.size());
         ++inputs;
       }
       ++seeds;
     }
   }
-  std::fprintf(stderr, "\n");
   std::printf("%zu targets, %zu seeds, %zu inputs, no finding\n", gpvc::fuzz::targets().size(), seeds, inputs);
   return 0;
 }
