@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "app/pipeline/agreement_bytes.h"
+
 namespace gpvc::pipeline {
 namespace {
 
@@ -97,15 +99,7 @@ void write_edit_views(const Input& input, const ResultKeys& keys, const labeling
                       const CoverageStore& coverage, OutputFolder& folder) {
   write_result(kEditViewsFile, views_key(keys), folder, [&](io::WorkStore::Writer& out) {
     for (const ViewId id : input.views) out.add_all(collector.statistics_of(id));
-    out.add(collector.agreement().size());
-    for (const labeling::ViewAgreement& each : collector.agreement()) {
-      out.add(each.view);
-      out.add(each.steps);
-      out.add(each.correlation);
-      out.add(each.chance);
-      out.add(each.judged);
-      out.add(each.by_chance);
-    }
+    write_agreement(out, collector.agreement());
     out.add(coverage.views().size());
     for (const auto& packed : coverage.views()) {
       out.add(packed->view);
@@ -119,17 +113,7 @@ void read_edit_views(const fs::path& from, const Input& input, const ResultKeys&
   read_result(from, kEditViewsFile, views_key(keys), [&](io::WorkStore::Reader& in) {
     for (const ViewId id : input.views)
       if (!collector.add_statistics(id, in.get_all<std::byte>())) in.refuse();
-    std::vector<labeling::ViewAgreement> agreement;
-    for (auto left = in.get<std::size_t>(); left > 0; --left) {
-      labeling::ViewAgreement& each = agreement.emplace_back();
-      each.view = in.get<ViewId>();
-      each.steps = in.get<std::size_t>();
-      each.correlation = in.get<double>();
-      each.chance = in.get<double>();
-      each.judged = in.get<bool>();
-      each.by_chance = in.get<bool>();
-    }
-    collector.take_judgement(std::move(agreement));
+    collector.take_judgement(read_agreement(in));
     for (auto left = in.get<std::size_t>(); left > 0; --left) {
       const auto view = in.get<ViewId>();
       coverage.add(std::make_shared<const PackedCoverage>(PackedCoverage{view, in.get_all<std::uint8_t>()}));

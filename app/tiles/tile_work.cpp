@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/pipeline/agreement_bytes.h"
 #include "app/tiles/plan.h"
 
 namespace gpvc::tiles {
@@ -118,6 +119,17 @@ TileCosts load_costs(const JobFolder& folder, int level, std::uint32_t tile) {
     costs.coverage = read_coverage(in);
   });
   return costs;
+}
+
+void write_judgement(Writer& out, const labeling::PhotoJudgement& photos) {
+  pipeline::write_agreement(out, photos.agreement);
+  out.add_all(photos.log2_gain);
+}
+
+labeling::PhotoJudgement read_judgement(Reader& in) {
+  labeling::PhotoJudgement photos{pipeline::read_agreement(in), {}};
+  photos.log2_gain = in.get_all<double>();
+  return photos;
 }
 
 std::vector<ViewId> load_labels(const JobFolder& folder, const std::string& unit) {

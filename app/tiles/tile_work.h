@@ -40,6 +40,10 @@ struct TileCosts {
 void write_costs(io::WorkStore::Writer& out, const TileCosts& costs);
 TileCosts load_costs(const JobFolder& folder, int level, std::uint32_t tile);
 
+/// What kJudgeUnit leaves.
+void write_judgement(io::WorkStore::Writer& out, const labeling::PhotoJudgement& photos);
+labeling::PhotoJudgement read_judgement(io::WorkStore::Reader& in);
+
 /// The labels of a tile's own faces that a unit of Stage::choose has left.
 std::vector<ViewId> load_labels(const JobFolder& folder, const std::string& unit);
 

@@ -1,0 +1,241 @@
+// The units that make what users see: textured tiles, their levels of detail, and the tileset.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "app/pipeline/memory.h"
+#include "app/pipeline/steps.h"
+#include "app/pipeline/texture_files.h"
+#include "app/tiles/tile_atlas.h"
+#include "app/tiles/tile_work.h"
+#include "app/tiles/unit_outcome.h"
+#include "app/tiles/units.h"
+#include "app/tileset/compressed_glb.h"
+#include "app/tileset/tile_model.h"
+#include "app/tileset/tileset_json.h"
+#include "io/files/paths.h"
+#include "io/images.h"
+#include "io/output_file.h"
+
+namespace gpvc::tiles {
+namespace {
+
+namespace fs = std::filesystem;
+using Writer = io::WorkStore::Writer;
+using Reader = io::WorkStore::Reader;
+
+}  // namespace
+
+namespace {
+
+// \param reduction of the photos that they are for
+std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder, double reduction) {
+  std::vector<atlas::ViewExposure> exposure;
+  folder.read(kLevelUnit, "exposure", [&](Reader& in) {
+    for (auto count = in.get<std::size_t>(); count > 0; --count) {
+      atlas::ViewExposure each;
+      each.gain = in.get<std::array<float, 3>>();
+      for (double* value : {&each.centre_x, &each.centre_y, &each.inverse_radius2, &each.k1, &each.k2})
+        *value = in.get<double>();
+      each.centre_x /= reduction;
+      each.centre_y /= reduction;
+      each.inverse_radius2 *= reduction * reduction;
+      exposure.push_back(each);
+    }
+  });
+  return exposure;
+}
+
+fs::path glb_of(const JobFolder& folder, int level, std::size_t tile) {
+  return folder.path() / "result" / "tiles" / fmt::format("{}_{}.glb", level, tile);
+}
+
+}  // namespace
+
+namespace {
+
+// Takes holes that reach beyond the tile's faces into what is baked, with the faces around them: a hole is filled from all
+// around, and both tiles that share it must come to the same colours where they meet.
+void take_in_holes(TileAtlas& atlas) {
+  // A hole that goes on farther is cut there, where its colours hardly depend on what lies beyond.
+  constexpr int kHoleEdges = 24;
+  const auto neighbours = group_neighbours(atlas.labels.size(), atlas.graph.edges);
+  const auto unseen = [&](std::uint32_t f) { return atlas.costs.tags[f] == labeling::FaceTag::unseen; };
+  std::vector<std::uint32_t> hole;
+  for (std::uint32_t f = 0; f < atlas.labels.size(); ++f)
+    if (atlas.border[f] == 0 && unseen(f)) hole.push_back(f);
+  for (std::size_t begin = 0, ring = 0; ring < kHoleEdges && begin < hole.size(); ++ring)
+    for (const std::size_t end = hole.size(); begin < end; ++begin)
+      for (const std::uint32_t next : std::as_const(neighbours)[hole[begin]])
+        if (unseen(next) && std::exchange(atlas.border[next], std::uint8_t{0}) != 0) hole.push_back(next);
+  for (const std::uint32_t f : hole)
+    for (const std::uint32_t next : std::as_const(neighbours)[f])
+      if (!unseen(next)) atlas.border[next] = 0;
+}
+
+}  // namespace
+
+void UnitRunner::bake(const Unit& unit) {
+  TileAtlas tile(folder_, job_, unit.level, unit.number);
+  take_in_holes(tile);
+  const std::vector<std::uint32_t> own = tile.tile.own(unit.number);
+  if (own.empty()) return;
+  const Level& level = job_.levels[static_cast<std::size_t>(unit.level)];
+  const std::vector<atlas::ViewExposure> exposure = load_exposure(folder_, level.reduction);
+  const std::vector<ViewId>& views = level.tiles[unit.number].views;
+  const Scene scene = scene_at(job_, unit.level);
+  const pipeline::Input input{scene, tile.tile.mesh, views, folder_.path()};
+  pipeline::Settings settings = settings_;
+  settings.atlas.texel_size = level.texel_size;
+  const pipeline::MemoryPlan memory = pipeline::plan_painting(input, settings);
+  io::PhotoCache photos(scene, downscale_at(unit.level));
+  observer_.begin({unit.name, "steps"});
+  const atlas::AtlasInput from = tile.input(scene, photos, exposure);
+  const atlas::AtlasPlan plan = pipeline::plan_and_note(from, settings.atlas, observer_);
+  // Levels above have no model.obj; their pages are in the GLB alone.
+  const bool finest = unit.level == 0;
+  const fs::path glb = glb_of(folder_, unit.level, unit.number);
+  const fs::path obj =
+      finest ? folder_.path() / "result" / "obj" / fmt::to_string(unit.number) : folder_.unit(unit.name);
+  fs::create_directories(obj);
+  fs::create_directories(glb.parent_path());
+  std::vector<io::PageFile> pages;
+  for (std::size_t p = 0; p < plan.estimate().pages; ++p)
+    pages.push_back({obj / pipeline::page_name(p, settings.output.texture), settings.output.texture});
+  atlas::BakeOptions options = pipeline::bake_options(plan, settings, memory, photos);
+  options.scratch_folder = folder_.unit(unit.name);
+  options.take_page = [&](std::size_t number, const Image& page) {
+    observer_.check_cancelled();
+    io::write_image(pages[number].file, page, settings.output.texture, settings.output.quality, job_.color_profile);
+  };
+  const atlas::TextureAtlas atlas = pipeline::bake_and_end(plan, from, settings.atlas, observer_, options);
+  const bool drops = settings.atlas.unseen == atlas::UnseenFaces::drop;
+  tileset::TileModel model = tileset::tile_model(atlas.model, own, pages, [&](std::uint32_t f) {
+    return drops && tile.costs.tags[f] == labeling::FaceTag::unseen;
+  });
+  model.model.mesh = &model.mesh;
+  if (finest) io::write_obj(obj / "model.obj", model.model, model.pages, job_.model);
+  fs::path stem = glb;
+  io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, model.model, model.pages, job_.model);
+  if (compress_) tileset::compress_geometry(glb);
+  outcome_->add(folder_, glb);
+  for (const io::PageFile& page : pages) {
+    if (finest)
+      outcome_->add(folder_, page.file);
+    else
+      fs::remove(page.file);
+  }
+  if (finest)
+    for (const char* name : {"model.obj", "model.mtl"}) outcome_->add(folder_, obj / name);
+  auto& figures = outcome_->done.figures;
+  figures["charts"] = atlas.statistics.charts;
+  figures["page_texels"] = atlas.statistics.page_texels;
+  figures["seam_edges"] = atlas.statistics.seam_edges;
+  figures["seam_step_before"] = atlas.statistics.seam_step_before;
+  figures["seam_step_after"] = atlas.statistics.seam_step_after;
+}
+
+namespace {
+
+// What viewers take an empty tile for: all of it is missing.
+double diagonal_of(const std::vector<TileInfo>& tiles) {
+  pipeline::Box all;
+  for (const TileInfo& tile : tiles)
+    for (const WorldPoint& corner : pipeline::corners(tile.written_box))
+      if (tile.faces > 0) all.add(corner);
+  return std::hypot(all.high.x - all.low.x, all.high.y - all.low.y, all.high.z - all.low.z);
+}
+
+}  // namespace
+
+void UnitRunner::simplify(const Unit& unit, const io::WorkKey& key) {
+  observer_.begin({unit.name});
+  TileUnion children;
+  double error = 0;
+  for (std::uint32_t child = 4 * unit.number; child < 4 * unit.number + 4; ++child) {
+    const CoarseTile tile = load_own(folder_, unit.level - 1, child);
+    children.add(tile.tile, child);
+    error = std::max(error, tile.error);
+  }
+  children.finish();
+  CoarseTile coarse = coarse_tile(children, unit.number);
+  coarse.error += error;
+  keep(unit, "tile", key, [&](Writer& out) { write_coarse(out, coarse); });
+  outcome_->done.figures["faces"] = coarse.tile.face.size();
+  outcome_->done.figures["error"] = coarse.error;
+  observer_.end(fmt::format("{} faces", pipeline::readable_count(coarse.tile.face.size())));
+}
+
+void UnitRunner::ring(const Unit& unit, const io::WorkKey& key) {
+  observer_.begin({unit.name});
+  TileUnion all;
+  all.add(load_own(folder_, unit.level, unit.number).tile, unit.number);
+  for (const std::uint32_t other : job_.tiles(unit.level)[unit.number].around)
+    all.add(load_own(folder_, unit.level, other).tile, other);
+  all.finish();
+  const TileMesh tile = with_border(all, unit.number);
+  keep(unit, "tile", key, [&](Writer& out) { write(out, tile); });
+  observer_.end(fmt::format("{} faces with the border", pipeline::readable_count(tile.face.size())));
+}
+
+tileset::Tile UnitRunner::tile_of_result(int level, std::size_t number) const {
+  tileset::Tile tile;
+  const fs::path glb = glb_of(folder_, level, number);
+  if (!io::is_file(glb)) return tile;  // it has no faces
+  tile.file = fs::relative(glb, folder_.path() / "result").string();
+  for (const WorldPoint& corner : pipeline::corners(job_.tiles(level)[number].written_box))
+    tile.box.add(tileset::tile_from_world(job_.model, corner));
+  if (level == 0) return tile;
+  const double texel = job_.levels[static_cast<std::size_t>(level)].texel_size;
+  tile.error = tileset::geometric_error(load_own(folder_, level, static_cast<std::uint32_t>(number)).error, texel);
+  return tile;
+}
+
+void UnitRunner::finish() {
+  observer_.begin({kFinishUnit});
+  const double diagonal = diagonal_of(job_.tiles(0));
+  std::vector<std::vector<tileset::Tile>> levels;
+  for (int k = 0; k < static_cast<int>(job_.levels.size()); ++k) {
+    std::vector<tileset::Tile>& tiles = levels.emplace_back();
+    for (std::size_t t = 0; t < job_.tiles(k).size(); ++t) tiles.push_back(tile_of_result(k, t));
+  }
+  // Without levels of detail, tiles above the leaves have nothing to show, so that viewers go on to the leaves from anywhere.
+  while (levels.back().size() > 1) levels.emplace_back(levels.back().size() / 4, tileset::Tile{{}, {}, diagonal});
+  const fs::path file = folder_.path() / "result" / "tileset.json";
+  fs::create_directories(file.parent_path());
+  io::OutputFile out(file);
+  out.write(tileset::tileset_text(levels, job_.model));
+  out.commit();
+  outcome_->add(folder_, file);
+  auto& figures = outcome_->done.figures;
+  std::map<std::string, double> sums;
+  double steps_before = 0, steps_after = 0;
+  for (const Unit& unit : units_) {
+    const std::optional<Done> done = unit.level == 0 ? read_done(folder_.done_file(unit.name)) : std::nullopt;
+    if (!done) continue;
+    for (const char* name : {"full", "partial", "seen", "filled", "energy", "pairs", "seams", "pairs_across",
+                             "seams_across", "charts", "page_texels", "seam_edges"})
+      if (done->figures.contains(name))
+        sums[std::string(name_of(kStageNames, unit.stage)) + "." + name] += done->figures[name].get<double>();
+    if (!done->figures.contains("seam_step_after")) continue;
+    const double edges = done->figures["seam_edges"].get<double>();
+    steps_before += edges * done->figures["seam_step_before"].get<double>();
+    steps_after += edges * done->figures["seam_step_after"].get<double>();
+  }
+  for (const auto& [name, value] : sums) {
+    figures[name] = value;
+    observer_.figure(name, value);
+  }
+  const double edges = std::max(1.0, sums["bake.seam_edges"]);
+  figures["seam_step_before"] = steps_before / edges;
+  figures["seam_step_after"] = steps_after / edges;
+  observer_.end(fmt::format("energy {:.0f}, seam step {:.1f} to {:.1f}", sums["expose.energy"], steps_before / edges,
+                            steps_after / edges));
+}
+
+}  // namespace gpvc::tiles
