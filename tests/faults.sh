@@ -211,7 +211,7 @@ fi
 
 # --- little memory
 tried=0 survived=0
-for megabytes in 300 600 900 1200 1600 2000 2400; do
+for megabytes in 300 500 540 580 620 660 700 800 900 1200 2400; do
   rm -rf "$work/out"
   status=0
   (ulimit -v $((megabytes * 1024)) && texture "$work/out" --resume never) 2>"$work/log" || status=$?

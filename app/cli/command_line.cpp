@@ -11,6 +11,7 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <system_error>
 #include <type_traits>
 
 #include "app/cli/app.h"
@@ -78,6 +79,12 @@ int run_guarded(const CommonOptions& common, const std::function<void(Console&)>
     return kBadUsage;
   } catch (const std::bad_alloc&) {
     console->error("out of memory");
+  } catch (const std::system_error& e) {
+    // What std::thread throws does not say so.
+    console->error(e.code() == std::errc::resource_unavailable_try_again
+                       ? "no further thread could be started: memory or the number of processes is limited; try fewer "
+                         "--threads"
+                       : e.what());
   } catch (const std::exception& e) {
     console->error(e.what());
   }

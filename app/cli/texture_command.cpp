@@ -112,6 +112,8 @@ void run_texture(const TextureOptions& options, Console& console) {
       if (needs_one_model(options)) throw;
       record.warning(
           fmt::format("{}. It goes on in tiles, one after another: the result is tileset.json", too_little.what()));
+      folder.start_over();
+      evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
       tiles::texture_in_tiles(in.input(), settings, options.input.downscale, program_version(), folder, record);
       return {options_json(options), Json::object(), (options.out / "tileset.json").string()};
     }

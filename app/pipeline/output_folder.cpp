@@ -276,6 +276,11 @@ void OutputFolder::promise_all() {
   std::sort(promised_.begin(), promised_.end());
 }
 
+void OutputFolder::start_over() {
+  for (const fs::directory_entry& entry : fs::directory_iterator(unfinished_)) fs::remove_all(entry.path());
+  promised_.clear();
+}
+
 void OutputFolder::publish() {
   for (const std::string& name : promised_) {
     if (!fs::is_regular_file(unfinished_ / name)) throw OutputError(out_ / name, "was not written");

@@ -57,6 +57,8 @@ class OutputFolder {
   /// The hidden folder. promise_all() promises the files that were written there without file().
   const std::filesystem::path& in_making() const { return unfinished_; }
   void promise_all();
+  /// Removes the files that were written so far: none is promised any more.
+  void start_over();
   /// Files promised so far, in the order of the calls.
   const std::vector<std::string>& promised() const { return promised_; }
   const std::filesystem::path& path() const { return out_; }

@@ -55,11 +55,16 @@ void texture_in_tiles(const pipeline::Input& input, const pipeline::Settings& se
                       const std::string& program, pipeline::OutputFolder& folder, pipeline::Observer& observer) {
   const JobSettings fitting = settings_within(input, settings, observer);
   const JobFolder job(job_folder(folder));
-  fs::create_directories(job.path());
-  make_job(job, input, fitting, program, observer);
-  release_freed_memory();
-  UnitRunner runner(job, fitting, downscale, observer);
-  for (const Unit& unit : runner.units()) runner.run(unit);
+  try {
+    fs::create_directories(job.path());
+    make_job(job, input, fitting, program, observer);
+    release_freed_memory();
+    UnitRunner runner(job, fitting, downscale, observer);
+    for (const Unit& unit : runner.units()) runner.run(unit);
+  } catch (...) {
+    if (settings.keep_work == pipeline::KeepWork::never) remove_job(folder.path());
+    throw;
+  }
   const fs::path result = job.path() / "result";
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(result)) {
     if (!entry.is_regular_file()) continue;

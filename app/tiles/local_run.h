@@ -11,7 +11,8 @@ namespace gpvc::tiles {
 
 /// Makes a job in the folder's kept work, of tiles as large as settings.memory_bytes (0: default_memory_limit()) allows,
 /// runs its units, and writes the job's result into the folder: tileset.json, tiles/, obj/. Units that an earlier run has
-/// completed are taken over. Throws MemoryError where no tiles are small enough, and what make_job() and units throw.
+/// completed are taken over, and stay where a later unit fails, unless settings.keep_work is `never`. Throws MemoryError
+/// where no tiles are small enough, and what make_job() and units throw.
 void texture_in_tiles(const pipeline::Input& input, const pipeline::Settings& settings, int downscale,
                       const std::string& program, pipeline::OutputFolder& folder, pipeline::Observer& observer);
 

@@ -88,6 +88,17 @@ TEST_F(OutputFolderTest, ReplacesItsOwnResultAlone) {
   EXPECT_EQ(names(), (std::vector<std::string>{"model.glb", "notes.txt"}));
 }
 
+TEST_F(OutputFolderTest, ARunThatStartsOverPublishesWhatItWritesThen) {
+  pipeline::OutputFolder folder(out_, false, "texture");
+  make(folder, "tiles/0_0.glb", "first");
+  folder.file("preview.png");  // never written
+  folder.start_over();
+  EXPECT_TRUE(folder.promised().empty());
+  make(folder, "tileset.json", "second");
+  folder.publish();
+  EXPECT_EQ(names(), (std::vector<std::string>{"tileset.json"}));
+}
+
 TEST_F(OutputFolderTest, AFailedPublishBringsTheEarlierResultBack) {
   publish_first();
   const std::string run_json = read_file(out_ / "run.json");

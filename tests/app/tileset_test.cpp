@@ -6,12 +6,15 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
+#include <vector>
 
 #include "app/tileset/tile_tree.h"
 #include "app/tileset/tileset_json.h"
 #include "io/reference_system.h"
 #include "io/vector.h"
 #include "tests/support/grid_mesh.h"
+#include "visibility/baselines/ray_mesh.h"
 
 namespace gpvc::tileset {
 namespace {
@@ -105,6 +108,93 @@ TEST(LevelsOfDetail, TilesOfAnyLevelsMeetWithoutACrack) {
     }
     if (k == 1) level = coarser_level(level.mesh, level.tile, level.error);
   }
+}
+
+// Points on the edges that two tiles share.
+std::vector<WorldPoint> shared_border(const Mesh& mesh, const std::vector<std::uint32_t>& tile) {
+  std::map<Edge, int> tiles_of;
+  for (const auto& [t, edges] : borders(mesh, tile, 0))
+    for (const Edge& edge : edges) ++tiles_of[edge];
+  std::vector<WorldPoint> points;
+  for (const auto& [edge, count] : tiles_of) {
+    if (count != 2) continue;
+    const Place &a = *edge.begin(), &b = *edge.rbegin();
+    for (const double s : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+      const auto between = [&](std::size_t axis) { return (1 - s) * a[axis] + s * b[axis]; };
+      points.push_back({between(0), between(1), between(2)});
+    }
+  }
+  return points;
+}
+
+// How many rays straight down, beside the places and at most 3 mm from them, find nothing to stop them.
+std::size_t rays_that_pass(const Mesh& mesh, std::span<const WorldPoint> places) {
+  const visibility::RayMesh traced(mesh);
+  std::size_t passed = 0;
+  for (const WorldPoint& place : places) {
+    std::vector<visibility::RayMesh::Target> below;
+    Pose above;
+    above.centre = place + WorldPoint{0, 0, 20};
+    for (const double x : {-0.002, 0.0, 0.002})
+      for (const double y : {-0.002, 0.0, 0.002}) below.push_back(traced.target(place + WorldPoint{x, y, -20}, above));
+    traced.trace(above, 0, below);
+    passed += static_cast<std::size_t>(std::ranges::count_if(below, [](const auto& t) { return t.visible; }));
+  }
+  return passed;
+}
+
+// The tiles of a mesh and of the levels above it.
+struct Level {
+  Mesh mesh;
+  std::vector<std::uint32_t> tile;
+};
+
+void append(Mesh& to, const Level& level, std::uint32_t tile) {
+  const auto first = static_cast<std::uint32_t>(to.positions.size());
+  to.positions.insert(to.positions.end(), level.mesh.positions.begin(), level.mesh.positions.end());
+  for (std::size_t f = 0; f < level.mesh.faces.size(); ++f) {
+    if (level.tile[f] != tile) continue;
+    const Triangle& face = level.mesh.faces[f];
+    to.faces.push_back({first + face[0], first + face[1], first + face[2]});
+  }
+}
+
+TEST(LevelsOfDetail, NoRayPassesBetweenTilesOfDifferentLevels) {
+  std::vector<Level> levels(1);
+  levels[0].mesh = hills();
+  levels[0].tile = leaf_of_faces(levels[0].mesh, io::UpAxis::pos_z, 3);
+  std::vector<double> error(64, 0);
+  for (int k = 1; k <= 2; ++k) {
+    LevelMesh coarser = coarser_level(levels.back().mesh, levels.back().tile, error);
+    error = coarser.error;
+    levels.push_back({std::move(coarser.mesh), std::move(coarser.tile)});
+  }
+  const std::vector<WorldPoint> places = shared_border(levels[0].mesh, levels[0].tile);
+  ASSERT_GT(places.size(), 1000u);
+  // What a viewer may show: each of the four quarters as one tile of level 2, four of level 1 or 16 of level 0, or two of
+  // level 1 beside eight of level 0.
+  for (std::uint32_t cut = 0; cut < 24; ++cut) {
+    Mesh shown;
+    for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
+      const std::uint32_t way = (cut >> quarter ^ cut * quarter) % 4;
+      if (way == 0) append(shown, levels[2], quarter);
+      for (std::uint32_t t = 4 * quarter; way > 0 && t < 4 * quarter + 4; ++t) {
+        if (way == 1 || (way == 3 && t % 2 == 0)) {
+          append(shown, levels[1], t);
+        } else {
+          for (std::uint32_t leaf = 4 * t; leaf < 4 * t + 4; ++leaf) append(shown, levels[0], leaf);
+        }
+      }
+    }
+    EXPECT_EQ(rays_that_pass(shown, places), 0u) << "cut " << cut;
+  }
+  // A crack of 1 cm is found.
+  Mesh cracked;
+  for (std::uint32_t quarter = 0; quarter < 3; ++quarter) append(cracked, levels[2], quarter);
+  Level moved = levels[2];
+  for (WorldPoint& p : moved.mesh.positions) p = p + WorldPoint{0.01, 0.01, 0};
+  append(cracked, moved, 3);
+  EXPECT_GT(rays_that_pass(cracked, places), 100u);
 }
 
 TEST(LevelsOfDetail, KeepPositionsOfTheFileBesideThem) {
