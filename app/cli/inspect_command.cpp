@@ -17,6 +17,7 @@
 #include "app/evaluate/photo_quality.h"
 #include "app/pipeline/frame_check.h"
 #include "app/pipeline/viewpoint.h"
+#include "app/tiles/plan_text.h"
 #include "io/images.h"
 #include "io/lens_terms.h"
 #include "io/mesh.h"

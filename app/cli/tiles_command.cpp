@@ -13,6 +13,7 @@
 #include "app/cli/scene_input.h"
 #include "app/pipeline/folder_lock.h"
 #include "app/pipeline/memory.h"
+#include "app/tiles/plan_text.h"
 #include "app/tiles/units.h"
 #include "io/files/file_bytes.h"
 #include "io/files/paths.h"

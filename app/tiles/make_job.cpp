@@ -13,6 +13,7 @@
 #include "app/pipeline/frame_check.h"
 #include "app/pipeline/texture_files.h"
 #include "app/tiles/done.h"
+#include "app/tiles/plan_text.h"
 #include "app/tiles/tile_work.h"
 #include "app/tileset/tile_tree.h"
 #include "io/output_file.h"

@@ -11,6 +11,7 @@
 #include "app/pipeline/steps.h"
 #include "app/tiles/done.h"
 #include "app/tiles/make_job.h"
+#include "app/tiles/plan_text.h"
 #include "app/tiles/tile_work.h"
 #include "app/tiles/units.h"
 #include "io/textured_model.h"
