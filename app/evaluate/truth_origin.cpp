@@ -157,16 +157,14 @@ OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std
         static_cast<std::size_t>(labels[face]) >= scene.views.size())
       return std::nullopt;
     const View& view = scene.views[static_cast<std::size_t>(labels[face])];
-    const std::array<double, 3> weights{1 - b - c, b, c};
+    const Triangle& corners = mesh.faces[face];
+    const WorldPoint& a = mesh.positions[corners[0]];
+    const CameraPoint p =
+        camera_from_world(view.pose, a + b * (mesh.positions[corners[1]] - a) + c * (mesh.positions[corners[2]] - a));
+    if (!(p.z > 0)) return std::nullopt;
     atlas::PointOrigin origin;
     origin.first = ViewId{static_cast<std::uint32_t>(labels[face])};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const CameraPoint corner = camera_from_world(view.pose, mesh.positions[mesh.faces[face][i]]);
-      if (!(corner.z > 0)) return std::nullopt;
-      const PixelPoint p = pixel_from_camera(view.camera, corner);
-      origin.first_at.x += weights[i] * p.x;
-      origin.first_at.y += weights[i] * p.y;
-    }
+    origin.first_at = pixel_from_camera(view.camera, p);
     return origin;
   };
 }

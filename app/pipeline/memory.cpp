@@ -240,9 +240,13 @@ MemoryPlan plan_memory(const Input& input, const Settings& settings) {
   return plan_for(work, memory_need(work), settings);
 }
 
-MemoryPlan plan_painting(const Input& input, const Settings& settings) {
+MemoryPlan plan_painting(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage) {
   const Workload work = workload(input, settings);
-  return plan_for(work, {.painting = memory_need(work).painting}, settings);
+  // Entries are also sorted by face.
+  const double held =
+      static_cast<double>(coverage.entries.size() * (sizeof(visibility::FaceCoverage) + sizeof(std::uint32_t)) +
+                          coverage.words.size() * sizeof(std::uint64_t));
+  return plan_for(work, {.painting = memory_need(work).painting + held}, settings);
 }
 
 }  // namespace gpvc::pipeline

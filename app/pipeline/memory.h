@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "../../visibility/visibility.h"
+
 namespace gpvc::pipeline {
 
 struct Input;
@@ -68,7 +70,7 @@ struct MemoryPlan {
 /// more than its largest stage needs, and never more than default_memory_limit(). Throws MemoryError when the limit is too
 /// low.
 MemoryPlan plan_memory(const Input& input, const Settings& settings);
-/// The same of a run that only bakes an atlas, without a preview.
-MemoryPlan plan_painting(const Input& input, const Settings& settings);
+/// The same of a run that only bakes an atlas, without a preview, and holds what views see of partial faces.
+MemoryPlan plan_painting(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage);
 
 }  // namespace gpvc::pipeline

@@ -29,7 +29,8 @@ struct Simplified {
   double error = 0;             ///< at most how far the surface is from the part's, as quadrics tell; units of the mesh
 };
 
-/// To a quarter of the faces, or as far as the part's border allows, which stays as it is. O(faces log faces).
+/// To a quarter of the faces, or as far as the part's border allows, which stays as it is. Flat ground keeps faces of modest size
+/// and shape, too, some five mean edges at most. O(faces log faces).
 Simplified simplified(const Mesh& mesh, std::span<const std::uint32_t> faces);
 
 struct LevelMesh {

@@ -1,9 +1,11 @@
 #include "atlas/blending/blend_weights.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 
+#include "atlas/charts/flat_chart.h"
 #include "io/freed_memory.h"
 
 namespace gpvc::atlas {
@@ -62,11 +64,18 @@ BlendWeights::BlendWeights(const AtlasInput& input, double full_cost) {
     for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face)
       for (const std::uint32_t vertex : input.mesh.faces[face]) add(vertex, face);
   });
+  // Faces that are textured as photos show them whole. Those that perspective bends have texels of their own, which are not
+  // blended, so what is blended beside them fades towards them.
+  std::vector<std::uint8_t> blended(input.mesh.faces.size());
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(blended.size())),
+                    [&](const auto& range) {
+                      for (std::uint32_t face = range.begin(); face < range.end(); ++face)
+                        blended[face] = input.tags[face] == labeling::FaceTag::seen && !is_bent(input, face);
+                    });
   const auto find_views = [&](std::size_t vertex, std::vector<BlendView>& list) {
     list.clear();
     const std::span<const std::uint32_t> faces = around[vertex];
-    const auto whole = [&](std::uint32_t face) { return input.tags[face] == labeling::FaceTag::seen; };
-    if (faces.empty() || !std::ranges::all_of(faces, whole)) return;
+    if (faces.empty() || !std::ranges::all_of(faces, [&](std::uint32_t face) { return blended[face] != 0; })) return;
     begin_with(input.candidates, faces[0], full_cost, list);
     for (const std::uint32_t face : faces.subspan(1)) lower_to(input.candidates, face, full_cost, list);
     std::erase_if(list, [&](BlendView& item) {

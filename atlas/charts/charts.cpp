@@ -102,13 +102,17 @@ class ChartMaker {
 
  private:
   FaceUse use_of(std::size_t face, TexelTriangle& corners) const {
-    const FaceUse use = use_of_projection(face, corners);
-    if (input_.border.empty() || !input_.border[face]) return use;
-    if (use == FaceUse::flat) corners = {};
-    return FaceUse::border;
+    std::array<double, 3> depths{};
+    const FaceUse use = use_of_projection(face, corners, depths);
+    if (!input_.border.empty() && input_.border[face]) {
+      if (use == FaceUse::flat) corners = {};
+      return FaceUse::border;
+    }
+    const bool projected = use == FaceUse::plain || use == FaceUse::partial;
+    return projected && bend(corners, depths) > kMostBend ? FaceUse::flat : use;
   }
 
-  FaceUse use_of_projection(std::size_t face, TexelTriangle& corners) const {
+  FaceUse use_of_projection(std::size_t face, TexelTriangle& corners, std::array<double, 3>& depths) const {
     const ViewId label = input_.labels[face];
     if (!has_view(input_, face)) return FaceUse::unseen;
     const View& view = input_.scene.views[index(label)];
@@ -122,6 +126,7 @@ class ChartMaker {
       const double w = view.camera.width, h = view.camera.height;
       if (!(q.x >= -w && q.x <= 2 * w && q.y >= -h && q.y <= 2 * h)) return FaceUse::flat;
       corners[i] = {q.x, q.y};
+      depths[i] = p.z;
     }
     if (input_.tags[face] != labeling::FaceTag::partial) return FaceUse::plain;
     return is_grazing(corners, input_.mesh, face) ? FaceUse::flat : FaceUse::partial;

@@ -66,6 +66,30 @@ std::array<std::size_t, 3> longest_edge_first(const Mesh& mesh, const Triangle& 
   return {longest, (longest + 1) % 3, (longest + 2) % 3};
 }
 
+struct ProjectedFace {
+  TexelTriangle corners;  ///< px of the frame
+  std::array<double, 3> depths{};
+};
+
+/// nullopt if the face reaches behind the camera.
+std::optional<ProjectedFace> project_face(const Mesh& mesh, std::uint32_t face, const View& view) {
+  ProjectedFace result;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const CameraPoint p = camera_from_world(view.pose, mesh.positions[mesh.faces[face][i]]);
+    if (!(p.z > 0)) return std::nullopt;
+    const PixelPoint q = pixel_from_camera(view.camera, p);
+    result.corners[i] = {q.x, q.y};
+    result.depths[i] = p.z;
+  }
+  return result;
+}
+
+/// Pixels of the view that the whole face takes; 0 if it reaches behind the camera.
+double frame_area(const Mesh& mesh, std::uint32_t face, const View& view) {
+  const std::optional<ProjectedFace> projected = project_face(mesh, face, view);
+  return projected ? std::abs(doubled_area(projected->corners)) / 2 : 0;
+}
+
 /// Texels per world unit that match the view's pixels, within kTexelsPerSeenPixel for a box of the given area.
 double seen_density(const Mesh& mesh, std::uint32_t face, const View& view, const CoverageIndex& coverage, ViewId id,
                     double area) {
@@ -74,7 +98,8 @@ double seen_density(const Mesh& mesh, std::uint32_t face, const View& view, cons
   if (entry) depth = seen_depth(mesh, face, view, *entry, coverage.table());
   if (!depth) depth = nearest_vertex_depth(mesh, face, view);
   const double density = *depth > 0 ? std::max(view.camera.fx, view.camera.fy) / *depth : 0;
-  const double most_texels = kTexelsPerSeenPixel * (entry ? std::max(4.0, double(entry->visible)) : 64.0);
+  const double pixels = entry ? double(entry->visible) : frame_area(mesh, face, view);
+  const double most_texels = kTexelsPerSeenPixel * std::max(4.0, pixels);
   return area * density * density > most_texels ? std::sqrt(most_texels / area) : density;
 }
 
@@ -91,6 +116,23 @@ bool is_grazing(const TexelTriangle& p, const Mesh& mesh, std::size_t face) {
   const double root = std::sqrt(std::max(0.0, squares * squares - 4 * area * area));
   const double longest = std::sqrt((squares + root) / 2);
   return area < 0.1 * longest * longest;
+}
+
+double bend(const TexelTriangle& p, const std::array<double, 3>& depths) {
+  double most = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const double a = std::sqrt(depths[i]), b = std::sqrt(depths[j]);
+    most = std::max(most, std::hypot(p[j].x - p[i].x, p[j].y - p[i].y) * std::abs(a - b) / (a + b));
+  }
+  return most;
+}
+
+bool is_bent(const AtlasInput& input, std::uint32_t face) {
+  const ViewId label = input.labels[face];
+  if (label == kNoView || input.tags[face] == labeling::FaceTag::unseen) return false;
+  const std::optional<ProjectedFace> projected = project_face(input.mesh, face, input.scene.views[index(label)]);
+  return projected && bend(projected->corners, projected->depths) > kMostBend;
 }
 
 FlatFace flatten(const Mesh& mesh, std::uint32_t face, const Scene& scene, ViewId label, const CoverageIndex& coverage,

@@ -197,6 +197,27 @@ TEST(LevelsOfDetail, NoRayPassesBetweenTilesOfDifferentLevels) {
   EXPECT_GT(rays_that_pass(cracked, places), 100u);
 }
 
+TEST(LevelsOfDetail, FlatGroundKeepsFacesOfModestSize) {
+  const Mesh flat = test::grid_mesh(96, 96, 1);
+  LevelMesh level{flat, leaf_of_faces(flat, io::UpAxis::pos_z, 2), {}};
+  level.error.assign(16, 0);
+  for (int k = 1; k <= 2; ++k) {
+    level = coarser_level(level.mesh, level.tile, level.error);
+    EXPECT_LT(level.mesh.faces.size(), flat.faces.size() >> (2 * k - 1)) << "level " << k;
+    double area = 0, longest = 0;
+    for (const Triangle& t : level.mesh.faces) {
+      const auto edge = [&](std::size_t i) {
+        return level.mesh.positions[t[(i + 1) % 3]] - level.mesh.positions[t[i]];
+      };
+      area += length(cross(edge(0), edge(1))) / 2;
+      for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, length(edge(i)));
+    }
+    EXPECT_DOUBLE_EQ(area, 96 * 96);
+    const double mean_edge = 1 << k;
+    EXPECT_LT(longest, 6 * mean_edge) << "level " << k;
+  }
+}
+
 TEST(LevelsOfDetail, KeepPositionsOfTheFileBesideThem) {
   Mesh mesh = hills();
   for (const WorldPoint& p : mesh.positions) mesh.file_positions.push_back(p + WorldPoint{5e5, 5.4e6, 100});

@@ -65,6 +65,26 @@ TEST(Bake, TextureOfAnUndistortedPhotoIsTheAlbedo) {
   EXPECT_LE(d.worst, 1.0);
 }
 
+TEST(Bake, LargeFacesAreNotBentByPerspective) {
+  AtlasScene s;
+  s.add_plane(2, 1, 4.0);  // four faces, some 300 px each, seen at 45 degrees from 5 to 11 m
+  View& view = s.add_view(4, -4, 5, 900, 900, 640);
+  const double r = std::sqrt(0.5);
+  view.pose.rotation = {1, 0, 0, 0, -r, -r, 0, r, -r};
+  s.photograph(0, strong_waves);
+  const TextureAtlas atlas = s.build(options_with(SeamLeveling::full));
+  EXPECT_EQ(atlas.statistics.charts, 4u);
+  EXPECT_LE(compare(atlas, s.mesh, strong_waves).worst, 2.0);
+  // Of small faces one chart is enough.
+  AtlasScene fine;
+  fine.add_plane(32, 16, 0.25);
+  fine.add_view(4, -4, 5, 900, 900, 640).pose = view.pose;
+  fine.photograph(0, strong_waves);
+  const TextureAtlas whole = fine.build(options_with(SeamLeveling::full));
+  EXPECT_EQ(whole.statistics.charts, 1u);
+  EXPECT_LE(compare(whole, fine.mesh, strong_waves).worst, 2.0);
+}
+
 TEST(Bake, TexelsOfAnUndistortedPhotoAreItsPixels) {
   AtlasScene s;
   s.add_plane(1, 1, 2.0);
