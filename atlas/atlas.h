@@ -155,8 +155,9 @@ class AtlasPlan {
 
 /// A chart holds faces of one view that are connected, or so close in its photo that their paddings would overlap. Its
 /// texture coordinates are the exact projections into that view's undistorted frame, so photo pixels are copied at full
-/// resolution. Faces tagged partial take each texel from the best view whose coverage shows it. Reads no photo. Throws
-/// std::invalid_argument if options and input do not fit together, or if even the smallest charts exceed a limit.
+/// resolution. A face that is so large that perspective bends it by half a pixel has a chart of its own. Faces tagged
+/// partial take each texel from the best view whose coverage shows it. Reads no photo. Throws std::invalid_argument if
+/// options and input do not fit together, or if even the smallest charts exceed a limit.
 AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 
 /// Exposure per view from the ratios across the seams of all faces, for AtlasInput::exposure. In each channel the

@@ -29,9 +29,8 @@ class BlendWeights {
   BlendWeights() = default;
   /// A view of no cost weighs 1 in a face, one of `full_cost` or more 0. At a vertex it has the least weight of the faces
   /// around, so that weights are continuous over the mesh, and coarse colours, which reach over a few pixels, come from
-  /// where the view shows this surface alone. Vertices of faces that are not seen whole, or that perspective
-  /// bends (charts/flat_chart.h), have no views. O(candidates x 3),
-  /// TBB; 16 bytes for each vertex and view.
+  /// where the view shows this surface alone. Vertices of faces that are not seen whole, or that perspective bends
+  /// (charts/flat_chart.h), have no views. O(candidates x 3), TBB; 16 bytes for each vertex and view.
   BlendWeights(const AtlasInput& input, double full_cost);
 
   /// What a view adds at a vertex.

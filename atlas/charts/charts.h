@@ -19,7 +19,7 @@ enum class ChartKind : std::uint8_t {
   /// Partially seen faces, projected like plain ones. Every texel comes from the best view that shows it, so no texel
   /// centre may lie in two faces.
   partial,
-  /// One face whose projection is unusable, with a parametrization of its own; otherwise like partial.
+  /// One face whose projection is unusable (charts/flat_chart.h), with a parametrization of its own; otherwise like partial.
   flat,
   /// Faces that no view shows: kUnseenTexels x kUnseenTexels texels each, which hold a linear function.
   unseen,
