@@ -29,4 +29,7 @@ class OutputFile {
   std::FILE* file_ = nullptr;
 };
 
+/// Removes what killed processes have left of files whose names begin with `name`. No process may be writing them.
+void remove_unfinished(const std::filesystem::path& folder, const std::string& name);
+
 }  // namespace gpvc::io

@@ -104,6 +104,8 @@ void UnitRunner::bake(const Unit& unit) {
       finest ? folder_.path() / "result" / "obj" / fmt::to_string(unit.number) : folder_.unit(unit.name);
   fs::create_directories(obj);
   fs::create_directories(glb.parent_path());
+  io::remove_unfinished(obj, "model");
+  io::remove_unfinished(glb.parent_path(), glb.filename().string());
   std::vector<io::PageFile> pages;
   for (std::size_t p = 0; p < plan.estimate().pages; ++p)
     pages.push_back({obj / pipeline::page_name(p, settings.output.texture), settings.output.texture});
@@ -208,6 +210,7 @@ void UnitRunner::finish() {
   while (levels.back().size() > 1) levels.emplace_back(levels.back().size() / 4, tileset::Tile{{}, {}, diagonal});
   const fs::path file = folder_.path() / "result" / "tileset.json";
   fs::create_directories(file.parent_path());
+  io::remove_unfinished(file.parent_path(), file.filename().string());
   io::OutputFile out(file);
   out.write(tileset::tileset_text(levels, job_.model));
   out.commit();

@@ -6,16 +6,23 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "io/output_file.h"
 
 namespace gpvc::io {
+namespace {
+
+constexpr const char* kSuffix = ".part-";  // and the process's number
+
+}  // namespace
 
 OutputFile::OutputFile(std::filesystem::path final_name) : final_name_(std::move(final_name)) {
   static std::atomic<unsigned> serial{0};
   temporary_ = final_name_;
-  temporary_ += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(serial++);
+  temporary_ += kSuffix + std::to_string(::getpid()) + "-" + std::to_string(serial++);
   // Exclusive, so that a temporary file left by another run is never appended to or shared.
   const int descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor >= 0) file_ = ::fdopen(descriptor, "wb");
@@ -46,6 +53,15 @@ void OutputFile::commit(Flush flush) {
   check(std::fclose(std::exchange(file_, nullptr)) == 0);
   check(::rename(temporary_.c_str(), final_name_.c_str()) == 0);
   temporary_.clear();
+}
+
+void remove_unfinished(const std::filesystem::path& folder, const std::string& name) {
+  std::vector<std::filesystem::path> left;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string found = entry.path().filename().string();
+    if (found.starts_with(name) && found.find(kSuffix, name.size()) != std::string::npos) left.push_back(entry.path());
+  }
+  for (const std::filesystem::path& file : left) std::filesystem::remove(file);
 }
 
 }  // namespace gpvc::io

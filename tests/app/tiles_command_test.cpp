@@ -77,7 +77,12 @@ TEST_F(TilesCommand, AKilledDriverGoesOn) {
   killed.send(SIGKILL);
   killed.wait();
   EXPECT_FALSE(fs::exists(out_ / "result" / "tileset.json"));
+  // As a kill in the middle of a file leaves it.
+  const fs::path unfinished = out_ / "result" / "obj" / "0" / "model.obj.part-1-2";
+  fs::create_directories(unfinished.parent_path());
+  std::ofstream(unfinished) << "v 1 2";
   const Outcome rest = unit({"--all"});
+  EXPECT_FALSE(fs::exists(unfinished));
   EXPECT_EQ(rest.exit_code, 0) << rest.err;
   EXPECT_TRUE(contains(rest.err, "units were complete")) << rest.err;
   EXPECT_TRUE(fs::exists(out_ / "result" / "tileset.json"));
