@@ -17,10 +17,7 @@
 # has the figures of every run; DIR also keeps the last model of each program, its log and its scores view by view.
 set -euo pipefail
 export LC_ALL=C
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-
-fail() { echo "against_peers.sh: $1" >&2; exit "${2:-1}"; }
-usage() { fail "$1; see against_peers.sh --help" 2; }
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 runs=3
 hold_out=6
@@ -61,17 +58,7 @@ if [ -n "$images" ]; then
   from=(--images "$(realpath "$images")")
 fi
 
-if [ -n "$gpvc" ]; then
-  [ -x "$gpvc" ] || fail "$gpvc is not a program"
-  gpvc=$(realpath "$gpvc")
-else
-  build=$root/build/release
-  "$root/app/setup/install_packages.sh" build
-  [ -f "$build/build.ninja" ] ||
-    cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_TESTS=OFF -DGPVC_BENCHMARKS=OFF -DGPVC_WERROR=OFF >/dev/null
-  cmake --build "$build" --target gpvc
-  gpvc=$build/app/gpvc
-fi
+find_gpvc
 gnu_time=$(type -P time) || fail "GNU time, which measures the programs, is missing; it is Debian's package 'time'"
 
 mkdir -p "$out"
@@ -165,9 +152,6 @@ pages() {
     TextureMesh) find "$model" -name 'model_*.*' | wc -l ;;
   esac
 }
-
-# said_last FILE: its last line that is not blank, without what a progress display overwrote.
-said_last() { tr '\r' '\n' <"$1" | sed 's/^[[:space:]]*//; s/[[:space:]]*$//; /^$/d' | tail -1; }
 
 declare -A failed_turns=() reasons=()
 # failure PROGRAM TURN REASON: what the report says of a run that failed or was not scored.

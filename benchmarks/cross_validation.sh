@@ -18,10 +18,7 @@
 # are not kept.
 set -euo pipefail
 export LC_ALL=C
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-
-fail() { echo "cross_validation.sh: $1" >&2; exit "${2:-1}"; }
-usage() { fail "$1; see cross_validation.sh --help" 2; }
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 sets=()
 declare -A options=()
@@ -81,16 +78,7 @@ for ((s = 0; s < scenes; ++s)); do
   names+=("$name")
 done
 
-if [ -n "$gpvc" ]; then
-  [ -x "$gpvc" ] || fail "$gpvc is not a program"
-else
-  build=$root/build/release
-  "$root/app/setup/install_packages.sh" build
-  [ -f "$build/build.ninja" ] ||
-    cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_TESTS=OFF -DGPVC_BENCHMARKS=OFF -DGPVC_WERROR=OFF >/dev/null
-  cmake --build "$build" --target gpvc
-  gpvc=$build/app/gpvc
-fi
+find_gpvc
 
 mkdir -p "$out"
 out=$(cd "$out" && pwd)
@@ -99,9 +87,6 @@ for name in "${names[@]}"; do rm -rf "${out:?}/$name"; done
 echo "scene,set,fold,photos,wall_s,completeness,psnr_db,ssim,one_minus_ncc,ciede2000" >"$out/runs.csv"
 
 # --- one fold -------------------------------------------------------------------------------------------------------
-
-# said_last FILE: its last line that is not blank, without what a progress display overwrote.
-said_last() { tr '\r' '\n' <"$1" | sed 's/^[[:space:]]*//; s/[[:space:]]*$//; /^$/d' | tail -1; }
 
 # mean FILE: the figures of "mean" in an evaluate.json, in the CSV's order.
 mean() {

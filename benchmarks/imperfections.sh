@@ -15,10 +15,7 @@
 # renders differ from the photos held out as they would be without the imperfection. Scenes stay in DIR/scenes and are used again.
 set -euo pipefail
 export LC_ALL=C
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-
-fail() { echo "imperfections.sh: $1" >&2; exit "${2:-1}"; }
-usage() { fail "$1; see imperfections.sh --help" 2; }
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 # Thin lens of 0.5 m: some 5 px of blur at the nearest and the farthest; 16 rays a pixel are enough for its disc.
 all=(perfect mesh_1px mesh_2px mesh_5px blur exposure traffic fences haze)
@@ -59,24 +56,12 @@ done
 [ -n "$out" ] || usage "-o DIR is missing"
 for name in "${cases[@]}"; do [ -n "${imperfection[$name]+set}" ] || usage "there is no case '$name': ${all[*]}"; done
 
-if [ -n "$gpvc" ]; then
-  [ -x "$gpvc" ] || fail "$gpvc is not a program"
-else
-  build=$root/build/release
-  "$root/app/setup/install_packages.sh" build
-  [ -f "$build/build.ninja" ] ||
-    cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_TESTS=OFF -DGPVC_BENCHMARKS=OFF -DGPVC_WERROR=OFF >/dev/null
-  cmake --build "$build" --target gpvc
-  gpvc=$build/app/gpvc
-fi
+find_gpvc
 mkdir -p "$out/scenes"
 out=$(cd "$out" && pwd)
 
 # run COMMAND OPTION...: its output goes to DIR/log.txt.
 run() { "$gpvc" "$@" -q >"$out/log.txt" 2>&1 || fail "gpvc $* failed: $(tail -1 "$out/log.txt")"; }
-
-# figure FILE NAME: the first number of that name.
-figure() { sed -n "s/^ *\"$2\": \([-+0-9.e]*\),*$/\1/p" "$1" | head -1; }
 
 rows=$out/rows.txt
 : >"$rows"

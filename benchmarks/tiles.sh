@@ -17,10 +17,7 @@
 # DIR/N-model.
 set -euo pipefail
 export LC_ALL=C
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-
-fail() { echo "tiles.sh: $1" >&2; exit "${2:-1}"; }
-usage() { fail "$1; see tiles.sh --help" 2; }
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 tile_faces=100000
 hold_out=8
@@ -61,16 +58,7 @@ if [ "${places[2]}" != - ]; then
 fi
 gnu_time=$(type -P time) || fail "GNU time is missing: install the package 'time'"
 
-if [ -n "$gpvc" ]; then
-  [ -x "$gpvc" ] || fail "$gpvc is not a program"
-else
-  build=$root/build/release
-  "$root/app/setup/install_packages.sh" build
-  [ -f "$build/build.ninja" ] ||
-    cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_TESTS=OFF -DGPVC_BENCHMARKS=OFF -DGPVC_WERROR=OFF >/dev/null
-  cmake --build "$build" --target gpvc
-  gpvc=$build/app/gpvc
-fi
+find_gpvc
 
 mkdir -p "$out"
 out=$(cd "$out" && pwd)
@@ -86,9 +74,6 @@ measured() {
   read -r wall user system kilobytes < <(tail -1 "$out/time.txt")
   awk "BEGIN { printf \"%.2f %.2f %.0f\", $wall, $user + $system, $kilobytes / 1000 }"
 }
-
-# figure FILE NAME: the first number of that name.
-figure() { sed -n "s/^ *\"$2\": \([-+0-9.e]*\),*$/\1/p" "$1" | head -1; }
 
 # score MODEL: 1 - NCC and SSIM on the photos held out.
 score() {
