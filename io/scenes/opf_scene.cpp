@@ -174,9 +174,10 @@ class OpfReader {
       const std::uint64_t id = id_in(json, "sensors", sensor, "id");
       internals[id] = &json.object("sensor " + std::to_string(id), sensor, "internals");
     }
-    std::size_t moving = 0, pages = 0;
+    std::size_t moving = 0, pages = 0, unlisted = 0;
     OmittedLenses omitted;
-    for (const Json& in : json.objects("", json.root(), "cameras")) {
+    const auto in_file = json.objects("", json.root(), "cameras");
+    for (const Json& in : in_file) {
       const std::uint64_t id = id_in(json, "cameras", in, "id");
       const std::string place = "camera " + std::to_string(id);
       const std::uint64_t sensor = id_in(json, place, in, "sensor_id");
@@ -186,7 +187,11 @@ class OpfReader {
       const auto uri = uris_.find(id);
       if (lens == internals.end()) json.fail(place, "its " + of_sensor + " is not among 'sensors'");
       if (size == sizes_.end()) json.fail(place, "its " + of_sensor + " is in no file of input cameras");
-      if (uri == uris_.end()) json.fail(place, "is in no camera list");
+      if (uri == uris_.end()) {
+        // Lists of a part of the project's photos are usual; only where nothing is left, something is wrong.
+        if (++unlisted == in_file.size()) json.fail(place, "is in no camera list");
+        continue;
+      }
       if (page_of_uri(uri->second) != "0") {
         ++pages;
         continue;
@@ -207,6 +212,7 @@ class OpfReader {
       moving += in.contains("rolling_shutter") ? 1 : 0;
     }
     omitted.report(scene_);
+    scene_.warn(unlisted, "cameras are left out: they are in no camera list, so their photos are unknown");
     scene_.warn(pages, "images are left out: they are further pages of a file");
     scene_.warn(moving, "cameras moved while their photos were read out (rolling_shutter), which is not modelled");
   }
