@@ -52,14 +52,14 @@ class Estimates {
                         100 * work.pairs / std::max(work.views, 1.0) + 16 * work.most_pixels;
     unit.seconds = kStartS + million(decoded(work) + 0.05 * work.pixels + 0.5 * work.pairs +
                                      (0.4 + 0.06 * work.views) * work.faces);
-    unit.disk_bytes = 24 * work.pairs;
+    unit.disk_bytes = 18 * work.pairs;
   }
 
   void judge(Unit& unit) const {
     double pairs = 0, faces = 0;
     for (const TileInfo& tile : tiles_) {
-      pairs += tile.pairs;
-      faces += static_cast<double>(tile.all_faces);
+      pairs += own(tile, tile.pairs);
+      faces += static_cast<double>(tile.faces);
     }
     const double sampled = std::min(1.0, 1.1e6 / std::max(1.0, faces)) * pairs;
     unit.memory_bytes = kProgram + 35 * sampled + 150 * most_faces();
@@ -70,7 +70,7 @@ class Estimates {
     const pipeline::Workload work = of_tile(t);
     unit.memory_bytes = kProgram + 24 * work.vertices + 46 * work.faces + 28 * work.pairs;
     unit.seconds = kStartS + million(0.3 * work.pairs + 2.0 * work.faces);
-    unit.disk_bytes = 9 * work.pairs + 10 * work.faces;
+    unit.disk_bytes = 6.5 * work.pairs + 7 * work.faces;
   }
 
   void choose(std::size_t t, Unit& unit) const {
@@ -86,7 +86,7 @@ class Estimates {
     unit.memory_bytes = pipeline::memory_need(work).painting - 150 * work.faces;  // charts are not made yet
     unit.photo_bytes = kUsed * photo_files(t);
     unit.seconds = kStartS + million(kUsed * decoded(work) + 1.5 * work.faces);
-    unit.disk_bytes = 10e6;
+    unit.disk_bytes = 7 * static_cast<double>(tiles_[t].faces);
   }
 
   void level(Unit& unit) const {
@@ -111,7 +111,7 @@ class Estimates {
     for (const std::uint32_t t : from) faces += static_cast<double>(tiles_[t].faces);
     unit.memory_bytes = kProgram + 250 * faces;
     unit.seconds = kStartS + million(3 * faces);
-    unit.disk_bytes = 60 * faces / 4;
+    unit.disk_bytes = 40 * faces / 4;
   }
 
  private:
@@ -139,14 +139,17 @@ class Estimates {
     for (const TileInfo& tile : tiles_) most = std::max(most, static_cast<double>(tile.all_faces));
     return most;
   }
+  /// Of what a tile knows of, borders included, the part that belongs to its own faces.
+  static double own(const TileInfo& tile, double whole) {
+    return whole * static_cast<double>(tile.faces) / static_cast<double>(std::max<std::size_t>(1, tile.all_faces));
+  }
   pipeline::Workload of_tile(std::size_t t) const {
     const TileInfo& tile = tiles_[t];
     pipeline::Workload work;
     work.faces = static_cast<double>(tile.all_faces);
     work.vertices = static_cast<double>(tile.vertices);
     work.pairs = tile.pairs;
-    work.texels =
-        tile.texels * static_cast<double>(tile.faces) / static_cast<double>(std::max<std::size_t>(1, tile.all_faces));
+    work.texels = own(tile, tile.texels);
     for (const ViewId id : tile.views) add_photo(id, work);
     return work;
   }
