@@ -178,7 +178,9 @@ report() {
         }
         row("all", n, p, c, w, m, k)
       }' "$out/units.csv"
-    printf '\nOn disk %s; the plan said: %s\n' "$(du -sh "$out/$size" | cut -f1)" "$("$gpvc" plan "$out/$size" | awk '/^all / { print $(NF - 3), $(NF - 2) }')"
+    # Seconds of single units are rounded up; hours of all are not.
+    printf '\nOn disk %s; the plan said: %s\n' "$(du -sh "$out/$size" | cut -f1)" \
+      "$("$gpvc" plan "$out/$size" | awk '/^all / { printf "%s %s, %.0f s of CPU", $(NF - 3), $(NF - 2), 3600 * $(NF - 4) }')"
   done
 }
 report | tee "$out/tiles.md"
