@@ -5,6 +5,7 @@
 
 #include "app/evaluate/truth_score.h"
 #include "io/bilinear.h"
+#include "io/vector.h"
 
 namespace gpvc::evaluate {
 namespace {
