@@ -176,8 +176,8 @@ class OpfReader {
     }
     std::size_t moving = 0, pages = 0, unlisted = 0;
     OmittedLenses omitted;
-    const auto in_file = json.objects("", json.root(), "cameras");
-    for (const Json& in : in_file) {
+    const Json& cameras = json.objects("", json.root(), "cameras");
+    for (const Json& in : cameras) {
       const std::uint64_t id = id_in(json, "cameras", in, "id");
       const std::string place = "camera " + std::to_string(id);
       const std::uint64_t sensor = id_in(json, place, in, "sensor_id");
@@ -189,7 +189,7 @@ class OpfReader {
       if (size == sizes_.end()) json.fail(place, "its " + of_sensor + " is in no file of input cameras");
       if (uri == uris_.end()) {
         // Lists of a part of the project's photos are usual; only where nothing is left, something is wrong.
-        if (++unlisted == in_file.size()) json.fail(place, "is in no camera list");
+        if (++unlisted == cameras.size()) json.fail(place, "is in no camera list");
         continue;
       }
       if (page_of_uri(uri->second) != "0") {
