@@ -73,8 +73,12 @@ killed() { # NAME SECONDS...
     rm -rf "$work/out"
     quietly timeout -s KILL "$moment" "$gpvc" texture "${input[@]}" "${options[@]}" -o "$work/out" --resume always || true
     start=$(seconds)
-    # Where the run was quicker than the kill, its result is complete.
-    [ -f "$work/out/run.json" ] || texture "$work/out" --resume always 2>"$work/log" || { cat "$work/log" >&2; }
+    # Where the run was quicker than the kill, its result is complete, and the next run at most clears up.
+    if [ ! -f "$work/out/run.json" ]; then
+      texture "$work/out" --resume always 2>"$work/log" || { cat "$work/log" >&2; }
+    elif ls -A "$work/out" | grep -q '^\.'; then
+      if quietly texture "$work/out" --resume always; then fail "$name: a complete result was replaced without --force"; fi
+    fi
     again_s=$(calc "$(seconds) - $start")
     moments="$moments $again_s"
     tried=$((tried + 1))

@@ -166,6 +166,12 @@ void OutputFolder::finish(const Publication& publication, const fs::path& work) 
                                                "cannot be finished ({}); clear the way, or remove this folder",
                                                error.what()));
   }
+  complete(publication);
+}
+
+// Of a whole result. While the publication is listed, the next run does this again.
+void OutputFolder::complete(const Publication& publication) {
+  io::WorkStore(kept_work()).clear();
   publication.end();
 }
 
@@ -303,9 +309,8 @@ void OutputFolder::publish() {
     const fs::path left = out_ / std::exchange(work_, {});  // the next run repairs it
     throw OutputError(e.what(), "files of the earlier result are in " + left.string());
   }
-  publication.end();
+  complete(publication);
   created_.clear();
-  io::WorkStore(kept_work()).clear();
   discard();
 }
 

@@ -80,6 +80,7 @@ class OutputFolder {
   void create();
   bool repair();
   void finish(const Publication& publication, const std::filesystem::path& work);
+  void complete(const Publication& publication);
   void refuse_results_in_the_way(bool force, std::string_view command, bool repaired);
   void refuse_link(const std::string& name) const;
   void make_work_folder();
