@@ -13,7 +13,8 @@
 # without the fold's photos, and gpvc evaluate compares renders of the model with them. A scene is called what the folder of
 # its mesh is called.
 #
-# DIR/cross_validation.md is the table that is printed: means over the folds, lower is better for 1 - NCC and dE2000. DIR/runs.csv
+# DIR/cross_validation.md is the table that is printed: means over the folds, lower is better for 1 - NCC and dE2000,
+# which are taken after one gain per channel, as photos differ in exposure and a model has but one. DIR/runs.csv
 # has the figures of every fold; DIR/SCENE/SET/N.json has the scores of fold N photo by photo, N.log what gpvc said. Models
 # are not kept.
 set -euo pipefail
@@ -84,7 +85,7 @@ mkdir -p "$out"
 out=$(cd "$out" && pwd)
 [ -f "$out/runs.csv" ] || [ -z "$(ls "$out")" ] || fail "$out holds other files; give another folder, or empty that one"
 for name in "${names[@]}"; do rm -rf "${out:?}/$name"; done
-echo "scene,set,fold,photos,wall_s,completeness,psnr_db,ssim,one_minus_ncc,ciede2000" >"$out/runs.csv"
+echo "scene,set,fold,photos,wall_s,completeness,psnr_db,ssim,one_minus_ncc,ciede2000_with_gain" >"$out/runs.csv"
 
 # --- one fold -------------------------------------------------------------------------------------------------------
 
@@ -93,7 +94,7 @@ mean() {
   awk -F'[:,]' '
     /"mean"/ { mean = 1 } /}/ { mean = 0 }
     mean { gsub(/[ "]/, "", $1); value[$1] = $2 + 0 }
-    END { printf "%.6f,%.4f,%.6f,%.6f,%.4f", value["completeness"], value["psnr_db"], value["ssim"], value["one_minus_ncc"], value["ciede2000"] }' "$1"
+    END { printf "%.6f,%.4f,%.6f,%.6f,%.4f", value["completeness"], value["psnr_db"], value["ssim"], value["one_minus_ncc"], value["ciede2000_with_gain"] }' "$1"
 }
 
 # run_fold SCENE_NUMBER FOLD SET: textures without the fold's photos, scores, and adds a row to runs.csv.
@@ -148,12 +149,12 @@ table() {
     }
     function row(s, set) {
       print "| " (set == first ? s : "") " | " set " |" cell(s, set, "one_minus_ncc", "%.4f") " |" cell(s, set, "ssim", "%.4f") " |" \
-        cell(s, set, "psnr_db", "%.2f") " |" cell(s, set, "ciede2000", "%.2f") " |" cell(s, set, "completeness", "%.4f") " |" cell(s, set, "wall_s", "%.1f") " |"
+        cell(s, set, "psnr_db", "%.2f") " |" cell(s, set, "ciede2000_with_gain", "%.2f") " |" cell(s, set, "completeness", "%.4f") " |" cell(s, set, "wall_s", "%.1f") " |"
     }
     NR == 1 { for (i = 5; i <= NF; ++i) field[i] = $i; fields = NF; next }
     { ++count[$1, $2]; for (i = 5; i <= NF; ++i) mean[$1, $2, field[i]] += $i }
     END {
-      print "| scene | set | 1 - NCC | SSIM | PSNR, dB | dE2000 | completeness | wall, s |"
+      print "| scene | set | 1 - NCC | SSIM | PSNR, dB | dE2000 with gain | completeness | wall, s |"
       print "|---|---|---|---|---|---|---|---|"
       set_count = split(sets, set, " "); scene_count = split(scenes, scene, " "); first = set[1]
       for (s = 1; s <= scene_count; ++s)

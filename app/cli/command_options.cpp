@@ -71,14 +71,15 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
 A synthetic scene against its truth:
   gpvc evaluate out/model.obj city/colmap --truth city
 
-Virtual rephotography (Waechter et al. 2017): completeness, PSNR after one gain per channel,
-SSIM, and 1 - NCC, per view and on average; without the gain PSNR and CIEDE2000, its mean and
-what 95 % of the pixels stay below. With --truth, photos are compared only if --views or
--o is given. A surface point counts as seen if it is visible, at least 2 pixels from any other
-surface, in a photo that views.json beside MODEL marks as used (in any photo if there is no such
-file). A texel is wrong if it differs by 16 grey levels from the colours that those photos show
-around the point and is nearer to the colour of another surface in one of them; it is
-unexplained if it differs as much but is near no such colour.
+Virtual rephotography (Waechter et al. 2017): completeness; PSNR and mean CIEDE2000 after one
+gain per channel, as photos differ in exposure and a model has but one; SSIM and 1 - NCC; without
+the gain PSNR and CIEDE2000, its mean and what 95 % of the pixels stay below: per view and on
+average. With --truth, photos are compared only if --views or -o is given. A surface point counts
+as seen if it is visible, at least 2 pixels from any other surface, in a photo that views.json
+beside MODEL marks as used (in any photo if there is no such file). A texel is wrong if it differs
+by 16 grey levels from the colours that those photos show around the point and is nearer to the
+colour of another surface in one of them; it is unexplained if it differs as much but is near no
+such colour.
 
 )");
   return app;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "app/evaluate/color_difference.h"
@@ -170,11 +171,14 @@ std::vector<float> color_errors(const cv::Mat& a, const cv::Mat& b, const cv::Ma
   return all;
 }
 
+double mean_of(const std::vector<float>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 void score_colors(const cv::Mat& taken, const cv::Mat& made, const cv::Mat& scored, RephotographyScore& score) {
   score.raw_psnr = psnr(squared_error_over_channels(taken, made, scored));
   std::vector<float> errors = color_errors(taken, made, scored);
-  for (const float error : errors) score.color_error += error;
-  score.color_error /= static_cast<double>(errors.size());
+  score.color_error = mean_of(errors);
   const auto most = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() * 95 / 100);
   std::nth_element(errors.begin(), most, errors.end());
   score.color_error_95 = *most;
@@ -189,6 +193,7 @@ RephotographyScore mean_score(std::span<const RephotographyScore> scores) {
     if (score.windows == 0) continue;
     mean.completeness += score.completeness;
     mean.psnr += score.psnr;
+    mean.gained_color_error += score.gained_color_error;
     mean.ssim += score.ssim;
     mean.ncc_error += score.ncc_error;
     mean.raw_psnr += score.raw_psnr;
@@ -198,8 +203,8 @@ RephotographyScore mean_score(std::span<const RephotographyScore> scores) {
     ++count;
   }
   if (count == 0) return mean;
-  for (double* value : {&mean.completeness, &mean.psnr, &mean.ssim, &mean.ncc_error, &mean.raw_psnr, &mean.color_error,
-                        &mean.color_error_95})
+  for (double* value : {&mean.completeness, &mean.psnr, &mean.gained_color_error, &mean.ssim, &mean.ncc_error,
+                        &mean.raw_psnr, &mean.color_error, &mean.color_error_95})
     *value /= count;
   return mean;
 }
@@ -209,6 +214,7 @@ Json score_json(const RephotographyScore& score) {
           {"psnr_db", score.psnr},
           {"ssim", score.ssim},
           {"one_minus_ncc", score.ncc_error},
+          {"ciede2000_with_gain", score.gained_color_error},
           {"psnr_without_gain_db", score.raw_psnr},
           {"ciede2000", score.color_error},
           {"ciede2000_95", score.color_error_95},
@@ -274,6 +280,7 @@ Rephotography compare_with_photo(const ComparedPhoto& photo, const pipeline::Ren
   const cv::Mat errors = ncc_errors(luma(taken), luma(made));
   if (result.score.windows > 0) {
     result.score.psnr = psnr(squared_error_over_channels(taken, made, scored));
+    result.score.gained_color_error = mean_of(color_errors(taken, made, scored));
     result.score.ssim = mean_ssim(luma(taken), luma(made), windows);
     result.score.ncc_error = cv::mean(errors, windows)[0];
   }

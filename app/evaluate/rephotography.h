@@ -14,8 +14,10 @@ namespace gpvc::evaluate {
 struct RephotographyScore {
   double completeness = 0;  ///< textured pixels / pixels the model covers, [0, 1]
   double psnr = 0;          ///< dB, over the three channels after the gain
-  double ssim = 0;          ///< mean over windows, 11 x 11 Gaussian, sigma 1.5, on luma
-  double ncc_error = 0;     ///< mean of 1 - NCC over 11 x 11 boxes, on luma; 0 best
+  /// Mean CIEDE2000 over the pixels after the gain: photos of one scene differ in exposure, and the model has but one.
+  double gained_color_error = 0;
+  double ssim = 0;       ///< mean over windows, 11 x 11 Gaussian, sigma 1.5, on luma
+  double ncc_error = 0;  ///< mean of 1 - NCC over 11 x 11 boxes, on luma; 0 best
   // Without the gain: what exposure, white balance and levelling leave.
   double raw_psnr = 0;                         ///< dB
   double color_error = 0, color_error_95 = 0;  ///< CIEDE2000 over the pixels: mean, and below which 95 % lie
