@@ -13,10 +13,9 @@
 # without the fold's photos, and gpvc evaluate compares renders of the model with them. A scene is called what the folder of
 # its mesh is called.
 #
-# DIR/cross_validation.md is the table that is printed: means over the folds, lower is better for 1 - NCC and dE2000,
-# which are taken after one gain per channel, as photos differ in exposure and a model has but one. DIR/runs.csv
-# has the figures of every fold; DIR/SCENE/SET/N.json has the scores of fold N photo by photo, N.log what gpvc said. Models
-# are not kept.
+# DIR/cross_validation.md is the table that is printed: means over the folds, lower is better for 1 - NCC and dE2000.
+# Colours are compared after one gain per channel, as photos differ in exposure and a model has but one. DIR/runs.csv has the
+# figures of every fold; DIR/SCENE/SET/N.json has the scores of fold N photo by photo, N.log what gpvc said. Models are not kept.
 set -euo pipefail
 export LC_ALL=C
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "app/evaluate/rephotography.h"
-
 namespace gpvc::evaluate {
 namespace {
 
@@ -42,27 +40,6 @@ TEST(ColorDifference, LabOfSrgbIsThatOfTheStandard) {
   expect({0, 0, 255}, {32.30, 79.19, -107.86});
   expect({119, 119, 119}, {50.03, 0, 0});
   expect({300, -5, 0}, {53.24, 80.09, 67.20});  // of a gain
-}
-
-/// A model has one exposure, and the photos that judge it have theirs.
-TEST(Rephotography, AGainOfThePhotoIsNoErrorOfColor) {
-  constexpr int kEdge = 32;
-  const std::vector<std::uint8_t> everywhere(kEdge * kEdge, 255);
-  const Image black{kEdge, kEdge, 3, std::vector<std::uint8_t>(kEdge * kEdge * 3, 0)};
-  ComparedPhoto photo{black, everywhere, everywhere};
-  pipeline::RenderResult render{black, everywhere};
-  for (std::size_t i = 0; i < render.image.pixels.size(); ++i) {
-    render.image.pixels[i] = static_cast<std::uint8_t>(40 + 2 * (i * 7 % 31));
-    photo.photo.pixels[i] = static_cast<std::uint8_t>(render.image.pixels[i] * 3 / 2);  // without rounding
-  }
-  const RephotographyScore score = compare_with_photo(photo, render, 1).score;
-  EXPECT_GT(score.color_error, 5);
-  EXPECT_LT(score.gained_color_error, 1e-3);
-  EXPECT_GT(score.psnr, 90);
-  EXPECT_LT(score.raw_psnr, 25);
-  // Where colours differ by more than a gain, it does not hide that.
-  for (std::size_t i = 0; i < photo.photo.pixels.size(); i += 6) photo.photo.pixels[i] = 250;
-  EXPECT_GT(compare_with_photo(photo, render, 1).score.gained_color_error, 5);
 }
 
 }  // namespace
