@@ -270,8 +270,7 @@ class BlocksReader {
 
   void read_photo(const pugi::xml_node& photo, const Camera& camera, const Matrix3& turn) {
     View view;
-    view.name = path_of(photo, "ImagePath");
-    if (view.name.empty()) xml_.fail(photo, "a photo without an ImagePath");
+    view.name = photo_name(xml_.path(), xml_.place(photo), path_of(photo, "ImagePath"));
     view.photo = view.name;
     view.mask = path_of(photo, "MaskPath");
     view.camera = camera;

@@ -35,9 +35,9 @@ bool is_bundle(const fs::path& file) {
 }
 
 /// Names of the images, a line each.
-std::vector<std::string> names_in(std::string_view text) {
+std::vector<std::string> names_in(const fs::path& list, std::string_view text) {
   std::vector<std::string> names;
-  while (!text.empty()) {
+  for (int line = 1; !text.empty(); ++line) {
     std::string_view name = trimmed(next_line(text));
     if (name.empty()) continue;
     const std::size_t last = name.find_last_of(" \t");
@@ -45,7 +45,7 @@ std::vector<std::string> names_in(std::string_view text) {
       const std::string_view before = trimmed(name.substr(0, last));
       if (before.ends_with(" 0")) name = trimmed(before.substr(0, before.size() - 2));
     }
-    names.push_back(with_slashes(name));
+    names.push_back(photo_name(list, "line " + std::to_string(line), with_slashes(name)));
   }
   return names;
 }
@@ -139,7 +139,7 @@ SceneFile read_bundle(const fs::path& file) {
   const std::optional<fs::path> list = find_list(file);
   SceneFile scene;
   if (list) {
-    const std::vector<std::string> names = names_in(FileBytes(*list).view());
+    const std::vector<std::string> names = names_in(*list, FileBytes(*list).view());
     scene = BundleReader(file, bytes.view()).read(*list, &names);
     scene.listing = *list;
     scene.image_folders = {folder_of(*list) / "images"};

@@ -78,8 +78,8 @@ View view_from(const fs::path& images_file, const std::string& place, const Colm
                const fs::path& cameras_file, const ColmapCameras& cameras) {
   View view;
   // COLMAP writes '/' on every system; programs for Windows that write its format do not.
-  view.name = image.name.find('/') == std::string_view::npos ? with_slashes(image.name) : std::string(image.name);
-  if (view.name.empty()) throw InputError(images_file, place, "an image without a name");
+  const bool slashes = image.name.find('/') != std::string_view::npos;
+  view.name = photo_name(images_file, place, slashes ? std::string(image.name) : with_slashes(image.name));
   const auto camera = cameras.find(image.camera_id);
   if (camera == cameras.end())
     throw InputError(images_file, place,

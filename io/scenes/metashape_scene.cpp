@@ -234,9 +234,9 @@ class MetashapeReader {
     std::vector<std::string> names;
     std::map<std::string, std::size_t> uses;
     for (const RigCamera& camera : cameras) {
-      names.push_back(with_slashes(camera.node.attribute("label").as_string()));
-      if (names.back().empty()) xml_.fail(camera.node, "a camera without a label");
-      ++uses[names.back()];
+      const std::string label = with_slashes(camera.node.attribute("label").as_string());
+      names.push_back(photo_name(xml_.path(), xml_.place(camera.node), label));
+      ++uses[label];
     }
     std::set<std::string> taken;  // labels that are unique remain, whatever the others are called
     for (const auto& [label, count] : uses)

@@ -94,8 +94,7 @@ class OdmShotsReader {
         shots_.number(place, shot, "focal") != focal_of(id, cameras_.root()[id]))
       ++other_focal_;
     View view;
-    view.name = with_slashes(shots_.text(place, shot, "filename"));
-    if (view.name.empty()) shots_.fail(place, "expected the name of a photo");
+    view.name = photo_name(shots_.path(), place, with_slashes(shots_.text(place, shot, "filename")));
     view.camera = camera->second.camera;
     const auto rotation = rotation_from_angle_axis(triple(place, shot, "rotation"));
     if (!rotation) shots_.fail(place, "the rotation is not finite");

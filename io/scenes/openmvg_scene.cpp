@@ -105,7 +105,7 @@ class OpenmvgReader {
     const auto [camera, fresh] = cameras_.try_emplace(intrinsic->first);
     if (fresh) camera->second = camera_of(of_camera, *intrinsic->second);
     View view;
-    view.name = name.lexically_normal().string();
+    view.name = photo_name(json_.path(), place, name.lexically_normal().string());
     view.photo = folder_ / name;
     view.camera = camera->second;
     view.pose = pose->second;

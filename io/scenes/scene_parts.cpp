@@ -71,6 +71,13 @@ std::optional<int> image_side(double value) {
   return static_cast<int>(value);
 }
 
+std::string photo_name(const fs::path& file, const std::string& place, std::string name) {
+  const std::string last = fs::path(name).filename().string();
+  if (last.empty() || last == "." || last == ".." || last.ends_with(':'))
+    throw InputError(file, place, "expected the name of a photo, found " + quote(name));
+  return name;
+}
+
 void finish_camera(const fs::path& file, const std::string& place, Camera& camera) {
   if ((camera.width != 0 || camera.height != 0) && (!image_side(camera.width) || !image_side(camera.height)))
     throw InputError(file, place,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <filesystem>
 #include <string_view>
 
 #include "fuzz.h"
@@ -12,7 +13,7 @@ namespace gpvc::fuzz {
 inline void expect_sound(const io::SceneFile& scene) {
   for (const View& view : scene.views) {
     const bool sound = view.camera.fx > 0 && view.camera.fy > 0 && std::isfinite(view.pose.centre.x) &&
-                       std::isfinite(view.pose.rotation[0]) && !view.name.empty();
+                       std::isfinite(view.pose.rotation[0]) && std::filesystem::path(view.name).has_filename();
     if (!sound) std::abort();
   }
 }

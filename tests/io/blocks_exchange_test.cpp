@@ -257,6 +257,8 @@ TEST(BlocksExchange, RefusesWithLineAndExpectation) {
   };
   EXPECT_TRUE(contains(error("<SRSId>0", "<SRSId>7"), "line 6: the positions are degrees of 'EPSG:4326'"));
   EXPECT_TRUE(contains(error("<SRSId>0", "<SRSId>9"), "SRS '9' is not defined"));
+  EXPECT_TRUE(
+      contains(error("E:/elsewhere/three.jpg", "E:/elsewhere/"), "expected the name of a photo, found 'E:/else"));
   EXPECT_TRUE(contains(error("XRightYDown", "XSideways"), "line 18: expected a CameraOrientation"));
   const std::string spherical = replaced(kBlocks, "Perspective", "Spherical");
   EXPECT_TRUE(contains(input_error([&] {

@@ -111,6 +111,9 @@ TEST(Bundler, RefusesWithPlaceAndExpectation) {
   const BundlerFolder data("bundle.out", "list.txt", "a.jpg\n");
   EXPECT_TRUE(contains(input_error([&] { read_scene(data.folder.path(), {}); }),
                        "list.txt: names 1 images, but bundle.out has 3 cameras"));
+  const BundlerFolder nameless("bundle.out", "list.txt", "a.jpg\n\nimages/\nc.jpg\n");
+  EXPECT_TRUE(contains(input_error([&] { read_scene(nameless.folder.path(), {}); }),
+                       "list.txt: line 3: expected the name of a photo, found 'images/'"));
 }
 
 TEST(Bundler, SurvivesCutsAndChanges) {

@@ -88,6 +88,7 @@ TEST(Nvm, RefusesWithPlaceAndExpectation) {
   EXPECT_TRUE(contains(error("\t360", "\t-360"), "line 4: the focal length is not positive"));
   EXPECT_TRUE(contains(error("\t360", "\tf"), "line 4: expected the name of a photo and 10 numbers"));
   EXPECT_TRUE(contains(error("images\\a.jpg", ""), "line 4: expected the name of a photo and 10 numbers"));
+  EXPECT_TRUE(contains(error("images\\a.jpg", "file:///"), "line 4: expected the name of a photo, found ''"));
   EXPECT_TRUE(contains(error("0 2 0 0", "0 0 0 0"), "line 4: the quaternion has no direction"));
   EXPECT_TRUE(contains(error("20 100 -0.08", "nan 100 -0.08"), "line 4: the camera centre is not finite"));
   EXPECT_TRUE(contains(error("\r\n1\r\n0 0 0", "\r\nmany\r\n0 0 0"), "line 7: expected a number of points"));

@@ -225,6 +225,7 @@ TEST(Transforms, RefusesWithPlaceAndExpectation) {
   const auto error = [](std::string_view from, std::string_view to) {
     return input_error([&] { parse(replaced(kTransforms, from, to)); });
   };
+  EXPECT_TRUE(contains(error("images/p.jpg", "images/."), "expected the name of a photo, found 'images/'"));
   EXPECT_TRUE(contains(error("\"w\": 400.0, ", ""), "frame 'images/p.jpg': has no 'w'"));
   EXPECT_TRUE(contains(error("\"w\": 400.0", "\"w\": 400.5"), "expected a whole number of 1 to 2^24 pixels as 'w'"));
   EXPECT_TRUE(contains(error("\"fl_x\": 360, ", ""), "has neither 'fl_x' nor 'camera_angle_x'"));
