@@ -98,7 +98,7 @@ class AlicevisionReader {
     const auto [camera, fresh] = cameras_.try_emplace(intrinsic->first);
     if (fresh) camera->second = camera_of(of_camera, *intrinsic->second, *lens);
     View view;
-    view.name = photo_name(json_.path(), place, path);
+    view.name = stated_photo_name(json_.path(), place, path);
     view.photo = path;
     view.camera = camera->second;
     view.pose = pose_of(place, *pose->second);

@@ -270,7 +270,7 @@ class BlocksReader {
 
   void read_photo(const pugi::xml_node& photo, const Camera& camera, const Matrix3& turn) {
     View view;
-    view.name = photo_name(xml_.path(), xml_.place(photo), path_of(photo, "ImagePath"));
+    view.name = stated_photo_name(xml_.path(), xml_.place(photo), path_of(photo, "ImagePath"));
     view.photo = view.name;
     view.mask = path_of(photo, "MaskPath");
     view.camera = camera;

@@ -45,7 +45,7 @@ std::vector<std::string> names_in(const fs::path& list, std::string_view text) {
       const std::string_view before = trimmed(name.substr(0, last));
       if (before.ends_with(" 0")) name = trimmed(before.substr(0, before.size() - 2));
     }
-    names.push_back(photo_name(list, "line " + std::to_string(line), with_slashes(name)));
+    names.push_back(stated_photo_name(list, "line " + std::to_string(line), with_slashes(name)));
   }
   return names;
 }

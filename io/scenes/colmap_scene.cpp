@@ -79,7 +79,7 @@ View view_from(const fs::path& images_file, const std::string& place, const Colm
   View view;
   // COLMAP writes '/' on every system; programs for Windows that write its format do not.
   const bool slashes = image.name.find('/') != std::string_view::npos;
-  view.name = photo_name(images_file, place, slashes ? std::string(image.name) : with_slashes(image.name));
+  view.name = stated_photo_name(images_file, place, slashes ? std::string(image.name) : with_slashes(image.name));
   const auto camera = cameras.find(image.camera_id);
   if (camera == cameras.end())
     throw InputError(images_file, place,

@@ -235,7 +235,7 @@ class MetashapeReader {
     std::map<std::string, std::size_t> uses;
     for (const RigCamera& camera : cameras) {
       const std::string label = with_slashes(camera.node.attribute("label").as_string());
-      names.push_back(photo_name(xml_.path(), xml_.place(camera.node), label));
+      names.push_back(stated_photo_name(xml_.path(), xml_.place(camera.node), label));
       ++uses[label];
     }
     std::set<std::string> taken;  // labels that are unique remain, whatever the others are called

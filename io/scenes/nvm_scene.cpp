@@ -113,7 +113,7 @@ class NvmReader {
       v[i] = *value;
     }
     View view;
-    view.name = photo_name(file_, place(), with_slashes(name));
+    view.name = stated_photo_name(file_, place(), with_slashes(name));
     std::ranges::replace(view.name, '"', ' ');
     view.photo = view.name;
     view.camera = camera_of(v[0], v[count - 2]);

@@ -94,7 +94,7 @@ class OdmShotsReader {
         shots_.number(place, shot, "focal") != focal_of(id, cameras_.root()[id]))
       ++other_focal_;
     View view;
-    view.name = photo_name(shots_.path(), place, with_slashes(shots_.text(place, shot, "filename")));
+    view.name = stated_photo_name(shots_.path(), place, with_slashes(shots_.text(place, shot, "filename")));
     view.camera = camera->second.camera;
     const auto rotation = rotation_from_angle_axis(triple(place, shot, "rotation"));
     if (!rotation) shots_.fail(place, "the rotation is not finite");

@@ -6,15 +6,18 @@
 // Camera   x right, y down, z forward: ours.
 // Pose     rotation takes world to camera, center is the centre.
 // Lens     told by the list of its terms: disto_k1, disto_k3, disto_t2 (k1 k2 k3 p1 p2), fisheye (OpenCV's k1 to k4), or
-//          none. Spherical cameras have no focal length.
+//          none. Spherical cameras (Camera_Spherical.hpp) have no focal length: u = w / 2 + f atan(x / z),
+//          v = h / 2 + f atan(y / sqrt(x^2 + z^2)), f = max(w, h) / (2 pi).
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
 #include "io/number_text.h"
 #include "io/scenes/json_file.h"
+#include "io/scenes/panorama_views.h"
 #include "io/scenes/scene_file.h"
 
 namespace gpvc::io {
@@ -59,7 +62,6 @@ class OpenmvgReader {
     read_keyed("views", [this](double, const std::string& place, const Json& value) {
       read_view(place, *data_of(place, value));
     });
-    omitted_.report(scene_);
     scene_.warn(unposed_, "images without a pose are left out");
     return std::move(scene_);
   }
@@ -96,16 +98,10 @@ class OpenmvgReader {
     }
     const fs::path name =
         fs::path(with_slashes(json_.text(place, in, "local_path"))) / with_slashes(json_.text(place, in, "filename"));
-    const std::string of_camera = "intrinsics " + general_text(intrinsic->first);
-    if (!base_of(*intrinsic->second).contains("focal_length")) {
-      omitted_.add("spherical",
-                   InputError(json_.path(), of_camera, "has no focal length: spherical photos are not read"));
-      return;
-    }
     const auto [camera, fresh] = cameras_.try_emplace(intrinsic->first);
-    if (fresh) camera->second = camera_of(of_camera, *intrinsic->second);
+    if (fresh) camera->second = camera_of("intrinsics " + general_text(intrinsic->first), *intrinsic->second);
     View view;
-    view.name = photo_name(json_.path(), place, name.lexically_normal().string());
+    view.name = stated_photo_name(json_.path(), place, name.lexically_normal().string());
     view.photo = folder_ / name;
     view.camera = camera->second;
     view.pose = pose->second;
@@ -123,6 +119,7 @@ class OpenmvgReader {
     Camera camera;
     camera.width = json_.side(place, base, "width");
     camera.height = json_.side(place, base, "height");
+    if (!base.contains("focal_length")) return panorama_of(place, camera);
     camera.fx = camera.fy = json_.number(place, base, "focal_length");
     const std::vector<double> centre = json_.numbers(place, base, "principal_point", 2);
     camera.cx = centre[0] + 0.5;
@@ -137,13 +134,20 @@ class OpenmvgReader {
     return camera;
   }
 
+  Camera panorama_of(const std::string& place, const Camera& size) const {
+    if (size.height > size.width) json_.fail(place, "has no focal length, and is not as wide as a spherical photo");
+    Camera camera = panorama_camera(size.width, size.height, size.width / (2 * std::numbers::pi));
+    camera.cx += 0.5;
+    camera.cy += 0.5;
+    return camera;
+  }
+
   JsonFile json_;
   SceneFile scene_;
   fs::path folder_;
   std::map<double, Pose> poses_;
   std::map<double, const Json*> intrinsics_;
   std::map<double, Camera> cameras_;
-  OmittedLenses omitted_;
   std::size_t unposed_ = 0;
 };
 

@@ -136,7 +136,7 @@ class MvsReader {
 
   void add_view(const std::string& place, const std::string& name, const MvsCamera& camera, const Pose& pose) {
     View view;
-    view.name = photo_name(file_, place, name);
+    view.name = stated_photo_name(file_, place, name);
     view.photo = name;
     view.camera = {0, 0, camera.k[0], camera.k[4], camera.k[2], camera.k[5], {}};
     constexpr std::uint32_t kMaxSide = 1u << 24;

@@ -219,7 +219,7 @@ class OpensfmReader {
     }
 
     View view;
-    view.name = photo_name(json_.path(), place, with_slashes(name));
+    view.name = stated_photo_name(json_.path(), place, with_slashes(name));
     view.camera = camera->second.camera;
     const WorldPoint t = triple(place, shot, "translation");
     const auto rotation = rotation_from_angle_axis(triple(place, shot, "rotation"));

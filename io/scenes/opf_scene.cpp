@@ -203,7 +203,7 @@ class OpfReader {
         continue;
       }
       View view;
-      view.name = photo_name(file, place, path_of_uri(uri->second));
+      view.name = stated_photo_name(file, place, path_of_uri(uri->second));
       view.photo = view.name;
       Matrix3 turn = kTurn;
       view.camera = camera_of(json, of_sensor, *lens->second, size->second, turn);

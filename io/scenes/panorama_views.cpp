@@ -49,7 +49,7 @@ std::vector<View> views_of(const View& view) {
     out.pose.rotation = product(face.from_forward, view.pose.rotation);
     const int width = view.camera.width, before = columns_before(width);
     out.camera.width = before + width + columns_behind(width);
-    out.camera.cx = before + face.longitude * width;
+    out.camera.cx = before + face.longitude * width + view.camera.cx - width / 2.0;
     out.camera.distortion.model = face.model;
   }
   return views;

@@ -7,9 +7,9 @@
 
 namespace gpvc::io {
 
-/// The camera of a photo that shows all directions: `across` and `down` pixels a radian, 2 pi across the whole width, and
-/// directions of no latitude in the middle of its height. Readers hand over one view of it for each such photo, and
-/// read_scene() makes six of it.
+/// The camera of a photo that shows all directions: 2 pi across the whole width, the way it looks in the middle, and `down`
+/// pixels a radian of latitude. Readers may move its principal point by part of a pixel. They hand over one view of it for
+/// each such photo, and read_scene() makes six of it.
 Camera panorama_camera(int width, int height, double down);
 
 /// True if the view is a whole panorama's, as readers hand it over.

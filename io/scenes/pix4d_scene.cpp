@@ -85,7 +85,7 @@ class Pix4dReader {
     const auto w = image_side(width.value_or(NAN)), h = image_side(height.value_or(NAN));
     if (!w || !h || name.empty()) fail("expected the name of a photo, its width and its height");
     View view;
-    view.name = photo_name(file_, place(), with_slashes(name));
+    view.name = stated_photo_name(file_, place(), with_slashes(name));
     view.camera.width = *w;
     view.camera.height = *h;
     const std::string at = place() + ", " + quote(name);

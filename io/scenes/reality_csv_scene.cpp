@@ -156,7 +156,7 @@ class RealityCsvReader {
         static_cast<std::size_t>(fields_[commas].data() - fields_[0].data()) + fields_[commas].size());
     fields_.erase(fields_.begin(), fields_.begin() + static_cast<std::ptrdiff_t>(commas));
     View view;
-    view.name = photo_name(file_, place(), with_slashes(name));
+    view.name = stated_photo_name(file_, place(), with_slashes(name));
     view.photo = view.name;
     const std::array<double, 6> lens{number_or_zero("k1"), number_or_zero("k2"), number_or_zero("k3"),
                                      number_or_zero("k4"), number_or_zero("t1"), number_or_zero("t2")};

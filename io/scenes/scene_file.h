@@ -99,7 +99,7 @@ std::optional<int> image_side(double value);
 
 /// `name`, a photo's as the scene states it, with '/'. Throws InputError at `place` where it names no file: the last part of
 /// the path is missing, "." or "..", or a drive.
-std::string photo_name(const std::filesystem::path& file, const std::string& place, std::string name);
+std::string stated_photo_name(const std::filesystem::path& file, const std::string& place, std::string name);
 
 /// Checks that sizes lie within 1 .. 2^24, terms are finite and focal lengths positive; then calls limit_distortion.
 /// Throws InputError at `place`. A camera of width 0 (see SceneFile::size_camera) passes.

@@ -71,7 +71,7 @@ std::optional<int> image_side(double value) {
   return static_cast<int>(value);
 }
 
-std::string photo_name(const fs::path& file, const std::string& place, std::string name) {
+std::string stated_photo_name(const fs::path& file, const std::string& place, std::string name) {
   const std::string last = fs::path(name).filename().string();
   if (last.empty() || last == "." || last == ".." || last.ends_with(':'))
     throw InputError(file, place, "expected the name of a photo, found " + quote(name));

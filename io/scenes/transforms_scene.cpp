@@ -73,7 +73,7 @@ class TransformsReader {
   void read_frame(const std::string& number, const Json& frame) {
     View view;
     view.photo = with_slashes(json_.text(number, frame, "file_path"));
-    view.name = photo_name(json_.path(), number, view.photo.lexically_normal().string());
+    view.name = stated_photo_name(json_.path(), number, view.photo.lexically_normal().string());
     const std::string place = "frame " + quote(view.name);
     if (frame.contains("mask_path")) view.mask = with_slashes(json_.text(place, frame, "mask_path"));
     const std::optional<LensModel> model = lens_of(place, frame);

@@ -1,4 +1,8 @@
+#include <numbers>
+
+#include "io/lens/spherical.h"
 #include "io/scene_files.h"
+#include "io/scenes/panorama_views.h"
 #include "tests/support/scene_folder.h"
 
 namespace gpvc::io {
@@ -75,10 +79,30 @@ TEST(OpenMvg, TakesWrappedMembersOfThePinhole) {
   EXPECT_EQ(camera, view_named(parse(kOpenmvg), "sub/a.jpg").camera);
 }
 
-TEST(OpenMvg, LeavesOutSphericalPhotos) {
-  const SceneFile scene = parse(replaced(kOpenmvg, "\"focal_length\": 80,", ""));
-  ASSERT_EQ(scene.views.size(), 1);
-  EXPECT_EQ(scene.warnings.at(0), "1 images are left out: their lens, 'spherical', is not supported");
+// The centre of the first pixel of 200 x 100 is longitude -180 degrees, latitude 90 degrees, as OpenMVG has it.
+TEST(OpenMvg, TakesSphericalPhotos) {
+  const std::string pinhole = "\"width\": 200, \"height\": 220, \"focal_length\": 80,",
+                    sphere = "\"value0\": {\"width\": 200, \"height\": 100},";
+  const View whole = view_named(parse(replaced(kOpenmvg, pinhole, sphere)), "b.jpg");
+  ASSERT_TRUE(is_panorama(whole));
+  // 30 degrees to the right and 20 down of the way it looks, x
+  const double longitude = std::numbers::pi / 6, latitude = std::numbers::pi / 9;
+  const WorldPoint p{10 + 50 * std::cos(latitude) * std::cos(longitude),
+                     20 + 50 * std::cos(latitude) * std::sin(longitude), 100 + 50 * std::sin(latitude)};
+  int shown = 0;
+  for (const View& view : views_of(whole)) {
+    const CameraPoint at = camera_from_world(view.pose, p);
+    if (!(at.z > 0)) continue;
+    const PixelPoint pixel = pixel_from_camera(view.camera, at);
+    if (!in_photo(view.camera, pixel)) continue;
+    const PhotoPoint photo = *photo_from_pixel(view.camera, pixel);
+    EXPECT_NEAR(photo.x - columns_before(200), 100 + 200.0 / 12 + 0.5, 1e-9) << view.name;
+    EXPECT_NEAR(photo.y, 50 + 200.0 / 18 + 0.5, 1e-9) << view.name;
+    ++shown;
+  }
+  EXPECT_GE(shown, 1);
+  EXPECT_TRUE(contains(input_error([&] { parse(replaced(kOpenmvg, "\"focal_length\": 80,", "")); }),
+                       "intrinsics 8: has no focal length, and is not as wide as a spherical photo"));
 }
 
 TEST(OpenMvg, FindsPhotosBelowItsRootAndElsewhere) {

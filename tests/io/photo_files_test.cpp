@@ -326,11 +326,11 @@ TEST(SceneFormats, SaysWhatIsMissingOrToBeExported) {
   EXPECT_TRUE(contains(error("stored.zip"), "cannot be read as a zip archive"));
 }
 
-TEST(PhotoName, NamesAFile) {
+TEST(StatedPhotoName, NamesAFile) {
   for (const char* name : {"a.jpg", "images/a", ".hidden", "C:/a.jpg", "../a..", "\303\204 b.jpg"})
-    EXPECT_EQ(photo_name("scene", "line 1", name), name);
+    EXPECT_EQ(stated_photo_name("scene", "line 1", name), name);
   for (const char* name : {"", "/", "images/", "images/.", "..", "C:", "C:/"})
-    EXPECT_EQ(input_error([&] { photo_name("scene", "line 1", name); }),
+    EXPECT_EQ(input_error([&] { stated_photo_name("scene", "line 1", name); }),
               "scene: line 1: expected the name of a photo, found '" + std::string(name) + "'");
 }
 
