@@ -9,8 +9,8 @@
 // Camera   x right, y up, z back: y and z are turned. x_camera = R x_world + t.
 // Lens     k1 and k2 as Distortion has them.
 // List     a name a line, as Bundler writes it followed by "0 f". It is called as the bundle file with "list" for
-//          "bundle" (list.txt, list.rd.txt, NAME.list.txt), or list.txt, beside it or a folder above. Without one the
-//          photos are 00000000 to N, as in PMVS's folder visualize/.
+//          "bundle" (list.txt, list.rd.txt, NAME.list.txt; OpenSfM's list_r000.out), or list.txt, beside it or a folder
+//          above. Without one the photos are 00000000 to N, as in PMVS's folder visualize/.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -122,9 +122,10 @@ std::optional<fs::path> find_bundle(const fs::path& source) {
 
 std::optional<fs::path> find_list(const fs::path& bundle) {
   const fs::path folder = folder_of(bundle);
-  std::string name = bundle.stem().string() + ".txt";
+  std::string name = bundle.stem().string();
   if (const std::size_t at = name.rfind("bundle"); at != name.npos) name.replace(at, 6, "list");
-  for (const fs::path& list : {folder / name, folder / "list.txt", folder / ".." / "list.txt"})
+  for (const fs::path& list :
+       {folder / (name + ".txt"), folder / (name + ".out"), folder / "list.txt", folder / ".." / "list.txt"})
     if (list.filename() != bundle.filename() && is_file(list)) return list;
   return std::nullopt;
 }
@@ -150,7 +151,8 @@ SceneFile read_bundle(const fs::path& file) {
   }
   scene.files = {file};
   if (list) scene.files.push_back(*list);
-  scene.image_folders.insert(scene.image_folders.end(), {folder / "images", folder / "visualize", folder});
+  scene.image_folders.insert(scene.image_folders.end(),
+                             {folder / "images", folder / "visualize", folder, folder / ".." / "images"});
   return scene;
 }
 

@@ -67,6 +67,7 @@ TEST(Bundler, FindsItsList) {
   const std::string of_bundler = "./images/a.jpg 0 361.5\r\n./images/b.jpg\n\n./images/c d 0 1.jpg 0 360\n";
   const std::string of_colmap = "a.jpg\nb.jpg\nc d 0 1.jpg\n";
   const std::array<std::string, 3> layouts[] = {{"bundle/bundle.out", "list.txt", of_bundler},
+                                                {"bundler/bundle_r000.out", "bundler/list_r000.out", of_colmap},
                                                 {"bundle.out", "list.txt", of_colmap},
                                                 {"x.bundle.out", "x.list.txt", of_colmap}};
   for (const auto& [bundle, list, names] : layouts) {
@@ -74,7 +75,8 @@ TEST(Bundler, FindsItsList) {
     data.folder.write(std::filesystem::path(bundle).parent_path() / "bundle_001.out",
                       bundle == "x.bundle.out" ? "" : kBundle);
     const auto root = data.folder.path();
-    for (const auto& source : {root, root / bundle}) {
+    const bool of_opensfm = bundle.starts_with("bundler/");
+    for (const auto& source : {of_opensfm ? root / "bundler/bundle_r000.out" : root, root / bundle}) {
       const Scene scene = read_scene(source, {});
       EXPECT_EQ(scene.format, "Bundler");
       ASSERT_EQ(scene.views.size(), 2) << bundle;
