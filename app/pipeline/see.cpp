@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <future>
 #include <map>
+#include <string>
 
 #include "app/pipeline/coverage_store.h"
 #include "app/pipeline/hypotheses.h"
@@ -17,6 +18,7 @@
 #include "app/pipeline/steps.h"
 #include "app/pipeline/tie_point_fit.h"
 #include "io/clock.h"
+#include "io/scene_files.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -151,11 +153,19 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
                                   "what they show?"));
 }
 
-void note_view(const View& view, const visibility::VisibilityStatistics& statistics, Seen& seen, Observer& observer) {
-  seen.statistics += statistics;
-  if (statistics.full + statistics.partial == 0)
-    observer.warning(fmt::format(
-        "{}: sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong", view.name));
+/// Warns of photos of which no view sees a face: that a panorama's view to the sky sees none is no reason for doubt.
+void report_blind(const Input& input, const std::vector<bool>& sees, Observer& observer) {
+  std::map<std::string, bool> photo_sees;
+  for (const ViewId id : input.views) photo_sees[io::photo_name(input.scene.views[index(id)])] |= sees[index(id)];
+  std::erase_if(photo_sees, [](const auto& photo) { return photo.second; });
+  if (photo_sees.empty()) return;
+  const std::string& first = photo_sees.begin()->first;
+  const bool one = photo_sees.size() == 1;
+  observer.warning(
+      one ? first + ": sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong"
+          : fmt::format("{} photos see no face of the mesh, {} among them: their cameras may lie inside the mesh, or "
+                        "their poses be wrong",
+                        photo_sees.size(), first));
 }
 
 }  // namespace
@@ -236,6 +246,11 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   CoverageStore coverage;
   std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
   std::vector<SmallPhoto> small(input.scene.views.size());
+  std::vector<bool> sees(input.scene.views.size(), false);
+  const auto note_view = [&](ViewId id, const visibility::VisibilityStatistics& statistics) {
+    seen.statistics += statistics;
+    sees[index(id)] = statistics.full + statistics.partial > 0;
+  };
   std::future<void> costs;  // waited for before what it uses goes, also where the run is cancelled
   // A run whose labels are kept has found the mesh right; else photos are looked at again for that.
   const bool judged = options.kept != nullptr && options.kept->selection(input.mesh.faces.size()).has_value();
@@ -250,7 +265,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
       if (std::optional<ViewWork> work = options.kept->view(id)) {
         if (costs.valid()) costs.get();
         if (collector.add_statistics(id, work->statistics)) {
-          note_view(view, work->visibility, seen, observer);
+          note_view(id, work->visibility);
           coverage.add(std::make_shared<const PackedCoverage>(std::move(work->coverage)));
           add(work->tie_points, tie_points_on_mesh);
           if (!judged && is_compared(n, input.views.size())) not_seen_again.push_back(id);
@@ -263,7 +278,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
     visibility::ViewVisibility& visible = buffers[n % 2];
     visibility.classify(view, id, photos.exclusion(id).get(), visible);
     if (options.on_view) options.on_view(id, visible);
-    note_view(view, visible.statistics, seen, observer);
+    note_view(id, visible.statistics);
     const FitGroups on_mesh = tie_points.counts(id, visible.ivm);
     add(on_mesh, tie_points_on_mesh);
     const auto packed = std::make_shared<const PackedCoverage>(pack(id, visible.coverage));
@@ -313,6 +328,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   observer.end(taken == 0 ? fmt::format("{} views", input.views.size())
                           : fmt::format("{} views, {} of them kept by an earlier run", input.views.size(), taken));
   report_tags(input, seen.candidates, observer);
+  report_blind(input, sees, observer);
   report_unseen(input, settings.costs.keep_views, seen.candidates.tags, small, observer);
   report_agreement(input, settings.costs.keep_views, seen.candidates.agreement, small, observer);
   report_fits(input, settings.costs.keep_views, seen, small, observer);

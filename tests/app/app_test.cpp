@@ -204,7 +204,8 @@ TEST_F(App, PhotoThatSeesNothingIsNamed) {
   move_first_camera("0 1 0 0 0 0 -10");
   const Outcome outcome = run(texture(out_));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "east_001.jpg: sees no face")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "east_001.jpg: sees no face of the mesh: its camera may lie inside"))
+      << outcome.err;
   // With no other view there is nothing to texture with.
   expect_one_sentence(run(texture(folder_.path() / "alone", {"--views", "east_001.jpg"})), "mesh.ply",
                       "no photo sees any face");

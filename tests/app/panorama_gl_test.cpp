@@ -91,8 +91,8 @@ Image panorama_at(const WorldPoint& centre, const std::array<double, 9>& r) {
   return image;
 }
 
-TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
-  const test::TemporaryFolder folder;
+/// Two panoramas of the room, as COLMAP lists them.
+Scene write_scene(const test::TemporaryFolder& folder) {
   const WorldPoint centres[] = {{0.4, 0.3, 0.1}, {-0.7, -0.2, -0.3}};
   const Quaternion turns[] = {{0.5, -0.5, 0.5, -0.5}, {0.8, 0.36, -0.48, 0}};
   std::string images;
@@ -107,7 +107,12 @@ TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
   }
   folder.write("cameras.txt", fmt::format("1 EQUIRECTANGULAR {0} {1} {0} {1}\n", kAround, kDown));
   folder.write("images.txt", images);
-  const Scene scene = io::read_scene(folder.path(), {});
+  return io::read_scene(folder.path(), {});
+}
+
+TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
+  const test::TemporaryFolder folder;
+  const Scene scene = write_scene(folder);
   ASSERT_EQ(scene.views.size(), 12);
   // The photo's name means all of its views.
   for (const char* name : {"0.png", "0"}) {
@@ -157,6 +162,22 @@ TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
   // A pixel is 7 levels wide at most. A panorama whose sides do not meet, or a view turned the wrong way, is off by 100.
   EXPECT_LT(sum / static_cast<double>(count), 1);
   EXPECT_LT(worst, 7);
+}
+
+TEST(PanoramaTexture, OfTheOpenSkyIsNoReasonForDoubt) {
+  const test::TemporaryFolder folder;
+  const Scene scene = write_scene(folder);
+  Mesh floor = room();
+  std::erase_if(floor.faces, [&](const Triangle& face) {
+    return std::ranges::any_of(face, [&](std::uint32_t v) { return floor.positions[v].z > -kRoomHalf[2]; });
+  });
+  struct Warnings : pipeline::Observer {
+    void warning(const std::string& text) override { all += text + '\n'; }
+    std::string all;
+  } warnings;
+  io::PhotoCache photos(scene, 1, std::size_t{1} << 24);
+  pipeline::texture(scene, floor, {}, photos, warnings);
+  EXPECT_EQ(warnings.all.find("no face"), std::string::npos) << warnings.all;
 }
 
 }  // namespace
