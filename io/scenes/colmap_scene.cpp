@@ -49,9 +49,7 @@ Camera camera_from(const fs::path& file, const ColmapCamera& in) {
   if (in.model->focal_lengths == 0) {
     if (in.parameters[0] != *width || in.parameters[1] != *height)
       throw InputError(file, in.place, "the parameters of a panorama are not its width and height");
-    Camera panorama = panorama_camera(*width, *height, *height / std::numbers::pi);
-    finish_camera(file, in.place, panorama);
-    return panorama;
+    return panorama_camera(file, in.place, *width, *height, *height / std::numbers::pi);
   }
   Camera out;
   out.width = *width;

@@ -401,11 +401,9 @@ class MetashapeReader {
     const pugi::xml_node resolution = node.child("resolution") ? node.child("resolution") : sensor.child("resolution");
     camera.width = side_of(sensor, resolution, "width");
     camera.height = side_of(sensor, resolution, "height");
-    if (is_spherical(d.model)) {
-      camera = panorama_camera(camera.width, camera.height, camera.width / (2 * std::numbers::pi));
-      finish_camera(xml_.path(), xml_.place(sensor), camera);
-      return camera;
-    }
+    if (is_spherical(d.model))
+      return panorama_camera(xml_.path(), xml_.place(sensor), camera.width, camera.height,
+                             camera.width / (2 * std::numbers::pi));
     if (!node) xml_.fail(sensor, "the sensor of a camera has no calibration");
     const auto term = [&](const char* name) { return xml_.number(node, name).value_or(0); };
     constexpr LensTerm kTerms[] = {{"k1", &Distortion::k1}, {"k2", &Distortion::k2}, {"k3", &Distortion::k3},

@@ -119,7 +119,12 @@ class OpenmvgReader {
     Camera camera;
     camera.width = json_.side(place, base, "width");
     camera.height = json_.side(place, base, "height");
-    if (!base.contains("focal_length")) return panorama_of(place, camera);
+    if (!base.contains("focal_length")) {
+      if (camera.height > camera.width)
+        json_.fail(place, "has no focal length, and is not as wide as a spherical photo");
+      return panorama_camera(json_.path(), place, camera.width, camera.height, camera.width / (2 * std::numbers::pi),
+                             {0.5, 0.5});
+    }
     camera.fx = camera.fy = json_.number(place, base, "focal_length");
     const std::vector<double> centre = json_.numbers(place, base, "principal_point", 2);
     camera.cx = centre[0] + 0.5;
@@ -131,14 +136,6 @@ class OpenmvgReader {
       for (std::size_t i = 0; i < values.size(); ++i) camera.distortion.*list.terms[i] = values[i];
     }
     finish_camera(json_.path(), place, camera);
-    return camera;
-  }
-
-  Camera panorama_of(const std::string& place, const Camera& size) const {
-    if (size.height > size.width) json_.fail(place, "has no focal length, and is not as wide as a spherical photo");
-    Camera camera = panorama_camera(size.width, size.height, size.width / (2 * std::numbers::pi));
-    camera.cx += 0.5;
-    camera.cy += 0.5;
     return camera;
   }
 

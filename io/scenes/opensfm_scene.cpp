@@ -74,8 +74,7 @@ OpensfmCamera read_opensfm_camera(const JsonFile& json, const std::string& id, c
   result.lens = in.contains("projection_type") ? json.text(place, in, "projection_type") : "perspective";
   if (result.lens == "spherical" || result.lens == "equirectangular") {
     const int width = json.side(place, in, "width"), height = json.side(place, in, "height");
-    result.camera = panorama_camera(width, height, width / (2 * std::numbers::pi));
-    finish_camera(json.path(), place, result.camera);
+    result.camera = panorama_camera(json.path(), place, width, height, width / (2 * std::numbers::pi));
     return result;
   }
   const auto projection = std::find_if(projections::kAll.begin(), projections::kAll.end(),

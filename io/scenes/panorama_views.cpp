@@ -1,5 +1,6 @@
 #include "io/scenes/panorama_views.h"
 
+#include <cmath>
 #include <numbers>
 
 #include "io/lens/spherical.h"
@@ -25,15 +26,20 @@ constexpr Face kFaces[] = {{"front", LensModel::spherical, 0.5, {1, 0, 0, 0, 1, 
 
 }  // namespace
 
-Camera panorama_camera(int width, int height, double down) {
+Camera panorama_camera(const std::filesystem::path& file, const std::string& place, int width, int height, double down,
+                       const PhotoPoint& off) {
+  // The columns that continue_around() adds are those that views see about the middle.
+  if (!(std::abs(off.x) <= 1))
+    throw InputError(file, place, "expected the principal point of a panorama in its middle");
   Camera camera;
   camera.width = width;
   camera.height = height;
   camera.fx = width / (2 * std::numbers::pi);
   camera.fy = down;
-  camera.cx = width / 2.0;
-  camera.cy = height / 2.0;
+  camera.cx = width / 2.0 + off.x;
+  camera.cy = height / 2.0 + off.y;
   camera.distortion.model = LensModel::spherical;
+  finish_camera(file, place, camera);
   return camera;
 }
 

@@ -7,10 +7,12 @@
 
 namespace gpvc::io {
 
-/// The camera of a photo that shows all directions: 2 pi across the whole width, the way it looks in the middle, and `down`
-/// pixels a radian of latitude. Readers may move its principal point by part of a pixel. They hand over one view of it for
-/// each such photo, and read_scene() makes six of it.
-Camera panorama_camera(int width, int height, double down);
+/// The camera of a photo that shows all directions: 2 pi across the whole width, and `down` pixels a radian of latitude. The
+/// way it looks is `off` its middle, which some programs have half a pixel elsewhere. Readers hand over one view of it for
+/// each such photo, and read_scene() makes six of it. Throws InputError at `place` where `off` is beyond a pixel across, and
+/// as finish_camera() does.
+Camera panorama_camera(const std::filesystem::path& file, const std::string& place, int width, int height, double down,
+                       const PhotoPoint& off = {0, 0});
 
 /// True if the view is a whole panorama's, as readers hand it over.
 bool is_panorama(const View& view);

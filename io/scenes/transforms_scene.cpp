@@ -9,17 +9,22 @@
 //          about one axis. rolling_shutter, A, B, C and D, says when: the place (u, v) of the photo, both from 0 to 1, was
 //          taken at A + B u + C v of the way, and up to D later, so D / 2 in the mean. Without it, at the start.
 // Lens     k1 to k4, p1 and p2 as Distortion has them; camera_model OPENCV_FISHEYE, or is_fisheye, makes it OpenCV's
-//          fisheye. Members of a frame go before those of the file.
+//          fisheye. nerfstudio's EQUIRECTANGULAR (cameras.py) has longitude pi (u - cx) / fl_x and latitude
+//          pi (cy - v) / fl_y, with fl_x half the width; instant-ngp's latlong has 2 pi (u / w - 1 / 2) and
+//          pi (1 / 2 - v / h). Members of a frame go before those of the file.
 // World    any. nerfstudio turns what COLMAP made and says so: applied_transform, then applied_scale, took the original
 //          world to the one of the poses. Its meshes are in either (ns-export's --save-world-frame).
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
+#include "io/number_text.h"
 #include "io/scenes/json_file.h"
+#include "io/scenes/panorama_views.h"
 #include "io/scenes/scene_file.h"
 
 namespace gpvc::io {
@@ -64,7 +69,8 @@ class TransformsReader {
 
  private:
   static constexpr const char *kStart = "transform_matrix_start", *kEnd = "transform_matrix_end",
-                              *kShutter = "rolling_shutter";
+                              *kShutter = "rolling_shutter", *kLatlong = "latlong",
+                              *kEquirectangular = "EQUIRECTANGULAR";
 
   /// The object that states a member for a frame: the frame or the file.
   const Json& owner(const Json& frame, const char* key) const { return frame.contains(key) ? frame : json_.root(); }
@@ -78,11 +84,12 @@ class TransformsReader {
     if (frame.contains("mask_path")) view.mask = with_slashes(json_.text(place, frame, "mask_path"));
     const std::optional<LensModel> model = lens_of(place, frame);
     if (!model) return;
-    view.camera = camera_of(place, frame, *model);
+    view.camera = is_spherical(*model) ? panorama_of(place, frame) : camera_of(place, frame, *model);
 
     const bool has_start = frame.contains(kStart) && frame.contains(kEnd);
     const Placed start = placed(place, frame, has_start ? kStart : "transform_matrix");
-    const Placed at = has_start ? moving(place, frame, start, view.camera.distortion.motion) : start;
+    const Placed at =
+        has_start && !is_spherical(*model) ? moving(place, frame, start, view.camera.distortion.motion) : start;
     view.pose = finish_pose(json_.path(), place, transposed(at.world_from_camera), at.centre);
     scene_.views.push_back(std::move(view));
   }
@@ -137,20 +144,38 @@ class TransformsReader {
     constexpr std::string_view kPerspective[] = {"", "SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"};
     const bool named = has(frame, "camera_model");
     std::string model = named ? json_.text(place, owner(frame, "camera_model"), "camera_model") : "";
-    for (const char* other : {"ftheta_p0", "latlong", "equirectangular"})
+    for (const char* other : {"ftheta_p0", kLatlong, "equirectangular"})
       if (has(frame, other)) model = other;
+    if (model == kEquirectangular || model == kLatlong) return LensModel::spherical;
     const Json& fisheye = owner(frame, "is_fisheye");
     if (model == "OPENCV_FISHEYE" || fisheye.value("is_fisheye", Json()) == true) return LensModel::equidistant;
     if (std::ranges::find(kPerspective, model) != std::end(kPerspective)) return LensModel::perspective;
     omitted_.add(model, InputError(json_.path(), place,
                                    "the camera model " + quote(model) +
                                        " is not supported; supported are SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, "
-                                       "RADIAL, OPENCV and OPENCV_FISHEYE"));
+                                       "RADIAL, OPENCV, OPENCV_FISHEYE and EQUIRECTANGULAR"));
     return std::nullopt;
   }
 
+  double number(const std::string& place, const Json& frame, const char* key) const {
+    return json_.number(place, owner(frame, key), key);
+  }
+
+  Camera panorama_of(const std::string& place, const Json& frame) const {
+    const int width = json_.side(place, owner(frame, "w"), "w"), height = json_.side(place, owner(frame, "h"), "h");
+    if (has(frame, kLatlong)) return panorama_camera(json_.path(), place, width, height, height / std::numbers::pi);
+    const double across = has(frame, "fl_x") ? number(place, frame, "fl_x") : width / 2.0,
+                 down = has(frame, "fl_y") ? number(place, frame, "fl_y") : across;
+    if (across != width / 2.0)
+      json_.fail(place, "expected half the photo's width, " + general_text(width / 2.0) + ", as 'fl_x' of " +
+                            kEquirectangular + ", found " + general_text(across));
+    const PhotoPoint off{has(frame, "cx") ? number(place, frame, "cx") - width / 2.0 : 0,
+                         has(frame, "cy") ? number(place, frame, "cy") - height / 2.0 : 0};
+    return panorama_camera(json_.path(), place, width, height, down / std::numbers::pi, off);
+  }
+
   Camera camera_of(const std::string& place, const Json& frame, LensModel model) const {
-    const auto number = [&](const char* key) { return json_.number(place, owner(frame, key), key); };
+    const auto number = [&](const char* key) { return this->number(place, frame, key); };
     Camera camera;
     constexpr const char* kPixels[] = {"w", "h", "fl_x", "cx", "cy"};
     const bool sized = std::ranges::any_of(kPixels, [&](const char* key) { return has(frame, key); });

@@ -84,7 +84,10 @@ TEST(OpenMvg, TakesSphericalPhotos) {
   const std::string pinhole = "\"width\": 200, \"height\": 220, \"focal_length\": 80,",
                     sphere = "\"value0\": {\"width\": 200, \"height\": 100},";
   const View whole = view_named(parse(replaced(kOpenmvg, pinhole, sphere)), "b.jpg");
-  ASSERT_TRUE(is_panorama(whole));
+  Camera expected = test::panorama_of(200, 100, 200 / (2 * std::numbers::pi));
+  expected.cx = 100.5;
+  expected.cy = 50.5;
+  EXPECT_EQ(whole.camera, expected);
   // 30 degrees to the right and 20 down of the way it looks, x
   const double longitude = std::numbers::pi / 6, latitude = std::numbers::pi / 9;
   const WorldPoint p{10 + 50 * std::cos(latitude) * std::cos(longitude),

@@ -1,3 +1,5 @@
+#include <numbers>
+
 #include "io/scene_files.h"
 #include "tests/support/scene_folder.h"
 
@@ -144,9 +146,34 @@ TEST(Transforms, KnowsTheOriginalWorld) {
 }
 
 TEST(Transforms, LeavesOutFramesOfLensesItDoesNotKnow) {
-  const SceneFile scene = parse(replaced(kTransforms, "OPENCV_FISHEYE", "EQUIRECTANGULAR"));
+  const SceneFile scene = parse(replaced(kTransforms, "OPENCV_FISHEYE", "VR180_L"));
   ASSERT_EQ(scene.views.size(), 1);
-  EXPECT_EQ(scene.warnings.at(0), "1 frames are left out: their lens, 'EQUIRECTANGULAR', is not supported");
+  EXPECT_EQ(scene.warnings.at(0), "1 frames are left out: their lens, 'VR180_L', is not supported");
+}
+
+TEST(Transforms, TakesPanoramas) {
+  const std::string fisheye =
+      "\"OPENCV_FISHEYE\", \"w\": 200, \"h\": 220, \"fl_x\": 80, \"fl_y\": 82,\n     \"cx\": 101, \"cy\": 107,";
+  const auto with = [&](const std::string& other) {
+    return view_named(parse(replaced(kTransforms, fisheye, other)), "images/f.jpg");
+  };
+  const View view =
+      with("\"EQUIRECTANGULAR\", \"w\": 200, \"h\": 100, \"fl_x\": 100, \"fl_y\": 90, \"cx\": 100.5, \"cy\": 50,");
+  Camera expected = test::panorama_of(200, 100, 90 / std::numbers::pi);
+  expected.cx = 100.5;
+  EXPECT_EQ(view.camera, expected);
+  EXPECT_EQ(with("\"\", \"latlong\": true, \"w\": 200, \"h\": 100,").camera,
+            test::panorama_of(200, 100, 100 / std::numbers::pi));
+  // Looks down, with east down in the photo; on the equator half a turn is 100 pixels.
+  expect_photo_point(view, {10, 20, 50}, 100.5, 50);
+  expect_photo_point(view, {10 + 50 * std::tan(0.2), 20, 50}, 100.5, 50 + 0.2 * 90 / std::numbers::pi);
+  expect_photo_point(view, {10, 20 + 50 * std::tan(0.3), 50}, 100.5 + 0.3 * 100 / std::numbers::pi, 50);
+  EXPECT_TRUE(
+      contains(input_error([&] { with("\"EQUIRECTANGULAR\", \"w\": 200, \"h\": 100, \"fl_x\": 80,"); }),
+               "frame 'images/f.jpg': expected half the photo's width, 100, as 'fl_x' of EQUIRECTANGULAR, found 80"));
+  EXPECT_TRUE(
+      contains(input_error([&] { with("\"EQUIRECTANGULAR\", \"w\": 200, \"h\": 100, \"fl_x\": 100, \"cx\": 50,"); }),
+               "frame 'images/f.jpg': expected the principal point of a panorama in its middle"));
 }
 
 class NerfFolder {
