@@ -120,7 +120,13 @@ struct Distortion {
   double k4 = 0, d1 = 0, d2 = 0, d3 = 0, p3 = 0, p4 = 0, s1 = 0, s2 = 0, skew = 0, omega = 0;
   double k5 = 0, k6 = 0, s3 = 0, s4 = 0, alpha = 0, beta = 0, a1 = 0, a2 = 0, a3 = 0;
   Motion motion{};  ///< none of a panorama
+  /// Takes the axes of the view's frame to those of the lens, row-major: a wide fisheye is shown by several views, of which
+  /// all but the first look aside. Of these the lens bends the ray lens_from_frame (X, Y, Z) by its angle from the lens's
+  /// axis, which may exceed 90 degrees, and (X, Y) / hypot(X, Y) takes the place of (X/Z, Y/Z) / r.
+  std::array<double, 9> lens_from_frame{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  double max_angle = 0;  ///< radians; farther from the lens's axis a view that looks aside shows nothing
   bool operator==(const Distortion&) const = default;
+  bool looks_aside() const { return lens_from_frame[8] != 1; }
   bool is_identity() const {
     return model == LensModel::brown && k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0 && !motion.moves();
   }
@@ -221,8 +227,8 @@ bool in_photo(const Camera& camera, const PixelPoint& p);
 void limit_distortion(Camera& camera);
 
 /// An upper bound of |d photo / d pixel| where the squared radius of the undistorted plane is at most r2, from the
-/// derivative of every term with all signs taken positive; infinity where the bound knows none. \pre r2 <=
-/// Distortion::max_r2
+/// derivative of every term with all signs taken positive; infinity where the bound knows none, as for views that look
+/// aside. \pre r2 <= Distortion::max_r2
 double largest_stretch(const Camera& camera, double r2);
 
 }  // namespace gpvc

@@ -32,6 +32,8 @@ struct SceneOptions {
   /// Folder of the masks, by the views' names; default: beside the photos.
   std::optional<std::filesystem::path> masks_dir{};
   bool masks = true;  ///< look for masks, and use alpha channels
+  /// One view for each photo of a fisheye, however wide, whose edges then lie beyond the frame; for writing the scene.
+  bool whole_fisheyes = false;
 };
 
 /// Reads a scene of any format that a scenes/NAME_scene.cpp reads; the format is recognized by what `source` (a file or a
@@ -40,13 +42,15 @@ struct SceneOptions {
 /// another size but the same shape scales its camera; the error names the first few missing photos. A reduced camera is
 /// width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N, which is exact in this convention. What was left out or
 /// assumed is in Scene::warnings. Equirectangular photos become six views each (is_spherical in scene.h): DIR/STEM.EXT
-/// becomes DIR/STEM/front.EXT, right, back, left, up and down. Throws InputError.
+/// becomes DIR/STEM/front.EXT, right, back, left, up and down. Wide fisheyes keep their view and get four more that look
+/// aside (Distortion::lens_from_frame): DIR/STEM/right.EXT, left, down and up. Throws InputError.
 Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);
 
 /// The camera of the same photo reduced by a factor. \pre the photo is no smaller than that
 Camera reduced_camera(Camera camera, int factor);
 
-/// The name of the photo that a view shows: the view's own, or DIR/STEM.EXT of a panorama's DIR/STEM/front.EXT.
+/// The name of the photo that a view shows: the view's own, or DIR/STEM.EXT of a panorama's DIR/STEM/front.EXT and of a
+/// fisheye's DIR/STEM/right.EXT.
 std::string photo_name(const View& view);
 
 // --- writing

@@ -84,7 +84,9 @@ class Conversion {
 
   RunFacts run() {
     record_.begin({"read"});
-    scene_ = read_views(options_.input, used_);
+    SceneInput input = options_.input;
+    input.whole_fisheyes = true;
+    scene_ = read_views(input, used_);
     for (const std::string& warning : scene_.warnings) record_.warning(warning);
     record_.end(fmt::format("{} views", used_.size()));
     choose_frames();

@@ -55,9 +55,13 @@ std::string system_text(const std::string& srs) {
 
 void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& console) {
   std::vector<std::pair<Camera, std::size_t>> cameras;
-  std::size_t moving = 0;
+  std::size_t moving = 0, aside = 0;
   for (const View& view : scene.views) {
     Camera camera = view.camera;
+    if (camera.distortion.looks_aside()) {
+      ++aside;
+      continue;
+    }
     moving += camera.distortion.motion.moves() ? 1 : 0;
     camera.distortion.motion = {};
     const auto known = std::ranges::find(cameras, camera, [](const auto& c) -> const Camera& { return c.first; });
@@ -72,6 +76,7 @@ void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& co
   for (std::size_t i = 0; i < std::min(kMost, cameras.size()); ++i)
     console.result(fmt::format("camera   {} views: {}", cameras[i].second, camera_text(cameras[i].first)));
   if (cameras.size() > kMost) console.result(fmt::format("camera   and {} more", cameras.size() - kMost));
+  if (aside > 0) console.result(fmt::format("aside    {} views show what lies beyond the frames of fisheyes", aside));
   if (moving > 0)
     console.result(fmt::format("shutter  {} views moved while they were read out, which is undone row by row", moving));
   console.result("cameras  " + pipeline::box_text(pipeline::box_of(scene)));

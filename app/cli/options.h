@@ -46,9 +46,14 @@ struct SceneInput {
   int downscale = 1;
   std::optional<std::filesystem::path> masks_dir;
   bool masks = true;
-  std::string mesh_crs;  ///< reference system of the meshes; empty: found, if it is not the scene's
+  bool whole_fisheyes = false;  ///< one view for each photo, see io::SceneOptions
+  std::string mesh_crs;         ///< reference system of the meshes; empty: found, if it is not the scene's
   io::SceneOptions reader_options() const {
-    return {.images_dir = images_dir, .downscale = downscale, .masks_dir = masks_dir, .masks = masks};
+    return {.images_dir = images_dir,
+            .downscale = downscale,
+            .masks_dir = masks_dir,
+            .masks = masks,
+            .whole_fisheyes = whole_fisheyes};
   }
 };
 

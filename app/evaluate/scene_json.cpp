@@ -9,6 +9,12 @@
 namespace gpvc::evaluate {
 namespace {
 
+Json rows_json(const std::array<double, 9>& m) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < 9; i += 3) rows.push_back(Json::array({m[i], m[i + 1], m[i + 2]}));
+  return rows;
+}
+
 /// Motion of scene.h, or null.
 Json motion_json(const Motion& motion) {
   if (!motion.moves()) return nullptr;
@@ -38,9 +44,6 @@ std::string lens_text(const Distortion& lens) {
 }
 
 Json camera_json(const Camera& camera, const Pose& pose) {
-  const auto& r = pose.rotation;
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < 9; i += 3) rows.push_back(Json::array({r[i], r[i + 1], r[i + 2]}));
   return {{"width", camera.width},
           {"height", camera.height},
           {"fx", camera.fx},
@@ -49,7 +52,8 @@ Json camera_json(const Camera& camera, const Pose& pose) {
           {"cy", camera.cy},
           {"distortion", lens_json(camera.distortion)},
           {"rolling_shutter", motion_json(camera.distortion.motion)},
-          {"rotation", rows},
+          {"lens_from_frame", rows_json(camera.distortion.lens_from_frame)},
+          {"rotation", rows_json(pose.rotation)},
           {"centre", point_json(pose.centre)}};
 }
 

@@ -31,6 +31,8 @@ void add(io::WorkHash& hash, const View& view) {
   for (const double value : {motion.across, motion.down}) hash.add(value);
   for (const auto* vector : {&motion.turn, &motion.step, &motion.nearness})
     for (const double value : *vector) hash.add(value);
+  for (const double value : camera.distortion.lens_from_frame) hash.add(value);
+  hash.add(camera.distortion.max_angle);
 }
 
 void add(io::WorkHash& hash, const visibility::VisibilityOptions& options, int device) {

@@ -61,15 +61,11 @@ Photo decode(const View& view, int downscale, const std::shared_ptr<SpareMemory>
           }};
 }
 
-/// Per view, the first view that shows the same: the views of a panorama are made from one file.
+/// Per view, the first view that shows the same: the views of a panorama and of a wide fisheye are made from one file.
 std::vector<std::size_t> first_of_same_photo(const Scene& scene) {
   std::vector<std::size_t> first(scene.views.size());
-  std::map<std::filesystem::path, std::size_t> panoramas;
-  for (std::size_t v = 0; v < first.size(); ++v) {
-    const View& view = scene.views[v];
-    const bool panorama = is_spherical(view.camera.distortion.model);
-    first[v] = panorama ? panoramas.emplace(view.photo, v).first->second : v;
-  }
+  std::map<std::filesystem::path, std::size_t> files;
+  for (std::size_t v = 0; v < first.size(); ++v) first[v] = files.emplace(scene.views[v].photo, v).first->second;
   return first;
 }
 

@@ -11,8 +11,21 @@
 namespace gpvc {
 namespace {
 
+/// Where the lens shows a point of the plane of a frame that looks aside.
+std::optional<PhotoPoint> through_lens_aside(const Camera& camera, double x, double y) {
+  const Distortion& d = camera.distortion;
+  const auto& m = d.lens_from_frame;
+  const CameraPoint ray{m[0] * x + m[1] * y + m[2], m[3] * x + m[4] * y + m[5], m[6] * x + m[7] * y + m[8]};
+  const double across = std::hypot(ray.x, ray.y), theta = std::atan2(across, ray.z);
+  if (!(theta <= d.max_angle)) return std::nullopt;
+  const double factor = across > 0 ? io::radius_of_angle(d, theta) / across : 0;
+  const io::Distorted at = io::distort_behind(d, factor * ray.x, factor * ray.y);
+  return PhotoPoint{camera.fx * at.x + camera.cx, camera.fy * at.y + camera.cy};
+}
+
 /// Where the lens shows a point of the undistorted plane.
 std::optional<PhotoPoint> through_lens(const Camera& camera, double x, double y) {
+  if (camera.distortion.looks_aside()) return through_lens_aside(camera, x, y);
   if (!(x * x + y * y <= camera.distortion.max_r2)) return std::nullopt;
   if (is_spherical(camera.distortion.model)) {
     const io::PlanePoint q = io::sphere_from_plane(camera.distortion.model, x, y);
@@ -41,46 +54,29 @@ std::optional<PhotoPoint> through_moving_lens(const Camera& camera, double x, do
   return std::nullopt;
 }
 
-/// The point of the undistorted plane that the lens shows at (target_x, target_y) of the distorted one.
-std::optional<io::PlanePoint> undo_lens(const Camera& camera, double target_x, double target_y) {
-  const Distortion& distortion = camera.distortion;
-  if (is_spherical(distortion.model)) {
-    const auto q = io::plane_from_sphere(distortion.model, target_x, target_y);
-    return q && q->x * q->x + q->y * q->y <= distortion.max_r2 ? q : std::nullopt;
-  }
-  double x = target_x, y = target_y;
-  const double start_r2 = x * x + y * y;
-  if (!std::isfinite(start_r2)) return std::nullopt;
-  double guess_r2 = start_r2;
-  if (distortion.model != LensModel::brown) {
-    // A fisheye's radius says little about that of the plane: undo its factor, not beyond 85 degrees.
-    constexpr double kFarthest = 130;  // tan(85 degrees)^2
-    guess_r2 = std::min(io::undo_lens_factor(distortion, start_r2), kFarthest);
-  }
-  // Start inside the part of the plane where the radial profile grows.
-  if (guess_r2 > distortion.max_r2) guess_r2 = 0.81 * distortion.max_r2;
-  if (guess_r2 != start_r2) {
-    const double scale = std::sqrt(guess_r2 / start_r2);
-    x *= scale;
-    y *= scale;
-  }
+/// The (x, y) that `distort` takes to the target, to 1e-9 px, within the squared radius `most_r2`: Newton's method from
+/// the start.
+template <class Distort>
+std::optional<io::PlanePoint> undistorted(const Camera& camera, io::PlanePoint start, const io::PlanePoint& target,
+                                          double most_r2, const Distort& distort) {
+  auto [x, y] = start;
   const auto miss_px = [&](const io::Distorted& d) {
-    return std::hypot(camera.fx * (d.x - target_x), camera.fy * (d.y - target_y));
+    return std::hypot(camera.fx * (d.x - target.x), camera.fy * (d.y - target.y));
   };
-  io::Distorted here = io::distort(distortion, x, y);
+  io::Distorted here = distort(x, y);
   double miss = miss_px(here);
   // Converged below 1e-10 px, or where doubles end: a coordinate of 1e4 px carries about 2e-12 px of round-off.
   for (int iteration = 0; iteration < 60 && miss > 1e-11; ++iteration) {
     const double determinant = here.dx_dx * here.dy_dy - here.dx_dy * here.dy_dx;
     if (!(determinant > 0)) break;
-    const double ex = target_x - here.x, ey = target_y - here.y;
+    const double ex = target.x - here.x, ey = target.y - here.y;
     const double step_x = (here.dy_dy * ex - here.dx_dy * ey) / determinant;
     const double step_y = (here.dx_dx * ey - here.dy_dx * ex) / determinant;
     bool better = false;
     for (double scale = 1; scale > 1e-6 && !better; scale /= 2) {
       const double next_x = x + scale * step_x, next_y = y + scale * step_y;
-      if (!(next_x * next_x + next_y * next_y <= distortion.max_r2)) continue;
-      const io::Distorted next = io::distort(distortion, next_x, next_y);
+      if (!(next_x * next_x + next_y * next_y <= most_r2)) continue;
+      const io::Distorted next = distort(next_x, next_y);
       const double next_miss = miss_px(next);
       if (!(next_miss < miss)) continue;
       x = next_x;
@@ -95,7 +91,64 @@ std::optional<io::PlanePoint> undo_lens(const Camera& camera, double target_x, d
   return io::PlanePoint{x, y};
 }
 
+/// `p` moved towards the middle until its squared radius is `r2`.
+io::PlanePoint with_radius(const io::PlanePoint& p, double r2) {
+  const double scale = std::sqrt(r2 / (p.x * p.x + p.y * p.y));
+  return {scale * p.x, scale * p.y};
+}
+
+/// The direction of length 1, in the lens's axes, that the lens shows at the target of the distorted plane.
+std::optional<CameraPoint> ray_of_lens(const Camera& camera, const io::PlanePoint& target, double most) {
+  const Distortion& d = camera.distortion;
+  const double radius = io::radius_of_angle(d, most), most_r2 = radius * radius,
+               r2 = target.x * target.x + target.y * target.y;
+  if (!std::isfinite(r2)) return std::nullopt;
+  const std::optional<io::PlanePoint> q =
+      undistorted(camera, r2 > most_r2 ? with_radius(target, 0.81 * most_r2) : target, target, most_r2,
+                  [&](double u, double v) { return io::distort_behind(d, u, v); });
+  if (!q) return std::nullopt;
+  const double across = std::hypot(q->x, q->y);
+  const std::optional<double> theta = io::angle_of_radius(d, across, most);
+  if (!theta) return std::nullopt;
+  const double factor = across > 0 ? std::sin(*theta) / across : 0;
+  return CameraPoint{factor * q->x, factor * q->y, std::cos(*theta)};
+}
+
+/// The point of the undistorted plane that the lens shows at the target of the distorted one.
+std::optional<io::PlanePoint> undo_lens(const Camera& camera, const io::PlanePoint& target) {
+  const Distortion& distortion = camera.distortion;
+  if (distortion.looks_aside()) {
+    const std::optional<CameraPoint> ray = ray_of_lens(camera, target, distortion.max_angle);
+    if (!ray) return std::nullopt;
+    const auto& m = distortion.lens_from_frame;
+    const double z = m[2] * ray->x + m[5] * ray->y + m[8] * ray->z;
+    if (!(z > 0)) return std::nullopt;
+    return io::PlanePoint{(m[0] * ray->x + m[3] * ray->y + m[6] * ray->z) / z,
+                          (m[1] * ray->x + m[4] * ray->y + m[7] * ray->z) / z};
+  }
+  if (is_spherical(distortion.model)) {
+    const auto q = io::plane_from_sphere(distortion.model, target.x, target.y);
+    return q && q->x * q->x + q->y * q->y <= distortion.max_r2 ? q : std::nullopt;
+  }
+  const double start_r2 = target.x * target.x + target.y * target.y;
+  if (!std::isfinite(start_r2)) return std::nullopt;
+  double guess_r2 = start_r2;
+  if (distortion.model != LensModel::brown) {
+    // A fisheye's radius says little about that of the plane: undo its factor, not beyond 85 degrees.
+    constexpr double kFarthest = 130;  // tan(85 degrees)^2
+    guess_r2 = std::min(io::undo_lens_factor(distortion, start_r2), kFarthest);
+  }
+  // Start inside the part of the plane where the radial profile grows.
+  if (guess_r2 > distortion.max_r2) guess_r2 = 0.81 * distortion.max_r2;
+  return undistorted(camera, guess_r2 != start_r2 ? with_radius(target, guess_r2) : target, target, distortion.max_r2,
+                     [&](double x, double y) { return io::distort(distortion, x, y); });
+}
+
 }  // namespace
+
+std::optional<CameraPoint> io::ray_of_photo(const Camera& camera, const PhotoPoint& p, double most) {
+  return ray_of_lens(camera, {(p.x - camera.cx) / camera.fx, (p.y - camera.cy) / camera.fy}, most);
+}
 
 std::optional<PhotoPoint> photo_from_pixel(const Camera& camera, const PixelPoint& p) {
   if (camera.distortion.is_identity()) return PhotoPoint{p.x, p.y};
@@ -105,7 +158,7 @@ std::optional<PhotoPoint> photo_from_pixel(const Camera& camera, const PixelPoin
 
 std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoint& p) {
   if (camera.distortion.is_identity()) return PixelPoint{p.x, p.y};
-  std::optional<io::PlanePoint> q = undo_lens(camera, (p.x - camera.cx) / camera.fx, (p.y - camera.cy) / camera.fy);
+  std::optional<io::PlanePoint> q = undo_lens(camera, {(p.x - camera.cx) / camera.fx, (p.y - camera.cy) / camera.fy});
   if (!q) return std::nullopt;
   if (const Motion& motion = camera.distortion.motion; motion.moves()) {
     const CameraPoint ray = io::moved_back(motion, io::time_of(camera, p), q->x, q->y);

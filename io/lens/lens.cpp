@@ -120,6 +120,17 @@ LensFactor lens_factor(const Distortion& d, double r2) {
   return {1, 0};
 }
 
+double radius_of_angle(const Distortion& d, double theta) {
+  if (d.model == LensModel::fisheye_polynomial) return bend_angle(d, theta).radius;
+  return d.model == LensModel::equisolid ? 2 * std::sin(theta / 2) : theta;
+}
+
+std::optional<double> angle_of_radius(const Distortion& d, double radius, double most) {
+  if (d.model == LensModel::fisheye_polynomial) return unbent_angle(d, radius, most);
+  const double theta = d.model != LensModel::equisolid ? radius : radius <= 2 ? 2 * std::asin(radius / 2) : kUnbounded;
+  return theta <= most ? std::optional(theta) : std::nullopt;
+}
+
 double undo_lens_factor(const Distortion& d, double s) {
   const double q = std::sqrt(s);
   const auto squared = [](double v) { return v * v; };
@@ -157,7 +168,16 @@ Distorted distort_any(const Distortion& d, double x0, double y0) {
   const double u_x = lens.factor + x0 * x0 * lens.slope, u_y = x0 * y0 * lens.slope,
                v_y = lens.factor + y0 * y0 * lens.slope;  // d(u, v) / d(x0, y0), symmetric
   if (is_bare(d.model)) return {u, v, u_x, u_y, u_y, v_y};
+  const Distorted out = distort_behind(d, u, v);
+  return {out.x,
+          out.y,
+          out.dx_dx * u_x + out.dx_dy * u_y,
+          out.dx_dx * u_y + out.dx_dy * v_y,
+          out.dy_dx * u_x + out.dy_dy * u_y,
+          out.dy_dx * u_y + out.dy_dy * v_y};
+}
 
+Distorted distort_behind(const Distortion& d, double u, double v) {
   Distorted out = radial_part(d, u, v);
   if (d.model == LensModel::fisheye_624) {
     const Distorted more = further_part(d, out.x, out.y);
@@ -175,12 +195,7 @@ Distorted distort_any(const Distortion& d, double x0, double y0) {
   out.x += d.skew * out.y;
   out.dx_dx += d.skew * out.dy_dx;
   out.dx_dy += d.skew * out.dy_dy;
-  return {out.x,
-          out.y,
-          out.dx_dx * u_x + out.dx_dy * u_y,
-          out.dx_dx * u_y + out.dx_dy * v_y,
-          out.dy_dx * u_x + out.dy_dy * u_y,
-          out.dy_dx * u_y + out.dy_dy * v_y};
+  return out;
 }
 
 }  // namespace gpvc::io

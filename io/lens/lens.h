@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "io/scene.h"
 
@@ -47,6 +48,28 @@ inline BentAngle bend_angle(const Distortion& d, double theta) {
   return {theta * (1 + theta * (d.a1 + theta * (d.a2 + theta * d.a3))),
           1 + theta * (2 * d.a1 + theta * (3 * d.a2 + theta * 4 * d.a3))};
 }
+
+/// True for the models that are functions of the angle from the axis, and so go on behind 90 degrees.
+constexpr bool is_of_angle(LensModel model) {
+  return model == LensModel::equidistant || model == LensModel::equisolid || model == LensModel::fisheye_polynomial ||
+         model == LensModel::fisheye_624;
+}
+
+/// The radius that such a model gives to an angle from the axis, before the terms that act behind it.
+double radius_of_angle(const Distortion& d, double theta);
+
+/// Its inverse up to the angle `most`; nullopt beyond it.
+std::optional<double> angle_of_radius(const Distortion& d, double radius, double most);
+
+/// The angle, at most pi, up to which the photo's radius grows. \pre is_of_angle(d.model)
+double largest_angle(const Distortion& d);
+
+/// The direction of length 1, in the lens's axes, that the photo shows at a place; nullopt where it is more than `most` from
+/// the lens's axis. \pre is_of_angle; most <= largest_angle
+std::optional<CameraPoint> ray_of_photo(const Camera& camera, const PhotoPoint& p, double most);
+
+/// The terms that act on what LensModel's factor makes. \pre !is_bare(d.model)
+Distorted distort_behind(const Distortion& d, double u, double v);
 
 /// LensModel's factor is all there is: none of the terms that act behind it.
 inline bool is_bare(LensModel model) {

@@ -83,6 +83,24 @@ Polynomial absolute(Polynomial p) {
   return p;
 }
 
+/// The squared radius after LensModel's factor at which the radial terms stop to grow or their divisor vanishes. \pre
+/// !is_bare(d.model)
+double fold_of_terms(const Distortion& d) {
+  // With s = q^2, d/dq of q N(s) / D(s) is ((N + 2 s N') D - 2 s N D') / D^2.
+  const Polynomial n = above(d), m = d.model == LensModel::brown ? Polynomial{1} : below(d);
+  Polynomial grown = n;
+  for (std::size_t i = 0; i < n.size(); ++i) grown[i] *= static_cast<double>(2 * i + 1);
+  Polynomial slope = product(grown, m);
+  Polynomial turned(m.size());
+  for (std::size_t i = 0; i < m.size(); ++i) turned[i] = static_cast<double>(2 * i) * m[i];
+  const Polynomial less = product(n, turned);
+  for (std::size_t i = 0; i < slope.size(); ++i) slope[i] -= less[i];
+  return std::min(first_fall(slope), first_fall(m));
+}
+
+/// The angle up to which the radius of LensModel::fisheye_polynomial grows.
+double last_bent_angle(const Distortion& d) { return first_fall({1, 2 * d.a1, 3 * d.a2, 4 * d.a3}); }
+
 /// largest_stretch() of a camera that stands still.
 double lens_stretch(const Camera& camera, double r2);
 
@@ -119,25 +137,24 @@ void limit_distortion(Camera& camera) {
     if (d.k1 > 0) fold = 1 / d.k1;
   } else if (d.model == LensModel::fisheye_polynomial) {
     // Its radius grows with the angle up to here; at and behind 90 degrees the plane ends.
-    const double last = first_fall({1, 2 * d.a1, 3 * d.a2, 4 * d.a3});
+    const double last = last_bent_angle(d);
     if (last < std::numbers::pi / 2) d.max_r2 = std::min(std::tan(last) * std::tan(last), d.max_r2);
     return;
   } else if (!io::is_bare(d.model)) {
-    // With s = q^2, d/dq of q N(s) / D(s) is ((N + 2 s N') D - 2 s N D') / D^2.
-    const Polynomial n = above(d), m = d.model == LensModel::brown ? Polynomial{1} : below(d);
-    Polynomial grown = n;
-    for (std::size_t i = 0; i < n.size(); ++i) grown[i] *= static_cast<double>(2 * i + 1);
-    Polynomial slope = product(grown, m);
-    Polynomial turned(m.size());
-    for (std::size_t i = 0; i < m.size(); ++i) turned[i] = static_cast<double>(2 * i) * m[i];
-    const Polynomial less = product(n, turned);
-    for (std::size_t i = 0; i < slope.size(); ++i) slope[i] -= less[i];
-    fold = std::min(first_fall(slope), first_fall(m));
+    fold = fold_of_terms(d);
   }
   if (fold < 1e100) d.max_r2 = std::min(io::undo_lens_factor(d, fold), d.max_r2);
 }
 
+double io::largest_angle(const Distortion& d) {
+  double last = last_bent_angle(d);
+  if (d.model != LensModel::fisheye_polynomial)
+    last = io::angle_of_radius(d, std::sqrt(fold_of_terms(d)), io::kUnbounded).value_or(io::kUnbounded);
+  return std::min(last, std::numbers::pi);
+}
+
 double largest_stretch(const Camera& camera, double r2) {
+  if (camera.distortion.looks_aside()) return io::kUnbounded;
   return camera.distortion.motion.moves() ? moving_stretch(camera, r2) : lens_stretch(camera, r2);
 }
 

@@ -8,6 +8,7 @@
 #include "io/error.h"
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
+#include "io/scene_files.h"
 #include "io/tie_points.h"
 #include "io/vector.h"
 
@@ -121,9 +122,9 @@ std::vector<TiePoint> read_tie_points(const Scene& scene, std::size_t most) {
   const std::optional<std::filesystem::path> file = tie_points_file(scene);
   if (!file || most == 0) return {};
   std::unordered_map<std::uint32_t, ViewId> views;
-  // Of a panorama's views, nothing says which shows a point.
+  // Of a panorama's views, nothing says which shows a point; of a fisheye's, the first may.
   for (std::uint32_t v = 0; v < scene.views.size(); ++v)
-    if (!is_spherical(scene.views[v].camera.distortion.model)) views.emplace(scene.views[v].number, ViewId{v});
+    if (photo_name(scene.views[v]) == scene.views[v].name) views.emplace(scene.views[v].number, ViewId{v});
   Sample sample(most);
   std::vector<ViewId> track;
   const auto take = [&](const WorldPoint& p, std::span<const std::uint32_t> images) {

@@ -62,7 +62,7 @@ std::vector<View> views_of(const View& view) {
 }
 
 std::string photo_name(const View& view) {
-  if (!is_panorama(view)) return view.name;
+  if (!is_panorama(view) && !view.camera.distortion.looks_aside()) return view.name;
   const std::filesystem::path name = view.name;
   return name.parent_path().string() + name.extension().string();
 }

@@ -9,6 +9,7 @@
 #include "io/files/zip_file.h"
 #include "io/images/mask_file.h"
 #include "io/scene_files.h"
+#include "io/scenes/fisheye_views.h"
 #include "io/scenes/panorama_views.h"
 #include "io/scenes/photo_files.h"
 #include "io/scenes/xml_file.h"
@@ -183,10 +184,11 @@ struct FinalViews {
   std::vector<std::size_t> sources;
 };
 
-FinalViews final_views(const std::vector<View>& of_file, const fs::path& listing) {
+FinalViews final_views(const std::vector<View>& of_file, const fs::path& listing, bool whole_fisheyes) {
   std::vector<std::pair<View, std::size_t>> all;
   for (std::size_t i = 0; i < of_file.size(); ++i)
-    for (View& view : views_of(of_file[i])) all.emplace_back(std::move(view), i);
+    for (View& part : views_of(of_file[i]))
+      for (View& view : whole_fisheyes ? std::vector{part} : fisheye_views(part)) all.emplace_back(std::move(view), i);
   std::ranges::sort(all, {}, [](const auto& view) -> const std::string& { return view.first.name; });
   FinalViews result;
   for (auto& [view, source] : all) {
@@ -201,7 +203,7 @@ FinalViews final_views(const std::vector<View>& of_file, const fs::path& listing
 /// Which of the file's views need their photo.
 std::vector<bool> needed_views(const SceneFile& file, const SceneOptions& options) {
   if (!options.needed) return std::vector<bool>(file.views.size(), true);
-  const FinalViews all = final_views(file.views, file.listing);
+  const FinalViews all = final_views(file.views, file.listing, options.whole_fisheyes);
   const std::vector<bool> wanted = options.needed(all.views);
   std::vector<bool> needed(file.views.size(), false);
   for (std::size_t v = 0; v < wanted.size(); ++v)
@@ -254,7 +256,7 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
     if (view.camera.width != 0) view.camera = reduced(view, options.downscale);
     view.reduction = options.downscale;
   }
-  scene.views = final_views(file.views, file.listing).views;
+  scene.views = final_views(file.views, file.listing, options.whole_fisheyes).views;
   scene.srs = std::move(file.srs);
   scene.offset = file.offset;
   scene.other_frames = std::move(file.other_frames);

@@ -288,6 +288,7 @@ std::string projection_name(LensModel model) { return std::string(name_of(kProje
 
 std::optional<std::string> lost_term(SceneTarget target, const Camera& camera) {
   if (camera.distortion.motion.moves()) return "a movement while the photo was read out (rolling shutter)";
+  if (camera.distortion.looks_aside()) return "a view that looks another way than the lens";
   if (target == SceneTarget::mvs) return lost_in_pinhole(camera.distortion);
   if (target == SceneTarget::cam) return lost_in_cam(camera);
   if (target == SceneTarget::transforms) return lost_in_transforms(camera.distortion);

@@ -122,7 +122,7 @@ TEST(AliceVision, IsReadFromAFolderOfMeshroom) {
     folder.write(name, kSfm);
     for (const auto& source : {folder.path(), folder.path() / name}) {
       if (std::string_view(name) == "sfm.json" && source == folder.path()) continue;
-      const Scene scene = read_scene(source, {});
+      const Scene scene = read_scene(source, {.whole_fisheyes = true});
       EXPECT_EQ(scene.format, "AliceVision");
       ASSERT_EQ(scene.views.size(), 2);
       EXPECT_EQ(scene.views[0].name, "a.jpg");

@@ -401,7 +401,7 @@ TEST(Metashape, MatchesLabelsWithoutExtension) {
   test::write_photo(folder.path() / "images/a/DJI_0001.JPG", 400, 300);
   test::write_photo(folder.path() / "images/fish eye.png", 800, 800);  // twice the size: scaled
   test::write_photo(folder.path() / "images/older.jpg", 300, 200);
-  const Scene scene = read_scene(folder.path(), {});
+  const Scene scene = read_scene(folder.path(), {.whole_fisheyes = true});
   ASSERT_EQ(scene.views.size(), 3);
   EXPECT_EQ(scene.format, "Metashape");
   EXPECT_EQ(scene.views[0].photo, folder.path() / "images/a/DJI_0001.JPG");

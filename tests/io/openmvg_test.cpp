@@ -115,7 +115,7 @@ TEST(OpenMvg, FindsPhotosBelowItsRootAndElsewhere) {
   for (const char* root : {"images", "/home/somebody/images", ""}) {
     folder.write("sfm_data.json",
                  replaced(kOpenmvg, "\"root_path\": \"images\"", "\"root_path\": \"" + std::string(root) + "\""));
-    const Scene scene = read_scene(folder.path(), {});
+    const Scene scene = read_scene(folder.path(), {.whole_fisheyes = true});
     EXPECT_EQ(scene.format, "OpenMVG");
     ASSERT_EQ(scene.views.size(), 2);
     EXPECT_EQ(scene.views[1].name, "sub/a.jpg");

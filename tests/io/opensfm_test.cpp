@@ -154,7 +154,7 @@ TEST(OpenSfm, ReadsAnOpenDroneMapProject) {
   const OdmProject project;
   const auto root = project.folder.path();
   for (const auto& source : {root, root / "opensfm", root / "opensfm/reconstruction.json"}) {
-    const Scene scene = read_scene(source, {});
+    const Scene scene = read_scene(source, {.whole_fisheyes = true});
     EXPECT_EQ(scene.views.size(), 4) << source;
     EXPECT_EQ(scene.format, "OpenSfM");
     EXPECT_EQ(scene.srs, "ENU:46.5,8.25");

@@ -195,7 +195,7 @@ TEST(Transforms, IsReadFromADataSetOfNerfstudio) {
   data.write_colmap("colmap/sparse/0");  // what the data set was made from
   const auto root = data.folder.path();
   for (const auto& source : {root, root / "transforms.json"}) {
-    const Scene scene = read_scene(source, {});
+    const Scene scene = read_scene(source, {.whole_fisheyes = true});
     EXPECT_EQ(scene.format, kFormat);
     ASSERT_EQ(scene.views.size(), 2);
     EXPECT_EQ(scene.views[0].name, "images/f.jpg");
@@ -203,7 +203,7 @@ TEST(Transforms, IsReadFromADataSetOfNerfstudio) {
   }
   data.write_colmap("sparse/0");
   EXPECT_TRUE(contains(input_error([&] { read_scene(root, {}); }), "name the one that is meant"));
-  EXPECT_EQ(read_scene(root / "transforms.json", {}).views.size(), 2);
+  EXPECT_EQ(read_scene(root / "transforms.json", {.whole_fisheyes = true}).views.size(), 2);
 }
 
 TEST(Transforms, FindsPhotosOfNerfsOwnScenes) {
