@@ -76,23 +76,42 @@ WorldPoint wall_at(const WorldPoint& from, const WorldPoint& d) {
   return {from.x + t * d.x, from.y + t * d.y, from.z + t * d.z};
 }
 
-Image panorama_at(const WorldPoint& centre, const std::array<double, 9>& r) {
-  Image image{kAround, kDown, 3, std::vector<std::uint8_t>(std::size_t{3} * kAround * kDown)};
-  for (int y = 0; y < kDown; ++y)
-    for (int x = 0; x < kAround; ++x) {
-      const double longitude = ((x + 0.5) / kAround - 0.5) * 2 * std::numbers::pi,
-                   down = ((y + 0.5) / kDown - 0.5) * std::numbers::pi;
-      const double cx = std::cos(down) * std::sin(longitude), cy = std::sin(down),
-                   cz = std::cos(down) * std::cos(longitude);
-      const Rgb color = color_at(wall_at(centre, {r[0] * cx + r[3] * cy + r[6] * cz, r[1] * cx + r[4] * cy + r[7] * cz,
-                                                  r[2] * cx + r[5] * cy + r[8] * cz}));
+/// The photo of width x height pixels that is taken at `centre` with the rotation `r`; `ray` gives the direction, in the
+/// camera's axes, that a position shows, or none of length 0.
+template <class Ray>
+Image photo_at(const WorldPoint& centre, const std::array<double, 9>& r, int width, int height, const Ray& ray) {
+  Image image{width, height, 3, std::vector<std::uint8_t>(std::size_t{3} * pixel_index(0, height, width))};
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const WorldPoint d = ray(x + 0.5, y + 0.5);
+      if (d == WorldPoint{}) continue;
+      const Rgb color =
+          color_at(wall_at(centre, {r[0] * d.x + r[3] * d.y + r[6] * d.z, r[1] * d.x + r[4] * d.y + r[7] * d.z,
+                                    r[2] * d.x + r[5] * d.y + r[8] * d.z}));
       for (std::size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(color[c]));
     }
   return image;
 }
 
-/// Two panoramas of the room, as COLMAP lists them.
-Scene write_scene(const test::TemporaryFolder& folder) {
+WorldPoint panorama_ray(double x, double y) {
+  const double longitude = (x / kAround - 0.5) * 2 * std::numbers::pi, down = (y / kDown - 0.5) * std::numbers::pi;
+  return {std::cos(down) * std::sin(longitude), std::sin(down), std::cos(down) * std::cos(longitude)};
+}
+
+constexpr int kFisheyeSide = 400;
+constexpr double kFisheyeReach = 100 * std::numbers::pi / 180;  ///< at the edges, where the image circle ends
+
+WorldPoint fisheye_ray(double x, double y) {
+  const double dx = x - kFisheyeSide / 2.0, dy = y - kFisheyeSide / 2.0, r = std::hypot(dx, dy),
+               theta = r / (kFisheyeSide / 2.0) * kFisheyeReach;
+  if (theta > kFisheyeReach) return {};
+  return {std::sin(theta) * dx / r, std::sin(theta) * dy / r, std::cos(theta)};
+}
+
+/// Two photos of the room, as COLMAP lists them.
+template <class Ray>
+void write_scene(const test::TemporaryFolder& folder, const std::string& camera, int width, int height,
+                 const Ray& ray) {
   const WorldPoint centres[] = {{0.4, 0.3, 0.1}, {-0.7, -0.2, -0.3}};
   const Quaternion turns[] = {{0.5, -0.5, 0.5, -0.5}, {0.8, 0.36, -0.48, 0}};
   std::string images;
@@ -100,19 +119,56 @@ Scene write_scene(const test::TemporaryFolder& folder) {
   for (std::size_t n = 0; n < 2; ++n) {
     const auto r = rotation_of(turns[n]);
     const WorldPoint& c = centres[n];
-    io::write_image(folder.path() / fmt::format("images/{}.png", n), panorama_at(c, r), io::ImageFormat::png, 0);
+    io::write_image(folder.path() / fmt::format("images/{}.png", n), photo_at(c, r, width, height, ray),
+                    io::ImageFormat::png, 0);
     images += fmt::format("{} {} {} {} {} {} {} {} 1 {}.png\n\n", n + 1, turns[n][0], turns[n][1], turns[n][2],
                           turns[n][3], -(r[0] * c.x + r[1] * c.y + r[2] * c.z), -(r[3] * c.x + r[4] * c.y + r[5] * c.z),
                           -(r[6] * c.x + r[7] * c.y + r[8] * c.z), n);
   }
-  folder.write("cameras.txt", fmt::format("1 EQUIRECTANGULAR {0} {1} {0} {1}\n", kAround, kDown));
+  folder.write("cameras.txt", "1 " + camera + "\n");
   folder.write("images.txt", images);
+}
+
+Scene panorama_scene(const test::TemporaryFolder& folder) {
+  write_scene(folder, fmt::format("EQUIRECTANGULAR {0} {1} {0} {1}", kAround, kDown), kAround, kDown, panorama_ray);
   return io::read_scene(folder.path(), {});
+}
+
+/// Faces that some view sees whole have the walls' colours.
+void expect_colors(const Mesh& mesh, const pipeline::TexturedMesh& textured) {
+  const io::TexturedModel& model = textured.atlas.model;
+  double sum = 0, worst = 0;
+  std::size_t count = 0;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (textured.tags[f] != labeling::FaceTag::seen) continue;
+    for (const auto& [a, b] : {std::pair(1 / 3.0, 1 / 3.0), std::pair(0.8, 0.1), std::pair(0.1, 0.8)}) {
+      const std::array<double, 3> weights{a, b, 1 - a - b};
+      WorldPoint p;
+      double u = 0, v = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        p = p + weights[i] * mesh.positions[mesh.faces[f][i]];
+        const io::TexCoord& t = model.texcoords[model.face_texcoords[f][i]];
+        u += weights[i] * static_cast<double>(t.u);
+        v += weights[i] * static_cast<double>(t.v);
+      }
+      const Image& page = textured.atlas.pages.at(model.face_page[f]);
+      const Rgb shown = bilinear(page, u * page.width, v * page.height), expected = color_at(p);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double error = std::abs(shown[c] - expected[c]);
+        sum += error;
+        worst = std::max(worst, error);
+        ++count;
+      }
+    }
+  }
+  // A pixel is 7 levels wide at most. A panorama whose sides do not meet, or a view turned the wrong way, is off by 100.
+  EXPECT_LT(sum / static_cast<double>(count), 1);
+  EXPECT_LT(worst, 7);
 }
 
 TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
   const test::TemporaryFolder folder;
-  const Scene scene = write_scene(folder);
+  const Scene scene = panorama_scene(folder);
   ASSERT_EQ(scene.views.size(), 12);
   // The photo's name means all of its views.
   for (const char* name : {"0.png", "0"}) {
@@ -136,37 +192,12 @@ TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
   EXPECT_EQ(partial + unseen, 0);
   EXPECT_GE(std::set<ViewId>(textured.selection.labels.begin(), textured.selection.labels.end()).size(), 6);
 
-  const io::TexturedModel& model = textured.atlas.model;
-  double sum = 0, worst = 0;
-  std::size_t count = 0;
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
-    for (const auto& [a, b] : {std::pair(1 / 3.0, 1 / 3.0), std::pair(0.8, 0.1), std::pair(0.1, 0.8)}) {
-      const std::array<double, 3> weights{a, b, 1 - a - b};
-      WorldPoint p;
-      double u = 0, v = 0;
-      for (std::size_t i = 0; i < 3; ++i) {
-        p = p + weights[i] * mesh.positions[mesh.faces[f][i]];
-        const io::TexCoord& t = model.texcoords[model.face_texcoords[f][i]];
-        u += weights[i] * static_cast<double>(t.u);
-        v += weights[i] * static_cast<double>(t.v);
-      }
-      const Image& page = textured.atlas.pages.at(model.face_page[f]);
-      const Rgb shown = bilinear(page, u * page.width, v * page.height), expected = color_at(p);
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double error = std::abs(shown[c] - expected[c]);
-        sum += error;
-        worst = std::max(worst, error);
-        ++count;
-      }
-    }
-  // A pixel is 7 levels wide at most. A panorama whose sides do not meet, or a view turned the wrong way, is off by 100.
-  EXPECT_LT(sum / static_cast<double>(count), 1);
-  EXPECT_LT(worst, 7);
+  expect_colors(mesh, textured);
 }
 
 TEST(PanoramaTexture, OfTheOpenSkyIsNoReasonForDoubt) {
   const test::TemporaryFolder folder;
-  const Scene scene = write_scene(folder);
+  const Scene scene = panorama_scene(folder);
   Mesh floor = room();
   std::erase_if(floor.faces, [&](const Triangle& face) {
     return std::ranges::any_of(face, [&](std::uint32_t v) { return floor.positions[v].z > -kRoomHalf[2]; });
@@ -178,6 +209,29 @@ TEST(PanoramaTexture, OfTheOpenSkyIsNoReasonForDoubt) {
   io::PhotoCache photos(scene, 1, std::size_t{1} << 24);
   pipeline::texture(scene, floor, {}, photos, warnings);
   EXPECT_EQ(warnings.all.find("no face"), std::string::npos) << warnings.all;
+}
+
+// Corners of the photos are dark and lie outside the image circle.
+TEST(FisheyeTexture, ShowsTheWallsToTheEdge) {
+  const test::TemporaryFolder folder;
+  write_scene(folder,
+              fmt::format("OPENCV_FISHEYE {0} {0} {1} {1} {2} {2} 0 0 0 0", kFisheyeSide,
+                          kFisheyeSide / 2.0 / kFisheyeReach, kFisheyeSide / 2.0),
+              kFisheyeSide, kFisheyeSide, fisheye_ray);
+  const Mesh mesh = room();
+  std::array<std::size_t, 2> seen{};
+  for (const bool whole : {true, false}) {
+    const Scene scene = io::read_scene(folder.path(), {.whole_fisheyes = whole});
+    ASSERT_EQ(scene.views.size(), whole ? 2 : 10);
+    io::PhotoCache photos(scene, 1, std::size_t{1} << 24);
+    pipeline::Observer silent;
+    const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, {}, photos, silent);
+    seen[whole ? 0 : 1] = pipeline::count_tags(textured.tags)[0];
+    expect_colors(mesh, textured);
+  }
+  // A frame shows a third of the sphere at most, the whole photo (1 - cos 100 degrees) / 2 = 0.59 of it.
+  EXPECT_GT(seen[1], seen[0] * 5 / 4);
+  EXPECT_GT(seen[1], mesh.faces.size() * 8 / 10);
 }
 
 }  // namespace
