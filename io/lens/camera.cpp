@@ -15,12 +15,8 @@ namespace {
 std::optional<PhotoPoint> through_lens_aside(const Camera& camera, double x, double y) {
   const Distortion& d = camera.distortion;
   const auto& m = d.lens_from_frame;
-  const CameraPoint ray{m[0] * x + m[1] * y + m[2], m[3] * x + m[4] * y + m[5], m[6] * x + m[7] * y + m[8]};
-  const double across = std::hypot(ray.x, ray.y), theta = std::atan2(across, ray.z);
-  if (!(theta <= d.max_angle)) return std::nullopt;
-  const double factor = across > 0 ? io::radius_of_angle(d, theta) / across : 0;
-  const io::Distorted at = io::distort_behind(d, factor * ray.x, factor * ray.y);
-  return PhotoPoint{camera.fx * at.x + camera.cx, camera.fy * at.y + camera.cy};
+  return io::photo_of_ray(camera, {m[0] * x + m[1] * y + m[2], m[3] * x + m[4] * y + m[5], m[6] * x + m[7] * y + m[8]},
+                          d.max_angle);
 }
 
 /// Where the lens shows a point of the undistorted plane.
@@ -145,6 +141,15 @@ std::optional<io::PlanePoint> undo_lens(const Camera& camera, const io::PlanePoi
 }
 
 }  // namespace
+
+std::optional<PhotoPoint> io::photo_of_ray(const Camera& camera, const CameraPoint& ray, double most) {
+  const Distortion& d = camera.distortion;
+  const double across = std::hypot(ray.x, ray.y), theta = std::atan2(across, ray.z);
+  if (!(theta <= most)) return std::nullopt;
+  const double factor = across > 0 ? radius_of_angle(d, theta) / across : 0;
+  const Distorted at = distort_behind(d, factor * ray.x, factor * ray.y);
+  return PhotoPoint{camera.fx * at.x + camera.cx, camera.fy * at.y + camera.cy};
+}
 
 std::optional<CameraPoint> io::ray_of_photo(const Camera& camera, const PhotoPoint& p, double most) {
   return ray_of_lens(camera, {(p.x - camera.cx) / camera.fx, (p.y - camera.cy) / camera.fy}, most);

@@ -64,7 +64,11 @@ std::optional<double> angle_of_radius(const Distortion& d, double radius, double
 /// The angle, at most pi, up to which the photo's radius grows. \pre is_of_angle(d.model)
 double largest_angle(const Distortion& d);
 
-/// The direction of length 1, in the lens's axes, that the photo shows at a place; nullopt where it is more than `most` from
+/// Where the photo shows a direction, given in the lens's axes; nullopt where it is more than `most` from the lens's axis.
+/// \pre is_of_angle; most <= largest_angle
+std::optional<PhotoPoint> photo_of_ray(const Camera& camera, const CameraPoint& ray, double most);
+
+/// Its inverse: the direction of length 1, in the lens's axes, that the photo shows at a place; nullopt where it is more than `most` from
 /// the lens's axis. \pre is_of_angle; most <= largest_angle
 std::optional<CameraPoint> ray_of_photo(const Camera& camera, const PhotoPoint& p, double most);
 

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <optional>
 
+#include "io/images/image_file.h"
 #include "io/lens/lens.h"
 #include "io/scenes/scene_file.h"
 
@@ -22,10 +23,10 @@ std::optional<double> angle_at(const Camera& camera, const PhotoPoint& p, double
   return ray ? std::optional(std::atan2(std::hypot(ray->x, ray->y), ray->z)) : std::nullopt;
 }
 
-/// How far from its axis the lens shows something. No file says how large the
-/// image circle of a fisheye is. Where it fills the photo, the corners are some 90 degrees from the axis at most; where they
-/// are farther, or the lens folds back before them, they are dark, and the circle touches two of the edges.
-double image_circle(const Camera& camera) {
+/// How far from its axis the lens may show something, from the photo's shape. Where the image circle fills the photo, the
+/// corners are some 90 degrees from the axis at most; where they are farther, or the lens folds back before them, they are
+/// dark, and the circle reaches two of the edges at most.
+double largest_circle(const Camera& camera) {
   constexpr double kWidestCorner = 92 * kDegree;
   const double most = std::min(largest_angle(camera.distortion), kFarthest);
   const double w = camera.width, h = camera.height;
@@ -44,7 +45,7 @@ double image_circle(const Camera& camera) {
 
 /// The share of what the lens shows that lies outside the frame.
 double share_beyond_frame(const Camera& camera, double most) {
-  constexpr int kSteps = 32;
+  constexpr int kSteps = 16;
   int shown = 0, beyond = 0;
   for (int j = 0; j < kSteps; ++j)
     for (int i = 0; i < kSteps; ++i) {
@@ -67,13 +68,68 @@ std::array<double, 3> turned(const Matrix3& view_from_lens, const std::array<dou
   return {p.x, p.y, p.z};
 }
 
+bool is_wide_fisheye(const View& view) { return fisheye_views(view).size() > 1; }
+
+/// Photos of a lens are about the same: calibrations for each photo differ by less.
+bool is_same_lens(const Camera& a, const Camera& b) {
+  return a.width == b.width && a.height == b.height && a.distortion.model == b.distortion.model &&
+         std::abs(a.fx / b.fx - 1) < 0.02;
+}
+
+/// The brightness of photos along rings about the lens's axis, of several photos the largest.
+class Rings {
+ public:
+  explicit Rings(const Camera& camera) : camera_(camera), most_(largest_circle(camera)) {
+    brightness_.assign(kRings * kAround, -1);
+  }
+
+  void add(const Image& photo) {
+    for (int ring = 0; ring < kRings; ++ring)
+      for (int i = 0; i < kAround; ++i) {
+        const double theta = angle(ring), around = 2 * std::numbers::pi * i / kAround;
+        const auto p = photo_of_ray(
+            camera_, {std::sin(theta) * std::cos(around), std::sin(theta) * std::sin(around), std::cos(theta)}, most_);
+        if (!p || !(p->x >= 0 && p->y >= 0 && p->x < photo.width && p->y < photo.height)) continue;
+        const std::uint8_t* pixel = photo.at(static_cast<int>(p->x), static_cast<int>(p->y));
+        int& known = brightness_[static_cast<std::size_t>(ring * kAround + i)];
+        known = std::max({known, int{pixel[0]}, int{pixel[1]}, int{pixel[2]}});
+      }
+  }
+
+  /// The angle of the outermost ring that is lit, less what the lens leaves unsharp at the rim; the largest one where none
+  /// is, in the dark.
+  double image_circle() const {
+    constexpr int kDark = 24;      // of 255: what stray light and JPEG leave of black
+    constexpr double kLit = 0.9;   // what a drone's legs and an axis beside the circle's middle leave
+    constexpr double kRim = 0.01;  // of the circle's radius
+    for (int ring = kRings - 1; ring > 0; --ring) {
+      int shown = 0, lit = 0;
+      for (int i = 0; i < kAround; ++i) {
+        const int brightness = brightness_[static_cast<std::size_t>(ring * kAround + i)];
+        shown += brightness >= 0 ? 1 : 0;
+        lit += brightness > kDark ? 1 : 0;
+      }
+      if (shown > 0 && lit >= kLit * shown) return ring == kRings - 1 ? most_ : angle(ring) * (1 - kRim);
+    }
+    return most_;
+  }
+
+ private:
+  static constexpr int kRings = 500, kAround = 360;
+  double angle(int ring) const { return most_ * (ring + 0.5) / kRings; }
+
+  Camera camera_;
+  double most_;
+  std::vector<int> brightness_;  ///< by ring and place on it; -1: outside the photo
+};
+
 }  // namespace
 
 std::vector<View> fisheye_views(const View& view) {
   const Camera& camera = view.camera;
   if (camera.width == 0 || !is_of_angle(camera.distortion.model)) return {view};
-  const double most = image_circle(camera);
-  constexpr double kTooMuch = 1.0 / 3;
+  const double most = camera.distortion.max_angle > 0 ? camera.distortion.max_angle : largest_circle(camera);
+  constexpr double kTooMuch = 0.4;
   if (!(share_beyond_frame(camera, most) > kTooMuch)) return {view};
 
   const double right = std::atan((camera.width - camera.cx) / camera.fx), left = std::atan(camera.cx / camera.fx),
@@ -88,6 +144,10 @@ std::vector<View> fisheye_views(const View& view) {
   };
   const std::filesystem::path name = view.name;
   std::vector<View> views{view};
+  if (most < std::numbers::pi / 2) {
+    double& max_r2 = views.front().camera.distortion.max_r2;
+    max_r2 = std::min(max_r2, std::tan(most) * std::tan(most));
+  }
   for (const auto& [way, lens_from_frame] : {std::pair{"right", across(right)}, std::pair{"left", across(-left)},
                                              std::pair{"down", upright(down)}, std::pair{"up", upright(-up)}}) {
     View& aside = views.emplace_back(view);
@@ -102,6 +162,24 @@ std::vector<View> fisheye_views(const View& view) {
     lens.motion.step = turned(frame_from_lens, lens.motion.step);
   }
   return views;
+}
+
+void find_image_circles(std::vector<View>& views) {
+  std::vector<bool> done(views.size(), false);
+  for (std::size_t first = 0; first < views.size(); ++first) {
+    if (done[first] || views[first].photo.empty() || !is_wide_fisheye(views[first])) continue;
+    std::vector<std::size_t> same;
+    for (std::size_t i = first; i < views.size(); ++i)
+      if (!done[i] && !views[i].photo.empty() && is_same_lens(views[i].camera, views[first].camera)) same.push_back(i);
+    constexpr std::size_t kPhotos = 3;
+    Rings rings(views[first].camera);
+    const std::size_t count = std::min(kPhotos, same.size());
+    for (std::size_t n = 0; n < count; ++n) rings.add(read_image(views[same[n * same.size() / count]].photo));
+    for (const std::size_t i : same) {
+      views[i].camera.distortion.max_angle = rings.image_circle();
+      done[i] = true;
+    }
+  }
 }
 
 }  // namespace gpvc::io

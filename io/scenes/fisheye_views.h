@@ -7,10 +7,14 @@
 
 namespace gpvc::io {
 
-/// The views that show a photo to its edge: the view alone, unless a third of the photo lies beyond its frame, as it does of
-/// a fisheye of 100 degrees across (square) or 115 (3 : 2) and more. Then four more, DIR/STEM/right.EXT, left, down and up
+/// The views that show a photo to its edge: the view alone, unless two fifths of the photo lie beyond its frame, as they do
+/// of a fisheye of 105 degrees across (square) or 125 (3 : 2) and more. Then four more, DIR/STEM/right.EXT, left, down and up
 /// for the photo DIR/STEM.EXT, of the same size and focal length, each turned so far that the edge of its frame passes through
 /// the axis of the lens. O(1).
 std::vector<View> fisheye_views(const View& view);
+
+/// Finds how far from its axis each wide fisheye shows something, Distortion::max_angle: no file says how large its image
+/// circle is, and what lies around it is dark. Decodes up to three photos of each such lens. Throws InputError.
+void find_image_circles(std::vector<View>& views);
 
 }  // namespace gpvc::io

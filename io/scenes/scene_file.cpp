@@ -249,6 +249,7 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   const fs::path folder = find_photos(file, needed, options);
   if (!options.allow_missing_photos) refuse_missing(file, needed, folder);
   fit_cameras(file, needed);
+  if (!options.whole_fisheyes) find_image_circles(file.views);
   find_masks(file, options);
   Scene scene;
   scene.source = source;

@@ -6,6 +6,8 @@
 #include <string_view>
 
 #include "fuzz.h"
+#include "io/scenes/fisheye_views.h"
+#include "io/scenes/panorama_views.h"
 #include "io/scenes/scene_file.h"
 
 namespace gpvc::fuzz {
@@ -15,6 +17,10 @@ inline void expect_sound(const io::SceneFile& scene) {
     const bool sound = view.camera.fx > 0 && view.camera.fy > 0 && std::isfinite(view.pose.centre.x) &&
                        std::isfinite(view.pose.rotation[0]) && std::filesystem::path(view.name).has_filename();
     if (!sound) std::abort();
+    if (view.camera.width == 0) continue;
+    for (const View& shown : io::views_of(view))
+      for (const View& part : io::fisheye_views(shown))
+        if (part.name.empty() || !std::isfinite(part.pose.rotation[0])) std::abort();
   }
 }
 

@@ -194,6 +194,36 @@ class FisheyeFolder {
   test::TemporaryFolder folder;
 };
 
+// Photos are lit up to 55 of 60 pixels from their middle; one of them is of a dark room.
+TEST(FisheyeViews, EndWhereThePhotosGetDark) {
+  const FisheyeFolder files;
+  files.folder.write("images.txt", "1 1 0 0 0 0 0 0 1 a.png\n\n2 1 0 0 0 1 0 0 1 b.png\n\n");
+  for (const char* name : {"a.png", "b.png"}) {
+    Image photo{120, 120, 3, std::vector<std::uint8_t>(std::size_t{3} * 120 * 120, 9)};
+    for (int y = 0; y < 120; ++y)
+      for (int x = 0; x < 120; ++x)
+        if (name[0] == 'b' && std::hypot(x - 59.5, y - 59.5) < 55) photo.at(x, y)[1] = 90;
+    write_image(files.folder.path() / "images" / name, photo, ImageFormat::png, 0);
+  }
+  const Scene scene = read_scene(files.folder.path(), {});
+  ASSERT_EQ(scene.views.size(), 10);
+  for (const View& view : scene.views)
+    EXPECT_NEAR(view.camera.distortion.max_angle, 55 / 34.4 * 0.99, 0.5 / 34.4) << view.name;
+  EXPECT_FALSE(pixel_from_photo(scene.views[2].camera, {60 - 56, 60}));  // a/left.png
+  EXPECT_TRUE(pixel_from_photo(scene.views[2].camera, {60 - 53, 60}));
+}
+
+TEST(FisheyeViews, OfASmallImageCircleEndThereAheadToo) {
+  View small = circular();
+  small.camera.fx = small.camera.fy = 300;
+  View whole = limited(small);
+  whole.camera.distortion.max_angle = 70 * kDegree;
+  const std::vector<View> views = fisheye_views(whole);
+  ASSERT_EQ(views.size(), 5);
+  EXPECT_TRUE(photo_from_pixel(views[0].camera, {300 + 300 * std::tan(69 * kDegree), 300}));
+  EXPECT_FALSE(photo_from_pixel(views[0].camera, {300 + 300 * std::tan(71 * kDegree), 300}));
+}
+
 TEST(FisheyeViews, ShareTheirPhoto) {
   const FisheyeFolder files;
   const Scene scene = read_scene(files.folder.path(), {});
