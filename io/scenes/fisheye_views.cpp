@@ -64,7 +64,7 @@ double share_beyond_frame(const Camera& camera, double most) {
 
 /// v in the axes of a view that looks aside.
 std::array<double, 3> turned(const Matrix3& view_from_lens, const std::array<double, 3>& v) {
-  const WorldPoint p = product(view_from_lens, WorldPoint{v[0], v[1], v[2]});
+  const WorldPoint p = io::product(view_from_lens, WorldPoint{v[0], v[1], v[2]});
   return {p.x, p.y, p.z};
 }
 
