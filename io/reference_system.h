@@ -12,11 +12,16 @@ namespace gpvc::io {
 /// Geocentric coordinates (ECEF) on the WGS 84 ellipsoid.
 inline constexpr const char* kGeocentric = "EPSG:4978";
 
+/// What z is where a system has no heights of its own: the height above its ellipsoid, as PROJ has it, or, in the system that
+/// points come from, the one above the ellipsoid of the other, as receivers of WGS 84 tell it. Between national systems of
+/// old and WGS 84 they differ by some 50 m, about as heights above sea level do.
+enum class HeightsAbove { own_ellipsoid, ellipsoid_of_target };
+
 /// Takes points from one system to another. Systems are what PROJ reads: EPSG:25832, a WKT, a PROJ string. x is east or
-/// longitude in degrees, y north or latitude; where a system has no heights of its own, z is the height above the
-/// ellipsoid. Throws std::runtime_error: one sentence that names the system that is unknown, or the first point that lies
+/// longitude in degrees, y north or latitude. Throws std::runtime_error: one sentence that names the system that is unknown, or the first point that lies
 /// beyond what can be projected. O(points).
-void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points);
+void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points,
+                      HeightsAbove heights = HeightsAbove::own_ellipsoid);
 
 struct SystemName {
   std::string name;  ///< "WGS 84 / UTM zone 32N"; empty where PROJ knows none

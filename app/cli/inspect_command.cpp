@@ -258,7 +258,7 @@ void run_inspect(const InspectOptions& options, Console& console) {
   in.mesh = mesh.get();
   throw_if_interrupted();
   RunRecord record(console);
-  for (const std::string& warning : in.mesh.warnings) record.warning("mesh: " + warning);
+  for (const std::string& warning : in.mesh.warnings) record.warning(options.input.mesh.string() + ": " + warning);
   match_frames(options.input, in, record);
   print_mesh(in, console);
   throw_if_interrupted();

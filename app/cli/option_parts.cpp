@@ -92,9 +92,8 @@ void add_photos(CLI::App& app, SceneInput& input) {
   if (app.get_option_no_throw("MESH") != nullptr)
     group
         .add("--mesh-crs", input.mesh_crs, "CRS",
-             "Reference system of the mesh (EPSG:25832, a WKT or PROJ string), where cameras are in another; results "
-             "keep "
-             "the mesh's coordinates")
+             "Reference system of the mesh (EPSG:25832, a WKT or PROJ string), where cameras are in another, with "
+             "heights above its ellipsoid or theirs, whichever fits; results keep the mesh's coordinates")
         ->default_str("the scene's, or what fits it")
         ->check(not_empty());
   group.number("--downscale", input.downscale, 1, 64, "N",

@@ -30,6 +30,7 @@ void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData&
   if (vertices + more.positions.size() > kMost || faces + more.faces.size() > kMost)
     throw InputError(file, "", "with the meshes before it, has more than 4 294 967 295 vertices or faces");
   data.parts.push_back({file, faces, more.faces.size(), vertices, more.positions.size()});
+  for (std::string& warning : more.warnings) warning = file.string() + ": " + warning;
   if (faces == 0 && vertices == 0)
     all = std::move(more);
   else
@@ -76,7 +77,7 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   std::erase_if(data.used,
                 [&](ViewId id) { return std::binary_search(data.held_out.begin(), data.held_out.end(), id); });
   for (std::size_t m = 0; m < files.size(); ++m) append_mesh(files[m], meshes[m].get(), data);
-  for (const std::string& warning : data.mesh.warnings) record.warning(fmt::format("mesh: {}", warning));
+  for (const std::string& warning : data.mesh.warnings) record.warning(warning);
   check_fit(input, data, record);
   record.counts["faces"] = data.mesh.faces.size();
   record.counts["vertices"] = data.mesh.positions.size();

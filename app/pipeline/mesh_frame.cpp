@@ -147,8 +147,9 @@ void subtract(std::vector<WorldPoint>& points, const WorldPoint& offset) {
 }
 
 // The positions in the scene's coordinates, if they are of such a system. Throws what transform_points() throws.
-std::vector<WorldPoint> from_system(const std::string& crs, const Scene& scene, std::vector<WorldPoint> positions) {
-  io::transform_points(crs, scene.srs, positions);
+std::vector<WorldPoint> from_system(const std::string& crs, const Scene& scene, std::vector<WorldPoint> positions,
+                                    io::HeightsAbove heights = io::HeightsAbove::own_ellipsoid) {
+  io::transform_points(crs, scene.srs, positions, heights);
   subtract(positions, scene.offset);
   return positions;
 }
@@ -159,8 +160,8 @@ std::string short_name(const std::string& crs) {
   return end == std::string::npos ? crs : crs.substr(begin + 1, end - begin - 1);
 }
 
-void take_mesh_from(const std::string& crs, const Scene& scene, Mesh& mesh) {
-  std::vector<WorldPoint> moved = from_system(crs, scene, mesh.positions);
+void take_mesh_from(const std::string& crs, const Scene& scene, io::HeightsAbove heights, Mesh& mesh) {
+  std::vector<WorldPoint> moved = from_system(crs, scene, mesh.positions, heights);
   mesh.file_positions = std::exchange(mesh.positions, std::move(moved));
   mesh.file_srs = crs;
 }
@@ -202,6 +203,37 @@ bool take_mesh_from(const io::MeshOrigin& origin, const Scene& scene, std::span<
 
 bool is_geocentric(const Scene& scene) { return scene.srs == io::kGeocentric; }
 
+// How well the mesh fits the cameras if its positions are of such a system: 0 where it does not.
+double agreement_from(const std::string& crs, const Scene& scene, std::span<const ViewId> used, const Mesh& few,
+                      io::HeightsAbove heights) {
+  Mesh moved = few;
+  try {
+    moved.positions = from_system(crs, scene, few.positions, heights);
+  } catch (const std::runtime_error&) {
+    return 0;  // the points are none of that system
+  }
+  // In metres. Local coordinates that are taken for degrees make a mesh of the size of the earth.
+  constexpr double kLargest = 1e5;
+  const Box box = box_of(moved);
+  if (is_geocentric(scene) && length(box.high - box.low) > kLargest) return 0;
+  return fits(scene, moved, used) ? agreement(scene, moved, used) : 0;
+}
+
+// What the heights of such a mesh are above; the system's own ellipsoid unless the mesh fits clearly better otherwise.
+io::HeightsAbove heights_of(const std::string& crs, const Scene& scene, std::span<const ViewId> used, const Mesh& few) {
+  using io::HeightsAbove;
+  const double own = agreement_from(crs, scene, used, few, HeightsAbove::own_ellipsoid),
+               other = agreement_from(crs, scene, used, few, HeightsAbove::ellipsoid_of_target);
+  return other > kClearly * own ? HeightsAbove::ellipsoid_of_target : HeightsAbove::own_ellipsoid;
+}
+
+// "EPSG:27700, with heights above its ellipsoid"
+std::string named(const std::string& crs, io::HeightsAbove heights, const Scene& scene) {
+  const bool own = heights == io::HeightsAbove::own_ellipsoid;
+  return fmt::format("{}, with heights above {}", short_name(crs),
+                     own ? "the ellipsoid" : "the ellipsoid of " + short_name(scene.srs) + " instead of its own");
+}
+
 }  // namespace
 
 std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const fs::path& mesh_file,
@@ -210,14 +242,18 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
     if (scene.srs.empty())
       throw InputError(scene.source, "",
                        "names no reference system, so a mesh cannot be brought from another one (--mesh-crs) to it");
+    const io::HeightsAbove heights = heights_of(mesh_crs, scene, used, thinned(mesh));
     try {
-      take_mesh_from(mesh_crs, scene, mesh);
+      take_mesh_from(mesh_crs, scene, heights, mesh);
     } catch (const InputError&) {
       throw;
     } catch (const std::runtime_error& error) {
       throw InputError(mesh_file, "", fmt::format("cannot be brought to the scene's {}: {}", scene.srs, error.what()));
     }
-    return {};
+    return heights == io::HeightsAbove::own_ellipsoid
+               ? ""
+               : fmt::format("the mesh fits the cameras if its coordinates are those of {}: they are taken for that",
+                             named(mesh_crs, heights, scene));
   }
   Mesh few = thinned(mesh);
   if (few.faces.empty()) return {};
@@ -248,22 +284,13 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
   if (!scene.reference.empty()) systems.push_back(scene.reference);
   if (is_geocentric(scene)) systems.push_back(io::utm_zone(mean_centre(scene, used)));
   for (const std::string& crs : systems) {
-    Mesh moved = few;
-    try {
-      moved.positions = from_system(crs, scene, few.positions);
-    } catch (const std::runtime_error&) {
-      continue;  // the points are none of that system
-    }
-    // In metres. Local coordinates that are taken for degrees make a mesh of the size of the earth.
-    constexpr double kLargest = 1e5;
-    const Box box = box_of(moved);
-    if (is_geocentric(scene) && length(box.high - box.low) > kLargest) continue;
-    if (!fits(scene, moved, used)) continue;
-    take_mesh_from(crs, scene, mesh);
+    const io::HeightsAbove heights = heights_of(crs, scene, used, few);
+    if (agreement_from(crs, scene, used, few, heights) == 0) continue;
+    take_mesh_from(crs, scene, heights, mesh);
     return fmt::format(
-        "the mesh fits the cameras in {} if its coordinates are those of {}, with heights above the "
-        "ellipsoid: they are taken for that (--mesh-crs names another system)",
-        scene.srs, short_name(crs));
+        "the mesh fits the cameras in {} if its coordinates are those of {}: they are taken for that (--mesh-crs names "
+        "another system)",
+        scene.srs, named(crs, heights, scene));
   }
   return {};
 }

@@ -49,8 +49,8 @@ Object object_from(PJ_CONTEXT* context, const std::string& text) {
   return Object(proj_create(context, (is_string && !says_so ? text + " +type=crs" : text).c_str()));
 }
 
-// With heights, above the ellipsoid where the system has none of its own.
-Object system_from(PJ_CONTEXT* context, const std::string& text) {
+// `with_heights`: above the ellipsoid where the system has none of its own.
+Object system_from(PJ_CONTEXT* context, const std::string& text, bool with_heights = true) {
   Object flat = object_from(context, text);
   if (!flat || !proj_is_crs(flat.get()))
     throw std::runtime_error(short_name(text) +
@@ -59,16 +59,19 @@ Object system_from(PJ_CONTEXT* context, const std::string& text) {
   flat = without_zero_shift(context, std::move(flat));
   const PJ_TYPE type = proj_get_type(flat.get());
   const bool is_flat = type == PJ_TYPE_GEOGRAPHIC_2D_CRS || type == PJ_TYPE_PROJECTED_CRS;
-  Object high(is_flat ? proj_crs_promote_to_3D(context, nullptr, flat.get()) : nullptr);
+  Object high(is_flat && with_heights ? proj_crs_promote_to_3D(context, nullptr, flat.get()) : nullptr);
   return high ? std::move(high) : std::move(flat);
 }
 
 }  // namespace
 
-void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points) {
+void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points,
+                      HeightsAbove heights) {
   const Context context(proj_context_create());
   proj_log_level(context.get(), PJ_LOG_NONE);
-  const Object source = system_from(context.get(), from), target = system_from(context.get(), to);
+  // From a system without heights PROJ leaves z as it is.
+  const Object source = system_from(context.get(), from, heights == HeightsAbove::own_ellipsoid),
+               target = system_from(context.get(), to);
   Object raw(proj_create_crs_to_crs_from_pj(context.get(), source.get(), target.get(), nullptr, nullptr));
   const Object way(raw ? proj_normalize_for_visualization(context.get(), raw.get()) : nullptr);
   if (!way) throw std::runtime_error("PROJ knows no way from " + short_name(from) + " to " + short_name(to));

@@ -107,6 +107,18 @@ TEST_F(App, RefusesAMeshWithoutFaces) {
   expect_refused("mesh.ply", "face");
 }
 
+TEST_F(App, WarningsNameTheMeshOfSeveral) {
+  folder_.write("scene/tiles/second.obj", "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\nf 1 2\n");
+  fs::rename(scene_ / "mesh.ply", scene_ / "tiles/first.ply");
+  const std::string second = (scene_ / "tiles/second.obj").string(),
+                    expected = second + ": 1 faces of fewer than three vertices";
+  const Outcome textured =
+      run({"texture", (scene_ / "colmap").string(), (scene_ / "tiles").string(), "-o", out_.string()});
+  EXPECT_EQ(textured.exit_code, 0) << textured.err;
+  EXPECT_TRUE(contains(textured.err, expected)) << textured.err;
+  EXPECT_TRUE(contains(run({"inspect", (scene_ / "colmap").string(), second}).err, expected));
+}
+
 TEST_F(App, ExplainsAMeshInAnotherFrame) {
   std::ofstream(scene_ / "mesh.ply")
       << "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
