@@ -39,10 +39,9 @@ struct SceneOptions {
 /// Reads a scene of any format that a scenes/NAME_scene.cpp reads; the format is recognized by what `source` (a file or a
 /// folder) is or contains. Each of those files states its format's pixel and axis conventions, which are converted to
 /// ours. Checks that every photo exists and that its header has the camera's size, without decoding it: a photo of
-/// another size but the same shape scales its camera; the error names the first few missing photos. Of wide fisheyes three
-/// photos are decoded. A reduced camera is
-/// width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N, which is exact in this convention. What was left out or
-/// assumed is in Scene::warnings. Equirectangular photos become six views each (is_spherical in scene.h): DIR/STEM.EXT
+/// another size but the same shape scales its camera; the error names the first few missing photos. Of wide fisheyes up to
+/// three photos of a lens are decoded. A reduced camera is width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N,
+/// which is exact in this convention. What was left out or assumed is in Scene::warnings. Equirectangular photos become six views each (is_spherical in scene.h): DIR/STEM.EXT
 /// becomes DIR/STEM/front.EXT, right, back, left, up and down. Wide fisheyes keep their view and get four more that look
 /// aside (Distortion::lens_from_frame): DIR/STEM/right.EXT, left, down and up. Throws InputError.
 Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);

@@ -1,4 +1,4 @@
-// A room of known colours, textured from equirectangular photos.
+// A room of known colours, textured from equirectangular photos and from wide fisheyes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
