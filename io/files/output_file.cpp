@@ -21,10 +21,14 @@ constexpr const char* kSuffix = ".part-";  // and the process's number
 
 OutputFile::OutputFile(std::filesystem::path final_name) : final_name_(std::move(final_name)) {
   static std::atomic<unsigned> serial{0};
-  temporary_ = final_name_;
-  temporary_ += kSuffix + std::to_string(::getpid()) + "-" + std::to_string(serial++);
-  // Exclusive, so that a temporary file left by another run is never appended to or shared.
-  const int descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  // Exclusive, so that a temporary file of another run is never appended to or shared. A killed run may have left one
+  // of the same name: in a container every run has the same process number.
+  int descriptor = -1;
+  do {
+    temporary_ = final_name_;
+    temporary_ += kSuffix + std::to_string(::getpid()) + "-" + std::to_string(serial++);
+    descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  } while (descriptor < 0 && errno == EEXIST);
   if (descriptor >= 0) file_ = ::fdopen(descriptor, "wb");
   if (file_ == nullptr) {
     const int error = errno;

@@ -25,6 +25,9 @@ inline bool is_folder(const std::filesystem::path& path) {
   return std::filesystem::is_directory(path, ignored);
 }
 
+/// True for "._NAME", which macOS leaves beside NAME on disks of other systems: what it knows of NAME, no file of the kind.
+inline bool is_apple_double(const std::filesystem::path& file) { return file.filename().string().starts_with("._"); }
+
 /// Throws InputError if something else than a regular file or a folder lies there: reading a pipe may wait for ever, and a
 /// device may have no end.
 inline void refuse_special_file(const std::filesystem::path& path) {

@@ -269,7 +269,11 @@ void check_photo_end(const fs::path& file) {
   if (tail.find("\xFF\xD9") == std::string_view::npos) check_jpeg({file, "", view});
 }
 
-bool has_alpha(const fs::path& file) { return open_image(file)->spec().alpha_channel >= 0; }
+bool has_alpha(const fs::path& file) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  // The fourth byte of a BMP's pixels is reserved, and 0 in most files.
+  return input->spec().alpha_channel >= 0 && std::string_view(input->format_name()) != "bmp";
+}
 
 PhotoExclusion zero_pixels(const fs::path& file, bool alpha_alone) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);

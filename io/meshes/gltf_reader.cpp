@@ -62,6 +62,30 @@ std::string_view json_of(const fs::path& file, std::string_view glb) {
   return json;
 }
 
+/// Extensions that a file may require although nothing here knows them: they change how its surface looks, not where it
+/// is.
+bool is_of_looks(std::string_view extension) {
+  return extension.starts_with("KHR_materials_") || extension.starts_with("KHR_texture_") ||
+         extension.starts_with("EXT_texture_") || extension.starts_with("KHR_lights_");
+}
+
+constexpr std::string_view kPackings[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                          "KHR_meshopt_compression", "KHR_mesh_quantization"};
+
+[[noreturn]] void refuse_packed(const fs::path& file, std::string_view packing) {
+  throw InputError(file, "", "packs its geometry by " + std::string(packing) + ", expected plain floats");
+}
+
+/// Throws for a file that cannot be read right without an extension which is not known here; the specification asks for
+/// that.
+void check_required(const fs::path& file, const tinygltf::Model& model) {
+  for (const std::string& extension : model.extensionsRequired) {
+    if (std::ranges::find(kPackings, extension) != std::end(kPackings)) refuse_packed(file, extension);
+    if (!is_of_looks(extension))
+      throw InputError(file, "", "requires the extension " + quote(extension) + ", which is not supported");
+  }
+}
+
 /// Buffers and images in files, read like all other files here.
 tinygltf::FsCallbacks file_callbacks() {
   tinygltf::FsCallbacks callbacks{};
@@ -104,7 +128,8 @@ tinygltf::Model parse_gltf(const fs::path& file) {
   const std::string expected = binary ? "expected a GLB" : "expected a glTF";
   if (view.empty()) throw InputError(file, "", "is empty, " + expected);
   if (view.size() > 0xFFFFFFFFu) throw InputError(file, "", expected + " of less than 4 GiB");
-  check_depth(file, binary ? json_of(file, view) : view);
+  const std::string_view json = binary ? json_of(file, view) : view;
+  check_depth(file, json);
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(keep_bytes, nullptr);
   loader.SetFsCallbacks(file_callbacks());
@@ -122,10 +147,13 @@ tinygltf::Model parse_gltf(const fs::path& file) {
   } catch (const std::runtime_error& found) {
     error += found.what();
   }
-  if (!good) throw InputError(file, "", expected + ": " + reason_of(file, error));
-  for (const char* packed : {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization"})
-    if (std::ranges::find(model.extensionsRequired, packed) != model.extensionsRequired.end())
-      throw InputError(file, "", std::string("packs its geometry by ") + packed + ", expected plain floats");
+  if (!good) {
+    // tinygltf refuses packed files for the buffers that they do not have.
+    for (const std::string_view packing : kPackings)
+      if (json.find(packing) != std::string_view::npos) refuse_packed(file, packing);
+    throw InputError(file, "", expected + ": " + reason_of(file, error));
+  }
+  check_required(file, model);
   return model;
 }
 
@@ -139,6 +167,7 @@ BufferRange buffer_range(const fs::path& file, const std::string& place, const t
 AccessorView::AccessorView(const fs::path& file, const tinygltf::Model& model, int number, int type) {
   const std::string place = "accessor " + std::to_string(number);
   const tinygltf::Accessor& accessor = element_at(file, model.accessors, number, "accessor");
+  if (accessor.sparse.isSparse) throw InputError(file, place, "is sparse, expected all of its elements in a row");
   const auto [view, bytes] = buffer_range(file, place, model, accessor.bufferView);
   if (accessor.type != type) throw InputError(file, place, "expected another number of components");
   component_ = accessor.componentType;

@@ -19,8 +19,8 @@ namespace gpvc::io {
 /// A library's message as the end of our sentence: on one line, without the file's name and final full stops.
 std::string reason_of(const std::filesystem::path& file, std::string said);
 
-/// A GLB or glTF with its buffers; images keep their bytes. Throws InputError, also for a file that needs an extension
-/// which packs geometry.
+/// A GLB or glTF with its buffers; images keep their bytes. Throws InputError, also for a file that requires an
+/// extension which packs or places geometry.
 tinygltf::Model parse_gltf(const std::filesystem::path& file);
 
 /// The element `number` of one of the description's lists, which hold a `what` each.

@@ -27,8 +27,9 @@ WorldPoint area_vector(const std::vector<WorldPoint>& corners) {
   return sum;
 }
 
-/// Ear clipping (Meisters 1975) in projection along the polygon's area vector. Empty when the polygon is not simple and
-/// no ear is left.
+/// Ear clipping (Meisters 1975) in projection along the polygon's area vector. A hole may be joined to the outline by an
+/// edge there and back: corners at the place of an ear's own corner do not lie within it. Empty when the polygon is not
+/// simple and no ear is left.
 std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const std::vector<WorldPoint>& at) {
   const WorldPoint normal = area_vector(at);
   std::vector<std::size_t> left(corners.size());
@@ -44,7 +45,8 @@ std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const 
       const std::size_t a = left[(i + n - 1) % n], b = left[i], c = left[(i + 1) % n];
       if (!(side(a, b, c) > 0)) continue;
       const bool free = std::none_of(left.begin(), left.end(), [&](std::size_t p) {
-        return p != a && p != b && p != c && side(a, b, p) >= 0 && side(b, c, p) >= 0 && side(c, a, p) >= 0;
+        return at[p] != at[a] && at[p] != at[b] && at[p] != at[c] && side(a, b, p) >= 0 && side(b, c, p) >= 0 &&
+               side(c, a, p) >= 0;
       });
       if (free) ear = i;
     }
@@ -52,6 +54,7 @@ std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const 
     triangles.push_back({corners[left[(ear + n - 1) % n]], corners[left[ear]], corners[left[(ear + 1) % n]]});
     left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
   }
+  if (side(left[0], left[1], left[2]) < 0) return {};
   triangles.push_back({corners[left[0]], corners[left[1]], corners[left[2]]});
   return triangles;
 }
@@ -138,10 +141,11 @@ void append_mesh(Mesh& all, const Mesh& more) {
 }
 
 void recut_concave(Mesh& mesh) {
+  std::size_t overlapping = 0;
   for (std::size_t begin = 0, end = 0; begin < mesh.source_face.size(); begin = end) {
     end = begin + 1;
     while (end < mesh.source_face.size() && mesh.source_face[end] == mesh.source_face[begin]) ++end;
-    if (end - begin < 2 || end - begin + 2 > kMostCorners) continue;
+    if (end - begin < 2) continue;
     std::vector<std::uint32_t> corners{mesh.faces[begin][0], mesh.faces[begin][1]};
     for (std::size_t f = begin; f < end; ++f) corners.push_back(mesh.faces[f][2]);
     std::vector<WorldPoint> at;
@@ -151,10 +155,16 @@ void recut_concave(Mesh& mesh) {
     bool turned = false;
     for (std::size_t i = 2; i < at.size(); ++i) turned |= dot(cross(at[i - 1] - at[0], at[i] - at[0]), normal) < 0;
     if (!turned) continue;
-    const std::vector<Triangle> triangles = cut_ears(corners, at);
+    const std::vector<Triangle> triangles =
+        corners.size() <= kMostCorners ? cut_ears(corners, at) : std::vector<Triangle>();
     if (triangles.size() == end - begin)
       std::copy(triangles.begin(), triangles.end(), mesh.faces.begin() + static_cast<std::ptrdiff_t>(begin));
+    else
+      ++overlapping;
   }
+  if (overlapping > 0)
+    mesh.warnings.push_back(std::to_string(overlapping) + " polygons cross themselves, or are concave with more than " +
+                            std::to_string(kMostCorners) + " corners: their triangles overlap");
 }
 
 }  // namespace gpvc::io

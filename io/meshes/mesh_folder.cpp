@@ -43,7 +43,8 @@ std::vector<fs::path> mesh_files(const fs::path& file_or_folder) {
     // A result of ours, whose model is no tile of what it came from.
     if (is_folder(entry->path()) && is_file(entry->path() / "run.json")) entry.disable_recursion_pending();
     const std::string extension = lower_case(entry->path().extension().string());
-    if ((extension == ".ply" || extension == ".obj") && is_file(entry->path())) files.push_back(entry->path());
+    if ((extension == ".ply" || extension == ".obj") && is_file(entry->path()) && !is_apple_double(entry->path()))
+      files.push_back(entry->path());
   }
   if (failed) throw InputError(file_or_folder, "", "cannot be read: " + failed.message());
   if (files.empty()) throw InputError(file_or_folder, "", "holds no mesh, expected files .ply or .obj in it");
@@ -53,16 +54,17 @@ std::vector<fs::path> mesh_files(const fs::path& file_or_folder) {
 
 std::optional<MeshOrigin> read_mesh_origin(const fs::path& mesh) {
   std::error_code failed;
-  fs::path folder = fs::weakly_canonical(mesh, failed);
-  if (failed) return std::nullopt;
-  if (!is_folder(folder)) folder = folder.parent_path();
-  for (int level = 0; level <= 2; ++level, folder = folder.parent_path()) {
-    const fs::path file = folder / "metadata.xml";
-    if (!is_file(file) || xml_root(file) != "ModelMetadata") continue;
-    const FileBytes bytes(file);
-    const XmlFile xml(file, bytes.view());
-    const pugi::xml_node root = xml.root("ModelMetadata");
-    return MeshOrigin{file, std::string(XmlFile::text(root, "SRS")), origin_from(xml, root)};
+  // A mesh that is a link may have the file beside the link or beside what it links to.
+  for (const fs::path& path : {fs::absolute(mesh, failed).lexically_normal(), fs::weakly_canonical(mesh, failed)}) {
+    fs::path folder = is_folder(path) ? path : path.parent_path();
+    for (int level = 0; level <= 2; ++level, folder = folder.parent_path()) {
+      const fs::path file = folder / "metadata.xml";
+      if (!is_file(file) || xml_root(file) != "ModelMetadata") continue;
+      const FileBytes bytes(file);
+      const XmlFile xml(file, bytes.view());
+      const pugi::xml_node root = xml.root("ModelMetadata");
+      return MeshOrigin{file, std::string(XmlFile::text(root, "SRS")), origin_from(xml, root)};
+    }
   }
   return std::nullopt;
 }

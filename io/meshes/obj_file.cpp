@@ -24,7 +24,7 @@ class ObjParser {
       while (!line.empty() && (line.front() == ' ' || line.front() == '\t')) line.remove_prefix(1);
       if (line.size() < 2 || (line[1] != ' ' && line[1] != '\t') || (line[0] != 'v' && line[0] != 'f')) continue;
       const std::size_t first_line = line_number_;
-      if (line.back() == '\\') line = joined(begin);
+      if (is_continued(line)) line = joined(begin);
       const char keyword = line.front();
       line.remove_prefix(1);
       keyword == 'v' ? vertex(line, first_line) : face(line, first_line);
@@ -38,6 +38,12 @@ class ObjParser {
   }
 
  private:
+  /// Blanks may follow the '\', though by the letter it ends the line.
+  static bool is_continued(std::string_view line) {
+    const std::size_t last = line.find_last_not_of(" \t");
+    return last != std::string_view::npos && line[last] == '\\';
+  }
+
   /// The statement that starts at `begin` with its continuation lines, each '\' before a line end blanked.
   std::string_view joined(const char* begin) {
     joined_.clear();
@@ -48,8 +54,8 @@ class ObjParser {
       line = next_line(text);
       ++line_number_;
       joined_ += line;
-      if (!line.empty() && line.back() == '\\') joined_.back() = ' ';
-    } while (!line.empty() && line.back() == '\\' && !text.empty());
+      if (is_continued(line)) joined_[joined_.find_last_of('\\')] = ' ';
+    } while (is_continued(line) && !text.empty());
     rest_ = text;
     std::string_view whole = joined_;
     while (!whole.empty() && is_blank(whole.front())) whole.remove_prefix(1);

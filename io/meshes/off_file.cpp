@@ -101,6 +101,10 @@ class OffParser {
 
 bool is_off(std::string_view bytes) {
   std::string_view word = next_word(bytes);
+  while (word.starts_with('#')) {  // a comment
+    next_line(bytes);
+    word = next_word(bytes);
+  }
   return word.size() <= 8 && word.ends_with("OFF") &&
          word.substr(0, word.size() - 3).find_first_not_of("STCN4n") == std::string_view::npos;
 }

@@ -26,8 +26,16 @@ std::uint32_t stl_count(std::string_view bytes) {
   return count;
 }
 
+/// Some writers pad the end.
 bool is_binary_stl(std::string_view bytes) {
-  return bytes.size() >= kHeader + 4 && bytes.size() == kHeader + 4 + kTriangle * std::size_t{stl_count(bytes)};
+  if (bytes.size() < kHeader + 4) return false;
+  const std::size_t size = kHeader + 4 + kTriangle * std::size_t{stl_count(bytes)};
+  return bytes.size() >= size && bytes.size() < size + kTriangle;
+}
+
+bool is_ascii_stl(std::string_view bytes) {
+  const std::string begin = lower_case(trimmed(bytes.substr(0, 4096)));
+  return begin.starts_with("solid") && begin.find("facet") != std::string::npos;
 }
 
 Mesh read_binary_stl(const std::filesystem::path& file, std::string_view bytes) {
@@ -87,8 +95,7 @@ Mesh read_ascii_stl(const std::filesystem::path& file, std::string_view text) {
 
 bool is_stl(std::string_view bytes) {
   // Some binary files begin with "solid" too, and all have the size that their count tells.
-  return is_binary_stl(bytes) ||
-         (bytes.starts_with("solid") && bytes.substr(0, 4096).find("facet") != std::string_view::npos);
+  return is_binary_stl(bytes) || is_ascii_stl(bytes);
 }
 
 Mesh read_stl(const std::filesystem::path& file, std::string_view bytes) {

@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <istream>
 #include <map>
+#include <streambuf>
 #include <string>
 #include <string_view>
 
@@ -59,19 +61,56 @@ class PageList {
   std::vector<Image> images_;
 };
 
-/// tinyobjloader's own reader of MTL files, which opens whatever they are.
+/// A text for a parser that takes streams.
+class TextBuffer : public std::streambuf {
+ public:
+  explicit TextBuffer(std::string& text) { setg(text.data(), text.data(), text.data() + text.size()); }
+};
+
+/// Stands for a blank within a name, at which tinyobjloader would end the name.
+constexpr char kNameBlank = '\x1F';
+
+/// The text of an OBJ or MTL file as tinyobjloader reads it right: no byte order mark; no blanks within the names of
+/// materials and of the material file.
+std::string text_for_tinyobj(const fs::path& file) {
+  const FileBytes bytes(file);
+  std::string text(without_byte_order_mark(bytes.view()));
+  for (std::string_view rest = text; !rest.empty();) {
+    std::string_view line = next_line(rest);
+    const std::string_view keyword = next_word(line), name = trimmed(line);
+    const bool library = keyword == "mtllib";
+    if (!library && keyword != "usemtl" && keyword != "newmtl") continue;
+    // Several material files may be listed, with blanks between them.
+    if (library && !is_file(folder_of(file) / with_slashes(std::string(name)))) continue;
+    for (std::size_t at = static_cast<std::size_t>(name.data() - text.data()), end = at + name.size(); at < end; ++at)
+      if (is_blank(text[at]))
+        text[at] = kNameBlank;
+      else if (library && text[at] == '\\')
+        text[at] = '/';
+  }
+  return text;
+}
+
+/// Material files beside an OBJ, for tinyobjloader.
 class MaterialFiles : public tinyobj::MaterialReader {
  public:
-  explicit MaterialFiles(const fs::path& folder) : folder_(folder.string()), reader_(folder_) {}
+  explicit MaterialFiles(const fs::path& folder) : folder_(folder) {}
   bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
                   std::map<std::string, int>* numbers, std::string* warning, std::string* error) override {
-    refuse_special_file(folder_ + "/" + name);
-    return reader_(name, materials, numbers, warning, error);
+    std::string spelt = name;
+    std::ranges::replace(spelt, kNameBlank, ' ');
+    const fs::path file = folder_ / spelt;
+    refuse_special_file(file);
+    if (!is_file(file)) return false;
+    std::string text = text_for_tinyobj(file);
+    TextBuffer buffer(text);
+    std::istream in(&buffer);
+    tinyobj::LoadMtl(numbers, materials, &in, warning, error);
+    return true;
   }
 
  private:
-  std::string folder_;
-  tinyobj::MaterialFileReader reader_;
+  fs::path folder_;
 };
 
 /// A file as tinyobjloader reads it.
@@ -82,9 +121,9 @@ struct ObjContent {
 };
 
 ObjContent parse_obj(const fs::path& file) {
-  refuse_special_file(file);
-  std::ifstream in(file);
-  if (!in) throw InputError(file, "", "expected an OBJ model: cannot be opened");
+  std::string text = text_for_tinyobj(file);
+  TextBuffer buffer(text);
+  std::istream in(&buffer);
   MaterialFiles reader(folder_of(file));
   ObjContent content;
   std::string warning, error;
@@ -160,12 +199,13 @@ LoadedModel read_textured_ply(const fs::path& file) {
   return result;
 }
 
-/// The image that a material shows, kNoPage for none.
-std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, int material) {
-  const int texture =
-      element_at(file, model.materials, material, "material").pbrMetallicRoughness.baseColorTexture.index;
-  if (texture < 0) return kNoPage;
-  const int image = element_at(file, model.textures, texture, "texture").source;
+/// The image that a texture shows, kNoPage for none.
+std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, const tinygltf::TextureInfo& shown) {
+  if (shown.index < 0) return kNoPage;
+  if (shown.extensions.contains("KHR_texture_transform"))
+    throw InputError(file, "texture " + std::to_string(shown.index),
+                     "is moved by KHR_texture_transform, expected texture coordinates that need no extension");
+  const int image = element_at(file, model.textures, shown.index, "texture").source;
   element_at(file, model.images, image, "image");
   return static_cast<std::uint32_t>(image);
 }
@@ -174,9 +214,11 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model, const 
                       LoadedModel& result) {
   const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
   const AccessorView positions = positions_of(file, model, primitive);
-  const auto texcoord = primitive.attributes.find("TEXCOORD_0");
-  const bool textured = primitive.material >= 0 && texcoord != primitive.attributes.end();
-  const std::uint32_t page = textured ? page_of(file, model, primitive.material) : kNoPage;
+  tinygltf::TextureInfo shown;
+  if (primitive.material >= 0)
+    shown = element_at(file, model.materials, primitive.material, "material").pbrMetallicRoughness.baseColorTexture;
+  const auto texcoord = primitive.attributes.find("TEXCOORD_" + std::to_string(shown.texCoord));
+  const std::uint32_t page = texcoord != primitive.attributes.end() ? page_of(file, model, shown) : kNoPage;
   if (!for_each_triangle(file, model, primitive, positions.count,
                          [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
                            result.mesh.faces.push_back({base + a, base + b, base + c});

@@ -1,6 +1,8 @@
 // Masks and alpha channels: which are found, what they exclude, and that no colour of theirs is ever handed out.
 #include <OpenImageIO/imageio.h>
 
+#include <fstream>
+
 #include "io/images.h"
 #include "io/photos.h"
 #include "io/scene_files.h"
@@ -129,6 +131,18 @@ TEST_F(Masks, AlphaOfAPhotoExcludesAndJoinsItsMask) {
   SceneOptions none;
   none.masks = false;
   EXPECT_FALSE(read_exclusion(scene(none).views[0]));
+}
+
+TEST_F(Masks, TheFourthByteOfABmpIsNone) {
+  // 32 bits a pixel, uncompressed: the fourth is reserved, and 0.
+  std::string bmp = "BM" + test::bytes_of<std::uint32_t>(54 + 4 * kMaskWidth * kMaskHeight) + std::string(4, '\0') +
+                    test::bytes_of<std::uint32_t>(54) + test::bytes_of<std::uint32_t>(40) +
+                    test::bytes_of<std::int32_t>(kMaskWidth) + test::bytes_of<std::int32_t>(kMaskHeight) +
+                    test::bytes_of<std::uint16_t>(1) + test::bytes_of<std::uint16_t>(32) + std::string(24, '\0');
+  for (int i = 0; i < kMaskWidth * kMaskHeight; ++i) bmp += std::string("\x60\x70\x80\0", 4);
+  std::ofstream(photo("p.bmp"), std::ios::binary) << bmp;
+  EXPECT_FALSE(scene().views[0].uses_alpha);
+  EXPECT_FALSE(read_exclusion(scene().views[0]));
 }
 
 TEST_F(Masks, ReduceWithThePhotoToBlocksWithAnExcludedPixel) {

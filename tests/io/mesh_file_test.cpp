@@ -1,6 +1,9 @@
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
+#include <sstream>
 
 #include "io/mesh.h"
 #include "tests/support/temporary_folder.h"
@@ -271,7 +274,31 @@ TEST(MeshFile, CutsConcavePolygonsWithoutTurningATriangleOver) {
   }
   EXPECT_DOUBLE_EQ(sum, 18 - 3 * 2);
   // A bow tie has no ears to cut: the fan stays, every corner is named.
-  EXPECT_EQ(read_mesh(folder.write("c.obj", "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n")).faces.size(), 2);
+  const Mesh tie = read_mesh(folder.write("c.obj", "v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\n"));
+  EXPECT_EQ(tie.faces.size(), 2);
+  EXPECT_TRUE(contains(tie.warnings.at(0), "1 polygons cross themselves"));
+  // A square with a hole that is joined to its outline, as programs of buildings write it: from every corner on, with the
+  // doubled corners as the same vertices and as vertices of their own.
+  for (const std::string loop : {"1 2 3 4 1 5 6 7 8 5", "1 2 3 4 9 10 6 7 8 5"})
+    for (int shift = 0; shift < 10; ++shift) {
+      std::istringstream words(loop);
+      std::vector<std::string> corners{std::istream_iterator<std::string>(words), {}};
+      std::rotate(corners.begin(), corners.begin() + shift, corners.end());
+      std::string face = "f";
+      for (const std::string& corner : corners) face += " " + corner;
+      const Mesh key = read_mesh(folder.write("d.obj",
+                                              "v 0 0 0\nv 10 0 0\nv 10 10 0\nv 0 10 0\nv 4 4 0\nv 4 6 0\nv 6 6 0\n"
+                                              "v 6 4 0\nv 0 0 0\nv 4 4 0\n" +
+                                                  face + "\n"));
+      ASSERT_EQ(key.faces.size(), 8);
+      double whole = 0;
+      for (const Triangle& triangle : key.faces) {
+        EXPECT_GE(area(key, triangle), 0) << loop << shift;
+        whole += area(key, triangle);
+      }
+      EXPECT_DOUBLE_EQ(whole, 96) << loop << shift;
+      EXPECT_TRUE(key.warnings.empty());
+    }
 }
 
 TEST(MeshFlaws, CountsWhatIsOddAndKeepsIt) {
@@ -298,7 +325,7 @@ TEST(MeshFile, ReadsObjPeculiarities) {
                                            "v 0 0 0 0.5 0.5 0.5\r\n"
                                            "  v\t1 0 0 1.0\n"
                                            "mtllib C:\\folder\\\n"
-                                           "v 0 \\\n  1 \\\r\n 0\n"
+                                           "v 0 \\ \n  1 \\\t\r\n 0\n"
                                            "vp 1 2\nl 1 2\np 1\n"
                                            "f -3 -2 -1 # counted back\n"
                                            "v 0 0 1\n"

@@ -20,6 +20,7 @@ TEST(MeshFolder, TilesAreReadAsOneMeshByTheirPaths) {
   folder.write("Data/Tile_0/Tile_0.mtl", "newmtl a\n");
   folder.write("Data/out/run.json", "{}");
   folder.write("Data/out/model.obj", kTile);
+  folder.write("Data/Tile_0/._Tile_0.obj", "Mac OS X        ATTR");
   const std::vector<std::filesystem::path> files = mesh_files(folder.path());
   ASSERT_EQ(files.size(), 2u);
   EXPECT_EQ(files[0].filename(), "Tile_0.obj");
@@ -53,6 +54,14 @@ TEST(MeshOrigins, AreThoseOfMetadataXmlBesideOrAboveTheMesh) {
     EXPECT_EQ(origin->origin, (WorldPoint{448000.5, 5411000, -2}));
     EXPECT_EQ(origin->file.filename(), "metadata.xml");
   }
+  // Both as links, as programs that lay out their inputs make them.
+  const test::TemporaryFolder staged;
+  std::filesystem::create_symlink(tile, staged.path() / "mesh.obj");
+  ASSERT_TRUE(read_mesh_origin(staged.path() / "mesh.obj"));
+  const auto own =
+      staged.write("elsewhere/metadata.xml", "<ModelMetadata><SRSOrigin>7,8,9</SRSOrigin></ModelMetadata>");
+  std::filesystem::create_symlink(own, staged.path() / "metadata.xml");
+  EXPECT_EQ(read_mesh_origin(staged.path() / "mesh.obj")->origin, (WorldPoint{7, 8, 9})) << "the one beside the link";
   folder.write("metadata.xml", "<other><SRSOrigin>1,2,3</SRSOrigin></other>");
   EXPECT_FALSE(read_mesh_origin(tile)) << "of another program";
   folder.write("metadata.xml", "<ModelMetadata><SRSOrigin>1,2</SRSOrigin></ModelMetadata>");

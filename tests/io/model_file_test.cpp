@@ -1,6 +1,7 @@
 #include <tiny_gltf.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "io/mesh.h"
 #include "io/textured_model.h"
@@ -275,6 +276,51 @@ TEST(ReadTexturedModel, ReadsPlyWithTextureFiles) {
   EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(file); }), "m.ply: line"));
   test.folder.write("m.ply", "v 0 0 0\n");
   EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(file); }), "m.ply: line 1: expected 'ply'"));
+}
+
+TEST(ReadTexturedModel, ReadsNamesWithBlanksBehindByteOrderMarks) {
+  const StripModel test;
+  write_obj(test.folder.path() / "m.obj", test.model, test.pages, {});
+  const LoadedModel expected = read_textured_model(test.folder.path() / "m.obj");
+  std::string obj = test::read_file(test.folder.path() / "m.obj"), mtl = test::read_file(test.folder.path() / "m.mtl");
+  const auto rename = [](std::string& text, const std::string& from, const std::string& to) {
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
+  };
+  for (std::string* text : {&obj, &mtl})
+    for (const char* number : {"0", "1"})
+      for (const char* keyword : {"usemtl ", "newmtl "})
+        rename(*text, keyword + std::string("page_") + number, keyword + std::string("page no. ") + number);
+  rename(obj, "mtllib m.mtl", "mtllib sub folder\\my materials.mtl");
+  rename(mtl, "map_Kd ", "map_Kd ../");
+  test.folder.write("sub folder/my materials.mtl", "\xEF\xBB\xBF" + mtl.substr(mtl.find("newmtl")));
+  const LoadedModel found =
+      read_textured_model(test.folder.write("n.obj", "\xEF\xBB\xBF" + obj.substr(obj.find("mtllib"))));
+  EXPECT_EQ(found.model.face_page, expected.model.face_page);
+  EXPECT_EQ(found.mesh.faces, expected.mesh.faces);
+  EXPECT_EQ(found.pages.size(), expected.pages.size());
+}
+
+TEST(ReadTexturedModel, TakesTheTextureCoordinatesThatTheMaterialNames) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
+  write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, {});
+  const std::string good = test::read_file(test.folder.path() / "m.gltf");
+  auto json = nlohmann::json::parse(good);
+  for (auto& primitive : json["meshes"][0]["primitives"]) {
+    primitive["attributes"]["TEXCOORD_1"] = primitive["attributes"]["TEXCOORD_0"];
+    primitive["attributes"]["TEXCOORD_0"] = primitive["attributes"]["POSITION"];  // of another kind: not to be read
+  }
+  for (auto& material : json["materials"]) material["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 1;
+  const LoadedModel found = read_textured_model(test.folder.write("n.gltf", json.dump()));
+  const LoadedModel expected = read_textured_model(test.folder.path() / "m.gltf");
+  ASSERT_EQ(found.model.texcoords.size(), expected.model.texcoords.size());
+  for (std::size_t i = 0; i < found.model.texcoords.size(); ++i)
+    EXPECT_EQ(found.model.texcoords[i].u, expected.model.texcoords[i].u);
+  json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"]["offset"] = {
+      0.5, 0};
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(test.folder.write("t.gltf", json.dump())); }),
+                       "is moved by KHR_texture_transform"));
 }
 
 TEST(ReadTexturedModel, RefusesCoordinatesBeyondSinglePrecision) {

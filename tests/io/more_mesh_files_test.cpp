@@ -1,4 +1,5 @@
 // STL, OFF and glTF as meshes: what they say of geometry, and what is refused.
+#include <cctype>
 #include <cmath>
 
 #include "io/mesh.h"
@@ -38,7 +39,10 @@ constexpr const char* kAsciiStl =
 TEST(Stl, CornersAtOnePlaceAreOneVertex) {
   const TemporaryFolder folder;
   // Some programs begin binary files with the word of the ASCII ones.
-  for (const std::string& bytes : {binary_stl(), binary_stl("solid facet"), std::string(kAsciiStl)}) {
+  std::string capitals = " \n" + std::string(kAsciiStl);
+  for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  for (const std::string& bytes :
+       {binary_stl(), binary_stl("solid facet"), binary_stl() + "\r\n", std::string(kAsciiStl), capitals}) {
     const Mesh mesh = read_mesh(folder.write("a.stl", bytes));
     EXPECT_EQ(mesh.positions, kQuad);
     EXPECT_EQ(mesh.faces, kHalves);
@@ -61,9 +65,10 @@ TEST(Stl, RefusesWhatIsCutOff) {
 
 TEST(Off, ReadsPolygonsColoursAndComments) {
   const TemporaryFolder folder;
-  const Mesh plain = read_mesh(folder.write("a.off",
-                                            "OFF\n# made by hand\n4 1 0\n0 0 0.5\n2 0 0 # the second\n\n2 3 "
-                                            "0\n0 3 1\n4 0 1 2 3 255 0 0\n"));
+  const Mesh plain =
+      read_mesh(folder.write("a.off",
+                             "# a comment, or two\n\n#\nOFF\n# made by hand\n4 1 0\n0 0 0.5\n2 0 0 # the second\n\n2 3 "
+                             "0\n0 3 1\n4 0 1 2 3 255 0 0\n"));
   EXPECT_EQ(plain.positions, kQuad);
   EXPECT_EQ(plain.faces, kHalves);
   EXPECT_EQ(plain.source_face, (std::vector<std::uint32_t>{0, 0}));
@@ -143,6 +148,20 @@ TEST(GltfMesh, RefusesCyclesPackedGeometryAndBadIndices) {
       contains(error(replaced(gltf_text(""), "\"children\":[0]", "\"children\":[1]")), "node 1: has two parents"));
   EXPECT_TRUE(contains(error(gltf_text("", R"(,"extensionsRequired":["KHR_draco_mesh_compression"])")),
                        "packs its geometry by KHR_draco_mesh_compression"));
+  // As programs write it: without buffers for what is packed.
+  EXPECT_TRUE(contains(error(replaced(gltf_text("", R"(,"extensionsRequired":["KHR_draco_mesh_compression"])"),
+                                      "\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"",
+                                      "\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"")),
+                       "packs its geometry by KHR_draco_mesh_compression"));
+  EXPECT_TRUE(contains(error(gltf_text("", R"(,"extensionsRequired":["CESIUM_RTC"])")),
+                       "requires the extension 'CESIUM_RTC', which is not supported"));
+  EXPECT_EQ(
+      read_mesh(folder.write("b.gltf", gltf_text("", R"(,"extensionsRequired":["KHR_materials_unlit"])"))).faces.size(),
+      1);
+  EXPECT_TRUE(contains(error(replaced(gltf_text(""), "\"type\":\"VEC3\"",
+                                      R"("sparse":{"count":1,"indices":{"bufferView":1,"componentType":5123},)"
+                                      R"("values":{"bufferView":0}},"type":"VEC3")")),
+                       "accessor 0: is sparse"));
   EXPECT_TRUE(contains(error(replaced(gltf_text(""), "\"count\":4,\"type\":\"VEC3\"", "\"count\":2,\"type\":\"VEC3\"")),
                        "triangle 0: vertex index out of range"));
   EXPECT_TRUE(contains(error(gltf_text(",\"mode\":1")), "has no faces"));

@@ -1,6 +1,9 @@
 #include <sys/mount.h>
 #include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
+#include <string>
 #include <vector>
 
 #include "io/npy.h"
@@ -49,6 +52,25 @@ TEST(OutputFile, LeavesNothingAndTheOldFileWithoutCommit) {
   }
   EXPECT_EQ(test::read_file(file), "old");
   EXPECT_EQ(folder.count(), 1);
+}
+
+TEST(OutputFile, StepsAsideForWhatAKilledRunLeft) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "a";
+  const auto name_of_part = [&] {
+    const OutputFile out(file);
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) return entry.path().string();
+    return std::string();
+  };
+  // The names that the next ones would have: a run in a container has the number of the killed one, and counts from 0.
+  const std::string part = name_of_part(), stem = part.substr(0, part.rfind('-') + 1);
+  const int serial = std::stoi(part.substr(stem.size()));
+  for (int next = serial + 1; next < serial + 4; ++next) std::ofstream(stem + std::to_string(next)) << "half";
+  OutputFile out(file);
+  out.write("whole");
+  out.commit();
+  EXPECT_EQ(test::read_file(file), "whole");
+  EXPECT_EQ(folder.count(), 4);
 }
 
 TEST(OutputFile, SaysWhyAFolderCannotBeWritten) {
