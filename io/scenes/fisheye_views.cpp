@@ -130,7 +130,13 @@ std::vector<View> fisheye_views(const View& view) {
   if (camera.width == 0 || !is_of_angle(camera.distortion.model)) return {view};
   const double most = camera.distortion.max_angle > 0 ? camera.distortion.max_angle : largest_circle(camera);
   constexpr double kTooMuch = 0.4;
-  if (!(share_beyond_frame(camera, most) > kTooMuch)) return {view};
+  const bool wide = share_beyond_frame(camera, most) > kTooMuch;
+  View ahead = view;
+  if ((wide || camera.distortion.max_angle > 0) && most < std::numbers::pi / 2) {
+    double& max_r2 = ahead.camera.distortion.max_r2;
+    max_r2 = std::min(max_r2, std::tan(most) * std::tan(most));
+  }
+  if (!wide) return {ahead};
 
   const double right = std::atan((camera.width - camera.cx) / camera.fx), left = std::atan(camera.cx / camera.fx),
                down = std::atan((camera.height - camera.cy) / camera.fy), up = std::atan(camera.cy / camera.fy);
@@ -143,11 +149,7 @@ std::vector<View> fisheye_views(const View& view) {
     return Matrix3{1, 0, 0, 0, c, s, 0, -s, c};
   };
   const std::filesystem::path name = view.name;
-  std::vector<View> views{view};
-  if (most < std::numbers::pi / 2) {
-    double& max_r2 = views.front().camera.distortion.max_r2;
-    max_r2 = std::min(max_r2, std::tan(most) * std::tan(most));
-  }
+  std::vector<View> views{ahead};
   for (const auto& [way, lens_from_frame] : {std::pair{"right", across(right)}, std::pair{"left", across(-left)},
                                              std::pair{"down", upright(down)}, std::pair{"up", upright(-up)}}) {
     View& aside = views.emplace_back(view);
@@ -164,7 +166,7 @@ std::vector<View> fisheye_views(const View& view) {
   return views;
 }
 
-void find_image_circles(std::vector<View>& views) {
+void find_image_circles(std::vector<View>& views, const std::vector<bool>& needed) {
   std::vector<bool> done(views.size(), false);
   for (std::size_t first = 0; first < views.size(); ++first) {
     if (done[first] || views[first].photo.empty() || !is_wide_fisheye(views[first])) continue;
@@ -174,7 +176,14 @@ void find_image_circles(std::vector<View>& views) {
     constexpr std::size_t kPhotos = 3;
     Rings rings(views[first].camera);
     const std::size_t count = std::min(kPhotos, same.size());
-    for (std::size_t n = 0; n < count; ++n) rings.add(read_image(views[same[n * same.size() / count]].photo));
+    for (std::size_t n = 0; n < count; ++n)
+      for (std::size_t at = n * same.size() / count; at < (n + 1) * same.size() / count; ++at) try {
+          rings.add(read_image(views[same[at]].photo));
+          break;
+        } catch (const InputError&) {
+          if (needed[same[at]]) throw;
+          views[same[at]].photo.clear();
+        }
     for (const std::size_t i : same) {
       views[i].camera.distortion.max_angle = rings.image_circle();
       done[i] = true;

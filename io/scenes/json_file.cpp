@@ -129,7 +129,7 @@ const Json& JsonFile::objects(const std::string& place, const Json& object, cons
 std::set<std::string> json_root_keys(const fs::path& file) {
   const std::string extension = lower_case(file.extension().string());
   if (extension != ".json" && extension != ".sfm") return {};
-  constexpr std::size_t kHead = 1u << 16;
+  constexpr std::size_t kHead = 1u << 20;  // lists of photos' names may stand before what tells the format
   const std::string head = first_bytes(file, kHead);
   RootKeys keys;
   Json::sax_parse(head, &keys);

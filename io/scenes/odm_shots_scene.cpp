@@ -11,6 +11,7 @@
 //          rotations are scaled along with the coordinates and mean nothing, so coords.txt must be there.
 // Archive  members are named as the files are, below a folder where somebody packed the run's folder again.
 #include <map>
+#include <set>
 
 #include "io/files/file_bytes.h"
 #include "io/files/text_scan.h"
@@ -38,6 +39,7 @@ class OdmShotsReader {
       read_shot(place, shots_.object(place, features[i], "properties"));
     }
     omitted_.report(scene_);
+    scene_.warn(repeated_, "shots are left out: others have their photo, as overlapping parts of a split run do");
     scene_.warn(other_focal_,
                 "shots state another focal length than their camera in cameras.json, as parts of a split "
                 "run do; the camera's is read");
@@ -95,6 +97,10 @@ class OdmShotsReader {
       ++other_focal_;
     View view;
     view.name = stated_photo_name(shots_.path(), place, with_slashes(shots_.text(place, shot, "filename")));
+    if (!names_.insert(view.name).second) {
+      ++repeated_;
+      return;
+    }
     view.camera = camera->second.camera;
     const auto rotation = rotation_from_angle_axis(triple(place, shot, "rotation"));
     if (!rotation) shots_.fail(place, "the rotation is not finite");
@@ -107,7 +113,8 @@ class OdmShotsReader {
   SceneFile scene_;
   std::map<std::string, OpensfmCamera> known_;
   OmittedLenses omitted_;
-  std::size_t other_focal_ = 0;
+  std::set<std::string> names_;
+  std::size_t other_focal_ = 0, repeated_ = 0;
 };
 
 constexpr std::string_view kShots = "odm_report/shots.geojson", kCameras = "cameras.json",

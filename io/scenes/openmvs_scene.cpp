@@ -1,7 +1,9 @@
 // OpenMVS' interface archive, .mvs: libs/MVS/Interface.h of github.com/cdcseacave/openMVS, versions 1 to 7.
 //
 // Pixels   the centre of the upper left pixel is (0, 0), x right, y down: the principal point moves by half a pixel.
-//          K is divided by the longer side where the camera states no resolution.
+//          Where the camera states no resolution, K is divided by the longer side, from version 6 (OpenMVS 2.0) on
+//          with the principal point measured from the photo's edge, less half a pixel (Camera::ScaleK); a principal
+//          point of 0, 0 is then the photo's middle.
 // Camera   x right, y down, z forward: ours.
 // Pose     R takes world to camera, C is the centre; a camera's own R and C are relative to its platform's pose.
 // Lens     none: photos are undistorted.
@@ -31,20 +33,26 @@ struct Platform {
   std::vector<Pose> poses;
 };
 
-void scale_by_longer_side(Camera& camera, int width, int height) {
+/// \param off what 0 as the principal point's coordinate is, in pixels from the photo's edge
+void scale_by_longer_side(Camera& camera, int width, int height, double off) {
   const double longer = std::max(width, height);
   camera.fx *= longer;
   camera.fy *= longer;
-  camera.cx = camera.cx * longer + 0.5;
-  camera.cy = camera.cy * longer + 0.5;
+  const bool in_the_middle = camera.cx == 0 && camera.cy == 0;
+  camera.cx = in_the_middle ? width / 2.0 : camera.cx * longer + off;
+  camera.cy = in_the_middle ? height / 2.0 : camera.cy * longer + off;
+}
+
+void size_until_version_5(Camera& camera, int width, int height) { scale_by_longer_side(camera, width, height, 0.5); }
+
+/// c' = (c + 1/2) / longer - 1/2 of a c that counts from the middle of the first pixel.
+void size_from_version_6(Camera& camera, int width, int height) {
+  scale_by_longer_side(camera, width, height, std::max(width, height) / 2.0);
 }
 
 class MvsReader {
  public:
-  MvsReader(const fs::path& file, std::string_view bytes) : file_(file), reader_(file, bytes) {
-    scene_.listing = file;
-    scene_.size_camera = scale_by_longer_side;
-  }
+  MvsReader(const fs::path& file, std::string_view bytes) : file_(file), reader_(file, bytes) { scene_.listing = file; }
 
   SceneFile read() {
     if (reader_.take(4, "the header") != "MVSI")
@@ -54,6 +62,7 @@ class MvsReader {
     version_ = reader_.read<std::uint32_t>("the header");
     if (version_ < 1 || version_ > kNewest)
       reader_.fail("archive version " + std::to_string(version_) + ", expected 1 to " + std::to_string(kNewest));
+    scene_.size_camera = version_ < 6 ? size_until_version_5 : size_from_version_6;
     reader_.read<std::uint32_t>("the header");
     read_platforms();
     read_images();

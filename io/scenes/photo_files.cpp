@@ -93,8 +93,9 @@ class PhotoIndex {
 
   void add(const fs::path& path) {
     if (!is_file(path)) return;
-    by_name_[folded(path.filename().string())].push_back(path);
-    if (has_image_extension(path)) by_stem_[folded(path.stem().string())].push_back(path);
+    const File file{path, parts_of(path.string())};
+    by_name_[folded(path.filename().string())].push_back(file);
+    if (has_image_extension(path)) by_stem_[folded(path.stem().string())].push_back(file);
   }
 
   /// The file whose path has the longest tail in common with `wanted`, `preferred` where several have; empty when none
@@ -116,7 +117,11 @@ class PhotoIndex {
   }
 
  private:
-  using Index = std::unordered_map<std::string, std::vector<fs::path>>;
+  struct File {
+    fs::path path;
+    std::vector<std::string> parts;
+  };
+  using Index = std::unordered_map<std::string, std::vector<File>>;
 
   /// Files are added, links to folders collected.
   template <class Iterator>
@@ -149,12 +154,12 @@ class PhotoIndex {
     if (candidates == index.end()) return {};
     std::size_t longest = 0;
     std::vector<fs::path> found;
-    for (const fs::path& path : candidates->second) {
-      const std::size_t common = common_tail(tail, parts_of(path.string()), exact, by_stem);
+    for (const File& file : candidates->second) {
+      const std::size_t common = common_tail(tail, file.parts, exact, by_stem);
       if (common == 0 || common < longest) continue;
       if (common > longest) found.clear();
       longest = common;
-      found.push_back(path);
+      found.push_back(file.path);
     }
     return found;
   }

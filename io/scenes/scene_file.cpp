@@ -68,6 +68,12 @@ bool is_part_of_pix4d(const fs::path& source) {
   return false;
 }
 
+/// True for WebODM's camera shots alone, and a folder with them.
+bool is_part_of_odm(const fs::path& source) {
+  const auto is_shots = [](const fs::path& file) { return file.filename() == "shots.geojson" && is_file(file); };
+  return is_shots(source) || is_shots(source / "shots.geojson") || is_shots(source / "odm_report" / "shots.geojson");
+}
+
 /// Throws where Git LFS left a pointer instead of a file that could be the scene's.
 void refuse_pointers(const fs::path& source) {
   constexpr std::uintmax_t kMostBytes = 1024;  // of a pointer, as Git LFS specifies
@@ -94,6 +100,10 @@ std::optional<std::string> advice_on(const fs::path& source) {
            " only part of Pix4Dmapper's parameters; give *_calibrated_camera_parameters.txt, which it writes beside "
            "them in 1_initial/params (Processing Options > 1. Initial Processing > Calibration > Export: Camera "
            "Internals and Externals, AAT, BBA)";
+  if (is_part_of_odm(source))
+    return std::string(is_folder(source) ? "holds" : "is") +
+           " only part of an OpenDroneMap run: its cameras.json and odm_georeferencing/coords.txt are needed too; give "
+           "WebODM's all.zip or the run's folder";
   if (is_folder(source)) return incomplete_colmap(source);
   const std::string head = first_bytes(source, 4);
   if (is_zip(head)) return "is a zip archive of which nothing is read as it is; unpack it";
@@ -242,14 +252,18 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   if (!fs::exists(source, ignored)) throw InputError(source, "", "does not exist");
   const SceneSource found = recognize(source);
   SceneFile file = read_file(found);
-  if (file.views.empty()) throw InputError(file.listing, "", "lists no image with a pose");
+  if (file.views.empty()) {
+    std::string reasons;
+    for (const std::string& warning : file.warnings) reasons += (reasons.empty() ? ": " : "; ") + warning;
+    throw InputError(file.listing, "", "lists no image with a pose that can be used" + reasons);
+  }
   normalize_names(file);
   add_folders_behind_link(file);
   const std::vector<bool> needed = needed_views(file, options);
   const fs::path folder = find_photos(file, needed, options);
   if (!options.allow_missing_photos) refuse_missing(file, needed, folder);
   fit_cameras(file, needed);
-  if (!options.whole_fisheyes) find_image_circles(file.views);
+  if (!options.whole_fisheyes) find_image_circles(file.views, needed);
   find_masks(file, options);
   Scene scene;
   scene.source = source;

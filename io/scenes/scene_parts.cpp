@@ -32,7 +32,7 @@ std::vector<Sidecar> sidecars_in(const fs::path& folder, std::string_view extens
   std::multimap<std::string, std::string> photos;  // by name and by name without extension
   for (const auto& entry : fs::directory_iterator(folder)) {
     const fs::path& file = entry.path();
-    if (!is_file(file)) continue;
+    if (!is_file(file) || is_apple_double(file)) continue;
     if (lower_case(file.extension().string()) == extension) {
       sidecars.push_back({file, file.stem().string()});
     } else {

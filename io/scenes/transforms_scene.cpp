@@ -9,7 +9,7 @@
 //          about one axis. rolling_shutter, A, B, C and D, says when: the place (u, v) of the photo, both from 0 to 1, was
 //          taken at A + B u + C v of the way, and up to D later, so D / 2 in the mean. Without it, at the start.
 // Lens     k1 to k4, p1 and p2 as Distortion has them; camera_model OPENCV_FISHEYE, or is_fisheye, makes it OpenCV's
-//          fisheye. nerfstudio's EQUIRECTANGULAR (cameras.py) has longitude pi (u - cx) / fl_x and latitude
+//          fisheye. A list distortion_params, k1 to k4, p1, p2, goes before them (nerfstudio_dataparser.py). nerfstudio's EQUIRECTANGULAR (cameras.py) has longitude pi (u - cx) / fl_x and latitude
 //          pi (cy - v) / fl_y, with fl_x half the width; instant-ngp's latlong has 2 pi (u / w - 1 / 2) and
 //          pi (1 / 2 - v / h). Members of a frame go before those of the file.
 // World    any. nerfstudio turns what COLMAP made and says so: applied_transform, then applied_scale, took the original
@@ -144,7 +144,7 @@ class TransformsReader {
     constexpr std::string_view kPerspective[] = {"", "SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"};
     const bool named = has(frame, "camera_model");
     std::string model = named ? json_.text(place, owner(frame, "camera_model"), "camera_model") : "";
-    for (const char* other : {"ftheta_p0", kLatlong, "equirectangular"})
+    for (const char* other : {"ftheta_p0", kLatlong, "equirectangular", "orthographic"})
       if (has(frame, other)) model = other;
     if (model == kEquirectangular || model == kLatlong) return LensModel::spherical;
     const Json& fisheye = owner(frame, "is_fisheye");
@@ -198,8 +198,13 @@ class TransformsReader {
     camera.distortion.model = model;
     constexpr LensTerm kTerms[] = {{"k1", &Distortion::k1}, {"k2", &Distortion::k2}, {"k3", &Distortion::k3},
                                    {"k4", &Distortion::k4}, {"p1", &Distortion::p1}, {"p2", &Distortion::p2}};
-    for (const auto& [name, term] : kTerms)
-      camera.distortion.*term = json_.optional_number(place, owner(frame, name), name);
+    constexpr const char* kList = "distortion_params";
+    std::vector<double> listed;
+    if (has(frame, kList)) listed = json_.numbers(place, owner(frame, kList), kList, std::size(kTerms));
+    for (std::size_t i = 0; i < std::size(kTerms); ++i) {
+      const auto& [name, term] = kTerms[i];
+      camera.distortion.*term = listed.empty() ? json_.optional_number(place, owner(frame, name), name) : listed[i];
+    }
     finish_camera(json_.path(), place, camera);
     return camera;
   }

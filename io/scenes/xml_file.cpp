@@ -34,7 +34,15 @@ pugi::xml_node XmlFile::root(std::string_view name) const {
   return root;
 }
 
-std::string XmlFile::place(const pugi::xml_node& node) const { return line_at(text_, node.offset_debug()); }
+std::string XmlFile::place(const pugi::xml_node& node) const {
+  if (line_ends_.empty()) {
+    for (std::size_t at = text_.find('\n'); at != std::string_view::npos; at = text_.find('\n', at + 1))
+      line_ends_.push_back(static_cast<std::ptrdiff_t>(at));
+    line_ends_.push_back(static_cast<std::ptrdiff_t>(text_.size()));
+  }
+  const auto line = std::ranges::lower_bound(line_ends_, node.offset_debug()) - line_ends_.begin();
+  return "line " + std::to_string(line + 1);
+}
 
 std::string_view XmlFile::text(const pugi::xml_node& parent, const char* child) {
   return trimmed(parent.child_value(child));

@@ -20,7 +20,7 @@ class XmlFile {
 
   /// The document's root. Throws unless it has this name.
   pugi::xml_node root(std::string_view name) const;
-  /// "line 12"
+  /// "line 12". O(log lines) after the first call.
   std::string place(const pugi::xml_node& node) const;
   [[noreturn]] void fail(const pugi::xml_node& node, const std::string& reason) const {
     throw InputError(file_, place(node), reason);
@@ -42,6 +42,7 @@ class XmlFile {
   const std::filesystem::path& file_;
   std::string_view text_;
   pugi::xml_document document_;
+  mutable std::vector<std::ptrdiff_t> line_ends_;  ///< offsets, the text's end last; found when first needed
 };
 
 /// The first bytes of a document that xml_root needs; what comes before the root is shorter.

@@ -224,6 +224,38 @@ TEST(FisheyeViews, OfASmallImageCircleEndThereAheadToo) {
   EXPECT_FALSE(photo_from_pixel(views[0].camera, {300 + 300 * std::tan(71 * kDegree), 300}));
 }
 
+// A circle of 60 degrees on a sensor that would show 95: no view looks aside, and what is dark is still no photo.
+TEST(FisheyeViews, OfACircleThatTheFrameShowsEndThere) {
+  View small = circular();
+  ASSERT_EQ(fisheye_views(limited(small)).size(), 5);
+  View whole = limited(small);
+  whole.camera.distortion.max_angle = 30 * kDegree;
+  const std::vector<View> views = fisheye_views(whole);
+  ASSERT_EQ(views.size(), 1);
+  const double f = small.camera.fx, c = small.camera.cx;
+  EXPECT_TRUE(photo_from_pixel(views[0].camera, {c + f * std::tan(29 * kDegree), c}));
+  EXPECT_FALSE(photo_from_pixel(views[0].camera, {c + f * std::tan(31 * kDegree), c}));
+}
+
+TEST(FisheyeViews, NeedNoDamagedPhotoThatIsLeftOut) {
+  const FisheyeFolder files;
+  files.folder.write("images.txt", "1 1 0 0 0 0 0 0 1 a.png\n\n2 1 0 0 0 1 0 0 1 b.png\n\n");
+  const Image photo{120, 120, 3, std::vector<std::uint8_t>(std::size_t{3} * 120 * 120, 99)};
+  for (const char* name : {"a.png", "b.png"})
+    write_image(files.folder.path() / "images" / name, photo, ImageFormat::png, 0);
+  std::string bytes = test::read_file(files.folder.path() / "images/a.png");
+  for (std::size_t at = bytes.find("IDAT") + 8; at < bytes.size() - 20; ++at) bytes[at] = '\x55';
+  files.folder.write("images/a.png", bytes);
+  SceneOptions options;
+  EXPECT_TRUE(contains(test::input_error([&] { read_scene(files.folder.path(), options); }), "a.png"));
+  options.needed = [](std::span<const View> views) {
+    std::vector<bool> needed;
+    for (const View& view : views) needed.push_back(view.name.starts_with("b"));
+    return needed;
+  };
+  EXPECT_EQ(read_scene(files.folder.path(), options).views.size(), 10);
+}
+
 TEST(FisheyeViews, ShareTheirPhoto) {
   const FisheyeFolder files;
   const Scene scene = read_scene(files.folder.path(), {});

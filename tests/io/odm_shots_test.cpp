@@ -1,3 +1,4 @@
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "io/scene_files.h"
@@ -132,6 +133,25 @@ TEST(OdmShotsFile, WarnsOfSplitRuns) {
   EXPECT_TRUE(parse(kShots).warnings.empty());
   const SceneFile scene = parse(replaced(kShots, "\"focal\": 0.9", "\"focal\": 0.91"));
   EXPECT_TRUE(contains(scene.warnings.at(0), "1 shots state another focal length"));
+}
+
+// As OpenDroneMap merges three parts: photos of the overlap of the last two are listed for both.
+TEST(OdmShotsFile, KeepsTheFirstShotOfAPhoto) {
+  const nlohmann::json once = nlohmann::json::parse(kShots);
+  nlohmann::json twice = once;
+  twice["features"].push_back(once["features"][0]);
+  twice["features"].back()["properties"]["translation"][0] = 1.0;
+  const SceneFile scene = parse(twice.dump());
+  EXPECT_EQ(scene.views.size(), parse(kShots).views.size());
+  EXPECT_EQ(scene.views[0].pose.centre, parse(kShots).views[0].pose.centre);
+  EXPECT_TRUE(contains(scene.warnings.at(0), "1 shots are left out: others have their photo"));
+}
+
+TEST(OdmShotsFile, WithoutItsCamerasIsNamed) {
+  const test::TemporaryFolder folder;
+  for (const auto& source : {folder.write("shots.geojson", kShots), folder.path()})
+    EXPECT_TRUE(
+        contains(input_error([&] { read_scene(source, {}); }), "cameras.json and odm_georeferencing/coords.txt"));
 }
 
 TEST(OdmShotsFile, RefusesWithPlaceAndExpectation) {

@@ -23,6 +23,8 @@ const std::vector<double> kIdentity{1, 0, 0, 0, 1, 0, 0, 0, 1};
 const std::vector<double> kDown{1, 0, 0, 0, -1, 0, 0, 0, -1}, kQuarter{0, -1, 0, 1, 0, 0, 0, 0, 1};
 const std::vector<double> kPixelK{350, 0.5, 201.25, 0, 351, 148.5, 0, 0, 1};
 const std::vector<double> kUnitK{0.875, 0, 0.5, 0, 0.875, 0.375, 0, 0, 1};
+// The same for 200 x 150 pixels as version 6 has it: (100 + 1/2) / 200 - 1/2 and (75 + 1/2) / 200 - 1/2.
+const std::vector<double> kUnitK6{0.875, 0, 0.0025, 0, 0.875, -0.1225, 0, 0, 1};
 
 std::string camera_bytes(std::uint32_t version, std::uint32_t width, std::uint32_t height, const std::vector<double>& k,
                          const std::vector<double>& r, const std::vector<double>& c) {
@@ -44,9 +46,10 @@ std::string image_bytes(std::uint32_t version, const std::string& name, std::uin
 std::string archive(std::uint32_t version) {
   return "MVSI" + bytes_of(version) + bytes_of<std::uint32_t>(0) + bytes_of<std::uint64_t>(1) + text_bytes("platform") +
          bytes_of<std::uint64_t>(2) + camera_bytes(version, 400, 300, kPixelK, kQuarter, {0.5, 0.25, 0}) +
-         camera_bytes(version, 0, 0, kUnitK, kIdentity, {0, 0, 0}) + bytes_of<std::uint64_t>(1) + doubles(kDown) +
-         doubles({10, 20, 100}) + bytes_of<std::uint64_t>(3) + image_bytes(version, "images\\one two.jpg", 0, 0) +
-         image_bytes(version, "images/b.jpg", 1, 0) + image_bytes(version, "images/lost.jpg", 0, 0xFFFFFFFFu);
+         camera_bytes(version, 0, 0, version < 6 ? kUnitK : kUnitK6, kIdentity, {0, 0, 0}) +
+         bytes_of<std::uint64_t>(1) + doubles(kDown) + doubles({10, 20, 100}) + bytes_of<std::uint64_t>(3) +
+         image_bytes(version, "images\\one two.jpg", 0, 0) + image_bytes(version, "images/b.jpg", 1, 0) +
+         image_bytes(version, "images/lost.jpg", 0, 0xFFFFFFFFu);
 }
 
 SceneFile parse(const std::string& bytes) { return test::parse_as("OpenMVS", bytes); }
@@ -75,11 +78,11 @@ TEST(OpenMvs, SaysThatMasksAreNotUsed) {
 
 TEST(OpenMvs, SizesNormalizedCamerasByTheirPhotos) {
   const test::TemporaryFolder folder;
-  const auto file = folder.write("scene.mvs", archive(7));
   test::write_photo(folder.path() / "images/one two.jpg", 400, 300);
   test::write_photo(folder.path() / "images/b.jpg", 200, 150);
-  for (const auto& source : {file, folder.path()}) {
-    const Scene scene = read_scene(source, {});
+  for (const std::uint32_t version : {5, 6, 7}) {
+    folder.write("scene.mvs", archive(version));
+    const Scene scene = read_scene(folder.path(), {});
     ASSERT_EQ(scene.views.size(), 2);
     EXPECT_EQ(scene.format, "OpenMVS");
     EXPECT_EQ(scene.views[0].name, "images/b.jpg");
@@ -87,9 +90,15 @@ TEST(OpenMvs, SizesNormalizedCamerasByTheirPhotos) {
     EXPECT_EQ(camera.width, 200);
     EXPECT_EQ(camera.fx, 175);
     // Integers are pixel centres: half a pixel more for us.
-    EXPECT_EQ(camera.cx, 100.5);
-    EXPECT_EQ(camera.cy, 75.5);
+    EXPECT_NEAR(camera.cx, 100.5, 1e-12);
+    EXPECT_NEAR(camera.cy, 75.5, 1e-12);
   }
+  std::string centred = archive(7);
+  const std::string k = doubles(kUnitK6);
+  centred.replace(centred.find(k), k.size(), doubles({0.875, 0, 0, 0, 0.875, 0, 0, 0, 1}));
+  const Scene scene = read_scene(folder.write("scene.mvs", centred), {});
+  EXPECT_EQ(scene.views[0].camera.cx, 100) << "0, 0 is the middle";
+  EXPECT_EQ(scene.views[0].camera.cy, 75);
   folder.write("scene_dense.mvs", archive(7));
   EXPECT_TRUE(contains(input_error([&] { read_scene(folder.path(), {}); }), "holds 2 scenes"));
 }

@@ -48,6 +48,17 @@ TEST(Transforms, ProjectsAKnownPointWithEveryLens) {
   EXPECT_EQ(view_named(scene, "images/p.jpg").pose.centre, (WorldPoint{10, 20, 100}));
 }
 
+TEST(Transforms, TakesTermsFromAList) {
+  const std::string list = "\"distortion_params\": [-0.1, 0.02, 0, 0, 0.004, -0.002], ";
+  const SceneFile scene = parse(replaced(kTransforms, "\"k1\": -0.1, \"k2\": 0.02, \"p1\": 0.004, \"p2\": -0.002,",
+                                         list + "\"k1\": 7, \"p1\": 8,"));
+  EXPECT_EQ(view_named(scene, "images/p.jpg").camera.distortion,
+            view_named(parse(kTransforms), "images/p.jpg").camera.distortion);
+  EXPECT_TRUE(
+      contains(input_error([&] { parse(replaced(kTransforms, "\"k1\": -0.1,", "\"distortion_params\": [1],")); }),
+               "expected 6 numbers as 'distortion_params'"));
+}
+
 // Turned by 0.1 to either side about the line of sight, and moved from x = 9 to x = 11.
 std::string matrix(double angle, const char* x) {
   const std::string c = std::to_string(std::cos(angle)), s = std::to_string(std::sin(angle)),
@@ -149,6 +160,9 @@ TEST(Transforms, LeavesOutFramesOfLensesItDoesNotKnow) {
   const SceneFile scene = parse(replaced(kTransforms, "OPENCV_FISHEYE", "VR180_L"));
   ASSERT_EQ(scene.views.size(), 1);
   EXPECT_EQ(scene.warnings.at(0), "1 frames are left out: their lens, 'VR180_L', is not supported");
+  EXPECT_TRUE(contains(
+      input_error([&] { parse(replaced(kTransforms, "\"w\": 400.0", "\"orthographic\": true, \"w\": 400.0")); }),
+      "'orthographic' is not supported"));
 }
 
 TEST(Transforms, TakesPanoramas) {
