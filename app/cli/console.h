@@ -34,7 +34,9 @@ class Console {
   void detail(const std::string& text);   ///< stderr when verbose
   void warning(const std::string& text);  ///< stderr, always
   void error(const std::string& text);    ///< stderr, always: "gpvc: error: ..."
-  void interrupted() { error("interrupted; nothing was written"); }
+  void interrupted() { error("interrupted; " + (kept_.empty() ? "nothing was written" : kept_)); }
+  /// What an interrupted command leaves behind, for interrupted().
+  void note_kept(const std::string& what) { kept_ = what; }
 
   /// The command's files have their final names.
   void note_published() { published_ = true; }
@@ -55,6 +57,7 @@ class Console {
   bool terminal_ = false, status_shown_ = false;
   bool published_ = false, lost_ = false, reader_ended_ = false;
   std::chrono::steady_clock::time_point last_status_;
+  std::string kept_;
   std::shared_ptr<spdlog::logger> log_;
 };
 

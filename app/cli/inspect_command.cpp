@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cmath>
 #include <future>
+#include <set>
 #include <stdexcept>
 
 #include "app/cli/interrupt.h"
@@ -21,6 +22,7 @@
 #include "io/images.h"
 #include "io/lens_terms.h"
 #include "io/mesh.h"
+#include "io/output_file.h"
 #include "io/reference_system.h"
 
 namespace gpvc::cli {
@@ -228,7 +230,7 @@ void print_agreement(const SceneInputData& in, const InspectOptions& options, Co
   if (options.picture.empty()) return;
   constexpr std::size_t kRows = 6;
   const std::vector<evaluate::PairOfViews> pairs = evaluate::least_agreeing(seen.candidates, kRows);
-  if (pairs.empty()) return console.warning("no photo could be compared with others: there is no picture");
+  if (pairs.empty()) throw OutputError(options.picture, "is not written: no photo could be compared with others");
   const Image picture = evaluate::agreement_picture({in.scene, in.mesh, in.used, options.input.mesh},
                                                     seen.candidates.table, pairs, photos);
   io::write_image(options.picture, picture, io::ImageFormat::png, 0);
@@ -236,6 +238,16 @@ void print_agreement(const SceneInputData& in, const InspectOptions& options, Co
     console.result(fmt::format("picture  row {}: {}, and what {} shows of the mesh from there", row + 1,
                                in.scene.views[index(pairs[row].view)].name,
                                in.scene.views[index(pairs[row].other)].name));
+}
+
+// Throws OutputError if the picture would replace a file that is read, or cannot be written: before photos are compared.
+void check_picture(const InspectOptions& options, const Scene& scene) {
+  std::set<std::filesystem::path> read = input_files(scene);
+  for (const std::filesystem::path& mesh : io::mesh_files(options.input.mesh))
+    read.insert(std::filesystem::weakly_canonical(mesh));
+  if (read.contains(std::filesystem::weakly_canonical(options.picture)))
+    throw OutputError(options.picture, "is a file that is read; choose another name for the picture");
+  const io::OutputFile probe(options.picture);
 }
 
 }  // namespace
@@ -246,12 +258,13 @@ void run_inspect(const InspectOptions& options, Console& console) {
   std::future<Mesh> mesh;
   if (!options.input.mesh.empty())
     mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
-  if (!options.picture.empty() && !options.check) throw std::runtime_error("--picture belongs to --check");
+  if (!options.picture.empty() && !options.check) throw UsageError("--picture belongs to --check");
   if (options.input.mesh.empty() && options.plan)
-    throw std::runtime_error("--plan counts what a mesh takes: name one after the scene");
+    throw UsageError("--plan counts what a mesh takes: name one after the scene");
   if (options.input.mesh.empty() && options.check)
-    throw std::runtime_error("--check compares what the photos show of a mesh: name one after the scene");
+    throw UsageError("--check compares what the photos show of a mesh: name one after the scene");
   in.scene = read_views(options.input, in.used, !options.check);
+  if (!options.picture.empty()) check_picture(options, in.scene);
   print_cameras(in.scene, in.used, console);
   throw_if_interrupted();
   if (!mesh.valid()) return;

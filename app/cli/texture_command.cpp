@@ -86,6 +86,14 @@ bool needs_one_model(const TextureOptions& o) {
          s.atlas.max_texels > 0;
 }
 
+// What was asked for and tiles do not have: the end of a sentence.
+std::string without_in_tiles(const TextureOptions& o) {
+  const bool files = o.settings.output.gltf != io::GltfContainer::glb;
+  if (!o.settings.output.normals && !files) return "";
+  return fmt::format(", without {}{}{}", o.settings.output.normals ? "normals" : "",
+                     o.settings.output.normals && files ? " and " : "", files ? "model.gltf" : "");
+}
+
 }  // namespace
 
 void run_texture(const TextureOptions& options, Console& console) {
@@ -110,12 +118,15 @@ void run_texture(const TextureOptions& options, Console& console) {
                   : pipeline::retexture_into(options.from, in.input(), settings, photos, folder, record);
     } catch (const pipeline::MemoryError& too_little) {
       if (needs_one_model(options)) throw;
-      record.warning(
-          fmt::format("{}. It goes on in tiles, one after another: the result is tileset.json", too_little.what()));
+      record.warning(fmt::format("{}. It goes on in tiles, one after another: the result is tileset.json{}",
+                                 too_little.what(), without_in_tiles(options)));
       folder.start_over();
       evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
       tiles::texture_in_tiles(in.input(), settings, options.input.downscale, program_version(), folder, record);
-      return {options_json(options), Json::object(), (options.out / "tileset.json").string()};
+      TextureOptions done = options;
+      done.settings.output.normals = false;
+      done.settings.output.gltf = io::GltfContainer::glb;
+      return {options_json(done), Json::object(), (options.out / "tileset.json").string()};
     }
     const auto& [textured, written] = *files;
     record.counts["preview"] = preview_json(written);

@@ -164,10 +164,11 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   gpvc texture colmap mesh.ply --from out --allow roof.json -o out2
   gpvc texture colmap mesh.ply -o web --max-pages 1 --page-size 4096 --unseen drop
 
-Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb, preview.png, views.json,
-labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled), faces.npy (GLB triangle
-to input face), offset.txt where coordinates are large, run.json; with --editable or --from
-edit-views.bin and edit-model.bin.
+Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb (or model.gltf and model.bin),
+preview.png, views.json, labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled),
+faces.npy (GLB triangle to input face), source_faces.npy (face to the polygon it was cut from,
+where there are any), offset.txt where coordinates are large, run.json; with --editable or
+--from edit-views.bin and edit-model.bin.
 
 A line of --allow FILE is one of (a face is inside if its middle is; several rules all hold):
   box,X Y Z X Y Z,forbid,PHOTO;PHOTO...        polygon,X Y X Y X Y...,allow,PHOTO;PHOTO...

@@ -22,7 +22,8 @@ std::vector<std::string> listed(const std::string& list) {
   const bool in_file = list.starts_with("@");
   if (in_file) io::refuse_special_file(list.substr(1));
   std::ifstream file(in_file ? list.substr(1) : "");
-  if (in_file && !file) throw InputError(list.substr(1), "", "cannot be read as a list of views");
+  if (in_file && (!file || !io::is_file(list.substr(1))))
+    throw InputError(list.substr(1), "", "cannot be read as a list of views");
   std::istringstream text(list);
   std::istream& in = in_file ? static_cast<std::istream&>(file) : text;
   std::vector<std::string> names;

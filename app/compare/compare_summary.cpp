@@ -2,11 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 
 #include "app/compare/compare.h"
 #include "app/compare/compare_report.h"
-#include "io/files/paths.h"
+#include "io/files/file_bytes.h"
 
 namespace gpvc::compare {
 namespace {
@@ -25,12 +24,10 @@ constexpr Measure kMeasures[] = {
     {"seen area textured, filled or not, in no colour of another surface", "truth.all.right"}};
 
 Json read_report(const std::filesystem::path& file) {
-  io::refuse_special_file(file);
-  std::ifstream stream(file);
-  if (!stream) throw InputError(file, "", "cannot be read");
+  const io::FileBytes bytes(file);
   Json report;
   try {
-    report = Json::parse(stream);
+    report = Json::parse(bytes.view());
   } catch (const Json::exception& error) {
     throw InputError(file, "", fmt::format("is not JSON: {}", error.what()));
   }

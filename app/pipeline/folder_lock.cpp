@@ -7,8 +7,8 @@
 
 #include <array>
 #include <cerrno>
+#include <cstring>
 #include <string>
-#include <system_error>
 
 #include "io/error.h"
 
@@ -44,7 +44,7 @@ bool is_still_there(int descriptor, const fs::path& file) {
 FolderLock::FolderLock(const fs::path& folder) : file_(folder / ".gpvc-lock") {
   for (;;) {
     descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
-    if (descriptor_ < 0) throw fs::filesystem_error("", file_, std::error_code(errno, std::generic_category()));
+    if (descriptor_ < 0) throw OutputError(folder, std::string("cannot be written: ") + std::strerror(errno));
     held_ = flock(descriptor_, LOCK_EX | LOCK_NB) == 0;
     if (!held_ && errno == EWOULDBLOCK) {
       const std::string holder = holder_of(descriptor_);

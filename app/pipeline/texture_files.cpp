@@ -68,14 +68,17 @@ io::TexturedModel without_unseen(io::TexturedModel model, std::span<const labeli
   return model;
 }
 
-void write_offset(const io::ModelOptions& model, OutputFolder& folder) {
-  if (model.offset == WorldPoint{} && model.srs.empty() && model.srs_offset == WorldPoint{}) return;
-  io::OutputFile file(folder.file("offset.txt"));
-  file.write(offset_text(model));
-  file.commit();
+}  // namespace
+
+bool has_offset(const io::ModelOptions& model) {
+  return !(model.offset == WorldPoint{}) || !model.srs.empty() || !(model.srs_offset == WorldPoint{});
 }
 
-}  // namespace
+void write_offset(const io::ModelOptions& model, const std::filesystem::path& file) {
+  io::OutputFile out(file);
+  out.write(offset_text(model));
+  out.commit();
+}
 
 io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings) {
   io::ModelOptions model;
@@ -148,7 +151,7 @@ void ModelFiles::begin(std::span<const ViewId> labels, std::span<const labeling:
   labels_file_ = folder_.file("labels.npy");
   tags_file_ = folder_.file("tags.npy");
   faces_file_ = folder_.file("faces.npy");
-  write_offset(options_, folder_);
+  if (has_offset(options_)) write_offset(options_, folder_.file(kOffsetFile));
   if (!input_.mesh.source_face.empty())
     io::write_npy_as<std::uint32_t>(folder_.file("source_faces.npy"), input_.mesh.source_face);
   const auto edge2 = [&] { return static_cast<std::size_t>(reduction_) * static_cast<std::size_t>(reduction_); };

@@ -18,6 +18,12 @@ std::string page_name(std::size_t number, io::ImageFormat format);
 /// How the result's files write coordinates.
 io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings);
 
+/// Beside a model whose coordinates are not the scene's own, or whose reference system is known: what to add to them.
+inline constexpr const char* kOffsetFile = "offset.txt";
+bool has_offset(const io::ModelOptions& model);
+/// Throws OutputError.
+void write_offset(const io::ModelOptions& model, const std::filesystem::path& file);
+
 /// The color profile of the first view's photo file, for the pages; empty where it has none or there is no file. Warns of
 /// photos with another profile, because colors are not converted. Reads file headers only. Throws InputError.
 io::ColorProfile profile_of_photos(const Input& input, Observer& observer);

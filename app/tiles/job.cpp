@@ -98,18 +98,31 @@ TileInfo read_tile_info(Reader& in) {
 
 }  // namespace
 
-io::WorkKey job_key(const pipeline::Input& input, const pipeline::Settings& settings, std::string_view program,
-                    std::size_t faces_per_tile, bool compress, pipeline::Observer& observer) {
+io::WorkKey job_key(const pipeline::Input& input, const JobSettings& settings, std::string_view program, const Job& job,
+                    pipeline::Observer& observer) {
   io::CallbackSource no_photos(input.scene, [](ViewId) { return io::Picture{}; });
-  const pipeline::ResultKeys keys = pipeline::result_keys(input, settings, no_photos, observer);
+  const pipeline::ResultKeys keys = pipeline::result_keys(input, settings.tileset.texture, no_photos, observer);
   io::WorkHash hash;
   hash.add_text(program);
   for (const io::WorkKey& key : {keys.mesh, keys.views, keys.options}) hash.add(key.bits);
-  hash.add(settings.output.quality);
-  hash.add(settings.output.up ? static_cast<int>(*settings.output.up) : -1);
-  hash.add(faces_per_tile);
-  hash.add(compress);
-  for (const ViewId view : input.views) hash.add_text(input.scene.views[index(view)].photo.string());
+  hash.add(settings.tileset.texture.output.quality);
+  hash.add(settings.tileset.faces_per_tile);
+  hash.add(settings.tileset.compress);
+  hash.add(settings.views_per_unit);
+  hash.add(settings.levels);
+  for (const double value : {job.model.offset.x, job.model.offset.y, job.model.offset.z, job.model.srs_offset.x,
+                             job.model.srs_offset.y, job.model.srs_offset.z})
+    hash.add(value);
+  hash.add(static_cast<int>(job.model.up));
+  hash.add_text(job.model.srs);
+  hash.add_text({reinterpret_cast<const char*>(job.color_profile.data()), job.color_profile.size()});
+  for (const ViewId id : input.views) {
+    const View& view = input.scene.views[index(id)];
+    hash.add_text(view.photo.string());
+    hash.add_text(view.mask.string());
+    hash.add(view.uses_alpha);
+    hash.add(view.reduction);
+  }
   return hash.key();
 }
 

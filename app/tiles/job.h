@@ -21,6 +21,7 @@
 
 #include "app/pipeline/glance.h"
 #include "app/pipeline/pipeline.h"
+#include "app/tileset/tileset.h"
 #include "io/images.h"
 #include "io/textured_model.h"
 #include "io/work_store.h"
@@ -60,9 +61,16 @@ struct Job {
 /// The scene at the size of photos that a level is textured from.
 Scene scene_at(const Job& job, int level);
 
-/// Of all that a job's results depend on, except the bytes of photos. \param program its version
-io::WorkKey job_key(const pipeline::Input& input, const pipeline::Settings& settings, std::string_view program,
-                    std::size_t faces_per_tile, bool compress, pipeline::Observer& observer);
+struct JobSettings {
+  tileset::TilesetSettings tileset{};
+  std::size_t views_per_unit = 16;  ///< at most, looked at by one unit
+  bool levels = true;               ///< of detail above that of the mesh
+};
+
+/// Of all that a job's units and results depend on, except the bytes of photos and masks. \param program its version
+/// \param job whose model and color_profile are known
+io::WorkKey job_key(const pipeline::Input& input, const JobSettings& settings, std::string_view program, const Job& job,
+                    pipeline::Observer& observer);
 
 /// The tiles with faces that views of a group may frame, ascending.
 std::vector<std::uint32_t> tiles_of_group(const Job& job, int level, std::size_t group);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "app/pipeline/memory.h"
 #include "app/tiles/done.h"
@@ -36,9 +37,10 @@ JobSettings settings_within(const pipeline::Input& input, const pipeline::Settin
   JobSettings fitting;
   fitting.tileset.texture = settings;
   double least = 0;
+  bool undivided = false;  // one tile was tried
   for (std::size_t faces = 4000000; faces >= kLeastFaces; faces /= 4) {
     fitting.tileset.faces_per_tile = faces;
-    if (faces >= input.mesh.faces.size()) continue;
+    if (faces >= input.mesh.faces.size() && std::exchange(undivided, true)) continue;
     const double needed = most_memory(plan_units(cut_scene(input, fitting, observer)));
     if (needed <= limit) return fitting;
     least = least == 0 ? needed : std::min(least, needed);

@@ -156,15 +156,14 @@ int reduction_for(const pipeline::Input& input, int level) {
 }
 
 // Cuts the tiles; hands each to `take`.
-Job cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Observer& observer,
-        const std::function<void(std::uint32_t, const TileMesh&)>& take) {
+void cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Observer& observer,
+         const std::function<void(std::uint32_t, const TileMesh&)>& take, Job& job) {
   observer.begin({"cut", "tiles"});
   const int depth = tileset::tree_depth(input.mesh.faces.size(), settings.tileset.faces_per_tile);
   const std::size_t tiles = std::size_t{1} << (2 * depth);
   const io::UpAxis up = pipeline::scene_up(input.scene, input.views);
   const std::vector<std::uint32_t> leaf = tileset::leaf_of_faces(input.mesh, up, depth);
   TileCutter cutter(input.mesh, leaf, tiles);
-  Job job;
   Level finest;
   finest.texel_size = settings.tileset.texture.atlas.texel_size;
   job.views.assign(input.views.begin(), input.views.end());
@@ -197,29 +196,30 @@ Job cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Obs
     job.levels.push_back(std::move(level));
   }
   observer.end(fmt::format("{} tiles, {} groups of views", job.levels[0].tiles.size(), job.groups.size()));
-  return job;
 }
 
 }  // namespace
 
 Job cut_scene(const pipeline::Input& input, const JobSettings& settings, pipeline::Observer& observer) {
-  return cut(input, settings, observer, {});
+  Job job;
+  cut(input, settings, observer, {}, job);
+  return job;
 }
 
 std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input, const JobSettings& settings,
                            const std::string& program, pipeline::Observer& observer) {
-  const pipeline::Settings& texture = settings.tileset.texture;
-  const io::WorkKey key =
-      job_key(input, texture, program, settings.tileset.faces_per_tile, settings.tileset.compress, observer);
-  const fs::path mesh = folder.path() / "mesh";
-  Job job = cut(input, settings, observer, [&](std::uint32_t number, const TileMesh& tile) {
-    folder.keep(mesh, tile_file(number), key, [&](io::WorkStore::Writer& out) { write(out, tile); });
-  });
+  Job job;
   // Which faces have a view is not known yet.
   const std::vector<ViewId> any(input.mesh.faces.size(), input.views.front());
-  job.model = pipeline::model_options(input, any, texture.output);
+  job.model = pipeline::model_options(input, any, settings.tileset.texture.output);
   job.model.normals = false;  // they would differ along the borders of tiles
   job.color_profile = pipeline::profile_of_photos(input, observer);
+  const io::WorkKey key = job_key(input, settings, program, job, observer);
+  const fs::path mesh = folder.path() / "mesh";
+  const auto keep_tile = [&](std::uint32_t number, const TileMesh& tile) {
+    folder.keep(mesh, tile_file(number), key, [&](io::WorkStore::Writer& out) { write(out, tile); });
+  };
+  cut(input, settings, observer, keep_tile, job);
   folder.write_job(job, key);
   std::vector<Unit> units = plan_units(job);
   io::OutputFile plan(folder.path() / "plan.json");

@@ -6,18 +6,11 @@
 #include "app/pipeline/pipeline.h"
 #include "app/tiles/job.h"
 #include "app/tiles/plan.h"
-#include "app/tileset/tileset.h"
 
 namespace gpvc::tiles {
 
 /// Of a job, each of whose units should run on a usual machine: some 1.5 GB.
 inline constexpr std::size_t kDefaultTileFaces = 1000000;
-
-struct JobSettings {
-  tileset::TilesetSettings tileset;
-  std::size_t views_per_unit = 16;  ///< at most
-  bool levels = true;               ///< of detail above the mesh's own
-};
 
 /// The job of an input, without files and without what they are written with. O(faces log faces + faces x border).
 Job cut_scene(const pipeline::Input& input, const JobSettings& settings, pipeline::Observer& observer);

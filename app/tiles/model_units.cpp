@@ -121,7 +121,10 @@ void UnitRunner::bake(const Unit& unit) {
     return drops && tile.costs.tags[f] == labeling::FaceTag::unseen;
   });
   model.model.mesh = &model.mesh;
-  if (finest) io::write_obj(obj / "model.obj", model.model, model.pages, job_.model);
+  if (finest) {
+    io::write_obj(obj / "model.obj", model.model, model.pages, job_.model);
+    if (pipeline::has_offset(job_.model)) pipeline::write_offset(job_.model, obj / pipeline::kOffsetFile);
+  }
   fs::path stem = glb;
   io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, model.model, model.pages, job_.model);
   if (compress_) tileset::compress_geometry(glb);
@@ -133,7 +136,8 @@ void UnitRunner::bake(const Unit& unit) {
       fs::remove(page.file);
   }
   if (finest)
-    for (const char* name : {"model.obj", "model.mtl"}) outcome_->add(folder_, obj / name);
+    for (const char* name : {"model.obj", "model.mtl", pipeline::kOffsetFile})
+      if (io::is_file(obj / name)) outcome_->add(folder_, obj / name);
   auto& figures = outcome_->done.figures;
   figures["charts"] = atlas.statistics.charts;
   figures["page_texels"] = atlas.statistics.page_texels;

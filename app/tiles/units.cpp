@@ -70,6 +70,12 @@ void UnitRunner::keep(const Unit& unit, const std::string& name, const io::WorkK
 UnitResult UnitRunner::run(const Unit& unit) {
   const io::WorkKey key = key_of(unit);
   if (folder_.done(unit.name) == key) return UnitResult::was_done;
+  const auto most = static_cast<double>(settings_.memory_bytes);
+  if (most > 0 && unit.memory_bytes > most && unit.stage != Stage::bake)
+    observer_.warning(fmt::format(
+        "unit {} may take {} of memory, and only units that bake keep to {}: make the job with fewer --tile-faces or "
+        "--unit-views",
+        unit.name, pipeline::readable_bytes(unit.memory_bytes), pipeline::readable_bytes(most)));
   fs::create_directories(folder_.unit(unit.name));
   const pipeline::FolderLock lock(folder_.unit(unit.name));
   std::error_code ignored;

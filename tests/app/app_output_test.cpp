@@ -253,5 +253,26 @@ TEST_F(App, LostOutputIsAFailure) {
   expect_one_sentence(outcome, "standard output", "cannot be written");
 }
 
+TEST_F(App, APictureOfPhotosReplacesNoFileThatIsRead) {
+  fs::path photo;
+  for (const auto& entry : fs::recursive_directory_iterator(scene_))
+    if (entry.path().filename() == "east_001.jpg") photo = entry.path();
+  const std::string before = read_file(photo);
+  const std::vector<std::string> inspect{"inspect", (scene_ / "colmap").string(), (scene_ / "mesh.ply").string()};
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = inspect;
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words);
+  };
+  for (const fs::path& file : {photo, scene_ / "mesh.ply"})
+    expect_one_sentence(with({"--check", "--picture", file.string()}), file.string(), "is a file that is read");
+  EXPECT_EQ(read_file(photo), before);
+  expect_one_sentence(with({"--check", "--picture", (folder_.path() / "no/x.png").string()}), "x.png",
+                      "cannot be written");
+  EXPECT_EQ(with({"--picture", "x.png"}).exit_code, 2);
+  EXPECT_EQ(run({"inspect", (scene_ / "colmap").string(), "--check"}).exit_code, 2);
+  EXPECT_EQ(with({"--views", "@" + scene_.string()}).exit_code, 1) << "a folder is no list";
+}
+
 }  // namespace
 }  // namespace gpvc

@@ -292,7 +292,9 @@ TEST_F(App, InspectSaysWhatItUnderstood) {
   EXPECT_FALSE(contains(checked.out, "CHANCE"));
   EXPECT_TRUE(contains(checked.out, "quality  east_001.jpg: blur ")) << checked.out;
   inspect.erase(inspect.begin() + 2);
-  expect_one_sentence(run(inspect), "--check", "mesh");
+  const Outcome no_mesh = run(inspect);
+  EXPECT_EQ(no_mesh.exit_code, 2);
+  EXPECT_TRUE(contains(no_mesh.err, "--check compares what the photos show of a mesh")) << no_mesh.err;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // gpvc tiles, unit and plan, from a scene to a tileset.
 #include <sys/file.h>
 
+#include "io/images.h"
 #include "io/textured_model.h"
 #include "tests/app/app_fixture.h"
 
@@ -24,6 +25,17 @@ class TilesCommand : public App {
     std::vector<std::string> all{"unit", out_.string()};
     all.insert(all.end(), words.begin(), words.end());
     return run(all);
+  }
+  // Black in one corner.
+  void write_mask() const {
+    for (const auto& entry : fs::recursive_directory_iterator(scene_)) {
+      if (entry.path().filename() != "east_001.jpg") continue;
+      Image mask = io::read_image(entry.path());
+      std::ranges::fill(mask.pixels, std::uint8_t{255});
+      std::fill_n(mask.at(0, 0), 3, std::uint8_t{0});
+      return io::write_image(entry.path().string() + ".mask.png", mask, io::ImageFormat::png, 0);
+    }
+    ADD_FAILURE() << "no photo";
   }
   // The result alone, by name.
   std::map<std::string, std::string> result() const { return files_of(out_ / "result"); }
@@ -68,6 +80,64 @@ TEST_F(TilesCommand, AnotherJobInTheSameFolderLeavesNoTileOfTheFormerOne) {
   ASSERT_EQ(unit({"--all"}).exit_code, 0);
   EXPECT_TRUE(fs::exists(out_ / "result" / "tiles" / "0_0.glb"));
   EXPECT_FALSE(fs::exists(out_ / "result" / "tiles" / "0_3.glb"));
+}
+
+TEST_F(TilesCommand, AJobThatDiffersInAnythingStartsAnew) {
+  ASSERT_EQ(run(tiles({"--no-levels"})).exit_code, 0);
+  const auto is_replaced_by = [&](const std::vector<std::string>& words) {
+    std::ofstream(out_ / "units" / "left") << "by a unit of the former job";
+    EXPECT_EQ(run(words).exit_code, 0);
+    return !fs::exists(out_ / "units");
+  };
+  const auto leave_unit = [&] { fs::create_directories(out_ / "units"); };
+  leave_unit();
+  EXPECT_FALSE(is_replaced_by(tiles({"--no-levels", "--force"}))) << "the same job";
+  EXPECT_TRUE(is_replaced_by(tiles({"--force"}))) << "with levels";
+  std::vector<std::string> words = tiles({"--force"});
+  *std::next(std::ranges::find(words, "--unit-views")) = "3";
+  leave_unit();
+  EXPECT_TRUE(is_replaced_by(words)) << "other groups of views";
+  write_mask();
+  leave_unit();
+  EXPECT_TRUE(is_replaced_by(words)) << "a mask more";
+  words.push_back("--no-masks");
+  leave_unit();
+  EXPECT_TRUE(is_replaced_by(words)) << "without masks";
+}
+
+TEST_F(TilesCommand, RemovesNothingThatNoJobMade) {
+  for (const char* name : {"units", "result"}) {
+    fs::create_directories(out_ / name);
+    std::ofstream(out_ / name / "notes.txt") << "mine";
+    expect_one_sentence(run(tiles()), (out_ / name).string(), "is not of a job");
+    EXPECT_EQ(read_file(out_ / name / "notes.txt"), "mine");
+    fs::remove_all(out_ / name);
+  }
+  ASSERT_EQ(run(tiles({"--no-levels"})).exit_code, 0);
+  fs::create_directories(out_ / "result");
+  fs::rename(scene_ / "mesh.ply", out_ / "result" / "mesh.ply");
+  std::vector<std::string> words = tiles({"--force"});
+  words[2] = (out_ / "result" / "mesh.ply").string();
+  expect_one_sentence(run(words), "mesh.ply", "is read by this run");
+  EXPECT_TRUE(fs::exists(out_ / "result" / "mesh.ply"));
+}
+
+TEST_F(TilesCommand, TilesOfLargeCoordinatesSayWhatToAdd) {
+  const fs::path city = folder_.path() / "utm";
+  ASSERT_EQ(run({"synth", "city", "-o", city.string(), "--faces", "1000", "--photos", "5", "--photo-size", "150x100",
+                 "--size", "40", "--utm"})
+                .exit_code,
+            0);
+  ASSERT_EQ(run({"tiles", (city / "colmap").string(), (city / "mesh.ply").string(), "-o", out_.string(), "--no-levels"})
+                .exit_code,
+            0);
+  const Outcome units = unit({"--all", "--memory", "10M"});
+  expect_one_sentence(units, "--memory", "10 MB");
+  EXPECT_TRUE(contains(units.err, "unit see-0-0 may take")) << units.err;
+  ASSERT_EQ(unit({"--all"}).exit_code, 0);
+  const io::LoadedModel model = io::read_textured_model(out_ / "result" / "obj" / "0" / "model.obj");
+  EXPECT_GT(model.offset.x, 1e5);
+  EXPECT_LT(model.mesh.positions[0].x, 1e3);
 }
 
 TEST_F(TilesCommand, AKilledDriverGoesOn) {
