@@ -109,10 +109,10 @@ TEST(Stage, CopiesOfALargeFaceAreNeitherDrawnNorContested) {
   for (std::uint32_t i = 0; i < 20000; ++i) {
     const WorldPoint& p = mesh.positions[i % 3];
     mesh.positions.push_back({p.x, p.y, p.z});
-    // With the same vertices and with their own, turned, and seen from behind.
+    // With the same vertices and with their own, from another corner on.
     const std::uint32_t a = i % 2 == 0 ? 0 : static_cast<std::uint32_t>(mesh.positions.size()) - 1;
     const std::uint32_t b = i % 2 == 0 ? 1 : (i + 1) % 3, c = i % 2 == 0 ? 2 : (i + 2) % 3;
-    mesh.faces.push_back(i % 3 == 0 ? Triangle{a, c, b} : Triangle{b, c, a});
+    mesh.faces.push_back({b, c, a});
   }
   const ViewVisibility found = VisibilityStage(mesh, {}).classify(view, ViewId{0}, nullptr);
   EXPECT_EQ(found.statistics.contested_samples, alone.statistics.contested_samples);
@@ -120,6 +120,37 @@ TEST(Stage, CopiesOfALargeFaceAreNeitherDrawnNorContested) {
   EXPECT_EQ(std::vector(found.classes.begin(), found.classes.begin() + static_cast<std::ptrdiff_t>(distinct)),
             alone.classes);
   for (std::size_t f = distinct; f < found.classes.size(); ++f) ASSERT_EQ(found.classes[f], FaceClass::hidden) << f;
+}
+
+TEST(Stage, BothSidesOfASurfaceThatAreFacesOfTheirOwnAreSeen) {
+  const View view = scenes::view_of(320, 240, 250);
+  const auto classes = [&](const Mesh& mesh) {
+    return VisibilityStage(mesh, {}).classify(view, ViewId{0}, nullptr).classes;
+  };
+  for (const double size : {0.7, 6.0, 40.0}) {
+    const Mesh mesh = scenes::soup(view.camera, size > 30 ? 300 : 3000, size, 45);
+    Mesh turned = mesh;
+    for (Triangle& t : turned.faces) std::swap(t[1], t[2]);
+    const std::vector<FaceClass> fronts = classes(mesh), backs = classes(turned);
+    for (const bool back_first : {false, true}) {
+      Mesh both = mesh;
+      both.faces.clear();
+      for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+        both.faces.push_back((back_first ? turned : mesh).faces[f]);
+        both.faces.push_back((back_first ? mesh : turned).faces[f]);
+      }
+      const std::vector<FaceClass> found = classes(both);
+      const OracleView truth = oracle_visibility(both, view);
+      std::size_t seen = 0;
+      for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+        EXPECT_EQ(found[2 * f + (back_first ? 1 : 0)], fronts[f]) << f;
+        EXPECT_EQ(found[2 * f + (back_first ? 0 : 1)], backs[f]) << f;
+        seen += fronts[f] != FaceClass::hidden && backs[f] == FaceClass::hidden ? 1 : 0;
+      }
+      EXPECT_GT(seen, mesh.faces.size() / 10);
+      EXPECT_EQ(truth.classes, found);
+    }
+  }
 }
 
 TEST(Stage, SaysWhatNeedsADevice) {

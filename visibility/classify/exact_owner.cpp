@@ -71,14 +71,15 @@ std::optional<bool> OwnerContest::beats_stored_in(const PreparedView& view, Cont
   const std::optional<int> last = run.x1 - run.x0 > 1 && first ? beats_at(run.x1 - 1) : first;
   if (run.x1 - run.x0 == 1 && !first) return true;
   if (!first || !last || (*first < 0) != (*last < 0) || (*first > 0) != (*last > 0)) return std::nullopt;
-  return *first < 0 || (*first == 0 && contender.face() < stored);
+  return *first < 0 ||
+         (*first == 0 && precedes_at_equal_depth(contender.raster().facing, contender.face(), raster.facing, stored));
 }
 
 void OwnerOverlay::resolve(const PreparedView& view, std::vector<Claim>& claims) {
   for (const Claim& entry : entries_) corrected_[entry.pixel / 64] = 0;
   entries_.clear();
   corrected_.resize((view.ivm.size() + 63) / 64, 0);
-  // Ascending faces within a pixel: a later claimant must be strictly nearer, so ties keep the lower index.
+  // Ascending faces within a pixel, so that runs of the same claimants are found.
   tbb::parallel_sort(claims.begin(), claims.end(), [](const Claim& a, const Claim& b) {
     return a.pixel != b.pixel ? a.pixel < b.pixel : a.face < b.face;
   });
@@ -125,7 +126,8 @@ void OwnerOverlay::add_nearest(const PreparedView& view, std::span<const FaceId>
   for (const FaceId claimant : claimants.subspan(1)) {
     const RasterFace other = view.raster(claimant);
     const auto nearer_at = [&](double x) {
-      return compare_depth_exactly(face_point(other, x, y), face_point(best, x, y)) < 0;
+      const int order = compare_depth_exactly(face_point(other, x, y), face_point(best, x, y));
+      return order < 0 || (order == 0 && precedes_at_equal_depth(other.facing, claimant, best.facing, nearest));
     };
     const bool nearer = nearer_at(first_x);
     if (first_x < last_x && nearer_at(last_x) != nearer) {

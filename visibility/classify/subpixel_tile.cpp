@@ -219,7 +219,8 @@ struct SubpixelTile::Occluder {
     const FacePoint here = face_point(raster, x, y);
     if (!covers_exactly(here)) return false;
     const int order = compare_depth_exactly(here, face_point(view.raster(sampled), x, y));
-    return order < 0 || (order == 0 && face < sampled);
+    return order < 0 ||
+           (order == 0 && precedes_at_equal_depth(raster.facing, face, view.raster(sampled).facing, sampled));
   }
 
   const PreparedView& view;

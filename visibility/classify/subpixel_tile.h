@@ -24,7 +24,7 @@ class SubpixelTile {
   /// Counting sort into cells; must come before the first hide_behind().
   void sort();
   /// Hides the samples of other faces that one of `faces` covers and lies in front of, decided exactly; ties go to the
-  /// lower index. Thread-safe.
+  /// face that precedes_at_equal_depth(). Thread-safe.
   void hide_behind(const PreparedView& view, std::span<const FaceId> faces, Found& found);
   /// Calls sees(face, visible, all) for every face with samples here: how many are not hidden, and how many there are.
   template <class Callback>

@@ -83,7 +83,7 @@ void Tile::hide_sample(std::uint32_t face, const LocalFace& shape, Sample& sampl
   }
   if (covered == Answer::yes && same_triangle(face, sample.face)) {
     sample.disputed = true;
-    sample.beaten |= face < sample.face;
+    sample.beaten |= precedes(face, sample.face);
     return;
   }
   const ExactPoint point = exact_sample(exact(sample.face), sample.number);
@@ -99,7 +99,7 @@ void Tile::hide_sample(std::uint32_t face, const LocalFace& shape, Sample& sampl
     return;
   }
   sample.disputed = true;
-  sample.beaten |= coverage.inside && (order < 0 || (order == 0 && face < sample.face));
+  sample.beaten |= coverage.inside && (order < 0 || (order == 0 && precedes(face, sample.face)));
 }
 
 }  // namespace gpvc::visibility::truth

@@ -59,6 +59,11 @@ bool Tile::same_triangle(std::uint32_t f, std::uint32_t g) const {
                      [&](std::uint32_t v) { return p[v] == p[b[0]] || p[v] == p[b[1]] || p[v] == p[b[2]]; });
 }
 
+bool Tile::precedes(std::uint32_t f, std::uint32_t g) const {
+  const bool f_front = scene_.facts[f].orientation < 0, g_front = scene_.facts[g].orientation < 0;
+  return f_front != g_front ? f_front : f < g;
+}
+
 void Tile::decide_pixels(std::span<const std::uint32_t> faces, std::span<Tally> tallies) {
   nearest_.fill({std::numeric_limits<double>::infinity(), 0, kNoOwner});
   if (!scene_.view.camera.distortion.is_identity())
@@ -166,11 +171,11 @@ void Tile::resolve_contest(std::uint32_t pixel, std::vector<Contender>& contest,
   if (contest.size() == 1 && contest[0].certain) return add(tallies[contest[0].face].seen, 1);
   const auto twin = [&](const Contender& c) { return c.certain && same_triangle(contest[0].face, c.face); };
   if (!std::all_of(contest.begin(), contest.end(), twin)) return resolve_exactly(pixel, contest, tallies);
-  // Copies of one triangle tie everywhere, and the lowest index owns the pixel.
+  // Copies of one triangle tie everywhere.
   std::uint32_t owner = contest[0].face;
   for (const Contender& c : contest) {
     add(tallies[c.face].disputed, 1);
-    owner = std::min(owner, c.face);
+    if (precedes(c.face, owner)) owner = c.face;
   }
   add(tallies[owner].seen_exact, 1);
 }
@@ -180,9 +185,9 @@ void Tile::resolve_contest(std::uint32_t pixel, std::vector<Contender>& contest,
 void Tile::resolve_exactly(std::uint32_t pixel, std::vector<Contender>& contest, std::span<Tally> tallies) {
   const ExactPoint point = centre(pixel);
   for (Contender& c : contest) c.depth = exact(c.face).depth(point);
-  const auto before = [](const Contender& a, const Contender& b) {
+  const auto before = [this](const Contender& a, const Contender& b) {
     const int order = compare(a.depth, b.depth);
-    return order < 0 || (order == 0 && a.face < b.face);
+    return order < 0 || (order == 0 && precedes(a.face, b.face));
   };
   const Contender *wall = nullptr, *owner = nullptr;
   for (const Contender& c : contest) {

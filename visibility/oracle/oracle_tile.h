@@ -110,6 +110,8 @@ class Tile {
   void hide_sample(std::uint32_t face, const LocalFace& local, Sample& sample, const PlacedSample& placed);
   PlacedSample place(const Sample& sample) const;
   bool same_triangle(std::uint32_t f, std::uint32_t g) const;
+  /// Which is in front where their depths are equal: one that is seen from its front, then the lower index.
+  bool precedes(std::uint32_t f, std::uint32_t g) const;
   ExactPoint centre(std::uint32_t pixel) const;
 
   const OracleScene& scene_;

@@ -3,7 +3,6 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -30,14 +29,17 @@ std::uint32_t hash_of(const Mesh& mesh, const Triangle& face) {
   return static_cast<std::uint32_t>((hash_of(p[face[0]]) + hash_of(p[face[1]]) + hash_of(p[face[2]])) >> 32);
 }
 
-bool has_corners_of(const Mesh& mesh, const Triangle& face, const Triangle& earlier) {
+/// The same corners in the same turn.
+bool is_copy_of(const Mesh& mesh, const Triangle& face, const Triangle& earlier) {
   const auto same = [&](std::uint32_t a, std::uint32_t b) {
     const WorldPoint &p = mesh.positions[a], &q = mesh.positions[b];
     return a == b || (p.x == q.x && p.y == q.y && p.z == q.z);
   };
-  return std::all_of(face.begin(), face.end(), [&](std::uint32_t corner) {
-    return same(corner, earlier[0]) || same(corner, earlier[1]) || same(corner, earlier[2]);
-  });
+  for (std::size_t turn = 0; turn < 3; ++turn)
+    if (same(face[0], earlier[turn]) && same(face[1], earlier[(turn + 1) % 3]) &&
+        same(face[2], earlier[(turn + 2) % 3]))
+      return true;
+  return false;
 }
 
 /// In ascending order. A table with open addressing holds the faces that are no copies, so that all copies of a face
@@ -57,7 +59,7 @@ std::vector<std::uint32_t> find_copies(const Mesh& mesh) {
     if (f + kAhead < faces) __builtin_prefetch(&table[first_place(f + kAhead)], 1);
     std::size_t place = first_place(f);
     const auto differs = [&](std::uint32_t other) {
-      return hashes[other] != hashes[f] || !has_corners_of(mesh, mesh.faces[f], mesh.faces[other]);
+      return hashes[other] != hashes[f] || !is_copy_of(mesh, mesh.faces[f], mesh.faces[other]);
     };
     while (table[place] != kFree && differs(table[place])) place = (place + 1) & (size - 1);
     if (table[place] != kFree) {

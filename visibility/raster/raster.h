@@ -26,6 +26,14 @@ namespace gpvc::visibility {
 
 enum class Facing : std::uint8_t { edge_on, front, back };
 
+/// Which of two faces is in front where their depths are equal: one that turns its front to the camera, as the other's
+/// back is not seen in any case; then the one of the lower index. Surfaces whose two sides are faces of their own are seen
+/// from both.
+inline bool precedes_at_equal_depth(Facing a_facing, FaceId a, Facing b_facing, FaceId b) {
+  const bool a_front = a_facing == Facing::front, b_front = b_facing == Facing::front;
+  return a_front != b_front ? a_front : a < b;
+}
+
 struct RasterFace {
   std::array<ProjectedVertex, 3> vertex;  ///< inside positive; the first has the least |z|
   Facing facing = Facing::edge_on;
