@@ -21,8 +21,12 @@ namespace gpvc::labeling {
 
 // --- adjacency
 
-/// Pairs of faces that share an edge (two vertex indices), each pair once, lower face first, in ascending order. The k
-/// faces of a non-manifold edge form a chain in face order, so that the number of pairs stays linear.
+/// Faces around an edge are paired with so many that follow in face order: all pairs of up to four faces, as where two
+/// buildings meet or both sides of a wall are faces, while the number of pairs stays linear around edges of any number.
+inline constexpr std::size_t kFaceGraphReach = 3;
+
+/// Pairs of faces that share an edge (two vertex indices) and are within kFaceGraphReach around it, each pair once, lower
+/// face first, in ascending order.
 struct FaceGraph {
   std::vector<std::array<std::uint32_t, 2>> edges;
   std::vector<float> weights = {};  ///< per pair, >= 0; empty: all 1

@@ -183,8 +183,8 @@ constexpr std::uint32_t kNoRecord = 0xFFFFFFFFu;
 /// 2^32 / count, as all sums of so many 16-bit values are, the upper half of the product with m is the quotient.
 class Mean {
  public:
-  /// Values in a mean: a face and two others at each of its edges, since faces around an edge form a chain (FaceGraph).
-  static constexpr std::size_t kMost = 7;
+  /// Values in a mean: a face and at each of its edges the others that FaceGraph pairs it with.
+  static constexpr std::size_t kMost = 1 + 3 * 2 * kFaceGraphReach;
   Mean() {
     for (std::size_t count = 1; count <= kMost; ++count)
       factor_[count] = ((std::uint64_t{1} << 32) + count - 1) / count;

@@ -249,7 +249,6 @@ class ViewPass {
     of_.shapes.resize(of_.faces.size());
   }
 
-  /// Only outliers are found by colour.
   bool wants_gradient() const { return needs_gradient(options_.term); }
 
   CameraTriangle corners(std::size_t face) const { return camera_corners(mesh_, face, view_.pose); }

@@ -34,13 +34,20 @@ Grouped<HalfEdge> half_edges_by_lower_vertex(const Mesh& mesh) {
   return half_edges;
 }
 
-/// Calls visit(lower face, higher face) for consecutive faces around each edge of one vertex. A face that has the edge
-/// twice (its third vertex is one of the edge's) counts once.
+/// Calls visit(lower face, higher face) for the pairs of faces around each edge of one vertex that are kFaceGraphReach
+/// apart at most. A face that has the edge twice (its third vertex is one of the edge's) counts once.
 template <class Visit>
 void for_each_pair(std::span<const HalfEdge> half_edges, Visit visit) {
-  for (std::size_t i = 1; i < half_edges.size(); ++i) {
-    const HalfEdge &a = half_edges[i - 1], &b = half_edges[i];
-    if (a.other_vertex == b.other_vertex && a.face != b.face) visit(a.face, b.face);
+  const auto repeats = [&](std::size_t i) { return i > 0 && half_edges[i] == half_edges[i - 1]; };
+  for (std::size_t i = 0; i < half_edges.size(); ++i) {
+    if (repeats(i)) continue;
+    std::size_t reached = 0;
+    for (std::size_t j = i + 1; j < half_edges.size() && reached < kFaceGraphReach; ++j) {
+      if (half_edges[j].other_vertex != half_edges[i].other_vertex) break;
+      if (repeats(j)) continue;
+      visit(half_edges[i].face, half_edges[j].face);
+      ++reached;
+    }
   }
 }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <random>
 #include <set>
 
@@ -31,9 +32,19 @@ TEST(FaceGraph, FlippedNeighbourCounts) { EXPECT_EQ(edges_of({{0, 1, 2}, {0, 1, 
 
 TEST(FaceGraph, SharedVertexIsNoEdge) { EXPECT_TRUE(edges_of({{0, 1, 2}, {0, 3, 4}}).empty()); }
 
-// Four faces on the edge 0-1, like pages of a book: a chain in face order, not all six pairs.
-TEST(FaceGraph, NonManifoldFanIsAChain) {
-  EXPECT_EQ(edges_of({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}, {1, 0, 5}}), (Edges{{0, 1}, {1, 2}, {2, 3}}));
+// Faces on the edge 0-1, like pages of a book: all pairs of four, and each with the next three of more.
+TEST(FaceGraph, FacesAroundANonManifoldEdgeAreNeighbours) {
+  EXPECT_EQ(edges_of({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}, {1, 0, 5}}),
+            (Edges{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}));
+  EXPECT_EQ(edges_of({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}, {1, 0, 5}, {0, 1, 6}}),
+            (Edges{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {1, 4}, {2, 3}, {2, 4}, {3, 4}}));
+}
+
+// Both sides of a wall are faces, one after the other, as some programs write them: the fronts are neighbours.
+TEST(FaceGraph, FrontsOfADoubledSurfaceAreNeighbours) {
+  const Edges edges = edges_of({{0, 1, 2}, {0, 2, 1}, {0, 2, 3}, {0, 3, 2}});
+  EXPECT_TRUE(std::ranges::count(edges, std::array<std::uint32_t, 2>{0, 2}) == 1);
+  EXPECT_TRUE(std::ranges::count(edges, std::array<std::uint32_t, 2>{1, 3}) == 1);
 }
 
 TEST(FaceGraph, DuplicateFacesAreOnePair) {
@@ -60,10 +71,11 @@ Edges brute_force(const std::vector<Triangle>& faces) {
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t a = faces[f][i], b = faces[f][(i + 1) % 3];
       if (a == b) continue;
-      for (std::uint32_t g = f + 1; g < faces.size(); ++g)
+      std::size_t found = 0;
+      for (std::uint32_t g = f + 1; g < faces.size() && found < kFaceGraphReach; ++g)
         if (has_edge(g, a, b)) {
           pairs.insert({f, g});
-          break;
+          ++found;
         }
     }
   return {pairs.begin(), pairs.end()};
