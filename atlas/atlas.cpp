@@ -85,6 +85,9 @@ void write_texcoords(const AtlasBuild& build, io::TexturedModel& model) {
   });
 }
 
+/// The size that pages get: whole blocks.
+int whole_blocks(int page_size, int padding) { return page_size - page_size % block_edge(padding); }
+
 void check(const AtlasInput& input, const AtlasOptions& options) {
   const std::size_t faces = input.mesh.faces.size();
   if (input.labels.size() != faces || input.tags.size() != faces)
@@ -98,7 +101,7 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
   if (!input.exposure.empty() && input.exposure.size() != input.scene.views.size())
     throw std::invalid_argument("exposure must be empty or have one entry per view");
   if (options.padding < 0) throw std::invalid_argument("padding must not be negative");
-  if (options.page_size < 2 * options.padding + kLeastRoom)
+  if (whole_blocks(options.page_size, options.padding) < 2 * options.padding + kLeastRoom)
     throw std::invalid_argument("page size leaves no room within the padding");
   if (!(options.texel_size >= 0)) throw std::invalid_argument("texel size must not be negative");
 }
@@ -167,8 +170,7 @@ AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options) {
   check(input, options);
   const Clock::time_point start = Clock::now();
   auto state = std::make_shared<AtlasPlan::State>(input, options);
-  const int edge = block_edge(options.padding);
-  state->options.page_size = options.page_size / edge * edge;
+  state->options.page_size = whole_blocks(options.page_size, options.padding);
   state->layout = lay_out(input, state->options, state->neighbours, state->coverage);
   state->seconds = seconds_since(start);
   return AtlasPlan(std::move(state));

@@ -27,11 +27,11 @@ std::optional<TexelTriangle> outline_in(const visibility::FaceCoverage& entry, c
 }
 
 /// Clearance over the coverage's box: pixels within margin_px (chessboard distance) of one where the face is hidden are
-/// near an occluder, their neighbours beside it.
+/// near an occluder, their neighbours beside it. Empty where none is.
 std::vector<Sight> find_clearance(const visibility::CoverageTable& table, const visibility::FaceCoverage& entry,
                                   const std::optional<TexelTriangle>& outline, int margin_px) {
   if (margin_px <= 0 || !outline) return {};
-  std::vector<Sight> clearance(pixel_index(0, entry.height, entry.width), Sight::clear);
+  std::vector<Sight> clearance;
   const auto mark_around = [&](int x, int y) {
     for (int my = std::max(0, y - margin_px); my <= std::min(entry.height - 1, y + margin_px); ++my)
       for (int mx = std::max(0, x - margin_px); mx <= std::min(entry.width - 1, x + margin_px); ++mx) {
@@ -40,15 +40,14 @@ std::vector<Sight> find_clearance(const visibility::CoverageTable& table, const 
         sight = std::min(sight, beside ? Sight::beside_occluder : Sight::near_occluder);
       }
   };
-  bool any = false;
   triangle_spans(*outline, 0.0, {0, 0, entry.width, entry.height}, [&](int y, int first, int last) {
     for (int x = first; x <= last; ++x) {
       if (table.sees(entry, entry.x0 + x, entry.y0 + y)) continue;
-      any = true;
+      // Most faces are hidden nowhere, and the boxes of some are large.
+      if (clearance.empty()) clearance.assign(pixel_index(0, entry.height, entry.width), Sight::clear);
       mark_around(x, y);
     }
   });
-  if (!any) clearance.clear();
   return clearance;
 }
 
