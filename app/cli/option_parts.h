@@ -50,7 +50,9 @@ struct OptionGroup {
   template <class Value, class Bound>
   CLI::Option* number(const std::string& name, Value& value, Bound least, Bound most, const char* kind,
                       const std::string& text) const {
-    return add(name, value, kind, text)->check(in_range(least, most))->default_str(fmt::format("{}", value));
+    return add(name, value, kind, text)
+        ->check(in_range(static_cast<Value>(least), static_cast<Value>(most)))
+        ->default_str(fmt::format("{}", value));
   }
   CLI::Option* flag(const std::string& name, bool& value, const std::string& text) const {
     return app.add_flag(name, value, text)->group(heading);

@@ -23,8 +23,9 @@ void add_selection(CLI::App& app, pipeline::Settings& settings) {
       "--thorough", settings.solver.thorough,
       "Search the whole mesh for better views until none is found: several times slower, for an energy that is at most "
       "0.2 % lower");
-  group.number("--margin", costs.margin_px, 0, 64, "PX",
-               "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there; 0 is off");
+  group.number(
+      "--margin", costs.margin_px, 0, 64, "PX",
+      "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there, 0 to 64; 0 is off");
 }
 
 void add_limits(const OptionGroup& group, atlas::AtlasOptions& atlas) {
@@ -32,7 +33,7 @@ void add_limits(const OptionGroup& group, atlas::AtlasOptions& atlas) {
       ->default_str("");
   group
       .number("--max-texels", atlas.max_texels, 4096.0, 1e15, "N",
-              "Reduce all charts by one factor until all pages together have at most N texels")
+              "Reduce all charts by one factor until all pages together have at most N texels, 4096 or more")
       ->default_str("");
 }
 
@@ -149,14 +150,16 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_selection(*app, options.settings);
   add_visibility(*app, options.settings.visibility);
   add_memory(*app, options.settings.memory_bytes);
-  OptionGroup{*app, kCommonGroup}.choice("--resume", pipeline::kKeepWorkNames, options.settings.keep_work,
-                                         "Keep finished work in OUT/.work until all is done, so that the same command "
-                                         "goes on from there if it is cut off; "
-                                         "auto: if it may take more than a minute");
+  CLI::Option* resume =
+      OptionGroup{*app, kCommonGroup}.choice("--resume", pipeline::kKeepWorkNames, options.settings.keep_work,
+                                             "Keep finished work in OUT/.work until all is done, so that the same "
+                                             "command goes on from there if it is cut off; "
+                                             "auto: if it may take more than a minute");
   app->add_flag_callback(
          "--no-resume", [&options] { options.settings.keep_work = pipeline::KeepWork::never; },
          "Keep no work, and use none that is kept: --resume never")
-      ->group(kCommonGroup);
+      ->group(kCommonGroup)
+      ->excludes(resume);
   add_common(*app, options.common, R"(Examples:
   gpvc texture colmap/sparse/0 mesh.ply --images photos -o out
   gpvc texture colmap mesh.ply -o look --downscale 4 --views 'DJI_00[12]*'
@@ -191,7 +194,7 @@ CLI::App* add_tileset(CLI::App& parent, TilesetOptions& options) {
   add_photos(*app, options.input);
   add_output(*app, options);
   OptionGroup{*app, "Tiles"}.number("--tile-faces", options.settings.faces_per_tile, std::size_t{100},
-                                    std::size_t{10000000}, "N", "Most faces of a tile");
+                                    std::size_t{10000000}, "N", "Most faces of a tile, 100 or more");
   add_compress({*app, "Tiles"}, options.settings.compress);
   add_tile_texture(*app, texture);
   add_common(*app, options.common, R"(Examples:

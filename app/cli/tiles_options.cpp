@@ -22,7 +22,7 @@ CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
   add_output(*app, options);
   const OptionGroup units{*app, "Units"};
   units.number("--tile-faces", options.settings.tileset.faces_per_tile, std::size_t{100}, std::size_t{100000000}, "N",
-               "Most faces of a tile; each takes some 700 bytes a face, more where many photos see it");
+               "Most faces of a tile, 100 or more; each takes some 700 bytes a face, more where many photos see it");
   units.number("--unit-views", options.settings.views_per_unit, std::size_t{1}, std::size_t{10000}, "N",
                "Most photos that one unit looks at");
   add_compress(units, options.settings.tileset.compress);

@@ -78,6 +78,20 @@ std::filesystem::path store_exr(const TemporaryFolder& folder, const OIIO::TypeD
   return file;
 }
 
+TEST(PhotoKinds, AnExrOfAPartOfItsPictureIsRefused) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "part.exr";
+  OIIO::ImageSpec spec(4, 2, 3, OIIO::TypeDesc::HALF);
+  spec.x = 2;
+  spec.full_width = 8;
+  spec.full_height = 2;
+  const auto output = OIIO::ImageOutput::create(file.string());
+  const std::vector<float> light(24, 0.5f);
+  ASSERT_TRUE(output->open(file.string(), spec) && output->write_image(OIIO::TypeDesc::FLOAT, light.data()) &&
+              output->close());
+  EXPECT_TRUE(contains(test::input_error([&] { read_image(file); }), "its data window is not its display"));
+}
+
 // An EXR's samples are light: sRGB's curve makes 0.2140 middle grey, and a fifth 123.6. What is no number is black,
 // what is brighter than white is white.
 TEST(PhotoKinds, LightInFloatsAndHalvesGetsTheScreensCurve) {
