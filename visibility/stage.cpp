@@ -79,10 +79,12 @@ void check(const Method& method) {
     throw std::invalid_argument("shaders classify what OpenGL has drawn, not what is drawn natively");
 }
 
-SourceOptions source_options(const VisibilityOptions& options, const GraphicsDevice* device) {
+SourceOptions source_options(const VisibilityOptions& options, const GraphicsDevice* device,
+                             std::span<const std::uint8_t> doubled) {
   const bool gpvc = std::holds_alternative<Gpvc>(options.method) || std::holds_alternative<PaperGpvc>(options.method);
   SourceOptions source;
   source.native = device == nullptr;
+  source.doubled = doubled;
   source.ivm = gpvc || options.draw_ivm;
   source.opengl.staged_reads = device != nullptr && !device->info().software;
   std::visit(
@@ -126,8 +128,8 @@ struct VisibilityStage::State {
   State(const Mesh& mesh, const VisibilityOptions& options, GraphicsDevice* given)
       : drawing(choose_drawing(mesh, options, given)),
         device(current(drawing.native ? nullptr : given)),
-        collapsed(std::holds_alternative<Gpvc>(options.method) ? collapse_copies(mesh) : std::nullopt),
-        source(collapsed ? *collapsed : mesh, source_options(options, device)) {
+        repeats(std::holds_alternative<Gpvc>(options.method) ? find_repeats(mesh) : Repeats()),
+        source(repeats.collapsed ? *repeats.collapsed : mesh, source_options(options, device, repeats.doubled)) {
     const TesterInput input{source, device != nullptr ? &device->info() : nullptr, options.subpixel};
     tester = std::visit([&](const auto& method) { return make_tester(method, input); }, options.method);
   }
@@ -138,8 +140,8 @@ struct VisibilityStage::State {
   }
 
   ChosenDrawing drawing;
-  GraphicsDevice* device;         ///< null: native drawing
-  std::optional<Mesh> collapsed;  ///< the mesh to be tested, if it is not the given one
+  GraphicsDevice* device;  ///< null: native drawing
+  Repeats repeats;
   ViewSource source;
   std::unique_ptr<ViewTester> tester;
 };

@@ -24,7 +24,7 @@ class Drawn {
   Drawn(const Mesh& mesh, const View& view, const PhotoMask& mask) : mesh_(mesh), view_(view), mask_(mask) {
     project_vertices(mesh_, view_.camera, view_.pose, projected_);
     ivm.resize(static_cast<std::size_t>(view.camera.width) * static_cast<std::size_t>(view.camera.height));
-    CpuIvm().draw(prepared(ivm), ivm, scan);
+    CpuIvm().draw(prepared(ivm), {}, ivm, scan);
   }
   /// From what was drawn, which it uses up.
   ViewVisibility classify(const ClassifyOptions& options = {}) {

@@ -2,7 +2,7 @@
 // contests it.
 //
 // A face covering the centre of pixel p claims p when the stored owner does not cover the centre, or lies behind the
-// face there (the higher index on a tie); both decided exactly. If the stored owner is right, no face claims the pixel.
+// face there (precedes_at_equal_depth() on a tie); both decided exactly. If the stored owner is right, no face claims the pixel.
 // If it is wrong, the right one does: it covers the centre, and it lies in front of the stored owner unless that one
 // does not cover the centre at all. So the nearest of the claimants is the owner, and nothing is assumed about the
 // rasterizer: neither its snapping nor its depth buffer needs an error bound.

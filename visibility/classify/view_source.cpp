@@ -36,7 +36,7 @@ PreparedView ViewSource::prepare(const View& view, ViewId id, const io::PhotoExc
     scan_.start(mesh_.faces.size());
   } else {
     const auto drawing = Clock::now();
-    ivm_.draw(prepared, result.ivm.faces, scan_);
+    ivm_.draw(prepared, options_.doubled, result.ivm.faces, scan_);
     result.statistics.render_s = seconds_since(drawing);
   }
   return prepared;

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,9 +17,10 @@
 namespace gpvc::visibility {
 
 struct SourceOptions {
-  bool native = true;   ///< draw without OpenGL
-  bool ivm = true;      ///< draw the item buffer
-  bool depths = false;  ///< read back window depths; not with native drawing
+  bool native = true;                       ///< draw without OpenGL
+  bool ivm = true;                          ///< draw the item buffer
+  bool depths = false;                      ///< read back window depths; not with native drawing
+  std::span<const std::uint8_t> doubled{};  ///< Repeats::doubled, for native drawing
   IvmRenderer::Options opengl{};
 };
 

@@ -3,7 +3,6 @@
 
 #include <cassert>
 #include <limits>
-#include <optional>
 
 #include "visibility/native/ivm_cpu.h"
 #include "visibility/raster/copies.h"
@@ -16,13 +15,13 @@ Ivm draw_item_buffer(const Mesh& mesh, const Camera& camera, const Pose& pose) {
   const auto pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
   assert(camera.width > 0 && camera.height > 0 && pixels <= std::numeric_limits<std::uint32_t>::max());
   Ivm ivm{camera.width, camera.height, std::vector<FaceId>(pixels)};
-  const std::optional<Mesh> collapsed = collapse_copies(mesh);
-  const Mesh& drawn = collapsed ? *collapsed : mesh;
+  const Repeats repeats = find_repeats(mesh);
+  const Mesh& drawn = repeats.collapsed ? *repeats.collapsed : mesh;
   ProjectedMesh projected;
   project_vertices(drawn, pinhole, pose, projected);
   const PhotoMask whole(pinhole);
   FaceScan scan;
-  CpuIvm().draw({drawn, pinhole, ViewId{}, whole, projected, ivm.faces}, ivm.faces, scan);
+  CpuIvm().draw({drawn, pinhole, ViewId{}, whole, projected, ivm.faces}, repeats.doubled, ivm.faces, scan);
   return ivm;
 }
 

@@ -43,17 +43,18 @@ FaceCode code_of(std::uint8_t marks) {
 
 }  // namespace
 
-void CpuIvm::draw(const PreparedView& view, std::span<FaceId> ivm, FaceScan& scan) {
+void CpuIvm::draw(const PreparedView& view, std::span<const std::uint8_t> doubled, std::span<FaceId> ivm,
+                  FaceScan& scan) {
   const std::size_t faces = view.mesh.faces.size();
   grid_ = TileGrid(view.frame(), IvmTile::kShift);
   drawn_.start(faces);
   scan.start(faces);
-  list_faces(view, scan);
+  list_faces(view, doubled, scan);
   draw_tiles(view, ivm, scan);
   derive_face_codes(scan);
 }
 
-void CpuIvm::list_faces(const PreparedView& view, FaceScan& scan) {
+void CpuIvm::list_faces(const PreparedView& view, std::span<const std::uint8_t> doubled, FaceScan& scan) {
   const std::size_t faces = view.mesh.faces.size();
   const std::size_t rectangles = (faces + kFacesPerRectangle - 1) / kFacesPerRectangle;
   const std::size_t per_part = (rectangles + kListParts - 1) / kListParts;
@@ -72,6 +73,7 @@ void CpuIvm::list_faces(const PreparedView& view, FaceScan& scan) {
         drawn_.marks[f] = 0;
         drawn_.samples[f] = 0;
         if (outside(bounds, view.camera.width, view.camera.height)) continue;
+        if (!doubled.empty() && doubled[f] != 0 && view.quick(face, bounds).facing() == Facing::back) continue;
         touched = united(touched, bounds);
         drawn_.marks[f] = list_face(view, face, bounds, lists, unlisted);
       }

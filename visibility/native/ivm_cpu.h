@@ -20,10 +20,11 @@ class CpuIvm {
   /// and outside the photo. Where the real owner of a pixel differs from the stored one it is among the scan's claims,
   /// or its face is unsure; decide_unsure_exactly() decides both. O(vertices + faces + pixels that the faces cover + 64 x
   /// tiles), TBB; the same bits for any number of threads, except for claims that turn out to be wrong.
-  void draw(const PreparedView& view, std::span<FaceId> ivm, FaceScan& scan);
+  /// \param doubled  Repeats::doubled of the mesh; faces of these that turn their back are left out
+  void draw(const PreparedView& view, std::span<const std::uint8_t> doubled, std::span<FaceId> ivm, FaceScan& scan);
 
  private:
-  void list_faces(const PreparedView& view, FaceScan& scan);
+  void list_faces(const PreparedView& view, std::span<const std::uint8_t> doubled, FaceScan& scan);
   std::uint8_t list_face(const PreparedView& view, FaceId face, const FaceBounds& bounds, TileLists::Part& lists,
                          std::vector<FaceId>& unlisted) const;
   void draw_tiles(const PreparedView& view, std::span<FaceId> ivm, FaceScan& scan);

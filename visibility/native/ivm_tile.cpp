@@ -221,9 +221,11 @@ void IvmTile::draw_unsure(const PreparedView& view, std::uint32_t number) {
     }
 }
 
-/// A total order, so that among certain faces the same one remains in any order of drawing.
+/// A total order, so that among certain faces the same one remains in any order of drawing: precedes_at_equal_depth().
 bool IvmTile::beats_stored(std::size_t at, float value, std::uint32_t number) const {
   if (value != depths_[at]) return value > depths_[at];
+  const auto front = [&](std::uint32_t entry) { return (entries_[entry].marks & kMarkFront) != 0; };
+  if (front(number) != front(owners_[at])) return front(number);
   return index(faces_[number]) < index(faces_[owners_[at]]);
 }
 

@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace gpvc::visibility {
@@ -42,11 +43,17 @@ bool is_copy_of(const Mesh& mesh, const Triangle& face, const Triangle& earlier)
   return false;
 }
 
-/// In ascending order. A table with open addressing holds the faces that are no copies, so that all copies of a face
-/// find it at the same place.
-std::vector<std::uint32_t> find_copies(const Mesh& mesh) {
+struct Found {
+  std::vector<std::uint32_t> copies;  ///< ascending
+  std::vector<std::uint8_t> doubled;
+};
+
+/// A table with open addressing holds the faces that are no copies, so that all copies of a face find it at the same
+/// place.
+Found find(const Mesh& mesh) {
   const std::size_t faces = mesh.faces.size();
-  std::vector<std::uint32_t> hashes(faces), copies;
+  std::vector<std::uint32_t> hashes(faces);
+  Found found;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, faces, 4096), [&](const auto& range) {
     for (std::size_t f = range.begin(); f != range.end(); ++f) hashes[f] = hash_of(mesh, mesh.faces[f]);
   });
@@ -57,31 +64,38 @@ std::vector<std::uint32_t> find_copies(const Mesh& mesh) {
   const auto first_place = [&](std::size_t f) { return std::size_t{hashes[f]} & (size - 1); };
   for (std::size_t f = 0; f < faces; ++f) {
     if (f + kAhead < faces) __builtin_prefetch(&table[first_place(f + kAhead)], 1);
+    const Triangle face = mesh.faces[f], turned{face[0], face[2], face[1]};
     std::size_t place = first_place(f);
-    const auto differs = [&](std::uint32_t other) {
-      return hashes[other] != hashes[f] || !is_copy_of(mesh, mesh.faces[f], mesh.faces[other]);
-    };
-    while (table[place] != kFree && differs(table[place])) place = (place + 1) & (size - 1);
-    if (table[place] != kFree) {
-      copies.push_back(static_cast<std::uint32_t>(f));
-    } else {
-      table[place] = static_cast<std::uint32_t>(f);
+    bool copy = false;
+    for (; !copy && table[place] != kFree; place = (place + 1) & (size - 1)) {
+      const std::uint32_t other = table[place];
+      if (hashes[other] != hashes[f]) continue;
+      copy = is_copy_of(mesh, face, mesh.faces[other]);
+      if (copy || !is_copy_of(mesh, turned, mesh.faces[other])) continue;
+      found.doubled.resize(faces, 0);
+      found.doubled[f] = found.doubled[other] = 1;
     }
+    if (copy)
+      found.copies.push_back(static_cast<std::uint32_t>(f));
+    else
+      table[place] = static_cast<std::uint32_t>(f);
   }
-  return copies;
+  return found;
 }
 
 }  // namespace
 
-std::optional<Mesh> collapse_copies(const Mesh& mesh) {
-  const std::vector<std::uint32_t> copies = find_copies(mesh);
-  if (copies.empty()) return std::nullopt;
-  Mesh collapsed = mesh;
-  for (const std::uint32_t copy : copies) {
-    Triangle& face = collapsed.faces[copy];
+Repeats find_repeats(const Mesh& mesh) {
+  Found found = find(mesh);
+  Repeats repeats{std::nullopt, std::move(found.doubled)};
+  if (found.copies.empty()) return repeats;
+  repeats.collapsed = mesh;
+  for (const std::uint32_t copy : found.copies) {
+    Triangle& face = repeats.collapsed->faces[copy];
     face = {face[0], face[0], face[0]};
+    if (!repeats.doubled.empty()) repeats.doubled[copy] = 0;
   }
-  return collapsed;
+  return repeats;
 }
 
 }  // namespace gpvc::visibility
