@@ -35,7 +35,7 @@ texture() { # OUT OPTION...
 quietly() { { "$@"; } >/dev/null 2>&1; }
 # Files of a result whose bytes differ; run.json tells times.
 lost() { # EXPECTED OUT
-  diff -rq -x run.json "$1" "$2" | wc -l
+  diff -rq -x run.json "$1" "$2" 2>&1 | wc -l
 }
 fail() {
   failures=$((failures + 1))

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <system_error>
 
 namespace spdlog {
 class logger;
@@ -34,9 +35,15 @@ class Console {
   void detail(const std::string& text);   ///< stderr when verbose
   void warning(const std::string& text);  ///< stderr, always
   void error(const std::string& text);    ///< stderr, always: "gpvc: error: ..."
-  void interrupted() { error("interrupted; " + (kept_.empty() ? "nothing was written" : kept_)); }
-  /// What an interrupted command leaves behind, for interrupted().
-  void note_kept(const std::string& what) { kept_ = what; }
+  void interrupted() {
+    std::error_code ignored;
+    error("interrupted; " + (std::filesystem::exists(kept_in_, ignored) ? kept_ : "nothing was written"));
+  }
+  /// What an interrupted command leaves behind if `folder` is there by then. Before the command starts.
+  void note_kept(const std::filesystem::path& folder, const std::string& what) {
+    kept_in_ = folder;
+    kept_ = what;
+  }
 
   /// The command's files have their final names.
   void note_published() { published_ = true; }
@@ -57,6 +64,7 @@ class Console {
   bool terminal_ = false, status_shown_ = false;
   bool published_ = false, lost_ = false, reader_ended_ = false;
   std::chrono::steady_clock::time_point last_status_;
+  std::filesystem::path kept_in_;
   std::string kept_;
   std::shared_ptr<spdlog::logger> log_;
 };

@@ -86,11 +86,6 @@ void run_command(const std::string& name, const CommandOptions& options, Console
     console.note_published();
   } catch (const OutputError& e) {
     throw std::runtime_error(folder.with_final_names(e.what()));
-  } catch (const Cancelled&) {
-    if (folder.has_kept_work())
-      console.note_kept(
-          fmt::format("work is kept in {}, and the same command goes on from there", folder.kept_work().string()));
-    throw;
   }
   if (!facts.result.empty()) console.result(facts.result);
   if (!facts.failure.empty()) throw std::runtime_error(facts.failure);

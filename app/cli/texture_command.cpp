@@ -98,6 +98,9 @@ std::string without_in_tiles(const TextureOptions& o) {
 
 void run_texture(const TextureOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"model.obj"});
+  if (options.settings.keep_work != pipeline::KeepWork::never)
+    console.note_kept(options.out / ".work", fmt::format("work is kept in {}, and the same command goes on from there",
+                                                         (options.out / ".work").string()));
   run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
     const SceneInputData in = read_scene_input(options.input, record);
     check_photos(in);

@@ -96,8 +96,6 @@ void run_units(tiles::UnitRunner& runner, std::span<const tiles::Unit* const> un
     console.note(fmt::format("{} of {} units were complete", were_done, units.size()));
 }
 
-}  // namespace
-
 // Throws OutputError where files lie in the folders that a job's units write, but no job does, and where a file that the
 // run reads is among them.
 void protect_unit_folders(const TilesOptions& options, bool has_job, const std::set<fs::path>& inputs) {
@@ -114,29 +112,34 @@ void protect_unit_folders(const TilesOptions& options, bool has_job, const std::
   }
 }
 
+}  // namespace
+
 void run_tiles(const TilesOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"job.json", "plan.json"});
+  const bool has_job = io::is_file(options.out / "job.json");
+  bool same = false;  // as the job that is replaced
   run_command("tiles", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
     const std::optional<io::WorkKey> before = tiles::JobFolder(options.out).key_if_made();
-    protect_unit_folders(options, before.has_value(), {});
+    protect_unit_folders(options, has_job, {});
     make_room(options, folder.in_making(), console);
     const SceneInputData in = read_scene_input(options.input, record);
     check_photos(in);
     folder.protect(input_files(in));
-    protect_unit_folders(options, before.has_value(), input_files(in));
+    protect_unit_folders(options, has_job, input_files(in));
     const std::vector<tiles::Unit> units =
         tiles::make_job(tiles::JobFolder(folder.in_making()), in.input(), options.settings, program_version(), record);
     evaluate::write_json(folder.file("job.json"),
                          {{"program", program_version()}, {"arguments", arguments_of(options.common)}});
-    const bool same = before == tiles::JobFolder(folder.in_making()).key_if_made();
+    same = before == tiles::JobFolder(folder.in_making()).key_if_made();
     folder.promise_all();
     evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
     for (const std::string& line : tiles::plan_table(units)) record.note(line);
-    // What units of another job have left would lie among the tiles of this one, and pass for complete.
-    if (!same)
-      for (const char* name : kUnitFolders) fs::remove_all(options.out / name);
     return {scene_json(options.input), Json::object(), (options.out / "plan.json").string()};
   });
+  // What units of another job have left would lie among the tiles of this one.
+  std::error_code ignored;
+  if (!same)
+    for (const char* name : kUnitFolders) fs::remove_all(options.out / name, ignored);
 }
 
 void run_unit(const UnitOptions& options, Console& console) {
@@ -148,7 +151,7 @@ void run_unit(const UnitOptions& options, Console& console) {
   RunRecord record(console);
   std::optional<pipeline::FolderLock> driver;
   if (options.all) driver.emplace(options.job);
-  console.note_kept("units that are complete are kept");
+  console.note_kept(options.job / "units", "units that are complete are kept");
   tiles::UnitRunner runner(tiles::JobFolder(options.job), made.settings, made.input.downscale, record);
   std::vector<const tiles::Unit*> units;
   for (const std::string& name : options.names) try {

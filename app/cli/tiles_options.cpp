@@ -38,7 +38,8 @@ CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
 
 Writes to JOB: plan.json (the units, with what they wait for and what they take), job.json, mesh/, views.json, run.json.
 The units write JOB/units/NAME/ and the result: JOB/result/tileset.json, tiles/LEVEL_N.glb and, for level 0,
-obj/N/model.obj with its pages, and offset.txt where coordinates are large. All tiles have one labeling and one leveling: seams along their borders are as those inside.
+obj/N/model.obj with its pages, and offset.txt where coordinates are large. All tiles have one labeling and one leveling:
+seams along their borders are as those inside.
 
 )");
   return app;

@@ -4,7 +4,7 @@
 //   plan.json            the units, see plan.h
 //   mesh/                scene and tiles
 //   units/NAME/          what a unit leaves for others, and done.json once that is complete
-//   result/              tileset.json, tiles/LEVEL_NUMBER.glb, obj/NUMBER/model.obj with its pages for level 0
+//   result/              tileset.json, tiles/LEVEL_NUMBER.glb, obj/NUMBER/model.obj with pages and offset.txt for level 0
 //
 // Files in mesh/ and units/ are those of io::WorkStore: each with a key of what it came from and a hash of its bytes.
 #pragma once

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "app/pipeline/memory.h"
@@ -59,7 +60,11 @@ void texture_in_tiles(const pipeline::Input& input, const pipeline::Settings& se
   const JobFolder job(job_folder(folder));
   try {
     fs::create_directories(job.path());
+    const std::optional<io::WorkKey> before = job.key_if_made();
     make_job(job, input, fitting, program, observer);
+    // What a run with other options or tiles left would lie among the tiles of this one.
+    if (before != job.key_if_made())
+      for (const char* name : {"units", "result"}) fs::remove_all(job.path() / name);
     release_freed_memory();
     UnitRunner runner(job, fitting, downscale, observer);
     for (const Unit& unit : runner.units()) runner.run(unit);

@@ -187,8 +187,10 @@ class Planner {
     add_seeing(level, estimates);
     for (std::uint32_t t = 0; t < tiles; ++t) {
       Unit& unit = add({cost_unit(level, t), Stage::cost, level, t, 0, {kJudgeUnit}, kCores});
-      if (level > 0)
+      if (level > 0) {
+        unit.after.push_back(ring_unit(level, t));
         for (std::size_t g = 0; g < job_.groups.size(); ++g) unit.after.push_back(see_unit(level, g));
+      }
       estimates.cost(t, unit);
     }
     for (int round = 1; round <= kRounds; ++round) add_choice(level, round, estimates);

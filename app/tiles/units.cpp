@@ -78,6 +78,7 @@ UnitResult UnitRunner::run(const Unit& unit) {
         unit.name, pipeline::readable_bytes(unit.memory_bytes), pipeline::readable_bytes(most)));
   fs::create_directories(folder_.unit(unit.name));
   const pipeline::FolderLock lock(folder_.unit(unit.name));
+  if (folder_.done(unit.name) == key) return UnitResult::was_done;  // by another process meanwhile
   std::error_code ignored;
   fs::remove(folder_.done_file(unit.name), ignored);  // what it lists is replaced from here on
   Outcome outcome{{key}};
@@ -116,6 +117,9 @@ UnitResult UnitRunner::run(const Unit& unit) {
       break;
   }
   outcome_ = nullptr;
+  if (key_of(unit) != key)
+    throw OutputError(folder_.unit(unit.name),
+                      "the job or what the unit reads was changed while the unit ran; run it again");
   outcome.done.figures["seconds"] = seconds_since(start);
   write_done(folder_.done_file(unit.name), outcome.done);
   return UnitResult::done;

@@ -1,6 +1,9 @@
 // gpvc tiles, unit and plan, from a scene to a tileset.
 #include <sys/file.h>
 
+#include <map>
+#include <set>
+
 #include "io/images.h"
 #include "io/textured_model.h"
 #include "tests/app/app_fixture.h"
@@ -103,6 +106,22 @@ TEST_F(TilesCommand, AJobThatDiffersInAnythingStartsAnew) {
   words.push_back("--no-masks");
   leave_unit();
   EXPECT_TRUE(is_replaced_by(words)) << "without masks";
+}
+
+TEST_F(TilesCommand, EveryUnitIsOneThatTheLastWaitsFor) {
+  // Most tiles are in no photo's frame.
+  ASSERT_EQ(run(tiles({"--tile-faces", "200", "--views", "east_001.jpg", "--keep-views"})).exit_code, 0);
+  const Json plan = Json::parse(read_file(out_ / "plan.json"));
+  std::map<std::string, std::vector<std::string>> after;
+  for (const Json& each : plan["units"]) after[each["name"]] = each["after"].get<std::vector<std::string>>();
+  std::set<std::string> reached{"finish"};
+  for (std::vector<std::string> open{"finish"}; !open.empty();) {
+    const std::string name = open.back();
+    open.pop_back();
+    for (const std::string& before : after.at(name))
+      if (reached.insert(before).second) open.push_back(before);
+  }
+  EXPECT_EQ(reached.size(), plan["units"].size());
 }
 
 TEST_F(TilesCommand, RemovesNothingThatNoJobMade) {
