@@ -124,7 +124,7 @@ struct Distortion {
   /// all but the first look aside. Of these the lens bends the ray lens_from_frame (X, Y, Z) by its angle from the lens's
   /// axis, which may exceed 90 degrees, and (X, Y) / hypot(X, Y) takes the place of (X/Z, Y/Z) / r.
   std::array<double, 9> lens_from_frame{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  double max_angle = 0;  ///< radians; farther from the lens's axis a view that looks aside shows nothing; 0: not known
+  double max_angle = 0;  ///< radians; farther from the lens's axis the photo shows nothing; 0: not known
   bool operator==(const Distortion&) const = default;
   bool looks_aside() const { return lens_from_frame[8] != 1; }
   bool is_identity() const {

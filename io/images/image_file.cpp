@@ -115,7 +115,7 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   if (std::string_view(input->format_name()) == "openexr" &&
       (opened.width != opened.full_width || opened.height != opened.full_height || opened.x != opened.full_x ||
        opened.y != opened.full_y))
-    throw InputError(file, "", "holds a part of its picture alone: its data window is not its display window");
+    throw InputError(file, "", "its data window is not its display window, expected the whole picture and no more");
   // A raw photo is also a TIFF, with one sample a pixel behind a colour filter array, or linear: TIFF/EP and DNG.
   constexpr int kFilterArray = 32803, kLinearRaw = 34892;
   const int meaning = input->spec().get_int_attribute("tiff:PhotometricInterpretation");

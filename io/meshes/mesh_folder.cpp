@@ -56,6 +56,7 @@ std::optional<MeshOrigin> read_mesh_origin(const fs::path& mesh) {
   std::error_code failed;
   // A mesh that is a link may have the file beside the link or beside what it links to.
   for (const fs::path& path : {fs::absolute(mesh, failed).lexically_normal(), fs::weakly_canonical(mesh, failed)}) {
+    if (path.empty()) continue;
     fs::path folder = is_folder(path) ? path : path.parent_path();
     for (int level = 0; level <= 2; ++level, folder = folder.parent_path()) {
       const fs::path file = folder / "metadata.xml";

@@ -94,7 +94,7 @@ Mesh read_ascii_stl(const std::filesystem::path& file, std::string_view text) {
 }  // namespace
 
 bool is_stl(std::string_view bytes) {
-  // Some binary files begin with "solid" too, and all have the size that their count tells.
+  // Some binary files begin with "solid" too, and all have at least the size that their count tells.
   return is_binary_stl(bytes) || is_ascii_stl(bytes);
 }
 

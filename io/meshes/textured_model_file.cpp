@@ -71,22 +71,27 @@ class TextBuffer : public std::streambuf {
 constexpr char kNameBlank = '\x1F';
 
 /// The text of an OBJ or MTL file as tinyobjloader reads it right: no byte order mark; no blanks within the names of
-/// materials and of the material file.
+/// materials and of the material file, and no comments behind them.
 std::string text_for_tinyobj(const fs::path& file) {
   const FileBytes bytes(file);
   std::string text(without_byte_order_mark(bytes.view()));
   for (std::string_view rest = text; !rest.empty();) {
-    std::string_view line = next_line(rest);
-    const std::string_view keyword = next_word(line), name = trimmed(line);
+    const std::size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
+    std::string_view line = rest.substr(0, end);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    const std::string_view keyword = next_word(line), name = trimmed(line.substr(0, line.find(" #")));
     const bool library = keyword == "mtllib";
     if (!library && keyword != "usemtl" && keyword != "newmtl") continue;
     // Several material files may be listed, with blanks between them.
     if (library && !is_file(folder_of(file) / with_slashes(std::string(name)))) continue;
-    for (std::size_t at = static_cast<std::size_t>(name.data() - text.data()), end = at + name.size(); at < end; ++at)
-      if (is_blank(text[at]))
-        text[at] = kNameBlank;
-      else if (library && text[at] == '\\')
-        text[at] = '/';
+    char* const first = text.data() + (name.data() - text.data());
+    char* const last = text.data() + (line.data() + line.size() - text.data());
+    for (char* c = first; c < first + name.size(); ++c)
+      if (is_blank(*c))
+        *c = kNameBlank;
+      else if (library && *c == '\\')
+        *c = '/';
+    std::fill(first + name.size(), last, ' ');  // a comment
   }
   return text;
 }

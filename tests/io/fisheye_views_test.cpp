@@ -247,7 +247,7 @@ TEST(FisheyeViews, NeedNoDamagedPhotoThatIsLeftOut) {
   for (std::size_t at = bytes.find("IDAT") + 8; at < bytes.size() - 20; ++at) bytes[at] = '\x55';
   files.folder.write("images/a.png", bytes);
   SceneOptions options;
-  EXPECT_TRUE(contains(test::input_error([&] { read_scene(files.folder.path(), options); }), "a.png"));
+  EXPECT_TRUE(test::contains(test::input_error([&] { read_scene(files.folder.path(), options); }), "a.png"));
   options.needed = [](std::span<const View> views) {
     std::vector<bool> needed;
     for (const View& view : views) needed.push_back(view.name.starts_with("b"));

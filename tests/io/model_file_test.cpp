@@ -293,6 +293,9 @@ TEST(ReadTexturedModel, ReadsNamesWithBlanksBehindByteOrderMarks) {
         rename(*text, keyword + std::string("page_") + number, keyword + std::string("page no. ") + number);
   rename(obj, "mtllib m.mtl", "mtllib sub folder\\my materials.mtl");
   rename(mtl, "map_Kd ", "map_Kd ../");
+  rename(mtl, "newmtl page no. 0", "newmtl page no. 0  # the first");
+  rename(obj, "usemtl page no. 1", "usemtl page no. 1 # the second");
+  std::ranges::replace(mtl, '\n', '\r');
   test.folder.write("sub folder/my materials.mtl", "\xEF\xBB\xBF" + mtl.substr(mtl.find("newmtl")));
   const LoadedModel found =
       read_textured_model(test.folder.write("n.obj", "\xEF\xBB\xBF" + obj.substr(obj.find("mtllib"))));

@@ -80,7 +80,7 @@ TEST(OpenMvs, SizesNormalizedCamerasByTheirPhotos) {
   const test::TemporaryFolder folder;
   test::write_photo(folder.path() / "images/one two.jpg", 400, 300);
   test::write_photo(folder.path() / "images/b.jpg", 200, 150);
-  for (const std::uint32_t version : {5, 6, 7}) {
+  for (const std::uint32_t version : {5u, 6u, 7u}) {
     folder.write("scene.mvs", archive(version));
     const Scene scene = read_scene(folder.path(), {});
     ASSERT_EQ(scene.views.size(), 2);
