@@ -56,8 +56,8 @@ enum class Projection { apc, spc };
 inline constexpr Named<Projection> kProjectionNames[] = {{"apc", Projection::apc}, {"spc", Projection::spc}};
 
 /// How errors of the drawn IVM are repaired. off: not at all. paper: by LPCC alone. exact: every face that covers a pixel
-/// centre contests its stored owner in real arithmetic on the projected vertices; ties go to a face that
-/// shows its front, then to the lower index.
+/// centre contests its stored owner in real arithmetic on the projected vertices; ties go to a face that shows its front,
+/// then to the lower index.
 enum class CoverageCorrection { off, paper, exact };
 inline constexpr Named<CoverageCorrection> kCoverageCorrectionNames[] = {
     {"off", CoverageCorrection::off}, {"paper", CoverageCorrection::paper}, {"exact", CoverageCorrection::exact}};

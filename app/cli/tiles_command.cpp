@@ -25,8 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kUnitFolders[] = {"units", "result"};  // below a job's
-
 // Without the program's name, and what only concerns the run that made the job.
 std::vector<std::string> arguments_of(const CommonOptions& common) {
   return {common.command_line.begin() + 1, common.command_line.end()};
@@ -99,7 +97,7 @@ void run_units(tiles::UnitRunner& runner, std::span<const tiles::Unit* const> un
 // Throws OutputError where files lie in the folders that a job's units write, but no job does, and where a file that the
 // run reads is among them.
 void protect_unit_folders(const TilesOptions& options, bool has_job, const std::set<fs::path>& inputs) {
-  for (const char* name : kUnitFolders) {
+  for (const char* name : tiles::JobFolder::kOfUnits) {
     const fs::path folder = options.out / name;
     std::error_code ignored;
     if (!has_job && fs::exists(fs::symlink_status(folder, ignored)))
@@ -137,9 +135,7 @@ void run_tiles(const TilesOptions& options, Console& console) {
     return {scene_json(options.input), Json::object(), (options.out / "plan.json").string()};
   });
   // What units of another job have left would lie among the tiles of this one.
-  std::error_code ignored;
-  if (!same)
-    for (const char* name : kUnitFolders) fs::remove_all(options.out / name, ignored);
+  if (!same) tiles::JobFolder(options.out).remove_units();
 }
 
 void run_unit(const UnitOptions& options, Console& console) {

@@ -210,6 +210,11 @@ std::optional<io::WorkKey> JobFolder::done(const std::string& name) const {
   return done->key;
 }
 
+void JobFolder::remove_units() const {
+  std::error_code ignored;
+  for (const char* name : kOfUnits) fs::remove_all(folder_ / name, ignored);
+}
+
 void JobFolder::keep(const fs::path& folder, const std::string& name, const io::WorkKey& key,
                      const std::function<void(Writer&)>& write) const {
   io::WorkStore store(folder);

@@ -78,6 +78,8 @@ std::vector<std::uint32_t> tiles_of_group(const Job& job, int level, std::size_t
 /// Reads and writes the files of a job. Errors name the file, and the unit that makes it.
 class JobFolder {
  public:
+  /// The folders that units write into.
+  static constexpr const char* kOfUnits[] = {"units", "result"};
   explicit JobFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   const std::filesystem::path& path() const { return folder_; }
@@ -93,6 +95,8 @@ class JobFolder {
   /// nullopt where there is none.
   std::optional<io::WorkKey> key_if_made() const;
 
+  /// Removes what units have left, as far as it can be removed.
+  void remove_units() const;
   /// The key of a complete unit; nullopt where it has to be done.
   std::optional<io::WorkKey> done(const std::string& name) const;
 
