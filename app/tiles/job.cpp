@@ -7,6 +7,7 @@
 
 #include "app/pipeline/kept_work.h"
 #include "app/tiles/done.h"
+#include "io/error.h"
 #include "io/photos.h"
 #include "io/scene_files.h"
 
@@ -211,8 +212,11 @@ std::optional<io::WorkKey> JobFolder::done(const std::string& name) const {
 }
 
 void JobFolder::remove_units() const {
-  std::error_code ignored;
-  for (const char* name : kOfUnits) fs::remove_all(folder_ / name, ignored);
+  for (const char* name : kOfUnits) {
+    std::error_code error;
+    fs::remove_all(folder_ / name, error);
+    if (error) throw OutputError(folder_ / name, "what another job left cannot be removed: " + error.message());
+  }
 }
 
 void JobFolder::keep(const fs::path& folder, const std::string& name, const io::WorkKey& key,

@@ -95,7 +95,7 @@ class JobFolder {
   /// nullopt where there is none.
   std::optional<io::WorkKey> key_if_made() const;
 
-  /// Removes what units have left, as far as it can be removed.
+  /// Removes what units have left. Throws OutputError where that cannot be done.
   void remove_units() const;
   /// The key of a complete unit; nullopt where it has to be done.
   std::optional<io::WorkKey> done(const std::string& name) const;
