@@ -48,6 +48,7 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
   const OptionGroup input{*app, "Input"}, output{*app, "Output"};
   input.add("--mesh", options.input.mesh, "MESH", "Mesh that was to be textured, to measure completeness")
       ->default_str("the model's own faces");
+  add_mesh_crs(input, options.input, "Reference system of MODEL and MESH, where cameras are in another");
   input.add("--images", options.input.images_dir, "DIR", "Folder of the photos")
       ->default_str("where the scene says, or 'images' beside it");
   add_masks(*app, options.input);

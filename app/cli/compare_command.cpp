@@ -66,6 +66,7 @@ RunFacts compare_scene(const CompareOptions& options, RunRecord& record, pipelin
   compare::CompareSettings settings = options.settings;
   settings.modes = modes_of(options, [&](const std::string& family) { return scale.sweep(family); });
   settings.externals = externals_of(options, settings.modes);
+  settings.mesh_crs = options.input.mesh_crs;
   settings.texture.device = options.common.device;
   settings.reduction = reduction_of(options);
   std::set<std::filesystem::path> read = input_files(in);

@@ -2,12 +2,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
 
 #include "app/cli/interrupt.h"
 #include "app/cli/scene_input.h"
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/truth_score.h"
+#include "app/pipeline/mesh_frame.h"
+#include "app/pipeline/nearness.h"
 #include "io/mesh.h"
 #include "io/npy.h"
 
@@ -41,53 +44,20 @@ std::optional<evaluate::OriginOf> known_origins(const std::filesystem::path& mod
   std::vector<std::int32_t> labels = io::read_npy<std::int32_t>(folder / "labels.npy").values;
   std::vector<std::uint8_t> tags = io::read_npy<std::uint8_t>(folder / "tags.npy").values;
   if (labels.size() != mesh.faces.size() || tags.size() != mesh.faces.size()) return std::nullopt;
-  const std::vector<std::string> used = marked_views(model, "used");
-  const auto known = [&](const std::string& name) {
-    return std::any_of(scene.views.begin(), scene.views.end(), [&](const View& v) { return v.name == name; });
-  };
-  if (used.empty() || !std::all_of(used.begin(), used.end(), known)) return std::nullopt;
-  return evaluate::origins_of_labels(mesh, scene, std::move(labels), std::move(tags));
-}
-
-Json truth_json(const evaluate::TruthScore& score) {
-  return {{"all", evaluate::shares_json(score.all)},
-          {"seen_whole", evaluate::shares_json(score.full)},
-          {"seen_in_parts", evaluate::shares_json(score.partial)},
-          {"faces", score.faces},
-          {"textured_faces", score.textured},
-          {"samples", score.samples}};
-}
-
-void score_truth(const EvaluateCommandOptions& options, const Scene& scene, RunRecord& record) {
-  record.begin({"truth", "steps"});
-  const evaluate::Truth truth = evaluate::read_truth(options.truth);
-  const Mesh mesh = io::read_mesh(options.input.mesh.empty() ? options.truth / "mesh.ply" : options.input.mesh);
-  io::LoadedModel model = io::read_textured_model(options.model);
-  model.model.mesh = &model.mesh;
-  const evaluate::MatchedModel matched = evaluate::match_model(mesh, model.model, model.pages, model.offset);
-  if (matched.unmatched_faces == model.mesh.faces.size())
-    throw InputError(options.model, "",
-                     "none of its faces is a face of the scene's mesh: was it made from another mesh?");
-  if (matched.unmatched_faces > 0)
-    record.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out",
-                               matched.unmatched_faces, model.mesh.faces.size()));
-  const std::vector<ViewId> used = named_views(scene.views, marked_views(options.model, "used"));
-  io::PhotoCache photos(scene, options.input.downscale, 0);
-  const Progress progress = record.reporter();
-  const std::size_t views = used.size(), steps = 4 * views;  // the scorer goes through the views three times
-  const evaluate::TruthScorer scorer({truth, mesh, scene, used, photos}, pipeline::part_of(progress, 0, steps));
-  const evaluate::TruthScore score = scorer.score(matched, pipeline::part_of(progress, 3 * views, steps));
-  record.counts["truth"] = truth_json(score);
-  std::optional<evaluate::OriginScore> origins;
-  if (const std::optional<evaluate::OriginOf> origin = known_origins(options.model, mesh, scene)) {
-    origins = scorer.score(*origin);
-    record.counts["truth"]["origin"] = {{"all", evaluate::shares_json(origins->all)},
-                                        {"seen_whole", evaluate::shares_json(origins->full)},
-                                        {"seen_in_parts", evaluate::shares_json(origins->partial)},
-                                        {"seen_by_none", evaluate::shares_json(origins->none)}};
+  std::map<std::string, std::int32_t> number;  // views by name: another format may list them in another order
+  for (std::size_t v = 0; v < scene.views.size(); ++v)
+    number.emplace(scene.views[v].name, static_cast<std::int32_t>(v));
+  std::vector<std::int32_t> now;
+  for (const std::string& name : listed_views(model)) {
+    const auto found = number.find(name);
+    now.push_back(found == number.end() ? -1 : found->second);
   }
-  record.end(fmt::format("{} points in {} views", score.samples, used.size()));
-  record.console.result(evaluate::truth_table(score, origins ? &*origins : nullptr));
+  for (std::int32_t& label : labels) {
+    if (label < 0) continue;
+    if (static_cast<std::size_t>(label) >= now.size() || now[static_cast<std::size_t>(label)] < 0) return std::nullopt;
+    label = now[static_cast<std::size_t>(label)];
+  }
+  return evaluate::origins_of_labels(mesh, scene, std::move(labels), std::move(tags));
 }
 
 // The views whose photos the model's renders are compared with.
@@ -111,22 +81,100 @@ std::vector<bool> needed_views(const EvaluateCommandOptions& options, std::span<
   return marked(needed, views.size());
 }
 
+// What is evaluated, in the coordinates of the cameras.
+class Evaluated {
+ public:
+  // Reads all, and brings it into the same coordinates.
+  Evaluated(const EvaluateCommandOptions& options, RunRecord& record);
+  Evaluated(const Evaluated&) = delete;
+  Evaluated& operator=(const Evaluated&) = delete;
+
+  Scene scene;
+  io::LoadedModel model;
+  std::optional<Mesh> mesh;                       // of --mesh, or of the truth's folder
+  std::optional<evaluate::MatchedModel> matched;  // with --truth: the model's faces as those of the mesh
+};
+
+Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
+  io::SceneOptions reader = options.input.reader_options();
+  reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
+  scene = io::read_scene(options.input.scene, reader);
+  for (const std::string& warning : scene.warnings) record.warning(warning);
+  model = evaluate::read_model_with_texture(options.model);
+  model.model.mesh = &model.mesh;
+  std::filesystem::path mesh_file = options.input.mesh;
+  if (mesh_file.empty() && !options.truth.empty()) mesh_file = options.truth / "mesh.ply";
+  if (!mesh_file.empty()) mesh = io::read_mesh(mesh_file);
+  if (!options.truth.empty()) matched = evaluate::match_model(*mesh, model.model, model.pages, model.offset);
+
+  const std::vector<bool> needed = needed_views(options, scene.views);
+  std::vector<ViewId> used;
+  for (std::uint32_t v = 0; v < needed.size(); ++v)
+    if (needed[v]) used.push_back(ViewId{v});
+  const std::string& crs = options.input.mesh_crs;
+  std::string of_mesh;
+  if (mesh) of_mesh = pipeline::match_frames(scene, *mesh, used, mesh_file, crs);
+  if (!of_mesh.empty()) record.warning(of_mesh);
+  const std::string of_model = evaluate::place_model(options.model, mesh_file, crs, used, scene, model);
+  if (!of_model.empty() && of_model != of_mesh) record.warning(fmt::format("{}: {}", options.model.string(), of_model));
+  pipeline::set_nearness(scene, mesh ? *mesh : model.mesh);
+}
+
+Json truth_json(const evaluate::TruthScore& score) {
+  return {{"all", evaluate::shares_json(score.all)},
+          {"seen_whole", evaluate::shares_json(score.full)},
+          {"seen_in_parts", evaluate::shares_json(score.partial)},
+          {"faces", score.faces},
+          {"textured_faces", score.textured},
+          {"samples", score.samples}};
+}
+
+void score_truth(const EvaluateCommandOptions& options, const Evaluated& in, RunRecord& record) {
+  record.begin({"truth", "steps"});
+  const evaluate::Truth truth = evaluate::read_truth(options.truth);
+  const evaluate::MatchedModel& matched = *in.matched;
+  if (matched.unmatched_faces == in.model.mesh.faces.size())
+    throw InputError(options.model, "",
+                     "none of its faces is a face of the scene's mesh: was it made from another mesh?");
+  if (matched.unmatched_faces > 0)
+    record.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out",
+                               matched.unmatched_faces, in.model.mesh.faces.size()));
+  const std::vector<ViewId> used = named_views(in.scene.views, marked_views(options.model, "used"));
+  io::PhotoCache photos(in.scene, options.input.downscale, 0);
+  const Progress progress = record.reporter();
+  const std::size_t views = used.size(), steps = 4 * views;  // the scorer goes through the views three times
+  const evaluate::TruthScorer scorer({truth, *in.mesh, in.scene, used, photos}, pipeline::part_of(progress, 0, steps));
+  const evaluate::TruthScore score = scorer.score(matched, pipeline::part_of(progress, 3 * views, steps));
+  record.counts["truth"] = truth_json(score);
+  std::optional<evaluate::OriginScore> origins;
+  if (const std::optional<evaluate::OriginOf> origin = known_origins(options.model, *in.mesh, in.scene)) {
+    origins = scorer.score(*origin);
+    record.counts["truth"]["origin"] = {{"all", evaluate::shares_json(origins->all)},
+                                        {"seen_whole", evaluate::shares_json(origins->full)},
+                                        {"seen_in_parts", evaluate::shares_json(origins->partial)},
+                                        {"seen_by_none", evaluate::shares_json(origins->none)}};
+  }
+  record.end(fmt::format("{} points in {} views", score.samples, used.size()));
+  record.console.result(evaluate::truth_table(score, origins ? &*origins : nullptr));
+}
+
 // Compares renders of the model with the photos and prints the table; pictures and JSON go to the folder.
-void compare_photos(const EvaluateCommandOptions& options, const Scene& scene, RunRecord& record,
+void compare_photos(const EvaluateCommandOptions& options, const Evaluated& in, RunRecord& record,
                     const pipeline::OutputFolder* folder) {
   record.begin({"evaluate", "views"});
-  const std::vector<ViewId> views = compared_views(options, scene.views);
-  if (options.input.views.empty() && views.size() < scene.views.size())
+  const std::vector<ViewId> views = compared_views(options, in.scene.views);
+  if (options.input.views.empty() && views.size() < in.scene.views.size())
     record.note(
         fmt::format("comparing with the {} views that views.json beside the model marks as held out", views.size()));
-  const Scene chosen = with_views(scene, views);
+  const Scene chosen = with_views(in.scene, views);
   io::PhotoCache photos(chosen, options.input.downscale, 0);
   evaluate::EvaluateOptions evaluate;
   evaluate.model = options.model;
-  if (!options.input.mesh.empty()) evaluate.mesh = options.input.mesh;
+  if (!options.input.mesh.empty()) evaluate.mesh = &*in.mesh;
   if (folder) evaluate.out = folder->in_making();
   evaluate.reduction = options.reduction;
-  const evaluate::Evaluation evaluation = evaluate::evaluate_model(chosen, photos, evaluate, record.reporter());
+  const evaluate::Evaluation evaluation =
+      evaluate::evaluate_model(chosen, photos, in.model, evaluate, record.reporter());
   record.end(fmt::format("{} views", chosen.views.size()));
   record.console.result(evaluate::evaluation_table(evaluation));
 }
@@ -141,18 +189,15 @@ Json options_json(const EvaluateCommandOptions& options) {
 
 // `folder`: null for none.
 RunFacts evaluate_into(const EvaluateCommandOptions& options, RunRecord& record, pipeline::OutputFolder* folder) {
-  io::SceneOptions reader = options.input.reader_options();
-  reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
-  const Scene scene = io::read_scene(options.input.scene, reader);
+  const Evaluated in(options, record);
   if (folder != nullptr) {
-    std::set<std::filesystem::path> read = input_files(scene);
+    std::set<std::filesystem::path> read = input_files(in.scene);
     read.insert({options.model, options.input.mesh, options.truth / "truth.json"});
     folder->protect(read);
   }
-  for (const std::string& warning : scene.warnings) record.warning(warning);
-  if (!options.truth.empty()) score_truth(options, scene, record);
+  if (!options.truth.empty()) score_truth(options, in, record);
   if (options.truth.empty() || folder != nullptr || !options.input.views.empty())
-    compare_photos(options, scene, record, folder);
+    compare_photos(options, in, record, folder);
   if (folder != nullptr) folder->promise_all();
   return {options_json(options)};
 }

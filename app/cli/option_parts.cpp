@@ -78,6 +78,12 @@ void add_masks(CLI::App& app, SceneInput& input) {
   group.flag("!--no-masks", input.masks, "Use every pixel: ignore masks and alpha channels")->excludes(masks_dir);
 }
 
+void add_mesh_crs(const OptionGroup& group, SceneInput& input, const std::string& meaning) {
+  group.add("--mesh-crs", input.mesh_crs, "CRS", meaning)
+      ->default_str("the scene's, or what fits it")
+      ->check(not_empty());
+}
+
 void add_photos(CLI::App& app, SceneInput& input) {
   const OptionGroup group{app, "Input"};
   group
@@ -90,12 +96,9 @@ void add_photos(CLI::App& app, SceneInput& input) {
       ->check(not_empty());
   group.add("--exclude-views", input.exclude_views, "LIST", "Do not use these views; they keep their index");
   if (app.get_option_no_throw("MESH") != nullptr)
-    group
-        .add("--mesh-crs", input.mesh_crs, "CRS",
-             "Reference system of the mesh (EPSG:25832, a WKT or PROJ string), where cameras are in another, with "
-             "heights above its ellipsoid or theirs, whichever fits; results keep the mesh's coordinates")
-        ->default_str("the scene's, or what fits it")
-        ->check(not_empty());
+    add_mesh_crs(group, input,
+                 "Reference system of the mesh (EPSG:25832, a WKT or PROJ string), where cameras are in another, with "
+                 "heights above its ellipsoid or theirs, whichever fits; results keep the mesh's coordinates");
   group.number("--downscale", input.downscale, 1, 64, "N",
                "Reduce the photos N times in width and height, for a quick look; 1 to 64");
   add_masks(app, input);

@@ -88,6 +88,21 @@ std::vector<bool> matched(std::span<const View> views, const std::string& option
   return hit;
 }
 
+// Names of the views that `wanted` takes, of the views.json beside a model.
+std::vector<std::string> names_in_views_json(const std::filesystem::path& model,
+                                             const std::function<bool(const nlohmann::json&)>& wanted) {
+  std::vector<std::string> names;
+  const std::filesystem::path file = model.parent_path() / "views.json";
+  io::refuse_special_file(file);
+  std::ifstream in(file);
+  const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
+  if (!json.is_object() || !json.contains("views") || !json["views"].is_array()) return names;
+  for (const nlohmann::json& view : json["views"])
+    if (view.is_object() && view.contains("name") && view["name"].is_string() && wanted(view))
+      names.push_back(view["name"].get<std::string>());
+  return names;
+}
+
 }  // namespace
 
 std::vector<ViewId> used_views(std::span<const View> all, const std::string& views, const std::string& exclude_views) {
@@ -161,16 +176,12 @@ std::vector<pipeline::ViewRule> read_rules(const std::filesystem::path& file, st
 }
 
 std::vector<std::string> marked_views(const std::filesystem::path& model, const std::string& mark) {
-  std::vector<std::string> names;
-  io::refuse_special_file(model.parent_path() / "views.json");
-  std::ifstream in(model.parent_path() / "views.json");
-  const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
-  if (!json.is_object() || !json.contains("views") || !json["views"].is_array()) return names;
-  for (const nlohmann::json& view : json["views"])
-    if (view.is_object() && view.contains("name") && view["name"].is_string() && view.contains(mark) &&
-        view[mark] == true)
-      names.push_back(view["name"].get<std::string>());
-  return names;
+  return names_in_views_json(model,
+                             [&](const nlohmann::json& view) { return view.contains(mark) && view[mark] == true; });
+}
+
+std::vector<std::string> listed_views(const std::filesystem::path& model) {
+  return names_in_views_json(model, [](const nlohmann::json&) { return true; });
 }
 
 }  // namespace gpvc::cli

@@ -29,5 +29,7 @@ std::vector<pipeline::ViewRule> read_rules(const std::filesystem::path& file, st
 /// Names of the views that the views.json beside a model marks with `mark` ("held_out", "used"); empty where there is
 /// no such file.
 std::vector<std::string> marked_views(const std::filesystem::path& model, const std::string& mark);
+/// Names of all views of that file, in its order.
+std::vector<std::string> listed_views(const std::filesystem::path& model);
 
 }  // namespace gpvc::cli

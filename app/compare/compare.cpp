@@ -323,7 +323,17 @@ void measure_external(const Run& run, const Yardsticks& with, const ExternalMode
   io::LoadedModel loaded = evaluate::read_model_with_texture(external.file);
   loaded.model.mesh = &loaded.mesh;
   result.json["patches"] = evaluate::texture_islands(loaded.model);
+  Scene cameras = run.scene();
+  cameras.other_frames.clear();  // it is the model that has to come to where cameras and mesh are
+  const pipeline::Input& input = run.in.input;
+  const std::string assumed =
+      evaluate::place_model(external.file, input.mesh_file, run.settings.mesh_crs, input.views, cameras, loaded);
+  if (!assumed.empty()) log.warning(fmt::format("{}: {}", external.name, assumed));
   score_model(run, with, {loaded.model, loaded.pages, loaded.offset}, number, log, result);
+  if (result.shown->score.windows == 0) {
+    result.shown.reset();
+    throw InputError(external.file, "", evaluate::kNothingToCompare);
+  }
 }
 
 Json described(const ComparedMode& mode, const BiasScale& scale) {

@@ -24,7 +24,8 @@ struct ExternalModel {
 struct CompareSettings {
   pipeline::Settings texture;  ///< shared by all modes; its visibility is replaced by each mode's
   std::vector<ComparedMode> modes;
-  std::vector<ExternalModel> externals;        ///< their names differ from the modes' and from "photo"
+  std::vector<ExternalModel> externals;  ///< their names differ from the modes' and from "photo"
+  std::string mesh_crs;  ///< of the mesh and of the externals where it is not the scene's; see match_frames()
   std::optional<std::filesystem::path> truth;  ///< a synthetic scene's folder; by default one that holds SCENE
   int crops = 8, crop_views = 6;
   int oracle_views = 3, score_views = 12;

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "io/mesh.h"
+#include "app/pipeline/mesh_frame.h"
 
 namespace gpvc::evaluate {
 namespace {
@@ -41,11 +41,25 @@ io::LoadedModel read_model_with_texture(const fs::path& file) {
   return model;
 }
 
-Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const EvaluateOptions& options,
-                          const Progress& progress) {
-  io::LoadedModel model = read_model_with_texture(options.model);
-  model.model.mesh = &model.mesh;
-  const Mesh wanted = options.mesh ? io::read_mesh(*options.mesh) : Mesh{};
+std::string place_model(const fs::path& file, const fs::path& mesh_file, const std::string& mesh_crs,
+                        std::span<const ViewId> used, Scene& scene, io::LoadedModel& model) {
+  std::vector<WorldPoint>& positions = model.mesh.positions;
+  for (WorldPoint& p : positions) p = p + model.offset;
+  std::string assumed = pipeline::match_frames(scene, model.mesh, used, file, mesh_crs);
+  if (assumed.empty() && mesh_crs.empty() && !mesh_file.empty())
+    assumed = pipeline::match_frames(scene, model.mesh, used, mesh_file);
+  // Small numbers again where the offset still means something: match_model() takes their rounding from them.
+  if (!model.mesh.file_positions.empty())
+    model.offset = {};
+  else
+    for (WorldPoint& p : positions) p = p - model.offset;
+  return assumed;
+}
+
+Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io::LoadedModel& loaded,
+                          const EvaluateOptions& options, const Progress& progress) {
+  io::TexturedModel model = loaded.model;
+  model.mesh = &loaded.mesh;
   if (options.out) {
     std::error_code failed;
     fs::create_directories(*options.out, failed);
@@ -58,17 +72,16 @@ Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const Eva
     const View& view = scene.views[v];
     const std::shared_ptr<const Image> photo = photos.photo(ViewId{v});
     const Rephotography result =
-        compare_with_photo(options.mesh ? photo_to_compare(*photo, view, wanted)
-                                        : photo_to_compare(*photo, view, model.mesh, model.offset),
-                           render_view(model.model, model.pages, view, model.offset), options.reduction);
+        compare_with_photo(options.mesh != nullptr ? photo_to_compare(*photo, view, *options.mesh)
+                                                   : photo_to_compare(*photo, view, loaded.mesh, loaded.offset),
+                           render_view(model, loaded.pages, view, loaded.offset), options.reduction);
     evaluation.views.push_back({view.name, result.score});
     scores.push_back(result.score);
     if (options.out) write_pictures(*options.out, view.name, result);
     progress(v + 1, scene.views.size());
   }
   evaluation.mean = mean_score(scores);
-  if (evaluation.mean.windows == 0)
-    throw InputError(options.model, "", "no view shows enough of it to compare; is it in the cameras' frame?");
+  if (evaluation.mean.windows == 0) throw InputError(options.model, "", kNothingToCompare);
   if (options.out) {
     Json report{{"mean", score_json(evaluation.mean)}};
     for (const ViewScore& view : evaluation.views) report["views"][view.view] = score_json(view.score);
@@ -83,7 +96,8 @@ std::string evaluation_table(const Evaluation& evaluation) {
   std::string table = fmt::format(
       "{:<{}}  complete   PSNR    SSIM   1-NCC  dE2000  without gain: PSNR  dE2000   95 %\n", "view", width);
   const auto line = [&](const std::string& name, const RephotographyScore& s) {
-    if (s.windows == 0) return fmt::format("{:<{}}  nothing to compare\n", name, width);
+    if (s.windows == 0 && s.covered == 0) return fmt::format("{:<{}}  nothing to compare\n", name, width);
+    if (s.windows == 0) return fmt::format("{:<{}}    {:.4f}  nothing to compare\n", name, width, s.completeness);
     return fmt::format("{:<{}}    {:.4f}  {:5.2f}  {:.4f}  {:.4f}   {:5.2f}               {:5.2f}   {:5.2f}  {:5.2f}\n",
                        name, width, s.completeness, s.psnr, s.ssim, s.ncc_error, s.gained_color_error, s.raw_psnr,
                        s.color_error, s.color_error_95);

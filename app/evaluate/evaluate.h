@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,10 +16,10 @@
 namespace gpvc::evaluate {
 
 struct EvaluateOptions {
-  std::filesystem::path model;                ///< OBJ or GLB
-  std::optional<std::filesystem::path> mesh;  ///< the faces to be textured; default: the model's
-  std::optional<std::filesystem::path> out;   ///< folder for pictures (photo, render, error) and evaluate.json
-  int reduction = 4;                          ///< photos and renders are compared at 1/reduction of their size
+  std::filesystem::path model;               ///< the model's file, for messages
+  const Mesh* mesh = nullptr;                ///< borrowed; the faces to be textured, null: the model's
+  std::optional<std::filesystem::path> out;  ///< folder for pictures (photo, render, error) and evaluate.json
+  int reduction = 4;                         ///< photos and renders are compared at 1/reduction of their size
 };
 
 struct ViewScore {
@@ -32,12 +33,22 @@ struct Evaluation {
 };
 
 /// Renders the model from every view of `scene` and compares the renders with the photos. Views without a comparable
-/// window are listed and left out of the mean. Throws InputError, OutputError.
-Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const EvaluateOptions& options,
-                          const Progress& progress);
+/// window are listed, and count in the mean by their completeness alone. Throws InputError, OutputError.
+/// \pre model and mesh lie in the scene's coordinates, see place_model()
+Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io::LoadedModel& model,
+                          const EvaluateOptions& options, const Progress& progress);
+
+/// Brings a model into the scene's coordinates or the cameras to it, as pipeline::match_frames() does with a mesh, by its
+/// own file or, where that says nothing, by the file of the mesh that it was made from (empty: none). Returns a sentence that says what was assumed; empty: nothing. Throws what match_frames() throws.
+std::string place_model(const std::filesystem::path& file, const std::filesystem::path& mesh_file,
+                        const std::string& mesh_crs, std::span<const ViewId> used, Scene& scene,
+                        io::LoadedModel& model);
 
 /// read_textured_model(), which also throws InputError for a model without a textured face.
 io::LoadedModel read_model_with_texture(const std::filesystem::path& file);
+
+/// What is wrong where no view of a model has a window to compare: the end of a sentence.
+inline constexpr const char* kNothingToCompare = "no view shows enough of it to compare; is it in the cameras' frame?";
 
 /// A table for people, one line a view and the mean.
 std::string evaluation_table(const Evaluation& evaluation);

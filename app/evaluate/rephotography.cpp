@@ -184,40 +184,45 @@ void score_colors(const cv::Mat& taken, const cv::Mat& made, const cv::Mat& scor
   score.color_error_95 = *most;
 }
 
+// Those that only windows give.
+constexpr double RephotographyScore::*kComparedFigures[] = {
+    &RephotographyScore::psnr,          &RephotographyScore::gained_color_error, &RephotographyScore::ssim,
+    &RephotographyScore::ncc_error,     &RephotographyScore::raw_psnr,           &RephotographyScore::color_error,
+    &RephotographyScore::color_error_95};
+
 }  // namespace
 
 RephotographyScore mean_score(std::span<const RephotographyScore> scores) {
   RephotographyScore mean;
-  double count = 0;
+  double compared = 0, covering = 0;
   for (const RephotographyScore& score : scores) {
-    if (score.windows == 0) continue;
-    mean.completeness += score.completeness;
-    mean.psnr += score.psnr;
-    mean.gained_color_error += score.gained_color_error;
-    mean.ssim += score.ssim;
-    mean.ncc_error += score.ncc_error;
-    mean.raw_psnr += score.raw_psnr;
-    mean.color_error += score.color_error;
-    mean.color_error_95 += score.color_error_95;
+    mean.covered += score.covered;
     mean.windows += score.windows;
-    ++count;
+    if (score.covered > 0) {
+      mean.completeness += score.completeness;
+      ++covering;
+    }
+    if (score.windows == 0) continue;
+    for (double RephotographyScore::*figure : kComparedFigures) mean.*figure += score.*figure;
+    ++compared;
   }
-  if (count == 0) return mean;
-  for (double* value : {&mean.completeness, &mean.psnr, &mean.gained_color_error, &mean.ssim, &mean.ncc_error,
-                        &mean.raw_psnr, &mean.color_error, &mean.color_error_95})
-    *value /= count;
+  if (covering > 0) mean.completeness /= covering;
+  if (compared > 0)
+    for (double RephotographyScore::*figure : kComparedFigures) mean.*figure /= compared;
   return mean;
 }
 
 Json score_json(const RephotographyScore& score) {
-  return {{"completeness", score.completeness},
-          {"psnr_db", score.psnr},
-          {"ssim", score.ssim},
-          {"one_minus_ncc", score.ncc_error},
-          {"ciede2000_with_gain", score.gained_color_error},
-          {"psnr_without_gain_db", score.raw_psnr},
-          {"ciede2000", score.color_error},
-          {"ciede2000_95", score.color_error_95},
+  const auto known = [](std::size_t count, double value) { return count > 0 ? Json(value) : Json(nullptr); };
+  const auto compared = [&](double value) { return known(score.windows, value); };
+  return {{"completeness", known(score.covered, score.completeness)},
+          {"psnr_db", compared(score.psnr)},
+          {"ssim", compared(score.ssim)},
+          {"one_minus_ncc", compared(score.ncc_error)},
+          {"ciede2000_with_gain", compared(score.gained_color_error)},
+          {"psnr_without_gain_db", compared(score.raw_psnr)},
+          {"ciede2000", compared(score.color_error)},
+          {"ciede2000_95", compared(score.color_error_95)},
           {"windows", score.windows}};
 }
 
@@ -257,14 +262,14 @@ pipeline::RenderResult render_view(const io::TexturedModel& model, const std::ve
 Rephotography compare_with_photo(const ComparedPhoto& photo, const pipeline::RenderResult& render, int reduction) {
   assert(photo.photo.width == render.image.width && photo.photo.height == render.image.height);
   Rephotography result;
-  std::size_t covered_pixels = 0, textured_pixels = 0;
+  std::size_t textured = 0;
   for (std::size_t i = 0; i < photo.covered.size(); ++i) {
     if (photo.covered[i] == 0 || photo.inside[i] == 0) continue;
-    ++covered_pixels;
-    textured_pixels += render.textured[i] != 0 ? 1 : 0;
+    ++result.score.covered;
+    textured += render.textured[i] != 0 ? 1 : 0;
   }
-  if (covered_pixels > 0)
-    result.score.completeness = static_cast<double>(textured_pixels) / static_cast<double>(covered_pixels);
+  if (result.score.covered > 0)
+    result.score.completeness = static_cast<double>(textured) / static_cast<double>(result.score.covered);
 
   const cv::Mat taken = reduce(photo.photo, reduction);
   cv::Mat made = reduce(render.image, reduction);

@@ -21,12 +21,13 @@ struct RephotographyScore {
   // Without the gain: what exposure, white balance and levelling leave.
   double raw_psnr = 0;                         ///< dB
   double color_error = 0, color_error_95 = 0;  ///< CIEDE2000 over the pixels: mean, and below which 95 % lie
-  std::size_t windows = 0;                     ///< windows scored; 0: nothing could be compared
+  std::size_t covered = 0;                     ///< pixels that the mesh covers; 0: completeness means nothing
+  std::size_t windows = 0;  ///< windows scored; 0: nothing could be compared, and only completeness means anything
 };
 
-/// The mean over those of which something could be compared; windows are summed up.
+/// Each figure's mean over the scores in which it means something; counts are summed up.
 RephotographyScore mean_score(std::span<const RephotographyScore> scores);
-/// The scores as evaluate's and compare's reports have them.
+/// The scores as evaluate's and compare's reports have them: null where they mean nothing.
 Json score_json(const RephotographyScore& score);
 
 /// A part of a picture: the sum of 1 - NCC over the windows whose centres lie in it.

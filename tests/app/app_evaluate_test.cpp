@@ -59,6 +59,58 @@ TEST_F(App, CompareScoresAsEvaluateDoesUnderMasks) {
   }));
 }
 
+// nerfstudio turns and moves the cameras, lists them as it likes, and says how it moved them; meshes are made before.
+TEST_F(App, ModelsAreEvaluatedWhereTheirMeshFitsTheCameras) {
+  const fs::path moved = folder_.path() / "moved";
+  ASSERT_EQ(run({"convert", (scene_ / "colmap").string(), "-o", moved.string(), "--format", "transforms"}).exit_code,
+            0);
+  nlohmann::json json = nlohmann::json::parse(read_file(moved / "transforms.json"));
+  json["applied_transform"] = {{1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 300}};
+  for (nlohmann::json& frame : json["frames"]) {
+    nlohmann::json& rows = frame["transform_matrix"];
+    const nlohmann::json y = rows[1];
+    rows[1] = rows[2];
+    for (std::size_t c = 0; c < 4; ++c) rows[2][c] = (c == 3 ? 300 : 0) - y[c].get<double>();
+    frame["file_path"] = fs::path(frame["file_path"].get<std::string>()).filename().string();
+  }
+  std::reverse(json["frames"].begin(), json["frames"].end());
+  std::ofstream(moved / "transforms.json") << json.dump();
+  ASSERT_EQ(run(texture(out_)).exit_code, 0);
+
+  std::map<std::string, nlohmann::json> means, origins;
+  for (const fs::path& cameras : {scene_ / "colmap", moved}) {
+    const fs::path scores = folder_.path() / "scores";
+    fs::remove_all(scores);
+    const Outcome outcome =
+        run({"evaluate", (out_ / "model.obj").string(), cameras.string(), "--images", (scene_ / "images").string(),
+             "--mesh", (scene_ / "mesh.ply").string(), "--truth", scene_.string(), "-o", scores.string()});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    means[cameras.filename()] = nlohmann::json::parse(read_file(scores / "evaluate.json"))["mean"];
+    origins[cameras.filename()] = run_json(scores)["counts"]["truth"]["origin"]["all"];
+  }
+  for (const auto& [key, value] : means["colmap"].items()) {
+    if (key == "windows") continue;
+    EXPECT_NEAR(value.get<double>(), means["moved"][key].get<double>(), 1e-3) << key;
+  }
+  ASSERT_TRUE(origins["colmap"].contains("wrong"));
+  for (const auto& [key, value] : origins["colmap"].items())
+    EXPECT_NEAR(value.get<double>(), origins["moved"][key].get<double>(), 1e-3) << key;
+}
+
+TEST_F(App, CompareWithAModelElsewhereFailsAndDoesNotWin) {
+  const fs::path away = folder_.path() / "away";
+  ASSERT_EQ(run(texture(away)).exit_code, 0);
+  std::ofstream(away / "offset.txt") << "1e6 0 0\n";
+  auto compare = texture(out_);
+  compare[0] = "compare";
+  compare.insert(compare.end(), {"--modes", "gpvc", "--oracle-views", "0", "--crops", "0", "--external",
+                                 "away=" + (away / "model.obj").string()});
+  expect_one_sentence(run(compare), "1 of 2 models failed", "report.html");
+  const nlohmann::json report = nlohmann::json::parse(read_file(out_ / "report.json"));
+  EXPECT_TRUE(contains(report["modes"][1]["error"].get<std::string>(), "enough of it to compare"));
+  EXPECT_TRUE(report["modes"][1]["score"]["one_minus_ncc"].is_null());
+}
+
 TEST_F(App, CompareWithAFailedModelFailsButReports) {
   const fs::path broken = folder_.write("broken.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   auto compare = texture(out_);
