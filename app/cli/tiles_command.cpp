@@ -115,7 +115,6 @@ void protect_unit_folders(const TilesOptions& options, bool has_job, const std::
 void run_tiles(const TilesOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"job.json", "plan.json"});
   const bool has_job = io::is_file(options.out / "job.json");
-  bool same = false;  // as the job that is replaced
   run_command("tiles", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
     const std::optional<io::WorkKey> before = tiles::JobFolder(options.out).key_if_made();
     protect_unit_folders(options, has_job, {});
@@ -128,14 +127,14 @@ void run_tiles(const TilesOptions& options, Console& console) {
         tiles::make_job(tiles::JobFolder(folder.in_making()), in.input(), options.settings, program_version(), record);
     evaluate::write_json(folder.file("job.json"),
                          {{"program", program_version()}, {"arguments", arguments_of(options.common)}});
-    same = before == tiles::JobFolder(folder.in_making()).key_if_made();
     folder.promise_all();
     evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
     for (const std::string& line : tiles::plan_table(units)) record.note(line);
+    // What units of another job have left would lie among the tiles of this one. It goes before this one comes: schedulers
+    // that look for done.json alone must never find the one with the other's.
+    if (before != tiles::JobFolder(folder.in_making()).key_if_made()) tiles::JobFolder(options.out).remove_units();
     return {scene_json(options.input), Json::object(), (options.out / "plan.json").string()};
   });
-  // What units of another job have left would lie among the tiles of this one.
-  if (!same) tiles::JobFolder(options.out).remove_units();
 }
 
 void run_unit(const UnitOptions& options, Console& console) {

@@ -206,7 +206,8 @@ double MemoryPlan::peak() const {
 
 namespace {
 
-MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings& settings) {
+MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings& settings,
+                    double promised = std::numeric_limits<double>::infinity()) {
   MemoryPlan plan;
   plan.need = need;
   plan.work = work;
@@ -216,7 +217,7 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   const double page = std::min(kTexel * settings.atlas.page_size * settings.atlas.page_size, all_pages);
   const double least = std::max({plan.need.seeing, plan.need.choosing, plan.need.writing, plan.need.painting + page});
   const auto most = static_cast<double>(settings.memory_bytes > 0 ? settings.memory_bytes : default_memory_limit());
-  if (least > most)
+  if (least > most && most < promised)
     throw MemoryError(fmt::format(
         "this run needs about {} of memory, and {} may be used{}: free some, or lower what it needs by --downscale 2, "
         "fewer --views, or a mesh of fewer faces",
@@ -229,7 +230,7 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   constexpr double kModestPages = 256 * kMB;
   const double pages = std::min(all_pages, std::max(page, kModestPages) / kPagesShare);
   const double lean = std::max({plan.need.seeing, plan.need.choosing, plan.need.writing, plan.need.painting + pages});
-  plan.limit = settings.memory_bytes > 0 ? std::max(least, kKeep * most) : std::min(most, lean);
+  plan.limit = std::max(least, settings.memory_bytes > 0 ? kKeep * most : std::min(most, lean));
   return plan;
 }
 
@@ -240,13 +241,14 @@ MemoryPlan plan_memory(const Input& input, const Settings& settings) {
   return plan_for(work, memory_need(work), settings);
 }
 
-MemoryPlan plan_painting(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage) {
+MemoryPlan plan_painting(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
+                         double promised) {
   const Workload work = workload(input, settings);
   // Entries are also sorted by face.
   const double held =
       static_cast<double>(coverage.entries.size() * (sizeof(visibility::FaceCoverage) + sizeof(std::uint32_t)) +
                           coverage.words.size() * sizeof(std::uint64_t));
-  return plan_for(work, {.painting = memory_need(work).painting + held}, settings);
+  return plan_for(work, {.painting = memory_need(work).painting + held}, settings, promised);
 }
 
 }  // namespace gpvc::pipeline

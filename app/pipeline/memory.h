@@ -70,7 +70,10 @@ struct MemoryPlan {
 /// more than its largest stage needs, and never more than default_memory_limit(). Throws MemoryError when the limit is too
 /// low.
 MemoryPlan plan_memory(const Input& input, const Settings& settings);
-/// The same of a run that only bakes an atlas, without a preview, and holds what views see of partial faces.
-MemoryPlan plan_painting(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage);
+/// The same of a run that only bakes an atlas, without a preview, and holds what views see of partial faces. A limit of
+/// `promised` bytes and more is not refused, though it may be exceeded: who promised that they are enough did not know yet
+/// how many faces are partial.
+MemoryPlan plan_painting(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
+                         double promised);
 
 }  // namespace gpvc::pipeline

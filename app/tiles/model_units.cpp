@@ -92,7 +92,7 @@ void UnitRunner::bake(const Unit& unit) {
   const pipeline::Input input{scene, tile.tile.mesh, views, folder_.path()};
   pipeline::Settings settings = settings_;
   settings.atlas.texel_size = level.texel_size;
-  const pipeline::MemoryPlan memory = pipeline::plan_painting(input, settings, tile.costs.coverage);
+  const pipeline::MemoryPlan memory = pipeline::plan_painting(input, settings, tile.costs.coverage, unit.memory_bytes);
   io::PhotoCache photos(scene, downscale_at(unit.level));
   observer_.begin({unit.name, "steps"});
   const atlas::AtlasInput from = tile.input(scene, photos, exposure);

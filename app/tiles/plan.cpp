@@ -96,7 +96,7 @@ class Estimates {
 
   void bake(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
-    const double page = std::min(static_cast<double>(atlas::kPageBytesPerTexel) * work.texels, 256e6);
+    const double page = std::min(static_cast<double>(atlas::kPageBytesPerTexel) * tiles_[t].texels, 256e6);
     unit.memory_bytes = pipeline::memory_need(work).painting + page;
     unit.photo_bytes = 2 * kUsed * photo_files(t);
     unit.seconds = kStartS + million(2 * kUsed * decoded(work) + 0.45 * work.texels + 5.0 * work.faces);

@@ -111,5 +111,20 @@ TEST_F(MemoryPlanTest, TooLittleIsRefusedWithWhatIsNeeded) {
   }
 }
 
+// A unit is started with what its job's plan says, and finds more partial faces than the plan could know of.
+TEST_F(MemoryPlanTest, WhatAPlanPromisedIsEnough) {
+  visibility::CoverageTable coverage;
+  coverage.words.resize(1000000);
+  const Input input{scene_, mesh_, views_};
+  Settings settings;
+  settings.memory_bytes = std::size_t{300000000};
+  const double enough = plan_painting(input, settings, {}, 3e8).need.painting;
+  settings.memory_bytes = static_cast<std::size_t>(enough);
+  EXPECT_THROW(plan_painting(input, settings, coverage, enough + 1e6), MemoryError) << "less than was promised";
+  const MemoryPlan plan = plan_painting(input, settings, coverage, enough);
+  EXPECT_GE(plan.limit, plan.need.painting);
+  EXPECT_GE(plan.need.painting, enough + 8e6);
+}
+
 }  // namespace
 }  // namespace gpvc::pipeline
