@@ -176,6 +176,7 @@ std::vector<Mistake> mistakes() {
       of_views("poses inverted", [](View& view) { invert(view.pose); }),
       of_lens("k1 = -5", [](Camera& c) { c.distortion.k1 = -5; }),
       of_lens("focal length a fifth too long", [](Camera& c) { c.fx *= 1.2, c.fy *= 1.2; }),
+      of_lens("focal length of photos twice as large", [](Camera& c) { c.fx *= 2, c.fy *= 2; }),
       about_middle("mesh 5 % of its size to the side",
                    [](const P& p, double e) {
                      return p + P{0.05 * e, 0, 0};
@@ -354,7 +355,7 @@ int run(Arguments arguments) {
 int main(int argc, char** argv) {
   CLI::App app(
       "What gpvc texture says of scenes that are wrong, each made from one that is right\n"
-      "Photos are read where they are; a run of each of twenty mistakes, and of random subsets of the views.");
+      "Photos are read where they are; a run of each of twenty-one mistakes, and of random subsets of the views.");
   gpvc::Arguments arguments;
   std::error_code none;
   arguments.gpvc = std::filesystem::canonical("/proc/self/exe", none).parent_path().parent_path() / "app" / "gpvc";

@@ -124,29 +124,79 @@ MeshFit fit_of(const Trial& trial) {
   return measure_fit(trial.mesh, trial.scene, trial.photos, framed_places(trial.mesh, trial.scene, trial.photos));
 }
 
+/// What a hypothesis comes to.
+struct Explanation {
+  std::string name;
+  MeshFit fit;
+};
+
+/// Photos that were reduced since they were aligned: files that do not state their size (NVM, Bundler) then have focal
+/// lengths of too many pixels, by any factor. Photos agree about surfaces off the mesh where the factor is nearly right.
+Explanation other_focal_length(const Trial& given, Observer& observer) {
+  // A mesh that lies a little too far or too near looks like a focal length that is a little wrong.
+  const auto is_near_one = [](double factor) { return factor > 0.9 && factor < 1.1; };
+  const auto fit_at = [&](double factor) -> MeshFit {
+    observer.check_cancelled();
+    if (is_near_one(factor)) return {};
+    Trial trial = given;
+    for (View& view : trial.scene.views) {
+      view.camera.fx *= factor;
+      view.camera.fy *= factor;
+    }
+    return fit_of(trial);
+  };
+  // An error of 3 % moves what photos show by 15 of 500 pixels from the middle, of which surfaces are looked for along 24
+  // either way; one of a quarter of a percent moves it by the pixel that counts as on the mesh.
+  constexpr double kCoarse = 1.06, kFine = 1.005;
+  // From photos reduced to a sixth to photos of twice the size.
+  constexpr double kLeast = 1.0 / 6, kMost = 2;
+  double near = 1;
+  MeshFit found;
+  for (double factor = kLeast; factor <= kMost; factor *= kCoarse)
+    if (const MeshFit fit = fit_at(factor); fit.verdict != MeshFit::Verdict::unknown && fit.found > found.found) {
+      found = fit;
+      near = factor;
+    }
+  if (found.found == 0) return {};
+  Explanation best;
+  for (double factor = near / kCoarse; factor <= near * kCoarse; factor *= kFine)
+    if (const MeshFit fit = fit_at(factor); places_on_mesh(fit) > places_on_mesh(best.fit))
+      best = {fmt::format("focal lengths times {:.3f} (were the photos {} since they were aligned?)", factor,
+                          factor < 1 ? "reduced" : "enlarged"),
+              fit};
+  return best;
+}
+
 }  // namespace
 
 std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> photos, Observer& observer,
                                double clearly) {
   const Trial given{some_faces(input.mesh), input.scene, {photos.begin(), photos.end()}};
   const MeshFit before = fit_of(given);
-  MeshFit best;
-  std::string name;
+  Explanation best;
+  // Hidden faces lie behind what photos show. A mesh that shrinks to a point has few surfaces to compare.
+  const auto offer = [&](const Explanation& one, const Trial& trial) {
+    observer.detail(
+        fmt::format("  with {} photos agree about a surface at {} of {} places, {:.0f} % of these lie on the mesh",
+                    one.name, one.fit.found, one.fit.places, 100 * one.fit.share));
+    if (one.fit.verdict != MeshFit::Verdict::unknown && one.fit.share >= 0.5 && fills_photos(trial, input.views) &&
+        places_on_mesh(one.fit) > places_on_mesh(best.fit))
+      best = one;
+  };
+  // Some hypotheses leave a level ground where it is.
+  const auto explains = [&] {
+    return !best.name.empty() && places_on_mesh(best.fit) >= clearly * std::max(1.0, places_on_mesh(before));
+  };
   for (const Hypothesis& hypothesis : hypotheses(input.views)) {
     observer.check_cancelled();
     Trial trial = given;
     hypothesis.apply(trial);
-    const MeshFit fit = fit_of(trial);
-    // Hidden faces lie behind what photos show. A mesh that shrinks to a point has few surfaces to compare.
-    if (fit.verdict == MeshFit::Verdict::unknown || fit.share < 0.5 || !fills_photos(trial, input.views)) continue;
-    if (places_on_mesh(fit) <= places_on_mesh(best)) continue;
-    best = fit;
-    name = hypothesis.name;
+    offer({hypothesis.name, fit_of(trial)}, trial);
   }
-  // Some hypotheses leave a level ground where it is.
-  if (name.empty() || places_on_mesh(best) < clearly * std::max(1.0, places_on_mesh(before))) return {};
-  return fmt::format("with {} they would agree on the mesh at {:.0f} places instead of {:.0f}", name,
-                     places_on_mesh(best), places_on_mesh(before));
+  if (!explains()) offer(other_focal_length(given, observer), given);
+  if (!explains()) return {};
+  return fmt::format("with {} they would agree on the mesh at {:.0f} places instead of {:.0f}", best.name,
+                     places_on_mesh(best.fit), places_on_mesh(before));
 }
 
 }  // namespace gpvc::pipeline

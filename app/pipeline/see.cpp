@@ -127,9 +127,11 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
     elsewhere_for_one |= fit.verdict == elsewhere;
     if (fit.verdict == doubtful || fit.verdict == elsewhere) doubts.push_back(text);
   };
-  // Of a scene that nothing is known of, an explanation is all that can tell.
+  // Of a scene that little is known of, an explanation is all that can tell. A view that agrees with another may do so by
+  // chance; most of them together do not.
+  const auto judged_views = std::ranges::count_if(seen.candidates.agreement, &labeling::ViewAgreement::judged);
   const bool judged = seen.fit.verdict != unknown || seen.tie_point_fit.verdict != unknown ||
-                      std::ranges::any_of(seen.candidates.agreement, &labeling::ViewAgreement::judged);
+                      2 * static_cast<std::size_t>(judged_views) > input.views.size();
   // Few photos with much out of focus are a reason for doubts of photos alone; tie points that lie on the mesh dispel them.
   const bool dispelled = seen.fit.verdict == doubtful && seen.tie_point_fit.verdict == fits;
   report("fit", seen.fit, photo_fit_text(seen.fit));
@@ -145,7 +147,7 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
     throw InputError(
         input.mesh_file, "",
         found + "; the mesh is not where the photos show it: " + explanation + "; --keep-views textures all the same");
-  if (!judged) return;
+  if (!judged) return observer.note(found + " whether the mesh lies where they show it");
   observer.warning(found + (elsewhere_for_one
                                 ? "; the mesh seems to be moved, scaled, turned or mirrored against the poses, or the "
                                   "lens is another: see gpvc inspect --check --picture"

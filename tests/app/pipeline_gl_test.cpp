@@ -319,6 +319,24 @@ TEST_F(PhotosAndPoses, PhotosUpsideDownAreNamedInTheError) {
   }
 }
 
+// NVM and Bundler state no size of photos: where these were reduced since, the focal lengths are of larger ones.
+void enlarge_focal_lengths(Scene& scene) {
+  for (View& view : scene.views) {
+    view.camera.fx *= 1.94;
+    view.camera.fy *= 1.94;
+  }
+}
+constexpr const char* kReduced = "with focal lengths times 0.51";
+
+TEST_F(PhotosAndPoses, FocalLengthsOfLargerPhotosAreNamedInTheError) {
+  Scene larger = city_->scene;
+  enlarge_focal_lengths(larger);
+  const std::string error = test::input_error([&] {
+    pipeline::see({larger, city_->mesh, city_->views}, pipeline::Settings{}, photos_, silent_);
+  });
+  EXPECT_TRUE(test::contains(error, kReduced)) << error;
+}
+
 // The mesh is made a thousand times too large. The photos then see only a little of its ground.
 TEST_F(PhotosAndPoses, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
   Mesh large = city_->mesh;
@@ -380,6 +398,12 @@ TEST_F(SmallPhotos, AnExplanationAloneRefusesAScene) {
       << error;
   settings.costs.keep_views = true;
   EXPECT_NO_THROW(pipeline::see(turned, settings, photos_, silent_));
+  Scene larger = city_->scene;
+  enlarge_focal_lengths(larger);
+  const std::string of_focal = test::input_error([&] {
+    pipeline::see({larger, city_->mesh, city_->views}, pipeline::Settings{}, photos_, silent_);
+  });
+  EXPECT_TRUE(test::contains(of_focal, kReduced)) << of_focal;
 }
 
 // With views enough that most faces are seen by two that lie close to each other.
