@@ -98,7 +98,8 @@ void add_photos(CLI::App& app, SceneInput& input) {
   if (app.get_option_no_throw("MESH") != nullptr)
     add_mesh_crs(group, input,
                  "Reference system of the mesh (EPSG:25832, a WKT or PROJ string), where cameras are in another, with "
-                 "heights above its ellipsoid or theirs, whichever fits; results keep the mesh's coordinates");
+                 "heights above its ellipsoid or theirs, whichever fits; models keep the mesh's coordinates, tilesets "
+                 "have the cameras'");
   group.number("--downscale", input.downscale, 1, 64, "N",
                "Reduce the photos N times in width and height, for a quick look; 1 to 64");
   add_masks(app, input);

@@ -80,13 +80,15 @@ void write_offset(const io::ModelOptions& model, const std::filesystem::path& fi
   out.commit();
 }
 
-io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings) {
+io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings,
+                               Coordinates coordinates) {
   io::ModelOptions model;
-  model.offset = local_origin(input.mesh, labels, input.scene, input.views);
+  const bool own_system = coordinates == Coordinates::of_mesh_file && !input.mesh.file_positions.empty();
+  model.offset = local_origin(input.mesh, own_system ? input.mesh.file_positions : input.mesh.positions, labels,
+                              input.scene, input.views);
   model.normals = settings.normals;
   model.pageless_faces = false;
   // Reference systems of meshes have heights along z.
-  const bool own_system = !input.mesh.file_positions.empty();
   model.up = settings.up ? *settings.up : own_system ? io::UpAxis::pos_z : scene_up(input.scene, input.views);
   model.srs = one_line(own_system ? input.mesh.file_srs : input.scene.srs);
   if (!own_system) model.srs_offset = input.scene.offset;

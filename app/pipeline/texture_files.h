@@ -15,8 +15,13 @@ namespace gpvc::pipeline {
 /// The file of a page of a result.
 std::string page_name(std::size_t number, io::ImageFormat format);
 
+/// Whose coordinates a result's files have, where a mesh was taken from other ones to the scene's: those of models are the
+/// mesh's own; tilesets are placed on the globe, for which the scene's are metres and their heights are known.
+enum class Coordinates { of_mesh_file, of_scene };
+
 /// How the result's files write coordinates.
-io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings);
+io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings,
+                               Coordinates coordinates = Coordinates::of_mesh_file);
 
 /// Beside a model whose coordinates are not the scene's own, or whose reference system is known: what to add to them.
 inline constexpr const char* kOffsetFile = "offset.txt";

@@ -158,9 +158,9 @@ Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene
   return framed(points, unit(ahead) * kCos40 - up * kSin40, up, width, height);
 }
 
-WorldPoint local_origin(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene,
-                        std::span<const ViewId> used) {
-  const std::vector<WorldPoint> points = seen_points(mesh.written_positions(), mesh.faces, labels);
+WorldPoint local_origin(const Mesh& mesh, const std::vector<WorldPoint>& written, std::span<const ViewId> labels,
+                        const Scene& scene, std::span<const ViewId> used) {
+  const std::vector<WorldPoint> points = seen_points(written, mesh.faces, labels);
   if (points.empty()) return {};
   double largest = 0, extent = 0;
   const auto middle_along = [&](double WorldPoint::*axis) {
@@ -173,7 +173,7 @@ WorldPoint local_origin(const Mesh& mesh, std::span<const ViewId> labels, const 
   };
   const WorldPoint middle{middle_along(&WorldPoint::x), middle_along(&WorldPoint::y), middle_along(&WorldPoint::z)};
   // The middle in the scene's coordinates, about.
-  const WorldPoint place = mesh.file_positions.empty() ? middle : mean(seen_points(mesh.positions, mesh.faces, labels));
+  const WorldPoint place = &written == &mesh.positions ? middle : mean(seen_points(mesh.positions, mesh.faces, labels));
   std::vector<double> sampling;  // ground size of a pixel there
   for (const ViewId id : used) {
     const View& view = scene.views[index(id)];

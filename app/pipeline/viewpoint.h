@@ -27,10 +27,10 @@ struct Viewpoint {
 Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene, std::span<const ViewId> used,
                    io::UpAxis up, int width, int height);
 
-/// An origin to subtract from coordinates so that floats hold them. Zero if the rounding error is below a hundredth of the
+/// An origin to subtract from the positions that are written so that floats hold them. Zero if the rounding error is below a hundredth of the
 /// median ground sampling distance. Otherwise the middle of the faces with a view, rounded to a power of ten below their
 /// extent (at most 100). Outliers are ignored as in overview().
-WorldPoint local_origin(const Mesh& mesh, std::span<const ViewId> labels, const Scene& scene,
-                        std::span<const ViewId> used);
+WorldPoint local_origin(const Mesh& mesh, const std::vector<WorldPoint>& written, std::span<const ViewId> labels,
+                        const Scene& scene, std::span<const ViewId> used);
 
 }  // namespace gpvc::pipeline

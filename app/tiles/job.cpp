@@ -73,7 +73,7 @@ io::ModelOptions read_model(Reader& in) {
 
 void write_tile(Writer& out, const TileInfo& tile) {
   out.add(tile.box);
-  out.add(tile.written_box);
+  out.add(tile.own_box);
   for (const std::size_t count : {tile.faces, tile.all_faces, tile.vertices}) out.add(count);
   out.add_all(tile.views);
   out.add_all(tile.beside);
@@ -86,7 +86,7 @@ void write_tile(Writer& out, const TileInfo& tile) {
 TileInfo read_tile_info(Reader& in) {
   TileInfo tile;
   tile.box = in.get<pipeline::Box>();
-  tile.written_box = in.get<pipeline::Box>();
+  tile.own_box = in.get<pipeline::Box>();
   for (std::size_t* count : {&tile.faces, &tile.all_faces, &tile.vertices}) *count = in.get<std::size_t>();
   tile.views = in.get_all<ViewId>();
   tile.beside = in.get_all<std::uint32_t>();
@@ -111,11 +111,12 @@ io::WorkKey job_key(const pipeline::Input& input, const JobSettings& settings, s
   hash.add(settings.tileset.compress);
   hash.add(settings.views_per_unit);
   hash.add(settings.levels);
-  for (const double value : {job.model.offset.x, job.model.offset.y, job.model.offset.z, job.model.srs_offset.x,
-                             job.model.srs_offset.y, job.model.srs_offset.z})
-    hash.add(value);
-  hash.add(static_cast<int>(job.model.up));
-  hash.add_text(job.model.srs);
+  for (const io::ModelOptions* model : {&job.model, &job.tiles_model}) {
+    for (const WorldPoint& p : {model->offset, model->srs_offset})
+      for (const double value : {p.x, p.y, p.z}) hash.add(value);
+    hash.add(static_cast<int>(model->up));
+    hash.add_text(model->srs);
+  }
   hash.add_text({reinterpret_cast<const char*>(job.color_profile.data()), job.color_profile.size()});
   for (const ViewId id : input.views) {
     const View& view = input.scene.views[index(id)];
@@ -156,6 +157,7 @@ void JobFolder::write_job(const Job& job, const io::WorkKey& key) const {
     for (const View& view : job.scene.views) write_view(out, view);
     out.add_all(job.views);
     write_model(out, job.model);
+    write_model(out, job.tiles_model);
     out.add_all(job.color_profile);
     out.add(job.levels.size());
     for (const Level& level : job.levels) {
@@ -178,6 +180,7 @@ Job JobFolder::read_job() const {
     for (auto views = in.get<std::size_t>(); views > 0; --views) job.scene.views.push_back(read_view(in));
     job.views = in.get_all<ViewId>();
     job.model = read_model(in);
+    job.tiles_model = read_model(in);
     job.color_profile = in.get_all<std::uint8_t>();
     for (auto levels = in.get<std::size_t>(); levels > 0; --levels) {
       Level& level = job.levels.emplace_back();

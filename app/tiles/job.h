@@ -30,7 +30,7 @@ namespace gpvc::tiles {
 
 struct TileInfo {
   pipeline::Box box;                                   ///< of its faces and those of its border
-  pipeline::Box written_box;                           ///< of its faces, where the mesh's file has them
+  pipeline::Box own_box;                               ///< of its faces
   std::size_t faces = 0, all_faces = 0, vertices = 0;  ///< without and with the border; with it
   std::vector<ViewId> views{};                         ///< that may frame the box
   std::vector<std::uint32_t> beside{};                 ///< tiles that share an edge with it
@@ -50,7 +50,8 @@ struct Level {
 struct Job {
   Scene scene;                                ///< as brought into the mesh's coordinates
   std::vector<ViewId> views{};                ///< to texture from
-  io::ModelOptions model{};                   ///< how the result's files write coordinates
+  io::ModelOptions model{};                   ///< how model.obj writes the coordinates of the mesh's file
+  io::ModelOptions tiles_model{};             ///< how tiles write those of the scene
   io::ColorProfile color_profile{};           ///< of the pages
   std::vector<Level> levels{};                ///< the mesh's own faces, then each level of detail above, up to one tile
   std::vector<std::vector<ViewId>> groups{};  ///< views that one unit looks at
@@ -68,7 +69,7 @@ struct JobSettings {
 };
 
 /// Of all that a job's units and results depend on, except the bytes of photos and masks. \param program its version
-/// \param job whose model and color_profile are known
+/// \param job whose models and color_profile are known
 io::WorkKey job_key(const pipeline::Input& input, const JobSettings& settings, std::string_view program, const Job& job,
                     pipeline::Observer& observer);
 

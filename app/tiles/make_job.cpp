@@ -72,7 +72,7 @@ TileInfo tile_info(const pipeline::Input& input, const pipeline::Settings& setti
   for (const WorldPoint& p : tile.mesh.positions) info.box.add(p);
   const std::vector<std::uint32_t> own = tile.own(number);
   for (const std::uint32_t f : own)
-    for (const std::uint32_t v : tile.mesh.faces[f]) info.written_box.add(tile.mesh.written_positions()[v]);
+    for (const std::uint32_t v : tile.mesh.faces[f]) info.own_box.add(tile.mesh.positions[v]);
   info.faces = own.size();
   info.all_faces = tile.face.size();
   info.vertices = tile.vertex.size();
@@ -107,7 +107,7 @@ Level level_above(const Level& below) {
     TileInfo& tile = level.tiles.emplace_back();
     for (std::uint32_t child = 4 * t; child < 4 * t + 4; ++child) {
       const TileInfo& part = below.tiles[child];
-      if (part.faces > 0) add_box(part.written_box, tile.written_box);
+      if (part.faces > 0) add_box(part.own_box, tile.own_box);
       tile.faces += part.faces;
       tile.vertices += part.vertices;
       tile.pairs += part.pairs;
@@ -212,7 +212,10 @@ std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input
   // Which faces have a view is not known yet.
   const std::vector<ViewId> any(input.mesh.faces.size(), input.views.front());
   job.model = pipeline::model_options(input, any, settings.tileset.texture.output);
-  job.model.normals = false;  // they would differ along the borders of tiles
+  job.tiles_model =
+      pipeline::model_options(input, any, settings.tileset.texture.output, pipeline::Coordinates::of_scene);
+  // They would differ along the borders of tiles.
+  job.model.normals = job.tiles_model.normals = false;
   job.color_profile = pipeline::profile_of_photos(input, observer);
   const io::WorkKey key = job_key(input, settings, program, job, observer);
   const fs::path mesh = folder.path() / "mesh";

@@ -126,7 +126,8 @@ void UnitRunner::bake(const Unit& unit) {
     if (pipeline::has_offset(job_.model)) pipeline::write_offset(job_.model, obj / pipeline::kOffsetFile);
   }
   fs::path stem = glb;
-  io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, model.model, model.pages, job_.model);
+  model.mesh.file_positions.clear();
+  io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, model.model, model.pages, job_.tiles_model);
   if (compress_) tileset::compress_geometry(glb);
   outcome_->add(folder_, glb);
   for (const io::PageFile& page : pages) {
@@ -152,7 +153,7 @@ namespace {
 double diagonal_of(const std::vector<TileInfo>& tiles) {
   pipeline::Box all;
   for (const TileInfo& tile : tiles)
-    for (const WorldPoint& corner : pipeline::corners(tile.written_box))
+    for (const WorldPoint& corner : pipeline::corners(tile.own_box))
       if (tile.faces > 0) all.add(corner);
   return std::hypot(all.high.x - all.low.x, all.high.y - all.low.y, all.high.z - all.low.z);
 }
@@ -194,8 +195,8 @@ tileset::Tile UnitRunner::tile_of_result(int level, std::size_t number) const {
   const fs::path glb = glb_of(folder_, level, number);
   if (!io::is_file(glb)) return tile;  // it has no faces
   tile.file = fs::relative(glb, folder_.path() / "result").string();
-  for (const WorldPoint& corner : pipeline::corners(job_.tiles(level)[number].written_box))
-    tile.box.add(tileset::tile_from_world(job_.model, corner));
+  for (const WorldPoint& corner : pipeline::corners(job_.tiles(level)[number].own_box))
+    tile.box.add(tileset::tile_from_world(job_.tiles_model, corner));
   if (level == 0) return tile;
   const double texel = job_.levels[static_cast<std::size_t>(level)].texel_size;
   tile.error = tileset::geometric_error(load_own(folder_, level, static_cast<std::uint32_t>(number)).error, texel);
@@ -216,7 +217,7 @@ void UnitRunner::finish() {
   fs::create_directories(file.parent_path());
   io::remove_unfinished(file.parent_path(), file.filename().string());
   io::OutputFile out(file);
-  out.write(tileset::tileset_text(levels, job_.model));
+  out.write(tileset::tileset_text(levels, job_.tiles_model));
   out.commit();
   outcome_->add(folder_, file);
   auto& figures = outcome_->done.figures;

@@ -95,9 +95,7 @@ void TileUnion::add(const TileMesh& tile, std::uint32_t number) {
     faces_.emplace_back(tile.face[f], corners);
   }
   for (std::size_t v = 0; v < used.size(); ++v)
-    if (used[v] != 0) vertices_.push_back({tile.vertex[v], tile.mesh.positions[v], tile.mesh.written_positions()[v]});
-  if (!tile.mesh.file_positions.empty()) has_file_positions_ = true;
-  mesh_.file_srs = tile.mesh.file_srs;
+    if (used[v] != 0) vertices_.push_back({tile.vertex[v], tile.mesh.positions[v]});
 }
 
 void TileUnion::finish() {
@@ -108,7 +106,6 @@ void TileUnion::finish() {
   vertices_.erase(std::unique(vertices_.begin(), vertices_.end(), same), vertices_.end());
   for (const Vertex& vertex : vertices_) {
     mesh_.positions.push_back(vertex.at);
-    if (has_file_positions_) mesh_.file_positions.push_back(vertex.in_file);
     vertex_numbers_.push_back(vertex.number);
   }
   for (const auto& [number, global] : faces_) {
@@ -159,10 +156,8 @@ CoarseTile coarse_tile(const TileUnion& children, std::uint32_t number) {
     tile.tile.push_back(number);
     tile.mesh.faces.push_back(face);
   }
-  tile.mesh.file_srs = all.file_srs;
   for (std::uint32_t& v : tile.vertex) {
     tile.mesh.positions.push_back(all.positions[v]);
-    if (!all.file_positions.empty()) tile.mesh.file_positions.push_back(all.file_positions[v]);
     v = children.vertex_numbers()[v];
   }
   result.error = simplified.error;

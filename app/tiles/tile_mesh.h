@@ -57,7 +57,8 @@ class TileCutter {
 /// The place of a face or vertex that is not there.
 inline constexpr std::uint32_t kNowhere = 0xFFFFFFFFu;
 
-/// Tiles put together again, without what is in none of them. Add tiles, then call finish() once.
+/// Tiles put together again, without what is in none of them and without Mesh::file_positions, of which only the mesh's
+/// own tiles are written. Add tiles, then call finish() once.
 class TileUnion {
  public:
   /// The faces of the tile itself.
@@ -75,13 +76,12 @@ class TileUnion {
  private:
   struct Vertex {
     std::uint32_t number;
-    WorldPoint at, in_file;
+    WorldPoint at;
   };
   std::vector<std::pair<std::uint64_t, Triangle>> faces_;
   std::vector<Vertex> vertices_;
   std::vector<std::uint64_t> numbers_;
   std::vector<std::uint32_t> vertex_numbers_;
-  bool has_file_positions_ = false;
   Mesh mesh_;
 };
 

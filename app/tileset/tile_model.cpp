@@ -30,7 +30,9 @@ TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t
   vertices = distinct(std::move(vertices));
   texcoords = distinct(std::move(texcoords));
   numbers = distinct(std::move(numbers));
-  for (const std::uint32_t v : vertices) tile.mesh.positions.push_back(all.mesh->written_positions()[v]);
+  for (const std::uint32_t v : vertices) tile.mesh.positions.push_back(all.mesh->positions[v]);
+  if (!all.mesh->file_positions.empty())
+    for (const std::uint32_t v : vertices) tile.mesh.file_positions.push_back(all.mesh->file_positions[v]);
   for (const std::uint32_t t : texcoords) tile.model.texcoords.push_back(all.texcoords[t]);
   for (const std::uint32_t p : numbers) tile.pages.push_back(pages[p]);
   for (const std::uint32_t f : faces) {

@@ -16,7 +16,7 @@ struct TileModel {
   std::vector<io::PageFile> pages;
 };
 
-/// Some faces of a model with their vertices, texture coordinates and pages, in the coordinates that the mesh's file has.
+/// Some faces of a model with their vertices, texture coordinates and pages.
 /// \param drop leaves faces out
 TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t> faces,
                      std::span<const io::PageFile> pages, const std::function<bool(std::uint32_t)>& drop);

@@ -85,12 +85,10 @@ Mesh compact(const Mesh& all, std::vector<Triangle> faces) {
   for (const Triangle& face : faces)
     for (const std::uint32_t v : face) place[v] = 0;
   Mesh mesh;
-  mesh.file_srs = all.file_srs;
   for (std::size_t v = 0; v < place.size(); ++v) {
     if (place[v] == kUnused) continue;
     place[v] = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.positions.push_back(all.positions[v]);
-    if (!all.file_positions.empty()) mesh.file_positions.push_back(all.file_positions[v]);
   }
   for (Triangle& face : faces)
     for (std::uint32_t& v : face) v = place[v];

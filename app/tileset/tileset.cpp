@@ -120,7 +120,8 @@ class TilesetMaker {
     }
     pipeline::Choice chosen = pipeline::see_and_choose(input, settings, memory, photos_, observer_);
     if (level.number == 0) {
-      options_ = pipeline::model_options(input, chosen.selection.labels, settings.output);
+      options_ =
+          pipeline::model_options(input, chosen.selection.labels, settings.output, pipeline::Coordinates::of_scene);
       options_.normals = false;  // they would differ along the borders of tiles
       keep_used_views(chosen.selection.labels);
     }
@@ -167,6 +168,7 @@ class TilesetMaker {
       if (tiles[t].file.empty()) return;
       observer_.check_cancelled();
       TileModel model = tile_model(atlas.model, faces[t], pages.files(), drop);
+      model.mesh.file_positions.clear();
       model.model.mesh = &model.mesh;
       io::write_gltf(stems[t], io::GltfContainer::glb, model.model, model.pages, options_);
       if (settings_.compress) compress_geometry(folder_.in_making() / tiles[t].file);

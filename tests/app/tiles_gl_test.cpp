@@ -14,7 +14,10 @@
 #include "app/tiles/plan_text.h"
 #include "app/tiles/tile_work.h"
 #include "app/tiles/units.h"
+#include "app/tileset/tileset.h"
+#include "io/reference_system.h"
 #include "io/textured_model.h"
+#include "io/vector.h"
 #include "labeling/costs/view_statistics.h"
 #include "tests/app/photographed_city.h"
 
@@ -224,6 +227,41 @@ TEST_F(TilesJob, CompleteUnitsAreNotRunAgainUntilTheirInputChanges) {
     }
   EXPECT_GT(again, 1u);
   fs::last_write_time(photo, written);
+}
+
+// Files keep the coordinates of such a mesh; on the globe a tile in degrees would be nowhere, and one whose heights are
+// above another ellipsoid 45 m too high or too low.
+TEST_F(TilesJob, TilesOfAMeshFromAnotherSystemLieInTheScenes) {
+  Scene scene = city_->scene;
+  scene.srs = "EPSG:25832";
+  scene.offset = {691000, 5334000, 0};
+  Mesh moved = city_->mesh;
+  for (const WorldPoint& p : moved.positions) moved.file_positions.push_back(p + scene.offset);
+  moved.file_srs = "EPSG:4326";
+  io::transform_points(scene.srs, moved.file_srs, moved.file_positions);
+  std::map<const Mesh*, std::map<std::string, std::string>> files;
+  for (const Mesh* mesh : std::initializer_list<const Mesh*>{&city_->mesh, &moved}) {
+    const pipeline::Input input{scene, *mesh, city_->views};
+    const test::TemporaryFolder out;
+    const JobFolder folder(out.path() / "job");
+    JobSettings whole = settings(100000);
+    make_job(folder, input, whole, "test", observer_);
+    UnitRunner runner(folder, whole, 1, observer_);
+    for (const Unit& unit : runner.units()) runner.run(unit);
+    const fs::path result = folder.path() / "result";
+    for (const char* file : {"tileset.json", "tiles/0_0.glb", "obj/0/model.obj"})
+      files[mesh][file] = test::read_file(result / file);
+    pipeline::OutputFolder tileset(out.path() / "tileset", false, "tileset");
+    io::PictureSource photos(scene, city_->pictures);
+    EXPECT_TRUE(tileset::tileset_into(input, whole.tileset, photos, tileset, observer_).georeferenced);
+    for (const char* file : {"tileset.json", "tiles/0_0.glb"})
+      files[mesh][std::string("by tileset/") + file] = test::read_file(tileset.in_making() / file);
+  }
+  for (const auto& [name, bytes] : files[&moved]) {
+    EXPECT_FALSE(bytes.empty()) << name;
+    const bool same = bytes == files[&city_->mesh][name];
+    EXPECT_EQ(same, name != "obj/0/model.obj") << name;
+  }
 }
 
 TEST_F(TilesJob, NamesWhatIsMissingOrDamaged) {

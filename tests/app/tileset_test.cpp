@@ -218,16 +218,6 @@ TEST(LevelsOfDetail, FlatGroundKeepsFacesOfModestSize) {
   }
 }
 
-TEST(LevelsOfDetail, KeepPositionsOfTheFileBesideThem) {
-  Mesh mesh = hills();
-  for (const WorldPoint& p : mesh.positions) mesh.file_positions.push_back(p + WorldPoint{5e5, 5.4e6, 100});
-  const std::vector<std::uint32_t> leaf = leaf_of_faces(mesh, io::UpAxis::pos_z, 1);
-  const LevelMesh level = coarser_level(mesh, leaf, std::vector<double>(4, 0));
-  ASSERT_EQ(level.mesh.file_positions.size(), level.mesh.positions.size());
-  for (std::size_t v = 0; v < level.mesh.positions.size(); ++v)
-    EXPECT_EQ(level.mesh.file_positions[v], (level.mesh.positions[v] + WorldPoint{5e5, 5.4e6, 100}));
-}
-
 // --- tileset.json
 
 WorldPoint placed(const std::array<double, 16>& m, const TilePoint& p) {

@@ -30,7 +30,7 @@ class LocalOrigin : public testing::Test {
   }
   WorldPoint origin() const {
     const std::vector<ViewId> used{ViewId{0}};
-    return pipeline::local_origin(mesh_, labels_, scene_, used);
+    return pipeline::local_origin(mesh_, mesh_.positions, labels_, scene_, used);
   }
 
   Mesh mesh_;
