@@ -5,7 +5,9 @@
 #include <set>
 
 #include "app/cli/scene_input.h"
+#include "app/pipeline/mesh_frame.h"
 #include "app/pipeline/undistort.h"
+#include "io/mesh.h"
 
 namespace gpvc::cli {
 namespace {
@@ -88,6 +90,7 @@ class Conversion {
     input.whole_fisheyes = true;
     scene_ = read_views(input, used_);
     for (const std::string& warning : scene_.warnings) record_.warning(warning);
+    choose_coordinates();
     record_.end(fmt::format("{} views", used_.size()));
     choose_frames();
     warn_of_motion();
@@ -122,6 +125,30 @@ class Conversion {
   }
 
  private:
+  /// Takes the cameras to where the mesh fits them, and tells what the new files cannot tell.
+  void choose_coordinates() {
+    if (!options_.input.mesh.empty()) {
+      Mesh mesh = io::read_mesh(options_.input.mesh);
+      const std::vector<WorldPoint> before = mesh.positions;
+      const std::string assumed = pipeline::match_frames(scene_, mesh, used_, options_.input.mesh);
+      if (!assumed.empty()) record_.warning(assumed);
+      if (mesh.positions != before)
+        record_.warning("only cameras are written: in their coordinates the mesh has to be moved as it was here");
+    }
+    if (!scene_.other_frames.empty()) {
+      std::vector<std::string> names;
+      for (const SceneFrame& frame : scene_.other_frames) names.push_back(frame.name);
+      record_.warning(fmt::format(
+          "the cameras are written in their own coordinates, and a mesh may be in {}: --mesh writes them for a mesh",
+          fmt::join(names, ", or in ")));
+    }
+    const bool tells = options_.target == io::SceneTarget::opensfm && scene_.srs.starts_with("ENU:");
+    if (scene_.srs.empty() || tells) return;
+    const WorldPoint& o = scene_.offset;
+    record_.note(fmt::format("the new files do not tell their reference system: {}{}", scene_.srs,
+                             o == WorldPoint{} ? "" : fmt::format(", less {} {} {}", o.x, o.y, o.z)));
+  }
+
   /// Views with the same camera get the same frame.
   void choose_frames() {
     written_ = scene_;
@@ -239,7 +266,6 @@ class Conversion {
 
   Json options_json() const {
     Json json = scene_json(options_.input);
-    json.erase("mesh");
     json.erase("hold_out");
     json["format"] = name_of(io::kSceneTargetNames, options_.target);
     json["undistort"] = options_.undistort;

@@ -8,6 +8,12 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
   CLI::App* app = parent.add_subcommand("convert", "write a scene for another program");
   add_scene(*app, options.input);
   add_photos(*app, options.input);
+  OptionGroup{*app, "Input"}
+      .add("--mesh", options.input.mesh, "MESH",
+           "Mesh that the cameras are written for: of the coordinates that the scene's program writes meshes in, those "
+           "in "
+           "which it fits them")
+      ->default_str("the cameras' own coordinates");
   add_output(*app, options);
   const OptionGroup output{*app, "Output"};
   output.choice("--format", io::kSceneTargetNames, options.target,

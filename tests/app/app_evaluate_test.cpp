@@ -2,6 +2,8 @@
 #include <algorithm>
 
 #include "io/images.h"
+#include "io/scene_files.h"
+#include "io/vector.h"
 #include "tests/app/app_fixture.h"
 
 namespace gpvc {
@@ -60,25 +62,52 @@ TEST_F(App, CompareScoresAsEvaluateDoesUnderMasks) {
 }
 
 // nerfstudio turns and moves the cameras, lists them as it likes, and says how it moved them; meshes are made before.
-TEST_F(App, ModelsAreEvaluatedWhereTheirMeshFitsTheCameras) {
-  const fs::path moved = folder_.path() / "moved";
-  ASSERT_EQ(run({"convert", (scene_ / "colmap").string(), "-o", moved.string(), "--format", "transforms"}).exit_code,
-            0);
-  nlohmann::json json = nlohmann::json::parse(read_file(moved / "transforms.json"));
-  json["applied_transform"] = {{1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 300}};
-  for (nlohmann::json& frame : json["frames"]) {
-    nlohmann::json& rows = frame["transform_matrix"];
-    const nlohmann::json y = rows[1];
-    rows[1] = rows[2];
-    for (std::size_t c = 0; c < 4; ++c) rows[2][c] = (c == 3 ? 300 : 0) - y[c].get<double>();
-    frame["file_path"] = fs::path(frame["file_path"].get<std::string>()).filename().string();
+class MovedCameras : public App {
+ protected:
+  void SetUp() override {
+    App::SetUp();
+    if (IsSkipped()) return;
+    ASSERT_EQ(run({"convert", (scene_ / "colmap").string(), "-o", moved_.string(), "--format", "transforms"}).exit_code,
+              0);
+    nlohmann::json json = nlohmann::json::parse(read_file(moved_ / "transforms.json"));
+    json["applied_transform"] = {{1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 300}};
+    for (nlohmann::json& frame : json["frames"]) {
+      nlohmann::json& rows = frame["transform_matrix"];
+      const nlohmann::json y = rows[1];
+      rows[1] = rows[2];
+      for (std::size_t c = 0; c < 4; ++c) rows[2][c] = (c == 3 ? 300 : 0) - y[c].get<double>();
+      frame["file_path"] = fs::path(frame["file_path"].get<std::string>()).filename().string();
+    }
+    std::reverse(json["frames"].begin(), json["frames"].end());
+    std::ofstream(moved_ / "transforms.json") << json.dump();
   }
-  std::reverse(json["frames"].begin(), json["frames"].end());
-  std::ofstream(moved / "transforms.json") << json.dump();
+  fs::path moved_ = folder_.path() / "moved";
+};
+
+TEST_F(MovedCameras, AreWrittenForAMesh) {
+  const std::vector<std::string> convert{"convert",  moved_.string(), "--images", (scene_ / "images").string(),
+                                         "--format", "colmap",        "-o",       out_.string()};
+  const Outcome alone = run(convert);
+  EXPECT_EQ(alone.exit_code, 0) << alone.err;
+  EXPECT_TRUE(contains(alone.err, "the coordinates before applied_transform: --mesh")) << alone.err;
+  std::vector<std::string> for_mesh = convert;
+  for_mesh.insert(for_mesh.end(), {"--force", "--mesh", (scene_ / "mesh.ply").string()});
+  const Outcome placed = run(for_mesh);
+  ASSERT_EQ(placed.exit_code, 0) << placed.err;
+  EXPECT_FALSE(contains(placed.err, "--mesh")) << placed.err;
+  const Scene right = io::read_scene(scene_ / "colmap", {}), written = io::read_scene(out_, {});
+  ASSERT_EQ(written.views.size(), right.views.size());
+  for (std::size_t v = 0; v < right.views.size(); ++v) {
+    EXPECT_EQ(written.views[v].name, right.views[v].name);
+    EXPECT_NEAR(length(written.views[v].pose.centre - right.views[v].pose.centre), 0, 1e-9);
+  }
+}
+
+TEST_F(MovedCameras, ShowModelsThatWereTexturedWithoutTheMove) {
   ASSERT_EQ(run(texture(out_)).exit_code, 0);
 
   std::map<std::string, nlohmann::json> means, origins;
-  for (const fs::path& cameras : {scene_ / "colmap", moved}) {
+  for (const fs::path& cameras : {scene_ / "colmap", moved_}) {
     const fs::path scores = folder_.path() / "scores";
     fs::remove_all(scores);
     const Outcome outcome =
