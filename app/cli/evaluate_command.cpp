@@ -163,7 +163,7 @@ void compare_photos(const EvaluateCommandOptions& options, const Evaluated& in, 
                     const pipeline::OutputFolder* folder) {
   record.begin({"evaluate", "views"});
   const std::vector<ViewId> views = compared_views(options, in.scene.views);
-  if (options.input.views.empty() && views.size() < in.scene.views.size())
+  if (options.input.views.empty() && !marked_views(options.model, "held_out").empty())
     record.note(
         fmt::format("comparing with the {} views that views.json beside the model marks as held out", views.size()));
   const Scene chosen = with_views(in.scene, views);

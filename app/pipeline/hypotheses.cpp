@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <utility>
 
@@ -130,6 +131,18 @@ struct Explanation {
   MeshFit fit;
 };
 
+/// A principal point that is stated in pixels belongs to the photo's size too; one that readers put into the middle does not.
+void resize(double factor, Camera& camera) {
+  camera.fx *= factor;
+  camera.fy *= factor;
+  const auto from_middle = [&camera](double x, double y) {
+    return std::hypot(x - camera.width / 2.0, y - camera.height / 2.0);
+  };
+  if (from_middle(factor * camera.cx, factor * camera.cy) >= from_middle(camera.cx, camera.cy)) return;
+  camera.cx *= factor;
+  camera.cy *= factor;
+}
+
 /// Photos that were reduced since they were aligned: files that do not state their size (NVM, Bundler) then have focal
 /// lengths of too many pixels, by any factor. Photos agree about surfaces off the mesh where the factor is nearly right.
 Explanation other_focal_length(const Trial& given, Observer& observer) {
@@ -139,17 +152,14 @@ Explanation other_focal_length(const Trial& given, Observer& observer) {
     observer.check_cancelled();
     if (is_near_one(factor)) return {};
     Trial trial = given;
-    for (View& view : trial.scene.views) {
-      view.camera.fx *= factor;
-      view.camera.fy *= factor;
-    }
+    for (View& view : trial.scene.views) resize(factor, view.camera);
     return fit_of(trial);
   };
   // An error of 3 % moves what photos show by 15 of 500 pixels from the middle, of which surfaces are looked for along 24
   // either way; one of a quarter of a percent moves it by the pixel that counts as on the mesh.
   constexpr double kCoarse = 1.06, kFine = 1.005;
-  // From photos reduced to a sixth to photos of twice the size.
-  constexpr double kLeast = 1.0 / 6, kMost = 2;
+  // From photos reduced to a sixth to photos of twice the size, and a step more.
+  constexpr double kLeast = 1.0 / 6, kMost = 2 * kCoarse;
   double near = 1;
   MeshFit found;
   for (double factor = kLeast; factor <= kMost; factor *= kCoarse)
