@@ -148,11 +148,14 @@ void resize(double factor, Camera& camera) {
 Explanation other_focal_length(const Trial& given, Observer& observer) {
   // A mesh that lies a little too far or too near looks like a focal length that is a little wrong.
   const auto is_near_one = [](double factor) { return factor > 0.9 && factor < 1.1; };
+  Trial trial = given;
   const auto fit_at = [&](double factor) -> MeshFit {
     observer.check_cancelled();
     if (is_near_one(factor)) return {};
-    Trial trial = given;
-    for (View& view : trial.scene.views) resize(factor, view.camera);
+    for (std::size_t v = 0; v < trial.scene.views.size(); ++v) {
+      trial.scene.views[v].camera = given.scene.views[v].camera;
+      resize(factor, trial.scene.views[v].camera);
+    }
     return fit_of(trial);
   };
   // An error of 3 % moves what photos show by 15 of 500 pixels from the middle, of which surfaces are looked for along 24

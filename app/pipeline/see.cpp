@@ -127,27 +127,28 @@ void report_fits(const Input& input, bool keep, const Seen& seen, std::span<cons
     elsewhere_for_one |= fit.verdict == elsewhere;
     if (fit.verdict == doubtful || fit.verdict == elsewhere) doubts.push_back(text);
   };
-  // Of a scene that little is known of, an explanation is all that can tell. A view that agrees with another may do so by
-  // chance; most of them together do not.
+  // A view that agrees with another may do so by chance; most of them together do not. Tie points tell of mesh and poses,
+  // and nothing of photos and lenses.
   const auto judged_views = std::ranges::count_if(seen.candidates.agreement, &labeling::ViewAgreement::judged);
-  const bool judged = seen.fit.verdict != unknown || seen.tie_point_fit.verdict != unknown ||
-                      2 * static_cast<std::size_t>(judged_views) > input.views.size();
+  const bool photos_judged =
+      seen.fit.verdict != unknown || 2 * static_cast<std::size_t>(judged_views) > input.views.size();
   // Few photos with much out of focus are a reason for doubts of photos alone; tie points that lie on the mesh dispel them.
   const bool dispelled = seen.fit.verdict == doubtful && seen.tie_point_fit.verdict == fits;
   report("fit", seen.fit, photo_fit_text(seen.fit));
   if (seen.tie_point_fit.places > 0) report("tie_points", seen.tie_point_fit, tie_point_fit_text(seen.tie_point_fit));
-  if ((doubts.empty() && judged) || dispelled) return;
-  const std::string found = judged ? fmt::to_string(fmt::join(doubts, "; ")) : photo_fit_text(seen.fit);
-  // Shares alone refuse nothing: leaves in the wind, water and a poor mesh look like that. An explanation does.
+  if ((doubts.empty() && photos_judged) || dispelled) return;
+  const std::string found = doubts.empty() ? photo_fit_text(seen.fit) : fmt::to_string(fmt::join(doubts, "; "));
+  // Shares alone refuse nothing: leaves in the wind, water and a poor mesh look like that. An explanation does, and of a
+  // scene that nothing is known of it is all that can tell.
   // Without a judgement a right scene of few pixels must not fall for one, which one did at 2.8 times the places.
   constexpr double kClearly = 2, kWithoutJudgement = 6;
   const std::string explanation =
-      keep ? "" : fitting_hypothesis(input, photos, observer, judged ? kClearly : kWithoutJudgement);
+      keep ? "" : fitting_hypothesis(input, photos, observer, doubts.empty() ? kWithoutJudgement : kClearly);
   if (!explanation.empty())
     throw InputError(
         input.mesh_file, "",
         found + "; the mesh is not where the photos show it: " + explanation + "; --keep-views textures all the same");
-  if (!judged) return observer.note(found + " whether the mesh lies where they show it");
+  if (doubts.empty()) return observer.note(found + " whether the mesh lies where they show it");
   observer.warning(found + (elsewhere_for_one
                                 ? "; the mesh seems to be moved, scaled, turned or mirrored against the poses, or the "
                                   "lens is another: see gpvc inspect --check --picture"
