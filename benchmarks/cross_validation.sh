@@ -74,7 +74,10 @@ for ((s = 0; s < scenes; ++s)); do
   [ -e "${places[3 * s + 1]}" ] || fail "the mesh ${places[3 * s + 1]} does not exist"
   [ "${places[3 * s + 2]}" = - ] || [ -d "${places[3 * s + 2]}" ] || fail "the folder of photos ${places[3 * s + 2]} does not exist"
   name=$(basename "$(dirname "$(realpath "${places[3 * s + 1]}")")")
-  case " ${names[*]} " in *" $name "*) fail "two meshes lie in folders of the name $name, by which their scenes are called" ;; esac
+  name=${name//,/_}  # a comma ends a column of runs.csv
+  for other in "${names[@]}"; do
+    [ "$other" != "$name" ] || fail "two meshes lie in folders of the name $name, by which their scenes are called"
+  done
   names+=("$name")
 done
 
@@ -122,9 +125,11 @@ write_folds() {
   mkdir -p "$out/$name"
   "$gpvc" texture "${places[3 * $1]}" "${places[3 * $1 + 1]}" "${from[@]}" --downscale 16 --no-resume -o "$out/$name/small" >"$out/$name/small.log" 2>&1 ||
     fail "$name: gpvc texture failed: $(said_last "$out/$name/small.log")"
+  # Views of one photo, as panoramas have, follow each other and stay together.
   awk -F'"' -v k="$k" -v to="$out/$name" '
     /^   "name": / { name = $4 }
-    /^   "used": true/ { print name >(to "/fold_" n++ % k + 1 ".txt") }' "$out/$name/small/views.json"
+    /^   "photo": / { photo = $4 }
+    /^   "used": true/ { if (photo != last) fold = n++ % k + 1; last = photo; print name >(to "/fold_" fold ".txt") }' "$out/$name/small/views.json"
   rm -r "$out/$name/small" "$out/$name/small.log"
   [ -s "$out/$name/fold_$k.txt" ] || fail "$name has fewer than $k photos, too few for as many folds"
 }
@@ -139,9 +144,11 @@ done
 
 # --- the table ------------------------------------------------------------------------------------------------------
 
+lines() { printf '%s\n' "$@"; }
+
 # Means over the folds, and in brackets the mean difference to the first set in the same folds; then over the scenes.
 table() {
-  awk -F, -v sets="${sets[*]}" -v scenes="${names[*]}" '
+  sets=$(lines "${sets[@]}") scenes=$(lines "${names[@]}") awk -F, '
     function cell(s, set, f, format,   v) {
       v = mean[s, set, f] / count[s, set]
       return sprintf(" " format, v) (set == first ? "" : sprintf(" (%+" substr(format, 2) ")", v - mean[s, first, f] / count[s, first]))
@@ -155,7 +162,7 @@ table() {
     END {
       print "| scene | set | 1 - NCC | SSIM | PSNR, dB | dE2000 with gain | completeness | wall, s |"
       print "|---|---|---|---|---|---|---|---|"
-      set_count = split(sets, set, " "); scene_count = split(scenes, scene, " "); first = set[1]
+      set_count = split(ENVIRON["sets"], set, "\n"); scene_count = split(ENVIRON["scenes"], scene, "\n"); first = set[1]
       for (s = 1; s <= scene_count; ++s)
         for (n = 1; n <= set_count; ++n) {
           row(scene[s], set[n])

@@ -9,6 +9,7 @@
 # What DIR holds already is kept: a run that was stopped goes on where it was; remove a folder to make it again. A DIR
 # that another version of the program made, or that is of the other kind, is refused.
 set -euo pipefail
+export LC_ALL=C
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 quick=no
 out=

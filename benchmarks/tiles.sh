@@ -106,6 +106,8 @@ put_together() {
       print line
     }' >"$to/model.obj"
   cp "$1/views.json" "$to/"
+  # One for all tiles of a job.
+  if [ -f "$1/result/obj/${tiles[0]}/offset.txt" ]; then cp "$1/result/obj/${tiles[0]}/offset.txt" "$to/"; fi
 }
 
 # --- runs -----------------------------------------------------------------------------------------------------------
