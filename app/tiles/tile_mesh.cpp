@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "app/tileset/tile_tree.h"
+#include "app/tileset/simplify.h"
 #include "labeling/labeling.h"
 
 namespace gpvc::tiles {

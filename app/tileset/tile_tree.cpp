@@ -1,16 +1,14 @@
 #include "app/tileset/tile_tree.h"
 
-#include <meshoptimizer.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
+#include "app/tileset/simplify.h"
 #include "io/grouping.h"
 #include "io/vector.h"
 
@@ -96,43 +94,6 @@ Mesh compact(const Mesh& all, std::vector<Triangle> faces) {
   return mesh;
 }
 
-double area_of(const Mesh& mesh, std::span<const std::uint32_t> faces) {
-  double area = 0;
-  for (const std::uint32_t face : faces) {
-    const Triangle& t = mesh.faces[face];
-    const WorldPoint& a = mesh.positions[t[0]];
-    area += length(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a)) / 2;
-  }
-  return area;
-}
-
-// Gentle waves that the simplifier is shown on every surface. What is flat would become long slivers and faces across whole
-// streets otherwise, as they are no worse than small ones: nearly every photo shows such a face in parts alone, one photo has to
-// do for all of it, and perspective bends it.
-class Waves {
- public:
-  // \param edge the mean edge of the simplified faces
-  explicit Waves(double edge)
-      : frequency_(edge > 0 ? 2 * std::numbers::pi / (kLength * edge) : 0), height_(kHeight * edge) {}
-  // `p`: not far from the origin.
-  WorldPoint operator()(const WorldPoint& p) const {
-    return p + height_ * WorldPoint{at(p.y, p.z), at(p.z, p.x), at(p.x, p.y)};
-  }
-
- private:
-  // Two frequencies, so that no direction is straight everywhere.
-  double at(double a, double b) const {
-    constexpr double kSecond = 1.3;
-    return std::sin(frequency_ * a) + std::sin(kSecond * frequency_ * b);
-  }
-
-  // Of mean edges. A face over a quarter of a wave, eight edges, is off by a third of the height, a fifth of an edge; one of a
-  // few edges by less than what the simplifier takes away elsewhere. On a city of 324 thousand faces the next two levels then
-  // need a third of the memory for what photos show in parts, and their scores on photos held out stay within 0.004.
-  static constexpr double kLength = 32, kHeight = 0.64;
-  double frequency_, height_;
-};
-
 }  // namespace
 
 int tree_depth(std::size_t faces, std::size_t faces_per_tile) {
@@ -144,38 +105,6 @@ int tree_depth(std::size_t faces, std::size_t faces_per_tile) {
 
 std::vector<std::uint32_t> leaf_of_faces(const Mesh& mesh, io::UpAxis up, int depth) {
   return Divider(middles_on_ground(mesh, up)).divide(depth);
-}
-
-Simplified simplified(const Mesh& mesh, std::span<const std::uint32_t> faces) {
-  std::vector<std::uint32_t> vertices;
-  for (const std::uint32_t face : faces)
-    vertices.insert(vertices.end(), mesh.faces[face].begin(), mesh.faces[face].end());
-  std::ranges::sort(vertices);
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  if (vertices.empty()) return {};
-  // Relative to a vertex, so that floats hold them; the simplifier returns vertices, not positions.
-  const WorldPoint& origin = mesh.positions[vertices[0]];
-  const Waves wavy(std::sqrt(2 * kChildren * area_of(mesh, faces) / static_cast<double>(faces.size())));
-  std::vector<float> positions;
-  for (const std::uint32_t v : vertices) {
-    const WorldPoint p = wavy(mesh.positions[v] - origin);
-    for (const double distance : {p.x, p.y, p.z}) positions.push_back(static_cast<float>(distance));
-  }
-  std::vector<unsigned int> indices, kept(3 * faces.size());
-  for (const std::uint32_t face : faces)
-    for (const std::uint32_t v : mesh.faces[face])
-      indices.push_back(static_cast<unsigned int>(std::ranges::lower_bound(vertices, v) - vertices.begin()));
-  constexpr float kAnyError = 1;  // of the extent
-  constexpr std::size_t kStride = 3 * sizeof(float);
-  const std::size_t target = 3 * std::max<std::size_t>(1, faces.size() / kChildren);
-  float error = 0;
-  kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), positions.data(), vertices.size(), kStride,
-                               target, kAnyError, meshopt_SimplifyLockBorder, &error));
-  Simplified result;
-  for (std::size_t i = 0; i < kept.size(); i += 3)
-    result.faces.push_back({vertices[kept[i]], vertices[kept[i + 1]], vertices[kept[i + 2]]});
-  result.error = double{error} * double{meshopt_simplifyScale(positions.data(), vertices.size(), kStride)};
-  return result;
 }
 
 LevelMesh coarser_level(const Mesh& finer, std::span<const std::uint32_t> tile, std::span<const double> error) {

@@ -23,16 +23,6 @@ int tree_depth(std::size_t faces, std::size_t faces_per_tile);
 /// have equally many faces. O(faces depth), TBB. \param up the axis that is not on the ground
 std::vector<std::uint32_t> leaf_of_faces(const Mesh& mesh, io::UpAxis up, int depth);
 
-/// A part of a mesh, simplified.
-struct Simplified {
-  std::vector<Triangle> faces;  ///< of vertices that the mesh has
-  double error = 0;             ///< at most how far the surface is from the part's, as quadrics tell; units of the mesh
-};
-
-/// To a quarter of the faces, or as far as the part's border allows, which stays as it is. Flat ground keeps faces of modest size
-/// and shape, too, some five mean edges at most. O(faces log faces).
-Simplified simplified(const Mesh& mesh, std::span<const std::uint32_t> faces);
-
 struct LevelMesh {
   Mesh mesh;
   std::vector<std::uint32_t> tile;  ///< per face, ascending

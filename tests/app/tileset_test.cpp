@@ -218,6 +218,48 @@ TEST(LevelsOfDetail, FlatGroundKeepsFacesOfModestSize) {
   }
 }
 
+// Every second copy of a mesh turned over, or corners that no two faces share.
+Mesh doubled(const Mesh& mesh, bool alternating) {
+  Mesh both = mesh;
+  both.faces.clear();
+  for (const Triangle& t : mesh.faces) {
+    both.faces.push_back(t);
+    if (alternating) both.faces.push_back({t[0], t[2], t[1]});
+  }
+  for (const Triangle& t : mesh.faces)
+    if (!alternating) both.faces.push_back({t[0], t[2], t[1]});
+  return both;
+}
+
+Mesh unshared(const Mesh& mesh) {
+  Mesh apart;
+  for (const Triangle& t : mesh.faces) {
+    const auto first = static_cast<std::uint32_t>(apart.positions.size());
+    for (const std::uint32_t v : t) apart.positions.push_back(mesh.positions[v]);
+    apart.faces.push_back({first, first + 1, first + 2});
+  }
+  return apart;
+}
+
+TEST(LevelsOfDetail, NoRayPassesWhereFacesHaveTwoSidesOrShareNoVertex) {
+  for (const Mesh& mesh : {doubled(hills(), false), doubled(hills(), true), unshared(hills())}) {
+    Level finest{mesh, leaf_of_faces(mesh, io::UpAxis::pos_z, 2)};
+    const LevelMesh coarse = coarser_level(finest.mesh, finest.tile, std::vector<double>(16, 0));
+    EXPECT_LT(coarse.mesh.faces.size(), mesh.faces.size() / 3);
+    EXPECT_GT(coarse.mesh.faces.size(), mesh.faces.size() / 8);
+    const Mesh& plain = hills();
+    const std::vector<WorldPoint> places = shared_border(plain, leaf_of_faces(plain, io::UpAxis::pos_z, 1));
+    ASSERT_GT(places.size(), 100u);
+    Mesh shown;
+    for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
+      if (quarter % 2 == 0) append(shown, {coarse.mesh, coarse.tile}, quarter);
+      for (std::uint32_t leaf = 4 * quarter; quarter % 2 != 0 && leaf < 4 * quarter + 4; ++leaf)
+        append(shown, finest, leaf);
+    }
+    EXPECT_EQ(rays_that_pass(shown, places), 0u);
+  }
+}
+
 // --- tileset.json
 
 WorldPoint placed(const std::array<double, 16>& m, const TilePoint& p) {
