@@ -205,7 +205,7 @@ void print_quality(const SceneInputData& in, io::PhotoSource& photos, RunRecord&
 // What the first stage of gpvc texture finds about photos and poses.
 void print_agreement(const SceneInputData& in, const InspectOptions& options, Console& console) {
   pipeline::Settings settings;
-  settings.costs.keep_views = true;  // a wrong scene is looked at as a whole
+  settings.costs.keep_views = settings.allow_unseen = true;  // a wrong scene is looked at as a whole
   io::PhotoCache photos(in.scene, options.input.downscale);
   RunRecord record(console);
   const pipeline::Seen seen = pipeline::see({in.scene, in.mesh, in.used, options.input.mesh}, settings, photos, record);

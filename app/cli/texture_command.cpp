@@ -17,6 +17,7 @@ Json settings_json(const pipeline::Settings& s) {
   json["data_term"] = name_of(labeling::kDataTermNames, s.costs.term);
   json["outliers"] = name_of(labeling::kOutliersNames, s.costs.outliers);
   json["keep_views"] = s.costs.keep_views;
+  json["allow_unseen"] = s.allow_unseen;
   json["margin_px"] = s.costs.margin_px;
   json["smoothness"] = s.solver.smoothness;
   json["edge_weights"] = name_of(labeling::kEdgeWeightsNames, s.edge_weights);

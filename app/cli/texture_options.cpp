@@ -18,6 +18,10 @@ void add_selection(CLI::App& app, pipeline::Settings& settings) {
   group.flag("--keep-views", costs.keep_views,
              "Use photos that agree with the others no better than chance; by default they are left out, and a scene "
              "where most are such, or whose mesh is not where the photos show it, is refused");
+  group.flag(
+      "--allow-unseen", settings.allow_unseen,
+      "Texture a mesh of which all photos together see less than 5 % of the faces, which is refused otherwise: it "
+      "is one in other coordinates as a rule");
   add_smoothness(app, settings.solver.smoothness, settings.edge_weights);
   group.flag(
       "--thorough", settings.solver.thorough,

@@ -282,7 +282,7 @@ void measure_mode(const Run& run, const Yardsticks& with, const labeling::FaceGr
                   std::size_t number, ModeLog& log, MeasuredModel& result) {
   pipeline::Settings settings = run.settings.texture;
   settings.visibility = mode.visibility;
-  settings.costs.keep_views = true;  // all modes are compared on the same views
+  settings.costs.keep_views = settings.allow_unseen = true;  // all modes are compared on the same views
   const pipeline::Input& input = run.in.input;
   const auto start = Clock::now();
   evaluate::Confusion confusion;

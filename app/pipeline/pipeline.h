@@ -41,10 +41,14 @@ enum class KeepWork { automatic, always, never };
 inline constexpr Named<KeepWork> kKeepWorkNames[] = {
     {"auto", KeepWork::automatic}, {"always", KeepWork::always}, {"never", KeepWork::never}};
 
+/// Of the faces of a mesh: one of which photos see less lies in other coordinates, as a rule.
+inline constexpr double kLeastSeen = 0.05;
+
 struct Settings {
   visibility::VisibilityOptions visibility;
   int device = -1;  ///< number of the graphics device to use; -1: see visibility::find_device()
   labeling::CostOptions costs;
+  bool allow_unseen = false;              ///< texture a mesh of which photos see less than kLeastSeen
   std::vector<ViewRule> view_rules = {};  ///< faces in their regions lose the views that they refuse
   labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
   labeling::SolverOptions solver;

@@ -56,19 +56,18 @@ void report_times(const Seen& seen, Observer& observer) {
 }
 
 // A mesh that hardly any photo sees is one in other coordinates, as a rule. A part of the photos may show a part of it.
-void report_unseen(const Input& input, bool keep, std::span<const labeling::FaceTag> tags,
+void report_unseen(const Input& input, bool allow, std::span<const labeling::FaceTag> tags,
                    std::span<const SmallPhoto> photos, Observer& observer) {
   const auto [seen, partial, unseen] = count_tags(tags);
-  constexpr std::size_t kOneIn = 20;
-  if (kOneIn * (seen + partial) >= tags.size()) return;
-  const std::string found = "photos see less than 5 % of the faces";
-  if (keep || 2 * input.views.size() < input.scene.views.size())
+  if (static_cast<double>(seen + partial) >= kLeastSeen * static_cast<double>(tags.size())) return;
+  const std::string found = fmt::format("photos see less than {:.0f} % of the faces", 100 * kLeastSeen);
+  if (allow || 2 * input.views.size() < input.scene.views.size())
     return observer.warning(found + "; are mesh and cameras in the same coordinates?");
   const std::string explanation = fitting_hypothesis(input, photos, observer);
   throw InputError(input.mesh_file, "",
                    found +
                        (explanation.empty() ? "; are mesh and cameras in the same coordinates?" : ": " + explanation) +
-                       "; --keep-views textures all the same");
+                       "; --allow-unseen textures all the same");
 }
 
 // Wrong photos or poses must not become a texture without a word.
@@ -332,7 +331,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
                           : fmt::format("{} views, {} of them kept by an earlier run", input.views.size(), taken));
   report_tags(input, seen.candidates, observer);
   report_blind(input, sees, observer);
-  report_unseen(input, settings.costs.keep_views, seen.candidates.tags, small, observer);
+  report_unseen(input, settings.allow_unseen, seen.candidates.tags, small, observer);
   report_agreement(input, settings.costs.keep_views, seen.candidates.agreement, small, observer);
   report_fits(input, settings.costs.keep_views, seen, small, observer);
   return seen;

@@ -107,6 +107,15 @@ class Sample {
     }
   }
 
+  /// Of the faces.
+  double seen_share() const {
+    std::vector<std::uint8_t> seen(mesh_.faces.size(), 0);
+    for (const auto& [view, records] : records_)
+      for (const labeling::FaceRecord& record : records) seen[record.face] = 1;
+    return static_cast<double>(std::ranges::count(seen, 1)) /
+           static_cast<double>(std::max<std::size_t>(1, seen.size()));
+  }
+
   labeling::PhotoJudgement judge(const labeling::CostOptions& options, const Scene& scene) const {
     labeling::CandidateCollector collector(mesh_, options);
     for (const auto& [view, records] : records_) collector.add_statistics(view, std::as_bytes(std::span(records)));
@@ -192,6 +201,16 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
       const std::span<const std::uint32_t> rest = std::span(own).subspan(r * kRun);
       sample.add(tile, rest.first(std::min(kRun, rest.size())), seen);
     }
+  }
+  if (sample.seen_share() < pipeline::kLeastSeen) {
+    const std::string found = fmt::format(
+        "photos see less than {:.0f} % of the faces; are mesh and cameras in the same "
+        "coordinates?",
+        100 * pipeline::kLeastSeen);
+    const bool all_views = 2 * job_.views.size() >= job_.scene.views.size();
+    if (all_views && !settings_.allow_unseen)
+      throw InputError(job_.scene.source, "", found + " A job made with --allow-unseen textures all the same");
+    observer_.warning(found);
   }
   const labeling::PhotoJudgement photos = sample.judge(settings_.costs, job_.scene);
   std::vector<std::string> wrong;

@@ -110,7 +110,8 @@ class TilesetMaker {
                       level.number > 0 ? fmt::format(", texels of {:.3g} units or more", level.texel_size) : ""));
     pipeline::Settings settings = settings_.texture;
     settings.atlas.texel_size = level.texel_size;
-    if (level.number > 0) settings.costs.keep_views = true;  // level 0 has judged the photos and the mesh
+    if (level.number > 0)
+      settings.costs.keep_views = settings.allow_unseen = true;  // level 0 has judged photos and mesh
     const pipeline::Input input{input_.scene, level.mesh, views_, input_.mesh_file};
     const pipeline::MemoryPlan memory = pipeline::plan_memory(input, settings);
     if (level.number == 0) {

@@ -348,10 +348,10 @@ TEST_F(PhotosAndPoses, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
   };
   const std::string error = test::input_error([&] { look(all, silent_); });
   EXPECT_TRUE(test::contains(error, "photos see less than 5 % of the faces")) << error;
-  EXPECT_TRUE(error.ends_with("; --keep-views textures all the same")) << error;
+  EXPECT_TRUE(error.ends_with("; --allow-unseen textures all the same")) << error;
   // A part of the photos may well show a small part of the mesh, and one alone is compared with none.
   for (const auto& [views, keep] : {std::pair{one, false}, std::pair{all, true}}) {
-    settings.costs.keep_views = keep;
+    settings.allow_unseen = settings.costs.keep_views = keep;
     Warned observer;
     ASSERT_NO_THROW(look(views, observer));
     ASSERT_FALSE(observer.warnings.empty());

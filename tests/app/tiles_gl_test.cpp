@@ -264,6 +264,26 @@ TEST_F(TilesJob, TilesOfAMeshFromAnotherSystemLieInTheScenes) {
   }
 }
 
+TEST_F(TilesJob, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
+  Mesh large = city_->mesh;
+  for (WorldPoint& p : large.positions) p = 1000.0 * p;
+  const test::TemporaryFolder out;
+  const JobFolder folder(out.path());
+  JobSettings chosen = settings(1000);
+  chosen.tileset.texture.costs.keep_views = true;
+  make_job(folder, {city_->scene, large, city_->views}, chosen, "test", observer_);
+  const auto judge = [&] {
+    UnitRunner runner(folder, chosen, 1, observer_);
+    for (const Unit& unit : runner.units())
+      if (unit.level == 0 && (unit.stage == Stage::see || unit.stage == Stage::judge)) runner.run(unit);
+  };
+  const std::string error = test::input_error(judge);
+  EXPECT_TRUE(test::contains(error, "photos see less than 5 % of the faces")) << error;
+  EXPECT_TRUE(test::contains(error, "--allow-unseen")) << error;
+  chosen.tileset.texture.allow_unseen = true;
+  EXPECT_NO_THROW(judge());
+}
+
 TEST_F(TilesJob, NamesWhatIsMissingOrDamaged) {
   test::TemporaryFolder copy;
   fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
