@@ -6,6 +6,7 @@
 
 #include "app/cli/scene_input.h"
 #include "app/pipeline/mesh_frame.h"
+#include "app/pipeline/nearness.h"
 #include "app/pipeline/undistort.h"
 #include "io/mesh.h"
 
@@ -132,6 +133,7 @@ class Conversion {
       const std::vector<WorldPoint> before = mesh.positions;
       const std::string assumed = pipeline::match_frames(scene_, mesh, used_, options_.input.mesh);
       if (!assumed.empty()) record_.warning(assumed);
+      pipeline::set_nearness(scene_, mesh);
       if (mesh.positions != before)
         record_.warning("only cameras are written: in their coordinates the mesh has to be moved as it was here");
     }
@@ -197,10 +199,10 @@ class Conversion {
   void warn_of_motion() const {
     const auto moving = std::ranges::count_if(
         used_, [&](ViewId id) { return view_of(scene_, id).camera.distortion.motion.step != Motion{}.step; });
-    if (options_.undistort && moving > 0)
+    if (options_.undistort && moving > 0 && options_.input.mesh.empty())
       record_.warning(fmt::format(
           "{} cameras moved while their photos were read out (rolling shutter): their turns are undone, and not "
-          "their travel, whose effect depends on distances; 'gpvc texture' undoes both",
+          "their travel, whose effect depends on distances; with --mesh both are",
           moving));
   }
 

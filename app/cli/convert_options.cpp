@@ -12,7 +12,7 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
       .add("--mesh", options.input.mesh, "MESH",
            "Mesh that the cameras are written for: of the coordinates that the scene's program writes meshes in, those "
            "in "
-           "which it fits them")
+           "which it fits them; with it, --undistort undoes the travel of rolling shutters, too")
       ->default_str("the cameras' own coordinates");
   add_output(*app, options);
   const OptionGroup output{*app, "Output"};

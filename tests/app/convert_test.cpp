@@ -30,6 +30,7 @@ struct SmallProject {
   std::string convert(io::SceneTarget target, bool undistort, const fs::path& out, bool force = false) {
     cli::ConvertOptions options;
     options.input.scene = folder.path() / scene;
+    options.input.mesh = mesh;
     if (scene == "colmap") options.input.images_dir = folder.path() / "images";
     options.frame = frame;
     options.input.downscale = downscale;
@@ -46,7 +47,7 @@ struct SmallProject {
     return {};
   }
   TemporaryFolder folder;
-  fs::path scene = "colmap";
+  fs::path scene = "colmap", mesh;
   pipeline::FrameRule frame = pipeline::FrameRule::keep;
   int downscale = 1;
 };
@@ -68,6 +69,39 @@ TEST(Convert, WritesScenesThatReadBackWithoutDistortion) {
   }
   EXPECT_TRUE(test::contains(project.convert(io::SceneTarget::mvs, false, "other"), "cannot express"));
   EXPECT_FALSE(fs::exists(project.folder.path() / "other"));
+}
+
+// A camera 8 m above the ground flies 1 m while its photo of 64 x 64 pixels is read out: what the first row shows lies 4
+// pixels farther left in the middle of the flight, what the last row shows as far right.
+TEST(Convert, UndoesTheTravelOfRollingShuttersAboveAMesh) {
+  SmallProject project;
+  Image photo{64, 64, 3, std::vector<std::uint8_t>(std::size_t{64} * 64 * 3, 0)};
+  for (int y = 0; y < 64; ++y) std::fill_n(photo.at(30, y), 4 * 3, std::uint8_t{255});
+  io::write_image(project.folder.path() / "p.png", photo, io::ImageFormat::png, 0);
+  const auto matrix = [](const char* x) {
+    return std::string("[[1, 0, 0, ") + x + "], [0, 1, 0, 0], [0, 0, 1, 8], [0, 0, 0, 1]]";
+  };
+  project.folder.write("transforms.json", R"({"fl_x": 64, "fl_y": 64, "cx": 32, "cy": 32, "w": 64, "h": 64, "frames": [
+    {"file_path": "p.png", "rolling_shutter": [0, 0, 1, 0], "transform_matrix_start": )" +
+                                              matrix("-0.5") + ", \"transform_matrix_end\": " + matrix("0.5") + "}]}");
+  project.folder.write("ground.obj", "v -9 -9 0\nv 9 -9 0\nv 9 9 0\nv -9 9 0\nf 1 2 3 4\n");
+  project.scene = "transforms.json";
+  const auto middle_of_band = [&](const fs::path& out, int y) {
+    const Image shown = io::read_image(project.folder.path() / out / "images" / "p.png");
+    double sum = 0, weights = 0;
+    for (int x = 0; x < shown.width; ++x) {
+      sum += (x + 0.5) * *shown.at(x, y);
+      weights += *shown.at(x, y);
+    }
+    return sum / weights;
+  };
+  ASSERT_EQ(project.convert(io::SceneTarget::colmap, true, "alone"), "");
+  EXPECT_NEAR(middle_of_band("alone", 0), 32, 0.1);
+  project.mesh = project.folder.path() / "ground.obj";
+  ASSERT_EQ(project.convert(io::SceneTarget::colmap, true, "above"), "");
+  EXPECT_NEAR(middle_of_band("above", 0), 28, 0.1);
+  EXPECT_NEAR(middle_of_band("above", 32), 32, 0.1);
+  EXPECT_NEAR(middle_of_band("above", 63), 36, 0.1);
 }
 
 // Photos in folders with their masks, which the reader finds without being told; undistorting moves a principal point to
