@@ -10,7 +10,6 @@
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/truth_score.h"
 #include "app/pipeline/mesh_frame.h"
-#include "app/pipeline/nearness.h"
 #include "io/mesh.h"
 #include "io/npy.h"
 
@@ -117,7 +116,6 @@ Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
   if (!of_mesh.empty()) record.warning(of_mesh);
   const std::string of_model = evaluate::place_model(options.model, mesh_file, crs, used, scene, model);
   if (!of_model.empty() && of_model != of_mesh) record.warning(fmt::format("{}: {}", options.model.string(), of_model));
-  pipeline::set_nearness(scene, mesh ? *mesh : model.mesh);
 }
 
 Json truth_json(const evaluate::TruthScore& score) {

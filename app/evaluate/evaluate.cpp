@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/pipeline/mesh_frame.h"
+#include "app/pipeline/nearness.h"
 
 namespace gpvc::evaluate {
 namespace {
@@ -48,6 +49,7 @@ std::string place_model(const fs::path& file, const fs::path& mesh_file, const s
   std::string assumed = pipeline::match_frames(scene, model.mesh, used, file, mesh_crs);
   if (assumed.empty() && mesh_crs.empty() && !mesh_file.empty())
     assumed = pipeline::match_frames(scene, model.mesh, used, mesh_file);
+  pipeline::set_nearness(scene, model.mesh);
   // Small numbers again where the offset still means something: match_model() takes their rounding from them.
   if (!model.mesh.file_positions.empty())
     model.offset = {};

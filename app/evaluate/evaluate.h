@@ -39,7 +39,8 @@ Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io:
                           const EvaluateOptions& options, const Progress& progress);
 
 /// Brings a model into the scene's coordinates or the cameras to it, as pipeline::match_frames() does with a mesh, by its
-/// own file or, where that says nothing, by the file of the mesh that it was made from (empty: none). Returns a sentence that says what was assumed; empty: nothing. Throws what match_frames() throws.
+/// own file or, where that says nothing, by the file of the mesh that it was made from (empty: none).
+/// Moving cameras learn how far it is. Returns a sentence that says what was assumed; empty: nothing. Throws what match_frames() throws.
 std::string place_model(const std::filesystem::path& file, const std::filesystem::path& mesh_file,
                         const std::string& mesh_crs, std::span<const ViewId> used, Scene& scene,
                         io::LoadedModel& model);
