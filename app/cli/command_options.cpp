@@ -48,7 +48,9 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
   const OptionGroup input{*app, "Input"}, output{*app, "Output"};
   input.add("--mesh", options.input.mesh, "MESH", "Mesh that was to be textured, to measure completeness")
       ->default_str("the model's own faces");
-  add_mesh_crs(input, options.input, "Reference system of MODEL and MESH, where cameras are in another");
+  add_mesh_crs(
+      input, options.input,
+      "Reference system of MESH, and of MODEL unless it fits the cameras as it is, where cameras are in another");
   input.add("--images", options.input.images_dir, "DIR", "Folder of the photos")
       ->default_str("where the scene says, or 'images' beside it");
   add_masks(*app, options.input);

@@ -19,8 +19,8 @@ void add_compared(CLI::App& app, CompareOptions& options) {
       ->check(in_range(1e-300, 1e300))
       ->default_str("powers of ten that suit the scene's depths, for each mode");
   group.add("--external", options.externals, "NAME=MODEL",
-            "Another program's textured model of the same mesh, OBJ, GLB or glTF, scored and shown beside ours; may be "
-            "given several times");
+            "Another program's textured model of the same mesh, in its coordinates or the cameras', OBJ, PLY, GLB or "
+            "glTF, scored and shown beside ours; may be given several times");
   group.add("--hold-out", options.input.hold_out, "K|LIST",
             "Leave views out of all texturing and score on them: every K-th photo, or names and globs");
   group.add("--truth", settings.truth, "DIR", "Folder of a synthetic scene, with surfaces.json")

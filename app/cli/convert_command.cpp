@@ -5,6 +5,7 @@
 #include <set>
 
 #include "app/cli/scene_input.h"
+#include "app/pipeline/frame_check.h"
 #include "app/pipeline/mesh_frame.h"
 #include "app/pipeline/nearness.h"
 #include "app/pipeline/undistort.h"
@@ -130,14 +131,19 @@ class Conversion {
   void choose_coordinates() {
     if (!options_.input.mesh.empty()) {
       Mesh mesh = io::read_mesh(options_.input.mesh);
-      const std::vector<WorldPoint> before = mesh.positions;
-      const std::string assumed = pipeline::match_frames(scene_, mesh, used_, options_.input.mesh);
+      for (const std::string& warning : mesh.warnings)
+        record_.warning(fmt::format("{}: {}", options_.input.mesh.string(), warning));
+      const bool has_frames = !scene_.other_frames.empty();
+      const std::string assumed =
+          pipeline::match_frames(scene_, mesh, used_, options_.input.mesh, options_.input.mesh_crs);
       if (!assumed.empty()) record_.warning(assumed);
+      pipeline::check_frames(mesh, options_.input.mesh, scene_, used_);
       pipeline::set_nearness(scene_, mesh);
-      if (mesh.positions != before)
+      const bool cameras_moved = has_frames && scene_.other_frames.empty();
+      if (!mesh.file_positions.empty() || (!assumed.empty() && !cameras_moved))
         record_.warning("only cameras are written: in their coordinates the mesh has to be moved as it was here");
     }
-    if (!scene_.other_frames.empty()) {
+    if (options_.input.mesh.empty() && !scene_.other_frames.empty()) {
       std::vector<std::string> names;
       for (const SceneFrame& frame : scene_.other_frames) names.push_back(frame.name);
       record_.warning(fmt::format(
@@ -197,12 +203,14 @@ class Conversion {
   }
 
   void warn_of_motion() const {
-    const auto moving = std::ranges::count_if(
-        used_, [&](ViewId id) { return view_of(scene_, id).camera.distortion.motion.step != Motion{}.step; });
-    if (options_.undistort && moving > 0 && options_.input.mesh.empty())
+    const auto moving = std::ranges::count_if(used_, [&](ViewId id) {
+      const Motion& motion = view_of(scene_, id).camera.distortion.motion;
+      return motion.step != Motion{}.step && motion.nearness == Motion{}.nearness;
+    });
+    if (options_.undistort && moving > 0)
       record_.warning(fmt::format(
           "{} cameras moved while their photos were read out (rolling shutter): their turns are undone, and not "
-          "their travel, whose effect depends on distances; with --mesh both are",
+          "their travel, whose effect depends on distances; with --mesh both are where they show it",
           moving));
   }
 

@@ -8,12 +8,14 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
   CLI::App* app = parent.add_subcommand("convert", "write a scene for another program");
   add_scene(*app, options.input);
   add_photos(*app, options.input);
-  OptionGroup{*app, "Input"}
-      .add("--mesh", options.input.mesh, "MESH",
-           "Mesh that the cameras are written for: of the coordinates that the scene's program writes meshes in, those "
-           "in "
-           "which it fits them; with it, --undistort undoes the travel of rolling shutters, too")
+  const OptionGroup input{*app, "Input"};
+  input
+      .add(
+          "--mesh", options.input.mesh, "MESH",
+          "Write the cameras in the coordinates of this mesh, where the scene's program writes meshes in several; with "
+          "it, --undistort also undoes how far rolling shutters travelled")
       ->default_str("the cameras' own coordinates");
+  add_mesh_crs(input, options.input, "Reference system of that mesh, where cameras are in another");
   add_output(*app, options);
   const OptionGroup output{*app, "Output"};
   output.choice("--format", io::kSceneTargetNames, options.target,

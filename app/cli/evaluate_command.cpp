@@ -10,6 +10,7 @@
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/truth_score.h"
 #include "app/pipeline/mesh_frame.h"
+#include "app/pipeline/nearness.h"
 #include "io/mesh.h"
 #include "io/npy.h"
 
@@ -97,6 +98,7 @@ class Evaluated {
 Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
   io::SceneOptions reader = options.input.reader_options();
   reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
+  record.begin({"read"});
   scene = io::read_scene(options.input.scene, reader);
   for (const std::string& warning : scene.warnings) record.warning(warning);
   model = evaluate::read_model_with_texture(options.model);
@@ -114,8 +116,15 @@ Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
   std::string of_mesh;
   if (mesh) of_mesh = pipeline::match_frames(scene, *mesh, used, mesh_file, crs);
   if (!of_mesh.empty()) record.warning(of_mesh);
+  if (mesh) scene.other_frames.clear();  // cameras stay where the mesh is
   const std::string of_model = evaluate::place_model(options.model, mesh_file, crs, used, scene, model);
   if (!of_model.empty() && of_model != of_mesh) record.warning(fmt::format("{}: {}", options.model.string(), of_model));
+  // What the photos are compared with must not depend on a model where there is the mesh.
+  if (mesh)
+    pipeline::set_nearness(scene, *mesh);
+  else
+    pipeline::set_nearness(scene, model.mesh, model.offset);
+  record.end(fmt::format("{} faces, {} views", pipeline::readable_count(model.mesh.faces.size()), used.size()));
 }
 
 Json truth_json(const evaluate::TruthScore& score) {
@@ -161,9 +170,16 @@ void compare_photos(const EvaluateCommandOptions& options, const Evaluated& in, 
                     const pipeline::OutputFolder* folder) {
   record.begin({"evaluate", "views"});
   const std::vector<ViewId> views = compared_views(options, in.scene.views);
-  if (options.input.views.empty() && !marked_views(options.model, "held_out").empty())
+  const std::vector<std::string> held_out = marked_views(options.model, "held_out");
+  const bool known = std::ranges::any_of(
+      in.scene.views, [&](const View& view) { return std::ranges::find(held_out, view.name) != held_out.end(); });
+  if (options.input.views.empty() && known)
     record.note(
         fmt::format("comparing with the {} views that views.json beside the model marks as held out", views.size()));
+  if (options.input.views.empty() && !known && !held_out.empty())
+    record.warning(
+        "none of the views that views.json beside the model marks as held out is one of the scene: all are compared, "
+        "those that the model was textured from too; --views names others");
   const Scene chosen = with_views(in.scene, views);
   io::PhotoCache photos(chosen, options.input.downscale, 0);
   evaluate::EvaluateOptions evaluate;

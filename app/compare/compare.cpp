@@ -219,6 +219,7 @@ struct TexturedModel {
   const std::vector<Image>& pages;
   WorldPoint offset;                               ///< to be added to the model's positions
   const atlas::TextureOrigins* origins = nullptr;  ///< where its texture comes from; null where that is not known
+  std::filesystem::path file{};                    ///< of another program's model
 };
 
 // Scores by photos and truth, into `result`.
@@ -228,6 +229,10 @@ void score_model(const Run& run, const Yardsticks& with, const TexturedModel& mo
   result.shown = with.views.show(number, model.model, model.pages, model.offset, log.reporter());
   result.shown->name = result.json["name"];
   result.json["score"] = evaluate::score_json(result.shown->score);
+  if (!model.file.empty() && result.shown->score.windows == 0) {
+    result.shown.reset();
+    throw InputError(model.file, "", evaluate::kNothingToCompare);
+  }
   if (with.truth) {
     const auto matched = evaluate::match_model(run.mesh(), model.model, model.pages, model.offset);
     const auto score = with.truth->scorer.score(matched, [&](std::size_t, std::size_t) { log.check_cancelled(); });
@@ -329,11 +334,7 @@ void measure_external(const Run& run, const Yardsticks& with, const ExternalMode
   const std::string assumed =
       evaluate::place_model(external.file, input.mesh_file, run.settings.mesh_crs, input.views, cameras, loaded);
   if (!assumed.empty()) log.warning(fmt::format("{}: {}", external.name, assumed));
-  score_model(run, with, {loaded.model, loaded.pages, loaded.offset}, number, log, result);
-  if (result.shown->score.windows == 0) {
-    result.shown.reset();
-    throw InputError(external.file, "", evaluate::kNothingToCompare);
-  }
+  score_model(run, with, {loaded.model, loaded.pages, loaded.offset, nullptr, external.file}, number, log, result);
 }
 
 Json described(const ComparedMode& mode, const BiasScale& scale) {

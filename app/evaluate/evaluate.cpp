@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "app/pipeline/mesh_frame.h"
-#include "app/pipeline/nearness.h"
 
 namespace gpvc::evaluate {
 namespace {
@@ -46,10 +45,10 @@ std::string place_model(const fs::path& file, const fs::path& mesh_file, const s
                         std::span<const ViewId> used, Scene& scene, io::LoadedModel& model) {
   std::vector<WorldPoint>& positions = model.mesh.positions;
   for (WorldPoint& p : positions) p = p + model.offset;
-  std::string assumed = pipeline::match_frames(scene, model.mesh, used, file, mesh_crs);
+  const bool is_there = !mesh_crs.empty() && pipeline::fits_cameras(scene, model.mesh, used);
+  std::string assumed = pipeline::match_frames(scene, model.mesh, used, file, is_there ? std::string() : mesh_crs);
   if (assumed.empty() && mesh_crs.empty() && !mesh_file.empty())
     assumed = pipeline::match_frames(scene, model.mesh, used, mesh_file);
-  pipeline::set_nearness(scene, model.mesh);
   // Small numbers again where the offset still means something: match_model() takes their rounding from them.
   if (!model.mesh.file_positions.empty())
     model.offset = {};
@@ -60,8 +59,7 @@ std::string place_model(const fs::path& file, const fs::path& mesh_file, const s
 
 Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io::LoadedModel& loaded,
                           const EvaluateOptions& options, const Progress& progress) {
-  io::TexturedModel model = loaded.model;
-  model.mesh = &loaded.mesh;
+  const io::TexturedModel& model = loaded.model;
   if (options.out) {
     std::error_code failed;
     fs::create_directories(*options.out, failed);
@@ -98,10 +96,10 @@ std::string evaluation_table(const Evaluation& evaluation) {
   std::string table = fmt::format(
       "{:<{}}  complete   PSNR    SSIM   1-NCC  dE2000  without gain: PSNR  dE2000   95 %\n", "view", width);
   const auto line = [&](const std::string& name, const RephotographyScore& s) {
-    if (s.windows == 0 && s.covered == 0) return fmt::format("{:<{}}  nothing to compare\n", name, width);
-    if (s.windows == 0) return fmt::format("{:<{}}    {:.4f}  nothing to compare\n", name, width, s.completeness);
-    return fmt::format("{:<{}}    {:.4f}  {:5.2f}  {:.4f}  {:.4f}   {:5.2f}               {:5.2f}   {:5.2f}  {:5.2f}\n",
-                       name, width, s.completeness, s.psnr, s.ssim, s.ncc_error, s.gained_color_error, s.raw_psnr,
+    const std::string complete = s.covered > 0 ? fmt::format("{:.4f}", s.completeness) : "     -";
+    if (s.windows == 0) return fmt::format("{:<{}}    {}  nothing to compare\n", name, width, complete);
+    return fmt::format("{:<{}}    {}  {:5.2f}  {:.4f}  {:.4f}   {:5.2f}               {:5.2f}   {:5.2f}  {:5.2f}\n",
+                       name, width, complete, s.psnr, s.ssim, s.ncc_error, s.gained_color_error, s.raw_psnr,
                        s.color_error, s.color_error_95);
   };
   for (const ViewScore& view : evaluation.views) table += line(view.view, view.score);

@@ -34,13 +34,13 @@ struct Evaluation {
 
 /// Renders the model from every view of `scene` and compares the renders with the photos. Views without a comparable
 /// window are listed, and count in the mean by their completeness alone. Throws InputError, OutputError.
-/// \pre model and mesh lie in the scene's coordinates, see place_model()
+/// \pre model.model.mesh is &model.mesh; model and mesh lie in the scene's coordinates, see place_model()
 Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io::LoadedModel& model,
                           const EvaluateOptions& options, const Progress& progress);
 
 /// Brings a model into the scene's coordinates or the cameras to it, as pipeline::match_frames() does with a mesh, by its
 /// own file or, where that says nothing, by the file of the mesh that it was made from (empty: none).
-/// Moving cameras learn how far it is. Returns a sentence that says what was assumed; empty: nothing. Throws what match_frames() throws.
+/// A model that fits the cameras as it is stays there even with `mesh_crs`: tiles have the scene's coordinates. Returns a sentence that says what was assumed; empty: nothing. Throws what match_frames() throws.
 std::string place_model(const std::filesystem::path& file, const std::filesystem::path& mesh_file,
                         const std::string& mesh_crs, std::span<const ViewId> used, Scene& scene,
                         io::LoadedModel& model);

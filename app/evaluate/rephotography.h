@@ -12,7 +12,7 @@
 namespace gpvc::evaluate {
 
 struct RephotographyScore {
-  double completeness = 0;  ///< textured pixels / pixels the model covers, [0, 1]
+  double completeness = 0;  ///< textured pixels / pixels that the mesh covers, [0, 1]
   double psnr = 0;          ///< dB, over the three channels after the gain
   /// Mean CIEDE2000 over the pixels after the gain: photos of one scene differ in exposure, and the model has but one.
   double gained_color_error = 0;

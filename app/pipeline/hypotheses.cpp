@@ -135,10 +135,10 @@ struct Explanation {
 void resize(double factor, Camera& camera) {
   camera.fx *= factor;
   camera.fy *= factor;
-  const auto from_middle = [&camera](double x, double y) {
-    return std::hypot(x - camera.width / 2.0, y - camera.height / 2.0);
+  const auto from_middle = [&](double by) {
+    return std::hypot(by * camera.cx - camera.width / 2.0, by * camera.cy - camera.height / 2.0);
   };
-  if (from_middle(factor * camera.cx, factor * camera.cy) >= from_middle(camera.cx, camera.cy)) return;
+  if (from_middle(factor) >= from_middle(1)) return;
   camera.cx *= factor;
   camera.cy *= factor;
 }
@@ -163,9 +163,13 @@ Explanation other_focal_length(const Trial& given, Observer& observer) {
   constexpr double kCoarse = 1.06, kFine = 1.005;
   // From photos reduced to a sixth to photos of twice the size, and a step more.
   constexpr double kLeast = 1.0 / 6, kMost = 2 * kCoarse;
+  // A principal point that is off by more than a pixel or two hides what a nearly right focal length would show, so that
+  // photos whose file states one are only found where they were halved, say.
+  std::vector<double> factors{1.0 / 4, 1.0 / 3, 1.0 / 2, 2};
+  for (double factor = kLeast; factor <= kMost; factor *= kCoarse) factors.push_back(factor);
   double near = 1;
   MeshFit found;
-  for (double factor = kLeast; factor <= kMost; factor *= kCoarse)
+  for (const double factor : factors)
     if (const MeshFit fit = fit_at(factor); fit.verdict != MeshFit::Verdict::unknown && fit.found > found.found) {
       found = fit;
       near = factor;
@@ -174,8 +178,10 @@ Explanation other_focal_length(const Trial& given, Observer& observer) {
   Explanation best;
   for (double factor = near / kCoarse; factor <= near * kCoarse; factor *= kFine)
     if (const MeshFit fit = fit_at(factor); places_on_mesh(fit) > places_on_mesh(best.fit))
-      best = {fmt::format("focal lengths times {:.3f} (were the photos {} since they were aligned?)", factor,
-                          factor < 1 ? "reduced" : "enlarged"),
+      best = {fmt::format(
+                  "focal lengths times {:.3f} (were the photos {} since they were aligned, or does the mesh lie too "
+                  "{} the cameras?)",
+                  factor, factor < 1 ? "reduced" : "enlarged", factor < 1 ? "near" : "far from"),
               fit};
   return best;
 }
@@ -189,6 +195,7 @@ std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> p
   Explanation best;
   // Hidden faces lie behind what photos show. A mesh that shrinks to a point has few surfaces to compare.
   const auto offer = [&](const Explanation& one, const Trial& trial) {
+    if (one.name.empty()) return;
     observer.detail(
         fmt::format("  with {} photos agree about a surface at {} of {} places, {:.0f} % of these lie on the mesh",
                     one.name, one.fit.found, one.fit.places, 100 * one.fit.share));

@@ -295,6 +295,10 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
   return {};
 }
 
+bool fits_cameras(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used) {
+  return fits(scene, thinned(mesh), used);
+}
+
 std::string ways_out(const Scene& scene) {
   if (!is_geocentric(scene)) return {};
   return "the scene is georeferenced, with cameras in geocentric coordinates (EPSG:4978): export the mesh in those, in "

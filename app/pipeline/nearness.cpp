@@ -52,7 +52,7 @@ std::array<double, 3> nearness_of(const Glance& glance, const Camera& camera) {
 
 }  // namespace
 
-void set_nearness(Scene& scene, const Mesh& mesh) {
+void set_nearness(Scene& scene, const Mesh& mesh, const WorldPoint& offset) {
   std::vector<View*> moving;
   for (View& view : scene.views)
     if (const Motion& m = view.camera.distortion.motion; m.moves() && m.step != Motion{}.step && view.camera.width > 0)
@@ -61,7 +61,9 @@ void set_nearness(Scene& scene, const Mesh& mesh) {
   const FaceRuns runs(mesh);
   tbb::parallel_for(std::size_t{0}, moving.size(), [&](std::size_t i) {
     View& view = *moving[i];
-    const std::array<double, 3> plane = nearness_of(glance_at(mesh, runs, view), view.camera);
+    View from = view;
+    from.pose.centre = from.pose.centre - offset;
+    const std::array<double, 3> plane = nearness_of(glance_at(mesh, runs, from), view.camera);
     if (std::ranges::all_of(plane, [](double value) { return std::isfinite(value); }))
       view.camera.distortion.motion.nearness = plane;
   });

@@ -6,8 +6,8 @@
 namespace gpvc::pipeline {
 
 /// Sets Motion::nearness of all views that have a step: the plane that differs least from the nearness of what a grid of
-/// rays meets first, by the sum of squares. \pre mesh and cameras lie in the same coordinates. O(moving views x framed
-/// faces)
-void set_nearness(Scene& scene, const Mesh& mesh);
+/// rays meets first, by the sum of squares. `offset` is to be added to the mesh's positions. \pre mesh and cameras lie in
+/// the same coordinates. O(moving views x framed faces)
+void set_nearness(Scene& scene, const Mesh& mesh, const WorldPoint& offset = {});
 
 }  // namespace gpvc::pipeline

@@ -333,7 +333,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   report_blind(input, sees, observer);
   report_unseen(input, settings.allow_unseen, seen.candidates.tags, small, observer);
   report_agreement(input, settings.costs.keep_views, seen.candidates.agreement, small, observer);
-  report_fits(input, settings.costs.keep_views, seen, small, observer);
+  if (exact && !judged) report_fits(input, settings.costs.keep_views, seen, small, observer);
   return seen;
 }
 

@@ -159,6 +159,7 @@ void JobFolder::write_job(const Job& job, const io::WorkKey& key) const {
     write_model(out, job.model);
     write_model(out, job.tiles_model);
     out.add_all(job.color_profile);
+    out.add(job.page_size);
     out.add(job.levels.size());
     for (const Level& level : job.levels) {
       out.add(level.tiles.size());
@@ -182,6 +183,7 @@ Job JobFolder::read_job() const {
     job.model = read_model(in);
     job.tiles_model = read_model(in);
     job.color_profile = in.get_all<std::uint8_t>();
+    job.page_size = in.get<int>();
     for (auto levels = in.get<std::size_t>(); levels > 0; --levels) {
       Level& level = job.levels.emplace_back();
       for (auto tiles = in.get<std::size_t>(); tiles > 0; --tiles) level.tiles.push_back(read_tile_info(in));

@@ -53,6 +53,7 @@ struct Job {
   io::ModelOptions model{};                   ///< how model.obj writes the coordinates of the mesh's file
   io::ModelOptions tiles_model{};             ///< how tiles write those of the scene
   io::ColorProfile color_profile{};           ///< of the pages
+  int page_size = 0;                          ///< texels along their edges at most
   std::vector<Level> levels{};                ///< the mesh's own faces, then each level of detail above, up to one tile
   std::vector<std::vector<ViewId>> groups{};  ///< views that one unit looks at
 

@@ -60,10 +60,7 @@ void texture_in_tiles(const pipeline::Input& input, const pipeline::Settings& se
   const JobFolder job(job_folder(folder));
   try {
     fs::create_directories(job.path());
-    const std::optional<io::WorkKey> before = job.key_if_made();
     make_job(job, input, fitting, program, observer);
-    // What a run with other options or tiles left would lie among the tiles of this one.
-    if (before != job.key_if_made()) job.remove_units();
     release_freed_memory();
     UnitRunner runner(job, fitting, downscale, observer);
     for (const Unit& unit : runner.units()) runner.run(unit);

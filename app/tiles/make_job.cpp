@@ -167,6 +167,7 @@ void cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Ob
   Level finest;
   finest.texel_size = settings.tileset.texture.atlas.texel_size;
   job.views.assign(input.views.begin(), input.views.end());
+  job.page_size = settings.tileset.texture.atlas.page_size;
   for (std::uint32_t t = 0; t < tiles; ++t) {
     observer.progress(t, tiles);
     const TileMesh tile = cutter.cut(t);
@@ -228,6 +229,9 @@ std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input
   io::OutputFile plan(folder.path() / "plan.json");
   plan.write(plan_text(units, program));
   plan.commit();
+  // What units of another job in this folder have left would lie among the tiles of this one. Before its key is there, or a
+  // run that is killed in between would never remove it.
+  if (folder.key_if_made() != key) folder.remove_units();
   write_done(mesh / "done.json", {key});
   return units;
 }

@@ -96,8 +96,9 @@ class Estimates {
 
   void bake(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
-    const double page = std::min(static_cast<double>(atlas::kPageBytesPerTexel) * tiles_[t].texels, 256e6);
-    unit.memory_bytes = pipeline::memory_need(work).painting + page;
+    // At least one page is baked at a time.
+    const double page = std::min(tiles_[t].texels, static_cast<double>(job_.page_size) * job_.page_size);
+    unit.memory_bytes = pipeline::memory_need(work).painting + static_cast<double>(atlas::kPageBytesPerTexel) * page;
     unit.photo_bytes = 2 * kUsed * photo_files(t);
     unit.seconds = kStartS + million(2 * kUsed * decoded(work) + 0.45 * work.texels + 5.0 * work.faces);
     // On level 0 pages and geometry lie beside model.obj and in the GLB.

@@ -204,7 +204,7 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
   }
   if (sample.seen_share() < pipeline::kLeastSeen) {
     const std::string found = fmt::format(
-        "photos see less than {:.0f} % of the faces; are mesh and cameras in the same "
+        "photos see less than {:.0f} % of the faces looked at; are mesh and cameras in the same "
         "coordinates?",
         100 * pipeline::kLeastSeen);
     const bool all_views = 2 * job_.views.size() >= job_.scene.views.size();

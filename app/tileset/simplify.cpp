@@ -80,7 +80,7 @@ Sides sides_of(const std::vector<Triangle>& faces) {
   // The corners from the least on, ascending, and whether that turns the face over.
   const auto key = [&](std::uint32_t f) {
     Triangle t = faces[f];
-    std::ranges::rotate(t, std::ranges::min_element(t));
+    std::rotate(t.begin(), std::ranges::min_element(t), t.end());
     const bool turned = t[1] > t[2];
     if (turned) std::swap(t[1], t[2]);
     return std::tuple(t, turned, f);

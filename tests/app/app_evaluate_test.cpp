@@ -1,7 +1,10 @@
 // gpvc evaluate and what gpvc texture leaves for it.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "io/images.h"
+#include "io/mesh.h"
 #include "io/scene_files.h"
 #include "io/vector.h"
 #include "tests/app/app_fixture.h"
@@ -100,6 +103,28 @@ TEST_F(MovedCameras, AreWrittenForAMesh) {
   for (std::size_t v = 0; v < right.views.size(); ++v) {
     EXPECT_EQ(written.views[v].name, right.views[v].name);
     EXPECT_NEAR(length(written.views[v].pose.centre - right.views[v].pose.centre), 0, 1e-9);
+  }
+}
+
+TEST_F(MovedCameras, StayWhereAMeshFitsThem) {
+  const std::vector<std::string> convert{"convert",  moved_.string(), "--images", (scene_ / "images").string(),
+                                         "--format", "colmap",        "-o",       out_.string(),
+                                         "--mesh"};
+  const Mesh mesh = io::read_mesh(scene_ / "mesh.ply");
+  for (const double away : {0.0, 1e5}) {
+    std::string obj;
+    for (const WorldPoint& p : mesh.positions) obj += fmt::format("v {} {} {}\n", p.x + away, p.z, 300 - p.y);
+    for (const Triangle& t : mesh.faces) obj += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    std::vector<std::string> words = convert;
+    words.push_back(folder_.write("moved.obj", obj).string());
+    const Outcome outcome = run(words);
+    if (away > 0) {
+      expect_one_sentence(outcome, "moved.obj", "no photo sees any face");
+      continue;
+    }
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_FALSE(contains(outcome.err, "warning")) << outcome.err;
+    fs::remove_all(out_);
   }
 }
 

@@ -321,20 +321,24 @@ TEST_F(PhotosAndPoses, PhotosUpsideDownAreNamedInTheError) {
 
 // NVM and Bundler state no size of photos: where these were reduced since, the focal lengths are of larger ones.
 void enlarge_focal_lengths(Scene& scene) {
-  for (View& view : scene.views) {
-    view.camera.fx *= 1.94;
-    view.camera.fy *= 1.94;
-  }
+  for (View& view : scene.views)
+    for (double* length : {&view.camera.fx, &view.camera.fy}) *length *= 1.94;
 }
-constexpr const char* kReduced = "with focal lengths times 0.51";
+constexpr const char *kReduced = "with focal lengths times 0.51", *kEnlarged = "(were the photos enlarged since";
 
-TEST_F(PhotosAndPoses, FocalLengthsOfLargerPhotosAreNamedInTheError) {
-  Scene larger = city_->scene;
+TEST_F(PhotosAndPoses, CamerasOfPhotosOfAnotherSizeAreNamedInTheError) {
+  Scene larger = city_->scene, smaller = city_->scene;
   enlarge_focal_lengths(larger);
-  const std::string error = test::input_error([&] {
-    pipeline::see({larger, city_->mesh, city_->views}, pipeline::Settings{}, photos_, silent_);
-  });
-  EXPECT_TRUE(test::contains(error, kReduced)) << error;
+  for (View& view : smaller.views) {
+    Camera& camera = view.camera;
+    for (double* length : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *length /= 2;
+  }
+  for (const auto& [scene, expected] : {std::pair{&larger, kReduced}, {&smaller, kEnlarged}}) {
+    const std::string error = test::input_error([&, of = scene] {
+      pipeline::see({*of, city_->mesh, city_->views}, pipeline::Settings{}, photos_, silent_);
+    });
+    EXPECT_TRUE(test::contains(error, expected)) << error;
+  }
 }
 
 // The mesh is made a thousand times too large. The photos then see only a little of its ground.

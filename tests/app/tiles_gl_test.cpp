@@ -278,7 +278,7 @@ TEST_F(TilesJob, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
       if (unit.level == 0 && (unit.stage == Stage::see || unit.stage == Stage::judge)) runner.run(unit);
   };
   const std::string error = test::input_error(judge);
-  EXPECT_TRUE(test::contains(error, "photos see less than 5 % of the faces")) << error;
+  EXPECT_TRUE(test::contains(error, "photos see less than 5 % of the faces looked at")) << error;
   EXPECT_TRUE(test::contains(error, "--allow-unseen")) << error;
   chosen.tileset.texture.allow_unseen = true;
   EXPECT_NO_THROW(judge());
