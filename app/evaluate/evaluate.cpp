@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/pipeline/mesh_frame.h"
+#include "io/vector.h"
 
 namespace gpvc::evaluate {
 namespace {
