@@ -96,7 +96,7 @@ enum class LensModel : std::uint8_t {
 /// The step moves a point in the photo by an amount that depends on the point's depth Z. photo_from_pixel knows no depth and
 /// takes that of a plane, on which 1 / Z = nearness . (X/Z, Y/Z, 1). This is exact where the scene is flat; elsewhere the
 /// step's effect is wrong in proportion to the error of 1 / Z. Readers set nearness to 0, a scene at infinity;
-/// pipeline::set_nearness fits it to the mesh.
+/// checks::set_nearness fits it to the mesh.
 struct Motion {
   double across = 0, down = 0;           ///< both 0: the camera stands still
   std::array<double, 3> turn{}, step{};  ///< radians; units of the scene

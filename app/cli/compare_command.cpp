@@ -58,7 +58,7 @@ Json options_json(const CompareOptions& options, const compare::CompareSettings&
   return json;
 }
 
-RunFacts compare_scene(const CompareOptions& options, RunRecord& record, pipeline::OutputFolder& folder,
+RunFacts compare_scene(const CompareOptions& options, RunRecord& record, results::OutputFolder& folder,
                        compare::CompareSummary& summary) {
   const SceneInputData in = read_scene_input(options.input, record);
   check_photos(in);
@@ -85,7 +85,7 @@ RunFacts compare_scene(const CompareOptions& options, RunRecord& record, pipelin
 void summarize(const CompareOptions& options, Console& console) {
   if (!options.input.scene.empty()) throw UsageError("--summarize takes reports; no SCENE and MESH beside it");
   const Json summary = compare::summarize(options.summarize);
-  run_command("compare --summarize", options, console, [&](RunRecord&, pipeline::OutputFolder& folder) -> RunFacts {
+  run_command("compare --summarize", options, console, [&](RunRecord&, results::OutputFolder& folder) -> RunFacts {
     compare::write_summary(summary, folder);
     Json given;
     for (const auto& file : options.summarize) given["reports"].push_back(file.string());
@@ -105,7 +105,7 @@ void run_compare(const CompareOptions& options, Console& console) {
   externals_of(options, modes_of(options, [](const std::string&) { return std::vector<double>{1}; }));
   refuse_overwriting(options.input, options.out, {"report.html", "report.md", "report.json"});
   compare::CompareSummary summary;
-  run_command("compare", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) {
+  run_command("compare", options, console, [&](RunRecord& record, results::OutputFolder& folder) {
     return compare_scene(options, record, folder, summary);
   });
   const std::string report = (options.out / "report.html").string();

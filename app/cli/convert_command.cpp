@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <set>
 
+#include "app/checks/frame_check.h"
+#include "app/checks/mesh_frame.h"
+#include "app/checks/nearness.h"
 #include "app/cli/scene_input.h"
-#include "app/pipeline/frame_check.h"
-#include "app/pipeline/mesh_frame.h"
-#include "app/pipeline/nearness.h"
 #include "app/pipeline/undistort.h"
 #include "io/mesh.h"
 
@@ -43,7 +43,7 @@ void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::
 
 /// Refuses, before photos are converted, to replace files of the scene or foreign files, and to put a listing into the
 /// folder of the scene, which is read as a whole.
-void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const pipeline::OutputFolder& folder,
+void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const results::OutputFolder& folder,
                         const std::vector<fs::path>& places, const std::vector<fs::path>& masks) {
   const std::vector<fs::path> listings = io::listing_files(options.target, places);
   const std::string advice = "; choose another folder than " + options.out.string();
@@ -83,7 +83,7 @@ const View& view_of(const Scene& scene, ViewId id) { return scene.views[index(id
 /// The conversion of a scene, its photos and their masks.
 class Conversion {
  public:
-  Conversion(const ConvertOptions& options, RunRecord& record, pipeline::OutputFolder& folder)
+  Conversion(const ConvertOptions& options, RunRecord& record, results::OutputFolder& folder)
       : options_(options), record_(record), folder_(folder) {}
 
   RunFacts run() {
@@ -135,10 +135,10 @@ class Conversion {
         record_.warning(fmt::format("{}: {}", options_.input.mesh.string(), warning));
       const bool has_frames = !scene_.other_frames.empty();
       const std::string assumed =
-          pipeline::match_frames(scene_, mesh, used_, options_.input.mesh, options_.input.mesh_crs);
+          checks::match_frames(scene_, mesh, used_, options_.input.mesh, options_.input.mesh_crs);
       if (!assumed.empty()) record_.warning(assumed);
-      pipeline::check_frames(mesh, options_.input.mesh, scene_, used_);
-      pipeline::set_nearness(scene_, mesh);
+      checks::check_frames(mesh, options_.input.mesh, scene_, used_);
+      checks::set_nearness(scene_, mesh);
       const bool cameras_moved = has_frames && scene_.other_frames.empty();
       if (!mesh.file_positions.empty() || (!assumed.empty() && !cameras_moved))
         record_.warning("only cameras are written: in their coordinates the mesh has to be moved as it was here");
@@ -286,7 +286,7 @@ class Conversion {
 
   const ConvertOptions& options_;
   RunRecord& record_;
-  pipeline::OutputFolder& folder_;
+  results::OutputFolder& folder_;
   Scene scene_, written_;  ///< as read; with the cameras and names that are written
   std::vector<ViewId> used_;
   std::vector<Frame> frames_;     ///< per used view
@@ -298,7 +298,7 @@ class Conversion {
 }  // namespace
 
 void run_convert(const ConvertOptions& options, Console& console) {
-  run_command("convert", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) {
+  run_command("convert", options, console, [&](RunRecord& record, results::OutputFolder& folder) {
     return Conversion(options, record, folder).run();
   });
 }

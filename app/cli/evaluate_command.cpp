@@ -5,12 +5,12 @@
 #include <map>
 #include <optional>
 
+#include "app/checks/mesh_frame.h"
+#include "app/checks/nearness.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/scene_input.h"
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/truth_score.h"
-#include "app/pipeline/mesh_frame.h"
-#include "app/pipeline/nearness.h"
 #include "io/mesh.h"
 #include "io/npy.h"
 
@@ -114,17 +114,17 @@ Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
     if (needed[v]) used.push_back(ViewId{v});
   const std::string& crs = options.input.mesh_crs;
   std::string of_mesh;
-  if (mesh) of_mesh = pipeline::match_frames(scene, *mesh, used, mesh_file, crs);
+  if (mesh) of_mesh = checks::match_frames(scene, *mesh, used, mesh_file, crs);
   if (!of_mesh.empty()) record.warning(of_mesh);
   if (mesh) scene.other_frames.clear();  // cameras stay where the mesh is
   const std::string of_model = evaluate::place_model(options.model, mesh_file, crs, used, scene, model);
   if (!of_model.empty() && of_model != of_mesh) record.warning(fmt::format("{}: {}", options.model.string(), of_model));
   // What the photos are compared with must not depend on a model where there is the mesh.
   if (mesh)
-    pipeline::set_nearness(scene, *mesh);
+    checks::set_nearness(scene, *mesh);
   else
-    pipeline::set_nearness(scene, model.mesh, model.offset);
-  record.end(fmt::format("{} faces, {} views", pipeline::readable_count(model.mesh.faces.size()), used.size()));
+    checks::set_nearness(scene, model.mesh, model.offset);
+  record.end(fmt::format("{} faces, {} views", results::readable_count(model.mesh.faces.size()), used.size()));
 }
 
 Json truth_json(const evaluate::TruthScore& score) {
@@ -150,8 +150,8 @@ void score_truth(const EvaluateCommandOptions& options, const Evaluated& in, Run
   io::PhotoCache photos(in.scene, options.input.downscale, 0);
   const Progress progress = record.reporter();
   const std::size_t views = used.size(), steps = 4 * views;  // the scorer goes through the views three times
-  const evaluate::TruthScorer scorer({truth, *in.mesh, in.scene, used, photos}, pipeline::part_of(progress, 0, steps));
-  const evaluate::TruthScore score = scorer.score(matched, pipeline::part_of(progress, 3 * views, steps));
+  const evaluate::TruthScorer scorer({truth, *in.mesh, in.scene, used, photos}, results::part_of(progress, 0, steps));
+  const evaluate::TruthScore score = scorer.score(matched, results::part_of(progress, 3 * views, steps));
   record.counts["truth"] = truth_json(score);
   std::optional<evaluate::OriginScore> origins;
   if (const std::optional<evaluate::OriginOf> origin = known_origins(options.model, *in.mesh, in.scene)) {
@@ -167,7 +167,7 @@ void score_truth(const EvaluateCommandOptions& options, const Evaluated& in, Run
 
 // Compares renders of the model with the photos and prints the table; pictures and JSON go to the folder.
 void compare_photos(const EvaluateCommandOptions& options, const Evaluated& in, RunRecord& record,
-                    const pipeline::OutputFolder* folder) {
+                    const results::OutputFolder* folder) {
   record.begin({"evaluate", "views"});
   const std::vector<ViewId> views = compared_views(options, in.scene.views);
   const std::vector<std::string> held_out = marked_views(options.model, "held_out");
@@ -202,7 +202,7 @@ Json options_json(const EvaluateCommandOptions& options) {
 }
 
 // `folder`: null for none.
-RunFacts evaluate_into(const EvaluateCommandOptions& options, RunRecord& record, pipeline::OutputFolder* folder) {
+RunFacts evaluate_into(const EvaluateCommandOptions& options, RunRecord& record, results::OutputFolder* folder) {
   const Evaluated in(options, record);
   if (folder != nullptr) {
     std::set<std::filesystem::path> read = input_files(in.scene);
@@ -225,7 +225,7 @@ void run_evaluate(const EvaluateCommandOptions& options, Console& console) {
     evaluate_into(options, record, nullptr);
     return;
   }
-  run_command("evaluate", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) {
+  run_command("evaluate", options, console, [&](RunRecord& record, results::OutputFolder& folder) {
     return evaluate_into(options, record, &folder);
   });
 }

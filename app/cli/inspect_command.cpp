@@ -11,12 +11,12 @@
 #include <set>
 #include <stdexcept>
 
+#include "app/checks/frame_check.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/run_record.h"
 #include "app/cli/scene_input.h"
 #include "app/evaluate/agreement_picture.h"
 #include "app/evaluate/photo_quality.h"
-#include "app/pipeline/frame_check.h"
 #include "app/pipeline/viewpoint.h"
 #include "app/tiles/plan_text.h"
 #include "io/images.h"
@@ -44,7 +44,7 @@ std::string missing_text(const Scene& scene, std::span<const ViewId> used) {
   for (const ViewId id : used)
     if (const View& view = scene.views[index(id)]; view.photo.empty()) missing.push_back(view.name);
   if (missing.empty()) return "all photos found";
-  return fmt::format("{} photos missing: {}", missing.size(), pipeline::readable_list(missing, 10));
+  return fmt::format("{} photos missing: {}", missing.size(), results::readable_list(missing, 10));
 }
 
 /// A system as the scene gives it and what it is called; the name alone where the scene has the whole definition (WKT).
@@ -81,7 +81,7 @@ void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& co
   if (aside > 0) console.result(fmt::format("aside    {} views show what lies beyond the frames of fisheyes", aside));
   if (moving > 0)
     console.result(fmt::format("shutter  {} views moved while they were read out, which is undone row by row", moving));
-  console.result("cameras  " + pipeline::box_text(pipeline::box_of(scene)));
+  console.result("cameras  " + checks::box_text(checks::box_of(scene)));
   if (!scene.srs.empty()) console.result("srs      " + system_text(scene.srs));
   if (!(scene.offset == WorldPoint{}))
     console.result(
@@ -94,34 +94,34 @@ void print_mesh(const SceneInputData& in, Console& console) {
   const std::string source =
       mesh.source_face.empty()
           ? ""
-          : fmt::format(" cut from {} polygons", pipeline::readable_count(std::size_t{mesh.source_face.back()} + 1));
-  console.result(fmt::format("mesh     {} faces{}, {} vertices", pipeline::readable_count(mesh.faces.size()), source,
-                             pipeline::readable_count(mesh.positions.size())));
+          : fmt::format(" cut from {} polygons", results::readable_count(std::size_t{mesh.source_face.back()} + 1));
+  console.result(fmt::format("mesh     {} faces{}, {} vertices", results::readable_count(mesh.faces.size()), source,
+                             results::readable_count(mesh.positions.size())));
   const io::MeshTopology topology = io::mesh_topology(mesh);
   console.result(fmt::format(
       "topology {} components, {} boundary edges in {} loops, {} non-manifold faces, {} degenerate faces, {} "
       "unused vertices",
-      pipeline::readable_count(topology.components), pipeline::readable_count(topology.boundary_edges),
-      pipeline::readable_count(topology.boundary_loops), pipeline::readable_count(topology.nonmanifold_faces),
-      pipeline::readable_count(topology.degenerate_faces), pipeline::readable_count(topology.unused_vertices)));
+      results::readable_count(topology.components), results::readable_count(topology.boundary_edges),
+      results::readable_count(topology.boundary_loops), results::readable_count(topology.nonmanifold_faces),
+      results::readable_count(topology.degenerate_faces), results::readable_count(topology.unused_vertices)));
   const io::MeshFlaws flaws = io::mesh_flaws(mesh);
   console.result(
       fmt::format("flaws    {} duplicate faces, {} faces without area, {} duplicate vertices; all are kept in their "
                   "place",
-                  pipeline::readable_count(flaws.duplicate_faces),
-                  pipeline::readable_count(flaws.flat_faces + flaws.degenerate_faces),
-                  pipeline::readable_count(flaws.duplicate_vertices)));
-  console.result("extent   " + pipeline::box_text(pipeline::box_of(mesh)));
+                  results::readable_count(flaws.duplicate_faces),
+                  results::readable_count(flaws.flat_faces + flaws.degenerate_faces),
+                  results::readable_count(flaws.duplicate_vertices)));
+  console.result("extent   " + checks::box_text(checks::box_of(mesh)));
 }
 
 void print_estimate(const SceneInputData& in, int threads, Console& console) {
   const pipeline::Settings settings;
-  const pipeline::Input input{in.scene, in.mesh, in.used};
+  const checks::Input input{in.scene, in.mesh, in.used};
   const pipeline::Workload work = pipeline::workload(input, settings);
   try {
     console.result(fmt::format("estimate about {} of memory and {} on {} threads for gpvc texture",
-                               pipeline::readable_bytes(pipeline::plan_memory(input, settings).peak()),
-                               pipeline::readable_duration(pipeline::predicted_seconds(work, threads)), threads));
+                               results::readable_bytes(pipeline::plan_memory(input, settings).peak()),
+                               results::readable_duration(pipeline::predicted_seconds(work, threads)), threads));
   } catch (const pipeline::MemoryError& error) {
     console.warning(error.what());
   }
@@ -129,8 +129,8 @@ void print_estimate(const SceneInputData& in, int threads, Console& console) {
 
 void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_file, int threads, Console& console) {
   console.result(fmt::format("in frame {:.1f} % of the faces may lie in some photo's frame (occlusion not looked at)",
-                             100 * pipeline::framed_share(in.mesh, in.scene, in.used)));
-  const std::vector<std::size_t> overlap = pipeline::overlap(in.mesh, in.scene, in.used);
+                             100 * checks::framed_share(in.mesh, in.scene, in.used)));
+  const std::vector<std::size_t> overlap = checks::overlap(in.mesh, in.scene, in.used);
   if (!overlap.empty()) {
     constexpr std::size_t kFew = 3;  // fewer leave no choice between photos, nor a vote on what stands in the way
     const auto few = std::ranges::lower_bound(overlap, kFew) - overlap.begin();
@@ -141,11 +141,11 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
         100 * static_cast<double>(few) / static_cast<double>(overlap.size()), kFew));
   }
   throw_if_interrupted();
-  const std::optional<double> backs = pipeline::back_share(in.mesh, in.scene, in.used);
+  const std::optional<double> backs = checks::back_share(in.mesh, in.scene, in.used);
   throw_if_interrupted();
   if (backs)
     console.result(fmt::format("turned   {:.1f} % of what the cameras see of it are backs of faces", 100 * *backs));
-  const std::vector<double> sampling = pipeline::sampling_distances(in.mesh, in.scene, in.used);
+  const std::vector<double> sampling = checks::sampling_distances(in.mesh, in.scene, in.used);
   throw_if_interrupted();
   const std::string unit = io::system_name(in.scene.srs).unit;
   if (!sampling.empty())
@@ -155,27 +155,27 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
   console.result(fmt::format("up       {}", name_of(io::kUpAxisNames, pipeline::scene_up(in.scene, in.used))));
   print_estimate(in, threads, console);
   try {
-    pipeline::check_frames(in.mesh, mesh_file, in.scene, in.used);
-    const std::string warning = pipeline::check_winding(backs, mesh_file);
+    checks::check_frames(in.mesh, mesh_file, in.scene, in.used);
+    const std::string warning = checks::check_winding(backs, mesh_file);
     if (!warning.empty()) console.warning(warning);
-    const std::string scale = pipeline::check_scale(in.mesh, sampling, mesh_file);
+    const std::string scale = checks::check_scale(in.mesh, sampling, mesh_file);
     if (!scale.empty()) console.warning(scale);
-    const std::string lenses = pipeline::check_lenses(in.scene, in.used);
+    const std::string lenses = checks::check_lenses(in.scene, in.used);
     if (!lenses.empty()) console.warning(lenses);
   } catch (const InputError& error) {
     console.warning(error.what());
   }
 }
 
-const char* verdict_text(const pipeline::MeshFit& fit, const char* fits, const char* elsewhere) {
+const char* verdict_text(const checks::MeshFit& fit, const char* fits, const char* elsewhere) {
   switch (fit.verdict) {
-    case pipeline::MeshFit::Verdict::fits:
+    case checks::MeshFit::Verdict::fits:
       return fits;
-    case pipeline::MeshFit::Verdict::doubtful:
+    case checks::MeshFit::Verdict::doubtful:
       return "DOUBTFUL";
-    case pipeline::MeshFit::Verdict::elsewhere:
+    case checks::MeshFit::Verdict::elsewhere:
       return elsewhere;
-    case pipeline::MeshFit::Verdict::unknown:
+    case checks::MeshFit::Verdict::unknown:
       break;
   }
   return "not judged";
@@ -212,7 +212,7 @@ void print_agreement(const SceneInputData& in, const InspectOptions& options, Co
   console.result("photo    agreement with the others (1: same picture), by chance, places compared");
   for (const labeling::ViewAgreement& each : seen.candidates.agreement) {
     const std::string& name = in.scene.views[index(each.view)].name;
-    const std::string places = pipeline::readable_count(each.steps);
+    const std::string places = results::readable_count(each.steps);
     if (each.judged)
       console.result(fmt::format("agrees   {}: {:.3f}, {:.3f}, {}{}", name, each.correlation, each.chance, places,
                                  each.by_chance ? ": NO BETTER THAN CHANCE" : ""));
@@ -221,11 +221,11 @@ void print_agreement(const SceneInputData& in, const InspectOptions& options, Co
   }
   console.result(fmt::format("mesh     {}: {}",
                              verdict_text(seen.fit, "fits the photos", "NOT WHERE THE PHOTOS SHOW IT"),
-                             pipeline::photo_fit_text(seen.fit)));
+                             checks::photo_fit_text(seen.fit)));
   if (seen.tie_point_fit.places > 0)
     console.result(fmt::format("mesh     {}: {}",
                                verdict_text(seen.tie_point_fit, "fits the tie points", "NOT WHERE THE TIE POINTS LIE"),
-                               pipeline::tie_point_fit_text(seen.tie_point_fit)));
+                               checks::tie_point_fit_text(seen.tie_point_fit)));
   print_quality(in, photos, record, console);
   if (options.picture.empty()) return;
   constexpr std::size_t kRows = 6;
@@ -278,7 +278,7 @@ void run_inspect(const InspectOptions& options, Console& console) {
   const int threads = options.common.threads > 0 ? options.common.threads : tbb::info::default_concurrency();
   print_coverage(in, options.input.mesh, threads, console);
   if (options.plan) {
-    const pipeline::Input input{in.scene, in.mesh, in.used, options.input.mesh};
+    const checks::Input input{in.scene, in.mesh, in.used, options.input.mesh};
     const std::vector<tiles::Unit> units = tiles::plan_units(tiles::cut_scene(input, options.job, record));
     console.result("plan of a job of gpvc tiles");
     for (const std::string& line : tiles::plan_table(units)) console.result("  " + line);

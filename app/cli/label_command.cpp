@@ -8,7 +8,7 @@
 namespace gpvc::cli {
 
 void run_label(const LabelOptions& options, Console& console) {
-  run_command("label", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+  run_command("label", options, console, [&](RunRecord& record, results::OutputFolder& folder) -> RunFacts {
     folder.protect({options.mesh, options.costs});
     record.begin({"read"});
     const Mesh mesh = io::read_mesh(options.mesh);
@@ -16,8 +16,8 @@ void run_label(const LabelOptions& options, Console& console) {
     if (table.faces() != mesh.faces.size())
       throw InputError(options.costs, "",
                        fmt::format("has costs for {} faces, the mesh has {}", table.faces(), mesh.faces.size()));
-    record.end(fmt::format("{} faces, {} candidates", pipeline::readable_count(table.faces()),
-                           pipeline::readable_count(table.costs.size())));
+    record.end(fmt::format("{} faces, {} candidates", results::readable_count(table.faces()),
+                           results::readable_count(table.costs.size())));
     const labeling::FaceGraph graph = pipeline::weighed_graph(mesh, options.edge_weights, record);
     record.counts = {
         {"faces", mesh.faces.size()}, {"candidates", table.costs.size()}, {"adjacent_pairs", graph.edges.size()}};

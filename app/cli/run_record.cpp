@@ -4,14 +4,14 @@
 #include <tbb/info.h>
 
 #include "app/cli/interrupt.h"
-#include "app/pipeline/output_names.h"
+#include "app/results/output_names.h"
 
 namespace gpvc::cli {
 namespace {
 
 // To be called last: lists the files promised so far and the time spent.
 void write_run_json(const std::string& command, const CommonOptions& common, const RunFacts& facts,
-                    const RunRecord& record, pipeline::OutputFolder& folder) {
+                    const RunRecord& record, results::OutputFolder& folder) {
   const auto file = folder.file("run.json");
   double wall = 0, cpu = 0;
   for (const Json& stage : record.stages) {
@@ -30,12 +30,12 @@ void write_run_json(const std::string& command, const CommonOptions& common, con
                               {"cpu_s", cpu},
                               {"peak_resident_bytes", evaluate::peak_resident_bytes()},
                               {"counts", record.counts},
-                              {"outputs", pipeline::outputs_json(folder.promised())}});
+                              {"outputs", results::outputs_json(folder.promised())}});
 }
 
 }  // namespace
 
-void RunRecord::begin(const pipeline::StageInfo& stage) {
+void RunRecord::begin(const results::StageInfo& stage) {
   check_cancelled();
   RunLog::begin(stage);
   first_.reset();
@@ -53,7 +53,7 @@ void RunRecord::progress(std::size_t done, std::size_t total) {
   if (!ends_early && done > first_->done && total >= done && elapsed > 0) {
     const double rate = static_cast<double>(done - first_->done) / elapsed;
     text += rate >= 1 ? fmt::format(", {:.3g}/s", rate) : fmt::format(", {:.3g} s each", 1 / rate);
-    text += ", " + pipeline::readable_duration(static_cast<double>(total - done) / rate) + " left";
+    text += ", " + results::readable_duration(static_cast<double>(total - done) / rate) + " left";
   }
   console.status(text);
 }
@@ -69,9 +69,9 @@ void RunRecord::end(const std::string& summary) {
 void RunRecord::check_cancelled() { throw_if_interrupted(); }
 
 void run_command(const std::string& name, const CommandOptions& options, Console& console,
-                 const std::function<RunFacts(RunRecord& record, pipeline::OutputFolder& folder)>& body) {
+                 const std::function<RunFacts(RunRecord& record, results::OutputFolder& folder)>& body) {
   RunFacts facts;
-  pipeline::OutputFolder folder(options.out, options.force, name);
+  results::OutputFolder folder(options.out, options.force, name);
   try {
     RunRecord record(console);
     {

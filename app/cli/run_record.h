@@ -9,7 +9,7 @@
 #include "app/cli/options.h"
 #include "app/evaluate/json.h"
 #include "app/evaluate/run_log.h"
-#include "app/pipeline/output_folder.h"
+#include "app/results/output_folder.h"
 
 namespace gpvc::cli {
 
@@ -20,7 +20,7 @@ class RunRecord final : public evaluate::RunLog {
  public:
   explicit RunRecord(Console& shown_on) : console(shown_on) {}
 
-  void begin(const pipeline::StageInfo& stage) override;
+  void begin(const results::StageInfo& stage) override;
   void progress(std::size_t done, std::size_t total) override;
   /// Prints "NAME: SUMMARY, 1.23 s".
   void end(const std::string& summary) override;
@@ -51,6 +51,6 @@ struct RunFacts {
 /// Runs a command whose result is a folder: calls `body`, which writes files into the folder, adds run.json and gives
 /// everything its final name. Errors name files by their final names.
 void run_command(const std::string& name, const CommandOptions& options, Console& console,
-                 const std::function<RunFacts(RunRecord& record, pipeline::OutputFolder& folder)>& body);
+                 const std::function<RunFacts(RunRecord& record, results::OutputFolder& folder)>& body);
 
 }  // namespace gpvc::cli

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <future>
 
-#include "app/pipeline/mesh_frame.h"
-#include "app/pipeline/nearness.h"
+#include "app/checks/mesh_frame.h"
+#include "app/checks/nearness.h"
 #include "io/images/image_file.h"
 #include "io/mesh.h"
 #include "io/scenes/photo_files.h"
@@ -41,9 +41,9 @@ void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData&
 void check_fit(const SceneInput& input, SceneInputData& data, RunRecord& record) {
   match_frames(input, data, record);
   try {
-    pipeline::check_input(data.input(), record);
+    checks::check_input(data.input(), record);
   } catch (const InputError& error) {
-    const std::string ways = pipeline::ways_out(data.scene);
+    const std::string ways = checks::ways_out(data.scene);
     if (ways.empty() || !input.mesh_crs.empty()) throw;
     throw std::runtime_error(fmt::format("{}; {}", error.what(), ways));
   }
@@ -88,8 +88,8 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   std::string of_meshes, of_views;
   if (data.parts.size() > 1) of_meshes = fmt::format(" of {} meshes", data.parts.size());
   if (data.used.size() < data.scene.views.size()) of_views = fmt::format(" of {}", data.scene.views.size());
-  record.end(fmt::format("{} faces{}, {}{} views", pipeline::readable_count(data.mesh.faces.size()), of_meshes,
-                         pipeline::readable_count(data.used.size()), of_views));
+  record.end(fmt::format("{} faces{}, {}{} views", results::readable_count(data.mesh.faces.size()), of_meshes,
+                         results::readable_count(data.used.size()), of_views));
   return data;
 }
 
@@ -103,10 +103,10 @@ void check_photos(const SceneInputData& input) {
     if (error) std::rethrow_exception(error);
 }
 
-void match_frames(const SceneInput& input, SceneInputData& data, pipeline::Observer& observer) {
-  const std::string assumed = pipeline::match_frames(data.scene, data.mesh, data.used, input.mesh, input.mesh_crs);
+void match_frames(const SceneInput& input, SceneInputData& data, results::Observer& observer) {
+  const std::string assumed = checks::match_frames(data.scene, data.mesh, data.used, input.mesh, input.mesh_crs);
   if (!assumed.empty()) observer.warning(assumed);
-  pipeline::set_nearness(data.scene, data.mesh);
+  checks::set_nearness(data.scene, data.mesh);
 }
 
 Json visibility_json(const visibility::VisibilityOptions& options) {

@@ -24,7 +24,7 @@ struct SceneInputData {
   std::vector<ViewId> used;      ///< ascending; the views --views, --exclude-views and --hold-out leave
   std::vector<ViewId> held_out;  ///< ascending
   /// Borrows this struct.
-  pipeline::Input input() const { return {scene, mesh, used, parts.front().file}; }
+  checks::Input input() const { return {scene, mesh, used, parts.front().file}; }
 };
 
 /// Reads the scene; photos must be there for the views that --views and --exclude-views leave, which become `used`. Throws
@@ -35,9 +35,9 @@ Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_
 /// InputError, UsageError.
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record);
 
-/// Brings mesh and cameras into the same coordinates, see pipeline::match_frames(), and warns of what it assumes. Moving
-/// cameras learn how far the mesh is, see pipeline::set_nearness().
-void match_frames(const SceneInput& input, SceneInputData& data, pipeline::Observer& observer);
+/// Brings mesh and cameras into the same coordinates, see checks::match_frames(), and warns of what it assumes. Moving
+/// cameras learn how far the mesh is, see checks::set_nearness().
+void match_frames(const SceneInput& input, SceneInputData& data, results::Observer& observer);
 
 /// Throws InputError for the first used view whose photo ends too early, before hours are spent on the others.
 void check_photos(const SceneInputData& input);

@@ -137,7 +137,7 @@ synth::SynthScene unmodelled_of(const SynthOptions& options, std::size_t view) {
 }
 
 void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views, const SynthOptions& options,
-                 RunRecord& record, pipeline::OutputFolder& folder) {
+                 RunRecord& record, results::OutputFolder& folder) {
   record.begin({"photos", "photos"});
   for (std::size_t v = 0; v < views.size(); ++v) {
     record.progress(v, views.size());
@@ -160,7 +160,7 @@ void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views,
 }
 
 void write_truth(const SynthOptions& options, const synth::SynthScene& scene, const std::vector<View>& views,
-                 pipeline::OutputFolder& folder) {
+                 results::OutputFolder& folder) {
   io::write_npy_as<std::uint32_t>(folder.file("surfaces.npy"), scene.face_surface);
   synth::write_synth_surfaces(folder.file("surfaces.json"), scene);
   double least = 1, most = 1;
@@ -184,7 +184,7 @@ void write_truth(const SynthOptions& options, const synth::SynthScene& scene, co
   if (options.mesh_noise_m > 0) synth::write_synth_mesh(folder.file("true_mesh.ply"), scene.mesh, options.offset);
 }
 
-RunFacts synthesize(const SynthOptions& options, RunRecord& record, pipeline::OutputFolder& folder) {
+RunFacts synthesize(const SynthOptions& options, RunRecord& record, results::OutputFolder& folder) {
   record.begin({synth_name(options.kind)});
   const synth::SynthScene scene = make_scene(options);
   const std::vector<View> views = synth::synth_flight(options.flight);
@@ -201,7 +201,7 @@ RunFacts synthesize(const SynthOptions& options, RunRecord& record, pipeline::Ou
   synth::write_synth_cameras(folder.file("colmap/points3D.txt").parent_path(), scene, views, renderer, options.offset);
   write_truth(options, scene, views, folder);
   record.end(
-      fmt::format("{} faces of {} surfaces", pipeline::readable_count(scene.mesh.faces.size()), scene.surfaces.size()));
+      fmt::format("{} faces of {} surfaces", results::readable_count(scene.mesh.faces.size()), scene.surfaces.size()));
   take_photos(renderer, views, options, record, folder);
   return {.options = options_json(options),
           .result = fmt::format("scene   {}\nmesh    {}\nphotos  {}", (options.out / "colmap").string(),
@@ -236,7 +236,7 @@ const char* synth_name(SynthKind kind) {
 
 void run_synth(const SynthOptions& options, Console& console) {
   run_command(fmt::format("synth {}", synth_name(options.kind)), options, console,
-              [&](RunRecord& record, pipeline::OutputFolder& folder) { return synthesize(options, record, folder); });
+              [&](RunRecord& record, results::OutputFolder& folder) { return synthesize(options, record, folder); });
 }
 
 }  // namespace gpvc::cli

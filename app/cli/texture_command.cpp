@@ -102,7 +102,7 @@ void run_texture(const TextureOptions& options, Console& console) {
   if (options.settings.keep_work != pipeline::KeepWork::never)
     console.note_kept(options.out / ".work", fmt::format("work is kept in {}, and the same command goes on from there",
                                                          (options.out / ".work").string()));
-  run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+  run_command("texture", options, console, [&](RunRecord& record, results::OutputFolder& folder) -> RunFacts {
     const SceneInputData in = read_scene_input(options.input, record);
     check_photos(in);
     std::set<std::filesystem::path> read = input_files(in);
@@ -147,7 +147,7 @@ void run_texture(const TextureOptions& options, Console& console) {
 
 void run_tileset(const TilesetOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"tileset.json"});
-  run_command("tileset", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+  run_command("tileset", options, console, [&](RunRecord& record, results::OutputFolder& folder) -> RunFacts {
     const SceneInputData in = read_scene_input(options.input, record);
     check_photos(in);
     folder.protect(input_files(in));

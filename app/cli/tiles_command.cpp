@@ -12,8 +12,8 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/large_blocks.h"
 #include "app/cli/scene_input.h"
-#include "app/pipeline/folder_lock.h"
 #include "app/pipeline/memory.h"
+#include "app/results/folder_lock.h"
 #include "app/tiles/plan_text.h"
 #include "app/tiles/units.h"
 #include "io/files/file_bytes.h"
@@ -77,7 +77,7 @@ void make_room(const TilesOptions& options, const fs::path& scratch, Console& co
   if (kMemoryOfFile * bytes < most) return;
   keep_large_blocks_in(scratch);
   console.note(fmt::format("the mesh is kept on disk while it is cut, as it may take {} of memory",
-                           pipeline::readable_bytes(kMemoryOfFile * bytes)));
+                           results::readable_bytes(kMemoryOfFile * bytes)));
 }
 
 // Shows the stages of units on the console.
@@ -115,7 +115,7 @@ void protect_unit_folders(const TilesOptions& options, bool has_job, const std::
 void run_tiles(const TilesOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"job.json", "plan.json"});
   const bool has_job = io::is_file(options.out / "job.json");
-  run_command("tiles", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+  run_command("tiles", options, console, [&](RunRecord& record, results::OutputFolder& folder) -> RunFacts {
     const std::optional<io::WorkKey> before = tiles::JobFolder(options.out).key_if_made();
     protect_unit_folders(options, has_job, {});
     make_room(options, folder.in_making(), console);
@@ -144,7 +144,7 @@ void run_unit(const UnitOptions& options, Console& console) {
   texture.memory_bytes = options.memory_bytes;
   texture.device = options.common.device;
   RunRecord record(console);
-  std::optional<pipeline::FolderLock> driver;
+  std::optional<results::FolderLock> driver;
   if (options.all) driver.emplace(options.job);
   console.note_kept(options.job / "units", "units that are complete are kept");
   tiles::UnitRunner runner(tiles::JobFolder(options.job), made.settings, made.input.downscale, record);

@@ -50,8 +50,8 @@ std::string table_row(const std::string& name, std::size_t name_width, const Tot
 
 // Writes visibility/NAME.npy; with several meshes visibility/M/NAME.npy for each.
 void write_view(const SceneInputData& in, const View& view, const visibility::ViewVisibility& seen, bool ivm,
-                pipeline::OutputFolder& folder) {
-  const std::filesystem::path name = pipeline::contained_path(view.name).generic_string() + ".npy";
+                results::OutputFolder& folder) {
+  const std::filesystem::path name = results::contained_path(view.name).generic_string() + ".npy";
   const std::span<const visibility::FaceClass> classes(seen.classes);
   if (in.parts.size() == 1) {
     io::write_npy_as<std::uint8_t>(folder.file("visibility" / name), classes);
@@ -91,7 +91,7 @@ double bytes_of(const SceneInputData& in, bool ivm) {
 }
 
 void classify_views(const SceneInputData& in, const VisibilityCommandOptions& options,
-                    visibility::GraphicsDevice* device, pipeline::OutputFolder& folder, RunRecord& record,
+                    visibility::GraphicsDevice* device, results::OutputFolder& folder, RunRecord& record,
                     evaluate::OracleCheck& check) {
   record.begin({"visibility", "views"});
   visibility::VisibilityStage visibility(in.mesh, options.visibility, device);
@@ -128,7 +128,7 @@ bool claims_to_be_exact(const visibility::VisibilityOptions& options) {
                           : std::holds_alternative<visibility::Gpvc>(options.method);
 }
 
-RunFacts visibility(const VisibilityCommandOptions& options, RunRecord& record, pipeline::OutputFolder& folder) {
+RunFacts visibility(const VisibilityCommandOptions& options, RunRecord& record, results::OutputFolder& folder) {
   const SceneInputData in = read_scene_input(options.input, record);
   folder.protect(input_files(in));
   const double bytes = bytes_of(in, options.ivm);
@@ -159,7 +159,7 @@ RunFacts visibility(const VisibilityCommandOptions& options, RunRecord& record, 
 
 void run_visibility(const VisibilityCommandOptions& options, Console& console) {
   run_command("visibility", options, console,
-              [&](RunRecord& record, pipeline::OutputFolder& folder) { return visibility(options, record, folder); });
+              [&](RunRecord& record, results::OutputFolder& folder) { return visibility(options, record, folder); });
 }
 
 }  // namespace gpvc::cli

@@ -30,8 +30,8 @@ namespace fs = std::filesystem;
 struct Run {
   const CompareInput& in;
   const CompareSettings& settings;
-  pipeline::OutputFolder& folder;
-  pipeline::Observer& observer;
+  results::OutputFolder& folder;
+  results::Observer& observer;
 
   const Scene& scene() const { return in.input.scene; }
   const Mesh& mesh() const { return in.input.mesh; }
@@ -65,8 +65,8 @@ struct MeasuredModel {
 /// Passes a mode's stages on, with the mode's name, and keeps its figures.
 class ModeLog final : public evaluate::RunLog {
  public:
-  ModeLog(pipeline::Observer& whole, std::string mode) : whole_(whole), mode_(std::move(mode)) {}
-  void begin(const pipeline::StageInfo& stage) override { whole_.begin(stage); }
+  ModeLog(results::Observer& whole, std::string mode) : whole_(whole), mode_(std::move(mode)) {}
+  void begin(const results::StageInfo& stage) override { whole_.begin(stage); }
   void progress(std::size_t done, std::size_t total) override { whole_.progress(done, total); }
   void end(const std::string& summary) override {
     whole_.stage_figure("mode", mode_);
@@ -75,13 +75,13 @@ class ModeLog final : public evaluate::RunLog {
   void note(const std::string& text) override { whole_.note(text); }
   void detail(const std::string& text) override { whole_.detail(text); }
   void warning(const std::string& text) override { whole_.warning(text); }
-  void stage_figure(const std::string& name, const pipeline::Figure& value) override {
+  void stage_figure(const std::string& name, const results::Figure& value) override {
     whole_.stage_figure(name, value);
   }
   void check_cancelled() override { whole_.check_cancelled(); }
 
  private:
-  pipeline::Observer& whole_;
+  results::Observer& whole_;
   std::string mode_;
 };
 
@@ -160,7 +160,7 @@ Json names_json(const Scene& scene, std::span<const ViewId> views) {
 
 // The report before any model is measured.
 Json report_header(const Run& run, const Yardsticks& with) {
-  const pipeline::Input& input = run.in.input;
+  const checks::Input& input = run.in.input;
   const Camera& camera = input.scene.views[index(input.views.front())].camera;
   std::vector<ViewId> oracle;
   std::ptrdiff_t tied = 0;
@@ -265,7 +265,7 @@ fs::path model_folder(const Run& run, const ComparedMode& mode) {
 }
 
 void keep_model(const Run& run, const ComparedMode& mode, const pipeline::TexturedMesh& textured, ModeLog& log) {
-  pipeline::OutputFolder folder(model_folder(run, mode), true, "texture");
+  results::OutputFolder folder(model_folder(run, mode), true, "texture");
   evaluate::write_views_json(folder.file("views.json"), run.scene(), run.in.input.views, run.in.held_out);
   pipeline::write(run.in.input, textured, run.settings.texture, folder, log);
   folder.publish();
@@ -288,7 +288,7 @@ void measure_mode(const Run& run, const Yardsticks& with, const labeling::FaceGr
   pipeline::Settings settings = run.settings.texture;
   settings.visibility = mode.visibility;
   settings.costs.keep_views = settings.allow_unseen = true;  // all modes are compared on the same views
-  const pipeline::Input& input = run.in.input;
+  const checks::Input& input = run.in.input;
   const auto start = Clock::now();
   evaluate::Confusion confusion;
   const auto compare_classes = [&](ViewId id, const visibility::ViewVisibility& visible) {
@@ -330,7 +330,7 @@ void measure_external(const Run& run, const Yardsticks& with, const ExternalMode
   result.json["patches"] = evaluate::texture_islands(loaded.model);
   Scene cameras = run.scene();
   cameras.other_frames.clear();  // it is the model that has to come to where cameras and mesh are
-  const pipeline::Input& input = run.in.input;
+  const checks::Input& input = run.in.input;
   const std::string assumed =
       evaluate::place_model(external.file, input.mesh_file, run.settings.mesh_crs, input.views, cameras, loaded);
   if (!assumed.empty()) log.warning(fmt::format("{}: {}", external.name, assumed));
@@ -366,7 +366,7 @@ std::vector<MeasuredModel> measure_all(const Run& run, const Yardsticks& with) {
     const auto done = static_cast<double>(models.size());
     const double left_s = seconds_since(start) / done * (static_cast<double>(all) - done);
     run.observer.note(fmt::format("{} of {}: {}{}", models.size() + 1, all, name,
-                                  models.empty() ? "" : fmt::format(", {} left", pipeline::readable_duration(left_s))));
+                                  models.empty() ? "" : fmt::format(", {} left", results::readable_duration(left_s))));
     MeasuredModel model;
     model.json = std::move(description);
     ModeLog log(run.observer, name);
@@ -455,8 +455,8 @@ void write_report(const Run& run, const Yardsticks& with, std::vector<MeasuredMo
 
 }  // namespace
 
-CompareSummary compare(const CompareInput& input, const CompareSettings& settings, pipeline::OutputFolder& folder,
-                       pipeline::Observer& observer) {
+CompareSummary compare(const CompareInput& input, const CompareSettings& settings, results::OutputFolder& folder,
+                       results::Observer& observer) {
   const Run run{input, settings, folder, observer};
   const Yardsticks yardsticks{find_oracle_views(run), prepare_views(run), find_truth(run)};
   Json report = report_header(run, yardsticks);

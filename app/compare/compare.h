@@ -35,7 +35,7 @@ struct CompareSettings {
 
 /// What is compared. Borrows what the references and spans refer to.
 struct CompareInput {
-  pipeline::Input input;
+  checks::Input input;
   std::span<const ViewId> held_out;  ///< ascending; views to score in, none of which is textured from; may be empty
   io::PhotoSource& photos;
   int downscale = 1;    ///< the photos are this much smaller than taken
@@ -51,13 +51,13 @@ struct CompareSummary {
 /// Textures the scene once per mode, measures each model and those of other programs, and writes report.html, report.md
 /// and report.json, and with keep_models modes/NAME. A model that fails is reported as failed, and the others go on.
 /// Throws InputError for the truth, OutputError, and what the observer throws.
-CompareSummary compare(const CompareInput& input, const CompareSettings& settings, pipeline::OutputFolder& folder,
-                       pipeline::Observer& observer);
+CompareSummary compare(const CompareInput& input, const CompareSettings& settings, results::OutputFolder& folder,
+                       results::Observer& observer);
 
 /// How close each bias comes to gpvc over the scenes of several report.json files: {format, tables}, each table as
 /// markdown_table() takes it. Throws InputError.
 Json summarize(const std::vector<std::filesystem::path>& reports);
 /// Writes summary.html, summary.md and summary.json. Throws OutputError.
-void write_summary(const Json& summary, pipeline::OutputFolder& folder);
+void write_summary(const Json& summary, results::OutputFolder& folder);
 
 }  // namespace gpvc::compare

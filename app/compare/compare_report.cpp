@@ -86,7 +86,7 @@ std::string markdown_rows(const Json& columns, const Json& rows) {
 
 std::string printed_figure(const std::optional<double>& value, const Figure& figure) {
   if (!value) return "";
-  if (figure.digits == 0) return pipeline::readable_count(static_cast<std::size_t>(*value));
+  if (figure.digits == 0) return results::readable_count(static_cast<std::size_t>(*value));
   return fmt::format("{:.{}f}", *value * (std::string(figure.unit) == "%" ? 100 : 1), figure.digits);
 }
 
@@ -136,7 +136,7 @@ std::string report_markdown(const Json& report) {
   const Json &scene = report["scene"], &device = report["program"]["device"];
   std::string text =
       fmt::format("# Visibility modes compared: {}\n\n{} faces, {} of {} views used. gpvc {}, {}.\n\n",
-                  scene["name"].get<std::string>(), pipeline::readable_count(scene["faces"].get<std::size_t>()),
+                  scene["name"].get<std::string>(), results::readable_count(scene["faces"].get<std::size_t>()),
                   scene["used_views"].get<std::size_t>(), scene["views"].get<std::size_t>(),
                   report["program"]["version"].get<std::string>(),
                   device.is_null() ? "drawn on the CPU" : device["renderer"].get<std::string>());

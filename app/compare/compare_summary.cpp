@@ -146,7 +146,7 @@ Json summarize(const std::vector<std::filesystem::path>& files) {
   return summary;
 }
 
-void write_summary(const Json& summary, pipeline::OutputFolder& folder) {
+void write_summary(const Json& summary, results::OutputFolder& folder) {
   std::string markdown = "# Biases against gpvc, over all scenes\n";
   for (const Json& table : summary["tables"]) markdown += markdown_table(table);
   evaluate::write_text(folder.file("summary.html"), page_with(summary));

@@ -118,7 +118,7 @@ std::optional<ErrorDifference> difference(const ShownModel& model, const ShownMo
   return ErrorDifference{less / views, std::sqrt(variance) / views};
 }
 
-ModelViews::ModelViews(const pipeline::Input& input, io::PhotoSource& photos, ModelViewsOptions options,
+ModelViews::ModelViews(const checks::Input& input, io::PhotoSource& photos, ModelViewsOptions options,
                        const Progress& progress)
     : input_(input), photos_(photos), options_(std::move(options)) {
   for (const ViewId id : options_.scored) {

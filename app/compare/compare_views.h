@@ -54,8 +54,7 @@ class ModelViews {
  public:
   /// Borrows what the input borrows, and the photos. Draws the mesh once from each scored view. Keeps a few bytes a pixel
   /// of each scored view.
-  ModelViews(const pipeline::Input& input, io::PhotoSource& photos, ModelViewsOptions options,
-             const Progress& progress);
+  ModelViews(const checks::Input& input, io::PhotoSource& photos, ModelViewsOptions options, const Progress& progress);
 
   const std::vector<ViewId>& scored() const { return options_.scored; }
 
@@ -77,7 +76,7 @@ class ModelViews {
   std::vector<Window> windows(std::span<const ShownModel> models, std::size_t view) const;
   Crop cut(std::span<const ShownModel> models, const Window& window) const;
 
-  pipeline::Input input_;
+  checks::Input input_;
   io::PhotoSource& photos_;
   ModelViewsOptions options_;
   std::vector<evaluate::ComparedPhoto> scored_photos_;

@@ -89,7 +89,7 @@ std::vector<PairOfViews> least_agreeing(const labeling::Candidates& candidates, 
   return pairs;
 }
 
-Image agreement_picture(const pipeline::Input& input, const labeling::CostTable& candidates,
+Image agreement_picture(const checks::Input& input, const labeling::CostTable& candidates,
                         std::span<const PairOfViews> pairs, io::PhotoSource& photos) {
   Image picture{2 * kWidth + kGap, 0, 3, {}};
   for (const PairOfViews& pair : pairs) {

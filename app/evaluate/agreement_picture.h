@@ -19,7 +19,7 @@ std::vector<PairOfViews> least_agreeing(const labeling::Candidates& candidates, 
 /// A row a pair: what the view's photo shows, and what the other one shows of the mesh from the view's place; grey where
 /// it sees no mesh. Where poses, photos and mesh fit, both halves of a row are the same picture. Lens distortion is taken
 /// away. Fetches each photo of the pairs twice at most. O(pairs x (faces + pixels)).
-Image agreement_picture(const pipeline::Input& input, const labeling::CostTable& candidates,
+Image agreement_picture(const checks::Input& input, const labeling::CostTable& candidates,
                         std::span<const PairOfViews> pairs, io::PhotoSource& photos);
 
 }  // namespace gpvc::evaluate

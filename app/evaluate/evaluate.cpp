@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "app/pipeline/mesh_frame.h"
+#include "app/checks/mesh_frame.h"
 #include "io/vector.h"
 
 namespace gpvc::evaluate {
@@ -46,10 +46,10 @@ std::string place_model(const fs::path& file, const fs::path& mesh_file, const s
                         std::span<const ViewId> used, Scene& scene, io::LoadedModel& model) {
   std::vector<WorldPoint>& positions = model.mesh.positions;
   for (WorldPoint& p : positions) p = p + model.offset;
-  const bool is_there = !mesh_crs.empty() && pipeline::fits_cameras(scene, model.mesh, used);
-  std::string assumed = pipeline::match_frames(scene, model.mesh, used, file, is_there ? std::string() : mesh_crs);
+  const bool is_there = !mesh_crs.empty() && checks::fits_cameras(scene, model.mesh, used);
+  std::string assumed = checks::match_frames(scene, model.mesh, used, file, is_there ? std::string() : mesh_crs);
   if (assumed.empty() && mesh_crs.empty() && !mesh_file.empty())
-    assumed = pipeline::match_frames(scene, model.mesh, used, mesh_file);
+    assumed = checks::match_frames(scene, model.mesh, used, mesh_file);
   // Small numbers again where the offset still means something: match_model() takes their rounding from them.
   if (!model.mesh.file_positions.empty())
     model.offset = {};

@@ -38,7 +38,7 @@ struct Evaluation {
 Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io::LoadedModel& model,
                           const EvaluateOptions& options, const Progress& progress);
 
-/// Brings a model into the scene's coordinates or the cameras to it, as pipeline::match_frames() does with a mesh, by its
+/// Brings a model into the scene's coordinates or the cameras to it, as checks::match_frames() does with a mesh, by its
 /// own file or, where that says nothing, by the file of the mesh that it was made from (empty: none).
 /// A model that fits the cameras as it is stays there even with `mesh_crs`: tiles have the scene's coordinates. Returns a sentence that says what was assumed; empty: nothing. Throws what match_frames() throws.
 std::string place_model(const std::filesystem::path& file, const std::filesystem::path& mesh_file,

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "app/pipeline/observer.h"
+#include "app/results/observer.h"
 #include "io/clock.h"
 #include "visibility/oracle.h"
 
@@ -164,7 +164,7 @@ std::string OracleCheck::report() const {
   std::string text = fmt::format(
       "oracle: {} views (seed {}), {} faces and views, {} samples, {:.2f} s\n"
       "{:22} {:>12} {:>12} {:>12}\n",
-      views_.size(), kCheckSeed, pipeline::readable_count(faces_), pipeline::readable_count(samples_), seconds_,
+      views_.size(), kCheckSeed, results::readable_count(faces_), results::readable_count(samples_), seconds_,
       "found \\ oracle", kClassNames[0], kClassNames[1], kClassNames[2]);
   const auto rows = found_by_oracle(confusion_);
   const auto& unresolved = rows[number(FaceClass::unresolved)];

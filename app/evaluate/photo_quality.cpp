@@ -8,7 +8,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "app/pipeline/observer.h"
+#include "app/results/observer.h"
 
 namespace gpvc::evaluate {
 namespace {
@@ -156,10 +156,10 @@ std::vector<std::string> quality_warnings(const std::vector<PhotoQuality>& photo
   if (!blurred.empty())
     lines.push_back(
         fmt::format("{} photos are blurred more than twice as much as the others, out of focus or shaken: {}",
-                    blurred.size(), pipeline::readable_list(blurred, kNamed)));
+                    blurred.size(), results::readable_list(blurred, kNamed)));
   if (!other.empty())
     lines.push_back(fmt::format("{} photos are brighter or darker than the others by more than a stop: {}",
-                                other.size(), pipeline::readable_list(other, kNamed)));
+                                other.size(), results::readable_list(other, kNamed)));
   return lines;
 }
 

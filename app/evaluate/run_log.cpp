@@ -25,7 +25,7 @@ double process_cpu_seconds() {
 double rounded(double seconds) { return std::round(seconds * 1e4) / 1e4; }
 
 // A dot in the name leads into a nested object.
-void set_figure(Json& figures, const std::string& name, const pipeline::Figure& value) {
+void set_figure(Json& figures, const std::string& name, const results::Figure& value) {
   const std::size_t dot = name.find('.');
   if (dot != std::string::npos) return set_figure(figures[name.substr(0, dot)], name.substr(dot + 1), value);
   std::visit([&](const auto& known) { figures[name] = known; }, value);
@@ -37,7 +37,7 @@ std::size_t peak_resident_bytes() {
   return static_cast<std::size_t>(process_usage().ru_maxrss) * 1024;  // Linux counts in KiB
 }
 
-void RunLog::begin(const pipeline::StageInfo& stage) {
+void RunLog::begin(const results::StageInfo& stage) {
   stage_ = stage;
   stage_figures_ = Json::object();
   start_ = Clock::now();
@@ -53,9 +53,9 @@ void RunLog::end(const std::string&) {
   stages.push_back(std::move(stage));
 }
 
-void RunLog::figure(const std::string& name, const pipeline::Figure& value) { set_figure(counts, name, value); }
+void RunLog::figure(const std::string& name, const results::Figure& value) { set_figure(counts, name, value); }
 
-void RunLog::stage_figure(const std::string& name, const pipeline::Figure& value) {
+void RunLog::stage_figure(const std::string& name, const results::Figure& value) {
   set_figure(stage_figures_, name, value);
 }
 

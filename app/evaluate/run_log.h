@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/evaluate/json.h"
-#include "app/pipeline/observer.h"
+#include "app/results/observer.h"
 #include "io/clock.h"
 
 namespace gpvc::evaluate {
@@ -14,22 +14,22 @@ namespace gpvc::evaluate {
 std::size_t peak_resident_bytes();
 
 /// Keeps what a run reports and shows nothing.
-class RunLog : public pipeline::Observer {
+class RunLog : public results::Observer {
  public:
-  void begin(const pipeline::StageInfo& stage) override;
+  void begin(const results::StageInfo& stage) override;
   void end(const std::string& summary) override;
-  void figure(const std::string& name, const pipeline::Figure& value) override;
-  void stage_figure(const std::string& name, const pipeline::Figure& value) override;
+  void figure(const std::string& name, const results::Figure& value) override;
+  void stage_figure(const std::string& name, const results::Figure& value) override;
 
   Json stages = Json::array();  ///< name, wall_s, cpu_s, peak_resident_bytes until its end, and the stage's figures
   Json counts = Json::object();
 
  protected:
-  const pipeline::StageInfo& stage() const { return stage_; }
+  const results::StageInfo& stage() const { return stage_; }
   double stage_seconds() const { return seconds_since(start_); }
 
  private:
-  pipeline::StageInfo stage_;
+  results::StageInfo stage_;
   Clock::time_point start_;
   double start_cpu_s_ = 0;
   Json stage_figures_ = Json::object();

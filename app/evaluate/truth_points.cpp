@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "app/evaluate/truth_score.h"
-#include "app/pipeline/observer.h"
+#include "app/results/observer.h"
 #include "io/vector.h"
 
 namespace gpvc::evaluate {
@@ -216,14 +216,14 @@ TruthScorer::TruthScorer(const TruthInput& input, const Progress& progress)
                      fmt::format("the truth is about {} faces, but the mesh has {}", input.truth.mesh.faces.size(),
                                  input.mesh.faces.size()));
   const std::size_t views = input.used.size();
-  points_.best = best_classes(input.mesh, input.scene, input.used, pipeline::part_of(progress, 0, 3 * views));
+  points_.best = best_classes(input.mesh, input.scene, input.used, results::part_of(progress, 0, 3 * views));
   points_.gains = possible_gains(input.truth);
   points_.seen = sample_faces(input.mesh);
-  Sightings sightings = find_sightings(input, photos_, points_.seen, pipeline::part_of(progress, views, 3 * views));
+  Sightings sightings = find_sightings(input, photos_, points_.seen, results::part_of(progress, views, 3 * views));
   points_.hidden = split_seen_and_hidden_samples(points_.seen, sightings);
   points_.own = std::move(sightings.own);
   points_.undetectable =
-      estimate_undetectable(input, photos_, points_, sightings, pipeline::part_of(progress, 2 * views, 3 * views));
+      estimate_undetectable(input, photos_, points_, sightings, results::part_of(progress, 2 * views, 3 * views));
 }
 
 }  // namespace gpvc::evaluate

@@ -176,7 +176,7 @@ std::optional<ViewWork> KeptWork::view(ViewId id) {
     work.statistics = in.get_all<std::byte>();
     work.coverage = {id, in.get_all<std::uint8_t>()};
     work.visibility = in.get<visibility::VisibilityStatistics>();
-    work.tie_points = in.get<FitGroups>();
+    work.tie_points = in.get<checks::FitGroups>();
   });
   if (!found) return std::nullopt;
   // Seconds are those of this run.
@@ -188,7 +188,7 @@ std::optional<ViewWork> KeptWork::view(ViewId id) {
 }
 
 void KeptWork::keep_view(ViewId id, std::span<const std::byte> statistics, const PackedCoverage& coverage,
-                         const visibility::VisibilityStatistics& visibility, const FitGroups& tie_points) {
+                         const visibility::VisibilityStatistics& visibility, const checks::FitGroups& tie_points) {
   store_.keep(view_name(id), views_.at(id), [&](io::WorkStore::Writer& out) {
     out.add_all(statistics);
     out.add_all(coverage.bytes);

@@ -10,8 +10,8 @@
 #include <span>
 #include <vector>
 
+#include "app/checks/fit_verdict.h"
 #include "app/pipeline/coverage_store.h"
-#include "app/pipeline/fit_verdict.h"
 #include "app/pipeline/pipeline.h"
 #include "io/work_store.h"
 
@@ -22,7 +22,7 @@ struct ViewWork {
   std::vector<std::byte> statistics;  ///< as labeling::CandidateCollector::statistics_of() gives them
   PackedCoverage coverage;
   visibility::VisibilityStatistics visibility;
-  FitGroups tie_points{};  ///< as TiePointFit counts them
+  checks::FitGroups tie_points{};  ///< as checks::TiePointFit counts them
 };
 
 class KeptWork {
@@ -39,7 +39,7 @@ class KeptWork {
   /// nullopt if the view is to be looked at.
   std::optional<ViewWork> view(ViewId id);
   void keep_view(ViewId id, std::span<const std::byte> statistics, const PackedCoverage& coverage,
-                 const visibility::VisibilityStatistics& visibility, const FitGroups& tie_points);
+                 const visibility::VisibilityStatistics& visibility, const checks::FitGroups& tie_points);
   std::optional<labeling::Selection> selection(std::size_t faces) const;
   void keep_selection(const labeling::Selection& selection);
   atlas::KeptPages pages() { return {&store_, atlas_}; }

@@ -221,7 +221,7 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
     throw MemoryError(fmt::format(
         "this run needs about {} of memory, and {} may be used{}: free some, or lower what it needs by --downscale 2, "
         "fewer --views, or a mesh of fewer faces",
-        readable_bytes(least), readable_bytes(most),
+        results::readable_bytes(least), results::readable_bytes(most),
         settings.memory_bytes > 0 ? " (--memory)"
                                   : " (70 % of what is available; --memory SIZE allows another amount)"));
   // Some memory is lost between blocks that are in use: a promise needs a reserve.

@@ -8,10 +8,11 @@
 #include <string>
 
 #include "../../visibility/visibility.h"
+#include "../checks/input.h"
 
 namespace gpvc::pipeline {
 
-struct Input;
+using checks::Input;
 struct Settings;
 
 /// Bytes that this process may still take: what the machine has available, or less where a control group of Linux (v1 or

@@ -9,8 +9,8 @@
 #include <new>
 #include <optional>
 
+#include "app/checks/frame_check.h"
 #include "app/pipeline/edit_files.h"
-#include "app/pipeline/frame_check.h"
 #include "app/pipeline/kept_work.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
@@ -23,7 +23,7 @@ namespace {
 void note_estimate(const atlas::AtlasEstimate& e, Observer& observer) {
   std::string text =
       fmt::format("estimate: {} {} with {:.1f} megatexels in all, {} charts", e.pages, e.pages == 1 ? "page" : "pages",
-                  static_cast<double>(e.page_texels) * 1e-6, readable_count(e.charts));
+                  static_cast<double>(e.page_texels) * 1e-6, results::readable_count(e.charts));
   if (e.reduction < 1) text += fmt::format("; reduced to {:.1f} % to meet the limits", 100 * e.reduction);
   observer.note(text);
 }
@@ -52,7 +52,7 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
     seams += fmt::format(", seam step {:.1f} to {:.1f}", s.seam_step_before, s.seam_step_after);
   }
   const double fill = s.page_texels == 0 ? 0 : static_cast<double>(s.chart_texels) / static_cast<double>(s.page_texels);
-  observer.end(fmt::format("{} charts on {} {} ({:.0f} % full){}", readable_count(s.charts), s.pages,
+  observer.end(fmt::format("{} charts on {} {} ({:.0f} % full){}", results::readable_count(s.charts), s.pages,
                            s.pages == 1 ? "page" : "pages", 100 * fill, seams));
 }
 
@@ -71,7 +71,8 @@ void report_selection(const labeling::Selection& selection, const char* origin, 
   observer.figure("differing_pairs", selection.differing_pairs);
   observer.figure("patches", selection.patches);
   observer.figure("sweeps", selection.sweeps.size());
-  observer.end(fmt::format("{} patches, energy {:.0f}{}", readable_count(selection.patches), selection.energy, origin));
+  observer.end(
+      fmt::format("{} patches, energy {:.0f}{}", results::readable_count(selection.patches), selection.energy, origin));
 }
 
 atlas::TextureAtlas bake_and_end(const atlas::AtlasPlan& plan, const atlas::AtlasInput& input,
@@ -124,7 +125,7 @@ std::optional<KeptWork> kept_work(const Input& input, const Settings& settings, 
   if (!earlier && folder.space() < sizes.likely + kept_bytes(work)) {
     observer.note(fmt::format(
         "work is not kept, as that might take {} more on disk: if this run is cut off, it starts again from nothing",
-        readable_bytes(kept_bytes(work))));
+        results::readable_bytes(kept_bytes(work))));
     return std::nullopt;
   }
   std::optional<KeptWork> kept = KeptWork::make(folder.kept_work(), input, settings, photos, observer);
@@ -159,8 +160,9 @@ TexturedMesh finished(Choice choice, atlas::TextureAtlas atlas) {
 void note_memory(const MemoryPlan& memory, Observer& observer) {
   const MemoryNeed& need = memory.need;
   observer.detail(fmt::format("memory: up to {}; needed at least are {} to see, {} to choose, {} to paint, {} to write",
-                              readable_bytes(memory.limit), readable_bytes(need.seeing), readable_bytes(need.choosing),
-                              readable_bytes(need.painting), readable_bytes(need.writing)));
+                              results::readable_bytes(memory.limit), results::readable_bytes(need.seeing),
+                              results::readable_bytes(need.choosing), results::readable_bytes(need.painting),
+                              results::readable_bytes(need.writing)));
 }
 
 TexturedFiles texture_within(const MemoryPlan& memory, const Input& input, const Settings& settings,
@@ -217,51 +219,6 @@ TexturedFiles texture_within(const MemoryPlan& memory, const Input& input, const
 
 }  // namespace
 
-std::string readable_count(std::size_t count) {
-  const std::string digits = std::to_string(count);
-  std::string text;
-  for (std::size_t i = 0; i < digits.size(); ++i) {
-    if (i > 0 && (digits.size() - i) % 3 == 0) text.push_back(' ');
-    text.push_back(digits[i]);
-  }
-  return text;
-}
-
-std::string readable_duration(double seconds) {
-  const auto whole = static_cast<long long>(std::llround(std::max(seconds, 0.0)));
-  if (whole < 100) return fmt::format("{} s", whole);
-  if (whole < 5400) return fmt::format("{} min {} s", whole / 60, whole % 60);
-  return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
-}
-
-std::string readable_bytes(double bytes) {
-  return bytes < 0.995e9 ? fmt::format("{:.0f} MB", std::ceil(bytes / 1e6)) : fmt::format("{:.1f} GB", bytes / 1e9);
-}
-
-std::string readable_list(std::span<const std::string> names, std::size_t most) {
-  std::string text;
-  for (std::size_t n = 0; n < std::min(most, names.size()); ++n) text += (n == 0 ? "" : ", ") + names[n];
-  return names.size() > most ? text + ", ..." : text;
-}
-
-std::vector<ViewId> all_views(const Scene& scene) {
-  std::vector<ViewId> views;
-  for (std::uint32_t v = 0; v < scene.views.size(); ++v) views.push_back(ViewId{v});
-  return views;
-}
-
-void check_input(const Input& input, Observer& observer) {
-  check_frames(input.mesh, input.mesh_file, input.scene, input.views);
-  const std::string winding = check_winding(back_share(input.mesh, input.scene, input.views), input.mesh_file);
-  if (!winding.empty()) observer.warning(winding);
-  constexpr std::size_t kVertices = 2000;
-  const std::string scale =
-      check_scale(input.mesh, sampling_distances(input.mesh, input.scene, input.views, kVertices), input.mesh_file);
-  const std::string lenses = check_lenses(input.scene, input.views);
-  for (const std::string& warning : {scale, lenses})
-    if (!warning.empty()) observer.warning(warning);
-}
-
 TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& settings, io::PhotoSource& photos,
                      Observer& observer) {
   const std::vector<ViewId> views = all_views(scene);
@@ -290,7 +247,7 @@ TexturedFiles texture_into(const Input& input, const Settings& settings, io::Pho
     throw MemoryError(
         fmt::format("out of memory: this run takes about {}, and less was to be had; --memory SIZE keeps it below an "
                     "amount, and --downscale 2, fewer --views or a mesh of fewer faces lower what it needs",
-                    readable_bytes(memory.peak())));
+                    results::readable_bytes(memory.peak())));
   }
 }
 
@@ -298,7 +255,7 @@ labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weight
   observer.begin({"face graph"});
   labeling::FaceGraph graph = labeling::face_graph(mesh);
   labeling::weigh_edges(mesh, weights, graph);
-  observer.end(readable_count(graph.edges.size()) + " edges");
+  observer.end(results::readable_count(graph.edges.size()) + " edges");
   return graph;
 }
 

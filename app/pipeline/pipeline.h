@@ -19,13 +19,21 @@
 #include "../../labeling/labeling.h"
 #include "../../visibility/device.h"
 #include "../../visibility/visibility.h"
+#include "../checks/input.h"
+#include "../checks/mesh_fit.h"
+#include "../results/observer.h"
+#include "../results/output_folder.h"
 #include "memory.h"
-#include "observer.h"
-#include "output_folder.h"
 #include "view_rules.h"
 #include "viewpoint.h"
 
 namespace gpvc::pipeline {
+
+using checks::all_views;
+using checks::Input;
+using checks::MeshFit;
+using results::Observer;
+using results::OutputFolder;
 
 struct OutputSettings {
   io::ImageFormat texture = io::ImageFormat::jpg;
@@ -61,23 +69,6 @@ struct Settings {
   bool editable = false;
 };
 
-/// The mesh to texture and the views to texture it from. Borrows everything. Of cameras that moved while they were read out
-/// (Motion in scene.h), set_nearness() of nearness.h is to be called before.
-struct Input {
-  const Scene& scene;
-  const Mesh& mesh;
-  std::span<const ViewId> views;               ///< to texture from, ascending
-  std::filesystem::path mesh_file = {"mesh"};  ///< named in errors and warnings
-};
-
-/// All views of a scene.
-std::vector<ViewId> all_views(const Scene& scene);
-
-/// Throws InputError when no view can see the mesh (cameras and mesh in different frames), when it is a few pixels large, or
-/// inside out; warns when parts of it are, when its positions are rounded to more than a pixel, and when lenses describe
-/// a part of their photos alone. O(faces x at most 64 views).
-void check_input(const Input& input, Observer& observer);
-
 // --- all steps
 
 struct TexturedMesh {
@@ -98,17 +89,6 @@ TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSour
 
 /// Pairs of adjacent faces, each with the weight of a seam between the two.
 labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weights, Observer& observer);
-
-/// How well the mesh lies where surfaces are: as photos show them, two of which agree best about a place on it there
-/// rather than at other distances along a line of sight; or as tie points lie.
-struct MeshFit {
-  enum class Verdict { unknown, fits, doubtful, elsewhere };
-  std::size_t places = 0;  ///< that were compared: with texture in photos, or tie points
-  std::size_t found = 0;   ///< of them, those with a surface, on the mesh or off it: photos agree better than by chance
-  double share = 0;        ///< of those found, on the mesh; what chance adds to either is subtracted; 0..1
-  double error = 0;        ///< standard error of the share
-  Verdict verdict = Verdict::unknown;
-};
 
 struct Seen {
   labeling::Candidates candidates;
@@ -140,10 +120,6 @@ struct SeeOptions {
 /// computed. Throws InputError if no view sees any face, GpuError.
 Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer,
          const SeeOptions& options = {});
-
-/// What was measured, in one clause without an end.
-std::string photo_fit_text(const MeshFit& fit);
-std::string tie_point_fit_text(const MeshFit& fit);
 
 /// Notes how the candidates see the faces. Throws InputError if no view sees any.
 void report_tags(const Input& input, const labeling::Candidates& candidates, Observer& observer);

@@ -63,8 +63,8 @@ Earlier read_earlier(const fs::path& from, const Input& input, const Settings& s
   const auto allowed = allowed_views(settings.view_rules, input.mesh, views, observer);
   earlier.candidates = collector.finish(nullptr, allowed);
   earlier.changed = differing_faces(before, earlier.candidates);
-  observer.end(fmt::format("{} of {} faces have other candidates", readable_count(earlier.changed.size()),
-                           readable_count(input.mesh.faces.size())));
+  observer.end(fmt::format("{} of {} faces have other candidates", results::readable_count(earlier.changed.size()),
+                           results::readable_count(input.mesh.faces.size())));
   report_tags(input, earlier.candidates, observer);
   if (allowed) report_refused(earlier.candidates.refused, observer);
   return earlier;
@@ -189,9 +189,10 @@ void report_change(const Change& change, std::size_t free_faces, const atlas::At
   observer.note(fmt::format(
       "{} faces solved again, {} of them with new texels: {} charts touched, {} made, {} as they were; {} {} kept byte "
       "for byte, {} made",
-      readable_count(free_faces), readable_count(change.faces), readable_count(change.charts_touched),
-      readable_count(made.charts), readable_count(change.charts_kept), change.pages_kept,
-      change.pages_kept == 1 ? "page" : "pages", made.pages));
+      results::readable_count(free_faces), results::readable_count(change.faces),
+      results::readable_count(change.charts_touched), results::readable_count(made.charts),
+      results::readable_count(change.charts_kept), change.pages_kept, change.pages_kept == 1 ? "page" : "pages",
+      made.pages));
 }
 
 /// The atlas of the faces that are not kept, on pages that follow the kept ones. Writes all pages.

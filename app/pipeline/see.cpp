@@ -12,11 +12,11 @@
 #include <map>
 #include <string>
 
+#include "app/checks/hypotheses.h"
+#include "app/checks/tie_point_fit.h"
 #include "app/pipeline/coverage_store.h"
-#include "app/pipeline/hypotheses.h"
 #include "app/pipeline/kept_work.h"
 #include "app/pipeline/steps.h"
-#include "app/pipeline/tie_point_fit.h"
 #include "io/clock.h"
 #include "io/scene_files.h"
 
@@ -57,7 +57,7 @@ void report_times(const Seen& seen, Observer& observer) {
 
 // A mesh that hardly any photo sees is one in other coordinates, as a rule. A part of the photos may show a part of it.
 void report_unseen(const Input& input, bool allow, std::span<const labeling::FaceTag> tags,
-                   std::span<const SmallPhoto> photos, Observer& observer) {
+                   std::span<const checks::SmallPhoto> photos, Observer& observer) {
   const auto [seen, partial, unseen] = count_tags(tags);
   if (static_cast<double>(seen + partial) >= kLeastSeen * static_cast<double>(tags.size())) return;
   const std::string found = fmt::format("photos see less than {:.0f} % of the faces", 100 * kLeastSeen);
@@ -72,7 +72,7 @@ void report_unseen(const Input& input, bool allow, std::span<const labeling::Fac
 
 // Wrong photos or poses must not become a texture without a word.
 void report_agreement(const Input& input, bool keep, std::span<const labeling::ViewAgreement> agreement,
-                      std::span<const SmallPhoto> photos, Observer& observer) {
+                      std::span<const checks::SmallPhoto> photos, Observer& observer) {
   std::vector<std::string> wrong;
   std::vector<double> correlations;
   for (const labeling::ViewAgreement& each : agreement) {
@@ -88,7 +88,7 @@ void report_agreement(const Input& input, bool keep, std::span<const labeling::V
                                 input.scene.views[index(each.view)].name, each.correlation, each.steps, each.chance));
   if (wrong.empty()) return;
   const std::string found = fmt::format("{} of {} photos agree with the others no better than chance: {}", wrong.size(),
-                                        correlations.size(), readable_list(wrong, 5));
+                                        correlations.size(), results::readable_list(wrong, 5));
   if (!labeling::mostly_by_chance(agreement))
     return observer.warning(found + "; do they belong to other poses, or are they turned?" +
                             (keep ? "" : " They are left out; --keep-views uses them"));
@@ -102,7 +102,7 @@ void report_agreement(const Input& input, bool keep, std::span<const labeling::V
                        "; --keep-views textures all the same");
 }
 
-MeshFit fit_of(const Input& input, const labeling::Candidates& candidates, std::span<const SmallPhoto> photos) {
+MeshFit fit_of(const Input& input, const labeling::Candidates& candidates, std::span<const checks::SmallPhoto> photos) {
   std::vector<ViewId> left_out;  // where --keep-views gives them candidates
   if (!labeling::mostly_by_chance(candidates.agreement))
     for (const labeling::ViewAgreement& each : candidates.agreement)
@@ -112,7 +112,7 @@ MeshFit fit_of(const Input& input, const labeling::Candidates& candidates, std::
 }
 
 // A mesh elsewhere must not be textured without a word either.
-void report_fits(const Input& input, bool keep, const Seen& seen, std::span<const SmallPhoto> photos,
+void report_fits(const Input& input, bool keep, const Seen& seen, std::span<const checks::SmallPhoto> photos,
                  Observer& observer) {
   std::vector<std::string> doubts;
   using enum MeshFit::Verdict;
@@ -189,22 +189,6 @@ std::vector<std::uint32_t> photo_of_view(const Scene& scene) {
   return shared ? photos : std::vector<std::uint32_t>();
 }
 
-std::string photo_fit_text(const MeshFit& fit) {
-  if (fit.verdict == MeshFit::Verdict::unknown)
-    return fmt::format("photos agree about a surface at {} of {} places with texture, which are too few to tell",
-                       readable_count(fit.found), readable_count(fit.places));
-  return fmt::format(
-      "at {} of {} textured places the photos agree about a surface, {:.0f} % (+- {:.1f}) of these lie on the mesh",
-      readable_count(fit.found), readable_count(fit.places), 100 * fit.share, 100 * fit.error);
-}
-
-std::string tie_point_fit_text(const MeshFit& fit) {
-  if (fit.verdict == MeshFit::Verdict::unknown)
-    return fmt::format("the scene's {} tie points on the mesh are too few to tell", readable_count(fit.places));
-  return fmt::format("of {} of the scene's tie points {:.0f} % (+- {:.1f}) lie on the mesh", readable_count(fit.places),
-                     100 * fit.share, 100 * fit.error);
-}
-
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
   std::array<std::size_t, 3> counts{};
   for (const labeling::FaceTag tag : tags) ++counts[static_cast<std::size_t>(tag)];
@@ -247,7 +231,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   if (device) seen.device = device->info();
   CoverageStore coverage;
   std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
-  std::vector<SmallPhoto> small(input.scene.views.size());
+  std::vector<checks::SmallPhoto> small(input.scene.views.size());
   std::vector<bool> sees(input.scene.views.size(), false);
   const auto note_view = [&](ViewId id, const visibility::VisibilityStatistics& statistics) {
     seen.statistics += statistics;
@@ -257,8 +241,8 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
   // A run whose labels are kept has found the mesh right; else photos are looked at again for that.
   const bool judged = options.kept != nullptr && options.kept->selection(input.mesh.faces.size()).has_value();
   std::vector<ViewId> not_seen_again;
-  const TiePointFit tie_points(input, observer);
-  FitGroups tie_points_on_mesh{};
+  const checks::TiePointFit tie_points(input, observer);
+  checks::FitGroups tie_points_on_mesh{};
   for (std::size_t n = 0; n < input.views.size(); ++n) {
     observer.progress(n, input.views.size());
     const ViewId id = input.views[n];
@@ -270,7 +254,7 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
           note_view(id, work->visibility);
           coverage.add(std::make_shared<const PackedCoverage>(std::move(work->coverage)));
           add(work->tie_points, tie_points_on_mesh);
-          if (!judged && is_compared(n, input.views.size())) not_seen_again.push_back(id);
+          if (!judged && checks::is_compared(n, input.views.size())) not_seen_again.push_back(id);
           continue;
         }
       }
@@ -281,27 +265,27 @@ Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, 
     visibility.classify(view, id, photos.exclusion(id).get(), visible);
     if (options.on_view) options.on_view(id, visible);
     note_view(id, visible.statistics);
-    const FitGroups on_mesh = tie_points.counts(id, visible.ivm);
+    const checks::FitGroups on_mesh = tie_points.counts(id, visible.ivm);
     add(on_mesh, tie_points_on_mesh);
     const auto packed = std::make_shared<const PackedCoverage>(pack(id, visible.coverage));
     coverage.add(packed);
     if (costs.valid()) costs.get();
-    costs = std::async(
-        policy, [&, id, packed, on_mesh, compared = is_compared(n, input.views.size()), photo = decoded.share()] {
-          const auto pixels = photo.get();
-          const auto start = Clock::now();
-          if (compared) small[index(id)] = small_photo(*pixels);
-          collector.add_view(id, view, *pixels, visible);
-          seen.costs_s += seconds_since(start);
-          if (options.kept != nullptr)
-            options.kept->keep_view(id, collector.statistics_of(id), *packed, visible.statistics, on_mesh);
-        });
+    costs = std::async(policy, [&, id, packed, on_mesh, compared = checks::is_compared(n, input.views.size()),
+                                photo = decoded.share()] {
+      const auto pixels = photo.get();
+      const auto start = Clock::now();
+      if (compared) small[index(id)] = checks::small_photo(*pixels);
+      collector.add_view(id, view, *pixels, visible);
+      seen.costs_s += seconds_since(start);
+      if (options.kept != nullptr)
+        options.kept->keep_view(id, collector.statistics_of(id), *packed, visible.statistics, on_mesh);
+    });
   }
   if (costs.valid()) costs.get();
   buffers = {};
   const auto start = Clock::now();
   tbb::parallel_for(std::size_t{0}, not_seen_again.size(), [&](std::size_t i) {
-    small[index(not_seen_again[i])] = small_photo(*photos.photo(not_seen_again[i]));
+    small[index(not_seen_again[i])] = checks::small_photo(*photos.photo(not_seen_again[i]));
   });
   collector.set_photos(photo_of_view(input.scene));
   collector.judge(options.graph);

@@ -112,7 +112,7 @@ io::ColorProfile profile_of_photos(const Input& input, Observer& observer) {
         fmt::format("{} of {} photos have another colour profile than {}, {}: {}; colours are not converted",
                     names.size(), differs.size(), view_of(0).name,
                     first.empty() ? "which has none, so the pages have none" : "whose profile the pages keep",
-                    readable_list(names, 5)));
+                    results::readable_list(names, 5)));
   return first;
 }
 

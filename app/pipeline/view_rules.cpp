@@ -34,24 +34,24 @@ std::size_t ViewRuleTable::faces() const {
 }
 
 labeling::CandidateCollector::Allowed allowed_views(std::span<const ViewRule> rules, const Mesh& mesh,
-                                                    std::size_t views, Observer& observer) {
+                                                    std::size_t views, results::Observer& observer) {
   if (rules.empty()) return {};
   const auto table = std::make_shared<const ViewRuleTable>(rules, mesh, views);
   for (std::size_t r = 0; r < rules.size(); ++r)
     if (table->faces_of_rules()[r] == 0)
       observer.warning(fmt::format("{}: no face of the mesh lies in its region", rules[r].name));
   observer.figure("rules.faces", table->faces());
-  observer.note(fmt::format("rules about photos apply to {} of {} faces", readable_count(table->faces()),
-                            readable_count(mesh.faces.size())));
+  observer.note(fmt::format("rules about photos apply to {} of {} faces", results::readable_count(table->faces()),
+                            results::readable_count(mesh.faces.size())));
   return [table](FaceId face, ViewId view) { return table->allows(face, view); };
 }
 
-void report_refused(std::span<const FaceId> refused, Observer& observer) {
+void report_refused(std::span<const FaceId> refused, results::Observer& observer) {
   observer.figure("rules.faces_without_views", refused.size());
   if (!refused.empty())
     observer.warning(
         fmt::format("{} faces are filled, the first of them face {}: the rules refuse all photos that see them",
-                    readable_count(refused.size()), index(refused.front())));
+                    results::readable_count(refused.size()), index(refused.front())));
 }
 
 }  // namespace gpvc::pipeline

@@ -9,7 +9,7 @@
 #include "../../io/scene.h"
 #include "../../io/view_rules.h"
 #include "../../labeling/labeling.h"
-#include "observer.h"
+#include "../results/observer.h"
 
 namespace gpvc::pipeline {
 
@@ -43,9 +43,9 @@ class ViewRuleTable {
 /// The table of some rules, as CandidateCollector::candidates() takes it; none where there are no rules. Says how many faces
 /// they are about, and warns of regions without a face, since a mistyped region shows in that. Borrows nothing.
 labeling::CandidateCollector::Allowed allowed_views(std::span<const ViewRule> rules, const Mesh& mesh,
-                                                    std::size_t views, Observer& observer);
+                                                    std::size_t views, results::Observer& observer);
 
 /// Warns of faces that lose all views.
-void report_refused(std::span<const FaceId> refused, Observer& observer);
+void report_refused(std::span<const FaceId> refused, results::Observer& observer);
 
 }  // namespace gpvc::pipeline

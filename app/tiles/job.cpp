@@ -85,8 +85,8 @@ void write_tile(Writer& out, const TileInfo& tile) {
 
 TileInfo read_tile_info(Reader& in) {
   TileInfo tile;
-  tile.box = in.get<pipeline::Box>();
-  tile.own_box = in.get<pipeline::Box>();
+  tile.box = in.get<checks::Box>();
+  tile.own_box = in.get<checks::Box>();
   for (std::size_t* count : {&tile.faces, &tile.all_faces, &tile.vertices}) *count = in.get<std::size_t>();
   tile.views = in.get_all<ViewId>();
   tile.beside = in.get_all<std::uint32_t>();
@@ -99,8 +99,8 @@ TileInfo read_tile_info(Reader& in) {
 
 }  // namespace
 
-io::WorkKey job_key(const pipeline::Input& input, const JobSettings& settings, std::string_view program, const Job& job,
-                    pipeline::Observer& observer) {
+io::WorkKey job_key(const checks::Input& input, const JobSettings& settings, std::string_view program, const Job& job,
+                    results::Observer& observer) {
   io::CallbackSource no_photos(input.scene, [](ViewId) { return io::Picture{}; });
   const pipeline::ResultKeys keys = pipeline::result_keys(input, settings.tileset.texture, no_photos, observer);
   io::WorkHash hash;

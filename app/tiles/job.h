@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/pipeline/glance.h"
+#include "app/checks/glance.h"
 #include "app/pipeline/pipeline.h"
 #include "app/tileset/tileset.h"
 #include "io/images.h"
@@ -29,8 +29,8 @@
 namespace gpvc::tiles {
 
 struct TileInfo {
-  pipeline::Box box;                                   ///< of its faces and those of its border
-  pipeline::Box own_box;                               ///< of its faces
+  checks::Box box;                                     ///< of its faces and those of its border
+  checks::Box own_box;                                 ///< of its faces
   std::size_t faces = 0, all_faces = 0, vertices = 0;  ///< without and with the border; with it
   std::vector<ViewId> views{};                         ///< that may frame the box
   std::vector<std::uint32_t> beside{};                 ///< tiles that share an edge with it
@@ -71,8 +71,8 @@ struct JobSettings {
 
 /// Of all that a job's units and results depend on, except the bytes of photos and masks. \param program its version
 /// \param job whose models and color_profile are known
-io::WorkKey job_key(const pipeline::Input& input, const JobSettings& settings, std::string_view program, const Job& job,
-                    pipeline::Observer& observer);
+io::WorkKey job_key(const checks::Input& input, const JobSettings& settings, std::string_view program, const Job& job,
+                    results::Observer& observer);
 
 /// The tiles with faces that views of a group may frame, ascending.
 std::vector<std::uint32_t> tiles_of_group(const Job& job, int level, std::size_t group);

@@ -76,7 +76,7 @@ void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
   for (std::size_t f = 0; f < costs.tags.size(); ++f)
     if (tile.tile[f] == unit.number) ++tags[static_cast<std::size_t>(costs.tags[f])];
   for (std::size_t i = 0; const char* name : {"seen", "partial", "filled"}) outcome_->done.figures[name] = tags[i++];
-  observer_.end(fmt::format("{} candidates", pipeline::readable_count(costs.table.views.size())));
+  observer_.end(fmt::format("{} candidates", results::readable_count(costs.table.views.size())));
 }
 
 void UnitRunner::choose(const Unit& unit, const io::WorkKey& key) {
@@ -103,7 +103,7 @@ void UnitRunner::choose(const Unit& unit, const io::WorkKey& key) {
   for (std::size_t f = 0; f < tile.tile.size(); ++f)
     if (tile.tile[f] == unit.number) labels.push_back(selection.labels[f]);
   keep(unit, "labels", key, [&](Writer& out) { out.add_all(labels); });
-  observer_.end(fmt::format("{} faces", pipeline::readable_count(labels.size())));
+  observer_.end(fmt::format("{} faces", results::readable_count(labels.size())));
 }
 
 void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
@@ -136,7 +136,7 @@ void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
     out.add_all(ratios);
     out.add_all(faces);
   });
-  observer_.end(fmt::format("{} ratios across seams", pipeline::readable_count(ratios.size())));
+  observer_.end(fmt::format("{} ratios across seams", results::readable_count(ratios.size())));
 }
 
 void UnitRunner::level(const Unit& unit, const io::WorkKey& key) {

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path job_folder(const pipeline::OutputFolder& folder) { return folder.kept_work() / "job"; }
+fs::path job_folder(const results::OutputFolder& folder) { return folder.kept_work() / "job"; }
 
 double most_memory(std::span<const Unit> units) {
   double most = 0;
@@ -26,8 +26,8 @@ double most_memory(std::span<const Unit> units) {
 }
 
 // Settings with the largest tiles whose units stay below the limit.
-JobSettings settings_within(const pipeline::Input& input, const pipeline::Settings& settings,
-                            pipeline::Observer& observer) {
+JobSettings settings_within(const checks::Input& input, const pipeline::Settings& settings,
+                            results::Observer& observer) {
   const auto allowed =
       static_cast<double>(settings.memory_bytes > 0 ? settings.memory_bytes : pipeline::default_memory_limit());
   // The whole mesh stays in memory beside what units take.
@@ -49,13 +49,13 @@ JobSettings settings_within(const pipeline::Input& input, const pipeline::Settin
   throw pipeline::MemoryError(fmt::format(
       "this run needs about {} of memory even in tiles, and {} may be used: free some, or lower what it needs by "
       "--downscale 2, or a mesh of fewer faces",
-      pipeline::readable_bytes(least + mesh), pipeline::readable_bytes(allowed)));
+      results::readable_bytes(least + mesh), results::readable_bytes(allowed)));
 }
 
 }  // namespace
 
-void texture_in_tiles(const pipeline::Input& input, const pipeline::Settings& settings, int downscale,
-                      const std::string& program, pipeline::OutputFolder& folder, pipeline::Observer& observer) {
+void texture_in_tiles(const checks::Input& input, const pipeline::Settings& settings, int downscale,
+                      const std::string& program, results::OutputFolder& folder, results::Observer& observer) {
   const JobSettings fitting = settings_within(input, settings, observer);
   const JobFolder job(job_folder(folder));
   try {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "app/pipeline/output_folder.h"
+#include "app/results/output_folder.h"
 #include "app/tiles/make_job.h"
 
 namespace gpvc::tiles {
@@ -13,8 +13,8 @@ namespace gpvc::tiles {
 /// runs its units, and writes the job's result into the folder: tileset.json, tiles/, obj/. Units that an earlier run has
 /// completed are taken over, and stay where a later unit fails, unless settings.keep_work is `never`. Throws MemoryError
 /// where no tiles are small enough, and what make_job() and units throw.
-void texture_in_tiles(const pipeline::Input& input, const pipeline::Settings& settings, int downscale,
-                      const std::string& program, pipeline::OutputFolder& folder, pipeline::Observer& observer);
+void texture_in_tiles(const checks::Input& input, const pipeline::Settings& settings, int downscale,
+                      const std::string& program, results::OutputFolder& folder, results::Observer& observer);
 
 /// Removes the job that texture_in_tiles() has made in OUT, once the result is published.
 void remove_job(const std::filesystem::path& out);

@@ -10,7 +10,7 @@
 #include <limits>
 #include <span>
 
-#include "app/pipeline/frame_check.h"
+#include "app/checks/frame_check.h"
 #include "app/pipeline/texture_files.h"
 #include "app/tiles/done.h"
 #include "app/tiles/plan_text.h"
@@ -26,18 +26,18 @@ namespace fs = std::filesystem;
 
 // Per tile, the share of its faces in views' frames, seen from the front, that nothing hides: from a coarse look of some views.
 // In a park it is 0.9, in a city under oblique photos 0.4.
-std::vector<double> unhidden_shares(const pipeline::Input& input, std::span<const std::uint32_t> tile,
+std::vector<double> unhidden_shares(const checks::Input& input, std::span<const std::uint32_t> tile,
                                     std::size_t tiles) {
-  using pipeline::Glance;
+  using checks::Glance;
   constexpr std::size_t kViews = 12, kFaces = 20000;
   // Depths of a cell vary by as much on a slope.
   constexpr double kWithin = 1.03;
   const std::size_t view_stride = input.views.size() / kViews + 1, face_stride = input.mesh.faces.size() / kFaces + 1;
-  const pipeline::FaceRuns runs(input.mesh);
+  const checks::FaceRuns runs(input.mesh);
   std::vector<double> framed(tiles + 1, 0.0), seen(tiles + 1, 0.0);  // the last: of all tiles
   for (std::size_t n = 0; n < input.views.size(); n += view_stride) {
     const View& view = input.scene.views[index(input.views[n])];
-    const Glance glance = pipeline::glance_at(input.mesh, runs, view);
+    const Glance glance = checks::glance_at(input.mesh, runs, view);
     for (std::size_t f = 0; f < input.mesh.faces.size(); f += face_stride) {
       std::array<WorldPoint, 3> p;
       for (std::size_t i = 0; i < 3; ++i) p[i] = input.mesh.positions[input.mesh.faces[f][i]];
@@ -66,7 +66,7 @@ std::vector<double> unhidden_shares(const pipeline::Input& input, std::span<cons
   return shares;
 }
 
-TileInfo tile_info(const pipeline::Input& input, const pipeline::Settings& settings, const TileMesh& tile,
+TileInfo tile_info(const checks::Input& input, const pipeline::Settings& settings, const TileMesh& tile,
                    std::uint32_t number) {
   TileInfo info;
   for (const WorldPoint& p : tile.mesh.positions) info.box.add(p);
@@ -80,9 +80,9 @@ TileInfo tile_info(const pipeline::Input& input, const pipeline::Settings& setti
   std::ranges::sort(info.around);
   info.around.erase(std::unique(info.around.begin(), info.around.end()), info.around.end());
   std::erase(info.around, number);
-  const auto hull = pipeline::corners(info.box);
+  const auto hull = checks::corners(info.box);
   for (const ViewId view : input.views)
-    if (pipeline::hull_may_be_framed(input.scene.views[index(view)], hull)) info.views.push_back(view);
+    if (checks::hull_may_be_framed(input.scene.views[index(view)], hull)) info.views.push_back(view);
   const pipeline::Workload work = pipeline::workload({input.scene, tile.mesh, info.views, input.mesh_file}, settings);
   info.pairs = work.pairs;
   info.texels = work.texels;
@@ -96,8 +96,8 @@ void add_parents(std::span<const std::uint32_t> children, std::uint32_t self, st
   parents.erase(std::unique(parents.begin(), parents.end()), parents.end());
 }
 
-void add_box(const pipeline::Box& box, pipeline::Box& all) {
-  for (const WorldPoint& corner : pipeline::corners(box)) all.add(corner);
+void add_box(const checks::Box& box, checks::Box& all) {
+  for (const WorldPoint& corner : checks::corners(box)) all.add(corner);
 }
 
 // What is known of it before its tiles are made: a quarter of the faces, whose vertices are among those of the level below.
@@ -142,7 +142,7 @@ Level level_above(const Level& below) {
 
 // Photos of a level are reduced as its texels are larger, as long as something is left of the smallest one. Panoramas are not:
 // both of their sides must meet.
-int reduction_for(const pipeline::Input& input, int level) {
+int reduction_for(const checks::Input& input, int level) {
   constexpr int kLeastEdge = 64;
   int least = std::numeric_limits<int>::max();
   for (const ViewId id : input.views) {
@@ -156,7 +156,7 @@ int reduction_for(const pipeline::Input& input, int level) {
 }
 
 // Cuts the tiles; hands each to `take`.
-void cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Observer& observer,
+void cut(const checks::Input& input, const JobSettings& settings, results::Observer& observer,
          const std::function<void(std::uint32_t, const TileMesh&)>& take, Job& job) {
   observer.begin({"cut", "tiles"});
   const int depth = tileset::tree_depth(input.mesh.faces.size(), settings.tileset.faces_per_tile);
@@ -188,7 +188,7 @@ void cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Ob
     for (fs::path* file : {&view.photo, &view.mask})
       if (!file->empty()) *file = fs::absolute(*file).lexically_normal();
   job.levels.push_back(std::move(finest));
-  const std::vector<double> lengths = pipeline::sampling_distances(input.mesh, input.scene, input.views);
+  const std::vector<double> lengths = checks::sampling_distances(input.mesh, input.scene, input.views);
   const double photo_texel = lengths.empty() ? 0 : lengths[lengths.size() / 2];
   for (int k = 1; k <= depth && settings.levels; ++k) {
     Level level = level_above(job.levels.back());
@@ -201,14 +201,14 @@ void cut(const pipeline::Input& input, const JobSettings& settings, pipeline::Ob
 
 }  // namespace
 
-Job cut_scene(const pipeline::Input& input, const JobSettings& settings, pipeline::Observer& observer) {
+Job cut_scene(const checks::Input& input, const JobSettings& settings, results::Observer& observer) {
   Job job;
   cut(input, settings, observer, {}, job);
   return job;
 }
 
-std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input, const JobSettings& settings,
-                           const std::string& program, pipeline::Observer& observer) {
+std::vector<Unit> make_job(const JobFolder& folder, const checks::Input& input, const JobSettings& settings,
+                           const std::string& program, results::Observer& observer) {
   Job job;
   // Which faces have a view is not known yet.
   const std::vector<ViewId> any(input.mesh.faces.size(), input.views.front());

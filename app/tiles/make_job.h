@@ -13,10 +13,10 @@ namespace gpvc::tiles {
 inline constexpr std::size_t kDefaultTileFaces = 1000000;
 
 /// The job of an input, without files and without what they are written with. O(faces log faces + faces x border).
-Job cut_scene(const pipeline::Input& input, const JobSettings& settings, pipeline::Observer& observer);
+Job cut_scene(const checks::Input& input, const JobSettings& settings, results::Observer& observer);
 
 /// Writes mesh/ and plan.json. Throws InputError, OutputError.
-std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input, const JobSettings& settings,
-                           const std::string& program, pipeline::Observer& observer);
+std::vector<Unit> make_job(const JobFolder& folder, const checks::Input& input, const JobSettings& settings,
+                           const std::string& program, results::Observer& observer);
 
 }  // namespace gpvc::tiles

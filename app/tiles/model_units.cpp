@@ -89,7 +89,7 @@ void UnitRunner::bake(const Unit& unit) {
   const std::vector<atlas::ViewExposure> exposure = load_exposure(folder_, level.reduction);
   const std::vector<ViewId>& views = level.tiles[unit.number].views;
   const Scene scene = scene_at(job_, unit.level);
-  const pipeline::Input input{scene, tile.tile.mesh, views, folder_.path()};
+  const checks::Input input{scene, tile.tile.mesh, views, folder_.path()};
   pipeline::Settings settings = settings_;
   settings.atlas.texel_size = level.texel_size;
   const pipeline::MemoryPlan memory = pipeline::plan_painting(input, settings, tile.costs.coverage, unit.memory_bytes);
@@ -151,9 +151,9 @@ namespace {
 
 // What viewers take an empty tile for: all of it is missing.
 double diagonal_of(const std::vector<TileInfo>& tiles) {
-  pipeline::Box all;
+  checks::Box all;
   for (const TileInfo& tile : tiles)
-    for (const WorldPoint& corner : pipeline::corners(tile.own_box))
+    for (const WorldPoint& corner : checks::corners(tile.own_box))
       if (tile.faces > 0) all.add(corner);
   return std::hypot(all.high.x - all.low.x, all.high.y - all.low.y, all.high.z - all.low.z);
 }
@@ -175,7 +175,7 @@ void UnitRunner::simplify(const Unit& unit, const io::WorkKey& key) {
   keep(unit, "tile", key, [&](Writer& out) { write_coarse(out, coarse); });
   outcome_->done.figures["faces"] = coarse.tile.face.size();
   outcome_->done.figures["error"] = coarse.error;
-  observer_.end(fmt::format("{} faces", pipeline::readable_count(coarse.tile.face.size())));
+  observer_.end(fmt::format("{} faces", results::readable_count(coarse.tile.face.size())));
 }
 
 void UnitRunner::ring(const Unit& unit, const io::WorkKey& key) {
@@ -187,7 +187,7 @@ void UnitRunner::ring(const Unit& unit, const io::WorkKey& key) {
   all.finish();
   const TileMesh tile = with_border(all, unit.number);
   keep(unit, "tile", key, [&](Writer& out) { write(out, tile); });
-  observer_.end(fmt::format("{} faces with the border", pipeline::readable_count(tile.face.size())));
+  observer_.end(fmt::format("{} faces with the border", results::readable_count(tile.face.size())));
 }
 
 tileset::Tile UnitRunner::tile_of_result(int level, std::size_t number) const {
@@ -195,7 +195,7 @@ tileset::Tile UnitRunner::tile_of_result(int level, std::size_t number) const {
   const fs::path glb = glb_of(folder_, level, number);
   if (!io::is_file(glb)) return tile;  // it has no faces
   tile.file = fs::relative(glb, folder_.path() / "result").string();
-  for (const WorldPoint& corner : pipeline::corners(job_.tiles(level)[number].own_box))
+  for (const WorldPoint& corner : checks::corners(job_.tiles(level)[number].own_box))
     tile.box.add(tileset::tile_from_world(job_.tiles_model, corner));
   if (level == 0) return tile;
   const double texel = job_.levels[static_cast<std::size_t>(level)].texel_size;

@@ -308,7 +308,7 @@ std::vector<std::vector<ViewId>> group_views(const Scene& scene, std::span<const
       groups.emplace_back(part.begin(), part.end());
       return;
     }
-    pipeline::Box box;
+    checks::Box box;
     const auto centre = [&](ViewId view) -> const WorldPoint& { return scene.views[index(view)].pose.centre; };
     for (const ViewId view : part) box.add(centre(view));
     const std::array<double WorldPoint::*, 3> axes{&WorldPoint::x, &WorldPoint::y, &WorldPoint::z};

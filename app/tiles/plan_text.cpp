@@ -50,9 +50,8 @@ std::vector<std::string> plan_table(std::span<const Unit> units) {
                                              "core hours", "disk", "photos read")};
   double core_hours = 0, disk = 0, photos = 0, memory = 0;
   const auto line = [&](const char* name, std::size_t count, double most, double hours, double left, double read) {
-    lines.push_back(fmt::format("{:8} {:>6} {:>12} {:>12.3f} {:>10} {:>12}", name, count,
-                                pipeline::readable_bytes(most), hours, pipeline::readable_bytes(left),
-                                pipeline::readable_bytes(read)));
+    lines.push_back(fmt::format("{:8} {:>6} {:>12} {:>12.3f} {:>10} {:>12}", name, count, results::readable_bytes(most),
+                                hours, results::readable_bytes(left), results::readable_bytes(read)));
   };
   for (const Named<Stage>& stage : kStageNames) {
     std::size_t count = 0;

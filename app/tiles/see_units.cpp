@@ -175,7 +175,7 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
   outcome_->done.figures["full"] = sum.full;
   outcome_->done.figures["partial"] = sum.partial;
   observer_.end(fmt::format("{} views of {} faces in {} tiles", views.size(),
-                            pipeline::readable_count(mesh.faces.size()), tiles.size()));
+                            results::readable_count(mesh.faces.size()), tiles.size()));
 }
 
 void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
@@ -218,7 +218,7 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
     if (each.by_chance) wrong.push_back(job_.scene.views[index(each.view)].name);
   if (!wrong.empty()) {
     const std::string found = fmt::format("{} of {} photos agree with the others no better than chance: {}",
-                                          wrong.size(), photos.agreement.size(), pipeline::readable_list(wrong, 5));
+                                          wrong.size(), photos.agreement.size(), results::readable_list(wrong, 5));
     if (labeling::mostly_by_chance(photos.agreement) && !settings_.costs.keep_views)
       throw InputError(job_.scene.source, "",
                        found +

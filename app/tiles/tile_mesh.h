@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "app/pipeline/glance.h"
+#include "app/checks/glance.h"
 #include "io/grouping.h"
 #include "io/scene.h"
 #include "io/work_store.h"

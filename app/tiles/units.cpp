@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "app/pipeline/folder_lock.h"
+#include "app/results/folder_lock.h"
 #include "app/tiles/unit_outcome.h"
 #include "io/clock.h"
 
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 }  // namespace
 
-UnitRunner::UnitRunner(JobFolder folder, const JobSettings& settings, int downscale, pipeline::Observer& observer)
+UnitRunner::UnitRunner(JobFolder folder, const JobSettings& settings, int downscale, results::Observer& observer)
     : folder_(std::move(folder)),
       settings_(settings.tileset.texture),
       compress_(settings.tileset.compress),
@@ -47,7 +47,7 @@ io::WorkKey UnitRunner::key_of(const Unit& unit) const {
   if (!missing.empty())
     throw InputError(folder_.path(), "unit " + unit.name,
                      fmt::format("{} must be complete before: {}", missing.size() == 1 ? "a unit" : "units",
-                                 pipeline::readable_list(missing, 5)));
+                                 results::readable_list(missing, 5)));
   if (unit.stage == Stage::see)
     for (const ViewId id : job_.groups[unit.number]) {
       hash.add(id);  // jobs of one input may have other groups
@@ -75,9 +75,9 @@ UnitResult UnitRunner::run(const Unit& unit) {
     observer_.warning(fmt::format(
         "unit {} may take {} of memory, and only units that bake keep to {}: make the job with fewer --tile-faces or "
         "--unit-views",
-        unit.name, pipeline::readable_bytes(unit.memory_bytes), pipeline::readable_bytes(most)));
+        unit.name, results::readable_bytes(unit.memory_bytes), results::readable_bytes(most)));
   fs::create_directories(folder_.unit(unit.name));
-  const pipeline::FolderLock lock(folder_.unit(unit.name));
+  const results::FolderLock lock(folder_.unit(unit.name));
   if (folder_.done(unit.name) == key) return UnitResult::was_done;  // by another process meanwhile
   std::error_code ignored;
   fs::remove(folder_.done_file(unit.name), ignored);  // what it lists is replaced from here on

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "app/pipeline/observer.h"
 #include "app/pipeline/pipeline.h"
+#include "app/results/observer.h"
 #include "app/tiles/job.h"
 #include "app/tiles/make_job.h"
 #include "app/tiles/plan.h"
@@ -19,7 +19,7 @@ class UnitRunner {
  public:
   /// Borrows the observer. `settings`: those that make_job() was given, with the memory and the device of this run. Throws
   /// InputError where the folder holds no job.
-  UnitRunner(JobFolder folder, const JobSettings& settings, int downscale, pipeline::Observer& observer);
+  UnitRunner(JobFolder folder, const JobSettings& settings, int downscale, results::Observer& observer);
 
   const std::vector<Unit>& units() const { return units_; }
   /// Throws std::invalid_argument where there is no such unit.
@@ -50,7 +50,7 @@ class UnitRunner {
   pipeline::Settings settings_;
   bool compress_;
   int downscale_;
-  pipeline::Observer& observer_;
+  results::Observer& observer_;
   Job job_;
   std::vector<Unit> units_;
   struct Outcome;

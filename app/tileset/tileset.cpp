@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "app/pipeline/frame_check.h"
+#include "app/checks/frame_check.h"
 #include "app/pipeline/memory.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
@@ -64,8 +64,8 @@ struct Level {
 
 class TilesetMaker {
  public:
-  TilesetMaker(const pipeline::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
-               pipeline::OutputFolder& folder, pipeline::Observer& observer)
+  TilesetMaker(const checks::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
+               results::OutputFolder& folder, results::Observer& observer)
       : input_(input),
         settings_(settings),
         photos_(photos),
@@ -98,7 +98,7 @@ class TilesetMaker {
  private:
   // The length that a pixel covers on the mesh.
   double median_pixel() const {
-    const std::vector<double> lengths = pipeline::sampling_distances(input_.mesh, input_.scene, input_.views);
+    const std::vector<double> lengths = checks::sampling_distances(input_.mesh, input_.scene, input_.views);
     return lengths.empty() ? 0 : lengths[lengths.size() / 2];
   }
 
@@ -106,13 +106,13 @@ class TilesetMaker {
     if (depth > 0)
       observer_.note(
           fmt::format("level {} of {}: {} faces in {} tiles{}", level.number, depth,
-                      pipeline::readable_count(level.mesh.faces.size()), level.error.size(),
+                      results::readable_count(level.mesh.faces.size()), level.error.size(),
                       level.number > 0 ? fmt::format(", texels of {:.3g} units or more", level.texel_size) : ""));
     pipeline::Settings settings = settings_.texture;
     settings.atlas.texel_size = level.texel_size;
     if (level.number > 0)
       settings.costs.keep_views = settings.allow_unseen = true;  // level 0 has judged photos and mesh
-    const pipeline::Input input{input_.scene, level.mesh, views_, input_.mesh_file};
+    const checks::Input input{input_.scene, level.mesh, views_, input_.mesh_file};
     const pipeline::MemoryPlan memory = pipeline::plan_memory(input, settings);
     if (level.number == 0) {
       // Each level takes a quarter of the one below: a third more together.
@@ -187,15 +187,15 @@ class TilesetMaker {
       if (!tile.file.empty()) report.bytes += fs::file_size(folder_.in_making() / tile.file, ignored);
     }
     observer_.end(
-        fmt::format("{} tiles, {}", tiles.size(), pipeline::readable_bytes(static_cast<double>(report.bytes))));
+        fmt::format("{} tiles, {}", tiles.size(), results::readable_bytes(static_cast<double>(report.bytes))));
     report_.levels.push_back(report);
   }
 
-  const pipeline::Input& input_;
+  const checks::Input& input_;
   const TilesetSettings& settings_;
   io::PhotoSource& photos_;
-  pipeline::OutputFolder& folder_;
-  pipeline::Observer& observer_;
+  results::OutputFolder& folder_;
+  results::Observer& observer_;
   std::vector<ViewId> views_;  ///< above level 0: those that texture something there
   io::ColorProfile profile_;
   io::ModelOptions options_;
@@ -205,8 +205,8 @@ class TilesetMaker {
 
 }  // namespace
 
-TilesetReport tileset_into(const pipeline::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
-                           pipeline::OutputFolder& folder, pipeline::Observer& observer) {
+TilesetReport tileset_into(const checks::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
+                           results::OutputFolder& folder, results::Observer& observer) {
   if (!settings.texture.view_rules.empty()) throw std::invalid_argument("tileset_into takes no view_rules");
   return TilesetMaker(input, settings, photos, folder, observer).make();
 }

@@ -32,7 +32,7 @@ struct TilesetReport {
 /// from the photos anew: views are chosen for its own faces, and its texels are means of photo pixels, not of those of the
 /// level below. Views that texture nothing on level 0 are not used above. Throws what texture_into() throws, and
 /// std::invalid_argument where there are view_rules.
-TilesetReport tileset_into(const pipeline::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
-                           pipeline::OutputFolder& folder, pipeline::Observer& observer);
+TilesetReport tileset_into(const checks::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
+                           results::OutputFolder& folder, results::Observer& observer);
 
 }  // namespace gpvc::tileset

@@ -31,10 +31,10 @@ TEST(AgreementPicture, HalvesAreAlikeWhereAllFits) {
   const City city(50000, 720);
   pipeline::Settings settings;
   settings.costs.keep_views = true;
-  pipeline::Observer silent;
+  results::Observer silent;
   const auto picture_of = [&](std::vector<io::Picture> pictures) {
     io::PictureSource photos(city.scene, std::move(pictures));
-    const pipeline::Input input{city.scene, city.mesh, city.views};
+    const checks::Input input{city.scene, city.mesh, city.views};
     const pipeline::Seen seen = pipeline::see(input, settings, photos, silent);
     const auto pairs = evaluate::least_agreeing(seen.candidates, 3);
     EXPECT_EQ(pairs.size(), 3u);

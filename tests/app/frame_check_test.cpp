@@ -1,4 +1,4 @@
-#include "app/pipeline/frame_check.h"
+#include "app/checks/frame_check.h"
 
 #include <gtest/gtest.h>
 
@@ -42,19 +42,19 @@ Mesh triangle_at(double x, double y, double z, double size = 1) {
 const std::vector<ViewId> kUsed{ViewId{0}};
 
 std::string refusal(const Mesh& mesh, const Scene& scene = scene_above()) {
-  return input_error([&] { pipeline::check_frames(mesh, "m.ply", scene, kUsed); });
+  return input_error([&] { checks::check_frames(mesh, "m.ply", scene, kUsed); });
 }
 
 TEST(FrameCheck, AcceptsOneFaceInOneFrame) {
-  EXPECT_NO_THROW(pipeline::check_frames(triangle_at(0, 0, 0), "m.ply", scene_above(), kUsed));
-  EXPECT_NO_THROW(pipeline::check_frames(triangle_at(4.9, 0, 0), "m.ply", scene_above(), kUsed));
+  EXPECT_NO_THROW(checks::check_frames(triangle_at(0, 0, 0), "m.ply", scene_above(), kUsed));
+  EXPECT_NO_THROW(checks::check_frames(triangle_at(4.9, 0, 0), "m.ply", scene_above(), kUsed));
   // A face larger than the frame has no corner in it.
-  EXPECT_NO_THROW(pipeline::check_frames(triangle_at(-100, -100, 0, 1000), "m.ply", scene_above(), kUsed));
+  EXPECT_NO_THROW(checks::check_frames(triangle_at(-100, -100, 0, 1000), "m.ply", scene_above(), kUsed));
   Mesh far = triangle_at(1e6, 0, 0);
   for (int i = 0; i < 5000; ++i) far.faces.push_back(far.faces[0]);
   far.positions.push_back({0, 0, 0});
   far.faces.push_back({3, 3, 3});
-  EXPECT_NO_THROW(pipeline::check_frames(far, "m.ply", scene_above(), kUsed));
+  EXPECT_NO_THROW(checks::check_frames(far, "m.ply", scene_above(), kUsed));
 }
 
 TEST(FrameCheck, ExplainsWithBothBoxes) {
@@ -77,7 +77,7 @@ TEST(FrameCheck, MeasuresTheShareInAFrame) {
     mesh.positions.insert(mesh.positions.end(), more.positions.begin(), more.positions.end());
     mesh.faces.push_back({base, base + 1, base + 2});
   }
-  EXPECT_DOUBLE_EQ(pipeline::framed_share(mesh, scene_above(), kUsed), 0.25);
+  EXPECT_DOUBLE_EQ(checks::framed_share(mesh, scene_above(), kUsed), 0.25);
 }
 
 TEST(FrameCheck, OverlapCountsViewsAheadOfAFacesFront) {
@@ -88,8 +88,8 @@ TEST(FrameCheck, OverlapCountsViewsAheadOfAFacesFront) {
   Scene scene = scene_above();
   scene.views.resize(3, scene.views[0]);
   scene.views[2].pose.centre = {50, 0, 10};  // does not frame them
-  EXPECT_EQ(pipeline::overlap(mesh, scene, pipeline::all_views(scene)), (std::vector<std::size_t>{0, 0, 2}));
-  EXPECT_TRUE(pipeline::overlap({}, scene, pipeline::all_views(scene)).empty());
+  EXPECT_EQ(checks::overlap(mesh, scene, checks::all_views(scene)), (std::vector<std::size_t>{0, 0, 2}));
+  EXPECT_TRUE(checks::overlap({}, scene, checks::all_views(scene)).empty());
 }
 
 /// Closed, corners counter-clockwise seen from outside: [-2, 2] x [-2, 2] x [0, 2].
@@ -107,7 +107,7 @@ Mesh turned(Mesh mesh, std::size_t first = 0) {
 }
 
 std::optional<double> backs_of(const Mesh& mesh, const Scene& scene = scene_above()) {
-  return pipeline::back_share(mesh, scene, kUsed);
+  return checks::back_share(mesh, scene, kUsed);
 }
 
 TEST(BackShare, LooksAtWhatIsSeenFirst) {
@@ -147,20 +147,20 @@ TEST(BackShare, KeepsItsDigitsInLargeCoordinates) {
 }
 
 TEST(CheckWinding, RefusesInsideOutAndWarnsOfParts) {
-  EXPECT_EQ(pipeline::check_winding({}, "m.ply"), "");
-  EXPECT_EQ(pipeline::check_winding(0.1, "m.ply"), "");
-  EXPECT_EQ(pipeline::check_winding(0.25, "m.ply"),
+  EXPECT_EQ(checks::check_winding({}, "m.ply"), "");
+  EXPECT_EQ(checks::check_winding(0.1, "m.ply"), "");
+  EXPECT_EQ(checks::check_winding(0.25, "m.ply"),
             "m.ply: parts of the mesh look inside out: 25 % of what the cameras see of it are backs of "
             "faces, which get no photo; expected corners counter-clockwise seen from outside (turn the faces "
             "over when exporting)");
-  EXPECT_TRUE(contains(input_error([] { pipeline::check_winding(0.96, "m.ply"); }),
+  EXPECT_TRUE(contains(input_error([] { checks::check_winding(0.96, "m.ply"); }),
                        "m.ply: the mesh looks inside out, or the cameras stand behind its surface: 96 % of"));
 }
 
 TEST(CheckScale, WarnsOfFloatsThatAreCoarserThanPixels) {
   Scene scene = scene_above();
   const auto warning = [&](const Mesh& mesh) {
-    return pipeline::check_scale(mesh, pipeline::sampling_distances(mesh, scene, kUsed), "m.ply");
+    return checks::check_scale(mesh, checks::sampling_distances(mesh, scene, kUsed), "m.ply");
   };
   EXPECT_EQ(warning(box()), "");
   // Floats of 5 million lie half a unit apart.
@@ -177,7 +177,7 @@ TEST(CheckScale, RefusesAMeshOfAFewPixels) {
   for (WorldPoint& p : small.positions) p = {1e-6 * p.x, 1e-6 * p.y, 1e-6 * p.z};
   const Scene scene = scene_above();
   EXPECT_TRUE(contains(
-      input_error([&] { pipeline::check_scale(small, pipeline::sampling_distances(small, scene, kUsed), "m.ply"); }),
+      input_error([&] { checks::check_scale(small, checks::sampling_distances(small, scene, kUsed), "m.ply"); }),
       "m.ply: the whole mesh is "));
 }
 
@@ -288,8 +288,8 @@ TEST(FrameCheck, ManyViewsTakeFewerVertices) {
   scene.views.resize(10000, scene.views[0]);
   Mesh mesh = triangle_at(0, 0, 0);
   mesh.positions.resize(2000, {0, 0, 0});
-  const std::vector<ViewId> used = pipeline::all_views(scene);
-  const std::size_t lengths = pipeline::sampling_distances(mesh, scene, used).size();
+  const std::vector<ViewId> used = checks::all_views(scene);
+  const std::size_t lengths = checks::sampling_distances(mesh, scene, used).size();
   EXPECT_GT(lengths, 1000000u);
   EXPECT_LE(lengths, 4000000u + used.size());
 }
@@ -302,14 +302,14 @@ TEST(FrameCheck, LensesThatFoldBackInThePhotoAreNamed) {
     view.camera = {800, 600, 1000, 1000, 400, 300, {}};
     limit_distortion(view.camera);
   }
-  const std::vector<ViewId> used = pipeline::all_views(scene);
-  EXPECT_EQ(pipeline::check_lenses(scene, used), "");
+  const std::vector<ViewId> used = checks::all_views(scene);
+  EXPECT_EQ(checks::check_lenses(scene, used), "");
   scene.views[1].camera.distortion.k1 = -0.28;  // a drone's
   limit_distortion(scene.views[1].camera);
-  EXPECT_EQ(pipeline::check_lenses(scene, used), "");
+  EXPECT_EQ(checks::check_lenses(scene, used), "");
   scene.views[1].camera.distortion.k1 = -5;
   limit_distortion(scene.views[1].camera);
-  const std::string warning = pipeline::check_lenses(scene, used);
+  const std::string warning = checks::check_lenses(scene, used);
   EXPECT_TRUE(contains(warning,
                        "1 of 2 photos have a lens whose terms describe only a part of them, 19 % of the least (b.jpg)"))
       << warning;

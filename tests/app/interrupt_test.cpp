@@ -10,7 +10,7 @@
 #include <fstream>
 #include <thread>
 
-#include "app/pipeline/output_folder.h"
+#include "app/results/output_folder.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc {
@@ -23,7 +23,7 @@ TEST(Interrupt, EndsARunThatDoesNotListenAndClearsAway) {
   const pid_t child = fork();
   if (child == 0) {
     cli::install_signal_handlers();
-    pipeline::OutputFolder files(out, false, "texture");
+    results::OutputFolder files(out, false, "texture");
     std::ofstream(files.file("model.obj")) << "half";
     const cli::EndsSoonAfterSignal ends([&] { files.discard(); });
     raise(SIGTERM);

@@ -8,7 +8,7 @@
 #include <map>
 #include <memory>
 
-#include "app/pipeline/output_folder.h"
+#include "app/results/output_folder.h"
 #include "tests/app/photographed_city.h"
 
 namespace gpvc {
@@ -19,17 +19,17 @@ using pipeline::KeepWork;
 using test::City;
 
 // Cancels a stage when it has done so much, and counts what was taken over.
-class Cutter : public pipeline::Observer {
+class Cutter : public results::Observer {
  public:
   explicit Cutter(std::string stage = "", std::size_t done = 0) : cut_in_(std::move(stage)), cut_at_(done) {}
-  void begin(const pipeline::StageInfo& stage) override { now_ = stage.name; }
+  void begin(const results::StageInfo& stage) override { now_ = stage.name; }
   void progress(std::size_t done, std::size_t) override {
     if (now_ == cut_in_ && done >= cut_at_) throw Cancelled();
   }
   void end(const std::string& summary) override {
     selection_was_kept |= now_ == "view selection" && test::contains(summary, "kept by an earlier run");
   }
-  void figure(const std::string& name, const pipeline::Figure& value) override {
+  void figure(const std::string& name, const results::Figure& value) override {
     if (name == "kept.views") views = std::get<std::size_t>(value);
   }
   void warning(const std::string& text) override { warnings.push_back(text); }
@@ -49,7 +49,7 @@ class KeptWork : public testing::Test {
   static void TearDownTestSuite() { city_.reset(); }
 
   void texture(const pipeline::Settings& settings, Cutter& cutter) const {
-    pipeline::OutputFolder out(out_, true, "texture");
+    results::OutputFolder out(out_, true, "texture");
     io::PhotoCache photos(city_->scene, 1);
     pipeline::texture_into({city_->scene, city_->mesh, city_->views}, settings, photos, out, cutter);
     std::ofstream(out.file("run.json")) << R"({"program": "gpvc", "command": "texture"})";
@@ -224,9 +224,9 @@ TEST_F(KeptWork, ShortRunsKeepNothing) {
 TEST_F(KeptWork, PagesGoOnFromTheOnesThatWerePainted) {
   pipeline::Settings settings;
   settings.atlas.page_size = 256;
-  pipeline::Observer silent;
+  results::Observer silent;
   io::PhotoCache photos(city_->scene, 1);
-  const pipeline::Input input{city_->scene, city_->mesh, city_->views};
+  const checks::Input input{city_->scene, city_->mesh, city_->views};
   const labeling::FaceGraph graph = pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent);
   const pipeline::Seen seen = pipeline::see(input, settings, photos, silent);
   const labeling::Selection selection = pipeline::choose(seen.candidates.table, graph, settings.solver, silent);

@@ -1,5 +1,5 @@
 // What stands in OUT, before and after runs that end well, badly or not at all.
-#include "app/pipeline/output_folder.h"
+#include "app/results/output_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "app/pipeline/observer.h"
-#include "app/pipeline/output_names.h"
+#include "app/results/observer.h"
+#include "app/results/output_names.h"
 #include "io/error.h"
 #include "tests/support/temporary_folder.h"
 
@@ -24,19 +24,19 @@ class OutputFolderTest : public testing::Test {
     fs::create_directories((out_ / name).parent_path());
     std::ofstream(out_ / name) << text;
   }
-  static void make(pipeline::OutputFolder& folder, const std::string& name, const std::string& text) {
+  static void make(results::OutputFolder& folder, const std::string& name, const std::string& text) {
     std::ofstream(folder.file(name)) << text;
   }
   // A result of one file, as `texture` leaves it.
   void publish_first() const {
-    pipeline::OutputFolder folder(out_, false, "texture");
+    results::OutputFolder folder(out_, false, "texture");
     make(folder, "model.obj", "first");
     make(folder, "run.json", R"({"program": "gpvc", "command": "texture", "outputs": ["model.obj", "run.json"]})");
     folder.publish();
   }
   std::string refusal(bool force, const std::string& command = "texture") const {
     try {
-      const pipeline::OutputFolder folder(out_, force, command);
+      const results::OutputFolder folder(out_, force, command);
     } catch (const OutputError& error) {
       return error.what();
     }
@@ -65,7 +65,7 @@ TEST_F(OutputFolderTest, ForeignFilesAreRefusedAtOnce) {
     fs::remove_all(out_);
   }
   put("mesh.ply", "mine");  // known when it is promised
-  pipeline::OutputFolder folder(out_, true, "synth city");
+  results::OutputFolder folder(out_, true, "synth city");
   EXPECT_THROW(folder.file("mesh.ply"), OutputError);
 }
 
@@ -82,14 +82,14 @@ TEST_F(OutputFolderTest, ReplacesItsOwnResultAlone) {
   publish_first();
   put("notes.txt", "mine");
   EXPECT_NE(refusal(false).find("--force"), std::string::npos);
-  pipeline::OutputFolder folder(out_, true, "texture");
+  results::OutputFolder folder(out_, true, "texture");
   make(folder, "model.glb", "second");
   folder.publish();
   EXPECT_EQ(names(), (std::vector<std::string>{"model.glb", "notes.txt"}));
 }
 
 TEST_F(OutputFolderTest, ARunThatStartsOverPublishesWhatItWritesThen) {
-  pipeline::OutputFolder folder(out_, false, "texture");
+  results::OutputFolder folder(out_, false, "texture");
   make(folder, "tiles/0_0.glb", "first");
   folder.file("preview.png");  // never written
   folder.start_over();
@@ -103,7 +103,7 @@ TEST_F(OutputFolderTest, AFailedPublishBringsTheEarlierResultBack) {
   publish_first();
   const std::string run_json = read_file(out_ / "run.json");
   {
-    pipeline::OutputFolder folder(out_, true, "texture");
+    results::OutputFolder folder(out_, true, "texture");
     make(folder, "model.obj", "second");
     make(folder, "new/page.jpg", "second");
     put("new", "a file that came meanwhile, where a folder has to be");
@@ -119,24 +119,24 @@ TEST_F(OutputFolderTest, NamesThatAreNoUtf8AreListedAsTheyAre) {
       "images/\xDC"
       "ber.jpg";
   for (const bool force : {false, true}) {
-    pipeline::OutputFolder folder(out_, force, "convert");
+    results::OutputFolder folder(out_, force, "convert");
     folder.refuse_foreign_file(
         "images/./\xDC"
         "ber.jpg");
     make(folder, latin, force ? "second" : "first");
     std::ofstream run(folder.file("run.json"));
     run << nlohmann::json{
-        {"program", "gpvc"}, {"command", "convert"}, {"outputs", pipeline::outputs_json(folder.promised())}};
+        {"program", "gpvc"}, {"command", "convert"}, {"outputs", results::outputs_json(folder.promised())}};
     run.close();
     folder.publish();
   }
   EXPECT_EQ(read_file(out_ / latin), "second");
-  EXPECT_FALSE(pipeline::outputs_json({"plain.jpg"})[0].is_object());
+  EXPECT_FALSE(results::outputs_json({"plain.jpg"})[0].is_object());
 }
 
 TEST_F(OutputFolderTest, AFolderInTheWayLosesNothing) {
   publish_first();
-  pipeline::OutputFolder folder(out_, true, "texture");
+  results::OutputFolder folder(out_, true, "texture");
   make(folder, "model.obj", "second");
   make(folder, "offset.txt", "second");
   put("offset.txt/mine", "mine");
@@ -160,7 +160,7 @@ TEST_F(OutputFolderTest, NoLinkLeadsOut) {
       EXPECT_NE(refusal(true, "convert").find(name + std::string(": is a symbolic link")), std::string::npos);
     }
     put("run.json", R"({"program": "gpvc", "command": "convert", "outputs": ["run.json"]})");
-    pipeline::OutputFolder folder(out_, true, "convert");
+    results::OutputFolder folder(out_, true, "convert");
     EXPECT_THROW(folder.file(name + std::string("/b.jpg")), OutputError);
     make(folder, "late/b.jpg", "new");
     fs::create_directory_symlink(away, out_ / "late");  // only after it was looked at
@@ -171,7 +171,7 @@ TEST_F(OutputFolderTest, NoLinkLeadsOut) {
   // A link in the place of a file is replaced itself.
   put("run.json", R"({"program": "gpvc", "command": "convert", "outputs": ["b.jpg", "run.json"]})");
   fs::create_symlink(away / "a.jpg", out_ / "b.jpg");
-  pipeline::OutputFolder folder(out_, true, "convert");
+  results::OutputFolder folder(out_, true, "convert");
   make(folder, "b.jpg", "new");
   folder.publish();
   EXPECT_EQ(names(), (std::vector<std::string>{"b.jpg", "real"}));
@@ -182,7 +182,7 @@ TEST_F(OutputFolderTest, NoLinkLeadsOut) {
 TEST_F(OutputFolderTest, LeftoversAreRemovedAndNeverTaken) {
   // Of runs that were killed, whatever number their process had.
   for (const std::string name : {"1", "4242", "a1B2c3"}) put(".gpvc-unfinished-" + name + "/stale.jpg", "stale");
-  std::optional<pipeline::OutputFolder> folder(std::in_place, out_, false, "convert");
+  std::optional<results::OutputFolder> folder(std::in_place, out_, false, "convert");
   make(*folder, "fresh.jpg", "fresh");
   // One under way is none.
   EXPECT_NE(refusal(false, "convert").find("another run"), std::string::npos);
@@ -196,11 +196,11 @@ TEST_F(OutputFolderTest, LeftoversAreRemovedAndNeverTaken) {
 }
 
 TEST_F(OutputFolderTest, SaysBeforeTheWorkThatTheDiskIsTooFull) {
-  struct Warnings : pipeline::Observer {
+  struct Warnings : results::Observer {
     void warning(const std::string& text) override { said += text; }
     std::string said;
   } observer;
-  const pipeline::OutputFolder folder(out_, false, "texture");
+  const results::OutputFolder folder(out_, false, "texture");
   const auto free = static_cast<double>(fs::space(out_).available);
   folder.expect_space(0, free / 2, observer);
   EXPECT_EQ(observer.said, "");

@@ -180,12 +180,12 @@ TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
   EXPECT_EQ(cli::used_views(scene.views, "1/up.png,0/*", "").size(), 7);
   EXPECT_THROW(cli::used_views(scene.views, "front.png", ""), cli::UsageError);
   // Every second photo, which is the second panorama whole.
-  const std::vector<ViewId> held = cli::held_out_views(scene, pipeline::all_views(scene), "2");
+  const std::vector<ViewId> held = cli::held_out_views(scene, checks::all_views(scene), "2");
   ASSERT_EQ(held.size(), 6);
   for (const ViewId id : held) EXPECT_EQ(io::photo_name(scene.views[index(id)]), "1.png");
   const Mesh mesh = room();
   io::PhotoCache photos(scene, 1, std::size_t{1} << 24);
-  pipeline::Observer silent;
+  results::Observer silent;
   const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, {}, photos, silent);
   // Frames overlap, so that every face lies whole in one.
   const auto [seen, partial, unseen] = pipeline::count_tags(textured.tags);
@@ -203,7 +203,7 @@ TEST(PanoramaTexture, OfTheOpenSkyIsNoReasonForDoubt) {
   std::erase_if(floor.faces, [&](const Triangle& face) {
     return std::ranges::any_of(face, [&](std::uint32_t v) { return floor.positions[v].z > -kRoomHalf[2]; });
   });
-  struct Warnings : pipeline::Observer {
+  struct Warnings : results::Observer {
     void warning(const std::string& text) override { all += text + '\n'; }
     std::string all;
   } warnings;
@@ -225,7 +225,7 @@ TEST(FisheyeTexture, ShowsTheWallsToTheEdge) {
     const Scene scene = io::read_scene(folder.path(), {.whole_fisheyes = whole});
     ASSERT_EQ(scene.views.size(), whole ? 2 : 10);
     io::PhotoCache photos(scene, 1, std::size_t{1} << 24);
-    pipeline::Observer silent;
+    results::Observer silent;
     const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, {}, photos, silent);
     seen[whole ? 0 : 1] = pipeline::count_tags(textured.tags)[0];
     expect_colors(mesh, textured);

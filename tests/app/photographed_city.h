@@ -27,7 +27,7 @@ struct City {
       io::write_image(view.photo, pictures.back().image, io::ImageFormat::png, 0);
     }
     mesh = std::move(made.mesh);
-    views = pipeline::all_views(scene);
+    views = checks::all_views(scene);
   }
   TemporaryFolder folder;
   Scene scene;

@@ -19,16 +19,16 @@ namespace gpvc {
 namespace {
 
 // Keeps what it hears, and cancels at the first progress of a stage, if it is told one.
-class Listener : public pipeline::Observer {
+class Listener : public results::Observer {
  public:
   explicit Listener(std::string cancel_in = "") : cancel_in_(std::move(cancel_in)) {}
-  void begin(const pipeline::StageInfo& stage) override { begun.push_back(stage.name); }
+  void begin(const results::StageInfo& stage) override { begun.push_back(stage.name); }
   void end(const std::string&) override { ended.push_back(begun.back()); }
   void progress(std::size_t done, std::size_t total) override {
     EXPECT_LE(done, total);
     if (begun.back() == cancel_in_) throw Cancelled();
   }
-  void figure(const std::string& name, const pipeline::Figure&) override { figures.push_back(name); }
+  void figure(const std::string& name, const results::Figure&) override { figures.push_back(name); }
 
   std::vector<std::string> begun, ended, figures;
 
@@ -43,8 +43,8 @@ class Pipeline : public testing::Test {
   static void SetUpTestSuite() { city_ = std::make_unique<City>(); }
   static void TearDownTestSuite() { city_.reset(); }
 
-  static pipeline::Input input() { return {city_->scene, city_->mesh, city_->views}; }
-  static pipeline::TexturedMesh texture(io::PhotoSource& photos, pipeline::Observer& observer) {
+  static checks::Input input() { return {city_->scene, city_->mesh, city_->views}; }
+  static pipeline::TexturedMesh texture(io::PhotoSource& photos, results::Observer& observer) {
     return pipeline::texture(city_->scene, city_->mesh, {}, photos, observer);
   }
   // View selection and what comes before it, each step called alone.
@@ -63,7 +63,7 @@ class Pipeline : public testing::Test {
 
   static inline std::unique_ptr<City> city_;
   io::PictureSource photos_{city_->scene, city_->pictures};
-  pipeline::Observer silent_;
+  results::Observer silent_;
 };
 
 void expect_equal(const pipeline::TexturedMesh& a, const pipeline::TexturedMesh& b) {
@@ -240,7 +240,7 @@ TEST_F(Pipeline, ABorderIsNotWritten) {
   atlas_input.border = border;
   part.atlas = pipeline::make_atlas(atlas_input, settings.atlas, silent_);
   test::TemporaryFolder out;
-  pipeline::OutputFolder folder(out.path() / "part", false, "test");
+  results::OutputFolder folder(out.path() / "part", false, "test");
   pipeline::write(input(), part, settings, folder, silent_);
   folder.publish();
   EXPECT_EQ(io::read_mesh(out.path() / "part/model.obj").faces, inside);
@@ -254,7 +254,7 @@ TEST_F(Pipeline, AMeshThatNoPhotoSeesIsRefused) {
 }
 
 // Keeps warnings.
-class Warned : public pipeline::Observer {
+class Warned : public results::Observer {
  public:
   void warning(const std::string& text) override { warnings.push_back(text); }
   std::vector<std::string> warnings;
@@ -345,9 +345,9 @@ TEST_F(PhotosAndPoses, CamerasOfPhotosOfAnotherSizeAreNamedInTheError) {
 TEST_F(PhotosAndPoses, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
   Mesh large = city_->mesh;
   for (WorldPoint& p : large.positions) p = 1000.0 * p;
-  const std::vector<ViewId> all = pipeline::all_views(city_->scene), one{ViewId{0}};
+  const std::vector<ViewId> all = checks::all_views(city_->scene), one{ViewId{0}};
   pipeline::Settings settings;
-  const auto look = [&](const std::vector<ViewId>& views, pipeline::Observer& observer) {
+  const auto look = [&](const std::vector<ViewId>& views, results::Observer& observer) {
     pipeline::see({city_->scene, large, views}, settings, photos_, observer);
   };
   const std::string error = test::input_error([&] { look(all, silent_); });
@@ -394,7 +394,7 @@ TEST_F(SmallPhotos, AnExplanationAloneRefusesAScene) {
     for (std::size_t i = 0; i < 9; ++i) view.pose.rotation[i] = rotation[i % 3 * 3 + i / 3];
     view.pose.centre = {-minus_t.x, -minus_t.y, -minus_t.z};
   }
-  const pipeline::Input turned{inverse, city_->mesh, city_->views};
+  const checks::Input turned{inverse, city_->mesh, city_->views};
   pipeline::Settings settings;
   const std::string error = test::input_error([&] { pipeline::see(turned, settings, photos_, silent_); });
   EXPECT_TRUE(
@@ -416,10 +416,10 @@ class MeshElsewhere : public Pipeline {
   static void SetUpTestSuite() { city_ = std::make_unique<City>(50000, 720, 20); }
 
   // The same city with another mesh.
-  static pipeline::MeshFit fit_of(const Mesh& mesh, bool keep, Warned& observer) {
+  static checks::MeshFit fit_of(const Mesh& mesh, bool keep, Warned& observer) {
     pipeline::Settings settings;
     settings.costs.keep_views = keep;
-    const std::vector<ViewId> views = pipeline::all_views(city_->scene);
+    const std::vector<ViewId> views = checks::all_views(city_->scene);
     io::PictureSource photos(city_->scene, city_->pictures);
     return pipeline::see({city_->scene, mesh, views}, settings, photos, observer).fit;
   }
@@ -427,9 +427,9 @@ class MeshElsewhere : public Pipeline {
 
 TEST_F(MeshElsewhere, TheRightMeshFits) {
   Warned observer;
-  const pipeline::MeshFit fit = fit_of(city_->mesh, false, observer);
-  EXPECT_EQ(fit.verdict, pipeline::MeshFit::Verdict::fits) << pipeline::photo_fit_text(fit);
-  EXPECT_GT(fit.share, 0.9) << pipeline::photo_fit_text(fit);
+  const checks::MeshFit fit = fit_of(city_->mesh, false, observer);
+  EXPECT_EQ(fit.verdict, checks::MeshFit::Verdict::fits) << checks::photo_fit_text(fit);
+  EXPECT_GT(fit.share, 0.9) << checks::photo_fit_text(fit);
   EXPECT_TRUE(observer.warnings.empty()) << observer.warnings[0];
 }
 
@@ -439,7 +439,7 @@ TEST_F(MeshElsewhere, ExposureJumpsRaiseNoAlarm) {
     for (std::uint8_t& level : pictures[n].image.pixels) level = static_cast<std::uint8_t>(level / 2);
   io::PictureSource dark(city_->scene, pictures);
   Warned observer;
-  EXPECT_EQ(pipeline::see(input(), {}, dark, observer).fit.verdict, pipeline::MeshFit::Verdict::fits);
+  EXPECT_EQ(pipeline::see(input(), {}, dark, observer).fit.verdict, checks::MeshFit::Verdict::fits);
   EXPECT_TRUE(observer.warnings.empty()) << observer.warnings[0];
 }
 
@@ -449,8 +449,8 @@ TEST_F(MeshElsewhere, AMovedOrScaledMeshIsNamed) {
   for (WorldPoint& p : scaled.positions) p = {1.05 * p.x, 1.05 * p.y, 1.05 * p.z + 1};
   for (const Mesh& mesh : {raised, scaled}) {
     Warned observer;
-    const pipeline::MeshFit fit = fit_of(mesh, false, observer);
-    EXPECT_EQ(fit.verdict, pipeline::MeshFit::Verdict::elsewhere) << pipeline::photo_fit_text(fit);
+    const checks::MeshFit fit = fit_of(mesh, false, observer);
+    EXPECT_EQ(fit.verdict, checks::MeshFit::Verdict::elsewhere) << checks::photo_fit_text(fit);
     ASSERT_FALSE(observer.warnings.empty());
     EXPECT_TRUE(test::contains(observer.warnings.back(), "the mesh seems to be moved, scaled, turned or mirrored"));
   }
@@ -482,11 +482,11 @@ TEST_F(MeshElsewhere, TiePointsOffTheMeshAreNamed) {
   for (WorldPoint& p : large.positions) p = {3 * p.x, 3 * p.y, 3 * p.z};
   pipeline::Settings settings;
   settings.costs.keep_views = true;
-  using enum pipeline::MeshFit::Verdict;
+  using enum checks::MeshFit::Verdict;
   for (const auto& [mesh, verdict] : {std::pair{&city_->mesh, fits}, {&large, elsewhere}}) {
     Warned warned;
-    const pipeline::MeshFit fit = pipeline::see({scene, *mesh, city_->views}, settings, photos_, warned).tie_point_fit;
-    EXPECT_EQ(fit.verdict, verdict) << pipeline::tie_point_fit_text(fit);
+    const checks::MeshFit fit = pipeline::see({scene, *mesh, city_->views}, settings, photos_, warned).tie_point_fit;
+    EXPECT_EQ(fit.verdict, verdict) << checks::tie_point_fit_text(fit);
     EXPECT_EQ(verdict == fits, warned.warnings.empty());
   }
   scene.files = {folder.write("points3D.txt", "1 2 3\n")};

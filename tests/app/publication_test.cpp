@@ -11,8 +11,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "app/pipeline/output_folder.h"
-#include "app/pipeline/output_names.h"
+#include "app/results/output_folder.h"
+#include "app/results/output_names.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
@@ -60,11 +60,11 @@ using Files = std::map<std::string, std::string>;
 class PublicationTest : public testing::Test {
  protected:
   void publish(const Files& files) const {
-    pipeline::OutputFolder folder(out_, true, "texture");
+    results::OutputFolder folder(out_, true, "texture");
     for (const auto& [name, text] : files) std::ofstream(folder.file(name)) << text;
     std::ofstream run(folder.file("run.json"));
     run << nlohmann::json{
-        {"program", "gpvc"}, {"command", "texture"}, {"outputs", pipeline::outputs_json(folder.promised())}};
+        {"program", "gpvc"}, {"command", "texture"}, {"outputs", results::outputs_json(folder.promised())}};
     run.close();
     fs::create_directories(out_ / ".work");
     std::ofstream(out_ / ".work/view-0.part-1") << "kept until there is a result";
@@ -87,7 +87,7 @@ class PublicationTest : public testing::Test {
   }
   std::string refusal() const {
     try {
-      const pipeline::OutputFolder folder(out_, false, "texture");
+      const results::OutputFolder folder(out_, false, "texture");
     } catch (const OutputError& error) {
       return error.what();
     }
@@ -103,7 +103,7 @@ class PublicationTest : public testing::Test {
   }
   // The files that run.json claims.
   std::vector<std::string> listed() const {
-    return pipeline::output_names(nlohmann::ordered_json::parse(read_file(out_ / "run.json"))["outputs"]);
+    return results::output_names(nlohmann::ordered_json::parse(read_file(out_ / "run.json"))["outputs"]);
   }
   void expect_whole(const Files& result) const {
     EXPECT_EQ(files(), result);
@@ -177,7 +177,7 @@ TEST_F(PublicationTest, ASecondRunIsRefusedAtItsStart) {
   ASSERT_EQ(pipe(ready), 0);
   const pid_t child = fork();
   if (child == 0) {
-    pipeline::OutputFolder folder(out_, false, "texture");
+    results::OutputFolder folder(out_, false, "texture");
     std::ofstream(folder.file("model.obj")) << "half";
     if (write(ready[1], "x", 1) != 1) _exit(1);
     pause();
@@ -195,7 +195,7 @@ TEST_F(PublicationTest, ASecondRunIsRefusedAtItsStart) {
 }
 
 TEST_F(PublicationTest, DiscardingLeavesNothing) {
-  pipeline::OutputFolder folder(out_, false, "texture");
+  results::OutputFolder folder(out_, false, "texture");
   std::ofstream(folder.file("model.obj")) << "half";
   folder.discard();
   EXPECT_FALSE(fs::exists(out_));

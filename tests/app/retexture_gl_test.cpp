@@ -20,12 +20,12 @@ using pipeline::EditModel;
 using test::City;
 
 // Keeps the figures and notes of a run.
-class EditListener : public pipeline::Observer {
+class EditListener : public results::Observer {
  public:
-  void figure(const std::string& name, const pipeline::Figure& value) override { figures[name] = value; }
+  void figure(const std::string& name, const results::Figure& value) override { figures[name] = value; }
   void note(const std::string& text) override { notes.push_back(text); }
   std::size_t count(const std::string& name) const { return std::get<std::size_t>(figures.at(name)); }
-  std::map<std::string, pipeline::Figure> figures;
+  std::map<std::string, results::Figure> figures;
   std::vector<std::string> notes;
 };
 
@@ -115,15 +115,15 @@ class Retexture : public testing::Test {
     settings.view_rules = std::move(rules);
     return settings;
   }
-  static pipeline::Input input() { return {city_->scene, city_->mesh, city_->views}; }
+  static checks::Input input() { return {city_->scene, city_->mesh, city_->views}; }
   static void run(const pipeline::Settings& settings, const fs::path& from, const fs::path& out,
-                  pipeline::Observer& observer) {
+                  results::Observer& observer) {
     WatchedPhotos photos(city_->scene);
     run(settings, from, out, observer, photos, input());
   }
   static void run(const pipeline::Settings& settings, const fs::path& from, const fs::path& out,
-                  pipeline::Observer& observer, io::PhotoSource& photos, const pipeline::Input& input) {
-    pipeline::OutputFolder folder(out, true, "texture");
+                  results::Observer& observer, io::PhotoSource& photos, const checks::Input& input) {
+    results::OutputFolder folder(out, true, "texture");
     if (from.empty())
       pipeline::texture_into(input, settings, photos, folder, observer);
     else
@@ -156,7 +156,7 @@ class Retexture : public testing::Test {
       flags[f] = before.edit.face_chart[f] != after.edit.face_chart[f] ? 1 : 0;
     return flags;
   }
-  static std::string refused(const pipeline::Settings& settings, const fs::path& from, const pipeline::Input& input) {
+  static std::string refused(const pipeline::Settings& settings, const fs::path& from, const checks::Input& input) {
     EditListener listener;
     WatchedPhotos photos(city_->scene);
     return test::input_error([&] { run(settings, from, folder_->path() / "refused", listener, photos, input); });

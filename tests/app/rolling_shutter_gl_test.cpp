@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/pipeline/nearness.h"
+#include "app/checks/nearness.h"
 #include "app/pipeline/pipeline.h"
 #include "io/bilinear.h"
 #include "io/photos.h"
@@ -92,7 +92,7 @@ Scene flight() {
 /// The mean difference, in grey levels, between the textured mesh and the colours of its points.
 double color_error(const Scene& scene, const Mesh& mesh, const std::vector<io::Picture>& pictures) {
   io::PictureSource photos(scene, pictures);
-  pipeline::Observer silent;
+  results::Observer silent;
   const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, {}, photos, silent);
   const io::TexturedModel& model = textured.atlas.model;
   double sum = 0;
@@ -122,7 +122,7 @@ TEST(RollingShutter, IsUndoneInTheTexture) {
   const Mesh mesh = box_on_ground();
   std::vector<io::Picture> pictures;
   for (const View& view : scene.views) pictures.push_back({photo_of(view)});
-  pipeline::set_nearness(scene, mesh);
+  checks::set_nearness(scene, mesh);
   Scene turned = scene, ignored = scene;
   for (View& view : turned.views) view.camera.distortion.motion.nearness = {};
   for (View& view : ignored.views) view.camera.distortion.motion = {};
@@ -144,7 +144,7 @@ TEST(RollingShutter, TakesTheNearnessOfAPlaneExactly) {
   scene.views.resize(2);
   for (View& view : scene.views) view.pose.centre = {0, 0, 25};
   scene.views[1].camera.distortion.motion.step = {};
-  pipeline::set_nearness(scene, mesh);
+  checks::set_nearness(scene, mesh);
   // A point at depth Z has z = 25 - Z and y = -(Y / Z) Z, so 25 - Z = 10 + (Y / Z) Z, and 1 / Z = (1 + Y / Z) / 15.
   const auto& nearness = scene.views[0].camera.distortion.motion.nearness;
   EXPECT_NEAR(nearness[0], 0, 1e-8);  // depths are floats

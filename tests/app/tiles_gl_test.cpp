@@ -37,7 +37,7 @@ class TilesJob : public testing::Test {
     delete jobs_;
     delete city_;
   }
-  pipeline::Input input() const { return {city_->scene, city_->mesh, city_->views}; }
+  checks::Input input() const { return {city_->scene, city_->mesh, city_->views}; }
   static JobSettings settings(std::size_t faces_per_tile) {
     JobSettings settings;
     settings.tileset.faces_per_tile = faces_per_tile;
@@ -62,7 +62,7 @@ class TilesJob : public testing::Test {
 
   static City* city_;
   static std::map<std::size_t, std::unique_ptr<test::TemporaryFolder>>* jobs_;
-  pipeline::Observer observer_;
+  results::Observer observer_;
 };
 City* TilesJob::city_ = nullptr;
 std::map<std::size_t, std::unique_ptr<test::TemporaryFolder>>* TilesJob::jobs_ = nullptr;
@@ -241,7 +241,7 @@ TEST_F(TilesJob, TilesOfAMeshFromAnotherSystemLieInTheScenes) {
   io::transform_points(scene.srs, moved.file_srs, moved.file_positions);
   std::map<const Mesh*, std::map<std::string, std::string>> files;
   for (const Mesh* mesh : std::initializer_list<const Mesh*>{&city_->mesh, &moved}) {
-    const pipeline::Input input{scene, *mesh, city_->views};
+    const checks::Input input{scene, *mesh, city_->views};
     const test::TemporaryFolder out;
     const JobFolder folder(out.path() / "job");
     JobSettings whole = settings(100000);
@@ -251,7 +251,7 @@ TEST_F(TilesJob, TilesOfAMeshFromAnotherSystemLieInTheScenes) {
     const fs::path result = folder.path() / "result";
     for (const char* file : {"tileset.json", "tiles/0_0.glb", "obj/0/model.obj"})
       files[mesh][file] = test::read_file(result / file);
-    pipeline::OutputFolder tileset(out.path() / "tileset", false, "tileset");
+    results::OutputFolder tileset(out.path() / "tileset", false, "tileset");
     io::PictureSource photos(scene, city_->pictures);
     EXPECT_TRUE(tileset::tileset_into(input, whole.tileset, photos, tileset, observer_).georeferenced);
     for (const char* file : {"tileset.json", "tiles/0_0.glb"})

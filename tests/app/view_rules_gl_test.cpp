@@ -15,7 +15,7 @@ namespace {
 using pipeline::ViewRule;
 using test::City;
 
-class Warnings : public pipeline::Observer {
+class Warnings : public results::Observer {
  public:
   void warning(const std::string& text) override { warnings.push_back(text); }
   std::vector<std::string> warnings;
@@ -26,7 +26,7 @@ class ViewRules : public testing::Test {
   static void SetUpTestSuite() { city_ = std::make_unique<City>(); }
   static void TearDownTestSuite() { city_.reset(); }
 
-  pipeline::Seen see(std::vector<ViewRule> rules, pipeline::Observer& observer,
+  pipeline::Seen see(std::vector<ViewRule> rules, results::Observer& observer,
                      labeling::Outliers outliers = labeling::Outliers::none) {
     pipeline::Settings settings;
     settings.costs.outliers = outliers;
@@ -121,7 +121,7 @@ TEST_F(ViewRules, FacesWithoutAViewAreCountedInAWarningAndFilled) {
     lost += all.candidates.tags[f] != labeling::FaceTag::unseen;
   }
   ASSERT_GT(lost, 500u);
-  const std::string expected = pipeline::readable_count(lost) + " faces are filled, the first of them face ";
+  const std::string expected = results::readable_count(lost) + " faces are filled, the first of them face ";
   EXPECT_TRUE(std::ranges::any_of(heard_.warnings, [&](const std::string& w) { return w.starts_with(expected); }))
       << expected;
 }

@@ -13,10 +13,10 @@ int main(int, char** argv) {
   io::PictureSource photos(scene, std::move(pictures));
 
   const pipeline::Settings settings;
-  pipeline::Observer silent;
+  results::Observer silent;
   const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, settings, photos, silent);
-  pipeline::OutputFolder folder(argv[3], false, "outsider");
-  const std::vector<ViewId> views = pipeline::all_views(scene);
+  results::OutputFolder folder(argv[3], false, "outsider");
+  const std::vector<ViewId> views = checks::all_views(scene);
   pipeline::write({scene, mesh, views}, textured, settings, folder, silent);
   folder.publish();
 }

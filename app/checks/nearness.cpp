@@ -1,4 +1,4 @@
-#include "app/pipeline/nearness.h"
+#include "app/checks/nearness.h"
 
 #include <tbb/parallel_for.h>
 
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <vector>
 
-#include "app/pipeline/glance.h"
+#include "app/checks/glance.h"
 #include "io/vector.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 namespace {
 
 /// Least squares by the normal equations: three unknowns, with columns of about the same size.
@@ -69,4 +69,4 @@ void set_nearness(Scene& scene, const Mesh& mesh, const WorldPoint& offset) {
   });
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

@@ -1,4 +1,4 @@
-#include "app/pipeline/output_folder.h"
+#include "app/results/output_folder.h"
 
 #include <fmt/format.h>
 
@@ -15,15 +15,15 @@
 #include <system_error>
 #include <utility>
 
-#include "app/pipeline/folder_lock.h"
-#include "app/pipeline/observer.h"
-#include "app/pipeline/output_names.h"
-#include "app/pipeline/publication.h"
+#include "app/results/folder_lock.h"
+#include "app/results/observer.h"
+#include "app/results/output_names.h"
+#include "app/results/publication.h"
 #include "io/files/paths.h"
 #include "io/output_file.h"
 #include "io/work_store.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::results {
 namespace {
 
 namespace fs = std::filesystem;
@@ -359,4 +359,4 @@ fs::path contained_path(const std::string& name) {
   return path;
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::results

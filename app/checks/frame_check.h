@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "app/pipeline/glance.h"
-#include "io/scene.h"
+#include "../../io/scene.h"
+#include "glance.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 
 Box box_of(const Mesh& mesh);
 /// The bounding box of the camera centres.
@@ -52,4 +52,4 @@ std::string check_scale(const Mesh& mesh, std::span<const double> sampling, cons
 /// nothing: they are another lens's, or wrong. O(views).
 std::string check_lenses(const Scene& scene, std::span<const ViewId> used);
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

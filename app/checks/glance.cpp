@@ -1,4 +1,4 @@
-#include "app/pipeline/glance.h"
+#include "app/checks/glance.h"
 
 #include <tbb/parallel_for.h>
 
@@ -7,7 +7,7 @@
 
 #include "io/vector.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 namespace {
 
 /// Tests a point against the five planes of the view's frustum: through the four borders of the frame, and the camera's
@@ -137,4 +137,4 @@ Glance glance_at(const Mesh& mesh, const FaceRuns& runs, const View& view) {
   return glance;
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

@@ -1,4 +1,4 @@
-#include "app/pipeline/frame_check.h"
+#include "app/checks/frame_check.h"
 
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
@@ -10,11 +10,11 @@
 #include <cmath>
 #include <limits>
 
-#include "app/pipeline/observer.h"
+#include "app/results/observer.h"
 #include "io/error.h"
 #include "io/vector.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 namespace {
 
 bool any_framed(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
@@ -235,7 +235,7 @@ std::string check_lenses(const Scene& scene, std::span<const ViewId> used) {
       "{} of {} photos have a lens whose terms describe only a part of them, {:.0f} % of the least ({}): beyond it "
       "they "
       "fold back on themselves, and the rest is not used; are they those of these photos?",
-      names.size(), used.size(), 100 * least, readable_list(names, 3));
+      names.size(), used.size(), 100 * least, results::readable_list(names, 3));
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

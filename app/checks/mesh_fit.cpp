@@ -1,5 +1,6 @@
-#include "app/pipeline/mesh_fit.h"
+#include "app/checks/mesh_fit.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -7,10 +8,11 @@
 #include <cmath>
 #include <optional>
 
-#include "app/pipeline/fit_verdict.h"
+#include "app/checks/fit_verdict.h"
+#include "app/results/observer.h"
 #include "io/vector.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 namespace {
 
 constexpr int kSide = 9, kPatch = kSide * kSide;         ///< of a patch, in pixels
@@ -223,6 +225,23 @@ std::optional<Place> seen_by_two(const Mesh& mesh, const Scene& scene, std::uint
 
 }  // namespace
 
+std::string photo_fit_text(const MeshFit& fit) {
+  if (fit.verdict == MeshFit::Verdict::unknown)
+    return fmt::format("photos agree about a surface at {} of {} places with texture, which are too few to tell",
+                       results::readable_count(fit.found), results::readable_count(fit.places));
+  return fmt::format(
+      "at {} of {} textured places the photos agree about a surface, {:.0f} % (+- {:.1f}) of these lie on the mesh",
+      results::readable_count(fit.found), results::readable_count(fit.places), 100 * fit.share, 100 * fit.error);
+}
+
+std::string tie_point_fit_text(const MeshFit& fit) {
+  if (fit.verdict == MeshFit::Verdict::unknown)
+    return fmt::format("the scene's {} tie points on the mesh are too few to tell",
+                       results::readable_count(fit.places));
+  return fmt::format("of {} of the scene's tie points {:.0f} % (+- {:.1f}) lie on the mesh",
+                     results::readable_count(fit.places), 100 * fit.share, 100 * fit.error);
+}
+
 SmallPhoto small_photo(const Image& photo) {
   const int factor = reduction(photo.width, photo.height);
   SmallPhoto small{factor, {photo.width / factor, photo.height / factor, 1, {}}};
@@ -321,4 +340,4 @@ MeshFit measure_fit(const Mesh& mesh, const Scene& scene, std::span<const SmallP
   return judge(groups);
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

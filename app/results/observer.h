@@ -8,7 +8,7 @@
 
 #include "../../io/progress.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::results {
 
 /// A stage of a run, as the user sees it.
 struct StageInfo {
@@ -64,4 +64,4 @@ std::string readable_duration(double seconds);
 /// The first `most` of some names: "a, b, c, ...".
 std::string readable_list(std::span<const std::string> names, std::size_t most);
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::results

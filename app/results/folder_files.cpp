@@ -1,4 +1,4 @@
-#include "app/pipeline/folder_files.h"
+#include "app/results/folder_files.h"
 
 #include <fcntl.h>
 #include <stdio.h>
@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <system_error>
 
-namespace gpvc::pipeline {
+namespace gpvc::results {
 namespace {
 
 namespace fs = std::filesystem;
@@ -105,4 +105,4 @@ void FolderFiles::remove_empty_parents(const fs::path& name) const noexcept {
 
 void FolderFiles::flush() const noexcept { static_cast<void>(fsync(descriptor_)); }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::results

@@ -1,12 +1,12 @@
-#include "app/pipeline/publication.h"
+#include "app/results/publication.h"
 
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "app/pipeline/output_names.h"
+#include "app/results/output_names.h"
 #include "io/output_file.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::results {
 namespace {
 
 namespace fs = std::filesystem;
@@ -82,4 +82,4 @@ void Publication::end() const {
   if (failed) throw OutputError(file, "cannot be removed: " + failed.message());
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::results

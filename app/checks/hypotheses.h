@@ -4,15 +4,16 @@
 #include <span>
 #include <string>
 
-#include "app/pipeline/mesh_fit.h"
+#include "app/checks/input.h"
+#include "app/checks/mesh_fit.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 
 /// Tries common mistakes: photos in another order or upside down, exchanged or mirrored axes, inverse poses, another unit,
 /// another lens, photos of another size. Returns a clause about the one with which the photos agree on the mesh, such as
 /// "with the poses inverted they would agree on the mesh at 610 places instead of 20"; empty if none is `clearly` times as
 /// good as the scene is. Some seconds.
-std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> photos, Observer& observer,
+std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> photos, results::Observer& observer,
                                double clearly = 2);
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

@@ -1,4 +1,4 @@
-#include "app/pipeline/hypotheses.h"
+#include "app/checks/hypotheses.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include <functional>
 #include <utility>
 
-#include "app/pipeline/frame_check.h"
+#include "app/checks/frame_check.h"
 #include "io/vector.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 namespace {
 
 /// What a hypothesis changes: some faces of the mesh, the views and their photos.
@@ -145,7 +145,7 @@ void resize(double factor, Camera& camera) {
 
 /// Photos that were reduced since they were aligned: files that do not state their size (NVM, Bundler) then have focal
 /// lengths of too many pixels, by any factor. Photos agree about surfaces off the mesh where the factor is nearly right.
-Explanation other_focal_length(const Trial& given, Observer& observer) {
+Explanation other_focal_length(const Trial& given, results::Observer& observer) {
   // A mesh that lies a little too far or too near looks like a focal length that is a little wrong.
   const auto is_near_one = [](double factor) { return factor > 0.9 && factor < 1.1; };
   Trial trial = given;
@@ -188,7 +188,7 @@ Explanation other_focal_length(const Trial& given, Observer& observer) {
 
 }  // namespace
 
-std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> photos, Observer& observer,
+std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> photos, results::Observer& observer,
                                double clearly) {
   const Trial given{some_faces(input.mesh), input.scene, {photos.begin(), photos.end()}};
   const MeshFit before = fit_of(given);
@@ -219,4 +219,4 @@ std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> p
                      places_on_mesh(best.fit), places_on_mesh(before));
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

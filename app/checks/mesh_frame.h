@@ -5,9 +5,9 @@
 #include <span>
 #include <string>
 
-#include "io/scene.h"
+#include "../../io/scene.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 
 /// Does nothing where the mesh fits the cameras as they are (check_frames() and check_scale() accept it) and none of the
 /// scene's other frames fits clearly better: by the share of the mesh that is framed, nine tenths at least of all views
@@ -29,4 +29,4 @@ bool fits_cameras(const Scene& scene, const Mesh& mesh, std::span<const ViewId> 
 /// check_input() says.
 std::string ways_out(const Scene& scene);
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

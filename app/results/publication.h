@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "app/pipeline/folder_files.h"
+#include "app/results/folder_files.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::results {
 
 /// A hidden folder WORK inside OUT holds WORK/new (the new files), WORK/earlier (those that they replace) and, while files
 /// are being moved, WORK/publishing.json, which lists both. Every file is at one of two places, and which one tells how
@@ -41,4 +41,4 @@ class Publication {
   std::vector<std::string> replaced_, promised_;
 };
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::results

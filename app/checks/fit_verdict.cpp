@@ -1,9 +1,9 @@
-#include "app/pipeline/fit_verdict.h"
+#include "app/checks/fit_verdict.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 namespace {
 
 void add(const SurfaceCounts& c, double sign, SurfaceCounts& sum) {
@@ -59,4 +59,4 @@ MeshFit judge(const FitGroups& groups) {
   return fit;
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-namespace gpvc::pipeline {
+namespace gpvc::results {
 
 /// A lock on FOLDER/.gpvc-lock. It ends with the object or with the process, in whatever way; a killed run leaves the file,
 /// which then means nothing.
@@ -26,4 +26,4 @@ class FolderLock {
   bool held_ = false;
 };
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::results

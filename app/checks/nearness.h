@@ -3,11 +3,11 @@
 
 #include "../../io/scene.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 
 /// Sets Motion::nearness of all views that have a step: the plane that differs least from the nearness of what a grid of
 /// rays meets first, by the sum of squares. `offset` is to be added to the mesh's positions. \pre mesh and cameras lie in
 /// the same coordinates. O(moving views x framed faces)
 void set_nearness(Scene& scene, const Mesh& mesh, const WorldPoint& offset = {});
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

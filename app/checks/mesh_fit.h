@@ -4,12 +4,19 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "app/pipeline/pipeline.h"
-#include "io/image.h"
+#include "../../io/image.h"
+#include "../../io/scene.h"
+#include "../../labeling/labeling.h"
+#include "fit_verdict.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
+
+/// What was measured, in one clause without an end.
+std::string photo_fit_text(const MeshFit& fit);
+std::string tie_point_fit_text(const MeshFit& fit);
 
 /// Pixels of a photo to one that surfaces are looked for in, each way. Errors of a pixel or two of mesh and poses vanish.
 inline int reduction(int width, int height) { return std::max(1, std::max(width, height) / 1000); }
@@ -47,4 +54,4 @@ std::vector<Place> framed_places(const Mesh& mesh, const Scene& scene, std::span
 MeshFit measure_fit(const Mesh& mesh, const Scene& scene, std::span<const SmallPhoto> photos,
                     std::span<const Place> places);
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

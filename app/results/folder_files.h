@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <optional>
 
-namespace gpvc::pipeline {
+namespace gpvc::results {
 
 /// A folder, held open. Names are relative to it. The folders on the way to a file are opened one by one, and none of them
 /// may be a symbolic link, so that nothing outside is touched even if the tree changes meanwhile. Throws
@@ -33,4 +33,4 @@ class FolderFiles {
   int descriptor_;
 };
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::results

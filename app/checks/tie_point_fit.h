@@ -3,11 +3,12 @@
 
 #include <vector>
 
-#include "app/pipeline/fit_verdict.h"
-#include "io/tie_points.h"
-#include "visibility/visibility.h"
+#include "../../io/tie_points.h"
+#include "../../visibility/visibility.h"
+#include "fit_verdict.h"
+#include "input.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 
 /// Tells whether a scene's tie points lie on the mesh: at most two pixels of a view that shows them in front of it or
 /// behind it, along the line of sight of another. Needs no photo, and judges a mesh where photos alone cannot, as they
@@ -15,7 +16,7 @@ namespace gpvc::pipeline {
 class TiePointFit {
  public:
   /// Reads the points; a broken file is warned of. Borrows the input.
-  TiePointFit(const Input& input, Observer& observer);
+  TiePointFit(const Input& input, results::Observer& observer);
   /// Counts the points that are the view's. O(their number).
   FitGroups counts(ViewId view, const visibility::Ivm& ivm) const;
 
@@ -24,4 +25,4 @@ class TiePointFit {
   std::vector<io::TiePoint> points_;  ///< ascending by their first view
 };
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

@@ -1,13 +1,13 @@
-#include "app/pipeline/tie_point_fit.h"
+#include "app/checks/tie_point_fit.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "app/pipeline/mesh_fit.h"
+#include "app/checks/mesh_fit.h"
 #include "io/error.h"
 #include "io/vector.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 namespace {
 
 /// Where the line of sight of a view through a point meets the face of the mesh that the view sees there; nullopt where it
@@ -38,7 +38,7 @@ std::optional<double> distance_in(const View& view, const WorldPoint& p, const W
 
 }  // namespace
 
-TiePointFit::TiePointFit(const Input& input, Observer& observer) : input_(input) {
+TiePointFit::TiePointFit(const Input& input, results::Observer& observer) : input_(input) {
   constexpr std::size_t kMost = 100'000;  // read and compared in well below a second
   try {
     points_ = io::read_tie_points(input.scene, kMost);
@@ -70,4 +70,4 @@ FitGroups TiePointFit::counts(ViewId view, const visibility::Ivm& ivm) const {
   return groups;
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

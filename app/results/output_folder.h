@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace gpvc::pipeline {
+namespace gpvc::results {
 
 class FolderFiles;
 class Observer;
@@ -99,4 +99,4 @@ class OutputFolder {
 /// the folder ("..", a root).
 std::filesystem::path contained_path(const std::string& name);
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::results

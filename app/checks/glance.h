@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "io/scene.h"
+#include "../../io/scene.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 
 /// An axis-aligned bounding box; empty until a point is added.
 struct Box {
@@ -56,4 +56,4 @@ struct Glance {
 /// O(faces in framed runs + cells that they cover).
 Glance glance_at(const Mesh& mesh, const FaceRuns& runs, const View& view);
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

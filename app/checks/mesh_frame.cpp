@@ -1,4 +1,4 @@
-#include "app/pipeline/mesh_frame.h"
+#include "app/checks/mesh_frame.h"
 
 #include <fmt/format.h>
 
@@ -9,13 +9,13 @@
 #include <stdexcept>
 #include <utility>
 
-#include "app/pipeline/frame_check.h"
+#include "app/checks/frame_check.h"
 #include "io/error.h"
 #include "io/mesh.h"
 #include "io/reference_system.h"
 #include "io/vector.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::checks {
 namespace {
 
 namespace fs = std::filesystem;
@@ -306,4 +306,4 @@ std::string ways_out(const Scene& scene) {
          "the cameras as BlocksExchange XML in the mesh's system";
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::checks

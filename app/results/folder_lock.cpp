@@ -1,4 +1,4 @@
-#include "app/pipeline/folder_lock.h"
+#include "app/results/folder_lock.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -12,7 +12,7 @@
 
 #include "io/error.h"
 
-namespace gpvc::pipeline {
+namespace gpvc::results {
 namespace {
 
 namespace fs = std::filesystem;
@@ -68,4 +68,4 @@ void FolderLock::release() noexcept {
   held_ = false;
 }
 
-}  // namespace gpvc::pipeline
+}  // namespace gpvc::results

@@ -1,0 +1,33 @@
+// Says from surfaces on a mesh and off it whether it lies in its place.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace gpvc::checks {
+
+/// How well the mesh lies where surfaces are: as photos show them, two of which agree best about a place on it there
+/// rather than at other distances along a line of sight; or as tie points lie.
+struct MeshFit {
+  enum class Verdict { unknown, fits, doubtful, elsewhere };
+  std::size_t places = 0;  ///< that were compared: with texture in photos, or tie points
+  std::size_t found = 0;   ///< of them, those with a surface, on the mesh or off it: photos agree better than by chance
+  double share = 0;        ///< of those found, on the mesh; what chance adds to either is subtracted; 0..1
+  double error = 0;        ///< standard error of the share
+  Verdict verdict = Verdict::unknown;
+};
+
+/// Surfaces that were looked for at some places of a mesh.
+struct SurfaceCounts {
+  double places = 0, found = 0;
+  double on_mesh = 0, off_mesh = 0;  ///< of those found, less what chance adds to either
+};
+
+inline constexpr std::size_t kFitGroups = 16;
+/// Each from all over the mesh: their differences tell the error of the share.
+using FitGroups = std::array<SurfaceCounts, kFitGroups>;
+
+void add(const FitGroups& groups, FitGroups& sums);
+MeshFit judge(const FitGroups& groups);
+
+}  // namespace gpvc::checks

@@ -1,0 +1,27 @@
+#include "app/checks/input.h"
+
+#include <string>
+
+#include "app/checks/frame_check.h"
+
+namespace gpvc::checks {
+
+std::vector<ViewId> all_views(const Scene& scene) {
+  std::vector<ViewId> views;
+  for (std::uint32_t v = 0; v < scene.views.size(); ++v) views.push_back(ViewId{v});
+  return views;
+}
+
+void check_input(const Input& input, results::Observer& observer) {
+  check_frames(input.mesh, input.mesh_file, input.scene, input.views);
+  const std::string winding = check_winding(back_share(input.mesh, input.scene, input.views), input.mesh_file);
+  if (!winding.empty()) observer.warning(winding);
+  constexpr std::size_t kVertices = 2000;
+  const std::string scale =
+      check_scale(input.mesh, sampling_distances(input.mesh, input.scene, input.views, kVertices), input.mesh_file);
+  const std::string lenses = check_lenses(input.scene, input.views);
+  for (const std::string& warning : {scale, lenses})
+    if (!warning.empty()) observer.warning(warning);
+}
+
+}  // namespace gpvc::checks

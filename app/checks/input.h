@@ -1,0 +1,30 @@
+// What a run textures, and whether it can be: the first look at mesh and cameras, before any photo is decoded.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "../../io/scene.h"
+#include "../results/observer.h"
+
+namespace gpvc::checks {
+
+/// The mesh to texture and the views to texture it from. Borrows everything. \pre mesh and cameras are in the same coordinates,
+/// see match_frames() of mesh_frame.h
+struct Input {
+  const Scene& scene;
+  const Mesh& mesh;
+  std::span<const ViewId> views;               ///< to texture from, ascending
+  std::filesystem::path mesh_file = {"mesh"};  ///< named in errors and warnings
+};
+
+/// All views of a scene.
+std::vector<ViewId> all_views(const Scene& scene);
+
+/// Throws InputError when no view can see the mesh (cameras and mesh in different frames), when it is a few pixels large, or
+/// inside out; warns when parts of it are, when its positions are rounded to more than a pixel, and when lenses describe
+/// a part of their photos alone. O(faces x at most 64 views).
+void check_input(const Input& input, results::Observer& observer);
+
+}  // namespace gpvc::checks
