@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "../io/members.h"
 #include "../io/names.h"
 #include "../io/photos.h"
 #include "../io/progress.h"
@@ -87,6 +88,7 @@ struct ViewExposure {
   double centre_x = 0, centre_y = 0, inverse_radius2 = 0;  ///< of half the diagonal; px of the undistorted frame
   double k1 = 0, k2 = 0;                                   ///< equal for all views of a camera
 };
+GPVC_MEMBERS(ViewExposure, gain, centre_x, centre_y, inverse_radius2, k1, k2)
 
 struct TextureAtlas {
   io::TexturedModel model;   ///< every input face has texture coordinates; those of the border have io::kNoPage instead
@@ -172,6 +174,7 @@ struct SeamRatio {
   std::array<double, 2> r2{};                   ///< squared radius of the edge's middle in each frame
   double weight = 0;
 };
+GPVC_MEMBERS(SeamRatio, views, logs, r2, weight)
 
 /// Those across seams whose lower face is none of the border, so that parts of a mesh that have each other's faces in their
 /// borders give each seam once. Fetches each photo at most once.

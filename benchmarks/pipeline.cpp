@@ -44,12 +44,12 @@ SceneSize photo_size(const std::string& text) {
 
 Table table_of(const Series& series) {
   Table table({"series", "photos", "megapixels", "faces", "megatexels", "wall s", "CPU s", "see s", "choose s",
-               "paint s", "write s", "other s", "peak GB", "decode s", "encode s", "floor s", "wall / floor"});
+               "bake s", "write s", "other s", "peak GB", "decode s", "encode s", "floor s", "wall / floor"});
   const auto add = [&](const char* name, const Measured& m) {
     const StageSeconds& s = m.stages;
     std::vector<std::string> cells{name, std::to_string(m.size.photos), fmt::format("{:.4g}", m.megapixels()),
                                    std::to_string(m.faces), fmt::format("{:.3g}", m.floor.megatexels)};
-    for (const double v : {m.wall_s, m.cpu_s, s.see, s.choose, s.paint, s.write, s.other, m.peak_gb, m.floor.decode_s,
+    for (const double v : {m.wall_s, m.cpu_s, s.see, s.choose, s.bake, s.write, s.other, m.peak_gb, m.floor.decode_s,
                            m.floor.encode_s, m.floor.seconds(), m.ratio()})
       cells.push_back(fmt::format("{:.2f}", v));
     table.add(cells);

@@ -31,7 +31,7 @@ SceneFiles make_scene(const SceneSize& size, const std::filesystem::path& scenes
 // --- measuring
 
 struct StageSeconds {
-  double see = 0, choose = 0, paint = 0, write = 0, other = 0;
+  double see = 0, choose = 0, bake = 0, write = 0, other = 0;
 };
 
 /// The least that a texturing program must do with its files, in wall seconds on all threads.

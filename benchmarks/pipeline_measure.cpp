@@ -38,12 +38,12 @@ StageSeconds stages_of(const Json& run, double wall_s) {
   for (const Json& stage : run["stages"]) {
     const auto name = stage["name"].get<std::string>();
     const auto seconds = stage["wall_s"].get<double>();
-    if (name == "visibility and costs") s.see += seconds;
-    if (name == "view selection") s.choose += seconds;
-    if (name == "atlas") s.paint += seconds;
+    if (name == "see") s.see += seconds;
+    if (name == "choose") s.choose += seconds;
+    if (name == "bake") s.bake += seconds;
     if (name == "write") s.write += seconds;
   }
-  s.other = wall_s - s.see - s.choose - s.paint - s.write;
+  s.other = wall_s - s.see - s.choose - s.bake - s.write;
   return s;
 }
 

@@ -47,7 +47,7 @@ Panel time_panel(const std::vector<Measured>& rows, const char* title, const cha
   panel.stack = {curve("read and start", {196, 196, 202}, [](const Measured& m) { return m.stages.other; }),
                  curve("see", {86, 140, 196}, [](const Measured& m) { return m.stages.see; }),
                  curve("choose", {240, 178, 72}, [](const Measured& m) { return m.stages.choose; }),
-                 curve("paint", {104, 178, 120}, [](const Measured& m) { return m.stages.paint; }),
+                 curve("bake", {104, 178, 120}, [](const Measured& m) { return m.stages.bake; }),
                  curve("write", {176, 130, 186}, [](const Measured& m) { return m.stages.write; })};
   panel.dashed_lines = {curve("floor", kInk, [](const Measured& m) { return m.floor.seconds(); })};
   return panel;

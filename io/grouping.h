@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <tuple>
 #include <vector>
 
 namespace gpvc {
@@ -22,6 +23,15 @@ struct Grouped {
     return {items.data() + first[group], first[group + 1] - first[group]};
   }
 };
+/// See members.h.
+template <typename Item>
+auto members_of(Grouped<Item>& grouped) {
+  return std::tie(grouped.first, grouped.items);
+}
+template <typename Item>
+auto members_of(const Grouped<Item>& grouped) {
+  return std::tie(grouped.first, grouped.items);
+}
 
 /// Groups what for_each_item(add) passes to add(group, item), in that order within a group: a counting sort. The visitor
 /// is called twice, to count and to fill, and must pass the same items both times. Uses the memory that `result` has.

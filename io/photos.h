@@ -49,8 +49,7 @@ class PhotoSource {
 /// outside the limit until released. `scene` must outlive the cache.
 class PhotoCache final : public PhotoSource {
  public:
-  /// `downscale`: SceneOptions::downscale that the scene was read with.
-  PhotoCache(const Scene& scene, int downscale, std::size_t limit_bytes = 0);
+  explicit PhotoCache(const Scene& scene, std::size_t limit_bytes = 0);
   ~PhotoCache() override;
   PhotoCache(const PhotoCache&) = delete;
   PhotoCache& operator=(const PhotoCache&) = delete;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -12,10 +11,10 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <vector>
 
 #include "error.h"
+#include "members.h"
 
 namespace gpvc::io {
 
@@ -24,10 +23,7 @@ struct WorkKey {
   std::array<std::uint64_t, 2> bits{};
   bool operator==(const WorkKey&) const = default;
 };
-
-/// A value that equals another one exactly if all its bytes do.
-template <typename T>
-concept PlainBytes = std::has_unique_object_representations_v<T> || std::floating_point<T>;
+GPVC_MEMBERS(WorkKey, bits)
 
 /// Hashes what a key is to stand for. Texts and lists count with their lengths.
 class WorkHash {
@@ -37,18 +33,12 @@ class WorkHash {
   WorkHash(const WorkHash&) = delete;
   WorkHash& operator=(const WorkHash&) = delete;
   void add_bytes(const void* data, std::size_t bytes);
-  template <PlainBytes T>
-  void add(const T& value) {
-    add_bytes(&value, sizeof value);
-  }
-  /// \param items without padding bytes
+  /// As WorkStore::Writer::add().
   template <typename T>
-  requires std::is_trivially_copyable_v<T>
-  void add_all(std::span<const T> items) {
-    add(items.size());
-    add_bytes(items.data(), items.size_bytes());
+  void add(const T& value) {
+    put_value(*this, value);
   }
-  void add_text(std::string_view text) { add_all(std::span<const char>(text)); }
+  void write(const void* data, std::size_t bytes) { add_bytes(data, bytes); }
   /// The bytes of a file. Throws InputError.
   void add_file(const std::filesystem::path& file);
   WorkKey key() const;
@@ -75,7 +65,7 @@ class WorkStore {
   bool read(const std::string& name, const WorkKey& key, const std::function<void(Reader&)>& fill) const;
   /// Keeps what write(writer) writes, instead of any result of that name. If that fails (disk full), nothing more is kept.
   void keep(const std::string& name, const WorkKey& key, const std::function<void(Writer&)>& write);
-  /// Removes all results, and the folder unless it holds anything else.
+  /// Removes all results, those in its folders, too, and the folder unless it holds anything else.
   void clear() noexcept;
   /// Why nothing more is kept, a sentence without a subject; nullopt while all is well.
   std::optional<std::string> failure() const;
@@ -90,18 +80,10 @@ class WorkStore::Writer {
  public:
   virtual ~Writer() = default;
   virtual void write(const void* data, std::size_t bytes) = 0;
+  /// Numbers, enums, texts, paths, lists, optional and alternative values, and structs with a list of members (members.h).
   template <typename T>
-  requires std::is_trivially_copyable_v<T>
-  void add(const T& value) { write(&value, sizeof value); }
-  template <typename T>
-  requires std::is_trivially_copyable_v<T>
-  void add_all(std::span<const T> items) {
-    add(items.size());
-    write(items.data(), items.size_bytes());
-  }
-  template <typename T>
-  void add_all(const std::vector<T>& items) {
-    add_all(std::span<const T>(items));
+  void add(const T& value) {
+    put_value(*this, value);
   }
 };
 
@@ -116,18 +98,10 @@ class WorkStore::Reader {
   /// What was read cannot be a result of this run.
   [[noreturn]] void refuse() const;
   template <typename T>
-  requires std::is_trivially_copyable_v<T> T get() {
-    T value;
-    read(&value, sizeof value);
+  T get() {
+    T value{};
+    get_value(*this, value);
     return value;
-  }
-  template <typename T>
-  requires std::is_trivially_copyable_v<T> std::vector<T> get_all() {
-    const auto count = get<std::size_t>();
-    if (count > left() / sizeof(T)) refuse();
-    std::vector<T> items(count);
-    read(items.data(), count * sizeof(T));
-    return items;
   }
 };
 

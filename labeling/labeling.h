@@ -136,6 +136,9 @@ struct PhotoJudgement {
   std::vector<double> log2_gain;
 };
 
+/// Bytes of the statistics of a face that a view sees.
+inline constexpr std::size_t kRecordBytes = 20;
+
 /// Collects statistics (pixel area, gradient magnitude, mean colour) of the faces that each view sees, then derives
 /// candidates and costs from them.
 class CandidateCollector {

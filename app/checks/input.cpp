@@ -1,8 +1,14 @@
 #include "app/checks/input.h"
 
+#include <fmt/format.h>
+
+#include <stdexcept>
 #include <string>
 
 #include "app/checks/frame_check.h"
+#include "app/checks/mesh_frame.h"
+#include "app/checks/nearness.h"
+#include "io/error.h"
 
 namespace gpvc::checks {
 
@@ -22,6 +28,25 @@ void check_input(const Input& input, results::Observer& observer) {
   const std::string lenses = check_lenses(input.scene, input.views);
   for (const std::string& warning : {scale, lenses})
     if (!warning.empty()) observer.warning(warning);
+}
+
+void match(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const MeshOrigin& origin,
+           results::Observer& observer) {
+  const std::string assumed = match_frames(scene, mesh, used, origin.file, origin.crs);
+  if (!assumed.empty()) observer.warning(assumed);
+  set_nearness(scene, mesh);
+}
+
+void prepare(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const MeshOrigin& origin,
+             results::Observer& observer) {
+  match(scene, mesh, used, origin, observer);
+  try {
+    check_input({scene, mesh, used, origin.file}, observer);
+  } catch (const InputError& error) {
+    const std::string ways = ways_out(scene);
+    if (ways.empty() || !origin.crs.empty()) throw;
+    throw std::runtime_error(fmt::format("{}; {}", error.what(), ways));
+  }
 }
 
 }  // namespace gpvc::checks

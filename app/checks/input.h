@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "../../io/scene.h"
@@ -11,7 +12,7 @@
 namespace gpvc::checks {
 
 /// The mesh to texture and the views to texture it from. Borrows everything. \pre mesh and cameras are in the same coordinates,
-/// see match_frames() of mesh_frame.h
+/// see prepare()
 struct Input {
   const Scene& scene;
   const Mesh& mesh;
@@ -26,5 +27,20 @@ std::vector<ViewId> all_views(const Scene& scene);
 /// inside out; warns when parts of it are, when its positions are rounded to more than a pixel, and when lenses describe
 /// a part of their photos alone. O(faces x at most 64 views).
 void check_input(const Input& input, results::Observer& observer);
+
+/// What is known of a mesh beside its positions.
+struct MeshOrigin {
+  std::filesystem::path file = {"mesh"};
+  std::string crs = {};  ///< reference system of its positions; empty: found, if it is not the scene's
+};
+
+/// Brings mesh and cameras into the same coordinates (match_frames()), of which it warns; cameras that moved while they were read
+/// out learn how far the mesh is (set_nearness()).
+void match(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const MeshOrigin& origin,
+           results::Observer& observer);
+
+/// match() and check_input(): to be called before anything is textured. Throws InputError, with the ways out.
+void prepare(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const MeshOrigin& origin,
+             results::Observer& observer);
 
 }  // namespace gpvc::checks

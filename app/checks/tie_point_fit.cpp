@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/checks/mesh_fit.h"
 #include "io/error.h"
@@ -38,13 +39,18 @@ std::optional<double> distance_in(const View& view, const WorldPoint& p, const W
 
 }  // namespace
 
-TiePointFit::TiePointFit(const Input& input, results::Observer& observer) : input_(input) {
+std::vector<io::TiePoint> read_tie_points(const Scene& scene, results::Observer& observer) {
   constexpr std::size_t kMost = 100'000;  // read and compared in well below a second
   try {
-    points_ = io::read_tie_points(input.scene, kMost);
+    return io::read_tie_points(scene, kMost);
   } catch (const InputError& error) {
     observer.warning(std::string(error.what()) + "; its points are not compared with the mesh");
+    return {};
   }
+}
+
+TiePointFit::TiePointFit(const Input& input, std::vector<io::TiePoint> points)
+    : input_(input), points_(std::move(points)) {
   std::ranges::stable_sort(points_, {}, &io::TiePoint::a);
 }
 

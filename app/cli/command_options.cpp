@@ -1,6 +1,7 @@
 #include "app/cli/command_options.h"
 
 #include "app/cli/option_parts.h"
+#include "app/cli/setting_options.h"
 
 namespace gpvc::cli {
 
@@ -20,7 +21,7 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
   OptionGroup{*app, "Output"}.flag(
       "--ivm", options.ivm,
       "Also write ivm/NAME.npy: per pixel the face there, 0xFFFFFFFF for none; exact for gpvc, else as drawn");
-  add_visibility(*app, options.visibility);
+  add_settings(*app, options.visibility);
   OptionGroup{*app, "Visibility"}
       .number(
           "--oracle-check", options.oracle_check, 1, 1000000, "N",
@@ -95,12 +96,14 @@ CLI::App* add_label(CLI::App& parent, LabelOptions& options) {
       ->required();
   add_mesh(*app, options.mesh)->required();
   add_output(*app, options);
-  add_smoothness(*app, options.solver.smoothness, options.edge_weights);
+  add_settings(*app, options.settings, [](const pipeline::OptionInfo& info) {
+    return info.name == std::string_view("smoothness") || info.name == std::string_view("edge-weights");
+  });
   OptionGroup{*app, "View selection"}.number(
-      "--sweeps", options.solver.max_sweeps, 1, 1000, "N",
+      "--sweeps", options.settings.solver.max_sweeps, 1, 1000, "N",
       "Sweeps over all labels at most; stops earlier once none lowers the energy");
   app->add_flag_callback(
-         "--fast", [&options] { options.solver.thorough = false; },
+         "--fast", [&options] { options.settings.solver.thorough = false; },
          "Search near borders between views alone, as gpvc texture does: several times as fast, for an energy that is "
          "up to 0.2 % higher")
       ->group("View selection");
@@ -132,8 +135,8 @@ CLI::App* add_inspect(CLI::App& parent, InspectOptions& options) {
       ->check(not_empty());
   app->add_flag("--plan", options.plan,
                 "Also print what a job of gpvc tiles would take: units, memory, core hours, disk, and photos read");
-  options.job.tileset.faces_per_tile = tiles::kDefaultTileFaces;
-  OptionGroup{*app, ""}.number("--tile-faces", options.job.tileset.faces_per_tile, std::size_t{100},
+  options.job.tiles.faces_per_tile = tiles::kDefaultTileFaces;
+  OptionGroup{*app, ""}.number("--tile-faces", options.job.tiles.faces_per_tile, std::size_t{100},
                                std::size_t{100000000}, "N", "For --plan: most faces of a tile");
   add_common(*app, options.common, "");
   return app;

@@ -74,7 +74,7 @@ RunFacts compare_scene(const CompareOptions& options, RunRecord& record, results
   folder.protect(read);
   // Every mode looks at every photo.
   const std::size_t kept = std::min(pipeline::default_memory_limit() / 4, std::size_t{1} << 30);
-  io::PhotoCache photos(in.scene, options.input.downscale, kept);
+  io::PhotoCache photos(in.scene, kept);
   summary = compare::compare({in.input(), in.held_out, photos, options.input.downscale, program_version()}, settings,
                              folder, record);
   record.counts["settings"] = summary.settings;

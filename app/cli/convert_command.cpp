@@ -108,7 +108,7 @@ class Conversion {
       view.mask.clear();
       view.uses_alpha = false;
     }
-    io::PhotoCache photos(whole, options_.input.downscale, 0);
+    io::PhotoCache photos(whole, 0);
     for (std::size_t i = 0; i < used_.size(); ++i) {
       record_.progress(i, used_.size());
       write_photo(i, photos);

@@ -147,7 +147,7 @@ void score_truth(const EvaluateCommandOptions& options, const Evaluated& in, Run
     record.warning(fmt::format("{} of the model's {} faces are none of the mesh's and are left out",
                                matched.unmatched_faces, in.model.mesh.faces.size()));
   const std::vector<ViewId> used = named_views(in.scene.views, marked_views(options.model, "used"));
-  io::PhotoCache photos(in.scene, options.input.downscale, 0);
+  io::PhotoCache photos(in.scene, 0);
   const Progress progress = record.reporter();
   const std::size_t views = used.size(), steps = 4 * views;  // the scorer goes through the views three times
   const evaluate::TruthScorer scorer({truth, *in.mesh, in.scene, used, photos}, results::part_of(progress, 0, steps));
@@ -181,7 +181,7 @@ void compare_photos(const EvaluateCommandOptions& options, const Evaluated& in, 
         "none of the views that views.json beside the model marks as held out is one of the scene: all are compared, "
         "those that the model was textured from too; --views names others");
   const Scene chosen = with_views(in.scene, views);
-  io::PhotoCache photos(chosen, options.input.downscale, 0);
+  io::PhotoCache photos(chosen, 0);
   evaluate::EvaluateOptions evaluate;
   evaluate.model = options.model;
   if (!options.input.mesh.empty()) evaluate.mesh = &*in.mesh;

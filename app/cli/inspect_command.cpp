@@ -206,9 +206,10 @@ void print_quality(const SceneInputData& in, io::PhotoSource& photos, RunRecord&
 void print_agreement(const SceneInputData& in, const InspectOptions& options, Console& console) {
   pipeline::Settings settings;
   settings.costs.keep_views = settings.allow_unseen = true;  // a wrong scene is looked at as a whole
-  io::PhotoCache photos(in.scene, options.input.downscale);
+  io::PhotoCache photos(in.scene);
   RunRecord record(console);
-  const pipeline::Seen seen = pipeline::see({in.scene, in.mesh, in.used, options.input.mesh}, settings, photos, record);
+  const checks::Input input{in.scene, in.mesh, in.used, options.input.mesh};
+  const pipeline::Seen seen = pipeline::see({input, settings, photos, record});
   console.result("photo    agreement with the others (1: same picture), by chance, places compared");
   for (const labeling::ViewAgreement& each : seen.candidates.agreement) {
     const std::string& name = in.scene.views[index(each.view)].name;
@@ -272,7 +273,7 @@ void run_inspect(const InspectOptions& options, Console& console) {
   throw_if_interrupted();
   RunRecord record(console);
   for (const std::string& warning : in.mesh.warnings) record.warning(options.input.mesh.string() + ": " + warning);
-  match_frames(options.input, in, record);
+  checks::match(in.scene, in.mesh, in.used, origin_of(options.input), record);
   print_mesh(in, console);
   throw_if_interrupted();
   const int threads = options.common.threads > 0 ? options.common.threads : tbb::info::default_concurrency();

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "app/cli/command_options.h"
+#include "app/pipeline/options.h"
 
 namespace gpvc::cli {
 
@@ -169,9 +170,8 @@ void set_drawing(visibility::Drawing drawing, visibility::Method& method) {
 
 }  // namespace
 
-void add_visibility(CLI::App& app, visibility::VisibilityOptions& options) {
-  const OptionGroup group{app, "Visibility"};
-  visibility::Method& method = options.method;
+void add_method(CLI::App& app, visibility::Method& method) {
+  const OptionGroup group{app, pipeline::kVisibility};
   const auto set_mode = [&method](const std::string& mode) {
     try {
       method = visibility::parse_visibility_mode(mode);
@@ -202,17 +202,41 @@ void add_visibility(CLI::App& app, visibility::VisibilityOptions& options) {
       visibility::Drawing::automatic,
       "What draws the item buffer. native: a rasterizer on the CPU, which auto takes without graphics hardware; the "
       "classes are the same");
-  group.flag("!--no-subpixel", options.subpixel, "Do not resolve faces smaller than a pixel");
 }
 
-void add_smoothness(CLI::App& app, double& smoothness, labeling::EdgeWeights& weights) {
-  const OptionGroup group{app, "View selection"};
-  group.number("--smoothness", smoothness, 0.0, 1e6, "X",
-               "Cost of a seam between two adjacent faces with different views; 0 or more");
-  group.choice(
-      "--edge-weights", labeling::kEdgeWeightsNames, weights,
-      "What a seam's cost is multiplied by: 1, the length of the edge, its flatness (seams are less visible in "
-      "folds), or both");
+evaluate::Json method_json(const visibility::Method& method) {
+  visibility::PaperGpvc steps{{}, {}, visibility::CoverageCorrection::exact, {}};
+  auto drawing = visibility::Drawing::automatic;
+  std::visit(
+      [&](const auto& any) {
+        if constexpr (requires { any.projection; }) steps.projection = any.projection;
+        if constexpr (requires { any.correction; }) steps.correction = any.correction;
+        if constexpr (requires { any.classifier; }) steps.classifier = any.classifier;
+        if constexpr (requires { any.drawing; }) drawing = any.drawing;
+      },
+      method);
+  return {{"visibility", visibility::visibility_mode_name(method)},
+          {"projection", name_of(visibility::kProjectionNames, steps.projection)},
+          {"coverage_correction", name_of(visibility::kCoverageCorrectionNames, steps.correction)},
+          {"classifier", name_of(visibility::kClassifierNames, steps.classifier)},
+          {"drawing", name_of(visibility::kDrawingNames, drawing)}};
 }
+
+void add_rules(CLI::App& app, std::filesystem::path& allow) {
+  OptionGroup{app, pipeline::kChoosing}
+      .add(
+          "--allow", allow, "FILE",
+          "Rules (JSON or CSV) about boxes, polygons on the ground or faces, and photos that alone may texture them or "
+          "may not; see below")
+      ->check(not_empty());
+}
+
+const char* const kRulesHelp =
+    R"(A line of --allow FILE is one of (a face is inside if its middle is; several rules all hold):
+  box,X Y Z X Y Z,forbid,PHOTO;PHOTO...        polygon,X Y X Y X Y...,allow,PHOTO;PHOTO...
+  faces,7 100-120 ...,forbid,PHOTO...          PHOTO: a name or glob, as in --views
+or the file is {"rules": [{"polygon": [[X, Y], ...], "z": [LOW, HIGH], "forbid": [PHOTO, ...]}, ...]}.
+
+)";
 
 }  // namespace gpvc::cli

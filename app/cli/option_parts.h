@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/cli/options.h"
+#include "app/evaluate/json.h"
 #include "io/names.h"
 
 namespace gpvc::cli {
@@ -99,14 +100,12 @@ void add_mesh_crs(const OptionGroup& group, SceneInput& input, const std::string
 /// The photos, the views to use, and the masks.
 void add_photos(CLI::App& app, SceneInput& input);
 void add_output(CLI::App& app, CommandOptions& options);
-void add_visibility(CLI::App& app, visibility::VisibilityOptions& options);
-/// --memory
-void add_memory(CLI::App& app, std::size_t& memory_bytes);
-/// --compress, of tiles.
-void add_compress(const OptionGroup& group, bool& compress);
-/// What the textures of tiles are made with, --memory included.
-void add_tile_texture(CLI::App& app, pipeline::Settings& texture);
-/// --smoothness and --edge-weights.
-void add_smoothness(CLI::App& app, double& smoothness, labeling::EdgeWeights& weights);
+/// --visibility, and the options that change a mode's steps.
+void add_method(CLI::App& app, visibility::Method& method);
+/// The same in run.json.
+evaluate::Json method_json(const visibility::Method& method);
+/// --allow, and what its file holds.
+void add_rules(CLI::App& app, std::filesystem::path& allow);
+extern const char* const kRulesHelp;
 
 }  // namespace gpvc::cli

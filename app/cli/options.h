@@ -66,11 +66,14 @@ struct TextureOptions : CommandOptions {
 
 struct TilesetOptions : CommandOptions {
   SceneInput input;
-  tileset::TilesetSettings settings;
+  std::filesystem::path allow;
+  pipeline::Settings settings;
+  tileset::TilesetSettings tiles;
 };
 
 struct TilesOptions : CommandOptions {
   SceneInput input;
+  std::filesystem::path allow;
   tiles::JobSettings settings;
 };
 
@@ -79,7 +82,7 @@ struct UnitOptions {
   std::filesystem::path job;
   std::vector<std::string> names;
   bool all = false;
-  std::size_t memory_bytes = 0;
+  pipeline::Settings limits;  ///< memory
 };
 
 struct PlanOptions {
@@ -141,8 +144,8 @@ struct CompareOptions : CommandOptions {
 
 struct LabelOptions : CommandOptions {
   std::filesystem::path costs, mesh;
-  labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
-  labeling::SolverOptions solver{.thorough = true};
+  pipeline::Settings settings;
+  LabelOptions() { settings.solver.thorough = true; }
 };
 
 struct InspectOptions {

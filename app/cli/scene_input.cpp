@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <future>
 
-#include "app/checks/mesh_frame.h"
-#include "app/checks/nearness.h"
 #include "io/images/image_file.h"
 #include "io/mesh.h"
 #include "io/scenes/photo_files.h"
@@ -35,18 +33,6 @@ void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData&
     all = std::move(more);
   else
     io::append_mesh(all, more);
-}
-
-// Brings mesh and cameras together, and throws InputError where they do not fit.
-void check_fit(const SceneInput& input, SceneInputData& data, RunRecord& record) {
-  match_frames(input, data, record);
-  try {
-    checks::check_input(data.input(), record);
-  } catch (const InputError& error) {
-    const std::string ways = checks::ways_out(data.scene);
-    if (ways.empty() || !input.mesh_crs.empty()) throw;
-    throw std::runtime_error(fmt::format("{}; {}", error.what(), ways));
-  }
 }
 
 }  // namespace
@@ -78,7 +64,7 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
                 [&](ViewId id) { return std::binary_search(data.held_out.begin(), data.held_out.end(), id); });
   for (std::size_t m = 0; m < files.size(); ++m) append_mesh(files[m], meshes[m].get(), data);
   for (const std::string& warning : data.mesh.warnings) record.warning(warning);
-  check_fit(input, data, record);
+  checks::prepare(data.scene, data.mesh, data.used, origin_of(input), record);
   record.counts["faces"] = data.mesh.faces.size();
   record.counts["vertices"] = data.mesh.positions.size();
   record.counts["views"] = data.scene.views.size();
@@ -103,29 +89,13 @@ void check_photos(const SceneInputData& input) {
     if (error) std::rethrow_exception(error);
 }
 
-void match_frames(const SceneInput& input, SceneInputData& data, results::Observer& observer) {
-  const std::string assumed = checks::match_frames(data.scene, data.mesh, data.used, input.mesh, input.mesh_crs);
-  if (!assumed.empty()) observer.warning(assumed);
-  checks::set_nearness(data.scene, data.mesh);
-}
+checks::MeshOrigin origin_of(const SceneInput& input) { return {input.mesh, input.mesh_crs}; }
 
-Json visibility_json(const visibility::VisibilityOptions& options) {
-  visibility::PaperGpvc steps{{}, {}, visibility::CoverageCorrection::exact, {}};
-  auto drawing = visibility::Drawing::automatic;
-  std::visit(
-      [&](const auto& method) {
-        if constexpr (requires { method.projection; }) steps.projection = method.projection;
-        if constexpr (requires { method.correction; }) steps.correction = method.correction;
-        if constexpr (requires { method.classifier; }) steps.classifier = method.classifier;
-        if constexpr (requires { method.drawing; }) drawing = method.drawing;
-      },
-      options.method);
-  return {{"visibility", visibility::visibility_mode_name(options.method)},
-          {"projection", name_of(visibility::kProjectionNames, steps.projection)},
-          {"coverage_correction", name_of(visibility::kCoverageCorrectionNames, steps.correction)},
-          {"classifier", name_of(visibility::kClassifierNames, steps.classifier)},
-          {"drawing", name_of(visibility::kDrawingNames, drawing)},
-          {"subpixel", options.subpixel}};
+std::vector<pipeline::ViewRule> rules_of(const std::filesystem::path& allow, const SceneInputData& data,
+                                         std::set<std::filesystem::path>& read) {
+  if (allow.empty()) return {};
+  read.insert(allow);
+  return read_rules(allow, data.scene.views, data.mesh.faces.size());
 }
 
 Json scene_json(const SceneInput& input) {

@@ -35,14 +35,15 @@ Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_
 /// InputError, UsageError.
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record);
 
-/// Brings mesh and cameras into the same coordinates, see checks::match_frames(), and warns of what it assumes. Moving
-/// cameras learn how far the mesh is, see checks::set_nearness().
-void match_frames(const SceneInput& input, SceneInputData& data, results::Observer& observer);
+checks::MeshOrigin origin_of(const SceneInput& input);
+
+/// The rules of a file about photos, which is among the files read from then on; none without one. Throws InputError.
+std::vector<pipeline::ViewRule> rules_of(const std::filesystem::path& allow, const SceneInputData& data,
+                                         std::set<std::filesystem::path>& read);
 
 /// Throws InputError for the first used view whose photo ends too early, before hours are spent on the others.
 void check_photos(const SceneInputData& input);
 
-Json visibility_json(const visibility::VisibilityOptions& options);
 Json scene_json(const SceneInput& input);
 /// The faces and vertices of each mesh.
 Json meshes_json(const SceneInputData& input);

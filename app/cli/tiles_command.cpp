@@ -1,17 +1,16 @@
 // gpvc tiles, unit and plan: jobs of units.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
 
-#include "app/cli/command_options.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/large_blocks.h"
 #include "app/cli/scene_input.h"
+#include "app/cli/setting_options.h"
 #include "app/pipeline/memory.h"
 #include "app/results/folder_lock.h"
 #include "app/tiles/plan_text.h"
@@ -25,38 +24,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Without the program's name, and what only concerns the run that made the job.
-std::vector<std::string> arguments_of(const CommonOptions& common) {
-  return {common.command_line.begin() + 1, common.command_line.end()};
-}
-
-// The options of the command that made a job. Throws InputError.
-TilesOptions options_of_job(const fs::path& job) {
+// Throws InputError where a job was made by another version of the program.
+void check_program(const fs::path& job) {
   const fs::path file = job / "job.json";
   if (!io::is_file(file)) throw InputError(job, "", "is no job: gpvc tiles makes one, with job.json in it");
   const io::FileBytes bytes(file);
   const Json json = Json::parse(bytes.view(), nullptr, false);
-  if (!json.is_object() || !json.contains("arguments") || !json["arguments"].is_array() ||
-      !std::ranges::all_of(json["arguments"], [](const Json& each) { return each.is_string(); }))
-    throw InputError(file, "", "expected an object with \"program\" and \"arguments\", as gpvc tiles writes it");
-  const std::string made_by = json.value("program", Json("")).is_string() ? json.value("program", "") : "";
+  if (!json.is_object() || !json.contains("program") || !json["program"].is_string())
+    throw InputError(file, "", "expected an object with \"program\" and \"settings\", as gpvc tiles writes it");
+  const auto made_by = json["program"].get<std::string>();
   if (made_by != program_version())
     throw InputError(
         file, "",
         fmt::format("was made by gpvc {}, and this is gpvc {}: what two versions make does not fit together; "
                     "make the job again, or go on with that one",
                     made_by, program_version()));
-  std::vector<std::string> arguments = json["arguments"].get<std::vector<std::string>>();
-  std::ranges::reverse(arguments);
-  CLI::App app;
-  TilesOptions options;
-  add_tiles(app, options);
-  try {
-    app.parse(arguments);
-  } catch (const CLI::ParseError& error) {
-    throw InputError(file, "", fmt::format("has arguments that gpvc tiles does not take: {}", error.what()));
-  }
-  return options;
 }
 
 // Keeps a mesh that may be too large for the memory on disk while it is read and cut.
@@ -72,7 +54,7 @@ void make_room(const TilesOptions& options, const fs::path& scratch, Console& co
     }
   // A binary PLY has some 19 bytes a face, positions, faces and what is needed to cut them 110; a text has more of the former.
   constexpr double kMemoryOfFile = 6;
-  const std::size_t given = options.settings.tileset.texture.memory_bytes;
+  const std::size_t given = options.settings.texture.memory_bytes;
   const auto most = static_cast<double>(given > 0 ? given : pipeline::default_memory_limit());
   if (kMemoryOfFile * bytes < most) return;
   keep_large_blocks_in(scratch);
@@ -121,12 +103,17 @@ void run_tiles(const TilesOptions& options, Console& console) {
     make_room(options, folder.in_making(), console);
     const SceneInputData in = read_scene_input(options.input, record);
     check_photos(in);
-    folder.protect(input_files(in));
-    protect_unit_folders(options, has_job, input_files(in));
+    std::set<fs::path> read = input_files(in);
+    tiles::JobSettings settings = options.settings;
+    settings.texture.view_rules = rules_of(options.allow, in, read);
+    folder.protect(read);
+    protect_unit_folders(options, has_job, read);
     const std::vector<tiles::Unit> units =
-        tiles::make_job(tiles::JobFolder(folder.in_making()), in.input(), options.settings, program_version(), record);
+        tiles::make_job(tiles::JobFolder(folder.in_making()), in.input(), settings, program_version(), record);
+    Json made = settings_json(settings, options_for(pipeline::For::all));
+    made["allow"] = options.allow.string();
     evaluate::write_json(folder.file("job.json"),
-                         {{"program", program_version()}, {"arguments", arguments_of(options.common)}});
+                         {{"program", program_version()}, {"scene", scene_json(options.input)}, {"settings", made}});
     folder.promise_all();
     evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
     for (const std::string& line : tiles::plan_table(units)) record.note(line);
@@ -139,15 +126,12 @@ void run_tiles(const TilesOptions& options, Console& console) {
 
 void run_unit(const UnitOptions& options, Console& console) {
   if (options.names.empty() != options.all) throw UsageError("gpvc unit takes the names of units, or --all");
-  TilesOptions made = options_of_job(options.job);
-  pipeline::Settings& texture = made.settings.tileset.texture;
-  texture.memory_bytes = options.memory_bytes;
-  texture.device = options.common.device;
+  check_program(options.job);
   RunRecord record(console);
   std::optional<results::FolderLock> driver;
   if (options.all) driver.emplace(options.job);
   console.note_kept(options.job / "units", "units that are complete are kept");
-  tiles::UnitRunner runner(tiles::JobFolder(options.job), made.settings, made.input.downscale, record);
+  tiles::UnitRunner runner(tiles::JobFolder(options.job), {options.limits.memory_bytes, options.common.device}, record);
   std::vector<const tiles::Unit*> units;
   for (const std::string& name : options.names) try {
       units.push_back(&runner.find(name));
@@ -162,7 +146,7 @@ void run_unit(const UnitOptions& options, Console& console) {
 }
 
 void run_plan(const PlanOptions& options, Console& console) {
-  options_of_job(options.job);
+  check_program(options.job);
   const std::vector<tiles::Unit> units = tiles::plan_units(tiles::JobFolder(options.job).read_job());
   if (options.sbatch) {
     console.result(

@@ -1,6 +1,7 @@
 // The options of gpvc tiles, unit and plan.
 #include "app/cli/command_options.h"
 #include "app/cli/option_parts.h"
+#include "app/cli/setting_options.h"
 
 namespace gpvc::cli {
 namespace {
@@ -13,24 +14,15 @@ void add_job(CLI::App& app, std::filesystem::path& job) {
 
 CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
   CLI::App* app = parent.add_subcommand("tiles", "cut a scene into a job of units, for a cluster or a small memory");
-  options.settings.tileset.faces_per_tile = tiles::kDefaultTileFaces;
+  options.settings.tiles.faces_per_tile = tiles::kDefaultTileFaces;
   add_scene(*app, options.input);
   add_mesh(*app, options.input.mesh)->required();
   add_photos(*app, options.input);
   OptionGroup{*app, "Input"}.add("--hold-out", options.input.hold_out, "K|LIST",
                                  "Texture without every K-th photo, or without these (names or globs)");
   add_output(*app, options);
-  const OptionGroup units{*app, "Units"};
-  units.number("--tile-faces", options.settings.tileset.faces_per_tile, std::size_t{100}, std::size_t{100000000}, "N",
-               "Most faces of a tile, 100 or more; each takes some 700 bytes a face, more where many photos see it");
-  units.number("--unit-views", options.settings.views_per_unit, std::size_t{1}, std::size_t{10000}, "N",
-               "Most photos that one unit looks at");
-  add_compress(units, options.settings.tileset.compress);
-  app->add_flag_callback(
-         "--no-levels", [&options] { options.settings.levels = false; },
-         "Make no levels of detail above that of the mesh")
-      ->group("Units");
-  add_tile_texture(*app, options.settings.tileset.texture);
+  add_rules(*app, options.allow);
+  add_settings(*app, options.settings, options_for(pipeline::For::all));
   add_common(*app, options.common, R"(Examples:
   gpvc tiles colmap mesh.ply -o job && gpvc unit job --all --memory 6G
   gpvc tiles colmap mesh.ply -o job && snakemake -s app/workflow/Snakefile --config job=job --profile ...
@@ -41,7 +33,7 @@ The units write JOB/units/NAME/ and the result: JOB/result/tileset.json, tiles/L
 obj/N/model.obj with its pages, and offset.txt where coordinates are large. All tiles have one labeling and one leveling:
 seams along their borders are as those inside.
 
-)");
+)" + std::string(kRulesHelp));
   return app;
 }
 
@@ -50,7 +42,7 @@ CLI::App* add_unit(CLI::App& parent, UnitOptions& options) {
   add_job(*app, options.job);
   app->add_option("UNIT", options.names, "Names of units, as in plan.json")->group("Input");
   OptionGroup{*app, "Input"}.flag("--all", options.all, "All units that are not complete, one after another");
-  add_memory(*app, options.memory_bytes);
+  add_settings(*app, options.limits, [](const pipeline::OptionInfo& info) { return info.kind == pipeline::kBytes; });
   add_common(*app, options.common, R"(Examples:
   gpvc unit job see-0-3 --threads 4 --memory 2G
   gpvc unit job --all

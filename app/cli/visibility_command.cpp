@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/cli/scene_input.h"
+#include "app/cli/setting_options.h"
 #include "app/evaluate/oracle_check.h"
 #include "io/npy.h"
 
@@ -144,7 +145,7 @@ RunFacts visibility(const VisibilityCommandOptions& options, RunRecord& record, 
   }
   evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
   Json json = scene_json(options.input);
-  json.update(visibility_json(options.visibility));
+  json.update(settings_json(options.visibility));
   json["ivm"] = options.ivm;
   json["oracle_check"] = options.oracle_check;
   RunFacts facts{json, evaluate::device_json(device ? std::optional(device->info()) : std::nullopt)};

@@ -267,7 +267,7 @@ fs::path model_folder(const Run& run, const ComparedMode& mode) {
 void keep_model(const Run& run, const ComparedMode& mode, const pipeline::TexturedMesh& textured, ModeLog& log) {
   results::OutputFolder folder(model_folder(run, mode), true, "texture");
   evaluate::write_views_json(folder.file("views.json"), run.scene(), run.in.input.views, run.in.held_out);
-  pipeline::write(run.in.input, textured, run.settings.texture, folder, log);
+  pipeline::write({run.in.input, run.settings.texture, run.in.photos, log}, textured, folder);
   folder.publish();
 }
 
@@ -295,7 +295,7 @@ void measure_mode(const Run& run, const Yardsticks& with, const labeling::FaceGr
     if (const auto found = with.oracle.find(id); found != with.oracle.end())
       confusion.add(visible.classes, found->second);
   };
-  pipeline::Seen seen = pipeline::see(input, settings, run.in.photos, log, {.faces = {}, .on_view = compare_classes});
+  pipeline::Seen seen = pipeline::see({input, settings, run.in.photos, log}, {.faces = {}, .on_view = compare_classes});
   result.device = seen.device;
   const std::size_t full = seen.statistics.full, pairs = input.views.size() * run.mesh().faces.size();
   result.json["visible"] = {{"full", full}, {"partial", seen.statistics.partial}, {"occluded", pairs - full}};

@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "app/pipeline/coverage_store.h"
-#include "app/pipeline/kept_work.h"
-#include "app/pipeline/pipeline.h"
+#include "app/pipeline/keys.h"
+#include "app/pipeline/memory.h"
+#include "app/pipeline/options.h"
+#include "io/scene_members.h"
 
 namespace gpvc::pipeline {
 
@@ -21,7 +23,7 @@ inline constexpr const char* kEditModelFile = "edit-model.bin";
 /// How the faces of a result are textured.
 struct EditModel {
   ResultKeys keys;
-  std::vector<ViewRule> rules;  ///< without names
+  std::vector<ViewRule> rules;
   std::vector<ViewId> labels;
   io::TexturedModel model;  ///< without its mesh
   std::vector<std::array<int, 2>> page_sizes;
@@ -29,6 +31,7 @@ struct EditModel {
   std::vector<atlas::ViewExposure> exposure;
   double reduction = 1;
 };
+GPVC_MEMBERS(EditModel, keys, rules, labels, model, page_sizes, face_chart, exposure, reduction)
 
 /// Write into the folder. 20 bytes for each face and view that sees it, and the coverage of those that see it in part; some 30
 /// bytes a face. Throw OutputError.

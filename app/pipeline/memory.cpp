@@ -14,6 +14,7 @@
 #include <optional>
 #include <sstream>
 
+#include "app/pipeline/held_bytes.h"
 #include "app/pipeline/pipeline.h"
 
 namespace gpvc::pipeline {
@@ -92,7 +93,7 @@ double framed_area(const View& view, const Mesh& mesh, const Triangle& face) {
 
 constexpr double kMB = 1e6;
 
-// Part of what painting needs: smaller batches of partial charts would decode photos again for the sake of little memory.
+// Part of what baking needs: smaller batches of partial charts would decode photos again for the sake of little memory.
 constexpr double kLeastBatch = 64 * kMB;
 // Of the memory for pages and partial charts where not all fit: photos are decoded again for each group of pages and for
 // each batch. Partial charts of a page take up to a quarter of what the page takes, and most pages have none.
@@ -147,29 +148,23 @@ Workload workload(const Input& input, const Settings& settings) {
   return work;
 }
 
-// Bytes by structure, with constants fitted to the peaks of eleven runs: facades, UAV blocks, table tops and synthetic
-// cities of 40 thousand to 10 million faces and 20 to 300 megapixels, on two threads.
 MemoryNeed memory_need(const Workload& work) {
-  const double program = 150 * kMB;  // with its libraries
-  const double mesh = 24 * work.vertices + 12 * work.faces;
-  const double graph = 24 * work.faces;
-  const double candidates = 8 * work.pairs;
+  using namespace held;
+  const double always = kProgram + mesh(work) + kNeighbours * work.faces;
   MemoryNeed need;
-  // Photos by which the mesh is judged: of up to 96 views, one byte a pixel, reduced to 1000 to 2000 pixels a side.
-  const double reduction = std::max(1.0, std::floor(std::sqrt(4.0 / 3 * work.most_pixels) / 1000));
-  const double small_photos = std::min(work.views, 96.0) * work.most_pixels / (reduction * reduction);
-  // Records of 20 bytes and what candidates are made with; two maps of 4 bytes a pixel, three photos of 3, the strip along
-  // silhouettes; sums and shapes of the faces of a view.
-  need.seeing = program + mesh + graph + 28 * work.pairs + 26 * work.most_pixels + 40 * work.vertices +
-                100 * work.pairs / std::max(work.views, 1.0) + 10 * work.faces + small_photos;
-  // The candidates twice, and a chain of coarser problems.
-  need.choosing = program + mesh + graph + 32 * work.pairs + 60 * work.faces;
-  // Charts, texture coordinates and offsets of the faces, photos. Views at vertices, of which there are half as many as faces,
-  // where they are blended: 16 bytes each.
-  need.painting = program + mesh + graph + candidates + 8 * work.pairs +
-                  3 * static_cast<double>(atlas::photos_held()) * work.most_pixels + 250 * work.faces;
-  // The preview and the pages that it is drawn with.
-  need.writing = program + mesh + 40 * work.faces + 120 * kMB;
+  // Records and the candidates that are made from them; classes of two views and two indices a face.
+  need.see = always + (kRecord + kCandidate) * work.pairs + view(work) + previews(work) +
+             2 * (sizeof(visibility::FaceClass) + kIndex) * work.faces;
+  // The candidates twice, and as much again in the chain of coarser problems; their labels, costs and neighbours.
+  need.choose = always + 2 * 2 * kCandidate * work.pairs + 2.5 * kNeighbours * work.faces;
+  // Photos. Views at vertices, of which there are half as many as faces, where they are blended: 16 bytes each. Charts, texture
+  // coordinates and offsets of the faces.
+  constexpr double kCharts = 250, kVertexView = 16;
+  need.bake = always + (kCandidate + kVertexView / 2) * work.pairs +
+              kPhotoPixel * static_cast<double>(atlas::photos_held()) * work.most_pixels + kCharts * work.faces;
+  // Texture coordinates and the pieces of the GLB; the preview and the pages that it is drawn with.
+  constexpr double kWrittenFace = 40, kPreview = 120e6;
+  need.write = kProgram + mesh(work) + kWrittenFace * work.faces + kPreview;
   return need;
 }
 
@@ -181,11 +176,11 @@ double predicted_seconds(const Workload& work, int threads) {
 }
 
 std::size_t MemoryPlan::photos_while_seeing() const {
-  return static_cast<std::size_t>(std::max(0.0, limit - need.seeing));
+  return static_cast<std::size_t>(std::max(0.0, limit - need.see));
 }
 
-MemoryPlan::Shares MemoryPlan::while_painting(double all_pages, double page) const {
-  const double room = std::max(0.0, limit - need.painting);
+MemoryPlan::Shares MemoryPlan::while_baking(double all_pages, double page) const {
+  const double room = std::max(0.0, limit - need.bake);
   const auto bytes = [](double size) { return static_cast<std::size_t>(size); };
   if (all_pages <= room) {
     const double half = (room - all_pages) / 2;
@@ -196,12 +191,13 @@ MemoryPlan::Shares MemoryPlan::while_painting(double all_pages, double page) con
 }
 
 double MemoryPlan::peak() const {
-  const double pages = static_cast<double>(atlas::kPageBytesPerTexel) * work.texels, photos = 3 * work.pixels;
+  const double pages = static_cast<double>(atlas::kPageBytesPerTexel) * work.texels,
+               photos = held::kPhotoPixel * work.pixels;
   // Needs are upper bounds, which a promise is made with: of these and of the limit, runs on ten scenes of different shape
   // took 0.76 to 1.04.
   constexpr double kTypical = 0.87;
-  return kTypical * std::min(limit, std::max({need.seeing + photos, need.choosing + photos,
-                                              need.painting + pages + photos, need.writing}));
+  return kTypical *
+         std::min(limit, std::max({need.see + photos, need.choose + photos, need.bake + pages + photos, need.write}));
 }
 
 namespace {
@@ -215,7 +211,7 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   constexpr auto kTexel = static_cast<double>(atlas::kPageBytesPerTexel);
   const double all_pages = kTexel * work.texels;
   const double page = std::min(kTexel * settings.atlas.page_size * settings.atlas.page_size, all_pages);
-  const double least = std::max({plan.need.seeing, plan.need.choosing, plan.need.writing, plan.need.painting + page});
+  const double least = std::max({plan.need.see, plan.need.choose, plan.need.write, plan.need.bake + page});
   const auto most = static_cast<double>(settings.memory_bytes > 0 ? settings.memory_bytes : default_memory_limit());
   if (least > most && most < promised)
     throw MemoryError(fmt::format(
@@ -229,7 +225,7 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   // Pages that are baked together save decoding photos again for each of them.
   constexpr double kModestPages = 256 * kMB;
   const double pages = std::min(all_pages, std::max(page, kModestPages) / kPagesShare);
-  const double lean = std::max({plan.need.seeing, plan.need.choosing, plan.need.writing, plan.need.painting + pages});
+  const double lean = std::max({plan.need.see, plan.need.choose, plan.need.write, plan.need.bake + pages});
   plan.limit = std::max(least, settings.memory_bytes > 0 ? kKeep * most : std::min(most, lean));
   return plan;
 }
@@ -241,14 +237,14 @@ MemoryPlan plan_memory(const Input& input, const Settings& settings) {
   return plan_for(work, memory_need(work), settings);
 }
 
-MemoryPlan plan_painting(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
-                         double promised) {
+MemoryPlan plan_baking(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
+                       double promised) {
   const Workload work = workload(input, settings);
   // Entries are also sorted by face.
   const double held =
       static_cast<double>(coverage.entries.size() * (sizeof(visibility::FaceCoverage) + sizeof(std::uint32_t)) +
                           coverage.words.size() * sizeof(std::uint64_t));
-  return plan_for(work, {.painting = memory_need(work).painting + held}, settings, promised);
+  return plan_for(work, {.bake = memory_need(work).bake + held}, settings, promised);
 }
 
 }  // namespace gpvc::pipeline

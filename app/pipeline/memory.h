@@ -35,7 +35,7 @@ Workload workload(const Input& input, const Settings& settings);
 
 /// Bytes that the stages need at least, without photos that are kept and without pages.
 struct MemoryNeed {
-  double seeing = 0, choosing = 0, painting = 0, writing = 0;
+  double see = 0, choose = 0, bake = 0, write = 0;
 };
 MemoryNeed memory_need(const Workload& work);
 
@@ -56,13 +56,13 @@ struct MemoryPlan {
 
   /// Bytes of photos to keep for the next pass.
   std::size_t photos_while_seeing() const;
-  /// Painting's shares: of pages and partial charts that are baked together, see atlas::BakeOptions, and of photos.
+  /// Shares while baking: of pages and partial charts that are baked together, see atlas::BakeOptions, and of photos.
   struct Shares {
     std::size_t pages = 0, partial = 0, photos = 0;
   };
   /// \param all_pages bytes of all pages
   /// \param page bytes of the largest one
-  Shares while_painting(double all_pages, double page) const;
+  Shares while_baking(double all_pages, double page) const;
   /// Bytes that the run is expected to take at its peak, at most `limit`.
   double peak() const;
 };
@@ -74,7 +74,7 @@ MemoryPlan plan_memory(const Input& input, const Settings& settings);
 /// The same of a run that only bakes an atlas, without a preview, and holds what views see of partial faces. A limit of
 /// `promised` bytes and more is not refused, though it may be exceeded: who promised that they are enough did not know yet
 /// how many faces are partial.
-MemoryPlan plan_painting(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
-                         double promised);
+MemoryPlan plan_baking(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
+                       double promised);
 
 }  // namespace gpvc::pipeline

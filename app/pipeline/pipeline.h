@@ -19,55 +19,16 @@
 #include "../../labeling/labeling.h"
 #include "../../visibility/device.h"
 #include "../../visibility/visibility.h"
-#include "../checks/input.h"
 #include "../checks/mesh_fit.h"
-#include "../results/observer.h"
-#include "../results/output_folder.h"
 #include "memory.h"
+#include "run.h"
+#include "settings.h"
 #include "view_rules.h"
 #include "viewpoint.h"
 
 namespace gpvc::pipeline {
 
-using checks::all_views;
-using checks::Input;
 using checks::MeshFit;
-using results::Observer;
-using results::OutputFolder;
-
-struct OutputSettings {
-  io::ImageFormat texture = io::ImageFormat::jpg;
-  int quality = 95;  ///< of JPEG pages
-  io::GltfContainer gltf = io::GltfContainer::glb;
-  bool normals = false;
-  std::optional<io::UpAxis> up;  ///< nullopt: found from the cameras
-};
-
-/// Whether texture_into() keeps its work in the output folder until the result is complete, so that it can go on from there
-/// after it was cut off. automatic: if it is expected to take more than a minute, or an earlier run has kept some.
-enum class KeepWork { automatic, always, never };
-inline constexpr Named<KeepWork> kKeepWorkNames[] = {
-    {"auto", KeepWork::automatic}, {"always", KeepWork::always}, {"never", KeepWork::never}};
-
-/// Of the faces of a mesh: one of which photos see less lies in other coordinates, as a rule.
-inline constexpr double kLeastSeen = 0.05;
-
-struct Settings {
-  visibility::VisibilityOptions visibility;
-  int device = -1;  ///< number of the graphics device to use; -1: see visibility::find_device()
-  labeling::CostOptions costs;
-  bool allow_unseen = false;              ///< texture a mesh of which photos see less than kLeastSeen
-  std::vector<ViewRule> view_rules = {};  ///< faces in their regions lose the views that they refuse
-  labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
-  labeling::SolverOptions solver;
-  atlas::AtlasOptions atlas;
-  OutputSettings output;
-  /// Most bytes that texture() and texture_into() take; 0: see plan_memory(). Results are the same for any value.
-  std::size_t memory_bytes = 0;
-  KeepWork keep_work = KeepWork::automatic;
-  /// texture_into() also writes what retexture_into() needs to change the result (edit_files.h).
-  bool editable = false;
-};
 
 // --- all steps
 
@@ -78,12 +39,12 @@ struct TexturedMesh {
   std::optional<visibility::DeviceInfo> device{};  ///< that drew the views; empty: they were drawn natively
 };
 
-/// Checks the input and textures it from all views. Throws InputError, GpuError, and what photos and observer throw.
-TexturedMesh texture(const Scene& scene, const Mesh& mesh, const Settings& settings, io::PhotoSource& photos,
-                     Observer& observer);
+/// Brings mesh and cameras into the same coordinates (checks::prepare()), changing both, and textures the mesh from all views.
+/// Throws InputError, GpuError, MemoryError, and what photos and observer throw.
+TexturedMesh texture(Scene& scene, Mesh& mesh, const Settings& settings, io::PhotoSource& photos, Observer& observer);
 
-/// Textures an input that check_input() accepts. Throws MemoryError as well.
-TexturedMesh texture(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer);
+/// Textures an input that checks::prepare() accepts.
+TexturedMesh texture(const Run& run);
 
 // --- the steps
 
@@ -100,32 +61,24 @@ struct Seen {
   std::optional<visibility::DeviceInfo> device{};  ///< that drew the views; empty: they were drawn natively
 };
 
-class CoverageStore;  // coverage_store.h
-class KeptWork;       // kept_work.h
-
 struct SeeOptions {
   /// Faces that get candidates, ascending; empty: all. All faces of the mesh occlude and enter the outlier test and the
   /// scale of the costs, so that the candidates are those of a run over all faces. The border that plan() and bake() are
   /// given belongs to them.
   std::span<const FaceId> faces = {};
   const labeling::FaceGraph* graph = nullptr;  ///< of the mesh; null: made where it is needed
-  /// Called for each view once it is classified, on the caller's thread.
+  /// Called for each view once it is classified, on the caller's thread; not for views that the run has kept.
   std::function<void(ViewId, const visibility::ViewVisibility&)> on_view = {};
-  /// Called once all photos are compared with each other, before rules about them are applied.
-  std::function<void(const labeling::CandidateCollector&, const CoverageStore&)> on_judged = {};
-  KeptWork* kept = nullptr;  ///< by earlier runs and for later ones; on_view is not called for views taken from it
+  /// Photos, poses and mesh are known to fit together: nothing is refused.
+  bool judged = false;
 };
 
 /// Visibility and candidates, view after view: while one is drawn, its photo is decoded and the costs of the view before are
-/// computed. Throws InputError if no view sees any face, GpuError.
-Seen see(const Input& input, const Settings& settings, io::PhotoSource& photos, Observer& observer,
-         const SeeOptions& options = {});
+/// computed. Throws InputError if no view sees any face or photos, poses and mesh do not fit together, GpuError.
+Seen see(const Run& run, const SeeOptions& options = {});
 
 /// Notes how the candidates see the faces. Throws InputError if no view sees any.
 void report_tags(const Input& input, const labeling::Candidates& candidates, Observer& observer);
-
-/// The numbers of faces tagged seen, partial and unseen.
-std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);
 
 /// Chooses one view per face. `fixed`: empty, or per face the view that it must keep, kNoView where one is to be chosen.
 labeling::Selection choose(const labeling::CostTable& costs, const labeling::FaceGraph& graph,
@@ -159,8 +112,10 @@ struct WrittenModel {
 /// tags.npy, faces.npy and, where they are needed, offset.txt and source_faces.npy. Pages and models are written on other
 /// threads while the preview is drawn. Models hold no face of a border; model.obj keeps its vertices, and labels.npy and
 /// tags.npy its entries. Throws OutputError.
-WrittenModel write(const Input& input, const TexturedMesh& textured, const Settings& settings, OutputFolder& folder,
-                   Observer& observer);
+WrittenModel write(const Run& run, const TexturedMesh& textured, OutputFolder& folder);
+/// The same of a mesh textured from all views, into a folder that holds no result yet.
+WrittenModel write(const Scene& scene, const Mesh& mesh, const TexturedMesh& textured, const Settings& settings,
+                   const std::filesystem::path& out, Observer& observer);
 
 /// A textured mesh whose files are written.
 struct TexturedFiles {
@@ -170,8 +125,7 @@ struct TexturedFiles {
 
 /// texture() and write() in one, with the same files, for models of any size: pages are written and let go as soon as they
 /// are finished, and model.obj is written while photos are baked. See Settings::keep_work for what is kept in the folder.
-TexturedFiles texture_into(const Input& input, const Settings& settings, io::PhotoSource& photos, OutputFolder& folder,
-                           Observer& observer);
+TexturedFiles texture_into(const Run& run, OutputFolder& folder);
 
 /// The result of texture_into() with other Settings::view_rules, made from an editable one in the folder `from`: no view is
 /// looked at for visibility again. Faces whose candidates change, and those around them whose label may (see
@@ -179,7 +133,6 @@ TexturedFiles texture_into(const Input& input, const Settings& settings, io::Pho
 /// leveled against the others, which keep their places on their pages, copied byte for byte. The result is editable in turn,
 /// and may replace the one in `from`. Throws InputError where `from` holds no editable result of this mesh, these views and
 /// settings. O(faces + records) and what the new charts take.
-TexturedFiles retexture_into(const std::filesystem::path& from, const Input& input, const Settings& settings,
-                             io::PhotoSource& photos, OutputFolder& folder, Observer& observer);
+TexturedFiles retexture_into(const std::filesystem::path& from, const Run& run, OutputFolder& folder);
 
 }  // namespace gpvc::pipeline

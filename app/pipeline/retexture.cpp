@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/pipeline/edit_files.h"
+#include "app/pipeline/paint.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
 #include "io/clock.h"
@@ -48,12 +49,12 @@ std::vector<FaceId> differing_faces(const labeling::Candidates& a, const labelin
   return faces;
 }
 
-Earlier read_earlier(const fs::path& from, const Input& input, const Settings& settings, io::PhotoSource& photos,
-                     Observer& observer) {
+Earlier read_earlier(const fs::path& from, const Run& run) {
+  const auto& [input, settings, photos, observer, kept] = run;
   observer.begin({"earlier result"});
   Earlier earlier{read_edit_model(from), {}, {}, {}, {}};
   const ResultKeys& keys = earlier.model.keys;
-  refuse_other_input(from, input, keys, result_keys(input, settings, photos, observer));
+  refuse_other_input(from, input, keys, result_keys(run));
   labeling::CandidateCollector collector(input.mesh, settings.costs);
   read_edit_views(from, input, keys, collector, earlier.coverage);
   Observer silent;  // what the earlier rules say has been reported
@@ -160,13 +161,10 @@ io::TexturedModel joined(const EditModel& before, const Change& change, const io
 
 /// The result of a run: models, and what the next one needs.
 EditModel joined_edit_model(const EditModel& before, const Settings& settings, const Change& change,
-                            std::vector<ViewId> labels, io::TexturedModel model, const atlas::TextureAtlas& made,
-                            std::span<const std::array<int, 2>> made_sizes) {
-  EditModel after{before.keys, settings.view_rules, std::move(labels), std::move(model),
-                  {},          before.face_chart,   before.exposure,   before.reduction};
-  for (std::size_t p = 0; p < change.page_number.size(); ++p)
-    if (change.page_number[p] != kDropped) after.page_sizes.push_back(before.page_sizes[p]);
-  after.page_sizes.insert(after.page_sizes.end(), made_sizes.begin(), made_sizes.end());
+                            std::vector<ViewId> labels, const io::TexturedModel& model, const atlas::TextureAtlas& made,
+                            std::vector<std::array<int, 2>> page_sizes) {
+  EditModel after{before.keys,           settings.view_rules, std::move(labels), model,
+                  std::move(page_sizes), before.face_chart,   before.exposure,   before.reduction};
   const std::uint32_t first = 1 + *std::ranges::max_element(before.face_chart);
   for (std::size_t f = 0; f < change.kept.size(); ++f)
     if (change.kept[f] == 0) after.face_chart[f] = first + made.face_chart[f];
@@ -195,42 +193,43 @@ void report_change(const Change& change, std::size_t free_faces, const atlas::At
       made.pages));
 }
 
-/// The atlas of the faces that are not kept, on pages that follow the kept ones. Writes all pages.
-class Remaking {
+/// The atlas of the faces that are not kept, on pages that follow the kept ones.
+class Remaking final : public PageSink {
  public:
-  Remaking(const fs::path& from, const Input& input, const Settings& settings, const Earlier& earlier,
-           const Change& change, ModelFiles& files)
-      : from_(from), input_(input), settings_(settings), earlier_(earlier), change_(change), files_(files) {}
+  Remaking(const fs::path& from, const Run& run, const Earlier& earlier, const Change& change, ModelFiles& files)
+      : from_(from), run_(run), earlier_(earlier), change_(change), files_(files) {}
 
-  atlas::TextureAtlas make(std::span<const ViewId> labels, io::PhotoSource& photos, OutputFolder& folder,
-                           Observer& observer) {
-    observer.begin({"atlas", "steps"});
+  atlas::TextureAtlas make(std::span<const ViewId> labels, OutputFolder& folder) {
+    if (change_.faces == 0) return copied();
     const visibility::CoverageTable coverage = coverage_of_made();
     std::vector<atlas::ViewExposure> exposure = earlier_.model.exposure;
-    exposure.resize(input_.scene.views.size());  // without seams there was nothing to fit them to
-    atlas::FinishedTexture finished{earlier_.model.model, {}, earlier_.model.reduction};
-    atlas::AtlasInput from{input_.mesh,
-                           input_.scene,
-                           photos,
-                           earlier_.graph,
-                           labels,
-                           earlier_.candidates.tags,
-                           earlier_.candidates.table,
-                           coverage,
-                           change_.kept,
-                           exposure,
-                           &finished};
-    std::optional<atlas::AtlasPlan> plan;
-    if (change_.faces > 0) plan = plan_and_note(from, settings_.atlas, observer);
-    begin_files(labels, plan ? plan->estimate() : atlas::AtlasEstimate{});
-    const std::vector<Image> beside = keep_pages(from_, input_.mesh, earlier_.model, change_, settings_, files_);
-    if (!plan) return copied(observer);
-    finished.pages = beside;
-    return bake(*plan, from, photos, folder, observer);
+    exposure.resize(run_.input.scene.views.size());  // without seams there was nothing to fit them to
+    const atlas::FinishedTexture finished{earlier_.model.model, beside_, earlier_.model.reduction};
+    const atlas::AtlasInput from{
+        run_.input.mesh,           run_.input.scene, run_.photos,  earlier_.graph, labels,   earlier_.candidates.tags,
+        earlier_.candidates.table, coverage,         change_.kept, exposure,       &finished};
+    return paint(run_, from, plan_memory(run_.input, run_.settings), {.scratch_folder = folder.in_making()}, this);
   }
 
-  io::TexturedModel take_model() { return std::move(model_); }
-  const std::vector<std::array<int, 2>>& page_sizes() const { return page_sizes_; }
+  void begin(const atlas::AtlasEstimate& size) override {
+    atlas::AtlasEstimate all = size;
+    all.pages += change_.pages_kept;
+    for (std::size_t p = 0; p < change_.page_number.size(); ++p)
+      if (change_.page_number[p] != kDropped)
+        all.page_texels += static_cast<std::size_t>(earlier_.model.page_sizes[p][0]) *
+                           static_cast<std::size_t>(earlier_.model.page_sizes[p][1]);
+    files_.begin(all);
+    beside_ = keep_pages(from_, run_.input.mesh, earlier_.model, change_, run_.settings, files_);
+  }
+  std::future<void> take_model(const io::TexturedModel& made) override {
+    model_ = joined(earlier_.model, change_, made);
+    return files_.take_model(model_);
+  }
+  void take_page(std::size_t number, Image page) override {
+    files_.take_page(change_.pages_kept + number, std::move(page));
+  }
+
+  io::TexturedModel take_joined() { return std::move(model_); }
 
  private:
   visibility::CoverageTable coverage_of_made() const {
@@ -240,47 +239,23 @@ class Remaking {
     return earlier_.coverage.of_partial_faces(tags);
   }
 
-  void begin_files(std::span<const ViewId> labels, atlas::AtlasEstimate size) {
-    size.pages += change_.pages_kept;
-    for (std::size_t p = 0; p < change_.page_number.size(); ++p)
-      if (change_.page_number[p] != kDropped)
-        size.page_texels += static_cast<std::size_t>(earlier_.model.page_sizes[p][0]) *
-                            static_cast<std::size_t>(earlier_.model.page_sizes[p][1]);
-    files_.begin(labels, earlier_.candidates.tags, size);
-  }
-
-  atlas::TextureAtlas copied(Observer& observer) {
+  atlas::TextureAtlas copied() {
+    run_.observer.begin({"bake"});
+    begin({});
     model_ = earlier_.model.model;
-    model_.mesh = &input_.mesh;
-    files_.write_mesh(model_);
-    observer.end("nothing to make");
+    model_.mesh = &run_.input.mesh;
+    files_.take_model(model_).get();
+    run_.observer.end("nothing to make");
     return {};
   }
 
-  atlas::TextureAtlas bake(const atlas::AtlasPlan& plan, const atlas::AtlasInput& from, io::PhotoSource& photos,
-                           OutputFolder& folder, Observer& observer) {
-    atlas::BakeOptions options = bake_options(plan, settings_, plan_memory(input_, settings_), photos);
-    options.scratch_folder = folder.in_making();
-    options.take_model = [this](const io::TexturedModel& made) {
-      model_ = joined(earlier_.model, change_, made);
-      return std::async(std::launch::async, [this] { files_.write_mesh(model_); });
-    };
-    page_sizes_.resize(plan.estimate().pages);
-    options.take_page = [this](std::size_t number, Image page) {
-      page_sizes_[number] = {page.width, page.height};
-      files_.write_page(change_.pages_kept + number, std::move(page));
-    };
-    return bake_and_end(plan, from, settings_.atlas, observer, options);
-  }
-
   const fs::path& from_;
-  const Input& input_;
-  const Settings& settings_;
+  const Run& run_;
   const Earlier& earlier_;
   const Change& change_;
   ModelFiles& files_;
+  std::vector<Image> beside_;  ///< earlier pages by number; empty where the new charts do not need their colours
   io::TexturedModel model_;
-  std::vector<std::array<int, 2>> page_sizes_;
 };
 
 void copy_views(const fs::path& from, OutputFolder& folder) {
@@ -291,7 +266,7 @@ void copy_views(const fs::path& from, OutputFolder& folder) {
 }
 
 labeling::Reselection choose_again(const Earlier& earlier, const Settings& settings, Observer& observer) {
-  observer.begin({"view selection", "sweeps", true});
+  observer.begin({"choose", "sweeps", true});
   labeling::Reselection again = labeling::reselect_views(earlier.candidates.table, earlier.graph, settings.solver,
                                                          observer.reporter(), earlier.model.labels, earlier.changed);
   report_selection(again.selection, "", observer);
@@ -300,23 +275,23 @@ labeling::Reselection choose_again(const Earlier& earlier, const Settings& setti
 
 }  // namespace
 
-TexturedFiles retexture_into(const fs::path& from, const Input& input, const Settings& settings,
-                             io::PhotoSource& photos, OutputFolder& folder, Observer& observer) {
+TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder& folder) {
   const Clock::time_point start = Clock::now();
-  Earlier earlier = read_earlier(from, input, settings, photos, observer);
+  const auto& [input, settings, photos, observer, kept] = run;
+  Earlier earlier = read_earlier(from, run);
   earlier.graph = weighed_graph(input.mesh, settings.edge_weights, observer);
   labeling::Reselection again = choose_again(earlier, settings, observer);
   release_freed_memory();
   const Change change = find_change(earlier.model, earlier.changed, again.selection.labels);
-  ModelFiles files(input, settings, folder, observer);
-  Remaking remaking(from, input, settings, earlier, change, files);
-  atlas::TextureAtlas made = remaking.make(again.selection.labels, photos, folder, observer);
+  ModelFiles files(run, folder, again.selection.labels, earlier.candidates.tags);
+  Remaking remaking(from, run, earlier, change, files);
+  atlas::TextureAtlas made = remaking.make(again.selection.labels, folder);
   observer.begin({"write"});
   copy_views(from, folder);
-  made.model = remaking.take_model();
-  write_edit_model(joined_edit_model(earlier.model, settings, change, again.selection.labels, made.model, made,
-                                     remaking.page_sizes()),
-                   folder);
+  made.model = remaking.take_joined();
+  write_edit_model(
+      joined_edit_model(earlier.model, settings, change, again.selection.labels, made.model, made, files.page_sizes()),
+      folder);
   const WrittenModel written = files.finish(made.model);
   observer.end("");
   report_change(change, again.free_faces, made.statistics, seconds_since(start), observer);

@@ -2,18 +2,30 @@
 #pragma once
 
 #include <cstdint>
-#include <future>
+#include <functional>
+#include <optional>
 #include <vector>
 
+#include "app/checks/scene_fit.h"
 #include "app/pipeline/pipeline.h"
 
 namespace gpvc::pipeline {
 
-/// How work beside other work is started: a run that is limited to one thread does it on that.
-std::launch launch_policy();
+class CoverageStore;
 
 /// Per view the first that shows the same photo; empty where each has its own.
 std::vector<std::uint32_t> photo_of_view(const Scene& scene);
+
+/// True for the methods whose classes are right; the methods that gpvc is compared with also see faces that are hidden.
+bool is_exact(const visibility::Method& method);
+checks::Tolerance tolerance_of(const Settings& settings);
+
+/// The labels that the run has kept; nullopt: none, or of another mesh.
+std::optional<labeling::Selection> kept_labels(const Run& run);
+
+/// Called once all photos are compared with each other, before rules about them are applied.
+using OnJudged = std::function<void(const labeling::CandidateCollector&, const CoverageStore&)>;
+Seen see(const Run& run, const SeeOptions& options, const OnJudged& on_judged);
 
 /// What the atlas is made from.
 struct Choice {
@@ -21,21 +33,16 @@ struct Choice {
   Seen seen;
   labeling::Selection selection;
 };
-/// The stages up to view selection, within the memory.
-Choice see_and_choose(const Input& input, const Settings& settings, const MemoryPlan& memory, io::PhotoSource& photos,
-                      Observer& observer, SeeOptions options = {});
+/// The stages up to the choice of views, within the memory.
+Choice see_and_choose(const Run& run, const MemoryPlan& memory, SeeOptions options = {},
+                      const OnJudged& on_judged = {});
 
 /// Notes the figures of a selection and ends the stage. \param origin added to what the stage says
 void report_selection(const labeling::Selection& selection, const char* origin, Observer& observer);
 
-/// Within the stage "atlas".
+/// Within the stage "bake".
 atlas::AtlasPlan plan_and_note(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer);
-
-/// Shares the memory between pages, partial charts and photos.
-atlas::BakeOptions bake_options(const atlas::AtlasPlan& plan, const Settings& settings, const MemoryPlan& memory,
-                                io::PhotoSource& photos);
-
-/// Ends the stage "atlas".
+/// Ends the stage "bake".
 atlas::TextureAtlas bake_and_end(const atlas::AtlasPlan& plan, const atlas::AtlasInput& input,
                                  const atlas::AtlasOptions& options, Observer& observer,
                                  const atlas::BakeOptions& memory = {});

@@ -132,46 +132,43 @@ FileSizes predicted_sizes(const Input& input, const Settings& settings, double t
   return sizes;
 }
 
-ModelFiles::ModelFiles(const Input& input, const Settings& settings, OutputFolder& folder, Observer& observer)
-    : input_(input),
-      settings_(settings),
-      folder_(folder),
-      observer_(observer),
-      profile_(profile_of_photos(input, observer)) {
-  observer.figure("color_profile_bytes", profile_.size());
+ModelFiles::ModelFiles(const Run& run, OutputFolder& folder, std::span<const ViewId> labels,
+                       std::span<const labeling::FaceTag> tags)
+    : run_(run), folder_(folder), profile_(profile_of_photos(run.input, run.observer)), labels_(labels), tags_(tags) {
+  run.observer.figure("color_profile_bytes", profile_.size());
 }
 
-void ModelFiles::begin(std::span<const ViewId> labels, std::span<const labeling::FaceTag> tags,
-                       const atlas::AtlasEstimate& size) {
-  labels_ = labels;
-  tags_ = tags;
-  options_ = model_options(input_, labels, settings_.output);
+void ModelFiles::begin(const atlas::AtlasEstimate& size) {
+  options_ = model_options(run_.input, labels_, run_.settings.output);
   obj_file_ = folder_.file("model.obj");
   folder_.file("model.mtl");
-  pages_ = promise_pages(folder_, size.pages, settings_.output.texture);
+  pages_ = promise_pages(folder_, size.pages, run_.settings.output.texture);
   preview_file_ = folder_.file("preview.png");
   labels_file_ = folder_.file("labels.npy");
   tags_file_ = folder_.file("tags.npy");
   faces_file_ = folder_.file("faces.npy");
   if (has_offset(options_)) write_offset(options_, folder_.file(kOffsetFile));
-  if (!input_.mesh.source_face.empty())
-    io::write_npy_as<std::uint32_t>(folder_.file("source_faces.npy"), input_.mesh.source_face);
+  if (!run_.input.mesh.source_face.empty())
+    io::write_npy_as<std::uint32_t>(folder_.file("source_faces.npy"), run_.input.mesh.source_face);
   const auto edge2 = [&] { return static_cast<std::size_t>(reduction_) * static_cast<std::size_t>(reduction_); };
   while (size.page_texels / edge2() > kPreviewTexels) reduction_ *= 2;
   preview_pages_.resize(size.pages);
+  page_sizes_.resize(size.pages);
   left_ = size.pages;
 }
 
-void ModelFiles::write_mesh(const io::TexturedModel& model) const {
-  io::write_npy_as<std::int32_t>(labels_file_, labels_);  // kNoView becomes -1
-  io::write_npy_as<std::uint8_t>(tags_file_, tags_);
-  io::write_obj(obj_file_, model, pages_, options_);
+std::future<void> ModelFiles::take_model(const io::TexturedModel& model) {
+  return std::async(std::launch::async, [this, &model] {
+    io::write_npy_as<std::int32_t>(labels_file_, labels_);  // kNoView becomes -1
+    io::write_npy_as<std::uint8_t>(tags_file_, tags_);
+    io::write_obj(obj_file_, model, pages_, options_);
+  });
 }
 
-void ModelFiles::write_page(std::size_t number, Image page) {
-  observer_.check_cancelled();
+void ModelFiles::take_page(std::size_t number, Image page) {
+  page_sizes_[number] = {page.width, page.height};
   const auto write = [this, number](const Image& whole) {
-    io::write_image(pages_[number].file, whole, settings_.output.texture, settings_.output.quality, profile_);
+    io::write_image(pages_[number].file, whole, run_.settings.output.texture, run_.settings.output.quality, profile_);
   };
   if (--left_ > 0) {
     write(page);
@@ -184,10 +181,11 @@ void ModelFiles::write_page(std::size_t number, Image page) {
 }
 
 void ModelFiles::keep_page(std::size_t number, const fs::path& from, const Image& page) {
-  observer_.check_cancelled();
+  run_.observer.check_cancelled();
   std::error_code failed;
   fs::copy_file(from, pages_[number].file, failed);
   if (failed) throw OutputError(pages_[number].file, fmt::format("cannot be copied: {}", failed.message()));
+  page_sizes_[number] = {page.width, page.height};
   preview_pages_[number] = io::reduce_image(page, reduction_);
   --left_;
 }
@@ -195,22 +193,23 @@ void ModelFiles::keep_page(std::size_t number, const fs::path& from, const Image
 WrittenModel ModelFiles::finish(const io::TexturedModel& model) {
   auto gltf = std::async(std::launch::async, [&] {
     if (last_page_.valid()) last_page_.get();
-    const bool drop = settings_.atlas.unseen == atlas::UnseenFaces::drop;
-    io::GltfFiles files = io::write_gltf(folder_.in_making() / "model", settings_.output.gltf,
+    const bool drop = run_.settings.atlas.unseen == atlas::UnseenFaces::drop;
+    io::GltfFiles files = io::write_gltf(folder_.in_making() / "model", run_.settings.output.gltf,
                                          drop ? without_unseen(model, tags_) : model, pages_, options_);
     io::write_npy_as<std::uint32_t>(faces_file_, files.faces);
     free_memory(files.faces);
     return files;
   });
   const Viewpoint preview = write_preview(model);
-  promise_gltf(gltf.get(), settings_.output.gltf, folder_, observer_);
+  promise_gltf(gltf.get(), run_.settings.output.gltf, folder_, run_.observer);
   return {preview, kBackground, options_.up, options_.offset};
 }
 
 Viewpoint ModelFiles::write_preview(const io::TexturedModel& model) const {
-  const io::UpAxis up = input_.mesh.file_positions.empty() ? options_.up : scene_up(input_.scene, input_.views);
-  Viewpoint view = overview(input_.mesh, labels_, input_.scene, input_.views, up, kPreviewWidth * kPreviewSamples,
-                            kPreviewHeight * kPreviewSamples);
+  const io::UpAxis up =
+      run_.input.mesh.file_positions.empty() ? options_.up : scene_up(run_.input.scene, run_.input.views);
+  Viewpoint view = overview(run_.input.mesh, labels_, run_.input.scene, run_.input.views, up,
+                            kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
   const RenderResult render = render_model(model, preview_pages_, view.camera, view.pose, {true, true, kBackground});
   io::write_image(preview_file_, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile_);
   // The camera of the picture, which is drawn larger and then reduced.
@@ -221,18 +220,30 @@ Viewpoint ModelFiles::write_preview(const io::TexturedModel& model) const {
   return view;
 }
 
-WrittenModel write(const Input& input, const TexturedMesh& textured, const Settings& settings, OutputFolder& folder,
-                   Observer& observer) {
-  observer.begin({"write"});
+WrittenModel write(const Run& run, const TexturedMesh& textured, OutputFolder& folder) {
+  run.observer.begin({"write"});
   const atlas::TextureAtlas& atlas = textured.atlas;
-  ModelFiles files(input, settings, folder, observer);
-  files.begin(textured.selection.labels, textured.tags,
-              {.pages = atlas.pages.size(), .page_texels = atlas.statistics.page_texels});
-  auto mesh = std::async(std::launch::async, [&] { files.write_mesh(atlas.model); });
-  tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) { files.write_page(n, atlas.pages[n]); });
+  ModelFiles files(run, folder, textured.selection.labels, textured.tags);
+  files.begin({.pages = atlas.pages.size(), .page_texels = atlas.statistics.page_texels});
+  std::future<void> mesh = files.take_model(atlas.model);
+  tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) {
+    run.observer.check_cancelled();
+    files.take_page(n, atlas.pages[n]);
+  });
   const WrittenModel written = files.finish(atlas.model);
   mesh.get();
-  observer.end(fmt::format("{} {}", atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages"));
+  run.observer.end(fmt::format("{} {}", atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages"));
+  return written;
+}
+
+WrittenModel write(const Scene& scene, const Mesh& mesh, const TexturedMesh& textured, const Settings& settings,
+                   const fs::path& out, Observer& observer) {
+  const std::vector<ViewId> views = all_views(scene);
+  const Input input{scene, mesh, views};
+  io::CallbackSource unused(scene, [](ViewId) { return io::Picture{}; });
+  OutputFolder folder(out);
+  const WrittenModel written = write({input, settings, unused, observer}, textured, folder);
+  folder.publish();
   return written;
 }
 

@@ -1,6 +1,7 @@
 // The files of a textured model, each written as soon as its content is known.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <filesystem>
 #include <future>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/pipeline/paint.h"
 #include "app/pipeline/pipeline.h"
 
 namespace gpvc::pipeline {
@@ -39,38 +41,39 @@ struct FileSizes {
 };
 FileSizes predicted_sizes(const Input& input, const Settings& settings, double texels);
 
-/// Call the functions in their order. Borrows what it is given.
-class ModelFiles {
+/// The files of a textured model: call the functions in their order. Borrows what it is given.
+class ModelFiles final : public PageSink {
  public:
-  /// Reads the photos' color profiles. Throws InputError.
-  ModelFiles(const Input& input, const Settings& settings, OutputFolder& folder, Observer& observer);
+  /// Reads the photos' color profiles. \param labels, tags per face. Throws InputError.
+  ModelFiles(const Run& run, OutputFolder& folder, std::span<const ViewId> labels,
+             std::span<const labeling::FaceTag> tags);
 
   /// Promises the files of a model with so many pages and texels, and writes the smallest ones. Throws OutputError, as all
   /// that follow.
-  void begin(std::span<const ViewId> labels, std::span<const labeling::FaceTag> tags, const atlas::AtlasEstimate& size);
-  /// Writes model.obj, labels.npy and tags.npy, which need no page. May run beside write_page() and finish().
-  void write_mesh(const io::TexturedModel& model) const;
-  /// Writes a page and keeps what the preview needs of it. Several threads may write different pages. The last one is
-  /// written while finish() draws the preview.
-  void write_page(std::size_t number, Image page);
-  /// Takes over the file of a page of another result, byte for byte, instead of write_page().
+  void begin(const atlas::AtlasEstimate& size) override;
+  /// Writes model.obj, labels.npy and tags.npy, beside what follows.
+  std::future<void> take_model(const io::TexturedModel& model) override;
+  /// Writes a page and keeps what the preview needs of it. The last one is written while finish() draws the preview.
+  void take_page(std::size_t number, Image page) override;
+  /// Takes over the file of a page of another result, byte for byte, instead of take_page().
   void keep_page(std::size_t number, const std::filesystem::path& from, const Image& page);
-  /// Draws the preview and writes the glTF. \pre write_page() or keep_page() was called for all pages
+  /// Of the pages, by number.
+  const std::vector<std::array<int, 2>>& page_sizes() const { return page_sizes_; }
+  /// Draws the preview and writes the glTF. \pre all pages were taken or kept
   WrittenModel finish(const io::TexturedModel& model);
 
  private:
   Viewpoint write_preview(const io::TexturedModel& model) const;
 
-  const Input& input_;
-  const Settings& settings_;
+  const Run& run_;
   OutputFolder& folder_;
-  Observer& observer_;
   io::ColorProfile profile_;
   std::span<const ViewId> labels_;
   std::span<const labeling::FaceTag> tags_;
   io::ModelOptions options_;
   std::filesystem::path obj_file_, preview_file_, labels_file_, tags_file_, faces_file_;
   std::vector<io::PageFile> pages_;
+  std::vector<std::array<int, 2>> page_sizes_;
   int reduction_ = 1;                  ///< of the pages that the preview is drawn with
   std::vector<Image> preview_pages_;   ///< by number, as they are written
   std::atomic<std::size_t> left_ = 0;  ///< pages to be given

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <memory>
+#include <variant>
 
 namespace gpvc::pipeline {
 
@@ -44,6 +46,72 @@ labeling::CandidateCollector::Allowed allowed_views(std::span<const ViewRule> ru
   observer.note(fmt::format("rules about photos apply to {} of {} faces", results::readable_count(table->faces()),
                             results::readable_count(mesh.faces.size())));
   return [table](FaceId face, ViewId view) { return table->allows(face, view); };
+}
+
+namespace {
+
+// Of flags, the numbers of those that are set.
+NumberRanges ranges_of(std::span<const std::uint8_t> flags) {
+  NumberRanges ranges;
+  for (std::uint32_t n = 0; n < flags.size(); ++n) {
+    if (flags[n] == 0) continue;
+    if (!ranges.empty() && ranges.back()[1] + 1 == n)
+      ranges.back()[1] = n;
+    else
+      ranges.push_back({n, n});
+  }
+  return ranges;
+}
+
+// Calls list(rule number, region) for rules that list faces; returns the rules with what that gives instead.
+template <typename List>
+std::vector<ViewRule> with_lists(std::span<const ViewRule> rules, const List& list) {
+  std::vector<ViewRule> changed(rules.begin(), rules.end());
+  for (std::size_t r = 0; r < rules.size(); ++r)
+    if (const auto* listed = std::get_if<io::FaceRegion>(&rules[r].region))
+      changed[r].region = io::FaceRegion{ranges_of(list(r, *listed))};
+  return changed;
+}
+
+}  // namespace
+
+std::vector<NumberRanges> listed_vertices(std::span<const ViewRule> rules, const Mesh& mesh) {
+  std::vector<NumberRanges> all(rules.size());
+  for (std::size_t r = 0; r < rules.size(); ++r) {
+    if (!std::holds_alternative<io::FaceRegion>(rules[r].region)) continue;
+    const std::vector<std::uint8_t> inside = io::faces_in(rules[r].region, mesh);
+    std::vector<std::uint8_t> used(mesh.positions.size(), 0);
+    for (std::size_t f = 0; f < inside.size(); ++f)
+      if (inside[f] != 0)
+        for (const std::uint32_t v : mesh.faces[f]) used[v] = 1;
+    all[r] = ranges_of(used);
+  }
+  return all;
+}
+
+std::vector<ViewRule> rules_of_part(std::span<const ViewRule> rules, std::span<const std::uint64_t> face) {
+  return with_lists(rules, [&](std::size_t, const io::FaceRegion& listed) {
+    std::vector<std::uint8_t> inside(face.size(), 0);
+    for (const auto& [first, last] : listed.ranges)
+      for (auto at = std::ranges::lower_bound(face, std::uint64_t{first}); at != face.end() && *at <= last; ++at)
+        inside[static_cast<std::size_t>(at - face.begin())] = 1;
+    return inside;
+  });
+}
+
+std::vector<ViewRule> rules_of_coarser(std::span<const ViewRule> rules, std::span<const NumberRanges> listed,
+                                       const Mesh& coarser, std::span<const std::uint32_t> vertex) {
+  return with_lists(rules, [&](std::size_t r, const io::FaceRegion&) {
+    const NumberRanges& ranges = listed[r];
+    const auto is_listed = [&](std::uint32_t v) {
+      const auto after = std::ranges::upper_bound(ranges, vertex[v], {}, [](const auto& range) { return range[0]; });
+      return after != ranges.begin() && vertex[v] <= (*std::prev(after))[1];
+    };
+    std::vector<std::uint8_t> inside(coarser.faces.size(), 0);
+    for (std::size_t f = 0; f < inside.size(); ++f)
+      inside[f] = std::ranges::all_of(coarser.faces[f], is_listed) ? 1 : 0;
+    return inside;
+  });
 }
 
 void report_refused(std::span<const FaceId> refused, results::Observer& observer) {

@@ -1,6 +1,7 @@
 // Rules about which photos may texture which part of a mesh, resolved to the views of a scene.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -44,6 +45,22 @@ class ViewRuleTable {
 /// they are about, and warns of regions without a face, since a mistyped region shows in that. Borrows nothing.
 labeling::CandidateCollector::Allowed allowed_views(std::span<const ViewRule> rules, const Mesh& mesh,
                                                     std::size_t views, results::Observer& observer);
+
+// --- parts of a mesh, and coarser meshes of some of its vertices
+
+/// First and last numbers, ascending.
+using NumberRanges = std::vector<std::array<std::uint32_t, 2>>;
+
+/// Per rule the vertices of the faces that it lists; none for rules about places. O(faces).
+std::vector<NumberRanges> listed_vertices(std::span<const ViewRule> rules, const Mesh& mesh);
+
+/// The rules for a part of the mesh. \param face per face of the part, its number in the mesh, ascending
+std::vector<ViewRule> rules_of_part(std::span<const ViewRule> rules, std::span<const std::uint64_t> face);
+
+/// The rules for a coarser mesh: where a rule lists faces, they are about the faces all of whose corners are corners of those.
+/// \param listed listed_vertices() of the finer mesh \param vertex per vertex of the coarser mesh, its number in the finer
+std::vector<ViewRule> rules_of_coarser(std::span<const ViewRule> rules, std::span<const NumberRanges> listed,
+                                       const Mesh& coarser, std::span<const std::uint32_t> vertex);
 
 /// Warns of faces that lose all views.
 void report_refused(std::span<const FaceId> refused, results::Observer& observer);

@@ -104,10 +104,11 @@ void remove_tree(const fs::path& folder) noexcept {
 
 }  // namespace
 
-OutputFolder::OutputFolder(fs::path out) : out_(std::move(out)) {}
+OutputFolder::OutputFolder(fs::path out, Unmade) : out_(std::move(out)) {}
 
 // The other constructor has finished: whatever is thrown here, the destructor clears away what was made.
-OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command) : OutputFolder(std::move(out)) {
+OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command)
+    : OutputFolder(std::move(out), Unmade{}) {
   try {
     create();
     files_ = std::make_unique<FolderFiles>(out_);

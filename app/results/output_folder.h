@@ -22,11 +22,11 @@ class Publication;
 /// Below OUT no symbolic link is followed to remove or replace a file.
 class OutputFolder {
  public:
-  /// Creates OUT and its parents. Throws OutputError when it cannot be written, when another run has it locked, when it
+  /// Creates OUT and its parents. `command`: what makes the result; its results replace each other. Throws OutputError when it cannot be written, when another run has it locked, when it
   /// holds an earlier result and `force` is false, when a folder of that is a symbolic link, when the run.json there is of
   /// another `command`, and when a file that `command` will write, as far as that is known beforehand, exists and belongs
   /// to no earlier result. (file() and publish() check the others.)
-  OutputFolder(std::filesystem::path out, bool force, std::string_view command);
+  explicit OutputFolder(std::filesystem::path out, bool force = false, std::string_view command = "library");
   /// Removes files that were not published, and the folders made for them.
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
@@ -76,7 +76,8 @@ class OutputFolder {
   std::string with_final_names(std::string message) const;
 
  private:
-  explicit OutputFolder(std::filesystem::path out);
+  struct Unmade {};
+  OutputFolder(std::filesystem::path out, Unmade);
   void create();
   bool repair();
   void finish(const Publication& publication, const std::filesystem::path& work);

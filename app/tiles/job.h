@@ -1,6 +1,6 @@
 // A job: a scene cut into units of work, in a folder that all machines see which work on it. What units leave for each other:
 //
-//   job.json             the arguments of the command that made the job, for its units' settings
+//   job.json             the program and the settings that the job was made with, for people
 //   plan.json            the units, see plan.h
 //   mesh/                scene and tiles
 //   units/NAME/          what a unit leaves for others, and done.json once that is complete
@@ -21,9 +21,11 @@
 
 #include "app/checks/glance.h"
 #include "app/pipeline/pipeline.h"
+#include "app/pipeline/view_rules.h"
 #include "app/tileset/tileset.h"
 #include "io/images.h"
 #include "io/textured_model.h"
+#include "io/tie_points.h"
 #include "io/work_store.h"
 
 namespace gpvc::tiles {
@@ -47,13 +49,23 @@ struct Level {
   double texel_size = 0;  ///< least edge of a texel, in the scene's units; 0: those of the photos
 };
 
+struct JobSettings {
+  pipeline::Settings texture{};
+  tileset::TilesetSettings tiles{};
+  std::size_t views_per_unit = 16;  ///< at most, looked at by one unit
+  bool levels = true;               ///< of detail above that of the mesh
+};
+
 struct Job {
-  Scene scene;                                ///< as brought into the mesh's coordinates
-  std::vector<ViewId> views{};                ///< to texture from
-  io::ModelOptions model{};                   ///< how model.obj writes the coordinates of the mesh's file
-  io::ModelOptions tiles_model{};             ///< how tiles write those of the scene
-  io::ColorProfile color_profile{};           ///< of the pages
-  int page_size = 0;                          ///< texels along their edges at most
+  JobSettings settings{};
+  Scene scene;                                   ///< as brought into the mesh's coordinates
+  std::filesystem::path mesh_file{};             ///< named in errors and warnings
+  std::vector<ViewId> views{};                   ///< to texture from
+  std::vector<io::TiePoint> tie_points{};        ///< of the scene
+  std::vector<pipeline::NumberRanges> listed{};  ///< vertices of the faces that rules list
+  io::ModelOptions model{};                      ///< how model.obj writes the coordinates of the mesh's file
+  io::ModelOptions tiles_model{};                ///< how tiles write those of the scene
+  io::ColorProfile color_profile{};              ///< of the pages
   std::vector<Level> levels{};                ///< the mesh's own faces, then each level of detail above, up to one tile
   std::vector<std::vector<ViewId>> groups{};  ///< views that one unit looks at
 
@@ -63,16 +75,9 @@ struct Job {
 /// The scene at the size of photos that a level is textured from.
 Scene scene_at(const Job& job, int level);
 
-struct JobSettings {
-  tileset::TilesetSettings tileset{};
-  std::size_t views_per_unit = 16;  ///< at most, looked at by one unit
-  bool levels = true;               ///< of detail above that of the mesh
-};
-
 /// Of all that a job's units and results depend on, except the bytes of photos and masks. \param program its version
-/// \param job whose models and color_profile are known
-io::WorkKey job_key(const checks::Input& input, const JobSettings& settings, std::string_view program, const Job& job,
-                    results::Observer& observer);
+/// \param job whose settings, models and color_profile are known
+io::WorkKey job_key(const pipeline::Run& run, std::string_view program, const Job& job);
 
 /// The tiles with faces that views of a group may frame, ascending.
 std::vector<std::uint32_t> tiles_of_group(const Job& job, int level, std::size_t group);
@@ -105,7 +110,14 @@ class JobFolder {
   /// Throws OutputError.
   void keep(const std::filesystem::path& folder, const std::string& name, const io::WorkKey& key,
             const std::function<void(io::WorkStore::Writer&)>& write) const;
-  /// Reads what a unit left; throws InputError that names the unit where it is missing or damaged.
+  /// What a unit left; throws InputError that names the unit where it is missing or damaged.
+  template <typename Part>
+  Part get(const std::string& unit, const std::string& name) const {
+    Part part{};
+    read(unit, name, [&](io::WorkStore::Reader& in) { part = in.get<Part>(); });
+    return part;
+  }
+  /// The same for parts that are read piece by piece.
   void read(const std::string& unit, const std::string& name,
             const std::function<void(io::WorkStore::Reader&)>& fill) const;
   /// Reads a file of mesh/, which `gpvc tiles` makes.

@@ -15,8 +15,12 @@
 namespace gpvc::tiles {
 namespace {
 
-using Writer = io::WorkStore::Writer;
-using Reader = io::WorkStore::Reader;
+// What Stage::expose leaves.
+struct SeamRatios {
+  std::vector<atlas::SeamRatio> ratios;
+  std::vector<std::size_t> faces;  // per view, of the tile's faces
+};
+GPVC_MEMBERS(SeamRatios, ratios, faces)
 
 // A tile's part of what the labels of all tiles come to: its faces, and the pairs whose lower face is one of them.
 struct LabelFigures {
@@ -55,11 +59,10 @@ void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
   observer_.begin({unit.name});
   const TileMesh tile = load_tile(folder_, unit.level, unit.number);
   const labeling::FaceGraph graph = labeling::face_graph(tile.mesh);
-  labeling::PhotoJudgement photos;
-  folder_.read(kJudgeUnit, "photos", [&](Reader& in) { photos = read_judgement(in); });
+  const auto photos = folder_.get<labeling::PhotoJudgement>(kJudgeUnit, "photos");
   labeling::CandidateCollector collector(tile.mesh, settings_.costs);
   pipeline::CoverageStore coverage;
-  for (SeenView& seen : load_seen(folder_, job_, unit.level, unit.number)) {
+  for (TileSight& seen : load_sights(folder_, job_, unit.level, unit.number)) {
     if (!collector.add_statistics(seen.view, seen.statistics))
       throw InputError(folder_.path(), "unit " + unit.name,
                        "what views see is of another mesh; make the job again by gpvc tiles");
@@ -68,10 +71,20 @@ void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
   }
   collector.set_photos(pipeline::photo_of_view(job_.scene));
   collector.judge_faces(photos, &graph);
-  labeling::Candidates candidates = collector.finish(&graph);
+  results::Observer silent;  // what rules are about was noted when the job was made
+  const std::vector<pipeline::ViewRule> rules =
+      unit.level == 0 ? pipeline::rules_of_part(settings_.view_rules, tile.face)
+                      : pipeline::rules_of_coarser(settings_.view_rules, job_.listed, tile.mesh, tile.vertex);
+  labeling::Candidates candidates =
+      collector.finish(&graph, pipeline::allowed_views(rules, tile.mesh, job_.scene.views.size(), silent));
   TileCosts costs{std::move(candidates.table), std::move(candidates.tags), {}};
   costs.coverage = coverage.of_partial_faces(costs.tags);
-  keep(unit, "costs", key, [&](Writer& out) { write_costs(out, costs); });
+  put(unit, "costs", key, costs);
+  const auto refused =
+      std::ranges::count_if(candidates.refused, [&](FaceId face) { return tile.tile[index(face)] == unit.number; });
+  if (refused > 0 && unit.level == 0)
+    observer_.warning(fmt::format("{} faces are filled: the rules refuse all photos that see them",
+                                  results::readable_count(static_cast<std::size_t>(refused))));
   std::array<std::size_t, 3> tags{};
   for (std::size_t f = 0; f < costs.tags.size(); ++f)
     if (tile.tile[f] == unit.number) ++tags[static_cast<std::size_t>(costs.tags[f])];
@@ -81,7 +94,7 @@ void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
 
 void UnitRunner::choose(const Unit& unit, const io::WorkKey& key) {
   const TileMesh tile = load_tile(folder_, unit.level, unit.number);
-  const TileCosts costs = load_costs(folder_, unit.level, unit.number);
+  const auto costs = folder_.get<TileCosts>(cost_unit(unit.level, unit.number), "costs");
   const labeling::FaceGraph graph = pipeline::weighed_graph(tile.mesh, settings_.edge_weights, observer_);
   observer_.begin({unit.name, "labels", true});
   const TileInfo& info = job_.tiles(unit.level)[unit.number];
@@ -102,7 +115,7 @@ void UnitRunner::choose(const Unit& unit, const io::WorkKey& key) {
   std::vector<ViewId> labels;
   for (std::size_t f = 0; f < tile.tile.size(); ++f)
     if (tile.tile[f] == unit.number) labels.push_back(selection.labels[f]);
-  keep(unit, "labels", key, [&](Writer& out) { out.add_all(labels); });
+  put(unit, "labels", key, labels);
   observer_.end(fmt::format("{} faces", results::readable_count(labels.size())));
 }
 
@@ -123,7 +136,7 @@ void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
     if (tile.border[f] == 0 && tile.labels[f] != kNoView) ++faces[index(tile.labels[f])];
   std::vector<atlas::SeamRatio> ratios;
   if (settings_.atlas.seams != atlas::SeamLeveling::none) {
-    io::PhotoCache photos(job_.scene, downscale_);
+    io::PhotoCache photos(job_.scene);
     ratios = atlas::seam_ratios(tile.input(job_.scene, photos, {}));
     // Exposures of photos are known from far fewer, and those of all tiles are solved together.
     constexpr std::size_t kMost = 4000000;
@@ -132,35 +145,24 @@ void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
     for (std::size_t i = 0; i < ratios.size(); i += stride) ratios[kept++] = ratios[i];
     ratios.resize(kept);
   }
-  keep(unit, "ratios", key, [&](Writer& out) {
-    out.add_all(ratios);
-    out.add_all(faces);
-  });
-  observer_.end(fmt::format("{} ratios across seams", results::readable_count(ratios.size())));
+  const std::size_t kept_ratios = ratios.size();
+  put(unit, "ratios", key, SeamRatios{std::move(ratios), std::move(faces)});
+  observer_.end(fmt::format("{} ratios across seams", results::readable_count(kept_ratios)));
 }
 
 void UnitRunner::level(const Unit& unit, const io::WorkKey& key) {
   observer_.begin({unit.name});
   std::vector<atlas::SeamRatio> ratios;
   std::vector<std::size_t> faces(job_.scene.views.size(), 0);
-  for (std::size_t t = 0; t < job_.tiles(0).size(); ++t)
-    folder_.read(expose_unit(t), "ratios", [&](Reader& in) {
-      const std::vector<atlas::SeamRatio> more = in.get_all<atlas::SeamRatio>();
-      ratios.insert(ratios.end(), more.begin(), more.end());
-      const std::vector<std::size_t> counts = in.get_all<std::size_t>();
-      if (counts.size() != faces.size()) in.refuse();
-      for (std::size_t v = 0; v < counts.size(); ++v) faces[v] += counts[v];
-    });
+  for (std::size_t t = 0; t < job_.tiles(0).size(); ++t) {
+    const auto more = folder_.get<SeamRatios>(expose_unit(t), "ratios");
+    ratios.insert(ratios.end(), more.ratios.begin(), more.ratios.end());
+    for (std::size_t v = 0; v < faces.size(); ++v) faces[v] += more.faces.at(v);
+  }
   std::vector<atlas::ViewExposure> exposure;
   if (settings_.atlas.seams != atlas::SeamLeveling::none)
     exposure = atlas::fit_exposure(job_.scene, std::move(ratios), faces);
-  keep(unit, "exposure", key, [&](Writer& out) {
-    out.add(exposure.size());
-    for (const atlas::ViewExposure& each : exposure) {
-      out.add(each.gain);
-      for (const double value : {each.centre_x, each.centre_y, each.inverse_radius2, each.k1, each.k2}) out.add(value);
-    }
-  });
+  put(unit, "exposure", key, exposure);
   observer_.end(fmt::format("{} photos", exposure.size()));
 }
 

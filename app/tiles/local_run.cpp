@@ -36,11 +36,11 @@ JobSettings settings_within(const checks::Input& input, const pipeline::Settings
   const double limit = allowed - mesh;
   constexpr std::size_t kLeastFaces = 1000;
   JobSettings fitting;
-  fitting.tileset.texture = settings;
+  fitting.texture = settings;
   double least = 0;
   bool undivided = false;  // one tile was tried
   for (std::size_t faces = 4000000; faces >= kLeastFaces; faces /= 4) {
-    fitting.tileset.faces_per_tile = faces;
+    fitting.tiles.faces_per_tile = faces;
     if (faces >= input.mesh.faces.size() && std::exchange(undivided, true)) continue;
     const double needed = most_memory(plan_units(cut_scene(input, fitting, observer)));
     if (needed <= limit) return fitting;
@@ -54,15 +54,15 @@ JobSettings settings_within(const checks::Input& input, const pipeline::Settings
 
 }  // namespace
 
-void texture_in_tiles(const checks::Input& input, const pipeline::Settings& settings, int downscale,
-                      const std::string& program, results::OutputFolder& folder, results::Observer& observer) {
+void texture_in_tiles(const pipeline::Run& run, const std::string& program, pipeline::OutputFolder& folder) {
+  const auto& [input, settings, photos, observer, kept] = run;
   const JobSettings fitting = settings_within(input, settings, observer);
   const JobFolder job(job_folder(folder));
   try {
     fs::create_directories(job.path());
     make_job(job, input, fitting, program, observer);
     release_freed_memory();
-    UnitRunner runner(job, fitting, downscale, observer);
+    UnitRunner runner(job, {settings.memory_bytes, settings.device}, observer);
     for (const Unit& unit : runner.units()) runner.run(unit);
   } catch (...) {
     if (settings.keep_work == pipeline::KeepWork::never) remove_job(folder.path());

@@ -9,12 +9,11 @@
 
 namespace gpvc::tiles {
 
-/// Makes a job in the folder's kept work, of tiles as large as settings.memory_bytes (0: default_memory_limit()) allows,
+/// Makes a job in the folder's kept work, of tiles as large as Settings::memory_bytes (0: default_memory_limit()) allows,
 /// runs its units, and writes the job's result into the folder: tileset.json, tiles/, obj/. Units that an earlier run has
-/// completed are taken over, and stay where a later unit fails, unless settings.keep_work is `never`. Throws MemoryError
+/// completed are taken over, and stay where a later unit fails, unless Settings::keep_work is `never`. Throws MemoryError
 /// where no tiles are small enough, and what make_job() and units throw.
-void texture_in_tiles(const checks::Input& input, const pipeline::Settings& settings, int downscale,
-                      const std::string& program, results::OutputFolder& folder, results::Observer& observer);
+void texture_in_tiles(const pipeline::Run& run, const std::string& program, results::OutputFolder& folder);
 
 /// Removes the job that texture_in_tiles() has made in OUT, once the result is published.
 void remove_job(const std::filesystem::path& out);

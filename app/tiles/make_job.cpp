@@ -11,12 +11,14 @@
 #include <span>
 
 #include "app/checks/frame_check.h"
+#include "app/checks/tie_point_fit.h"
 #include "app/pipeline/texture_files.h"
 #include "app/tiles/done.h"
 #include "app/tiles/plan_text.h"
 #include "app/tiles/tile_work.h"
 #include "app/tileset/tile_tree.h"
 #include "io/output_file.h"
+#include "io/photos.h"
 #include "io/vector.h"
 
 namespace gpvc::tiles {
@@ -66,7 +68,7 @@ std::vector<double> unhidden_shares(const checks::Input& input, std::span<const 
   return shares;
 }
 
-TileInfo tile_info(const checks::Input& input, const pipeline::Settings& settings, const TileMesh& tile,
+TileInfo tile_info(const pipeline::Input& input, const pipeline::Settings& settings, const TileMesh& tile,
                    std::uint32_t number) {
   TileInfo info;
   for (const WorldPoint& p : tile.mesh.positions) info.box.add(p);
@@ -159,20 +161,21 @@ int reduction_for(const checks::Input& input, int level) {
 void cut(const checks::Input& input, const JobSettings& settings, results::Observer& observer,
          const std::function<void(std::uint32_t, const TileMesh&)>& take, Job& job) {
   observer.begin({"cut", "tiles"});
-  const int depth = tileset::tree_depth(input.mesh.faces.size(), settings.tileset.faces_per_tile);
+  const int depth = tileset::tree_depth(input.mesh.faces.size(), settings.tiles.faces_per_tile);
   const std::size_t tiles = std::size_t{1} << (2 * depth);
   const io::UpAxis up = pipeline::scene_up(input.scene, input.views);
   const std::vector<std::uint32_t> leaf = tileset::leaf_of_faces(input.mesh, up, depth);
   TileCutter cutter(input.mesh, leaf, tiles);
   Level finest;
-  finest.texel_size = settings.tileset.texture.atlas.texel_size;
+  finest.texel_size = settings.texture.atlas.texel_size;
   job.views.assign(input.views.begin(), input.views.end());
-  job.page_size = settings.tileset.texture.atlas.page_size;
+  job.mesh_file = input.mesh_file;
+  job.settings = settings;
   for (std::uint32_t t = 0; t < tiles; ++t) {
     observer.progress(t, tiles);
     const TileMesh tile = cutter.cut(t);
     if (take) take(t, tile);
-    finest.tiles.push_back(tile_info(input, settings.tileset.texture, tile, t));
+    finest.tiles.push_back(tile_info(input, settings.texture, tile, t));
     finest.tiles.back().beside = cutter.beside(t);
   }
   const std::vector<double> unhidden = unhidden_shares(input, leaf, tiles);
@@ -207,21 +210,25 @@ Job cut_scene(const checks::Input& input, const JobSettings& settings, results::
   return job;
 }
 
-std::vector<Unit> make_job(const JobFolder& folder, const checks::Input& input, const JobSettings& settings,
-                           const std::string& program, results::Observer& observer) {
+std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input, const JobSettings& settings,
+                           const std::string& program, pipeline::Observer& observer) {
   Job job;
+  job.settings = settings;
   // Which faces have a view is not known yet.
   const std::vector<ViewId> any(input.mesh.faces.size(), input.views.front());
-  job.model = pipeline::model_options(input, any, settings.tileset.texture.output);
-  job.tiles_model =
-      pipeline::model_options(input, any, settings.tileset.texture.output, pipeline::Coordinates::of_scene);
+  job.model = pipeline::model_options(input, any, settings.texture.output);
+  job.tiles_model = pipeline::model_options(input, any, settings.texture.output, pipeline::Coordinates::of_scene);
   // They would differ along the borders of tiles.
   job.model.normals = job.tiles_model.normals = false;
   job.color_profile = pipeline::profile_of_photos(input, observer);
-  const io::WorkKey key = job_key(input, settings, program, job, observer);
+  job.tie_points = checks::read_tie_points(input.scene, observer);
+  job.listed = pipeline::listed_vertices(settings.texture.view_rules, input.mesh);
+  pipeline::allowed_views(settings.texture.view_rules, input.mesh, input.scene.views.size(), observer);  // notes them
+  io::CallbackSource no_photos(input.scene, [](ViewId) { return io::Picture{}; });
+  const io::WorkKey key = job_key({input, settings.texture, no_photos, observer}, program, job);
   const fs::path mesh = folder.path() / "mesh";
   const auto keep_tile = [&](std::uint32_t number, const TileMesh& tile) {
-    folder.keep(mesh, tile_file(number), key, [&](io::WorkStore::Writer& out) { write(out, tile); });
+    folder.keep(mesh, tile_file(number), key, [&](io::WorkStore::Writer& out) { out.add(tile); });
   };
   cut(input, settings, observer, keep_tile, job);
   folder.write_job(job, key);

@@ -9,55 +9,36 @@
 #include <utility>
 
 #include "app/pipeline/memory.h"
-#include "app/pipeline/steps.h"
+#include "app/pipeline/paint.h"
 #include "app/pipeline/texture_files.h"
 #include "app/tiles/tile_atlas.h"
 #include "app/tiles/tile_work.h"
 #include "app/tiles/unit_outcome.h"
 #include "app/tiles/units.h"
-#include "app/tileset/compressed_glb.h"
-#include "app/tileset/tile_model.h"
+#include "app/tileset/tile_files.h"
 #include "app/tileset/tileset_json.h"
 #include "io/files/paths.h"
-#include "io/images.h"
 #include "io/output_file.h"
 
 namespace gpvc::tiles {
 namespace {
 
 namespace fs = std::filesystem;
-using Writer = io::WorkStore::Writer;
-using Reader = io::WorkStore::Reader;
-
-}  // namespace
-
-namespace {
 
 // \param reduction of the photos that they are for
 std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder, double reduction) {
-  std::vector<atlas::ViewExposure> exposure;
-  folder.read(kLevelUnit, "exposure", [&](Reader& in) {
-    for (auto count = in.get<std::size_t>(); count > 0; --count) {
-      atlas::ViewExposure each;
-      each.gain = in.get<std::array<float, 3>>();
-      for (double* value : {&each.centre_x, &each.centre_y, &each.inverse_radius2, &each.k1, &each.k2})
-        *value = in.get<double>();
-      each.centre_x /= reduction;
-      each.centre_y /= reduction;
-      each.inverse_radius2 *= reduction * reduction;
-      exposure.push_back(each);
-    }
-  });
+  auto exposure = folder.get<std::vector<atlas::ViewExposure>>(kLevelUnit, "exposure");
+  for (atlas::ViewExposure& each : exposure) {
+    each.centre_x /= reduction;
+    each.centre_y /= reduction;
+    each.inverse_radius2 *= reduction * reduction;
+  }
   return exposure;
 }
 
 fs::path glb_of(const JobFolder& folder, int level, std::size_t tile) {
   return folder.path() / "result" / "tiles" / fmt::format("{}_{}.glb", level, tile);
 }
-
-}  // namespace
-
-namespace {
 
 // Takes holes that reach beyond the tile's faces into what is baked, with the faces around them: a hole is filled from all
 // around, and both tiles that share it must come to the same colours where they meet.
@@ -89,14 +70,11 @@ void UnitRunner::bake(const Unit& unit) {
   const std::vector<atlas::ViewExposure> exposure = load_exposure(folder_, level.reduction);
   const std::vector<ViewId>& views = level.tiles[unit.number].views;
   const Scene scene = scene_at(job_, unit.level);
-  const checks::Input input{scene, tile.tile.mesh, views, folder_.path()};
+  const pipeline::Input input{scene, tile.tile.mesh, views, job_.mesh_file};
   pipeline::Settings settings = settings_;
   settings.atlas.texel_size = level.texel_size;
-  const pipeline::MemoryPlan memory = pipeline::plan_painting(input, settings, tile.costs.coverage, unit.memory_bytes);
-  io::PhotoCache photos(scene, downscale_at(unit.level));
-  observer_.begin({unit.name, "steps"});
-  const atlas::AtlasInput from = tile.input(scene, photos, exposure);
-  const atlas::AtlasPlan plan = pipeline::plan_and_note(from, settings.atlas, observer_);
+  const pipeline::MemoryPlan memory = pipeline::plan_baking(input, settings, tile.costs.coverage, unit.memory_bytes);
+  io::PhotoCache photos(scene);
   // Levels above have no model.obj; their pages are in the GLB alone.
   const bool finest = unit.level == 0;
   const fs::path glb = glb_of(folder_, unit.level, unit.number);
@@ -106,39 +84,28 @@ void UnitRunner::bake(const Unit& unit) {
   fs::create_directories(glb.parent_path());
   io::remove_unfinished(obj, "model");
   io::remove_unfinished(glb.parent_path(), glb.filename().string());
-  std::vector<io::PageFile> pages;
-  for (std::size_t p = 0; p < plan.estimate().pages; ++p)
-    pages.push_back({obj / pipeline::page_name(p, settings.output.texture), settings.output.texture});
-  atlas::BakeOptions options = pipeline::bake_options(plan, settings, memory, photos);
-  options.scratch_folder = folder_.unit(unit.name);
-  options.take_page = [&](std::size_t number, const Image& page) {
-    observer_.check_cancelled();
-    io::write_image(pages[number].file, page, settings.output.texture, settings.output.quality, job_.color_profile);
-  };
-  const atlas::TextureAtlas atlas = pipeline::bake_and_end(plan, from, settings.atlas, observer_, options);
+  tileset::PageFiles pages(obj, "", settings.output, job_.color_profile);
+  const atlas::TextureAtlas atlas =
+      pipeline::paint({input, settings, photos, observer_}, tile.input(scene, photos, exposure), memory,
+                      {.stage = unit.name, .scratch_folder = folder_.unit(unit.name)}, &pages);
   const bool drops = settings.atlas.unseen == atlas::UnseenFaces::drop;
-  tileset::TileModel model = tileset::tile_model(atlas.model, own, pages, [&](std::uint32_t f) {
+  tileset::TileModel model = tileset::tile_model(atlas.model, own, pages.files(), [&](std::uint32_t f) {
     return drops && tile.costs.tags[f] == labeling::FaceTag::unseen;
   });
-  model.model.mesh = &model.mesh;
   if (finest) {
+    model.model.mesh = &model.mesh;
     io::write_obj(obj / "model.obj", model.model, model.pages, job_.model);
     if (pipeline::has_offset(job_.model)) pipeline::write_offset(job_.model, obj / pipeline::kOffsetFile);
   }
-  fs::path stem = glb;
-  model.mesh.file_positions.clear();
-  io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, model.model, model.pages, job_.tiles_model);
-  if (compress_) tileset::compress_geometry(glb);
-  outcome_->add(folder_, glb);
-  for (const io::PageFile& page : pages) {
-    if (finest)
-      outcome_->add(folder_, page.file);
-    else
-      fs::remove(page.file);
-  }
-  if (finest)
+  tileset::write_tile(glb, model, job_.tiles_model, job_.settings.tiles.compress);
+  note_output(glb);
+  if (finest) {
+    for (const io::PageFile& page : pages.files()) note_output(page.file);
     for (const char* name : {"model.obj", "model.mtl", pipeline::kOffsetFile})
-      if (io::is_file(obj / name)) outcome_->add(folder_, obj / name);
+      if (io::is_file(obj / name)) note_output(obj / name);
+  } else {
+    pages.remove();
+  }
   auto& figures = outcome_->done.figures;
   figures["charts"] = atlas.statistics.charts;
   figures["page_texels"] = atlas.statistics.page_texels;
@@ -172,7 +139,7 @@ void UnitRunner::simplify(const Unit& unit, const io::WorkKey& key) {
   children.finish();
   CoarseTile coarse = coarse_tile(children, unit.number);
   coarse.error += error;
-  keep(unit, "tile", key, [&](Writer& out) { write_coarse(out, coarse); });
+  put(unit, "tile", key, coarse);
   outcome_->done.figures["faces"] = coarse.tile.face.size();
   outcome_->done.figures["error"] = coarse.error;
   observer_.end(fmt::format("{} faces", results::readable_count(coarse.tile.face.size())));
@@ -186,7 +153,7 @@ void UnitRunner::ring(const Unit& unit, const io::WorkKey& key) {
     all.add(load_own(folder_, unit.level, other).tile, other);
   all.finish();
   const TileMesh tile = with_border(all, unit.number);
-  keep(unit, "tile", key, [&](Writer& out) { write(out, tile); });
+  put(unit, "tile", key, tile);
   observer_.end(fmt::format("{} faces with the border", results::readable_count(tile.face.size())));
 }
 
@@ -219,7 +186,7 @@ void UnitRunner::finish() {
   io::OutputFile out(file);
   out.write(tileset::tileset_text(levels, job_.tiles_model));
   out.commit();
-  outcome_->add(folder_, file);
+  note_output(file);
   auto& figures = outcome_->done.figures;
   std::map<std::string, double> sums;
   double steps_before = 0, steps_after = 0;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "app/pipeline/held_bytes.h"
 #include "app/pipeline/memory.h"
 
 namespace gpvc::tiles {
@@ -15,8 +16,7 @@ namespace {
 // Processor seconds of units: to start and to read the job, and for a million of what each works on. Fitted to runs on a city of
 // 324 thousand faces and one of 20 million.
 constexpr double kStartS = 0.8;
-// The program with its libraries.
-constexpr double kProgram = 150e6;
+using namespace pipeline::held;
 
 // Of the photos that have a tile in their frame, the share that texture some of it: 0.3 to 0.4 in both.
 constexpr double kUsed = 0.35;
@@ -46,10 +46,10 @@ class Estimates {
       work.vertices += static_cast<double>(tile.vertices);
       work.pairs += tile.pairs * common / static_cast<double>(std::max<std::size_t>(1, tile.views.size()));
     }
-    // The mesh, and what drawing and dividing it among tiles takes; what views see of it, all of a group and one in detail; the
-    // photo and two maps of its size.
-    unit.memory_bytes = kProgram + 64 * work.vertices + 86 * work.faces + 24 * work.pairs +
-                        100 * work.pairs / std::max(work.views, 1.0) + 16 * work.most_pixels;
+    // The mesh and its numbers, sorted into another place; where tiles' faces are; what views see, all of a group and one in
+    // detail; previews.
+    unit.memory_bytes = kProgram + 2 * mesh(work) + 16 * kIndex * work.faces + (kRecord + kIndex) * work.pairs +
+                        view(work) + previews(work);
     unit.seconds = kStartS + million(decoded(work) + 0.05 * work.pixels + 0.5 * work.pairs +
                                      (0.4 + 0.06 * work.views) * work.faces);
     unit.disk_bytes = 18 * work.pairs;
@@ -62,13 +62,17 @@ class Estimates {
       faces += static_cast<double>(tile.faces);
     }
     const double sampled = std::min(1.0, 1.1e6 / std::max(1.0, faces)) * pairs;
-    unit.memory_bytes = kProgram + 35 * sampled + 150 * most_faces();
+    // Of the sample its records, once more in the collector, and candidates; one tile; previews.
+    pipeline::Workload work;
+    for (const ViewId id : job_.views) add_photo(id, work);
+    unit.memory_bytes =
+        kProgram + 2 * kRecord * sampled + 2 * kCandidate * sampled + 150 * most_faces() + previews(work);
     unit.seconds = kStartS + million(0.02 * pairs + 0.3 * sampled + 0.5 * faces);
   }
 
   void cost(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
-    unit.memory_bytes = kProgram + 24 * work.vertices + 46 * work.faces + 28 * work.pairs;
+    unit.memory_bytes = kProgram + mesh(work) + (kNeighbours + 10) * work.faces + (kRecord + kCandidate) * work.pairs;
     unit.seconds = kStartS + million(0.3 * work.pairs + 2.0 * work.faces);
     unit.disk_bytes = 6.5 * work.pairs + 7 * work.faces;
   }
@@ -76,14 +80,14 @@ class Estimates {
   void choose(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
     // Fewer candidates than records: partial views of faces that others see whole are none.
-    unit.memory_bytes = kProgram + 24 * work.vertices + 96 * work.faces + 15 * work.pairs;
+    unit.memory_bytes = kProgram + mesh(work) + 3.5 * kNeighbours * work.faces + 1.9 * kCandidate * work.pairs;
     unit.seconds = kStartS + million(0.06 * work.pairs + 2.0 * work.faces) / unit.round;
     unit.disk_bytes = 4 * static_cast<double>(tiles_[t].faces);
   }
 
   void expose(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
-    unit.memory_bytes = pipeline::memory_need(work).painting - 150 * work.faces;  // charts are not made yet
+    unit.memory_bytes = pipeline::memory_need(work).bake - 150 * work.faces;  // charts are not made yet
     unit.photo_bytes = kUsed * photo_files(t);
     unit.seconds = kStartS + million(kUsed * decoded(work) + 1.5 * work.faces);
     unit.disk_bytes = 7 * static_cast<double>(tiles_[t].faces);
@@ -97,8 +101,8 @@ class Estimates {
   void bake(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
     // At least one page is baked at a time.
-    const double page = std::min(tiles_[t].texels, static_cast<double>(job_.page_size) * job_.page_size);
-    unit.memory_bytes = pipeline::memory_need(work).painting + static_cast<double>(atlas::kPageBytesPerTexel) * page;
+    const double page = std::min(tiles_[t].texels, std::pow(job_.settings.texture.atlas.page_size, 2));
+    unit.memory_bytes = pipeline::memory_need(work).bake + static_cast<double>(atlas::kPageBytesPerTexel) * page;
     unit.photo_bytes = 2 * kUsed * photo_files(t);
     unit.seconds = kStartS + million(2 * kUsed * decoded(work) + 0.45 * work.texels + 5.0 * work.faces);
     // On level 0 pages and geometry lie beside model.obj and in the GLB.

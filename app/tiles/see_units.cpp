@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cstring>
-#include <future>
 #include <map>
+#include <optional>
+#include <utility>
 
+#include "app/checks/scene_fit.h"
 #include "app/pipeline/steps.h"
+#include "app/pipeline/view_loop.h"
 #include "app/tiles/tile_work.h"
 #include "app/tiles/unit_outcome.h"
 #include "app/tiles/units.h"
@@ -15,13 +18,11 @@
 namespace gpvc::tiles {
 namespace {
 
-using Writer = io::WorkStore::Writer;
-
 // A tile as the views of a group see it.
 struct TileInGroup {
   std::uint32_t number = 0;
   std::vector<std::uint32_t> place;  ///< per face, border included, where it is in the mesh of all tiles
-  std::vector<SeenView> seen{};
+  std::vector<TileSight> sights{};
 };
 
 // What a view sees of a tile, from what it sees of all tiles.
@@ -43,8 +44,8 @@ class ViewDivider {
   /// To be called before what set() was given goes.
   void clear() { set(view_, {}, no_coverage_); }
 
-  SeenView of_tile(std::span<const std::uint32_t> place) const {
-    SeenView seen{view_, {}, {}};
+  TileSight of_tile(std::span<const std::uint32_t> place) const {
+    TileSight seen{view_, {}, {}};
     std::vector<labeling::FaceRecord> records;
     visibility::CoverageTable coverage;
     for (std::uint32_t f = 0; f < place.size(); ++f) {
@@ -81,7 +82,7 @@ class ViewDivider {
 // Faces of several tiles, a run of each, as a mesh of its own with what views see of them.
 class Sample {
  public:
-  void add(const TileMesh& tile, std::span<const std::uint32_t> faces, std::span<const SeenView> seen) {
+  void add(const TileMesh& tile, std::span<const std::uint32_t> faces, std::span<const TileSight> seen) {
     std::vector<std::uint32_t> vertex_of(tile.vertex.size(), kNowhere), face_of(tile.face.size(), kNowhere);
     for (const std::uint32_t f : faces) {
       Triangle corners = tile.mesh.faces[f];
@@ -95,7 +96,7 @@ class Sample {
       face_of[f] = static_cast<std::uint32_t>(mesh_.faces.size());
       mesh_.faces.push_back(corners);
     }
-    for (const SeenView& view : seen) {
+    for (const TileSight& view : seen) {
       std::vector<labeling::FaceRecord>& records = records_[view.view];
       labeling::FaceRecord record;
       for (std::size_t at = 0; at + sizeof record <= view.statistics.size(); at += sizeof record) {
@@ -107,20 +108,10 @@ class Sample {
     }
   }
 
-  /// Of the faces.
-  double seen_share() const {
-    std::vector<std::uint8_t> seen(mesh_.faces.size(), 0);
-    for (const auto& [view, records] : records_)
-      for (const labeling::FaceRecord& record : records) seen[record.face] = 1;
-    return static_cast<double>(std::ranges::count(seen, 1)) /
-           static_cast<double>(std::max<std::size_t>(1, seen.size()));
-  }
-
-  labeling::PhotoJudgement judge(const labeling::CostOptions& options, const Scene& scene) const {
-    labeling::CandidateCollector collector(mesh_, options);
+  const Mesh& mesh() const { return mesh_; }
+  /// Adds what was seen to a collector of mesh().
+  void give(labeling::CandidateCollector& collector) const {
     for (const auto& [view, records] : records_) collector.add_statistics(view, std::as_bytes(std::span(records)));
-    collector.set_photos(pipeline::photo_of_view(scene));
-    return collector.judge_photos();
   }
 
  private:
@@ -146,36 +137,35 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
     all.finish();
     for (std::size_t i = 0; i < numbers.size(); ++i) tiles.push_back({numbers[i], all.places_of(faces[i])});
   }
-  const Mesh& mesh = all.mesh();
   const Scene scene = scene_at(job_, unit.level);
-  io::PhotoCache photos(scene, downscale_at(unit.level));
-  const auto device = visibility::find_device(settings_.visibility, settings_.device);
-  visibility::VisibilityStage stage(mesh, settings_.visibility, device.get());
-  labeling::CandidateCollector collector(mesh, settings_.costs);
-  ViewDivider divider(mesh.faces.size());
-  visibility::ViewVisibility visible;
+  const pipeline::Input input{scene, all.mesh(), views, job_.mesh_file};
+  io::PhotoCache photos(scene);
+  labeling::CandidateCollector collector(input.mesh, settings_.costs);
+  const checks::TiePointFit tie_points(input, job_.tie_points);
+  ViewDivider divider(input.mesh.faces.size());
   visibility::VisibilityStatistics sum;
-  for (std::size_t n = 0; n < views.size(); ++n) {
-    observer_.progress(n, views.size());
-    const ViewId id = views[n];
-    const View& view = scene.views[index(id)];
-    auto decoded = std::async(pipeline::launch_policy(), [&photos, id] { return photos.photo(id); });
-    stage.classify(view, id, photos.exclusion(id).get(), visible);
-    sum += visible.statistics;
-    collector.add_view(id, view, *decoded.get(), visible);
-    divider.set(id, collector.statistics_of(id), visible.coverage);
-    for (TileInGroup& tile : tiles)
-      if (std::ranges::binary_search(job_.tiles(unit.level)[tile.number].views, id))
-        tile.seen.push_back(divider.of_tile(tile.place));
-    divider.clear();
-    collector.forget(id);
-  }
-  for (const TileInGroup& tile : tiles)
-    keep(unit, tile_file(tile.number), key, [&](Writer& out) { write_seen(out, tile.seen); });
+  std::vector<ViewTells> told;
+  pipeline::look_at_views({input, settings_, photos, observer_},
+                          {.decoded = [&](ViewId id, const Image& photo, const visibility::ViewVisibility& visible) {
+                            sum += visible.statistics;
+                            collector.add_view(id, scene.views[index(id)], photo, visible);
+                            divider.set(id, collector.statistics_of(id), visible.coverage);
+                            for (TileInGroup& tile : tiles)
+                              if (std::ranges::binary_search(job_.tiles(unit.level)[tile.number].views, id))
+                                tile.sights.push_back(divider.of_tile(tile.place));
+                            divider.clear();
+                            collector.forget(id);
+                            if (unit.level > 0) return;
+                            const auto number = std::ranges::lower_bound(job_.views, id) - job_.views.begin();
+                            told.push_back({id, checks::view_fit(id, photo, visible, tie_points,
+                                                                 static_cast<std::size_t>(number), job_.views.size())});
+                          }});
+  for (const TileInGroup& tile : tiles) put(unit, tile_file(tile.number), key, tile.sights);
+  if (unit.level == 0) put(unit, "views", key, told);
   outcome_->done.figures["full"] = sum.full;
   outcome_->done.figures["partial"] = sum.partial;
   observer_.end(fmt::format("{} views of {} faces in {} tiles", views.size(),
-                            results::readable_count(mesh.faces.size()), tiles.size()));
+                            results::readable_count(input.mesh.faces.size()), tiles.size()));
 }
 
 void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
@@ -195,39 +185,30 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
     run += here;
     if (first >= here) continue;
     const TileMesh tile = load_tile(folder_, 0, t);
-    const std::vector<SeenView> seen = load_seen(folder_, job_, 0, t);
+    const std::vector<TileSight> seen = load_sights(folder_, job_, 0, t);
     const std::vector<std::uint32_t> own = tile.own(t);
     for (std::size_t r = first; r < here; r += stride) {
       const std::span<const std::uint32_t> rest = std::span(own).subspan(r * kRun);
       sample.add(tile, rest.first(std::min(kRun, rest.size())), seen);
     }
   }
-  if (sample.seen_share() < pipeline::kLeastSeen) {
-    const std::string found = fmt::format(
-        "photos see less than {:.0f} % of the faces looked at; are mesh and cameras in the same "
-        "coordinates?",
-        100 * pipeline::kLeastSeen);
-    const bool all_views = 2 * job_.views.size() >= job_.scene.views.size();
-    if (all_views && !settings_.allow_unseen)
-      throw InputError(job_.scene.source, "", found + " A job made with --allow-unseen textures all the same");
-    observer_.warning(found);
-  }
-  const labeling::PhotoJudgement photos = sample.judge(settings_.costs, job_.scene);
-  std::vector<std::string> wrong;
-  for (const labeling::ViewAgreement& each : photos.agreement)
-    if (each.by_chance) wrong.push_back(job_.scene.views[index(each.view)].name);
-  if (!wrong.empty()) {
-    const std::string found = fmt::format("{} of {} photos agree with the others no better than chance: {}",
-                                          wrong.size(), photos.agreement.size(), results::readable_list(wrong, 5));
-    if (labeling::mostly_by_chance(photos.agreement) && !settings_.costs.keep_views)
-      throw InputError(job_.scene.source, "",
-                       found +
-                           "; mesh, poses and photos do not fit together; a job made with "
-                           "--keep-views textures all the same");
-    observer_.warning(found + (settings_.costs.keep_views ? "" : "; they are left out"));
-  }
-  keep(unit, "photos", key, [&](Writer& out) { write_judgement(out, photos); });
+  checks::FitEvidence evidence(job_.scene.views.size());
+  evidence.points = job_.tie_points;
+  for (std::size_t g = 0; g < job_.groups.size(); ++g)
+    for (ViewTells& view : folder_.get<std::vector<ViewTells>>(see_unit(0, g), "views"))
+      evidence.add(view.view, std::move(view.fit));
+  labeling::CandidateCollector collector(sample.mesh(), settings_.costs);
+  sample.give(collector);
+  collector.set_photos(pipeline::photo_of_view(job_.scene));
+  const labeling::PhotoJudgement photos = collector.judge_photos();
+  collector.judge_faces(photos);
+  const labeling::Candidates candidates = collector.candidates();
+  const pipeline::Input input{job_.scene, sample.mesh(), job_.views, job_.mesh_file};
+  std::optional<checks::SceneFit> fit;
+  if (pipeline::is_exact(settings_.visibility.method)) fit = checks::measure_scene(input, candidates, evidence);
+  put(unit, "photos", key, photos);
   observer_.end(fmt::format("{} photos", photos.agreement.size()));
+  checks::judge_scene(input, candidates, evidence, fit, pipeline::tolerance_of(settings_), observer_);
 }
 
 }  // namespace gpvc::tiles

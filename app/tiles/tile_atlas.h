@@ -22,7 +22,7 @@ struct TileAtlas {
   TileAtlas(const JobFolder& folder, const Job& job, int level, std::uint32_t number)
       : tile(load_tile(folder, level, number)),
         graph(labeling::face_graph(tile.mesh)),
-        costs(load_costs(folder, level, number)),
+        costs(folder.get<TileCosts>(cost_unit(level, number), "costs")),
         border(tile.border(number)) {
     std::vector<std::uint32_t> tiles = job.tiles(level)[number].around;
     tiles.push_back(number);

@@ -175,29 +175,4 @@ TileMesh with_border(const TileUnion& around, std::uint32_t number) {
   return tile;
 }
 
-void write(io::WorkStore::Writer& out, const TileMesh& tile) {
-  out.add_all(tile.mesh.positions);
-  out.add_all(tile.mesh.file_positions);
-  out.add_all(std::span<const char>(tile.mesh.file_srs));
-  out.add_all(tile.mesh.faces);
-  out.add_all(tile.face);
-  out.add_all(tile.vertex);
-  out.add_all(tile.tile);
-  out.add_all(tile.place);
-}
-
-TileMesh read_tile(io::WorkStore::Reader& in) {
-  TileMesh tile;
-  tile.mesh.positions = in.get_all<WorldPoint>();
-  tile.mesh.file_positions = in.get_all<WorldPoint>();
-  const std::vector<char> srs = in.get_all<char>();
-  tile.mesh.file_srs.assign(srs.begin(), srs.end());
-  tile.mesh.faces = in.get_all<Triangle>();
-  tile.face = in.get_all<std::uint64_t>();
-  tile.vertex = in.get_all<std::uint32_t>();
-  tile.tile = in.get_all<std::uint32_t>();
-  tile.place = in.get_all<std::uint32_t>();
-  return tile;
-}
-
 }  // namespace gpvc::tiles

@@ -10,7 +10,6 @@
 #include "app/checks/glance.h"
 #include "io/grouping.h"
 #include "io/scene.h"
-#include "io/work_store.h"
 
 namespace gpvc::tiles {
 
@@ -95,8 +94,5 @@ CoarseTile coarse_tile(const TileUnion& children, std::uint32_t number);
 
 /// A tile made by coarse_tile() with the border that it has in a union of itself and the tiles around it.
 TileMesh with_border(const TileUnion& around, std::uint32_t number);
-
-void write(io::WorkStore::Writer& out, const TileMesh& tile);
-TileMesh read_tile(io::WorkStore::Reader& in);
 
 }  // namespace gpvc::tiles

@@ -7,29 +7,28 @@
 #include <vector>
 
 #include "app/pipeline/coverage_store.h"
+#include "app/pipeline/stored.h"
 #include "app/tiles/job.h"
+#include "app/tiles/job_members.h"
 #include "app/tiles/tile_mesh.h"
 #include "labeling/labeling.h"
 
 namespace gpvc::tiles {
 
-/// What a group of views sees of a tile and its border.
-struct SeenView {
+/// What a view sees of a tile and its border.
+struct TileSight {
   ViewId view{};
   std::vector<std::byte> statistics;  ///< see labeling::CandidateCollector::statistics_of()
   pipeline::PackedCoverage coverage;
 };
+GPVC_MEMBERS(TileSight, view, statistics, coverage)
 
-std::string tile_file(std::uint32_t tile);
-/// With its border.
-TileMesh load_tile(const JobFolder& folder, int level, std::uint32_t tile);
-/// Its own faces; on level 0 with its border.
-CoarseTile load_own(const JobFolder& folder, int level, std::uint32_t tile);
-void write_coarse(io::WorkStore::Writer& out, const CoarseTile& tile);
-
-void write_seen(io::WorkStore::Writer& out, std::span<const SeenView> views);
-/// Of all groups that look at the tile, views ascending.
-std::vector<SeenView> load_seen(const JobFolder& folder, const Job& job, int level, std::uint32_t tile);
+/// What a view tells of the fit of photos, poses and mesh.
+struct ViewTells {
+  ViewId view{};
+  checks::ViewFit fit;
+};
+GPVC_MEMBERS(ViewTells, view, fit)
 
 /// Candidates of a tile's faces and its border.
 struct TileCosts {
@@ -37,12 +36,15 @@ struct TileCosts {
   std::vector<labeling::FaceTag> tags;
   visibility::CoverageTable coverage;
 };
-void write_costs(io::WorkStore::Writer& out, const TileCosts& costs);
-TileCosts load_costs(const JobFolder& folder, int level, std::uint32_t tile);
+GPVC_MEMBERS(TileCosts, table, tags, coverage)
 
-/// What kJudgeUnit leaves.
-void write_judgement(io::WorkStore::Writer& out, const labeling::PhotoJudgement& photos);
-labeling::PhotoJudgement read_judgement(io::WorkStore::Reader& in);
+std::string tile_file(std::uint32_t tile);
+/// With its border.
+TileMesh load_tile(const JobFolder& folder, int level, std::uint32_t tile);
+/// Its own faces; on level 0 with its border.
+CoarseTile load_own(const JobFolder& folder, int level, std::uint32_t tile);
+/// Of all groups that look at the tile, views ascending.
+std::vector<TileSight> load_sights(const JobFolder& folder, const Job& job, int level, std::uint32_t tile);
 
 /// The labels of a tile's own faces that a unit of Stage::choose has left.
 std::vector<ViewId> load_labels(const JobFolder& folder, const std::string& unit);

@@ -13,20 +13,17 @@
 #include "io/clock.h"
 
 namespace gpvc::tiles {
-namespace {
-
 namespace fs = std::filesystem;
 
-}  // namespace
-
-UnitRunner::UnitRunner(JobFolder folder, const JobSettings& settings, int downscale, results::Observer& observer)
+UnitRunner::UnitRunner(JobFolder folder, const UnitLimits& limits, results::Observer& observer)
     : folder_(std::move(folder)),
-      settings_(settings.tileset.texture),
-      compress_(settings.tileset.compress),
-      downscale_(downscale),
       observer_(observer),
       job_(folder_.read_job()),
-      units_(plan_units(job_)) {}
+      settings_(job_.settings.texture),
+      units_(plan_units(job_)) {
+  settings_.memory_bytes = limits.memory_bytes;
+  settings_.device = limits.device;
+}
 
 const Unit& UnitRunner::find(const std::string& name) const {
   const auto found = std::ranges::find(units_, name, &Unit::name);
@@ -37,7 +34,7 @@ const Unit& UnitRunner::find(const std::string& name) const {
 io::WorkKey UnitRunner::key_of(const Unit& unit) const {
   io::WorkHash hash;
   hash.add(folder_.key().bits);
-  hash.add_text(unit.name);
+  hash.add(unit.name);
   std::vector<std::string> missing;
   for (const std::string& before : unit.after) {
     const std::optional<io::WorkKey> key = folder_.done(before);
@@ -61,10 +58,8 @@ io::WorkKey UnitRunner::key_of(const Unit& unit) const {
   return hash.key();
 }
 
-void UnitRunner::keep(const Unit& unit, const std::string& name, const io::WorkKey& key,
-                      const std::function<void(io::WorkStore::Writer&)>& write) {
-  folder_.keep(folder_.unit(unit.name), name, key, write);
-  outcome_->add(folder_, folder_.unit(unit.name) / name);
+void UnitRunner::note_output(const fs::path& file) {
+  outcome_->done.outputs.push_back({fs::relative(file, folder_.path()).string(), fs::file_size(file)});
 }
 
 UnitResult UnitRunner::run(const Unit& unit) {

@@ -6,7 +6,7 @@
 #include "app/pipeline/pipeline.h"
 #include "app/results/observer.h"
 #include "app/tiles/job.h"
-#include "app/tiles/make_job.h"
+#include "app/tiles/job_members.h"
 #include "app/tiles/plan.h"
 #include "app/tileset/tileset_json.h"
 
@@ -14,12 +14,17 @@ namespace gpvc::tiles {
 
 enum class UnitResult { done, was_done };
 
-/// What units share: the job, read once, and its settings.
+/// What this machine gives to units.
+struct UnitLimits {
+  std::size_t memory_bytes = 0;  ///< as pipeline::Settings
+  int device = -1;
+};
+
+/// What units share: the job, read once, with its settings.
 class UnitRunner {
  public:
-  /// Borrows the observer. `settings`: those that make_job() was given, with the memory and the device of this run. Throws
-  /// InputError where the folder holds no job.
-  UnitRunner(JobFolder folder, const JobSettings& settings, int downscale, results::Observer& observer);
+  /// Borrows the observer. Throws InputError where the folder holds no job.
+  UnitRunner(JobFolder folder, const UnitLimits& limits, results::Observer& observer);
 
   const std::vector<Unit>& units() const { return units_; }
   /// Throws std::invalid_argument where there is no such unit.
@@ -41,17 +46,19 @@ class UnitRunner {
   void simplify(const Unit& unit, const io::WorkKey& key);
   void ring(const Unit& unit, const io::WorkKey& key);
   void finish();
-  int downscale_at(int level) const { return downscale_ * job_.levels[static_cast<std::size_t>(level)].reduction; }
   tileset::Tile tile_of_result(int level, std::size_t number) const;
-  void keep(const Unit& unit, const std::string& name, const io::WorkKey& key,
-            const std::function<void(io::WorkStore::Writer&)>& write);
+  /// Leaves a part of what a unit makes.
+  template <typename Part>
+  void put(const Unit& unit, const std::string& name, const io::WorkKey& key, const Part& part) {
+    folder_.keep(folder_.unit(unit.name), name, key, [&](io::WorkStore::Writer& out) { out.add(part); });
+    note_output(folder_.unit(unit.name) / name);
+  }
+  void note_output(const std::filesystem::path& file);
 
   JobFolder folder_;
-  pipeline::Settings settings_;
-  bool compress_;
-  int downscale_;
   results::Observer& observer_;
   Job job_;
+  pipeline::Settings settings_;  ///< the job's, within the limits
   std::vector<Unit> units_;
   struct Outcome;
   Outcome* outcome_ = nullptr;  ///< of the unit that runs

@@ -76,8 +76,8 @@ class Divider {
   std::vector<std::uint32_t> leaf_;
 };
 
-// Leaves out the vertices of no face.
-Mesh compact(const Mesh& all, std::vector<Triangle> faces) {
+// Leaves out the vertices of no face. \param kept the vertices of the others
+Mesh compact(const Mesh& all, std::vector<Triangle> faces, std::vector<std::uint32_t>& kept) {
   constexpr std::uint32_t kUnused = 0xFFFFFFFFu;
   std::vector<std::uint32_t> place(all.positions.size(), kUnused);
   for (const Triangle& face : faces)
@@ -87,6 +87,7 @@ Mesh compact(const Mesh& all, std::vector<Triangle> faces) {
     if (place[v] == kUnused) continue;
     place[v] = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.positions.push_back(all.positions[v]);
+    kept.push_back(static_cast<std::uint32_t>(v));
   }
   for (Triangle& face : faces)
     for (std::uint32_t& v : face) v = place[v];
@@ -123,7 +124,7 @@ LevelMesh coarser_level(const Mesh& finer, std::span<const std::uint32_t> tile, 
                           *std::max_element(error.begin() + static_cast<std::ptrdiff_t>(kChildren * t),
                                             error.begin() + static_cast<std::ptrdiff_t>(kChildren * (t + 1))));
   }
-  level.mesh = compact(finer, std::move(faces));
+  level.mesh = compact(finer, std::move(faces), level.vertex);
   return level;
 }
 

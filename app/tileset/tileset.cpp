@@ -6,52 +6,27 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <stdexcept>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include "app/checks/frame_check.h"
+#include "app/pipeline/checkpoint.h"
 #include "app/pipeline/memory.h"
+#include "app/pipeline/paint.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
-#include "app/tileset/compressed_glb.h"
-#include "app/tileset/tile_model.h"
+#include "app/tileset/tile_files.h"
 #include "app/tileset/tile_tree.h"
 #include "app/tileset/tileset_json.h"
 #include "io/freed_memory.h"
 #include "io/grouping.h"
-#include "io/images.h"
 #include "io/output_file.h"
 
 namespace gpvc::tileset {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The pages of a level while its tiles are not written: files in the folder that is in making.
-class PageFiles {
- public:
-  PageFiles(const fs::path& folder, std::size_t pages, const pipeline::OutputSettings& output, io::ColorProfile profile)
-      : output_(output), profile_(std::move(profile)) {
-    for (std::size_t p = 0; p < pages; ++p)
-      files_.push_back({folder / ("page-" + pipeline::page_name(p, output.texture)), output.texture});
-  }
-  ~PageFiles() {
-    std::error_code ignored;
-    for (const io::PageFile& page : files_) fs::remove(page.file, ignored);
-  }
-  PageFiles(const PageFiles&) = delete;
-  PageFiles& operator=(const PageFiles&) = delete;
-
-  void write(std::size_t number, const Image& page) const {
-    io::write_image(files_[number].file, page, output_.texture, output_.quality, profile_);
-  }
-  std::span<const io::PageFile> files() const { return files_; }
-
- private:
-  const pipeline::OutputSettings& output_;
-  io::ColorProfile profile_;
-  std::vector<io::PageFile> files_;
-};
 
 // A level with what it is textured with.
 struct Level {
@@ -64,15 +39,15 @@ struct Level {
 
 class TilesetMaker {
  public:
-  TilesetMaker(const checks::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
-               results::OutputFolder& folder, results::Observer& observer)
-      : input_(input),
+  TilesetMaker(const pipeline::Run& run, const TilesetSettings& settings, pipeline::OutputFolder& folder)
+      : run_(run),
+        input_(run.input),
         settings_(settings),
-        photos_(photos),
         folder_(folder),
-        observer_(observer),
-        views_(input.views.begin(), input.views.end()),
-        profile_(pipeline::profile_of_photos(input, observer)) {}
+        observer_(run.observer),
+        views_(run.input.views.begin(), run.input.views.end()),
+        listed_(pipeline::listed_vertices(run.settings.view_rules, run.input.mesh)),
+        profile_(pipeline::profile_of_photos(run.input, run.observer)) {}
 
   TilesetReport make() {
     const int depth = tree_depth(input_.mesh.faces.size(), settings_.faces_per_tile);
@@ -80,13 +55,18 @@ class TilesetMaker {
     const std::vector<std::uint32_t> leaf = leaf_of_faces(input_.mesh, up, depth);
     const double photo_texel = median_pixel();
     std::vector<double> exact(std::size_t{1} << (2 * depth), 0.0);
-    Level level{input_.mesh, leaf, exact, 0, settings_.texture.atlas.texel_size};
-    make_level(level, depth);
+    const std::vector<pipeline::ViewRule>& rules = run_.settings.view_rules;
+    make_level({input_.mesh, leaf, exact, 0, run_.settings.atlas.texel_size}, depth, rules);
     LevelMesh above;
+    std::vector<std::uint32_t> vertex;  // per vertex of the level, its number on level 0
     for (int k = 1; k <= depth; ++k) {
       above = k == 1 ? coarser_level(input_.mesh, leaf, exact) : coarser_level(above.mesh, above.tile, above.error);
-      const double finest = std::max(photo_texel, settings_.texture.atlas.texel_size);
-      make_level({above.mesh, above.tile, above.error, k, std::ldexp(finest, k)}, depth);
+      if (k > 1)
+        for (std::uint32_t& v : above.vertex) v = vertex[v];
+      vertex = above.vertex;
+      const double finest = std::max(photo_texel, run_.settings.atlas.texel_size);
+      make_level({above.mesh, above.tile, above.error, k, std::ldexp(finest, k)}, depth,
+                 pipeline::rules_of_coarser(rules, listed_, above.mesh, vertex));
     }
     io::OutputFile file(folder_.file("tileset.json"));
     file.write(tileset_text(tiles_, options_));
@@ -102,43 +82,44 @@ class TilesetMaker {
     return lengths.empty() ? 0 : lengths[lengths.size() / 2];
   }
 
-  void make_level(const Level& level, int depth) {
+  void make_level(const Level& level, int depth, std::vector<pipeline::ViewRule> rules) {
     if (depth > 0)
       observer_.note(
           fmt::format("level {} of {}: {} faces in {} tiles{}", level.number, depth,
                       results::readable_count(level.mesh.faces.size()), level.error.size(),
                       level.number > 0 ? fmt::format(", texels of {:.3g} units or more", level.texel_size) : ""));
-    pipeline::Settings settings = settings_.texture;
+    pipeline::Settings settings = run_.settings;
     settings.atlas.texel_size = level.texel_size;
-    if (level.number > 0)
-      settings.costs.keep_views = settings.allow_unseen = true;  // level 0 has judged photos and mesh
-    const checks::Input input{input_.scene, level.mesh, views_, input_.mesh_file};
+    settings.view_rules = std::move(rules);
+    // Level 0 has judged photos and mesh.
+    const bool judged = level.number > 0;
+    if (judged) settings.costs.keep_views = true;
+    const pipeline::Input input{input_.scene, level.mesh, views_, input_.mesh_file};
+    pipeline::Run run{input, settings, run_.photos, observer_};
     const pipeline::MemoryPlan memory = pipeline::plan_memory(input, settings);
-    if (level.number == 0) {
-      // Each level takes a quarter of the one below: a third more together.
-      const pipeline::FileSizes sizes = pipeline::predicted_sizes(input, settings, memory.work.texels);
-      folder_.expect_space(sizes.least, sizes.likely * 4 / 3, observer_);
-    }
-    pipeline::Choice chosen = pipeline::see_and_choose(input, settings, memory, photos_, observer_);
+    const pipeline::FileSizes sizes = pipeline::predicted_sizes(input, settings, memory.work.texels);
+    // Each level takes a quarter of the one below: a third more together.
+    if (level.number == 0) folder_.expect_space(sizes.least, sizes.likely * 4 / 3, observer_);
+    std::optional<pipeline::Checkpoint> checkpoint =
+        pipeline::open_checkpoint(run, memory, sizes, folder_, fmt::format("level-{}", level.number));
+    if (checkpoint) run.kept = &*checkpoint;
+    pipeline::Choice chosen = pipeline::see_and_choose(run, memory, {.judged = judged});
     if (level.number == 0) {
       options_ =
           pipeline::model_options(input, chosen.selection.labels, settings.output, pipeline::Coordinates::of_scene);
       options_.normals = false;  // they would differ along the borders of tiles
       keep_used_views(chosen.selection.labels);
     }
-    atlas::AtlasInput from = pipeline::atlas_input(input, photos_, chosen.graph, chosen.seen, chosen.selection.labels);
+    atlas::AtlasInput from =
+        pipeline::atlas_input(input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
     from.tile = level.tile;
-    observer_.begin({"atlas", "steps"});
-    const atlas::AtlasPlan plan = pipeline::plan_and_note(from, settings.atlas, observer_);
-    const PageFiles pages(folder_.in_making(), plan.estimate().pages, settings.output, profile_);
-    atlas::BakeOptions bake = pipeline::bake_options(plan, settings, memory, photos_);
-    bake.scratch_folder = folder_.in_making();
-    bake.take_page = [&](std::size_t number, const Image& page) {
-      observer_.check_cancelled();
-      pages.write(number, page);
-    };
-    const atlas::TextureAtlas atlas = pipeline::bake_and_end(plan, from, settings.atlas, observer_, bake);
-    write_tiles(level, atlas, chosen.seen.candidates.tags, pages);
+    PageFiles pages(folder_.in_making(), "page-", settings.output, profile_);
+    const pipeline::PaintSpace space{.scratch_folder = folder_.in_making(),
+                                     .kept = checkpoint ? checkpoint->pages() : atlas::KeptPages{}};
+    const atlas::TextureAtlas atlas = pipeline::paint(run, from, memory, space, &pages);
+    if (checkpoint) checkpoint->warn_of_failure(observer_);
+    write_tiles(level, atlas, chosen.seen.candidates.tags, pages.files());
+    pages.remove();
     release_freed_memory();
   }
 
@@ -150,29 +131,25 @@ class TilesetMaker {
   }
 
   void write_tiles(const Level& level, const atlas::TextureAtlas& atlas, std::span<const labeling::FaceTag> tags,
-                   const PageFiles& pages) {
+                   std::span<const io::PageFile> pages) {
     observer_.begin({"write"});
     const std::size_t count = level.error.size();
     const Grouped<std::uint32_t> faces = group_items<std::uint32_t>(count, [&](const auto& add) {
       for (std::uint32_t f = 0; f < level.tile.size(); ++f) add(level.tile[f], f);
     });
     std::vector<Tile>& tiles = tiles_.emplace_back(count);
-    std::vector<fs::path> stems(count);
     for (std::size_t t = 0; t < count; ++t) {
       if (faces[t].empty()) continue;
       tiles[t].file = fmt::format("tiles/{}_{}.glb", level.number, t);
-      stems[t] = folder_.file(tiles[t].file).replace_extension();
+      folder_.file(tiles[t].file);
     }
-    const bool drops = settings_.texture.atlas.unseen == atlas::UnseenFaces::drop;
+    const bool drops = run_.settings.atlas.unseen == atlas::UnseenFaces::drop;
     const auto drop = [&](std::uint32_t f) { return drops && tags[f] == labeling::FaceTag::unseen; };
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t t) {
       if (tiles[t].file.empty()) return;
       observer_.check_cancelled();
-      TileModel model = tile_model(atlas.model, faces[t], pages.files(), drop);
-      model.mesh.file_positions.clear();
-      model.model.mesh = &model.mesh;
-      io::write_gltf(stems[t], io::GltfContainer::glb, model.model, model.pages, options_);
-      if (settings_.compress) compress_geometry(folder_.in_making() / tiles[t].file);
+      TileModel model = tile_model(atlas.model, faces[t], pages, drop);
+      write_tile(folder_.in_making() / tiles[t].file, model, options_, settings_.compress);
       for (const WorldPoint& p : model.mesh.positions) tiles[t].box.add(tile_from_world(options_, p));
       if (level.number > 0) tiles[t].error = geometric_error(level.error[t], level.texel_size);
     });
@@ -191,12 +168,13 @@ class TilesetMaker {
     report_.levels.push_back(report);
   }
 
-  const checks::Input& input_;
+  const pipeline::Run& run_;
+  const pipeline::Input& input_;
   const TilesetSettings& settings_;
-  io::PhotoSource& photos_;
-  results::OutputFolder& folder_;
-  results::Observer& observer_;
-  std::vector<ViewId> views_;  ///< above level 0: those that texture something there
+  pipeline::OutputFolder& folder_;
+  pipeline::Observer& observer_;
+  std::vector<ViewId> views_;                   ///< above level 0: those that texture something there
+  std::vector<pipeline::NumberRanges> listed_;  ///< by the rules, on level 0
   io::ColorProfile profile_;
   io::ModelOptions options_;
   std::vector<std::vector<Tile>> tiles_;  ///< by level
@@ -205,10 +183,8 @@ class TilesetMaker {
 
 }  // namespace
 
-TilesetReport tileset_into(const checks::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
-                           results::OutputFolder& folder, results::Observer& observer) {
-  if (!settings.texture.view_rules.empty()) throw std::invalid_argument("tileset_into takes no view_rules");
-  return TilesetMaker(input, settings, photos, folder, observer).make();
+TilesetReport tileset_into(const pipeline::Run& run, const TilesetSettings& settings, pipeline::OutputFolder& folder) {
+  return TilesetMaker(run, settings, folder).make();
 }
 
 }  // namespace gpvc::tileset

@@ -10,8 +10,6 @@
 namespace gpvc::tileset {
 
 struct TilesetSettings {
-  /// Without view_rules, whose faces are those of one mesh. No work is kept, and tiles are GLBs without normals, whatever it says.
-  pipeline::Settings texture;
   std::size_t faces_per_tile = 50000;  ///< at most
   bool compress = false;               ///< geometry of the tiles' GLBs, see compress_geometry()
 };
@@ -30,9 +28,9 @@ struct TilesetReport {
 /// Writes tileset.json and tiles/LEVEL_NUMBER.glb. Level 0 is the mesh as pipeline::texture_into() textures it, with charts
 /// that end at the borders of tiles. Each level above has a quarter of the faces and texels twice as large, and is textured
 /// from the photos anew: views are chosen for its own faces, and its texels are means of photo pixels, not of those of the
-/// level below. Views that texture nothing on level 0 are not used above. Throws what texture_into() throws, and
-/// std::invalid_argument where there are view_rules.
-TilesetReport tileset_into(const checks::Input& input, const TilesetSettings& settings, io::PhotoSource& photos,
-                           results::OutputFolder& folder, results::Observer& observer);
+/// level below. Views that texture nothing on level 0 are not used above. Work is kept level by level, as texture_into() does.
+/// Tiles are GLBs without normals, whatever the run's settings say; rules that list faces are about level 0, see
+/// rules_of_coarser(). Throws what texture_into() throws.
+TilesetReport tileset_into(const pipeline::Run& run, const TilesetSettings& settings, pipeline::OutputFolder& folder);
 
 }  // namespace gpvc::tileset

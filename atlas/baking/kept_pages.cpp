@@ -28,40 +28,14 @@ std::vector<bool> unpacked(const std::vector<std::uint8_t>& bytes, std::size_t c
 std::optional<LevelingResult> take_leveling(const KeptPages& kept) {
   LevelingResult r;
   const bool found = kept.store != nullptr && kept.store->read("leveling", kept.key, [&](io::WorkStore::Reader& in) {
-    r.step_before = in.get<double>();
-    r.step_after = in.get<double>();
-    r.correction.exposure = in.get_all<ViewExposure>();
-    r.correction.nodes = in.get_all<std::array<std::uint32_t, 3>>();
-    r.correction.offsets = in.get_all<Color>();
-    const auto strips = in.get<std::size_t>();
-    if (strips > in.left()) in.refuse();
-    r.correction.strips.resize(strips);
-    for (ChartStrip& strip : r.correction.strips) {
-      strip.columns = in.get<int>();
-      strip.rows = in.get<int>();
-      strip.cells.first = in.get_all<std::size_t>();
-      strip.cells.items = in.get_all<StripSample>();
-    }
+    r = in.get<LevelingResult>();
   });
   return found ? std::optional(std::move(r)) : std::nullopt;
 }
 
 void keep_leveling(const KeptPages& kept, const LevelingResult& r) {
-  if (kept.store == nullptr) return;
-  kept.store->keep("leveling", kept.key, [&](io::WorkStore::Writer& out) {
-    out.add(r.step_before);
-    out.add(r.step_after);
-    out.add_all(r.correction.exposure);
-    out.add_all(r.correction.nodes);
-    out.add_all(r.correction.offsets);
-    out.add(r.correction.strips.size());
-    for (const ChartStrip& strip : r.correction.strips) {
-      out.add(strip.columns);
-      out.add(strip.rows);
-      out.add_all(strip.cells.first);
-      out.add_all(strip.cells.items);
-    }
-  });
+  if (kept.store != nullptr)
+    kept.store->keep("leveling", kept.key, [&](io::WorkStore::Writer& out) { out.add(r); });
 }
 
 bool has_page(const KeptPages& kept, std::uint32_t number) {
@@ -79,7 +53,7 @@ bool take_page(const KeptPages& kept, std::uint32_t number, Page& page, std::vec
     for (auto left = in.get<std::size_t>(); left > 0; --left) {
       OpenChart chart{in.get<std::uint32_t>(), {}};
       const auto texels = in.get<std::size_t>();
-      const std::vector<std::uint8_t> bytes = in.get_all<std::uint8_t>();
+      const std::vector<std::uint8_t> bytes = in.get<std::vector<std::uint8_t>>();
       if (bytes.size() != (texels + 7) / 8) in.refuse();
       chart.known = unpacked(bytes, texels);
       charts.push_back(std::move(chart));
@@ -102,7 +76,7 @@ void keep_page(const KeptPages& kept, std::uint32_t number, const Page& page,
     for (const OpenChart* chart : charts) {
       out.add(chart->chart);
       out.add(chart->known.size());
-      out.add_all(packed(chart->known));
+      out.add(packed(chart->known));
     }
   });
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/image.h"
+#include "io/members.h"
 #include "io/scene.h"
 
 namespace gpvc::atlas {
@@ -16,6 +17,7 @@ namespace gpvc::atlas {
 struct Color {
   float r = 0, g = 0, b = 0;
 };
+GPVC_MEMBERS(Color, r, g, b)
 
 inline Color operator+(const Color& a, const Color& b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
 inline Color operator-(const Color& a, const Color& b) { return {a.r - b.r, a.g - b.g, a.b - b.b}; }

@@ -29,6 +29,7 @@ struct StripSample {
   float weight = 0;
   Color pull;
 };
+GPVC_MEMBERS(StripSample, x, y, weight, pull)
 
 /// Seam samples of a chart, grouped by square cells of kStripCell texels, row-major.
 struct ChartStrip {
@@ -36,6 +37,7 @@ struct ChartStrip {
   Grouped<StripSample> cells;
   bool empty() const { return cells.items.empty(); }
 };
+GPVC_MEMBERS(ChartStrip, columns, rows, cells)
 
 inline constexpr int kStripCell = 16;
 /// Distance from the seam, in texels, at which its step has faded to zero.
@@ -127,5 +129,6 @@ struct ColorCorrection {
     return strips.empty() || strips[chart].empty() ? nullptr : &strips[chart];
   }
 };
+GPVC_MEMBERS(ColorCorrection, exposure, nodes, offsets, strips)
 
 }  // namespace gpvc::atlas

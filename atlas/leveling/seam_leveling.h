@@ -25,6 +25,7 @@ struct LevelingResult {
   /// weighted by length, over edges.
   double step_before = 0, step_after = 0;
 };
+GPVC_MEMBERS(LevelingResult, correction, step_before, step_after)
 
 /// none: no correction, reads no photo, steps are zero. global: exposure and offsets. full: strips, too. Deterministic.
 /// What `blending` adds to colours counts as theirs.

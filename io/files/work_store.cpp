@@ -108,7 +108,7 @@ void WorkHash::add_bytes(const void* data, std::size_t bytes) {
   if (bytes > 0) XXH3_128bits_update(&state_->hash, data, bytes);
 }
 
-void WorkHash::add_file(const std::filesystem::path& file) { add_text(FileBytes(file).view()); }
+void WorkHash::add_file(const std::filesystem::path& file) { add(FileBytes(file).view()); }
 
 WorkKey WorkHash::key() const {
   const XXH128_hash_t hash = XXH3_128bits_digest(&state_->hash);
@@ -175,8 +175,11 @@ void WorkStore::clear() noexcept {
   namespace fs = std::filesystem;
   std::error_code failed;
   for (const fs::directory_entry& entry : fs::directory_iterator(state_->folder, failed)) {
-    if (entry.is_symlink(failed) || !is_result(entry.path())) continue;
-    fs::remove(entry.path(), failed);
+    if (entry.is_symlink(failed)) continue;
+    if (entry.is_directory(failed))
+      WorkStore(entry.path()).clear();
+    else if (is_result(entry.path()))
+      fs::remove(entry.path(), failed);
   }
   if (fs::is_directory(state_->folder, failed)) fs::remove(state_->folder, failed);  // fails unless it is empty
 }

@@ -39,14 +39,14 @@ class SpareMemory {
 
 /// Decodes on the calling thread without parallel loops: inside one, this thread could pick up a task that waits for
 /// the photo that it is decoding.
-Photo decode(const View& view, int downscale, const std::shared_ptr<SpareMemory>& spare) {
+Photo decode(const View& view, const std::shared_ptr<SpareMemory>& spare) {
   Image image = read_image(view.photo, spare->take());
-  if (image.width / downscale != file_width(view.camera) || image.height / downscale != view.camera.height)
+  if (image.width / view.reduction != file_width(view.camera) || image.height / view.reduction != view.camera.height)
     throw InputError(view.photo, "",
                      "is " + size_text(image.width, image.height) + " pixels, which does not fit its camera any more");
   if (const std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view)) paint_over(image, *exclusion);
-  if (downscale != 1) {
-    Image reduced = reduce_image(image, downscale);
+  if (view.reduction != 1) {
+    Image reduced = reduce_image(image, view.reduction);
     spare->give(std::move(image.pixels));
     image = std::move(reduced);
   }
@@ -79,7 +79,6 @@ struct PhotoCache::State {
   };
 
   const Scene& scene;
-  int downscale;
   std::size_t limit_bytes;
   std::vector<std::size_t> shown_by;  ///< per view, see first_of_same_photo
   std::mutex mutex;
@@ -102,8 +101,8 @@ struct PhotoCache::State {
   }
 };
 
-PhotoCache::PhotoCache(const Scene& scene, int downscale, std::size_t limit_bytes)
-    : state_(new State{scene, downscale, limit_bytes, first_of_same_photo(scene), {}, {}, {}}) {}
+PhotoCache::PhotoCache(const Scene& scene, std::size_t limit_bytes)
+    : state_(new State{scene, limit_bytes, first_of_same_photo(scene), {}, {}, {}}) {}
 
 PhotoCache::~PhotoCache() = default;
 
@@ -120,7 +119,6 @@ std::optional<WorkKey> PhotoCache::key(ViewId view) {
   if (!v.mask.empty()) hash.add_file(v.mask);
   hash.add(v.uses_alpha);
   hash.add(v.reduction);
-  hash.add(state_->downscale);
   return hash.key();
 }
 
@@ -147,7 +145,7 @@ std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
     state.entries[key] = {promise.get_future().share(), 0, age};
   }
   try {
-    Photo photo = decode(state.scene.views.at(key), state.downscale, state.spare);
+    Photo photo = decode(state.scene.views.at(key), state.spare);
     promise.set_value(photo);
     const std::lock_guard lock(state.mutex);
     State::Entry& entry = state.entries.at(key);

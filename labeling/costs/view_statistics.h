@@ -29,7 +29,7 @@ struct FaceRecord {
   std::uint16_t disagreement = 0;        ///< with the face's other photos: fixed_distance()
   bool is_full() const { return visible == kWholeShare; }
 };
-static_assert(sizeof(FaceRecord) == 20);
+static_assert(sizeof(FaceRecord) == kRecordBytes);
 
 /// Memory that the views share: fresh memory costs more than what is done with it.
 struct ViewScratch {

@@ -35,7 +35,7 @@ TEST(AgreementPicture, HalvesAreAlikeWhereAllFits) {
   const auto picture_of = [&](std::vector<io::Picture> pictures) {
     io::PictureSource photos(city.scene, std::move(pictures));
     const checks::Input input{city.scene, city.mesh, city.views};
-    const pipeline::Seen seen = pipeline::see(input, settings, photos, silent);
+    const pipeline::Seen seen = pipeline::see({input, settings, photos, silent});
     const auto pairs = evaluate::least_agreeing(seen.candidates, 3);
     EXPECT_EQ(pairs.size(), 3u);
     for (const auto& [view, other] : pairs) EXPECT_NE(view, other);

@@ -232,8 +232,7 @@ TEST_F(App, LogFileGetsEverything) {
   const Outcome outcome = run(texture(out_, {"--quiet", "--log", log.string()}));
   ASSERT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
-  for (const char* stage : {"read", "visibility and costs", "view selection", "atlas", "write"})
-    EXPECT_TRUE(contains(read_file(log), stage));
+  for (const char* stage : {"read", "see", "choose", "bake", "write"}) EXPECT_TRUE(contains(read_file(log), stage));
   expect_one_sentence(run(texture(folder_.path() / "b", {"--log", "/proc/none/log"})), "/proc/none/log", "");
 }
 

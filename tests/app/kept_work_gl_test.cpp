@@ -1,5 +1,5 @@
 // Runs that are cut off and go on from the work that they kept.
-#include "app/pipeline/kept_work.h"
+#include "app/pipeline/checkpoint.h"
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ class Cutter : public results::Observer {
     if (now_ == cut_in_ && done >= cut_at_) throw Cancelled();
   }
   void end(const std::string& summary) override {
-    selection_was_kept |= now_ == "view selection" && test::contains(summary, "kept by an earlier run");
+    selection_was_kept |= now_ == "choose" && test::contains(summary, "kept by an earlier run");
   }
   void figure(const std::string& name, const results::Figure& value) override {
     if (name == "kept.views") views = std::get<std::size_t>(value);
@@ -50,8 +50,8 @@ class KeptWork : public testing::Test {
 
   void texture(const pipeline::Settings& settings, Cutter& cutter) const {
     results::OutputFolder out(out_, true, "texture");
-    io::PhotoCache photos(city_->scene, 1);
-    pipeline::texture_into({city_->scene, city_->mesh, city_->views}, settings, photos, out, cutter);
+    io::PhotoCache photos(city_->scene);
+    pipeline::texture_into({{city_->scene, city_->mesh, city_->views}, settings, photos, cutter}, out);
     std::ofstream(out.file("run.json")) << R"({"program": "gpvc", "command": "texture"})";
     out.publish();
   }
@@ -98,7 +98,7 @@ TEST_F(KeptWork, GoesOnFromWhereverItWasCutOff) {
     const char* stage;
     std::size_t done, least_views;
     bool selection;
-  } cuts[] = {{"visibility and costs", 3, 2, false}, {"view selection", 0, views, false}, {"atlas", 3, views, true}};
+  } cuts[] = {{"see", 3, 2, false}, {"choose", 0, views, false}, {"bake", 3, views, true}};
   for (const auto& cut : cuts) {
     cut_off(cut.stage, cut.done);
     Cutter cutter;
@@ -129,7 +129,7 @@ TEST_F(KeptWork, OtherOptionsRedoOnlyWhatDependsOnThem) {
          s.output.up = io::UpAxis::pos_x;
        }),
        views, true},
-      {"view selection", with([](auto& s) {
+      {"choose", with([](auto& s) {
          s.solver.smoothness = 2;
          s.costs.data_weight = 0.5;
        }),
@@ -144,7 +144,7 @@ TEST_F(KeptWork, OtherOptionsRedoOnlyWhatDependsOnThem) {
   };
   for (const auto& change : changes) {
     const auto whole = undisturbed(change.settings);
-    cut_off("atlas", 3);
+    cut_off("bake", 3);
     Cutter cutter;
     EXPECT_EQ(go_on(cutter, change.settings), whole) << change.name;
     EXPECT_EQ(cutter.views, change.views) << change.name;
@@ -153,7 +153,7 @@ TEST_F(KeptWork, OtherOptionsRedoOnlyWhatDependsOnThem) {
 }
 
 TEST_F(KeptWork, AnotherPhotoOrMeshIsSeenAnew) {
-  cut_off("atlas", 3);
+  cut_off("bake", 3);
   const fs::path photo = city_->scene.views[2].photo;
   const std::string before = test::read_file(photo);
   io::write_image(photo, city_->pictures[3].image, io::ImageFormat::png, 0);
@@ -165,7 +165,7 @@ TEST_F(KeptWork, AnotherPhotoOrMeshIsSeenAnew) {
   EXPECT_EQ(result, undisturbed(keep));
   std::ofstream(photo, std::ios::binary) << before;
 
-  cut_off("atlas", 3);
+  cut_off("bake", 3);
   const WorldPoint corner = city_->mesh.positions[0];
   city_->mesh.positions[0].z += 1e-9;
   Cutter moved;
@@ -176,7 +176,7 @@ TEST_F(KeptWork, AnotherPhotoOrMeshIsSeenAnew) {
 
 TEST_F(KeptWork, DamagedFilesAreMadeAgain) {
   const auto whole = undisturbed();
-  cut_off("atlas", 3);
+  cut_off("bake", 3);
   for (const char* name : {"view-1", "labels", "leveling"}) {
     ASSERT_TRUE(fs::exists(work_ / name)) << name;
     fs::resize_file(work_ / name, fs::file_size(work_ / name) - 1);
@@ -215,7 +215,7 @@ TEST_F(KeptWork, ALinkIsNotFollowed) {
 }
 
 TEST_F(KeptWork, ShortRunsKeepNothing) {
-  Cutter cutter("atlas", 3);
+  Cutter cutter("bake", 3);
   EXPECT_THROW(texture({}, cutter), Cancelled);
   EXPECT_FALSE(fs::exists(out_));
 }
@@ -225,10 +225,10 @@ TEST_F(KeptWork, PagesGoOnFromTheOnesThatWerePainted) {
   pipeline::Settings settings;
   settings.atlas.page_size = 256;
   results::Observer silent;
-  io::PhotoCache photos(city_->scene, 1);
+  io::PhotoCache photos(city_->scene);
   const checks::Input input{city_->scene, city_->mesh, city_->views};
   const labeling::FaceGraph graph = pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent);
-  const pipeline::Seen seen = pipeline::see(input, settings, photos, silent);
+  const pipeline::Seen seen = pipeline::see({input, settings, photos, silent});
   const labeling::Selection selection = pipeline::choose(seen.candidates.table, graph, settings.solver, silent);
   const atlas::AtlasInput from = pipeline::atlas_input(input, photos, graph, seen, selection.labels);
   const atlas::AtlasPlan plan = atlas::plan_atlas(from, settings.atlas);

@@ -87,18 +87,18 @@ TEST_F(MemoryPlanTest, LimitIsSharedBetweenPagesAndPhotos) {
   EXPECT_GT(rich.photos_while_seeing(), lean.photos_while_seeing());
   const double pages = 1e9, page = 1e8;
   for (const MemoryPlan& each : {lean, rich}) {
-    const MemoryPlan::Shares shares = each.while_painting(pages, page);
+    const MemoryPlan::Shares shares = each.while_baking(pages, page);
     const double batch_in_need = 64e6;
-    EXPECT_LE(each.need.painting + static_cast<double>(shares.pages + shares.partial + shares.photos) - batch_in_need,
-              std::max(each.limit, each.need.painting + page) + 1);
+    EXPECT_LE(each.need.bake + static_cast<double>(shares.pages + shares.partial + shares.photos) - batch_in_need,
+              std::max(each.limit, each.need.bake + page) + 1);
     EXPECT_GE(shares.partial, static_cast<std::size_t>(batch_in_need));
-    EXPECT_LE(each.need.seeing + static_cast<double>(each.photos_while_seeing()), each.limit + 1);
+    EXPECT_LE(each.need.see + static_cast<double>(each.photos_while_seeing()), each.limit + 1);
     EXPECT_LE(each.peak(), each.limit);
   }
-  EXPECT_EQ(rich.while_painting(pages, page).pages, std::size_t{1000000000}) << "pages come before photos";
-  EXPECT_GT(rich.while_painting(pages, page).photos, 0u);
-  EXPECT_EQ(lean.while_painting(pages, page).photos, 0u);
-  EXPECT_LT(lean.while_painting(pages, page).pages, std::size_t{1000000000}) << "not all pages fit";
+  EXPECT_EQ(rich.while_baking(pages, page).pages, std::size_t{1000000000}) << "pages come before photos";
+  EXPECT_GT(rich.while_baking(pages, page).photos, 0u);
+  EXPECT_EQ(lean.while_baking(pages, page).photos, 0u);
+  EXPECT_LT(lean.while_baking(pages, page).pages, std::size_t{1000000000}) << "not all pages fit";
 }
 
 TEST_F(MemoryPlanTest, TooLittleIsRefusedWithWhatIsNeeded) {
@@ -118,12 +118,12 @@ TEST_F(MemoryPlanTest, WhatAPlanPromisedIsEnough) {
   const Input input{scene_, mesh_, views_};
   Settings settings;
   settings.memory_bytes = std::size_t{300000000};
-  const double enough = plan_painting(input, settings, {}, 3e8).need.painting;
+  const double enough = plan_baking(input, settings, {}, 3e8).need.bake;
   settings.memory_bytes = static_cast<std::size_t>(enough);
-  EXPECT_THROW(plan_painting(input, settings, coverage, enough + 1e6), MemoryError) << "less than was promised";
-  const MemoryPlan plan = plan_painting(input, settings, coverage, enough);
-  EXPECT_GE(plan.limit, plan.need.painting);
-  EXPECT_GE(plan.need.painting, enough + 8e6);
+  EXPECT_THROW(plan_baking(input, settings, coverage, enough + 1e6), MemoryError) << "less than was promised";
+  const MemoryPlan plan = plan_baking(input, settings, coverage, enough);
+  EXPECT_GE(plan.limit, plan.need.bake);
+  EXPECT_GE(plan.need.bake, enough + 8e6);
 }
 
 }  // namespace

@@ -184,7 +184,7 @@ TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
   ASSERT_EQ(held.size(), 6);
   for (const ViewId id : held) EXPECT_EQ(io::photo_name(scene.views[index(id)]), "1.png");
   const Mesh mesh = room();
-  io::PhotoCache photos(scene, 1, std::size_t{1} << 24);
+  io::PhotoCache photos(scene, std::size_t{1} << 24);
   results::Observer silent;
   const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, {}, photos, silent);
   // Frames overlap, so that every face lies whole in one.
@@ -207,7 +207,7 @@ TEST(PanoramaTexture, OfTheOpenSkyIsNoReasonForDoubt) {
     void warning(const std::string& text) override { all += text + '\n'; }
     std::string all;
   } warnings;
-  io::PhotoCache photos(scene, 1, std::size_t{1} << 24);
+  io::PhotoCache photos(scene, std::size_t{1} << 24);
   pipeline::texture(scene, floor, {}, photos, warnings);
   EXPECT_EQ(warnings.all.find("no face"), std::string::npos) << warnings.all;
 }
@@ -224,7 +224,7 @@ TEST(FisheyeTexture, ShowsTheWallsToTheEdge) {
   for (const bool whole : {true, false}) {
     const Scene scene = io::read_scene(folder.path(), {.whole_fisheyes = whole});
     ASSERT_EQ(scene.views.size(), whole ? 2 : 10);
-    io::PhotoCache photos(scene, 1, std::size_t{1} << 24);
+    io::PhotoCache photos(scene, std::size_t{1} << 24);
     results::Observer silent;
     const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, {}, photos, silent);
     seen[whole ? 0 : 1] = pipeline::count_tags(textured.tags)[0];

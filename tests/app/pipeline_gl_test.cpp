@@ -55,7 +55,7 @@ class Pipeline : public testing::Test {
   };
   Chosen see_and_choose(const pipeline::Settings& settings) {
     Chosen all{pipeline::weighed_graph(city_->mesh, settings.edge_weights, silent_),
-               pipeline::see(input(), settings, photos_, silent_),
+               pipeline::see({input(), settings, photos_, silent_}),
                {}};
     all.selection = pipeline::choose(all.seen.candidates.table, all.graph, settings.solver, silent_);
     return all;
@@ -75,7 +75,7 @@ void expect_equal(const pipeline::TexturedMesh& a, const pipeline::TexturedMesh&
 }
 
 TEST_F(Pipeline, PicturesInMemoryGiveWhatFilesGive) {
-  io::PhotoCache files(city_->scene, 1);
+  io::PhotoCache files(city_->scene);
   const pipeline::TexturedMesh from_memory = texture(photos_, silent_);
   ASSERT_FALSE(from_memory.atlas.pages.empty());
   expect_equal(from_memory, texture(files, silent_));
@@ -84,15 +84,14 @@ TEST_F(Pipeline, PicturesInMemoryGiveWhatFilesGive) {
 TEST_F(Pipeline, ObserverHearsTheStagesInOrder) {
   Listener listener;
   texture(photos_, listener);
-  EXPECT_EQ(listener.begun,
-            (std::vector<std::string>{"face graph", "visibility and costs", "view selection", "atlas"}));
+  EXPECT_EQ(listener.begun, (std::vector<std::string>{"face graph", "see", "choose", "bake"}));
   EXPECT_EQ(listener.ended, listener.begun);
   for (const char* name : {"tags.seen", "patches", "charts"})
     EXPECT_EQ(std::count(listener.figures.begin(), listener.figures.end(), name), 1) << name;
 }
 
 TEST_F(Pipeline, ObserverCancelsAnyStageWithProgress) {
-  for (const char* stage : {"visibility and costs", "view selection", "atlas"}) {
+  for (const char* stage : {"see", "choose", "bake"}) {
     Listener listener(stage);
     EXPECT_THROW(texture(photos_, listener), Cancelled);
     EXPECT_EQ(listener.begun.back(), stage);
@@ -110,7 +109,7 @@ TEST_F(Pipeline, StepsTogetherGiveTheWhole) {
       pipeline::atlas_input(input(), photos_, chosen.graph, chosen.seen, steps.selection.labels);
   const atlas::AtlasPlan plan = pipeline::plan(atlas_input, settings.atlas, silent_);
   steps.atlas = pipeline::bake(plan, atlas_input, settings.atlas, silent_);
-  expect_equal(steps, pipeline::texture(input(), settings, photos_, silent_));
+  expect_equal(steps, pipeline::texture({input(), settings, photos_, silent_}));
 }
 
 class CountedPhotos final : public io::PhotoSource {
@@ -181,10 +180,10 @@ TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
 }
 
 TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {
-  const pipeline::Seen whole = pipeline::see(input(), {}, photos_, silent_);
+  const pipeline::Seen whole = pipeline::see({input(), {}, photos_, silent_});
   std::vector<FaceId> part;
   for (std::uint32_t f = 0; f < city_->mesh.faces.size(); f += 3) part.push_back(FaceId{f});
-  const pipeline::Seen seen = pipeline::see(input(), {}, photos_, silent_, {.faces = part, .on_view = {}});
+  const pipeline::Seen seen = pipeline::see({input(), {}, photos_, silent_}, {.faces = part, .on_view = {}});
   const labeling::CostTable &all = whole.candidates.table, &some = seen.candidates.table;
   ASSERT_EQ(some.faces(), all.faces());
   for (std::size_t f = 0; f < all.faces(); ++f) {
@@ -206,7 +205,7 @@ TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {
 
 TEST_F(Pipeline, OnlyTheGivenViewsAreUsed) {
   const std::vector<ViewId> some{ViewId{1}, ViewId{4}};
-  const pipeline::Seen seen = pipeline::see({city_->scene, city_->mesh, some}, {}, photos_, silent_);
+  const pipeline::Seen seen = pipeline::see({{city_->scene, city_->mesh, some}, {}, photos_, silent_});
   ASSERT_FALSE(seen.candidates.table.views.empty());
   EXPECT_TRUE(std::all_of(seen.candidates.table.views.begin(), seen.candidates.table.views.end(),
                           [](std::uint32_t view) { return view == 1 || view == 4; }));
@@ -241,7 +240,7 @@ TEST_F(Pipeline, ABorderIsNotWritten) {
   part.atlas = pipeline::make_atlas(atlas_input, settings.atlas, silent_);
   test::TemporaryFolder out;
   results::OutputFolder folder(out.path() / "part", false, "test");
-  pipeline::write(input(), part, settings, folder, silent_);
+  pipeline::write({input(), settings, photos_, silent_}, part, folder);
   folder.publish();
   EXPECT_EQ(io::read_mesh(out.path() / "part/model.obj").faces, inside);
   EXPECT_EQ(io::read_textured_model(out.path() / "part/model.glb").mesh.faces.size(), inside.size());
@@ -272,7 +271,7 @@ TEST_F(PhotosAndPoses, PhotosOfOtherPosesAreLeftOut) {
   io::PictureSource swapped(city_->scene, pictures);
   pipeline::Settings settings;
   Warned observer;
-  const pipeline::Seen seen = pipeline::see(input(), settings, swapped, observer);
+  const pipeline::Seen seen = pipeline::see({input(), settings, swapped, observer});
   for (const labeling::ViewAgreement& each : seen.candidates.agreement) {
     EXPECT_TRUE(each.judged) << each.steps;
     EXPECT_EQ(each.by_chance, index(each.view) == 1 || index(each.view) == 4)
@@ -283,7 +282,7 @@ TEST_F(PhotosAndPoses, PhotosOfOtherPosesAreLeftOut) {
   EXPECT_NE(observer.warnings[0].find("2 of 6 photos"), std::string::npos) << observer.warnings[0];
 
   settings.costs.keep_views = true;
-  const pipeline::Seen kept = pipeline::see(input(), settings, swapped, observer);
+  const pipeline::Seen kept = pipeline::see({input(), settings, swapped, observer});
   EXPECT_TRUE(std::ranges::any_of(kept.candidates.table.views, [](auto view) { return view == 1; }));
 }
 
@@ -292,14 +291,14 @@ TEST_F(PhotosAndPoses, PhotosInAnotherOrderAreRefused) {
   io::PictureSource reversed(city_->scene, pictures);
   pipeline::Settings settings;
   try {
-    pipeline::see(input(), settings, reversed, silent_);
+    pipeline::see({input(), settings, reversed, silent_});
     FAIL() << "no photo belongs to its pose";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("--keep-views"), std::string::npos) << error.what();
     EXPECT_NE(std::string(error.what()).find("with the photos in reverse order"), std::string::npos) << error.what();
   }
   settings.costs.keep_views = true;
-  EXPECT_NO_THROW(pipeline::see(input(), settings, reversed, silent_));
+  EXPECT_NO_THROW(pipeline::see({input(), settings, reversed, silent_}));
 }
 
 TEST_F(PhotosAndPoses, PhotosUpsideDownAreNamedInTheError) {
@@ -311,7 +310,7 @@ TEST_F(PhotosAndPoses, PhotosUpsideDownAreNamedInTheError) {
   }
   io::PictureSource turned(city_->scene, pictures);
   try {
-    pipeline::see(input(), {}, turned, silent_);
+    pipeline::see({input(), {}, turned, silent_});
     FAIL() << "no photo fits its pose";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("with the photos turned by 180 degrees"), std::string::npos)
@@ -335,7 +334,7 @@ TEST_F(PhotosAndPoses, CamerasOfPhotosOfAnotherSizeAreNamedInTheError) {
   }
   for (const auto& [scene, expected] : {std::pair{&larger, kReduced}, {&smaller, kEnlarged}}) {
     const std::string error = test::input_error([&, of = scene] {
-      pipeline::see({*of, city_->mesh, city_->views}, pipeline::Settings{}, photos_, silent_);
+      pipeline::see({{*of, city_->mesh, city_->views}, pipeline::Settings{}, photos_, silent_});
     });
     EXPECT_TRUE(test::contains(error, expected)) << error;
   }
@@ -348,7 +347,7 @@ TEST_F(PhotosAndPoses, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
   const std::vector<ViewId> all = checks::all_views(city_->scene), one{ViewId{0}};
   pipeline::Settings settings;
   const auto look = [&](const std::vector<ViewId>& views, results::Observer& observer) {
-    pipeline::see({city_->scene, large, views}, settings, photos_, observer);
+    pipeline::see({{city_->scene, large, views}, settings, photos_, observer});
   };
   const std::string error = test::input_error([&] { look(all, silent_); });
   EXPECT_TRUE(test::contains(error, "photos see less than 5 % of the faces")) << error;
@@ -371,7 +370,7 @@ TEST_F(PhotosAndPoses, ExposureAndOverlapRaiseNoFalseAlarm) {
   for (std::uint32_t a = 0; a < 6; ++a)
     for (std::uint32_t b = a + 1; b < 6; ++b) {
       const std::vector<ViewId> two{ViewId{a}, ViewId{b}};
-      const pipeline::Seen seen = pipeline::see({city_->scene, city_->mesh, two}, {}, dark, silent_);
+      const pipeline::Seen seen = pipeline::see({{city_->scene, city_->mesh, two}, {}, dark, silent_});
       for (const labeling::ViewAgreement& each : seen.candidates.agreement)
         EXPECT_FALSE(each.by_chance) << a << " and " << b << ": " << each.correlation;
     }
@@ -385,7 +384,7 @@ class SmallPhotos : public Pipeline {
 
 TEST_F(SmallPhotos, AnExplanationAloneRefusesAScene) {
   Warned observer;
-  EXPECT_NO_THROW(pipeline::see(input(), {}, photos_, observer));
+  EXPECT_NO_THROW(pipeline::see({input(), {}, photos_, observer}));
   EXPECT_TRUE(observer.warnings.empty());
   Scene inverse = city_->scene;
   for (View& view : inverse.views) {
@@ -396,16 +395,16 @@ TEST_F(SmallPhotos, AnExplanationAloneRefusesAScene) {
   }
   const checks::Input turned{inverse, city_->mesh, city_->views};
   pipeline::Settings settings;
-  const std::string error = test::input_error([&] { pipeline::see(turned, settings, photos_, silent_); });
+  const std::string error = test::input_error([&] { pipeline::see({turned, settings, photos_, silent_}); });
   EXPECT_TRUE(
       test::contains(error, "too few to tell; the mesh is not where the photos show it: with the poses inverted"))
       << error;
   settings.costs.keep_views = true;
-  EXPECT_NO_THROW(pipeline::see(turned, settings, photos_, silent_));
+  EXPECT_NO_THROW(pipeline::see({turned, settings, photos_, silent_}));
   Scene larger = city_->scene;
   enlarge_focal_lengths(larger);
   const std::string of_focal = test::input_error([&] {
-    pipeline::see({larger, city_->mesh, city_->views}, pipeline::Settings{}, photos_, silent_);
+    pipeline::see({{larger, city_->mesh, city_->views}, pipeline::Settings{}, photos_, silent_});
   });
   EXPECT_TRUE(test::contains(of_focal, kReduced)) << of_focal;
 }
@@ -421,7 +420,7 @@ class MeshElsewhere : public Pipeline {
     settings.costs.keep_views = keep;
     const std::vector<ViewId> views = checks::all_views(city_->scene);
     io::PictureSource photos(city_->scene, city_->pictures);
-    return pipeline::see({city_->scene, mesh, views}, settings, photos, observer).fit;
+    return pipeline::see({{city_->scene, mesh, views}, settings, photos, observer}).fit;
   }
 };
 
@@ -439,7 +438,7 @@ TEST_F(MeshElsewhere, ExposureJumpsRaiseNoAlarm) {
     for (std::uint8_t& level : pictures[n].image.pixels) level = static_cast<std::uint8_t>(level / 2);
   io::PictureSource dark(city_->scene, pictures);
   Warned observer;
-  EXPECT_EQ(pipeline::see(input(), {}, dark, observer).fit.verdict, checks::MeshFit::Verdict::fits);
+  EXPECT_EQ(pipeline::see({input(), {}, dark, observer}).fit.verdict, checks::MeshFit::Verdict::fits);
   EXPECT_TRUE(observer.warnings.empty()) << observer.warnings[0];
 }
 
@@ -460,7 +459,7 @@ TEST_F(MeshElsewhere, AMovedOrScaledMeshIsNamed) {
 // points at the right surfaces tell.
 TEST_F(MeshElsewhere, TiePointsOffTheMeshAreNamed) {
   Warned observer;
-  const pipeline::Seen right = pipeline::see(input(), {}, photos_, observer);
+  const pipeline::Seen right = pipeline::see({input(), {}, photos_, observer});
   EXPECT_EQ(right.tie_point_fit.places, 0u);
   std::string text;
   for (std::uint32_t f = 0; f < city_->mesh.faces.size(); f += 7) {
@@ -485,13 +484,13 @@ TEST_F(MeshElsewhere, TiePointsOffTheMeshAreNamed) {
   using enum checks::MeshFit::Verdict;
   for (const auto& [mesh, verdict] : {std::pair{&city_->mesh, fits}, {&large, elsewhere}}) {
     Warned warned;
-    const checks::MeshFit fit = pipeline::see({scene, *mesh, city_->views}, settings, photos_, warned).tie_point_fit;
+    const checks::MeshFit fit = pipeline::see({{scene, *mesh, city_->views}, settings, photos_, warned}).tie_point_fit;
     EXPECT_EQ(fit.verdict, verdict) << checks::tie_point_fit_text(fit);
     EXPECT_EQ(verdict == fits, warned.warnings.empty());
   }
   scene.files = {folder.write("points3D.txt", "1 2 3\n")};
   Warned warned;
-  EXPECT_EQ(pipeline::see({scene, city_->mesh, city_->views}, settings, photos_, warned).tie_point_fit.verdict,
+  EXPECT_EQ(pipeline::see({{scene, city_->mesh, city_->views}, settings, photos_, warned}).tie_point_fit.verdict,
             unknown);
   ASSERT_EQ(warned.warnings.size(), 1u);
   EXPECT_TRUE(test::contains(warned.warnings[0], "points3D.txt: line 1: expected POINT3D_ID"));

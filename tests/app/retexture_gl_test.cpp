@@ -32,7 +32,7 @@ class EditListener : public results::Observer {
 // Photos from files, and which of them were decoded.
 class WatchedPhotos : public io::PhotoSource {
  public:
-  explicit WatchedPhotos(const Scene& scene) : photos_(scene, 1) {}
+  explicit WatchedPhotos(const Scene& scene) : photos_(scene) {}
   std::shared_ptr<const Image> photo(ViewId view) override {
     const std::lock_guard lock(mutex_);
     decoded.insert(view);
@@ -125,9 +125,9 @@ class Retexture : public testing::Test {
                   results::Observer& observer, io::PhotoSource& photos, const checks::Input& input) {
     results::OutputFolder folder(out, true, "texture");
     if (from.empty())
-      pipeline::texture_into(input, settings, photos, folder, observer);
+      pipeline::texture_into({input, settings, photos, observer}, folder);
     else
-      pipeline::retexture_into(from, input, settings, photos, folder, observer);
+      pipeline::retexture_into(from, {input, settings, photos, observer}, folder);
     const fs::path json = folder.file("run.json");
     std::ofstream(json) << R"({"program": "gpvc", "command": "texture", "outputs": )" << json_list(folder.promised())
                         << "}";

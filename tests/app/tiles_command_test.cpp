@@ -220,7 +220,15 @@ TEST_F(TilesCommand, TextureGoesOnInTilesWhereMemoryIsShort) {
   fs::remove_all(out_);
   expect_one_sentence(test::run(texture(out_, {"--memory", "20M"})), "even in tiles", "--downscale");
   EXPECT_FALSE(fs::exists(out_));
+  // Rules about photos have.
+  std::ofstream(folder_.path() / "rules.csv") << "box,-100 -100 -100 0 100 100,forbid,east_001.jpg\n";
+  const Outcome ruled =
+      run(texture(out_, {"--memory", "230M", "--allow", (folder_.path() / "rules.csv").string()}));
+  EXPECT_EQ(ruled.exit_code, 0) << ruled.err;
+  EXPECT_TRUE(contains(ruled.err, "rules about photos apply to")) << ruled.err;
+  EXPECT_TRUE(fs::exists(out_ / "tileset.json"));
   // What has no meaning in tiles.
+  fs::remove_all(out_);
   expect_one_sentence(test::run(texture(out_, {"--memory", "230M", "--editable"})), "--memory", "230 MB");
 }
 

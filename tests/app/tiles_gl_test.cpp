@@ -40,9 +40,9 @@ class TilesJob : public testing::Test {
   checks::Input input() const { return {city_->scene, city_->mesh, city_->views}; }
   static JobSettings settings(std::size_t faces_per_tile) {
     JobSettings settings;
-    settings.tileset.faces_per_tile = faces_per_tile;
+    settings.tiles.faces_per_tile = faces_per_tile;
     settings.views_per_unit = 2;
-    settings.tileset.texture.output.texture = io::ImageFormat::png;
+    settings.texture.output.texture = io::ImageFormat::png;
     return settings;
   }
   // A job that is done, made once.
@@ -52,7 +52,7 @@ class TilesJob : public testing::Test {
     folder = std::make_unique<test::TemporaryFolder>();
     const JobFolder made(folder->path());
     make_job(made, input(), settings(faces_per_tile), "test", observer_);
-    UnitRunner runner(made, settings(faces_per_tile), 1, observer_);
+    UnitRunner runner(made, {}, observer_);
     for (const Unit& unit : runner.units()) EXPECT_EQ(runner.run(unit), UnitResult::done) << unit.name;
     return made;
   }
@@ -95,7 +95,7 @@ TEST_F(TilesJob, ViewsSeeTilesAsTheySeeTheWholeMesh) {
     Records found;
     for (std::uint32_t t = 0; t < made.tiles(0).size(); ++t) {
       const TileMesh tile = load_tile(folder, 0, t);
-      for (const SeenView& seen : load_seen(folder, made, 0, t))
+      for (const TileSight& seen : load_sights(folder, made, 0, t))
         add(found, seen.view, seen.statistics, [&](std::uint32_t face) { return tile.face[face]; });
     }
     ASSERT_EQ(found.size(), expected.size()) << faces << " faces a tile";
@@ -108,9 +108,9 @@ TEST_F(TilesJob, ViewsSeeTilesAsTheySeeTheWholeMesh) {
 
 TEST_F(TilesJob, EnergyIsThatOfTheUndividedRun) {
   io::PictureSource photos(city_->scene, city_->pictures);
-  const pipeline::Settings s = settings(1).tileset.texture;
+  const pipeline::Settings s = settings(1).texture;
   const pipeline::Choice whole =
-      pipeline::see_and_choose(input(), s, pipeline::plan_memory(input(), s), photos, observer_);
+      pipeline::see_and_choose({input(), s, photos, observer_}, pipeline::plan_memory(input(), s));
   // The same faces are compared for photos' gains here, so that the costs are equal up to the averaging of outliers.
   EXPECT_NEAR(figure(job(100000), "expose.energy"), whole.selection.energy, 1e-6 * whole.selection.energy);
   for (const std::size_t faces : {std::size_t{1000}, std::size_t{300}})
@@ -211,7 +211,7 @@ TEST_F(TilesJob, CompleteUnitsAreNotRunAgainUntilTheirInputChanges) {
   test::TemporaryFolder copy;
   fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
   const JobFolder folder(copy.path());
-  UnitRunner runner(folder, settings(1000), 1, observer_);
+  UnitRunner runner(folder, {}, observer_);
   for (const Unit& unit : runner.units()) EXPECT_EQ(runner.run(unit), UnitResult::was_done) << unit.name;
   // A photo that is touched.
   const fs::path photo = city_->scene.views[0].photo;
@@ -246,14 +246,14 @@ TEST_F(TilesJob, TilesOfAMeshFromAnotherSystemLieInTheScenes) {
     const JobFolder folder(out.path() / "job");
     JobSettings whole = settings(100000);
     make_job(folder, input, whole, "test", observer_);
-    UnitRunner runner(folder, whole, 1, observer_);
+    UnitRunner runner(folder, {}, observer_);
     for (const Unit& unit : runner.units()) runner.run(unit);
     const fs::path result = folder.path() / "result";
     for (const char* file : {"tileset.json", "tiles/0_0.glb", "obj/0/model.obj"})
       files[mesh][file] = test::read_file(result / file);
     results::OutputFolder tileset(out.path() / "tileset", false, "tileset");
     io::PictureSource photos(scene, city_->pictures);
-    EXPECT_TRUE(tileset::tileset_into(input, whole.tileset, photos, tileset, observer_).georeferenced);
+    EXPECT_TRUE(tileset::tileset_into({input, whole.texture, photos, observer_}, whole.tiles, tileset).georeferenced);
     for (const char* file : {"tileset.json", "tiles/0_0.glb"})
       files[mesh][std::string("by tileset/") + file] = test::read_file(tileset.in_making() / file);
   }
@@ -270,17 +270,18 @@ TEST_F(TilesJob, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
   const test::TemporaryFolder out;
   const JobFolder folder(out.path());
   JobSettings chosen = settings(1000);
-  chosen.tileset.texture.costs.keep_views = true;
+  chosen.texture.costs.keep_views = true;
   make_job(folder, {city_->scene, large, city_->views}, chosen, "test", observer_);
   const auto judge = [&] {
-    UnitRunner runner(folder, chosen, 1, observer_);
+    UnitRunner runner(folder, {}, observer_);
     for (const Unit& unit : runner.units())
       if (unit.level == 0 && (unit.stage == Stage::see || unit.stage == Stage::judge)) runner.run(unit);
   };
   const std::string error = test::input_error(judge);
-  EXPECT_TRUE(test::contains(error, "photos see less than 5 % of the faces looked at")) << error;
+  EXPECT_TRUE(test::contains(error, "photos see less than 5 % of the faces")) << error;
   EXPECT_TRUE(test::contains(error, "--allow-unseen")) << error;
-  chosen.tileset.texture.allow_unseen = true;
+  chosen.texture.allow_unseen = true;
+  make_job(folder, {city_->scene, large, city_->views}, chosen, "test", observer_);
   EXPECT_NO_THROW(judge());
 }
 
@@ -288,7 +289,7 @@ TEST_F(TilesJob, NamesWhatIsMissingOrDamaged) {
   test::TemporaryFolder copy;
   fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
   const JobFolder folder(copy.path());
-  UnitRunner runner(folder, settings(1000), 1, observer_);
+  UnitRunner runner(folder, {}, observer_);
   const auto message = [&](const std::string& unit) {
     try {
       runner.run(runner.find(unit));

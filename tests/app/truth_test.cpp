@@ -135,7 +135,7 @@ class TruthOfACity : public testing::Test {
   }
   evaluate::TruthScore score(const std::vector<ViewId>& views) const {
     const io::TexturedModel model = textured(views);
-    io::PhotoCache photos(*scene_, 1, 0);
+    io::PhotoCache photos(*scene_, 0);
     const evaluate::TruthScorer scorer({*truth_, truth_->mesh, *scene_, *used_, photos}, kSilent);
     return scorer.score(evaluate::match_model(truth_->mesh, model, *pages_, {}), kSilent);
   }
@@ -196,7 +196,7 @@ class TruthOfACity : public testing::Test {
 
 TEST_F(TruthOfACity, WhatMasksExcludeIsSeenByNobody) {
   const auto samples = [&](const Scene& scene) {
-    io::PhotoCache photos(scene, 1, 0);
+    io::PhotoCache photos(scene, 0);
     const evaluate::TruthScorer scorer({*truth_, truth_->mesh, scene, *used_, photos}, kSilent);
     const io::TexturedModel model = textured(std::vector<ViewId>(truth_->mesh.faces.size(), kNoView));
     return scorer.score(evaluate::match_model(truth_->mesh, model, *pages_, {}), kSilent).samples;
@@ -306,7 +306,7 @@ TEST_F(TruthOfACity, OriginsAreToldByThePixelsTheyLieIn) {
     labels[f] = static_cast<std::int32_t>(index(views[f]));
     tags[f] = static_cast<std::uint8_t>(f % 7 == 0 ? labeling::FaceTag::partial : labeling::FaceTag::seen);
   }
-  io::PhotoCache photos(*scene_, 1, 0);
+  io::PhotoCache photos(*scene_, 0);
   const evaluate::TruthScorer scorer({*truth_, truth_->mesh, *scene_, *used_, photos}, kSilent);
   const evaluate::OriginScore score = scorer.score(evaluate::origins_of_labels(truth_->mesh, *scene_, labels, tags));
 
@@ -361,7 +361,7 @@ TEST_F(TruthOfACity, GhostsAreWhatHiddenFacesTakeFromOthers) {
       area_painted += area(f);
     }
   }
-  io::PhotoCache photos(*scene_, 1, 0);
+  io::PhotoCache photos(*scene_, 0);
   const evaluate::TruthScorer scorer({*truth_, truth_->mesh, *scene_, *used_, photos}, kSilent);
   const evaluate::OriginShares clean =
       scorer.score(evaluate::origins_of_labels(truth_->mesh, *scene_, labels, tags)).all;
@@ -417,7 +417,7 @@ TEST_F(TruthOfACity, UnmodelledObjectsCountByTheirShareOfThePixels) {
   }
   const auto score = [&](bool known) {
     truth.unmodelled = known;
-    io::PhotoCache photos(*scene_, 1, 0);
+    io::PhotoCache photos(*scene_, 0);
     const evaluate::TruthScorer scorer({truth, truth.mesh, *scene_, *used_, photos}, kSilent);
     return scorer.score(evaluate::origins_of_labels(truth.mesh, *scene_, labels, tags));
   };

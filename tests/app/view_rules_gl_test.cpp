@@ -31,7 +31,7 @@ class ViewRules : public testing::Test {
     pipeline::Settings settings;
     settings.costs.outliers = outliers;
     settings.view_rules = std::move(rules);
-    return pipeline::see({city_->scene, city_->mesh, city_->views}, settings, photos_, observer);
+    return pipeline::see({{city_->scene, city_->mesh, city_->views}, settings, photos_, observer});
   }
   static std::vector<std::uint32_t> views_of(const pipeline::Seen& seen, std::size_t face) {
     const auto views = seen.candidates.table.views_of(face);
@@ -111,7 +111,7 @@ TEST_F(ViewRules, FacesWithoutAViewAreCountedInAWarningAndFilled) {
   pipeline::Settings settings;
   settings.view_rules = {{kEast, false, city_->views, "rule"}};
   const pipeline::TexturedMesh textured =
-      pipeline::texture({city_->scene, city_->mesh, city_->views}, settings, photos_, heard_);
+      pipeline::texture({{city_->scene, city_->mesh, city_->views}, settings, photos_, heard_});
   const std::vector<std::uint8_t> inside = io::faces_in(kEast, city_->mesh);
   std::size_t lost = 0;
   for (std::size_t f = 0; f < inside.size(); ++f) {

@@ -86,7 +86,7 @@ struct AtlasScene {
   TextureAtlas build(const AtlasOptions& options) {
     graph = labeling::face_graph(mesh);
     if (candidates.first.empty()) candidates.first.assign(mesh.faces.size() + 1, 0);
-    io::PhotoCache photos(scene, 1, std::size_t{1} << 30);
+    io::PhotoCache photos(scene, std::size_t{1} << 30);
     return build_atlas({mesh, scene, photos, graph, labels, tags, candidates, coverage, border, exposure}, options,
                        nullptr);
   }

@@ -257,7 +257,7 @@ TEST(Bake, ProgressStopsTheWorkWithinAPhoto) {
   s.photograph(0, strong_waves);
   s.graph = labeling::face_graph(s.mesh);
   s.candidates.first.assign(s.mesh.faces.size() + 1, 0);
-  io::PhotoCache photos(s.scene, 1, std::size_t{1} << 28);
+  io::PhotoCache photos(s.scene, std::size_t{1} << 28);
   const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
   bool finished = false;
   const Progress stop = [&](std::size_t done, std::size_t total) {

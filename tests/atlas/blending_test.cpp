@@ -44,7 +44,7 @@ struct BlendScene : AtlasScene {
   }
 
   BlendWeights weights(double full_cost) {
-    io::PhotoCache photos(scene, 1, std::size_t{1} << 30);
+    io::PhotoCache photos(scene, std::size_t{1} << 30);
     return BlendWeights({mesh, scene, photos, graph, labels, tags, candidates, coverage, border, exposure}, full_cost);
   }
 };

@@ -79,7 +79,7 @@ struct CutPlane {
   std::vector<ViewExposure> exposure_of_the_whole() {
     s.graph = labeling::face_graph(s.mesh);
     s.candidates.first.assign(s.mesh.faces.size() + 1, 0);
-    io::PhotoCache photos(s.scene, 1, std::size_t{1} << 28);
+    io::PhotoCache photos(s.scene, std::size_t{1} << 28);
     return fit_exposure({s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage});
   }
 };

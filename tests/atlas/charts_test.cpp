@@ -19,7 +19,7 @@ class Charts : public testing::Test {
     scene_.graph = labeling::face_graph(scene_.mesh);
     scene_.candidates.first.assign(scene_.mesh.faces.size() + 1, 0);
     for (const View& view : scene_.scene.views) io::write_image(view.photo, grey(view), io::ImageFormat::png, 90);
-    io::PhotoCache photos(scene_.scene, 1, std::size_t{1} << 28);
+    io::PhotoCache photos(scene_.scene, std::size_t{1} << 28);
     const AtlasInput input{scene_.mesh, scene_.scene,      photos,         scene_.graph, scene_.labels,
                            scene_.tags, scene_.candidates, scene_.coverage};
     AtlasOptions options;

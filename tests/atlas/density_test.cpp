@@ -165,7 +165,7 @@ TEST(Density, ThePlanTellsWhatPagesTake) {
   plane_in_one_photo(s);
   s.graph = labeling::face_graph(s.mesh);
   s.candidates.first.assign(s.mesh.faces.size() + 1, 0);
-  io::PhotoCache photos(s.scene, 1, std::size_t{1} << 28);
+  io::PhotoCache photos(s.scene, std::size_t{1} << 28);
   const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
   AtlasOptions options = without_leveling();
   options.page_size = 300;

@@ -85,7 +85,7 @@ struct HiddenGround {
   /// The origin of the texture's colour at each point.
   std::vector<PointOrigin> origins(std::span<const WorldPoint> points, const AtlasOptions& options) {
     s.graph = labeling::face_graph(s.mesh);
-    io::PhotoCache photos(s.scene, 1, 0);
+    io::PhotoCache photos(s.scene, 0);
     const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
     const AtlasPlan plan = plan_atlas(input, options);
     const TextureOrigins all(plan, input);

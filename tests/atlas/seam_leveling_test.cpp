@@ -242,7 +242,7 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
   for (std::size_t f = 0; f < s.mesh.faces.size(); ++f)
     s.labels[f] = ViewId{static_cast<std::uint32_t>(point_at(s.mesh, f, 0.3, 0.3).x / 2.5)};
   s.graph = labeling::face_graph(s.mesh);
-  io::PhotoCache photos(s.scene, 1, std::size_t{1} << 28);
+  io::PhotoCache photos(s.scene, std::size_t{1} << 28);
   s.candidates.first.assign(s.mesh.faces.size() + 1, 0);
   const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
   const CoverageIndex coverage(s.coverage);

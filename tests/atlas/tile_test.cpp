@@ -36,7 +36,7 @@ struct TiledPlane {
   TextureAtlas build() {
     s.graph = labeling::face_graph(s.mesh);
     s.candidates.first.assign(s.mesh.faces.size() + 1, 0);
-    io::PhotoCache photos(s.scene, 1, std::size_t{1} << 30);
+    io::PhotoCache photos(s.scene, std::size_t{1} << 30);
     AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
     input.tile = tile;
     return build_atlas(input, {}, nullptr);

@@ -260,7 +260,7 @@ TEST(FisheyeViews, ShareTheirPhoto) {
   const FisheyeFolder files;
   const Scene scene = read_scene(files.folder.path(), {});
   ASSERT_EQ(scene.views.size(), 5);
-  PhotoCache photos(scene, 1, std::size_t{1} << 24);
+  PhotoCache photos(scene, std::size_t{1} << 24);
   EXPECT_EQ(photos.photo(ViewId{0}), photos.photo(ViewId{4}));
   EXPECT_EQ(photos.photo(ViewId{0})->width, 120);
 }

@@ -172,7 +172,7 @@ TEST_F(Masks, ExcludedColorsAreNeverHandedOut) {
     SceneOptions options;
     options.downscale = factor;
     const Scene made = scene(options);
-    PhotoCache cache(made, options.downscale, 1 << 20);
+    PhotoCache cache(made, 1 << 20);
     const auto image = cache.photo(ViewId{0});
     for (int y = 0; y < image->height; ++y)
       for (int x = 0; x < image->width; ++x) {
@@ -183,7 +183,7 @@ TEST_F(Masks, ExcludedColorsAreNeverHandedOut) {
       }
     options.masks = false;
     const Scene unmasked = scene(options);
-    PhotoCache plain(unmasked, options.downscale, 1 << 20);
+    PhotoCache plain(unmasked, 1 << 20);
     EXPECT_EQ(plain.photo(ViewId{0})->at(30 / factor, 20 / factor)[2], 255);
   }
 }
@@ -191,7 +191,7 @@ TEST_F(Masks, ExcludedColorsAreNeverHandedOut) {
 TEST_F(Masks, OfAWholePhotoLeaveItAsItIs) {
   mask(photo("p.tif.mask.png"), Bytes(kMaskWidth * kMaskHeight, 0));
   const Scene made = scene();
-  PhotoCache cache(made, 1, 1 << 20);
+  PhotoCache cache(made, 1 << 20);
   EXPECT_EQ(cache.photo(ViewId{0})->pixels, Bytes(3 * kMaskWidth * kMaskHeight, 128));
   expect_block(read_exclusion(made.views[0]), 0, 0, kMaskWidth, kMaskHeight);
 }

@@ -169,7 +169,7 @@ TEST(PanoramaViews, AreReadOfOnePhoto) {
   EXPECT_EQ(scene.views[0].name, "a.jpg");
   EXPECT_EQ(scene.views[1].name, "a/back.png");
   EXPECT_EQ(scene.views[6].name, "a/up.png");
-  PhotoCache cache(scene, 1, std::size_t{1} << 20);
+  PhotoCache cache(scene, std::size_t{1} << 20);
   const auto photo = cache.photo(ViewId{1});
   EXPECT_EQ(photo->width, scene.views[1].camera.width);
   EXPECT_EQ(photo->height, kDown);
@@ -190,7 +190,7 @@ TEST(PanoramaViews, AreReducedWithTheirPhoto) {
   const View& view = scene.views[1];
   EXPECT_EQ(view.camera.width, kAround / 2 + columns_before(kAround / 2) + columns_behind(kAround / 2));
   EXPECT_EQ(file_width(view.camera), kAround / 2);
-  EXPECT_EQ(PhotoCache(scene, 2).photo(ViewId{1})->width, view.camera.width);
+  EXPECT_EQ(PhotoCache(scene).photo(ViewId{1})->width, view.camera.width);
   EXPECT_TRUE(contains(input_error([&] { read_scene(files.folder.path(), {.downscale = 3}); }),
                        "a.png: is a panorama 160 pixels wide, which cannot be reduced by 3"));
 }

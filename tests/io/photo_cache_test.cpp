@@ -39,7 +39,7 @@ ViewId view(int i) { return ViewId{static_cast<std::uint32_t>(i)}; }
 
 TEST(PhotoCache, KeepsWhatFitsAndDropsTheLeastRecentlyUsed) {
   const CachedPhotos photos(3);
-  PhotoCache cache(photos.scene, 1, 2 * kPhotoBytes);
+  PhotoCache cache(photos.scene, 2 * kPhotoBytes);
   // Without a reference elsewhere, a weak pointer lives exactly as long as the photo is cached.
   std::weak_ptr<const Image> zero = cache.photo(view(0)), one = cache.photo(view(1));
   EXPECT_FALSE(zero.expired());
@@ -53,7 +53,7 @@ TEST(PhotoCache, KeepsWhatFitsAndDropsTheLeastRecentlyUsed) {
 
 TEST(PhotoCache, HoldsNothingBeyondItsLimit) {
   const CachedPhotos photos(2);
-  PhotoCache cache(photos.scene, 1, kPhotoBytes - 1);
+  PhotoCache cache(photos.scene, kPhotoBytes - 1);
   const std::weak_ptr<const Image> zero = cache.photo(view(0));
   EXPECT_TRUE(zero.expired());
   EXPECT_EQ(cache.photo(view(1))->pixels.front(), 1);
@@ -66,7 +66,7 @@ TEST(PhotoCache, DecodesIntoTheMemoryOfPhotosThatWereLetGo) {
   small.camera.height = kPhotoHeight / 2;
   write_image(small.photo, {small.camera.width, small.camera.height, 3, std::vector<std::uint8_t>(kPhotoBytes / 4, 1)},
               ImageFormat::png, 0);
-  PhotoCache cache(photos.scene, 1);
+  PhotoCache cache(photos.scene);
   const auto held = cache.photo(view(0));
   for (const int i : {2, 1, 2, 0, 1}) {
     const auto& camera = photos.scene.views[static_cast<std::size_t>(i)].camera;
@@ -79,7 +79,7 @@ TEST(PhotoCache, DecodesIntoTheMemoryOfPhotosThatWereLetGo) {
 
 TEST(PhotoCache, GivesEveryThreadTheSamePhoto) {
   const CachedPhotos photos(4);
-  PhotoCache cache(photos.scene, 1, 4 * kPhotoBytes);
+  PhotoCache cache(photos.scene, 4 * kPhotoBytes);
   for (int i = 0; i < 4; ++i) {
     std::vector<std::shared_ptr<const Image>> got(8);
     {
@@ -93,7 +93,7 @@ TEST(PhotoCache, GivesEveryThreadTheSamePhoto) {
 
 TEST(PhotoCache, StaysRightWhileThreadsCompeteForALittleRoom) {
   const CachedPhotos photos(6);
-  PhotoCache cache(photos.scene, 1, 2 * kPhotoBytes);
+  PhotoCache cache(photos.scene, 2 * kPhotoBytes);
   std::atomic<int> wrong = 0;
   {
     std::vector<std::jthread> threads;
@@ -114,7 +114,7 @@ TEST(PhotoCache, PassesErrorsToEveryoneAndTriesAgainLater) {
   const CachedPhotos photos(1);
   const std::string good = test::read_file(photos.scene.views[0].photo);
   photos.folder.write("p0.png", good.substr(0, good.size() / 2));
-  PhotoCache cache(photos.scene, 1, 10 * kPhotoBytes);
+  PhotoCache cache(photos.scene, 10 * kPhotoBytes);
   std::atomic<int> errors = 0;
   {
     std::vector<std::jthread> threads;
@@ -148,7 +148,7 @@ TEST(PhotoCache, ReducesPhotosByBoxes) {
   scene.views[0].camera.height = 2;
   SceneOptions options;
   options.downscale = 2;
-  PhotoCache cache(scene, options.downscale, 1000);
+  PhotoCache cache(scene, 1000);
   const auto photo = cache.photo(view(0));
   std::vector<int> greys;
   for (std::size_t i = 0; i < photo->pixels.size(); i += 3) greys.push_back(photo->pixels[i]);
@@ -158,7 +158,7 @@ TEST(PhotoCache, ReducesPhotosByBoxes) {
 TEST(PhotoCache, RefusesAPhotoThatChangedItsSize) {
   CachedPhotos photos(1);
   photos.scene.views[0].camera.width = kPhotoWidth + 1;
-  PhotoCache cache(photos.scene, 1, 1000);
+  PhotoCache cache(photos.scene, 1000);
   EXPECT_TRUE(contains(input_error([&] { cache.photo(view(0)); }), "40 x 30"));
 }
 

@@ -19,7 +19,7 @@ using Numbers = std::vector<std::uint32_t>;
 
 WorkKey key_of(std::string_view text) {
   WorkHash hash;
-  hash.add_text(text);
+  hash.add(text);
   return hash.key();
 }
 
@@ -28,14 +28,14 @@ class Kept : public testing::Test {
   void keep(const std::string& name, const WorkKey& key, const Numbers& numbers, double value = 0.5) {
     store_.keep(name, key, [&](WorkStore::Writer& out) {
       out.add(value);
-      out.add_all(numbers);
+      out.add(numbers);
     });
   }
   std::optional<Numbers> read(const std::string& name, const WorkKey& key) const {
     Numbers numbers;
     const bool found = store_.read(name, key, [&](WorkStore::Reader& in) {
       EXPECT_EQ(in.get<double>(), 0.5);
-      numbers = in.get_all<std::uint32_t>();
+      numbers = in.get<std::vector<std::uint32_t>>();
     });
     return found ? std::optional(numbers) : std::nullopt;
   }
@@ -54,7 +54,7 @@ class Kept : public testing::Test {
 TEST(WorkHash, TellsLengthsAndOrdersApart) {
   const auto key = [](std::initializer_list<std::string_view> texts) {
     WorkHash hash;
-    for (const std::string_view text : texts) hash.add_text(text);
+    for (const std::string_view text : texts) hash.add(text);
     return hash.key();
   };
   EXPECT_EQ(key({"ab", "c"}), key({"ab", "c"}));

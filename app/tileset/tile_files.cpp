@@ -1,6 +1,10 @@
-#include "app/tileset/tile_model.h"
+#include "app/tileset/tile_files.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "app/pipeline/texture_files.h"
+#include "app/tileset/compressed_glb.h"
 
 namespace gpvc::tileset {
 namespace {
@@ -17,6 +21,24 @@ std::uint32_t place_in(const std::vector<std::uint32_t>& sorted, std::uint32_t v
 }
 
 }  // namespace
+
+PageFiles::PageFiles(std::filesystem::path folder, std::string prefix, const pipeline::OutputSettings& settings,
+                     io::ColorProfile profile)
+    : folder_(std::move(folder)), prefix_(std::move(prefix)), settings_(settings), profile_(std::move(profile)) {}
+
+void PageFiles::begin(const atlas::AtlasEstimate& size) {
+  for (std::size_t p = 0; p < size.pages; ++p)
+    files_.push_back({folder_ / (prefix_ + pipeline::page_name(p, settings_.texture)), settings_.texture});
+}
+
+void PageFiles::take_page(std::size_t number, Image page) {
+  io::write_image(files_[number].file, page, settings_.texture, settings_.quality, profile_);
+}
+
+void PageFiles::remove() noexcept {
+  std::error_code ignored;
+  for (const io::PageFile& page : files_) std::filesystem::remove(page.file, ignored);
+}
 
 TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t> faces,
                      std::span<const io::PageFile> pages, const std::function<bool(std::uint32_t)>& drop) {
@@ -45,6 +67,14 @@ TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t
     tile.model.face_page.push_back(bare ? io::kNoPage : place_in(numbers, all.face_page[f]));
   }
   return tile;
+}
+
+void write_tile(const std::filesystem::path& glb, TileModel& tile, const io::ModelOptions& options, bool compress) {
+  tile.mesh.file_positions.clear();
+  tile.model.mesh = &tile.mesh;
+  std::filesystem::path stem = glb;
+  io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, tile.model, tile.pages, options);
+  if (compress) compress_geometry(glb);
 }
 
 }  // namespace gpvc::tileset

@@ -1,0 +1,173 @@
+#include "app/checks/scene_fit.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "app/checks/hypotheses.h"
+#include "app/checks/mesh_shift.h"
+#include "io/error.h"
+#include "io/scene_files.h"
+
+namespace gpvc::checks {
+namespace {
+
+// A mesh that hardly any photo sees is one in other coordinates, as a rule. A part of the photos may show a part of it.
+void report_unseen(const Input& input, bool allow, std::span<const labeling::FaceTag> tags,
+                   std::span<const SmallPhoto> photos, results::Observer& observer) {
+  const auto [seen, partial, unseen] = count_tags(tags);
+  if (static_cast<double>(seen + partial) >= kLeastSeen * static_cast<double>(tags.size())) return;
+  const std::string found = fmt::format("photos see less than {:.0f} % of the faces", 100 * kLeastSeen);
+  if (allow || 2 * input.views.size() < input.scene.views.size())
+    return observer.warning(found + "; are mesh and cameras in the same coordinates?");
+  const std::string explanation = fitting_hypothesis(input, photos, observer);
+  throw InputError(input.mesh_file, "",
+                   found +
+                       (explanation.empty() ? "; are mesh and cameras in the same coordinates?" : ": " + explanation) +
+                       "; --allow-unseen textures all the same");
+}
+
+// Wrong photos or poses must not become a texture without a word.
+void report_agreement(const Input& input, bool keep, std::span<const labeling::ViewAgreement> agreement,
+                      std::span<const SmallPhoto> photos, results::Observer& observer) {
+  std::vector<std::string> wrong;
+  std::vector<double> correlations;
+  for (const labeling::ViewAgreement& each : agreement) {
+    if (each.judged) correlations.push_back(each.correlation);
+    if (each.by_chance) wrong.push_back(input.scene.views[index(each.view)].name);
+  }
+  std::ranges::sort(correlations);
+  observer.figure("agreement.judged", correlations.size());
+  observer.figure("agreement.by_chance", wrong.size());
+  observer.figure("agreement.median", correlations.empty() ? 0 : correlations[correlations.size() / 2]);
+  for (const labeling::ViewAgreement& each : agreement)
+    observer.detail(fmt::format("  {}: agrees with other photos by {:.3f} at {} places, chance gives {:.3f}",
+                                input.scene.views[index(each.view)].name, each.correlation, each.steps, each.chance));
+  if (wrong.empty()) return;
+  const std::string found = fmt::format("{} of {} photos agree with the others no better than chance: {}", wrong.size(),
+                                        correlations.size(), results::readable_list(wrong, 5));
+  if (!labeling::mostly_by_chance(agreement))
+    return observer.warning(found + "; do they belong to other poses, or are they turned?" +
+                            (keep ? "" : " They are left out; --keep-views uses them"));
+  if (keep) return observer.warning(found + "; mesh, poses and photos do not fit together");
+  const std::string explanation = fitting_hypothesis(input, photos, observer);
+  throw InputError(input.mesh_file, "",
+                   found + "; mesh, poses and photos do not fit together: " +
+                       (explanation.empty()
+                            ? "photos of other poses or turned ones, inverse poses, another lens, or a mesh elsewhere"
+                            : explanation) +
+                       "; --keep-views textures all the same");
+}
+
+std::string shift_explanation(const Input& input, std::span<const io::TiePoint> points) {
+  const std::optional<MeshShift> shift = find_shift(input.mesh, points);
+  if (!shift) return {};
+  return fmt::format(
+      "moved by ({:.4g}, {:.4g}, {:.4g}), it would have {:.0f} % of the tie points on it instead of {:.0f} %",
+      shift->by.x, shift->by.y, shift->by.z, 100 * shift->share, 100 * shift->share_as_is);
+}
+
+// A mesh elsewhere must not be textured without a word either.
+void report_fits(const Input& input, bool keep, std::span<const labeling::ViewAgreement> agreement, const SceneFit& fit,
+                 const FitEvidence& evidence, results::Observer& observer) {
+  std::vector<std::string> doubts;
+  using enum MeshFit::Verdict;
+  bool elsewhere_for_one = false;
+  const auto report = [&](const std::string& name, const MeshFit& one, const std::string& text) {
+    observer.figure(name + ".places", one.places);
+    observer.figure(name + ".found", one.found);
+    observer.figure(name + ".share", one.share);
+    observer.figure(name + ".error", one.error);
+    observer.detail("  " + text);
+    elsewhere_for_one |= one.verdict == elsewhere;
+    if (one.verdict == doubtful || one.verdict == elsewhere) doubts.push_back(text);
+  };
+  // A view that agrees with another may do so by chance; most of them together do not. Tie points tell of mesh and poses,
+  // and nothing of photos and lenses.
+  const auto judged_views = std::ranges::count_if(agreement, &labeling::ViewAgreement::judged);
+  const bool photos_judged =
+      fit.photos.verdict != unknown || 2 * static_cast<std::size_t>(judged_views) > input.views.size();
+  // Few photos with much out of focus are a reason for doubts of photos alone; tie points that lie on the mesh dispel them.
+  const bool dispelled = fit.photos.verdict == doubtful && fit.tie_points.verdict == fits;
+  report("fit", fit.photos, photo_fit_text(fit.photos));
+  if (fit.tie_points.places > 0) report("tie_points", fit.tie_points, tie_point_fit_text(fit.tie_points));
+  if ((doubts.empty() && photos_judged) || dispelled) return;
+  const std::string found = doubts.empty() ? photo_fit_text(fit.photos) : fmt::to_string(fmt::join(doubts, "; "));
+  // Shares alone refuse nothing: leaves in the wind, water and a poor mesh look like that. An explanation does, and of a
+  // scene that nothing is known of it is all that can tell.
+  // Without a judgement a right scene of few pixels must not fall for one, which one did at 2.8 times the places.
+  constexpr double kClearly = 2, kWithoutJudgement = 6;
+  std::string explanation;
+  if (!keep && fit.tie_points.verdict == elsewhere) explanation = shift_explanation(input, evidence.points);
+  if (!keep && explanation.empty())
+    explanation = fitting_hypothesis(input, evidence.previews, observer, doubts.empty() ? kWithoutJudgement : kClearly);
+  if (!explanation.empty())
+    throw InputError(
+        input.mesh_file, "",
+        found + "; the mesh is not where the photos show it: " + explanation + "; --keep-views textures all the same");
+  if (doubts.empty()) return observer.note(found + " whether the mesh lies where they show it");
+  observer.warning(found + (elsewhere_for_one
+                                ? "; the mesh seems to be moved, scaled, turned or mirrored against the poses, or the "
+                                  "lens is another: see gpvc inspect --check --picture"
+                                : "; is the mesh moved, scaled or turned against the poses, or does it lack much of "
+                                  "what they show?"));
+}
+
+// Warns of photos of which no view sees a face: that a panorama's view to the sky sees none is no reason for doubt.
+void report_blind(const Input& input, std::span<const std::uint8_t> sees, results::Observer& observer) {
+  std::map<std::string, bool> photo_sees;
+  for (const ViewId id : input.views) photo_sees[io::photo_name(input.scene.views[index(id)])] |= sees[index(id)] != 0;
+  std::erase_if(photo_sees, [](const auto& photo) { return photo.second; });
+  if (photo_sees.empty()) return;
+  const std::string& first = photo_sees.begin()->first;
+  const bool one = photo_sees.size() == 1;
+  observer.warning(
+      one ? first + ": sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong"
+          : fmt::format("{} photos see no face of the mesh, {} among them: their cameras may lie inside the mesh, or "
+                        "their poses be wrong",
+                        photo_sees.size(), first));
+}
+
+}  // namespace
+
+std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
+  std::array<std::size_t, 3> counts{};
+  for (const labeling::FaceTag tag : tags) ++counts[static_cast<std::size_t>(tag)];
+  return counts;
+}
+
+ViewFit view_fit(ViewId id, const Image& photo, const visibility::ViewVisibility& visible,
+                 const TiePointFit& tie_points, std::size_t number, std::size_t views) {
+  return {visible.statistics.full + visible.statistics.partial > 0, tie_points.counts(id, visible.ivm),
+          is_compared(number, views) ? small_photo(photo) : SmallPhoto{}};
+}
+
+void FitEvidence::add(ViewId id, ViewFit view) {
+  sees_faces[index(id)] = view.sees_faces ? 1 : 0;
+  previews[index(id)] = std::move(view.preview);
+  checks::add(view.tie_points, tie_points);
+}
+
+SceneFit measure_scene(const Input& input, const labeling::Candidates& candidates, const FitEvidence& evidence) {
+  std::vector<ViewId> left_out;  // where they are to be used all the same
+  if (!labeling::mostly_by_chance(candidates.agreement))
+    for (const labeling::ViewAgreement& each : candidates.agreement)
+      if (each.by_chance) left_out.push_back(each.view);
+  return {measure_fit(input.mesh, input.scene, evidence.previews,
+                      choose_places(input.mesh, input.scene, candidates.table, evidence.previews, left_out)),
+          judge(evidence.tie_points)};
+}
+
+void judge_scene(const Input& input, const labeling::Candidates& candidates, const FitEvidence& evidence,
+                 const std::optional<SceneFit>& fit, const Tolerance& tolerance, results::Observer& observer) {
+  report_blind(input, evidence.sees_faces, observer);
+  report_unseen(input, tolerance.allow_unseen, candidates.tags, evidence.previews, observer);
+  report_agreement(input, tolerance.keep_views, candidates.agreement, evidence.previews, observer);
+  if (fit) report_fits(input, tolerance.keep_views, candidates.agreement, *fit, evidence, observer);
+}
+
+}  // namespace gpvc::checks

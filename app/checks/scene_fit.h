@@ -1,0 +1,69 @@
+// Whether photos, poses and mesh belong together, from what every view shows: noted, warned of or refused.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "../../io/image.h"
+#include "../../io/tie_points.h"
+#include "../../labeling/labeling.h"
+#include "../../visibility/visibility.h"
+#include "fit_verdict.h"
+#include "input.h"
+#include "mesh_fit.h"
+#include "tie_point_fit.h"
+
+namespace gpvc::checks {
+
+/// Of the faces of a mesh: one of which photos see less lies in other coordinates, as a rule.
+inline constexpr double kLeastSeen = 0.05;
+
+/// What a view tells of the fit.
+struct ViewFit {
+  bool sees_faces = false;
+  FitGroups tie_points{};
+  SmallPhoto preview{};  ///< of photos that are compared, see is_compared()
+};
+
+/// \param number of the view among `views` that are looked at. O(pixels).
+ViewFit view_fit(ViewId id, const Image& photo, const visibility::ViewVisibility& visible,
+                 const TiePointFit& tie_points, std::size_t number, std::size_t views);
+
+/// What all views tell.
+struct FitEvidence {
+  explicit FitEvidence(std::size_t views) : sees_faces(views, 0), previews(views) {}
+  void add(ViewId id, ViewFit view);
+  std::vector<std::uint8_t> sees_faces;  ///< per view
+  std::vector<SmallPhoto> previews;      ///< per view
+  FitGroups tie_points{};
+  std::span<const io::TiePoint> points{};  ///< all tie points of the scene; borrowed
+};
+
+/// What is textured all the same.
+struct Tolerance {
+  bool keep_views = false;    ///< photos that agree with the others by chance; scenes that a common mistake explains
+  bool allow_unseen = false;  ///< meshes of which photos see less than kLeastSeen
+};
+
+struct SceneFit {
+  MeshFit photos;      ///< to the photos
+  MeshFit tie_points;  ///< to the scene's tie points, where it has any
+};
+
+/// The numbers of faces tagged seen, partial and unseen.
+std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);
+
+/// O(candidates).
+SceneFit measure_scene(const Input& input, const labeling::Candidates& candidates, const FitEvidence& evidence);
+
+/// Reports what was found. Throws InputError where nearly no face is seen, most photos agree with the others no better than
+/// chance, or a common mistake explains why the mesh is not where photos show it; warns of less. \param fit empty: not
+/// measured
+void judge_scene(const Input& input, const labeling::Candidates& candidates, const FitEvidence& evidence,
+                 const std::optional<SceneFit>& fit, const Tolerance& tolerance, results::Observer& observer);
+
+}  // namespace gpvc::checks

@@ -1,0 +1,151 @@
+#include "app/cli/setting_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <optional>
+#include <string>
+#include <type_traits>
+
+#include "app/cli/command_options.h"
+#include "io/images.h"
+
+namespace gpvc::cli {
+namespace {
+
+using evaluate::Json;
+using pipeline::OptionInfo;
+
+constexpr Named<std::optional<io::UpAxis>> kUps[] = {
+    {"auto", std::nullopt},    {"+x", io::UpAxis::pos_x}, {"-x", io::UpAxis::neg_x}, {"+y", io::UpAxis::pos_y},
+    {"-y", io::UpAxis::neg_y}, {"+z", io::UpAxis::pos_z}, {"-z", io::UpAxis::neg_z}};
+
+// The names of a setting's values.
+constexpr const auto& names_of(labeling::DataTerm) { return labeling::kDataTermNames; }
+constexpr const auto& names_of(labeling::Outliers) { return labeling::kOutliersNames; }
+constexpr const auto& names_of(labeling::EdgeWeights) { return labeling::kEdgeWeightsNames; }
+constexpr const auto& names_of(atlas::SeamLeveling) { return atlas::kSeamLevelingNames; }
+constexpr const auto& names_of(atlas::Blending) { return atlas::kBlendingNames; }
+constexpr const auto& names_of(atlas::UnseenFaces) { return atlas::kUnseenFacesNames; }
+constexpr const auto& names_of(io::ImageFormat) { return io::kImageFormatNames; }
+constexpr const auto& names_of(io::GltfContainer) { return io::kGltfContainerNames; }
+constexpr const auto& names_of(pipeline::KeepWork) { return pipeline::kKeepWorkNames; }
+constexpr const auto& names_of(const std::optional<io::UpAxis>&) { return kUps; }
+
+template <typename Value>
+concept IsNamed = requires(const Value& value) {
+  names_of(value);
+};
+
+using Color = std::array<std::uint8_t, 3>;
+
+// --- options
+
+// Adds an option of each kind of value.
+struct Adder {
+  CLI::App& app;
+
+  void operator()(visibility::Method& method, const OptionInfo&) const { add_method(app, method); }
+  void operator()(std::vector<pipeline::ViewRule>&, const OptionInfo&) const {}  // read from a file
+  void operator()(bool& value, const OptionInfo& info) const {
+    app.add_flag((value ? "!--no-" : "--") + std::string(info.name), value, info.help)->group(info.group);
+  }
+  void operator()(Color& color, const OptionInfo& info) const {
+    const auto take = [&color](const std::vector<int>& channels) {
+      for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<std::uint8_t>(channels[c]);
+    };
+    app.add_option_function<std::vector<int>>(flag(info), take, info.help)
+        ->type_name(info.kind)
+        ->delimiter(',')
+        ->expected(3)
+        ->check(in_range(static_cast<int>(info.least), static_cast<int>(info.most)))
+        ->default_str(fmt::format("{},{},{}", color[0], color[1], color[2]))
+        ->group(info.group);
+  }
+  template <typename Value>
+  void operator()(Value& value, const OptionInfo& info) const {
+    const OptionGroup group{app, info.group};
+    if constexpr (IsNamed<Value>) {
+      CLI::Option* option = group.choice(flag(info), names_of(value), value, info.help);
+      if constexpr (std::same_as<Value, pipeline::KeepWork>) add_never(value, info, option);
+    } else if constexpr (std::is_arithmetic_v<Value>) {
+      if (info.kind == pipeline::kBytes) return add_bytes(value, info);
+      CLI::Option* option = group.number(flag(info), value, info.least, info.most, info.kind, info.help);
+      if (static_cast<double>(value) < info.least) option->default_str("");  // no limit
+    }
+  }
+
+ private:
+  static std::string flag(const OptionInfo& info) { return "--" + std::string(info.name); }
+  template <typename Value>
+  void add_bytes(Value& value, const OptionInfo& info) const {
+    OptionGroup{app, info.group}.parsed(
+        flag(info),
+        [&value, name = flag(info)](const std::string& given) { value = static_cast<Value>(bytes_from(name, given)); },
+        info.kind, "what the scene needs, 70 % of what is free at most", info.help);
+  }
+  void add_never(pipeline::KeepWork& value, const OptionInfo& info, CLI::Option* option) const {
+    app.add_flag_callback(
+           "--no-" + std::string(info.name), [&value] { value = pipeline::KeepWork::never; },
+           "Keep no work, and use none that is kept: --resume never")
+        ->group(info.group)
+        ->excludes(option);
+  }
+};
+
+// --- JSON
+
+void put_json(Json& json, const visibility::Method& method, const OptionInfo&) { json.update(method_json(method)); }
+void put_json(Json&, const std::vector<pipeline::ViewRule>&, const OptionInfo&) {}
+template <typename Value>
+void put_json(Json& json, const Value& value, const OptionInfo& info) {
+  std::string name = info.name;
+  std::ranges::replace(name, '-', '_');
+  if constexpr (IsNamed<Value>)
+    json[name] = name_of(names_of(value), value);
+  else
+    json[name] = value;
+}
+
+template <typename T>
+Json json_of(const T& settings, const OptionFilter& wanted) {
+  Json json = Json::object();
+  pipeline::for_each_option(settings, [&](const auto& value, const OptionInfo& info) {
+    if (wanted(info)) put_json(json, value, info);
+  });
+  return json;
+}
+
+template <typename T>
+void add_all(CLI::App& app, T& settings, const OptionFilter& wanted) {
+  const Adder add{app};
+  pipeline::for_each_option(settings, [&](auto& value, const OptionInfo& info) {
+    if (info.group != nullptr && wanted(info)) add(value, info);
+  });
+}
+
+bool any_option(const OptionInfo&) { return true; }
+
+}  // namespace
+
+void add_settings(CLI::App& app, pipeline::Settings& settings, const OptionFilter& wanted) {
+  add_all(app, settings, wanted);
+}
+void add_settings(CLI::App& app, tiles::JobSettings& settings, const OptionFilter& wanted) {
+  add_all(app, settings, wanted);
+}
+void add_settings(CLI::App& app, tileset::TilesetSettings& settings) { add_all(app, settings, any_option); }
+void add_settings(CLI::App& app, visibility::VisibilityOptions& settings) { add_all(app, settings, any_option); }
+
+OptionFilter options_for(pipeline::For result) {
+  return [result](const OptionInfo& info) { return info.result <= result; };
+}
+
+Json settings_json(const pipeline::Settings& settings, const OptionFilter& wanted) { return json_of(settings, wanted); }
+Json settings_json(const tiles::JobSettings& settings, const OptionFilter& wanted) { return json_of(settings, wanted); }
+Json settings_json(const tileset::TilesetSettings& settings) { return json_of(settings, any_option); }
+Json settings_json(const visibility::VisibilityOptions& settings) { return json_of(settings, any_option); }
+
+}  // namespace gpvc::cli

@@ -1,0 +1,48 @@
+// Bytes of what the stages of a run hold, as sums over its structures: what memory is planned with. What the sums leave out
+// (the allocator's losses, threads' scratch) is one factor a stage, fitted to the peaks of eleven runs: facades, UAV blocks, table
+// tops and synthetic cities of 40 thousand to 10 million faces and 20 to 300 megapixels, on two threads.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "app/pipeline/memory.h"
+#include "io/scene.h"
+#include "labeling/labeling.h"
+
+namespace gpvc::pipeline::held {
+
+inline constexpr double kProgram = 150e6;  ///< with its libraries
+
+// Of a face, a vertex, a pixel, a face that a view sees ("pair").
+inline constexpr double kVertex = sizeof(WorldPoint), kFace = sizeof(Triangle), kIndex = sizeof(std::uint32_t);
+/// A face of a closed mesh has one and a half pairs of neighbours; they are sorted from one array into another.
+inline constexpr double kNeighbours = 2 * 1.5 * sizeof(std::array<std::uint32_t, 2>);
+inline constexpr double kRecord = labeling::kRecordBytes, kCandidate = sizeof(std::uint32_t) + sizeof(float);
+inline constexpr double kPhotoPixel = 3, kOwnerPixel = sizeof(FaceId);
+/// A vertex as a view is drawn: in the camera's axes and in pixels.
+inline constexpr double kDrawnVertex = sizeof(CameraPoint) + sizeof(PixelPoint);
+/// A face while its view's statistics are summed: shape, sums of colours and gradients, and where they are.
+inline constexpr double kSummedFace = 100;
+/// Two views are in work: each has item buffer and photo, and one more photo is decoded. The factor is for the strip along
+/// silhouettes and the depths that are drawn.
+inline constexpr double kSeenPixel = 1.53 * (2 * kOwnerPixel + 3 * kPhotoPixel);
+
+inline double mesh(const Workload& work) { return kVertex * work.vertices + kFace * work.faces; }
+
+/// Previews of the photos that are compared, one byte a pixel: see checks::SmallPhoto.
+inline double previews(const Workload& work) {
+  constexpr double kMostCompared = 96;
+  const double reduction = std::max(1.0, std::floor(std::sqrt(4.0 / 3 * work.most_pixels) / 1000));
+  return std::min(work.views, kMostCompared) * work.most_pixels / (reduction * reduction);
+}
+
+/// While a view is looked at, beside the mesh.
+inline double view(const Workload& work) {
+  return kSeenPixel * work.most_pixels + kDrawnVertex * work.vertices +
+         kSummedFace * work.pairs / std::max(work.views, 1.0);
+}
+
+}  // namespace gpvc::pipeline::held

@@ -1,0 +1,97 @@
+#include "app/pipeline/paint.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "app/pipeline/steps.h"
+
+namespace gpvc::pipeline {
+namespace {
+
+// Noted before photos are read, so that a user can stop here and set limits.
+void note_estimate(const atlas::AtlasEstimate& e, Observer& observer) {
+  std::string text =
+      fmt::format("estimate: {} {} with {:.1f} megatexels in all, {} charts", e.pages, e.pages == 1 ? "page" : "pages",
+                  static_cast<double>(e.page_texels) * 1e-6, results::readable_count(e.charts));
+  if (e.reduction < 1) text += fmt::format("; reduced to {:.1f} % to meet the limits", 100 * e.reduction);
+  observer.note(text);
+}
+
+void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& observer) {
+  const atlas::AtlasStatistics& s = atlas.statistics;
+  observer.stage_figure("layout_s", s.layout_s);
+  observer.stage_figure("leveling_s", s.leveling_s);
+  observer.stage_figure("baking_s", s.baking_s);
+  observer.figure("charts", s.charts);
+  observer.figure("filled_faces", s.filled_faces);
+  observer.figure("pages", s.pages);
+  observer.figure("chart_texels", s.chart_texels);
+  observer.figure("padded_texels", s.padded_texels);
+  observer.figure("page_texels", s.page_texels);
+  observer.figure("reduction", s.reduction);
+  observer.figure("seam_edges", s.seam_edges);
+  std::string seams;
+  if (s.kept_pages > 0) {
+    observer.figure("kept.pages", s.kept_pages);
+    seams = fmt::format(", {} of them kept by an earlier run", s.kept_pages);
+  }
+  if (leveled) {
+    observer.figure("seam_step_before", s.seam_step_before);
+    observer.figure("seam_step_after", s.seam_step_after);
+    seams += fmt::format(", seam step {:.1f} to {:.1f}", s.seam_step_before, s.seam_step_after);
+  }
+  const double fill = s.page_texels == 0 ? 0 : static_cast<double>(s.chart_texels) / static_cast<double>(s.page_texels);
+  observer.end(fmt::format("{} charts on {} {} ({:.0f} % full){}", results::readable_count(s.charts), s.pages,
+                           s.pages == 1 ? "page" : "pages", 100 * fill, seams));
+}
+
+// Shares the memory between pages, partial charts and photos.
+atlas::BakeOptions share_memory(const atlas::AtlasPlan& plan, const MemoryPlan& memory, const Run& run) {
+  constexpr auto kTexel = static_cast<double>(atlas::kPageBytesPerTexel);
+  const double pages = kTexel * static_cast<double>(plan.estimate().page_texels);
+  const double page = std::min(pages, kTexel * run.settings.atlas.page_size * run.settings.atlas.page_size);
+  const MemoryPlan::Shares shares = memory.while_baking(pages, page);
+  run.photos.keep_at_most(shares.photos);
+  return {.page_bytes = shares.pages, .partial_bytes = shares.partial};
+}
+
+}  // namespace
+
+atlas::AtlasPlan plan_and_note(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer) {
+  atlas::AtlasPlan made = atlas::plan_atlas(input, options);
+  note_estimate(made.estimate(), observer);
+  return made;
+}
+
+atlas::TextureAtlas bake_and_end(const atlas::AtlasPlan& plan, const atlas::AtlasInput& input,
+                                 const atlas::AtlasOptions& options, Observer& observer,
+                                 const atlas::BakeOptions& memory) {
+  atlas::TextureAtlas atlas = atlas::bake_atlas(plan, input, observer.reporter(), memory);
+  report_atlas(atlas, options.seams != atlas::SeamLeveling::none, observer);
+  return atlas;
+}
+
+atlas::TextureAtlas paint(const Run& run, const atlas::AtlasInput& from, const MemoryPlan& memory,
+                          const PaintSpace& space, PageSink* sink) {
+  run.observer.begin({space.stage, "steps"});
+  const atlas::AtlasPlan plan = plan_and_note(from, run.settings.atlas, run.observer);
+  atlas::BakeOptions options = share_memory(plan, memory, run);
+  options.scratch_folder = space.scratch_folder;
+  options.coarse_bytes = space.coarse_bytes;
+  options.kept = space.kept;
+  if (sink != nullptr) {
+    sink->begin(plan.estimate());
+    options.take_model = [sink](const io::TexturedModel& model) { return sink->take_model(model); };
+    options.take_page = [&](std::size_t number, Image page) {
+      run.observer.check_cancelled();
+      sink->take_page(number, std::move(page));
+    };
+  }
+  return bake_and_end(plan, from, run.settings.atlas, run.observer, options);
+}
+
+}  // namespace gpvc::pipeline

@@ -1,0 +1,50 @@
+// What a run is asked to do.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "../../atlas/atlas.h"
+#include "../../io/images.h"
+#include "../../io/names.h"
+#include "../../io/textured_model.h"
+#include "../../labeling/labeling.h"
+#include "../../visibility/visibility.h"
+#include "view_rules.h"
+
+namespace gpvc::pipeline {
+
+struct OutputSettings {
+  io::ImageFormat texture = io::ImageFormat::jpg;
+  int quality = 95;  ///< of JPEG pages
+  io::GltfContainer gltf = io::GltfContainer::glb;
+  bool normals = false;
+  std::optional<io::UpAxis> up;  ///< nullopt: found from the cameras
+};
+
+/// Whether texture_into() keeps its work in the output folder until the result is complete, so that it can go on from there
+/// after it was cut off. automatic: if it is expected to take more than a minute, or an earlier run has kept some.
+enum class KeepWork { automatic, always, never };
+inline constexpr Named<KeepWork> kKeepWorkNames[] = {
+    {"auto", KeepWork::automatic}, {"always", KeepWork::always}, {"never", KeepWork::never}};
+
+struct Settings {
+  visibility::VisibilityOptions visibility;
+  int device = -1;  ///< number of the graphics device to use; -1: see visibility::find_device()
+  labeling::CostOptions costs;
+  bool allow_unseen = false;              ///< texture a mesh of which photos see less than checks::kLeastSeen
+  std::vector<ViewRule> view_rules = {};  ///< faces in their regions lose the views that they refuse
+  labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;
+  labeling::SolverOptions solver;
+  atlas::AtlasOptions atlas;
+  OutputSettings output;
+  /// Most bytes that texture() and texture_into() take; 0: see plan_memory(). Results are the same for any value.
+  std::size_t memory_bytes = 0;
+  KeepWork keep_work = KeepWork::automatic;
+  /// texture_into() also writes what retexture_into() needs to change the result (edit_files.h).
+  bool editable = false;
+};
+
+}  // namespace gpvc::pipeline

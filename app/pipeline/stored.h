@@ -1,0 +1,52 @@
+// The members of what steps leave for other steps (io/members.h), and what a view leaves.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "app/checks/scene_fit.h"
+#include "app/pipeline/coverage_store.h"
+#include "io/image.h"
+#include "io/members.h"
+#include "io/scene_members.h"
+#include "labeling/labeling.h"
+#include "visibility/visibility.h"
+
+namespace gpvc {
+GPVC_MEMBERS(Image, width, height, channels, pixels)
+}  // namespace gpvc
+
+namespace gpvc::visibility {
+GPVC_MEMBERS(FaceCoverage, face, view, x0, y0, width, height, visible, visible_share, first_word)
+GPVC_MEMBERS(CoverageTable, entries, words)
+GPVC_MEMBERS(VisibilityStatistics, processed_faces, samples, rays, corrected_samples, contested_samples, full, partial,
+             render_s, build_s, upload_s, readback_s, classify_s, shader_s, claims_s)
+}  // namespace gpvc::visibility
+
+namespace gpvc::labeling {
+GPVC_MEMBERS(CostTable, first, views, costs)
+GPVC_MEMBERS(ViewAgreement, view, steps, correlation, chance, judged, by_chance)
+GPVC_MEMBERS(PhotoJudgement, agreement, log2_gain)
+GPVC_MEMBERS(SweepReport, sweep, energy, seconds)
+GPVC_MEMBERS(Selection, labels, merged_patches, energy, differing_pairs, patches, sweeps)
+}  // namespace gpvc::labeling
+
+namespace gpvc::checks {
+GPVC_MEMBERS(SurfaceCounts, places, found, on_mesh, off_mesh)
+GPVC_MEMBERS(SmallPhoto, factor, image)
+GPVC_MEMBERS(ViewFit, sees_faces, tie_points, preview)
+}  // namespace gpvc::checks
+
+namespace gpvc::pipeline {
+GPVC_MEMBERS(PackedCoverage, view, bytes)
+
+/// What a view sees of the faces.
+struct SeenView {
+  std::vector<std::byte> statistics;  ///< as labeling::CandidateCollector::statistics_of() gives them
+  PackedCoverage coverage;
+  visibility::VisibilityStatistics visibility;
+  checks::ViewFit fit;
+};
+GPVC_MEMBERS(SeenView, statistics, coverage, visibility, fit)
+
+}  // namespace gpvc::pipeline

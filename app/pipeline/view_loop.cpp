@@ -1,0 +1,50 @@
+#include "app/pipeline/view_loop.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <array>
+#include <string>
+#include <utility>
+
+namespace gpvc::pipeline {
+
+std::launch launch_policy() {
+  using Control = tbb::global_control;
+  return Control::active_value(Control::max_allowed_parallelism) == 1 ? std::launch::deferred : std::launch::async;
+}
+
+std::optional<visibility::DeviceInfo> look_at_views(const Run& run, const ViewSteps& steps) {
+  const auto& [input, settings, photos, observer, kept] = run;
+  const auto device = visibility::find_device(settings.visibility, settings.device);
+  if (device) observer.detail(fmt::format("device: {} ({})", device->info().renderer, device->info().driver));
+  visibility::VisibilityStage visibility(input.mesh, settings.visibility, device.get());
+  for (const auto& [name, text] :
+       {std::pair{"drawing", visibility.drawing_note()}, {"classifier", visibility.classifier_note()}}) {
+    observer.note(fmt::format("{}: {}", name, text));
+    observer.figure(name, text);
+  }
+  const std::launch policy = launch_policy();
+  std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
+  std::future<void> costs;  // waited for before what it uses goes, also where the run is cancelled
+  for (std::size_t n = 0; n < input.views.size(); ++n) {
+    observer.progress(n, input.views.size());
+    const ViewId id = input.views[n];
+    if (steps.known && steps.known(id)) {
+      if (costs.valid()) costs.get();
+      steps.take(id);
+      continue;
+    }
+    auto decoded = std::async(policy, [&source = run.photos, id] { return source.photo(id); });
+    visibility::ViewVisibility& visible = buffers[n % 2];
+    visibility.classify(input.scene.views[index(id)], id, photos.exclusion(id).get(), visible);
+    if (steps.drawn) steps.drawn(id, visible);
+    if (costs.valid()) costs.get();
+    costs = std::async(policy,
+                       [&steps, &visible, id, photo = decoded.share()] { steps.decoded(id, *photo.get(), visible); });
+  }
+  if (costs.valid()) costs.get();
+  return device ? std::optional(device->info()) : std::nullopt;
+}
+
+}  // namespace gpvc::pipeline

@@ -1,0 +1,50 @@
+// The files of textured tiles.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "../../io/images.h"
+#include "../../io/textured_model.h"
+#include "../pipeline/page_sink.h"
+#include "../pipeline/settings.h"
+
+namespace gpvc::tileset {
+
+/// The pages of an atlas as files, for tiles that are written when all are there. Borrows the settings.
+class PageFiles final : public pipeline::PageSink {
+ public:
+  /// \param prefix of the files' names
+  PageFiles(std::filesystem::path folder, std::string prefix, const pipeline::OutputSettings& settings,
+            io::ColorProfile profile);
+  void begin(const atlas::AtlasEstimate& size) override;
+  void take_page(std::size_t number, Image page) override;
+  std::span<const io::PageFile> files() const { return files_; }
+  void remove() noexcept;
+
+ private:
+  std::filesystem::path folder_;
+  std::string prefix_;
+  const pipeline::OutputSettings& settings_;
+  io::ColorProfile profile_;
+  std::vector<io::PageFile> files_;
+};
+
+/// Some faces of a model with their vertices, texture coordinates and pages.
+struct TileModel {
+  Mesh mesh;
+  io::TexturedModel model;  ///< model.mesh is null: set it to &mesh once this value no longer moves
+  std::vector<io::PageFile> pages;
+};
+/// \param drop leaves faces out
+TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t> faces,
+                     std::span<const io::PageFile> pages, const std::function<bool(std::uint32_t)>& drop);
+
+/// Writes NAME.glb; changes the tile, which has the coordinates of the scene from then on. \param compress its geometry. Throws
+/// OutputError.
+void write_tile(const std::filesystem::path& glb, TileModel& tile, const io::ModelOptions& options, bool compress);
+
+}  // namespace gpvc::tileset

@@ -1,0 +1,38 @@
+// The members of a scene's and a model's structs, for what is stored or hashed (members.h).
+#pragma once
+
+#include "members.h"
+#include "scene.h"
+#include "textured_model.h"
+#include "view_rules.h"
+
+namespace gpvc {
+
+GPVC_MEMBERS(WorldPoint, x, y, z)
+GPVC_MEMBERS(Pose, rotation, centre)
+GPVC_MEMBERS(Motion, across, down, turn, step, nearness)
+GPVC_MEMBERS(Distortion, k1, k2, p1, p2, k3, max_r2, model, k4, d1, d2, d3, p3, p4, s1, s2, skew, omega, k5, k6, s3, s4,
+             alpha, beta, a1, a2, a3, motion, lens_from_frame, max_angle)
+GPVC_MEMBERS(Camera, width, height, fx, fy, cx, cy, distortion)
+GPVC_MEMBERS(View, name, photo, camera, pose, mask, uses_alpha, reduction, number)
+GPVC_MEMBERS(SceneFrame, name, rotation, origin, scale, srs)
+GPVC_MEMBERS(Scene, source, views, srs, offset, other_frames, reference, format, warnings, read_from, files)
+GPVC_MEMBERS(Mesh, positions, faces, source_face, file_positions, file_srs, warnings)
+
+}  // namespace gpvc
+
+namespace gpvc::io {
+
+GPVC_MEMBERS(BoxRegion, low, high)
+GPVC_MEMBERS(GroundRegion, corners, low, high)
+GPVC_MEMBERS(FaceRegion, ranges)
+GPVC_MEMBERS(TexCoord, u, v)
+// Without its mesh, which is borrowed.
+template <Like<TexturedModel> Model>
+auto members_of(Model& model) {
+  auto& [mesh, texcoords, face_texcoords, face_page] = model;
+  return std::tie(texcoords, face_texcoords, face_page);
+}
+GPVC_MEMBERS(ModelOptions, offset, up, srs, srs_offset, normals, pageless_faces, buffer_limit_bytes)
+
+}  // namespace gpvc::io
