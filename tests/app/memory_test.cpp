@@ -52,8 +52,8 @@ TEST(AvailableMemory, KnowsGroupsOfVersionOne) {
 }
 
 TEST(ReadableBytes, HasAUnit) {
-  EXPECT_EQ(readable_bytes(639.2e6), "640 MB");
-  EXPECT_EQ(readable_bytes(3.24e9), "3.2 GB");
+  EXPECT_EQ(results::readable_bytes(639.2e6), "640 MB");
+  EXPECT_EQ(results::readable_bytes(3.24e9), "3.2 GB");
 }
 
 class MemoryPlanTest : public testing::Test {
