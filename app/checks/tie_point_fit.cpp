@@ -43,7 +43,7 @@ TiePointFit::TiePointFit(const Input& input, results::Observer& observer) : inpu
   try {
     points_ = io::read_tie_points(input.scene, kMost);
   } catch (const InputError& error) {
-    observer.warning(std::string(error.what()) + "; its points are not compared with the mesh");
+    observer.warning(std::string(error.what()) + "; its points are not compared with the mesh", error.cures());
   }
   std::ranges::stable_sort(points_, {}, &io::TiePoint::a);
 }

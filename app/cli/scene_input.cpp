@@ -43,9 +43,9 @@ void check_fit(const SceneInput& input, SceneInputData& data, RunRecord& record)
   try {
     checks::check_input(data.input(), record);
   } catch (const InputError& error) {
-    const std::string ways = checks::ways_out(data.scene);
-    if (ways.empty() || !input.mesh_crs.empty()) throw;
-    throw std::runtime_error(fmt::format("{}; {}", error.what(), ways));
+    const Remark ways = checks::ways_out(data.scene);
+    if (ways.text.empty() || !input.mesh_crs.empty()) throw;
+    throw Error(fmt::format("{}; {}", error.what(), ways.text), ways.cures, error.measures());
   }
 }
 
@@ -104,8 +104,8 @@ void check_photos(const SceneInputData& input) {
 }
 
 void match_frames(const SceneInput& input, SceneInputData& data, results::Observer& observer) {
-  const std::string assumed = checks::match_frames(data.scene, data.mesh, data.used, input.mesh, input.mesh_crs);
-  if (!assumed.empty()) observer.warning(assumed);
+  const Remark assumed = checks::match_frames(data.scene, data.mesh, data.used, input.mesh, input.mesh_crs);
+  if (!assumed.text.empty()) observer.warning(assumed.text, assumed.cures);
   checks::set_nearness(data.scene, data.mesh);
 }
 

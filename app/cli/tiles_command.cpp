@@ -139,6 +139,7 @@ void run_tiles(const TilesOptions& options, Console& console) {
 
 void run_unit(const UnitOptions& options, Console& console) {
   if (options.names.empty() != options.all) throw UsageError("gpvc unit takes the names of units, or --all");
+  console.speak_of_job();
   TilesOptions made = options_of_job(options.job);
   pipeline::Settings& texture = made.settings.tileset.texture;
   texture.memory_bytes = options.memory_bytes;

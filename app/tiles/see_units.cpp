@@ -209,7 +209,7 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
         100 * pipeline::kLeastSeen);
     const bool all_views = 2 * job_.views.size() >= job_.scene.views.size();
     if (all_views && !settings_.allow_unseen)
-      throw InputError(job_.scene.source, "", found + " A job made with --allow-unseen textures all the same");
+      throw InputError(job_.scene.source, "", found, {Cure::allow_unseen}, {{"seen_share", sample.seen_share()}});
     observer_.warning(found);
   }
   const labeling::PhotoJudgement photos = sample.judge(settings_.costs, job_.scene);
@@ -220,11 +220,12 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
     const std::string found = fmt::format("{} of {} photos agree with the others no better than chance: {}",
                                           wrong.size(), photos.agreement.size(), results::readable_list(wrong, 5));
     if (labeling::mostly_by_chance(photos.agreement) && !settings_.costs.keep_views)
-      throw InputError(job_.scene.source, "",
-                       found +
-                           "; mesh, poses and photos do not fit together; a job made with "
-                           "--keep-views textures all the same");
-    observer_.warning(found + (settings_.costs.keep_views ? "" : "; they are left out"));
+      throw InputError(job_.scene.source, "", found + "; mesh, poses and photos do not fit together",
+                       {Cure::keep_views},
+                       {{"agreement.by_chance", static_cast<double>(wrong.size())},
+                        {"agreement.judged", static_cast<double>(photos.agreement.size())}});
+    observer_.warning(found + (settings_.costs.keep_views ? "" : "; they are left out"),
+                      settings_.costs.keep_views ? std::vector<Cure>{} : std::vector{Cure::keep_views});
   }
   keep(unit, "photos", key, [&](Writer& out) { write_judgement(out, photos); });
   observer_.end(fmt::format("{} photos", photos.agreement.size()));
