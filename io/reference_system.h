@@ -18,7 +18,7 @@ inline constexpr const char* kGeocentric = "EPSG:4978";
 enum class HeightsAbove { own_ellipsoid, ellipsoid_of_target };
 
 /// Takes points from one system to another. Systems are what PROJ reads: EPSG:25832, a WKT, a PROJ string. x is east or
-/// longitude in degrees, y north or latitude. Throws std::runtime_error: one sentence that names the system that is unknown, or the first point that lies
+/// longitude in degrees, y north or latitude. Throws Error: one sentence that names the system that is unknown, or the first point that lies
 /// beyond what can be projected. O(points).
 void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points,
                       HeightsAbove heights = HeightsAbove::own_ellipsoid);
@@ -31,7 +31,7 @@ struct SystemName {
 /// What PROJ calls a system. Empty for text that it does not know as one.
 SystemName system_name(const std::string& system);
 
-/// The UTM zone of a geocentric point, as EPSG:326NN or EPSG:327NN. Throws std::runtime_error.
+/// The UTM zone of a geocentric point, as EPSG:326NN or EPSG:327NN. Throws Error.
 std::string utm_zone(const WorldPoint& geocentric);
 
 }  // namespace gpvc::io

@@ -2,20 +2,21 @@
 #pragma once
 
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "../io/error.h"
 
 namespace gpvc::visibility {
 
 /// An OpenGL or EGL call failed, or there is no device. Says which call or stage, the code and the driver's log.
-class GpuError : public std::runtime_error {
+class GpuError : public Error {
  public:
-  using std::runtime_error::runtime_error;
+  using Error::Error;
 };
 
 struct DeviceInfo {
-  int index = 0;          ///< what --device takes
+  int index = 0;          ///< what GraphicsDevice takes
   std::string renderer;   ///< GL_RENDERER
   std::string driver;     ///< GL_VERSION
   bool software = false;  ///< a CPU rasterizer (llvmpipe)

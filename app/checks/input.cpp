@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
 #include <string>
 
 #include "app/checks/frame_check.h"
@@ -32,8 +31,8 @@ void check_input(const Input& input, results::Observer& observer) {
 
 void match(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const MeshOrigin& origin,
            results::Observer& observer) {
-  const std::string assumed = match_frames(scene, mesh, used, origin.file, origin.crs);
-  if (!assumed.empty()) observer.warning(assumed);
+  const Remark assumed = match_frames(scene, mesh, used, origin.file, origin.crs);
+  if (!assumed.text.empty()) observer.warning(assumed.text, assumed.cures);
   set_nearness(scene, mesh);
 }
 
@@ -43,9 +42,9 @@ void prepare(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const MeshO
   try {
     check_input({scene, mesh, used, origin.file}, observer);
   } catch (const InputError& error) {
-    const std::string ways = ways_out(scene);
-    if (ways.empty() || !origin.crs.empty()) throw;
-    throw std::runtime_error(fmt::format("{}; {}", error.what(), ways));
+    const Remark ways = ways_out(scene);
+    if (ways.text.empty() || !origin.crs.empty()) throw;
+    throw Error(fmt::format("{}; {}", error.what(), ways.text), ways.cures, error.measures());
   }
 }
 

@@ -236,12 +236,12 @@ std::string named(const std::string& crs, io::HeightsAbove heights, const Scene&
 
 }  // namespace
 
-std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const fs::path& mesh_file,
-                         const std::string& mesh_crs) {
+Remark match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used, const fs::path& mesh_file,
+                    const std::string& mesh_crs) {
   if (!mesh_crs.empty()) {
     if (scene.srs.empty())
       throw InputError(scene.source, "",
-                       "names no reference system, so a mesh cannot be brought from another one (--mesh-crs) to it");
+                       "names no reference system, so a mesh cannot be brought from another one to it");
     const io::HeightsAbove heights = heights_of(mesh_crs, scene, used, thinned(mesh));
     try {
       take_mesh_from(mesh_crs, scene, heights, mesh);
@@ -251,9 +251,10 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
       throw InputError(mesh_file, "", fmt::format("cannot be brought to the scene's {}: {}", scene.srs, error.what()));
     }
     return heights == io::HeightsAbove::own_ellipsoid
-               ? ""
-               : fmt::format("the mesh fits the cameras if its coordinates are those of {}: they are taken for that",
-                             named(mesh_crs, heights, scene));
+               ? Remark{}
+               : Remark{fmt::format(
+                     "the mesh fits the cameras if its coordinates are those of {}: they are taken for that",
+                     named(mesh_crs, heights, scene))};
   }
   Mesh few = thinned(mesh);
   if (few.faces.empty()) return {};
@@ -264,22 +265,22 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
     if (fits(scene, turned, used) &&
         (!fits_own || agreement(scene, turned, used) > kClearly * agreement(scene, few, used))) {
       turn_z_up(mesh.positions);
-      return "the mesh has y up, as glTF asks, and fits the cameras with z up: it is turned";
+      return {"the mesh has y up, as glTF asks, and fits the cameras with z up: it is turned"};
     }
   }
   if (const SceneFrame* frame = best_frame(scene, few, used, fits_own)) {
     const std::string own = scene.srs.empty() ? "their own coordinates" : scene.srs;
-    const std::string text =
+    std::string text =
         fits_own
             ? fmt::format("the mesh fits the cameras better in {} than in {}: they are taken there", frame->name, own)
             : fmt::format("the mesh does not fit the cameras in {}, but in {}: they are taken there", own, frame->name);
     take_cameras_to(SceneFrame(*frame), scene);
-    return text;
+    return {std::move(text)};
   }
   if (fits_own) return {};
   if (const auto origin = io::read_mesh_origin(mesh_file); origin && take_mesh_from(*origin, scene, used, few, mesh))
-    return fmt::format("the mesh fits the cameras with the origin that {} states: its coordinates are taken for that",
-                       origin->file.string());
+    return {fmt::format("the mesh fits the cameras with the origin that {} states: its coordinates are taken for that",
+                        origin->file.string())};
   std::vector<std::string> systems;
   if (!scene.reference.empty()) systems.push_back(scene.reference);
   if (is_geocentric(scene)) systems.push_back(io::utm_zone(mean_centre(scene, used)));
@@ -287,10 +288,9 @@ std::string match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used,
     const io::HeightsAbove heights = heights_of(crs, scene, used, few);
     if (agreement_from(crs, scene, used, few, heights) == 0) continue;
     take_mesh_from(crs, scene, heights, mesh);
-    return fmt::format(
-        "the mesh fits the cameras in {} if its coordinates are those of {}: they are taken for that (--mesh-crs names "
-        "another system)",
-        scene.srs, named(crs, heights, scene));
+    return {fmt::format("the mesh fits the cameras in {} if its coordinates are those of {}: they are taken for that",
+                        scene.srs, named(crs, heights, scene)),
+            {Cure::name_mesh_crs}};
   }
   return {};
 }
@@ -299,11 +299,12 @@ bool fits_cameras(const Scene& scene, const Mesh& mesh, std::span<const ViewId> 
   return fits(scene, thinned(mesh), used);
 }
 
-std::string ways_out(const Scene& scene) {
+Remark ways_out(const Scene& scene) {
   if (!is_geocentric(scene)) return {};
-  return "the scene is georeferenced, with cameras in geocentric coordinates (EPSG:4978): export the mesh in those, in "
-         "the chunk's local ones, without an offset, or name its reference system by --mesh-crs EPSG:NUMBER; or export "
-         "the cameras as BlocksExchange XML in the mesh's system";
+  return {
+      "the scene is georeferenced, with cameras in geocentric coordinates (EPSG:4978): export the mesh in those or in "
+      "the chunk's local ones, without an offset, or export the cameras as BlocksExchange XML in the mesh's system",
+      {Cure::name_mesh_crs}};
 }
 
 }  // namespace gpvc::checks

@@ -25,10 +25,10 @@ void report_unseen(const Input& input, bool allow, std::span<const labeling::Fac
   if (allow || 2 * input.views.size() < input.scene.views.size())
     return observer.warning(found + "; are mesh and cameras in the same coordinates?");
   const std::string explanation = fitting_hypothesis(input, photos, observer);
-  throw InputError(input.mesh_file, "",
-                   found +
-                       (explanation.empty() ? "; are mesh and cameras in the same coordinates?" : ": " + explanation) +
-                       "; --allow-unseen textures all the same");
+  throw InputError(
+      input.mesh_file, "",
+      found + (explanation.empty() ? "; are mesh and cameras in the same coordinates?" : ": " + explanation),
+      {Cure::allow_unseen}, {{"seen_share", static_cast<double>(seen + partial) / static_cast<double>(tags.size())}});
 }
 
 // Wrong photos or poses must not become a texture without a word.
@@ -51,16 +51,19 @@ void report_agreement(const Input& input, bool keep, std::span<const labeling::V
   const std::string found = fmt::format("{} of {} photos agree with the others no better than chance: {}", wrong.size(),
                                         correlations.size(), results::readable_list(wrong, 5));
   if (!labeling::mostly_by_chance(agreement))
-    return observer.warning(found + "; do they belong to other poses, or are they turned?" +
-                            (keep ? "" : " They are left out; --keep-views uses them"));
+    return observer.warning(
+        found + "; do they belong to other poses, or are they turned?" + (keep ? "" : " They are left out"),
+        keep ? std::vector<Cure>{} : std::vector{Cure::keep_views});
   if (keep) return observer.warning(found + "; mesh, poses and photos do not fit together");
   const std::string explanation = fitting_hypothesis(input, photos, observer);
   throw InputError(input.mesh_file, "",
                    found + "; mesh, poses and photos do not fit together: " +
                        (explanation.empty()
                             ? "photos of other poses or turned ones, inverse poses, another lens, or a mesh elsewhere"
-                            : explanation) +
-                       "; --keep-views textures all the same");
+                            : explanation),
+                   {Cure::keep_views},
+                   {{"agreement.by_chance", static_cast<double>(wrong.size())},
+                    {"agreement.judged", static_cast<double>(correlations.size())}});
 }
 
 std::string shift_explanation(const Input& input, std::span<const io::TiePoint> points) {
@@ -106,15 +109,15 @@ void report_fits(const Input& input, bool keep, std::span<const labeling::ViewAg
   if (!keep && explanation.empty())
     explanation = fitting_hypothesis(input, evidence.previews, observer, doubts.empty() ? kWithoutJudgement : kClearly);
   if (!explanation.empty())
-    throw InputError(
-        input.mesh_file, "",
-        found + "; the mesh is not where the photos show it: " + explanation + "; --keep-views textures all the same");
+    throw InputError(input.mesh_file, "", found + "; the mesh is not where the photos show it: " + explanation,
+                     {Cure::keep_views}, {{"fit.share", fit.photos.share}, {"fit.error", fit.photos.error}});
   if (doubts.empty()) return observer.note(found + " whether the mesh lies where they show it");
-  observer.warning(found + (elsewhere_for_one
-                                ? "; the mesh seems to be moved, scaled, turned or mirrored against the poses, or the "
-                                  "lens is another: see gpvc inspect --check --picture"
-                                : "; is the mesh moved, scaled or turned against the poses, or does it lack much of "
-                                  "what they show?"));
+  observer.warning(
+      found + (elsewhere_for_one ? "; the mesh seems to be moved, scaled, turned or mirrored against the poses, or the "
+                                   "lens is another"
+                                 : "; is the mesh moved, scaled or turned against the poses, or does it lack much of "
+                                   "what they show?"),
+      {Cure::look_at_fit});
 }
 
 // Warns of photos of which no view sees a face: that a panorama's view to the sky sees none is no reason for doubt.

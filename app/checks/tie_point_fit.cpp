@@ -44,7 +44,7 @@ std::vector<io::TiePoint> read_tie_points(const Scene& scene, results::Observer&
   try {
     return io::read_tie_points(scene, kMost);
   } catch (const InputError& error) {
-    observer.warning(std::string(error.what()) + "; its points are not compared with the mesh");
+    observer.warning(std::string(error.what()) + "; its points are not compared with the mesh", error.cures());
     return {};
   }
 }

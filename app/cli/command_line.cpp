@@ -85,6 +85,8 @@ int run_guarded(const CommonOptions& common, const std::function<void(Console&)>
                        ? "no further thread could be started: memory or the number of processes is limited; try fewer "
                          "--threads"
                        : e.what());
+  } catch (const Error& e) {
+    console->error(e.what(), e.cures());
   } catch (const std::exception& e) {
     console->error(e.what());
   }

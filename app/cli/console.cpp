@@ -13,6 +13,7 @@
 #include <fstream>
 #include <string_view>
 
+#include "app/cli/cures.h"
 #include "io/error.h"
 
 namespace gpvc::cli {
@@ -109,8 +110,12 @@ bool Console::results_were_lost() {
 
 void Console::note(const std::string& text) { say(spdlog::level::info, loudness_ != Loudness::quiet, text); }
 void Console::detail(const std::string& text) { say(spdlog::level::debug, loudness_ == Loudness::verbose, text); }
-void Console::warning(const std::string& text) { say(spdlog::level::warn, true, text, "gpvc: warning: "); }
-void Console::error(const std::string& text) { say(spdlog::level::err, true, text, "gpvc: error: "); }
+void Console::warning(const std::string& text, std::span<const Cure> cures) {
+  say(spdlog::level::warn, true, with_cures(text, cures, of_job_), "gpvc: warning: ");
+}
+void Console::error(const std::string& text, std::span<const Cure> cures) {
+  say(spdlog::level::err, true, with_cures(text, cures, of_job_), "gpvc: error: ");
+}
 
 // `level`: of spdlog, whose headers stay out of ours.
 void Console::say(int level, bool shown, const std::string& text, const char* prefix) {

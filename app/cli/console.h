@@ -5,8 +5,11 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <system_error>
+
+#include "io/error.h"
 
 namespace spdlog {
 class logger;
@@ -30,11 +33,14 @@ class Console {
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
 
-  void result(const std::string& text);   ///< stdout: the command's result
-  void note(const std::string& text);     ///< stderr, unless quiet
-  void detail(const std::string& text);   ///< stderr when verbose
-  void warning(const std::string& text);  ///< stderr, always
-  void error(const std::string& text);    ///< stderr, always: "gpvc: error: ..."
+  void result(const std::string& text);  ///< stdout: the command's result
+  void note(const std::string& text);    ///< stderr, unless quiet
+  void detail(const std::string& text);  ///< stderr when verbose
+  /// stderr, always, with what can be done about it: "gpvc: warning: ..."
+  void warning(const std::string& text, std::span<const Cure> cures = {});
+  void error(const std::string& text, std::span<const Cure> cures = {});
+  /// From now on cures speak of the options that the job of this run was made with, see with_cures().
+  void speak_of_job() { of_job_ = true; }
   void interrupted() {
     std::error_code ignored;
     error("interrupted; " + (std::filesystem::exists(kept_in_, ignored) ? kept_ : "nothing was written"));
@@ -62,6 +68,7 @@ class Console {
   std::mutex mutex_;
   Loudness loudness_;
   bool terminal_ = false, status_shown_ = false;
+  bool of_job_ = false;
   bool published_ = false, lost_ = false, reader_ended_ = false;
   std::chrono::steady_clock::time_point last_status_;
   std::filesystem::path kept_in_;

@@ -134,13 +134,12 @@ class Conversion {
       for (const std::string& warning : mesh.warnings)
         record_.warning(fmt::format("{}: {}", options_.input.mesh.string(), warning));
       const bool has_frames = !scene_.other_frames.empty();
-      const std::string assumed =
-          checks::match_frames(scene_, mesh, used_, options_.input.mesh, options_.input.mesh_crs);
-      if (!assumed.empty()) record_.warning(assumed);
+      const Remark assumed = checks::match_frames(scene_, mesh, used_, options_.input.mesh, options_.input.mesh_crs);
+      if (!assumed.text.empty()) record_.warning(assumed.text, assumed.cures);
       checks::check_frames(mesh, options_.input.mesh, scene_, used_);
       checks::set_nearness(scene_, mesh);
       const bool cameras_moved = has_frames && scene_.other_frames.empty();
-      if (!mesh.file_positions.empty() || (!assumed.empty() && !cameras_moved))
+      if (!mesh.file_positions.empty() || (!assumed.text.empty() && !cameras_moved))
         record_.warning("only cameras are written: in their coordinates the mesh has to be moved as it was here");
     }
     if (options_.input.mesh.empty() && !scene_.other_frames.empty()) {

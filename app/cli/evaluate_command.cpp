@@ -113,12 +113,13 @@ Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
   for (std::uint32_t v = 0; v < needed.size(); ++v)
     if (needed[v]) used.push_back(ViewId{v});
   const std::string& crs = options.input.mesh_crs;
-  std::string of_mesh;
+  Remark of_mesh;
   if (mesh) of_mesh = checks::match_frames(scene, *mesh, used, mesh_file, crs);
-  if (!of_mesh.empty()) record.warning(of_mesh);
+  if (!of_mesh.text.empty()) record.warning(of_mesh.text, of_mesh.cures);
   if (mesh) scene.other_frames.clear();  // cameras stay where the mesh is
-  const std::string of_model = evaluate::place_model(options.model, mesh_file, crs, used, scene, model);
-  if (!of_model.empty() && of_model != of_mesh) record.warning(fmt::format("{}: {}", options.model.string(), of_model));
+  const Remark of_model = evaluate::place_model(options.model, mesh_file, crs, used, scene, model);
+  if (!of_model.text.empty() && of_model.text != of_mesh.text)
+    record.warning(fmt::format("{}: {}", options.model.string(), of_model.text), of_model.cures);
   // What the photos are compared with must not depend on a model where there is the mesh.
   if (mesh)
     checks::set_nearness(scene, *mesh);

@@ -123,7 +123,7 @@ void print_estimate(const SceneInputData& in, int threads, Console& console) {
                                results::readable_bytes(pipeline::plan_memory(input, settings).peak()),
                                results::readable_duration(pipeline::predicted_seconds(work, threads)), threads));
   } catch (const pipeline::MemoryError& error) {
-    console.warning(error.what());
+    console.warning(error.what(), error.cures());
   }
 }
 
@@ -163,7 +163,7 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
     const std::string lenses = checks::check_lenses(in.scene, in.used);
     if (!lenses.empty()) console.warning(lenses);
   } catch (const InputError& error) {
-    console.warning(error.what());
+    console.warning(error.what(), error.cures());
   }
 }
 

@@ -85,7 +85,7 @@ void run_command(const std::string& name, const CommandOptions& options, Console
     folder.publish();
     console.note_published();
   } catch (const OutputError& e) {
-    throw std::runtime_error(folder.with_final_names(e.what()));
+    throw Error(folder.with_final_names(e.what()), e.cures(), e.measures());
   }
   if (!facts.result.empty()) console.result(facts.result);
   if (!facts.failure.empty()) throw std::runtime_error(facts.failure);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/cli/options.h"
 #include "app/evaluate/json.h"
@@ -26,7 +27,7 @@ class RunRecord final : public evaluate::RunLog {
   void end(const std::string& summary) override;
   void note(const std::string& text) override { console.note(text); }
   void detail(const std::string& text) override { console.detail(text); }
-  void warning(const std::string& text) override { console.warning(text); }
+  void warning(const std::string& text, const std::vector<Cure>& cures = {}) override { console.warning(text, cures); }
   void check_cancelled() override;
 
   Console& console;

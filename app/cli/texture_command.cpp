@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "app/cli/cures.h"
 #include "app/cli/scene_input.h"
 #include "app/cli/setting_options.h"
 #include "app/pipeline/memory.h"
@@ -109,7 +110,7 @@ void run_texture(const TextureOptions& options, Console& console) {
     } catch (const pipeline::MemoryError& too_little) {
       if (needs_one_model(options)) throw;
       record.warning(fmt::format("{}. It goes on in tiles, one after another: the result is tileset.json{}",
-                                 too_little.what(), without_in_tiles(options)));
+                                 with_cures(too_little.what(), too_little.cures()), without_in_tiles(options)));
       folder.start_over();
       write_views(in, folder);
       tiles::texture_in_tiles(run, program_version(), folder);

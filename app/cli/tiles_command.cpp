@@ -126,6 +126,7 @@ void run_tiles(const TilesOptions& options, Console& console) {
 
 void run_unit(const UnitOptions& options, Console& console) {
   if (options.names.empty() != options.all) throw UsageError("gpvc unit takes the names of units, or --all");
+  console.speak_of_job();
   check_program(options.job);
   RunRecord record(console);
   std::optional<results::FolderLock> driver;

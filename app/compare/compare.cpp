@@ -74,7 +74,7 @@ class ModeLog final : public evaluate::RunLog {
   }
   void note(const std::string& text) override { whole_.note(text); }
   void detail(const std::string& text) override { whole_.detail(text); }
-  void warning(const std::string& text) override { whole_.warning(text); }
+  void warning(const std::string& text, const std::vector<Cure>& cures = {}) override { whole_.warning(text, cures); }
   void stage_figure(const std::string& name, const results::Figure& value) override {
     whole_.stage_figure(name, value);
   }
@@ -131,7 +131,7 @@ std::unique_ptr<KnownTruth> find_truth(const Run& run) {
     return truth;
   } catch (const InputError& error) {
     if (run.settings.truth) throw;
-    run.observer.warning(fmt::format("the truth beside the scene is not used: {}", error.what()));
+    run.observer.warning(fmt::format("the truth beside the scene is not used: {}", error.what()), error.cures());
     return nullptr;
   }
 }
@@ -331,9 +331,9 @@ void measure_external(const Run& run, const Yardsticks& with, const ExternalMode
   Scene cameras = run.scene();
   cameras.other_frames.clear();  // it is the model that has to come to where cameras and mesh are
   const checks::Input& input = run.in.input;
-  const std::string assumed =
+  const Remark assumed =
       evaluate::place_model(external.file, input.mesh_file, run.settings.mesh_crs, input.views, cameras, loaded);
-  if (!assumed.empty()) log.warning(fmt::format("{}: {}", external.name, assumed));
+  if (!assumed.text.empty()) log.warning(fmt::format("{}: {}", external.name, assumed.text), assumed.cures);
   score_model(run, with, {loaded.model, loaded.pages, loaded.offset, nullptr, external.file}, number, log, result);
 }
 
@@ -378,7 +378,9 @@ std::vector<MeasuredModel> measure_all(const Run& run, const Yardsticks& with) {
     } catch (const std::exception& error) {
       model.json["status"] = "failed";
       model.json["error"] = error.what();
-      run.observer.warning(fmt::format("{} failed, the others go on: {}", name, error.what()));
+      const auto* ours = dynamic_cast<const Error*>(&error);
+      run.observer.warning(fmt::format("{} failed, the others go on: {}", name, error.what()),
+                           ours != nullptr ? ours->cures() : std::vector<Cure>());
     }
     models.push_back(std::move(model));
   };

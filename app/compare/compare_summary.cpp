@@ -36,10 +36,10 @@ Json read_report(const std::filesystem::path& file) {
   };
   const bool ours = has_text(report, "format") && report["format"] == "gpvc-compare/1" && report.contains("scene") &&
                     has_text(report["scene"], "name") && report.contains("modes") && report["modes"].is_array();
-  if (!ours) throw InputError(file, "", "is not a report.json of gpvc compare");
+  if (!ours) throw InputError(file, "", "is not the report.json of a comparison");
   for (const Json& mode : report["modes"])
     if (!has_text(mode, "name") || !mode.contains("epsilon"))
-      throw InputError(file, "", "has a mode without a name or an epsilon; it is not as gpvc compare wrote it");
+      throw InputError(file, "", "has a mode without a name or an epsilon; it is not as the comparison wrote it");
   return report;
 }
 

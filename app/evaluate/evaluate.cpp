@@ -42,13 +42,13 @@ io::LoadedModel read_model_with_texture(const fs::path& file) {
   return model;
 }
 
-std::string place_model(const fs::path& file, const fs::path& mesh_file, const std::string& mesh_crs,
-                        std::span<const ViewId> used, Scene& scene, io::LoadedModel& model) {
+Remark place_model(const fs::path& file, const fs::path& mesh_file, const std::string& mesh_crs,
+                   std::span<const ViewId> used, Scene& scene, io::LoadedModel& model) {
   std::vector<WorldPoint>& positions = model.mesh.positions;
   for (WorldPoint& p : positions) p = p + model.offset;
   const bool is_there = !mesh_crs.empty() && checks::fits_cameras(scene, model.mesh, used);
-  std::string assumed = checks::match_frames(scene, model.mesh, used, file, is_there ? std::string() : mesh_crs);
-  if (assumed.empty() && mesh_crs.empty() && !mesh_file.empty())
+  Remark assumed = checks::match_frames(scene, model.mesh, used, file, is_there ? std::string() : mesh_crs);
+  if (assumed.text.empty() && mesh_crs.empty() && !mesh_file.empty())
     assumed = checks::match_frames(scene, model.mesh, used, mesh_file);
   // Small numbers again where the offset still means something: match_model() takes their rounding from them.
   if (!model.mesh.file_positions.empty())

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/evaluate/rephotography.h"
+#include "io/error.h"
 #include "io/photos.h"
 #include "io/progress.h"
 #include "io/textured_model.h"
@@ -40,10 +41,10 @@ Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io:
 
 /// Brings a model into the scene's coordinates or the cameras to it, as checks::match_frames() does with a mesh, by its
 /// own file or, where that says nothing, by the file of the mesh that it was made from (empty: none).
-/// A model that fits the cameras as it is stays there even with `mesh_crs`: tiles have the scene's coordinates. Returns a sentence that says what was assumed; empty: nothing. Throws what match_frames() throws.
-std::string place_model(const std::filesystem::path& file, const std::filesystem::path& mesh_file,
-                        const std::string& mesh_crs, std::span<const ViewId> used, Scene& scene,
-                        io::LoadedModel& model);
+/// A model that fits the cameras as it is stays there even with `mesh_crs`: tiles have the scene's coordinates. Remarks
+/// what was assumed. Throws what match_frames() throws.
+Remark place_model(const std::filesystem::path& file, const std::filesystem::path& mesh_file,
+                   const std::string& mesh_crs, std::span<const ViewId> used, Scene& scene, io::LoadedModel& model);
 
 /// read_textured_model(), which also throws InputError for a model without a textured face.
 io::LoadedModel read_model_with_texture(const std::filesystem::path& file);

@@ -31,7 +31,7 @@ static_assert(number_of(0xFFFFFF) > kMostSurfaces, "white means mixed");
 nlohmann::json read_json(const fs::path& file) {
   io::refuse_special_file(file);
   std::ifstream in(file);
-  if (!in) throw InputError(file, "", "cannot be read; a synthetic scene's folder, made by `gpvc synth`, is expected");
+  if (!in) throw InputError(file, "", "cannot be read; a synthetic scene's folder is expected", {Cure::synthesize});
   try {
     return nlohmann::json::parse(in);
   } catch (const nlohmann::json::exception& e) {

@@ -16,8 +16,6 @@ namespace fs = std::filesystem;
 // To be raised when anything that the files hold, as labeling::FaceRecord, takes another form or meaning.
 constexpr std::uint32_t kFormat = 3;
 
-constexpr const char* kAdvice = "texture it again with --editable";
-
 io::WorkKey model_key() {
   io::WorkHash hash;
   hash.add(std::string_view("gpvc edit"));
@@ -44,13 +42,12 @@ void write_result(const char* name, const io::WorkKey& key, OutputFolder& folder
 void read_result(const fs::path& from, const char* name, const io::WorkKey& key,
                  const std::function<void(io::WorkStore::Reader&)>& read) {
   const io::WorkStore store(from);
-  if (!fs::exists(from / "model.obj")) throw InputError(from, "", "holds no result of 'gpvc texture'");
+  if (!fs::exists(from / "model.obj")) throw InputError(from, "", "holds no textured model (model.obj)");
   if (!fs::exists(from / name))
-    throw InputError(from / name, "",
-                     fmt::format("is missing, without which the result cannot be changed; {}", kAdvice));
+    throw InputError(from / name, "", "is missing, without which the result cannot be changed", {Cure::make_editable});
   if (!store.has(name, key))
-    throw InputError(from / name, "", fmt::format("is of another version of gpvc, or of another result; {}", kAdvice));
-  if (!store.read(name, key, read)) throw InputError(from / name, "", fmt::format("is damaged; {}", kAdvice));
+    throw InputError(from / name, "", "is of another version of gpvc, or of another result", {Cure::make_editable});
+  if (!store.read(name, key, read)) throw InputError(from / name, "", "is damaged", {Cure::make_editable});
 }
 
 }  // namespace

@@ -214,12 +214,11 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   const double least = std::max({plan.need.see, plan.need.choose, plan.need.write, plan.need.bake + page});
   const auto most = static_cast<double>(settings.memory_bytes > 0 ? settings.memory_bytes : default_memory_limit());
   if (least > most && most < promised)
-    throw MemoryError(fmt::format(
-        "this run needs about {} of memory, and {} may be used{}: free some, or lower what it needs by --downscale 2, "
-        "fewer --views, or a mesh of fewer faces",
-        results::readable_bytes(least), results::readable_bytes(most),
-        settings.memory_bytes > 0 ? " (--memory)"
-                                  : " (70 % of what is available; --memory SIZE allows another amount)"));
+    throw MemoryError(fmt::format("this run needs about {} of memory, and {} may be used ({})",
+                                  results::readable_bytes(least), results::readable_bytes(most),
+                                  settings.memory_bytes > 0 ? "the limit that is set" : "70 % of what is available"),
+                      {Cure::more_memory, Cure::smaller_photos, Cure::fewer_views, Cure::fewer_faces},
+                      {{"needed_bytes", least}, {"allowed_bytes", most}});
   // Some memory is lost between blocks that are in use: a promise needs a reserve.
   constexpr double kKeep = 0.93;
   // Pages that are baked together save decoding photos again for each of them.

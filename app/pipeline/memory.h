@@ -4,9 +4,9 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 
+#include "../../io/error.h"
 #include "../../visibility/visibility.h"
 #include "../checks/input.h"
 
@@ -42,10 +42,11 @@ MemoryNeed memory_need(const Workload& work);
 /// Wall seconds on so many cores.
 double predicted_seconds(const Workload& work, int threads);
 
-/// There is less memory than a run needs. what() is one sentence that says how much it needs and what lowers that.
-class MemoryError : public std::runtime_error {
+/// There is less memory than a run needs. what() is one sentence that says how much it needs; measures() are needed_bytes
+/// and, where it is known, allowed_bytes.
+class MemoryError : public Error {
  public:
-  using std::runtime_error::runtime_error;
+  using Error::Error;
 };
 
 /// How a run uses its memory. Results do not depend on it.

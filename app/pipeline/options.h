@@ -175,14 +175,14 @@ auto options_of(T& o) {
                         .group = kTexture,
                         .help = "Faces that no photo shows: fill continues the colours around them, drop leaves them "
                                 "out of the GLB (the "
-                                "OBJ keeps every face), color gives them --unseen-color"}),
+                                "OBJ keeps every face), color gives them one colour"}),
       Option(o.unseen_color, {.name = "unseen-color",
                               .affects = page_files,
                               .group = kTexture,
                               .kind = "R,G,B",
                               .least = 0,
                               .most = 255,
-                              .help = "For --unseen color, 0 to 255 each"}),
+                              .help = "The colour of unseen faces that get one, 0 to 255 each"}),
       Option(
           o.seams,
           {.name = "seams",
@@ -294,7 +294,7 @@ auto options_of(T& o) {
                   .affects = nothing,
                   .result = For::one_model,
                   .group = kChanging,
-                  .help = "Also write edit-views.bin and edit-model.bin, with which --from can change the result"})));
+                  .help = "Also write edit-views.bin and edit-model.bin, with which the result can be changed"})));
 }
 
 namespace detail {
@@ -307,8 +307,8 @@ inline constexpr std::size_t kOptions = std::tuple_size_v<decltype(options_of(st
 /// True if each member has an option, of those whose types are `Nested` all of theirs. One that is forgotten would let a run go
 /// on from work that was done with another value.
 template <typename T, typename... Nested>
-inline constexpr bool kListsAll =
-    detail::kOptions<T> == detail::kMembers<T> - sizeof...(Nested) + (detail::kOptions<Nested> + ... + 0);
+inline constexpr bool kListsAll = detail::kOptions<T> ==
+                                  detail::kMembers<T> - sizeof...(Nested) + (detail::kOptions<Nested> + ... + 0);
 static_assert(kListsAll<visibility::VisibilityOptions> && kListsAll<labeling::CostOptions> &&
               kListsAll<labeling::SolverOptions> && kListsAll<atlas::AtlasOptions> && kListsAll<OutputSettings>);
 static_assert(kListsAll<Settings, visibility::VisibilityOptions, labeling::CostOptions, labeling::SolverOptions,

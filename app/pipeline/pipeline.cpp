@@ -131,10 +131,10 @@ TexturedFiles texture_into(const Run& run, OutputFolder& folder) {
   try {
     return texture_within(memory, run, folder);
   } catch (const std::bad_alloc&) {
-    throw MemoryError(
-        fmt::format("out of memory: this run takes about {}, and less was to be had; --memory SIZE keeps it below an "
-                    "amount, and --downscale 2, fewer --views or a mesh of fewer faces lower what it needs",
-                    results::readable_bytes(memory.peak())));
+    throw MemoryError(fmt::format("out of memory: this run takes about {}, and less was to be had",
+                                  results::readable_bytes(memory.peak())),
+                      {Cure::limit_memory, Cure::smaller_photos, Cure::fewer_views, Cure::fewer_faces},
+                      {{"needed_bytes", memory.peak()}});
   }
 }
 

@@ -197,7 +197,12 @@ void report_change(const Change& change, std::size_t free_faces, const atlas::At
 class Remaking final : public PageSink {
  public:
   Remaking(const fs::path& from, const Run& run, const Earlier& earlier, const Change& change, ModelFiles& files)
-      : from_(from), run_(run), earlier_(earlier), change_(change), files_(files) {}
+      : from_(from),
+        run_(run),
+        earlier_(earlier),
+        change_(change),
+        files_(files),
+        beside_(earlier.model.page_sizes.size()) {}
 
   atlas::TextureAtlas make(std::span<const ViewId> labels, OutputFolder& folder) {
     if (change_.faces == 0) return copied();
@@ -219,7 +224,8 @@ class Remaking final : public PageSink {
         all.page_texels += static_cast<std::size_t>(earlier_.model.page_sizes[p][0]) *
                            static_cast<std::size_t>(earlier_.model.page_sizes[p][1]);
     files_.begin(all);
-    beside_ = keep_pages(from_, run_.input.mesh, earlier_.model, change_, run_.settings, files_);
+    std::ranges::move(keep_pages(from_, run_.input.mesh, earlier_.model, change_, run_.settings, files_),
+                      beside_.begin());
   }
   std::future<void> take_model(const io::TexturedModel& made) override {
     model_ = joined(earlier_.model, change_, made);

@@ -5,7 +5,9 @@
 #include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
+#include "../../io/error.h"
 #include "../../io/progress.h"
 
 namespace gpvc::results {
@@ -34,7 +36,8 @@ class Observer {
 
   virtual void note(const std::string& /*text*/) {}
   virtual void detail(const std::string& /*text*/) {}
-  virtual void warning(const std::string& /*text*/) {}
+  /// `cures`: what the caller may do about it; the text names no option of a command line.
+  virtual void warning(const std::string& /*text*/, const std::vector<Cure>& /*cures*/ = {}) {}
 
   /// A figure of the whole run. A dot in the name groups figures: "tags.seen".
   virtual void figure(const std::string& /*name*/, const Figure& /*value*/) {}

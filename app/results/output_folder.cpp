@@ -189,14 +189,13 @@ void OutputFolder::refuse_results_in_the_way(bool force, std::string_view comman
   // Another command's result (a scene, a model) is likely to be the input of something.
   const EarlierResult earlier = earlier_result(out_);
   if (!earlier.command.empty() && earlier.command != command)
-    throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'; choose another folder", earlier.command));
+    throw OutputError(out_, fmt::format("holds the result of 'gpvc {}'", earlier.command), {Cure::other_folder});
   listed_ = earlier.files;
   if (!listed_.empty() && !force)
-    throw OutputError(
-        out_,
-        fmt::format("already holds a result ({}{}); choose another folder, or give --force to replace "
-                    "it when the new one is complete",
-                    *listed_.begin(), repaired ? ", which a killed run had begun to publish and is complete now" : ""));
+    throw OutputError(out_,
+                      fmt::format("already holds a result ({}{})", *listed_.begin(),
+                                  repaired ? ", which a killed run had begun to publish and is complete now" : ""),
+                      {Cure::other_folder, Cure::replace_result});
   for (const std::string& name : listed_) refuse_link(name);
   for (const auto& entry : fs::directory_iterator(out_)) {
     const std::string name = entry.path().filename().string();
@@ -227,16 +226,16 @@ void OutputFolder::refuse_foreign_file(const std::string& name) const {
   const fs::path path = out_ / name;
   if (!fs::exists(fs::symlink_status(path))) return;
   if (!listed_.contains(fs::path(name).lexically_normal().generic_string()))
-    throw OutputError(path, "would be replaced, and belongs to no earlier result; choose another folder");
-  if (fs::is_directory(path)) throw OutputError(path, "is a folder where a file is to be; choose another folder");
+    throw OutputError(path, "would be replaced, and belongs to no earlier result", {Cure::other_folder});
+  if (fs::is_directory(path)) throw OutputError(path, "is a folder where a file is to be", {Cure::other_folder});
 }
 
 void OutputFolder::protect(const std::set<fs::path>& inputs) {
   for (const fs::path& input : inputs) protected_.insert(fs::weakly_canonical(input));
   for (const std::string& name : listed_)
     if (protected_.contains(fs::weakly_canonical(out_ / name)))
-      throw OutputError(out_ / name,
-                        "is read by this run and belongs to the result it would replace; choose another folder");
+      throw OutputError(out_ / name, "is read by this run and belongs to the result it would replace",
+                        {Cure::other_folder});
 }
 
 fs::path OutputFolder::file(const fs::path& relative) {
@@ -272,7 +271,8 @@ void OutputFolder::expect_space(double least, double likely, Observer& observer)
   if (free >= likely) return;
   const std::string has = fmt::format("the disk has {} free", readable_bytes(free));
   if (free < least)
-    throw OutputError(out_, fmt::format("{}, the result takes at least {}", has, readable_bytes(least)));
+    throw OutputError(out_, fmt::format("{}, the result takes at least {}", has, readable_bytes(least)), {},
+                      {{"free_bytes", free}, {"least_bytes", least}});
   observer.warning(fmt::format("{}: {}, and the result may take {}", out_.string(), has, readable_bytes(likely)));
 }
 
@@ -292,7 +292,7 @@ void OutputFolder::publish() {
   for (const std::string& name : promised_) {
     if (!fs::is_regular_file(unfinished_ / name)) throw OutputError(out_ / name, "was not written");
     if (protected_.contains(fs::weakly_canonical(out_ / name)))
-      throw OutputError(out_ / name, "is read by this run and would be replaced; choose another folder");
+      throw OutputError(out_ / name, "is read by this run and would be replaced", {Cure::other_folder});
     refuse_foreign_file(name);
   }
   std::vector<std::string> replaced;

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "app/synth/synth_scene.h"
+#include "io/error.h"
 #include "io/vector.h"
 
 namespace gpvc::synth {
@@ -312,7 +313,7 @@ struct SynthRenderer::State {
 SynthRenderer::SynthRenderer(const SynthScene& scene) : state_(std::make_unique<State>()) {
   // The same instruction set on every x86-64, for the same bits.
   state_->device = rtcNewDevice("isa=sse2");
-  if (state_->device == nullptr) throw std::runtime_error("Embree: no device");
+  if (state_->device == nullptr) throw Error("Embree: no device");
   state_->still.emplace(state_->device, scene);
 }
 

@@ -82,7 +82,7 @@ std::optional<io::WorkKey> JobFolder::key_if_made() const {
 
 io::WorkKey JobFolder::key() const {
   const std::optional<io::WorkKey> key = key_if_made();
-  if (!key) throw InputError(folder_, "", "is no job of gpvc tiles, or one that was not made to its end");
+  if (!key) throw InputError(folder_, "", "is no job of units, or one that was not made to its end", {Cure::make_job});
   return *key;
 }
 
@@ -108,7 +108,7 @@ void JobFolder::keep(const fs::path& folder, const std::string& name, const io::
                      const std::function<void(Writer&)>& write) const {
   io::WorkStore store(folder);
   store.keep(name, key, write);
-  if (const std::optional<std::string> failure = store.failure()) throw std::runtime_error(*failure);
+  if (const std::optional<std::string> failure = store.failure()) throw Error(*failure);
 }
 
 void JobFolder::read(const std::string& unit_name, const std::string& name,
@@ -124,7 +124,7 @@ void JobFolder::read(const std::string& unit_name, const std::string& name,
 
 void JobFolder::read_mesh_file(const std::string& name, const std::function<void(Reader&)>& fill) const {
   if (!io::WorkStore(folder_ / "mesh").read(name, key(), fill))
-    throw InputError(folder_ / "mesh" / name, "", "is missing or damaged; make the job again by gpvc tiles");
+    throw InputError(folder_ / "mesh" / name, "", "is missing or damaged", {Cure::make_job});
 }
 
 }  // namespace gpvc::tiles

@@ -64,8 +64,7 @@ void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
   pipeline::CoverageStore coverage;
   for (TileSight& seen : load_sights(folder_, job_, unit.level, unit.number)) {
     if (!collector.add_statistics(seen.view, seen.statistics))
-      throw InputError(folder_.path(), "unit " + unit.name,
-                       "what views see is of another mesh; make the job again by gpvc tiles");
+      throw InputError(folder_.path(), "unit " + unit.name, "what views see is of another mesh", {Cure::make_job});
     coverage.add(std::make_shared<const pipeline::PackedCoverage>(std::move(seen.coverage)));
     seen = {};
   }

@@ -46,10 +46,10 @@ JobSettings settings_within(const checks::Input& input, const pipeline::Settings
     if (needed <= limit) return fitting;
     least = least == 0 ? needed : std::min(least, needed);
   }
-  throw pipeline::MemoryError(fmt::format(
-      "this run needs about {} of memory even in tiles, and {} may be used: free some, or lower what it needs by "
-      "--downscale 2, or a mesh of fewer faces",
-      results::readable_bytes(least + mesh), results::readable_bytes(allowed)));
+  throw pipeline::MemoryError(fmt::format("this run needs about {} of memory even in tiles, and {} may be used",
+                                          results::readable_bytes(least + mesh), results::readable_bytes(allowed)),
+                              {Cure::more_memory, Cure::smaller_photos, Cure::fewer_faces},
+                              {{"needed_bytes", least + mesh}, {"allowed_bytes", allowed}});
 }
 
 }  // namespace

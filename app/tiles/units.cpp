@@ -67,10 +67,9 @@ UnitResult UnitRunner::run(const Unit& unit) {
   if (folder_.done(unit.name) == key) return UnitResult::was_done;
   const auto most = static_cast<double>(settings_.memory_bytes);
   if (most > 0 && unit.memory_bytes > most && unit.stage != Stage::bake)
-    observer_.warning(fmt::format(
-        "unit {} may take {} of memory, and only units that bake keep to {}: make the job with fewer --tile-faces or "
-        "--unit-views",
-        unit.name, results::readable_bytes(unit.memory_bytes), results::readable_bytes(most)));
+    observer_.warning(fmt::format("unit {} may take {} of memory, and only units that bake keep to {}", unit.name,
+                                  results::readable_bytes(unit.memory_bytes), results::readable_bytes(most)),
+                      {Cure::smaller_tiles, Cure::fewer_unit_views});
   fs::create_directories(folder_.unit(unit.name));
   const results::FolderLock lock(folder_.unit(unit.name));
   if (folder_.done(unit.name) == key) return UnitResult::was_done;  // by another process meanwhile

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "io/error.h"
 #include "io/files/text_scan.h"
 #include "io/number_text.h"
 
@@ -53,9 +54,9 @@ Object object_from(PJ_CONTEXT* context, const std::string& text) {
 Object system_from(PJ_CONTEXT* context, const std::string& text, bool with_heights = true) {
   Object flat = object_from(context, text);
   if (!flat || !proj_is_crs(flat.get()))
-    throw std::runtime_error(short_name(text) +
-                             " is no coordinate reference system that PROJ knows: expected EPSG:NUMBER, a WKT or a "
-                             "PROJ string");
+    throw Error(short_name(text) +
+                " is no coordinate reference system that PROJ knows: expected EPSG:NUMBER, a WKT or a "
+                "PROJ string");
   flat = without_zero_shift(context, std::move(flat));
   const PJ_TYPE type = proj_get_type(flat.get());
   const bool is_flat = type == PJ_TYPE_GEOGRAPHIC_2D_CRS || type == PJ_TYPE_PROJECTED_CRS;
@@ -74,7 +75,7 @@ void transform_points(const std::string& from, const std::string& to, std::span<
                target = system_from(context.get(), to);
   Object raw(proj_create_crs_to_crs_from_pj(context.get(), source.get(), target.get(), nullptr, nullptr));
   const Object way(raw ? proj_normalize_for_visualization(context.get(), raw.get()) : nullptr);
-  if (!way) throw std::runtime_error("PROJ knows no way from " + short_name(from) + " to " + short_name(to));
+  if (!way) throw Error("PROJ knows no way from " + short_name(from) + " to " + short_name(to));
   if (points.empty()) return;
   constexpr std::size_t kStep = sizeof(WorldPoint);
   const std::vector<WorldPoint> before(points.begin(), points.end());
@@ -86,8 +87,8 @@ void transform_points(const std::string& from, const std::string& to, std::span<
   const auto bad = std::find_if_not(points.begin(), points.end(), finite);
   if (bad == points.end()) return;
   const WorldPoint& p = before[static_cast<std::size_t>(bad - points.begin())];
-  throw std::runtime_error("the point (" + shortest_text(p.x) + ", " + shortest_text(p.y) + ", " + shortest_text(p.z) +
-                           ") is none of " + short_name(from));
+  throw Error("the point (" + shortest_text(p.x) + ", " + shortest_text(p.y) + ", " + shortest_text(p.z) +
+              ") is none of " + short_name(from));
 }
 
 SystemName system_name(const std::string& system) {

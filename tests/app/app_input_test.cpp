@@ -3,6 +3,9 @@
 
 #include <algorithm>
 
+#include "app/synth/synth_scene.h"
+#include "io/mesh.h"
+#include "io/vector.h"
 #include "tests/app/app_fixture.h"
 
 namespace gpvc {
@@ -48,6 +51,20 @@ TEST_F(App, RefusesImagesCutInTheMiddle) {
   const std::string text = read_file(images);
   fs::resize_file(images, text.find("nadir_001.jpg") - 20);
   expect_refused("images.txt", "");
+}
+
+// The library says what is wrong, the program which option helps.
+TEST_F(App, NamesTheOptionThatTexturesAMeshOfWhichHardlyAnythingIsSeen) {
+  Mesh large = io::read_mesh(scene_ / "mesh.ply");
+  for (WorldPoint& p : large.positions) p = 1000.0 * p;
+  synth::write_synth_mesh(scene_ / "mesh.ply", large, {});
+  expect_one_sentence(run(texture(out_)), "photos see less than 5 % of the faces",
+                      "; --allow-unseen textures all the same");
+  std::vector<std::string> job = texture(out_);
+  job[0] = "tiles";
+  ASSERT_EQ(run(job).exit_code, 0);
+  expect_one_sentence(run({"unit", out_.string(), "--all"}), "photos see less than 5 % of the faces",
+                      "? A job made with --allow-unseen textures all the same");
 }
 
 // Reading a pipe may wait for ever, and a device may have no end.

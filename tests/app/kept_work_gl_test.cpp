@@ -32,7 +32,7 @@ class Cutter : public results::Observer {
   void figure(const std::string& name, const results::Figure& value) override {
     if (name == "kept.views") views = std::get<std::size_t>(value);
   }
-  void warning(const std::string& text) override { warnings.push_back(text); }
+  void warning(const std::string& text, const std::vector<Cure>& /*cures*/ = {}) override { warnings.push_back(text); }
 
   std::size_t views = 0;
   bool selection_was_kept = false;

@@ -67,7 +67,7 @@ class MeshFrame : public testing::Test {
     return mesh;
   }
   std::string match(Mesh& mesh, const std::string& crs = {}) {
-    return checks::match_frames(scene_, mesh, kUsed, "m.ply", crs);
+    return checks::match_frames(scene_, mesh, kUsed, "m.ply", crs).text;
   }
   // The pixel of a vertex must be what it is in geocentric coordinates.
   void expect_seen_rightly(const Mesh& mesh, double error_px = 1e-4) const {
@@ -108,7 +108,7 @@ TEST_F(MeshFrame, LocalCoordinatesAreTakenToTheOriginThatMetadataStates) {
   Mesh local = utm_;
   for (WorldPoint& p : local.positions) p = {p.x - 700000, p.y - 5600000, p.z - 50};
   const Mesh before = local;
-  const auto match_tile = [&] { return checks::match_frames(scene_, local, kUsed, tile); };
+  const auto match_tile = [&] { return checks::match_frames(scene_, local, kUsed, tile).text; };
   scene_.other_frames.clear();
   EXPECT_EQ(match_tile(), "");
   const std::string xml =
@@ -133,11 +133,11 @@ TEST_F(MeshFrame, GltfIsTurnedWhereItFitsWithZUp) {
   Mesh mesh = ground;
   for (WorldPoint& p : mesh.positions) p = {p.x, p.z, -p.y};
   const Mesh upright = mesh;
-  EXPECT_EQ(checks::match_frames(scene_, mesh, kUsed, "m.ply"), "") << "the axes of other formats are as they are";
+  EXPECT_EQ(checks::match_frames(scene_, mesh, kUsed, "m.ply").text, "") << "the axes of other formats are as they are";
   EXPECT_EQ(mesh.positions, upright.positions);
-  EXPECT_TRUE(contains(checks::match_frames(scene_, mesh, kUsed, "m.glb"), "it is turned"));
+  EXPECT_TRUE(contains(checks::match_frames(scene_, mesh, kUsed, "m.glb").text, "it is turned"));
   EXPECT_EQ(mesh.positions, ground.positions);
-  EXPECT_EQ(checks::match_frames(scene_, mesh, kUsed, "m.glb"), "") << "it has z up now";
+  EXPECT_EQ(checks::match_frames(scene_, mesh, kUsed, "m.glb").text, "") << "it has z up now";
   EXPECT_EQ(mesh.positions, ground.positions);
 }
 
@@ -236,7 +236,7 @@ TEST_F(MeshFrame, ANamedSystemIsTaken) {
   Mesh unnamed = mesh;
   EXPECT_EQ(match(unnamed), "");
   EXPECT_EQ(unnamed.positions, mesh.positions);
-  EXPECT_TRUE(contains(checks::ways_out(scene_), "--mesh-crs"));
+  EXPECT_EQ(checks::ways_out(scene_).cures, std::vector{Cure::name_mesh_crs});
   EXPECT_EQ(match(mesh, "EPSG:3857"), "");
   expect_seen_rightly(mesh);
 }

@@ -10,12 +10,14 @@
 #include "app/results/observer.h"
 #include "app/results/output_names.h"
 #include "io/error.h"
+#include "tests/support/errors.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc {
 namespace {
 
 namespace fs = std::filesystem;
+using test::contains;
 using test::read_file;
 
 class OutputFolderTest : public testing::Test {
@@ -81,7 +83,9 @@ TEST_F(OutputFolderTest, AForeignListRemovesNothing) {
 TEST_F(OutputFolderTest, ReplacesItsOwnResultAlone) {
   publish_first();
   put("notes.txt", "mine");
-  EXPECT_NE(refusal(false).find("--force"), std::string::npos);
+  EXPECT_TRUE(contains(refusal(false), "already holds a result (model.obj"));
+  EXPECT_EQ(test::cures_of([&] { const results::OutputFolder refused(out_, false, "texture"); }),
+            (std::vector{Cure::other_folder, Cure::replace_result}));
   results::OutputFolder folder(out_, true, "texture");
   make(folder, "model.glb", "second");
   folder.publish();
@@ -197,7 +201,7 @@ TEST_F(OutputFolderTest, LeftoversAreRemovedAndNeverTaken) {
 
 TEST_F(OutputFolderTest, SaysBeforeTheWorkThatTheDiskIsTooFull) {
   struct Warnings : results::Observer {
-    void warning(const std::string& text) override { said += text; }
+    void warning(const std::string& text, const std::vector<Cure>& /*cures*/ = {}) override { said += text; }
     std::string said;
   } observer;
   const results::OutputFolder folder(out_, false, "texture");

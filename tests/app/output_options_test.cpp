@@ -146,7 +146,10 @@ TEST_F(OutputOptions, MemoryLimitChangesNoByte) {
       EXPECT_TRUE(read_file(out_ / names[n]) == before[n]) << names[n];
     }
   EXPECT_EQ(texture("--memory 20M", "little"), 1);
-  EXPECT_TRUE(contains(said_, "of memory, and 20 MB may be used (--memory)")) << said_;
+  EXPECT_TRUE(contains(
+      said_,
+      "of memory, and 20 MB may be used (the limit that is set); free some, or allow another amount by --memory SIZE"))
+      << said_;
   EXPECT_FALSE(fs::exists(out_));
   EXPECT_EQ(texture("--memory some", "none"), 2);
   EXPECT_TRUE(contains(said_, "'some' is no amount of memory such as 600M or 4G")) << said_;

@@ -204,7 +204,7 @@ TEST(PanoramaTexture, OfTheOpenSkyIsNoReasonForDoubt) {
     return std::ranges::any_of(face, [&](std::uint32_t v) { return floor.positions[v].z > -kRoomHalf[2]; });
   });
   struct Warnings : results::Observer {
-    void warning(const std::string& text) override { all += text + '\n'; }
+    void warning(const std::string& text, const std::vector<Cure>& /*cures*/ = {}) override { all += text + '\n'; }
     std::string all;
   } warnings;
   io::PhotoCache photos(scene, std::size_t{1} << 24);

@@ -14,6 +14,7 @@
 #include "io/textured_model.h"
 #include "io/vector.h"
 #include "tests/app/photographed_city.h"
+#include "tests/support/errors.h"
 
 namespace gpvc {
 namespace {
@@ -255,8 +256,12 @@ TEST_F(Pipeline, AMeshThatNoPhotoSeesIsRefused) {
 // Keeps warnings.
 class Warned : public results::Observer {
  public:
-  void warning(const std::string& text) override { warnings.push_back(text); }
+  void warning(const std::string& text, const std::vector<Cure>& cures = {}) override {
+    warnings.push_back(text);
+    cures_of_last = cures;
+  }
   std::vector<std::string> warnings;
+  std::vector<Cure> cures_of_last;
 };
 
 // With enough faces for a judgement about each photo.
@@ -280,6 +285,7 @@ TEST_F(PhotosAndPoses, PhotosOfOtherPosesAreLeftOut) {
   EXPECT_TRUE(std::ranges::none_of(seen.candidates.table.views, [](auto view) { return view == 1 || view == 4; }));
   ASSERT_EQ(observer.warnings.size(), 1u);
   EXPECT_NE(observer.warnings[0].find("2 of 6 photos"), std::string::npos) << observer.warnings[0];
+  EXPECT_EQ(observer.cures_of_last, std::vector{Cure::keep_views});
 
   settings.costs.keep_views = true;
   const pipeline::Seen kept = pipeline::see({input(), settings, swapped, observer});
@@ -294,7 +300,9 @@ TEST_F(PhotosAndPoses, PhotosInAnotherOrderAreRefused) {
     pipeline::see({input(), settings, reversed, silent_});
     FAIL() << "no photo belongs to its pose";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("--keep-views"), std::string::npos) << error.what();
+    EXPECT_EQ(error.cures(), std::vector{Cure::keep_views});
+    EXPECT_EQ(test::measured(error, "agreement.judged"), 6);
+    EXPECT_GT(test::measured(error, "agreement.by_chance"), 3);
     EXPECT_NE(std::string(error.what()).find("with the photos in reverse order"), std::string::npos) << error.what();
   }
   settings.costs.keep_views = true;
@@ -349,9 +357,11 @@ TEST_F(PhotosAndPoses, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
   const auto look = [&](const std::vector<ViewId>& views, results::Observer& observer) {
     pipeline::see({{city_->scene, large, views}, settings, photos_, observer});
   };
-  const std::string error = test::input_error([&] { look(all, silent_); });
-  EXPECT_TRUE(test::contains(error, "photos see less than 5 % of the faces")) << error;
-  EXPECT_TRUE(error.ends_with("; --allow-unseen textures all the same")) << error;
+  const std::optional<Error> error = test::caught([&] { look(all, silent_); });
+  ASSERT_TRUE(error);
+  EXPECT_TRUE(test::contains(error->what(), "photos see less than 5 % of the faces")) << error->what();
+  EXPECT_EQ(error->cures(), std::vector{Cure::allow_unseen});
+  EXPECT_LT(test::measured(*error, "seen_share"), 0.05);
   // A part of the photos may well show a small part of the mesh, and one alone is compared with none.
   for (const auto& [views, keep] : {std::pair{one, false}, std::pair{all, true}}) {
     settings.allow_unseen = settings.costs.keep_views = keep;
@@ -452,6 +462,7 @@ TEST_F(MeshElsewhere, AMovedOrScaledMeshIsNamed) {
     EXPECT_EQ(fit.verdict, checks::MeshFit::Verdict::elsewhere) << checks::photo_fit_text(fit);
     ASSERT_FALSE(observer.warnings.empty());
     EXPECT_TRUE(test::contains(observer.warnings.back(), "the mesh seems to be moved, scaled, turned or mirrored"));
+    EXPECT_EQ(observer.cures_of_last, std::vector{Cure::look_at_fit});
   }
 }
 

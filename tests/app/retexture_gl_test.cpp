@@ -11,6 +11,7 @@
 #include "app/pipeline/edit_files.h"
 #include "io/npy.h"
 #include "tests/app/photographed_city.h"
+#include "tests/support/errors.h"
 
 namespace gpvc {
 namespace {
@@ -314,10 +315,11 @@ TEST_F(Retexture, SaysWhatCannotBeChanged) {
   };
   const auto remove = [](const fs::path& file) { fs::remove(file); };
   const auto contains = [](const std::string& text, const char* part) { return test::contains(text, part); };
-  EXPECT_PRED2(contains, with_file("model.obj", remove), "copy: holds no result of 'gpvc texture'");
-  EXPECT_PRED2(
-      contains, with_file("edit-model.bin", remove),
-      "edit-model.bin: is missing, without which the result cannot be changed; texture it again with --editable");
+  EXPECT_PRED2(contains, with_file("model.obj", remove), "copy: holds no textured model");
+  EXPECT_PRED2(contains, with_file("edit-model.bin", remove),
+               "edit-model.bin: is missing, without which the result cannot be changed");
+  EXPECT_EQ(test::cures_of([&] { pipeline::read_edit_model(folder_->path() / "copy"); }),
+            std::vector{Cure::make_editable});
   EXPECT_PRED2(contains, with_file("edit-views.bin", remove), "edit-views.bin: is missing");
   EXPECT_PRED2(contains, with_file("edit-model.bin", overwrite(9)), "edit-model.bin: is of another version of gpvc");
   EXPECT_PRED2(contains, with_file("edit-model.bin", overwrite(500)), "edit-model.bin: is damaged");

@@ -20,6 +20,7 @@
 #include "io/vector.h"
 #include "labeling/costs/view_statistics.h"
 #include "tests/app/photographed_city.h"
+#include "tests/support/errors.h"
 
 namespace gpvc::tiles {
 namespace {
@@ -277,9 +278,11 @@ TEST_F(TilesJob, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
     for (const Unit& unit : runner.units())
       if (unit.level == 0 && (unit.stage == Stage::see || unit.stage == Stage::judge)) runner.run(unit);
   };
-  const std::string error = test::input_error(judge);
-  EXPECT_TRUE(test::contains(error, "photos see less than 5 % of the faces")) << error;
-  EXPECT_TRUE(test::contains(error, "--allow-unseen")) << error;
+  const std::optional<Error> error = test::caught(judge);
+  ASSERT_TRUE(error);
+  EXPECT_TRUE(test::contains(error->what(), "photos see less than 5 % of the faces")) << error->what();
+  EXPECT_EQ(error->cures(), std::vector{Cure::allow_unseen});
+  EXPECT_LT(test::measured(*error, "seen_share"), 0.05);
   chosen.texture.allow_unseen = true;
   make_job(folder, {city_->scene, large, city_->views}, chosen, "test", observer_);
   EXPECT_NO_THROW(judge());

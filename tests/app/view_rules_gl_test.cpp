@@ -17,7 +17,7 @@ using test::City;
 
 class Warnings : public results::Observer {
  public:
-  void warning(const std::string& text) override { warnings.push_back(text); }
+  void warning(const std::string& text, const std::vector<Cure>& /*cures*/ = {}) override { warnings.push_back(text); }
   std::vector<std::string> warnings;
 };
 

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "io/clock.h"
+#include "io/error.h"
 #include "visibility/gl/ivm_gl.h"
 
 namespace gpvc::visibility {
@@ -70,7 +71,7 @@ struct RayMesh::Scene {
   }
   void check() const {
     const RTCError error = rtcGetDeviceError(device);
-    if (error != RTC_ERROR_NONE) throw std::runtime_error(std::string("tracing rays with Embree: ") + reason(error));
+    if (error != RTC_ERROR_NONE) throw Error(std::string("tracing rays with Embree: ") + reason(error));
   }
 };
 

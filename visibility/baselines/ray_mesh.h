@@ -15,7 +15,7 @@ namespace gpvc::visibility {
 /// not cost precision. Both sides of a face stop rays.
 class RayMesh {
  public:
-  /// Borrows the mesh; builds the hierarchy with all TBB threads. Throws std::runtime_error with Embree's reason.
+  /// Borrows the mesh; builds the hierarchy with all TBB threads. Throws Error with Embree's reason.
   explicit RayMesh(const Mesh& mesh);
   ~RayMesh();
   double build_s() const { return build_s_; }
