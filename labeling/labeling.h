@@ -15,7 +15,7 @@
 #include "../io/names.h"
 #include "../io/progress.h"
 #include "../io/scene.h"
-#include "../visibility/visibility.h"
+#include "../visibility/result.h"
 
 namespace gpvc::labeling {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "../../io/tie_points.h"
-#include "../../visibility/visibility.h"
+#include "../../visibility/result.h"
 #include "fit_verdict.h"
 #include "input.h"
 

@@ -17,7 +17,7 @@
 #include "io/names.h"
 #include "io/scene_files.h"
 #include "io/textured_model.h"
-#include "visibility/visibility.h"
+#include "visibility/method.h"
 
 namespace gpvc::cli {
 

@@ -8,6 +8,7 @@
 #include "app/cli/scene_input.h"
 #include "app/evaluate/oracle_check.h"
 #include "io/npy.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::cli {
 namespace {

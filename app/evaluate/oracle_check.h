@@ -12,7 +12,7 @@
 #include "io/progress.h"
 #include "io/scene.h"
 #include "visibility/oracle.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::evaluate {
 

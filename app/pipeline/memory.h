@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "../../visibility/visibility.h"
+#include "../../visibility/result.h"
 #include "../checks/input.h"
 
 namespace gpvc::pipeline {

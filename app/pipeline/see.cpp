@@ -19,6 +19,7 @@
 #include "app/pipeline/steps.h"
 #include "io/clock.h"
 #include "io/scene_files.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::pipeline {
 namespace {

@@ -11,6 +11,7 @@
 #include "app/tiles/unit_outcome.h"
 #include "app/tiles/units.h"
 #include "labeling/costs/view_statistics.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::tiles {
 namespace {

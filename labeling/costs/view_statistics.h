@@ -10,7 +10,7 @@
 #include "io/image.h"
 #include "io/scene.h"
 #include "labeling/labeling.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::labeling {
 

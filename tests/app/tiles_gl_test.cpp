@@ -20,6 +20,7 @@
 #include "io/vector.h"
 #include "labeling/costs/view_statistics.h"
 #include "tests/app/photographed_city.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::tiles {
 namespace {
