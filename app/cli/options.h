@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/cli/console.h"
-#include "app/compare/compare.h"
+#include "app/compare/compare_settings.h"
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/undistort.h"
 #include "app/synth/city.h"

@@ -1,15 +1,16 @@
 #include "app/cli/scene_input.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <future>
 
 #include "app/checks/mesh_frame.h"
 #include "app/checks/nearness.h"
-#include "io/images/image_file.h"
+#include "io/images.h"
 #include "io/mesh.h"
-#include "io/scenes/photo_files.h"
+#include "io/photos.h"
 
 namespace gpvc::cli {
 namespace {

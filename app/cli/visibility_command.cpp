@@ -1,5 +1,6 @@
 // gpvc visibility: the classes of each view as arrays, and the check by the oracle.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <span>

@@ -18,9 +18,9 @@
 #include "app/tileset/compressed_glb.h"
 #include "app/tileset/tile_model.h"
 #include "app/tileset/tileset_json.h"
-#include "io/files/paths.h"
 #include "io/images.h"
 #include "io/output_file.h"
+#include "io/paths.h"
 
 namespace gpvc::tiles {
 namespace {
