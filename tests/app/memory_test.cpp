@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "app/pipeline/pipeline.h"
+#include "app/results/observer.h"
 #include "app/synth/city.h"
 #include "app/synth/synth_scene.h"
 #include "tests/support/temporary_folder.h"
@@ -52,8 +53,8 @@ TEST(AvailableMemory, KnowsGroupsOfVersionOne) {
 }
 
 TEST(ReadableBytes, HasAUnit) {
-  EXPECT_EQ(readable_bytes(639.2e6), "640 MB");
-  EXPECT_EQ(readable_bytes(3.24e9), "3.2 GB");
+  EXPECT_EQ(results::readable_bytes(639.2e6), "640 MB");
+  EXPECT_EQ(results::readable_bytes(3.24e9), "3.2 GB");
 }
 
 class MemoryPlanTest : public testing::Test {
