@@ -21,7 +21,7 @@
 #include "../io/textured_model.h"
 #include "../io/work_store.h"
 #include "../labeling/labeling.h"
-#include "../visibility/visibility.h"
+#include "../visibility/result.h"
 
 namespace gpvc::atlas {
 

@@ -14,6 +14,7 @@
 #include "benchmarks/command.h"
 
 #include "visibility/device.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::accuracy {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "benchmarks/table.h"
+#include "visibility/method.h"
 #include "visibility/oracle.h"
-#include "visibility/visibility.h"
 
 namespace gpvc::accuracy {
 

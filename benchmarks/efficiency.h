@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "visibility/visibility.h"
+#include "visibility/method.h"
+#include "visibility/result.h"
 
 namespace gpvc::efficiency {
 

@@ -10,6 +10,7 @@
 #include "benchmarks/command.h"
 #include "benchmarks/efficiency.h"
 #include "io/clock.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::efficiency {
 namespace {

@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "error.h"
@@ -109,5 +111,10 @@ std::optional<PhotoExclusion> read_exclusion(const View& view);
 /// True if the view's mask tells other programs all that read_exclusion knows: it is a PNG without alpha, and the
 /// photo's alpha does not count. From the header alone. Throws InputError.
 bool has_plain_mask(const View& view);
+
+/// Calls `work` with the number of every view that has a photo, on several threads. Returns the InputError of each view,
+/// null for none, so that the first view's can be reported for any number of threads.
+std::vector<std::exception_ptr> for_each_photo(std::span<const View> views,
+                                               const std::function<void(std::size_t)>& work);
 
 }  // namespace gpvc::io

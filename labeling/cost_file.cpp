@@ -7,9 +7,9 @@
 #include <string>
 #include <utility>
 
-#include "io/files/paths.h"
 #include "io/grouping.h"
 #include "io/npy.h"
+#include "io/paths.h"
 #include "labeling/labeling.h"
 
 namespace gpvc::labeling {

@@ -15,7 +15,7 @@
 #include "../io/names.h"
 #include "../io/progress.h"
 #include "../io/scene.h"
-#include "../visibility/visibility.h"
+#include "../visibility/result.h"
 
 namespace gpvc::labeling {
 
@@ -135,9 +135,6 @@ struct PhotoJudgement {
   /// Per view and channel, the logarithm to base 2 of the factor that its colours are divided by to agree with the others'.
   std::vector<double> log2_gain;
 };
-
-/// Bytes of the statistics of a face that a view sees.
-inline constexpr std::size_t kRecordBytes = 20;
 
 /// Collects statistics (pixel area, gradient magnitude, mean colour) of the faces that each view sees, then derives
 /// candidates and costs from them.

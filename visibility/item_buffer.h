@@ -1,7 +1,7 @@
 // Which face each pixel of a picture shows.
 #pragma once
 
-#include "visibility.h"
+#include "result.h"
 
 namespace gpvc::visibility {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "visibility.h"
+#include "result.h"
 
 namespace gpvc::visibility {
 

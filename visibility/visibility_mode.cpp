@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/number_text.h"
-#include "visibility/visibility.h"
+#include "visibility/method.h"
 
 namespace gpvc::visibility {
 namespace {

@@ -11,7 +11,7 @@
 #include "../../io/image.h"
 #include "../../io/tie_points.h"
 #include "../../labeling/labeling.h"
-#include "../../visibility/visibility.h"
+#include "../../visibility/result.h"
 #include "fit_verdict.h"
 #include "input.h"
 #include "mesh_fit.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "../../io/tie_points.h"
-#include "../../visibility/visibility.h"
+#include "../../visibility/result.h"
 #include "fit_verdict.h"
 #include "input.h"
 

@@ -1,10 +1,12 @@
 // gpvc compare: reads its input, runs compare::compare() or puts reports together.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 
 #include "app/cli/scene_input.h"
 #include "app/compare/bias_sweep.h"
+#include "app/compare/compare.h"
 
 namespace gpvc::cli {
 namespace {

@@ -1,5 +1,6 @@
 // gpvc convert: a scene in another program's format, with or without undistorted photos.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <set>

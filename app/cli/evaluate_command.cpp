@@ -1,5 +1,6 @@
 // gpvc evaluate: a textured model against the photos, or against the truth of a synthetic scene.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <map>

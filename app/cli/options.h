@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/cli/console.h"
-#include "app/compare/compare.h"
+#include "app/compare/compare_settings.h"
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/undistort.h"
 #include "app/synth/city.h"
@@ -17,7 +17,7 @@
 #include "io/names.h"
 #include "io/scene_files.h"
 #include "io/textured_model.h"
-#include "visibility/visibility.h"
+#include "visibility/method.h"
 
 namespace gpvc::cli {
 

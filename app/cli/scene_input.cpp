@@ -1,13 +1,14 @@
 #include "app/cli/scene_input.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <future>
 
-#include "io/images/image_file.h"
+#include "io/images.h"
 #include "io/mesh.h"
-#include "io/scenes/photo_files.h"
+#include "io/photos.h"
 
 namespace gpvc::cli {
 namespace {

@@ -1,5 +1,6 @@
 // gpvc synth: a synthetic scene as files.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 

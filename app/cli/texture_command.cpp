@@ -1,5 +1,6 @@
 // gpvc texture and gpvc tileset: each reads its input, runs the library, writes the result.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <optional>

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
@@ -15,9 +16,9 @@
 #include "app/results/folder_lock.h"
 #include "app/tiles/plan_text.h"
 #include "app/tiles/units.h"
-#include "io/files/file_bytes.h"
-#include "io/files/paths.h"
+#include "io/file_bytes.h"
 #include "io/mesh.h"
+#include "io/paths.h"
 
 namespace gpvc::cli {
 namespace {

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "app/cli/near_words.h"
-#include "io/files/paths.h"
+#include "io/paths.h"
 #include "io/scene_files.h"
 #include "io/view_rules.h"
 

@@ -1,5 +1,6 @@
 // gpvc visibility: the classes of each view as arrays, and the check by the oracle.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <span>
@@ -9,6 +10,7 @@
 #include "app/cli/setting_options.h"
 #include "app/evaluate/oracle_check.h"
 #include "io/npy.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::cli {
 namespace {

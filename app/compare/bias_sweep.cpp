@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "visibility/visibility.h"
+#include "visibility/method.h"
 
 namespace gpvc::compare {
 namespace {

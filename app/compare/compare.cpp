@@ -1,6 +1,7 @@
 #include "app/compare/compare.h"
 
 #include <fmt/chrono.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>

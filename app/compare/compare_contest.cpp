@@ -1,5 +1,6 @@
 // Modes with a bias beside gpvc, metric by metric: which is better, and which differences may be chance.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <optional>

@@ -1,5 +1,6 @@
 // The figures of a comparison, and its findings in sentences.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <tuple>

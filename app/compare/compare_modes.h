@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "visibility/visibility.h"
+#include "visibility/method.h"
 
 namespace gpvc::compare {
 

@@ -1,6 +1,7 @@
 #include "app/compare/compare_report.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <fstream>

@@ -1,11 +1,12 @@
 // Several comparisons put together: which biases come near gpvc on each scene.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 
 #include "app/compare/compare.h"
 #include "app/compare/compare_report.h"
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 
 namespace gpvc::compare {
 namespace {

@@ -1,6 +1,7 @@
 #include "app/evaluate/evaluate.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 

@@ -1,5 +1,7 @@
 #include "app/evaluate/json.h"
 
+#include <nlohmann/json.hpp>
+
 #include "io/output_file.h"
 
 namespace gpvc::evaluate {

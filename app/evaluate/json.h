@@ -1,8 +1,8 @@
-// JSON as reports and records are written.
+// JSON as reports and records are written. A source that looks into it includes <nlohmann/json.hpp>.
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 namespace gpvc::evaluate {

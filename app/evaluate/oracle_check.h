@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,7 +13,7 @@
 #include "io/progress.h"
 #include "io/scene.h"
 #include "visibility/oracle.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::evaluate {
 

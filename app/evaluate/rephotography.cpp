@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 

@@ -5,9 +5,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "io/files/paths.h"
 #include "io/mesh.h"
 #include "io/npy.h"
+#include "io/paths.h"
 #include "visibility/oracle.h"
 
 namespace gpvc::evaluate {

@@ -26,7 +26,7 @@
 #include "io/progress.h"
 #include "io/scene.h"
 #include "io/textured_model.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::evaluate {
 

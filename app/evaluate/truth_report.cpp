@@ -1,5 +1,6 @@
 // Scores against the truth as a table and as JSON.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/evaluate/truth_score.h"
 

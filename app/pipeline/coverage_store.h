@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "labeling/labeling.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::pipeline {
 

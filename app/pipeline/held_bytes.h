@@ -10,7 +10,7 @@
 
 #include "app/pipeline/memory.h"
 #include "io/scene.h"
-#include "labeling/labeling.h"
+#include "labeling/face_record.h"
 
 namespace gpvc::pipeline::held {
 
@@ -20,7 +20,7 @@ inline constexpr double kProgram = 150e6;  ///< with its libraries
 inline constexpr double kVertex = sizeof(WorldPoint), kFace = sizeof(Triangle), kIndex = sizeof(std::uint32_t);
 /// A face of a closed mesh has one and a half pairs of neighbours; they are sorted from one array into another.
 inline constexpr double kNeighbours = 2 * 1.5 * sizeof(std::array<std::uint32_t, 2>);
-inline constexpr double kRecord = labeling::kRecordBytes, kCandidate = sizeof(std::uint32_t) + sizeof(float);
+inline constexpr double kRecord = sizeof(labeling::FaceRecord), kCandidate = sizeof(std::uint32_t) + sizeof(float);
 inline constexpr double kPhotoPixel = 3, kOwnerPixel = sizeof(FaceId);
 /// A vertex as a view is drawn: in the camera's axes and in pixels.
 inline constexpr double kDrawnVertex = sizeof(CameraPoint) + sizeof(PixelPoint);

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "../../io/error.h"
-#include "../../visibility/visibility.h"
+#include "../../visibility/result.h"
 #include "../checks/input.h"
 
 namespace gpvc::pipeline {

@@ -18,7 +18,7 @@
 #include "../../io/textured_model.h"
 #include "../../labeling/labeling.h"
 #include "../../visibility/device.h"
-#include "../../visibility/visibility.h"
+#include "../../visibility/result.h"
 #include "../checks/mesh_fit.h"
 #include "memory.h"
 #include "run.h"

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "io/bilinear.h"
-#include "io/images/image_file.h"
+#include "io/images.h"
 #include "visibility/item_buffer.h"
 
 namespace gpvc::pipeline {

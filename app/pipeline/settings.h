@@ -11,7 +11,7 @@
 #include "../../io/names.h"
 #include "../../io/textured_model.h"
 #include "../../labeling/labeling.h"
-#include "../../visibility/visibility.h"
+#include "../../visibility/method.h"
 #include "view_rules.h"
 
 namespace gpvc::pipeline {

@@ -10,7 +10,7 @@
 #include "io/members.h"
 #include "io/scene_members.h"
 #include "labeling/labeling.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc {
 GPVC_MEMBERS(Image, width, height, channels, pixels)

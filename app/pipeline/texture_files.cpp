@@ -10,8 +10,9 @@
 
 #include "app/pipeline/render_model.h"
 #include "io/freed_memory.h"
-#include "io/images/image_file.h"
+#include "io/images.h"
 #include "io/npy.h"
+#include "io/output_file.h"
 
 namespace gpvc::pipeline {
 namespace {

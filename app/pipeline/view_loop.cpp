@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "visibility/visibility.h"
+
 namespace gpvc::pipeline {
 
 std::launch launch_policy() {

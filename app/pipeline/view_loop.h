@@ -8,7 +8,7 @@
 
 #include "app/pipeline/run.h"
 #include "visibility/device.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::pipeline {
 

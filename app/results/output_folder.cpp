@@ -19,8 +19,8 @@
 #include "app/results/observer.h"
 #include "app/results/output_names.h"
 #include "app/results/publication.h"
-#include "io/files/paths.h"
 #include "io/output_file.h"
+#include "io/paths.h"
 #include "io/work_store.h"
 
 namespace gpvc::results {

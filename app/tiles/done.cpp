@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "io/files/file_bytes.h"
-#include "io/files/paths.h"
+#include "io/file_bytes.h"
 #include "io/output_file.h"
+#include "io/paths.h"
 
 namespace gpvc::tiles {
 namespace {

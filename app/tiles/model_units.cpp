@@ -17,8 +17,8 @@
 #include "app/tiles/units.h"
 #include "app/tileset/tile_files.h"
 #include "app/tileset/tileset_json.h"
-#include "io/files/paths.h"
 #include "io/output_file.h"
+#include "io/paths.h"
 
 namespace gpvc::tiles {
 namespace {

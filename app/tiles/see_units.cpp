@@ -13,7 +13,8 @@
 #include "app/tiles/tile_work.h"
 #include "app/tiles/unit_outcome.h"
 #include "app/tiles/units.h"
-#include "labeling/costs/view_statistics.h"
+#include "labeling/face_record.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::tiles {
 namespace {

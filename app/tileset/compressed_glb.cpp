@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "io/error.h"
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/output_file.h"
 
 namespace gpvc::tileset {

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::atlas {
 

@@ -1,4 +1,4 @@
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>

@@ -5,7 +5,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/npy.h"
 #include "io/output_file.h"

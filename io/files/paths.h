@@ -1,4 +1,4 @@
-// Paths, and what lies there.
+// Paths as text, and more of what lies there than io/paths.h tells.
 #pragma once
 
 #include <algorithm>
@@ -7,19 +7,11 @@
 #include <string>
 #include <string_view>
 
-#include "io/error.h"
+#include "io/paths.h"
 
 namespace gpvc::io {
 
-inline constexpr const char* kNotRegular = "is a pipe, socket or device, expected a regular file";
-
-/// True for a regular file, behind links too; false where there is none or it cannot be looked at.
-inline bool is_file(const std::filesystem::path& path) {
-  std::error_code ignored;
-  return std::filesystem::is_regular_file(path, ignored);
-}
-
-/// The same for a folder.
+/// True for a folder, behind links too; false where there is none or it cannot be looked at.
 inline bool is_folder(const std::filesystem::path& path) {
   std::error_code ignored;
   return std::filesystem::is_directory(path, ignored);
@@ -27,14 +19,6 @@ inline bool is_folder(const std::filesystem::path& path) {
 
 /// True for "._NAME", which macOS leaves beside NAME on disks of other systems: what it knows of NAME, no file of the kind.
 inline bool is_apple_double(const std::filesystem::path& file) { return file.filename().string().starts_with("._"); }
-
-/// Throws InputError if something else than a regular file or a folder lies there: reading a pipe may wait for ever, and a
-/// device may have no end.
-inline void refuse_special_file(const std::filesystem::path& path) {
-  std::error_code ignored;
-  const std::filesystem::file_status status = std::filesystem::status(path, ignored);
-  if (std::filesystem::is_other(status)) throw InputError(path, "", kNotRegular);
-}
 
 /// The folder of a file, "." for a bare name.
 inline std::filesystem::path folder_of(const std::filesystem::path& file) {

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "io/error.h"
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/scenes/json_file.h"
 #include "io/view_rules.h"

@@ -12,7 +12,7 @@
 #include <mutex>
 #include <utility>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/output_file.h"
 
 namespace gpvc::io {

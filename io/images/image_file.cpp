@@ -10,7 +10,7 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/paths.h"
 #include "io/files/text_scan.h"
 #include "io/freed_memory.h"

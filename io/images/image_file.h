@@ -29,10 +29,6 @@ inline std::string size_text(int width, int height) { return std::to_string(widt
 /// From the header alone, as stored (orientation not applied). Throws InputError.
 ImageSize read_image_size(const std::filesystem::path& file);
 
-/// Throws InputError if the photo is a JPEG that ends too early. Reads the last 64 KiB, where the end marker is, and the
-/// whole file only if it is not.
-void check_photo_end(const std::filesystem::path& file);
-
 /// From the header alone. Throws InputError.
 bool has_alpha(const std::filesystem::path& file);
 

@@ -6,7 +6,6 @@
 #include "io/images/image_file.h"
 #include "io/lens/spherical.h"
 #include "io/push_pull.h"
-#include "io/scenes/photo_files.h"
 
 namespace gpvc::io {
 namespace {

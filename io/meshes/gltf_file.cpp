@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/grouping.h"
 #include "io/meshes/normals.h"
 #include "io/output_file.h"

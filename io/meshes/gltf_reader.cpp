@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/paths.h"
 #include "io/files/text_scan.h"
 

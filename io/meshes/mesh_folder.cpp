@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/paths.h"
 #include "io/files/text_scan.h"
 #include "io/mesh.h"

@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/paths.h"
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"

@@ -20,7 +20,7 @@
 #include <map>
 #include <numbers>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/files/zip_file.h"
 #include "io/lens_terms.h"

@@ -15,7 +15,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/scenes/scene_file.h"
 

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/scenes/scene_file.h"
 

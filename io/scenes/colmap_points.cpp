@@ -6,7 +6,7 @@
 #include <unordered_map>
 
 #include "io/error.h"
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/scene_files.h"
 #include "io/tie_points.h"

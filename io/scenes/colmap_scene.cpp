@@ -11,7 +11,7 @@
 #include <unordered_map>
 
 #include "io/error.h"
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/scenes/colmap_models.h"
 #include "io/scenes/colmap_scene.h"

@@ -23,7 +23,7 @@
 #include <tuple>
 #include <vector>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/number_text.h"
 #include "io/scenes/xml_file.h"

@@ -13,7 +13,7 @@
 #include <map>
 #include <set>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/files/zip_file.h"
 #include "io/scenes/opensfm_scene.h"

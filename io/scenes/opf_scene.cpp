@@ -17,7 +17,7 @@
 #include <charconv>
 #include <map>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/scenes/json_file.h"
 #include "io/scenes/scene_file.h"

@@ -1,8 +1,8 @@
 // Which file on disk is which photo of a scene.
 #pragma once
 
-#include <exception>
-#include <functional>
+#include <filesystem>
+#include <vector>
 
 #include "io/scene_files.h"
 #include "io/scenes/scene_file.h"
@@ -23,11 +23,6 @@ void normalize_names(SceneFile& scene);
 /// warning. Throws InputError when no folder is found, and for needed views when several files share the longest tail,
 /// and when two of them are one file. Returns the folder searched last.
 std::filesystem::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options);
-
-/// Calls `work` with the number of every view that has a photo, on several threads. Returns the InputError of each view,
-/// null for none, so that the first view's can be reported for any number of threads.
-std::vector<std::exception_ptr> for_each_photo(std::span<const View> views,
-                                               const std::function<void(std::size_t)>& work);
 
 /// Reads the size of every photo found and fits its camera to it: cameras without a size get their pixels, cameras
 /// calibrated at another size of the same shape are scaled, and a photo of another shape is an InputError. Of views

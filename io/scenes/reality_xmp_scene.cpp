@@ -16,7 +16,7 @@
 #include <cmath>
 #include <map>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/scenes/reality_camera.h"
 #include "io/scenes/scene_file.h"

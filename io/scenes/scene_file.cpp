@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/files/zip_file.h"
 #include "io/images/mask_file.h"

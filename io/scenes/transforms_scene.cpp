@@ -19,7 +19,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
 #include "io/number_text.h"

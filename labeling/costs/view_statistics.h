@@ -1,7 +1,6 @@
 // Statistics of every face that a view sees, from one pass over the view's IVM and its photo.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,27 +8,13 @@
 
 #include "io/image.h"
 #include "io/scene.h"
+#include "labeling/face_record.h"
 #include "labeling/labeling.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::labeling {
 
-/// A share in [0, 1] in steps of 1/65535; 0 and 1 are exact.
-using Share16 = std::uint16_t;
-inline constexpr Share16 kWholeShare = 65535;
 Share16 share16(double share);
-
-/// One face in one view: 20 bytes, since a scene has tens of millions of them.
-struct FaceRecord {
-  std::uint32_t face = 0;
-  float quality = 0;                     ///< of the chosen data term, >= 0, more is better; px^2 or grey levels px
-  std::array<std::uint16_t, 3> color{};  ///< mean R, G, B of the pixels that show the face, times 256
-  Share16 margin = 0;                    ///< share of those pixels within the strip along silhouettes
-  Share16 visible = 0;                   ///< share of the face's samples that see it; kWholeShare if its class is full
-  std::uint16_t disagreement = 0;        ///< with the face's other photos: fixed_distance()
-  bool is_full() const { return visible == kWholeShare; }
-};
-static_assert(sizeof(FaceRecord) == kRecordBytes);
 
 /// Memory that the views share: fresh memory costs more than what is done with it.
 struct ViewScratch {

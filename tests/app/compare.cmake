@@ -14,14 +14,14 @@ add_test(NAME compare.external
                  --crops 0 --reduction 1)
 add_test(NAME compare.summary
          COMMAND gpvc compare --summarize ${compared}/report.json -o ${compared}/summary --force)
-set_tests_properties(compare.scene PROPERTIES FIXTURES_REQUIRED app_scene FIXTURES_SETUP compared LABELS gpu TIMEOUT 600)
+set_tests_properties(compare.scene PROPERTIES FIXTURES_REQUIRED app_scene FIXTURES_SETUP compared LABELS "gpu;app" TIMEOUT 600)
 set_tests_properties(compare.external PROPERTIES FIXTURES_REQUIRED "app_scene;compared" FIXTURES_SETUP compared_external
-                     LABELS gpu TIMEOUT 600)
+                     LABELS "gpu;app" TIMEOUT 600)
 set_tests_properties(compare.summary PROPERTIES FIXTURES_REQUIRED compared
-                     PASS_REGULAR_EXPRESSION "percentage points of gpvc on all of app_scene")
+                     PASS_REGULAR_EXPRESSION "percentage points of gpvc on all of app_scene" LABELS app)
 if(GPVC_NODE AND GPVC_CHROMIUM)
   add_test(NAME browser.report COMMAND ${GPVC_NODE} ${CMAKE_CURRENT_SOURCE_DIR}/../browser/report_browser.mjs ${compared}
                                        ${CMAKE_CURRENT_BINARY_DIR}/report_browser ${compared}/external)
-  set_tests_properties(browser.report PROPERTIES FIXTURES_REQUIRED "compared;compared_external" LABELS browser
+  set_tests_properties(browser.report PROPERTIES FIXTURES_REQUIRED "compared;compared_external" LABELS "browser;app"
                        ENVIRONMENT "CHROMIUM=${GPVC_CHROMIUM}" TIMEOUT 600)
 endif()

@@ -1,5 +1,6 @@
 // What `gpvc compare` makes of its arguments and of its figures.
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <string>
 #include <vector>

@@ -1,6 +1,7 @@
 #include "app/checks/frame_check.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "app/pipeline/pipeline.h"
+#include "app/results/observer.h"
 #include "app/synth/city.h"
 #include "app/synth/synth_scene.h"
 #include "tests/support/errors.h"

@@ -21,6 +21,7 @@
 #include "labeling/costs/view_statistics.h"
 #include "tests/app/photographed_city.h"
 #include "tests/support/errors.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::tiles {
 namespace {

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <thread>
 
-#include "io/files/file_bytes.h"
+#include "io/file_bytes.h"
 #include "io/images.h"
 #include "io/images/image_file.h"
 #include "tests/support/temporary_folder.h"

@@ -11,7 +11,7 @@
 #include "io/image.h"
 #include "io/scene.h"
 #include "labeling/costs/silhouettes.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::test {
 

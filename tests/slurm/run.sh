@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # run.sh GPVC: a job of a small city on a real Slurm with two nodes, by Snakemake's profile. While it runs, one unit is
 # killed and one node is drained for a while; the result must be that of `gpvc unit JOB --all`, byte for byte.
-# Exit status 77 where packages are missing. With KEEP=1 the folder with scene, jobs and logs is kept.
+# Exit status 77 where packages are missing or Slurm cannot start. With KEEP=1 the folder with scene, jobs and logs is kept.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 [ $# = 1 ] || { echo "usage: run.sh GPVC" >&2; exit 2; }

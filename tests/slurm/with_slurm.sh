@@ -2,7 +2,8 @@
 # with_slurm.sh COMMAND...: runs COMMAND beside a Slurm of its own: munged, slurmctld and two nodes (slurmd) on this
 # machine, on free ports of the loopback, with key, configuration, spool and logs in a temporary folder. Needs neither
 # root nor systemd, and leaves a Slurm that is installed here alone. Exit status: that of COMMAND, 77 where packages are
-# missing. COMMAND finds SLURM_CONF set, and in SLURM_TEST_FOLDER the folder, which has finished_jobs.txt (jobcomp/filetxt).
+# missing or slurmd cannot start, as in a container without a cgroup. COMMAND finds SLURM_CONF set, and in
+# SLURM_TEST_FOLDER the folder, which has finished_jobs.txt (jobcomp/filetxt).
 set -euo pipefail
 PATH=$PATH:/usr/sbin:/sbin
 for program in munged slurmctld slurmd sbatch squeue scontrol scancel python3; do
@@ -11,12 +12,17 @@ for program in munged slurmctld slurmd sbatch squeue scontrol scancel python3; d
     exit 77
   fi
 done
+if ! grep -qE '^[^ ]+ [^ ]+ cgroup2? ' /proc/mounts; then
+  echo "with_slurm.sh: cannot run: no cgroup is mounted, and slurmd does not start without" >&2
+  exit 77
+fi
 
 folder=$(mktemp -d /tmp/slurm-test.XXXXXX)  # a short path: sockets' names have 107 characters
 chmod 711 "$folder"  # munged wants its socket to be in the reach of all users
 export SLURM_CONF=$folder/slurm.conf SLURM_TEST_FOLDER=$folder
 
 daemons=()
+nodes=()  # by the process of their slurmd
 ready=  # how many nodes are
 # Every process that this Slurm started, jobs included, was born with its SLURM_CONF.
 descendants() {
@@ -114,8 +120,15 @@ for node in node1 node2; do
   mkdir "$folder/$node"
   slurmd -D -N "$node" >"$folder/$node.out.log" 2>&1 &
   daemons+=($!)
+  nodes[$!]=$node
 done
 for _ in $(seq 300); do
+  for pid in "${!nodes[@]}"; do
+    kill -0 "$pid" 2>/dev/null && continue
+    reason=$(cat "$folder/${nodes[pid]}.log" "$folder/${nodes[pid]}.out.log" 2>/dev/null | grep -m 1 -E 'error|fatal' || true)
+    echo "with_slurm.sh: cannot run: slurmd does not start on this machine: ${reason:-it says nothing}" >&2
+    exit 77
+  done
   ready=$(timeout 5 sinfo --noheader --Node --format='%N %T' 2>/dev/null | grep -c ' idle$' || true)
   [ "$ready" = 2 ] && break
   sleep 0.1

@@ -7,7 +7,7 @@
 #include "tests/visibility/visibility_oracle.h"
 #include "tests/visibility/visibility_scenes.h"
 #include "visibility/oracle.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::visibility {
 namespace {

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "io/photos.h"
 #include "tests/visibility/visibility_oracle.h"
 #include "tests/visibility/visibility_scenes.h"
 #include "visibility/device.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tests/visibility/visibility_oracle.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::visibility {
 

@@ -12,6 +12,7 @@
 #include "visibility/classify/view_tester.h"
 #include "visibility/device.h"
 #include "visibility/gl/classify_gl.h"
+#include "visibility/visibility.h"
 
 namespace gpvc::visibility {
 namespace {

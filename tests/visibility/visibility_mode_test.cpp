@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "visibility/visibility.h"
+#include "visibility/method.h"
 
 namespace gpvc::visibility {
 namespace {

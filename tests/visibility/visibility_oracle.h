@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "io/scene.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::oracle {
 

@@ -5,8 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "visibility/method.h"
 #include "visibility/raster/raster.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::visibility {
 

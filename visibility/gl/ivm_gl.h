@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "visibility/gl/gl_objects.h"
+#include "visibility/method.h"
 #include "visibility/raster/raster.h"
-#include "visibility/visibility.h"
 
 namespace gpvc::visibility {
 

@@ -10,7 +10,7 @@
 
 #include "visibility/oracle/oracle_exact.h"
 #include "visibility/oracle/oracle_faces.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::visibility::truth {
 

@@ -12,7 +12,7 @@
 #include "visibility/raster/projection.h"
 #include "visibility/raster/quick_face.h"
 #include "visibility/raster/raster.h"
-#include "visibility/visibility.h"
+#include "visibility/result.h"
 
 namespace gpvc::visibility {
 

@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# tidy.sh [FILE...]: clang-tidy on these sources, each compiled by itself, and for a header on one source that includes
+# it; without arguments on all sources of the program.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$root"
+cmake -S . -B build/alone -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_WERROR=ON -DCMAKE_UNITY_BUILD=OFF -DGPVC_PRECOMPILED=OFF >/dev/null
+
+sources=()
+if [ $# = 0 ]; then
+  sources=("$root/(io|visibility|labeling|atlas|app)/")
+fi
+for file in "$@"; do
+  if [[ ! $file =~ ^(io|visibility|labeling|atlas|app)/ ]] || [ ! -f "$file" ]; then continue; fi
+  case $file in
+    *.cpp) ;;
+    *.h) file=$(git grep -lF "#include \"$file\"" -- 'io/*.cpp' 'visibility/*.cpp' 'labeling/*.cpp' 'atlas/*.cpp' 'app/*.cpp' | head -n 1) ;;
+    *) continue ;;
+  esac
+  if [ -n "$file" ]; then sources+=("^$root/$file\$"); fi
+done
+if [ ${#sources[@]} -gt 0 ]; then
+  run-clang-tidy -quiet -p build/alone -extra-arg=-Wno-unknown-warning-option "${sources[@]}" 2>/dev/null
+fi

@@ -1,0 +1,25 @@
+// What one view tells of one face, as files between the steps of a run hold it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace gpvc::labeling {
+
+/// A share in [0, 1] in steps of 1/65535; 0 and 1 are exact.
+using Share16 = std::uint16_t;
+inline constexpr Share16 kWholeShare = 65535;
+
+/// One face in one view: 20 bytes, since a scene has tens of millions of them.
+struct FaceRecord {
+  std::uint32_t face = 0;
+  float quality = 0;                     ///< of the chosen data term, >= 0, more is better; px^2 or grey levels px
+  std::array<std::uint16_t, 3> color{};  ///< mean R, G, B of the pixels that show the face, times 256
+  Share16 margin = 0;                    ///< share of those pixels within the strip along silhouettes
+  Share16 visible = 0;                   ///< share of the face's samples that see it; kWholeShare if its class is full
+  std::uint16_t disagreement = 0;        ///< with the face's other photos: fixed_distance()
+  bool is_full() const { return visible == kWholeShare; }
+};
+static_assert(sizeof(FaceRecord) == 20);
+
+}  // namespace gpvc::labeling
