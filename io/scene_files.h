@@ -63,6 +63,32 @@ inline constexpr Named<SceneTarget> kSceneTargetNames[] = {
     {"colmap", SceneTarget::colmap},         {"cam", SceneTarget::cam},         {"mvs", SceneTarget::mvs},
     {"transforms", SceneTarget::transforms}, {"opensfm", SceneTarget::opensfm}, {"nvm", SceneTarget::nvm}};
 
+struct PlacedScene;
+
+/// A format's entry in the table of writers.
+struct SceneWriter {
+  SceneTarget target;
+  /// What is written, relative to the scene's folder. The format's programs take it if it is one file, else the folder. Empty:
+  /// NAME.cam beside each photo, in a folder without sub-folders.
+  std::vector<std::filesystem::path> files;
+  std::optional<std::string> (*lost_term)(const Camera&);  ///< as gpvc::io::lost_term, of this format alone
+  /// Where the format's programs look for the mask of a photo at one of `photo_places`, according to their manuals:
+  /// COLMAP's ImageReader.mask_path has NAME.EXT.png (colmap.github.io/faq, "Mask image regions"), here in masks/, where
+  /// OpenSfM has them, too; transforms.json names them; OpenMVS takes NAME.mask.png beside the photo (with
+  /// --ignore-mask-label 0). Programs that read NVM have no masks; ours finds NAME.EXT.mask.png beside the photo. Null
+  /// for cam: mvs-texturing has no masks, and would take one beside a PNG for its photo.
+  std::filesystem::path (*mask_place)(const std::filesystem::path& photo_place);
+  void (*write)(const PlacedScene&);
+  struct {
+    bool square_and_centred = false;      ///< pixels have to be square, and the principal point in the photo's middle
+    bool states_enu = false;              ///< states a reference system "ENU:..."
+    const char* without_masks = nullptr;  ///< if its programs have no masks: who "will use" what masks exclude
+    void (*refuse_name)(const std::string&) = nullptr;  ///< throws OutputError for a name that the format cannot state
+  } more{};
+};
+
+const SceneWriter& scene_writer(SceneTarget target);
+
 /// The first term of the camera's lens that the format cannot state ("p1", "the equisolid (fisheye) projection"); nullopt
 /// when it can state all of it.
 std::optional<std::string> lost_term(SceneTarget target, const Camera& camera);
@@ -70,14 +96,6 @@ std::optional<std::string> lost_term(SceneTarget target, const Camera& camera);
 /// Where the format expects the photo of each used view, relative to its folder. Throws OutputError where two views would
 /// share one file, or the format cannot state a name.
 std::vector<std::filesystem::path> photo_places(SceneTarget target, const Scene& scene, std::span<const ViewId> used);
-
-/// Where the format's programs look for the mask of a photo at one of `photo_places`, according to their manuals:
-/// COLMAP's ImageReader.mask_path has NAME.EXT.png (colmap.github.io/faq, "Mask image regions"), here in masks/, where
-/// OpenSfM has them, too; transforms.json names them;
-/// OpenMVS takes NAME.mask.png beside the photo (with --ignore-mask-label 0). Programs that read NVM have no masks; ours
-/// finds NAME.EXT.mask.png beside the photo. nullopt for cam: mvs-texturing has no masks, and would take one beside a PNG
-/// for its photo.
-std::optional<std::filesystem::path> mask_place(SceneTarget target, const std::filesystem::path& photo_place);
 
 /// The files that write_scene() writes, relative to its folder.
 std::vector<std::filesystem::path> listing_files(SceneTarget target, std::span<const std::filesystem::path> places);

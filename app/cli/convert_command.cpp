@@ -35,11 +35,12 @@ std::string resampled_name(fs::path name) {
 void refuse_lost_terms(const Scene& scene, const std::vector<ViewId>& used, io::SceneTarget target) {
   for (const ViewId id : used)
     if (const auto lost = io::lost_term(target, scene.views[index(id)].camera))
-      throw InputError(scene.source, scene.views[index(id)].name,
-                       fmt::format("its camera has {}, which the format '{}' cannot express; --undistort writes photos "
-                                   "and cameras without distortion{}",
-                                   *lost, name_of(io::kSceneTargetNames, target),
-                                   target == io::SceneTarget::nvm ? ", with square pixels about the middle" : ""));
+      throw InputError(
+          scene.source, scene.views[index(id)].name,
+          fmt::format("its camera has {}, which the format '{}' cannot express; --undistort writes photos "
+                      "and cameras without distortion{}",
+                      *lost, name_of(io::kSceneTargetNames, target),
+                      io::scene_writer(target).more.square_and_centred ? ", with square pixels about the middle" : ""));
 }
 
 /// Refuses, before photos are converted, to replace files of the scene or foreign files, and to put a listing into the
@@ -117,13 +118,11 @@ class Conversion {
     }
     record_.end(options_.undistort ? "undistorted" : options_.input.downscale > 1 ? "reduced" : "copied");
 
-    if (options_.target == io::SceneTarget::colmap) folder_.file("sparse/cameras.bin");
+    for (const fs::path& listing : io::listing_files(options_.target, places_)) folder_.file(listing);
     io::write_scene(options_.target, written_, used_, places_, folder_.in_making());
     folder_.promise_all();
     record_.counts = {{"views", used_.size()}};
-    // COLMAP and mvs-texturing take the folder.
-    const bool of_folder = options_.target == io::SceneTarget::colmap || options_.target == io::SceneTarget::cam;
-    const fs::path result = of_folder ? fs::path() : io::listing_files(options_.target, places_).front();
+    const fs::path result = writer_.files.size() == 1 ? writer_.files.front() : fs::path();
     return {.options = options_json(), .result = (options_.out / result).string()};
   }
 
@@ -150,7 +149,7 @@ class Conversion {
           "the cameras are written in their own coordinates, and a mesh may be in {}: --mesh writes them for a mesh",
           fmt::join(names, ", or in ")));
     }
-    const bool tells = options_.target == io::SceneTarget::opensfm && scene_.srs.starts_with("ENU:");
+    const bool tells = writer_.more.states_enu && scene_.srs.starts_with("ENU:");
     if (scene_.srs.empty() || tells) return;
     const WorldPoint& o = scene_.offset;
     record_.note(fmt::format("the new files do not tell their reference system: {}{}", scene_.srs,
@@ -168,7 +167,7 @@ class Conversion {
       if (same != known.end()) {
         frame = same->second;
       } else if (options_.undistort) {
-        frame.window = pipeline::frame_window(camera, options_.frame, options_.target == io::SceneTarget::nvm);
+        frame.window = pipeline::frame_window(camera, options_.frame, writer_.more.square_and_centred);
         frame.blank = pipeline::shows_blank(camera, frame.window);
         known.emplace_back(camera, frame);
         constexpr std::size_t kHandful = 5;
@@ -192,7 +191,8 @@ class Conversion {
     std::vector<fs::path> masks;
     for (std::size_t i = 0; i < used_.size(); ++i) {
       const bool masked = has_mask(view_of(scene_, used_[i])) || frames_[i].blank;
-      masks_.push_back(masked ? io::mask_place(options_.target, places_[i]) : std::nullopt);
+      masks_.push_back(masked && writer_.mask_place != nullptr ? std::optional(writer_.mask_place(places_[i]))
+                                                               : std::nullopt);
       if (!masks_.back()) continue;
       masks.push_back(*masks_.back());
       if (!taken.insert(masks.back()).second)
@@ -215,9 +215,8 @@ class Conversion {
   }
 
   void warn_of_lost_masks() const {
-    if (options_.target != io::SceneTarget::cam && options_.target != io::SceneTarget::nvm) return;
-    const char* who = options_.target == io::SceneTarget::cam ? "mvs-texturing has no masks: it"
-                                                              : "NVM has no masks: programs other than gpvc";
+    const char* const who = writer_.more.without_masks;
+    if (who == nullptr) return;
     const auto masked =
         std::count_if(used_.begin(), used_.end(), [&](ViewId id) { return has_mask(view_of(scene_, id)); });
     if (masked > 0)
@@ -285,6 +284,7 @@ class Conversion {
   }
 
   const ConvertOptions& options_;
+  const io::SceneWriter& writer_ = io::scene_writer(options_.target);
   RunRecord& record_;
   results::OutputFolder& folder_;
   Scene scene_, written_;  ///< as read; with the cameras and names that are written

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "io/file_bytes.h"
 #include "io/files/paths.h"
@@ -30,14 +31,14 @@ WorldPoint area_vector(const std::vector<WorldPoint>& corners) {
 /// Ear clipping (Meisters 1975) in projection along the polygon's area vector. A hole may be joined to the outline by an
 /// edge there and back: corners at the place of an ear's own corner do not lie within it. Empty when the polygon is not
 /// simple and no ear is left.
-std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const std::vector<WorldPoint>& at) {
+std::vector<std::array<std::size_t, 3>> cut_ears(const std::vector<WorldPoint>& at) {
   const WorldPoint normal = area_vector(at);
-  std::vector<std::size_t> left(corners.size());
+  std::vector<std::size_t> left(at.size());
   std::iota(left.begin(), left.end(), std::size_t{0});
   const auto side = [&](std::size_t a, std::size_t b, std::size_t c) {
     return dot(cross(at[b] - at[a], at[c] - at[a]), normal);
   };
-  std::vector<Triangle> triangles;
+  std::vector<std::array<std::size_t, 3>> triangles;
   while (left.size() > 3) {
     const std::size_t n = left.size();
     std::size_t ear = n;
@@ -51,16 +52,23 @@ std::vector<Triangle> cut_ears(const std::vector<std::uint32_t>& corners, const 
       if (free) ear = i;
     }
     if (ear == n) return {};
-    triangles.push_back({corners[left[(ear + n - 1) % n]], corners[left[ear]], corners[left[(ear + 1) % n]]});
+    triangles.push_back({left[(ear + n - 1) % n], left[ear], left[(ear + 1) % n]});
     left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
   }
   if (side(left[0], left[1], left[2]) < 0) return {};
-  triangles.push_back({corners[left[0]], corners[left[1]], corners[left[2]]});
+  triangles.push_back({left[0], left[1], left[2]});
   return triangles;
 }
 
 /// Ear clipping takes up to O(corners^3), so polygons with more corners keep their fan.
 constexpr std::size_t kMostCorners = 256;
+
+/// The corners of a polygon that was added as a fan.
+std::vector<std::uint32_t> corners_of(std::span<const Triangle> fan) {
+  std::vector<std::uint32_t> corners{fan[0][0], fan[0][1]};
+  for (const Triangle& triangle : fan) corners.push_back(triangle[2]);
+  return corners;
+}
 
 Mesh read_by_content(const std::filesystem::path& file, std::string_view text) {
   if (text.starts_with("ply\n") || text.starts_with("ply\r") || text.starts_with("ply ") || text == "ply")
@@ -140,14 +148,13 @@ void append_mesh(Mesh& all, const Mesh& more) {
   for (const Triangle& t : more.faces) all.faces.push_back({t[0] + vertices, t[1] + vertices, t[2] + vertices});
 }
 
-void recut_concave(Mesh& mesh) {
+void recut_concave(Mesh& mesh, std::span<Triangle> texcoords) {
   std::size_t overlapping = 0;
   for (std::size_t begin = 0, end = 0; begin < mesh.source_face.size(); begin = end) {
     end = begin + 1;
     while (end < mesh.source_face.size() && mesh.source_face[end] == mesh.source_face[begin]) ++end;
     if (end - begin < 2) continue;
-    std::vector<std::uint32_t> corners{mesh.faces[begin][0], mesh.faces[begin][1]};
-    for (std::size_t f = begin; f < end; ++f) corners.push_back(mesh.faces[f][2]);
+    const std::vector<std::uint32_t> corners = corners_of(std::span(mesh.faces).subspan(begin, end - begin));
     std::vector<WorldPoint> at;
     // Relative to the first corner: with georeferenced coordinates rounding would swamp the products.
     for (const std::uint32_t v : corners) at.push_back(mesh.positions[v] - mesh.positions[corners[0]]);
@@ -155,12 +162,18 @@ void recut_concave(Mesh& mesh) {
     bool turned = false;
     for (std::size_t i = 2; i < at.size(); ++i) turned |= dot(cross(at[i - 1] - at[0], at[i] - at[0]), normal) < 0;
     if (!turned) continue;
-    const std::vector<Triangle> triangles =
-        corners.size() <= kMostCorners ? cut_ears(corners, at) : std::vector<Triangle>();
-    if (triangles.size() == end - begin)
-      std::copy(triangles.begin(), triangles.end(), mesh.faces.begin() + static_cast<std::ptrdiff_t>(begin));
-    else
+    const auto triangles = corners.size() <= kMostCorners ? cut_ears(at) : std::vector<std::array<std::size_t, 3>>();
+    if (triangles.size() != end - begin) {
       ++overlapping;
+      continue;
+    }
+    for (const std::span<Triangle> all : {std::span(mesh.faces), texcoords}) {
+      if (all.empty()) continue;
+      const std::span<Triangle> fan = all.subspan(begin, end - begin);
+      const std::vector<std::uint32_t> numbers = corners_of(fan);
+      for (std::size_t i = 0; i < fan.size(); ++i)
+        fan[i] = {numbers[triangles[i][0]], numbers[triangles[i][1]], numbers[triangles[i][2]]};
+    }
   }
   if (overlapping > 0)
     mesh.warnings.push_back(std::to_string(overlapping) + " polygons cross themselves, or are concave with more than " +

@@ -4,10 +4,13 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "io/files/text_scan.h"
 #include "io/scene.h"
 #include "io/textured_model.h"
 
@@ -25,7 +28,20 @@ struct PlyTexture {
 /// \pre bytes start with "ply" and a line end. Polygons are fans. Fills `texture` unless it is null.
 Mesh read_ply(const std::filesystem::path& file, std::string_view bytes, PlyTexture* texture = nullptr);
 
-Mesh read_obj(const std::filesystem::path& file, std::string_view bytes);
+/// Texture of an OBJ.
+struct ObjTexture {
+  std::vector<TexCoord> texcoords;                 ///< with v downwards, unlike the file's
+  std::vector<Triangle> corners;                   ///< per triangle; of corners without one, no index of `texcoords`
+  std::map<std::string, std::uint32_t> materials;  ///< the numbers of the materials in use
+  std::vector<std::uint32_t> material;             ///< per triangle; a number above all of them where there is none
+  std::vector<std::string> libraries;              ///< names of material files: one with blanks, or several
+};
+
+/// The name behind the keyword of an OBJ's or MTL's line: it may hold blanks, and a comment may follow.
+inline std::string_view name_behind(std::string_view line) { return trimmed(line.substr(0, line.find(" #"))); }
+
+/// Polygons are fans. Fills `texture` unless it is null.
+Mesh read_obj(const std::filesystem::path& file, std::string_view bytes, ObjTexture* texture = nullptr);
 
 bool is_stl(std::string_view bytes);
 /// \pre is_stl(bytes)
@@ -45,8 +61,9 @@ void note_source(Mesh& mesh, std::size_t triangles, std::size_t face);
 /// Adds a warning unless count is 0. Faces of one or two vertices are what modellers keep of edges.
 void warn_of_lines(Mesh& mesh, std::size_t count, const std::string& first);
 
-/// Retriangulates polygons that were added as fans and whose fan turns a triangle over. \pre all vertices are read
-void recut_concave(Mesh& mesh);
+/// Retriangulates polygons that were added as fans and whose fan turns a triangle over, and `texcoords`, unless it is
+/// empty, the same way. \pre all vertices are read
+void recut_concave(Mesh& mesh, std::span<Triangle> texcoords = {});
 
 /// The largest coordinate of a mesh, of either sign. Single precision sets it: ray tracing (Embree allows 1.8e18), OpenGL
 /// and glTF hold positions as floats and multiply differences of two of them. Such a difference is below 2^61, and the sum of

@@ -1,14 +1,10 @@
 // Reads textured models: OBJ + MTL of any writer, PLY with TextureFile, GLB and glTF of triangles with base colour
 // textures.
-#include <tiny_obj_loader.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <istream>
 #include <map>
-#include <streambuf>
 #include <string>
 #include <string_view>
 
@@ -61,118 +57,64 @@ class PageList {
   std::vector<Image> images_;
 };
 
-/// A text for a parser that takes streams.
-class TextBuffer : public std::streambuf {
- public:
-  explicit TextBuffer(std::string& text) { setg(text.data(), text.data(), text.data() + text.size()); }
-};
-
-/// Stands for a blank within a name, at which tinyobjloader would end the name.
-constexpr char kNameBlank = '\x1F';
-
-/// The text of an OBJ or MTL file as tinyobjloader reads it right: no byte order mark; no blanks within the names of
-/// materials and of the material file, and no comments behind them.
-std::string text_for_tinyobj(const fs::path& file) {
-  const FileBytes bytes(file);
-  std::string text(without_byte_order_mark(bytes.view()));
-  for (std::string_view rest = text; !rest.empty();) {
-    const std::size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
-    std::string_view line = rest.substr(0, end);
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-    const std::string_view keyword = next_word(line), name = trimmed(line.substr(0, line.find(" #")));
-    const bool library = keyword == "mtllib";
-    if (!library && keyword != "usemtl" && keyword != "newmtl") continue;
-    // Several material files may be listed, with blanks between them.
-    if (library && !is_file(folder_of(file) / with_slashes(std::string(name)))) continue;
-    char* const first = text.data() + (name.data() - text.data());
-    char* const last = text.data() + (line.data() + line.size() - text.data());
-    for (char* c = first; c < first + name.size(); ++c)
-      if (is_blank(*c))
-        *c = kNameBlank;
-      else if (library && *c == '\\')
-        *c = '/';
-    std::fill(first + name.size(), last, ' ');  // a comment
+/// The name of an image behind the options of a map_Kd, each of which takes a word or up to three numbers.
+std::string_view texture_name(std::string_view line) {
+  for (line = trimmed(line); line.starts_with('-');) {
+    std::string_view rest = line;
+    next_word(rest);
+    const bool numbers = number_from(next_word(rest)).has_value();
+    for (std::string_view more = rest; numbers && number_from(next_word(more));) rest = more;
+    if (trimmed(rest).empty()) break;
+    line = trimmed(rest);
   }
-  return text;
+  return line;
 }
 
-/// Material files beside an OBJ, for tinyobjloader.
-class MaterialFiles : public tinyobj::MaterialReader {
- public:
-  explicit MaterialFiles(const fs::path& folder) : folder_(folder) {}
-  bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
-                  std::map<std::string, int>* numbers, std::string* warning, std::string* error) override {
-    std::string spelt = name;
-    std::ranges::replace(spelt, kNameBlank, ' ');
-    const fs::path file = folder_ / spelt;
-    refuse_special_file(file);
-    if (!is_file(file)) return false;
-    std::string text = text_for_tinyobj(file);
-    TextBuffer buffer(text);
-    std::istream in(&buffer);
-    tinyobj::LoadMtl(numbers, materials, &in, warning, error);
-    return true;
+/// Adds the materials of a file, each with the name of its image or none. Lines may end in CR alone.
+void read_materials(const fs::path& file, std::vector<std::pair<std::string, std::string>>& materials) {
+  const FileBytes bytes(file);
+  for (std::string_view text = without_byte_order_mark(bytes.view()); !text.empty();) {
+    std::string_view line = text.substr(0, text.find_first_of("\r\n"));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    const std::string_view keyword = next_word(line);
+    if (keyword == "newmtl") materials.emplace_back(name_behind(line), "");
+    if (keyword == "map_Kd" && !materials.empty()) materials.back().second = texture_name(line);
   }
-
- private:
-  fs::path folder_;
-};
-
-/// A file as tinyobjloader reads it.
-struct ObjContent {
-  tinyobj::attrib_t attributes;
-  std::vector<tinyobj::shape_t> shapes;
-  std::vector<tinyobj::material_t> materials;
-};
-
-ObjContent parse_obj(const fs::path& file) {
-  std::string text = text_for_tinyobj(file);
-  TextBuffer buffer(text);
-  std::istream in(&buffer);
-  MaterialFiles reader(folder_of(file));
-  ObjContent content;
-  std::string warning, error;
-  constexpr bool kTriangulate = true, kVertexColors = false;
-  if (!tinyobj::LoadObj(&content.attributes, &content.shapes, &content.materials, &warning, &error, &in, &reader,
-                        kTriangulate, kVertexColors))
-    throw InputError(file, "", "expected an OBJ model: " + reason_of(file, error));
-  return content;
 }
 
 LoadedModel read_textured_obj(const fs::path& file) {
-  const auto [attributes, shapes, materials] = parse_obj(file);
+  const FileBytes bytes(file);
   LoadedModel result;
-  for (std::size_t i = 0; i + 2 < attributes.vertices.size(); i += 3)
-    result.mesh.positions.push_back({attributes.vertices[i], attributes.vertices[i + 1], attributes.vertices[i + 2]});
-  for (std::size_t i = 0; i + 1 < attributes.texcoords.size(); i += 2)
-    result.model.texcoords.push_back(
-        {static_cast<float>(attributes.texcoords[i]), static_cast<float>(1.0 - attributes.texcoords[i + 1])});
-  const auto unused = static_cast<std::uint32_t>(result.model.texcoords.size());
-  result.model.texcoords.push_back({0, 0});
-
+  ObjTexture texture;
+  result.mesh = read_obj(file, without_byte_order_mark(bytes.view()), &texture);
+  if (result.mesh.faces.empty()) throw InputError(file, "", "has no faces");
+  recut_concave(result.mesh, texture.corners);
   PageList pages(file);
-  std::vector<std::uint32_t> page_of_material;
-  for (const tinyobj::material_t& material : materials)
-    page_of_material.push_back(material.diffuse_texname.empty() ? kNoPage : pages.page(material.diffuse_texname));
-  for (const tinyobj::shape_t& shape : shapes) {
-    for (std::size_t f = 0; 3 * f + 2 < shape.mesh.indices.size(); ++f) {
-      Triangle face{}, texcoords{};
-      bool textured = true;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const tinyobj::index_t& corner = shape.mesh.indices[3 * f + k];
-        if (corner.vertex_index < 0 || static_cast<std::size_t>(corner.vertex_index) >= result.mesh.positions.size())
-          throw InputError(file, "face " + std::to_string(result.mesh.faces.size()), "vertex index out of range");
-        face[k] = static_cast<std::uint32_t>(corner.vertex_index);
-        textured = textured && corner.texcoord_index >= 0 && corner.texcoord_index < static_cast<int>(unused);
-        texcoords[k] = textured ? static_cast<std::uint32_t>(corner.texcoord_index) : unused;
-      }
-      const int material = shape.mesh.material_ids[f];
-      const bool known = material >= 0 && static_cast<std::size_t>(material) < page_of_material.size();
-      result.mesh.faces.push_back(face);
-      result.model.face_texcoords.push_back(texcoords);
-      result.model.face_page.push_back(textured && known ? page_of_material[static_cast<std::size_t>(material)]
-                                                         : kNoPage);
-    }
+  std::vector<std::uint32_t> page_of_material(texture.materials.size(), kNoPage);
+  std::vector<std::pair<std::string, std::string>> materials;
+  const auto read_library = [&](std::string_view name) {
+    const fs::path library = folder_of(file) / with_slashes(name);
+    refuse_special_file(library);
+    if (is_file(library)) read_materials(library, materials);
+    return is_file(library);
+  };
+  for (std::string_view names : texture.libraries)
+    if (!read_library(names))
+      while (!trimmed(names).empty()) read_library(next_word(names));
+  for (const auto& [name, image] : materials) {
+    const std::uint32_t page = image.empty() ? kNoPage : pages.page(image);
+    const auto used = texture.materials.find(name);
+    if (used != texture.materials.end() && page_of_material[used->second] == kNoPage)
+      page_of_material[used->second] = page;
+  }
+  const auto unused = static_cast<std::uint32_t>(texture.texcoords.size());
+  result.model.texcoords = std::move(texture.texcoords);
+  result.model.texcoords.push_back({0, 0});
+  for (std::size_t f = 0; f < texture.corners.size(); ++f) {
+    const bool textured = std::ranges::all_of(texture.corners[f], [&](std::uint32_t t) { return t < unused; });
+    result.model.face_texcoords.push_back(textured ? texture.corners[f] : Triangle{unused, unused, unused});
+    const bool known = textured && texture.material[f] < page_of_material.size();
+    result.model.face_page.push_back(known ? page_of_material[texture.material[f]] : kNoPage);
   }
   result.pages = pages.take();
   result.offset = read_offset(file.parent_path() / "offset.txt");

@@ -25,10 +25,10 @@ const StatedLens& chosen_lens(const StatedLens& perspective, const StatedLens& e
   return model == LensModel::equidistant ? equidistant : perspective;
 }
 
-std::optional<std::string> lost_beyond(const StatedLens& lens, const Distortion& d) {
+std::optional<std::string> lost_beyond(const StatedLens& (*lens)(LensModel), const Distortion& d) {
   if (!is_perspective(d.model) && d.model != LensModel::equidistant) return projection_name(d.model);
   std::vector<DistortionTerm> terms;
-  for (const LensTerm& term : lens.terms) terms.push_back(term.term);
+  for (const LensTerm& term : lens(d.model).terms) terms.push_back(term.term);
   return first_term_beyond(d, terms);
 }
 
@@ -102,9 +102,9 @@ OrderedJson reference_lla(const Scene& scene) {
   return {{"latitude", *latitude}, {"longitude", *longitude}, {"altitude", scene.offset.z}};
 }
 
-std::string text_of(const fs::path& folder, const OrderedJson& json) {
+void write_json(const fs::path& folder, const char* name, const OrderedJson& json) {
   try {
-    return json.dump(2) + '\n';
+    write_text(folder / name, json.dump(2) + '\n');
   } catch (const OrderedJson::type_error&) {
     throw OutputError(folder, "a photo's name is not UTF-8, which JSON has to be");
   }
@@ -112,52 +112,43 @@ std::string text_of(const fs::path& folder, const OrderedJson& json) {
 
 }  // namespace
 
-std::optional<std::string> lost_in_transforms(const Distortion& d) { return lost_beyond(transforms_lens(d.model), d); }
-std::optional<std::string> lost_in_opensfm(const Distortion& d) { return lost_beyond(opensfm_lens(d.model), d); }
+std::optional<std::string> lost_in_transforms(const Camera& c) { return lost_beyond(transforms_lens, c.distortion); }
+std::optional<std::string> lost_in_opensfm(const Camera& c) { return lost_beyond(opensfm_lens, c.distortion); }
 
-std::string transforms_text(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
-                            std::span<const fs::path> places,
-                            const std::function<std::optional<fs::path>(const fs::path&)>& mask_of) {
-  const auto camera_of = [&](std::size_t i) -> const Camera& { return scene.views[index(used[i])].camera; };
-  bool one_camera = true;
-  for (std::size_t i = 1; i < used.size(); ++i) one_camera &= camera_of(i) == camera_of(0);
-  OrderedJson root = one_camera && !used.empty() ? transforms_camera(camera_of(0)) : OrderedJson::object();
+void write_transforms(const PlacedScene& scene) {
+  const bool one_camera = scene.cameras.size() == 1;
+  OrderedJson root = one_camera ? transforms_camera(scene.cameras[0]) : OrderedJson::object();
   OrderedJson frames = OrderedJson::array();
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    OrderedJson frame = {{"file_path", places[i].generic_string()}};
-    if (const std::optional<fs::path> mask = mask_of(places[i])) frame["mask_path"] = mask->generic_string();
-    if (!one_camera) frame.update(transforms_camera(camera_of(i)));
-    frame["transform_matrix"] = transform_matrix(scene.views[index(used[i])].pose);
+  for (const PlacedView& placed : scene.views) {
+    OrderedJson frame = {{"file_path", placed.place.generic_string()}};
+    const fs::path mask = mask_in_folder(placed.place);
+    if (is_file(scene.folder / mask)) frame["mask_path"] = mask.generic_string();
+    if (!one_camera) frame.update(transforms_camera(placed.view.camera));
+    frame["transform_matrix"] = transform_matrix(placed.view.pose);
     frames.push_back(std::move(frame));
   }
   root["frames"] = std::move(frames);
-  return text_of(folder, root);
+  write_json(scene.folder, "transforms.json", root);
 }
 
-std::string opensfm_text(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
-                         std::span<const fs::path> places) {
-  std::vector<Camera> known;
+/// OpenSfM looks for masks by the photos' names.
+void write_opensfm(const PlacedScene& scene) {
   OrderedJson cameras = OrderedJson::object(), shots = OrderedJson::object();
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    const View& view = scene.views[index(used[i])];
-    const auto at = std::ranges::find(known, view.camera);
-    const std::string name = "camera " + std::to_string(at - known.begin() + 1);
-    if (at == known.end()) {
-      known.push_back(view.camera);
-      cameras[name] = opensfm_camera(view.camera);
-    }
+  const auto name_of_camera = [](std::size_t camera) { return "camera " + std::to_string(camera + 1); };
+  for (std::size_t c = 0; c < scene.cameras.size(); ++c) cameras[name_of_camera(c)] = opensfm_camera(scene.cameras[c]);
+  for (const auto& [view, place, camera] : scene.views) {
     const WorldPoint t = translation(view.pose);
-    shots[places[i].lexically_relative("images").generic_string()] = {
+    shots[place.lexically_relative("images").generic_string()] = {
         {"rotation", angle_axis_from_rotation(view.pose.rotation)},
         {"translation", {t.x, t.y, t.z}},
-        {"camera", name},
+        {"camera", name_of_camera(camera)},
         {"orientation", 1}};
   }
   OrderedJson reconstruction = {
       {"cameras", std::move(cameras)}, {"shots", std::move(shots)}, {"points", OrderedJson::object()}};
-  if (OrderedJson reference = reference_lla(scene); !reference.is_null())
+  if (OrderedJson reference = reference_lla(scene.scene); !reference.is_null())
     reconstruction["reference_lla"] = std::move(reference);
-  return text_of(folder, OrderedJson::array({std::move(reconstruction)}));
+  write_json(scene.folder, "reconstruction.json", OrderedJson::array({std::move(reconstruction)}));
 }
 
 }  // namespace gpvc::io

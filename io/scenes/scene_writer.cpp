@@ -28,12 +28,6 @@ std::string joined(std::initializer_list<double> values) {
   return text;
 }
 
-void write_text(const fs::path& path, const std::string& text) {
-  OutputFile file(path);
-  file.write(text);
-  file.commit();
-}
-
 // --- what a lens has, and what a format can state
 
 constexpr Named<LensModel> kProjectionNames[] = {{"the perspective projection", LensModel::brown},
@@ -63,19 +57,21 @@ const ColmapModel* colmap_model(const Distortion& d) {
   return most;
 }
 
-std::optional<std::string> lost_in_colmap(const Distortion& d) {
+std::optional<std::string> lost_in_colmap(const Camera& c) {
+  const Distortion& d = c.distortion;
   const ColmapModel* model = colmap_model(d);
   return model != nullptr ? first_term_beyond(d, model->terms()) : projection_name(d.model);
 }
 
-std::optional<std::string> lost_in_pinhole(const Distortion& d) {
+std::optional<std::string> lost_in_pinhole(const Camera& c) {
+  const Distortion& d = c.distortion;
   return is_perspective(d.model) ? first_term_beyond(d, {}) : projection_name(d.model);
 }
 
 /// The format has radial terms alone, about the photo's middle, with square pixels; k1 without k2 selects another model.
 std::optional<std::string> lost_in_cam(const Camera& c) {
   const Distortion& d = c.distortion;
-  if (!lost_in_pinhole(d)) return std::nullopt;
+  if (!lost_in_pinhole(c)) return std::nullopt;
   if (d.model != LensModel::inverse_radial) {
     if (!is_perspective(d.model)) return projection_name(d.model);
     if ((d.k1 != 0) != (d.k2 != 0)) return d.k1 != 0 ? "k1 without k2" : "k2 without k1";
@@ -92,7 +88,7 @@ std::optional<std::string> lost_in_nvm(const Camera& c) {
   const Distortion& d = c.distortion;
   if (d.model == LensModel::inverse_radial) {
     if (auto more = first_term_beyond(d, std::array{&Distortion::k1})) return more;
-  } else if (auto lost = lost_in_pinhole(d)) {
+  } else if (auto lost = lost_in_pinhole(c)) {
     return lost;
   }
   if (c.fx != c.fy) return "fx apart from fy";
@@ -133,45 +129,37 @@ class Bytes {
 // --- COLMAP
 
 /// A binary model: in text models COLMAP ends names at blanks.
-void write_colmap(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
-                  std::span<const fs::path> places) {
-  std::vector<Camera> known;
+void write_colmap(const PlacedScene& scene) {
   Bytes cameras, images, points;
-  for (const ViewId id : used) {
-    const Camera& c = scene.views[index(id)].camera;
-    if (std::ranges::find(known, c) == known.end()) known.push_back(c);
-  }
-  cameras.add<std::uint64_t>(known.size());
-  for (std::size_t n = 0; n < known.size(); ++n) {
-    const Camera& c = known[n];
+  cameras.add<std::uint64_t>(scene.cameras.size());
+  std::uint32_t number = 0;
+  for (const Camera& c : scene.cameras) {
     const ColmapModel& model = *colmap_model(c.distortion);
-    cameras.add(static_cast<std::uint32_t>(n + 1));
+    cameras.add(++number);
     cameras.add(static_cast<std::int32_t>(&model - kColmapModels.data()));
     cameras.add(static_cast<std::uint64_t>(c.width));
     cameras.add(static_cast<std::uint64_t>(c.height));
     for (const double value : {c.fx, c.fy, c.cx, c.cy}) cameras.add(value);
     for (const DistortionTerm term : model.terms()) cameras.add(c.distortion.*term);
   }
-  images.add<std::uint64_t>(used.size());
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    const View& view = scene.views[index(used[i])];
-    images.add(static_cast<std::uint32_t>(i + 1));
+  images.add<std::uint64_t>(scene.views.size());
+  number = 0;
+  for (const auto& [view, place, camera] : scene.views) {
+    images.add(++number);
     for (const double value : quaternion(view.pose.rotation)) images.add(value);
     images.add_point(translation(view.pose));
-    images.add(static_cast<std::uint32_t>(std::ranges::find(known, view.camera) - known.begin() + 1));
-    images.add_name(places[i].lexically_relative("images").generic_string());
+    images.add(camera + 1);
+    images.add_name(place.lexically_relative("images").generic_string());
     images.add<std::uint64_t>(0);  // points seen
   }
   points.add<std::uint64_t>(0);
-  write_text(folder / "sparse" / "cameras.bin", cameras.bytes());
-  write_text(folder / "sparse" / "images.bin", images.bytes());
-  write_text(folder / "sparse" / "points3D.bin", points.bytes());
+  write_text(scene.folder / "sparse" / "cameras.bin", cameras.bytes());
+  write_text(scene.folder / "sparse" / "images.bin", images.bytes());
+  write_text(scene.folder / "sparse" / "points3D.bin", points.bytes());
 }
 
-void write_cams(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
-                std::span<const fs::path> places) {
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    const View& view = scene.views[index(used[i])];
+void write_cams(const PlacedScene& scene) {
+  for (const auto& [view, place, camera] : scene.views) {
     const Camera& c = view.camera;
     const auto& r = view.pose.rotation;
     const WorldPoint t = translation(view.pose);
@@ -179,7 +167,7 @@ void write_cams(const fs::path& folder, const Scene& scene, std::span<const View
     const bool portrait = c.width * aspect < c.height;
     const double f = portrait ? c.fx * aspect / c.height : c.fx / c.width;
     const Distortion& d = c.distortion;
-    write_text(folder / fs::path(places[i]).replace_extension(".cam"),
+    write_text(scene.folder / fs::path(place).replace_extension(".cam"),
                joined({t.x, t.y, t.z, r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]}) + "\n" +
                    joined({f, d.k1, d.k2, aspect, c.cx / c.width, c.cy / c.height}) + "\n");
   }
@@ -188,29 +176,21 @@ void write_cams(const fs::path& folder, const Scene& scene, std::span<const View
 // --- OpenMVS
 
 /// Version 4 of the interface: what every OpenMVS since 2.0 reads. One platform per camera.
-void write_mvs(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
-               std::span<const fs::path> places) {
+void write_mvs(const PlacedScene& scene) {
   constexpr std::array<double, 9> kIdentity{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  std::vector<Camera> known;
-  std::vector<std::vector<ViewId>> views;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> platform_pose(used.size());
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    const Camera& camera = scene.views[index(used[i])].camera;
-    const auto at = static_cast<std::size_t>(std::find(known.begin(), known.end(), camera) - known.begin());
-    if (at == known.size()) {
-      known.push_back(camera);
-      views.emplace_back();
-    }
-    platform_pose[i] = {static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(views[at].size())};
-    views[at].push_back(used[i]);
+  std::vector<std::vector<Pose>> poses(scene.cameras.size());
+  std::vector<std::uint32_t> pose_of_view;
+  for (const PlacedView& placed : scene.views) {
+    pose_of_view.push_back(static_cast<std::uint32_t>(poses[placed.camera].size()));
+    poses[placed.camera].push_back(placed.view.pose);
   }
 
   Bytes archive("MVSI");
   archive.add<std::uint32_t>(4);
   archive.add<std::uint32_t>(0);
-  archive.add<std::uint64_t>(known.size());
-  for (std::size_t p = 0; p < known.size(); ++p) {
-    const Camera& c = known[p];
+  archive.add<std::uint64_t>(scene.cameras.size());
+  for (std::size_t p = 0; p < scene.cameras.size(); ++p) {
+    const Camera& c = scene.cameras[p];
     archive.add_text("platform" + std::to_string(p));
     archive.add<std::uint64_t>(1);
     archive.add_text("camera");
@@ -220,24 +200,24 @@ void write_mvs(const fs::path& folder, const Scene& scene, std::span<const ViewI
     archive.add_matrix({c.fx, 0, c.cx - 0.5, 0, c.fy, c.cy - 0.5, 0, 0, 1});
     archive.add_matrix(kIdentity);
     archive.add_point({});
-    archive.add<std::uint64_t>(views[p].size());
-    for (const ViewId id : views[p]) {
-      archive.add_matrix(scene.views[index(id)].pose.rotation);
-      archive.add_point(scene.views[index(id)].pose.centre);
+    archive.add<std::uint64_t>(poses[p].size());
+    for (const Pose& pose : poses[p]) {
+      archive.add_matrix(pose.rotation);
+      archive.add_point(pose.centre);
     }
   }
-  archive.add<std::uint64_t>(used.size());
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    archive.add_text(places[i].generic_string());
-    archive.add(platform_pose[i].first);
+  archive.add<std::uint64_t>(scene.views.size());
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    archive.add_text(scene.views[i].place.generic_string());
+    archive.add(scene.views[i].camera);
     archive.add<std::uint32_t>(0);
-    archive.add(platform_pose[i].second);
+    archive.add(pose_of_view[i]);
     archive.add(static_cast<std::uint32_t>(i));
   }
   // Vertices, their normals and colours; lines, their normals and colours: none.
   for (int list = 0; list < 6; ++list) archive.add<std::uint64_t>(0);
   for (const double v : {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}) archive.add(v);
-  write_text(folder / "scene.mvs", archive.bytes());
+  write_text(scene.folder / "scene.mvs", archive.bytes());
 }
 
 // --- NVM
@@ -252,20 +232,23 @@ void refuse_name_beyond_nvm(const std::string& name) {
 }
 
 /// One model without points; the 0 behind it, a model without cameras, ends the file.
-void write_nvm(const fs::path& folder, const Scene& scene, std::span<const ViewId> used,
-               std::span<const fs::path> places) {
-  std::string text = "NVM_V3\n\n" + std::to_string(used.size()) + "\n";
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    const View& view = scene.views[index(used[i])];
-    std::string name = places[i].generic_string();
+void write_nvm(const PlacedScene& scene) {
+  std::string text = "NVM_V3\n\n" + std::to_string(scene.views.size()) + "\n";
+  for (const auto& [view, place, camera] : scene.views) {
+    std::string name = place.generic_string();
     std::ranges::replace(name, ' ', '"');
     const auto q = quaternion(view.pose.rotation);
     const WorldPoint& c = view.pose.centre;
     text += name + '\t' +
             joined({view.camera.fx, q[0], q[1], q[2], q[3], c.x, c.y, c.z, view.camera.distortion.k1, 0}) + '\n';
   }
-  write_text(folder / "scene.nvm", text + "\n0\n\n0\n");
+  write_text(scene.folder / "scene.nvm", text + "\n0\n\n0\n");
 }
+
+// --- where masks lie
+
+fs::path mask_by_stem(const fs::path& photo) { return fs::path(photo).replace_extension(".mask.png"); }
+fs::path mask_by_name(const fs::path& photo) { return fs::path(photo.string() + ".mask.png"); }
 
 }  // namespace
 
@@ -284,81 +267,85 @@ std::optional<std::string> first_term_beyond(const Distortion& d, std::span<cons
 
 std::string projection_name(LensModel model) { return std::string(name_of(kProjectionNames, model)); }
 
+fs::path mask_in_folder(const fs::path& photo) {
+  return fs::path("masks") / (photo.lexically_relative("images").string() + ".png");
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+  OutputFile file(path);
+  file.write(text);
+  file.commit();
+}
+
 // --- scenes
+
+const SceneWriter& scene_writer(SceneTarget target) {
+  using enum SceneTarget;
+  static const SceneWriter kWriters[] = {
+      {colmap,
+       {"sparse/cameras.bin", "sparse/images.bin", "sparse/points3D.bin"},
+       lost_in_colmap,
+       mask_in_folder,
+       write_colmap},
+      {cam, {}, lost_in_cam, nullptr, write_cams, {.without_masks = "mvs-texturing has no masks: it"}},
+      {mvs, {"scene.mvs"}, lost_in_pinhole, mask_by_stem, write_mvs},
+      {transforms, {"transforms.json"}, lost_in_transforms, mask_in_folder, write_transforms},
+      {opensfm, {"reconstruction.json"}, lost_in_opensfm, mask_in_folder, write_opensfm, {.states_enu = true}},
+      {nvm,
+       {"scene.nvm"},
+       lost_in_nvm,
+       mask_by_name,
+       write_nvm,
+       {.square_and_centred = true,
+        .without_masks = "NVM has no masks: programs other than gpvc",
+        .refuse_name = refuse_name_beyond_nvm}}};
+  return *std::ranges::find(kWriters, target, &SceneWriter::target);
+}
 
 std::optional<std::string> lost_term(SceneTarget target, const Camera& camera) {
   if (camera.distortion.motion.moves()) return "a movement while the photo was read out (rolling shutter)";
   if (camera.distortion.looks_aside()) return "a view that looks another way than the lens";
-  if (target == SceneTarget::mvs) return lost_in_pinhole(camera.distortion);
-  if (target == SceneTarget::cam) return lost_in_cam(camera);
-  if (target == SceneTarget::transforms) return lost_in_transforms(camera.distortion);
-  if (target == SceneTarget::opensfm) return lost_in_opensfm(camera.distortion);
-  if (target == SceneTarget::nvm) return lost_in_nvm(camera);
-  return lost_in_colmap(camera.distortion);
+  return scene_writer(target).lost_term(camera);
 }
 
 std::vector<fs::path> photo_places(SceneTarget target, const Scene& scene, std::span<const ViewId> used) {
+  const SceneWriter& writer = scene_writer(target);
+  const bool flat = writer.files.empty();
   std::vector<fs::path> places;
   std::set<fs::path> taken;
   for (const ViewId id : used) {
     std::string name = fs::path(scene.views[index(id)].name).lexically_normal().generic_string();
-    if (target == SceneTarget::nvm) refuse_name_beyond_nvm(name);
-    if (target == SceneTarget::cam) std::replace(name.begin(), name.end(), '/', '_');
-    places.push_back(target == SceneTarget::cam ? fs::path(name) : fs::path("images") / name);
-    const fs::path key = target == SceneTarget::cam ? fs::path(name).replace_extension(".cam") : places.back();
+    if (writer.more.refuse_name != nullptr) writer.more.refuse_name(name);
+    if (flat) std::ranges::replace(name, '/', '_');
+    places.push_back(flat ? fs::path(name) : fs::path("images") / name);
+    const fs::path key = flat ? fs::path(name).replace_extension(".cam") : places.back();
     if (!taken.insert(key).second)
-      throw OutputError(key, std::string("two photos would need this name") +
-                                 (target == SceneTarget::cam ? " in a folder without sub-folders" : ""));
+      throw OutputError(
+          key, std::string("two photos would need this name") + (flat ? " in a folder without sub-folders" : ""));
   }
   return places;
 }
 
-std::optional<fs::path> mask_place(SceneTarget target, const fs::path& photo_place) {
-  if (target == SceneTarget::cam) return std::nullopt;
-  if (target == SceneTarget::mvs) return fs::path(photo_place).replace_extension(".mask.png");
-  if (target == SceneTarget::nvm) return fs::path(photo_place.string() + ".mask.png");
-  return fs::path("masks") / (photo_place.lexically_relative("images").string() + ".png");
-}
-
 void write_scene(SceneTarget target, const Scene& scene, std::span<const ViewId> used, std::span<const fs::path> places,
                  const fs::path& folder) {
-  for (const ViewId id : used)
-    if (const auto lost = lost_term(target, scene.views[index(id)].camera))
-      throw OutputError(folder,
-                        "the format cannot state " + *lost + " of the camera of " + scene.views[index(id)].name);
-  if (target == SceneTarget::colmap) write_colmap(folder, scene, used, places);
-  if (target == SceneTarget::cam) write_cams(folder, scene, used, places);
-  if (target == SceneTarget::mvs) write_mvs(folder, scene, used, places);
-  if (target == SceneTarget::nvm) write_nvm(folder, scene, used, places);
-  const auto mask_of = [&](const fs::path& place) -> std::optional<fs::path> {
-    const std::optional<fs::path> mask = mask_place(target, place);
-    return mask && is_file(folder / *mask) ? mask : std::nullopt;
-  };
-  if (target == SceneTarget::transforms)
-    write_text(folder / "transforms.json", transforms_text(folder, scene, used, places, mask_of));
-  if (target == SceneTarget::opensfm)
-    write_text(folder / "reconstruction.json", opensfm_text(folder, scene, used, places));
+  PlacedScene placed{scene, folder};
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const View& view = scene.views[index(used[i])];
+    if (const auto lost = lost_term(target, view.camera))
+      throw OutputError(folder, "the format cannot state " + *lost + " of the camera of " + view.name);
+    const auto known = std::ranges::find(placed.cameras, view.camera);
+    placed.views.push_back({view, places[i], static_cast<std::uint32_t>(known - placed.cameras.begin())});
+    if (known == placed.cameras.end()) placed.cameras.push_back(view.camera);
+  }
+  scene_writer(target).write(placed);
 }
 
 std::vector<fs::path> listing_files(SceneTarget target, std::span<const fs::path> places) {
-  switch (target) {
-    case SceneTarget::colmap:
-      return {"sparse/cameras.bin", "sparse/images.bin", "sparse/points3D.bin"};
-    case SceneTarget::cam: {
-      std::vector<fs::path> files(places.begin(), places.end());
-      for (fs::path& file : files) file.replace_extension(".cam");
-      return files;
-    }
-    case SceneTarget::mvs:
-      return {"scene.mvs"};
-    case SceneTarget::transforms:
-      return {"transforms.json"};
-    case SceneTarget::opensfm:
-      return {"reconstruction.json"};
-    case SceneTarget::nvm:
-      return {"scene.nvm"};
-  }
-  return {};
+  const SceneWriter& writer = scene_writer(target);
+  if (!writer.files.empty()) return writer.files;
+  std::vector<fs::path> files(places.begin(), places.end());
+  for (fs::path& file : files) file.replace_extension(".cam");
+  return files;
 }
 
 }  // namespace gpvc::io

@@ -3,15 +3,29 @@
 
 #include <array>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 
-#include "io/scene.h"
+#include "io/scene_files.h"
 #include "io/scenes/colmap_models.h"
 
 namespace gpvc::io {
+
+/// A view to be written.
+struct PlacedView {
+  const View& view;
+  const std::filesystem::path& place;  ///< of its photo, see photo_places()
+  std::uint32_t camera;                ///< which of PlacedScene::cameras it has
+};
+
+/// What write_scene() writes.
+struct PlacedScene {
+  const Scene& scene;
+  const std::filesystem::path& folder;
+  std::vector<PlacedView> views{};
+  std::vector<Camera> cameras{};  ///< of these views, each once, in the order of their first use
+};
 
 /// t of x_camera = R x_world + t.
 WorldPoint translation(const Pose& pose);
@@ -24,19 +38,16 @@ std::string projection_name(LensModel model);
 
 inline bool is_perspective(LensModel model) { return model == LensModel::brown || model == LensModel::perspective; }
 
-// The first thing of a lens that the format cannot state.
-std::optional<std::string> lost_in_transforms(const Distortion& d);
-std::optional<std::string> lost_in_opensfm(const Distortion& d);
+/// masks/NAME.EXT.png of images/NAME.EXT.
+std::filesystem::path mask_in_folder(const std::filesystem::path& photo);
 
-/// transforms.json. `mask_of`: the place of the mask of a photo's place, if it has one. Throws OutputError, which names
-/// `folder`, for names that are not UTF-8. \pre nothing is lost
-std::string transforms_text(
-    const std::filesystem::path& folder, const Scene& scene, std::span<const ViewId> used,
-    std::span<const std::filesystem::path> places,
-    const std::function<std::optional<std::filesystem::path>(const std::filesystem::path&)>& mask_of);
+/// Throws OutputError.
+void write_text(const std::filesystem::path& path, const std::string& text);
 
-/// reconstruction.json, the same way. OpenSfM looks for masks by the photos' names.
-std::string opensfm_text(const std::filesystem::path& folder, const Scene& scene, std::span<const ViewId> used,
-                         std::span<const std::filesystem::path> places);
+// SceneWriter::lost_term and SceneWriter::write of the formats that are JSON; names that are not UTF-8 are an OutputError.
+std::optional<std::string> lost_in_transforms(const Camera& camera);
+std::optional<std::string> lost_in_opensfm(const Camera& camera);
+void write_transforms(const PlacedScene& scene);
+void write_opensfm(const PlacedScene& scene);
 
 }  // namespace gpvc::io

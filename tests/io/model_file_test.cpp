@@ -304,6 +304,34 @@ TEST(ReadTexturedModel, ReadsNamesWithBlanksBehindByteOrderMarks) {
   EXPECT_EQ(found.pages.size(), expected.pages.size());
 }
 
+// A quad whose fan would turn a triangle over, coordinates behind the faces and counted from the end, options before an image,
+// and faces without texture: no coordinates, some that do not exist, no material and one without an image.
+TEST(ReadTexturedModel, ReadsObjsOfOtherWriters) {
+  const StripModel test;
+  test.folder.write("a.mtl", "newmtl plain\nKd 1 0 0\nnewmtl red\nmap_Kd -s 1 1 -clamp on -o 0.5 model_0.png\n");
+  test.folder.write("b.mtl", "newmtl blue\r\n\tmap_Kd model_1.jpg\r\n");
+  const std::string vertices =
+      "mtllib a.mtl none.mtl b.mtl\nv 0 0 0\nv 2 0 0\nv 0 2 0\nv 0.5 0.5 0\nvt 0 0\nvt 1 0 0\nvt 0 1\n";
+  const auto file =
+      test.folder.write("m.obj", vertices +
+                                     "f 1/1 2/2 3/3\nusemtl blue\nf 3/3/1 4/4/1 2/2/1 1/1/1\n"
+                                     "usemtl red # wall\nf -4/-3 -3/-2 -2/-1\nf 1//1 2//1 3//1\nf 1/9 2/1 3/1\n"
+                                     "usemtl plain\nf 1/1 2/2 3/3\nvt 0.25 0.25\n");
+  const LoadedModel model = read_textured_model(file);
+  EXPECT_EQ(model.mesh.faces,
+            (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {3, 1, 0}, {0, 1, 2}, {0, 1, 2}, {0, 1, 2}, {0, 1, 2}}));
+  EXPECT_EQ(model.model.face_page, (std::vector<std::uint32_t>{kNoPage, 1, 1, 0, kNoPage, kNoPage, kNoPage}));
+  for (const std::size_t f : {1u, 2u, 3u})
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(model.model.face_texcoords[f][k], model.mesh.faces[f][k]);
+  EXPECT_EQ(model.model.texcoords[3].v, 0.75f);
+  const auto error_of = [&](const std::string& line) {
+    test.folder.write("m.obj", vertices + line);
+    return test::input_error([&] { read_textured_model(file); });
+  };
+  EXPECT_TRUE(contains(error_of("vt \n"), "m.obj: line 9: a texture coordinate needs a number"));
+  EXPECT_TRUE(contains(error_of("f 1/1 2/x 3/3\n"), "m.obj: line 9: '2/x' has no number of a texture coordinate"));
+}
+
 TEST(ReadTexturedModel, TakesTheTextureCoordinatesThatTheMaterialNames) {
   const StripModel test;
   write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
@@ -333,7 +361,8 @@ TEST(ReadTexturedModel, RefusesCoordinatesBeyondSinglePrecision) {
   write_obj(test.folder.path() / "m.obj", test.model, test.pages, {});
   for (const char* name : {"m.glb", "m.obj"}) {
     const std::string error = test::input_error([&] { read_textured_model(test.folder.path() / name); });
-    EXPECT_TRUE(contains(error, name + std::string(": vertex "))) << error;
+    EXPECT_TRUE(contains(error, name + std::string(": "))) << error;
+    EXPECT_TRUE(contains(error, "vertex ")) << error;
     EXPECT_TRUE(contains(error, "has the coordinate 1")) << error;
   }
   test.mesh.positions[4].y = 0;
