@@ -211,7 +211,7 @@ struct BakeOptions {
   /// Charts of partial faces are baked in batches of at most so many bytes beside the pages, one chart at least. Each
   /// batch fetches its photos again.
   std::size_t partial_bytes = std::numeric_limits<std::size_t>::max();
-  /// Where pages rest, in a file without a name of at most 4 bytes a texel, while partial and unseen faces on them wait for
+  /// Where pages are spilled, to a file without a name of at most 4 bytes a texel, while partial and unseen faces on them wait for
   /// the colours of later groups. Empty: such pages stay in memory.
   std::filesystem::path scratch_folder = {};
   /// Bytes that coarse photos may take in such a file where pages are baked in several groups: a group that needs no more of a
@@ -222,7 +222,7 @@ struct BakeOptions {
 };
 
 /// Levels seams and bakes pages. Each photo is fetched at most once for its seams and once for each group of pages.
-/// `input` is what the plan was made from. Throws what the photo source throws, and OutputError where pages cannot rest.
+/// `input` is what the plan was made from. Throws what the photo source throws, and OutputError where pages cannot be spilled.
 /// Progress counts baked photos. It is called from any thread, but by one thread at a time, and also while a photo is
 /// being baked, so that an exception from it stops the work within a fraction of a second.
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress,

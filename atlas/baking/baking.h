@@ -29,19 +29,19 @@ struct AtlasBuild {
   ColorCorrection correction;
   std::vector<ChartPlace> places;  ///< per chart before those of the border
   std::vector<Page> pages;
-  std::vector<PageMean> rested_means = {};  ///< per page: when it was last put to rest, before it was padded
-  std::optional<CoarseStore> coarse = {};   ///< of photos that were in use; none where they are used once
+  std::vector<PageMean> spilled_means = {};  ///< per page: when it was last spilled, before it was padded
+  std::optional<CoarseStore> coarse = {};    ///< of photos that were in use; none where they are used once
 
   Page& page_of(std::uint32_t chart) { return pages[places[chart].page]; }
   const Page& page_of(std::uint32_t chart) const { return pages[places[chart].page]; }
-  /// Mean over all pages as they are, or were put to rest.
+  /// Mean over all pages as they are, or were when they were spilled.
   Color mean_color() const {
     PageMean mean;
     for (std::size_t p = 0; p < pages.size(); ++p) {
       if (pages[p].is_open())
         mean.add(pages[p]);
       else
-        mean.add(rested_means[p]);
+        mean.add(spilled_means[p]);
     }
     return mean.mean();
   }

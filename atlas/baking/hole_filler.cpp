@@ -154,11 +154,11 @@ void write_face(AtlasBuild& build, std::uint32_t chart, std::uint32_t face, cons
 
 }  // namespace
 
-HoleFiller::HoleFiller(AtlasBuild& build) : build_(build), awaited_(build.pages.size(), 0) {
+HoleFiller::HoleFiller(AtlasBuild& build) : build_(build), pending_(build.pages.size(), 0) {
   if (build.set.unseen_faces == 0) return;
   slot_.assign(build.input.mesh.positions.size(), kNoHole);
   for_unseen(build.set, [&](std::uint32_t chart, std::uint32_t face) {
-    awaited_[build.places[chart].page] = 1;
+    pending_[build.places[chart].page] = 1;
     for (const auto v : build.input.mesh.faces[face])
       if (slot_[v] == kNoHole) slot_[v] = vertices_++;
   });

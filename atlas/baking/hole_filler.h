@@ -18,7 +18,7 @@ class HoleFiller {
   explicit HoleFiller(AtlasBuild& build);
 
   /// True if the page has unseen faces.
-  bool is_awaited(std::uint32_t page) const { return awaited_[page] != 0; }
+  bool is_pending(std::uint32_t page) const { return pending_[page] != 0; }
   /// Keeps the colours that open pages have along the borders of holes. Call it when all other charts are finished on
   /// these pages. O(faces).
   void look_at_borders();
@@ -29,7 +29,7 @@ class HoleFiller {
 
  private:
   AtlasBuild& build_;
-  std::vector<char> awaited_;                 ///< per page
+  std::vector<char> pending_;                 ///< per page
   std::vector<std::uint32_t> slot_;           ///< per mesh vertex: its place among those of holes, or none
   std::uint32_t vertices_ = 0;                ///< of holes
   std::vector<std::optional<Color>> border_;  ///< per corner of a seen face on a hole's border

@@ -34,8 +34,7 @@ std::optional<LevelingResult> take_leveling(const KeptPages& kept) {
 }
 
 void keep_leveling(const KeptPages& kept, const LevelingResult& r) {
-  if (kept.store != nullptr)
-    kept.store->keep("leveling", kept.key, [&](io::WorkStore::Writer& out) { out.add(r); });
+  if (kept.store != nullptr) kept.store->keep("leveling", kept.key, [&](io::WorkStore::Writer& out) { out.add(r); });
 }
 
 bool has_page(const KeptPages& kept, std::uint32_t number) {

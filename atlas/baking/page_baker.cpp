@@ -68,8 +68,8 @@ class PageBaker {
       group.partial = partial_charts_on(build, group);
       if (!group.kept) ++to_paint_;
     }
-    build_.rested_means.resize(build.pages.size());
-    if (rests() && !build.blending.empty() && options.coarse_bytes > 0 && !options.scratch_folder.empty())
+    build_.spilled_means.resize(build.pages.size());
+    if (spills() && !build.blending.empty() && options.coarse_bytes > 0 && !options.scratch_folder.empty())
       build_.coarse.emplace(build.input.scene.views.size(), options.scratch_folder, options.coarse_bytes);
     if (!options_.take_page) result_.pages.resize(build.pages.size());
   }
@@ -78,20 +78,20 @@ class PageBaker {
     for (const PageGroup& group : groups_) {
       paint(group, progress);
       partial_.look_at_borders();
-      settle(group);
+      finish_or_spill(group);
     }
     while (partial_.begin_round()) {
       for (const PageGroup& group : groups_) {
-        if (!wake(group, [&](std::uint32_t p) { return partial_.is_filled_now(p); })) continue;
+        if (!reload(group, [&](std::uint32_t p) { return partial_.is_filled_now(p); })) continue;
         partial_.fill();
         partial_.look_at_borders();
-        settle(group);
+        finish_or_spill(group);
       }
     }
-    if (!rests()) holes_.look_at_borders();
+    if (!spills()) holes_.look_at_borders();
     holes_.solve();
     for (const PageGroup& group : groups_) {
-      if (!wake(group, [&](std::uint32_t p) { return finished_[p] == 0; })) continue;
+      if (!reload(group, [&](std::uint32_t p) { return finished_[p] == 0; })) continue;
       holes_.fill();
       finish_if(group, [](std::uint32_t) { return true; });
     }
@@ -99,8 +99,8 @@ class PageBaker {
   }
 
  private:
-  /// True if pages rest where there are several groups. A single group stays open until all is done.
-  bool rests() const { return groups_.size() > 1; }
+  /// True if pages are spilled: where there are several groups. A single group stays open until all is done.
+  bool spills() const { return groups_.size() > 1; }
 
   /// Opens the pages of a group with the texels that photos give them.
   void paint(const PageGroup& group, const Progress& progress) {
@@ -172,35 +172,35 @@ class PageBaker {
     return batch;
   }
 
-  /// Finishes the open pages of a group whose charts wait for nothing, and puts the others to rest.
-  void settle(const PageGroup& group) {
-    if (!rests()) return;
+  /// Finishes the open pages of a group whose charts wait for nothing, and spills the others.
+  void finish_or_spill(const PageGroup& group) {
+    if (!spills()) return;
     holes_.look_at_borders();
     for (std::uint32_t p = group.first; p < group.end; ++p) {
       if (!build_.pages[p].is_open()) continue;
-      build_.rested_means[p] = {};
-      build_.rested_means[p].add(build_.pages[p]);
+      build_.spilled_means[p] = {};
+      build_.spilled_means[p].add(build_.pages[p]);
     }
-    finish_if(group, [&](std::uint32_t p) { return !partial_.is_awaited(p) && !holes_.is_awaited(p); });
+    finish_if(group, [&](std::uint32_t p) { return !partial_.is_pending(p) && !holes_.is_pending(p); });
     if (options_.scratch_folder.empty()) return;
     if (!scratch_) scratch_.emplace(options_.scratch_folder);
     for (std::uint32_t p = group.first; p < group.end; ++p)
-      if (build_.pages[p].is_open()) build_.pages[p].rest(*scratch_, place(p));
+      if (build_.pages[p].is_open()) build_.pages[p].spill(*scratch_, place(p));
   }
 
   /// Opens the unfinished pages of a group for which wanted(page). False if there are none.
   template <typename Wanted>
-  bool wake(const PageGroup& group, const Wanted& wanted) {
+  bool reload(const PageGroup& group, const Wanted& wanted) {
     bool any = false;
     for (std::uint32_t p = group.first; p < group.end; ++p) {
       if (!wanted(p)) continue;
-      if (!build_.pages[p].is_open()) build_.pages[p].wake(*scratch_, place(p));
+      if (!build_.pages[p].is_open()) build_.pages[p].reload(*scratch_, place(p));
       any = true;
     }
     return any;
   }
 
-  /// Where a page rests.
+  /// Where a page is spilled to.
   std::size_t place(std::uint32_t page) const {
     std::size_t texels = 0;
     for (std::uint32_t p = 0; p < page; ++p) texels += build_.pages[p].texels();
@@ -240,7 +240,7 @@ class PageBaker {
   std::vector<char> finished_;              ///< per page
   std::size_t to_paint_ = 0, painted_ = 0;  ///< groups
   std::size_t passes_ = 0;                  ///< over the photos, begun
-  std::optional<io::ScratchFile> scratch_;  ///< made when the first page rests
+  std::optional<io::ScratchFile> scratch_;  ///< made when the first page is spilled
   BakedPages result_;
   std::mutex mutex_;
 };

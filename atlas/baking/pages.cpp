@@ -23,14 +23,14 @@ void Page::open() {
   state.assign(texels(), TexelState::empty);
 }
 
-void Page::rest(io::ScratchFile& file, std::size_t place) {
+void Page::spill(io::ScratchFile& file, std::size_t place) {
   file.write(place, image.pixels.data(), image.pixels.size());
   file.write(place + image.pixels.size(), state.data(), state.size());
   free_memory(image.pixels);
   free_memory(state);
 }
 
-void Page::wake(const io::ScratchFile& file, std::size_t place) {
+void Page::reload(const io::ScratchFile& file, std::size_t place) {
   open();
   file.read(place, image.pixels.data(), image.pixels.size());
   file.read(place + image.pixels.size(), state.data(), state.size());

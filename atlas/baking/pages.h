@@ -29,7 +29,7 @@ inline TexelState state_of(TexelReach reach) {
   return reach == TexelReach::ring ? TexelState::ring : TexelState::chart;
 }
 
-/// Has texels while it is open. Until it is opened, while it rests and after it is closed it has the size of its image
+/// Has texels while it is open. Until it is opened, while it is spilled and after it is closed it has the size of its image
 /// alone.
 struct Page {
   Image image;
@@ -45,10 +45,10 @@ struct Page {
   std::size_t bytes() const { return kPageBytesPerTexel * texels(); }
   bool is_open() const { return !state.empty(); }
   void open();
-  /// Moves the texels to a file; wake() gets them back from the same place, which has room for 4 bytes a texel. Throws
+  /// Moves the texels to a file; reload() gets them back from the same place, which has room for 4 bytes a texel. Throws
   /// OutputError.
-  void rest(io::ScratchFile& file, std::size_t place);
-  void wake(const io::ScratchFile& file, std::size_t place);
+  void spill(io::ScratchFile& file, std::size_t place);
+  void reload(const io::ScratchFile& file, std::size_t place);
   /// Gives the image away; what is left has its size.
   Image close();
   std::uint32_t owner(int x, int y) const {

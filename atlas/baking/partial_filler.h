@@ -39,7 +39,7 @@ class PartialFiller {
   void fill();
   /// True if charts of this round, or any that wait, lie on the page.
   bool is_filled_now(std::uint32_t page) const { return now_[page] > 0; }
-  bool is_awaited(std::uint32_t page) const { return waiting_[page] > 0; }
+  bool is_pending(std::uint32_t page) const { return waiting_[page] > 0; }
 
  private:
   /// A texel's index in the chart's raster, and its colour.
