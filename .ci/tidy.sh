@@ -14,7 +14,7 @@ for file in "$@"; do
   if [[ ! $file =~ ^(io|visibility|labeling|atlas|app)/ ]] || [ ! -f "$file" ]; then continue; fi
   case $file in
     *.cpp) ;;
-    *.h) file=$(git grep -lF "#include \"$file\"" -- 'io/*.cpp' 'visibility/*.cpp' 'labeling/*.cpp' 'atlas/*.cpp' 'app/*.cpp' | head -n 1) ;;
+    *.h) file=$(git grep -lF "#include \"$file\"" -- 'io/*.cpp' 'visibility/*.cpp' 'labeling/*.cpp' 'atlas/*.cpp' 'app/*.cpp' | sed -n 1p || true) ;;
     *) continue ;;
   esac
   if [ -n "$file" ]; then sources+=("^$root/$file\$"); fi

@@ -4,17 +4,6 @@
 cmake_minimum_required(VERSION 3.25)
 string(REPLACE "," ";" PUBLIC "${PUBLIC}")
 
-# To be emptied: private headers that other libraries include all the same.
-set(exceptions
-  app/checks/hypotheses.h
-  app/pipeline/agreement_bytes.h
-  app/pipeline/coverage_store.h
-  app/pipeline/kept_work.h
-  app/pipeline/render_model.h
-  app/pipeline/steps.h
-  app/pipeline/texture_files.h
-  app/results/output_names.h)
-
 # The library that a file belongs to: its folder, and that below app/.
 function(library_of file result)
   string(REGEX MATCH "^(app/)?[^/]+" library "${file}")
@@ -30,7 +19,6 @@ list(REMOVE_DUPLICATES installed)
 
 set(includes 0)
 set(faults "")
-set(excused "")
 file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/io/*.h ${ROOT}/io/*.cpp ${ROOT}/visibility/*.h ${ROOT}/visibility/*.cpp
   ${ROOT}/labeling/*.h ${ROOT}/labeling/*.cpp ${ROOT}/atlas/*.h ${ROOT}/atlas/*.cpp ${ROOT}/app/*.h ${ROOT}/app/*.cpp)
 foreach(source ${sources})
@@ -51,20 +39,10 @@ foreach(source ${sources})
     if(library STREQUAL own OR NOT library IN_LIST installed OR header IN_LIST PUBLIC)
       continue()
     endif()
-    if(header IN_LIST exceptions)
-      list(APPEND excused ${header})
-      message(STATUS "known exception: ${source} includes ${header}")
-    else()
-      string(APPEND faults "  ${source} includes ${header}\n")
-    endif()
+    string(APPEND faults "  ${source} includes ${header}\n")
   endforeach()
 endforeach()
 
-foreach(header ${exceptions})
-  if(NOT header IN_LIST excused)
-    message(STATUS "no longer an exception, to be taken off the list: ${header}")
-  endif()
-endforeach()
 if(includes LESS 1000)
   message(FATAL_ERROR "only ${includes} includes were found: the check looks at the wrong files")
 endif()

@@ -12,7 +12,7 @@ set(threads_app_tests
     "-Interrupt.*:TruthOfACity.WhatMasks*:TruthOfACity.GoodModel*:TruthOfACity.WrongColors*:\
 TruthOfACity.Origins*:TruthOfACity.Ghosts*")
 # The whole pipeline: views seen while costs are computed, meshes judged, pages written, work kept and taken over.
-set(threads_app_gl_tests "KeptWork.*:Pipeline.*-KeptWork.OtherOptions*:KeptWork.AnotherPhoto*")
+set(threads_app_gl_tests "CheckpointTest.*:Pipeline.*-CheckpointTest.OtherOptions*:CheckpointTest.AnotherPhoto*")
 
 # tests/run.sh --threads builds this.
 add_custom_target(threads_tests)
