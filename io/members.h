@@ -34,22 +34,21 @@ concept PlainBytes = (std::has_unique_object_representations_v<T> || std::floati
 namespace detail {
 
 template <typename T>
-struct ArrayOf : std::false_type {};
+inline constexpr bool kIsArray = false;
 template <typename T, std::size_t kCount>
-struct ArrayOf<std::array<T, kCount>> : std::true_type {};
-
+inline constexpr bool kIsArray<std::array<T, kCount>> = true;
 template <typename T>
-struct VectorOf : std::false_type {};
+inline constexpr bool kIsVector = false;
 template <typename T>
-struct VectorOf<std::vector<T>> : std::true_type {};
+inline constexpr bool kIsVector<std::vector<T>> = true;
 template <typename T>
-struct OptionalOf : std::false_type {};
+inline constexpr bool kIsOptional = false;
 template <typename T>
-struct OptionalOf<std::optional<T>> : std::true_type {};
+inline constexpr bool kIsOptional<std::optional<T>> = true;
 template <typename T>
-struct VariantOf : std::false_type {};
+inline constexpr bool kIsVariant = false;
 template <typename... Ts>
-struct VariantOf<std::variant<Ts...>> : std::true_type {};
+inline constexpr bool kIsVariant<std::variant<Ts...>> = true;
 
 template <typename T>
 constexpr bool is_dense();
@@ -61,7 +60,7 @@ template <typename T>
 constexpr bool is_dense() {
   if constexpr (PlainBytes<T>)
     return true;
-  else if constexpr (ArrayOf<T>::value)
+  else if constexpr (kIsArray<T>)
     return is_dense<typename T::value_type>();
   else if constexpr (Listed<T>)
     return are_dense(sizeof(T), static_cast<decltype(members_of(std::declval<T&>()))*>(nullptr));
@@ -85,19 +84,19 @@ void put_value(Out& out, const T& value) {
     put_value(out, static_cast<std::uint8_t>(value ? 1 : 0));
   } else if constexpr (std::same_as<T, std::filesystem::path>) {
     put_value(out, value.native());
-  } else if constexpr (std::ranges::contiguous_range<T> && !detail::ArrayOf<T>::value) {  // texts, vectors, spans
+  } else if constexpr (std::ranges::contiguous_range<T> && !detail::kIsArray<T>) {  // texts, vectors, spans
     const std::size_t count = std::ranges::size(value);
     put_value(out, count);
     if constexpr (Dense<std::ranges::range_value_t<T>>)
       out.write(std::ranges::data(value), count * sizeof(std::ranges::range_value_t<T>));
     else
       for (const auto& each : value) put_value(out, each);
-  } else if constexpr (detail::ArrayOf<T>::value) {
+  } else if constexpr (detail::kIsArray<T>) {
     for (const auto& each : value) put_value(out, each);
-  } else if constexpr (detail::OptionalOf<T>::value) {
+  } else if constexpr (detail::kIsOptional<T>) {
     put_value(out, value.has_value());
     if (value) put_value(out, *value);
-  } else if constexpr (detail::VariantOf<T>::value) {
+  } else if constexpr (detail::kIsVariant<T>) {
     put_value(out, value.index());
     std::visit([&](const auto& alternative) { put_value(out, alternative); }, value);
   } else {
@@ -125,7 +124,7 @@ void get_value(In& in, T& value) {
     value = byte == 1;
   } else if constexpr (std::same_as<T, std::filesystem::path>) {
     value = in.template get<std::string>();
-  } else if constexpr (std::same_as<T, std::string> || detail::VectorOf<T>::value) {
+  } else if constexpr (std::same_as<T, std::string> || detail::kIsVector<T>) {
     using Item = typename T::value_type;
     const auto count = in.template get<std::size_t>();
     if constexpr (Dense<Item>) {
@@ -136,11 +135,11 @@ void get_value(In& in, T& value) {
       if (count > in.left()) in.refuse();  // each takes a byte or more
       for (std::size_t i = 0; i < count; ++i) get_value(in, value.emplace_back());
     }
-  } else if constexpr (detail::ArrayOf<T>::value) {
+  } else if constexpr (detail::kIsArray<T>) {
     for (auto& each : value) get_value(in, each);
-  } else if constexpr (detail::OptionalOf<T>::value) {
+  } else if constexpr (detail::kIsOptional<T>) {
     if (in.template get<bool>()) get_value(in, value.emplace());
-  } else if constexpr (detail::VariantOf<T>::value) {
+  } else if constexpr (detail::kIsVariant<T>) {
     get_alternative(in, value);
   } else {
     static_assert(Listed<T>, "a struct that is stored needs a list of its members: GPVC_MEMBERS");

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 
+#include "app/checks/coarse_depths.h"
 #include "app/results/observer.h"
 #include "io/error.h"
 #include "io/vector.h"
@@ -146,10 +147,10 @@ std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span
   const FaceRuns runs(mesh);
   std::atomic<std::size_t> seen{0}, backs{0};
   tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t n) {
-    const Glance glance = glance_at(mesh, runs, scene.views[index(views[n])]);
+    const CoarseDepths coarse = draw_coarse_depths(mesh, runs, scene.views[index(views[n])]);
     seen += static_cast<std::size_t>(
-        std::ranges::count_if(glance.depths, [](float depth) { return std::isfinite(depth); }));
-    backs += static_cast<std::size_t>(std::ranges::count(glance.backs, true));
+        std::ranges::count_if(coarse.depths, [](float depth) { return std::isfinite(depth); }));
+    backs += static_cast<std::size_t>(std::ranges::count(coarse.backs, true));
   });
   if (seen == 0) return {};
   return static_cast<double>(backs) / static_cast<double>(seen);

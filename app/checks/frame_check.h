@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "../../io/scene.h"
-#include "glance.h"
+#include "framing.h"
 
 namespace gpvc::checks {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "app/checks/glance.h"
+#include "app/checks/coarse_depths.h"
 #include "io/vector.h"
 
 namespace gpvc::checks {
@@ -16,14 +16,14 @@ namespace {
 /// Least squares by the normal equations: three unknowns, with columns of about the same size.
 class PlaneFit {
  public:
-  void add(const WorldPoint& ray, double nearness) {
+  void add(const WorldPoint& ray, double inverse_depth) {
     rows_[0] = rows_[0] + ray.x * ray;
     rows_[1] = rows_[1] + ray.y * ray;
     rows_[2] = rows_[2] + ray.z * ray;
-    right_ = right_ + nearness * ray;
+    right_ = right_ + inverse_depth * ray;
   }
 
-  /// A plane at the mean nearness where the rays lie in too few directions for another one.
+  /// A plane at the mean inverse depth where the rays lie in too few directions for another one.
   std::array<double, 3> plane() const {
     const WorldPoint a = cross(rows_[1], rows_[2]), b = cross(rows_[2], rows_[0]), c = cross(rows_[0], rows_[1]);
     const double determinant = dot(rows_[0], a), rays = rows_[2].z;
@@ -41,12 +41,12 @@ class PlaneFit {
   WorldPoint right_{};
 };
 
-std::array<double, 3> nearness_of(const Glance& glance, const Camera& camera) {
+std::array<double, 3> inverse_depth_plane(const CoarseDepths& coarse, const Camera& camera) {
   PlaneFit fit;
-  for (std::size_t row = 0; row < Glance::kRows; ++row)
-    for (std::size_t column = 0; column < Glance::kColumns; ++column)
-      if (const double depth = glance.depths[row * Glance::kColumns + column]; std::isfinite(depth))
-        fit.add(Glance::ray(camera, column, row), 1 / depth);
+  for (std::size_t row = 0; row < CoarseDepths::kRows; ++row)
+    for (std::size_t column = 0; column < CoarseDepths::kColumns; ++column)
+      if (const double depth = coarse.depths[row * CoarseDepths::kColumns + column]; std::isfinite(depth))
+        fit.add(CoarseDepths::ray(camera, column, row), 1 / depth);
   return fit.plane();
 }
 
@@ -63,7 +63,7 @@ void set_nearness(Scene& scene, const Mesh& mesh, const WorldPoint& offset) {
     View& view = *moving[i];
     View from = view;
     from.pose.centre = from.pose.centre - offset;
-    const std::array<double, 3> plane = nearness_of(glance_at(mesh, runs, from), view.camera);
+    const std::array<double, 3> plane = inverse_depth_plane(draw_coarse_depths(mesh, runs, from), view.camera);
     if (std::ranges::all_of(plane, [](double value) { return std::isfinite(value); }))
       view.camera.distortion.motion.nearness = plane;
   });

@@ -5,8 +5,8 @@
 
 namespace gpvc::checks {
 
-/// Sets Motion::nearness of all views that have a step: the plane that differs least from the nearness of what a grid of
-/// rays meets first, by the sum of squares. `offset` is to be added to the mesh's positions. \pre mesh and cameras lie in
+/// Sets Motion::nearness of all views that have a step: the inverse-depth plane that differs least, by the sum of squares,
+/// from the inverse depths of the mesh along a grid of rays. `offset` is to be added to the mesh's positions. \pre mesh and cameras lie in
 /// the same coordinates. O(moving views x framed faces)
 void set_nearness(Scene& scene, const Mesh& mesh, const WorldPoint& offset = {});
 

@@ -17,14 +17,15 @@ namespace gpvc::checks {
 namespace {
 
 // A mesh that hardly any photo sees is one in other coordinates, as a rule. A part of the photos may show a part of it.
-void report_unseen(const Input& input, bool allow, std::span<const labeling::FaceTag> tags,
-                   std::span<const SmallPhoto> photos, results::Observer& observer) {
+void report_unseen(const SceneCase& scene, results::Observer& observer) {
+  const Input& input = scene.input;
+  const std::span<const labeling::FaceTag> tags = scene.candidates.tags;
   const auto [seen, partial, unseen] = count_tags(tags);
   if (static_cast<double>(seen + partial) >= kLeastSeen * static_cast<double>(tags.size())) return;
   const std::string found = fmt::format("photos see less than {:.0f} % of the faces", 100 * kLeastSeen);
-  if (allow || 2 * input.views.size() < input.scene.views.size())
+  if (scene.tolerance.allow_unseen || 2 * input.views.size() < input.scene.views.size())
     return observer.warning(found + "; are mesh and cameras in the same coordinates?");
-  const std::string explanation = fitting_hypothesis(input, photos, observer);
+  const std::string explanation = fitting_hypothesis(input, scene.evidence.previews, observer);
   throw InputError(
       input.mesh_file, "",
       found + (explanation.empty() ? "; are mesh and cameras in the same coordinates?" : ": " + explanation),
@@ -32,8 +33,10 @@ void report_unseen(const Input& input, bool allow, std::span<const labeling::Fac
 }
 
 // Wrong photos or poses must not become a texture without a word.
-void report_agreement(const Input& input, bool keep, std::span<const labeling::ViewAgreement> agreement,
-                      std::span<const SmallPhoto> photos, results::Observer& observer) {
+void report_agreement(const SceneCase& scene, results::Observer& observer) {
+  const Input& input = scene.input;
+  const std::span<const labeling::ViewAgreement> agreement = scene.candidates.agreement;
+  const bool keep = scene.tolerance.keep_views;
   std::vector<std::string> wrong;
   std::vector<double> correlations;
   for (const labeling::ViewAgreement& each : agreement) {
@@ -55,7 +58,7 @@ void report_agreement(const Input& input, bool keep, std::span<const labeling::V
         found + "; do they belong to other poses, or are they turned?" + (keep ? "" : " They are left out"),
         keep ? std::vector<Cure>{} : std::vector{Cure::keep_views});
   if (keep) return observer.warning(found + "; mesh, poses and photos do not fit together");
-  const std::string explanation = fitting_hypothesis(input, photos, observer);
+  const std::string explanation = fitting_hypothesis(input, scene.evidence.previews, observer);
   throw InputError(input.mesh_file, "",
                    found + "; mesh, poses and photos do not fit together: " +
                        (explanation.empty()
@@ -75,8 +78,9 @@ std::string shift_explanation(const Input& input, std::span<const io::TiePoint> 
 }
 
 // A mesh elsewhere must not be textured without a word either.
-void report_fits(const Input& input, bool keep, std::span<const labeling::ViewAgreement> agreement, const SceneFit& fit,
-                 const FitEvidence& evidence, results::Observer& observer) {
+void report_fits(const SceneCase& scene, const SceneFit& fit, results::Observer& observer) {
+  const Input& input = scene.input;
+  const bool keep = scene.tolerance.keep_views;
   std::vector<std::string> doubts;
   using enum MeshFit::Verdict;
   bool elsewhere_for_one = false;
@@ -91,7 +95,7 @@ void report_fits(const Input& input, bool keep, std::span<const labeling::ViewAg
   };
   // A view that agrees with another may do so by chance; most of them together do not. Tie points tell of mesh and poses,
   // and nothing of photos and lenses.
-  const auto judged_views = std::ranges::count_if(agreement, &labeling::ViewAgreement::judged);
+  const auto judged_views = std::ranges::count_if(scene.candidates.agreement, &labeling::ViewAgreement::judged);
   const bool photos_judged =
       fit.photos.verdict != unknown || 2 * static_cast<std::size_t>(judged_views) > input.views.size();
   // Few photos with much out of focus are a reason for doubts of photos alone; tie points that lie on the mesh dispel them.
@@ -105,9 +109,10 @@ void report_fits(const Input& input, bool keep, std::span<const labeling::ViewAg
   // Without a judgement a right scene of few pixels must not fall for one, which one did at 2.8 times the places.
   constexpr double kClearly = 2, kWithoutJudgement = 6;
   std::string explanation;
-  if (!keep && fit.tie_points.verdict == elsewhere) explanation = shift_explanation(input, evidence.points);
+  if (!keep && fit.tie_points.verdict == elsewhere) explanation = shift_explanation(input, scene.evidence.points);
   if (!keep && explanation.empty())
-    explanation = fitting_hypothesis(input, evidence.previews, observer, doubts.empty() ? kWithoutJudgement : kClearly);
+    explanation =
+        fitting_hypothesis(input, scene.evidence.previews, observer, doubts.empty() ? kWithoutJudgement : kClearly);
   if (!explanation.empty())
     throw InputError(input.mesh_file, "", found + "; the mesh is not where the photos show it: " + explanation,
                      {Cure::keep_views}, {{"fit.share", fit.photos.share}, {"fit.error", fit.photos.error}});
@@ -143,10 +148,10 @@ std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
   return counts;
 }
 
-ViewFit view_fit(ViewId id, const Image& photo, const visibility::ViewVisibility& visible,
-                 const TiePointFit& tie_points, std::size_t number, std::size_t views) {
-  return {visible.statistics.full + visible.statistics.partial > 0, tie_points.counts(id, visible.ivm),
-          is_compared(number, views) ? small_photo(photo) : SmallPhoto{}};
+ViewFit FitLook::at(ViewId id, const Image& photo, const visibility::ViewVisibility& visible) const {
+  const auto number = static_cast<std::size_t>(std::ranges::lower_bound(among_, id) - among_.begin());
+  return {visible.statistics.full + visible.statistics.partial > 0, tie_points_.counts(id, visible.ivm),
+          is_compared(number, among_.size()) ? small_photo(photo) : SmallPhoto{}};
 }
 
 void FitEvidence::add(ViewId id, ViewFit view) {
@@ -155,7 +160,8 @@ void FitEvidence::add(ViewId id, ViewFit view) {
   checks::add(view.tie_points, tie_points);
 }
 
-SceneFit measure_scene(const Input& input, const labeling::Candidates& candidates, const FitEvidence& evidence) {
+SceneFit measure_scene(const SceneCase& scene) {
+  const auto& [input, candidates, evidence, tolerance] = scene;
   std::vector<ViewId> left_out;  // where they are to be used all the same
   if (!labeling::mostly_by_chance(candidates.agreement))
     for (const labeling::ViewAgreement& each : candidates.agreement)
@@ -165,12 +171,11 @@ SceneFit measure_scene(const Input& input, const labeling::Candidates& candidate
           judge(evidence.tie_points)};
 }
 
-void judge_scene(const Input& input, const labeling::Candidates& candidates, const FitEvidence& evidence,
-                 const std::optional<SceneFit>& fit, const Tolerance& tolerance, results::Observer& observer) {
-  report_blind(input, evidence.sees_faces, observer);
-  report_unseen(input, tolerance.allow_unseen, candidates.tags, evidence.previews, observer);
-  report_agreement(input, tolerance.keep_views, candidates.agreement, evidence.previews, observer);
-  if (fit) report_fits(input, tolerance.keep_views, candidates.agreement, *fit, evidence, observer);
+void judge_scene(const SceneCase& scene, const std::optional<SceneFit>& fit, results::Observer& observer) {
+  report_blind(scene.input, scene.evidence.sees_faces, observer);
+  report_unseen(scene, observer);
+  report_agreement(scene, observer);
+  if (fit) report_fits(scene, *fit, observer);
 }
 
 }  // namespace gpvc::checks

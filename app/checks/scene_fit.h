@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "../../io/image.h"
@@ -29,9 +30,20 @@ struct ViewFit {
   SmallPhoto preview{};  ///< of photos that are compared, see is_compared()
 };
 
-/// \param number of the view among `views` that are looked at. O(pixels).
-ViewFit view_fit(ViewId id, const Image& photo, const visibility::ViewVisibility& visible,
-                 const TiePointFit& tie_points, std::size_t number, std::size_t views);
+/// Looks at views for that. Borrows what it is given.
+class FitLook {
+ public:
+  /// \param among the views of which some are compared, ascending
+  FitLook(const Input& input, std::vector<io::TiePoint> points, std::span<const ViewId> among)
+      : tie_points_(input, std::move(points)), among_(among) {}
+  /// O(pixels).
+  ViewFit at(ViewId id, const Image& photo, const visibility::ViewVisibility& visible) const;
+  std::span<const io::TiePoint> points() const { return tie_points_.points(); }
+
+ private:
+  TiePointFit tie_points_;
+  std::span<const ViewId> among_;
+};
 
 /// What all views tell.
 struct FitEvidence {
@@ -49,21 +61,28 @@ struct Tolerance {
   bool allow_unseen = false;  ///< meshes of which photos see less than kLeastSeen
 };
 
+/// The numbers of faces tagged seen, partial and unseen.
+std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);
+
 struct SceneFit {
   MeshFit photos;      ///< to the photos
   MeshFit tie_points;  ///< to the scene's tie points, where it has any
 };
 
-/// The numbers of faces tagged seen, partial and unseen.
-std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);
+/// What is judged. Borrows everything.
+struct SceneCase {
+  const Input& input;
+  const labeling::Candidates& candidates;
+  const FitEvidence& evidence;
+  Tolerance tolerance;
+};
 
 /// O(candidates).
-SceneFit measure_scene(const Input& input, const labeling::Candidates& candidates, const FitEvidence& evidence);
+SceneFit measure_scene(const SceneCase& scene);
 
 /// Reports what was found. Throws InputError where nearly no face is seen, most photos agree with the others no better than
 /// chance, or a common mistake explains why the mesh is not where photos show it; warns of less. \param fit empty: not
 /// measured
-void judge_scene(const Input& input, const labeling::Candidates& candidates, const FitEvidence& evidence,
-                 const std::optional<SceneFit>& fit, const Tolerance& tolerance, results::Observer& observer);
+void judge_scene(const SceneCase& scene, const std::optional<SceneFit>& fit, results::Observer& observer);
 
 }  // namespace gpvc::checks

@@ -3,7 +3,8 @@
 // Photos, maps and pages are blocks of tens of megabytes, and the kernel clears each of their 4 KB pages in an interrupt of its
 // own when it is first written: a tenth of a run's time. Where the system leaves it to programs to ask for pages of 2 MB
 // (Linux: transparent_hugepage = madvise, as in Debian), this asks for them. Replaces the program's operator new, which
-// all vectors use; see madvise(2), MADV_HUGEPAGE.
+// all vectors use; see madvise(2), MADV_HUGEPAGE. glibc's tunable glibc.malloc.hugetlb=1 serves as well, but is read before
+// main(): the program would have to start itself again, and loading its libraries takes longer than this saves.
 //
 // Or in files: a mesh that is larger than the memory is cut into tiles by algorithms that go over its arrays in order, which a
 // mapped file serves as well, as the system reads and writes ahead.

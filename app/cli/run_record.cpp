@@ -4,7 +4,6 @@
 #include <tbb/info.h>
 
 #include "app/cli/interrupt.h"
-#include "app/results/output_names.h"
 
 namespace gpvc::cli {
 namespace {
@@ -30,7 +29,7 @@ void write_run_json(const std::string& command, const CommonOptions& common, con
                               {"cpu_s", cpu},
                               {"peak_resident_bytes", evaluate::peak_resident_bytes()},
                               {"counts", record.counts},
-                              {"outputs", results::outputs_json(folder.promised())}});
+                              {"outputs", Json::parse(folder.promised_json())}});
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ std::optional<Checkpoint> open_checkpoint(const Run& run, const MemoryPlan& memo
   const KeepWork wanted = run.settings.keep_work;
   if (wanted == KeepWork::never) return std::nullopt;
   const Workload& work = memory.work;
-  const bool earlier = folder.has_kept_work();
+  const bool earlier = folder.has_checkpoints();
   if (wanted == KeepWork::automatic && !earlier &&
       predicted_seconds(work, tbb::this_task_arena::max_concurrency()) < kKeepSeconds)
     return std::nullopt;
@@ -63,8 +63,8 @@ std::optional<Checkpoint> open_checkpoint(const Run& run, const MemoryPlan& memo
   if (!earlier)
     run.observer.note(
         fmt::format("work is kept in {} until all is done: if this run is cut off, the same command goes on from there",
-                    folder.kept_work().string()));
-  return std::optional<Checkpoint>(std::in_place, folder.kept_work() / part, std::move(*keys));
+                    folder.checkpoints().string()));
+  return std::optional<Checkpoint>(std::in_place, folder.checkpoints() / part, std::move(*keys));
 }
 
 double kept_bytes(const Workload& work) {

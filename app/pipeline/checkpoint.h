@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
-#include "app/pipeline/keys.h"
-#include "app/pipeline/memory.h"
-#include "app/pipeline/texture_files.h"
+#include "keys.h"
+#include "memory.h"
+#include "texture_files.h"
 
 namespace gpvc::pipeline {
 

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "labeling/labeling.h"
-#include "visibility/result.h"
+#include "../../labeling/labeling.h"
+#include "../../visibility/result.h"
 
 namespace gpvc::pipeline {
 

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "app/pipeline/memory.h"
-#include "io/scene.h"
-#include "labeling/face_record.h"
+#include "../../io/scene.h"
+#include "../../labeling/face_record.h"
+#include "memory.h"
 
 namespace gpvc::pipeline::held {
 

@@ -15,7 +15,9 @@
 #include <sstream>
 
 #include "app/pipeline/held_bytes.h"
-#include "app/pipeline/pipeline.h"
+#include "app/pipeline/settings.h"
+#include "app/results/observer.h"
+#include "atlas/atlas.h"
 
 namespace gpvc::pipeline {
 namespace {

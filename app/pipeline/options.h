@@ -61,199 +61,127 @@ struct Option {
   Value& value;
   OptionInfo info;
 };
-template <typename Value>
-Option(Value&, OptionInfo) -> Option<Value>;
 
 inline constexpr const char* kChoosing = "View selection";
 inline constexpr const char* kTexture = "Texture";
 inline constexpr const char* kVisibility = "Visibility";
 inline constexpr const char* kMachine = "Common";
-inline constexpr const char* kBytes = "SIZE";  ///< the kind of an amount of memory
 inline constexpr const char* kChanging = "Changing a result";
+inline constexpr const char* kBytes = "SIZE";  ///< the kind of an amount of memory
+
+/// An option that is not offered.
+template <typename Value>
+Option<Value> hidden(Value& value, const char* name, Affects affects) {
+  return {value, {name, affects}};
+}
+/// A flag, or one of the names of an enum.
+template <typename Value>
+Option<Value> offered(Value& value, const char* name, Affects affects, const char* group, const char* help) {
+  return {value, {name, affects, For::all, group, "", 0, 0, help}};
+}
+template <typename Value>
+Option<Value> number(Value& value, const char* name, Affects affects, const char* group, const char* kind, double least,
+                     double most, const char* help) {
+  return {value, {name, affects, For::all, group, kind, least, most, help}};
+}
+template <typename Value>
+Option<Value> only(For result, Option<Value> option) {
+  option.info.result = result;
+  return option;
+}
 
 template <io::Like<visibility::VisibilityOptions> T>
 auto options_of(T& o) {
   using enum Affects;
-  return std::tuple(Option(o.method, {.name = "visibility", .affects = views, .group = kVisibility}),
-                    Option(o.subpixel, {.name = "subpixel",
-                                        .affects = views,
-                                        .group = kVisibility,
-                                        .help = "Do not resolve faces smaller than a pixel"}),
-                    Option(o.draw_ivm, {.name = "draw-ivm", .affects = views}));
+  return std::tuple(offered(o.method, "visibility", views, kVisibility, ""),
+                    offered(o.subpixel, "subpixel", views, kVisibility, "Do not resolve faces smaller than a pixel"),
+                    hidden(o.draw_ivm, "draw-ivm", views));
 }
 
 template <io::Like<labeling::CostOptions> T>
 auto options_of(T& o) {
   using enum Affects;
   return std::tuple(
-      Option(o.term, {.name = "data-term",
-                      .affects = views,
-                      .group = kChoosing,
-                      .help = "What makes a view good for a face: its area in pixels or the image gradient integrated "
-                              "over it, alone or "
-                              "times the squared cosine of the viewing angle"}),
-      Option(o.outliers, {.name = "outliers",
-                          .affects = labels,
-                          .group = kChoosing,
-                          .help = "Views that disagree in colour with the others (cars, people): keep them, raise "
-                                  "their cost, or drop them"}),
-      Option(
-          o.keep_views,
-          {.name = "keep-views",
-           .affects = labels,
-           .group = kChoosing,
-           .help =
-               "Use photos that agree with the others no better than chance; by default they are left out, and a scene "
-               "where most are such, or whose mesh is not where the photos show it, is refused"}),
-      Option(o.margin_px, {.name = "margin",
-                           .affects = views,
-                           .group = kChoosing,
-                           .kind = "PX",
-                           .least = 0,
-                           .most = 64,
-                           .help = "Pixels along silhouettes in which a view costs more, as photo and mesh disagree "
-                                   "there, 0 to 64; 0 is off"}),
-      Option(o.data_weight, {.name = "data-weight", .affects = labels}),
-      Option(o.margin_cost, {.name = "margin-cost", .affects = labels}),
-      Option(o.coarse_cost, {.name = "coarse-cost", .affects = labels}),
-      Option(o.hidden_cost, {.name = "hidden-cost", .affects = labels}));
+      offered(
+          o.term, "data-term", views, kChoosing,
+          "What makes a view good for a face: its area in pixels or the image gradient integrated over it, alone or "
+          "times the squared cosine of the viewing angle"),
+      offered(
+          o.outliers, "outliers", labels, kChoosing,
+          "Views that disagree in colour with the others (cars, people): keep them, raise their cost, or drop them"),
+      offered(o.keep_views, "keep-views", labels, kChoosing,
+              "Use photos that agree with the others no better than chance; by default they are left out, and a scene "
+              "where most are such, or whose mesh is not where the photos show it, is refused"),
+      number(
+          o.margin_px, "margin", views, kChoosing, "PX", 0, 64,
+          "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there, 0 to 64; 0 is off"),
+      hidden(o.data_weight, "data-weight", labels), hidden(o.margin_cost, "margin-cost", labels),
+      hidden(o.coarse_cost, "coarse-cost", labels), hidden(o.hidden_cost, "hidden-cost", labels));
 }
 
 template <io::Like<labeling::SolverOptions> T>
 auto options_of(T& o) {
   using enum Affects;
   return std::tuple(
-      Option(o.smoothness, {.name = "smoothness",
-                            .affects = labels,
-                            .group = kChoosing,
-                            .kind = "X",
-                            .least = 0,
-                            .most = 1e6,
-                            .help = "Cost of a seam between two adjacent faces with different views; 0 or more"}),
-      Option(o.thorough, {.name = "thorough",
-                          .affects = labels,
-                          .group = kChoosing,
-                          .help = "Search the whole mesh for better views until none is found: several times slower, "
-                                  "for an energy that is at most "
-                                  "0.2 % lower"}),
-      Option(o.max_sweeps, {.name = "max-sweeps", .affects = labels}),
-      Option(o.small_patch_faces, {.name = "small-patch-faces", .affects = labels}),
-      Option(o.small_patch_rise, {.name = "small-patch-rise", .affects = labels}));
+      number(o.smoothness, "smoothness", labels, kChoosing, "X", 0, 1e6,
+             "Cost of a seam between two adjacent faces with different views; 0 or more"),
+      offered(o.thorough, "thorough", labels, kChoosing,
+              "Search the whole mesh for better views until none is found: several times slower, for an energy that is "
+              "at most 0.2 % lower"),
+      hidden(o.max_sweeps, "max-sweeps", labels), hidden(o.small_patch_faces, "small-patch-faces", labels),
+      hidden(o.small_patch_rise, "small-patch-rise", labels));
 }
 
 template <io::Like<atlas::AtlasOptions> T>
 auto options_of(T& o) {
   using enum Affects;
   return std::tuple(
-      Option(o.page_size, {.name = "page-size",
-                           .affects = pages,
-                           .group = kTexture,
-                           .kind = "N",
-                           .least = 256,
-                           .most = 32768,
-                           .help = "Largest edge of a texture page, 256 to 32768 texels"}),
-      Option(o.padding, {.name = "padding",
-                         .affects = pages,
-                         .group = kTexture,
-                         .kind = "N",
-                         .least = 1,
-                         .most = 64,
-                         .help = "Texels around a chart that repeat its colours, 1 to 64; with 8, mip levels down to "
-                                 "an eighth keep charts "
-                                 "apart, with 4 down to a quarter"}),
-      Option(o.texel_size,
-             {.name = "texel-size",
-              .affects = pages,
-              .group = kTexture,
-              .kind = "X",
-              .least = 1e-9,
-              .most = 1e9,
-              .help = "Smallest edge of a texel, in the mesh's units: charts with finer texels are reduced to it"}),
+      number(o.page_size, "page-size", pages, kTexture, "N", 256, 32768,
+             "Largest edge of a texture page, 256 to 32768 texels"),
+      number(o.padding, "padding", pages, kTexture, "N", 1, 64,
+             "Texels around a chart that repeat its colours, 1 to 64; with 8, mip levels down to an eighth keep charts "
+             "apart, with 4 down to a quarter"),
+      number(o.texel_size, "texel-size", pages, kTexture, "X", 1e-9, 1e9,
+             "Smallest edge of a texel, in the mesh's units: charts with finer texels are reduced to it"),
       // How unseen faces are filled is decided after a page is kept.
-      Option(o.unseen, {.name = "unseen",
-                        .affects = page_files,
-                        .group = kTexture,
-                        .help = "Faces that no photo shows: fill continues the colours around them, drop leaves them "
-                                "out of the GLB (the "
-                                "OBJ keeps every face), color gives them one colour"}),
-      Option(o.unseen_color, {.name = "unseen-color",
-                              .affects = page_files,
-                              .group = kTexture,
-                              .kind = "R,G,B",
-                              .least = 0,
-                              .most = 255,
-                              .help = "The colour of unseen faces that get one, 0 to 255 each"}),
-      Option(
-          o.seams,
-          {.name = "seams",
-           .affects = pages,
-           .group = kTexture,
-           .help =
-               "Colour levelling across seams: none; global, one correction per chart and vertex; or full, that and a "
-               "blend near the seam"}),
-      Option(o.blend, {.name = "blend",
-                       .affects = pages,
-                       .group = kTexture,
-                       .help = "coarse: what is coarser than some four pixels comes in part from all photos that see a "
-                               "place whole, so that "
-                               "they differ less along seams, while fine detail is that of one photo; none: every face "
-                               "shows one photo alone"}),
-      Option(o.max_pages, {.name = "max-pages",
-                           .affects = pages,
-                           .result = For::one_model,
-                           .group = kTexture,
-                           .kind = "N",
-                           .least = 1,
-                           .most = 1e6,
-                           .help = "Reduce all charts by one factor to fit on N pages"}),
-      Option(o.max_texels,
-             {.name = "max-texels",
-              .affects = pages,
-              .result = For::one_model,
-              .group = kTexture,
-              .kind = "N",
-              .least = 4096,
-              .most = 1e15,
-              .help = "Reduce all charts by one factor until all pages together have at most N texels, 4096 or more"}),
-      Option(o.blend_cost, {.name = "blend-cost", .affects = pages}),
-      Option(o.margin_px, {.name = "partial-margin", .affects = pages}));
+      offered(o.unseen, "unseen", page_files, kTexture,
+              "Faces that no photo shows: fill continues the colours around them, drop leaves them out of the GLB (the "
+              "OBJ keeps every face), color gives them one colour"),
+      number(o.unseen_color, "unseen-color", page_files, kTexture, "R,G,B", 0, 255,
+             "The colour of unseen faces that get one, 0 to 255 each"),
+      offered(o.seams, "seams", pages, kTexture,
+              "Colour levelling across seams: none; global, one correction per chart and vertex; or full, that and a "
+              "blend near the seam"),
+      offered(o.blend, "blend", pages, kTexture,
+              "coarse: what is coarser than some four pixels comes in part from all photos that see a place whole, so "
+              "that they differ less along seams, while fine detail is that of one photo; none: every face shows one "
+              "photo alone"),
+      only(For::one_model, number(o.max_pages, "max-pages", pages, kTexture, "N", 1, 1e6,
+                                  "Reduce all charts by one factor to fit on N pages")),
+      only(For::one_model,
+           number(o.max_texels, "max-texels", pages, kTexture, "N", 4096, 1e15,
+                  "Reduce all charts by one factor until all pages together have at most N texels, 4096 or more")),
+      hidden(o.blend_cost, "blend-cost", pages), hidden(o.margin_px, "partial-margin", pages));
 }
 
 template <io::Like<OutputSettings> T>
 auto options_of(T& o) {
   using enum Affects;
   return std::tuple(
-      Option(o.texture, {.name = "texture",
-                         .affects = page_files,
-                         .group = kTexture,
-                         .help = "Format of the pages: jpg is quick to write and load, png is lossless"}),
+      offered(o.texture, "texture", page_files, kTexture,
+              "Format of the pages: jpg is quick to write and load, png is lossless"),
       // Pages of two qualities may be those of one model.
-      Option(o.quality, {.name = "quality",
-                         .affects = models,
-                         .group = kTexture,
-                         .kind = "N",
-                         .least = 1,
-                         .most = 100,
-                         .help = "JPEG quality of the pages, 1 to 100"}),
-      Option(o.gltf, {.name = "gltf",
-                      .affects = models,
-                      .result = For::one_model,
-                      .group = kTexture,
-                      .help = "glb: one file, model.glb; files: model.gltf with model.bin and the pages beside it, "
-                              "which is also written "
-                              "for a model beyond the 4 GiB of a GLB"}),
-      Option(o.normals, {.name = "normals",
-                         .affects = models,
-                         .result = For::one_model,
-                         .group = kTexture,
-                         .help = "Also write smooth normals, vn in the OBJ and NORMAL in the GLB; without them viewers "
-                                 "do not shade the model"}),
-      Option(o.up,
-             {.name = "up",
-              .affects = models,
-              .group = kTexture,
-              .help =
-                  "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction"}));
+      number(o.quality, "quality", models, kTexture, "N", 1, 100, "JPEG quality of the pages, 1 to 100"),
+      only(For::one_model,
+           offered(o.gltf, "gltf", models, kTexture,
+                   "glb: one file, model.glb; files: model.gltf with model.bin and the pages beside it, which is also "
+                   "written for a model beyond the 4 GiB of a GLB")),
+      only(For::one_model,
+           offered(o.normals, "normals", models, kTexture,
+                   "Also write smooth normals, vn in the OBJ and NORMAL in the GLB; without them viewers do not shade "
+                   "the model")),
+      offered(o.up, "up", models, kTexture,
+              "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction"));
 }
 
 template <io::Like<Settings> T>
@@ -262,39 +190,25 @@ auto options_of(T& o) {
   return std::tuple_cat(
       options_of(o.visibility), options_of(o.costs), options_of(o.solver), options_of(o.atlas), options_of(o.output),
       std::tuple(
-          Option(o.device, {.name = "device", .affects = views}),
-          Option(o.allow_unseen, {.name = "allow-unseen",
-                                  .affects = nothing,
-                                  .group = kChoosing,
-                                  .help = "Texture a mesh of which all photos together see less than 5 % of the faces, "
-                                          "which is refused otherwise: it "
-                                          "is one in other coordinates as a rule"}),
-          Option(o.view_rules, {.name = "allow", .affects = labels}),
-          Option(o.edge_weights, {.name = "edge-weights",
-                                  .affects = labels,
-                                  .group = kChoosing,
-                                  .help = "What a seam's cost is multiplied by: 1, the length of the edge, its "
-                                          "flatness (seams are less visible in "
-                                          "folds), or both"}),
-          Option(o.memory_bytes, {.name = "memory",
-                                  .affects = nothing,
-                                  .group = kMachine,
-                                  .kind = kBytes,
-                                  .help = "Stay below this much memory, 600M or 4G; more of it saves decoding photos "
-                                          "twice. The result is the same"}),
-          Option(o.keep_work, {.name = "resume",
-                               .affects = nothing,
-                               .result = For::one_process,
-                               .group = kMachine,
-                               .help = "Keep finished work in OUT/.work until all is done, so that the same command "
-                                       "goes on from there if it is cut "
-                                       "off; auto: if it may take more than a minute"}),
-          Option(o.editable,
-                 {.name = "editable",
-                  .affects = nothing,
-                  .result = For::one_model,
-                  .group = kChanging,
-                  .help = "Also write edit-views.bin and edit-model.bin, with which the result can be changed"})));
+          hidden(o.device, "device", views),
+          offered(o.allow_unseen, "allow-unseen", nothing, kChoosing,
+                  "Texture a mesh of which all photos together see less than 5 % of the faces, which is refused "
+                  "otherwise: it is one in other coordinates as a rule"),
+          hidden(o.view_rules, "allow", labels),
+          offered(
+              o.edge_weights, "edge-weights", labels, kChoosing,
+              "What a seam's cost is multiplied by: 1, the length of the edge, its flatness (seams are less visible "
+              "in folds), or both"),
+          number(o.memory_bytes, "memory", nothing, kMachine, kBytes, 0, 0,
+                 "Stay below this much memory, 600M or 4G; more of it saves decoding photos twice. The result is the "
+                 "same"),
+          only(For::one_process,
+               offered(o.keep_work, "resume", nothing, kMachine,
+                       "Keep finished work in OUT/.work until all is done, so that the same command goes on from there "
+                       "if it is cut off; auto: if it may take more than a minute")),
+          only(For::one_model, offered(o.editable, "editable", nothing, kChanging,
+                                       "Also write edit-views.bin and edit-model.bin, with which the result can be "
+                                       "changed"))));
 }
 
 namespace detail {

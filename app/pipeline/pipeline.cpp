@@ -1,14 +1,16 @@
 #include "app/pipeline/pipeline.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <future>
 #include <new>
 #include <optional>
 
+#include "app/pipeline/bake_into.h"
 #include "app/pipeline/checkpoint.h"
 #include "app/pipeline/edit_files.h"
-#include "app/pipeline/paint.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/stored.h"
 #include "app/pipeline/texture_files.h"
@@ -81,7 +83,7 @@ TexturedFiles texture_within(const MemoryPlan& memory, Run run, OutputFolder& fo
   if (settings.editable) {
     keys = result_keys(run);
     on_judged = [&](const labeling::CandidateCollector& collector, const CoverageStore& coverage) {
-      write_edit_views(input, *keys, collector, coverage, folder);
+      write_edit_views(run.input, *keys, collector, coverage, folder);
     };
   }
   Choice chosen = see_and_choose(run, memory, {}, on_judged);
@@ -89,10 +91,10 @@ TexturedFiles texture_within(const MemoryPlan& memory, Run run, OutputFolder& fo
   ModelFiles files(run, folder, chosen.selection.labels, chosen.seen.candidates.tags);
   const atlas::AtlasInput from = atlas_input(input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
   // Coarse photos may take half of what is left beside the result.
-  const PaintSpace space{.scratch_folder = folder.in_making(),
-                         .coarse_bytes = static_cast<std::size_t>(std::max(0.0, (folder.space() - sizes.likely) / 2)),
-                         .kept = checkpoint ? checkpoint->pages() : atlas::KeptPages{}};
-  atlas::TextureAtlas atlas = paint(run, from, memory, space, &files);
+  const BakeSpace space{.scratch_folder = folder.in_making(),
+                        .coarse_bytes = static_cast<std::size_t>(std::max(0.0, (folder.space() - sizes.likely) / 2)),
+                        .kept = checkpoint ? checkpoint->pages() : atlas::KeptPages{}};
+  atlas::TextureAtlas atlas = bake_into(run, from, memory, space, &files);
   if (checkpoint) checkpoint->warn_of_failure(observer);
   run.photos.keep_at_most(0);
   chosen.graph = {};
@@ -122,7 +124,7 @@ TexturedMesh texture(const Run& run) {
   const MemoryPlan memory = plan_memory(run.input, run.settings);
   Choice chosen = see_and_choose(run, memory);
   const atlas::AtlasInput from = atlas_input(run.input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
-  atlas::TextureAtlas atlas = paint(run, from, memory, {}, nullptr);
+  atlas::TextureAtlas atlas = bake_into(run, from, memory, {}, nullptr);
   return finished(std::move(chosen), std::move(atlas));
 }
 
@@ -175,6 +177,33 @@ atlas::TextureAtlas bake(const atlas::AtlasPlan& plan, const atlas::AtlasInput& 
 atlas::TextureAtlas make_atlas(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer) {
   observer.begin({"bake", "steps"});
   return bake_and_end(plan_and_note(input, options, observer), input, options, observer);
+}
+
+WrittenModel write(const Run& run, const TexturedMesh& textured, OutputFolder& folder) {
+  run.observer.begin({"write"});
+  const atlas::TextureAtlas& atlas = textured.atlas;
+  ModelFiles files(run, folder, textured.selection.labels, textured.tags);
+  files.begin({.pages = atlas.pages.size(), .page_texels = atlas.statistics.page_texels});
+  std::future<void> mesh = files.take_model(atlas.model);
+  tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) {
+    run.observer.check_cancelled();
+    files.take_page(n, atlas.pages[n]);
+  });
+  const WrittenModel written = files.finish(atlas.model);
+  mesh.get();
+  run.observer.end(fmt::format("{} {}", atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages"));
+  return written;
+}
+
+WrittenModel write(const Scene& scene, const Mesh& mesh, const TexturedMesh& textured, const Settings& settings,
+                   const std::filesystem::path& out, Observer& observer) {
+  const std::vector<ViewId> views = all_views(scene);
+  const Input input{scene, mesh, views};
+  io::CallbackSource unused(scene, [](ViewId) { return io::Picture{}; });
+  OutputFolder folder(out);
+  const WrittenModel written = write({input, settings, unused, observer}, textured, folder);
+  folder.publish();
+  return written;
 }
 
 }  // namespace gpvc::pipeline

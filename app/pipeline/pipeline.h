@@ -100,14 +100,6 @@ atlas::TextureAtlas bake(const atlas::AtlasPlan& plan, const atlas::AtlasInput& 
 /// plan() and bake(), reported as one stage.
 atlas::TextureAtlas make_atlas(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer);
 
-/// What write() chose for the files.
-struct WrittenModel {
-  Viewpoint preview;  ///< of preview.png
-  std::array<std::uint8_t, 3> background{};
-  io::UpAxis up{};
-  WorldPoint offset;  ///< to be added to the model's coordinates
-};
-
 /// Writes the result into the folder: model.obj, model.mtl, pages, model.glb or its parts, preview.png, labels.npy,
 /// tags.npy, faces.npy and, where they are needed, offset.txt and source_faces.npy. Pages and models are written on other
 /// threads while the preview is drawn. Models hold no face of a border; model.obj keeps its vertices, and labels.npy and

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "io/image.h"
-#include "io/scene.h"
-#include "io/textured_model.h"
+#include "../../io/image.h"
+#include "../../io/scene.h"
+#include "../../io/textured_model.h"
 
 namespace gpvc::pipeline {
 

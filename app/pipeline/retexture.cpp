@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "app/pipeline/bake_into.h"
 #include "app/pipeline/edit_files.h"
-#include "app/pipeline/paint.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
 #include "io/clock.h"
@@ -213,7 +213,7 @@ class Remaking final : public PageSink {
     const atlas::AtlasInput from{
         run_.input.mesh,           run_.input.scene, run_.photos,  earlier_.graph, labels,   earlier_.candidates.tags,
         earlier_.candidates.table, coverage,         change_.kept, exposure,       &finished};
-    return paint(run_, from, plan_memory(run_.input, run_.settings), {.scratch_folder = folder.in_making()}, this);
+    return bake_into(run_, from, plan_memory(run_.input, run_.settings), {.scratch_folder = folder.in_making()}, this);
   }
 
   void begin(const atlas::AtlasEstimate& size) override {

@@ -95,9 +95,9 @@ class Sight {
       : run_(run),
         options_(options),
         collector_(run.input.mesh, run.settings.costs),
-        tie_points_(run.input, checks::read_tie_points(run.input.scene, run.observer)),
+        look_(run.input, checks::read_tie_points(run.input.scene, run.observer), run.input.views),
         evidence_(run.input.scene.views.size()) {
-    evidence_.points = tie_points_.points();
+    evidence_.points = look_.points();
   }
 
   Seen look(const OnJudged& on_judged) {
@@ -113,15 +113,14 @@ class Sight {
         allowed_views(run_.settings.view_rules, run_.input.mesh, run_.input.scene.views.size(), run_.observer);
     seen.candidates = collector_.finish(options_.graph, allowed);
     if (allowed) report_refused(seen.candidates.refused, run_.observer);
+    const checks::SceneCase scene{run_.input, seen.candidates, evidence_, tolerance_of(run_.settings)};
     std::optional<checks::SceneFit> fit;
-    if (!is_judged() && is_exact(run_.settings.visibility.method))
-      fit = checks::measure_scene(run_.input, seen.candidates, evidence_);
+    if (!is_judged() && is_exact(run_.settings.visibility.method)) fit = checks::measure_scene(scene);
     seen.fit = fit ? fit->photos : MeshFit{};
     seen.tie_point_fit = fit ? fit->tie_points : MeshFit{};
     seen.costs_s = costs_s_ + seconds_since(start);
     report(seen);
-    if (!options_.judged)
-      checks::judge_scene(run_.input, seen.candidates, evidence_, fit, tolerance_of(run_.settings), run_.observer);
+    if (!options_.judged) checks::judge_scene(scene, fit, run_.observer);
     if (!options_.faces.empty()) keep_faces(options_.faces, seen.candidates);
     seen.coverage = coverage_.of_partial_faces(seen.candidates.tags);
     return seen;
@@ -148,15 +147,10 @@ class Sight {
       };
     }
     steps.drawn = options_.on_view;
-    steps.decoded = [this, at = std::size_t{0}](ViewId id, const Image& photo,
-                                                const visibility::ViewVisibility& visible) mutable {
+    steps.decoded = [this](ViewId id, const Image& photo, const visibility::ViewVisibility& visible) {
       const auto start = Clock::now();
       collector_.add_view(id, run_.input.scene.views[index(id)], photo, visible);
-      while (run_.input.views[at] != id) ++at;
-      SeenView seen{{},
-                    pack(id, visible.coverage),
-                    visible.statistics,
-                    checks::view_fit(id, photo, visible, tie_points_, at, run_.input.views.size())};
+      SeenView seen{{}, pack(id, visible.coverage), visible.statistics, look_.at(id, photo, visible)};
       costs_s_ += seconds_since(start);
       if (run_.kept != nullptr) {
         const std::span<const std::byte> statistics = collector_.statistics_of(id);
@@ -194,7 +188,7 @@ class Sight {
   const SeeOptions& options_;
   labeling::CandidateCollector collector_;
   CoverageStore coverage_;
-  const checks::TiePointFit tie_points_;
+  const checks::FitLook look_;
   checks::FitEvidence evidence_;
   visibility::VisibilityStatistics statistics_;
   std::optional<SeenView> known_;  ///< of the view that is taken next

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "app/checks/scene_fit.h"
-#include "app/pipeline/pipeline.h"
+#include "../checks/scene_fit.h"
+#include "pipeline.h"
 
 namespace gpvc::pipeline {
 
@@ -39,12 +39,5 @@ Choice see_and_choose(const Run& run, const MemoryPlan& memory, SeeOptions optio
 
 /// Notes the figures of a selection and ends the stage. \param origin added to what the stage says
 void report_selection(const labeling::Selection& selection, const char* origin, Observer& observer);
-
-/// Within the stage "bake".
-atlas::AtlasPlan plan_and_note(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer);
-/// Ends the stage "bake".
-atlas::TextureAtlas bake_and_end(const atlas::AtlasPlan& plan, const atlas::AtlasInput& input,
-                                 const atlas::AtlasOptions& options, Observer& observer,
-                                 const atlas::BakeOptions& memory = {});
 
 }  // namespace gpvc::pipeline

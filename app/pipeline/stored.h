@@ -4,13 +4,13 @@
 #include <cstddef>
 #include <vector>
 
-#include "app/checks/scene_fit.h"
-#include "app/pipeline/coverage_store.h"
-#include "io/image.h"
-#include "io/members.h"
-#include "io/scene_members.h"
-#include "labeling/labeling.h"
-#include "visibility/result.h"
+#include "../../io/image.h"
+#include "../../io/members.h"
+#include "../../io/scene_members.h"
+#include "../../labeling/labeling.h"
+#include "../../visibility/result.h"
+#include "../checks/scene_fit.h"
+#include "coverage_store.h"
 
 namespace gpvc {
 GPVC_MEMBERS(Image, width, height, channels, pixels)

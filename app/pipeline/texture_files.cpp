@@ -221,31 +221,4 @@ Viewpoint ModelFiles::write_preview(const io::TexturedModel& model) const {
   return view;
 }
 
-WrittenModel write(const Run& run, const TexturedMesh& textured, OutputFolder& folder) {
-  run.observer.begin({"write"});
-  const atlas::TextureAtlas& atlas = textured.atlas;
-  ModelFiles files(run, folder, textured.selection.labels, textured.tags);
-  files.begin({.pages = atlas.pages.size(), .page_texels = atlas.statistics.page_texels});
-  std::future<void> mesh = files.take_model(atlas.model);
-  tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) {
-    run.observer.check_cancelled();
-    files.take_page(n, atlas.pages[n]);
-  });
-  const WrittenModel written = files.finish(atlas.model);
-  mesh.get();
-  run.observer.end(fmt::format("{} {}", atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages"));
-  return written;
-}
-
-WrittenModel write(const Scene& scene, const Mesh& mesh, const TexturedMesh& textured, const Settings& settings,
-                   const fs::path& out, Observer& observer) {
-  const std::vector<ViewId> views = all_views(scene);
-  const Input input{scene, mesh, views};
-  io::CallbackSource unused(scene, [](ViewId) { return io::Picture{}; });
-  OutputFolder folder(out);
-  const WrittenModel written = write({input, settings, unused, observer}, textured, folder);
-  folder.publish();
-  return written;
-}
-
 }  // namespace gpvc::pipeline

@@ -9,8 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "app/pipeline/paint.h"
-#include "app/pipeline/pipeline.h"
+#include "page_sink.h"
+#include "run.h"
+#include "viewpoint.h"
 
 namespace gpvc::pipeline {
 

@@ -6,9 +6,9 @@
 #include <future>
 #include <optional>
 
-#include "app/pipeline/run.h"
-#include "visibility/device.h"
-#include "visibility/result.h"
+#include "../../visibility/device.h"
+#include "../../visibility/result.h"
+#include "run.h"
 
 namespace gpvc::pipeline {
 

@@ -1,6 +1,7 @@
 // The up axis of a scene, a camera for a picture of the result, and a local origin.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -32,5 +33,13 @@ Viewpoint overview(const Mesh& mesh, std::span<const ViewId> labels, const Scene
 /// extent (at most 100). Outliers are ignored as in overview().
 WorldPoint local_origin(const Mesh& mesh, const std::vector<WorldPoint>& written, std::span<const ViewId> labels,
                         const Scene& scene, std::span<const ViewId> used);
+
+/// What was chosen for the files of a model.
+struct WrittenModel {
+  Viewpoint preview;  ///< of preview.png
+  std::array<std::uint8_t, 3> background{};
+  io::UpAxis up{};
+  WorldPoint offset;  ///< to be added to the model's coordinates
+};
 
 }  // namespace gpvc::pipeline

@@ -172,7 +172,7 @@ void OutputFolder::finish(const Publication& publication, const fs::path& work) 
 
 // Of a whole result. While the publication is listed, the next run does this again.
 void OutputFolder::complete(const Publication& publication) {
-  io::WorkStore(kept_work()).clear();
+  io::WorkStore(checkpoints()).clear();
   publication.end();
 }
 
@@ -257,14 +257,14 @@ double OutputFolder::space() const {
   return failed ? std::numeric_limits<double>::infinity() : static_cast<double>(space.available);
 }
 
-fs::path OutputFolder::kept_work() const {
+fs::path OutputFolder::checkpoints() const {
   fs::path folder = out_ / ".work";
   if (fs::is_symlink(folder))
     throw OutputError(folder, "is a symbolic link where this run's work is kept; remove it or choose another folder");
   return folder;
 }
 
-bool OutputFolder::has_kept_work() const { return fs::exists(kept_work()); }
+bool OutputFolder::has_checkpoints() const { return fs::exists(checkpoints()); }
 
 void OutputFolder::expect_space(double least, double likely, Observer& observer) const {
   const double free = space();
@@ -282,6 +282,8 @@ void OutputFolder::promise_all() {
     if (entry.is_regular_file()) promised_.push_back(entry.path().lexically_relative(unfinished_).generic_string());
   std::sort(promised_.begin(), promised_.end());
 }
+
+std::string OutputFolder::promised_json() const { return outputs_json(promised_).dump(); }
 
 void OutputFolder::start_over() {
   for (const fs::directory_entry& entry : fs::directory_iterator(unfinished_)) fs::remove_all(entry.path());

@@ -44,9 +44,9 @@ class OutputFolder {
 
   /// A folder in OUT for what a run keeps of its work until the result is complete. publish() removes what is in it. Throws
   /// OutputError when it is a symbolic link.
-  std::filesystem::path kept_work() const;
+  std::filesystem::path checkpoints() const;
   /// True if an earlier run has kept some.
-  bool has_kept_work() const;
+  bool has_checkpoints() const;
 
   /// Where to write the file that will be OUT/`relative`; creates its parents. The file is promised from now on. Throws
   /// OutputError when `relative` would leave OUT, or a foreign file has that name.
@@ -61,6 +61,8 @@ class OutputFolder {
   void start_over();
   /// Files promised so far, in the order of the calls.
   const std::vector<std::string>& promised() const { return promised_; }
+  /// Their names as the JSON array that run.json has as "outputs".
+  std::string promised_json() const;
   const std::filesystem::path& path() const { return out_; }
   /// Files of the earlier result.
   const std::set<std::string>& listed() const { return listed_; }

@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/checks/glance.h"
+#include "app/checks/framing.h"
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/view_rules.h"
 #include "app/tileset/tileset.h"

@@ -22,19 +22,12 @@ GPVC_MEMBERS(JobSettings, texture, tiles, views_per_unit, levels)
 
 template <io::Like<JobSettings> T>
 auto options_of(T& o) {
-  using pipeline::Option, pipeline::Affects;
+  using enum pipeline::Affects;
   return std::tuple_cat(options_of(o.texture), options_of(o.tiles),
-                        std::tuple(Option(o.views_per_unit, {.name = "unit-views",
-                                                             .affects = Affects::views,
-                                                             .group = tileset::kTiles,
-                                                             .kind = "N",
-                                                             .least = 1,
-                                                             .most = 10000,
-                                                             .help = "Most photos that one unit looks at"}),
-                                   Option(o.levels, {.name = "levels",
-                                                     .affects = Affects::models,
-                                                     .group = tileset::kTiles,
-                                                     .help = "Make no levels of detail above that of the mesh"})));
+                        std::tuple(pipeline::number(o.views_per_unit, "unit-views", views, tileset::kTiles, "N", 1,
+                                                    10000, "Most photos that one unit looks at"),
+                                   pipeline::offered(o.levels, "levels", models, tileset::kTiles,
+                                                     "Make no levels of detail above that of the mesh")));
 }
 static_assert(pipeline::kListsAll<JobSettings, pipeline::Settings, tileset::TilesetSettings>);
 

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path job_folder(const results::OutputFolder& folder) { return folder.kept_work() / "job"; }
+fs::path job_folder(const results::OutputFolder& folder) { return folder.checkpoints() / "job"; }
 
 double most_memory(std::span<const Unit> units) {
   double most = 0;

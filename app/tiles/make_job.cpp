@@ -10,6 +10,7 @@
 #include <limits>
 #include <span>
 
+#include "app/checks/coarse_depths.h"
 #include "app/checks/frame_check.h"
 #include "app/checks/tie_point_fit.h"
 #include "app/pipeline/texture_files.h"
@@ -30,7 +31,7 @@ namespace fs = std::filesystem;
 // In a park it is 0.9, in a city under oblique photos 0.4.
 std::vector<double> unhidden_shares(const checks::Input& input, std::span<const std::uint32_t> tile,
                                     std::size_t tiles) {
-  using checks::Glance;
+  using checks::CoarseDepths;
   constexpr std::size_t kViews = 12, kFaces = 20000;
   // Depths of a cell vary by as much on a slope.
   constexpr double kWithin = 1.03;
@@ -39,7 +40,7 @@ std::vector<double> unhidden_shares(const checks::Input& input, std::span<const 
   std::vector<double> framed(tiles + 1, 0.0), seen(tiles + 1, 0.0);  // the last: of all tiles
   for (std::size_t n = 0; n < input.views.size(); n += view_stride) {
     const View& view = input.scene.views[index(input.views[n])];
-    const Glance glance = checks::glance_at(input.mesh, runs, view);
+    const CoarseDepths coarse = checks::draw_coarse_depths(input.mesh, runs, view);
     for (std::size_t f = 0; f < input.mesh.faces.size(); f += face_stride) {
       std::array<WorldPoint, 3> p;
       for (std::size_t i = 0; i < 3; ++i) p[i] = input.mesh.positions[input.mesh.faces[f][i]];
@@ -49,9 +50,9 @@ std::vector<double> unhidden_shares(const checks::Input& input, std::span<const 
       if (!(c.z > 0)) continue;
       const PixelPoint q = pixel_from_camera(view.camera, c);
       if (!(q.x >= 0 && q.y >= 0 && q.x < view.camera.width && q.y < view.camera.height)) continue;
-      const auto column = static_cast<std::size_t>(q.x * Glance::kColumns / view.camera.width);
-      const auto row = static_cast<std::size_t>(q.y * Glance::kRows / view.camera.height);
-      const bool unhidden = c.z <= kWithin * double{glance.depths[row * Glance::kColumns + column]};
+      const auto column = static_cast<std::size_t>(q.x * CoarseDepths::kColumns / view.camera.width);
+      const auto row = static_cast<std::size_t>(q.y * CoarseDepths::kRows / view.camera.height);
+      const bool unhidden = c.z <= kWithin * double{coarse.depths[row * CoarseDepths::kColumns + column]};
       for (const std::size_t t : {std::size_t{tile[f]}, tiles}) {
         framed[t] += 1;
         seen[t] += unhidden ? 1 : 0;

@@ -8,8 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "app/pipeline/bake_into.h"
 #include "app/pipeline/memory.h"
-#include "app/pipeline/paint.h"
 #include "app/pipeline/texture_files.h"
 #include "app/tiles/tile_atlas.h"
 #include "app/tiles/tile_work.h"
@@ -86,8 +86,8 @@ void UnitRunner::bake(const Unit& unit) {
   io::remove_unfinished(glb.parent_path(), glb.filename().string());
   tileset::PageFiles pages(obj, "", settings.output, job_.color_profile);
   const atlas::TextureAtlas atlas =
-      pipeline::paint({input, settings, photos, observer_}, tile.input(scene, photos, exposure), memory,
-                      {.stage = unit.name, .scratch_folder = folder_.unit(unit.name)}, &pages);
+      pipeline::bake_into({input, settings, photos, observer_}, tile.input(scene, photos, exposure), memory,
+                          {.stage = unit.name, .scratch_folder = folder_.unit(unit.name)}, &pages);
   const bool drops = settings.atlas.unseen == atlas::UnseenFaces::drop;
   tileset::TileModel model = tileset::tile_model(atlas.model, own, pages.files(), [&](std::uint32_t f) {
     return drops && tile.costs.tags[f] == labeling::FaceTag::unseen;

@@ -142,7 +142,7 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
   const pipeline::Input input{scene, all.mesh(), views, job_.mesh_file};
   io::PhotoCache photos(scene);
   labeling::CandidateCollector collector(input.mesh, settings_.costs);
-  const checks::TiePointFit tie_points(input, job_.tie_points);
+  const checks::FitLook look(input, job_.tie_points, job_.views);
   ViewDivider divider(input.mesh.faces.size());
   visibility::VisibilityStatistics sum;
   std::vector<ViewTells> told;
@@ -157,9 +157,7 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
                             divider.clear();
                             collector.forget(id);
                             if (unit.level > 0) return;
-                            const auto number = std::ranges::lower_bound(job_.views, id) - job_.views.begin();
-                            told.push_back({id, checks::view_fit(id, photo, visible, tie_points,
-                                                                 static_cast<std::size_t>(number), job_.views.size())});
+                            told.push_back({id, look.at(id, photo, visible)});
                           }});
   for (const TileInGroup& tile : tiles) put(unit, tile_file(tile.number), key, tile.sights);
   if (unit.level == 0) put(unit, "views", key, told);
@@ -205,11 +203,12 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
   collector.judge_faces(photos);
   const labeling::Candidates candidates = collector.candidates();
   const pipeline::Input input{job_.scene, sample.mesh(), job_.views, job_.mesh_file};
+  const checks::SceneCase scene{input, candidates, evidence, pipeline::tolerance_of(settings_)};
   std::optional<checks::SceneFit> fit;
-  if (pipeline::is_exact(settings_.visibility.method)) fit = checks::measure_scene(input, candidates, evidence);
+  if (pipeline::is_exact(settings_.visibility.method)) fit = checks::measure_scene(scene);
   put(unit, "photos", key, photos);
   observer_.end(fmt::format("{} photos", photos.agreement.size()));
-  checks::judge_scene(input, candidates, evidence, fit, pipeline::tolerance_of(settings_), observer_);
+  checks::judge_scene(scene, fit, observer_);
 }
 
 }  // namespace gpvc::tiles

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "app/checks/glance.h"
+#include "app/checks/framing.h"
 #include "io/grouping.h"
 #include "io/scene.h"
 

@@ -25,10 +25,10 @@ std::vector<std::uint32_t> leaf_of_faces(const Mesh& mesh, io::UpAxis up, int de
 
 struct LevelMesh {
   Mesh mesh;
-  std::vector<std::uint32_t> tile;    ///< per face, ascending
-  std::vector<std::uint32_t> vertex;  ///< per vertex, its number in the finer mesh
+  std::vector<std::uint32_t> tile;  ///< per face, ascending
   /// Per tile, at most how far the surface is from that of level 0, as the simplifier's quadrics tell; units of the mesh.
   std::vector<double> error;
+  std::vector<std::uint32_t> vertex{};  ///< per vertex, its number in the finer mesh
 };
 
 /// The level above one, with a quarter of its tiles. `error`: per tile of the finer level. O(faces log faces), TBB.

@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "app/checks/frame_check.h"
+#include "app/pipeline/bake_into.h"
 #include "app/pipeline/checkpoint.h"
 #include "app/pipeline/memory.h"
-#include "app/pipeline/paint.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
 #include "app/tileset/tile_files.h"
@@ -114,9 +114,9 @@ class TilesetMaker {
         pipeline::atlas_input(input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
     from.tile = level.tile;
     PageFiles pages(folder_.in_making(), "page-", settings.output, profile_);
-    const pipeline::PaintSpace space{.scratch_folder = folder_.in_making(),
-                                     .kept = checkpoint ? checkpoint->pages() : atlas::KeptPages{}};
-    const atlas::TextureAtlas atlas = pipeline::paint(run, from, memory, space, &pages);
+    const pipeline::BakeSpace space{.scratch_folder = folder_.in_making(),
+                                    .kept = checkpoint ? checkpoint->pages() : atlas::KeptPages{}};
+    const atlas::TextureAtlas atlas = pipeline::bake_into(run, from, memory, space, &pages);
     if (checkpoint) checkpoint->warn_of_failure(observer_);
     write_tiles(level, atlas, chosen.seen.candidates.tags, pages.files());
     pages.remove();

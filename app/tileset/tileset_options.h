@@ -3,8 +3,8 @@
 
 #include <tuple>
 
-#include "app/pipeline/options.h"
-#include "app/tileset/tileset.h"
+#include "../pipeline/options.h"
+#include "tileset.h"
 
 namespace gpvc::tileset {
 
@@ -14,19 +14,13 @@ inline constexpr const char* kTiles = "Tiles";
 
 template <io::Like<TilesetSettings> T>
 auto options_of(T& o) {
-  using pipeline::Option, pipeline::Affects;
-  return std::tuple(Option(o.faces_per_tile, {.name = "tile-faces",
-                                              .affects = Affects::views,
-                                              .group = kTiles,
-                                              .kind = "N",
-                                              .least = 100,
-                                              .most = 1e8,
-                                              .help = "Most faces of a tile, 100 or more"}),
-                    Option(o.compress, {.name = "compress",
-                                        .affects = Affects::models,
-                                        .group = kTiles,
-                                        .help = "Compress the geometry of GLBs without loss, for viewers that know "
-                                                "EXT_meshopt_compression: CesiumJS, three.js"}));
+  using enum pipeline::Affects;
+  return std::tuple(
+      pipeline::number(o.faces_per_tile, "tile-faces", views, kTiles, "N", 100, 1e8,
+                       "Most faces of a tile, 100 or more"),
+      pipeline::offered(o.compress, "compress", models, kTiles,
+                        "Compress the geometry of GLBs without loss, for viewers that know EXT_meshopt_compression: "
+                        "CesiumJS, three.js"));
 }
 static_assert(pipeline::kListsAll<TilesetSettings>);
 

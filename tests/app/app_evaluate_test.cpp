@@ -24,7 +24,7 @@ TEST_F(App, EvaluateWantsATexturedModel) {
   fs::remove(out_ / "model.mtl");
   expect_one_sentence(run(evaluate), "model.obj", "no textured face");
   std::ofstream(out_ / "model.obj", std::ios::trunc).close();
-  expect_one_sentence(run(evaluate), "model.obj", "no textured face");
+  expect_one_sentence(run(evaluate), "model.obj", "is no mesh that can be read");
 }
 
 // Two programs' worth of code for the same figure; masks hide the middle of every photo.
@@ -60,7 +60,7 @@ TEST_F(App, CompareScoresAsEvaluateDoesUnderMasks) {
   EXPECT_EQ(record["options"]["modes"], nlohmann::json::array({"gpvc"}));
   EXPECT_EQ(record["options"]["external"].size(), 1u);
   EXPECT_TRUE(std::any_of(record["stages"].begin(), record["stages"].end(), [](const nlohmann::json& stage) {
-    return stage.value("mode", "") == "gpvc" && stage["name"] == "view selection";
+    return stage.value("mode", "") == "gpvc" && stage["name"] == "choose";
   }));
 }
 

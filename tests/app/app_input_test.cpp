@@ -64,7 +64,7 @@ TEST_F(App, NamesTheOptionThatTexturesAMeshOfWhichHardlyAnythingIsSeen) {
   job[0] = "tiles";
   ASSERT_EQ(run(job).exit_code, 0);
   expect_one_sentence(run({"unit", out_.string(), "--all"}), "photos see less than 5 % of the faces",
-                      "? A job made with --allow-unseen textures all the same");
+                      "a job made with --allow-unseen textures all the same");
 }
 
 // Reading a pipe may wait for ever, and a device may have no end.

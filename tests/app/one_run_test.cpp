@@ -52,7 +52,7 @@ TEST_F(MovedMesh, IsRefusedByAJob) {
 }
 
 TEST_F(MovedMesh, IsRefusedByTextureThatGoesOnInTiles) {
-  expect_one_sentence(run(words("texture", {"--memory", "168M"})), "moved.ply", kFound);
+  expect_one_sentence(run(words("texture", {"--memory", "230M"})), "moved.ply", kFound);
 }
 
 TEST_F(MovedMesh, IsRefusedAsAnEarlierResultsMesh) {

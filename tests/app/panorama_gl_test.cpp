@@ -169,7 +169,7 @@ void expect_colors(const Mesh& mesh, const pipeline::TexturedMesh& textured) {
 
 TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
   const test::TemporaryFolder folder;
-  const Scene scene = panorama_scene(folder);
+  Scene scene = panorama_scene(folder);
   ASSERT_EQ(scene.views.size(), 12);
   // The photo's name means all of its views.
   for (const char* name : {"0.png", "0"}) {
@@ -183,12 +183,12 @@ TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
   const std::vector<ViewId> held = cli::held_out_views(scene, checks::all_views(scene), "2");
   ASSERT_EQ(held.size(), 6);
   for (const ViewId id : held) EXPECT_EQ(io::photo_name(scene.views[index(id)]), "1.png");
-  const Mesh mesh = room();
+  Mesh mesh = room();
   io::PhotoCache photos(scene, std::size_t{1} << 24);
   results::Observer silent;
   const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, {}, photos, silent);
   // Frames overlap, so that every face lies whole in one.
-  const auto [seen, partial, unseen] = pipeline::count_tags(textured.tags);
+  const auto [seen, partial, unseen] = checks::count_tags(textured.tags);
   EXPECT_EQ(seen, mesh.faces.size());
   EXPECT_EQ(partial + unseen, 0);
   EXPECT_GE(std::set<ViewId>(textured.selection.labels.begin(), textured.selection.labels.end()).size(), 6);
@@ -198,7 +198,7 @@ TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
 
 TEST(PanoramaTexture, OfTheOpenSkyIsNoReasonForDoubt) {
   const test::TemporaryFolder folder;
-  const Scene scene = panorama_scene(folder);
+  Scene scene = panorama_scene(folder);
   Mesh floor = room();
   std::erase_if(floor.faces, [&](const Triangle& face) {
     return std::ranges::any_of(face, [&](std::uint32_t v) { return floor.positions[v].z > -kRoomHalf[2]; });
@@ -219,15 +219,15 @@ TEST(FisheyeTexture, ShowsTheWallsToTheEdge) {
               fmt::format("OPENCV_FISHEYE {0} {0} {1} {1} {2} {2} 0 0 0 0", kFisheyeSide,
                           kFisheyeSide / 2.0 / kFisheyeReach, kFisheyeSide / 2.0),
               kFisheyeSide, kFisheyeSide, fisheye_ray);
-  const Mesh mesh = room();
+  Mesh mesh = room();
   std::array<std::size_t, 2> seen{};
   for (const bool whole : {true, false}) {
-    const Scene scene = io::read_scene(folder.path(), {.whole_fisheyes = whole});
+    Scene scene = io::read_scene(folder.path(), {.whole_fisheyes = whole});
     ASSERT_EQ(scene.views.size(), whole ? 2 : 10);
     io::PhotoCache photos(scene, std::size_t{1} << 24);
     results::Observer silent;
     const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, {}, photos, silent);
-    seen[whole ? 0 : 1] = pipeline::count_tags(textured.tags)[0];
+    seen[whole ? 0 : 1] = checks::count_tags(textured.tags)[0];
     expect_colors(mesh, textured);
   }
   // A frame shows a third of the sphere at most, the whole photo (1 - cos 94 degrees) / 2 = 0.53 of it.

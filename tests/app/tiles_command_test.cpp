@@ -223,7 +223,7 @@ TEST_F(TilesCommand, TextureGoesOnInTilesWhereMemoryIsShort) {
   // Rules about photos have.
   std::ofstream(folder_.path() / "rules.csv") << "box,-100 -100 -100 0 100 100,forbid,east_001.jpg\n";
   const Outcome ruled =
-      run(texture(out_, {"--memory", "230M", "--allow", (folder_.path() / "rules.csv").string()}));
+      test::run(texture(out_, {"--memory", "230M", "--allow", (folder_.path() / "rules.csv").string()}));
   EXPECT_EQ(ruled.exit_code, 0) << ruled.err;
   EXPECT_TRUE(contains(ruled.err, "rules about photos apply to")) << ruled.err;
   EXPECT_TRUE(fs::exists(out_ / "tileset.json"));

@@ -129,6 +129,12 @@ TEST_F(TilesetCommand, CompressedGeometryHoldsTheSameValues) {
   EXPECT_LT(bytes, plain_bytes);
 }
 
+TEST_F(TilesetCommand, IsNoResultThatRulesCanChange) {
+  ASSERT_EQ(run(tileset()).exit_code, 0);
+  expect_one_sentence(run(texture(folder_.path() / "changed", {"--from", out_.string()})), out_.string(),
+                      "holds no textured model");
+}
+
 TEST_F(TilesetCommand, IsTheSameForOneThread) {
   ASSERT_EQ(run(tileset()).exit_code, 0);
   const auto first = files_of(out_);

@@ -146,8 +146,7 @@ TEST(PhotoCache, ReducesPhotosByBoxes) {
   scene.views[0].photo = folder.path() / "a.png";
   scene.views[0].camera.width = 2;
   scene.views[0].camera.height = 2;
-  SceneOptions options;
-  options.downscale = 2;
+  scene.views[0].reduction = 2;
   PhotoCache cache(scene, 1000);
   const auto photo = cache.photo(view(0));
   std::vector<int> greys;

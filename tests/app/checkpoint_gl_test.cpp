@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 
+#include "app/pipeline/pipeline.h"
 #include "app/results/output_folder.h"
 #include "tests/app/photographed_city.h"
 
@@ -43,7 +44,7 @@ class Cutter : public results::Observer {
   std::size_t cut_at_;
 };
 
-class KeptWork : public testing::Test {
+class CheckpointTest : public testing::Test {
  protected:
   static void SetUpTestSuite() { city_ = std::make_unique<City>(); }
   static void TearDownTestSuite() { city_.reset(); }
@@ -90,7 +91,7 @@ class KeptWork : public testing::Test {
   fs::path out_ = folder_.path() / "out", work_ = out_ / ".work";
 };
 
-TEST_F(KeptWork, GoesOnFromWhereverItWasCutOff) {
+TEST_F(CheckpointTest, GoesOnFromWhereverItWasCutOff) {
   const auto whole = undisturbed();
   ASSERT_TRUE(whole.contains("model.glb"));
   const std::size_t views = city_->views.size();
@@ -108,7 +109,7 @@ TEST_F(KeptWork, GoesOnFromWhereverItWasCutOff) {
   }
 }
 
-TEST_F(KeptWork, OtherOptionsRedoOnlyWhatDependsOnThem) {
+TEST_F(CheckpointTest, OtherOptionsRedoOnlyWhatDependsOnThem) {
   const auto with = [](const auto& change) {
     pipeline::Settings settings;
     change(settings);
@@ -152,7 +153,7 @@ TEST_F(KeptWork, OtherOptionsRedoOnlyWhatDependsOnThem) {
   }
 }
 
-TEST_F(KeptWork, AnotherPhotoOrMeshIsSeenAnew) {
+TEST_F(CheckpointTest, AnotherPhotoOrMeshIsSeenAnew) {
   cut_off("bake", 3);
   const fs::path photo = city_->scene.views[2].photo;
   const std::string before = test::read_file(photo);
@@ -174,7 +175,7 @@ TEST_F(KeptWork, AnotherPhotoOrMeshIsSeenAnew) {
   city_->mesh.positions[0] = corner;
 }
 
-TEST_F(KeptWork, DamagedFilesAreMadeAgain) {
+TEST_F(CheckpointTest, DamagedFilesAreMadeAgain) {
   const auto whole = undisturbed();
   cut_off("bake", 3);
   for (const char* name : {"view-1", "labels", "leveling"}) {
@@ -187,7 +188,7 @@ TEST_F(KeptWork, DamagedFilesAreMadeAgain) {
   EXPECT_FALSE(cutter.selection_was_kept);
 }
 
-TEST_F(KeptWork, WhereItCannotBeKeptTheRunGoesOn) {
+TEST_F(CheckpointTest, WhereItCannotBeKeptTheRunGoesOn) {
   const auto whole = undisturbed();
   fs::create_directories(out_);
   std::ofstream(work_) << "a file";  // where the folder is to be
@@ -203,7 +204,7 @@ TEST_F(KeptWork, WhereItCannotBeKeptTheRunGoesOn) {
   EXPECT_EQ(take_result(), whole);
 }
 
-TEST_F(KeptWork, ALinkIsNotFollowed) {
+TEST_F(CheckpointTest, ALinkIsNotFollowed) {
   const fs::path elsewhere = folder_.path() / "elsewhere";
   fs::create_directories(elsewhere);
   fs::create_directories(out_);
@@ -214,14 +215,14 @@ TEST_F(KeptWork, ALinkIsNotFollowed) {
   EXPECT_TRUE(fs::is_empty(elsewhere));
 }
 
-TEST_F(KeptWork, ShortRunsKeepNothing) {
+TEST_F(CheckpointTest, ShortRunsKeepNothing) {
   Cutter cutter("bake", 3);
   EXPECT_THROW(texture({}, cutter), Cancelled);
   EXPECT_FALSE(fs::exists(out_));
 }
 
 // Pages are taken over one by one, whatever they wait for.
-TEST_F(KeptWork, PagesGoOnFromTheOnesThatWerePainted) {
+TEST_F(CheckpointTest, PagesGoOnFromTheOnesThatWerePainted) {
   pipeline::Settings settings;
   settings.atlas.page_size = 256;
   results::Observer silent;

@@ -1,4 +1,4 @@
-#include "app/pipeline/paint.h"
+#include "app/pipeline/bake_into.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-
-#include "app/pipeline/steps.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -75,8 +73,8 @@ atlas::TextureAtlas bake_and_end(const atlas::AtlasPlan& plan, const atlas::Atla
   return atlas;
 }
 
-atlas::TextureAtlas paint(const Run& run, const atlas::AtlasInput& from, const MemoryPlan& memory,
-                          const PaintSpace& space, PageSink* sink) {
+atlas::TextureAtlas bake_into(const Run& run, const atlas::AtlasInput& from, const MemoryPlan& memory,
+                              const BakeSpace& space, PageSink* sink) {
   run.observer.begin({space.stage, "steps"});
   const atlas::AtlasPlan plan = plan_and_note(from, run.settings.atlas, run.observer);
   atlas::BakeOptions options = share_memory(plan, memory, run);

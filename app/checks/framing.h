@@ -1,4 +1,4 @@
-// Which parts of a mesh a view frames, and a coarse look at its depths.
+// Which parts of a mesh a view frames.
 #pragma once
 
 #include <algorithm>
@@ -45,15 +45,5 @@ class FaceRuns {
 
 /// The bounding box of the faces from begin to end.
 Box box_of_faces(const Mesh& mesh, std::size_t begin, std::size_t end);
-
-/// The first faces that rays through the middles of kColumns x kRows cells of a view's frame hit, by rows.
-struct Glance {
-  static constexpr std::size_t kColumns = 64, kRows = 48;
-  std::vector<float> depths{};  ///< along the view's axis; infinite where no face is hit
-  std::vector<bool> backs{};    ///< true where the face is seen from behind
-  static WorldPoint ray(const Camera& camera, std::size_t column, std::size_t row);  ///< in the camera's axes, z = 1
-};
-/// O(faces in framed runs + cells that they cover).
-Glance glance_at(const Mesh& mesh, const FaceRuns& runs, const View& view);
 
 }  // namespace gpvc::checks

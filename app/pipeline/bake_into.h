@@ -1,0 +1,34 @@
+// Bakes an atlas within a run's memory and hands its pages on: what textured models, changed ones, tilesets and jobs share.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+#include "../../atlas/atlas.h"
+#include "memory.h"
+#include "page_sink.h"
+#include "run.h"
+
+namespace gpvc::pipeline {
+
+/// What baking may use beside the memory.
+struct BakeSpace {
+  std::string stage = "bake";  ///< as the observer sees it
+  std::filesystem::path scratch_folder = {};
+  std::size_t coarse_bytes = 0;  ///< see atlas::BakeOptions
+  atlas::KeptPages kept = {};
+};
+
+/// One stage. Without a sink the atlas holds its pages.
+atlas::TextureAtlas bake_into(const Run& run, const atlas::AtlasInput& from, const MemoryPlan& memory,
+                              const BakeSpace& space, PageSink* sink);
+
+/// Its parts, within the stage.
+atlas::AtlasPlan plan_and_note(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer);
+/// Ends the stage.
+atlas::TextureAtlas bake_and_end(const atlas::AtlasPlan& plan, const atlas::AtlasInput& input,
+                                 const atlas::AtlasOptions& options, Observer& observer,
+                                 const atlas::BakeOptions& memory = {});
+
+}  // namespace gpvc::pipeline
