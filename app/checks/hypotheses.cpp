@@ -186,11 +186,17 @@ Explanation other_focal_length(const Trial& given, results::Observer& observer) 
   return best;
 }
 
+Trial unchanged(const Input& input, std::span<const SmallPhoto> photos) {
+  return {some_faces(input.mesh), input.scene, {photos.begin(), photos.end()}};
+}
+
 }  // namespace
+
+MeshFit framed_fit(const Input& input, std::span<const SmallPhoto> photos) { return fit_of(unchanged(input, photos)); }
 
 std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> photos, results::Observer& observer,
                                double clearly) {
-  const Trial given{some_faces(input.mesh), input.scene, {photos.begin(), photos.end()}};
+  const Trial given = unchanged(input, photos);
   const MeshFit before = fit_of(given);
   Explanation best;
   // Hidden faces lie behind what photos show. A mesh that shrinks to a point has few surfaces to compare.

@@ -9,6 +9,10 @@
 
 namespace gpvc::checks {
 
+/// measure_fit() at some faces, as photos may frame them: tells of scenes whose few views see next to no face from near
+/// directions, though less than places that views see, as hidden faces are among them. O(views).
+MeshFit framed_fit(const Input& input, std::span<const SmallPhoto> photos);
+
 /// Tries common mistakes: photos in another order or upside down, exchanged or mirrored axes, inverse poses, another unit,
 /// another lens, photos of another size. Returns a clause about the one with which the photos agree on the mesh, such as
 /// "with the poses inverted they would agree on the mesh at 610 places instead of 20"; empty if none is `clearly` times as

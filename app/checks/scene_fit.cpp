@@ -103,6 +103,11 @@ void report_fits(const SceneCase& scene, const SceneFit& fit, results::Observer&
   report("fit", fit.photos, photo_fit_text(fit.photos));
   if (fit.tie_points.places > 0) report("tie_points", fit.tie_points, tie_point_fit_text(fit.tie_points));
   if ((doubts.empty() && photos_judged) || dispelled) return;
+  if (doubts.empty()) {
+    const MeshFit framed = framed_fit(input, scene.evidence.previews);
+    observer.detail("  as far as photos may frame the mesh: " + photo_fit_text(framed));
+    if (framed.verdict == fits) return;
+  }
   const std::string found = doubts.empty() ? photo_fit_text(fit.photos) : fmt::to_string(fmt::join(doubts, "; "));
   // Shares alone refuse nothing: leaves in the wind, water and a poor mesh look like that. An explanation does, and of a
   // scene that nothing is known of it is all that can tell.
