@@ -110,12 +110,13 @@ std::vector<Hypothesis> hypotheses(std::span<const ViewId> views) {
   return all;
 }
 
-/// True if the mesh is as large as a part of a photo that is worth taking, an eighth of its width.
+/// True if the mesh is half as large as a photo is wide, as what people photograph is. A mesh of a tenth of its size about a
+/// point on the ground lies where photos show it, too.
 bool fills_photos(const Trial& trial, std::span<const ViewId> views) {
   const std::vector<double> pixel = sampling_distances(trial.mesh, trial.scene, views, 200);
   const Box box = box_of(trial.mesh);
   return !pixel.empty() &&
-         length(box.high - box.low) > pixel[pixel.size() / 2] * trial.scene.views[index(views[0])].camera.width / 8;
+         length(box.high - box.low) > pixel[pixel.size() / 2] * trial.scene.views[index(views[0])].camera.width / 2;
 }
 
 /// The places at which photos agree on the mesh.
@@ -199,14 +200,14 @@ std::string fitting_hypothesis(const Input& input, std::span<const SmallPhoto> p
   const Trial given = unchanged(input, photos);
   const MeshFit before = fit_of(given);
   Explanation best;
-  // Hidden faces lie behind what photos show. A mesh that shrinks to a point has few surfaces to compare.
+  // Hidden faces lie behind what photos show. A mesh that shrinks to a point on the ground has few surfaces to compare.
   const auto offer = [&](const Explanation& one, const Trial& trial) {
     if (one.name.empty()) return;
     observer.detail(
         fmt::format("  with {} photos agree about a surface at {} of {} places, {:.0f} % of these lie on the mesh",
                     one.name, one.fit.found, one.fit.places, 100 * one.fit.share));
     if (one.fit.verdict != MeshFit::Verdict::unknown && one.fit.share >= 0.5 && fills_photos(trial, input.views) &&
-        places_on_mesh(one.fit) > places_on_mesh(best.fit))
+        2 * one.fit.places >= before.places && places_on_mesh(one.fit) > places_on_mesh(best.fit))
       best = one;
   };
   // Some hypotheses leave a level ground where it is.

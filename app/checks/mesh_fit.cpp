@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "app/checks/fit_verdict.h"
 #include "app/results/observer.h"
@@ -290,6 +291,14 @@ std::vector<Place> choose_places(const Mesh& mesh, const Scene& scene, const lab
 std::vector<Place> framed_places(const Mesh& mesh, const Scene& scene, std::span<const SmallPhoto> photos) {
   std::vector<Place> places;
   std::vector<std::uint32_t> views;
+  // Faces in one patch of a photo are one witness: a mesh that shrank to a point on the ground would have thousands.
+  std::set<std::array<std::size_t, 3>> taken;
+  const auto is_new = [&](const Place& place) {
+    const auto at = small_from_world(scene.views[index(place.a)], photos[index(place.a)].factor,
+                                     mesh.positions[mesh.faces[index(place.face)][0]]);
+    const auto cell = [](double pixel) { return static_cast<std::size_t>(pixel) / kSide; };
+    return taken.insert({index(place.a), cell(at->x), cell(at->y)}).second;
+  };
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
     const Triangle& t = mesh.faces[f];
     const WorldPoint& p = mesh.positions[t[0]];
@@ -301,7 +310,7 @@ std::vector<Place> framed_places(const Mesh& mesh, const Scene& scene, std::span
       const auto at = small_from_world(scene.views[v], photos[v].factor, p);
       if (at && at->x > 0 && at->y > 0 && at->x < image.width && at->y < image.height) views.push_back(v);
     }
-    if (const auto place = seen_by_two(mesh, scene, f, views, -1)) places.push_back(*place);
+    if (const auto place = seen_by_two(mesh, scene, f, views, -1); place && is_new(*place)) places.push_back(*place);
   }
   return places;
 }

@@ -44,7 +44,8 @@ struct Place {
 std::vector<Place> choose_places(const Mesh& mesh, const Scene& scene, const labeling::CostTable& candidates,
                                  std::span<const SmallPhoto> photos, std::span<const ViewId> left_out);
 
-/// The same for every face whose front two of the photos may frame; occlusion is ignored. O(faces x views).
+/// The same for every face whose front two of the photos may frame, one for each patch of a photo; occlusion is ignored.
+/// O(faces x views).
 std::vector<Place> framed_places(const Mesh& mesh, const Scene& scene, std::span<const SmallPhoto> photos);
 
 /// Compares what view a shows of each place with what view b shows along a's line of sight, up to 24 pixels in front of

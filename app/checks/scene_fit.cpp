@@ -145,6 +145,14 @@ void report_blind(const Input& input, std::span<const std::uint8_t> sees, result
                         photo_sees.size(), first));
 }
 
+// A patch is a fiftieth of such a photo's width: less than a house, in most flights. In smaller photos it shows several surfaces,
+// and right meshes lie off what the patches agree about.
+bool tells_of_fit(std::span<const SmallPhoto> previews) {
+  constexpr int kLeastSide = 450;
+  return std::ranges::any_of(
+      previews, [](const SmallPhoto& photo) { return std::max(photo.image.width, photo.image.height) >= kLeastSide; });
+}
+
 }  // namespace
 
 std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
@@ -171,9 +179,11 @@ SceneFit measure_scene(const SceneCase& scene) {
   if (!labeling::mostly_by_chance(candidates.agreement))
     for (const labeling::ViewAgreement& each : candidates.agreement)
       if (each.by_chance) left_out.push_back(each.view);
-  return {measure_fit(input.mesh, input.scene, evidence.previews,
-                      choose_places(input.mesh, input.scene, candidates.table, evidence.previews, left_out)),
-          judge(evidence.tie_points)};
+  SceneFit fit{measure_fit(input.mesh, input.scene, evidence.previews,
+                           choose_places(input.mesh, input.scene, candidates.table, evidence.previews, left_out)),
+               judge(evidence.tie_points)};
+  if (!tells_of_fit(evidence.previews)) fit.photos.verdict = MeshFit::Verdict::unknown;
+  return fit;
 }
 
 void judge_scene(const SceneCase& scene, const std::optional<SceneFit>& fit, results::Observer& observer) {
