@@ -1,6 +1,7 @@
 #include "app/checks/tie_point_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -11,22 +12,30 @@
 namespace gpvc::checks {
 namespace {
 
-/// Where the line of sight of a view through a point meets the face of the mesh that the view sees there; nullopt where it
-/// sees none.
-std::optional<WorldPoint> seen_surface(const Mesh& mesh, const View& view, const visibility::Ivm& ivm,
-                                       const WorldPoint& point) {
-  const CameraPoint c = camera_from_world(view.pose, point);
-  if (!(c.z > 0)) return {};
-  const PixelPoint at = pixel_from_camera(view.camera, c);
-  if (!(at.x >= 0 && at.y >= 0 && at.x < ivm.width && at.y < ivm.height)) return {};
-  const FaceId face = ivm.at(static_cast<int>(at.x), static_cast<int>(at.y));
-  if (face == kNoFace) return {};
+/// Where the line of sight of a view through a point meets the plane of a face.
+std::optional<WorldPoint> surface_behind(const Mesh& mesh, FaceId face, const View& view, const WorldPoint& point) {
   const Triangle& t = mesh.faces[index(face)];
   const WorldPoint& corner = mesh.positions[t[0]];
   const WorldPoint normal = cross(mesh.positions[t[1]] - corner, mesh.positions[t[2]] - corner);
   const WorldPoint ray = point - view.pose.centre;
   const double scale = dot(normal, corner - view.pose.centre) / dot(normal, ray);
   return scale > 0 && std::isfinite(scale) ? std::optional(view.pose.centre + scale * ray) : std::nullopt;
+}
+
+/// The faces that a view sees around a point, at the middles of the four pixels that it lies between: at an edge, either may
+/// be the point's. kNoFace where it sees none.
+std::array<FaceId, 4> seen_faces(const View& view, const visibility::Ivm& ivm, const WorldPoint& point) {
+  std::array<FaceId, 4> faces;
+  faces.fill(kNoFace);
+  const CameraPoint c = camera_from_world(view.pose, point);
+  if (!(c.z > 0)) return faces;
+  const PixelPoint at = pixel_from_camera(view.camera, c);
+  if (!(at.x >= 0 && at.y >= 0 && at.x < ivm.width && at.y < ivm.height)) return faces;
+  const int x0 = static_cast<int>(std::floor(at.x - 0.5)), y0 = static_cast<int>(std::floor(at.y - 0.5));
+  for (int i = 0; i < 4; ++i)
+    if (const int x = x0 + i % 2, y = y0 + i / 2; x >= 0 && y >= 0 && x < ivm.width && y < ivm.height)
+      faces[static_cast<std::size_t>(i)] = ivm.at(x, y);
+  return faces;
 }
 
 /// The distance of two points in reduced pixels; nullopt where one lies behind the camera.
@@ -64,14 +73,18 @@ FitGroups TiePointFit::counts(ViewId view, const visibility::Ivm& ivm) const {
        ++at) {
     const io::TiePoint& point = *at;
     const View& b = input_.scene.views[index(point.b)];
-    const std::optional<WorldPoint> seen = seen_surface(input_.mesh, a, ivm, point.position);
-    if (!seen) continue;
-    const std::optional<double> distance = distance_in(b, point.position, *seen);
-    if (!distance) continue;
+    std::optional<double> nearest;
+    for (const FaceId face : seen_faces(a, ivm, point.position)) {
+      if (face == kNoFace) continue;
+      const std::optional<WorldPoint> seen = surface_behind(input_.mesh, face, a, point.position);
+      const std::optional<double> distance = seen ? distance_in(b, point.position, *seen) : std::nullopt;
+      if (distance) nearest = std::min(*distance, nearest.value_or(*distance));
+    }
+    if (!nearest) continue;
     SurfaceCounts& group = groups[static_cast<std::size_t>(at - points_.begin()) % kFitGroups];
     group.places += 1;
     group.found += 1;
-    (*distance <= kOnMesh ? group.on_mesh : group.off_mesh) += 1;
+    (*nearest <= kOnMesh ? group.on_mesh : group.off_mesh) += 1;
   }
   return groups;
 }
