@@ -23,4 +23,15 @@ std::optional<std::filesystem::path> tie_points_file(const Scene& scene);
 /// scene's views are left out. Throws InputError. O(bytes of the file).
 std::vector<TiePoint> read_tie_points(const Scene& scene, std::size_t most);
 
+/// Where a photo shows a tie point.
+struct Sighting {
+  ViewId view{};
+  PhotoPoint at;     ///< in the view's photo, as its camera counts pixels
+  WorldPoint point;  ///< in the scene's coordinates
+};
+
+/// Some of the places at which photos show the scene's tie points, at most `most` or one for each view, about as many of each.
+/// Empty where the format states none (COLMAP's does). Throws InputError. O(bytes of the files).
+std::vector<Sighting> read_sightings(const Scene& scene, std::size_t most);
+
 }  // namespace gpvc::io

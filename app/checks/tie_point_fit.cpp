@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/checks/mesh_fit.h"
+#include "app/checks/sighting_shift.h"
 #include "io/error.h"
 #include "io/vector.h"
 
@@ -51,6 +52,8 @@ std::optional<double> distance_in(const View& view, const WorldPoint& p, const W
 std::vector<io::TiePoint> read_tie_points(const Scene& scene, results::Observer& observer) {
   constexpr std::size_t kMost = 100'000;  // read and compared in well below a second
   try {
+    for (const SightingShift& shift : sighting_shifts(scene, io::read_sightings(scene, kMost)))
+      observer.warning(shift_text(scene, shift));
     return io::read_tie_points(scene, kMost);
   } catch (const InputError& error) {
     observer.warning(std::string(error.what()) + "; its points are not compared with the mesh", error.cures());

@@ -11,7 +11,8 @@
 
 namespace gpvc::checks {
 
-/// A scene's points, or as many of them as are worth comparing; a broken file is warned of.
+/// A scene's points, or as many of them as are worth comparing; a broken file is warned of. Warns of cameras whose photos show
+/// the points elsewhere than they do, by how much and which way.
 std::vector<io::TiePoint> read_tie_points(const Scene& scene, results::Observer& observer);
 
 /// Tells whether a scene's tie points lie on the mesh: at most two pixels of a view that shows them in front of it or

@@ -9,7 +9,9 @@ GPVC_FUZZ_TARGET(colmap_points) {
   const bool binary = data[0] != 't';
   return reads_or_refuses([&] {
     io::parse_colmap_points(binary, folder() / (binary ? "points3D.bin" : "points3D.txt"), view(data + 1, size - 1),
-                            [](const WorldPoint&, std::span<const std::uint32_t>) {});
+                            [](std::uint64_t, const WorldPoint&, std::span<const std::uint32_t>) {});
+    io::parse_colmap_sightings(binary, folder() / (binary ? "images.bin" : "images.txt"), view(data + 1, size - 1),
+                               [](std::uint32_t, std::uint64_t, const PhotoPoint&) {});
   });
 }
 

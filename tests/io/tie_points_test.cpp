@@ -115,6 +115,29 @@ TEST_F(TiePoints, BrokenFilesAreNamed) {
   EXPECT_TRUE(contains(error("points3D.txt", "1 2 3 x 5 6 7 8\n"), "points3D.txt: line 1: expected POINT3D_ID X Y Z"));
 }
 
+TEST_F(TiePoints, PhotosShowThemWhereTheImageListSays) {
+  const std::vector<Point> points{{{1, 0, 10}, {12, 11}}};  // number 77
+  std::string images = test::bytes_of<std::uint64_t>(1);
+  images += test::bytes_of<std::uint32_t>(12) + std::string(7 * 8, '\0') + test::bytes_of<std::uint32_t>(1);
+  images += std::string("a.jpg") + '\0' + test::bytes_of<std::uint64_t>(2);
+  for (const std::uint64_t point : {std::uint64_t{77}, ~std::uint64_t{0}})
+    images += test::bytes_of(30.5) + test::bytes_of(20.0) + test::bytes_of(point);
+  scene_.views[0].reduction = 2;
+  scene_.files = {folder_.write("images.bin", images), folder_.write("points3D.bin", binary(points))};
+  const auto expect_one = [&] {
+    const std::vector<Sighting> found = read_sightings(scene_, 100);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].view, ViewId{0});
+    EXPECT_EQ(found[0].at.x, 15.25);
+    EXPECT_EQ(found[0].at.y, 10);
+    EXPECT_EQ(found[0].point, points[0].position);
+  };
+  expect_one();
+  scene_.files = {folder_.write("images.txt", "# list\n12 1 0 0 0 0 0 0 1 a.jpg\n30.5 20 77 1 2 -1 5 5 -1\n"),
+                  folder_.write("points3D.txt", text(points))};
+  expect_one();
+}
+
 TEST_F(TiePoints, OtherScenesHaveNone) {
   const std::string bytes = binary({{{1, 0, 10}, {12, 11}}});
   EXPECT_EQ(read("points3D.bin", bytes).size(), 1u);
