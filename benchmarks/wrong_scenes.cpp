@@ -10,9 +10,11 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <numbers>
 #include <random>
 #include <set>
+#include <utility>
 
 #include "app/synth/synth_scene.h"
 #include "benchmarks/child.h"
@@ -66,11 +68,13 @@ std::vector<std::size_t> shuffled(std::size_t count) {
   return order;
 }
 
-std::vector<std::size_t> moved_by_one(std::size_t count) {
+std::vector<std::size_t> rotated(std::size_t count, std::size_t by) {
   std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = (i + 1) % count;
+  for (std::size_t i = 0; i < count; ++i) order[i] = (i + by) % count;
   return order;
 }
+
+std::vector<std::size_t> moved_by_one(std::size_t count) { return rotated(count, 1); }
 
 std::vector<std::size_t> reversed(std::size_t count) {
   std::vector<std::size_t> order(count);
@@ -82,6 +86,12 @@ std::vector<std::size_t> two_swapped(std::size_t count) {
   std::vector<std::size_t> order(count);
   for (std::size_t i = 0; i < count; ++i) order[i] = i;
   std::swap(order[0], order[count / 2]);
+  return order;
+}
+
+std::vector<std::size_t> pairs_exchanged(std::size_t count) {
+  std::vector<std::size_t> order(count);
+  for (std::size_t i = 0; i < count; ++i) order[i] = std::min(i ^ 1, count - 1);
   return order;
 }
 
@@ -160,9 +170,27 @@ WorldPoint turned_about_x(const WorldPoint& p, double degrees) {
   return {p.x, c * p.y - s * p.z, s * p.y + c * p.z};
 }
 
-std::vector<Mistake> mistakes() {
-  using P = WorldPoint;
-  std::vector<Mistake> all{
+Mistake moved(const char* name, double x, double z) {
+  return {name,
+          [=](Input& in) {
+            const double extent = box_of(in.mesh).extent();
+            for (WorldPoint& p : in.mesh.positions) p = p + WorldPoint{x * extent, 0, z * extent};
+          },
+          true};
+}
+
+/// Every other view, as if two cameras had taken turns.
+Mistake of_one_camera_of_two(const char* name, void (*spoil)(Camera&)) {
+  return {name, [spoil](Input& in) {
+            for (std::size_t v = 0; v < in.scene.views.size(); v += 2) {
+              spoil(in.scene.views[v].camera);
+              limit_distortion(in.scene.views[v].camera);
+            }
+          }};
+}
+
+std::vector<Mistake> mistakes_of_views() {
+  return {
       of_order("photos in random order", shuffled),
       of_order("photos in reverse order", reversed),
       of_order("photos moved by one", moved_by_one),
@@ -177,6 +205,33 @@ std::vector<Mistake> mistakes() {
       of_lens("k1 = -5", [](Camera& c) { c.distortion.k1 = -5; }),
       of_lens("focal length a fifth too long", [](Camera& c) { c.fx *= 1.2, c.fy *= 1.2; }),
       of_lens("focal length of photos twice as large", [](Camera& c) { c.fx *= 2, c.fy *= 2; }),
+      of_order("photos moved by two", [](std::size_t count) { return rotated(count, 2); }),
+      of_order("photos exchanged in pairs", pairs_exchanged),
+      {"one pose 2 % of the mesh's size to the side",
+       [](Input& in) { in.scene.views[in.scene.views.size() / 2].pose.centre.x += 0.02 * box_of(in.mesh).extent(); }},
+      of_views("cameras' y and z axes turned round",
+               [](View& view) {
+                 for (std::size_t i = 3; i < 9; ++i) view.pose.rotation[i] = -view.pose.rotation[i];
+               }),
+      of_views("all photos turned by 90 degrees",
+               [](View& view) {
+                 auto& r = view.pose.rotation;
+                 for (std::size_t i = 0; i < 3; ++i) r[i] = -std::exchange(r[i + 3], r[i]);
+               }),
+      of_lens("focal length of photos half as large", [](Camera& c) { c.fx *= 0.5, c.fy *= 0.5; }),
+      of_lens("focal length 5 % too long", [](Camera& c) { c.fx *= 1.05, c.fy *= 1.05; }),
+      of_lens("pixels 5 % higher than wide", [](Camera& c) { c.fy *= 1.05; }),
+      of_lens("principal point 1 % of the width to the right", [](Camera& c) { c.cx += 0.01 * c.width; }),
+      of_lens("principal point 3 % of the width lower", [](Camera& c) { c.cy += 0.03 * c.width; }),
+      of_one_camera_of_two("one camera of two with another focal length", [](Camera& c) { c.fx *= 1.2, c.fy *= 1.2; }),
+      of_one_camera_of_two("one camera of two with the principal point 2 % of the width to the left",
+                           [](Camera& c) { c.cx -= 0.02 * c.width; }),
+  };
+}
+
+std::vector<Mistake> mistakes_of_meshes() {
+  using P = WorldPoint;
+  return {
       about_middle("mesh 5 % of its size to the side",
                    [](const P& p, double e) {
                      return p + P{0.05 * e, 0, 0};
@@ -201,7 +256,24 @@ std::vector<Mistake> mistakes() {
                      return P{p.x, -p.z, p.y};
                    }),
       about_origin("mesh a millionth as large", [](const P& p) { return 1e-6 * p; }),
+      moved("mesh 2 % of its size to the side", 0.02, 0),
+      moved("mesh 20 % of its size to the side", 0.2, 0),
+      moved("mesh half its size lower, as heights above the geoid are", 0, -0.5),
+      about_middle("mesh 0.9 times as large, about its middle", [](const P& p, double) { return 0.9 * p; }),
+      about_middle("mesh turned by 180 degrees about z", [](const P& p, double) { return turned_about_z(p, 180); }),
+      about_middle(
+          "mesh upside down",
+          [](const P& p, double) {
+            return P{p.x, p.y, -p.z};
+          },
+          true),
+      about_origin("mesh in millimetres", [](const P& p) { return 1000.0 * p; }),
   };
+}
+
+std::vector<Mistake> mistakes() {
+  std::vector<Mistake> all = mistakes_of_views();
+  std::ranges::move(mistakes_of_meshes(), std::back_inserter(all));
   return all;
 }
 
@@ -355,7 +427,7 @@ int run(Arguments arguments) {
 int main(int argc, char** argv) {
   CLI::App app(
       "What gpvc texture says of scenes that are wrong, each made from one that is right\n"
-      "Photos are read where they are; a run of each of twenty-one mistakes, and of random subsets of the views.");
+      "Photos are read where they are; a run of each of forty mistakes, and of random subsets of the views.");
   gpvc::Arguments arguments;
   std::error_code none;
   arguments.gpvc = std::filesystem::canonical("/proc/self/exe", none).parent_path().parent_path() / "app" / "gpvc";
