@@ -45,7 +45,8 @@ struct Input {
 struct Mistake {
   std::string name;
   std::function<void(Input&)> make;
-  bool of_mesh = false;
+  /// Image lists say where photos show tie points, as they do until photos or poses are mixed up.
+  bool keeps_sightings = false;
 };
 
 // --- mistakes of poses and lenses
@@ -118,12 +119,14 @@ Mistake of_views(const char* name, void (*spoil)(View&)) {
 }
 
 Mistake of_lens(const char* name, void (*spoil)(Camera&)) {
-  return {name, [spoil](Input& in) {
+  return {name,
+          [spoil](Input& in) {
             for (View& view : in.scene.views) {
               spoil(view.camera);
               limit_distortion(view.camera);
             }
-          }};
+          },
+          true};
 }
 
 // --- mistakes of meshes
@@ -181,12 +184,14 @@ Mistake moved(const char* name, double x, double z) {
 
 /// Every other view, as if two cameras had taken turns.
 Mistake of_one_camera_of_two(const char* name, void (*spoil)(Camera&)) {
-  return {name, [spoil](Input& in) {
+  return {name,
+          [spoil](Input& in) {
             for (std::size_t v = 0; v < in.scene.views.size(); v += 2) {
               spoil(in.scene.views[v].camera);
               limit_distortion(in.scene.views[v].camera);
             }
-          }};
+          },
+          true};
 }
 
 std::vector<Mistake> mistakes_of_views() {
@@ -303,6 +308,40 @@ void write_points(const fs::path& file, const std::vector<io::TiePoint>& points)
   if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
 }
 
+/// images.bin as write_scene leaves it, without points, gets those that the right cameras show.
+void add_sightings(const fs::path& file, const Scene& right, const std::vector<io::TiePoint>& points) {
+  std::vector<std::string> lists(right.views.size());
+  std::vector<std::uint64_t> counts(right.views.size(), 0);
+  const auto append = [](std::string& bytes, auto value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  for (std::size_t n = 0; n < points.size(); ++n)
+    for (const ViewId id : {points[n].a, points[n].b}) {
+      const View& view = right.views[index(id)];
+      const CameraPoint c = camera_from_world(view.pose, points[n].position);
+      if (!(c.z > 0)) continue;
+      const auto at = photo_from_pixel(view.camera, pixel_from_camera(view.camera, c));
+      if (!at) continue;
+      append(lists[index(id)], at->x);
+      append(lists[index(id)], at->y);
+      append(lists[index(id)], std::uint64_t{n + 1});
+      ++counts[index(id)];
+    }
+  std::ifstream in(file, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  std::string out = bytes.substr(0, 8);
+  std::size_t at = 8;
+  for (std::size_t v = 0; v < right.views.size(); ++v) {
+    constexpr std::size_t kPose = 4 + 7 * 8 + 4, kCount = 8;
+    const std::size_t end = bytes.find('\0', at + kPose) + 1;
+    out += bytes.substr(at, end - at);
+    append(out, counts[v]);
+    out += lists[v];
+    at = end + kCount;
+  }
+  write_text(file, out);
+}
+
 void write_model(const fs::path& folder, const Scene& scene, const std::vector<io::TiePoint>& points) {
   fs::create_directories(folder / "sparse");
   std::vector<ViewId> all;
@@ -389,6 +428,7 @@ int run(Arguments arguments) {
     fmt::print(stderr, "{}: {}: {}\n", name, outcome.ended, says);
   };
   write_model(model, right.scene, points);
+  add_sightings(model / "sparse" / "images.bin", right.scene, points);
   synth::write_synth_mesh(mesh, right.mesh, {});
   const Outcome normal = texture(arguments, model, mesh, "");
   table.add({"right", normal.ended, news(normal, {})});
@@ -408,6 +448,7 @@ int run(Arguments arguments) {
     Input wrong = right;
     mistake.make(wrong);
     write_model(model, wrong.scene, points);
+    if (mistake.keeps_sightings) add_sightings(model / "sparse" / "images.bin", right.scene, points);
     synth::write_synth_mesh(mesh, wrong.mesh, {});
     const Outcome outcome = texture(arguments, model, mesh, "");
     add(mistake.name, outcome, news(outcome, normal));

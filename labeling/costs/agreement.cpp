@@ -57,21 +57,23 @@ std::uint32_t face_nearby(const Grouped<std::uint32_t>& neighbours, std::uint32_
 }
 
 ViewAgreement judge(ViewId view, const Sums& sums) {
-  // Correlations scatter by the root of one over the number of steps: by 0.022 with so many.
-  constexpr std::size_t kLeastSteps = 2000;
+  // Correlations scatter by the root of one over the number of steps: by 0.022 with many, by 0.05 with few, which tell only
+  // what is clear: a photo that agrees by more than chance, or by less than chance does on the average.
+  constexpr std::size_t kManySteps = 2000, kFewSteps = 400;
   // Photos at the poses of their neighbours correlate by up to 0.03, because roads or windows run on in the same
   // direction; right ones by 0.3 and more, even of trees in the wind, and by 0.11 at least where only two or three overlap
   // a little (measured on three scenes from photos).
   constexpr double kLeast = 0.05, kChances = 3;
   ViewAgreement result{view, sums.steps};
   const double norm = std::sqrt(sums.own2 * sums.others2);
-  if (sums.steps < kLeastSteps || !(norm > 0)) return result;
+  if (sums.steps < kFewSteps || !(norm > 0)) return result;
   result.correlation = sums.products[0] / norm;
   double chance2 = 0;
   for (std::size_t k = 1; k <= kElsewhere; ++k) chance2 += sums.products[k] * sums.products[k];
   result.chance = std::sqrt(chance2 / kElsewhere) / norm;
-  result.judged = true;
-  result.by_chance = result.correlation < std::max(kLeast, kChances * result.chance);
+  const bool agrees = result.correlation >= std::max(kLeast, kChances * result.chance);
+  result.judged = sums.steps >= kManySteps || agrees || result.correlation < result.chance;
+  result.by_chance = result.judged && !agrees;
   return result;
 }
 
