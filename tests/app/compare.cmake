@@ -22,6 +22,6 @@ set_tests_properties(compare.summary PROPERTIES FIXTURES_REQUIRED compared
 if(GPVC_NODE AND GPVC_CHROMIUM)
   add_test(NAME browser.report COMMAND ${GPVC_NODE} ${CMAKE_CURRENT_SOURCE_DIR}/../browser/report_browser.mjs ${compared}
                                        ${CMAKE_CURRENT_BINARY_DIR}/report_browser ${compared}/external)
-  set_tests_properties(browser.report PROPERTIES FIXTURES_REQUIRED "compared;compared_external" LABELS "browser;app"
+  set_tests_properties(browser.report PROPERTIES FIXTURES_REQUIRED "compared;compared_external" LABELS "browser;app;nightly"
                        ENVIRONMENT "CHROMIUM=${GPVC_CHROMIUM}" TIMEOUT 600)
 endif()
