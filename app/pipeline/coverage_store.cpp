@@ -128,7 +128,74 @@ class Unpacker {
   std::uint32_t face_ = 0;
 };
 
+// Reads what Unpacker reads, without trust.
+class Checker {
+ public:
+  Checker(const PackedCoverage& packed, std::uint64_t faces, std::uint64_t width, std::uint64_t height)
+      : left_(packed.bytes), faces_(faces), width_(width), height_(height) {}
+
+  bool is_sound() {
+    for (std::uint64_t face = 0, entries = 0; !left_.empty(); ++entries) {
+      const std::uint64_t step = number();
+      if (step >= faces_ || (entries > 0 && step == 0) || (face += step) >= faces_ || !is_entry()) return false;
+    }
+    return true;
+  }
+
+ private:
+  // The box, the count of samples and their share, and the bits.
+  bool is_entry() {
+    const std::uint64_t x = number(), y = number(), width = number(), height = number(), visible = number();
+    float share = 0;
+    if (failed_ || left_.size() < sizeof share) return false;
+    std::memcpy(&share, left_.data(), sizeof share);
+    left_ = left_.subspan(sizeof share);
+    if (!(share >= 0 && share <= 1) || visible > UINT32_MAX || width > width_ || height > height_) return false;
+    // The box of a face that only samples smaller than pixels see is empty, anywhere.
+    const bool empty = width == 0 || height == 0;
+    if (empty ? x > UINT32_MAX || y > UINT32_MAX : x > width_ - width || y > height_ - height) return false;
+    return skip_bits(static_cast<std::size_t>(width * height)) && !failed_;
+  }
+  bool skip_bits(std::size_t count) {
+    if (count <= kPlainBits) return skip((count + 7) / 8);
+    for (std::uint64_t words = words_for(count); words > 0;) {
+      for (int kind = 0; kind < 3; ++kind) {
+        const std::uint64_t length = number();
+        if (length > words || (kind == 2 && !skip(length * sizeof(std::uint64_t)))) return false;
+        words -= length;
+      }
+      if (failed_) return false;
+    }
+    return true;
+  }
+  bool skip(std::uint64_t bytes) {
+    if (bytes > left_.size()) return false;
+    left_ = left_.subspan(static_cast<std::size_t>(bytes));
+    return true;
+  }
+  std::uint64_t number() {
+    std::uint64_t value = 0;
+    // None that is written is longer than five bytes.
+    for (int shift = 0; shift < 35 && !left_.empty(); shift += 7) {
+      const std::uint64_t byte = left_.front();
+      left_ = left_.subspan(1);
+      value |= (byte & 127) << shift;
+      if (byte < 128) return value;
+    }
+    failed_ = true;
+    return 0;
+  }
+
+  std::span<const std::uint8_t> left_;
+  std::uint64_t faces_, width_, height_;
+  bool failed_ = false;
+};
+
 }  // namespace
+
+bool is_sound(const PackedCoverage& packed, std::size_t faces, int width, int height) {
+  return Checker(packed, faces, static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height)).is_sound();
+}
 
 PackedCoverage pack(ViewId view, const visibility::CoverageTable& coverage) {
   PackedCoverage packed{view, {}};

@@ -22,6 +22,9 @@ struct PackedCoverage {
 /// \pre all entries are of the view, in face order
 PackedCoverage pack(ViewId view, const visibility::CoverageTable& coverage);
 
+/// True if pack() may have made it for a mesh of so many faces and a frame of that size: CoverageStore reads no other one safely.
+bool is_sound(const PackedCoverage& packed, std::size_t faces, int width, int height);
+
 class CoverageStore {
  public:
   void add(std::shared_ptr<const PackedCoverage> coverage) { views_.push_back(std::move(coverage)); }

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "app/pipeline/stored.h"
+#include "app/pipeline/texture_files.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -14,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be raised when anything that the files hold, as labeling::FaceRecord, takes another form or meaning.
-constexpr std::uint32_t kFormat = 3;
+constexpr std::uint32_t kFormat = 4;
 
 io::WorkKey model_key() {
   io::WorkHash hash;
@@ -50,7 +54,52 @@ void read_result(const fs::path& from, const char* name, const io::WorkKey& key,
   if (!store.read(name, key, read)) throw InputError(from / name, "", "is damaged", {Cure::make_editable});
 }
 
+bool is_of_views(ViewId view, const Input& input) { return index(view) < input.scene.views.size(); }
+
+bool is_sound(const ViewRule& rule, const Input& input) {
+  const auto* ground = std::get_if<io::GroundRegion>(&rule.region);
+  const auto is_finite = [](const auto& corner) { return std::isfinite(corner[0]) && std::isfinite(corner[1]); };
+  return (ground == nullptr || (ground->corners.size() >= 3 && std::ranges::all_of(ground->corners, is_finite))) &&
+         std::ranges::all_of(rule.views, [&](ViewId view) { return is_of_views(view, input); });
+}
+
+bool is_sound(const atlas::ViewExposure& exposure) {
+  return std::ranges::all_of(exposure.gain, [](float gain) { return std::isfinite(gain) && gain > 0; }) &&
+         std::isfinite(exposure.centre_x + exposure.centre_y + exposure.k1 + exposure.k2) &&
+         std::isfinite(exposure.inverse_radius2) && exposure.inverse_radius2 >= 0;
+}
+
+// Corners in [0, 1] of pages that are there.
+bool is_sound(const io::TexturedModel& model, std::size_t faces, std::size_t pages) {
+  return model.face_texcoords.size() == faces && model.face_page.size() == faces &&
+         std::ranges::all_of(model.texcoords,
+                             [](const io::TexCoord& t) { return t.u >= 0 && t.u <= 1 && t.v >= 0 && t.v <= 1; }) &&
+         std::ranges::all_of(model.face_page, [&](std::uint32_t page) { return page < pages; }) &&
+         std::ranges::all_of(model.face_texcoords, [&](const auto& corners) {
+           return std::ranges::all_of(corners, [&](std::uint32_t corner) { return corner < model.texcoords.size(); });
+         });
+}
+
+bool is_sound(const EditModel& m, const Input& input) {
+  const std::size_t faces = input.mesh.faces.size(), pages = m.page_sizes.size();
+  // New charts are numbered after these, and there are as many as faces at most, and as many borders.
+  const std::uint64_t charts = UINT32_MAX - std::min<std::uint64_t>(UINT32_MAX, 2 * std::uint64_t{faces} + 1);
+  return m.labels.size() == faces && m.face_chart.size() == faces && m.page_files.size() == pages &&
+         (m.exposure.empty() || m.exposure.size() == input.scene.views.size()) && m.reduction > 0 && m.reduction <= 1 &&
+         is_sound(m.model, faces, pages) &&
+         std::ranges::all_of(m.labels, [&](ViewId view) { return view == kNoView || is_of_views(view, input); }) &&
+         std::ranges::all_of(m.face_chart, [&](std::uint32_t chart) { return chart < charts; }) &&
+         std::ranges::all_of(m.exposure, [](const auto& exposure) { return is_sound(exposure); }) &&
+         std::ranges::all_of(m.rules, [&](const ViewRule& rule) { return is_sound(rule, input); });
+}
+
 }  // namespace
+
+io::WorkKey page_file_key(const fs::path& file) {
+  io::WorkHash hash;
+  hash.add_file(file);
+  return hash.key();
+}
 
 void write_edit_views(const Input& input, const ResultKeys& keys, const labeling::CandidateCollector& collector,
                       const CoverageStore& coverage, OutputFolder& folder) {
@@ -67,13 +116,23 @@ void read_edit_views(const fs::path& from, const Input& input, const ResultKeys&
   read_result(from, kEditViewsFile, views_key(keys), [&](io::WorkStore::Reader& in) {
     for (const ViewId id : input.views)
       if (!collector.add_statistics(id, in.get<std::vector<std::byte>>())) in.refuse();
-    collector.take_judgement(in.get<std::vector<labeling::ViewAgreement>>());
-    for (auto left = in.get<std::size_t>(); left > 0; --left)
-      coverage.add(std::make_shared<const PackedCoverage>(in.get<PackedCoverage>()));
+    auto agreement = in.get<std::vector<labeling::ViewAgreement>>();
+    if (!std::ranges::all_of(agreement, [&](const auto& each) { return is_of_views(each.view, input); })) in.refuse();
+    collector.take_judgement(std::move(agreement));
+    for (auto left = in.get<std::size_t>(); left > 0; --left) {
+      auto packed = in.get<PackedCoverage>();
+      if (!is_of_views(packed.view, input)) in.refuse();
+      const Camera& camera = input.scene.views[index(packed.view)].camera;
+      if (!is_sound(packed, input.mesh.faces.size(), camera.width, camera.height)) in.refuse();
+      coverage.add(std::make_shared<const PackedCoverage>(std::move(packed)));
+    }
   });
 }
 
-void write_edit_model(const EditModel& m, OutputFolder& folder) {
+void write_edit_model(EditModel m, io::ImageFormat pages, OutputFolder& folder) {
+  m.page_files.clear();
+  for (std::size_t p = 0; p < m.page_sizes.size(); ++p)
+    m.page_files.push_back(page_file_key(folder.in_making() / page_name(p, pages)));
   write_result(kEditModelFile, model_key(), folder, [&](io::WorkStore::Writer& out) { out.add(m); });
 }
 
@@ -81,6 +140,11 @@ EditModel read_edit_model(const fs::path& from) {
   EditModel model;
   read_result(from, kEditModelFile, model_key(), [&](io::WorkStore::Reader& in) { model = in.get<EditModel>(); });
   return model;
+}
+
+void check_edit_model(const fs::path& from, const Input& input, const EditModel& model) {
+  if (!is_sound(model, input))
+    throw InputError(from / kEditModelFile, "", "holds values that no result of this input has", {Cure::make_editable});
 }
 
 double edit_bytes(const Workload& work) {

@@ -1,6 +1,7 @@
 // The two files of an editable result, with which retexture_into() changes a part of it: what the views see of each face, and
 // how the faces are textured. Both are results as io::WorkStore keeps them, so one that is damaged or of another format is
-// told from a good one. The values are those of this machine.
+// told from a good one. The hash keeps nobody from writing other values, so these are checked, too. They are those of this
+// machine.
 #pragma once
 
 #include <array>
@@ -30,17 +31,24 @@ struct EditModel {
   std::vector<std::uint32_t> face_chart;  ///< per face; numbers may have gaps
   std::vector<atlas::ViewExposure> exposure;
   double reduction = 1;
+  std::vector<io::WorkKey> page_files{};  ///< hashes of the pages as they were written
 };
-GPVC_MEMBERS(EditModel, keys, rules, labels, model, page_sizes, face_chart, exposure, reduction)
+GPVC_MEMBERS(EditModel, keys, rules, labels, model, page_sizes, face_chart, exposure, reduction, page_files)
+
+/// The hash of a page's file.
+io::WorkKey page_file_key(const std::filesystem::path& file);
 
 /// Write into the folder. 20 bytes for each face and view that sees it, and the coverage of those that see it in part; some 30
 /// bytes a face. Throw OutputError.
 void write_edit_views(const Input& input, const ResultKeys& keys, const labeling::CandidateCollector& collector,
                       const CoverageStore& coverage, OutputFolder& folder);
-void write_edit_model(const EditModel& model, OutputFolder& folder);
+/// \pre the pages are written in the folder, in this format. Sets EditModel::page_files.
+void write_edit_model(EditModel model, io::ImageFormat pages, OutputFolder& folder);
 
 /// Throws InputError where `from` holds no editable result of this format.
 EditModel read_edit_model(const std::filesystem::path& from);
+/// Throws InputError where the model cannot be one of the input: a label that is no view, a face on no page. O(faces).
+void check_edit_model(const std::filesystem::path& from, const Input& input, const EditModel& model);
 /// Adds all views, and takes over how they were judged. Throws InputError.
 void read_edit_views(const std::filesystem::path& from, const Input& input, const ResultKeys& keys,
                      labeling::CandidateCollector& collector, CoverageStore& coverage);

@@ -102,11 +102,18 @@ TexturedFiles texture_within(const MemoryPlan& memory, Run run, OutputFolder& fo
   chosen.seen.coverage = {};
   release_freed_memory();
   observer.begin({"write"});
-  if (keys)
-    write_edit_model({*keys, settings.view_rules, chosen.selection.labels, atlas.model, files.page_sizes(),
-                      atlas.face_chart, atlas.exposure, atlas.statistics.reduction},
-                     folder);
   const WrittenModel written = files.finish(atlas.model);
+  if (keys)
+    write_edit_model({*keys,
+                      settings.view_rules,
+                      chosen.selection.labels,
+                      atlas.model,
+                      files.page_sizes(),
+                      atlas.face_chart,
+                      atlas.exposure,
+                      atlas.statistics.reduction,
+                      {}},
+                     settings.output.texture, folder);
   observer.end("");
   return {finished(std::move(chosen), std::move(atlas)), written};
 }

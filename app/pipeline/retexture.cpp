@@ -55,6 +55,7 @@ Earlier read_earlier(const fs::path& from, const Run& run) {
   Earlier earlier{read_edit_model(from), {}, {}, {}, {}};
   const ResultKeys& keys = earlier.model.keys;
   refuse_other_input(from, input, keys, result_keys(run));
+  check_edit_model(from, input, earlier.model);
   labeling::CandidateCollector collector(input.mesh, settings.costs);
   read_edit_views(from, input, keys, collector, earlier.coverage);
   Observer silent;  // what the earlier rules say has been reported
@@ -120,6 +121,8 @@ std::vector<Image> keep_pages(const fs::path& from, const Mesh& mesh, const Edit
   tbb::parallel_for(std::size_t{0}, needed.size(), [&](std::size_t p) {
     if (change.page_number[p] == kDropped) return;
     const fs::path file = from / page_name(p, settings.output.texture);
+    if (page_file_key(file) != before.page_files[p])
+      throw InputError(file, "", "is not the page that was written there", {Cure::make_editable});
     Image page = io::read_image(file);
     if (page.width != before.page_sizes[p][0] || page.height != before.page_sizes[p][1])
       throw InputError(file, "",
@@ -163,8 +166,8 @@ io::TexturedModel joined(const EditModel& before, const Change& change, const io
 EditModel joined_edit_model(const EditModel& before, const Settings& settings, const Change& change,
                             std::vector<ViewId> labels, const io::TexturedModel& model, const atlas::TextureAtlas& made,
                             std::vector<std::array<int, 2>> page_sizes) {
-  EditModel after{before.keys,           settings.view_rules, std::move(labels), model,
-                  std::move(page_sizes), before.face_chart,   before.exposure,   before.reduction};
+  EditModel after{before.keys,       settings.view_rules, std::move(labels), model, std::move(page_sizes),
+                  before.face_chart, before.exposure,     before.reduction,  {}};
   const std::uint32_t first = 1 + *std::ranges::max_element(before.face_chart);
   for (std::size_t f = 0; f < change.kept.size(); ++f)
     if (change.kept[f] == 0) after.face_chart[f] = first + made.face_chart[f];
@@ -295,10 +298,10 @@ TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder&
   observer.begin({"write"});
   copy_views(from, folder);
   made.model = remaking.take_joined();
+  const WrittenModel written = files.finish(made.model);
   write_edit_model(
       joined_edit_model(earlier.model, settings, change, again.selection.labels, made.model, made, files.page_sizes()),
-      folder);
-  const WrittenModel written = files.finish(made.model);
+      settings.output.texture, folder);
   observer.end("");
   report_change(change, again.free_faces, made.statistics, seconds_since(start), observer);
   return {{std::move(again.selection), std::move(earlier.candidates.tags), std::move(made), {}}, written};

@@ -197,7 +197,9 @@ bool CandidateCollector::add_statistics(ViewId id, std::span<const std::byte> st
   if (!records.empty()) std::memcpy(records.data(), statistics.data(), statistics.size());
   const std::size_t faces = state_->mesh.faces.size();
   for (std::size_t i = 0; i < records.size(); ++i)
-    if (records[i].face >= faces || (i > 0 && records[i].face <= records[i - 1].face)) return false;
+    if (records[i].face >= faces || (i > 0 && records[i].face <= records[i - 1].face) ||
+        !(records[i].quality >= 0 && std::isfinite(records[i].quality)))
+      return false;
   state_->by_view[static_cast<std::uint32_t>(id)] = std::move(records);
   return true;
 }

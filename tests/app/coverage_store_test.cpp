@@ -89,5 +89,44 @@ TEST(CoverageStore, TakesLittle) {
   EXPECT_EQ(store.of_partial_faces(std::vector<labeling::FaceTag>{labeling::FaceTag::partial}).words, table.words);
 }
 
+TEST(CoverageStore, OnlyWhatMayHaveBeenPackedIsSound) {
+  visibility::CoverageTable table;
+  std::mt19937 random(5);
+  add_entry(
+      0, 0, 0, [](std::size_t) { return true; }, table);
+  add_entry(
+      2, 9, 7, [](std::size_t bit) { return bit % 2 != 0; }, table);
+  add_entry(
+      5, 90, 70, [&](std::size_t bit) { return bit > 3000 && random() % 9 != 0; }, table);
+  const pipeline::PackedCoverage packed = pipeline::pack(ViewId{0}, table);
+  EXPECT_TRUE(pipeline::is_sound(packed, 6, 600, 4100));
+  EXPECT_FALSE(pipeline::is_sound(packed, 5, 600, 4100)) << "a face that the mesh lacks";
+  EXPECT_FALSE(pipeline::is_sound(packed, 6, 592, 4100)) << "a box that reaches out of the frame";
+  EXPECT_FALSE(pipeline::is_sound(packed, 6, 600, 4064));
+  EXPECT_TRUE(pipeline::is_sound({}, 6, 600, 4100));
+  pipeline::PackedCoverage cut = packed;
+  while (cut.bytes.size() > 1) {
+    cut.bytes.pop_back();
+    if (!pipeline::is_sound(cut, 6, 600, 4100)) continue;
+    pipeline::CoverageStore store;  // ends between two faces
+    store.add(std::make_shared<const pipeline::PackedCoverage>(cut));
+    EXPECT_LT(store.of_partial_faces(std::vector(6, labeling::FaceTag::partial)).entries.size(), 3u);
+  }
+  // Whatever passes can be read.
+  std::size_t passed = 0;
+  for (int i = 0; i < 20000; ++i) {
+    pipeline::PackedCoverage changed = packed;
+    for (int n = 0; n < 3; ++n) changed.bytes[random() % changed.bytes.size()] = static_cast<std::uint8_t>(random());
+    if (!pipeline::is_sound(changed, 6, 600, 4100)) continue;
+    ++passed;
+    pipeline::CoverageStore store;
+    store.add(std::make_shared<const pipeline::PackedCoverage>(changed));
+    for (const visibility::FaceCoverage& entry :
+         store.of_partial_faces(std::vector(6, labeling::FaceTag::partial)).entries)
+      ASSERT_LT(entry.face, FaceId{6});
+  }
+  EXPECT_GT(passed, 100u);
+}
+
 }  // namespace
 }  // namespace gpvc

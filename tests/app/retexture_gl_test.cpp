@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <random>
 #include <set>
 
 #include "app/pipeline/edit_files.h"
@@ -298,6 +300,61 @@ TEST_F(Retexture, OnlyPhotosOfChangedFacesAreDecoded) {
   }
 }
 
+// Writes a kept result anew, under its key and with a hash that is right.
+template <typename Write>
+void rewrite(const fs::path& file, const Write& write) {
+  const std::string bytes = test::read_file(file);
+  io::WorkKey key;
+  std::memcpy(&key, bytes.data() + 8, sizeof key);
+  std::string body = bytes.substr(8 + sizeof key, bytes.size() - 8 - 2 * sizeof key);
+  io::WorkStore(file.parent_path()).keep(file.filename(), key, [&](io::WorkStore::Writer& out) { write(out, body); });
+}
+
+TEST_F(Retexture, ValuesThatNoResultHasAreRefusedThoughTheHashIsRight) {
+  const fs::path copy = folder_->path() / "copy";
+  const auto error_of_copy = [&] {
+    WatchedPhotos photos(city_->scene);
+    const auto error = test::caught([&] { run(settings(veto({ViewId{0}})), copy, second_, heard_, photos, input()); });
+    return error ? std::string(error->what()) : std::string();
+  };
+  const auto with_model = [&](const auto& change) {
+    fs::remove_all(copy);
+    fs::copy(first_, copy, fs::copy_options::recursive);
+    EditModel model = pipeline::read_edit_model(first_);
+    change(model);
+    rewrite(copy / "edit-model.bin", [&](io::WorkStore::Writer& out, const std::string&) { out.add(model); });
+    return error_of_copy();
+  };
+  EXPECT_EQ(with_model([](EditModel&) {}), "");
+  const auto expect_refused = [&](const char* what, const auto& change) {
+    EXPECT_TRUE(test::contains(with_model(change), "edit-model.bin: holds values that no result")) << what;
+  };
+  expect_refused("label", [](EditModel& m) { m.labels[7] = ViewId{1000}; });
+  expect_refused("labels", [](EditModel& m) { m.labels.pop_back(); });
+  expect_refused("page", [](EditModel& m) { m.model.face_page[7] = 0x7FFFFFFF; });
+  expect_refused("corner", [](EditModel& m) { m.model.face_texcoords[7][1] = 0x7FFFFFFF; });
+  expect_refused("place", [](EditModel& m) { m.model.texcoords[7].u = 1e9f; });
+  expect_refused("page files", [](EditModel& m) { m.page_files.clear(); });
+  expect_refused("chart", [](EditModel& m) { m.face_chart[7] = 0xFFFFFFFF; });
+  expect_refused("exposure", [](EditModel& m) { m.exposure.resize(2); });
+  expect_refused("gain", [](EditModel& m) { m.exposure.at(1).gain[0] = 0; });
+  expect_refused("reduction", [](EditModel& m) { m.reduction = -1; });
+  expect_refused("rule", [](EditModel& m) { m.rules = veto({ViewId{1000}}); });
+
+  std::mt19937 random(11);
+  for (const char* name : {"edit-model.bin", "edit-views.bin"})
+    for (int i = 0; i < 20; ++i) {
+      fs::remove_all(copy);
+      fs::copy(first_, copy, fs::copy_options::recursive);
+      rewrite(copy / name, [&](io::WorkStore::Writer& out, std::string body) {
+        const std::size_t at = random() % (body.size() - 64) / 4 * 4;
+        for (std::size_t n = 0; n < 64; n += 4) std::memcpy(body.data() + at + n, "\xff\xff\xff\x7f", 4);
+        out.write(body.data(), body.size());
+      });
+      error_of_copy();  // or used, as colours may be any
+    }
+}
+
 TEST_F(Retexture, SaysWhatCannotBeChanged) {
   const auto with_file = [&](const std::string& name, const auto& change) {
     const fs::path copy = folder_->path() / "copy";
@@ -325,6 +382,9 @@ TEST_F(Retexture, SaysWhatCannotBeChanged) {
   EXPECT_PRED2(contains, with_file("edit-model.bin", overwrite(500)), "edit-model.bin: is damaged");
   EXPECT_PRED2(contains, with_file("edit-views.bin", overwrite(500)), "edit-views.bin: is damaged");
   EXPECT_PRED2(contains, with_file("model_0.jpg", remove), "model_0.jpg");
+  EXPECT_PRED2(contains,
+               with_file("model_0.jpg", [&](const fs::path& file) { overwrite(fs::file_size(file) / 2)(file); }),
+               "model_0.jpg: is not the page that was written there");
   EXPECT_PRED2(contains,
                with_file("model_0.jpg",
                          [&](const fs::path& file) {
