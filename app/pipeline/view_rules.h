@@ -24,7 +24,7 @@ struct ViewRule {
 /// What a list of rules says of each face and view. A view may texture a face that all rules about the face leave it.
 class ViewRuleTable {
  public:
-  /// O(rules x faces), TBB.
+  /// O(faces log faces, and for each rule what FaceLocator::faces_in() takes), TBB.
   ViewRuleTable(std::span<const ViewRule> rules, const Mesh& mesh, std::size_t views);
 
   bool allows(FaceId face, ViewId view) const {

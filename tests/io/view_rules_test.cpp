@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <random>
 
 #include "tests/support/temporary_folder.h"
 
@@ -134,6 +137,61 @@ TEST(ViewRules, PolygonsMayBeConcaveAndEndAtHeights) {
   ell.low = -1;
   ell.high = 1;
   EXPECT_EQ(io::faces_in(ell, mesh), (Flags{1, 0, 0, 0, 0, 0}));
+}
+
+// By crossing every side.
+bool is_inside(const io::GroundRegion& region, double x, double y) {
+  bool inside = false;
+  for (std::size_t i = 0, j = region.corners.size() - 1; i < region.corners.size(); j = i++) {
+    const auto &a = region.corners[i], &b = region.corners[j];
+    if ((a[1] > y) != (b[1] > y) && x < a[0] + (b[0] - a[0]) * ((y - a[1]) / (b[1] - a[1]))) inside = !inside;
+  }
+  return inside;
+}
+
+TEST(ViewRules, PolygonsOfAnyShapeHoldWhatAnOddNumberOfSidesIsBeyond) {
+  std::mt19937 random(7);
+  std::uniform_int_distribution<int> place(0, 12);  // so that corners and points are at the same heights
+  const auto any = [&] { return static_cast<double>(place(random)); };
+  for (int n = 3; n < 60; ++n) {
+    io::GroundRegion region;
+    for (int i = 0; i < n; ++i) region.corners.push_back({any(), any()});
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < 200; ++i) {
+      mesh.positions.push_back({any(), any(), 0});
+      mesh.faces.push_back({i, i, i});
+    }
+    const Flags inside = io::faces_in(region, mesh);
+    for (std::size_t f = 0; f < inside.size(); ++f) {
+      // The mean of three equal corners may be a unit in the last place away.
+      const WorldPoint& p = mesh.positions[f];
+      const double x = p.x / 3 + p.x / 3 + p.x / 3, y = p.y / 3 + p.y / 3 + p.y / 3;
+      EXPECT_EQ(inside[f] != 0, is_inside(region, x, y)) << n << " corners, at " << x << " " << y;
+    }
+  }
+}
+
+// Each point compared with each side takes minutes; so does each face with each rule.
+TEST(ViewRules, ManyCornersAndManyRegionsTakeNoMinutes) {
+  std::vector<WorldPoint> points;
+  for (int i = 0; i < 300000; ++i) points.push_back({0.01 * (i % 1000), 0.03 * (i / 1000), 0});
+  const Mesh mesh = triangles_at(points);
+  io::GroundRegion circle;
+  for (int i = 0; i < 200000; ++i)
+    circle.corners.push_back(
+        {5 + 4 * std::cos(i * 3.14159265358979 / 100000), 5 + 4 * std::sin(i * 3.14159265358979 / 100000)});
+  const auto start = std::chrono::steady_clock::now();
+  const Flags inside = io::faces_in(circle, mesh);
+  const auto count = static_cast<double>(std::ranges::count(inside, 1));
+  EXPECT_NEAR(count / 300000, 3.14159 * 16 / (10 * 9), 0.01);
+  const io::FaceLocator locator(mesh);
+  std::size_t found = 0;
+  for (int i = 0; i < 100000; ++i) {
+    const double x = 0.01 * (i % 1000), y = 0.03 * (i / 1000);
+    found += locator.faces_in(io::BoxRegion{{x - 0.004, y - 0.004, -1}, {x + 0.004, y + 0.004, 1}}).size();
+  }
+  EXPECT_EQ(found, 100000u);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
 }
 
 TEST(ViewRules, ListedFacesAreTaken) {
