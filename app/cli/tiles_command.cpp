@@ -25,8 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Throws InputError where a job was made by another version of the program.
-void check_program(const fs::path& job) {
+// What job.json lists of a job. Throws InputError where the job was made by another version of the program.
+Json read_listing(const fs::path& job) {
   const fs::path file = job / "job.json";
   if (!io::is_file(file)) throw InputError(job, "", "is no job: gpvc tiles makes one, with job.json in it");
   const io::FileBytes bytes(file);
@@ -40,6 +40,23 @@ void check_program(const fs::path& job) {
         fmt::format("was made by gpvc {}, and this is gpvc {}: what two versions make does not fit together; "
                     "make the job again, or go on with that one",
                     made_by, program_version()));
+  return json;
+}
+
+// Throws InputError where job.json lists other options than those that the units work with, which are in mesh/: whoever has
+// edited it expects another result.
+void check_listing(const fs::path& job, const tiles::JobSettings& settings) {
+  const Json json = read_listing(job);
+  const Json listed = json.contains("settings") ? json["settings"] : Json();
+  const Json made = Json::parse(settings_json(settings, options_for(pipeline::For::all)).dump());
+  std::vector<std::string> other;
+  for (const auto& [name, value] : made.items())
+    if (!listed.is_object() || !listed.contains(name) || listed[name] != value) other.push_back(name);
+  if (!other.empty())
+    throw InputError(job / "job.json", "settings",
+                     fmt::format("expected what the job was made with, which differs in {}; it cannot be edited",
+                                 results::readable_list(other, 5)),
+                     {Cure::make_job});
 }
 
 // Keeps a mesh that may be too large for the memory on disk while it is read and cut.
@@ -128,12 +145,13 @@ void run_tiles(const TilesOptions& options, Console& console) {
 void run_unit(const UnitOptions& options, Console& console) {
   if (options.names.empty() != options.all) throw UsageError("gpvc unit takes the names of units, or --all");
   console.speak_of_job();
-  check_program(options.job);
+  read_listing(options.job);
   RunRecord record(console);
   std::optional<results::FolderLock> driver;
   if (options.all) driver.emplace(options.job);
   console.note_kept(options.job / "units", "units that are complete are kept");
   tiles::UnitRunner runner(tiles::JobFolder(options.job), {options.limits.memory_bytes, options.common.device}, record);
+  check_listing(options.job, runner.job().settings);
   std::vector<const tiles::Unit*> units;
   for (const std::string& name : options.names) try {
       units.push_back(&runner.find(name));
@@ -148,8 +166,10 @@ void run_unit(const UnitOptions& options, Console& console) {
 }
 
 void run_plan(const PlanOptions& options, Console& console) {
-  check_program(options.job);
-  const std::vector<tiles::Unit> units = tiles::plan_units(tiles::JobFolder(options.job).read_job());
+  read_listing(options.job);
+  const tiles::Job job = tiles::JobFolder(options.job).read_job();
+  check_listing(options.job, job.settings);
+  const std::vector<tiles::Unit> units = tiles::plan_units(job);
   if (options.sbatch) {
     console.result(
         tiles::sbatch_text(units, fs::absolute(options.job).lexically_normal(), fs::read_symlink("/proc/self/exe")));

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "app/results/output_folder.h"
 #include "io/file_bytes.h"
 #include "io/output_file.h"
 #include "io/paths.h"
@@ -13,9 +16,33 @@ using Json = nlohmann::ordered_json;
 
 std::string text_of(const io::WorkKey& key) { return fmt::format("{:016x}{:016x}", key.bits[0], key.bits[1]); }
 
-std::optional<io::WorkKey> key_from(const std::string& text) {
+std::optional<io::WorkKey> key_member(const Json& object, const char* name) {
+  const auto found = object.find(name);
+  if (found == object.end() || !found->is_string()) return std::nullopt;
+  const std::string& text = found->get_ref<const std::string&>();
   if (text.size() != 32 || text.find_first_not_of("0123456789abcdef") != std::string::npos) return std::nullopt;
   return io::WorkKey{{std::stoull(text.substr(0, 16), nullptr, 16), std::stoull(text.substr(16), nullptr, 16)}};
+}
+
+bool stays_inside(const std::string& name) try {
+  return results::contained_path(name) == name;
+} catch (const OutputError&) {
+  return false;
+}
+
+std::optional<UnitOutput> output_from(const Json& json) {
+  if (!json.is_object()) return std::nullopt;
+  const auto file = json.find("file"), bytes = json.find("bytes");
+  if (file == json.end() || !file->is_string() || bytes == json.end() || !bytes->is_number_unsigned())
+    return std::nullopt;
+  UnitOutput output{file->get<std::string>(), bytes->get<std::uintmax_t>(), key_member(json, "hash")};
+  if (!stays_inside(output.file) || json.contains("hash") != output.hash.has_value()) return std::nullopt;
+  return output;
+}
+
+bool are_figures(const Json& json) {
+  return json.is_object() &&
+         std::ranges::all_of(json, [](const Json& figure) { return figure.is_number() || figure.is_null(); });
 }
 
 }  // namespace
@@ -24,19 +51,25 @@ std::optional<Done> read_done(const std::filesystem::path& file) {
   if (!io::is_file(file)) return std::nullopt;
   const io::FileBytes bytes(file);
   const Json json = Json::parse(bytes.view(), nullptr, false);
-  if (!json.is_object()) return std::nullopt;
-  const std::optional<io::WorkKey> key = key_from(json.value("key", ""));
-  if (!key || !json.contains("outputs") || !json["outputs"].is_array()) return std::nullopt;
+  if (!json.is_object() || !json.contains("outputs") || !json["outputs"].is_array()) return std::nullopt;
+  const std::optional<io::WorkKey> key = key_member(json, "key");
+  if (!key || !json.contains("figures") || !are_figures(json["figures"])) return std::nullopt;
   Done done{*key};
-  for (const Json& output : json["outputs"])
-    done.outputs.push_back({output.value("file", ""), output.value("bytes", std::uintmax_t{0})});
-  done.figures = json.value("figures", Json::object());
+  for (const Json& each : json["outputs"]) {
+    const std::optional<UnitOutput> output = output_from(each);
+    if (!output) return std::nullopt;
+    done.outputs.push_back(*output);
+  }
+  done.figures = json["figures"];
   return done;
 }
 
 void write_done(const std::filesystem::path& file, const Done& done) {
   Json outputs = Json::array();
-  for (const OutputSize& output : done.outputs) outputs.push_back({{"file", output.file}, {"bytes", output.bytes}});
+  for (const UnitOutput& output : done.outputs) {
+    Json& each = outputs.emplace_back(Json{{"file", output.file}, {"bytes", output.bytes}});
+    if (output.hash) each["hash"] = text_of(*output.hash);
+  }
   io::OutputFile out(file);
   out.write(Json{{"key", text_of(done.key)}, {"outputs", outputs}, {"figures", done.figures}}.dump(1) + "\n");
   out.commit();

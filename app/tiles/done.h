@@ -12,18 +12,20 @@
 
 namespace gpvc::tiles {
 
-struct OutputSize {
-  std::string file;  ///< relative to the job's folder
+struct UnitOutput {
+  std::string file;  ///< relative to the job's folder, and inside it
   std::uintmax_t bytes = 0;
+  std::optional<io::WorkKey> hash{};  ///< of the bytes; nullopt where the file itself holds one (io::WorkStore)
 };
 
 struct Done {
   io::WorkKey key;
-  std::vector<OutputSize> outputs{};
-  nlohmann::ordered_json figures = nlohmann::ordered_json::object();  ///< of the unit
+  std::vector<UnitOutput> outputs{};
+  nlohmann::ordered_json figures =
+      nlohmann::ordered_json::object();  ///< of the unit: numbers, or null where there is none
 };
 
-/// nullopt where the file is missing or is none.
+/// nullopt where the file is missing or anything in it is not as write_done() writes it.
 std::optional<Done> read_done(const std::filesystem::path& file);
 /// Throws OutputError.
 void write_done(const std::filesystem::path& file, const Done& done);

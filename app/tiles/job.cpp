@@ -6,8 +6,10 @@
 #include <string_view>
 
 #include "app/pipeline/keys.h"
+#include "app/results/folder_files.h"
 #include "app/tiles/done.h"
 #include "app/tiles/job_members.h"
+#include "app/tiles/sound.h"
 #include "io/error.h"
 #include "io/photos.h"
 #include "io/scene_files.h"
@@ -71,7 +73,10 @@ void JobFolder::write_job(const Job& job, const io::WorkKey& key) const {
 
 Job JobFolder::read_job() const {
   Job job;
-  read_mesh_file(kSceneFile, [&](Reader& in) { job = in.get<Job>(); });
+  read_mesh_file(kSceneFile, [&](Reader& in) {
+    job = in.get<Job>();
+    if (!is_sound(job)) in.refuse();
+  });
   return job;
 }
 
@@ -89,11 +94,27 @@ io::WorkKey JobFolder::key() const {
 std::optional<io::WorkKey> JobFolder::done(const std::string& name) const {
   const std::optional<Done> done = read_done(done_file(name));
   if (!done) return std::nullopt;
-  for (const OutputSize& output : done->outputs) {
+  for (const UnitOutput& output : done->outputs) {
     std::error_code failed;
     if (fs::file_size(folder_ / output.file, failed) != output.bytes || failed) return std::nullopt;
   }
   return done->key;
+}
+
+std::optional<fs::path> JobFolder::changed_output(const std::string& name) const {
+  const std::optional<Done> done = read_done(done_file(name));
+  for (const UnitOutput& output : done ? done->outputs : std::vector<UnitOutput>{}) {
+    io::WorkHash hash;
+    if (!output.hash) continue;
+    hash.add_file(folder_ / output.file);
+    if (hash.key() != *output.hash) return folder_ / output.file;
+  }
+  return std::nullopt;
+}
+
+void JobFolder::refuse_links(const fs::path& file) const {
+  if (const std::optional<fs::path> link = results::FolderFiles(folder_).link_on_the_way(file))
+    throw OutputError(folder_ / *link, "is a symbolic link where a folder of the job is to be; remove it");
 }
 
 void JobFolder::remove_units() const {

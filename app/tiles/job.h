@@ -106,15 +106,24 @@ class JobFolder {
   void remove_units() const;
   /// The key of a complete unit; nullopt where it has to be done.
   std::optional<io::WorkKey> done(const std::string& name) const;
+  /// The first file of the result that a complete unit made and that is not what it was. O(bytes of these files).
+  std::optional<std::filesystem::path> changed_output(const std::string& name) const;
+  /// Throws OutputError where a folder on the way to a file, which is named from that of the job, is a symbolic link: what
+  /// lies beyond it is not the job's.
+  void refuse_links(const std::filesystem::path& file) const;
 
   /// Throws OutputError.
   void keep(const std::filesystem::path& folder, const std::string& name, const io::WorkKey& key,
             const std::function<void(io::WorkStore::Writer&)>& write) const;
   /// What a unit left; throws InputError that names the unit where it is missing or damaged.
-  template <typename Part>
-  Part get(const std::string& unit, const std::string& name) const {
+  /// \param is_right if the values of the part can be of this job
+  template <typename Part, typename IsRight>
+  Part get(const std::string& unit, const std::string& name, const IsRight& is_right) const {
     Part part{};
-    read(unit, name, [&](io::WorkStore::Reader& in) { part = in.get<Part>(); });
+    read(unit, name, [&](io::WorkStore::Reader& in) {
+      part = in.get<Part>();
+      if (!is_right(part)) in.refuse();
+    });
     return part;
   }
   /// The same for parts that are read piece by piece.

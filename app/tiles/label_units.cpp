@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "app/pipeline/steps.h"
+#include "app/tiles/sound.h"
 #include "app/tiles/tile_atlas.h"
 #include "app/tiles/tile_work.h"
 #include "app/tiles/unit_outcome.h"
@@ -57,12 +58,13 @@ LabelFigures label_figures(const TileAtlas& atlas, double smoothness) {
 
 void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
   observer_.begin({unit.name});
-  const TileMesh tile = load_tile(folder_, unit.level, unit.number);
+  const TileMesh tile = load_tile(folder_, job_, unit.level, unit.number);
   const labeling::FaceGraph graph = labeling::face_graph(tile.mesh);
-  const auto photos = folder_.get<labeling::PhotoJudgement>(kJudgeUnit, "photos");
+  const auto photos = folder_.get<labeling::PhotoJudgement>(
+      kJudgeUnit, "photos", [&](const labeling::PhotoJudgement& found) { return is_sound(found, job_.scene); });
   labeling::CandidateCollector collector(tile.mesh, settings_.costs);
   pipeline::CoverageStore coverage;
-  for (TileSight& seen : load_sights(folder_, job_, unit.level, unit.number)) {
+  for (TileSight& seen : load_sights(folder_, job_, unit.level, unit.number, tile.face.size())) {
     if (!collector.add_statistics(seen.view, seen.statistics))
       throw InputError(folder_.path(), "unit " + unit.name, "what views see is of another mesh", {Cure::make_job});
     coverage.add(std::make_shared<const pipeline::PackedCoverage>(std::move(seen.coverage)));
@@ -92,20 +94,20 @@ void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
 }
 
 void UnitRunner::choose(const Unit& unit, const io::WorkKey& key) {
-  const TileMesh tile = load_tile(folder_, unit.level, unit.number);
-  const auto costs = folder_.get<TileCosts>(cost_unit(unit.level, unit.number), "costs");
+  const TileMesh tile = load_tile(folder_, job_, unit.level, unit.number);
+  const auto costs = load_costs(folder_, job_, unit.level, unit.number, tile.face.size());
   const labeling::FaceGraph graph = pipeline::weighed_graph(tile.mesh, settings_.edge_weights, observer_);
   observer_.begin({unit.name, "labels", true});
   const TileInfo& info = job_.tiles(unit.level)[unit.number];
-  const std::vector<ViewId> fixed = labels_of(folder_, tile, info.around, [&](std::uint32_t other) {
+  const std::vector<ViewId> fixed = labels_of(folder_, job_, tile, info.around, [&](std::uint32_t other) {
     return labels_before(job_, unit.level, unit.round, unit.number, other);
   });
   std::vector<ViewId> start;
   if (unit.round > 1) {
     start = fixed;
     const std::array own{unit.number};
-    const std::vector<ViewId> before =
-        labels_of(folder_, tile, own, [&](std::uint32_t t) { return choose_unit(unit.level, unit.round - 1, t); });
+    const std::vector<ViewId> before = labels_of(
+        folder_, job_, tile, own, [&](std::uint32_t t) { return choose_unit(unit.level, unit.round - 1, t); });
     for (std::size_t f = 0; f < start.size(); ++f)
       if (tile.tile[f] == unit.number) start[f] = before[f];
   }
@@ -154,9 +156,14 @@ void UnitRunner::level(const Unit& unit, const io::WorkKey& key) {
   std::vector<atlas::SeamRatio> ratios;
   std::vector<std::size_t> faces(job_.scene.views.size(), 0);
   for (std::size_t t = 0; t < job_.tiles(0).size(); ++t) {
-    const auto more = folder_.get<SeamRatios>(expose_unit(t), "ratios");
+    const auto more = folder_.get<SeamRatios>(expose_unit(t), "ratios", [&](const SeamRatios& found) {
+      return found.faces.size() == faces.size() &&
+             std::ranges::all_of(found.ratios, [&](const atlas::SeamRatio& ratio) {
+               return std::ranges::all_of(ratio.views, [&](std::uint32_t view) { return view < faces.size(); });
+             });
+    });
     ratios.insert(ratios.end(), more.ratios.begin(), more.ratios.end());
-    for (std::size_t v = 0; v < faces.size(); ++v) faces[v] += more.faces.at(v);
+    for (std::size_t v = 0; v < faces.size(); ++v) faces[v] += more.faces[v];
   }
   std::vector<atlas::ViewExposure> exposure;
   if (settings_.atlas.seams != atlas::SeamLeveling::none)

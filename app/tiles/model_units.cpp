@@ -26,8 +26,10 @@ namespace {
 namespace fs = std::filesystem;
 
 // \param reduction of the photos that they are for
-std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder, double reduction) {
-  auto exposure = folder.get<std::vector<atlas::ViewExposure>>(kLevelUnit, "exposure");
+std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder, const Job& job, double reduction) {
+  auto exposure = folder.get<std::vector<atlas::ViewExposure>>(kLevelUnit, "exposure", [&](const auto& found) {
+    return found.empty() || found.size() == job.scene.views.size();
+  });
   for (atlas::ViewExposure& each : exposure) {
     each.centre_x /= reduction;
     each.centre_y /= reduction;
@@ -67,7 +69,7 @@ void UnitRunner::bake(const Unit& unit) {
   const std::vector<std::uint32_t> own = tile.tile.own(unit.number);
   if (own.empty()) return;
   const Level& level = job_.levels[static_cast<std::size_t>(unit.level)];
-  const std::vector<atlas::ViewExposure> exposure = load_exposure(folder_, level.reduction);
+  const std::vector<atlas::ViewExposure> exposure = load_exposure(folder_, job_, level.reduction);
   const std::vector<ViewId>& views = level.tiles[unit.number].views;
   const Scene scene = scene_at(job_, unit.level);
   const pipeline::Input input{scene, tile.tile.mesh, views, job_.mesh_file};
@@ -80,9 +82,11 @@ void UnitRunner::bake(const Unit& unit) {
   const fs::path glb = glb_of(folder_, unit.level, unit.number);
   const fs::path obj =
       finest ? folder_.path() / "result" / "obj" / fmt::to_string(unit.number) : folder_.unit(unit.name);
-  fs::create_directories(obj);
-  fs::create_directories(glb.parent_path());
-  io::remove_unfinished(obj, "model");
+  for (const fs::path& file : {glb, obj / "model.obj"}) {
+    folder_.refuse_links(file.lexically_relative(folder_.path()));
+    fs::create_directories(file.parent_path());
+  }
+  io::remove_unfinished(obj, "");
   io::remove_unfinished(glb.parent_path(), glb.filename().string());
   tileset::PageFiles pages(obj, "", settings.output, job_.color_profile);
   const atlas::TextureAtlas atlas =
@@ -98,11 +102,11 @@ void UnitRunner::bake(const Unit& unit) {
     if (pipeline::has_offset(job_.model)) pipeline::write_offset(job_.model, obj / pipeline::kOffsetFile);
   }
   tileset::write_tile(glb, model, job_.tiles_model, job_.settings.tiles.compress);
-  note_output(glb);
+  note_result(glb);
   if (finest) {
-    for (const io::PageFile& page : pages.files()) note_output(page.file);
+    for (const io::PageFile& page : pages.files()) note_result(page.file);
     for (const char* name : {"model.obj", "model.mtl", pipeline::kOffsetFile})
-      if (io::is_file(obj / name)) note_output(obj / name);
+      if (io::is_file(obj / name)) note_result(obj / name);
   } else {
     pages.remove();
   }
@@ -132,7 +136,7 @@ void UnitRunner::simplify(const Unit& unit, const io::WorkKey& key) {
   TileUnion children;
   double error = 0;
   for (std::uint32_t child = 4 * unit.number; child < 4 * unit.number + 4; ++child) {
-    const CoarseTile tile = load_own(folder_, unit.level - 1, child);
+    const CoarseTile tile = load_own(folder_, job_, unit.level - 1, child);
     children.add(tile.tile, child);
     error = std::max(error, tile.error);
   }
@@ -148,9 +152,9 @@ void UnitRunner::simplify(const Unit& unit, const io::WorkKey& key) {
 void UnitRunner::ring(const Unit& unit, const io::WorkKey& key) {
   observer_.begin({unit.name});
   TileUnion all;
-  all.add(load_own(folder_, unit.level, unit.number).tile, unit.number);
+  all.add(load_own(folder_, job_, unit.level, unit.number).tile, unit.number);
   for (const std::uint32_t other : job_.tiles(unit.level)[unit.number].around)
-    all.add(load_own(folder_, unit.level, other).tile, other);
+    all.add(load_own(folder_, job_, unit.level, other).tile, other);
   all.finish();
   const TileMesh tile = with_border(all, unit.number);
   put(unit, "tile", key, tile);
@@ -166,7 +170,8 @@ tileset::Tile UnitRunner::tile_of_result(int level, std::size_t number) const {
     tile.box.add(tileset::tile_from_world(job_.tiles_model, corner));
   if (level == 0) return tile;
   const double texel = job_.levels[static_cast<std::size_t>(level)].texel_size;
-  tile.error = tileset::geometric_error(load_own(folder_, level, static_cast<std::uint32_t>(number)).error, texel);
+  tile.error =
+      tileset::geometric_error(load_own(folder_, job_, level, static_cast<std::uint32_t>(number)).error, texel);
   return tile;
 }
 
@@ -181,26 +186,28 @@ void UnitRunner::finish() {
   // Without levels of detail, tiles above the leaves have nothing to show, so that viewers go on to the leaves from anywhere.
   while (levels.back().size() > 1) levels.emplace_back(levels.back().size() / 4, tileset::Tile{{}, {}, diagonal});
   const fs::path file = folder_.path() / "result" / "tileset.json";
+  folder_.refuse_links(file.lexically_relative(folder_.path()));
   fs::create_directories(file.parent_path());
   io::remove_unfinished(file.parent_path(), file.filename().string());
   io::OutputFile out(file);
   out.write(tileset::tileset_text(levels, job_.tiles_model));
   out.commit();
-  note_output(file);
+  note_result(file);
   auto& figures = outcome_->done.figures;
   std::map<std::string, double> sums;
   double steps_before = 0, steps_after = 0;
   for (const Unit& unit : units_) {
     const std::optional<Done> done = unit.level == 0 ? read_done(folder_.done_file(unit.name)) : std::nullopt;
     if (!done) continue;
+    const auto figure = [&](const char* name) {
+      return done->figures.contains(name) && done->figures[name].is_number() ? done->figures[name].get<double>() : 0;
+    };
     for (const char* name : {"full", "partial", "seen", "filled", "energy", "pairs", "seams", "pairs_across",
                              "seams_across", "charts", "page_texels", "seam_edges"})
       if (done->figures.contains(name))
-        sums[std::string(name_of(kStageNames, unit.stage)) + "." + name] += done->figures[name].get<double>();
-    if (!done->figures.contains("seam_step_after")) continue;
-    const double edges = done->figures["seam_edges"].get<double>();
-    steps_before += edges * done->figures["seam_step_before"].get<double>();
-    steps_after += edges * done->figures["seam_step_after"].get<double>();
+        sums[std::string(name_of(kStageNames, unit.stage)) + "." + name] += figure(name);
+    steps_before += figure("seam_edges") * figure("seam_step_before");
+    steps_after += figure("seam_edges") * figure("seam_step_after");
   }
   for (const auto& [name, value] : sums) {
     figures[name] = value;

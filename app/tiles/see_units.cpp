@@ -10,6 +10,7 @@
 #include "app/checks/scene_fit.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/view_loop.h"
+#include "app/tiles/sound.h"
 #include "app/tiles/tile_work.h"
 #include "app/tiles/unit_outcome.h"
 #include "app/tiles/units.h"
@@ -131,7 +132,7 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
   {
     std::vector<std::vector<std::uint64_t>> faces;
     for (const std::uint32_t number : numbers) {
-      TileMesh tile = load_tile(folder_, unit.level, number);
+      TileMesh tile = load_tile(folder_, job_, unit.level, number);
       all.add(tile, number);
       faces.push_back(std::move(tile.face));
     }
@@ -183,8 +184,8 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
     const std::size_t first = (stride - run % stride) % stride;
     run += here;
     if (first >= here) continue;
-    const TileMesh tile = load_tile(folder_, 0, t);
-    const std::vector<TileSight> seen = load_sights(folder_, job_, 0, t);
+    const TileMesh tile = load_tile(folder_, job_, 0, t);
+    const std::vector<TileSight> seen = load_sights(folder_, job_, 0, t, tile.face.size());
     const std::vector<std::uint32_t> own = tile.own(t);
     for (std::size_t r = first; r < here; r += stride) {
       const std::span<const std::uint32_t> rest = std::span(own).subspan(r * kRun);
@@ -194,7 +195,8 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
   checks::FitEvidence evidence(job_.scene.views.size());
   evidence.points = job_.tie_points;
   for (std::size_t g = 0; g < job_.groups.size(); ++g)
-    for (ViewTells& view : folder_.get<std::vector<ViewTells>>(see_unit(0, g), "views"))
+    for (ViewTells& view : folder_.get<std::vector<ViewTells>>(
+             see_unit(0, g), "views", [&](std::span<const ViewTells> found) { return is_sound(found, job_.scene); }))
       evidence.add(view.view, std::move(view.fit));
   labeling::CandidateCollector collector(sample.mesh(), settings_.costs);
   sample.give(collector);

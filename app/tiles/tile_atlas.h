@@ -20,13 +20,13 @@ struct TileAtlas {
   std::vector<std::uint8_t> border;
 
   TileAtlas(const JobFolder& folder, const Job& job, int level, std::uint32_t number)
-      : tile(load_tile(folder, level, number)),
+      : tile(load_tile(folder, job, level, number)),
         graph(labeling::face_graph(tile.mesh)),
-        costs(folder.get<TileCosts>(cost_unit(level, number), "costs")),
+        costs(load_costs(folder, job, level, number, tile.face.size())),
         border(tile.border(number)) {
     std::vector<std::uint32_t> tiles = job.tiles(level)[number].around;
     tiles.push_back(number);
-    labels = labels_of(folder, tile, tiles, [&](std::uint32_t t) { return choose_unit(level, kRounds, t); });
+    labels = labels_of(folder, job, tile, tiles, [&](std::uint32_t t) { return choose_unit(level, kRounds, t); });
   }
   atlas::AtlasInput input(const Scene& scene, io::PhotoSource& photos,
                           std::span<const atlas::ViewExposure> exposure) const {

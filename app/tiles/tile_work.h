@@ -40,26 +40,32 @@ GPVC_MEMBERS(TileCosts, table, tags, coverage)
 
 std::string tile_file(std::uint32_t tile);
 /// With its border.
-TileMesh load_tile(const JobFolder& folder, int level, std::uint32_t tile);
+TileMesh load_tile(const JobFolder& folder, const Job& job, int level, std::uint32_t tile);
 /// Its own faces; on level 0 with its border.
-CoarseTile load_own(const JobFolder& folder, int level, std::uint32_t tile);
-/// Of all groups that look at the tile, views ascending.
-std::vector<TileSight> load_sights(const JobFolder& folder, const Job& job, int level, std::uint32_t tile);
+CoarseTile load_own(const JobFolder& folder, const Job& job, int level, std::uint32_t tile);
+/// Of all groups that look at the tile, views ascending. \param faces of the tile with its border, as below
+std::vector<TileSight> load_sights(const JobFolder& folder, const Job& job, int level, std::uint32_t tile,
+                                   std::size_t faces);
+TileCosts load_costs(const JobFolder& folder, const Job& job, int level, std::uint32_t tile, std::size_t faces);
 
 /// The labels of a tile's own faces that a unit of Stage::choose has left.
-std::vector<ViewId> load_labels(const JobFolder& folder, const std::string& unit);
+std::vector<ViewId> load_labels(const JobFolder& folder, const Job& job, const std::string& unit);
 
 /// Labels of all faces of a tile's mesh: `unit_of_tile(number)` names the unit that has left those of a tile; empty: kNoView.
 template <typename UnitOfTile>
-std::vector<ViewId> labels_of(const JobFolder& folder, const TileMesh& mesh, std::span<const std::uint32_t> tiles,
-                              const UnitOfTile& unit_of_tile) {
+std::vector<ViewId> labels_of(const JobFolder& folder, const Job& job, const TileMesh& mesh,
+                              std::span<const std::uint32_t> tiles, const UnitOfTile& unit_of_tile) {
   std::vector<ViewId> labels(mesh.face.size(), kNoView);
   for (const std::uint32_t tile : tiles) {
     const std::string unit = unit_of_tile(tile);
     if (unit.empty()) continue;
-    const std::vector<ViewId> theirs = load_labels(folder, unit);
-    for (std::size_t f = 0; f < labels.size(); ++f)
-      if (mesh.tile[f] == tile) labels[f] = theirs.at(mesh.place[f]);
+    const std::vector<ViewId> theirs = load_labels(folder, job, unit);
+    for (std::size_t f = 0; f < labels.size(); ++f) {
+      if (mesh.tile[f] != tile) continue;
+      if (mesh.place[f] >= theirs.size())
+        throw InputError(folder.unit(unit), "labels", "are fewer than the faces of the tile", {Cure::make_job});
+      labels[f] = theirs[mesh.place[f]];
+    }
   }
   return labels;
 }

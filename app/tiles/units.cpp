@@ -11,6 +11,7 @@
 #include "app/results/folder_lock.h"
 #include "app/tiles/unit_outcome.h"
 #include "io/clock.h"
+#include "io/output_file.h"
 
 namespace gpvc::tiles {
 namespace fs = std::filesystem;
@@ -18,7 +19,9 @@ namespace fs = std::filesystem;
 UnitRunner::UnitRunner(JobFolder folder, const UnitLimits& limits, results::Observer& observer)
     : folder_(std::move(folder)),
       observer_(observer),
+      job_key_(folder_.key()),
       job_(folder_.read_job()),
+      photos_(folder_, job_, job_key_),
       settings_(job_.settings.texture),
       units_(plan_units(job_)) {
   settings_.memory_bytes = limits.memory_bytes;
@@ -31,9 +34,11 @@ const Unit& UnitRunner::find(const std::string& name) const {
   return *found;
 }
 
-io::WorkKey UnitRunner::key_of(const Unit& unit) const {
+io::WorkKey UnitRunner::key_of(const Unit& unit) {
+  if (folder_.key() != job_key_)
+    throw OutputError(folder_.path(), "holds another job than when this run began; run its units again");
   io::WorkHash hash;
-  hash.add(folder_.key().bits);
+  hash.add(job_key_.bits);
   hash.add(unit.name);
   std::vector<std::string> missing;
   for (const std::string& before : unit.after) {
@@ -45,26 +50,35 @@ io::WorkKey UnitRunner::key_of(const Unit& unit) const {
     throw InputError(folder_.path(), "unit " + unit.name,
                      fmt::format("{} must be complete before: {}", missing.size() == 1 ? "a unit" : "units",
                                  results::readable_list(missing, 5)));
-  if (unit.stage == Stage::see)
-    for (const ViewId id : job_.groups[unit.number]) {
-      hash.add(id);  // jobs of one input may have other groups
-      for (const fs::path& file : {job_.scene.views[index(id)].photo, job_.scene.views[index(id)].mask}) {
-        if (file.empty()) continue;
-        std::error_code failed;
-        hash.add(fs::file_size(file, failed));
-        hash.add(fs::last_write_time(file, failed).time_since_epoch().count());
-      }
-    }
+  photos_.add(unit, hash);
   return hash.key();
 }
 
+bool UnitRunner::is_complete(const Unit& unit, const io::WorkKey& key) {
+  if (folder_.done(unit.name) != key) return false;
+  const std::optional<fs::path> changed = folder_.changed_output(unit.name);
+  if (changed)
+    observer_.warning(fmt::format("{} is not what unit {} made; the unit is run again", changed->string(), unit.name));
+  else
+    photos_.keep(unit);
+  return !changed;
+}
+
 void UnitRunner::note_output(const fs::path& file) {
-  outcome_->done.outputs.push_back({fs::relative(file, folder_.path()).string(), fs::file_size(file)});
+  outcome_->done.outputs.push_back({file.lexically_relative(folder_.path()).string(), fs::file_size(file)});
+}
+
+void UnitRunner::note_result(const fs::path& file) {
+  note_output(file);
+  io::WorkHash hash;
+  hash.add_file(file);
+  outcome_->done.outputs.back().hash = hash.key();
 }
 
 UnitResult UnitRunner::run(const Unit& unit) {
   const io::WorkKey key = key_of(unit);
-  if (folder_.done(unit.name) == key) return UnitResult::was_done;
+  folder_.refuse_links(fs::path("units") / unit.name / "done.json");
+  if (is_complete(unit, key)) return UnitResult::was_done;
   const auto most = static_cast<double>(settings_.memory_bytes);
   if (most > 0 && unit.memory_bytes > most && unit.stage != Stage::bake)
     observer_.warning(fmt::format("unit {} may take {} of memory, and only units that bake keep to {}", unit.name,
@@ -72,9 +86,12 @@ UnitResult UnitRunner::run(const Unit& unit) {
                       {Cure::smaller_tiles, Cure::fewer_unit_views});
   fs::create_directories(folder_.unit(unit.name));
   const results::FolderLock lock(folder_.unit(unit.name));
-  if (folder_.done(unit.name) == key) return UnitResult::was_done;  // by another process meanwhile
+  // By another process meanwhile.
+  if (folder_.done(unit.name) == key && !folder_.changed_output(unit.name)) return UnitResult::was_done;
   std::error_code ignored;
   fs::remove(folder_.done_file(unit.name), ignored);  // what it lists is replaced from here on
+  // Without locks another process may be at work.
+  if (lock.held()) io::remove_unfinished(folder_.unit(unit.name), "");
   Outcome outcome{{key}};
   outcome_ = &outcome;
   const auto start = Clock::now();
@@ -114,6 +131,7 @@ UnitResult UnitRunner::run(const Unit& unit) {
   if (key_of(unit) != key)
     throw OutputError(folder_.unit(unit.name),
                       "the job or what the unit reads was changed while the unit ran; run it again");
+  photos_.keep(unit);
   outcome.done.figures["seconds"] = seconds_since(start);
   write_done(folder_.done_file(unit.name), outcome.done);
   return UnitResult::done;

@@ -7,6 +7,7 @@
 #include "app/results/observer.h"
 #include "app/tiles/job.h"
 #include "app/tiles/job_members.h"
+#include "app/tiles/job_photos.h"
 #include "app/tiles/plan.h"
 #include "app/tileset/tileset_json.h"
 
@@ -25,17 +26,22 @@ class UnitRunner {
  public:
   /// Borrows the observer. Throws InputError where the folder holds no job.
   UnitRunner(JobFolder folder, const UnitLimits& limits, results::Observer& observer);
+  UnitRunner(const UnitRunner&) = delete;
+  UnitRunner& operator=(const UnitRunner&) = delete;
 
+  const Job& job() const { return job_; }
   const std::vector<Unit>& units() const { return units_; }
   /// Throws std::invalid_argument where there is no such unit.
   const Unit& find(const std::string& name) const;
 
-  /// Does nothing where the unit is complete and nothing that it came from has changed. Throws InputError where a unit before it
-  /// is not complete, OutputError, and OutputError where another process works on the unit.
+  /// Does nothing where the unit is complete, its results are what it made, and nothing that it came from has changed. Throws
+  /// InputError where a unit before it is not complete, or a photo is not the one that was looked at; OutputError, also
+  /// where another process works on the unit, or the job has been replaced since it was read.
   UnitResult run(const Unit& unit);
 
  private:
-  io::WorkKey key_of(const Unit& unit) const;
+  io::WorkKey key_of(const Unit& unit);
+  bool is_complete(const Unit& unit, const io::WorkKey& key);
   void see(const Unit& unit, const io::WorkKey& key);
   void judge(const Unit& unit, const io::WorkKey& key);
   void cost(const Unit& unit, const io::WorkKey& key);
@@ -54,10 +60,14 @@ class UnitRunner {
     note_output(folder_.unit(unit.name) / name);
   }
   void note_output(const std::filesystem::path& file);
+  /// The same for a file of the result, by its bytes.
+  void note_result(const std::filesystem::path& file);
 
   JobFolder folder_;
   results::Observer& observer_;
+  io::WorkKey job_key_;  ///< read before the job, so that the two differ if it is replaced in between
   Job job_;
+  JobPhotos photos_;
   pipeline::Settings settings_;  ///< the job's, within the limits
   std::vector<Unit> units_;
   struct Outcome;

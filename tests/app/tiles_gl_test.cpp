@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <map>
+#include <random>
 #include <set>
 
 #include "app/pipeline/steps.h"
@@ -96,8 +98,8 @@ TEST_F(TilesJob, ViewsSeeTilesAsTheySeeTheWholeMesh) {
     const Job made = folder.read_job();
     Records found;
     for (std::uint32_t t = 0; t < made.tiles(0).size(); ++t) {
-      const TileMesh tile = load_tile(folder, 0, t);
-      for (const TileSight& seen : load_sights(folder, made, 0, t))
+      const TileMesh tile = load_tile(folder, made, 0, t);
+      for (const TileSight& seen : load_sights(folder, made, 0, t, tile.face.size()))
         add(found, seen.view, seen.statistics, [&](std::uint32_t face) { return tile.face[face]; });
     }
     ASSERT_EQ(found.size(), expected.size()) << faces << " faces a tile";
@@ -199,9 +201,9 @@ TEST_F(TilesJob, LevelsOfDetailMeetTheTilesBesideThemInTheSameVertices) {
   ASSERT_EQ(made.levels.size(), 3u);
   for (int level = 1; level < 3; ++level)
     for (std::uint32_t t = 0; t < made.tiles(level).size(); ++t) {
-      const CoarseTile tile = load_own(folder, level, t);
+      const CoarseTile tile = load_own(folder, made, level, t);
       EXPECT_TRUE(fs::exists(folder.path() / fmt::format("result/tiles/{}_{}.glb", level, t)));
-      const TileMesh bordered = load_tile(folder, level, t);
+      const TileMesh bordered = load_tile(folder, made, level, t);
       EXPECT_EQ(bordered.own(t).size(), tile.tile.face.size());
       // Whatever is on the border of a tile was a vertex of the mesh.
       for (std::size_t v = 0; v < tile.tile.vertex.size(); ++v)
@@ -215,10 +217,12 @@ TEST_F(TilesJob, CompleteUnitsAreNotRunAgainUntilTheirInputChanges) {
   const JobFolder folder(copy.path());
   UnitRunner runner(folder, {}, observer_);
   for (const Unit& unit : runner.units()) EXPECT_EQ(runner.run(unit), UnitResult::was_done) << unit.name;
-  // A photo that is touched.
+  // A photo that is touched alone is the same.
   const fs::path photo = city_->scene.views[0].photo;
-  const auto written = fs::last_write_time(photo);
-  fs::last_write_time(photo, written + std::chrono::seconds(1));
+  fs::last_write_time(photo, fs::last_write_time(photo) + std::chrono::seconds(1));
+  for (const Unit& unit : runner.units()) EXPECT_EQ(runner.run(unit), UnitResult::was_done) << unit.name;
+  const std::string written = test::read_file(photo);
+  std::ofstream(photo, std::ios::binary | std::ios::app) << "more";
   const Job made = folder.read_job();
   std::size_t again = 0;
   for (const Unit& unit : runner.units())
@@ -228,7 +232,7 @@ TEST_F(TilesJob, CompleteUnitsAreNotRunAgainUntilTheirInputChanges) {
       EXPECT_TRUE(shows_it || unit.stage != Stage::see) << unit.name;
     }
   EXPECT_GT(again, 1u);
-  fs::last_write_time(photo, written);
+  std::ofstream(photo, std::ios::binary) << written;
 }
 
 // Files keep the coordinates of such a mesh; on the globe a tile in degrees would be nowhere, and one whose heights are
@@ -287,6 +291,59 @@ TEST_F(TilesJob, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
   chosen.texture.allow_unseen = true;
   make_job(folder, {city_->scene, large, city_->views}, chosen, "test", observer_);
   EXPECT_NO_THROW(judge());
+}
+
+// Whatever is in the files, a unit that reads them says so in a sentence, or takes it for a colour, a cost or a place.
+TEST_F(TilesJob, ValuesThatNoUnitLeavesAreRefusedThoughTheHashIsRight) {
+  const JobFolder made = job(1000);
+  const std::string choose = choose_unit(0, kRounds, 0), bake = bake_unit(0, 0);
+  const std::array<std::array<std::string, 2>, 8> read_by{{{"mesh/tile-0", "cost-0-0"},
+                                                           {"units/see-0-0/views", "judge"},
+                                                           {"units/see-0-0/tile-0", "cost-0-0"},
+                                                           {"units/judge/photos", "cost-0-0"},
+                                                           {"units/cost-0-0/costs", choose},
+                                                           {"units/" + choose + "/labels", bake},
+                                                           {"units/" + expose_unit(0) + "/ratios", kLevelUnit},
+                                                           {"units/level/exposure", bake}}};
+  std::mt19937 random(3);
+  std::size_t refused = 0;
+  for (const std::array<std::string, 2>& each : read_by)
+    for (int i = 0; i < 4; ++i) {
+      test::TemporaryFolder copy;
+      fs::copy(made.path(), copy.path(), fs::copy_options::recursive);
+      const fs::path file = copy.path() / each[0];
+      const std::string bytes = test::read_file(file);
+      io::WorkKey key;
+      std::memcpy(&key, bytes.data() + 8, sizeof key);
+      std::string body = bytes.substr(24, bytes.size() - 40);
+      const std::size_t at = i == 0 ? 0 : random() % body.size() / 8 * 8;
+      for (std::size_t n = at; n < std::min(at + 64, body.size()); ++n)
+        body[n] = static_cast<char>(i % 2 == 0 ? random() : n % 4 == 3 ? 0x7f : 0xff);
+      io::WorkStore(file.parent_path()).keep(file.filename(), key, [&](io::WorkStore::Writer& out) {
+        out.write(body.data(), body.size());
+      });
+      UnitRunner runner(JobFolder(copy.path()), {}, observer_);
+      fs::remove(JobFolder(copy.path()).done_file(each[1]));
+      refused += test::caught([&] { runner.run(runner.find(each[1])); }) ? 1 : 0;
+    }
+  EXPECT_GT(refused, 10u);
+}
+
+// As when a job is made anew while a unit of the former one waits for its lock.
+TEST_F(TilesJob, AReplacedJobIsNotWorkedOnAsTheFormerOne) {
+  test::TemporaryFolder copy;
+  fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
+  const JobFolder folder(copy.path());
+  UnitRunner runner(folder, {}, observer_);
+  JobSettings other = settings(1000);
+  other.texture.output.quality = 50;
+  make_job(folder, input(), other, "test", observer_);
+  for (const Unit& unit : runner.units()) {
+    const std::optional<Error> error = test::caught([&] { runner.run(unit); });
+    ASSERT_TRUE(error);
+    EXPECT_TRUE(test::contains(error->what(), "holds another job than when this run began")) << error->what();
+  }
+  EXPECT_FALSE(fs::exists(folder.done_file(kFinishUnit)));
 }
 
 TEST_F(TilesJob, NamesWhatIsMissingOrDamaged) {

@@ -1,0 +1,50 @@
+// Hashes of files, taken again only where a file may have changed.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+
+#include "../../io/work_store.h"
+
+namespace gpvc::results {
+
+/// What a file system tells of a file without reading it. A program can set the time of modification as it likes, not that
+/// of the last change of the file's entry. (Devices have other numbers on other machines.)
+struct FileState {
+  std::uint64_t inode = 0, bytes = 0;
+  std::int64_t modified_ns = 0, changed_ns = 0;  ///< since 1970
+  bool operator==(const FileState&) const = default;
+};
+GPVC_MEMBERS(FileState, inode, bytes, modified_ns, changed_ns)
+
+/// Throws InputError.
+FileState file_state(const std::filesystem::path& file);
+
+/// The hash of a file that was in this state when it was hashed.
+struct HashedFile {
+  FileState state;
+  std::int64_t hashed_ns = 0;  ///< when, since 1970
+  io::WorkKey hash;
+
+  /// False where the file was changed so shortly before that its times may not tell a later change: they are of up to two
+  /// seconds (FAT, old NFS), and clocks of machines differ.
+  bool tells_changes() const;
+  bool operator==(const HashedFile&) const = default;
+};
+GPVC_MEMBERS(HashedFile, state, hashed_ns, hash)
+
+/// Hashes of files, each with the state that the file was in.
+class FileHashes {
+ public:
+  /// The hash of the file's bytes. Those that are known are not read again unless the file's state is another one, or would
+  /// not tell. Throws InputError. O(bytes of the file).
+  const HashedFile& of(const std::filesystem::path& file);
+  /// Takes over what was known earlier, for files of which nothing is known yet.
+  void learn(const std::filesystem::path& file, const HashedFile& known) { known_.emplace(file, known); }
+
+ private:
+  std::map<std::filesystem::path, HashedFile> known_;
+};
+
+}  // namespace gpvc::results
