@@ -10,7 +10,7 @@
 // Camera   x right, y down, z forward: ours. The quaternion takes world to camera, the position is the centre.
 // Lens     acts from the photo to the plane of focal length 1: q (1 + r q^2). It is that of the line; a fixed one if the
 //          line has none.
-// Names    blanks are written as '"'.
+// Names    blanks are written as '"'. Other programs write them as they are, or the whole name between two '"'.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -112,6 +112,7 @@ class NvmReader {
         throw InputError(file_, place(), "expected the name of a photo and " + std::to_string(count) + " numbers");
       v[i] = *value;
     }
+    if (name.size() > 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
     View view;
     view.name = stated_photo_name(file_, place(), with_slashes(name));
     std::ranges::replace(view.name, '"', ' ');

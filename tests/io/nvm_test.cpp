@@ -64,6 +64,16 @@ TEST(Nvm, TakesMatrices) {
                      360 * -0.2 + 150);
 }
 
+TEST(Nvm, TakesNamesBetweenQuotes) {
+  const auto name = [](const std::string& written) {
+    return parse(replaced(kNvm, "images\\a.jpg", written)).views.at(0).name;
+  };
+  EXPECT_EQ(name("\"images/batch2 1 (3).jpg\""), "images/batch2 1 (3).jpg");
+  EXPECT_EQ(name("\"images/a.jpg\""), "images/a.jpg");
+  EXPECT_EQ(name("images/1 (3).jpg"), "images/1 (3).jpg");
+  EXPECT_EQ(name("images/a\"\"b.jpg"), "images/a  b.jpg") << "as VisualSFM writes two blanks";
+}
+
 TEST(Nvm, GetsItsPrincipalPointFromThePhotos) {
   const test::TemporaryFolder folder;
   folder.write("dense/scene.nvm", kHead + kCameras + "0\n");
