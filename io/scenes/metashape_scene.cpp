@@ -37,6 +37,7 @@
 
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
+#include "io/number_text.h"
 #include "io/reference_system.h"
 #include "io/scenes/panorama_views.h"
 #include "io/scenes/scene_file.h"
@@ -178,13 +179,14 @@ class MetashapeReader {
         other_sensor = sensor->second;
       } else {
         usable.push_back(camera);
-        ++components[component_of(camera)];
       }
     }
     if (usable.empty() && other_sensor)
       xml_.fail(other_sensor, "a camera of type " + quote(type_of(other_sensor)) +
                                   " is not supported; frame, fisheye and spherical are");
     if (usable.empty()) xml_.fail(chunk, "every camera with a transform is disabled");
+    leave_out_unlabelled(usable);
+    for (const RigCamera& camera : usable) ++components[component_of(camera)];
     const auto [main, most] = *std::max_element(components.begin(), components.end(),
                                                 [](const auto& a, const auto& b) { return a.second < b.second; });
     scene_.warn(unplaced, "cameras without a transform are left out");
@@ -229,14 +231,30 @@ class MetashapeReader {
                               ", which the texture mixes: leave out those that it is not to show");
   }
 
+  /// Takes out cameras whose label names no photo.
+  void leave_out_unlabelled(std::vector<RigCamera>& cameras) {
+    std::optional<InputError> first;
+    const std::size_t count = std::erase_if(cameras, [&](const RigCamera& camera) {
+      try {
+        stated_photo_name(xml_.path(), xml_.place(camera.node),
+                          with_slashes(camera.node.attribute("label").as_string()));
+        return false;
+      } catch (const InputError& error) {
+        if (!first) first = error;
+        return true;
+      }
+    });
+    if (first && cameras.empty()) throw *first;
+    if (first) scene_.warn(count, "cameras are left out, as their label names no photo: " + std::string(first->what()));
+  }
+
   /// Views' names; empty for the cameras that repeat another's.
   std::vector<std::string> names_of(const std::vector<RigCamera>& cameras) {
     std::vector<std::string> names;
     std::map<std::string, std::size_t> uses;
     for (const RigCamera& camera : cameras) {
-      const std::string label = with_slashes(camera.node.attribute("label").as_string());
-      names.push_back(stated_photo_name(xml_.path(), xml_.place(camera.node), label));
-      ++uses[label];
+      names.push_back(with_slashes(camera.node.attribute("label").as_string()));
+      ++uses[names.back()];
     }
     std::set<std::string> taken;  // labels that are unique remain, whatever the others are called
     for (const auto& [label, count] : uses)
@@ -393,7 +411,7 @@ class MetashapeReader {
     return std::nullopt;
   }
 
-  Camera camera_of(const pugi::xml_node& sensor) const {
+  Camera camera_of(const pugi::xml_node& sensor) {
     const pugi::xml_node node = calibration_of(sensor);
     Camera camera;
     Distortion& d = camera.distortion;
@@ -404,7 +422,7 @@ class MetashapeReader {
     if (is_spherical(d.model))
       return panorama_camera(xml_.path(), xml_.place(sensor), camera.width, camera.height,
                              camera.width / (2 * std::numbers::pi));
-    if (!node) xml_.fail(sensor, "the sensor of a camera has no calibration");
+    if (!node) return finished(sensor, uncalibrated(sensor, camera));
     const auto term = [&](const char* name) { return xml_.number(node, name).value_or(0); };
     constexpr LensTerm kTerms[] = {{"k1", &Distortion::k1}, {"k2", &Distortion::k2}, {"k3", &Distortion::k3},
                                    {"k4", &Distortion::k4}, {"p1", &Distortion::p2}, {"p2", &Distortion::p1},
@@ -426,7 +444,32 @@ class MetashapeReader {
       skew = term("b2");
     }
     if (camera.fx != 0) d.skew = skew / camera.fx;
+    return finished(node, camera);
+  }
+
+  Camera finished(const pugi::xml_node& node, Camera camera) const {
     finish_camera(xml_.path(), xml_.place(node), camera);
+    return camera;
+  }
+
+  /// A sensor that is fixed to what the photos' EXIF data say of it has no calibration: its focal length and the size of
+  /// its pixels stand among its properties, in millimetres.
+  Camera uncalibrated(const pugi::xml_node& sensor, Camera camera) {
+    const auto length = [&](const char* name) {
+      const pugi::xml_node property = sensor.find_child_by_attribute("property", "name", name);
+      const std::optional<double> value = number_from(trimmed(property.attribute("value").as_string()));
+      if (!value || !(*value > 0) || !std::isfinite(*value))
+        xml_.fail(sensor, "the sensor of a camera has no calibration, and no positive " + quote(name) +
+                              " among its properties that would do instead");
+      return *value;
+    };
+    camera.fx = length("focal_length") / length("pixel_width");
+    camera.fy = length("focal_length") / length("pixel_height");
+    camera.cx = camera.width / 2.0;
+    camera.cy = camera.height / 2.0;
+    scene_.warnings.push_back("the sensor " + quote(sensor.attribute("label").as_string()) +
+                              " has no calibration: its focal length of " + general_text(length("focal_length")) +
+                              " mm is taken, and no distortion");
     return camera;
   }
 

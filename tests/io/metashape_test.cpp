@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "io/scene_files.h"
 #include "tests/support/scene_folder.h"
 
@@ -128,6 +130,48 @@ SceneFile parse(const std::string& text) { return test::parse_as("Metashape", te
 WorldPoint world_of(double x, double y, double depth) {
   const double cx = 1 + x * depth, cy = 2 + y * depth, cz = 3 + depth;
   return {1000 - 2 * cy, 2000 + 2 * cx, 50 + 2 * cz};
+}
+
+// Of a sensor that is fixed to what its photos' EXIF data say.
+const std::string kFixed = R"xml(<property name="pixel_width" value="0.0025"/>
+        <property name="pixel_height" value="0.002"/><property name="focal_length" value="0.5"/>
+        <property name="fixed" value="true"/>)xml";
+const std::string kOldCalibration =
+    kCameras.substr(kCameras.find("<calibration type=\"frame\">"),
+                    kCameras.find("<sensor id=\"9\"") - kCameras.find("<calibration type=\"frame\">"));
+
+TEST(Metashape, TakesFixedSensorsFromTheSizeOfTheirPixels) {
+  const SceneFile scene = parse(replaced(kCameras, kOldCalibration, kFixed + "</sensor>"));
+  const Camera& camera = view_named(scene, "older.jpg").camera;
+  EXPECT_NEAR(camera.fx, 200, 1e-9);
+  EXPECT_NEAR(camera.fy, 250, 1e-9);
+  EXPECT_EQ(camera.cx, 150);
+  EXPECT_EQ(camera.cy, 100);
+  EXPECT_EQ(camera.distortion.k1, 0);
+  EXPECT_EQ(std::ranges::count(scene.warnings,
+                               "the sensor 'old' has no calibration: its focal length of 0.5 mm is taken, "
+                               "and no distortion"),
+            1);
+  for (const auto& [from, to] : {std::pair("pixel_height", "height"), std::pair("\"0.002\"", "\"0\"")})
+    EXPECT_TRUE(contains(input_error([&, &a = from, &b = to] {
+                           parse(replaced(kCameras, kOldCalibration, replaced(kFixed, a, b) + "</sensor>"));
+                         }),
+                         "no calibration, and no positive 'pixel_height'"));
+}
+
+TEST(Metashape, LeavesOutCamerasWhoseLabelNamesNoPhoto) {
+  for (const char* label : {"", " label=\"\"", " label=\"..\"", " label=\"photos/\""}) {
+    const SceneFile scene = parse(replaced(kCameras, " label=\"DJI_0001\"", label));
+    EXPECT_EQ(scene.views.size(), 2u) << label;
+    EXPECT_TRUE(std::ranges::any_of(scene.warnings, [](const std::string& warning) {
+      return contains(warning, "1 cameras are left out, as their label names no photo: ") && contains(warning, "line ");
+    })) << label;
+  }
+  const std::string one = replaced(kRig, " label=\"D2\"", "");
+  EXPECT_NO_THROW(parse(one));
+  std::string none = kRig;
+  for (const char* label : {"L1", "D1", "D2", "L2"}) none = replaced(none, std::string(" label=\"") + label + "\"", "");
+  EXPECT_TRUE(contains(input_error([&] { parse(none); }), "expected the name of a photo"));
 }
 
 TEST(Metashape, ProjectsAKnownPointThroughChunkAndLens) {
