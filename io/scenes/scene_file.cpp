@@ -39,7 +39,7 @@ struct SceneSource {
 
 /// The folder of a COLMAP model of which one file is missing, if there is one.
 std::optional<std::string> incomplete_colmap(const fs::path& source) {
-  for (const char* below : {".", "sparse", "sparse/0"})
+  for (const char* below : {".", "0", "sparse", "sparse/0", "colmap", "colmap/sparse/0"})
     for (const char* extension : {".bin", ".txt"}) {
       const fs::path folder = below == std::string_view(".") ? source : source / below;
       const bool cameras = is_file(folder / (std::string("cameras") + extension));
@@ -74,6 +74,32 @@ bool is_part_of_odm(const fs::path& source) {
   return is_shots(source) || is_shots(source / "shots.geojson") || is_shots(source / "odm_report" / "shots.geojson");
 }
 
+/// A scene that lies one folder above or below, of which a source that is none may be a part.
+std::optional<std::string> scene_nearby(const fs::path& source) {
+  std::vector<fs::path> near;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(source, ignored))
+    if (is_folder(entry.path())) near.push_back(entry.path());
+  std::ranges::sort(near);
+  constexpr std::size_t kMost = 100;  // to answer within seconds
+  near.resize(std::min(near.size(), kMost));
+  const fs::path here = fs::absolute(source, ignored).lexically_normal();
+  near.push_back((here.has_filename() ? here : here.parent_path()).parent_path());
+  for (const fs::path& folder : near)
+    for (const SceneFormat* format : scene_formats()) try {
+        if (const auto found = format->find(folder))
+          return "is no scene, but " + found->string() + " is one (" + format->name + "); give that";
+      } catch (const InputError&) {  // several of this format: none that could be named
+      }
+  return std::nullopt;
+}
+
+/// True for the poses of LLFF and of the NeRF data sets made with it, and a folder with them.
+bool is_llff(const fs::path& source) {
+  const auto is_poses = [](const fs::path& file) { return file.filename() == "poses_bounds.npy" && is_file(file); };
+  return is_poses(source) || is_poses(source / "poses_bounds.npy");
+}
+
 /// Throws where Git LFS left a pointer instead of a file that could be the scene's.
 void refuse_pointers(const fs::path& source) {
   constexpr std::uintmax_t kMostBytes = 1024;  // of a pointer, as Git LFS specifies
@@ -104,7 +130,18 @@ std::optional<std::string> advice_on(const fs::path& source) {
     return std::string(is_folder(source) ? "holds" : "is") +
            " only part of an OpenDroneMap run: its cameras.json and odm_georeferencing/coords.txt are needed too; give "
            "WebODM's all.zip or the run's folder";
-  if (is_folder(source)) return incomplete_colmap(source);
+  if (is_llff(source))
+    return std::string(is_folder(source) ? "holds" : "is") +
+           " poses of LLFF (poses_bounds.npy), which name no photos; give the COLMAP model that they were made from, "
+           "sparse/0 as a rule";
+  if (is_folder(source)) {
+    const std::optional<std::string> incomplete = incomplete_colmap(source);
+    return incomplete ? incomplete : scene_nearby(source);
+  }
+  if (const std::string name = source.filename().string();
+      name == "cameras.bin" || name == "cameras.txt" || name == "images.bin" || name == "images.txt")
+    if (const auto incomplete = incomplete_colmap(folder_of(source)))
+      return "is part of a COLMAP model: the folder " + *incomplete;
   const std::string head = first_bytes(source, 4);
   if (is_zip(head)) return "is a zip archive of which nothing is read as it is; unpack it";
   if (head.starts_with("ply")) return "is a mesh; the scene goes before it";
@@ -129,6 +166,19 @@ std::string describe_other(const fs::path& source) {
   return kUnknown;
 }
 
+/// What formats expect of a file of this extension; where none reads it, and of a folder, the formats alone: what all of
+/// them expect fills a screen.
+std::string expectation_of(const fs::path& source) {
+  const std::string extension = is_folder(source) ? "" : lower_case(source.extension().string());
+  std::string names, likely;
+  for (const SceneFormat* format : scene_formats()) {
+    names.append(names.empty() ? "" : ", ").append(format->name);
+    if (!extension.empty() && std::string_view(format->expects).find(extension) != std::string_view::npos)
+      likely.append(likely.empty() ? "" : "; ").append(format->expects);
+  }
+  return likely.empty() ? "the cameras of one of these: " + names : likely;
+}
+
 SceneSource recognize(const fs::path& source) {
   if (const auto advice = advice_on_project(source)) throw InputError(source, "", *advice);
   std::optional<SceneSource> found;
@@ -144,10 +194,7 @@ SceneSource recognize(const fs::path& source) {
   if (found) return *found;
   refuse_pointers(source);
   if (const auto advice = advice_on(source)) throw InputError(source, "", *advice);
-  std::string expected;
-  for (const SceneFormat* format : scene_formats())
-    expected.append(expected.empty() ? "" : "; ").append(format->expects);
-  throw InputError(source, "", describe_other(source) + ": expected " + expected);
+  throw InputError(source, "", describe_other(source) + ": expected " + expectation_of(source));
 }
 
 SceneFile read_file(const SceneSource& source) {
@@ -186,6 +233,24 @@ void refuse_missing(const SceneFile& scene, const std::vector<bool>& needed, con
     throw InputError(scene.listing, "",
                      std::to_string(missing) + " of " + std::to_string(scene.views.size()) + " photos are not in " +
                          folder.string() + ": " + named);
+}
+
+/// Takes out views that say what another one says, as scripts that append to a list leave them.
+void leave_out_repeated(SceneFile& scene) {
+  std::ranges::stable_sort(scene.views, {}, &View::name);
+  std::string example;
+  std::vector<View> kept;
+  for (View& view : scene.views) {
+    const View* before = kept.empty() ? nullptr : &kept.back();
+    const bool again = before != nullptr && before->name == view.name && before->photo == view.photo &&
+                       before->camera == view.camera && before->pose.rotation == view.pose.rotation &&
+                       before->pose.centre == view.pose.centre;
+    if (again && example.empty()) example = view.name;
+    if (!again) kept.push_back(std::move(view));
+  }
+  scene.warn(scene.views.size() - kept.size(),
+             "images are left out that repeat others with the same camera and pose, as " + quote(example));
+  scene.views = std::move(kept);
 }
 
 /// The views that the stages work with, by name, and for each which one of the file's it comes from.
@@ -257,6 +322,7 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
     for (const std::string& warning : file.warnings) reasons += (reasons.empty() ? ": " : "; ") + warning;
     throw InputError(file.listing, "", "lists no image with a pose that can be used" + reasons);
   }
+  leave_out_repeated(file);
   normalize_names(file);
   add_folders_behind_link(file);
   const std::vector<bool> needed = needed_views(file, options);

@@ -382,9 +382,52 @@ TEST_P(Colmap, RefusesWhatIsNoScene) {
 
 TEST(ColmapFolders, SaysWhatItExpected) {
   const TemporaryFolder folder;
-  EXPECT_TRUE(contains(input_error([&] { read_scene(folder.path(), {}); }), "cameras.bin and images.bin"));
+  EXPECT_TRUE(contains(input_error([&] { read_scene(folder.write("a/cameras.txt", ""), {}); }),
+                       "is part of a COLMAP model: the folder holds a COLMAP model without images.txt"));
   EXPECT_TRUE(contains(input_error([&] { read_scene(folder.path() / "absent", {}); }), "does not exist"));
   EXPECT_TRUE(contains(input_error([&] { read_scene(folder.write("file", "x"), {}); }), "is no scene"));
+}
+
+TEST(ColmapFolders, NameWhatAModelLacksFromEachFolderAbove) {
+  const TemporaryFolder folder;
+  folder.write("p/sparse/0/cameras.txt", "1 PINHOLE 400 300 360 360 200 150\n");
+  for (const char* given : {"p", "p/sparse", "p/sparse/0"})
+    EXPECT_TRUE(contains(input_error([&] { read_scene(folder.path() / given, {}); }), "without images.txt")) << given;
+}
+
+TEST(SceneFiles, NamesASceneOneFolderAboveOrBelow) {
+  const TemporaryFolder folder;
+  folder.write("p/model/cameras.txt", "1 PINHOLE 400 300 360 360 200 150\n");
+  folder.write("p/model/images.txt", "1 1 0 0 0 0 0 0 1 p.jpg\n\n");
+  folder.write("p/model/images/p.jpg", "");
+  const std::string named = "p/model is one (COLMAP); give that";
+  EXPECT_TRUE(contains(input_error([&] { read_scene(folder.path() / "p", {}); }), named));
+  EXPECT_TRUE(contains(input_error([&] { read_scene(folder.path() / "p/model/images", {}); }), named));
+  EXPECT_TRUE(contains(input_error([&] { read_scene(folder.path() / "p/model/images/", {}); }), named));
+}
+
+TEST(SceneFiles, NamesThePosesOfLlff) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("scene/poses_bounds.npy", "\x93NUMPY");
+  for (const auto& source : {file, file.parent_path()})
+    EXPECT_TRUE(contains(input_error([&] { read_scene(source, {}); }), "poses of LLFF (poses_bounds.npy)")) << source;
+}
+
+// Scripts that are run twice append frames again. Frames of one photo that differ are refused, as before.
+TEST(SceneFiles, LeavesOutImagesThatAreListedAgain) {
+  const TemporaryFolder folder;
+  const std::string frame =
+      R"({"file_path": "p.png", "transform_matrix": [[1, 0, 0, 10], [0, 1, 0, 20], [0, 0, 1, 100], [0, 0, 0, 1]]})";
+  const auto read = [&](const std::string& frames) {
+    return read_scene(folder.write("transforms.json", R"({"w": 40, "h": 30, "fl_x": 36, "frames": [)" + frames + "]}"),
+                      {.allow_missing_photos = true});
+  };
+  const Scene scene = read(frame + ", " + frame + ", " + replaced(frame, "p.png", "q.png") + ", " + frame);
+  EXPECT_EQ(scene.views.size(), 2u);
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_EQ(scene.warnings[0], "2 images are left out that repeat others with the same camera and pose, as 'p.png'");
+  EXPECT_TRUE(contains(input_error([&] { read(frame + ", " + replaced(frame, "10]", "10.5]")); }),
+                       "lists the image 'p.png' twice"));
 }
 
 TEST(SceneFiles, SaysWhatAFileThatIsNoSceneLooksLike) {

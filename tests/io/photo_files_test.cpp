@@ -344,11 +344,22 @@ TEST(SceneFormats, RefusesAFolderOfTwo) {
   EXPECT_NO_THROW(read_scene(files.folder.path() / "model/images.txt", {.images_dir = files.folder.path() / "photos"}));
 }
 
-TEST(SceneFormats, EachSaysWhatItExpects) {
+TEST(SceneFormats, ARefusalIsALineThatNamesThemAll) {
   const test::TemporaryFolder folder;
   const std::string error = input_error([&] { read_scene(folder.path(), {}); });
   EXPECT_GE(scene_formats().size(), 6);
-  for (const SceneFormat* format : scene_formats()) EXPECT_TRUE(contains(error, format->expects));
+  for (const SceneFormat* format : scene_formats()) EXPECT_TRUE(contains(error, format->name));
+  constexpr std::size_t kLine = 320;
+  EXPECT_LE(error.size(), kLine + folder.path().string().size()) << error;
+}
+
+TEST(SceneFormats, ThoseOfAFilesExtensionSayWhatTheyExpect) {
+  const test::TemporaryFolder folder;
+  const std::string error = input_error([&] { read_scene(folder.write("a.xml", "<kml/>"), {}); });
+  for (const SceneFormat* format : scene_formats()) {
+    if (!contains(format->expects, ".xml")) continue;
+    EXPECT_TRUE(contains(error, format->expects));
+  }
 }
 
 }  // namespace
