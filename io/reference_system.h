@@ -1,6 +1,7 @@
 // Coordinate reference systems: points from one to another, by PROJ.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,10 +19,24 @@ inline constexpr const char* kGeocentric = "EPSG:4978";
 enum class HeightsAbove { own_ellipsoid, ellipsoid_of_target };
 
 /// Takes points from one system to another. Systems are what PROJ reads: EPSG:25832, a WKT, a PROJ string. x is east or
-/// longitude in degrees, y north or latitude. Throws Error: one sentence that names the system that is unknown, or the first point that lies
-/// beyond what can be projected. O(points).
+/// longitude in degrees, y north or latitude. Throws Error: one sentence that names the system that is unknown, the first point that lies
+/// beyond what can be projected, or the grid that is missing where PROJ would leave heights as they are. O(points).
 void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points,
                       HeightsAbove heights = HeightsAbove::own_ellipsoid);
+
+/// A grid that PROJ needs for the best way from one system to another, and does not have.
+struct MissingGrid {
+  std::string name;       ///< "de_bkg_gcg2016.tif"
+  std::string address;    ///< where it is to be had; may be empty
+  double accuracy_m = 0;  ///< of the way that PROJ takes instead; below 0: that leaves heights, or more, as they are
+};
+
+/// Of transform_points() at a point; nullopt where nothing is missed. Throws Error as that does.
+std::optional<MissingGrid> missing_grid(const std::string& from, const std::string& to, const WorldPoint& point,
+                                        HeightsAbove heights = HeightsAbove::own_ellipsoid);
+
+/// What a missing grid means, and where it is to be had: one sentence.
+std::string sentence_on(const MissingGrid& grid, const std::string& from, const std::string& to);
 
 struct SystemName {
   std::string name;  ///< "WGS 84 / UTM zone 32N"; empty where PROJ knows none

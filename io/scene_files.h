@@ -46,6 +46,11 @@ struct SceneOptions {
 /// aside (Distortion::lens_from_frame): DIR/STEM/right.EXT, left, down and up. Throws InputError.
 Scene read_scene(const std::filesystem::path& source, const SceneOptions& options);
 
+/// Further coordinates that a mesh of the scene may be in: those of a training of nerfstudio, whose
+/// dataparser_transforms.json lies beside the mesh or the scene; taken from the scene's own and each of its other frames,
+/// as the file does not say from which. Empty where there is no such file. Throws InputError.
+std::vector<SceneFrame> read_parser_frames(const Scene& scene, const std::filesystem::path& mesh);
+
 /// The camera of the same photo reduced by a factor. \pre the photo is no smaller than that
 Camera reduced_camera(Camera camera, int factor);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "io/error.h"
 #include "io/mesh.h"
 #include "io/reference_system.h"
+#include "io/scene_files.h"
 #include "io/vector.h"
 
 namespace gpvc::checks {
@@ -122,12 +124,13 @@ bool is_framed(const Scene& scene, const Mesh& mesh) {
   return framed_share(mesh, scene, all) >= kLeastFramed;
 }
 
-// The one of most agreement; null where the mesh fits in none, or in none clearly better than in the scene's own, and
-// where it is not framed in that one.
-const SceneFrame* best_frame(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used, bool fits_own) {
+// The one of `frames` of most agreement; null where the mesh fits in none, or in none clearly better than in the scene's
+// own, and where it is not framed in that one.
+const SceneFrame* best_frame(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used, bool fits_own,
+                             std::span<const SceneFrame> frames) {
   const SceneFrame* best = nullptr;
-  double most = fits_own && !scene.other_frames.empty() ? kClearly * agreement(scene, mesh, used) : 0;
-  for (const SceneFrame& frame : scene.other_frames) {
+  double most = fits_own && !frames.empty() ? kClearly * agreement(scene, mesh, used) : 0;
+  for (const SceneFrame& frame : frames) {
     Scene moved = scene;
     take_cameras_to(frame, moved);
     if (!fits(moved, mesh, used)) continue;
@@ -227,6 +230,29 @@ io::HeightsAbove heights_of(const std::string& crs, const Scene& scene, std::spa
   return other > kClearly * own ? HeightsAbove::ellipsoid_of_target : HeightsAbove::own_ellipsoid;
 }
 
+std::optional<io::MissingGrid> missing_grid(const std::string& crs, const Scene& scene, io::HeightsAbove heights,
+                                            const Mesh& mesh) {
+  try {
+    return io::missing_grid(crs, scene.srs, mesh.positions.at(0), heights);
+  } catch (const std::runtime_error&) {
+    return std::nullopt;  // PROJ does not know the system
+  }
+}
+
+// "PROJ lacks the grid ..."; empty where it lacks none.
+std::string note_on_grid(const std::string& crs, const Scene& scene, io::HeightsAbove heights, const Mesh& mesh) {
+  const std::optional<io::MissingGrid> grid = missing_grid(crs, scene, heights, mesh);
+  return grid ? io::sentence_on(*grid, crs, scene.srs) : "";
+}
+
+// Another system is no way out of heights that cannot be taken over: the mesh would fit some 50 m too low or high.
+void refuse_without_grid(const Scene& scene, const Mesh& few, const fs::path& mesh_file) {
+  if (scene.reference.empty()) return;
+  const auto grid = missing_grid(scene.reference, scene, io::HeightsAbove::own_ellipsoid, few);
+  if (grid && grid->accuracy_m < 0)
+    throw InputError(mesh_file, "", io::sentence_on(*grid, scene.reference, scene.srs), {Cure::name_mesh_crs});
+}
+
 // "EPSG:27700, with heights above its ellipsoid"
 std::string named(const std::string& crs, io::HeightsAbove heights, const Scene& scene) {
   const bool own = heights == io::HeightsAbove::own_ellipsoid;
@@ -243,6 +269,7 @@ Remark match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used, cons
       throw InputError(scene.source, "",
                        "names no reference system, so a mesh cannot be brought from another one to it");
     const io::HeightsAbove heights = heights_of(mesh_crs, scene, used, thinned(mesh));
+    std::string grid = note_on_grid(mesh_crs, scene, heights, mesh);
     try {
       take_mesh_from(mesh_crs, scene, heights, mesh);
     } catch (const InputError&) {
@@ -250,11 +277,9 @@ Remark match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used, cons
     } catch (const std::runtime_error& error) {
       throw InputError(mesh_file, "", fmt::format("cannot be brought to the scene's {}: {}", scene.srs, error.what()));
     }
-    return heights == io::HeightsAbove::own_ellipsoid
-               ? Remark{}
-               : Remark{fmt::format(
-                     "the mesh fits the cameras if its coordinates are those of {}: they are taken for that",
-                     named(mesh_crs, heights, scene))};
+    if (heights == io::HeightsAbove::own_ellipsoid) return {std::move(grid)};
+    return {fmt::format("the mesh fits the cameras if its coordinates are those of {}: they are taken for that{}{}",
+                        named(mesh_crs, heights, scene), grid.empty() ? "" : "; ", grid)};
   }
   Mesh few = thinned(mesh);
   if (few.faces.empty()) return {};
@@ -268,13 +293,15 @@ Remark match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used, cons
       return {"the mesh has y up, as glTF asks, and fits the cameras with z up: it is turned"};
     }
   }
-  if (const SceneFrame* frame = best_frame(scene, few, used, fits_own)) {
+  std::vector<SceneFrame> frames = scene.other_frames;
+  std::ranges::move(io::read_parser_frames(scene, mesh_file), std::back_inserter(frames));
+  if (const SceneFrame* frame = best_frame(scene, few, used, fits_own, frames)) {
     const std::string own = scene.srs.empty() ? "their own coordinates" : scene.srs;
     std::string text =
         fits_own
             ? fmt::format("the mesh fits the cameras better in {} than in {}: they are taken there", frame->name, own)
             : fmt::format("the mesh does not fit the cameras in {}, but in {}: they are taken there", own, frame->name);
-    take_cameras_to(SceneFrame(*frame), scene);
+    take_cameras_to(*frame, scene);
     return {std::move(text)};
   }
   if (fits_own) return {};
@@ -287,10 +314,13 @@ Remark match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used, cons
   for (const std::string& crs : systems) {
     const io::HeightsAbove heights = heights_of(crs, scene, used, few);
     if (agreement_from(crs, scene, used, few, heights) == 0) continue;
+    refuse_without_grid(scene, few, mesh_file);
+    const std::string grid = note_on_grid(crs, scene, heights, few);
     take_mesh_from(crs, scene, heights, mesh);
-    return {fmt::format("the mesh fits the cameras in {} if its coordinates are those of {}: they are taken for that",
-                        scene.srs, named(crs, heights, scene)),
-            {Cure::name_mesh_crs}};
+    return {
+        fmt::format("the mesh fits the cameras in {} if its coordinates are those of {}: they are taken for that{}{}",
+                    scene.srs, named(crs, heights, scene), grid.empty() ? "" : "; ", grid),
+        {Cure::name_mesh_crs}};
   }
   return {};
 }
@@ -300,6 +330,11 @@ bool fits_cameras(const Scene& scene, const Mesh& mesh, std::span<const ViewId> 
 }
 
 Remark ways_out(const Scene& scene) {
+  if (scene.format == "transforms.json")
+    return {
+        "if nerfstudio exported the mesh, it is in the coordinates of its training: put the dataparser_transforms.json "
+        "of the training's folder, which states them, beside the mesh",
+        {}};
   if (!is_geocentric(scene)) return {};
   return {
       "the scene is georeferenced, with cameras in geocentric coordinates (EPSG:4978): export the mesh in those or in "

@@ -11,7 +11,7 @@
 namespace gpvc::checks {
 
 /// Does nothing where the mesh fits the cameras as they are (check_frames() and check_scale() accept it) and none of the
-/// scene's other frames fits clearly better: by the share of the mesh that is framed, nine tenths at least of all views
+/// scene's other frames, or of read_parser_frames(), fits clearly better: by the share of the mesh that is framed, nine tenths at least of all views
 /// together, less what is seen from behind. A
 /// mesh of glTF, whose y is up, is turned where it fits clearly better with z up. The cameras are taken to such a frame;
 /// where they fit in none and not as they are, the mesh is taken from where its metadata.xml says that it lies, or from

@@ -145,8 +145,8 @@ void run_tileset(const TilesetOptions& options, Console& console) {
     const tileset::TilesetReport report =
         tileset::tileset_into({input, settings, photos, record}, options.tiles, folder);
     record.counts["levels"] = levels_json(report);
-    if (!report.georeferenced)
-      record.note("the tiles are in the scene's own coordinates, as no reference system is known");
+    if (!report.obstacle.empty())
+      record.note(fmt::format("the tiles are in the scene's own coordinates: {}", report.obstacle));
     return {options_json(options), Json::object(), (options.out / "tileset.json").string()};
   });
 }

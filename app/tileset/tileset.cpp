@@ -71,7 +71,7 @@ class TilesetMaker {
     io::OutputFile file(folder_.file("tileset.json"));
     file.write(tileset_text(tiles_, options_));
     file.commit();
-    report_.georeferenced = geocentric_from_tile(options_).has_value();
+    report_.obstacle = obstacle_to_geocentric(options_);
     return std::move(report_);
   }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "../pipeline/pipeline.h"
@@ -22,7 +23,7 @@ struct LevelReport {
 
 struct TilesetReport {
   std::vector<LevelReport> levels;  ///< from the leaves to the root
-  bool georeferenced = false;       ///< the root has a transform to geocentric coordinates
+  std::string obstacle;             ///< why the root has no transform to geocentric coordinates; empty: it has one
 };
 
 /// Writes tileset.json and tiles/LEVEL_NUMBER.glb. Level 0 is the mesh as pipeline::texture_into() textures it, with charts

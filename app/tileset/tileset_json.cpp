@@ -78,6 +78,12 @@ Placement place_of(const std::string& system, const WorldPoint& at) {
   return {points[0], {axis(0), axis(1), axis(2)}};
 }
 
+// Throws Error where PROJ does not know the system, lacks a grid for its heights, or the place is beyond it.
+std::optional<Placement> place_of_offset(const io::ModelOptions& options) {
+  const WorldPoint at = options.offset + options.srs_offset;
+  return options.srs.starts_with("ENU:") ? place_of_enu(options.srs, at) : place_of(options.srs, at);
+}
+
 class Writer {
  public:
   explicit Writer(std::span<const std::vector<Tile>> levels) : levels_(levels), boxes_(levels.size()) {
@@ -138,15 +144,18 @@ double geometric_error(double surface, double texel) {
   return std::max(surface, kErrorTexels * texel);
 }
 
-std::optional<std::array<double, 16>> geocentric_from_tile(const io::ModelOptions& options) {
-  if (options.srs.empty()) return std::nullopt;
-  const WorldPoint at = options.offset + options.srs_offset;
-  std::optional<Placement> place;
+std::string obstacle_to_geocentric(const io::ModelOptions& options) {
   try {
-    place = options.srs.starts_with("ENU:") ? place_of_enu(options.srs, at) : place_of(options.srs, at);
-  } catch (const std::runtime_error&) {  // PROJ does not know the system, or the place is beyond it
+    if (options.srs.empty() || !place_of_offset(options)) return "no reference system is known";
+    return "";
+  } catch (const std::runtime_error& error) {
+    return error.what();
   }
-  if (!place) return std::nullopt;
+}
+
+std::optional<std::array<double, 16>> geocentric_from_tile(const io::ModelOptions& options) {
+  if (!obstacle_to_geocentric(options).empty()) return std::nullopt;
+  const std::optional<Placement> place = place_of_offset(options);
   const std::array<TilePoint, 3> axes = world_axes(options.up);
   std::array<double, 16> matrix{};
   // The axes of the world are orthonormal in tile coordinates, so the inverse is the transpose.

@@ -44,6 +44,9 @@ double geometric_error(double surface, double texel);
 /// where no system is named, or none that is known.
 std::optional<std::array<double, 16>> geocentric_from_tile(const io::ModelOptions& options);
 
+/// Why geocentric_from_tile() gives none, a sentence's end; empty where it gives one.
+std::string obstacle_to_geocentric(const io::ModelOptions& options);
+
 /// The text of tileset.json. `levels`: from the leaves up to the root; tile n has the children 4 n to 4 n + 3. Where tiles
 /// have children, they are replaced by them.
 std::string tileset_text(std::span<const std::vector<Tile>> levels, const io::ModelOptions& options);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string_view>
@@ -24,6 +25,12 @@ struct Destroy {
   void operator()(PJ* object) const { proj_destroy(object); }
 };
 using Context = std::unique_ptr<PJ_CONTEXT, DestroyContext>;
+struct DestroyList {
+  void operator()(PJ_OBJ_LIST* list) const { proj_list_destroy(list); }
+};
+struct DestroyFactory {
+  void operator()(PJ_OPERATION_FACTORY_CONTEXT* factory) const { proj_operation_factory_context_destroy(factory); }
+};
 using Object = std::unique_ptr<PJ, Destroy>;
 
 std::string short_name(const std::string& system) {
@@ -64,7 +71,86 @@ Object system_from(PJ_CONTEXT* context, const std::string& text, bool with_heigh
   return high ? std::move(high) : std::move(flat);
 }
 
+/// Takes points as they are given, x east or longitude; null where PROJ knows no way.
+Object way_between(PJ_CONTEXT* context, const Object& source, const Object& target) {
+  const Object raw(proj_create_crs_to_crs_from_pj(context, source.get(), target.get(), nullptr, nullptr));
+  return Object(raw ? proj_normalize_for_visualization(context, raw.get()) : nullptr);
+}
+
+bool has_own_heights(const Object& system) { return proj_get_type(system.get()) == PJ_TYPE_COMPOUND_CRS; }
+
+/// The first grid of an operation that is not there.
+std::optional<MissingGrid> absent_grid(PJ_CONTEXT* context, const PJ* operation) {
+  for (int i = 0; i < proj_coordoperation_get_grid_used_count(context, operation); ++i) {
+    const char *name = nullptr, *url = nullptr;
+    int available = 1;
+    if (proj_coordoperation_get_grid_used(context, operation, i, &name, nullptr, nullptr, &url, nullptr, nullptr,
+                                          &available) != 0 &&
+        available == 0)
+      return MissingGrid{name != nullptr ? name : "", url != nullptr ? url : ""};
+  }
+  return std::nullopt;
+}
+
+bool covers(PJ_CONTEXT* context, const PJ* operation, const WorldPoint& degrees) {
+  double west = 0, south = 0, east = 0, north = 0;
+  constexpr double kUnknown = -1000;
+  if (proj_get_area_of_use(context, operation, &west, &south, &east, &north, nullptr) == 0 || west == kUnknown)
+    return true;
+  const bool in_east = west <= east ? west <= degrees.x && degrees.x <= east : degrees.x >= west || degrees.x <= east;
+  return in_east && south <= degrees.y && degrees.y <= north;
+}
+
+/// Of the ways that cover the place, the most accurate one, if it needs a grid that is not there, and what is left then.
+std::optional<MissingGrid> missing_grid_at(PJ_CONTEXT* context, const Object& source, const Object& target,
+                                           const WorldPoint& point) {
+  const Object globe = system_from(context, "EPSG:4326", false);
+  const Object to_degrees = way_between(context, source, globe);
+  if (!to_degrees) return std::nullopt;
+  const PJ_COORD at = proj_trans(to_degrees.get(), PJ_FWD, proj_coord(point.x, point.y, point.z, 0));
+  const std::unique_ptr<PJ_OPERATION_FACTORY_CONTEXT, DestroyFactory> factory(
+      proj_create_operation_factory_context(context, nullptr));
+  proj_operation_factory_context_set_spatial_criterion(context, factory.get(),
+                                                       PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION);
+  proj_operation_factory_context_set_grid_availability_use(context, factory.get(), PROJ_GRID_AVAILABILITY_IGNORED);
+  const std::unique_ptr<PJ_OBJ_LIST, DestroyList> ways(
+      proj_create_operations(context, source.get(), target.get(), factory.get()));
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  double best = kUnknown, usable = kUnknown;
+  std::optional<MissingGrid> missing;
+  for (int i = 0; ways && i < proj_list_get_count(ways.get()); ++i) {
+    const Object way(proj_list_get(context, ways.get(), i));
+    if (!way || !covers(context, way.get(), {at.xy.x, at.xy.y, 0})) continue;
+    const bool is_guess = proj_coordoperation_has_ballpark_transformation(context, way.get()) != 0;
+    const double stated = proj_coordoperation_get_accuracy(context, way.get());
+    const double accuracy = is_guess || stated < 0 ? kUnknown : stated;
+    std::optional<MissingGrid> absent = absent_grid(context, way.get());
+    if (!absent) usable = std::min(usable, accuracy);
+    if (accuracy >= best) continue;
+    best = accuracy;
+    missing = std::move(absent);
+  }
+  if (missing) missing->accuracy_m = usable == kUnknown ? -1 : usable;
+  return missing && best < usable ? missing : std::nullopt;
+}
+
 }  // namespace
+
+std::optional<MissingGrid> missing_grid(const std::string& from, const std::string& to, const WorldPoint& point,
+                                        HeightsAbove heights) {
+  const Context context(proj_context_create());
+  proj_log_level(context.get(), PJ_LOG_NONE);
+  return missing_grid_at(context.get(), system_from(context.get(), from, heights == HeightsAbove::own_ellipsoid),
+                         system_from(context.get(), to), point);
+}
+
+std::string sentence_on(const MissingGrid& grid, const std::string& from, const std::string& to) {
+  const std::string without = grid.accuracy_m < 0 ? "leaves heights as they are, which may be wrong by 50 m"
+                                                  : "is right within " + shortest_text(grid.accuracy_m) + " m";
+  return "PROJ lacks the grid " + grid.name + " for the way from " + short_name(from) + " to " + short_name(to) +
+         ", and what it does without " + without + ": put the grid where PROJ looks for its files (" +
+         (grid.address.empty() ? "" : grid.address + "; ") + "Debian's package proj-data holds many)";
+}
 
 void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points,
                       HeightsAbove heights) {
@@ -73,10 +159,12 @@ void transform_points(const std::string& from, const std::string& to, std::span<
   // From a system without heights PROJ leaves z as it is.
   const Object source = system_from(context.get(), from, heights == HeightsAbove::own_ellipsoid),
                target = system_from(context.get(), to);
-  Object raw(proj_create_crs_to_crs_from_pj(context.get(), source.get(), target.get(), nullptr, nullptr));
-  const Object way(raw ? proj_normalize_for_visualization(context.get(), raw.get()) : nullptr);
+  const Object way = way_between(context.get(), source, target);
   if (!way) throw Error("PROJ knows no way from " + short_name(from) + " to " + short_name(to));
   if (points.empty()) return;
+  if (has_own_heights(source) || has_own_heights(target))
+    if (const auto grid = missing_grid_at(context.get(), source, target, points[0]); grid && grid->accuracy_m < 0)
+      throw Error(sentence_on(*grid, from, to));
   constexpr std::size_t kStep = sizeof(WorldPoint);
   const std::vector<WorldPoint> before(points.begin(), points.end());
   proj_trans_generic(way.get(), PJ_FWD, &points[0].x, kStep, points.size(), &points[0].y, kStep, points.size(),

@@ -216,6 +216,8 @@ class TransformsReader {
     const double scale = json_.optional_number("", root, "applied_scale", 1);
     if (!(scale > 0 && std::isfinite(1 / scale))) json_.fail("", "expected a positive number as 'applied_scale'");
     std::vector<double> m{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    // What nerfstudio did to COLMAP's world before its files stated it (nerfstudio_dataparser.py).
+    if (is_folder(folder_of(json_.path()) / "colmap" / "sparse" / "0")) m = {0, 1, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0};
     if (root.contains(kTransform)) m = json_.numbers("", root, kTransform, 4, root[kTransform].size() == 4 ? 4 : 3);
     const auto rotation = rotation_near({m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]});
     if (!rotation) json_.fail("", "'applied_transform' has no rotation in it");

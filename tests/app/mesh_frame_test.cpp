@@ -1,6 +1,7 @@
 // Meshes in other coordinates than the cameras.
 #include "app/checks/mesh_frame.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -121,6 +122,22 @@ TEST_F(MeshFrame, LocalCoordinatesAreTakenToTheOriginThatMetadataStates) {
   EXPECT_EQ(local.written_positions(), before.positions);
 }
 
+// The training saw the meadow's own axes, about its middle, at a hundredth of its size.
+TEST_F(MeshFrame, TheCoordinatesOfATrainingAreFound) {
+  const test::TemporaryFolder folder;
+  const WorldPoint& o = frame_.origin;
+  folder.write(
+      "dataparser_transforms.json",
+      fmt::format(R"({{"transform": [[-1, 0, 0, {:.17g}], [0, 0, 1, {:.17g}], [0, 1, 0, {:.17g}]], "scale": 0.01}})",
+                  o.x, -o.z, -o.y));
+  Mesh mesh = geocentric_;
+  for (WorldPoint& p : mesh.positions) p = {0.01 * (o.x - p.x), 0.01 * (p.z - o.z), 0.01 * (p.y - o.y)};
+  scene_.other_frames.clear();
+  const std::string text = checks::match_frames(scene_, mesh, kUsed, folder.path() / "mesh.ply").text;
+  EXPECT_TRUE(contains(text, "dataparser_transforms.json states: they are taken there")) << text;
+  expect_seen_rightly(mesh);
+}
+
 TEST_F(MeshFrame, GltfIsTurnedWhereItFitsWithZUp) {
   scene_ = {};
   View view;
@@ -237,6 +254,8 @@ TEST_F(MeshFrame, ANamedSystemIsTaken) {
   EXPECT_EQ(match(unnamed), "");
   EXPECT_EQ(unnamed.positions, mesh.positions);
   EXPECT_EQ(checks::ways_out(scene_).cures, std::vector{Cure::name_mesh_crs});
+  scene_.format = "transforms.json";
+  EXPECT_TRUE(contains(checks::ways_out(scene_).text, "dataparser_transforms.json"));
   EXPECT_EQ(match(mesh, "EPSG:3857"), "");
   expect_seen_rightly(mesh);
 }
@@ -250,7 +269,8 @@ TEST_F(MeshFrame, HeightsMayBeAboveEitherEllipsoid) {
     io::transform_points(io::kGeocentric, crs, mesh.positions);
     Mesh other = mesh;
     for (std::size_t i = 0; i < other.positions.size(); ++i) other.positions[i].z = kMiddle.z;
-    EXPECT_EQ(match(mesh, crs), "");
+    const std::string said = match(mesh, crs);
+    EXPECT_TRUE(said.empty() || contains(said, "PROJ lacks the grid uk_os_OSTN15")) << said;
     expect_seen_rightly(mesh, kDatumPx);
     const std::string assumed = match(other, crs);
     EXPECT_EQ(contains(assumed, "with heights above the ellipsoid of EPSG:4978 instead of its own"),
@@ -258,6 +278,20 @@ TEST_F(MeshFrame, HeightsMayBeAboveEitherEllipsoid) {
         << assumed;
     expect_seen_rightly(other, kDatumPx);
   }
+}
+
+// Left as they are, they would be 45 m off.
+TEST_F(MeshFrame, HeightsThatNeedAMissingGridAreRefused) {
+  const std::string crs = "EPSG:32630+3855";  // above the geoid of 2008
+  if (!io::missing_grid(crs, scene_.srs, kMiddle)) GTEST_SKIP() << "PROJ has the grid of EGM2008";
+  Mesh mesh = utm_;
+  const std::string error = test::input_error([&] { match(mesh, crs); });
+  EXPECT_TRUE(contains(error, "m.ply: cannot be brought to the scene's EPSG:4978: PROJ lacks the grid ")) << error;
+  EXPECT_TRUE(contains(error, "Debian's package proj-data")) << error;
+  scene_.other_frames.clear();
+  scene_.reference = crs;
+  const std::string found = test::input_error([&] { match(mesh); });
+  EXPECT_TRUE(contains(found, "m.ply: PROJ lacks the grid ")) << found;
 }
 
 TEST_F(MeshFrame, WhatCannotBeUsedIsRefused) {

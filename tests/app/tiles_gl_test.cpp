@@ -259,7 +259,8 @@ TEST_F(TilesJob, TilesOfAMeshFromAnotherSystemLieInTheScenes) {
       files[mesh][file] = test::read_file(result / file);
     results::OutputFolder tileset(out.path() / "tileset", false, "tileset");
     io::PictureSource photos(scene, city_->pictures);
-    EXPECT_TRUE(tileset::tileset_into({input, whole.texture, photos, observer_}, whole.tiles, tileset).georeferenced);
+    EXPECT_TRUE(
+        tileset::tileset_into({input, whole.texture, photos, observer_}, whole.tiles, tileset).obstacle.empty());
     for (const char* file : {"tileset.json", "tiles/0_0.glb"})
       files[mesh][std::string("by tileset/") + file] = test::read_file(tileset.in_making() / file);
   }

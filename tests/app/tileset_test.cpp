@@ -302,11 +302,23 @@ TEST(TilesetJson, EastNorthUpIsPlacedOnTheEarth) {
   EXPECT_GT(north.z, 0.6 * 100) << "north is towards the pole";
 }
 
+// Left as they are, heights above the geoid would put tiles 48 m into the ground.
+TEST(TilesetJson, HeightsWhoseGridIsMissingAreNotPlaced) {
+  io::ModelOptions options;
+  options.srs = "EPSG:32632+3855";
+  options.srs_offset = {500000, 5600000, 100};
+  if (!io::missing_grid(options.srs, io::kGeocentric, options.srs_offset))
+    GTEST_SKIP() << "PROJ has the grid of EGM2008";
+  EXPECT_FALSE(geocentric_from_tile(options));
+  EXPECT_TRUE(obstacle_to_geocentric(options).starts_with("PROJ lacks the grid ")) << obstacle_to_geocentric(options);
+}
+
 TEST(TilesetJson, WithoutAKnownSystemThereIsNoTransform) {
   for (const char* srs : {"", "LOCAL", "ENU:north"}) {
     io::ModelOptions options;
     options.srs = srs;
     EXPECT_FALSE(geocentric_from_tile(options)) << srs;
+    EXPECT_FALSE(obstacle_to_geocentric(options).empty()) << srs;
   }
 }
 

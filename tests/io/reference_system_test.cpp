@@ -87,6 +87,30 @@ TEST(ReferenceSystem, NamesSystemsAndTheirUnits) {
   EXPECT_EQ(system_name("").name, "");
 }
 
+// PROJ by itself leaves heights as they are where it lacks the geoid.
+TEST(ReferenceSystem, RefusesHeightsWhoseGridIsMissing) {
+  const std::string from = "EPSG:32632+3855";
+  const WorldPoint place{500000, 5600000, 100};
+  const auto grid = missing_grid(from, kGeocentric, place);
+  if (!grid) GTEST_SKIP() << "PROJ has the grid of EGM2008";
+  EXPECT_LT(grid->accuracy_m, 0);
+  try {
+    transformed(from, kGeocentric, place);
+    FAIL() << "heights left as they are";
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(error.what(), sentence_on(*grid, from, kGeocentric));
+    EXPECT_TRUE(contains(error.what(), "PROJ lacks the grid " + grid->name + " for the way from 'EPSG:32632+3855'"));
+  }
+}
+
+TEST(ReferenceSystem, MissesNoGridWhereNoneIsNeeded) {
+  const WorldPoint place{500000, 5600000, 100};
+  EXPECT_FALSE(missing_grid("EPSG:32632", kGeocentric, place));
+  EXPECT_FALSE(missing_grid("EPSG:25832", kGeocentric, place));
+  EXPECT_FALSE(missing_grid("EPSG:32632+5773", kGeocentric, place)) << "EGM96 comes with PROJ";
+  EXPECT_FALSE(missing_grid("EPSG:25832+7837", "EPSG:25833+7837", place)) << "the same heights";
+}
+
 TEST(ReferenceSystem, SaysWhatIsUnknownOrImpossible) {
   const auto error = [](const std::string& from, const WorldPoint& point) -> std::string {
     try {

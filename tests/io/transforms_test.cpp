@@ -156,6 +156,53 @@ TEST(Transforms, KnowsTheOriginalWorld) {
   EXPECT_TRUE(parse(replaced(without, ", \"applied_scale\": 2", "")).other_frames.empty());
 }
 
+// Files of nerfstudio before it stated applied_transform; it swapped x and y of COLMAP's world and turned z over.
+TEST(Transforms, KnowsColmapsWorldWhereTheFileDoesNotStateIt) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "transforms.json";
+  const std::string text = replaced(
+      kTransforms, "\"applied_transform\": [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 3]], \"applied_scale\": 2,", "");
+  const auto frames = [&] { return test::format_named(kFormat).parse(file, text).other_frames; };
+  EXPECT_TRUE(frames().empty());
+  folder.write("colmap/sparse/0/cameras.bin", "");
+  ASSERT_EQ(frames().size(), 1u);
+  EXPECT_EQ(frames()[0].rotation, (std::array<double, 9>{0, 1, 0, 1, 0, 0, 0, 0, -1}));
+}
+
+TEST(Transforms, KnowsTheCoordinatesOfATraining) {
+  const test::TemporaryFolder folder;
+  folder.write("data/transforms.json", kTransforms);
+  const auto stated =
+      folder.write("mesh/dataparser_transforms.json",
+                   R"({"transform": [[0, 1, 0, 3], [-0.6, 0, 0.8, -2], [0.8, 0, 0.6, 1]], "scale": 0.5})");
+  Scene scene = read_scene(folder.path() / "data", {.allow_missing_photos = true, .whole_fisheyes = true});
+  const std::vector<SceneFrame> frames = read_parser_frames(scene, folder.path() / "mesh/mesh.ply");
+  ASSERT_EQ(frames.size(), 2u);  // from the poses' world and from the one before applied_transform
+  const auto taken = [](const SceneFrame& frame, const WorldPoint& p) {
+    const WorldPoint moved =
+        product(frame.rotation, WorldPoint{p.x - frame.origin.x, p.y - frame.origin.y, p.z - frame.origin.z});
+    return WorldPoint{frame.scale * moved.x, frame.scale * moved.y, frame.scale * moved.z};
+  };
+  const auto expect_taken = [&](const SceneFrame& frame, const WorldPoint& from, const WorldPoint& p) {
+    const WorldPoint to = taken(frame, from);
+    EXPECT_NEAR(to.x, 0.5 * (p.y + 3), 1e-12);
+    EXPECT_NEAR(to.y, 0.5 * (-0.6 * p.x + 0.8 * p.z - 2), 1e-12);
+    EXPECT_NEAR(to.z, 0.5 * (0.8 * p.x + 0.6 * p.z + 1), 1e-12);
+  };
+  expect_taken(frames[0], {5, 6, 7}, {5, 6, 7});
+  expect_taken(frames[1], {10, 14, -6}, {5, 6, 7});  // as KnowsTheOriginalWorld has it
+  EXPECT_TRUE(contains(frames[0].name, stated.string()));
+  EXPECT_TRUE(read_parser_frames(scene, folder.path() / "other/mesh.ply").empty());
+  folder.write("data/dataparser_transforms.json",
+               R"({"transform": [[1, 0, 0, 0], [0, 2, 0, 0], [0, 0, 1, 0]], "scale": 1})");
+  EXPECT_TRUE(contains(input_error([&] { read_parser_frames(scene, "other/mesh.ply"); }),
+                       "dataparser_transforms.json: 'transform' has no rotation in it"));
+  folder.write("data/dataparser_transforms.json",
+               R"({"transform": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]], "scale": 0})");
+  EXPECT_TRUE(contains(input_error([&] { read_parser_frames(scene, "other/mesh.ply"); }),
+                       "expected a positive number as 'scale'"));
+}
+
 TEST(Transforms, LeavesOutFramesOfLensesItDoesNotKnow) {
   const SceneFile scene = parse(replaced(kTransforms, "OPENCV_FISHEYE", "VR180_L"));
   ASSERT_EQ(scene.views.size(), 1);
