@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -27,6 +28,11 @@ std::array<T, 3> bilinear_of(int width, int height, double x, double y, const Pi
     color[i] = top * (1 - fy) + bottom * fy;
   }
   return color;
+}
+
+/// A texture coordinate of a face that reaches beyond its page, 0 .. 1, where textures repeat.
+inline double repeated(double coordinate) {
+  return coordinate >= 0 && coordinate <= 1 ? coordinate : coordinate - std::floor(coordinate);
 }
 
 template <typename T = double>

@@ -16,9 +16,10 @@ namespace gpvc::io {
 /// glTF, told apart by content (glTF in JSON by its extension). STL and glTF repeat vertices: those at one position become
 /// one. glTF is taken through its nodes, so y is up. Polygons of more than three vertices are split: as a fan where that turns no triangle over, by
 /// ear clipping elsewhere; Mesh::source_face leads back to them. Groups, texture coordinates, normals, lines and points
-/// of an OBJ are ignored. Throws InputError on NaN, infinite coordinates and
-/// those above 1e18 (kMostCoordinate), on indices out of range, on a truncated file,
-/// and on a mesh without faces. A folder is read as the mesh that its mesh_files() make together. O(file size).
+/// of an OBJ are ignored. Faces that use a vertex whose coordinates are
+/// not finite or above 1e18 (kMostCoordinate) lose their area, and such vertices get the place of another, with a warning;
+/// numbers of faces and vertices stay. Throws InputError on indices out of range, on a truncated file, and on a mesh
+/// without faces that have a place. A folder is read as the mesh that its mesh_files() make together. O(file size).
 Mesh read_mesh(const std::filesystem::path& file);
 
 /// By the extension: a mesh whose y is up by its format.

@@ -33,6 +33,9 @@ struct TexturedModel {
 /// face_page of a face without texture, whose face_texcoords mean nothing.
 inline constexpr std::uint32_t kNoPage = 0xFFFFFFFFu;
 
+/// True if a face reaches beyond its page, which then repeats: repeated() of bilinear.h.
+bool reaches_beyond_page(const TexturedModel& model, std::size_t face);
+
 /// Throws std::invalid_argument unless every face has a page below `page_count` and texture coordinates that exist, or
 /// kNoPage; both writers call it first. O(faces).
 void check_model(const TexturedModel& model, std::size_t page_count);
@@ -96,8 +99,8 @@ struct LoadedModel {
 };
 
 /// OBJ + MTL (map_Kd, of any writer), PLY with comments TextureFile (MeshLab, OpenMVS), GLB or glTF (triangles with a baseColorTexture; rotations of nodes are not applied:
-/// our writer's root rotation only says which way is up). Faces without a texture get kNoPage. Throws InputError,
-/// as read_mesh() on coordinates that are not finite or above 1e18.
+/// our writer's root rotation only says which way is up). Faces without a texture get kNoPage. Vertices
+/// without a place are settled as by read_mesh(). Throws InputError.
 LoadedModel read_textured_model(const std::filesystem::path& file);
 
 }  // namespace gpvc::io

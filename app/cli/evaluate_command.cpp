@@ -107,6 +107,8 @@ Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
   std::filesystem::path mesh_file = options.input.mesh;
   if (mesh_file.empty() && !options.truth.empty()) mesh_file = options.truth / "mesh.ply";
   if (!mesh_file.empty()) mesh = io::read_mesh(mesh_file);
+  for (const std::string& warning : model.mesh.warnings)
+    record.warning(fmt::format("{}: {}", options.model.string(), warning));
   if (!options.truth.empty()) matched = evaluate::match_model(*mesh, model.model, model.pages, model.offset);
 
   const std::vector<bool> needed = needed_views(options, scene.views);

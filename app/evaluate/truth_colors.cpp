@@ -29,6 +29,10 @@ std::optional<Pixel> texel_at(const MatchedModel& matched, const FacePoint& poin
     u += weights[i] * static_cast<double>(t.u);
     v += weights[i] * static_cast<double>(t.v);
   }
+  if (io::reaches_beyond_page(*matched.model, face)) {
+    u = repeated(u);
+    v = repeated(v);
+  }
   const Image& page = matched.pages[matched.model->face_page[face]];
   const Rgb color = bilinear(page, u * page.width, v * page.height);
   return Pixel{static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])};

@@ -60,12 +60,14 @@ double facing(const Corners& c) {
 /// Perspective-correct texel coordinates on one face: (u, v) / weight, each of the three linear in the pixel position.
 struct TexelPlane {
   Linear u, v, weight;
+  bool repeats = false;  ///< the page is to be repeated beyond its rim
 };
 
 TexelPlane texel_plane(const io::TexturedModel& model, FaceId face, const Image& page, const Camera& camera,
                        const Pose& pose) {
   const Corners corners = corners_of(*model.mesh, face, camera, pose);
   TexelPlane plane;
+  plane.repeats = io::reaches_beyond_page(model, gpvc::index(face));
   for (std::size_t k = 0; k < 3; ++k) {
     const Linear weight = edge_function(corners[(k + 1) % 3], corners[(k + 2) % 3]);
     const io::TexCoord& at = model.texcoords[model.face_texcoords[gpvc::index(face)][k]];
@@ -138,9 +140,13 @@ class Shader {
       textured[x] = 255;
       const double px = static_cast<double>(x) + 0.5, py = y + 0.5;
       const double weight = plane.weight.at(px, py);
-      const double u = plane.u.at(px, py) / weight, v = plane.v.at(px, py) / weight;
-      const Rgb color = options_.mipmaps ? page->trilinear(u, v, std::log2(texels_per_pixel(plane, u, v, weight)))
-                                         : page->at(0, u, v);
+      double u = plane.u.at(px, py) / weight, v = plane.v.at(px, py) / weight;
+      const double level = options_.mipmaps ? std::log2(texels_per_pixel(plane, u, v, weight)) : 0;
+      if (plane.repeats) {
+        u = page->page->width * repeated(u / page->page->width);
+        v = page->page->height * repeated(v / page->page->height);
+      }
+      const Rgb color = page->trilinear(u, v, level);
       for (std::size_t c = 0; c < 3; ++c) rgb[c] = static_cast<std::uint8_t>(color[c] + 0.5);
     }
   }

@@ -125,7 +125,6 @@ class GltfMeshReader {
       const double x = positions.component(i, 0), y = positions.component(i, 1), z = positions.component(i, 2);
       const WorldPoint p{m[0] * x + m[4] * y + m[8] * z + m[12], m[1] * x + m[5] * y + m[9] * z + m[13],
                          m[2] * x + m[6] * y + m[10] * z + m[14]};
-      check_position(file_, "", mesh_.positions.size(), p);
       numbers[i] = vertices_.add(p);
     }
     if (!for_each_triangle(file_, model_, primitive, positions.count,

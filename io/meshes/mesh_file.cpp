@@ -70,7 +70,18 @@ std::vector<std::uint32_t> corners_of(std::span<const Triangle> fan) {
   return corners;
 }
 
+constexpr const char* kCloudAdvice =
+    " points without faces; make a mesh of it first, by Poisson reconstruction (COLMAP's poisson_mesher, MeshLab, "
+    "CloudCompare) or the meshing of the program that it comes from";
+
+/// Throws for the formats that hold point clouds alone.
+void refuse_clouds(const std::filesystem::path& file, std::string_view bytes) {
+  for (const std::string_view magic : {"LASF", "ASTM-E57", "# .PCD"})
+    if (bytes.starts_with(magic)) throw InputError(file, "", std::string("is a point cloud,") + kCloudAdvice);
+}
+
 Mesh read_by_content(const std::filesystem::path& file, std::string_view text) {
+  refuse_clouds(file, text);
   if (text.starts_with("ply\n") || text.starts_with("ply\r") || text.starts_with("ply ") || text == "ply")
     return read_ply(file, text);
   if (is_gltf(file) || text.starts_with("glTF")) return read_gltf_mesh(file);
@@ -96,21 +107,17 @@ Mesh read_mesh(const std::filesystem::path& file) {
   const std::string_view text = without_byte_order_mark(bytes.view());
   if (text.empty()) throw InputError(file, "", "is empty, expected a mesh: PLY, OBJ, STL, OFF, GLB or glTF");
   Mesh mesh = read_by_content(file, text);
-  if (mesh.faces.empty()) throw InputError(file, "", "has no faces");
+  refuse_faceless(file, mesh);
   recut_concave(mesh);
+  settle_places(file, mesh);
   return mesh;
 }
 
-void check_position(const std::filesystem::path& file, const std::string& line, std::size_t vertex,
-                    const WorldPoint& position) {
-  for (const double value : {position.x, position.y, position.z}) {
-    if (std::abs(value) <= kMostCoordinate) continue;
-    const std::string place = line + "vertex " + std::to_string(vertex);
-    if (!std::isfinite(value)) throw InputError(file, place, "a coordinate is not finite");
-    throw InputError(file, place,
-                     "has the coordinate " + shortest_text(value) + ", expected at most " +
-                         shortest_text(kMostCoordinate) + ", the most that graphics in single precision can take");
-  }
+void refuse_faceless(const std::filesystem::path& file, const Mesh& mesh) {
+  if (!mesh.faces.empty()) return;
+  if (mesh.positions.empty()) throw InputError(file, "", "is empty: it has no vertices and no faces");
+  if (!mesh.warnings.empty()) throw InputError(file, "", "has no faces of three or more vertices");
+  throw InputError(file, "", "is a point cloud, " + std::to_string(mesh.positions.size()) + kCloudAdvice);
 }
 
 void note_source(Mesh& mesh, std::size_t triangles, std::size_t face) {

@@ -30,8 +30,9 @@ Mesh read_ply(const std::filesystem::path& file, std::string_view bytes, PlyText
 
 /// Texture of an OBJ.
 struct ObjTexture {
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   std::vector<TexCoord> texcoords;                 ///< with v downwards, unlike the file's
-  std::vector<Triangle> corners;                   ///< per triangle; of corners without one, no index of `texcoords`
+  std::vector<Triangle> corners;                   ///< per triangle; of corners without one, kNone
   std::map<std::string, std::uint32_t> materials;  ///< the numbers of the materials in use
   std::vector<std::uint32_t> material;             ///< per triangle; a number above all of them where there is none
   std::vector<std::string> libraries;              ///< names of material files: one with blanks, or several
@@ -71,9 +72,13 @@ void recut_concave(Mesh& mesh, std::span<Triangle> texcoords = {});
 /// five values, each below 2^61 times a focal length: far from overflow at 2^1024.
 inline constexpr double kMostCoordinate = 1e18;
 
-/// Throws InputError when a coordinate is not finite or exceeds kMostCoordinate. `line`: "line 12: " or empty.
-void check_position(const std::filesystem::path& file, const std::string& line, std::size_t vertex,
-                    const WorldPoint& position);
+/// Gives vertices without a place (a coordinate is not finite or exceeds kMostCoordinate) that of another vertex, and has
+/// each face that uses one name another of its corners in its stead: a face without area, which nothing shows. Numbers of
+/// vertices and faces stay. Warns of both. Throws InputError where no face is left with a place. O(vertices + faces).
+void settle_places(const std::filesystem::path& file, Mesh& mesh);
+
+/// Throws InputError for a mesh without faces: says whether it is a point cloud.
+void refuse_faceless(const std::filesystem::path& file, const Mesh& mesh);
 
 /// FaceId and vertex indices are 32 bits wide, and the last value means "none".
 inline constexpr std::uint64_t kMaxElements = 0xFFFFFFFEu;

@@ -40,7 +40,7 @@ class ObjParser {
   }
 
  private:
-  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+  static constexpr std::uint32_t kNone = ObjTexture::kNone;
   struct Corner {
     std::uint32_t vertex = 0, texcoord = kNone;
   };
@@ -88,9 +88,7 @@ class ObjParser {
     double values[3];
     for (double& value : values) value = coordinate(line, at, "a vertex needs three coordinates");
     if (mesh_.positions.size() == kMaxElements) fail(at, "more than 2^32 - 2 vertices");
-    const WorldPoint position{values[0], values[1], values[2]};
-    check_position(file_, "line " + std::to_string(at) + ": ", mesh_.positions.size(), position);
-    mesh_.positions.push_back(position);
+    mesh_.positions.push_back({values[0], values[1], values[2]});
   }
 
   /// v, if it is missing, is 0; w is of no use.
@@ -146,7 +144,7 @@ class ObjParser {
     return static_cast<std::uint32_t>(vertex);
   }
 
-  /// Texture coordinate of "7/1" or "7/1/2"; kNone of "7", "7//2" and of a number that leads nowhere.
+  /// Texture coordinate of "7/1" or "7/1/2", which may come later; kNone of "7", "7//2" and "7/0".
   std::uint32_t texcoord_of(std::string_view word, std::size_t at) const {
     const std::size_t slash = word.find('/');
     if (slash == std::string_view::npos || slash + 1 == word.size() || word[slash + 1] == '/') return kNone;
@@ -155,7 +153,11 @@ class ObjParser {
     if (!parsed) fail(at, quote(word) + " has no number of a texture coordinate");
     const auto count = static_cast<std::int64_t>(texture_->texcoords.size());
     const std::int64_t texcoord = *parsed < 0 ? count + *parsed : *parsed - 1;
-    return texcoord < 0 || texcoord > kNone ? kNone : static_cast<std::uint32_t>(texcoord);
+    if (*parsed == 0) return kNone;
+    if (texcoord < 0 || texcoord >= kNone)
+      fail(at, "texture coordinate " + std::to_string(*parsed) + " of a face does not exist, the file has " +
+                   std::to_string(count) + " up to there");
+    return static_cast<std::uint32_t>(texcoord);
   }
 
   [[noreturn]] void out_of_range(std::size_t line, std::int64_t vertex) const {

@@ -60,9 +60,7 @@ class OffParser {
       if (!number) fail("expected the coordinates x y z of a vertex");
       value = *number;
     }
-    const WorldPoint p{at[0], at[1], at[2]};
-    check_position(file_, "line " + std::to_string(line_number_) + ": ", mesh_.positions.size(), p);
-    mesh_.positions.push_back(p);
+    mesh_.positions.push_back({at[0], at[1], at[2]});
   }
 
   void face(std::uint64_t number) {

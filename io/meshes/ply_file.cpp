@@ -333,7 +333,6 @@ class MeshReader {
       }
       values_.end_element();
       mesh_.positions.push_back({position[0], position[1], position[2]});
-      check_position(file_, "", v, mesh_.positions.back());
     }
   }
 
@@ -367,7 +366,7 @@ class MeshReader {
           skip(property);
       }
       values_.end_element();
-      if (texture_ != nullptr) add_texture(mesh_.faces.size() - first, number, uv);
+      if (texture_ != nullptr) add_texture(f, mesh_.faces.size() - first, number, uv);
     }
   }
 
@@ -377,11 +376,20 @@ class MeshReader {
     for (; count > 0; --count) list.push_back(static_cast<float>(values_.number(property.type)));
   }
 
-  /// Of a polygon that was cut into a fan of triangles. `uv`: two numbers a corner.
-  void add_texture(std::size_t triangles, std::int64_t page, const std::vector<float>& uv) {
-    const bool whole = uv.size() == 2 * (triangles + 2);
+  /// Of a polygon that was cut into a fan of triangles. `uv`: two numbers a corner, or none at all.
+  void add_texture(std::uint64_t face, std::size_t triangles, std::int64_t page, const std::vector<float>& uv) {
+    if (triangles == 0) return;
+    const std::size_t expected = 2 * (triangles + 2);
+    if (!uv.empty() && uv.size() != expected)
+      face_error(face, "has " + std::to_string(uv.size()) + " texture coordinates, expected " +
+                           std::to_string(expected) + ", two a corner, or none");
+    if (!std::ranges::all_of(uv, [](float value) { return std::isfinite(value); }))
+      face_error(face, "has a texture coordinate that is not finite");
+    if (page >= static_cast<std::int64_t>(texture_->files.size()) && !uv.empty() && !texture_->files.empty())
+      face_error(face, "shows texture " + std::to_string(page) + ", the header names " +
+                           std::to_string(texture_->files.size()));
     const auto at = [&](std::size_t corner) {
-      return whole ? TexCoord{uv[2 * corner], uv[2 * corner + 1]} : TexCoord{NAN, NAN};
+      return uv.empty() ? TexCoord{NAN, NAN} : TexCoord{uv[2 * corner], uv[2 * corner + 1]};
     };
     for (std::size_t i = 0; i < triangles; ++i) {
       texture_->corners.push_back({at(0), at(i + 1), at(i + 2)});

@@ -38,7 +38,7 @@ bool is_ascii_stl(std::string_view bytes) {
   return begin.starts_with("solid") && begin.find("facet") != std::string::npos;
 }
 
-Mesh read_binary_stl(const std::filesystem::path& file, std::string_view bytes) {
+Mesh read_binary_stl(std::string_view bytes) {
   Mesh mesh;
   MergedVertices vertices(mesh.positions);
   const std::uint32_t count = stl_count(bytes);
@@ -49,9 +49,7 @@ Mesh read_binary_stl(const std::filesystem::path& file, std::string_view bytes) 
     std::memcpy(values.data(), bytes.data() + kHeader + 4 + kTriangle * f, sizeof values);
     Triangle corners;
     for (std::size_t k = 0; k < 3; ++k) {
-      const WorldPoint p{values[3 + 3 * k], values[4 + 3 * k], values[5 + 3 * k]};
-      check_position(file, "", 3 * std::size_t{f} + k, p);
-      corners[k] = vertices.add(p);
+      corners[k] = vertices.add({values[3 + 3 * k], values[4 + 3 * k], values[5 + 3 * k]});
     }
     mesh.faces.push_back(corners);
   }
@@ -78,9 +76,7 @@ Mesh read_ascii_stl(const std::filesystem::path& file, std::string_view text) {
         if (!number) fail("expected three coordinates after 'vertex'");
         value = *number;
       }
-      const WorldPoint p{at[0], at[1], at[2]};
-      check_position(file, "line " + std::to_string(line_number) + ": ", mesh.positions.size(), p);
-      corners[corner++] = vertices.add(p);
+      corners[corner++] = vertices.add({at[0], at[1], at[2]});
     } else if (word == "endloop") {
       if (corner != 3) fail("expected three vertices before endloop");
       mesh.faces.push_back(corners);
@@ -99,7 +95,7 @@ bool is_stl(std::string_view bytes) {
 }
 
 Mesh read_stl(const std::filesystem::path& file, std::string_view bytes) {
-  return is_binary_stl(bytes) ? read_binary_stl(file, bytes) : read_ascii_stl(file, bytes);
+  return is_binary_stl(bytes) ? read_binary_stl(bytes) : read_ascii_stl(file, bytes);
 }
 
 }  // namespace gpvc::io

@@ -87,7 +87,7 @@ LoadedModel read_textured_obj(const fs::path& file) {
   LoadedModel result;
   ObjTexture texture;
   result.mesh = read_obj(file, without_byte_order_mark(bytes.view()), &texture);
-  if (result.mesh.faces.empty()) throw InputError(file, "", "has no faces");
+  refuse_faceless(file, result.mesh);
   recut_concave(result.mesh, texture.corners);
   PageList pages(file);
   std::vector<std::uint32_t> page_of_material(texture.materials.size(), kNoPage);
@@ -111,6 +111,11 @@ LoadedModel read_textured_obj(const fs::path& file) {
   result.model.texcoords = std::move(texture.texcoords);
   result.model.texcoords.push_back({0, 0});
   for (std::size_t f = 0; f < texture.corners.size(); ++f) {
+    for (const std::uint32_t t : texture.corners[f])
+      if (t != ObjTexture::kNone && t >= unused)
+        throw InputError(file, "face " + std::to_string(f),
+                         "refers to texture coordinate " + std::to_string(std::uint64_t{t} + 1) + ", the file has " +
+                             std::to_string(unused));
     const bool textured = std::ranges::all_of(texture.corners[f], [&](std::uint32_t t) { return t < unused; });
     result.model.face_texcoords.push_back(textured ? texture.corners[f] : Triangle{unused, unused, unused});
     const bool known = textured && texture.material[f] < page_of_material.size();
@@ -157,6 +162,24 @@ std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, const 
   return static_cast<std::uint32_t>(image);
 }
 
+/// True for a texture that repeats beyond its page, as it does unless its sampler says otherwise.
+bool repeats(const fs::path& file, const tinygltf::Model& model, int texture) {
+  const int number = element_at(file, model.textures, texture, "texture").sampler;
+  if (number < 0) return true;
+  const tinygltf::Sampler& sampler = element_at(file, model.samplers, number, "sampler");
+  return sampler.wrapS == TINYGLTF_TEXTURE_WRAP_REPEAT && sampler.wrapT == TINYGLTF_TEXTURE_WRAP_REPEAT;
+}
+
+/// A coordinate of a texture that is clamped or mirrored at its rim, of which only what rounding left beyond it is taken.
+float within_page(const fs::path& file, std::size_t vertex, float coordinate) {
+  constexpr float kRounding = 1e-3f;
+  if (coordinate < -kRounding || coordinate > 1 + kRounding)
+    throw InputError(file, "vertex " + std::to_string(vertex),
+                     "has the texture coordinate " + general_text(static_cast<double>(coordinate)) +
+                         " of a texture that does not repeat (wrapS, wrapT), expected 0 to 1");
+  return std::clamp(coordinate, 0.0f, 1.0f);
+}
+
 void append_primitive(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive,
                       LoadedModel& result) {
   const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
@@ -180,8 +203,18 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model, const 
   if (page == kNoPage) return;
   const AccessorView texcoords(file, model, texcoord->second, TINYGLTF_TYPE_VEC2);
   if (!texcoords.is_float()) throw InputError(file, "mesh", "expected float texture coordinates");
-  for (std::size_t i = 0; i < std::min(positions.count, texcoords.count); ++i)
-    result.model.texcoords[base + i] = {texcoords.component(i, 0), texcoords.component(i, 1)};
+  if (texcoords.count < positions.count)
+    throw InputError(file, "mesh",
+                     "has " + std::to_string(texcoords.count) + " texture coordinates for " +
+                         std::to_string(positions.count) + " vertices");
+  const bool tiled = repeats(file, model, shown.index);
+  for (std::size_t i = 0; i < positions.count; ++i) {
+    const auto at = [&](std::size_t k) {
+      const float value = texcoords.component(i, k);
+      return tiled || !std::isfinite(value) ? value : within_page(file, base + i, value);  // check_numbers() is next
+    };
+    result.model.texcoords[base + i] = {at(0), at(1)};
+  }
 }
 
 std::string_view bytes_of(const fs::path& file, const tinygltf::Model& model, const tinygltf::Image& image,
@@ -226,17 +259,25 @@ LoadedModel read_textured_gltf(const fs::path& file) {
   return result;
 }
 
-void check_numbers(const fs::path& file, const LoadedModel& loaded) {
+void check_numbers(const fs::path& file, LoadedModel& loaded) {
   const auto usable = [](double offset) { return std::abs(offset) <= kMostCoordinate; };
   if (!usable(loaded.offset.x) || !usable(loaded.offset.y) || !usable(loaded.offset.z))
     throw InputError(file, "offset", "is not finite, or above " + shortest_text(kMostCoordinate));
-  for (std::size_t i = 0; i < loaded.mesh.positions.size(); ++i) check_position(file, "", i, loaded.mesh.positions[i]);
+  refuse_faceless(file, loaded.mesh);
+  settle_places(file, loaded.mesh);
   for (std::size_t i = 0; i < loaded.model.texcoords.size(); ++i)
     if (!std::isfinite(loaded.model.texcoords[i].u) || !std::isfinite(loaded.model.texcoords[i].v))
       throw InputError(file, "texture coordinate " + std::to_string(i), "is not finite");
 }
 
 }  // namespace
+
+bool reaches_beyond_page(const TexturedModel& model, std::size_t face) {
+  return std::ranges::any_of(model.face_texcoords[face], [&](std::uint32_t t) {
+    const TexCoord& at = model.texcoords[t];
+    return std::min(at.u, at.v) < 0 || std::max(at.u, at.v) > 1;
+  });
+}
 
 LoadedModel read_textured_model(const fs::path& file) {
   const std::string extension = lower_case(file.extension().string());

@@ -71,6 +71,22 @@ int difference(const Image& a, const Image& b) {
   return largest;
 }
 
+// Two and a half pages across, one and a quarter down: each pixel shows the texel of a frame tiled by the page.
+TEST(RenderModel, PagesRepeatBeyondTheirRim) {
+  const Image page = noise_page(16, 16);
+  const Camera camera = camera_of(40, 20, 20, 10);
+  Billboard quad;
+  quad.add(camera, {}, 0, 0, 40, 20, 3, 0);
+  for (io::TexCoord& t : quad.model.texcoords) t = {2.5f * t.u - 1, 1.25f * t.v + 3};
+  const RenderResult result = render(quad, {page}, camera, {});
+  int largest = 0;
+  for (int y = 0; y < 20; ++y)
+    for (int x = 0; x < 40; ++x)
+      for (int c = 0; c < 3; ++c)
+        largest = std::max(largest, std::abs(result.image.at(x, y)[c] - page.at(x % 16, y % 16)[c]));
+  EXPECT_LE(largest, 1);
+}
+
 TEST(RenderModel, FrameFillingQuadReproducesItsTexture) {
   const Image page = noise_page(96, 64);
   const Camera camera = camera_of(96, 64, 48, 32);

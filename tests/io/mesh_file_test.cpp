@@ -349,26 +349,73 @@ TEST(MeshFile, SkipsTheMarkBeforeUtf8) {
 }
 
 // Squares of differences of coordinates have to fit in floats.
-TEST(MeshFile, RefusesCoordinatesBeyondSinglePrecision) {
+TEST(MeshFile, LeavesFacesWithoutAPlaceThatUseCoordinatesBeyondSinglePrecision) {
   const TemporaryFolder folder;
-  for (const char* value : {"1.1e18", "-1e60", "1e308", "nan", "-inf"}) {
-    const std::string name = value;
-    const bool finite = name.back() != 'n' && name.back() != 'f';
-    const std::string said = finite ? "has the coordinate " : "is not finite";
-    const auto refusal = [&](const std::string& text) {
-      return input_error([&] { read_mesh(folder.write("a", text)); });
-    };
-    const std::string ply = refusal(replaced(ascii_ply(), "255 " + exact(0.1), "255 " + name));
-    EXPECT_TRUE(contains(ply, "a: vertex 0: "));
-    EXPECT_TRUE(contains(ply, said));
-    std::string bytes = binary_ply(true);
-    bytes.replace(bytes.find(bytes_of(5e6 + 0.7, true)), 8, bytes_of(std::strtod(value, nullptr), true));
-    EXPECT_TRUE(contains(refusal(bytes), "a: vertex 2: "));
-    const std::string obj = refusal("v 0 0 0\nv 1 0 0\n\nv 1 " + name + " 0\nf 1 2 3\n");
-    EXPECT_TRUE(contains(obj, "a: line 4: vertex 2: "));
-    EXPECT_TRUE(contains(obj, said));
+  const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n", faces = "f 1 2 3\nf 1 3 5\nf 5 5 5\nf 1 3 4\n";
+  for (const std::string value : {"1.1e18", "-1e60", "1e308", "nan", "-inf"}) {
+    const Mesh mesh = read_mesh(folder.write("a", square + "v 1 " + value + " 0\n" + faces));
+    EXPECT_EQ(mesh.positions.size(), 5u);
+    EXPECT_EQ(mesh.positions[4], mesh.positions[0]) << "the extent stays";
+    EXPECT_EQ(mesh.faces, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 0}, {4, 4, 4}, {0, 2, 3}}));
+    ASSERT_EQ(mesh.warnings.size(), 1u);
+    EXPECT_TRUE(contains(mesh.warnings[0], "1 vertices have no place, the first vertex 4, "));
+    EXPECT_TRUE(contains(mesh.warnings[0], ": the 2 faces that use them are kept without an area"));
+    const bool finite = value.back() != 'n' && value.back() != 'f';
+    EXPECT_EQ(contains(mesh.warnings[0], "is above 1e+18"), finite) << mesh.warnings[0];
   }
   EXPECT_EQ(read_mesh(folder.write("a", "v 0 0 1e18\nv 1 0 0\nv -1e18 0 0\nf 1 2 3\n")).positions[0].z, 1e18);
+}
+
+TEST(MeshFile, LeavesOutVerticesWithoutAPlaceThatNoFaceUses) {
+  const TemporaryFolder folder;
+  const Mesh mesh = read_mesh(folder.write("a", "v 0 0 0\nv 0 nan 0\nv 1 0 0\nv 1 1 0\nv inf 0 0\nf 1 3 4\n"));
+  EXPECT_EQ(mesh.faces, (std::vector<Triangle>{{0, 2, 3}}));
+  EXPECT_EQ(mesh.positions.size(), 5u);
+  EXPECT_EQ(mesh.warnings,
+            (std::vector<std::string>{"2 vertices that no face uses have no place, the first vertex 1, as a "
+                                      "coordinate is not finite: they are left out of consideration"}));
+}
+
+TEST(MeshFile, SaysWhichVertexHasNoPlaceWhereNoFaceIsLeft) {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const std::string& text) {
+    return input_error([&] { read_mesh(folder.write("a", text)); });
+  };
+  EXPECT_TRUE(
+      contains(refusal("v 0 0 0\nv 1 0 0\n\nv 1 nan 0\nf 1 2 3\n"),
+               "a: has no face with a place: 1 vertices have no place, the first vertex 2, as a coordinate is not "
+               "finite"));
+  EXPECT_TRUE(
+      contains(refusal("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1e19 0\n3 0 1 2\n"), "whose coordinate 1e+19 is above 1e+18"));
+  EXPECT_TRUE(contains(refusal("solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex nan 0 0\nvertex 1 1 0\n"
+                               "endloop\nendfacet\nendsolid s\n"),
+                       "the first vertex 1, "));
+  EXPECT_TRUE(contains(refusal(replaced(ascii_ply(), "255 " + exact(0.1), "255 nan")), "the first vertex 0, "));
+  const Mesh ascii = read_mesh(folder.write("a", replaced(ascii_ply(), "255 -0 ", "255 1e999 ")));
+  EXPECT_TRUE(contains(ascii.warnings.at(0), "the first vertex 3, as a coordinate is not finite"));
+  std::string bytes = binary_ply(true);
+  bytes.replace(bytes.find(bytes_of(-0.0, true)), 8, bytes_of(1e300, true));
+  EXPECT_TRUE(
+      contains(read_mesh(folder.write("a", bytes)).warnings.at(0), "the first vertex 3, whose coordinate 1e+300"));
+}
+
+TEST(MeshFile, CallsAPointCloudOne) {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const std::string& text) {
+    return input_error([&] { read_mesh(folder.write("a", text)); });
+  };
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 "
+      "0\n";
+  EXPECT_TRUE(
+      contains(refusal(ply), "a: is a point cloud, 1 points without faces; make a mesh of it first, by Poisson"));
+  EXPECT_TRUE(contains(refusal("v 0 0 0\nv 1 0 0\n"), "is a point cloud, 2 points"));
+  EXPECT_TRUE(contains(refusal("OFF\n1 0 0\n0 0 0\n"), "is a point cloud, 1 points"));
+  EXPECT_TRUE(contains(refusal(std::string("LASF\0\0", 6)), "is a point cloud"));
+  EXPECT_TRUE(contains(refusal("# .PCD v0.7 - Point Cloud Data\nVERSION 0.7\n"), "is a point cloud"));
+  EXPECT_TRUE(contains(refusal(replaced(replaced(ply, "vertex 1", "vertex 0"), "0 0 0\n", "")),
+                       "is empty: it has no vertices and no faces"));
+  EXPECT_TRUE(contains(refusal("v 0 0 0\nv 1 0 0\nf 1 2\n"), "has no faces of three or more vertices"));
 }
 
 // Cut anywhere, a file is refused; only where nothing but a closing blank is lost may it be read.
@@ -452,8 +499,6 @@ TEST(MeshFile, RefusesWhatIsNoMeshAndSaysWhere) {
   EXPECT_TRUE(contains(error(replaced(ply, "list uchar int", "list float int")), "integer type"));
   EXPECT_TRUE(contains(error(replaced(ply, "double y", "double why")), "no scalar property 'y'"));
   EXPECT_TRUE(contains(error(replaced(ply, "vertex_indices", "corners")), "'vertex_indices'"));
-  EXPECT_TRUE(contains(error(replaced(ply, "255 -0 ", "255 nan ")), "vertex 3: "));
-  EXPECT_TRUE(contains(error(replaced(ply, "255 -0 ", "255 1e999 ")), "vertex 3: "));
   EXPECT_TRUE(contains(error(replaced(ply, "255 -0 ", "255 o ")), "line 18: expected a number, found 'o'"));
   EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "3 0 2 5")), "face 1: refers to vertex 5"));
   EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "3 0 2 -1")), "face 1: refers to vertex -1"));
@@ -461,14 +506,12 @@ TEST(MeshFile, RefusesWhatIsNoMeshAndSaysWhere) {
   EXPECT_TRUE(contains(error(replaced(ply, "3 0 2 3", "3 0 2 1.5")), "line 21: expected an integer, found '1.5'"));
   EXPECT_TRUE(contains(error("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                              "property float z\nend_header\n0 0 0\n"),
-                       "has no faces"));
+                       "is a point cloud"));
   EXPECT_TRUE(contains(error(replaced(replaced(ply, "element face 4", "element tristrips 4"), "vertex_indices", "v")),
                        "element 'tristrips' has no list of integers"));
-  EXPECT_TRUE(contains(error("v 0 0 0\n"), "has no faces"));
   EXPECT_TRUE(contains(error("# nothing\n"), "is no mesh that can be read"));
   EXPECT_TRUE(contains(error(std::string(500, '\0')), "is no mesh that can be read"));
   EXPECT_TRUE(contains(error("v 0 0\n"), "line 1: a vertex needs three coordinates"));
-  EXPECT_TRUE(contains(error("\nv 0 0 inf\n"), "line 2: vertex 0: a coordinate is not finite"));
   EXPECT_TRUE(contains(error("v 0 0 0\nv 1 0 0\nf 1 2\n"), "has no faces"));
   EXPECT_TRUE(contains(error("v 0 0 0\nf 1 1 2\nf 1 1 1\n"), "line 2: vertex 2"));
   EXPECT_TRUE(contains(error("v 0 0 0\nf 1 1 0\n"), "line 2: vertex 0"));

@@ -253,17 +253,17 @@ TEST(ReadTexturedModel, ReadsBothOwnContainersBack) {
   }
 }
 
-// A square and two triangles, as OpenMVS and MeshLab write them: v runs upwards. The last two faces have no texture: too few
-// coordinates, and a page that does not exist.
+// A square and two triangles, as OpenMVS and MeshLab write them: v runs upwards. The last two faces have no texture: no
+// coordinates, and a page below 0.
 TEST(ReadTexturedModel, ReadsPlyWithTextureFiles) {
   const StripModel test;
   const std::string header =
       "ply\nformat ascii 1.0\ncomment TextureFile model_0.png\ncomment TextureFile model_1.jpg\nelement vertex 4\n"
       "property float x\nproperty float y\nproperty float z\nelement face 3\nproperty list uchar int vertex_indices\n"
-      "property list uchar float texcoord\nproperty uchar texnumber\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+      "property list uchar float texcoord\nproperty char texnumber\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
   const auto file = test.folder.write("m.ply", header +
                                                    "4 0 1 2 3 8 0.125 0.25 0.5 0.25 0.5 0.75 0.125 0.75 1\n"
-                                                   "3 0 1 2 4 0 0 1 0 0\n3 0 1 2 6 0 0 1 0 1 1 7\n");
+                                                   "3 0 1 2 0 0\n3 0 1 2 6 0 0 1 0 1 1 -1\n");
   const LoadedModel model = read_textured_model(file);
   EXPECT_EQ(model.mesh.faces, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 2}, {0, 1, 2}}));
   EXPECT_EQ(model.model.face_page, (std::vector<std::uint32_t>{1, 1, kNoPage, kNoPage}));
@@ -272,6 +272,15 @@ TEST(ReadTexturedModel, ReadsPlyWithTextureFiles) {
   const TexCoord last = model.model.texcoords[model.model.face_texcoords[1][2]];
   EXPECT_EQ(last.u, 0.125f);
   EXPECT_EQ(last.v, 0.25f);
+  const auto refusal = [&](const std::string& face) {
+    test.folder.write("m.ply", header + "4 0 1 2 3 8 0 0 1 0 1 1 0 1 0\n" + face + "\n3 0 1 2 6 0 0 1 0 1 1 0\n");
+    return test::input_error([&] { read_textured_model(file); });
+  };
+  EXPECT_TRUE(
+      contains(refusal("3 0 1 2 4 0 0 1 0 0"), "m.ply: face 1: has 4 texture coordinates, expected 6, two a corner"));
+  EXPECT_TRUE(contains(refusal("3 0 1 2 8 0 0 1 0 1 1 0 1 0"), "face 1: has 8 texture coordinates, expected 6"));
+  EXPECT_TRUE(contains(refusal("3 0 1 2 6 0 0 nan 0 1 1 0"), "face 1: has a texture coordinate that is not finite"));
+  EXPECT_TRUE(contains(refusal("3 0 1 2 6 0 0 1 0 1 1 7"), "face 1: shows texture 7, the header names 2"));
   test.folder.write("m.ply", header);
   EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(file); }), "m.ply: line"));
   test.folder.write("m.ply", "v 0 0 0\n");
@@ -305,7 +314,7 @@ TEST(ReadTexturedModel, ReadsNamesWithBlanksBehindByteOrderMarks) {
 }
 
 // A quad whose fan would turn a triangle over, coordinates behind the faces and counted from the end, options before an image,
-// and faces without texture: no coordinates, some that do not exist, no material and one without an image.
+// and faces without texture: no coordinates, some of number 0, no material and one without an image.
 TEST(ReadTexturedModel, ReadsObjsOfOtherWriters) {
   const StripModel test;
   test.folder.write("a.mtl", "newmtl plain\nKd 1 0 0\nnewmtl red\nmap_Kd -s 1 1 -clamp on -o 0.5 model_0.png\n");
@@ -315,7 +324,7 @@ TEST(ReadTexturedModel, ReadsObjsOfOtherWriters) {
   const auto file =
       test.folder.write("m.obj", vertices +
                                      "f 1/1 2/2 3/3\nusemtl blue\nf 3/3/1 4/4/1 2/2/1 1/1/1\n"
-                                     "usemtl red # wall\nf -4/-3 -3/-2 -2/-1\nf 1//1 2//1 3//1\nf 1/9 2/1 3/1\n"
+                                     "usemtl red # wall\nf -4/-3 -3/-2 -2/-1\nf 1//1 2//1 3//1\nf 1/0 2/1 3/1\n"
                                      "usemtl plain\nf 1/1 2/2 3/3\nvt 0.25 0.25\n");
   const LoadedModel model = read_textured_model(file);
   EXPECT_EQ(model.mesh.faces,
@@ -330,6 +339,38 @@ TEST(ReadTexturedModel, ReadsObjsOfOtherWriters) {
   };
   EXPECT_TRUE(contains(error_of("vt \n"), "m.obj: line 9: a texture coordinate needs a number"));
   EXPECT_TRUE(contains(error_of("f 1/1 2/x 3/3\n"), "m.obj: line 9: '2/x' has no number of a texture coordinate"));
+  EXPECT_TRUE(contains(error_of("f 1/1 2/2 3/3\nf 1/1 2/9 3/3\n"),
+                       "m.obj: face 1: refers to texture coordinate 9, the file has 3"));
+  EXPECT_TRUE(contains(error_of("f 1/1 2/2 3/-4\n"), "m.obj: line 9: texture coordinate -4 of a face does not exist"));
+}
+
+// Our models clamp at the rim; without a sampler pages repeat.
+TEST(ReadTexturedModel, RefusesCoordinatesBeyondPagesThatDoNotRepeat) {
+  StripModel test;
+  test.model.texcoords[test.model.face_texcoords[0][0]].u = 1.0001f;
+  write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, {});
+  const auto largest = [&](const std::filesystem::path& file) {
+    float most = 0;
+    for (const TexCoord& t : read_textured_model(file).model.texcoords) most = std::max(most, t.u);
+    return most;
+  };
+  EXPECT_EQ(largest(test.folder.path() / "m.gltf"), 1.0f);
+  test.model.texcoords[test.model.face_texcoords[0][0]].u = 1.5f;
+  write_gltf(test.folder.path() / "m", GltfContainer::files, test.model, test.pages, {});
+  EXPECT_TRUE(contains(test::input_error([&] { read_textured_model(test.folder.path() / "m.gltf"); }),
+                       "has the texture coordinate 1.5 of a texture that does not repeat"));
+  auto json = nlohmann::json::parse(test::read_file(test.folder.path() / "m.gltf"));
+  for (auto& texture : json["textures"]) texture.erase("sampler");
+  EXPECT_EQ(largest(test.folder.write("n.gltf", json.dump())), 1.5f);
+}
+
+TEST(ReadTexturedModel, SaysWhichFacesReachBeyondTheirPage) {
+  TexturedModel model;
+  model.texcoords = {{0, 0}, {1, 0}, {1, 1}, {-0.5f, 0.5f}, {0.5f, 3}};
+  model.face_texcoords = {{0, 1, 2}, {0, 1, 3}, {4, 1, 2}};
+  EXPECT_FALSE(reaches_beyond_page(model, 0));
+  EXPECT_TRUE(reaches_beyond_page(model, 1));
+  EXPECT_TRUE(reaches_beyond_page(model, 2));
 }
 
 TEST(ReadTexturedModel, TakesTheTextureCoordinatesThatTheMaterialNames) {
@@ -354,16 +395,17 @@ TEST(ReadTexturedModel, TakesTheTextureCoordinatesThatTheMaterialNames) {
                        "is moved by KHR_texture_transform"));
 }
 
-TEST(ReadTexturedModel, RefusesCoordinatesBeyondSinglePrecision) {
+TEST(ReadTexturedModel, LeavesFacesWithoutAPlaceBeyondSinglePrecision) {
   StripModel test;
   test.mesh.positions[4].y = 1e30;
   write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
   write_obj(test.folder.path() / "m.obj", test.model, test.pages, {});
   for (const char* name : {"m.glb", "m.obj"}) {
-    const std::string error = test::input_error([&] { read_textured_model(test.folder.path() / name); });
-    EXPECT_TRUE(contains(error, name + std::string(": "))) << error;
-    EXPECT_TRUE(contains(error, "vertex ")) << error;
-    EXPECT_TRUE(contains(error, "has the coordinate 1")) << error;
+    const LoadedModel model = read_textured_model(test.folder.path() / name);
+    EXPECT_EQ(model.mesh.faces.size(), test.mesh.faces.size());
+    ASSERT_EQ(model.mesh.warnings.size(), 1u) << name;
+    EXPECT_TRUE(contains(model.mesh.warnings[0], "whose coordinate 1")) << model.mesh.warnings[0];
+    for (const WorldPoint& p : model.mesh.positions) EXPECT_LT(p.y, 1e18);
   }
   test.mesh.positions[4].y = 0;
   write_obj(test.folder.path() / "m.obj", test.model, test.pages, {});
