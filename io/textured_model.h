@@ -59,6 +59,7 @@ struct ModelOptions {
   std::string srs{};          ///< Scene::srs and Scene::offset: for the root node's extras
   WorldPoint srs_offset{};
   bool normals = false;        ///< with smooth vertex normals, weighted by the faces' angles
+  bool lit = false;            ///< of glTF: viewers light the model; else KHR_materials_unlit
   bool pageless_faces = true;  ///< in an OBJ; a glTF never has them
   /// Largest size of a .bin beside a .gltf (exceeded only if one page's triangles take more): lengths that 31 bits
   /// hold.
@@ -83,7 +84,7 @@ struct GltfFiles {
   std::size_t glb_bytes = 0;                   ///< of the GLB written, or of the one that was too large
 };
 
-/// glTF 2.0: KHR_materials_unlit, one primitive a page, 32-bit indices, offset in the root node's extras. Faces without
+/// glTF 2.0: KHR_materials_unlit or lit, one primitive a page, 32-bit indices, offset in the root node's extras. Faces without
 /// a page are left out. A GLB ends at 4 GiB: what would be larger becomes files. With files, the pages stay where they
 /// are and are referred to relative to STEM. Throws OutputError, also when no face has a page or a local coordinate
 /// exceeds 32-bit floats.

@@ -35,7 +35,7 @@ GPVC_MEMBERS(AtlasOptions, page_size, padding, seams, blend, blend_cost, margin_
 
 namespace gpvc::pipeline {
 GPVC_MEMBERS(ViewRule, region, allow, views, name)
-GPVC_MEMBERS(OutputSettings, texture, quality, gltf, normals, up)
+GPVC_MEMBERS(OutputSettings, texture, quality, gltf, normals, lit, up)
 GPVC_MEMBERS(Settings, visibility, device, costs, allow_unseen, view_rules, edge_weights, solver, atlas, output,
              memory_bytes, keep_work, editable)
 
@@ -180,6 +180,10 @@ auto options_of(T& o) {
            offered(o.normals, "normals", models, kTexture,
                    "Also write smooth normals, vn in the OBJ and NORMAL in the GLB; without them viewers do not shade "
                    "the model")),
+      offered(
+          o.lit, "lit", models, kTexture,
+          "Let viewers light the GLB, for scenes with lights; by default it is shown as its photos are, which hold the "
+          "light they were taken in (KHR_materials_unlit)"),
       offered(o.up, "up", models, kTexture,
               "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction"));
 }

@@ -21,6 +21,7 @@ struct OutputSettings {
   int quality = 95;  ///< of JPEG pages
   io::GltfContainer gltf = io::GltfContainer::glb;
   bool normals = false;
+  bool lit = false;              ///< io::ModelOptions::lit
   std::optional<io::UpAxis> up;  ///< nullopt: found from the cameras
 };
 

@@ -88,6 +88,7 @@ io::ModelOptions model_options(const Input& input, std::span<const ViewId> label
   model.offset = local_origin(input.mesh, own_system ? input.mesh.file_positions : input.mesh.positions, labels,
                               input.scene, input.views);
   model.normals = settings.normals;
+  model.lit = settings.lit;
   model.pageless_faces = false;
   // Reference systems of meshes have heights along z.
   model.up = settings.up ? *settings.up : own_system ? io::UpAxis::pos_z : scene_up(input.scene, input.views);

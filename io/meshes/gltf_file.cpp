@@ -220,8 +220,10 @@ std::string uri_of(const fs::path& path) {
   return uri;
 }
 
+constexpr const char* kUnlit = "KHR_materials_unlit";
+
 /// `page` inside the buffer, or as a file beside the asset where it has no `part` there.
-std::size_t add_material(Json& gltf, const fs::path& file, const PageFile& page, const Part* part) {
+std::size_t add_material(Json& gltf, const fs::path& file, const PageFile& page, const Part* part, bool lit) {
   Json image;
   if (part != nullptr) {
     image = {{"bufferView", append(gltf["bufferViews"], view_of(*part))},
@@ -232,10 +234,10 @@ std::size_t add_material(Json& gltf, const fs::path& file, const PageFile& page,
   }
   const std::size_t source = append(gltf["images"], std::move(image));
   const std::size_t texture = append(gltf["textures"], {{"sampler", 0}, {"source", source}});
-  return append(gltf["materials"],
-                {{"name", page.file.stem().string()},
-                 {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}, {"metallicFactor", 0.0}}},
-                 {"extensions", {{"KHR_materials_unlit", Json::object()}}}});
+  Json material{{"name", page.file.stem().string()},
+                {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}, {"metallicFactor", 0.0}}}};
+  if (!lit) material["extensions"] = {{kUnlit, Json::object()}};
+  return append(gltf["materials"], std::move(material));
 }
 
 Json root_node(const ModelOptions& options) {
@@ -252,7 +254,6 @@ Json root_node(const ModelOptions& options) {
 std::string describe(const Asset& asset, const Layout& layout, const std::vector<fs::path>& buffer_files) {
   constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kClampToEdge = 33071, kTriangles = 4;
   Json gltf{{"asset", {{"version", "2.0"}, {"generator", "gpvc " GPVC_VERSION}}},
-            {"extensionsUsed", {"KHR_materials_unlit"}},
             {"samplers", Json::array({{{"magFilter", kLinear},
                                        {"minFilter", kLinearMipmapLinear},
                                        {"wrapS", kClampToEdge},
@@ -260,6 +261,7 @@ std::string describe(const Asset& asset, const Layout& layout, const std::vector
             {"nodes", Json::array({root_node(asset.options)})},
             {"scene", 0},
             {"scenes", Json::array({{{"nodes", {0}}}})}};
+  if (!asset.options.lit) gltf["extensionsUsed"] = {kUnlit};
   Json primitives = Json::array();
   for (std::size_t i = 0; i < asset.geometry.primitives.size(); ++i) {
     const GltfPrimitive& range = asset.geometry.primitives[i];
@@ -273,8 +275,8 @@ std::string describe(const Asset& asset, const Layout& layout, const std::vector
     set_bounds(gltf["accessors"].back(), asset, range);
     primitive["attributes"]["TEXCOORD_0"] = floats(Layout::texcoords, "VEC2");
     if (!asset.normals.empty()) primitive["attributes"]["NORMAL"] = floats(Layout::normals, "VEC3");
-    primitive["material"] =
-        add_material(gltf, asset.file, asset.pages[range.page], layout.pages.empty() ? nullptr : &layout.pages[i]);
+    primitive["material"] = add_material(gltf, asset.file, asset.pages[range.page],
+                                         layout.pages.empty() ? nullptr : &layout.pages[i], asset.options.lit);
     primitives.push_back(std::move(primitive));
   }
   gltf["meshes"] = Json::array({{{"primitives", std::move(primitives)}}});

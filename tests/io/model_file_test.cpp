@@ -92,6 +92,17 @@ TEST(WriteGlb, BoundsAreThoseOfTheStoredFloats) {
   }
 }
 
+TEST(WriteGlb, LitMaterialsNeedNoExtension) {
+  const StripModel test;
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, {{}, UpAxis::pos_y, "", {}, true, true});
+  const tinygltf::Model gltf = read_glb(test.folder.path() / "m.glb");
+  EXPECT_TRUE(gltf.extensionsUsed.empty());
+  for (const tinygltf::Material& material : gltf.materials) {
+    EXPECT_TRUE(material.extensions.empty());
+    EXPECT_EQ(material.pbrMetallicRoughness.metallicFactor, 0);
+  }
+}
+
 TEST(WriteGlb, EmbedsPagesByteForByte) {
   const StripModel test;
   write_glb(test.folder.path() / "m.glb", test.model, test.pages, {});
