@@ -1,10 +1,10 @@
 // What the views see: visibility, candidates and coverage, view after view.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <stdexcept>
 #include <utility>
 #include <variant>
 
@@ -132,11 +132,10 @@ class Sight {
     if (run_.kept != nullptr) {
       steps.known = [this](ViewId id) {
         known_ = run_.kept->get<SeenView>(view_part(id));
+        if (known_ && !may_be_of(id, *known_)) known_.reset();
         return known_.has_value();
       };
       steps.take = [this](ViewId id) {
-        if (!collector_.add_statistics(id, known_->statistics))
-          throw std::logic_error("statistics of another mesh under the key of this one");
         // Seconds are those of this run.
         visibility::VisibilityStatistics& s = known_->visibility;
         for (double* seconds :
@@ -160,6 +159,14 @@ class Sight {
       add(id, std::move(seen));
     };
     return steps;
+  }
+
+  // Adds its statistics. Values that no run keeps count as none, whatever the hash of their file says.
+  bool may_be_of(ViewId id, const SeenView& seen) {
+    const Camera& camera = run_.input.scene.views[index(id)].camera;
+    return seen.coverage.view == id && is_sound(seen.fit) &&
+           is_sound(seen.coverage, run_.input.mesh.faces.size(), camera.width, camera.height) &&
+           collector_.add_statistics(id, seen.statistics);
   }
 
   void add(ViewId id, SeenView seen) {
@@ -207,7 +214,10 @@ checks::Tolerance tolerance_of(const Settings& settings) { return {settings.cost
 std::optional<labeling::Selection> kept_labels(const Run& run) {
   if (run.kept == nullptr) return std::nullopt;
   std::optional<labeling::Selection> kept = run.kept->get<labeling::Selection>(kLabelsPart);
-  return kept && kept->labels.size() == run.input.mesh.faces.size() ? std::move(kept) : std::nullopt;
+  const auto is_label = [&](ViewId view) { return view == kNoView || index(view) < run.input.scene.views.size(); };
+  const bool fits =
+      kept && kept->labels.size() == run.input.mesh.faces.size() && std::ranges::all_of(kept->labels, is_label);
+  return fits ? std::move(kept) : std::nullopt;
 }
 
 Seen see(const Run& run, const SeeOptions& options) { return see(run, options, {}); }

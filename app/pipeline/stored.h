@@ -40,6 +40,17 @@ GPVC_MEMBERS(ViewFit, sees_faces, tie_points, preview)
 namespace gpvc::pipeline {
 GPVC_MEMBERS(PackedCoverage, view, bytes)
 
+/// True if its preview has as many bytes as its size says.
+inline bool is_sound(const checks::ViewFit& fit) {
+  const Image& image = fit.preview.image;
+  constexpr int kMost = 1 << 16;
+  return image.width >= 0 && image.height >= 0 && image.channels >= 0 && image.width <= kMost &&
+         image.height <= kMost && image.channels <= 4 &&
+         static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+                 static_cast<std::size_t>(image.channels) ==
+             image.pixels.size();
+}
+
 /// What a view sees of the faces.
 struct SeenView {
   std::vector<std::byte> statistics;  ///< as labeling::CandidateCollector::statistics_of() gives them

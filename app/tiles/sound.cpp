@@ -93,11 +93,7 @@ bool is_sound(const labeling::PhotoJudgement& photos, const Scene& scene) {
 
 bool is_sound(std::span<const ViewTells> views, const Scene& scene) {
   return std::ranges::all_of(views, [&](const ViewTells& each) {
-    const Image& image = each.fit.preview.image;
-    return index(each.view) < scene.views.size() && image.width >= 0 && image.height >= 0 && image.channels >= 0 &&
-           image.channels <= 4 &&
-           std::uint64_t(image.width) * std::uint64_t(image.height) * std::uint64_t(image.channels) ==
-               image.pixels.size();
+    return index(each.view) < scene.views.size() && pipeline::is_sound(each.fit);
   });
 }
 
