@@ -41,6 +41,6 @@ run plan plan "$work/job"
 run visibility visibility "${input[@]}" "${draw[@]}" -o "$work/visibility"
 run evaluate evaluate "$work/texture/model.obj" "$scene/colmap" --images "$scene/images" -o "$work/evaluate"
 run inspect inspect "${input[@]}" --check
-run convert convert "$scene/colmap" --images "$scene/images" -o "$work/convert" --to opensfm
+run convert convert "$scene/colmap" --images "$scene/images" -o "$work/convert" --format opensfm
 
 [ "$failures" = 0 ] || { echo "memcheck.sh: $failures commands failed" >&2; exit 1; }
