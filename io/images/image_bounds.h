@@ -33,6 +33,16 @@ void check_png(const ImageBytes& image);
 /// interrupted copy leaves it: a run of zeros that no encoder writes is an error. Throws InputError. O(size).
 void check_jpeg(const ImageBytes& image);
 
+/// Room for what the headers of a JPEG claim.
+struct JpegRoom {
+  int width = 0, height = 0, channels = 0;
+  std::uint8_t* pixels = nullptr;
+};
+
+/// Decodes a JPEG, grey or RGB as it is stored, printers' inks as RGB. Throws InputError for whatever libjpeg finds wrong that
+/// may cost a pixel, and for a JPEG of another size.
+void decode_jpeg(const ImageBytes& image, const JpegRoom& room);
+
 /// Checks the sizes in a JPEG's IPTC metadata against their segment; returns for files that are not JPEG. To be called
 /// before OpenImageIO opens the file: up to version 2.4.7 it reads beyond the segment. Throws InputError. O(bytes
 /// before the first scan).

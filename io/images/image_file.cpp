@@ -126,20 +126,6 @@ std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& file) {
   return input;
 }
 
-/// libjpeg's warnings include oddities that lose no pixel. A few stray bytes are padding: no encoder aligns its output
-/// to more than this. More of them are data that found no place in the picture because the data before them is damaged.
-bool is_harmless(const std::string& message) {
-  constexpr std::int64_t kMostPadding = 1 << 16;
-  if (const std::size_t at = message.find(" extraneous bytes before marker"); at != std::string::npos) {
-    const std::size_t space = message.find_last_of(' ', at - 1);
-    const auto stray = integer_from(std::string_view(message).substr(space + 1, at - space - 1));
-    return stray && *stray <= kMostPadding;
-  }
-  for (const char* oddity : {"unknown JFIF revision", "Invalid SOS parameters"})
-    if (message.find(oddity) != std::string::npos) return true;
-  return false;
-}
-
 /// Grey repeated, alpha and further channels dropped.
 Image to_rgb(Image&& in) {
   if (in.channels == 3) return std::move(in);
@@ -173,12 +159,16 @@ bool read_rows(OIIO::ImageInput& input, int channels, OIIO::TypeDesc type, void*
 }
 
 /// Decodes the first channels. Throws InputError unless the whole picture could be decoded.
-void decode(const fs::path& file, const std::string& part, OIIO::ImageInput& input, int channels, OIIO::TypeDesc type,
-            void* pixels) {
+void decode(const ImageBytes& image, OIIO::ImageInput& input, int channels, OIIO::TypeDesc type, void* pixels) {
+  if (image.is_jpeg()) {
+    input.geterror();  // of headers, which have been read
+    decode_jpeg(image, {input.spec().width, input.spec().height, channels, static_cast<std::uint8_t*>(pixels)});
+    return;
+  }
   const bool good = read_rows(input, channels, type, pixels);
   const std::string message = input.geterror();
-  if (!good || (!message.empty() && !is_harmless(message)))
-    throw InputError(file, part, "cannot be decoded whole: " + one_line(message, file));
+  if (!good || !message.empty())
+    throw InputError(image.file, image.part, "cannot be decoded whole: " + one_line(message, image.file));
 }
 
 /// True for formats of linear light, EXR and HDR.
@@ -195,31 +185,30 @@ std::uint8_t srgb_from_linear(float light) {
   return static_cast<std::uint8_t>(255 * value + 0.5f);
 }
 
-Image decode_rgb(const fs::path& file, const std::string& part, OIIO::ImageInput& input,
-                 std::vector<std::uint8_t> storage = {}) {
+Image decode_rgb(const ImageBytes& bytes, OIIO::ImageInput& input, std::vector<std::uint8_t> storage = {}) {
   // The codec uses one thread: photos are decoded in parallel, inside tasks.
   input.threads(1);
   const OIIO::ImageSpec& spec = input.spec();
   Image image{spec.width, spec.height, std::min(spec.nchannels, 4), std::move(storage)};
-  const std::size_t bytes = pixel_index(0, spec.height, spec.width) * static_cast<std::size_t>(image.channels);
-  if (image.pixels.capacity() < bytes || image.pixels.capacity() > bytes + bytes / 8) free_memory(image.pixels);
-  image.pixels.resize(bytes);
+  const std::size_t size = pixel_index(0, spec.height, spec.width) * static_cast<std::size_t>(image.channels);
+  if (image.pixels.capacity() < size || image.pixels.capacity() > size + size / 8) free_memory(image.pixels);
+  image.pixels.resize(size);
   if (holds_linear_light(spec)) {
     std::vector<float> light(image.pixels.size());
-    decode(file, part, input, image.channels, OIIO::TypeDesc::FLOAT, light.data());
+    decode(bytes, input, image.channels, OIIO::TypeDesc::FLOAT, light.data());
     std::transform(light.begin(), light.end(), image.pixels.begin(), srgb_from_linear);
   } else {
-    decode(file, part, input, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
+    decode(bytes, input, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
   }
   return to_rgb(std::move(image));
 }
 
 template <typename Sample>
-PhotoExclusion zero_samples(const fs::path& file, OIIO::ImageInput& input, OIIO::TypeDesc type, bool alpha_alone) {
+PhotoExclusion zero_samples(const ImageBytes& bytes, OIIO::ImageInput& input, OIIO::TypeDesc type, bool alpha_alone) {
   const OIIO::ImageSpec& spec = input.spec();
   const auto channels = static_cast<std::size_t>(spec.nchannels), width = static_cast<std::size_t>(spec.width);
   std::vector<Sample> samples(width * static_cast<std::size_t>(spec.height) * channels);
-  decode(file, "", input, spec.nchannels, type, samples.data());
+  decode(bytes, input, spec.nchannels, type, samples.data());
   const bool alpha = spec.alpha_channel >= 0;
   const auto alpha_channel = static_cast<std::size_t>(std::max(spec.alpha_channel, 0));
   PhotoExclusion exclusion = empty_exclusion(spec.width, spec.height);
@@ -282,21 +271,25 @@ bool has_alpha(const fs::path& file) {
 
 PhotoExclusion zero_pixels(const fs::path& file, bool alpha_alone) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  check_jpeg({file, "", FileBytes(file).view()});
+  const FileBytes bytes(file);
+  const ImageBytes image{file, "", bytes.view()};
+  check_jpeg(image);
   input->threads(1);
   if (alpha_alone && input->spec().alpha_channel < 0) throw InputError(file, "", "has lost its alpha channel");
   // Samples are compared at the file's own depth: only an exact zero is black.
   return input->spec().format == OIIO::TypeDesc::UINT8
-             ? zero_samples<std::uint8_t>(file, *input, OIIO::TypeDesc::UINT8, alpha_alone)
-             : zero_samples<float>(file, *input, OIIO::TypeDesc::FLOAT, alpha_alone);
+             ? zero_samples<std::uint8_t>(image, *input, OIIO::TypeDesc::UINT8, alpha_alone)
+             : zero_samples<float>(image, *input, OIIO::TypeDesc::FLOAT, alpha_alone);
 }
 
 Image read_image(const fs::path& file) { return read_image(file, {}); }
 
 Image read_image(const fs::path& file, std::vector<std::uint8_t> storage) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  check_jpeg({file, "", FileBytes(file).view()});
-  return decode_rgb(file, "", *input, std::move(storage));
+  const FileBytes bytes(file);
+  const ImageBytes image{file, "", bytes.view()};
+  check_jpeg(image);
+  return decode_rgb(image, *input, std::move(storage));
 }
 
 Image decode_image(const fs::path& file, const std::string& part, std::string_view bytes) {
@@ -313,7 +306,7 @@ Image decode_image(const fs::path& file, const std::string& part, std::string_vi
     throw InputError(file, part, "is no image that can be read: " + one_line(input->geterror(), file));
   lock.unlock();
   check_claims(file, part, *input, bytes.size());
-  return decode_rgb(file, part, *input);
+  return decode_rgb(image, *input);
 }
 
 ColorProfile read_color_profile(const fs::path& file) {

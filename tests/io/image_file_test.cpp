@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <random>
 #include <thread>
 
 #include "io/file_bytes.h"
@@ -185,6 +186,44 @@ TEST(ReadImage, RefusesJpegWithZerosInThePlaceOfData) {
   for (const std::uint8_t grey : Bytes{0, 127, 128, 255}) {
     write_image(folder.path() / "flat.jpg", {800, 600, 3, Bytes(3 * 800 * 600, grey)}, ImageFormat::jpg, 90);
     EXPECT_EQ(read_image(folder.path() / "flat.jpg").at(400, 300)[1], grey);
+  }
+}
+
+// libjpeg is content with most damage until it looks for what follows the last row.
+TEST(ReadImage, RefusesJpegWithADamagedBody) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "a.jpg";
+  write_image(file, picture(400, 300), ImageFormat::jpg, 95);
+  const std::string good = test::read_file(file);
+  const std::size_t data = good.find("\xFF\xDA") + 20;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    std::mt19937 random(seed);
+    std::string damaged = good;
+    for (int n = 0; n < 30; ++n) damaged[data + random() % (good.size() - data - 2)] = static_cast<char>(random());
+    EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("damaged.jpg", damaged)); }),
+                         "damaged.jpg: cannot be decoded whole"))
+        << seed;
+  }
+  const std::string lacking = good.substr(0, data + 1000) + good.substr(data + 3000);
+  EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("lacking.jpg", lacking)); }), "lacking.jpg"));
+  // A harmless oddity before the damage: another revision of JFIF.
+  std::string odd = good;
+  odd[odd.find("JFIF") + 5] = 9;
+  EXPECT_EQ(read_image(folder.write("odd.jpg", odd)).pixels, read_image(file).pixels);
+  odd.replace(data + 1000, 2000, "");
+  EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("odd.jpg", odd)); }), "odd.jpg"));
+}
+
+TEST(ReadImage, RefusesPngWithADamagedBody) {
+  const TemporaryFolder folder;
+  const std::string good =
+      test::read_file(store(folder, "a.png", 120, 90, 3, OIIO::TypeUInt8, picture(120, 90).pixels));
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    std::mt19937 random(seed);
+    std::string damaged = good;
+    for (int n = 0; n < 10; ++n) damaged[200 + random() % (good.size() / 2)] = static_cast<char>(random());
+    EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("damaged.png", damaged)); }), "damaged.png"))
+        << seed;
   }
 }
 
