@@ -59,7 +59,7 @@ int run_guarded(const CommonOptions& common, const std::function<void(Console&)>
   try {
     console.emplace(common.loudness(), common.log);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "gpvc: error: %s\n", shown_text(e.what(), STDERR_FILENO).c_str());
+    std::fprintf(stderr, "gpvc: error: %s\n", results::printable(e.what()).c_str());
     return kFailed;
   }
   try {
@@ -176,8 +176,8 @@ int run_command_line(int argc, char** argv) {
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
     const CLI::App& reached = reached_command(app);
-    std::fprintf(stderr, "gpvc: error: %s\nTry '%s --help'.\n",
-                 shown_text(usage_complaint(reached, e), STDERR_FILENO).c_str(), full_name(reached).c_str());
+    std::fprintf(stderr, "gpvc: error: %s\nTry '%s --help'.\n", results::printable(usage_complaint(reached, e)).c_str(),
+                 full_name(reached).c_str());
     return kBadUsage;
   }
   for (const Command& command : commands) {

@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "app/cli/cures.h"
+#include "app/results/observer.h"
 #include "io/error.h"
 
 namespace gpvc::cli {
@@ -70,23 +71,6 @@ bool has_cursor(int descriptor) {
 
 }  // namespace
 
-std::string shown_text(const std::string& text, int descriptor) {
-  if (isatty(descriptor) == 0) return text;
-  std::string shown;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]),
-               before = static_cast<unsigned char>(i == 0 ? 0 : text[i - 1]);
-    const bool ascii = (byte < 0x20 && byte != '\n' && byte != '\t') || byte == 0x7F;
-    // 0x80 to 0x9F are control characters by themselves, and in UTF-8 after 0xC2.
-    const bool upper = byte >= 0x80 && byte < 0xA0 && (before < 0x80 || before == 0xC2);
-    if (ascii || upper)
-      shown += fmt::format("\\x{:02x}", byte);
-    else
-      shown += text[i];
-  }
-  return shown;
-}
-
 Console::Console(Loudness loudness, const std::filesystem::path& log_file)
     : loudness_(loudness), terminal_(has_cursor(STDERR_FILENO)), log_(open_log(log_file)) {}
 
@@ -94,10 +78,10 @@ Console::~Console() { clear_status(); }
 
 void Console::result(const std::string& text) {
   const std::lock_guard lock(mutex_);
+  const std::string shown = results::printable(text);
   if (status_shown_) print("");
-  if (log_) log_->info("{}", text);
-  const bool good =
-      std::fputs((shown_text(text, STDOUT_FILENO) + "\n").c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+  if (log_) log_->info("{}", shown);
+  const bool good = std::fputs((shown + "\n").c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
   if (good || lost_) return;
   lost_ = true;
   reader_ended_ = errno == EPIPE;
@@ -120,7 +104,7 @@ void Console::error(const std::string& text, std::span<const Cure> cures) {
 // `level`: of spdlog, whose headers stay out of ours.
 void Console::say(int level, bool shown, const std::string& text, const char* prefix) {
   const std::lock_guard lock(mutex_);
-  if (log_) log_->log(static_cast<spdlog::level::level_enum>(level), "{}", text);
+  if (log_) log_->log(static_cast<spdlog::level::level_enum>(level), "{}", results::printable(text));
   if (shown) print(prefix + text + "\n");
 }
 
@@ -129,13 +113,13 @@ void Console::status(const std::string& text) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_status_ < (terminal_ ? std::chrono::nanoseconds(kTerminalPeriod) : kPlainPeriod)) return;
   last_status_ = now;
-  if (log_) log_->trace("{}", text);
+  if (log_) log_->trace("{}", results::printable(text));
   if (loudness_ == Loudness::quiet) return;
   if (!terminal_) {
     print(text + "\n");
     return;
   }
-  std::fputs(("\r\x1b[K" + shown_text(text, STDERR_FILENO).substr(0, terminal_columns() - 1)).c_str(), stderr);
+  std::fputs(("\r\x1b[K" + results::printable(text).substr(0, terminal_columns() - 1)).c_str(), stderr);
   std::fflush(stderr);
   status_shown_ = true;
 }
@@ -150,7 +134,7 @@ void Console::clear_status() {
 void Console::print(const std::string& text) {
   if (status_shown_) std::fputs("\r\x1b[K", stderr);
   status_shown_ = false;
-  std::fputs(shown_text(text, STDERR_FILENO).c_str(), stderr);
+  std::fputs(results::printable(text).c_str(), stderr);
   std::fflush(stderr);
 }
 

@@ -19,11 +19,7 @@ namespace gpvc::cli {
 
 enum class Loudness { quiet, normal, verbose };
 
-/// `text` as it may be shown by the terminal that `descriptor` is: control characters other than tabs and line ends, which
-/// names from files may contain, as \\xNN. Unchanged if it is no terminal.
-std::string shown_text(const std::string& text, int descriptor);
-
-/// Thread-safe. On a terminal the last line of stderr is a status line that other lines push down, unless TERM says that it
+/// Thread-safe. Shows printable() text alone, and logs no other. On a terminal the last line of stderr is a status line that other lines push down, unless TERM says that it
 /// is dumb.
 class Console {
  public:

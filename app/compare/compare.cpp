@@ -451,7 +451,7 @@ void write_report(const Run& run, const Yardsticks& with, std::vector<MeasuredMo
   fs::remove_all(run.folder.in_making() / "renders", ignored);
   run.folder.promise_all();  // kept models
   evaluate::write_text(run.folder.file("report.html"), page);
-  evaluate::write_text(run.folder.file("report.md"), report_markdown(report));
+  evaluate::write_text(run.folder.file("report.md"), results::printable(report_markdown(report)));
   evaluate::write_json(run.folder.file("report.json"), report);
   run.observer.end(fmt::format("report.html {:.1f} MB", static_cast<double>(page.size()) / 1e6));
 }

@@ -17,6 +17,34 @@ std::string readable_count(std::size_t count) {
   return text;
 }
 
+std::string printable(const std::string& text) {
+  std::string shown;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto byte = [&](std::size_t i) {
+      return i < text.size() ? static_cast<unsigned char>(text[i]) : static_cast<unsigned char>(0);
+    };
+    const unsigned first = byte(at);
+    // UTF-8: the first byte tells how many of 0x80 to 0xBF follow.
+    const std::size_t length = first < 0x80                    ? 1
+                               : first >= 0xC2 && first < 0xE0 ? 2
+                               : first >= 0xE0 && first < 0xF0 ? 3
+                               : first >= 0xF0 && first < 0xF5 ? 4
+                                                               : 0;
+    bool good = length > 0;
+    for (std::size_t i = 1; i < length; ++i) good = good && (byte(at + i) & 0xC0) == 0x80;
+    const bool control = (first < 0x20 && first != '\n' && first != '\t') || first == 0x7F ||
+                         (first == 0xC2 && byte(at + 1) < 0xA0);  // U+0080 to U+009F
+    if (good && !control) {
+      shown += text.substr(at, length);
+      at += length;
+    } else {
+      shown += fmt::format("\\x{:02x}", first);
+      ++at;
+    }
+  }
+  return shown;
+}
+
 std::string readable_duration(double seconds) {
   const auto whole = static_cast<long long>(std::llround(std::max(seconds, 0.0)));
   if (whole < 100) return fmt::format("{} s", whole);
