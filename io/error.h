@@ -18,6 +18,8 @@ enum class Cure {
   name_mesh_crs,     ///< give checks::match_frames() the mesh's reference system
   more_memory,       ///< free memory, or raise pipeline::Settings::memory_bytes
   limit_memory,      ///< set pipeline::Settings::memory_bytes to an amount that the run stays below
+  skip_bad_photos,   ///< set io::SceneOptions::skip_bad_photos: photos that cannot be used are left out
+  photos_folder,     ///< set io::SceneOptions::images_dir: where the photos are
   smaller_photos,    ///< raise io::SceneOptions::downscale
   fewer_views,       ///< name fewer of the scene's views in checks::Input::views
   fewer_faces,       ///< give a mesh of fewer faces
@@ -61,6 +63,9 @@ class Error : public std::runtime_error {
 /// Input that cannot be used. what() is one sentence: "FILE: PLACE: REASON" (PLACE may be empty).
 class InputError : public Error {
  public:
+  /// A sentence that names its files itself.
+  explicit InputError(const std::string& sentence, std::vector<Cure> cures) : Error(sentence, std::move(cures)) {}
+
   /// `place` is "line 12", "byte 340", "face 7" or empty; `reason` says what was expected and what was found.
   InputError(const std::filesystem::path& file, const std::string& place, const std::string& reason,
              std::vector<Cure> cures = {}, std::vector<Measure> measures = {})

@@ -18,8 +18,8 @@ namespace gpvc::io {
 /// or than 2^30. Raw photos need an OpenImageIO with LibRaw.
 Image read_image(const std::filesystem::path& file);
 
-/// Throws InputError if the photo is a JPEG that ends too early. Reads the last 64 KiB, where the end marker is, and the
-/// whole file only if it is not.
+/// Throws InputError if the photo is a JPEG or PNG that ends too early. Of a JPEG reads the last 64 KiB, where the end marker
+/// is, and the whole file only if it is not; of a PNG the heads of its chunks.
 void check_photo_end(const std::filesystem::path& file);
 
 /// True if the name ends like an image's: .jpg, .tif, .dng and others, in upper or lower case. Any other text behind the

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "error.h"
@@ -103,18 +104,22 @@ class CallbackSource final : public PhotoSource {
   Load load_;
 };
 
-/// At the view's camera size: pixels that are black in the view's mask (NAME.mask.png with the photo's whole name or
-/// its name without extension, the former first; in SceneOptions::masks_dir also NAME.png) or of alpha 0 in mask or
-/// photo; of a reduced photo, blocks that contain one. nullopt when nothing is excluded. Throws InputError.
+/// At the view's camera size: pixels that are black in the view's mask, or darker than half of white where it is grey
+/// (NAME.mask.png with the photo's whole name or its name without extension, the former first, or RealityCapture's layer; in
+/// SceneOptions::masks_dir also NAME.png and NAME; JPEG and TIFF as well) or of alpha 0 in the photo; of a reduced photo, blocks that contain one. nullopt when nothing is excluded. Throws InputError.
 std::optional<PhotoExclusion> read_exclusion(const View& view);
 
-/// True if the view's mask tells other programs all that read_exclusion knows: it is a PNG without alpha, and the
-/// photo's alpha does not count. From the header alone. Throws InputError.
+/// True if the view's mask tells other programs all that read_exclusion knows: it is a PNG without alpha, in black and
+/// white alone, and the photo's alpha does not count. Decodes it. Throws InputError.
 bool has_plain_mask(const View& view);
 
 /// Calls `work` with the number of every view that has a photo, on several threads. Returns the InputError of each view,
 /// null for none, so that the first view's can be reported for any number of threads.
 std::vector<std::exception_ptr> for_each_photo(std::span<const View> views,
                                                const std::function<void(std::size_t)>& work);
+
+/// Throws one InputError that repeats all of `errors`, if there are any: "3 WHAT: FILE: REASON; FILE: REASON; FILE: REASON".
+void throw_together(std::span<const std::exception_ptr> errors, const std::string& what,
+                    const std::vector<Cure>& cures = {});
 
 }  // namespace gpvc::io

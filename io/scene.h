@@ -182,6 +182,14 @@ struct SceneFrame {
   std::string srs{};  ///< the reference system of these coordinates; empty: none
 };
 
+/// A photo that a scene names and that cannot be used.
+struct BadPhoto {
+  enum class Problem { missing, ambiguous, unreadable, truncated, damaged, turned, other_shape };
+  std::string view;  ///< the image's name in the scene's file
+  Problem problem{};
+  std::string reason{};  ///< what the problem leaves open, without the file: "is 20 x 30 pixels, ..."; may be empty
+};
+
 struct Scene {
   std::filesystem::path source;  ///< as given by the user
   std::vector<View> views;       ///< by name, bytewise
@@ -194,6 +202,7 @@ struct Scene {
   std::string reference{};                 ///< a reference system that meshes of the scene may be in; empty: none
   std::string format{};                    ///< which reader read it: "COLMAP"
   std::vector<std::string> warnings{};     ///< what was left out or assumed, a sentence each
+  std::vector<BadPhoto> bad_photos{};      ///< of SceneOptions::skip_bad_photos; their views have no photo
   /// The source of the cameras: a file, or a folder of files that belong together.
   std::filesystem::path read_from{};
   std::vector<std::filesystem::path> files{};  ///< the files that belong to it, except photos and masks

@@ -16,6 +16,12 @@ namespace gpvc::io {
 
 // --- reading
 
+inline constexpr Named<BadPhoto::Problem> kPhotoProblemNames[] = {
+    {"missing", BadPhoto::Problem::missing},        {"ambiguous", BadPhoto::Problem::ambiguous},
+    {"unreadable", BadPhoto::Problem::unreadable},  {"truncated", BadPhoto::Problem::truncated},
+    {"damaged", BadPhoto::Problem::damaged},        {"turned", BadPhoto::Problem::turned},
+    {"other shape", BadPhoto::Problem::other_shape}};
+
 struct SceneOptions {
   /// Folder of the photos, which may lie at any depth and behind links to folders; they are matched by the longest common
   /// tail of their paths. Default: where the scene's file says, then the format's usual folders.
@@ -27,6 +33,9 @@ struct SceneOptions {
   /// of another view that is missing, ambiguous, unreadable or of another shape than its camera leaves View::photo empty
   /// (and a camera of width 0, see above) instead of being an error.
   std::function<std::vector<bool>(std::span<const View> views)> needed{};
+  /// Of the views that need them, photos that cannot be used (BadPhoto) leave View::photo empty instead of being an error,
+  /// and are listed in Scene::bad_photos. To find them, every photo is decoded whole.
+  bool skip_bad_photos = false;
   /// Photos are reduced by this factor (box average) and cameras with them; >= 1.
   int downscale = 1;
   /// Folder of the masks, by the views' names; default: beside the photos.
@@ -39,8 +48,8 @@ struct SceneOptions {
 /// Reads a scene of any format that a scenes/NAME_scene.cpp reads; the format is recognized by what `source` (a file or a
 /// folder) is or contains. Each of those files states its format's pixel and axis conventions, which are converted to
 /// ours. Checks that every photo exists and that its header has the camera's size, without decoding it: a photo of
-/// another size but the same shape scales its camera; the error names the first few missing photos. Of wide fisheyes up to
-/// three photos of a lens are decoded. A reduced camera is width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N,
+/// another size but the same shape scales its camera. A JPEG or PNG that ends too early is found, too. One error names all
+/// photos that cannot be used. Of wide fisheyes up to three photos of a lens are decoded. A reduced camera is width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N,
 /// which is exact in this convention. What was left out or assumed is in Scene::warnings. Equirectangular photos become six views each (is_spherical in scene.h): DIR/STEM.EXT
 /// becomes DIR/STEM/front.EXT, right, back, left, up and down. Wide fisheyes keep their view and get four more that look
 /// aside (Distortion::lens_from_frame): DIR/STEM/right.EXT, left, down and up. Throws InputError.

@@ -15,8 +15,9 @@ GPVC_MEMBERS(Distortion, k1, k2, p1, p2, k3, max_r2, model, k4, d1, d2, d3, p3, 
              alpha, beta, a1, a2, a3, motion, lens_from_frame, max_angle)
 GPVC_MEMBERS(Camera, width, height, fx, fy, cx, cy, distortion)
 GPVC_MEMBERS(View, name, photo, camera, pose, mask, uses_alpha, reduction, number)
+GPVC_MEMBERS(BadPhoto, view, problem, reason)
 GPVC_MEMBERS(SceneFrame, name, rotation, origin, scale, srs)
-GPVC_MEMBERS(Scene, source, views, srs, offset, other_frames, reference, format, warnings, read_from, files)
+GPVC_MEMBERS(Scene, source, views, srs, offset, other_frames, reference, format, warnings, bad_photos, read_from, files)
 GPVC_MEMBERS(Mesh, positions, faces, source_face, file_positions, file_srs, warnings)
 
 }  // namespace gpvc

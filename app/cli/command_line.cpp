@@ -18,8 +18,8 @@
 #include "app/cli/command_options.h"
 #include "app/cli/help.h"
 #include "app/cli/interrupt.h"
-#include "app/cli/near_words.h"
 #include "app/cli/options.h"
+#include "io/near_words.h"
 #include "visibility/device.h"
 
 namespace gpvc::cli {
@@ -103,7 +103,7 @@ const CLI::App& reached_command(const CLI::App& app) {
 // One sentence that says what is wrong with the arguments, in CLI11's words where they are clear.
 std::string usage_complaint(const CLI::App& reached, const CLI::ParseError& error) {
   const auto meant = [](const std::string& word, const std::vector<std::string>& words) {
-    const auto near = near_words(word, words, 1, 1 + word.size() / 4);
+    const auto near = io::near_words(word, words, 1, 1 + word.size() / 4);
     return near.empty() ? std::string() : fmt::format("; did you mean '{}'?", near.front());
   };
   std::vector<std::string> commands, options;

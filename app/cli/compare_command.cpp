@@ -63,7 +63,6 @@ Json options_json(const CompareOptions& options, const compare::CompareSettings&
 RunFacts compare_scene(const CompareOptions& options, RunRecord& record, results::OutputFolder& folder,
                        compare::CompareSummary& summary) {
   const SceneInputData in = read_scene_input(options.input, record);
-  check_photos(in);
   const compare::BiasScale scale(in.mesh, in.scene, in.used);
   compare::CompareSettings settings = options.settings;
   settings.modes = modes_of(options, [&](const std::string& family) { return scale.sweep(family); });

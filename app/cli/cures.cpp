@@ -19,6 +19,10 @@ std::string clause_of(Cure cure) {
       return "free some, or allow another amount by --memory SIZE";
     case Cure::limit_memory:
       return "keep it below an amount by --memory SIZE";
+    case Cure::skip_bad_photos:
+      return "--skip-bad-photos goes on without them";
+    case Cure::photos_folder:
+      return "name the folder of the photos by --images DIR";
     case Cure::smaller_photos:
       return "lower what it needs by --downscale 2";
     case Cure::fewer_views:

@@ -101,6 +101,7 @@ Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
   reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
   record.begin({"read"});
   scene = io::read_scene(options.input.scene, reader);
+  if (options.input.skip_bad_photos) std::erase_if(scene.views, [](const View& view) { return view.photo.empty(); });
   for (const std::string& warning : scene.warnings) record.warning(warning);
   model = evaluate::read_model_with_texture(options.model);
   model.model.mesh = &model.mesh;

@@ -72,12 +72,20 @@ CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh) {
 
 void add_masks(CLI::App& app, SceneInput& input) {
   const OptionGroup group{app, "Input"};
-  CLI::Option* masks_dir = group
-                               .add("--masks", input.masks_dir, "DIR",
-                                    "Folder of masks as large as the photos, black where a pixel must not be used: "
-                                    "NAME.mask.png or NAME.png, the former also without NAME's extension")
-                               ->default_str("NAME.mask.png beside the photos");
+  CLI::Option* masks_dir =
+      group
+          .add("--masks", input.masks_dir, "DIR",
+               "Folder of masks as large as the photos, black where a pixel must not be used (what is "
+               "darker than half counts as black): NAME.mask.png, NAME.png or NAME, also without "
+               "NAME's extension, and as JPEG or TIFF")
+          ->default_str("NAME.mask.png beside the photos");
   group.flag("!--no-masks", input.masks, "Use every pixel: ignore masks and alpha channels")->excludes(masks_dir);
+}
+
+void add_skipping(CLI::App& app, SceneInput& input) {
+  OptionGroup{app, "Input"}.flag(
+      "--skip-bad-photos", input.skip_bad_photos,
+      "Go on without photos that are missing, damaged or of another shape; decodes all of them beforehand");
 }
 
 void add_mesh_crs(const OptionGroup& group, SceneInput& input, const std::string& meaning) {
@@ -102,6 +110,7 @@ void add_photos(CLI::App& app, SceneInput& input) {
                  "Reference system of the mesh (EPSG:25832, a WKT or PROJ string), where cameras are in another, with "
                  "heights above its ellipsoid or theirs, whichever fits; models keep the mesh's coordinates, tilesets "
                  "have the cameras'");
+  add_skipping(app, input);
   group.number("--downscale", input.downscale, 1, 64, "N",
                "Reduce the photos N times in width and height, for a quick look; 1 to 64");
   add_masks(app, input);

@@ -46,10 +46,12 @@ struct SceneInput {
   int downscale = 1;
   std::optional<std::filesystem::path> masks_dir;
   bool masks = true;
+  bool skip_bad_photos = false;
   bool whole_fisheyes = false;  ///< one view for each photo, see io::SceneOptions
   std::string mesh_crs;         ///< reference system of the meshes; empty: found, if it is not the scene's
   io::SceneOptions reader_options() const {
     return {.images_dir = images_dir,
+            .skip_bad_photos = skip_bad_photos,
             .downscale = downscale,
             .masks_dir = masks_dir,
             .masks = masks,

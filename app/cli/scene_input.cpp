@@ -21,6 +21,14 @@ void note_masks(const SceneInputData& data, RunRecord& record) {
     record.note(fmt::format("masks: {} of {} photos have a mask or an alpha channel", masked, data.used.size()));
 }
 
+void note_bad_photos(const Scene& scene, RunRecord& record) {
+  Json photos = Json::array();
+  for (const BadPhoto& photo : scene.bad_photos)
+    photos.push_back(
+        {{"view", photo.view}, {"problem", name_of(io::kPhotoProblemNames, photo.problem)}, {"reason", photo.reason}});
+  record.counts["bad_photos"] = photos;
+}
+
 void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData& data) {
   Mesh& all = data.mesh;
   const std::size_t vertices = all.positions.size(), faces = all.faces.size();
@@ -46,6 +54,7 @@ Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_
   };
   Scene scene = io::read_scene(input.scene, reader);
   used = used_views(scene.views, input.views, input.exclude_views);
+  if (input.skip_bad_photos) std::erase_if(used, [&](ViewId id) { return scene.views[index(id)].photo.empty(); });
   return scene;
 }
 
@@ -71,6 +80,7 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   record.counts["views"] = data.scene.views.size();
   record.counts["used_views"] = data.used.size();
   note_masks(data, record);
+  note_bad_photos(data.scene, record);
   record.counts["held_out_views"] = data.held_out.size();
   std::string of_meshes, of_views;
   if (data.parts.size() > 1) of_meshes = fmt::format(" of {} meshes", data.parts.size());
@@ -78,16 +88,6 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   record.end(fmt::format("{} faces{}, {}{} views", results::readable_count(data.mesh.faces.size()), of_meshes,
                          results::readable_count(data.used.size()), of_views));
   return data;
-}
-
-void check_photos(const SceneInputData& input) {
-  const std::vector<View>& views = input.scene.views;
-  const std::vector<bool> used = marked(input.used, views.size());
-  const auto errors = io::for_each_photo(views, [&](std::size_t v) {
-    if (used[v]) io::check_photo_end(views[v].photo);
-  });
-  for (const std::exception_ptr& error : errors)
-    if (error) std::rethrow_exception(error);
 }
 
 checks::MeshOrigin origin_of(const SceneInput& input) { return {input.mesh, input.mesh_crs}; }
@@ -111,6 +111,7 @@ Json scene_json(const SceneInput& input) {
   json["exclude_views"] = input.exclude_views;
   json["hold_out"] = input.hold_out;
   json["downscale"] = input.downscale;
+  json["skip_bad_photos"] = input.skip_bad_photos;
   json["masks"] = !input.masks ? Json(false) : input.masks_dir ? Json(input.masks_dir->string()) : Json(true);
   return json;
 }

@@ -27,8 +27,8 @@ struct SceneInputData {
   checks::Input input() const { return {scene, mesh, used, parts.front().file}; }
 };
 
-/// Reads the scene; photos must be there for the views that --views and --exclude-views leave, which become `used`. Throws
-/// InputError, UsageError.
+/// Reads the scene; photos must be there for the views that --views and --exclude-views leave, which become `used`; with
+/// --skip-bad-photos, bad ones are left out of them. Throws InputError, UsageError.
 Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_missing_photos = false);
 
 /// Reads meshes and scene at the same time, resolves the view lists and checks that cameras and mesh fit together. Throws
@@ -40,9 +40,6 @@ checks::MeshOrigin origin_of(const SceneInput& input);
 /// The rules of a file about photos, which is among the files read from then on; none without one. Throws InputError.
 std::vector<pipeline::ViewRule> rules_of(const std::filesystem::path& allow, const SceneInputData& data,
                                          std::set<std::filesystem::path>& read);
-
-/// Throws InputError for the first used view whose photo ends too early, before hours are spent on the others.
-void check_photos(const SceneInputData& input);
 
 Json scene_json(const SceneInput& input);
 /// The faces and vertices of each mesh.

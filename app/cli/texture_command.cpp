@@ -80,7 +80,6 @@ struct TextureInput {
 TextureInput read_input(const SceneInput& input, const std::filesystem::path& allow, const pipeline::Settings& settings,
                         int device, RunRecord& record, pipeline::OutputFolder& folder) {
   TextureInput in{read_scene_input(input, record), settings};
-  check_photos(in.scene);
   std::set<std::filesystem::path> read = input_files(in.scene);
   in.settings.view_rules = rules_of(allow, in.scene, read);
   in.settings.device = device;

@@ -120,7 +120,6 @@ void run_tiles(const TilesOptions& options, Console& console) {
     protect_unit_folders(options, has_job, {});
     make_room(options, folder.in_making(), console);
     const SceneInputData in = read_scene_input(options.input, record);
-    check_photos(in);
     std::set<fs::path> read = input_files(in);
     tiles::JobSettings settings = options.settings;
     settings.texture.view_rules = rules_of(options.allow, in, read);

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "app/cli/near_words.h"
+#include "io/near_words.h"
 #include "io/paths.h"
 #include "io/scene_files.h"
 #include "io/view_rules.h"
@@ -37,7 +37,7 @@ std::vector<std::string> listed(const std::string& list) {
 std::string near_names(std::span<const View> views, const std::string& name) {
   std::vector<std::string> names;
   for (const View& view : views) names.push_back(view.name);
-  return results::readable_list(near_words(name, names, 3), 3);
+  return results::readable_list(io::near_words(name, names, 3), 3);
 }
 
 // How a list's entry may be read; the first reading that matches a view counts.

@@ -203,22 +203,51 @@ Image decode_rgb(const ImageBytes& bytes, OIIO::ImageInput& input, std::vector<s
   return to_rgb(std::move(image));
 }
 
+/// Excludes by the pixels' alphas alone, or as mask_pixels() does.
+enum class Excludes { transparent, dark };
+
 template <typename Sample>
-PhotoExclusion zero_samples(const ImageBytes& bytes, OIIO::ImageInput& input, OIIO::TypeDesc type, bool alpha_alone) {
+MaskPixels excluded_samples(const ImageBytes& bytes, OIIO::ImageInput& input, Excludes what, OIIO::TypeDesc type,
+                            Sample white) {
   const OIIO::ImageSpec& spec = input.spec();
   const auto channels = static_cast<std::size_t>(spec.nchannels), width = static_cast<std::size_t>(spec.width);
   std::vector<Sample> samples(width * static_cast<std::size_t>(spec.height) * channels);
   decode(bytes, input, spec.nchannels, type, samples.data());
-  const bool alpha = spec.alpha_channel >= 0;
-  const auto alpha_channel = static_cast<std::size_t>(std::max(spec.alpha_channel, 0));
-  PhotoExclusion exclusion = empty_exclusion(spec.width, spec.height);
-  for (std::size_t i = 0; i * channels < samples.size(); ++i) {
+  const std::size_t pixels = samples.size() / channels;
+  const auto alpha_channel = static_cast<std::size_t>(spec.alpha_channel);  // past all channels if there is none
+  for (std::size_t i = 0; i < pixels; ++i) {
     const Sample* pixel = samples.data() + i * channels;
-    bool black = !alpha_alone;
-    for (std::size_t c = 0; c < channels && black; ++c) black = pixel[c] == Sample{0} || (alpha && c == alpha_channel);
-    if (black || (alpha && pixel[alpha_channel] == Sample{0})) exclude(exclusion, i % width, i / width);
+    Sample value = what == Excludes::dark ? Sample{0} : white;
+    for (std::size_t c = 0; c < channels && what == Excludes::dark; ++c)
+      if (c != alpha_channel) value = std::max(value, pixel[c]);
+    samples[i] = alpha_channel < channels ? std::min(value, pixel[alpha_channel]) : value;
   }
-  return exclusion;
+  samples.resize(pixels);
+  const auto half = static_cast<Sample>(white / 2);
+  const bool soft = what == Excludes::dark &&
+                    (bytes.is_jpeg() || std::ranges::any_of(samples, [&](Sample value) { return value > half; }));
+  MaskPixels mask{empty_exclusion(spec.width, spec.height)};
+  std::size_t grey = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (soft ? !(samples[i] > half) : samples[i] == Sample{0}) exclude(mask.excluded, i % width, i / width);
+    grey += soft && samples[i] > Sample{0} && samples[i] < white ? 1 : 0;
+  }
+  mask.grey_share = static_cast<double>(grey) / static_cast<double>(pixels);
+  return mask;
+}
+
+MaskPixels excluded_pixels(const fs::path& file, Excludes what) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  const FileBytes bytes(file);
+  const ImageBytes image{file, "", bytes.view()};
+  check_jpeg(image);
+  input->threads(1);
+  if (what == Excludes::transparent && input->spec().alpha_channel < 0)
+    throw InputError(file, "", "has lost its alpha channel");
+  // Samples are compared at the file's own depth: where 0 alone is black, it is an exact one.
+  return input->spec().format == OIIO::TypeDesc::UINT8
+             ? excluded_samples<std::uint8_t>(image, *input, what, OIIO::TypeDesc::UINT8, 255)
+             : excluded_samples<float>(image, *input, what, OIIO::TypeDesc::FLOAT, 1);
 }
 
 /// Means of 2 x 2 pixels of 3 channels, in a loop that a compiler makes vectors of.
@@ -256,6 +285,7 @@ ImageSize read_image_size(const fs::path& file) {
 void check_photo_end(const fs::path& file) {
   const FileBytes bytes(file, FileBytes::Use::in_places);
   const std::string_view view = bytes.view();
+  check_png({file, "", view});
   // Cameras append previews and data of their own. A marker of a preview there may pass for the photo's; then decoding
   // finds what is missing.
   constexpr std::size_t kTail = 1 << 16;
@@ -269,18 +299,11 @@ bool has_alpha(const fs::path& file) {
   return input->spec().alpha_channel >= 0 && std::string_view(input->format_name()) != "bmp";
 }
 
-PhotoExclusion zero_pixels(const fs::path& file, bool alpha_alone) {
-  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  const FileBytes bytes(file);
-  const ImageBytes image{file, "", bytes.view()};
-  check_jpeg(image);
-  input->threads(1);
-  if (alpha_alone && input->spec().alpha_channel < 0) throw InputError(file, "", "has lost its alpha channel");
-  // Samples are compared at the file's own depth: only an exact zero is black.
-  return input->spec().format == OIIO::TypeDesc::UINT8
-             ? zero_samples<std::uint8_t>(image, *input, OIIO::TypeDesc::UINT8, alpha_alone)
-             : zero_samples<float>(image, *input, OIIO::TypeDesc::FLOAT, alpha_alone);
+PhotoExclusion transparent_pixels(const fs::path& file) {
+  return excluded_pixels(file, Excludes::transparent).excluded;
 }
+
+MaskPixels mask_pixels(const fs::path& file) { return excluded_pixels(file, Excludes::dark); }
 
 Image read_image(const fs::path& file) { return read_image(file, {}); }
 

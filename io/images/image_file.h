@@ -49,9 +49,19 @@ inline void exclude(PhotoExclusion& exclusion, std::size_t x, std::size_t y) {
   exclusion.words[y * exclusion.stride + x / 64] |= std::uint64_t{1} << (x % 64);
 }
 
-/// Excludes pixels whose alpha is 0 and, unless `alpha_alone`, those whose color channels are all 0, at the file's own
-/// depth: 1 of 65535 is not black. Throws InputError; with `alpha_alone` also when there is no alpha channel.
-PhotoExclusion zero_pixels(const std::filesystem::path& file, bool alpha_alone);
+/// Excludes pixels whose alpha is 0. Throws InputError, also when there is no alpha channel.
+PhotoExclusion transparent_pixels(const std::filesystem::path& file);
+
+struct MaskPixels {
+  PhotoExclusion excluded;
+  double grey_share = 0;  ///< of the pixels, of which half tells; 0 where it does not
+};
+
+/// Excludes a mask's black pixels: a pixel is worth the largest of its colors, or its alpha if that is less. JPEGs and masks
+/// that were resampled are not exactly black and white: what is darker than half of white is excluded. In other files than
+/// JPEGs that hold nothing as bright, labels of 0 and 1 as a rule, 0 alone is black, at the file's own depth. Throws
+/// InputError.
+MaskPixels mask_pixels(const std::filesystem::path& file);
 
 /// A PNG of 8 bits a channel and 1 to 4 channels, quick rather than small. The bytes do not depend on the number of
 /// threads.

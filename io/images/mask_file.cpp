@@ -1,37 +1,94 @@
 #include "io/images/mask_file.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
 #include "io/lens/spherical.h"
 #include "io/push_pull.h"
+#include "io/scenes/layers.h"
 
 namespace gpvc::io {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// The first file that exists of: the mask that the scene's file states (a relative path starts at that file's folder,
-/// never at the current one); masks beside the photo; or, in a given folder of masks, those named after the view, with
-/// COLMAP's spelling last.
-fs::path mask_of(const fs::path& listing, const View& view, const SceneOptions& options) {
-  std::vector<fs::path> stems, candidates;
-  if (options.masks_dir)
-    stems = {*options.masks_dir / view.name, *options.masks_dir / view.photo.filename()};
-  else
-    stems = {view.photo};
-  if (!view.mask.empty() && options.masks_dir)
-    candidates = {*options.masks_dir / view.mask.filename()};
-  else if (!view.mask.empty())
-    candidates = {folder_of(listing) / view.mask, view.photo.parent_path() / view.mask.filename()};
-  for (const fs::path& stem : stems) {
-    candidates.push_back(stem.string() + ".mask.png");
-    candidates.push_back((stem.parent_path() / stem.stem()).string() + ".mask.png");
-    if (options.masks_dir) candidates.push_back(stem.string() + ".png");
+/// Where a mask may lie beside its photo, or in a given folder of masks, under names made of `stem`: NAME.EXT.mask.png,
+/// NAME.mask.png; in a folder of its own also NAME.EXT.png (COLMAP's), NAME.EXT itself and NAME.png. Others than PNGs as well.
+std::vector<fs::path> named_after(const fs::path& stem, bool own_folder) {
+  const std::string whole = stem.string(), bare = (stem.parent_path() / stem.stem()).string();
+  std::vector<fs::path> names;
+  for (const std::string& start : {whole + ".mask", bare + ".mask", own_folder ? whole : "", own_folder ? bare : ""}) {
+    if (own_folder && start == bare) names.push_back(stem);
+    for (const char* ending : layer_endings())
+      if (!start.empty()) names.push_back(start + ending);
   }
-  const auto found = std::find_if(candidates.begin(), candidates.end(), is_file);
-  return found == candidates.end() ? fs::path() : *found;
+  return names;
+}
+
+/// The first file that exists of: the mask that the scene's file states (a relative path starts at that file's folder,
+/// never at the current one); masks beside the photo, RealityCapture's among them; or, in a given folder of masks, those
+/// named after the view or the photo.
+fs::path mask_of(const SceneFile& scene, const View& view, const SceneOptions& options, FolderNames& names) {
+  const auto layer = scene.photos_of_layers.find(view.photo);
+  const fs::path& photo = layer == scene.photos_of_layers.end() ? view.photo : layer->second;
+  std::vector<fs::path> candidates;
+  const auto add = [&](const std::vector<fs::path>& more) {
+    candidates.insert(candidates.end(), more.begin(), more.end());
+  };
+  if (options.masks_dir) {
+    if (!view.mask.empty()) candidates = {*options.masks_dir / view.mask.filename()};
+    add(named_after(*options.masks_dir / view.name, true));
+    add(named_after(*options.masks_dir / photo.filename(), true));
+  } else {
+    if (!view.mask.empty())
+      candidates = {folder_of(scene.listing) / view.mask, photo.parent_path() / view.mask.filename()};
+    add(named_after(photo, false));
+  }
+  for (const fs::path& candidate : candidates) {
+    std::error_code ignored;
+    // A folder of masks may be that of the photos.
+    if (const fs::path found = names.find(candidate); !found.empty() && !fs::equivalent(found, photo, ignored))
+      return found;
+  }
+  return options.masks_dir ? fs::path() : names.find_layer(photo, "mask");
+}
+
+/// What a folder holds instead of masks: the end of a sentence.
+std::string held_instead(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, ignored))
+    if (is_file(entry.path())) names.push_back(entry.path().lexically_relative(folder).string());
+  std::ranges::sort(names);
+  return names.empty() ? ", it holds no file" : ", found " + names.front() + (names.size() > 1 ? " and the like" : "");
+}
+
+/// Warns of grey in masks, of which a few are decoded.
+void warn_of_grey(SceneFile& scene) {
+  std::vector<fs::path> masks;
+  for (const View& view : scene.views)
+    if (!view.mask.empty()) masks.push_back(view.mask);
+  constexpr std::size_t kMost = 8;
+  const std::size_t count = std::min(masks.size(), kMost);
+  std::vector<double> grey(count);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    try {
+      grey[i] = mask_pixels(masks[i * masks.size() / count]).grey_share;
+    } catch (const InputError&) {
+      // told where the mask is used
+    }
+  });
+  const auto most = std::ranges::max_element(grey);
+  if (most == grey.end() || *most == 0) return;
+  const auto hundredths = static_cast<int>(std::lround(1e4 * *most));
+  scene.warnings.push_back(
+      "masks are not black and white alone (JPEG, or resampled): what is darker than half is excluded; up to " +
+      (hundredths == 0 ? "0.01" : std::to_string(hundredths / 100) + "." + std::to_string(hundredths / 10 % 10)) +
+      " % of a mask's pixels are grey");
 }
 
 /// False for JPEG, which has no alpha: saves opening every photo of a flight.
@@ -63,9 +120,11 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
   if (!options.masks) return;
   if (options.masks_dir && !is_folder(*options.masks_dir))
     throw InputError(*options.masks_dir, "", "is not a folder; it was given as the folder of the masks");
+  FolderNames names;
+  for (View& view : views)
+    if (!view.photo.empty()) view.mask = mask_of(scene, view, options, names);
   const std::vector<std::exception_ptr> errors = for_each_photo(views, [&](std::size_t i) {
     View& view = views[i];
-    view.mask = mask_of(scene.listing, view, options);
     view.uses_alpha = may_have_alpha(view.photo) && has_alpha(view.photo);
     if (view.mask.empty()) return;
     const ImageSize size = read_image_size(view.mask);
@@ -74,8 +133,7 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
                        "is " + size_text(size.width, size.height) + " pixels, its photo " +
                            view.photo.filename().string() + " is " + size_text(view.camera.width, view.camera.height));
   });
-  for (const std::exception_ptr& error : errors)
-    if (error) std::rethrow_exception(error);
+  throw_together(errors, "masks cannot be used");
   std::size_t missing = 0;
   fs::path first;
   for (std::size_t i = 0; i < views.size(); ++i)
@@ -84,7 +142,9 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
   if (options.masks_dir && !views.empty() &&
       std::all_of(views.begin(), views.end(), [](const View& view) { return view.mask.empty(); }))
     throw InputError(*options.masks_dir, "",
-                     "holds no mask of any photo; expected names like " + views.front().name + ".mask.png");
+                     "holds no mask of any photo; expected names like " + views.front().name + ".mask.png, " +
+                         views.front().name + ".png or " + views.front().name + held_instead(*options.masks_dir));
+  warn_of_grey(scene);
 }
 
 std::optional<PhotoExclusion> read_whole_exclusion(const View& view) {
@@ -93,7 +153,7 @@ std::optional<PhotoExclusion> read_whole_exclusion(const View& view) {
   for (const bool alpha : {false, true}) {
     if (alpha ? !view.uses_alpha : view.mask.empty()) continue;
     const fs::path& file = alpha ? view.photo : view.mask;
-    PhotoExclusion zeros = zero_pixels(file, alpha);
+    PhotoExclusion zeros = alpha ? transparent_pixels(file) : mask_pixels(file).excluded;
     if (zeros.width / view.reduction != file_width(view.camera) ||
         zeros.height / view.reduction != view.camera.height ||
         (exclusion && (exclusion->width != zeros.width || exclusion->height != zeros.height)))
@@ -117,7 +177,8 @@ void paint_over(Image& image, const PhotoExclusion& exclusion) {
 
 bool has_plain_mask(const View& view) {
   constexpr std::string_view kPng = "\x89PNG\r\n\x1A\n";
-  return !view.mask.empty() && !view.uses_alpha && first_bytes(view.mask, kPng.size()) == kPng && !has_alpha(view.mask);
+  return !view.mask.empty() && !view.uses_alpha && first_bytes(view.mask, kPng.size()) == kPng &&
+         !has_alpha(view.mask) && mask_pixels(view.mask).grey_share == 0;
 }
 
 std::optional<PhotoExclusion> read_exclusion(const View& view) {

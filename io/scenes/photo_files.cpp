@@ -13,6 +13,9 @@
 
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
+#include "io/near_words.h"
+#include "io/scenes/bad_photos.h"
+#include "io/scenes/layers.h"
 
 namespace gpvc::io {
 
@@ -116,6 +119,17 @@ class PhotoIndex {
     return found.empty() ? fs::path() : only(found, listing, wanted, preferred);
   }
 
+  /// The name of a photo that is none of `taken` and differs from `wanted` as a slip of the pen does; empty: there is none.
+  std::string near(const std::string& wanted, const std::set<fs::path>& taken) const {
+    std::vector<std::string> names;
+    for (const auto& [name, files] : by_name_)
+      for (const File& file : files)
+        if (has_image_extension(file.path) && !taken.contains(file.path)) names.push_back(file.parts.back());
+    const std::string name = parts_of(wanted).back();
+    const std::vector<std::string> nearest = near_words(name, names, 1, 1 + name.size() / 4);
+    return nearest.empty() ? std::string() : nearest.front();
+  }
+
  private:
   struct File {
     fs::path path;
@@ -129,10 +143,15 @@ class PhotoIndex {
     std::error_code error, ignored;
     for (Iterator it(folder, fs::directory_options::skip_permission_denied, error); !error && it != Iterator();
          it.increment(error)) {
-      if (it->is_symlink(ignored) && is_folder(it->path()))
+      if (it->is_symlink(ignored) && is_folder(it->path())) {
         links.insert(it->path());
-      else
+      } else if (it->path().filename() == ".texture" || it->path().filename() == ".mask" ||
+                 it->path().filename() == ".geometry") {
+        // RealityCapture's layers have the names of their photos.
+        if constexpr (requires { it.disable_recursion_pending(); }) it.disable_recursion_pending();
+      } else {
         add(it->path());
+      }
     }
   }
 
@@ -321,6 +340,27 @@ void normalize_names(SceneFile& scene) {
   if (twice != scene.views.end()) throw InputError(scene.listing, "", "lists the image '" + twice->name + "' twice");
 }
 
+namespace {
+
+/// Notes needed photos that are not there, with the file that may be meant.
+void note_missing(SceneFile& scene, const std::vector<bool>& needed, const std::vector<std::string>& stated,
+                  const PhotoIndex* index) {
+  std::set<fs::path> taken;
+  for (const View& view : scene.views) taken.insert(view.photo);
+  const auto noted = [&](const View& view) {
+    return std::ranges::find(scene.bad_photos, view.name, &BadPhoto::view) != scene.bad_photos.end();
+  };
+  constexpr std::size_t kMostSearched = 20;  // each of them takes a look at all files
+  std::size_t searched = 0;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    if (!needed[i] || !scene.views[i].photo.empty() || noted(scene.views[i])) continue;
+    const std::string near = index && ++searched <= kMostSearched ? index->near(stated[i], taken) : std::string();
+    forget_photo(scene, i, true, BadPhoto::Problem::missing, near.empty() ? "" : "there is " + near);
+  }
+}
+
+}  // namespace
+
 fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options) {
   std::vector<std::string> stated;
   std::vector<Fit> fits(scene.views.size(), kInPlace);
@@ -336,11 +376,11 @@ fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const Sc
     open += view.photo.empty() ? 1 : 0;
   }
   fs::path folder = folder_of(scene.listing);
+  std::optional<PhotoIndex> index;
   if (open > 0) {
     if (options.images_dir && !is_folder(*options.images_dir))
       throw InputError(*options.images_dir, "", "is not a folder; it was given as the folder of the photos");
     folder = options.images_dir ? *options.images_dir : usual_folder(scene, options.allow_missing_photos);
-    std::optional<PhotoIndex> index;
     for (std::size_t i = 0; i < scene.views.size(); ++i) {
       View& view = scene.views[i];
       if (!view.photo.empty()) continue;
@@ -357,12 +397,13 @@ fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const Sc
       try {
         view.photo = index->match(scene.listing, stated[i], named);
         fits[i] = fit_of_match(view.photo, stated[i]);
-      } catch (const InputError&) {
-        if (needed[i]) throw;
+      } catch (const InputError& error) {
+        forget_photo(scene, i, needed[i], BadPhoto::Problem::ambiguous, reason_of(error, scene.listing));
       }
     }
   }
   assign_shared_photos(scene, needed, fits);
+  if (!options.allow_missing_photos) note_missing(scene, needed, stated, index ? &*index : nullptr);
   return folder;
 }
 
@@ -379,6 +420,21 @@ std::vector<std::exception_ptr> for_each_photo(std::span<const View> views,
   return errors;
 }
 
+void use_texture_layers(SceneFile& scene) {
+  FolderNames names;
+  std::string example;
+  for (View& view : scene.views) {
+    if (view.photo.empty()) continue;
+    const fs::path layer = names.find_layer(view.photo, "texture");
+    if (layer.empty()) continue;
+    if (example.empty()) example = layer.string();
+    scene.photos_of_layers[layer] = view.photo;
+    view.photo = layer;
+  }
+  scene.warn(scene.photos_of_layers.size(),
+             "photos are replaced by their texture layers of RealityCapture, among them " + example);
+}
+
 void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
   std::vector<ImageSize> sizes(scene.views.size());
   const std::vector<std::exception_ptr> errors =
@@ -387,8 +443,11 @@ void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
   std::string example;
   for (std::size_t i = 0; i < errors.size(); ++i) {
     View& view = scene.views[i];
-    if (errors[i] && needed[i]) std::rethrow_exception(errors[i]);
-    if (errors[i]) view.photo.clear();
+    if (errors[i]) try {
+        std::rethrow_exception(errors[i]);
+      } catch (const InputError& error) {
+        forget_photo(scene, i, needed[i], BadPhoto::Problem::unreadable, reason_of(error, view.photo));
+      }
     if (view.photo.empty()) continue;
     const auto [width, height] = sizes[i];
     Camera& camera = view.camera;
@@ -398,18 +457,14 @@ void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
       camera.height = height;
       finish_camera(scene.listing, "image '" + view.name + "'", camera);
     } else if (width != camera.width || height != camera.height) {
-      const bool same = same_shape(width, height, camera);
-      if (!same && !needed[i]) {
-        view.photo.clear();
-        continue;
-      }
       const std::string differs = "is " + size_text(width, height) + " pixels, its camera in " +
                                   folder_of(scene.listing).string() + " is calibrated for " +
                                   size_text(camera.width, camera.height);
-      if (!same)
-        throw InputError(view.photo, "",
-                         differs + (same_shape(height, width, camera) ? ": it has been turned by a quarter"
-                                                                      : ", which is of another shape"));
+      if (!same_shape(width, height, camera)) {
+        const bool turned = same_shape(height, width, camera);
+        forget_photo(scene, i, needed[i], turned ? BadPhoto::Problem::turned : BadPhoto::Problem::other_shape, differs);
+        continue;
+      }
       if (scaled++ == 0) example = view.name + " " + differs;
       scale(camera, width, height);
     }

@@ -20,13 +20,17 @@ void normalize_names(SceneFile& scene);
 /// tail the one at the view's name below the folder is taken. A file that is found for several views is that of the
 /// view it was stated for, or whose path has the longest tail in common with it, be that view `needed` (one flag each)
 /// or not; the others are without. Where this tells nothing, a needed view goes before those that are not, with a
-/// warning. Throws InputError when no folder is found, and for needed views when several files share the longest tail,
-/// and when two of them are one file. Returns the folder searched last.
+/// warning. Missing photos and those of which several files share the longest tail are noted (forget_photo). Throws
+/// InputError when no folder is found, and when two needed photos are one file. Returns the folder searched last.
 std::filesystem::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options);
 
+/// Texture layers that RealityCapture keeps beside photos take their place, with a warning: they are the same pictures with
+/// the colours that the model is to have.
+void use_texture_layers(SceneFile& scene);
+
 /// Reads the size of every photo found and fits its camera to it: cameras without a size get their pixels, cameras
-/// calibrated at another size of the same shape are scaled, and a photo of another shape is an InputError. Of views
-/// that are not `needed` a photo that does not fit is forgotten instead.
+/// calibrated at another size of the same shape are scaled, and a photo that cannot be read or is of another shape is
+/// forgotten (forget_photo).
 void fit_cameras(SceneFile& scene, const std::vector<bool>& needed);
 
 }  // namespace gpvc::io

@@ -9,6 +9,7 @@
 #include "io/files/zip_file.h"
 #include "io/images/mask_file.h"
 #include "io/scene_files.h"
+#include "io/scenes/bad_photos.h"
 #include "io/scenes/fisheye_views.h"
 #include "io/scenes/panorama_views.h"
 #include "io/scenes/photo_files.h"
@@ -219,22 +220,6 @@ void add_folders_behind_link(SceneFile& scene) {
       scene.image_folders.push_back(real / relative);
 }
 
-void refuse_missing(const SceneFile& scene, const std::vector<bool>& needed, const fs::path& folder) {
-  std::string named;
-  std::size_t missing = 0;
-  for (std::size_t i = 0; i < scene.views.size(); ++i) {
-    const View& view = scene.views[i];
-    if (!view.photo.empty() || !needed[i]) continue;
-    constexpr std::size_t kHandful = 5;
-    if (++missing <= kHandful) named += (named.empty() ? "" : ", ") + view.name;
-    if (missing == kHandful + 1) named += ", ...";
-  }
-  if (missing > 0)
-    throw InputError(scene.listing, "",
-                     std::to_string(missing) + " of " + std::to_string(scene.views.size()) + " photos are not in " +
-                         folder.string() + ": " + named);
-}
-
 /// Takes out views that say what another one says, as scripts that append to a list leave them.
 void leave_out_repeated(SceneFile& scene) {
   std::ranges::stable_sort(scene.views, {}, &View::name);
@@ -325,10 +310,13 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   leave_out_repeated(file);
   normalize_names(file);
   add_folders_behind_link(file);
-  const std::vector<bool> needed = needed_views(file, options);
+  std::vector<bool> needed = needed_views(file, options);
   const fs::path folder = find_photos(file, needed, options);
-  if (!options.allow_missing_photos) refuse_missing(file, needed, folder);
+  use_texture_layers(file);
+  forget_truncated_photos(file, needed);
   fit_cameras(file, needed);
+  if (options.skip_bad_photos) forget_damaged_photos(file, needed);
+  refuse_bad_photos(file, needed, folder, options.skip_bad_photos);
   if (!options.whole_fisheyes) find_image_circles(file.views, needed);
   find_masks(file, options);
   Scene scene;
@@ -347,6 +335,7 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   scene.files = std::move(file.files);
   if (scene.files.empty()) scene.files = {file.listing};
   scene.warnings = std::move(file.warnings);
+  scene.bad_photos = std::move(file.bad_photos);
   return scene;
 }
 

@@ -33,6 +33,9 @@ struct SceneFile {
   std::vector<SceneFrame> other_frames{};
   std::string reference{};
   std::vector<std::string> warnings{};
+  std::vector<BadPhoto> bad_photos{};  ///< of views that need them
+  /// Where a layer takes the place of a photo: the photo, beside which masks lie, by the layer.
+  std::map<std::filesystem::path, std::filesystem::path> photos_of_layers{};
   /// For formats that leave the size of a photo open: their cameras come with width 0, and this turns them into pixels
   /// once the photo is known.
   void (*size_camera)(Camera& camera, int width, int height) = nullptr;

@@ -2,6 +2,9 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <fstream>
+#include <map>
+#include <string>
 
 #include "app/synth/synth_scene.h"
 #include "io/mesh.h"
@@ -33,11 +36,54 @@ TEST_F(App, TexturesWithoutAnExcludedImageThatIsMissing) {
 TEST_F(App, RefusesATruncatedImage) {
   const fs::path photo = scene_ / "images" / "nadir_001.jpg";
   fs::resize_file(photo, fs::file_size(photo) / 2);
-  // Visibility needs no pixel of it; texture does, and looks before it works.
   const Outcome outcome = run(texture(out_));
   expect_one_sentence(outcome, "nadir_001.jpg", "ends too early");
   EXPECT_EQ(outcome.err.find("drawing:"), std::string::npos) << outcome.err;
   EXPECT_FALSE(fs::exists(out_));
+}
+
+/// Takes bytes out of the picture of a JPEG: its headers and its end are as they were.
+void damage(const fs::path& photo) {
+  std::string bytes = read_file(photo);
+  bytes.erase(bytes.size() / 2, 200);
+  std::ofstream(photo, std::ios::binary) << bytes;
+}
+
+TEST_F(App, NamesAllDamagedImagesAtOnce) {
+  damage(scene_ / "images" / "east_001.jpg");
+  damage(scene_ / "images" / "nadir_001.jpg");
+  const Outcome outcome = run(texture(out_));
+  expect_one_sentence(outcome, "2 photos cannot be decoded", "--skip-bad-photos");
+  for (const char* name : {"east_001.jpg: cannot be decoded whole", "nadir_001.jpg: cannot be decoded whole"})
+    EXPECT_NE(outcome.err.find(name), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(out_));
+}
+
+TEST_F(App, GoesOnWithoutBadImagesAndListsThem) {
+  fs::remove(scene_ / "images" / "nadir_001.jpg");
+  expect_one_sentence(run(texture(out_)), "nadir_001.jpg", "--skip-bad-photos");
+  damage(scene_ / "images" / "east_001.jpg");
+  const Outcome outcome = run(texture(out_, {"--skip-bad-photos"}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto counts = run_json(out_)["counts"];
+  EXPECT_EQ(counts["used_views"], 3);
+  ASSERT_EQ(counts["bad_photos"].size(), 2);
+  std::map<std::string, std::string> problems;
+  for (const auto& photo : counts["bad_photos"]) problems[photo["view"]] = photo["problem"];
+  EXPECT_EQ(problems, (std::map<std::string, std::string>{{"nadir_001.jpg", "missing"}, {"east_001.jpg", "damaged"}}));
+  EXPECT_NE(outcome.err.find("left out: "), std::string::npos) << outcome.err;
+}
+
+TEST_F(App, ShowsNoControlCharactersOfNames) {
+  const fs::path images = scene_ / "colmap" / "images.txt";
+  std::string text = read_file(images);
+  text.replace(text.find("nadir_001.jpg"), 13, "\x1B[31mred.jpg");
+  std::ofstream(images) << text;
+  for (const auto& words : {texture(out_), std::vector<std::string>{"inspect", (scene_ / "colmap").string()}}) {
+    const Outcome outcome = run(words);
+    EXPECT_EQ((outcome.out + outcome.err).find('\x1B'), std::string::npos) << outcome.err;
+    EXPECT_NE((outcome.out + outcome.err).find("\\x1b[31mred.jpg"), std::string::npos) << outcome.out << outcome.err;
+  }
 }
 
 TEST_F(App, RefusesCamerasCutInTheMiddle) {

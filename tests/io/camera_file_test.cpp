@@ -309,7 +309,7 @@ TEST_P(Colmap, ReducesCamerasExactly) {
   EXPECT_TRUE(contains(input_error([&] { read_scene(model, {.downscale = 49}); }), "too small"));
 }
 
-TEST_P(Colmap, NamesMissingPhotosUpToAHandful) {
+TEST_P(Colmap, NamesAllMissingPhotos) {
   ColmapFolder files;
   const auto model = files.model(GetParam());
   std::filesystem::remove(files.folder.path() / "images/b/two.png");
@@ -321,8 +321,7 @@ TEST_P(Colmap, NamesMissingPhotosUpToAHandful) {
     many.push_back({i, {1, 0, 0, 0}, {0, 0, 0}, 7, std::string("m").append(std::to_string(i))});
   const std::string nine = input_error([&] { read_scene(files.model(GetParam(), kCameras, many), {}); });
   EXPECT_TRUE(contains(nine, "9 of 9"));
-  EXPECT_TRUE(contains(nine, "m0, m1, m2, m3, m4, ..."));
-  EXPECT_EQ(nine.find(", m5"), std::string::npos);
+  EXPECT_TRUE(contains(nine, "m0, m1, m2, m3, m4, m5, m6, m7, m8"));
 }
 
 TEST_P(Colmap, RefusesPhotosOfAnotherSizeAndBrokenOnes) {
@@ -330,10 +329,10 @@ TEST_P(Colmap, RefusesPhotosOfAnotherSizeAndBrokenOnes) {
   const auto model = files.model(GetParam());
   files.photo("b/two.png", kFrameWidth, kFrameHeight + 1);
   const std::string error = input_error([&] { read_scene(model, {}); });
-  EXPECT_TRUE(contains(error, "images/b/two.png: is 64 x 49 pixels"));
+  EXPECT_TRUE(contains(error, "b/two.png (is 64 x 49 pixels"));
   EXPECT_TRUE(contains(error, "64 x 48"));
   files.folder.write("images/b/two.png", "no image");
-  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "images/b/two.png: is no image"));
+  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "b/two.png (is no image"));
 }
 
 TEST_P(Colmap, RefusesWhatIsNoScene) {

@@ -81,7 +81,10 @@ TEST_F(Masks, AreFoundInAFolderOfTheirOwn) {
   EXPECT_TRUE(contains(input_error([&] { scene(options); }), "masks: is not a folder"));
   std::filesystem::create_directories(*options.masks_dir / "a");
   EXPECT_TRUE(contains(input_error([&] { scene(options); }),
-                       "holds no mask of any photo; expected names like a/p.tif.mask.png"));
+                       "holds no mask of any photo; expected names like a/p.tif.mask.png, a/p.tif.png or a/p.tif, it "
+                       "holds no file"));
+  folder_.write("masks/a/other.png", "");
+  EXPECT_TRUE(contains(input_error([&] { scene(options); }), "or a/p.tif, found a/other.png"));
   mask(*options.masks_dir / "a" / "p.tif.png", block(3, 3, 9, 9));  // COLMAP's spelling
   mask(*options.masks_dir / "q.mask.png", block(4, 4, 9, 9));       // without the sub-folder
   const Scene found = scene(options);
@@ -118,6 +121,55 @@ TEST_F(Masks, BlackIsZeroInEveryColorAndNothingElse) {
   expect_block(read_exclusion(scene().views[0]), 0, 0, 1, 1);
   mask(file, Bytes(kMaskWidth * kMaskHeight, 255));
   EXPECT_FALSE(read_exclusion(scene().views[0]));
+}
+
+// Two blocks, of what JPEG and resampling make of black, and a ramp between black and white.
+TEST_F(Masks, OfGreyAreDecidedAtHalf) {
+  Bytes soft = block(0, 0, 10, 10);
+  for (std::uint8_t& sample : soft) sample = sample == 0 ? 6 : 251;
+  for (int x = 20; x < 30; ++x)
+    for (int y = 0; y < kMaskHeight; ++y) soft[static_cast<std::size_t>(y * kMaskWidth + x)] = x < 25 ? 120 : 140;
+  mask(photo("p.tif.mask.png"), soft);
+  const auto expect_decided = [](const std::optional<PhotoExclusion>& found) {
+    ASSERT_TRUE(found);
+    for (int y = 0; y < kMaskHeight; ++y)
+      for (int x = 0; x < kMaskWidth; ++x)
+        ASSERT_EQ(found->excludes(x, y), (x < 10 && y < 10) || (x >= 20 && x < 25)) << x << ", " << y;
+  };
+  const Scene made = scene();
+  expect_decided(read_exclusion(made.views[0]));
+  EXPECT_TRUE(contains(made.warnings.at(0), "100.0 % of a mask's pixels are grey"));
+  EXPECT_FALSE(has_plain_mask(made.views[0]));  // other programs would exclude nothing
+  std::filesystem::remove(photo("p.tif.mask.png"));
+  mask(photo("p.tif.mask.png"), block(0, 0, 10, 10));
+  EXPECT_TRUE(scene().warnings.empty());
+  // In a lossy file 1 is no label.
+  std::filesystem::remove(photo("p.tif.mask.png"));
+  write_image(photo("p.tif.mask.jpg"), {kMaskWidth, kMaskHeight, 1, Bytes(kMaskWidth * kMaskHeight, 3)},
+              ImageFormat::jpg, 100);
+  expect_block(read_exclusion(scene().views[0]), 0, 0, kMaskWidth, kMaskHeight);
+}
+
+TEST_F(Masks, AreFoundUnderThePhotosOwnNameInAnyCase) {
+  SceneOptions options;
+  options.masks_dir = folder_.path() / "masks";
+  mask(*options.masks_dir / "P.TIF", block(3, 3, 9, 9));
+  std::filesystem::create_directories(*options.masks_dir / "a");
+  write_image(*options.masks_dir / "a" / "q.jpg", {kMaskWidth, kMaskHeight, 1, block(8, 8, 16, 16)}, ImageFormat::jpg,
+              100);
+  const Scene found = scene(options);
+  expect_block(read_exclusion(found.views[0]), 3, 3, 9, 9);
+  expect_block(read_exclusion(found.views[1]), 8, 8, 16, 16);
+  options.masks_dir = folder_.path() / "images";  // a photo is no mask of its own
+  EXPECT_TRUE(contains(input_error([&] { scene(options); }), "holds no mask of any photo"));
+}
+
+TEST_F(Masks, OfAnotherSizeAreNamedAllAtOnce) {
+  store(photo("p.mask.png"), 35, 25, 1, OIIO::TypeUInt8, Bytes(35 * 25, 255));
+  store(photo("q.mask.png"), 35, 25, 1, OIIO::TypeUInt8, Bytes(35 * 25, 255));
+  const std::string error = input_error([&] { scene(); });
+  EXPECT_TRUE(contains(error, "2 masks cannot be used: "));
+  EXPECT_TRUE(contains(error, "p.mask.png: is 35 x 25") && contains(error, "q.mask.png: is 35 x 25"));
 }
 
 TEST_F(Masks, AlphaOfAPhotoExcludesAndJoinsItsMask) {

@@ -1,4 +1,5 @@
 #include "io/scene_files.h"
+#include "tests/support/errors.h"
 #include "tests/support/scene_folder.h"
 #include "tests/support/zip_archive.h"
 
@@ -262,9 +263,90 @@ TEST(PhotoFiles, ScalesCamerasToPhotosOfTheSameShape) {
 TEST(PhotoFiles, RefusesPhotosOfAnotherShape) {
   const Photos files({"a.jpg"}, 4000, 2250);
   files.photo("a.jpg", 1333, 748);
-  EXPECT_TRUE(contains(input_error([&] { files.read(); }), "which is of another shape"));
+  EXPECT_TRUE(contains(input_error([&] { files.read(); }), "1 of 1 photos are of another shape"));
   files.photo("a.jpg", 750, 1333);
-  EXPECT_TRUE(contains(input_error([&] { files.read(); }), "it has been turned by a quarter"));
+  EXPECT_TRUE(contains(input_error([&] { files.read(); }), "1 of 1 photos have been turned by a quarter: a.jpg"));
+}
+
+/// Two of each kind of bad photos beside a good one; a name that was mangled.
+class AllKindsOfPhotos : public Photos {
+ public:
+  AllKindsOfPhotos()
+      : Photos({"IMG~1.jpg", "cut1.jpg", "cut2.jpg", "good.jpg", "gone.jpg", "odd1.jpg", "odd2.jpg", "torn1.jpg",
+                "torn2.jpg", "turned1.jpg", "turned2.jpg", "x/twice.jpg"}) {
+    const auto path = [&](const std::string& name) { return folder.path() / "photos" / name; };
+    for (const char* name : {"IMG 1.jpg", "good.jpg", "cut1.jpg", "cut2.jpg", "y/twice.jpg", "z/twice.jpg"})
+      photo(name);
+    for (const char* number : {"1", "2"}) {
+      std::filesystem::resize_file(path(std::string("cut") + number + ".jpg"), 60);
+      photo(std::string("odd") + number + ".jpg", 20, 30);
+      photo(std::string("turned") + number + ".jpg", 30, 40);
+      folder.write(std::string("photos/torn") + number + ".jpg", "no jpeg");
+    }
+  }
+};
+
+TEST(PhotoFiles, NamesAllBadPhotosInOneErrorWithWaysOut) {
+  const AllKindsOfPhotos files;
+  const std::optional<Error> error = test::caught([&] { files.read(); });
+  ASSERT_TRUE(error);
+  const std::string said = error->what();
+  for (const char* part :
+       {"2 of 12 photos are not in", ": IMG~1.jpg (there is IMG 1.jpg), gone.jpg; ",
+        "1 of 12 photos could be any of several files: x/twice.jpg (", "2 of 12 photos cannot be read: torn1.jpg (",
+        "torn2.jpg (", "2 of 12 photos end too early: cut1.jpg (", "cut2.jpg (",
+        "2 of 12 photos have been turned by a quarter: turned1.jpg (is 30 x 40 pixels", "turned2.jpg (",
+        "2 of 12 photos are of another shape than their cameras: odd1.jpg (is 20 x 30 pixels", "odd2.jpg ("})
+    EXPECT_TRUE(contains(said, part)) << part << "\n" << said;
+  EXPECT_FALSE(contains(said, "good.jpg"));
+  EXPECT_EQ(error->cures(), (std::vector{Cure::skip_bad_photos, Cure::photos_folder}));
+}
+
+TEST(PhotoFiles, GoesOnWithoutBadPhotosIfItMay) {
+  const AllKindsOfPhotos files;
+  SceneOptions options{.images_dir = files.folder.path() / "photos", .skip_bad_photos = true};
+  const auto read = [&] { return read_scene(files.folder.path() / "model", options); };
+  const Scene scene = read();
+  ASSERT_EQ(scene.views.size(), 12);
+  EXPECT_EQ(scene.bad_photos.size(), 11);
+  for (const View& view : scene.views) EXPECT_EQ(view.photo.empty(), view.name != "good.jpg") << view.name;
+  EXPECT_TRUE(contains(scene.warnings.at(0), "left out: 2 of 12 photos are not in"));
+  std::filesystem::remove(files.folder.path() / "photos" / "good.jpg");
+  const std::optional<Error> error = test::caught(read);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->cures(), std::vector{Cure::photos_folder});
+}
+
+// Damage behind the headers shows only in decoding.
+TEST(PhotoFiles, DecodesPhotosToFindTheDamagedOnesToLeaveOut) {
+  const Photos files({"a.jpg", "b.jpg"});
+  files.photo("a.jpg");
+  files.photo("b.jpg");
+  std::string bytes = test::read_file(files.folder.path() / "photos" / "b.jpg");  // a PNG
+  bytes[bytes.find("IDAT") + 30] ^= 0x55;
+  files.folder.write("photos/b.jpg", bytes);
+  EXPECT_EQ(files.read().bad_photos.size(), 0);
+  const SceneOptions options{.images_dir = files.folder.path() / "photos", .skip_bad_photos = true};
+  const Scene scene = read_scene(files.folder.path() / "model", options);
+  ASSERT_EQ(scene.bad_photos.size(), 1);
+  EXPECT_EQ(scene.bad_photos[0].view, "b.jpg");
+  EXPECT_EQ(scene.bad_photos[0].problem, BadPhoto::Problem::damaged);
+}
+
+TEST(PhotoFiles, AreReplacedByTheirTextureLayers) {
+  const Photos files({"a.jpg", "b.jpg", "c.jpg", "d.jpg"});
+  for (const char* name : {"a.jpg", "b.jpg", "c.jpg", "d.jpg", ".texture/a.jpg", ".texture/b.PNG", "c.jpg.texture.png",
+                           ".geometry/d.jpg", ".mask/a.png", "b.jpg.mask.jpg"})
+    files.photo(name);
+  const Scene scene = files.read();
+  const auto path = [&](const char* name) { return files.folder.path() / "photos" / name; };
+  EXPECT_EQ(scene.views[0].photo, path(".texture/a.jpg"));
+  EXPECT_EQ(scene.views[1].photo, path(".texture/b.PNG"));
+  EXPECT_EQ(scene.views[2].photo, path("c.jpg.texture.png"));
+  EXPECT_EQ(scene.views[3].photo, path("d.jpg"));
+  EXPECT_EQ(scene.views[0].mask, path(".mask/a.png"));
+  EXPECT_EQ(scene.views[1].mask, path("b.jpg.mask.jpg"));
+  EXPECT_TRUE(contains(scene.warnings.at(0), "3 photos are replaced by their texture layers of RealityCapture"));
 }
 
 TEST(PhotoFiles, MakesNamesFitToNameOutputs) {

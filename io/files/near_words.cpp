@@ -1,10 +1,10 @@
-#include "app/cli/near_words.h"
+#include "io/near_words.h"
 
 #include <algorithm>
 #include <numeric>
 #include <utility>
 
-namespace gpvc::cli {
+namespace gpvc::io {
 namespace {
 
 // Levenshtein's distance, O(|a| |b|).
@@ -36,4 +36,4 @@ std::vector<std::string> near_words(const std::string& word, const std::vector<s
   return nearest;
 }
 
-}  // namespace gpvc::cli
+}  // namespace gpvc::io
