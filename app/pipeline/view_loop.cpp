@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "app/checks/black_borders.h"
 #include "io/photos.h"
 #include "visibility/visibility.h"
 
@@ -46,6 +47,7 @@ std::optional<visibility::DeviceInfo> look_at_views(const Run& run, const ViewSt
   const std::launch policy = launch_policy();
   std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
   std::future<void> costs;  // waited for before what it uses goes, also where the run is cancelled
+  checks::BlackBorders borders;
   std::size_t n = 0;
   try {
     for (; n < input.views.size(); ++n) {
@@ -61,8 +63,10 @@ std::optional<visibility::DeviceInfo> look_at_views(const Run& run, const ViewSt
       visibility.classify(input.scene.views[index(id)], id, photos.exclusion(id).get(), visible);
       if (steps.drawn) steps.drawn(id, visible);
       if (costs.valid()) costs.get();
-      costs = std::async(policy,
-                         [&steps, &visible, id, photo = decoded.share()] { steps.decoded(id, *photo.get(), visible); });
+      costs = std::async(policy, [&run, &steps, &borders, &visible, id, photo = decoded.share()] {
+        borders.add(run.input.scene.views[index(id)].camera, *photo.get());
+        steps.decoded(id, *photo.get(), visible);
+      });
     }
     if (costs.valid()) costs.get();
   } catch (const InputError&) {
@@ -70,6 +74,7 @@ std::optional<visibility::DeviceInfo> look_at_views(const Run& run, const ViewSt
     refuse_damaged(run, n == 0 ? 0 : n - 1);  // while the costs of a view are computed, the next one is drawn
     throw;
   }
+  if (const Remark remark = borders.remark(); !remark.text.empty()) observer.warning(remark.text, remark.cures);
   return device ? std::optional(device->info()) : std::nullopt;
 }
 

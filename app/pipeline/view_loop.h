@@ -27,7 +27,8 @@ struct ViewSteps {
 };
 
 /// Draws on the device that the settings name, of which it notes what draws and what classifies. Within a stage; reports its
-/// progress. Returns the device; nullopt: views were drawn natively. Throws GpuError, and what the photos throw: one InputError about all that cannot be decoded.
+/// progress. Returns the device; nullopt: views were drawn natively. Warns of black
+/// borders of the photos. Throws GpuError, and what the photos throw: one InputError about all that cannot be decoded.
 std::optional<visibility::DeviceInfo> look_at_views(const Run& run, const ViewSteps& steps);
 
 }  // namespace gpvc::pipeline

@@ -293,6 +293,11 @@ void check_photo_end(const fs::path& file) {
   if (tail.find("\xFF\xD9") == std::string_view::npos) check_jpeg({file, "", view});
 }
 
+int sample_bits(const fs::path& file) {
+  const OIIO::TypeDesc type = open_image(file)->spec().format;
+  return type.is_floating_point() ? 0 : static_cast<int>(8 * type.basesize());
+}
+
 bool has_alpha(const fs::path& file) {
   const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
   // The fourth byte of a BMP's pixels is reserved, and 0 in most files.

@@ -29,6 +29,9 @@ inline std::string size_text(int width, int height) { return std::to_string(widt
 /// From the header alone, as stored (orientation not applied). Throws InputError.
 ImageSize read_image_size(const std::filesystem::path& file);
 
+/// Bits a sample, and 0 for samples that are no integers. From the header alone. Throws InputError.
+int sample_bits(const std::filesystem::path& file);
+
 /// From the header alone. Throws InputError.
 bool has_alpha(const std::filesystem::path& file);
 

@@ -319,6 +319,7 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   refuse_bad_photos(file, needed, folder, options.skip_bad_photos);
   if (!options.whole_fisheyes) find_image_circles(file.views, needed);
   find_masks(file, options);
+  warn_of_unused_range(file);
   Scene scene;
   scene.source = source;
   for (View& view : file.views) {

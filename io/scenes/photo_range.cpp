@@ -1,0 +1,43 @@
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+
+#include "io/files/text_scan.h"
+#include "io/images.h"
+#include "io/images/image_file.h"
+#include "io/photos.h"
+#include "io/scenes/photo_files.h"
+
+namespace gpvc::io {
+
+void warn_of_unused_range(SceneFile& scene) {
+  std::vector<std::size_t> candidates;  // others than JPEGs, whose headers need not be opened
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const std::string extension = lower_case(scene.views[i].photo.extension().string());
+    if (!scene.views[i].photo.empty() && extension != ".jpg" && extension != ".jpeg") candidates.push_back(i);
+  }
+  constexpr std::size_t kMost = 8;
+  const std::size_t count = std::min(candidates.size(), kMost);
+  std::array<std::atomic<bool>, 256> used{};
+  std::atomic<std::size_t> deep{0};
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t n) {
+    try {
+      const std::filesystem::path& photo = scene.views[candidates[n * candidates.size() / count]].photo;
+      if (sample_bits(photo) <= 8) return;
+      for (const std::uint8_t value : read_image(photo).pixels) used[value].store(true, std::memory_order_relaxed);
+      ++deep;
+    } catch (const InputError&) {
+      // told where the photo is used
+    }
+  });
+  const auto levels = std::ranges::count_if(used, [](const std::atomic<bool>& level) { return level.load(); });
+  constexpr auto kFew = 64;
+  if (deep == 0 || levels >= kFew) return;
+  scene.warnings.push_back("photos of more than 8 bits a sample use " + std::to_string(levels) +
+                           " of the 256 levels of 8 bits, which they are worked on with (" + std::to_string(deep) +
+                           " were looked at): stretch all of them alike over the whole range of their files");
+}
+
+}  // namespace gpvc::io
