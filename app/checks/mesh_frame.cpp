@@ -107,7 +107,7 @@ double agreement(const Scene& scene, const Mesh& mesh, std::span<const ViewId> u
 
 // Between meshes that lie right and wrong the difference is large as a rule; where it is small, the coordinates that
 // the files state are the likelier.
-constexpr double kClearly = 1.5;
+constexpr double kClearlyMore = 1.5;
 
 // From glTF's axes, with y up, to those of surveys.
 void turn_z_up(std::vector<WorldPoint>& positions) {
@@ -129,7 +129,7 @@ bool is_framed(const Scene& scene, const Mesh& mesh) {
 const SceneFrame* best_frame(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used, bool fits_own,
                              std::span<const SceneFrame> frames) {
   const SceneFrame* best = nullptr;
-  double most = fits_own && !frames.empty() ? kClearly * agreement(scene, mesh, used) : 0;
+  double most = fits_own && !frames.empty() ? kClearlyMore * agreement(scene, mesh, used) : 0;
   for (const SceneFrame& frame : frames) {
     Scene moved = scene;
     take_cameras_to(frame, moved);
@@ -227,7 +227,7 @@ io::HeightsAbove heights_of(const std::string& crs, const Scene& scene, std::spa
   using io::HeightsAbove;
   const double own = agreement_from(crs, scene, used, few, HeightsAbove::own_ellipsoid),
                other = agreement_from(crs, scene, used, few, HeightsAbove::ellipsoid_of_target);
-  return other > kClearly * own ? HeightsAbove::ellipsoid_of_target : HeightsAbove::own_ellipsoid;
+  return other > kClearlyMore * own ? HeightsAbove::ellipsoid_of_target : HeightsAbove::own_ellipsoid;
 }
 
 std::optional<io::MissingGrid> missing_grid(const std::string& crs, const Scene& scene, io::HeightsAbove heights,
@@ -288,7 +288,7 @@ Remark match_frames(Scene& scene, Mesh& mesh, std::span<const ViewId> used, cons
     Mesh turned = few;
     turn_z_up(turned.positions);
     if (fits(scene, turned, used) &&
-        (!fits_own || agreement(scene, turned, used) > kClearly * agreement(scene, few, used))) {
+        (!fits_own || agreement(scene, turned, used) > kClearlyMore * agreement(scene, few, used))) {
       turn_z_up(mesh.positions);
       return {"the mesh has y up, as glTF asks, and fits the cameras with z up: it is turned"};
     }
