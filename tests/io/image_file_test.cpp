@@ -200,9 +200,9 @@ TEST(ReadImage, RefusesJpegWithADamagedBody) {
     std::mt19937 random(seed);
     std::string damaged = good;
     for (int n = 0; n < 30; ++n) damaged[data + random() % (good.size() - data - 2)] = static_cast<char>(random());
-    EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("damaged.jpg", damaged)); }),
-                         "damaged.jpg: cannot be decoded whole"))
-        << seed;
+    const std::string said = input_error([&] { read_image(folder.write("damaged.jpg", damaged)); });
+    EXPECT_TRUE(contains(said, "damaged.jpg: ")) << seed;  // at a byte, where the damage made the data end too early
+    EXPECT_TRUE(contains(said, "cannot be decoded whole")) << seed;
   }
   const std::string lacking = good.substr(0, data + 1000) + good.substr(data + 3000);
   EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("lacking.jpg", lacking)); }), "lacking.jpg"));
