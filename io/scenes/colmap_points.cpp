@@ -215,7 +215,10 @@ std::vector<Sighting> read_sightings(const Scene& scene, std::size_t most) {
   std::size_t found = 0;
   parse_colmap_points(file->extension() == ".bin", *file, FileBytes(*file).view(),
                       [&](std::uint64_t point, const WorldPoint& p, std::span<const std::uint32_t>) {
-                        if (const auto at = positions.find(point); at != positions.end()) at->second = p, ++found;
+                        const auto at = positions.find(point);
+                        if (at == positions.end()) return;
+                        at->second = p;
+                        ++found;
                       });
   if (found < positions.size()) return {};  // lists of two models
   std::vector<Sighting> sightings;
