@@ -63,12 +63,6 @@ bool is_sound(const ViewRule& rule, const Input& input) {
          std::ranges::all_of(rule.views, [&](ViewId view) { return is_of_views(view, input); });
 }
 
-bool is_sound(const atlas::ViewExposure& exposure) {
-  return std::ranges::all_of(exposure.gain, [](float gain) { return std::isfinite(gain) && gain > 0; }) &&
-         std::isfinite(exposure.centre_x + exposure.centre_y + exposure.k1 + exposure.k2) &&
-         std::isfinite(exposure.inverse_radius2) && exposure.inverse_radius2 >= 0;
-}
-
 // Corners in [0, 1] of pages that are there.
 bool is_sound(const io::TexturedModel& model, std::size_t faces, std::size_t pages) {
   return model.face_texcoords.size() == faces && model.face_page.size() == faces &&
@@ -89,7 +83,7 @@ bool is_sound(const EditModel& m, const Input& input) {
          is_sound(m.model, faces, pages) &&
          std::ranges::all_of(m.labels, [&](ViewId view) { return view == kNoView || is_of_views(view, input); }) &&
          std::ranges::all_of(m.face_chart, [&](std::uint32_t chart) { return chart < charts; }) &&
-         std::ranges::all_of(m.exposure, [](const auto& exposure) { return is_sound(exposure); }) &&
+         std::ranges::all_of(m.exposure, [](const auto& exposure) { return pipeline::is_sound(exposure); }) &&
          std::ranges::all_of(m.rules, [&](const ViewRule& rule) { return is_sound(rule, input); });
 }
 

@@ -1,9 +1,12 @@
 // The members of what steps leave for other steps (io/members.h), and what a view leaves.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "../../atlas/atlas.h"
 #include "../../io/image.h"
 #include "../../io/members.h"
 #include "../../io/scene_members.h"
@@ -39,6 +42,13 @@ GPVC_MEMBERS(ViewFit, sees_faces, tie_points, preview)
 
 namespace gpvc::pipeline {
 GPVC_MEMBERS(PackedCoverage, view, bytes)
+
+/// True if it changes colours to colours.
+inline bool is_sound(const atlas::ViewExposure& exposure) {
+  return std::ranges::all_of(exposure.gain, [](float gain) { return std::isfinite(gain) && gain > 0; }) &&
+         std::isfinite(exposure.centre_x + exposure.centre_y + exposure.k1 + exposure.k2) &&
+         std::isfinite(exposure.inverse_radius2) && exposure.inverse_radius2 >= 0;
+}
 
 /// True if its preview has as many bytes as its size says.
 inline bool is_sound(const checks::ViewFit& fit) {

@@ -158,9 +158,8 @@ void UnitRunner::level(const Unit& unit, const io::WorkKey& key) {
   for (std::size_t t = 0; t < job_.tiles(0).size(); ++t) {
     const auto more = folder_.get<SeamRatios>(expose_unit(t), "ratios", [&](const SeamRatios& found) {
       return found.faces.size() == faces.size() &&
-             std::ranges::all_of(found.ratios, [&](const atlas::SeamRatio& ratio) {
-               return std::ranges::all_of(ratio.views, [&](std::uint32_t view) { return view < faces.size(); });
-             });
+             std::ranges::all_of(found.ratios,
+                                 [&](const atlas::SeamRatio& ratio) { return is_sound(ratio, job_.scene); });
     });
     ratios.insert(ratios.end(), more.ratios.begin(), more.ratios.end());
     for (std::size_t v = 0; v < faces.size(); ++v) faces[v] += more.faces[v];

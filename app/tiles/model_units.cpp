@@ -10,6 +10,7 @@
 
 #include "app/pipeline/bake_into.h"
 #include "app/pipeline/memory.h"
+#include "app/pipeline/stored.h"
 #include "app/pipeline/texture_files.h"
 #include "app/tiles/tile_atlas.h"
 #include "app/tiles/tile_work.h"
@@ -28,7 +29,8 @@ namespace fs = std::filesystem;
 // \param reduction of the photos that they are for
 std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder, const Job& job, double reduction) {
   auto exposure = folder.get<std::vector<atlas::ViewExposure>>(kLevelUnit, "exposure", [&](const auto& found) {
-    return found.empty() || found.size() == job.scene.views.size();
+    return (found.empty() || found.size() == job.scene.views.size()) &&
+           std::ranges::all_of(found, [](const atlas::ViewExposure& each) { return pipeline::is_sound(each); });
   });
   for (atlas::ViewExposure& each : exposure) {
     each.centre_x /= reduction;

@@ -97,6 +97,13 @@ bool is_sound(std::span<const ViewTells> views, const Scene& scene) {
   });
 }
 
+bool is_sound(const atlas::SeamRatio& ratio, const Scene& scene) {
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  return are_below(ratio.views, scene.views.size()) && std::ranges::all_of(ratio.logs[0], is_finite) &&
+         std::ranges::all_of(ratio.logs[1], is_finite) && std::ranges::all_of(ratio.r2, is_finite) &&
+         std::isfinite(ratio.weight) && ratio.weight >= 0;
+}
+
 bool is_sound(std::span<const ViewId> labels, const Scene& scene) {
   return std::ranges::all_of(labels, [&](ViewId view) { return view == kNoView || index(view) < scene.views.size(); });
 }

@@ -17,6 +17,7 @@ bool is_sound(const TileSight& seen, const Scene& scene, std::size_t faces);
 bool is_sound(const TileCosts& costs, const Scene& scene, std::size_t faces);
 bool is_sound(const labeling::PhotoJudgement& photos, const Scene& scene);
 bool is_sound(std::span<const ViewTells> views, const Scene& scene);
+bool is_sound(const atlas::SeamRatio& ratio, const Scene& scene);
 /// Views of the scene, or none.
 bool is_sound(std::span<const ViewId> labels, const Scene& scene);
 

@@ -40,8 +40,9 @@ struct ColorMean {
   }
 };
 
+/// 0 for what is no number.
 inline std::uint8_t to_grey_level(float value) {
-  return static_cast<std::uint8_t>(value <= 0 ? 0 : value >= 255 ? 255 : static_cast<int>(value + 0.5f));
+  return static_cast<std::uint8_t>(value >= 255 ? 255 : value > 0 ? static_cast<int>(value + 0.5f) : 0);
 }
 
 inline void store(std::uint8_t* texel, const Color& c) {
