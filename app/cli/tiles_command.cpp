@@ -43,8 +43,8 @@ Json read_listing(const fs::path& job) {
   return json;
 }
 
-// Throws InputError where job.json lists other options than those that the units work with, which are in mesh/: whoever has
-// edited it expects another result.
+// Units work with the options that mesh/scene holds; job.json only shows them to people. Throws InputError where the two differ,
+// since a user who edited job.json expects the edited options to be used.
 void check_listing(const fs::path& job, const tiles::JobSettings& settings) {
   const Json json = read_listing(job);
   const Json listed = json.contains("settings") ? json["settings"] : Json();

@@ -246,8 +246,8 @@ class PolygonBands {
   const std::vector<std::array<double, 2>>& corners_;
   double low_ = 0, high_ = 0;
   std::size_t bands_ = 1;
-  std::vector<std::size_t> first_,
-      sides_;  ///< per band, where its sides begin; sides by band, each by its second corner
+  std::vector<std::size_t> first_;  ///< per band, the place in sides_ at which its sides begin
+  std::vector<std::size_t> sides_;  ///< by band; each is named by its second corner
 };
 
 bool contains(const BoxRegion& box, const WorldPoint& p) {
