@@ -10,6 +10,7 @@
 #include "io/reference_system.h"
 #include "io/vector.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/without_grids.h"
 
 namespace gpvc {
 namespace {
@@ -283,7 +284,7 @@ TEST_F(MeshFrame, HeightsMayBeAboveEitherEllipsoid) {
 // Left as they are, they would be 45 m off.
 TEST_F(MeshFrame, HeightsThatNeedAMissingGridAreRefused) {
   const std::string crs = "EPSG:32630+3855";  // above the geoid of 2008
-  if (!io::missing_grid(crs, scene_.srs, kMiddle)) GTEST_SKIP() << "PROJ has the grid of EGM2008";
+  const test::WithoutGrids without;
   Mesh mesh = utm_;
   const std::string error = test::input_error([&] { match(mesh, crs); });
   EXPECT_TRUE(contains(error, "m.ply: cannot be brought to the scene's EPSG:4978: PROJ lacks the grid ")) << error;

@@ -14,6 +14,7 @@
 #include "io/reference_system.h"
 #include "io/vector.h"
 #include "tests/support/grid_mesh.h"
+#include "tests/support/without_grids.h"
 #include "visibility/baselines/ray_mesh.h"
 
 namespace gpvc::tileset {
@@ -307,8 +308,7 @@ TEST(TilesetJson, HeightsWhoseGridIsMissingAreNotPlaced) {
   io::ModelOptions options;
   options.srs = "EPSG:32632+3855";
   options.srs_offset = {500000, 5600000, 100};
-  if (!io::missing_grid(options.srs, io::kGeocentric, options.srs_offset))
-    GTEST_SKIP() << "PROJ has the grid of EGM2008";
+  const test::WithoutGrids without;
   EXPECT_FALSE(geocentric_from_tile(options));
   EXPECT_TRUE(obstacle_to_geocentric(options).starts_with("PROJ lacks the grid ")) << obstacle_to_geocentric(options);
 }
