@@ -66,6 +66,7 @@ void JobPhotos::add(const Unit& unit, io::WorkHash& hash) {
         throw InputError(file, "",
                          fmt::format("is not the file that unit {} looked at; run that unit again, and those after it",
                                      see_unit(0, group)));
+      hash.add(found->second.hash);
     }
   }
 }
