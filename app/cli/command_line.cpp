@@ -19,7 +19,7 @@
 #include "app/cli/help.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/options.h"
-#include "io/near_words.h"
+#include "app/cli/usage.h"
 #include "visibility/device.h"
 
 namespace gpvc::cli {
@@ -100,27 +100,6 @@ const CLI::App& reached_command(const CLI::App& app) {
   return *at;
 }
 
-// One sentence that says what is wrong with the arguments, in CLI11's words where they are clear.
-std::string usage_complaint(const CLI::App& reached, const CLI::ParseError& error) {
-  const auto meant = [](const std::string& word, const std::vector<std::string>& words) {
-    const auto near = io::near_words(word, words, 1, 1 + word.size() / 4);
-    return near.empty() ? std::string() : fmt::format("; did you mean '{}'?", near.front());
-  };
-  std::vector<std::string> commands, options;
-  for (const CLI::App* command : reached.get_subcommands({})) commands.push_back(command->get_name());
-  for (const CLI::Option* option : reached.get_options())
-    for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
-  const std::vector<std::string> left = reached.remaining(true);
-  for (const std::string& word : left)
-    if (word.starts_with("-") && word.size() > 1)
-      return fmt::format("there is no option '{}'{}", word, meant(word.substr(0, word.find('=')), options));
-  if (!commands.empty())
-    return left.empty() ? "a command is missing"
-                        : fmt::format("there is no command '{}'{}", left.front(), meant(left.front(), commands));
-  if (!left.empty()) return fmt::format("'{}' is one argument too many", left.front());
-  return error.what();
-}
-
 struct Command {
   CLI::App* app;
   CommonOptions* common;
@@ -170,15 +149,21 @@ int run_command_line(int argc, char** argv) {
       kExitStatus);
 
   const std::vector<Command> commands = add_commands(app);
+  const auto refuse = [](const std::string& complaint, const CLI::App& reached) {
+    std::fprintf(stderr, "gpvc: error: %s\nTry '%s --help'.\n", results::printable(complaint).c_str(),
+                 full_name(reached).c_str());
+    return kBadUsage;
+  };
+  std::vector<std::string> words = without_help_command({argv, argv + argc});
+  if (const auto wrong = wrong_command(app, words)) return refuse(wrong->sentence, *wrong->reached);
   try {
-    app.parse(argc, argv);
+    std::vector<std::string> reversed(words.rbegin(), words.rend() - 1);  // as the parser takes them
+    app.parse(std::move(reversed));
   } catch (const CLI::Success& e) {  // --help, --version
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
     const CLI::App& reached = reached_command(app);
-    std::fprintf(stderr, "gpvc: error: %s\nTry '%s --help'.\n", results::printable(usage_complaint(reached, e)).c_str(),
-                 full_name(reached).c_str());
-    return kBadUsage;
+    return refuse(usage_complaint(reached, e), reached);
   }
   for (const Command& command : commands) {
     if (!command.app->parsed()) continue;
