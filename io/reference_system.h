@@ -20,13 +20,14 @@ enum class HeightsAbove { own_ellipsoid, ellipsoid_of_target };
 
 /// Takes points from one system to another. Systems are what PROJ reads: EPSG:25832, a WKT, a PROJ string. x is east or
 /// longitude in degrees, y north or latitude. Throws Error: one sentence that names the system that is unknown, the first point that lies
-/// beyond what can be projected, or the grid that is missing where PROJ would leave heights as they are. O(points).
+/// beyond what can be projected, or what is missing (MissingGrid) where PROJ would leave heights as they are. O(points).
 void transform_points(const std::string& from, const std::string& to, std::span<WorldPoint> points,
                       HeightsAbove heights = HeightsAbove::own_ellipsoid);
 
-/// A grid that PROJ needs for the best way from one system to another, and does not have.
+/// A grid that PROJ needs for the best way from one system to another, and does not have; or that it knows no way at all to
+/// take heights from one to the other.
 struct MissingGrid {
-  std::string name;       ///< "de_bkg_gcg2016.tif"
+  std::string name;       ///< "de_bkg_gcg2016.tif"; empty where PROJ knows no way for heights, with any grid
   std::string address;    ///< where it is to be had; may be empty
   double accuracy_m = 0;  ///< of the way that PROJ takes instead; below 0: that leaves heights, or more, as they are
 };

@@ -101,7 +101,14 @@ bool covers(PJ_CONTEXT* context, const PJ* operation, const WorldPoint& degrees)
   return in_east && south <= degrees.y && degrees.y <= north;
 }
 
-/// Of the ways that cover the place, the most accurate one, if it needs a grid that is not there, and what is left then.
+/// True for a way of PROJ's that leaves heights as they are because it knows nothing better.
+bool guesses_heights(const PJ* way) {
+  const char* name = proj_get_name(way);
+  return name != nullptr && lower_case(name).find("ballpark vertical transformation") != std::string::npos;
+}
+
+/// What is missed of the ways that cover the place: the grid of the most accurate one, if it is not there, with what is left
+/// then; or any way for heights.
 std::optional<MissingGrid> missing_grid_at(PJ_CONTEXT* context, const Object& source, const Object& target,
                                            const WorldPoint& point) {
   const Object globe = system_from(context, "EPSG:4326", false);
@@ -117,7 +124,8 @@ std::optional<MissingGrid> missing_grid_at(PJ_CONTEXT* context, const Object& so
       proj_create_operations(context, source.get(), target.get(), factory.get()));
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   double best = kUnknown, usable = kUnknown;
-  std::optional<MissingGrid> missing;
+  std::optional<MissingGrid> missing, for_heights;
+  bool any = false, takes_heights = false;
   for (int i = 0; ways && i < proj_list_get_count(ways.get()); ++i) {
     const Object way(proj_list_get(context, ways.get(), i));
     if (!way || !covers(context, way.get(), {at.xy.x, at.xy.y, 0})) continue;
@@ -126,12 +134,19 @@ std::optional<MissingGrid> missing_grid_at(PJ_CONTEXT* context, const Object& so
     const double accuracy = is_guess || stated < 0 ? kUnknown : stated;
     std::optional<MissingGrid> absent = absent_grid(context, way.get());
     if (!absent) usable = std::min(usable, accuracy);
+    any = true;
+    if (!guesses_heights(way.get())) {
+      takes_heights = takes_heights || !absent;
+      if (!for_heights) for_heights = absent;
+    }
     if (accuracy >= best) continue;
     best = accuracy;
     missing = std::move(absent);
   }
+  if (best >= usable) missing.reset();
+  if (!missing && any && !takes_heights) missing = for_heights.value_or(MissingGrid{});
   if (missing) missing->accuracy_m = usable == kUnknown ? -1 : usable;
-  return missing && best < usable ? missing : std::nullopt;
+  return missing;
 }
 
 }  // namespace
@@ -145,8 +160,13 @@ std::optional<MissingGrid> missing_grid(const std::string& from, const std::stri
 }
 
 std::string sentence_on(const MissingGrid& grid, const std::string& from, const std::string& to) {
-  const std::string without = grid.accuracy_m < 0 ? "leaves heights as they are, which may be wrong by 50 m"
-                                                  : "is right within " + shortest_text(grid.accuracy_m) + " m";
+  constexpr const char* kLeft = "leaves heights as they are, which may be wrong by 50 m";
+  if (grid.name.empty())
+    return "PROJ knows no way for heights from " + short_name(from) + " to " + short_name(to) + " and " + kLeft +
+           ": expected heights of a system that it knows one for, or, if they are above the ellipsoid, the system of "
+           "the "
+           "ground alone";
+  const std::string without = grid.accuracy_m < 0 ? kLeft : "is right within " + shortest_text(grid.accuracy_m) + " m";
   return "PROJ lacks the grid " + grid.name + " for the way from " + short_name(from) + " to " + short_name(to) +
          ", and what it does without " + without + ": put the grid where PROJ looks for its files (" +
          (grid.address.empty() ? "" : grid.address + "; ") + "Debian's package proj-data holds many)";

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "tests/support/errors.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/without_grids.h"
 
@@ -102,6 +103,26 @@ TEST(ReferenceSystem, RefusesHeightsWhoseGridIsMissing) {
   } catch (const std::runtime_error& error) {
     EXPECT_EQ(error.what(), sentence_on(*grid, from, kGeocentric));
     EXPECT_TRUE(contains(error.what(), "PROJ lacks the grid " + grid->name + " for the way from 'EPSG:32632+3855'"));
+  }
+}
+
+// Of DHHN92 PROJ knows where other heights of Europe lie, but no geoid, and by itself leaves heights as they are.
+TEST(ReferenceSystem, RefusesHeightsForWhichThereIsNoWay) {
+  const WorldPoint place{500000, 5600000, 100};
+  const std::string from = "EPSG:25832+5783";
+  for (const std::string to : {"EPSG:4979", kGeocentric, "EPSG:32632"}) {
+    const auto lacking = missing_grid(from, to, place);
+    ASSERT_TRUE(lacking) << to;
+    EXPECT_EQ(lacking->name, "");
+    EXPECT_LT(lacking->accuracy_m, 0);
+    const std::optional<Error> error = test::caught([&] { transformed(from, to, place); });
+    ASSERT_TRUE(error) << to;
+    EXPECT_TRUE(contains(error->what(), "PROJ knows no way for heights from 'EPSG:25832+5783' to '" + to + "'"));
+  }
+  EXPECT_TRUE(test::caught([&] { transformed("EPSG:32632", from, place); })) << "and back";
+  for (const std::string to : {"EPSG:25833+5783", "EPSG:25832+7837"}) {
+    EXPECT_FALSE(missing_grid(from, to, place)) << to;
+    EXPECT_NEAR(transformed(from, to, place).z, 100, 0.1) << to;
   }
 }
 
