@@ -57,28 +57,78 @@ class PageList {
   std::vector<Image> images_;
 };
 
-/// The name of an image behind the options of a map_Kd, each of which takes a word or up to three numbers.
-std::string_view texture_name(std::string_view line) {
+struct Material {
+  std::string name, image;  ///< no image: empty
+  bool clamped = false;     ///< the image does not repeat
+};
+
+/// Options of a map_Kd that move a texture or change its colours, with the numbers that do not.
+struct TextureOption {
+  std::string_view name;
+  std::array<double, 3> neutral;
+};
+constexpr TextureOption kTextureOptions[] = {
+    {"-s", {1, 1, 1}}, {"-o", {0, 0, 0}}, {"-t", {0, 0, 0}}, {"-mm", {0, 1, 0}}};
+
+/// Reads a map_Kd: options, each of which takes a word or up to three numbers, and the name of the image behind them.
+void read_texture(const fs::path& file, std::string_view line, Material& material) {
+  material.clamped = false;
   for (line = trimmed(line); line.starts_with('-');) {
     std::string_view rest = line;
-    next_word(rest);
-    const bool numbers = number_from(next_word(rest)).has_value();
-    for (std::string_view more = rest; numbers && number_from(next_word(more));) rest = more;
+    const std::string_view name = next_word(rest);
+    const auto* known = std::ranges::find(kTextureOptions, name, &TextureOption::name);
+    const std::string_view word = next_word(rest);
+    std::size_t count = 0;
+    bool changes = false;
+    std::string_view more = rest;
+    for (auto number = number_from(word); number; number = number_from(next_word(more))) {
+      changes |=
+          known != std::end(kTextureOptions) && count < known->neutral.size() && *number != known->neutral[count];
+      rest = more;
+      ++count;
+    }
     if (trimmed(rest).empty()) break;
+    if (changes)
+      throw InputError(file, "material " + material.name,
+                       "the option " + std::string(trimmed(line.substr(0, line.size() - rest.size()))) +
+                           " of its texture moves it or changes its colours, expected a texture without");
+    if (name == "-clamp") material.clamped = word == "on";
     line = trimmed(rest);
   }
-  return line;
+  material.image = line;
 }
 
-/// Adds the materials of a file, each with the name of its image or none. Lines may end in CR alone.
-void read_materials(const fs::path& file, std::vector<std::pair<std::string, std::string>>& materials) {
+/// Adds the materials of a file. Lines may end in CR alone.
+void read_materials(const fs::path& file, std::vector<Material>& materials) {
   const FileBytes bytes(file);
   for (std::string_view text = without_byte_order_mark(bytes.view()); !text.empty();) {
     std::string_view line = text.substr(0, text.find_first_of("\r\n"));
     text.remove_prefix(std::min(line.size() + 1, text.size()));
     const std::string_view keyword = next_word(line);
-    if (keyword == "newmtl") materials.emplace_back(name_behind(line), "");
-    if (keyword == "map_Kd" && !materials.empty()) materials.back().second = texture_name(line);
+    if (keyword == "newmtl") materials.push_back({std::string(name_behind(line)), ""});
+    if (keyword == "map_Kd" && !materials.empty()) read_texture(file, line, materials.back());
+  }
+}
+
+/// A coordinate of a texture that does not repeat at its rim, of which only what rounding left beyond it is taken.
+float within_page(const fs::path& file, const std::string& place, const char* why, float coordinate) {
+  constexpr float kRounding = 1e-3f;
+  if (coordinate < -kRounding || coordinate > 1 + kRounding)
+    throw InputError(file, place,
+                     "has the texture coordinate " + general_text(static_cast<double>(coordinate)) +
+                         " of a texture that does not repeat (" + why + "), expected 0 to 1");
+  return std::clamp(coordinate, 0.0f, 1.0f);
+}
+
+/// Puts a face that reaches over the rim of a texture which does not repeat onto it, with corners of its own.
+void clamp_face(const fs::path& file, std::size_t face, TexturedModel& model) {
+  for (std::uint32_t& corner : model.face_texcoords[face]) {
+    const TexCoord& at = model.texcoords[corner];
+    const auto within = [&](float c) { return within_page(file, "face " + std::to_string(face), "-clamp on", c); };
+    const TexCoord inside{within(at.u), within(at.v)};
+    if (inside.u == at.u && inside.v == at.v) continue;
+    corner = static_cast<std::uint32_t>(model.texcoords.size());
+    model.texcoords.push_back(inside);
   }
 }
 
@@ -91,7 +141,8 @@ LoadedModel read_textured_obj(const fs::path& file) {
   recut_concave(result.mesh, texture.corners);
   PageList pages(file);
   std::vector<std::uint32_t> page_of_material(texture.materials.size(), kNoPage);
-  std::vector<std::pair<std::string, std::string>> materials;
+  std::vector<bool> clamped(texture.materials.size(), false);
+  std::vector<Material> materials;
   const auto read_library = [&](std::string_view name) {
     const fs::path library = folder_of(file) / with_slashes(name);
     refuse_special_file(library);
@@ -101,11 +152,12 @@ LoadedModel read_textured_obj(const fs::path& file) {
   for (std::string_view names : texture.libraries)
     if (!read_library(names))
       while (!trimmed(names).empty()) read_library(next_word(names));
-  for (const auto& [name, image] : materials) {
-    const std::uint32_t page = image.empty() ? kNoPage : pages.page(image);
-    const auto used = texture.materials.find(name);
-    if (used != texture.materials.end() && page_of_material[used->second] == kNoPage)
-      page_of_material[used->second] = page;
+  for (const Material& material : materials) {
+    const std::uint32_t page = material.image.empty() ? kNoPage : pages.page(material.image);
+    const auto used = texture.materials.find(material.name);
+    if (used == texture.materials.end() || page_of_material[used->second] != kNoPage) continue;
+    page_of_material[used->second] = page;
+    clamped[used->second] = material.clamped;
   }
   const auto unused = static_cast<std::uint32_t>(texture.texcoords.size());
   result.model.texcoords = std::move(texture.texcoords);
@@ -120,6 +172,7 @@ LoadedModel read_textured_obj(const fs::path& file) {
     result.model.face_texcoords.push_back(textured ? texture.corners[f] : Triangle{unused, unused, unused});
     const bool known = textured && texture.material[f] < page_of_material.size();
     result.model.face_page.push_back(known ? page_of_material[texture.material[f]] : kNoPage);
+    if (known && clamped[texture.material[f]]) clamp_face(file, f, result.model);
   }
   result.pages = pages.take();
   result.offset = read_offset(file.parent_path() / "offset.txt");
@@ -170,16 +223,6 @@ bool repeats(const fs::path& file, const tinygltf::Model& model, int texture) {
   return sampler.wrapS == TINYGLTF_TEXTURE_WRAP_REPEAT && sampler.wrapT == TINYGLTF_TEXTURE_WRAP_REPEAT;
 }
 
-/// A coordinate of a texture that is clamped or mirrored at its rim, of which only what rounding left beyond it is taken.
-float within_page(const fs::path& file, std::size_t vertex, float coordinate) {
-  constexpr float kRounding = 1e-3f;
-  if (coordinate < -kRounding || coordinate > 1 + kRounding)
-    throw InputError(file, "vertex " + std::to_string(vertex),
-                     "has the texture coordinate " + general_text(static_cast<double>(coordinate)) +
-                         " of a texture that does not repeat (wrapS, wrapT), expected 0 to 1");
-  return std::clamp(coordinate, 0.0f, 1.0f);
-}
-
 void append_primitive(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive,
                       LoadedModel& result) {
   const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
@@ -211,7 +254,9 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model, const 
   for (std::size_t i = 0; i < positions.count; ++i) {
     const auto at = [&](std::size_t k) {
       const float value = texcoords.component(i, k);
-      return tiled || !std::isfinite(value) ? value : within_page(file, base + i, value);  // check_numbers() is next
+      return tiled || !std::isfinite(value) ? value
+                                            : within_page(file, "vertex " + std::to_string(base + i), "wrapS, wrapT",
+                                                          value);  // check_numbers() is next
     };
     result.model.texcoords[base + i] = {at(0), at(1)};
   }

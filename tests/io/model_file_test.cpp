@@ -328,7 +328,9 @@ TEST(ReadTexturedModel, ReadsNamesWithBlanksBehindByteOrderMarks) {
 // and faces without texture: no coordinates, some of number 0, no material and one without an image.
 TEST(ReadTexturedModel, ReadsObjsOfOtherWriters) {
   const StripModel test;
-  test.folder.write("a.mtl", "newmtl plain\nKd 1 0 0\nnewmtl red\nmap_Kd -s 1 1 -clamp on -o 0.5 model_0.png\n");
+  test.folder.write(
+      "a.mtl",
+      "newmtl plain\nKd 1 0 0\nnewmtl red\nmap_Kd -s 1 1 -clamp on -o 0 -blendu off -bm 2 -mm 0 1 model_0.png\n");
   test.folder.write("b.mtl", "newmtl blue\r\n\tmap_Kd model_1.jpg\r\n");
   const std::string vertices =
       "mtllib a.mtl none.mtl b.mtl\nv 0 0 0\nv 2 0 0\nv 0 2 0\nv 0.5 0.5 0\nvt 0 0\nvt 1 0 0\nvt 0 1\n";
@@ -373,6 +375,32 @@ TEST(ReadTexturedModel, RefusesCoordinatesBeyondPagesThatDoNotRepeat) {
   auto json = nlohmann::json::parse(test::read_file(test.folder.path() / "m.gltf"));
   for (auto& texture : json["textures"]) texture.erase("sampler");
   EXPECT_EQ(largest(test.folder.write("n.gltf", json.dump())), 1.5f);
+}
+
+// Both materials show one image: faces of the one that repeats keep the coordinates that they share with the others.
+TEST(ReadTexturedModel, HonoursOptionsOfObjsTextures) {
+  const StripModel test;
+  const auto read = [&](const std::string& options, const std::string& u) {
+    test.folder.write("c.mtl", "newmtl once\nmap_Kd " + options + " model_0.png\nnewmtl often\nmap_Kd model_0.png\n");
+    return read_textured_model(
+        test.folder.write("c.obj", "mtllib c.mtl\nv 0 0 0\nv 2 0 0\nv 0 2 0\nvt 0 0\nvt " + u +
+                                       " 0\nvt 0 1\nusemtl often\nf 1/1 2/2 3/3\nusemtl once\nf 1/1 2/2 3/3\n"));
+  };
+  const auto us = [](const LoadedModel& model) {
+    std::vector<float> found;
+    for (const Triangle& corners : model.model.face_texcoords) found.push_back(model.model.texcoords[corners[1]].u);
+    return found;
+  };
+  EXPECT_EQ(us(read("-clamp off", "1.5")), (std::vector{1.5f, 1.5f}));
+  EXPECT_EQ(us(read("-clamp on", "0.5")), (std::vector{0.5f, 0.5f}));
+  EXPECT_EQ(us(read("-bm 1 -clamp on -s 1 1 1", "1.0005")), (std::vector{1.0005f, 1.0f}));
+  const auto error_of = [&](const std::string& options) { return test::input_error([&] { read(options, "1.5"); }); };
+  EXPECT_TRUE(contains(error_of("-clamp on"),
+                       "c.obj: face 1: has the texture coordinate 1.5 of a texture that does not repeat (-clamp on)"));
+  EXPECT_TRUE(contains(error_of("-blendu on -s 2 2 1"), "c.mtl: material once: the option -s 2 2 1 of its texture"));
+  EXPECT_TRUE(contains(error_of("-o 0 0.5"), "c.mtl: material once: the option -o 0 0.5 of its texture"));
+  EXPECT_TRUE(contains(error_of("-mm 0.2 1"), "the option -mm 0.2 1 of its texture"));
+  EXPECT_TRUE(contains(error_of("-t 1 0 0"), "the option -t 1 0 0 of its texture"));
 }
 
 TEST(ReadTexturedModel, SaysWhichFacesReachBeyondTheirPage) {
