@@ -62,10 +62,12 @@ void on_message(j_common_ptr state, int level) {
 
 void print_nothing(j_common_ptr) {}
 
-/// Inks as JPEGs of printers hold them, 255 being none, in the place of their colors.
-void rgb_from_cmyk(const std::vector<std::uint8_t>& inks, std::uint8_t* rgb) {
+/// Adobe's programs store inks inverted, 255 being none, and mark their files; libjpeg leaves that to its callers. In files
+/// without that mark 255 is all ink.
+void rgb_from_cmyk(const std::vector<std::uint8_t>& inks, bool inverted, std::uint8_t* rgb) {
+  const auto light = [&](std::size_t at) { return inverted ? inks[at] : 255 - inks[at]; };
   for (std::size_t i = 0; i < inks.size(); i += 4)
-    for (std::size_t c = 0; c < 3; ++c) *rgb++ = static_cast<std::uint8_t>((inks[i + c] * inks[i + 3] + 127) / 255);
+    for (std::size_t c = 0; c < 3; ++c) *rgb++ = static_cast<std::uint8_t>((light(i + c) * light(i + 3) + 127) / 255);
 }
 
 /// False: `decoder` tells why. No object with a destructor may live here, since errors jump out of it.
@@ -90,7 +92,7 @@ bool decode_rows(Decoder& decoder, std::string_view bytes, const JpegRoom& room,
   while (state.output_scanline < state.output_height) {
     JSAMPROW rgb = room.pixels + row_bytes * state.output_scanline, row = printed ? inks.data() : rgb;
     jpeg_read_scanlines(&state, &row, 1);
-    if (printed) rgb_from_cmyk(inks, rgb);
+    if (printed) rgb_from_cmyk(inks, state.saw_Adobe_marker != FALSE, rgb);
   }
   jpeg_finish_decompress(&state);
   return true;

@@ -214,6 +214,29 @@ TEST(ReadImage, RefusesJpegWithADamagedBody) {
   EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("odd.jpg", odd)); }), "odd.jpg"));
 }
 
+// Of bytes between the data and the next marker libjpeg warns, though all pixels are there; FF is legal padding (T.81,
+// B.1.1.2). More than padding has found no place in the picture, as nearly always where data are damaged.
+TEST(ReadImage, TakesPaddingBehindJpegDataButNoDataWithoutPlace) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "a.jpg";
+  write_image(file, picture(200, 150), ImageFormat::jpg, 90);
+  const std::string good = test::read_file(file);
+  const Bytes pixels = read_image(file).pixels;
+  const std::size_t data = good.find("\xFF\xDA") + 20, end = good.rfind("\xFF\xD9");
+  const auto padded = [&](const std::string& padding) { return good.substr(0, end) + padding + good.substr(end); };
+  for (const std::string& padding :
+       {std::string(7, '\xFF'), std::string("\x5A"), std::string("\x12\x34\x56\x78"), std::string(300, '\0')}) {
+    EXPECT_EQ(read_image(folder.write("padded.jpg", padded(padding))).pixels, pixels) << padding.size();
+    std::string damaged = padded(padding);
+    damaged.replace(data + 1000, 700, "");
+    EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("damaged.jpg", damaged)); }), "damaged.jpg: "))
+        << padding.size();
+  }
+  const std::string said = input_error([&] { read_image(folder.write("more.jpg", padded("data without a place"))); });
+  EXPECT_TRUE(contains(said, "more.jpg: cannot be decoded whole")) << said;
+  EXPECT_TRUE(contains(said, "extraneous bytes before marker 0xd9")) << said;
+}
+
 TEST(ReadImage, RefusesPngWithADamagedBody) {
   const TemporaryFolder folder;
   const std::string good =

@@ -1,8 +1,13 @@
 // What kinds of photos there are: depths, channels, colour spaces, orientation tags, embedded profiles.
 #include <OpenImageIO/imageio.h>
 
+#include <array>
+#include <cstdio>
+#include <cstdlib>
 #include <initializer_list>
 #include <limits>
+
+#include <jpeglib.h>
 
 #include "io/images.h"
 #include "tests/atlas/strip_model.h"
@@ -212,6 +217,49 @@ TEST(PhotoKinds, CmykBecomesRgb) {
   EXPECT_NEAR(jpeg.pixels[0], 200, 1);
   EXPECT_NEAR(jpeg.pixels[1], 40, 1);
   EXPECT_NEAR(jpeg.pixels[2], 80, 1);
+}
+
+/// A JPEG of one colour in four inks, as the file holds them.
+std::string ink_jpeg(J_COLOR_SPACE space, const std::array<JSAMPLE, 4>& inks, bool mark) {
+  jpeg_compress_struct state{};
+  jpeg_error_mgr errors{};
+  state.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&state);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&state, &bytes, &size);
+  state.image_width = state.image_height = 16;
+  state.input_components = 4;
+  state.in_color_space = JCS_CMYK;
+  jpeg_set_defaults(&state);
+  jpeg_set_colorspace(&state, space);
+  jpeg_set_quality(&state, 100, TRUE);
+  state.write_Adobe_marker = mark ? TRUE : FALSE;
+  jpeg_start_compress(&state, TRUE);
+  std::vector<JSAMPLE> samples;
+  for (int x = 0; x < 16; ++x) samples.insert(samples.end(), inks.begin(), inks.end());
+  for (JSAMPROW row = samples.data(); state.next_scanline < state.image_height;) jpeg_write_scanlines(&state, &row, 1);
+  jpeg_finish_compress(&state);
+  std::string jpeg(reinterpret_cast<const char*>(bytes), size);
+  jpeg_destroy_compress(&state);
+  std::free(bytes);
+  return jpeg;
+}
+
+// Adobe's files, which say so, hold what an ink leaves of white; others, as libjpeg has it, the ink.
+TEST(PhotoKinds, InksAreInvertedWhereAdobesMarkSaysSo) {
+  const TemporaryFolder folder;
+  const auto expect_color = [&](const std::string& jpeg, const std::array<int, 3>& color) {
+    const Image image = read_image(folder.write("inks.jpg", jpeg));
+    ASSERT_EQ(image.pixels.size(), 3u * 16 * 16);
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(image.pixels[c], color[c], 2);
+  };
+  expect_color(ink_jpeg(JCS_CMYK, {200, 40, 80, 255}, true), {200, 40, 80});
+  expect_color(ink_jpeg(JCS_CMYK, {200, 40, 80, 102}, true), {80, 16, 32});
+  expect_color(ink_jpeg(JCS_YCCK, {200, 40, 80, 255}, true), {200, 40, 80});
+  expect_color(ink_jpeg(JCS_YCCK, {200, 40, 80, 102}, true), {80, 16, 32});
+  expect_color(ink_jpeg(JCS_CMYK, {55, 215, 175, 0}, false), {200, 40, 80});
+  expect_color(ink_jpeg(JCS_CMYK, {55, 215, 175, 153}, false), {80, 16, 32});
 }
 
 TEST(PhotoKinds, OrientationTagsTurnNothing) {
