@@ -32,11 +32,15 @@ void warn_of_unused_range(SceneFile& scene) {
       // told where the photo is used
     }
   });
-  const auto levels = std::ranges::count_if(used, [](const std::atomic<bool>& level) { return level.load(); });
-  constexpr auto kFew = 64;
-  if (deep == 0 || levels >= kFew) return;
-  scene.warnings.push_back("photos of more than 8 bits a sample use " + std::to_string(levels) +
-                           " of the 256 levels of 8 bits, which they are worked on with (" + std::to_string(deep) +
+  const auto is_used = [](const std::atomic<bool>& level) { return level.load(); };
+  const auto first = std::ranges::find_if(used, is_used);
+  const auto end = std::find_if(used.rbegin(), used.rend(), is_used).base();
+  // Of 12 bits in 16 there are 17 levels left. A dark photo has a light somewhere, which needs its range.
+  constexpr std::ptrdiff_t kFew = 64;
+  if (deep == 0 || end - first >= kFew) return;
+  scene.warnings.push_back("photos of more than 8 bits a sample use the levels " +
+                           std::to_string(first - used.begin()) + " to " + std::to_string(end - used.begin() - 1) +
+                           " of the 0 to 255 of 8 bits, which they are worked on with (" + std::to_string(deep) +
                            " were looked at): stretch all of them alike over the whole range of their files");
 }
 

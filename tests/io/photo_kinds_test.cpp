@@ -10,6 +10,7 @@
 #include <jpeglib.h>
 
 #include "io/images.h"
+#include "io/scene_files.h"
 #include "tests/atlas/strip_model.h"
 
 namespace gpvc::io {
@@ -260,6 +261,42 @@ TEST(PhotoKinds, InksAreInvertedWhereAdobesMarkSaysSo) {
   expect_color(ink_jpeg(JCS_YCCK, {200, 40, 80, 102}, true), {80, 16, 32});
   expect_color(ink_jpeg(JCS_CMYK, {55, 215, 175, 0}, false), {200, 40, 80});
   expect_color(ink_jpeg(JCS_CMYK, {55, 215, 175, 153}, false), {80, 16, 32});
+}
+
+/// What reading a scene of one photo says.
+std::string warnings_of(const std::string& name, const OIIO::TypeDesc& type,
+                        const std::vector<std::uint16_t>& samples) {
+  const TemporaryFolder folder;
+  const std::string width = std::to_string(samples.size());
+  folder.write("model/cameras.txt", "1 PINHOLE " + width + " 1 500 500 " + width + " 0.5\n");
+  folder.write("model/images.txt", "1 1 0 0 0 0 0 0 1 " + name + "\n\n");
+  if (type == OIIO::TypeUInt8)
+    store(folder, name, 1, type, Bytes(samples.begin(), samples.end()));
+  else
+    store(folder, name, 1, type, samples);
+  std::string all;
+  for (const std::string& warning : read_scene(folder.path() / "model", {.images_dir = folder.path()}).warnings)
+    all += warning + "\n";
+  return all;
+}
+
+TEST(PhotoKinds, DepthThatIsNotUsedIsWarnedOf) {
+  const auto photo = [](auto sample) {
+    std::vector<std::uint16_t> samples;
+    for (int i = 0; i < 4096; ++i) samples.push_back(static_cast<std::uint16_t>(sample(i)));
+    return samples;
+  };
+  const std::string unused = "photos of more than 8 bits a sample use the levels ";
+  for (const std::string name : {"a.tif", "a.png"}) {
+    const auto said = [&](auto sample) { return warnings_of(name, OIIO::TypeUInt16, photo(sample)); };
+    EXPECT_EQ(said([](int i) { return 16 * i; }), "") << "full range";
+    EXPECT_TRUE(contains(said([](int i) { return i; }), unused + "0 to 16 of the 0 to 255")) << "12 bits in 16";
+    EXPECT_TRUE(contains(said([](int i) { return 29000 + i / 2; }), unused + "113 to 121 of the"))
+        << "a camera of heat";
+    EXPECT_EQ(said([](int i) { return i == 99 ? 60000 : i; }), "") << "night, with a lamp";
+    EXPECT_EQ(said([](int i) { return i % 2 * 65535; }), "") << "black and white";
+    EXPECT_EQ(warnings_of(name, OIIO::TypeUInt8, photo([](int i) { return i % 20; })), "") << "dark, of 8 bits";
+  }
 }
 
 TEST(PhotoKinds, OrientationTagsTurnNothing) {
