@@ -1,5 +1,7 @@
 #include "io/scenes/bad_photos.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 
 #include "io/images.h"
@@ -82,6 +84,19 @@ void forget_truncated_photos(SceneFile& scene, const std::vector<bool>& needed) 
 
 void forget_damaged_photos(SceneFile& scene, const std::vector<bool>& needed) {
   forget_where(scene, needed, Problem::damaged, [](const fs::path& photo) { read_image(photo); });
+}
+
+std::vector<std::exception_ptr> for_each_photo(std::span<const View> views,
+                                               const std::function<void(std::size_t)>& work) {
+  std::vector<std::exception_ptr> errors(views.size());
+  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
+    try {
+      if (!views[i].photo.empty()) work(i);
+    } catch (const InputError&) {
+      errors[i] = std::current_exception();
+    }
+  });
+  return errors;
 }
 
 void throw_together(std::span<const std::exception_ptr> errors, const std::string& what,

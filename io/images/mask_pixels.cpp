@@ -1,0 +1,71 @@
+// Pixels that masks and alphas exclude.
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "io/file_bytes.h"
+#include "io/images/codec.h"
+#include "io/images/image_file.h"
+
+namespace gpvc::io {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Excludes by the pixels' alphas alone, or as mask_pixels() does.
+enum class Excludes { transparent, dark };
+
+template <typename Sample>
+MaskPixels excluded_samples(const ImageBytes& bytes, OIIO::ImageInput& input, Excludes what, OIIO::TypeDesc type,
+                            Sample white) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const auto channels = static_cast<std::size_t>(spec.nchannels), width = static_cast<std::size_t>(spec.width);
+  std::vector<Sample> samples(width * static_cast<std::size_t>(spec.height) * channels);
+  decode_samples(bytes, input, spec.nchannels, type, samples.data());
+  const std::size_t pixels = samples.size() / channels;
+  const auto alpha_channel = static_cast<std::size_t>(spec.alpha_channel);  // past all channels if there is none
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const Sample* pixel = samples.data() + i * channels;
+    Sample value = what == Excludes::dark ? Sample{0} : white;
+    for (std::size_t c = 0; c < channels && what == Excludes::dark; ++c)
+      if (c != alpha_channel) value = std::max(value, pixel[c]);
+    samples[i] = alpha_channel < channels ? std::min(value, pixel[alpha_channel]) : value;
+  }
+  samples.resize(pixels);
+  const auto half = static_cast<Sample>(white / 2);
+  const bool soft = what == Excludes::dark &&
+                    (bytes.is_jpeg() || std::ranges::any_of(samples, [&](Sample value) { return value > half; }));
+  MaskPixels mask{empty_exclusion(spec.width, spec.height)};
+  std::size_t grey = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (soft ? !(samples[i] > half) : samples[i] == Sample{0}) exclude(mask.excluded, i % width, i / width);
+    grey += soft && samples[i] > Sample{0} && samples[i] < white ? 1 : 0;
+  }
+  mask.grey_share = static_cast<double>(grey) / static_cast<double>(pixels);
+  return mask;
+}
+
+MaskPixels excluded_pixels(const fs::path& file, Excludes what) {
+  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
+  const FileBytes bytes(file);
+  const ImageBytes image{file, "", bytes.view()};
+  check_jpeg(image);
+  input->threads(1);
+  if (what == Excludes::transparent && input->spec().alpha_channel < 0)
+    throw InputError(file, "", "has lost its alpha channel");
+  // Samples are compared at the file's own depth: where 0 alone is black, it is an exact one.
+  return input->spec().format == OIIO::TypeDesc::UINT8
+             ? excluded_samples<std::uint8_t>(image, *input, what, OIIO::TypeDesc::UINT8, 255)
+             : excluded_samples<float>(image, *input, what, OIIO::TypeDesc::FLOAT, 1);
+}
+
+}  // namespace
+
+PhotoExclusion transparent_pixels(const fs::path& file) {
+  return excluded_pixels(file, Excludes::transparent).excluded;
+}
+
+MaskPixels mask_pixels(const fs::path& file) { return excluded_pixels(file, Excludes::dark); }
+
+}  // namespace gpvc::io
