@@ -160,6 +160,7 @@ void decode_samples(const ImageBytes& image, OIIO::ImageInput& input, int channe
     decode_jpeg(image, {input.spec().width, input.spec().height, channels, static_cast<std::uint8_t*>(pixels)});
     return;
   }
+  if (std::string_view(input.format_name()) == "tiff") check_tiff(image);
   const bool good = read_rows(input, channels, type, pixels);
   const std::string message = input.geterror();
   if (!good || !message.empty())

@@ -33,6 +33,10 @@ void check_png(const ImageBytes& image);
 /// interrupted copy leaves it: a run of zeros that no encoder writes is an error. Throws InputError. O(size).
 void check_jpeg(const ImageBytes& image);
 
+/// Holds the strips or tiles of a TIFF that are compressed by deflate against the checksums that they end with; returns for
+/// other files. (LZW, PackBits and plain data have none.) Throws InputError. O(bytes of pixels).
+void check_tiff(const ImageBytes& image);
+
 /// Room for what the headers of a JPEG claim.
 struct JpegRoom {
   int width = 0, height = 0, channels = 0;

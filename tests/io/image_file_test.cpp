@@ -237,6 +237,41 @@ TEST(ReadImage, TakesPaddingBehindJpegDataButNoDataWithoutPlace) {
   EXPECT_TRUE(contains(said, "extraneous bytes before marker 0xd9")) << said;
 }
 
+// Deflate ends each strip or tile with a checksum, to which libtiff seldom comes. The other codings have none: of them only
+// what cannot be decoded at all is found.
+TEST(ReadImage, RefusesTiffWithDamagedDeflatedData) {
+  const TemporaryFolder folder;
+  const Image image = picture(300, 200);
+  const std::vector<std::uint16_t> deep(image.pixels.begin(), image.pixels.end());
+  const auto store_as = [&](const std::string& coding) {
+    const auto file = folder.path() / "a.tif";
+    OIIO::ImageSpec spec(300, 200, 3, coding == "deep" ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8);
+    spec.attribute("compression", "zip");
+    spec.attribute("tiff:RowsPerStrip", coding == "whole" ? 200 : 16);
+    if (coding == "big") spec.attribute("tiff:bigtiff", 1);
+    if (coding == "tiles") spec.tile_width = spec.tile_height = 64;
+    const auto out = OIIO::ImageOutput::create(file.string());
+    EXPECT_TRUE(out->open(file.string(), spec) &&
+                (coding == "deep" ? out->write_image(OIIO::TypeDesc::UINT16, deep.data())
+                                  : out->write_image(OIIO::TypeDesc::UINT8, image.pixels.data())) &&
+                out->close());
+    return test::read_file(file);
+  };
+  for (const std::string coding : {"strips", "whole", "big", "tiles", "deep"}) {
+    const std::string good = store_as(coding);
+    const Image whole = read_image(folder.write("good.tif", good));
+    EXPECT_EQ(whole.width, 300) << coding;
+    EXPECT_TRUE(coding == "deep" || whole.pixels == image.pixels) << coding;
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      std::mt19937 random(seed);
+      std::string damaged = good;
+      damaged[good.size() / 4 + random() % (good.size() / 2)] ^= static_cast<char>(1 + random() % 255);
+      EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("damaged.tif", damaged)); }), "damaged.tif: "))
+          << coding << " " << seed;
+    }
+  }
+}
+
 TEST(ReadImage, RefusesPngWithADamagedBody) {
   const TemporaryFolder folder;
   const std::string good =
