@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "error.h"
+#include "file_hashes.h"
 #include "image.h"
 #include "scene.h"
 #include "work_store.h"
@@ -50,9 +51,14 @@ class PhotoSource {
 /// threads is decoded once, on one of them and without parallel loops. Photos come at their view's camera size, with
 /// excluded pixels painted over from their surroundings, so that no filter picks them up. Photos handed out live on
 /// outside the limit until released. `scene` must outlive the cache.
+///
+/// Photos and masks are read several times, and each time must be the files that they were first, byte for byte: all
+/// functions throw InputError for one that has changed since. A stat a reading and one hash of each file, before it is
+/// decoded for the first time, show that.
 class PhotoCache final : public PhotoSource {
  public:
-  explicit PhotoCache(const Scene& scene, std::size_t limit_bytes = 0);
+  /// \param known what is known of the files already, which they must still be; borrowed
+  explicit PhotoCache(const Scene& scene, std::size_t limit_bytes = 0, FileHashes* known = nullptr);
   ~PhotoCache() override;
   PhotoCache(const PhotoCache&) = delete;
   PhotoCache& operator=(const PhotoCache&) = delete;

@@ -76,7 +76,7 @@ void JobPhotos::keep(const Unit& unit) {
   std::vector<SeenFile> files;
   Seen seen;
   for (const fs::path& file : files_of(job_.groups[unit.number])) {
-    files.push_back({file, hashes_.of(file)});
+    files.push_back({file, hashes_.unchanged(file)});  // since add()
     seen.emplace(file, files.back().known);
   }
   if (const Seen* before = seen_in(unit.number); before != nullptr && *before == seen) return;

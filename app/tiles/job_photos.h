@@ -7,15 +7,15 @@
 #include <span>
 #include <vector>
 
-#include "app/results/file_hashes.h"
 #include "app/tiles/plan.h"
+#include "io/file_hashes.h"
 
 namespace gpvc::tiles {
 
 /// What a unit that looks at photos of level 0 has found a file to be.
 struct SeenFile {
   std::filesystem::path file;
-  results::HashedFile known;
+  io::HashedFile known;
 };
 GPVC_MEMBERS(SeenFile, file, known)
 
@@ -30,9 +30,11 @@ class JobPhotos {
   void add(const Unit& unit, io::WorkHash& hash);
   /// Leaves the hashes that add() has used for later units. Throws OutputError.
   void keep(const Unit& unit);
+  /// What add() has found the photos of a unit to be, for the cache that the unit reads them through.
+  io::FileHashes& hashes() { return hashes_; }
 
  private:
-  using Seen = std::map<std::filesystem::path, results::HashedFile>;
+  using Seen = std::map<std::filesystem::path, io::HashedFile>;
   std::vector<std::filesystem::path> files_of(std::span<const ViewId> views) const;
   /// What the unit that looks at a group has left; nullptr where it has not.
   const Seen* seen_in(std::uint32_t group);
@@ -42,7 +44,7 @@ class JobPhotos {
   io::WorkKey job_key_;
   std::vector<std::uint32_t> group_of_;  ///< per view
   std::map<std::uint32_t, Seen> seen_;   ///< by group, as far as it was read
-  results::FileHashes hashes_;
+  io::FileHashes hashes_;
 };
 
 }  // namespace gpvc::tiles

@@ -137,7 +137,7 @@ void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
     if (tile.border[f] == 0 && tile.labels[f] != kNoView) ++faces[index(tile.labels[f])];
   std::vector<atlas::SeamRatio> ratios;
   if (settings_.atlas.seams != atlas::SeamLeveling::none) {
-    io::PhotoCache photos(job_.scene);
+    io::PhotoCache photos(job_.scene, 0, &photos_.hashes());
     ratios = atlas::seam_ratios(tile.input(job_.scene, photos, {}));
     // Exposures of photos are known from far fewer, and those of all tiles are solved together.
     constexpr std::size_t kMost = 4000000;

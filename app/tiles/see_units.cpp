@@ -141,7 +141,7 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
   }
   const Scene scene = scene_at(job_, unit.level);
   const pipeline::Input input{scene, all.mesh(), views, job_.mesh_file};
-  io::PhotoCache photos(scene);
+  io::PhotoCache photos(scene, 0, &photos_.hashes());
   labeling::CandidateCollector collector(input.mesh, settings_.costs);
   const checks::FitLook look(input, job_.tie_points, job_.views);
   ViewDivider divider(input.mesh.faces.size());

@@ -1,5 +1,6 @@
 // Photos from files, decoded once while they fit a budget.
 #include <algorithm>
+#include <functional>
 #include <future>
 #include <list>
 #include <map>
@@ -7,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "io/file_hashes.h"
 #include "io/images.h"
 #include "io/images/image_file.h"
 #include "io/images/mask_file.h"
@@ -72,6 +74,12 @@ std::vector<std::size_t> first_of_same_photo(const Scene& scene) {
 }  // namespace
 
 struct PhotoCache::State {
+  State(const Scene& of, std::size_t limit, FileHashes* known)
+      : scene(of),
+        limit_bytes(limit),
+        shown_by(first_of_same_photo(of)),
+        hashes(known != nullptr ? *known : own_hashes) {}
+
   struct Entry {
     std::shared_future<Photo> photo;
     std::size_t bytes = 0;  ///< 0 while it is decoded; such entries are never dropped
@@ -86,6 +94,21 @@ struct PhotoCache::State {
   std::list<std::size_t> by_age;  ///< least recently used first
   std::size_t bytes = 0;
   std::shared_ptr<SpareMemory> spare = std::make_shared<SpareMemory>();  ///< photos handed out may outlive the cache
+  FileHashes own_hashes;
+  FileHashes& hashes;  ///< of files as they were first read
+
+  /// Reads something from the view's files, between two looks at them.
+  template <typename Read>
+  auto read_unchanged(const View& view, const Read& read) {
+    const auto look = [&] {
+      for (const std::filesystem::path& file : {std::cref(view.photo), std::cref(view.mask)})
+        if (!file.empty()) hashes.unchanged(file);
+    };
+    look();
+    auto result = read(view);
+    look();
+    return result;
+  }
 
   void drop_oldest_beyond_limit() {
     for (auto age = by_age.begin(); bytes > limit_bytes && age != by_age.end();) {
@@ -101,22 +124,22 @@ struct PhotoCache::State {
   }
 };
 
-PhotoCache::PhotoCache(const Scene& scene, std::size_t limit_bytes)
-    : state_(new State{scene, limit_bytes, first_of_same_photo(scene), {}, {}, {}}) {}
+PhotoCache::PhotoCache(const Scene& scene, std::size_t limit_bytes, FileHashes* known)
+    : state_(std::make_unique<State>(scene, limit_bytes, known)) {}
 
 PhotoCache::~PhotoCache() = default;
 
 std::shared_ptr<const PhotoExclusion> PhotoCache::exclusion(ViewId view) {
-  std::optional<PhotoExclusion> exclusion = read_exclusion(state_->scene.views.at(index(view)));
+  std::optional<PhotoExclusion> exclusion = state_->read_unchanged(state_->scene.views.at(index(view)), read_exclusion);
   return exclusion ? std::make_shared<const PhotoExclusion>(std::move(*exclusion)) : nullptr;
 }
 
 std::optional<WorkKey> PhotoCache::key(ViewId view) {
   const View& v = state_->scene.views.at(index(view));
   WorkHash hash;
-  hash.add_file(v.photo);
+  hash.add(state_->hashes.unchanged(v.photo).hash);
   hash.add(!v.mask.empty());
-  if (!v.mask.empty()) hash.add_file(v.mask);
+  if (!v.mask.empty()) hash.add(state_->hashes.unchanged(v.mask).hash);
   hash.add(v.uses_alpha);
   hash.add(v.reduction);
   return hash.key();
@@ -145,7 +168,8 @@ std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
     state.entries[key] = {promise.get_future().share(), 0, age};
   }
   try {
-    Photo photo = decode(state.scene.views.at(key), state.spare);
+    Photo photo =
+        state.read_unchanged(state.scene.views.at(key), [&](const View& v) { return decode(v, state.spare); });
     promise.set_value(photo);
     const std::lock_guard lock(state.mutex);
     State::Entry& entry = state.entries.at(key);

@@ -51,10 +51,10 @@ class CheckpointTest : public testing::Test {
   static void SetUpTestSuite() { city_ = std::make_unique<City>(); }
   static void TearDownTestSuite() { city_.reset(); }
 
-  void texture(const pipeline::Settings& settings, Cutter& cutter) const {
+  void texture(const pipeline::Settings& settings, results::Observer& observer) const {
     results::OutputFolder out(out_, true, "texture");
     io::PhotoCache photos(city_->scene);
-    pipeline::texture_into({{city_->scene, city_->mesh, city_->views}, settings, photos, cutter}, out);
+    pipeline::texture_into({{city_->scene, city_->mesh, city_->views}, settings, photos, observer}, out);
     std::ofstream(out.file("run.json")) << R"({"program": "gpvc", "command": "texture"})";
     out.publish();
   }
@@ -108,6 +108,43 @@ TEST_F(CheckpointTest, GoesOnFromWhereverItWasCutOff) {
     EXPECT_EQ(go_on(cutter), whole) << cut.stage;
     EXPECT_GE(cutter.views, cut.least_views) << cut.stage;
     EXPECT_EQ(cutter.selection_was_kept, cut.selection) << cut.stage;
+  }
+}
+
+// Gives each photo the bytes of the next one when a stage begins, and their own at the end.
+class Shuffler : public results::Observer {
+ public:
+  Shuffler(const Scene& scene, std::string stage) : stage_(std::move(stage)) {
+    for (const View& view : scene.views) photos_.emplace_back(view.photo, test::read_file(view.photo));
+  }
+  ~Shuffler() override { write(0); }
+  Shuffler(const Shuffler&) = delete;
+  Shuffler& operator=(const Shuffler&) = delete;
+  void begin(const results::StageInfo& stage) override {
+    if (stage.name == stage_) write(1);
+  }
+
+ private:
+  void write(std::size_t shift) const {
+    for (std::size_t i = 0; i < photos_.size(); ++i)
+      std::ofstream(photos_[i].first, std::ios::binary) << photos_[(i + shift) % photos_.size()].second;
+  }
+  std::string stage_;
+  std::vector<std::pair<fs::path, std::string>> photos_;
+};
+
+// Photos are read for the keys of kept work, to look at them, and to bake from them.
+TEST_F(CheckpointTest, PhotosThatAreReplacedMeanwhileAreRefusedByName) {
+  const std::pair<const char*, KeepWork> cases[] = {{"see", KeepWork::always}, {"bake", KeepWork::never}};
+  for (const auto& [stage, keep] : cases) {
+    pipeline::Settings settings;
+    settings.keep_work = keep;
+    Shuffler shuffler(city_->scene, stage);
+    const std::string said = test::input_error([&] { texture(settings, shuffler); });
+    EXPECT_TRUE(test::contains(said, "has changed since it was first read")) << stage << ": " << said;
+    EXPECT_TRUE(test::contains(said, city_->scene.views[0].photo.parent_path().string())) << said;
+    EXPECT_FALSE(fs::exists(out_ / "model.obj")) << stage;
+    fs::remove_all(out_);
   }
 }
 

@@ -1,6 +1,10 @@
 #include <atomic>
+#include <chrono>
+#include <fstream>
+#include <functional>
 #include <thread>
 
+#include "io/file_hashes.h"
 #include "io/images.h"
 #include "io/photos.h"
 #include "io/scene_files.h"
@@ -112,8 +116,9 @@ TEST(PhotoCache, StaysRightWhileThreadsCompeteForALittleRoom) {
 
 TEST(PhotoCache, PassesErrorsToEveryoneAndTriesAgainLater) {
   const CachedPhotos photos(1);
-  const std::string good = test::read_file(photos.scene.views[0].photo);
-  photos.folder.write("p0.png", good.substr(0, good.size() / 2));
+  const std::filesystem::path& file = photos.scene.views[0].photo;
+  const std::filesystem::path away = photos.folder.path() / "away.png";
+  std::filesystem::rename(file, away);
   PhotoCache cache(photos.scene, 10 * kPhotoBytes);
   std::atomic<int> errors = 0;
   {
@@ -128,8 +133,82 @@ TEST(PhotoCache, PassesErrorsToEveryoneAndTriesAgainLater) {
       });
   }
   EXPECT_EQ(errors, 6);
-  photos.folder.write("p0.png", good);
+  std::filesystem::rename(away, file);
   EXPECT_EQ(cache.photo(view(0))->width, kPhotoWidth);
+}
+
+/// Sets a file's bytes, and, if told so, its time of modification to what it was.
+void replace(const std::filesystem::path& file, const std::string& bytes, bool keep_time = false) {
+  const auto time = std::filesystem::last_write_time(file);
+  std::ofstream(file, std::ios::binary) << bytes;
+  if (keep_time) std::filesystem::last_write_time(file, time);
+}
+
+void touch(const std::filesystem::path& file) {
+  std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+}
+
+// Whichever the readings are: to decode it, or for its key.
+TEST(PhotoCache, RefusesAPhotoThatChangesBetweenTwoReadings) {
+  for (const bool same_size : {false, true})
+    for (const bool keyed : {false, true}) {
+      CachedPhotos photos(2);
+      const auto pnm = [](char value) { return "P6 40 30 255\n" + std::string(kPhotoBytes, value); };
+      const std::filesystem::path file = photos.folder.write("p.ppm", pnm(1));
+      photos.scene.views[1].photo = file;
+      const std::string other = pnm(2) + (same_size ? "" : "more");
+      PhotoCache cache(photos.scene);
+      if (keyed)
+        cache.key(view(1));
+      else
+        cache.photo(view(1));
+      replace(file, other, same_size);
+      const std::string sentence = file.string() + ": has changed since it was first read";
+      EXPECT_TRUE(contains(input_error([&] { cache.photo(view(1)); }), sentence));
+      EXPECT_TRUE(contains(input_error([&] { cache.key(view(1)); }), sentence));
+      EXPECT_EQ(cache.photo(view(0))->pixels.front(), 0) << "the others are what they were";
+    }
+}
+
+TEST(PhotoCache, TakesAPhotoThatWasMerelyTouched) {
+  const CachedPhotos photos(2);
+  PhotoCache cache(photos.scene);
+  const auto key = cache.key(view(1));
+  cache.photo(view(1));
+  touch(photos.scene.views[1].photo);
+  EXPECT_EQ(cache.photo(view(1))->pixels.front(), 1);
+  replace(photos.scene.views[1].photo, test::read_file(photos.scene.views[1].photo));
+  EXPECT_EQ(cache.photo(view(1))->pixels.front(), 1);
+  EXPECT_EQ(cache.key(view(1)), key);
+}
+
+TEST(PhotoCache, RefusesAMaskThatChangesBetweenTwoReadings) {
+  CachedPhotos photos(2);
+  photos.scene.views[1].mask = photos.folder.path() / "mask.png";
+  Image mask{kPhotoWidth, kPhotoHeight, 1, std::vector<std::uint8_t>(kPhotoBytes / 3, 255)};
+  mask.pixels[7] = 0;
+  write_image(photos.scene.views[1].mask, mask, ImageFormat::png, 0);
+  PhotoCache cache(photos.scene);
+  ASSERT_TRUE(cache.exclusion(view(1)));
+  touch(photos.scene.views[1].mask);
+  EXPECT_TRUE(cache.exclusion(view(1))->excludes(7, 0));
+  mask.pixels[8] = 0;
+  write_image(photos.scene.views[1].mask, mask, ImageFormat::png, 0);
+  for (const auto& read : std::initializer_list<std::function<void()>>{
+           [&] { cache.exclusion(view(1)); }, [&] { cache.photo(view(1)); }, [&] { cache.key(view(1)); }})
+    EXPECT_TRUE(contains(input_error(read), "mask.png: has changed since it was first read"));
+}
+
+// As units of a job are, which others have looked at before.
+TEST(PhotoCache, RefusesAPhotoThatIsNotWhatIsKnownOfIt) {
+  const CachedPhotos photos(2);
+  FileHashes known;
+  known.of(photos.scene.views[0].photo);
+  replace(photos.scene.views[0].photo, test::read_file(photos.scene.views[1].photo));
+  PhotoCache cache(photos.scene, 0, &known);
+  EXPECT_TRUE(contains(input_error([&] { cache.photo(view(0)); }), "p0.png: has changed since it was first read"));
+  known.of(photos.scene.views[0].photo);
+  EXPECT_EQ(cache.photo(view(0))->pixels.front(), 1);
 }
 
 TEST(PhotoCache, ReducesPhotosByBoxes) {

@@ -1,3 +1,4 @@
+#include "io/photos.h"
 #include "io/scene_files.h"
 #include "tests/support/errors.h"
 #include "tests/support/scene_folder.h"
@@ -331,6 +332,24 @@ TEST(PhotoFiles, DecodesPhotosToFindTheDamagedOnesToLeaveOut) {
   ASSERT_EQ(scene.bad_photos.size(), 1);
   EXPECT_EQ(scene.bad_photos[0].view, "b.jpg");
   EXPECT_EQ(scene.bad_photos[0].problem, BadPhoto::Problem::damaged);
+}
+
+// What was found when the scene was read is found again where a photo is decoded.
+TEST(PhotoFiles, AreCheckedAgainWhereTheyAreDecoded) {
+  const Photos files({"a.jpg", "b.jpg"});
+  files.photo("a.jpg");
+  files.photo("b.jpg");
+  const Scene scene = read_scene(files.folder.path() / "model",
+                                 {.images_dir = files.folder.path() / "photos", .skip_bad_photos = true});
+  EXPECT_EQ(scene.bad_photos.size(), 0);
+  std::string bytes = test::read_file(files.folder.path() / "photos" / "b.jpg");  // a PNG
+  bytes[bytes.find("IDAT") + 30] ^= 0x55;
+  files.folder.write("photos/b.jpg", bytes);
+  files.photo("a.jpg", 20, 15);
+  PhotoCache cache(scene);
+  EXPECT_TRUE(contains(input_error([&] { cache.photo(ViewId{1}); }), "b.jpg: cannot be decoded whole"));
+  EXPECT_TRUE(contains(input_error([&] { cache.photo(ViewId{0}); }),
+                       "a.jpg: is 20 x 15 pixels, which does not fit its camera any more"));
 }
 
 TEST(PhotoFiles, AreReplacedByTheirTextureLayers) {

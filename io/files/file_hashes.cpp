@@ -1,4 +1,4 @@
-#include "app/results/file_hashes.h"
+#include "io/file_hashes.h"
 
 #include <sys/stat.h>
 
@@ -6,8 +6,11 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <string>
 
-namespace gpvc::results {
+#include "io/error.h"
+
+namespace gpvc::io {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -33,15 +36,39 @@ bool HashedFile::tells_changes() const {
   return std::max(state.modified_ns, state.changed_ns) + 3 * kSecond < hashed_ns;
 }
 
-const HashedFile& FileHashes::of(const std::filesystem::path& file) {
-  HashedFile& known = known_[file];
+HashedFile FileHashes::look_at(const std::filesystem::path& file) const {
+  HashedFile known;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = known_.find(file); found != known_.end()) known = found->second;
+  }
   if (known.tells_changes() && known.state == file_state(file)) return known;
   // The state before: a file that changes while it is read is in another one from then on.
   HashedFile now{file_state(file), now_ns(), {}};
-  io::WorkHash hash;
+  WorkHash hash;
   hash.add_file(file);
   now.hash = hash.key();
-  return known = now;
+  return now;
 }
 
-}  // namespace gpvc::results
+HashedFile FileHashes::of(const std::filesystem::path& file) {
+  const HashedFile now = look_at(file);
+  const std::lock_guard lock(mutex_);
+  return known_[file] = now;
+}
+
+HashedFile FileHashes::unchanged(const std::filesystem::path& file) {
+  const HashedFile now = look_at(file);
+  const std::lock_guard lock(mutex_);
+  const auto [place, first] = known_.try_emplace(file, now);
+  if (!first && place->second.hash != now.hash)
+    throw InputError(file, "", "has changed since it was first read: it must stay the same while it is used");
+  return place->second = now;
+}
+
+void FileHashes::learn(const std::filesystem::path& file, const HashedFile& known) {
+  const std::lock_guard lock(mutex_);
+  known_.emplace(file, known);
+}
+
+}  // namespace gpvc::io

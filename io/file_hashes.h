@@ -4,10 +4,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <mutex>
 
-#include "../../io/work_store.h"
+#include "work_store.h"
 
-namespace gpvc::results {
+namespace gpvc::io {
 
 /// What a file system tells of a file without reading it. A program can set the time of modification as it likes, not that
 /// of the last change of the file's entry. (Devices have other numbers on other machines.)
@@ -25,7 +26,7 @@ FileState file_state(const std::filesystem::path& file);
 struct HashedFile {
   FileState state;
   std::int64_t hashed_ns = 0;  ///< when, since 1970
-  io::WorkKey hash;
+  WorkKey hash;
 
   /// False where the file was changed so shortly before that its times may not tell a later change: they are of up to two
   /// seconds (FAT, old NFS), and clocks of machines differ.
@@ -34,17 +35,24 @@ struct HashedFile {
 };
 GPVC_MEMBERS(HashedFile, state, hashed_ns, hash)
 
-/// Hashes of files, each with the state that the file was in.
+/// Hashes of files, each with the state that the file was in. Thread-safe. A file whose hash is known is not read again
+/// unless its state is another one, or would not tell; else each call takes O(bytes of the file).
 class FileHashes {
  public:
-  /// The hash of the file's bytes. Those that are known are not read again unless the file's state is another one, or would
-  /// not tell. Throws InputError. O(bytes of the file).
-  const HashedFile& of(const std::filesystem::path& file);
+  /// The hash of the file's bytes, which is what is known from now on. Throws InputError.
+  HashedFile of(const std::filesystem::path& file);
+  /// The same for a file that must stay what it is while it is used: throws InputError where it has other bytes than those
+  /// that are known. One that was merely touched passes.
+  HashedFile unchanged(const std::filesystem::path& file);
   /// Takes over what was known earlier, for files of which nothing is known yet.
-  void learn(const std::filesystem::path& file, const HashedFile& known) { known_.emplace(file, known); }
+  void learn(const std::filesystem::path& file, const HashedFile& known);
 
  private:
+  /// What is known, or, where that may not hold any more, what the file is now.
+  HashedFile look_at(const std::filesystem::path& file) const;
+
+  mutable std::mutex mutex_;
   std::map<std::filesystem::path, HashedFile> known_;
 };
 
-}  // namespace gpvc::results
+}  // namespace gpvc::io
