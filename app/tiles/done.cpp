@@ -35,9 +35,9 @@ std::optional<UnitOutput> output_from(const Json& json) {
   const auto file = json.find("file"), bytes = json.find("bytes");
   if (file == json.end() || !file->is_string() || bytes == json.end() || !bytes->is_number_unsigned())
     return std::nullopt;
-  UnitOutput output{file->get<std::string>(), bytes->get<std::uintmax_t>(), key_member(json, "hash")};
-  if (!stays_inside(output.file) || json.contains("hash") != output.hash.has_value()) return std::nullopt;
-  return output;
+  const std::optional<io::WorkKey> hash = key_member(json, "hash");
+  if (!hash || !stays_inside(file->get<std::string>())) return std::nullopt;
+  return UnitOutput{file->get<std::string>(), bytes->get<std::uintmax_t>(), *hash};
 }
 
 bool are_figures(const Json& json) {
@@ -46,6 +46,13 @@ bool are_figures(const Json& json) {
 }
 
 }  // namespace
+
+UnitOutput output_of(const std::filesystem::path& job, const std::filesystem::path& file) {
+  const io::FileBytes bytes(file);
+  io::WorkHash hash;
+  hash.add(bytes.view());
+  return {file.lexically_relative(job).string(), bytes.view().size(), hash.key()};
+}
 
 std::optional<Done> read_done(const std::filesystem::path& file) {
   if (!io::is_file(file)) return std::nullopt;
@@ -66,10 +73,8 @@ std::optional<Done> read_done(const std::filesystem::path& file) {
 
 void write_done(const std::filesystem::path& file, const Done& done) {
   Json outputs = Json::array();
-  for (const UnitOutput& output : done.outputs) {
-    Json& each = outputs.emplace_back(Json{{"file", output.file}, {"bytes", output.bytes}});
-    if (output.hash) each["hash"] = text_of(*output.hash);
-  }
+  for (const UnitOutput& output : done.outputs)
+    outputs.push_back(Json{{"file", output.file}, {"bytes", output.bytes}, {"hash", text_of(output.hash)}});
   io::OutputFile out(file);
   out.write(Json{{"key", text_of(done.key)}, {"outputs", outputs}, {"figures", done.figures}}.dump(1) + "\n");
   out.commit();

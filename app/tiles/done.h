@@ -15,8 +15,11 @@ namespace gpvc::tiles {
 struct UnitOutput {
   std::string file;  ///< relative to the job's folder, and inside it
   std::uintmax_t bytes = 0;
-  std::optional<io::WorkKey> hash{};  ///< of the bytes; nullopt where the file itself holds one (io::WorkStore)
+  io::WorkKey hash{};  ///< of the bytes
+  bool operator==(const UnitOutput&) const = default;
 };
+/// A file of the job as it is now. Throws InputError. O(bytes of the file).
+UnitOutput output_of(const std::filesystem::path& job, const std::filesystem::path& file);
 
 struct Done {
   io::WorkKey key;

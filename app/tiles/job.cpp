@@ -11,6 +11,7 @@
 #include "app/tiles/job_members.h"
 #include "app/tiles/sound.h"
 #include "io/error.h"
+#include "io/paths.h"
 #include "io/photos.h"
 #include "io/scene_files.h"
 
@@ -21,7 +22,11 @@ namespace fs = std::filesystem;
 using Writer = io::WorkStore::Writer;
 using Reader = io::WorkStore::Reader;
 
-constexpr const char* kSceneFile = "scene";
+// True if the file is the one that was made.
+bool is_as_made(const fs::path& job, const Done& made, const fs::path& file) {
+  const auto output = std::ranges::find(made.outputs, file.lexically_relative(job).string(), &UnitOutput::file);
+  return output != made.outputs.end() && io::is_file(file) && output_of(job, file) == *output;
+}
 
 }  // namespace
 
@@ -104,10 +109,7 @@ std::optional<io::WorkKey> JobFolder::done(const std::string& name) const {
 std::optional<fs::path> JobFolder::changed_output(const std::string& name) const {
   const std::optional<Done> done = read_done(done_file(name));
   for (const UnitOutput& output : done ? done->outputs : std::vector<UnitOutput>{}) {
-    io::WorkHash hash;
-    if (!output.hash) continue;
-    hash.add_file(folder_ / output.file);
-    if (hash.key() != *output.hash) return folder_ / output.file;
+    if (output_of(folder_, folder_ / output.file) != output) return folder_ / output.file;
   }
   return std::nullopt;
 }
@@ -137,15 +139,23 @@ void JobFolder::read(const std::string& unit_name, const std::string& name,
   const std::optional<Done> done = read_done(done_file(unit_name));
   if (!done)
     throw InputError(done_file(unit_name), "", fmt::format("is missing: unit {} has to be done first", unit_name));
-  if (!io::WorkStore(unit(unit_name)).read(name, done->key, fill))
-    throw InputError(unit(unit_name) / name, "",
-                     fmt::format("is missing or damaged; remove {} and run unit {} again",
+  const fs::path file = unit(unit_name) / name;
+  if (!is_as_made(folder_, *done, file))
+    throw InputError(file, "", fmt::format("is missing or damaged; run unit {} again", unit_name));
+  // Then both have been written by somebody else.
+  if (!io::WorkStore(file.parent_path()).read(name, done->key, fill))
+    throw InputError(file, "",
+                     fmt::format("holds values that no unit leaves; remove {} and run unit {} again",
                                  done_file(unit_name).string(), unit_name));
 }
 
 void JobFolder::read_mesh_file(const std::string& name, const std::function<void(Reader&)>& fill) const {
-  if (!io::WorkStore(folder_ / "mesh").read(name, key(), fill))
-    throw InputError(folder_ / "mesh" / name, "", "is missing or damaged", {Cure::make_job});
+  const io::WorkKey made = key();
+  const fs::path file = folder_ / "mesh" / name;
+  const std::optional<Done> files = read_done(mesh_files());
+  if (!files || files->key != made || !is_as_made(folder_, *files, file) ||
+      !io::WorkStore(file.parent_path()).read(name, made, fill))
+    throw InputError(file, "", "is missing or damaged", {Cure::make_job});
 }
 
 }  // namespace gpvc::tiles

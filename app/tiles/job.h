@@ -2,11 +2,12 @@
 //
 //   job.json             the program and the settings that the job was made with, for people
 //   plan.json            the units, see plan.h
-//   mesh/                scene and tiles
+//   mesh/                scene and tiles; files.json lists them
 //   units/NAME/          what a unit leaves for others, and done.json once that is complete
 //   result/              tileset.json, tiles/LEVEL_NUMBER.glb, obj/NUMBER/model.obj with pages and offset.txt for level 0
 //
-// Files in mesh/ and units/ are those of io::WorkStore: each with a key of what it came from and a hash of its bytes.
+// Files in mesh/ and units/ are those of io::WorkStore, each with a key of what it came from and a hash of its bytes. files.json
+// and done.json have a hash of each file, too: one that is replaced by a whole one of the same key is told from it.
 #pragma once
 
 #include <cstddef>
@@ -72,6 +73,9 @@ struct Job {
   const std::vector<TileInfo>& tiles(int level) const { return levels[static_cast<std::size_t>(level)].tiles; }
 };
 
+/// In mesh/, the job itself.
+inline constexpr const char* kSceneFile = "scene";
+
 /// The scene at the size of photos that a level is textured from.
 Scene scene_at(const Job& job, int level);
 
@@ -95,6 +99,8 @@ class JobFolder {
 
   /// Throws OutputError.
   void write_job(const Job& job, const io::WorkKey& key) const;
+  /// Lists the files of mesh/.
+  std::filesystem::path mesh_files() const { return folder_ / "mesh" / "files.json"; }
   /// Throws InputError where there is none.
   Job read_job() const;
   /// The key of the job. Throws InputError.
@@ -106,7 +112,7 @@ class JobFolder {
   void remove_units() const;
   /// The key of a complete unit; nullopt where it has to be done.
   std::optional<io::WorkKey> done(const std::string& name) const;
-  /// The first file of the result that a complete unit made and that is not what it was. O(bytes of these files).
+  /// The first file that a complete unit made and that is not what it was. O(bytes of these files).
   std::optional<std::filesystem::path> changed_output(const std::string& name) const;
   /// Throws OutputError where a folder on the way to a file, which is named from that of the job, is a symbolic link: what
   /// lies beyond it is not the job's.
@@ -115,7 +121,7 @@ class JobFolder {
   /// Throws OutputError.
   void keep(const std::filesystem::path& folder, const std::string& name, const io::WorkKey& key,
             const std::function<void(io::WorkStore::Writer&)>& write) const;
-  /// What a unit left; throws InputError that names the unit where it is missing or damaged.
+  /// What a unit left; throws InputError that names the unit where it is missing or not what the unit made.
   /// \param is_right if the values of the part can be of this job
   template <typename Part, typename IsRight>
   Part get(const std::string& unit, const std::string& name, const IsRight& is_right) const {

@@ -228,11 +228,15 @@ std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input
   io::CallbackSource no_photos(input.scene, [](ViewId) { return io::Picture{}; });
   const io::WorkKey key = job_key({input, settings.texture, no_photos, observer}, program, job);
   const fs::path mesh = folder.path() / "mesh";
+  Done files{key};
   const auto keep_tile = [&](std::uint32_t number, const TileMesh& tile) {
     folder.keep(mesh, tile_file(number), key, [&](io::WorkStore::Writer& out) { out.add(tile); });
+    files.outputs.push_back(output_of(folder.path(), mesh / tile_file(number)));
   };
   cut(input, settings, observer, keep_tile, job);
   folder.write_job(job, key);
+  files.outputs.push_back(output_of(folder.path(), mesh / kSceneFile));
+  write_done(folder.mesh_files(), files);
   std::vector<Unit> units = plan_units(job);
   io::OutputFile plan(folder.path() / "plan.json");
   plan.write(plan_text(units, program));

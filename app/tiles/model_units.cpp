@@ -104,11 +104,11 @@ void UnitRunner::bake(const Unit& unit) {
     if (pipeline::has_offset(job_.model)) pipeline::write_offset(job_.model, obj / pipeline::kOffsetFile);
   }
   tileset::write_tile(glb, model, job_.tiles_model, job_.settings.tiles.compress);
-  note_result(glb);
+  note_output(glb);
   if (finest) {
-    for (const io::PageFile& page : pages.files()) note_result(page.file);
+    for (const io::PageFile& page : pages.files()) note_output(page.file);
     for (const char* name : {"model.obj", "model.mtl", pipeline::kOffsetFile})
-      if (io::is_file(obj / name)) note_result(obj / name);
+      if (io::is_file(obj / name)) note_output(obj / name);
   } else {
     pages.remove();
   }
@@ -194,7 +194,7 @@ void UnitRunner::finish() {
   io::OutputFile out(file);
   out.write(tileset::tileset_text(levels, job_.tiles_model));
   out.commit();
-  note_result(file);
+  note_output(file);
   auto& figures = outcome_->done.figures;
   std::map<std::string, double> sums;
   double steps_before = 0, steps_after = 0;

@@ -65,14 +65,7 @@ bool UnitRunner::is_complete(const Unit& unit, const io::WorkKey& key) {
 }
 
 void UnitRunner::note_output(const fs::path& file) {
-  outcome_->done.outputs.push_back({file.lexically_relative(folder_.path()).string(), fs::file_size(file)});
-}
-
-void UnitRunner::note_result(const fs::path& file) {
-  note_output(file);
-  io::WorkHash hash;
-  hash.add_file(file);
-  outcome_->done.outputs.back().hash = hash.key();
+  outcome_->done.outputs.push_back(output_of(folder_.path(), file));
 }
 
 UnitResult UnitRunner::run(const Unit& unit) {

@@ -34,7 +34,7 @@ class UnitRunner {
   /// Throws std::invalid_argument where there is no such unit.
   const Unit& find(const std::string& name) const;
 
-  /// Does nothing where the unit is complete, its results are what it made, and nothing that it came from has changed. Throws
+  /// Does nothing where the unit is complete, its files are what it made, and nothing that it came from has changed. Throws
   /// InputError where a unit before it is not complete, or a photo is not the one that was looked at; OutputError, also
   /// where another process works on the unit, or the job has been replaced since it was read.
   UnitResult run(const Unit& unit);
@@ -60,8 +60,6 @@ class UnitRunner {
     note_output(folder_.unit(unit.name) / name);
   }
   void note_output(const std::filesystem::path& file);
-  /// The same for a file of the result, by its bytes.
-  void note_result(const std::filesystem::path& file);
 
   JobFolder folder_;
   results::Observer& observer_;

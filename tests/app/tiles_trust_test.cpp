@@ -3,9 +3,11 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cstring>
 #include <set>
 
 #include "io/images.h"
+#include "io/work_store.h"
 #include "tests/app/app_fixture.h"
 
 namespace gpvc {
@@ -17,11 +19,22 @@ using Json = nlohmann::json;
 
 class JobTrust : public App {
  protected:
-  void make_job(const fs::path& job, const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> words = texture(job, {"--unit-views", "2", "--tile-faces", "1500", "--no-levels"});
+  // A job of this test's own photos, in one tile.
+  void make_job(const fs::path& job) const {
+    std::vector<std::string> words = texture(job, {"--unit-views", "2", "--no-levels"});
     words[0] = "tiles";
-    words.insert(words.end(), more.begin(), more.end());
     ASSERT_EQ(run(words).exit_code, 0);
+  }
+  // A complete job in four tiles, of photos that stay as they are.
+  void take_job() const {
+    ASSERT_TRUE(fs::exists(fs::path(GPVC_APP_JOB) / "result" / "tileset.json"))
+        << "ctest makes the job: app_scene.units";
+    fs::create_directories(out_.parent_path());
+    fs::copy(GPVC_APP_JOB, out_, fs::copy_options::recursive);
+  }
+  // As if the units had not run.
+  void forget(const std::vector<std::string>& names) const {
+    for (const std::string& name : names) ASSERT_TRUE(fs::remove(out_ / "units" / name / "done.json")) << name;
   }
   Outcome unit(const std::vector<std::string>& names) const {
     std::vector<std::string> words{"unit", out_.string()};
@@ -102,46 +115,85 @@ TEST_F(JobTrust, AMaskThatChangesCounts) {
   expect_one_sentence(unit(units({"see", "judge", "cost", "choose"}, false)), "mask.png", "run that unit again");
 }
 
-TEST_F(JobTrust, ResultsThatOthersChangedAreNamedAndMadeAgain) {
-  make_job(out_);
-  ASSERT_EQ(unit({"--all"}).exit_code, 0);
+TEST_F(JobTrust, FilesThatOthersChangedAreNamedAndMadeAgain) {
+  take_job();
   const auto before = result(out_);
-  for (const char* name : {"tiles/0_1.glb", "obj/2/model.obj", "obj/3/model_0.jpg", "tileset.json"}) {
-    flip_byte(out_ / "result" / name);
+  for (const char* name : {"result/tiles/0_1.glb", "result/obj/2/model.obj", "result/obj/3/model_0.jpg",
+                           "result/tileset.json", "units/see-0-1/tile-2", "units/judge/photos", "units/cost-0-2/costs",
+                           "units/choose-0-2-1/labels", "units/expose-3/ratios", "units/level/exposure"}) {
+    flip_byte(out_ / name);
     const Outcome again = unit({"--all"});
     EXPECT_EQ(again.exit_code, 0);
-    EXPECT_TRUE(contains(again.err, name)) << again.err;
+    EXPECT_TRUE(contains(again.err, std::string(name) + " is not what unit")) << again.err;
+    EXPECT_TRUE(contains(again.err, "25 of 26 units were complete")) << again.err;
     EXPECT_TRUE(result(out_) == before) << name;
   }
 }
 
+// Changes a part, and makes the hash that it ends with right again.
+void change_part(const fs::path& file) {
+  const std::string bytes = read_file(file);
+  io::WorkKey key;
+  std::memcpy(&key, bytes.data() + 8, sizeof key);
+  std::string body = bytes.substr(8 + sizeof key, bytes.size() - 8 - 2 * sizeof key);
+  body[body.size() / 2] = static_cast<char>(body[body.size() / 2] ^ 0x01);
+  io::WorkStore(file.parent_path()).keep(file.filename(), key, [&](io::WorkStore::Writer& out) {
+    out.write(body.data(), body.size());
+  });
+}
+
+TEST_F(JobTrust, PartsWithOtherValuesAreNotReadThoughTheirHashIsRight) {
+  take_job();
+  const auto before = result(out_);
+  const std::string part = "units/cost-0-2/costs";
+  change_part(out_ / part);
+  forget({"choose-0-1-2"});
+  // By the unit that reads it, which another has to be run for.
+  expect_one_sentence(unit({"choose-0-1-2"}), part, "is missing or damaged; run unit cost-0-2 again");
+  const Outcome again = unit({"--all"});
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_TRUE(contains(again.err, part + " is not what unit cost-0-2 made; the unit is run again")) << again.err;
+  EXPECT_TRUE(result(out_) == before);
+
+  for (const char* name : {"mesh/tile-1", "mesh/scene"}) {
+    change_part(out_ / name);
+    forget({"cost-0-1"});
+    expect_one_sentence(unit({"cost-0-1"}), name, "is missing or damaged");
+    fs::copy_file(fs::path(GPVC_APP_JOB) / name, out_ / name, fs::copy_options::overwrite_existing);
+    ASSERT_EQ(unit({"cost-0-1"}).exit_code, 0);
+  }
+}
+
 TEST_F(JobTrust, DoneFilesOfOtherTypesCountAsNone) {
-  make_job(out_);
-  ASSERT_EQ(unit({"--all"}).exit_code, 0);
+  take_job();
   const auto before = result(out_);
   const fs::path done = out_ / "units" / "level" / "done.json";
   const std::string good = read_file(done), key = Json::parse(good)["key"].get<std::string>();
   std::vector<std::string> bad{"", "[]", R"({"key":5,"outputs":[],"figures":{}})",
                                R"({"key":null,"outputs":[],"figures":{}})", R"({"key":")" + key + R"(","outputs":[]})"};
-  for (const char* outputs :
-       {"5", "[5]", R"([{"file":"x"}])", R"([{"file":"x","bytes":"1"}])", R"([{"file":5,"bytes":1}])",
-        R"([{"file":"x","bytes":-1}])", R"([{"file":"../x","bytes":1}])", R"([{"file":"x","bytes":1,"hash":1}])"})
+  const std::string hash = R"("hash":"0123456789abcdef0123456789abcdef")";
+  for (const std::string& outputs :
+       {std::string("5"), std::string("[5]"), std::string(R"([{"file":"x","bytes":1}])"),
+        R"([{"file":"x",)" + hash + "}]", R"([{"file":"x","bytes":"1",)" + hash + "}]",
+        R"([{"file":5,"bytes":1,)" + hash + "}]", R"([{"file":"x","bytes":-1,)" + hash + "}]",
+        R"([{"file":"../x","bytes":1,)" + hash + "}]", std::string(R"([{"file":"x","bytes":1,"hash":1}])")})
     bad.push_back(R"({"key":")" + key + R"(","outputs":)" + outputs + R"(,"figures":{}})");
   bad.push_back(R"({"key":")" + key + R"(","outputs":[],"figures":{"energy":"1"}})");
   for (const std::string& text : bad) {
     std::ofstream(done, std::ios::binary) << text;
-    const Outcome again = unit({"--all"});
+    const Outcome again = unit({"level"});
     EXPECT_EQ(again.exit_code, 0) << text << again.err;
     EXPECT_FALSE(contains(again.err, "exception")) << again.err;
     EXPECT_TRUE(read_file(done).starts_with("{\n \"key\": \"" + key)) << text;
   }
+  EXPECT_EQ(unit({"--all"}).exit_code, 0);
   EXPECT_TRUE(result(out_) == before);
   std::ofstream(out_ / "mesh" / "done.json") << R"({"key":5})";
   expect_one_sentence(unit({"--all"}), out_.string(), "is no job of units");
 }
 
 TEST_F(JobTrust, OptionsInJobJsonAreThoseOfTheJob) {
-  make_job(out_);
+  take_job();
   const std::string good = read_file(out_ / "job.json");
   Json json = Json::parse(good);
   json["settings"]["quality"] = 50;
@@ -161,10 +213,10 @@ TEST_F(JobTrust, OptionsInJobJsonAreThoseOfTheJob) {
 TEST_F(JobTrust, UnitsFollowNoLinkOutOfTheJob) {
   const fs::path mine = folder_.path() / "mine";
   for (const char* name : {"result", "result/tiles", "result/obj", "result/obj/0", "units", "units/see-0-0"}) {
-    make_job(out_);
+    take_job();
     fs::create_directories(mine);
     std::ofstream(mine / "model.obj") << "precious";
-    fs::create_directories((out_ / name).parent_path());
+    fs::remove_all(out_ / name);
     fs::create_directory_symlink(mine, out_ / name);
     expect_one_sentence(unit({"--all"}), (out_ / name).string(), "is a symbolic link");
     EXPECT_EQ(read_file(mine / "model.obj"), "precious") << name;
@@ -175,14 +227,12 @@ TEST_F(JobTrust, UnitsFollowNoLinkOutOfTheJob) {
 }
 
 TEST_F(JobTrust, FilesOfKilledUnitsAreRemovedAndThoseOfRunningOnesAreNot) {
-  make_job(out_);
+  take_job();
+  forget({"judge", "see-0-0", "bake-0-1"});
   const std::vector<fs::path> left{
       out_ / "units" / "judge" / "done.json.part-1-2", out_ / "units" / "see-0-0" / "views.part-1-2",
       out_ / "result" / "obj" / "1" / "offset.txt.part-1-2", out_ / "result" / "tiles" / "0_1.glb.part-1-2"};
-  for (const fs::path& file : left) {
-    fs::create_directories(file.parent_path());
-    std::ofstream(file) << "half";
-  }
+  for (const fs::path& file : left) std::ofstream(file) << "half";
   const int lock = open((out_ / "units" / "see-0-0" / ".gpvc-lock").c_str(), O_RDWR | O_CREAT, 0600);
   ASSERT_EQ(flock(lock, LOCK_EX), 0);
   expect_one_sentence(unit({"see-0-0"}), "see-0-0", "another run");
