@@ -141,7 +141,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   if (options.take_model) beside = options.take_model(atlas.model);
 
   Clock::time_point start = Clock::now();
-  std::optional<LevelingResult> leveling = take_leveling(options.kept);
+  std::optional<LevelingResult> leveling = take_leveling(options.kept, input, layout.set);
   if (!leveling) {
     leveling = level_seams(input, layout.set, state.coverage, blending, state.options.seams);
     keep_leveling(options.kept, *leveling);

@@ -89,6 +89,8 @@ struct ViewExposure {
   double k1 = 0, k2 = 0;                                   ///< equal for all views of a camera
 };
 GPVC_MEMBERS(ViewExposure, gain, centre_x, centre_y, inverse_radius2, k1, k2)
+/// True if it changes colours to colours.
+bool is_sound(const ViewExposure& exposure);
 
 struct TextureAtlas {
   io::TexturedModel model;   ///< every input face has texture coordinates; those of the border have io::kNoPage instead

@@ -12,12 +12,18 @@
 
 namespace gpvc::io {
 
+/// The largest coordinate of a mesh, of either sign. Single precision sets it: ray tracing (Embree allows 1.8e18), OpenGL
+/// and glTF hold positions as floats and multiply differences of two of them. Such a difference is below 2^61, and the sum of
+/// three squares below 2^124, in the range of floats (2^128). In double precision, comparing two depths exactly multiplies
+/// five values, each below 2^61 times a focal length: far from overflow at 2^1024.
+inline constexpr double kMostCoordinate = 1e18;
+
 /// Reads PLY (ASCII, binary little and big endian, float or double, any extra properties), OBJ, STL, OFF (ASCII), GLB or
 /// glTF, told apart by content (glTF in JSON by its extension). STL and glTF repeat vertices: those at one position become
 /// one. glTF is taken through its nodes, so y is up. Polygons of more than three vertices are split: as a fan where that turns no triangle over, by
 /// ear clipping elsewhere; Mesh::source_face leads back to them. Groups, texture coordinates, normals, lines and points
 /// of an OBJ are ignored. Faces that use a vertex whose coordinates are
-/// not finite or above 1e18 (kMostCoordinate) lose their area, and such vertices get the place of another, with a warning;
+/// not finite or above kMostCoordinate lose their area, and such vertices get the place of another, with a warning;
 /// numbers of faces and vertices stay. Throws InputError on indices out of range, on a truncated file, and on a mesh
 /// without faces that have a place. A folder is read as the mesh that its mesh_files() make together. O(file size).
 Mesh read_mesh(const std::filesystem::path& file);

@@ -129,12 +129,18 @@ struct Candidates {
   std::vector<FaceId> refused;                      ///< faces that views see, none of which is allowed; ascending
 };
 
+inline constexpr double kMostLog2Gain = 8;
+
 /// What comparing all photos tells of each, for faces that are judged in parts.
 struct PhotoJudgement {
   std::vector<ViewAgreement> agreement;  ///< of all views with statistics, ascending
-  /// Per view and channel, the logarithm to base 2 of the factor that its colours are divided by to agree with the others'.
+  /// Per view and channel, the logarithm to base 2 of the factor that its colours are divided by to agree with the others', at
+  /// most kMostLog2Gain, of either sign.
   std::vector<double> log2_gain;
 };
+
+/// True if the bytes may be the statistics of a view: faces that are there, ascending. \param faces of the mesh
+bool is_sound(std::span<const std::byte> statistics, std::size_t faces);
 
 /// Collects statistics (pixel area, gradient magnitude, mean colour) of the faces that each view sees, then derives
 /// candidates and costs from them.
@@ -153,7 +159,7 @@ class CandidateCollector {
   std::span<const std::byte> statistics_of(ViewId id) const;
   /// Forgets a view, whose statistics have been taken elsewhere.
   void forget(ViewId id);
-  /// Takes them instead of add_view(). False, and the view is not added, if they are of another mesh.
+  /// Takes them instead of add_view(). False, and the view is not added, unless they are sound.
   bool add_statistics(ViewId id, std::span<const std::byte> statistics);
   /// Per view the photo that it shows, where several show one, as the views of a panorama do: such views have one vote about
   /// the colours of a face. Each view shows its own where this is not called. To be called before judge().

@@ -19,26 +19,8 @@ namespace {
 using evaluate::Json;
 using pipeline::OptionInfo;
 
-constexpr Named<std::optional<io::UpAxis>> kUps[] = {
-    {"auto", std::nullopt},    {"+x", io::UpAxis::pos_x}, {"-x", io::UpAxis::neg_x}, {"+y", io::UpAxis::pos_y},
-    {"-y", io::UpAxis::neg_y}, {"+z", io::UpAxis::pos_z}, {"-z", io::UpAxis::neg_z}};
-
-// The names of a setting's values.
-constexpr const auto& names_of(labeling::DataTerm) { return labeling::kDataTermNames; }
-constexpr const auto& names_of(labeling::Outliers) { return labeling::kOutliersNames; }
-constexpr const auto& names_of(labeling::EdgeWeights) { return labeling::kEdgeWeightsNames; }
-constexpr const auto& names_of(atlas::SeamLeveling) { return atlas::kSeamLevelingNames; }
-constexpr const auto& names_of(atlas::Blending) { return atlas::kBlendingNames; }
-constexpr const auto& names_of(atlas::UnseenFaces) { return atlas::kUnseenFacesNames; }
-constexpr const auto& names_of(io::ImageFormat) { return io::kImageFormatNames; }
-constexpr const auto& names_of(io::GltfContainer) { return io::kGltfContainerNames; }
-constexpr const auto& names_of(pipeline::KeepWork) { return pipeline::kKeepWorkNames; }
-constexpr const auto& names_of(const std::optional<io::UpAxis>&) { return kUps; }
-
-template <typename Value>
-concept IsNamed = requires(const Value& value) {
-  names_of(value);
-};
+using pipeline::IsNamed;
+using pipeline::names_of;
 
 using Color = std::array<std::uint8_t, 3>;
 

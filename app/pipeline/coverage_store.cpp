@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 namespace gpvc::pipeline {
@@ -131,30 +132,55 @@ class Unpacker {
 // Reads what Unpacker reads, without trust.
 class Checker {
  public:
-  Checker(const PackedCoverage& packed, std::uint64_t faces, std::uint64_t width, std::uint64_t height)
-      : left_(packed.bytes), faces_(faces), width_(width), height_(height) {}
+  Checker(const PackedCoverage& packed, const Mesh& mesh, const View& view)
+      : left_(packed.bytes), mesh_(mesh), view_(view) {}
 
   bool is_sound() {
+    const std::uint64_t faces = mesh_.faces.size();
     for (std::uint64_t face = 0, entries = 0; !left_.empty(); ++entries) {
       const std::uint64_t step = number();
-      if (step >= faces_ || (entries > 0 && step == 0) || (face += step) >= faces_ || !is_entry()) return false;
+      if (step >= faces || (entries > 0 && step == 0) || (face += step) >= faces || !is_entry(face)) return false;
     }
     return true;
   }
 
  private:
   // The box, the count of samples and their share, and the bits.
-  bool is_entry() {
+  bool is_entry(std::uint64_t face) {
     const std::uint64_t x = number(), y = number(), width = number(), height = number(), visible = number();
     float share = 0;
     if (failed_ || left_.size() < sizeof share) return false;
     std::memcpy(&share, left_.data(), sizeof share);
     left_ = left_.subspan(sizeof share);
-    if (!(share >= 0 && share <= 1) || visible > UINT32_MAX || width > width_ || height > height_) return false;
+    if (!(share >= 0 && share <= 1) || visible > UINT32_MAX) return false;
     // The box of a face that only samples smaller than pixels see is empty, anywhere.
-    const bool empty = width == 0 || height == 0;
-    if (empty ? x > UINT32_MAX || y > UINT32_MAX : x > width_ - width || y > height_ - height) return false;
+    constexpr std::uint64_t kMost = 1u << 20;
+    if (width > kMost || height > kMost || x > UINT32_MAX || y > UINT32_MAX) return false;
+    if (width > 0 && height > 0) {
+      const PixelBox most = box_of(mesh_.faces[face]);
+      if (!(static_cast<double>(x) >= most.x0 && static_cast<double>(y) >= most.y0 &&
+            static_cast<double>(x + width) <= most.x1 && static_cast<double>(y + height) <= most.y1))
+        return false;
+    }
     return skip_bits(static_cast<std::size_t>(width * height)) && !failed_;
+  }
+  struct PixelBox {
+    double x0, y0, x1, y1;
+  };
+  // The pixels of the frame that a face may have samples in: those whose centres its projection holds, and one more around for
+  // methods that draw in float. All, if it reaches behind the camera.
+  PixelBox box_of(const Triangle& face) const {
+    const Camera& camera = view_.camera;
+    const PixelBox frame{0, 0, static_cast<double>(camera.width), static_cast<double>(camera.height)};
+    PixelBox box{frame.x1, frame.y1, 0, 0};
+    for (const std::uint32_t v : face) {
+      const CameraPoint corner = camera_from_world(view_.pose, mesh_.positions[v]);
+      if (!(corner.z > 0)) return frame;
+      const PixelPoint p = pixel_from_camera(camera, corner);
+      box = {std::min(box.x0, p.x), std::min(box.y0, p.y), std::max(box.x1, p.x), std::max(box.y1, p.y)};
+    }
+    return {std::max(0.0, std::floor(box.x0) - 1), std::max(0.0, std::floor(box.y0) - 1),
+            std::min(frame.x1, std::ceil(box.x1) + 1), std::min(frame.y1, std::ceil(box.y1) + 1)};
   }
   bool skip_bits(std::size_t count) {
     if (count <= kPlainBits) return skip((count + 7) / 8);
@@ -187,14 +213,15 @@ class Checker {
   }
 
   std::span<const std::uint8_t> left_;
-  std::uint64_t faces_, width_, height_;
+  const Mesh& mesh_;
+  const View& view_;
   bool failed_ = false;
 };
 
 }  // namespace
 
-bool is_sound(const PackedCoverage& packed, std::size_t faces, int width, int height) {
-  return Checker(packed, faces, static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height)).is_sound();
+bool is_sound(const PackedCoverage& packed, const Mesh& mesh, const View& view) {
+  return Checker(packed, mesh, view).is_sound();
 }
 
 PackedCoverage pack(ViewId view, const visibility::CoverageTable& coverage) {

@@ -22,8 +22,10 @@ struct PackedCoverage {
 /// \pre all entries are of the view, in face order
 PackedCoverage pack(ViewId view, const visibility::CoverageTable& coverage);
 
-/// True if pack() may have made it for a mesh of so many faces and a frame of that size: CoverageStore reads no other one safely.
-bool is_sound(const PackedCoverage& packed, std::size_t faces, int width, int height);
+/// True if pack() may have made it of what the view sees of the mesh: CoverageStore reads no other one safely. A few bytes can
+/// stand for a box as large as a photo, so each box has to lie around its face's projection: what all of them take unpacked is
+/// then no more than what looking at the view takes. O(bytes).
+bool is_sound(const PackedCoverage& packed, const Mesh& mesh, const View& view);
 
 class CoverageStore {
  public:

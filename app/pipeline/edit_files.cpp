@@ -7,7 +7,6 @@
 #include <functional>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "app/pipeline/stored.h"
 #include "app/pipeline/texture_files.h"
@@ -56,13 +55,6 @@ void read_result(const fs::path& from, const char* name, const io::WorkKey& key,
 
 bool is_of_views(ViewId view, const Input& input) { return index(view) < input.scene.views.size(); }
 
-bool is_sound(const ViewRule& rule, const Input& input) {
-  const auto* ground = std::get_if<io::GroundRegion>(&rule.region);
-  const auto is_finite = [](const auto& corner) { return std::isfinite(corner[0]) && std::isfinite(corner[1]); };
-  return (ground == nullptr || (ground->corners.size() >= 3 && std::ranges::all_of(ground->corners, is_finite))) &&
-         std::ranges::all_of(rule.views, [&](ViewId view) { return is_of_views(view, input); });
-}
-
 // Corners in [0, 1] of pages that are there.
 bool is_sound(const io::TexturedModel& model, std::size_t faces, std::size_t pages) {
   return model.face_texcoords.size() == faces && model.face_page.size() == faces &&
@@ -74,17 +66,22 @@ bool is_sound(const io::TexturedModel& model, std::size_t faces, std::size_t pag
          });
 }
 
+bool is_page_size(const std::array<int, 2>& size) {
+  constexpr int kMost = 1 << 16;
+  return size[0] > 0 && size[1] > 0 && size[0] <= kMost && size[1] <= kMost;
+}
+
 bool is_sound(const EditModel& m, const Input& input) {
   const std::size_t faces = input.mesh.faces.size(), pages = m.page_sizes.size();
   // New charts are numbered after these, and there are as many as faces at most, and as many borders.
   const std::uint64_t charts = UINT32_MAX - std::min<std::uint64_t>(UINT32_MAX, 2 * std::uint64_t{faces} + 1);
   return m.labels.size() == faces && m.face_chart.size() == faces && m.page_files.size() == pages &&
          (m.exposure.empty() || m.exposure.size() == input.scene.views.size()) && m.reduction > 0 && m.reduction <= 1 &&
-         is_sound(m.model, faces, pages) &&
+         is_sound(m.model, faces, pages) && std::ranges::all_of(m.page_sizes, is_page_size) &&
          std::ranges::all_of(m.labels, [&](ViewId view) { return view == kNoView || is_of_views(view, input); }) &&
          std::ranges::all_of(m.face_chart, [&](std::uint32_t chart) { return chart < charts; }) &&
-         std::ranges::all_of(m.exposure, [](const auto& exposure) { return pipeline::is_sound(exposure); }) &&
-         std::ranges::all_of(m.rules, [&](const ViewRule& rule) { return is_sound(rule, input); });
+         std::ranges::all_of(m.exposure, [](const auto& exposure) { return atlas::is_sound(exposure); }) &&
+         std::ranges::all_of(m.rules, [&](const ViewRule& rule) { return is_sound(rule, input.scene.views.size()); });
 }
 
 }  // namespace
@@ -113,11 +110,12 @@ void read_edit_views(const fs::path& from, const Input& input, const ResultKeys&
     auto agreement = in.get<std::vector<labeling::ViewAgreement>>();
     if (!std::ranges::all_of(agreement, [&](const auto& each) { return is_of_views(each.view, input); })) in.refuse();
     collector.take_judgement(std::move(agreement));
+    std::size_t next = 0;  // each view once
     for (auto left = in.get<std::size_t>(); left > 0; --left) {
       auto packed = in.get<PackedCoverage>();
-      if (!is_of_views(packed.view, input)) in.refuse();
-      const Camera& camera = input.scene.views[index(packed.view)].camera;
-      if (!is_sound(packed, input.mesh.faces.size(), camera.width, camera.height)) in.refuse();
+      if (!is_of_views(packed.view, input) || index(packed.view) < next) in.refuse();
+      next = index(packed.view) + 1;
+      if (!is_sound(packed, input.mesh, input.scene.views[index(packed.view)])) in.refuse();
       coverage.add(std::make_shared<const PackedCoverage>(std::move(packed)));
     }
   });

@@ -4,12 +4,14 @@
 
 #include <concepts>
 #include <cstddef>
+#include <optional>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "../../io/members.h"
+#include "../../io/names.h"
 #include "../../io/scene_members.h"
 #include "../../io/work_store.h"
 #include "settings.h"
@@ -62,17 +64,40 @@ struct Option {
   OptionInfo info;
 };
 
+/// Of an optional axis; none: found from the cameras.
+inline constexpr Named<std::optional<io::UpAxis>> kUps[] = {
+    {"auto", std::nullopt},    {"+x", io::UpAxis::pos_x}, {"-x", io::UpAxis::neg_x}, {"+y", io::UpAxis::pos_y},
+    {"-y", io::UpAxis::neg_y}, {"+z", io::UpAxis::pos_z}, {"-z", io::UpAxis::neg_z}};
+
+// The names of an option's values.
+constexpr const auto& names_of(labeling::DataTerm) { return labeling::kDataTermNames; }
+constexpr const auto& names_of(labeling::Outliers) { return labeling::kOutliersNames; }
+constexpr const auto& names_of(labeling::EdgeWeights) { return labeling::kEdgeWeightsNames; }
+constexpr const auto& names_of(atlas::SeamLeveling) { return atlas::kSeamLevelingNames; }
+constexpr const auto& names_of(atlas::Blending) { return atlas::kBlendingNames; }
+constexpr const auto& names_of(atlas::UnseenFaces) { return atlas::kUnseenFacesNames; }
+constexpr const auto& names_of(io::ImageFormat) { return io::kImageFormatNames; }
+constexpr const auto& names_of(io::GltfContainer) { return io::kGltfContainerNames; }
+constexpr const auto& names_of(KeepWork) { return kKeepWorkNames; }
+constexpr const auto& names_of(const std::optional<io::UpAxis>&) { return kUps; }
+
+template <typename Value>
+concept IsNamed = requires(const Value& value) {
+  names_of(value);
+};
+
 inline constexpr const char* kChoosing = "View selection";
 inline constexpr const char* kTexture = "Texture";
 inline constexpr const char* kVisibility = "Visibility";
 inline constexpr const char* kMachine = "Common";
 inline constexpr const char* kChanging = "Changing a result";
 inline constexpr const char* kBytes = "SIZE";  ///< the kind of an amount of memory
+inline constexpr double kMostCost = 1e6;       ///< where two neighbouring faces with different views cost 1
 
-/// An option that is not offered.
+/// An option that is not offered. Of a number the least and the most.
 template <typename Value>
-Option<Value> hidden(Value& value, const char* name, Affects affects) {
-  return {value, {name, affects}};
+Option<Value> hidden(Value& value, const char* name, Affects affects, double least = 0, double most = 0) {
+  return {value, {name, affects, For::all, nullptr, "", least, most}};
 }
 /// A flag, or one of the names of an enum.
 template <typename Value>
@@ -115,21 +140,24 @@ auto options_of(T& o) {
       number(
           o.margin_px, "margin", views, kChoosing, "PX", 0, 64,
           "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there, 0 to 64; 0 is off"),
-      hidden(o.data_weight, "data-weight", labels), hidden(o.margin_cost, "margin-cost", labels),
-      hidden(o.coarse_cost, "coarse-cost", labels), hidden(o.hidden_cost, "hidden-cost", labels));
+      hidden(o.data_weight, "data-weight", labels, 0, kMostCost),
+      hidden(o.margin_cost, "margin-cost", labels, 0, kMostCost),
+      hidden(o.coarse_cost, "coarse-cost", labels, 0, kMostCost),
+      hidden(o.hidden_cost, "hidden-cost", labels, 0, kMostCost));
 }
 
 template <io::Like<labeling::SolverOptions> T>
 auto options_of(T& o) {
   using enum Affects;
   return std::tuple(
-      number(o.smoothness, "smoothness", labels, kChoosing, "X", 0, 1e6,
+      number(o.smoothness, "smoothness", labels, kChoosing, "X", 0, kMostCost,
              "Cost of a seam between two adjacent faces with different views; 0 or more"),
       offered(o.thorough, "thorough", labels, kChoosing,
               "Search the whole mesh for better views until none is found: several times slower, for an energy that is "
               "at most 0.2 % lower"),
-      hidden(o.max_sweeps, "max-sweeps", labels), hidden(o.small_patch_faces, "small-patch-faces", labels),
-      hidden(o.small_patch_rise, "small-patch-rise", labels));
+      hidden(o.max_sweeps, "max-sweeps", labels, 0, 1e4),
+      hidden(o.small_patch_faces, "small-patch-faces", labels, 0, 1e9),
+      hidden(o.small_patch_rise, "small-patch-rise", labels, 0, kMostCost));
 }
 
 template <io::Like<atlas::AtlasOptions> T>
@@ -161,7 +189,7 @@ auto options_of(T& o) {
       only(For::one_model,
            number(o.max_texels, "max-texels", pages, kTexture, "N", 4096, 1e15,
                   "Reduce all charts by one factor until all pages together have at most N texels, 4096 or more")),
-      hidden(o.blend_cost, "blend-cost", pages), hidden(o.margin_px, "partial-margin", pages));
+      hidden(o.blend_cost, "blend-cost", pages, 0, kMostCost), hidden(o.margin_px, "partial-margin", pages, 0, 64));
 }
 
 template <io::Like<OutputSettings> T>
@@ -194,7 +222,7 @@ auto options_of(T& o) {
   return std::tuple_cat(
       options_of(o.visibility), options_of(o.costs), options_of(o.solver), options_of(o.atlas), options_of(o.output),
       std::tuple(
-          hidden(o.device, "device", views),
+          hidden(o.device, "device", views, -1, 1e4),
           offered(o.allow_unseen, "allow-unseen", nothing, kChoosing,
                   "Texture a mesh of which all photos together see less than 5 % of the faces, which is refused "
                   "otherwise: it is one in other coordinates as a rule"),
@@ -236,6 +264,31 @@ static_assert(kListsAll<Settings, visibility::VisibilityOptions, labeling::CostO
 template <typename T, typename Use>
 void for_each_option(T& settings, const Use& use) {
   std::apply([&](const auto&... option) { (use(option.value, option.info), ...); }, options_of(settings));
+}
+
+/// True if an option can have the value: one of its names, or a number within its limits. `unset`: what it has where nothing
+/// is asked for, which may lie outside of them.
+template <typename Value>
+bool is_sound(const Value& value, const Value& unset, const OptionInfo& info) {
+  if constexpr (IsNamed<Value>) {
+    return name_of(names_of(value), value) != nullptr;
+  } else if constexpr (std::is_arithmetic_v<Value> && !std::same_as<Value, bool>) {
+    const auto number = static_cast<double>(value);
+    return value == unset || info.kind == kBytes || (number >= info.least && number <= info.most);
+  } else {
+    return true;
+  }
+}
+
+/// True if all options can have their values; of methods and rules nothing is looked at.
+template <typename T>
+bool are_sound(const T& settings) {
+  const T unset{};
+  const auto options = options_of(settings), others = options_of(unset);
+  return [&]<std::size_t... n>(std::index_sequence<n...>) {
+    return (is_sound(std::get<n>(options).value, std::get<n>(others).value, std::get<n>(options).info) && ...);
+  }
+  (std::make_index_sequence<std::tuple_size_v<decltype(options)>>());
 }
 
 /// Hashes the options on which a result depends, except view_rules.

@@ -163,10 +163,9 @@ class Sight {
 
   // Adds its statistics. Values that no run keeps count as none, whatever the hash of their file says.
   bool may_be_of(ViewId id, const SeenView& seen) {
-    const Camera& camera = run_.input.scene.views[index(id)].camera;
-    return seen.coverage.view == id && is_sound(seen.fit) &&
-           is_sound(seen.coverage, run_.input.mesh.faces.size(), camera.width, camera.height) &&
-           collector_.add_statistics(id, seen.statistics);
+    const View& view = run_.input.scene.views[index(id)];
+    return seen.coverage.view == id && is_sound(seen.fit, view.camera) &&
+           is_sound(seen.coverage, run_.input.mesh, view) && collector_.add_statistics(id, seen.statistics);
   }
 
   void add(ViewId id, SeenView seen) {

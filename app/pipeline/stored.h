@@ -1,8 +1,6 @@
 // The members of what steps leave for other steps (io/members.h), and what a view leaves.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -43,22 +41,14 @@ GPVC_MEMBERS(ViewFit, sees_faces, tie_points, preview)
 namespace gpvc::pipeline {
 GPVC_MEMBERS(PackedCoverage, view, bytes)
 
-/// True if it changes colours to colours.
-inline bool is_sound(const atlas::ViewExposure& exposure) {
-  return std::ranges::all_of(exposure.gain, [](float gain) { return std::isfinite(gain) && gain > 0; }) &&
-         std::isfinite(exposure.centre_x + exposure.centre_y + exposure.k1 + exposure.k2) &&
-         std::isfinite(exposure.inverse_radius2) && exposure.inverse_radius2 >= 0;
-}
-
-/// True if its preview has as many bytes as its size says.
-inline bool is_sound(const checks::ViewFit& fit) {
-  const Image& image = fit.preview.image;
-  constexpr int kMost = 1 << 16;
-  return image.width >= 0 && image.height >= 0 && image.channels >= 0 && image.width <= kMost &&
-         image.height <= kMost && image.channels <= 4 &&
-         static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
-                 static_cast<std::size_t>(image.channels) ==
-             image.pixels.size();
+/// True if its preview is empty, or of such a photo as checks::small_photo() makes it.
+inline bool is_sound(const checks::ViewFit& fit, const Camera& camera) {
+  const auto& [factor, image] = fit.preview;
+  const int wanted = checks::reduction(camera.width, camera.height);
+  return image.pixels.empty()
+             ? image.width == 0 && image.height == 0
+             : factor == wanted && image.width == camera.width / wanted && image.height == camera.height / wanted &&
+                   image.channels == 1 && image.pixels.size() == pixel_index(0, image.height, image.width);
 }
 
 /// What a view sees of the faces.

@@ -3,12 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <variant>
 
 namespace gpvc::pipeline {
+
+bool is_sound(const ViewRule& rule, std::size_t views) {
+  const auto* ground = std::get_if<io::GroundRegion>(&rule.region);
+  const auto is_finite = [](const auto& corner) { return std::isfinite(corner[0]) && std::isfinite(corner[1]); };
+  return (ground == nullptr || (ground->corners.size() >= 3 && std::ranges::all_of(ground->corners, is_finite))) &&
+         std::ranges::all_of(rule.views, [&](ViewId view) { return index(view) < views; });
+}
 
 ViewRuleTable::ViewRuleTable(std::span<const ViewRule> rules, const Mesh& mesh, std::size_t views)
     : set_of_face_(mesh.faces.size(), 0), allowed_{std::vector<bool>(views, true)} {

@@ -21,6 +21,9 @@ struct ViewRule {
   std::string name = "rule";  ///< in messages: the file and the place in it
 };
 
+/// True if its views are of so many, and its region has corners that are numbers.
+bool is_sound(const ViewRule& rule, std::size_t views);
+
 /// What a list of rules says of each face and view. A view may texture a face that all rules about the face leave it.
 class ViewRuleTable {
  public:

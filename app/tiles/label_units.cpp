@@ -64,9 +64,8 @@ void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
       kJudgeUnit, "photos", [&](const labeling::PhotoJudgement& found) { return is_sound(found, job_.scene); });
   labeling::CandidateCollector collector(tile.mesh, settings_.costs);
   pipeline::CoverageStore coverage;
-  for (TileSight& seen : load_sights(folder_, job_, unit.level, unit.number, tile.face.size())) {
-    if (!collector.add_statistics(seen.view, seen.statistics))
-      throw InputError(folder_.path(), "unit " + unit.name, "what views see is of another mesh", {Cure::make_job});
+  for (TileSight& seen : load_sights(folder_, job_, unit.level, unit.number, tile.mesh)) {
+    collector.add_statistics(seen.view, seen.statistics);
     coverage.add(std::make_shared<const pipeline::PackedCoverage>(std::move(seen.coverage)));
     seen = {};
   }

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder, const Job& job, double reduction) {
   auto exposure = folder.get<std::vector<atlas::ViewExposure>>(kLevelUnit, "exposure", [&](const auto& found) {
     return (found.empty() || found.size() == job.scene.views.size()) &&
-           std::ranges::all_of(found, [](const atlas::ViewExposure& each) { return pipeline::is_sound(each); });
+           std::ranges::all_of(found, [](const atlas::ViewExposure& each) { return atlas::is_sound(each); });
   });
   for (atlas::ViewExposure& each : exposure) {
     each.centre_x /= reduction;

@@ -185,7 +185,7 @@ void UnitRunner::judge(const Unit& unit, const io::WorkKey& key) {
     run += here;
     if (first >= here) continue;
     const TileMesh tile = load_tile(folder_, job_, 0, t);
-    const std::vector<TileSight> seen = load_sights(folder_, job_, 0, t, tile.face.size());
+    const std::vector<TileSight> seen = load_sights(folder_, job_, 0, t, tile.mesh);
     const std::vector<std::uint32_t> own = tile.own(t);
     for (std::size_t r = first; r < here; r += stride) {
       const std::span<const std::uint32_t> rest = std::span(own).subspan(r * kRun);

@@ -132,8 +132,6 @@ std::vector<std::uint32_t> TileUnion::places_of(std::span<const std::uint64_t> f
 
 namespace {
 
-// The number of a face above level 0: its tile, and which of the tile's faces it is.
-std::uint64_t face_number(std::uint32_t tile, std::size_t place) { return std::uint64_t{tile} << 32 | place; }
 std::uint32_t tile_of(std::uint64_t face) { return static_cast<std::uint32_t>(face >> 32); }
 std::uint32_t place_of(std::uint64_t face) { return static_cast<std::uint32_t>(face); }
 

@@ -90,6 +90,8 @@ struct CoarseTile {
   TileMesh tile;
   double error = 0;  ///< how far its surface is from theirs
 };
+/// The number of a face above level 0: its tile, and which of the tile's faces it is.
+inline std::uint64_t face_number(std::uint32_t tile, std::size_t place) { return std::uint64_t{tile} << 32 | place; }
 CoarseTile coarse_tile(const TileUnion& children, std::uint32_t number);
 
 /// A tile made by coarse_tile() with the border that it has in a union of itself and the tiles around it.

@@ -43,9 +43,10 @@ std::string tile_file(std::uint32_t tile);
 TileMesh load_tile(const JobFolder& folder, const Job& job, int level, std::uint32_t tile);
 /// Its own faces; on level 0 with its border.
 CoarseTile load_own(const JobFolder& folder, const Job& job, int level, std::uint32_t tile);
-/// Of all groups that look at the tile, views ascending. \param faces of the tile with its border, as below
+/// Of all groups that look at the tile, views ascending. \param mesh of the tile with its border
 std::vector<TileSight> load_sights(const JobFolder& folder, const Job& job, int level, std::uint32_t tile,
-                                   std::size_t faces);
+                                   const Mesh& mesh);
+/// \param faces of the tile with its border
 TileCosts load_costs(const JobFolder& folder, const Job& job, int level, std::uint32_t tile, std::size_t faces);
 
 /// The labels of a tile's own faces that a unit of Stage::choose has left.

@@ -1,6 +1,8 @@
 #include "atlas/baking/kept_pages.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -23,12 +25,25 @@ std::vector<bool> unpacked(const std::vector<std::uint8_t>& bytes, std::size_t c
   return bits;
 }
 
+// True for partial charts on the page.
+bool may_be_open(std::uint32_t chart, std::uint32_t page, const AtlasBuild& build) {
+  if (chart >= build.places.size() || build.places[chart].page != page) return false;
+  const ChartKind kind = build.set.charts[chart].kind;
+  return kind == ChartKind::partial || kind == ChartKind::flat;
+}
+
+std::size_t box_texels(const Chart& chart) {
+  const CellBox box = partial_box(chart);
+  return pixel_index(0, box.y1 - box.y0, box.x1 - box.x0);
+}
+
 }  // namespace
 
-std::optional<LevelingResult> take_leveling(const KeptPages& kept) {
+std::optional<LevelingResult> take_leveling(const KeptPages& kept, const AtlasInput& input, const ChartSet& set) {
   LevelingResult r;
   const bool found = kept.store != nullptr && kept.store->read("leveling", kept.key, [&](io::WorkStore::Reader& in) {
     r = in.get<LevelingResult>();
+    if (!is_sound(r.correction, input, set) || !std::isfinite(r.step_before + r.step_after)) in.refuse();
   });
   return found ? std::optional(std::move(r)) : std::nullopt;
 }
@@ -41,17 +56,22 @@ bool has_page(const KeptPages& kept, std::uint32_t number) {
   return kept.store != nullptr && kept.store->has(page_name(number), kept.key);
 }
 
-bool take_page(const KeptPages& kept, std::uint32_t number, Page& page, std::vector<OpenChart>& charts) {
+bool take_page(const KeptPages& kept, std::uint32_t number, AtlasBuild& build, std::vector<OpenChart>& charts) {
   if (kept.store == nullptr) return false;
+  Page& page = build.pages[number];
   page.open();
   const std::size_t before = charts.size();
   const bool found = kept.store->read(page_name(number), kept.key, [&](io::WorkStore::Reader& in) {
     if (in.get<std::size_t>() != page.texels()) in.refuse();
     in.read(page.image.pixels.data(), page.image.pixels.size());
     in.read(page.state.data(), page.state.size());
+    if (std::ranges::max(page.state) > TexelState::padding) in.refuse();
     for (auto left = in.get<std::size_t>(); left > 0; --left) {
       OpenChart chart{in.get<std::uint32_t>(), {}};
       const auto texels = in.get<std::size_t>();
+      const bool ascends = charts.size() == before || charts.back().chart < chart.chart;
+      if (!ascends || !may_be_open(chart.chart, number, build) || texels != box_texels(build.set.charts[chart.chart]))
+        in.refuse();
       const std::vector<std::uint8_t> bytes = in.get<std::vector<std::uint8_t>>();
       if (bytes.size() != (texels + 7) / 8) in.refuse();
       chart.known = unpacked(bytes, texels);

@@ -12,16 +12,16 @@
 
 namespace gpvc::atlas {
 
-/// All functions do nothing where kept.store is null.
-std::optional<LevelingResult> take_leveling(const KeptPages& kept);
+/// All functions do nothing where kept.store is null. What is kept counts as none where its values cannot be of this input.
+std::optional<LevelingResult> take_leveling(const KeptPages& kept, const AtlasInput& input, const ChartSet& set);
 void keep_leveling(const KeptPages& kept, const LevelingResult& leveling);
 
 /// True if the page seems to be kept.
 bool has_page(const KeptPages& kept, std::uint32_t number);
 /// Opens the page with the texels that it had, and adds its charts with texels that no view shows. False if it is not
 /// kept: then the page is empty.
-bool take_page(const KeptPages& kept, std::uint32_t number, Page& page, std::vector<OpenChart>& charts);
-/// \param charts those on the page with texels that no view shows
+bool take_page(const KeptPages& kept, std::uint32_t number, AtlasBuild& build, std::vector<OpenChart>& charts);
+/// \param charts those on the page with texels that no view shows, ascending
 void keep_page(const KeptPages& kept, std::uint32_t number, const Page& page,
                const std::vector<const OpenChart*>& charts);
 

@@ -115,7 +115,7 @@ class PageBaker {
   bool take_kept(const PageGroup& group) {
     std::vector<OpenChart> open;
     for (std::uint32_t p = group.first; p < group.end; ++p)
-      if (!take_page(options_.kept, p, build_.pages[p], open)) return false;
+      if (!take_page(options_.kept, p, build_, open)) return false;
     partial_.take_painted(group.first, group.end, std::move(open));
     result_.kept_pages += group.end - group.first;
     return true;

@@ -193,6 +193,7 @@ std::vector<const OpenChart*> PartialFiller::open_on(std::uint32_t page_number) 
   std::vector<const OpenChart*> charts;
   for (const OpenChart& open : open_)
     if (page(open.chart) == page_number) charts.push_back(&open);
+  std::ranges::sort(charts, {}, &OpenChart::chart);
   return charts;
 }
 

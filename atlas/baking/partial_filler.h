@@ -27,7 +27,7 @@ class PartialFiller {
   void take_baked(std::span<PartialChart> parts);
   /// Notes that all charts of pages that another run painted are baked; `open`: those with texels without a colour.
   void take_painted(std::uint32_t first_page, std::uint32_t end_page, std::vector<OpenChart> open);
-  /// The charts on a page with texels without a colour. \pre all partial charts on it are baked
+  /// The charts on a page with texels without a colour, ascending. \pre all partial charts on it are baked
   std::vector<const OpenChart*> open_on(std::uint32_t page) const;
   /// Keeps the colours that charts waiting for some have beside them on open pages. Call it when all charts with a view
   /// are baked on these pages, and after each fill().

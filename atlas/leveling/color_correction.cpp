@@ -209,4 +209,36 @@ Color ColorCorrection::face_offset(std::uint32_t face, const TexelTriangle& t, d
   return static_cast<float>(a / sum) * at_a + static_cast<float>(b / sum) * at_b + static_cast<float>(c / sum) * at_c;
 }
 
+namespace {
+
+bool is_finite(const Color& color) {
+  return std::isfinite(color.r) && std::isfinite(color.g) && std::isfinite(color.b);
+}
+
+// The cells of make_strip().
+bool is_sound(const ChartStrip& strip, const Chart& chart) {
+  if (strip.empty()) return true;
+  const std::vector<std::size_t>& first = strip.cells.first;
+  return strip.columns == chart.width / kStripCell + 1 && strip.rows == chart.height / kStripCell + 1 &&
+         first.size() == pixel_index(0, strip.rows, strip.columns) + 1 && std::ranges::is_sorted(first) &&
+         first.back() <= strip.cells.items.size() && std::ranges::all_of(strip.cells.items, [](const StripSample& s) {
+           return std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.weight) && s.weight > 0 &&
+                  is_finite(s.pull);
+         });
+}
+
+}  // namespace
+
+bool is_sound(const ColorCorrection& correction, const AtlasInput& input, const ChartSet& set) {
+  const auto is_node = [&](std::uint32_t node) { return node < correction.offsets.size(); };
+  for (std::size_t c = 0; c < correction.strips.size(); ++c)
+    if (c >= set.charts.size() || !is_sound(correction.strips[c], set.charts[c])) return false;
+  const auto fits = [](const auto& list, std::size_t size) { return list.empty() || list.size() == size; };
+  return fits(correction.exposure, input.scene.views.size()) && fits(correction.nodes, input.mesh.faces.size()) &&
+         fits(correction.strips, set.charts.size()) && std::ranges::all_of(correction.offsets, is_finite) &&
+         std::ranges::all_of(correction.exposure, [](const ViewExposure& each) { return is_sound(each); }) &&
+         std::ranges::all_of(correction.nodes,
+                             [&](const auto& of_face) { return std::ranges::all_of(of_face, is_node); });
+}
+
 }  // namespace gpvc::atlas

@@ -130,5 +130,7 @@ struct ColorCorrection {
   }
 };
 GPVC_MEMBERS(ColorCorrection, exposure, nodes, offsets, strips)
+/// True if leveling may have found it for these charts: numbers that are numbers, of views, faces, nodes and cells that are there.
+bool is_sound(const ColorCorrection& correction, const AtlasInput& input, const ChartSet& set);
 
 }  // namespace gpvc::atlas

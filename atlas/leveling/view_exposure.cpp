@@ -21,7 +21,9 @@ ViewExposure neutral_exposure(const Camera& c) {
   ViewExposure e;
   e.centre_x = c.cx;
   e.centre_y = c.cy;
-  e.inverse_radius2 = 4 / (double(c.width) * c.width + double(c.height) * c.height);
+  // A view that is not textured from may have no photo, and so no size.
+  const double diagonal2 = double(c.width) * c.width + double(c.height) * c.height;
+  e.inverse_radius2 = diagonal2 > 0 ? 4 / diagonal2 : 0;
   return e;
 }
 
@@ -260,6 +262,12 @@ std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<SeamRatio
     exposure[v].k2 = x[u.falloff(v, 1)];
   }
   return exposure;
+}
+
+bool is_sound(const ViewExposure& exposure) {
+  return std::ranges::all_of(exposure.gain, [](float gain) { return std::isfinite(gain) && gain > 0; }) &&
+         std::isfinite(exposure.centre_x + exposure.centre_y + exposure.k1 + exposure.k2) &&
+         std::isfinite(exposure.inverse_radius2) && exposure.inverse_radius2 >= 0;
 }
 
 }  // namespace gpvc::atlas

@@ -66,12 +66,6 @@ void warn_of_lines(Mesh& mesh, std::size_t count, const std::string& first);
 /// empty, the same way. \pre all vertices are read
 void recut_concave(Mesh& mesh, std::span<Triangle> texcoords = {});
 
-/// The largest coordinate of a mesh, of either sign. Single precision sets it: ray tracing (Embree allows 1.8e18), OpenGL
-/// and glTF hold positions as floats and multiply differences of two of them. Such a difference is below 2^61, and the sum of
-/// three squares below 2^124, in the range of floats (2^128). In double precision, comparing two depths exactly multiplies
-/// five values, each below 2^61 times a focal length: far from overflow at 2^1024.
-inline constexpr double kMostCoordinate = 1e18;
-
 /// Gives vertices without a place (a coordinate is not finite or exceeds kMostCoordinate) that of another vertex, and has
 /// each face that uses one name another of its corners in its stead: a face without area, which nothing shows. Numbers of
 /// vertices and faces stay. Warns of both. Throws InputError where no face is left with a place. O(vertices + faces).

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "io/error.h"
+#include "io/mesh.h"
 #include "io/meshes/mesh_file.h"
 #include "io/number_text.h"
 

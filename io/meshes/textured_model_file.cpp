@@ -12,6 +12,7 @@
 #include "io/files/paths.h"
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
+#include "io/mesh.h"
 #include "io/meshes/gltf_reader.h"
 #include "io/meshes/mesh_file.h"
 #include "io/number_text.h"

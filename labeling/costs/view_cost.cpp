@@ -191,15 +191,22 @@ std::span<const std::byte> CandidateCollector::statistics_of(ViewId id) const {
 
 void CandidateCollector::forget(ViewId id) { state_->by_view.erase(static_cast<std::uint32_t>(index(id))); }
 
-bool CandidateCollector::add_statistics(ViewId id, std::span<const std::byte> statistics) {
+bool is_sound(std::span<const std::byte> statistics, std::size_t faces) {
   if (statistics.size() % sizeof(FaceRecord) != 0) return false;
+  std::size_t next = 0;
+  for (FaceRecord record; !statistics.empty(); statistics = statistics.subspan(sizeof record)) {
+    std::memcpy(&record, statistics.data(), sizeof record);
+    if (record.face < next || record.face >= faces || !(record.quality >= 0 && std::isfinite(record.quality)))
+      return false;
+    next = std::size_t{record.face} + 1;
+  }
+  return true;
+}
+
+bool CandidateCollector::add_statistics(ViewId id, std::span<const std::byte> statistics) {
+  if (!is_sound(statistics, state_->mesh.faces.size())) return false;
   std::vector<FaceRecord> records(statistics.size() / sizeof(FaceRecord));
   if (!records.empty()) std::memcpy(records.data(), statistics.data(), statistics.size());
-  const std::size_t faces = state_->mesh.faces.size();
-  for (std::size_t i = 0; i < records.size(); ++i)
-    if (records[i].face >= faces || (i > 0 && records[i].face <= records[i - 1].face) ||
-        !(records[i].quality >= 0 && std::isfinite(records[i].quality)))
-      return false;
   state_->by_view[static_cast<std::uint32_t>(id)] = std::move(records);
   return true;
 }

@@ -12,6 +12,7 @@
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/stored.h"
 #include "app/results/output_folder.h"
+#include "atlas/leveling/seam_leveling.h"
 #include "tests/app/photographed_city.h"
 
 namespace gpvc {
@@ -327,6 +328,43 @@ TEST_F(CheckpointTest, PagesGoOnFromTheOnesThatWerePainted) {
   fs::resize_file(work_ / "page-1", fs::file_size(work_ / "page-1") - 1);
   const atlas::TextureAtlas again = atlas::bake_atlas(plan, from, nullptr, options);
   EXPECT_TRUE(again.pages[1].pixels == whole.pages[1].pixels) << "its file is damaged";
+
+  // Values that no painting leaves, though the hash is right: a page is painted anew.
+  const auto expect_made_anew = [&](const char* what) {
+    const atlas::TextureAtlas made = atlas::bake_atlas(plan, from, nullptr, options);
+    for (std::size_t n = 0; n < whole.pages.size(); ++n)
+      EXPECT_TRUE(made.pages[n].pixels == whole.pages[n].pixels) << what << ", page " << n;
+  };
+  using Leveling = atlas::LevelingResult;
+  change_part<Leveling>(work_, "leveling", [](Leveling& r) { r.correction.nodes.at(5)[1] = 0x7FFFFFFF; });
+  expect_made_anew("a node that is not there");
+  change_part<Leveling>(work_, "leveling", [](Leveling& r) { r.correction.exposure.pop_back(); });
+  expect_made_anew("a view without exposure");
+  change_part<Leveling>(work_, "leveling", [](Leveling& r) {
+    std::ranges::find_if(r.correction.strips, [](const atlas::ChartStrip& s) { return !s.empty(); })->columns = 1000;
+  });
+  expect_made_anew("cells that are not there");
+  const std::size_t texels = whole.pages[1].pixels.size() / 3;
+  const auto change_page = [&](const auto& change) {
+    const std::string bytes = test::read_file(work_ / "page-1");
+    std::string body = bytes.substr(24, bytes.size() - 40);
+    change(body);
+    store.keep("page-1", options.kept.key, [&](io::WorkStore::Writer& out) { out.write(body.data(), body.size()); });
+  };
+  change_page([&](std::string& body) { body[8 + 3 * texels + 7] = 9; });
+  expect_made_anew("a state that texels do not have");
+  for (const std::uint32_t chart : {0u, 0x7FFFFFFFu})
+    for (const std::uint64_t claimed : {std::uint64_t{1} << 40, ~std::uint64_t{0}}) {
+      change_page([&](std::string& body) {
+        body.resize(8 + 4 * texels);
+        const auto put = [&](const auto& value) { body.append(reinterpret_cast<const char*>(&value), sizeof value); };
+        put(std::uint64_t{1});
+        put(chart);
+        put(claimed);
+        put(std::uint64_t{0});
+      });
+      expect_made_anew("more texels than the file has");
+    }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <utility>
 
 namespace gpvc {
 namespace {
@@ -89,6 +90,25 @@ TEST(CoverageStore, TakesLittle) {
   EXPECT_EQ(store.of_partial_faces(std::vector<labeling::FaceTag>{labeling::FaceTag::partial}).words, table.words);
 }
 
+// Faces whose projections fill the boxes of the entries, for a camera that shows (x, y, 1) at the pixel (x, y).
+std::pair<Mesh, View> faces_around(const visibility::CoverageTable& table, std::uint32_t faces) {
+  Mesh mesh;
+  mesh.faces.resize(faces, {0, 0, 0});
+  mesh.positions.push_back({0, 0, 1});
+  for (const visibility::FaceCoverage& entry : table.entries) {
+    const double x = entry.x0, y = entry.y0;
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const WorldPoint& p : {WorldPoint{x, y, 1}, {x + entry.width, y, 1}, {x, y + entry.height, 1}})
+      mesh.positions.push_back(p);
+    mesh.faces[index(entry.face)] = {first, first + 1, first + 2};
+  }
+  View view;
+  view.camera.width = 600;
+  view.camera.height = 4100;
+  view.camera.fx = view.camera.fy = 1;
+  return {std::move(mesh), std::move(view)};
+}
+
 TEST(CoverageStore, OnlyWhatMayHaveBeenPackedIsSound) {
   visibility::CoverageTable table;
   std::mt19937 random(5);
@@ -99,15 +119,27 @@ TEST(CoverageStore, OnlyWhatMayHaveBeenPackedIsSound) {
   add_entry(
       5, 90, 70, [&](std::size_t bit) { return bit > 3000 && random() % 9 != 0; }, table);
   const pipeline::PackedCoverage packed = pipeline::pack(ViewId{0}, table);
-  EXPECT_TRUE(pipeline::is_sound(packed, 6, 600, 4100));
-  EXPECT_FALSE(pipeline::is_sound(packed, 5, 600, 4100)) << "a face that the mesh lacks";
-  EXPECT_FALSE(pipeline::is_sound(packed, 6, 592, 4100)) << "a box that reaches out of the frame";
-  EXPECT_FALSE(pipeline::is_sound(packed, 6, 600, 4064));
-  EXPECT_TRUE(pipeline::is_sound({}, 6, 600, 4100));
+  const std::pair<Mesh, View> around = faces_around(table, 6);
+  const auto is_sound = [&](const pipeline::PackedCoverage& coverage) {
+    return pipeline::is_sound(coverage, around.first, around.second);
+  };
+  EXPECT_TRUE(is_sound(packed));
+  EXPECT_TRUE(is_sound({}));
+  const auto with = [&](const auto& change) {
+    std::pair<Mesh, View> other = around;
+    change(other.first, other.second);
+    return pipeline::is_sound(packed, other.first, other.second);
+  };
+  EXPECT_TRUE(with([](Mesh&, View&) {}));
+  EXPECT_FALSE(with([](Mesh& m, View&) { m.faces.pop_back(); })) << "a face that the mesh lacks";
+  EXPECT_FALSE(with([](Mesh&, View& v) { v.camera.width = 592; })) << "a box that reaches out of the frame";
+  EXPECT_FALSE(with([](Mesh&, View& v) { v.camera.height = 4064; }));
+  EXPECT_FALSE(with([](Mesh& m, View&) { m.faces[5] = m.faces[2]; })) << "a box that the face does not reach";
+  EXPECT_TRUE(with([](Mesh& m, View&) { m.positions[m.faces[5][0]].z = -1; })) << "a face behind the camera";
   pipeline::PackedCoverage cut = packed;
   while (cut.bytes.size() > 1) {
     cut.bytes.pop_back();
-    if (!pipeline::is_sound(cut, 6, 600, 4100)) continue;
+    if (!is_sound(cut)) continue;
     pipeline::CoverageStore store;  // ends between two faces
     store.add(std::make_shared<const pipeline::PackedCoverage>(cut));
     EXPECT_LT(store.of_partial_faces(std::vector(6, labeling::FaceTag::partial)).entries.size(), 3u);
@@ -117,7 +149,7 @@ TEST(CoverageStore, OnlyWhatMayHaveBeenPackedIsSound) {
   for (int i = 0; i < 20000; ++i) {
     pipeline::PackedCoverage changed = packed;
     for (int n = 0; n < 3; ++n) changed.bytes[random() % changed.bytes.size()] = static_cast<std::uint8_t>(random());
-    if (!pipeline::is_sound(changed, 6, 600, 4100)) continue;
+    if (!is_sound(changed)) continue;
     ++passed;
     pipeline::CoverageStore store;
     store.add(std::make_shared<const pipeline::PackedCoverage>(changed));

@@ -338,8 +338,25 @@ TEST_F(Retexture, ValuesThatNoResultHasAreRefusedThoughTheHashIsRight) {
   expect_refused("chart", [](EditModel& m) { m.face_chart[7] = 0xFFFFFFFF; });
   expect_refused("exposure", [](EditModel& m) { m.exposure.resize(2); });
   expect_refused("gain", [](EditModel& m) { m.exposure.at(1).gain[0] = 0; });
+  expect_refused("size of a page", [](EditModel& m) { m.page_sizes[0][1] = -5; });
+  expect_refused("large page", [](EditModel& m) { m.page_sizes[0] = {1 << 30, 1 << 30}; });
   expect_refused("reduction", [](EditModel& m) { m.reduction = -1; });
   expect_refused("rule", [](EditModel& m) { m.rules = veto({ViewId{1000}}); });
+
+  // What one view sees, many times: a few bytes each, and a frame of bits.
+  fs::remove_all(copy);
+  fs::copy(first_, copy, fs::copy_options::recursive);
+  rewrite(copy / "edit-views.bin", [&](io::WorkStore::Writer& out, const std::string& body) {
+    const std::size_t count = city_->views.size();
+    const std::string as_bytes(reinterpret_cast<const char*>(&count), sizeof count);
+    std::string more = body;
+    const std::size_t at = more.rfind(as_bytes + std::string(4, '\0'));  // the number of views, and the first of them
+    ASSERT_NE(at, std::string::npos);
+    more[at] = static_cast<char>(2 * count);
+    more += body.substr(at + sizeof count);
+    out.write(more.data(), more.size());
+  });
+  EXPECT_TRUE(test::contains(error_of_copy(), "edit-views.bin: is damaged"));
 
   std::mt19937 random(11);
   for (const char* name : {"edit-model.bin", "edit-views.bin"})

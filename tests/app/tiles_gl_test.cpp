@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <random>
 #include <set>
@@ -99,7 +100,7 @@ TEST_F(TilesJob, ViewsSeeTilesAsTheySeeTheWholeMesh) {
     Records found;
     for (std::uint32_t t = 0; t < made.tiles(0).size(); ++t) {
       const TileMesh tile = load_tile(folder, made, 0, t);
-      for (const TileSight& seen : load_sights(folder, made, 0, t, tile.face.size()))
+      for (const TileSight& seen : load_sights(folder, made, 0, t, tile.mesh))
         add(found, seen.view, seen.statistics, [&](std::uint32_t face) { return tile.face[face]; });
     }
     ASSERT_EQ(found.size(), expected.size()) << faces << " faces a tile";
@@ -294,6 +295,22 @@ TEST_F(TilesJob, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
   EXPECT_NO_THROW(judge());
 }
 
+// Writes a part of a job anew, under its key and with hashes that are right: the part's own, and that where the job lists it.
+template <typename Write>
+void rewrite(const JobFolder& folder, const fs::path& file, const Write& write) {
+  const std::string bytes = test::read_file(file);
+  io::WorkKey key;
+  std::memcpy(&key, bytes.data() + 8, sizeof key);
+  std::string body = bytes.substr(24, bytes.size() - 40);
+  io::WorkStore(file.parent_path()).keep(file.filename(), key, [&](io::WorkStore::Writer& out) { write(out, body); });
+  const bool of_mesh = file.parent_path().filename() == "mesh";
+  const fs::path list = of_mesh ? folder.mesh_files() : file.parent_path() / "done.json";
+  Done done = read_done(list).value();
+  const UnitOutput now = output_of(folder.path(), file);
+  *std::ranges::find(done.outputs, now.file, &UnitOutput::file) = now;
+  write_done(list, done);
+}
+
 // Whatever is in the files, a unit that reads them says so in a sentence, or takes it for a colour, a cost or a place.
 TEST_F(TilesJob, ValuesThatNoUnitLeavesAreRefusedThoughTheHashIsRight) {
   const JobFolder made = job(1000);
@@ -312,22 +329,136 @@ TEST_F(TilesJob, ValuesThatNoUnitLeavesAreRefusedThoughTheHashIsRight) {
     for (int i = 0; i < 4; ++i) {
       test::TemporaryFolder copy;
       fs::copy(made.path(), copy.path(), fs::copy_options::recursive);
-      const fs::path file = copy.path() / each[0];
-      const std::string bytes = test::read_file(file);
-      io::WorkKey key;
-      std::memcpy(&key, bytes.data() + 8, sizeof key);
-      std::string body = bytes.substr(24, bytes.size() - 40);
-      const std::size_t at = i == 0 ? 0 : random() % body.size() / 8 * 8;
-      for (std::size_t n = at; n < std::min(at + 64, body.size()); ++n)
-        body[n] = static_cast<char>(i % 2 == 0 ? random() : n % 4 == 3 ? 0x7f : 0xff);
-      io::WorkStore(file.parent_path()).keep(file.filename(), key, [&](io::WorkStore::Writer& out) {
+      const JobFolder folder(copy.path());
+      rewrite(folder, copy.path() / each[0], [&](io::WorkStore::Writer& out, std::string& body) {
+        const std::size_t at = i == 0 ? 0 : random() % body.size() / 8 * 8;
+        for (std::size_t n = at; n < std::min(at + 64, body.size()); ++n)
+          body[n] = static_cast<char>(i % 2 == 0 ? random() : n % 4 == 3 ? 0x7f : 0xff);
         out.write(body.data(), body.size());
       });
-      UnitRunner runner(JobFolder(copy.path()), {}, observer_);
-      fs::remove(JobFolder(copy.path()).done_file(each[1]));
+      UnitRunner runner(folder, {}, observer_);
+      fs::remove(folder.done_file(each[1]));
       refused += test::caught([&] { runner.run(runner.find(each[1])); }) ? 1 : 0;
     }
   EXPECT_GT(refused, 10u);
+}
+
+TEST_F(TilesJob, AJobThatNoSceneMakesIsRefusedThoughTheHashIsRight) {
+  test::TemporaryFolder copy;
+  fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
+  const JobFolder folder(copy.path());
+  const Job good = folder.read_job();
+  const auto is_refused = [&](const auto& change) {
+    Job changed = good;
+    change(changed);
+    rewrite(folder, copy.path() / "mesh" / kSceneFile,
+            [&](io::WorkStore::Writer& out, std::string&) { out.add(changed); });
+    const std::optional<Error> error = test::caught([&] { folder.read_job(); });
+    return error && test::contains(error->what(), "is missing or damaged");
+  };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(is_refused([](Job&) {}));
+  // Cameras.
+  EXPECT_TRUE(is_refused([](Job& j) { j.scene.views[1].camera.fx = kNan; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.scene.views[1].camera.fy = -1; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.scene.views[1].camera.width = 0; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.scene.views[1].camera.height = 1 << 30; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.scene.views[1].camera.distortion.k1 = kNan; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.scene.views[1].camera.distortion.motion.turn[2] = kNan; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.scene.views[1].camera.distortion.model = static_cast<LensModel>(99); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.scene.views[1].pose.rotation[4] = kNan; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.scene.views[1].reduction = 0; }));
+  // Options.
+  EXPECT_TRUE(is_refused([](Job& j) { j.settings.texture.costs.term = static_cast<labeling::DataTerm>(7); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.settings.texture.atlas.seams = static_cast<atlas::SeamLeveling>(7); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.settings.texture.output.up = static_cast<io::UpAxis>(7); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.settings.texture.atlas.page_size = 0; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.settings.texture.atlas.padding = 1 << 20; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.settings.texture.atlas.margin_px = 1 << 20; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.settings.texture.solver.smoothness = kNan; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.settings.texture.costs.data_weight = -1; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.settings.texture.visibility.method = visibility::ShadowMap{{}, kNan}; }));
+  EXPECT_TRUE(is_refused([](Job& j) {
+    j.settings.texture.visibility.method = visibility::Gpvc{.sampling = static_cast<visibility::Sampling>(9)};
+  }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.settings.tiles.faces_per_tile = 0; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.model.up = static_cast<io::UpAxis>(7); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.tiles_model.offset.x = kNan; }));
+  // Views, tiles and groups.
+  EXPECT_TRUE(is_refused([](Job& j) { j.tie_points.push_back({{}, ViewId{0}, ViewId{1000}}); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.views.push_back(j.views.front()); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.groups[0].push_back(ViewId{1000}); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.groups.push_back(j.groups[0]); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.levels[0].tiles[1].faces += 1; }) ||
+              test::caught([&] { load_tile(folder, folder.read_job(), 0, 1); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.levels[0].tiles[1].pairs = kNan; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.levels[0].tiles[1].around.push_back(1000); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.levels[0].tiles[1].views = {ViewId{1000}}; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.levels[0].reduction = 1 << 12; }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.levels[0].tiles.resize(5); }));
+}
+
+TEST_F(TilesJob, MeshesThatNoCutMakesAreRefusedThoughTheHashIsRight) {
+  test::TemporaryFolder copy;
+  fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
+  const JobFolder folder(copy.path());
+  const Job whole = folder.read_job();
+  for (const int level : {0, 1}) {
+    const TileMesh good = load_tile(folder, whole, level, 0);
+    const fs::path file = level == 0 ? copy.path() / "mesh" / tile_file(0) : folder.unit(ring_unit(1, 0)) / "tile";
+    const auto is_refused = [&](const auto& change) {
+      TileMesh changed = good;
+      change(changed);
+      rewrite(folder, file, [&](io::WorkStore::Writer& out, std::string&) { out.add(changed); });
+      return test::caught([&] { load_tile(folder, whole, level, 0); }).has_value();
+    };
+    EXPECT_FALSE(is_refused([](TileMesh&) {}));
+    EXPECT_TRUE(is_refused([](TileMesh& m) { m.mesh.positions[3].y = std::numeric_limits<double>::infinity(); }));
+    EXPECT_TRUE(is_refused([](TileMesh& m) { m.mesh.positions[3].z = 1e30; }));
+    EXPECT_TRUE(is_refused([](TileMesh& m) { m.mesh.faces[3][1] = 0x7FFFFFFF; }));
+    EXPECT_TRUE(is_refused([](TileMesh& m) { m.tile[3] = 1000; }));
+    EXPECT_TRUE(is_refused([](TileMesh& m) { m.place[3] += 7; }));
+    EXPECT_TRUE(is_refused([](TileMesh& m) { m.face.back() = std::uint64_t{1} << 63; }));
+    EXPECT_TRUE(is_refused([](TileMesh& m) { m.vertex[0] = m.vertex[1]; }));
+    EXPECT_TRUE(is_refused([](TileMesh& m) { m.place.pop_back(); }));
+  }
+}
+
+TEST_F(TilesJob, WhatNoViewSeesIsRefusedThoughTheHashIsRight) {
+  test::TemporaryFolder copy;
+  fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
+  const JobFolder folder(copy.path());
+  const Job whole = folder.read_job();
+  const TileMesh tile = load_tile(folder, whole, 0, 0);
+  const std::vector<TileSight> good =
+      folder.get<std::vector<TileSight>>(see_unit(0, 0), tile_file(0), [](auto&) { return true; });
+  ASSERT_FALSE(good.empty());
+  const auto is_refused = [&](const auto& change) {
+    std::vector<TileSight> changed = good;
+    change(changed);
+    rewrite(folder, folder.unit(see_unit(0, 0)) / tile_file(0),
+            [&](io::WorkStore::Writer& out, std::string&) { out.add(changed); });
+    return test::caught([&] { load_sights(folder, whole, 0, 0, tile.mesh); }).has_value();
+  };
+  EXPECT_FALSE(is_refused([](std::vector<TileSight>&) {}));
+  EXPECT_TRUE(is_refused([](std::vector<TileSight>& sights) { sights.push_back(sights.back()); }));
+  EXPECT_TRUE(
+      is_refused([](std::vector<TileSight>& sights) { sights[0].view = sights[0].coverage.view = ViewId{1000}; }));
+  EXPECT_TRUE(is_refused([](std::vector<TileSight>& sights) { sights[0].statistics.resize(19); }));
+  EXPECT_TRUE(is_refused([](std::vector<TileSight>& sights) {
+    const float quality = std::numeric_limits<float>::quiet_NaN();
+    std::memcpy(sights[0].statistics.data() + 4, &quality, sizeof quality);
+  }));
+  // A few bytes that stand for boxes of the whole frame.
+  EXPECT_TRUE(is_refused([&](std::vector<TileSight>& sights) {
+    const Camera& camera = whole.scene.views[index(sights[0].view)].camera;
+    visibility::CoverageTable table;
+    table.words.resize((static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) + 63) / 64);
+    for (std::uint32_t f = 0; f < tile.mesh.faces.size(); ++f)
+      table.entries.push_back({FaceId{f}, sights[0].view, 0, 0, camera.width, camera.height, 1, 0.5f, 0});
+    sights[0].coverage = pipeline::pack(sights[0].view, table);
+    EXPECT_LT(sights[0].coverage.bytes.size(), 20 * table.entries.size());
+  }));
 }
 
 // As when a job is made anew while a unit of the former one waits for its lock.

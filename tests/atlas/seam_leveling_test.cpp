@@ -251,6 +251,15 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
     EXPECT_NEAR(std::log(exposure[v].gain[1]) + std::log(gain(v)) - logs, 0, 0.015) << v;
 }
 
+// As of a view that is left out, in a format that leaves the size to the photo.
+TEST(SeamLeveling, AViewWithoutASizeHasAnExposureThatIsANumber) {
+  Scene scene;
+  scene.views.resize(2);
+  scene.views[1].camera = {400, 300, 400, 400, 200, 150, {}};
+  const std::vector<std::size_t> faces(2, 0);
+  for (const ViewExposure& exposure : fit_exposure(scene, {}, faces)) EXPECT_TRUE(is_sound(exposure));
+}
+
 /// Nine photos of a plane, gains from 0.7 to 1.4 and a fall-off towards the corners: seams disappear and colours stay
 /// where they are.
 TEST(SeamLeveling, ExposureAndVignettingOfManyPhotosAreRemoved) {
