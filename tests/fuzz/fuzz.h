@@ -15,6 +15,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/error.h"
 
@@ -22,14 +23,15 @@ namespace gpvc::fuzz {
 
 /// A folder of this process alone, in memory where the system has such a place.
 inline const std::filesystem::path& folder() {
-  static const std::filesystem::path kFolder = [] {
+  // Never destroyed: what runs at exit removes it.
+  static const auto& kFolder = *new std::filesystem::path([] {
     const std::filesystem::path shm = "/dev/shm";
     const std::filesystem::path base = access(shm.c_str(), W_OK) == 0 ? shm : std::filesystem::temp_directory_path();
-    const std::filesystem::path made = base / ("gpvc-fuzz-" + std::to_string(getpid()));
+    std::filesystem::path made = base / ("gpvc-fuzz-" + std::to_string(getpid()));
     std::filesystem::create_directories(made);
     std::atexit([] { std::filesystem::remove_all(folder()); });
     return made;
-  }();
+  }());
   return kFolder;
 }
 
@@ -69,8 +71,21 @@ int reads_or_refuses(Read&& read) {
   return 0;
 }
 
-/// Data and its size, as libFuzzer hands them over; returns 0.
-using Target = int (*)(const std::uint8_t*, std::size_t);
+/// Calls `use` and demands that it succeeds or throws an error of ours.
+template <class Use>
+int succeeds_or_fails(Use&& use) {
+  try {
+    use();
+  } catch (const Error&) {
+  }
+  return 0;
+}
+
+struct Target {
+  int (*run)(const std::uint8_t*, std::size_t);  ///< data and its size, as libFuzzer hands them over; returns 0
+  /// Inputs to begin with, beside those in the corpus: of formats that change with the program. Null: none.
+  std::vector<std::string> (*seeds)(const std::filesystem::path& corpus) = nullptr;
+};
 
 inline std::map<std::string, Target>& targets() {
   static std::map<std::string, Target> known;
@@ -79,8 +94,9 @@ inline std::map<std::string, Target>& targets() {
 
 }  // namespace gpvc::fuzz
 
-/// GPVC_FUZZ_TARGET(name) { ... } defines a target, which sees `data` and `size`.
-#define GPVC_FUZZ_TARGET(name)                                                    \
-  static int run_##name(const std::uint8_t* data, std::size_t size);              \
-  static const bool kListed_##name = targets().emplace(#name, run_##name).second; \
+/// GPVC_FUZZ_TARGET(name) { ... } defines a target, which sees `data` and `size`; GPVC_FUZZ_TARGET(name, seeds) one with
+/// Target::seeds.
+#define GPVC_FUZZ_TARGET(name, ...)                                                                                  \
+  static int run_##name(const std::uint8_t* data, std::size_t size);                                                 \
+  static const bool kListed_##name = targets().emplace(#name, Target{run_##name __VA_OPT__(, ) __VA_ARGS__}).second; \
   static int run_##name([[maybe_unused]] const std::uint8_t* data, [[maybe_unused]] std::size_t size)

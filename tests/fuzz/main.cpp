@@ -1,11 +1,24 @@
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 
 #include "fuzz.h"
 
 namespace {
-gpvc::fuzz::Target target = nullptr;
+
+gpvc::fuzz::Target target;
+
+// GPVC_FUZZ_SEEDS: a folder that gets the target's own seeds, instead of a run.
+void write_seeds(const std::filesystem::path& out) {
+  const char* corpus = std::getenv("GPVC_FUZZ_CORPUS");
+  std::size_t number = 0;
+  if (target.seeds != nullptr)
+    for (const std::string& seed : target.seeds(corpus == nullptr ? "" : corpus))
+      std::ofstream(out / std::to_string(number++), std::ios::binary) << seed;
+  std::exit(0);
 }
+
+}  // namespace
 
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
   const char* name = std::getenv("GPVC_FUZZ_TARGET");
@@ -17,7 +30,8 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
     std::exit(2);
   }
   target = found->second;
+  if (const char* out = std::getenv("GPVC_FUZZ_SEEDS")) write_seeds(out);
   return 0;
 }
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) { return target(data, size); }
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) { return target.run(data, size); }
