@@ -36,7 +36,11 @@ struct Shake {
   }
 };
 
+/// Unit length.
+inline constexpr WorldPoint kTowardsSun{0.4514015204477136, -0.32099663676281853, 0.8325850266035605};
+
 struct Shot {
+  WorldPoint towards_sun = kTowardsSun;  ///< unit length
   Exposure exposure;
   Lens lens;
   Shake shake;

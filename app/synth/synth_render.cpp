@@ -15,8 +15,6 @@
 namespace gpvc::synth {
 namespace {
 
-constexpr WorldPoint kSun{0.4514015204477136, -0.32099663676281853, 0.8325850266035605};  // unit length
-
 constexpr std::size_t kSamples = 4;   // positions in a pixel, whose rays are traced together
 constexpr Color kSky{206, 218, 232};  // also of haze
 
@@ -169,10 +167,11 @@ struct SynthRenderer::State {
   }
 
   // -1 for each point that the sun reaches, else 0.
-  std::array<int, kSamples> in_the_sun(const Points& points, const std::array<bool, kSamples>& valid) const {
+  std::array<int, kSamples> in_the_sun(const Points& points, const std::array<bool, kSamples>& valid,
+                                       const WorldPoint& sun) const {
     alignas(16) std::array<int, kSamples> lit{};
     for (std::size_t i = 0; i < kSamples; ++i)
-      lit[i] = valid[i] && !points[i].sky && dot(points[i].normal, kSun) > 0 ? -1 : 0;
+      lit[i] = valid[i] && !points[i].sky && dot(points[i].normal, sun) > 0 ? -1 : 0;
     for (const auto* part : {&still, &unmodelled}) {
       if (!*part) continue;
       RTCIntersectContext context;
@@ -180,7 +179,7 @@ struct SynthRenderer::State {
       RTCRay4 to_sun;
       const double off = still->off_m;
       for (std::size_t i = 0; i < kSamples; ++i) {
-        set_ray(to_sun, i, {points[i].position + points[i].normal * off, kSun}, 1e4F);
+        set_ray(to_sun, i, {points[i].position + points[i].normal * off, sun}, 1e4F);
       }
       rtcOccluded4(lit.data(), (*part)->traced, &context, &to_sun);
       for (std::size_t i = 0; i < kSamples; ++i)
@@ -190,16 +189,17 @@ struct SynthRenderer::State {
   }
 
   // The light that a point sends towards the camera.
-  static Color shaded(const SurfacePoint& p, bool lit) {
+  static Color shaded(const SurfacePoint& p, bool lit, const WorldPoint& sun) {
     double light = p.sky ? 1 : 0.42 + 0.13 * p.normal.z;
-    if (lit) light += 0.55 * dot(p.normal, kSun);
+    if (lit) light += 0.55 * dot(p.normal, sun);
     return {p.albedo[0] * light, p.albedo[1] * light, p.albedo[2] * light};
   }
 
   // Mixes into the colours of window panes what they mirror: the share of Schlick, "An inexpensive BRDF model for
   // physically-based rendering" (1994), for the two sides of a pane. What mirrored panes mirror is left out.
   void add_reflections(const std::array<Ray, kSamples>& rays, const Points& points,
-                       const std::array<bool, kSamples>& valid, std::array<Color, kSamples>& colors) const {
+                       const std::array<bool, kSamples>& valid, const WorldPoint& sun,
+                       std::array<Color, kSamples>& colors) const {
     constexpr double kHeadOn = 0.08;     // of the light, at normal incidence: 0.04 at each side
     constexpr double kInTheSun = 0.999;  // cosine of 2.6 degrees: uneven glass widens the sun's half degree
     constexpr double kSunBrightness = 2550;
@@ -218,11 +218,11 @@ struct SynthRenderer::State {
     if (std::none_of(panes.begin(), panes.end(), [](bool pane) { return pane; })) return;
     Points met;
     first_points(mirrored, panes, met);
-    const std::array<int, kSamples> lit = in_the_sun(met, panes);
+    const std::array<int, kSamples> lit = in_the_sun(met, panes, sun);
     for (std::size_t i = 0; i < kSamples; ++i) {
       if (!panes[i]) continue;
-      Color image = shaded(met[i], lit[i] != 0);
-      if (met[i].sky && dot(mirrored[i].direction, kSun) > kInTheSun) image.fill(kSunBrightness);
+      Color image = shaded(met[i], lit[i] != 0, sun);
+      if (met[i].sky && dot(mirrored[i].direction, sun) > kInTheSun) image.fill(kSunBrightness);
       for (std::size_t c = 0; c < 3; ++c) colors[i][c] += shares[i] * (image[c] - colors[i][c]);
     }
   }
@@ -243,11 +243,11 @@ struct SynthRenderer::State {
                   Seen& seen) const {
     Points points;
     first_points(rays, valid, points);
-    const std::array<int, kSamples> lit = in_the_sun(points, valid);
+    const std::array<int, kSamples> lit = in_the_sun(points, valid, shot.towards_sun);
     std::array<Color, kSamples> colors{};
     for (std::size_t i = 0; i < kSamples; ++i)
-      if (valid[i]) colors[i] = shaded(points[i], lit[i] != 0);
-    if (shot.reflections) add_reflections(rays, points, valid, colors);
+      if (valid[i]) colors[i] = shaded(points[i], lit[i] != 0, shot.towards_sun);
+    if (shot.reflections) add_reflections(rays, points, valid, shot.towards_sun, colors);
     Color sum{};
     for (std::size_t i = 0; i < kSamples; ++i) {
       seen.add(points[i].surface, still->scene.surfaces.size());

@@ -189,6 +189,15 @@ TEST(Shot, LensSamplesFillTheDiscAndTheExposureEvenly) {
   EXPECT_NEAR(xy, 0, 0.01);
 }
 
+// Light of the sky is 0.55 of level ground's, that of the sun 0.55 times the cosine.
+TEST(Shot, ALowSunLightsLevelGroundLess) {
+  const Edge edge;
+  synth::Shot high, low;
+  high.towards_sun = {0, 0, 1};
+  low.towards_sun = {0.8, 0, 0.6};
+  EXPECT_NEAR(edge.profile(low).front() / edge.profile(high).front(), (0.55 + 0.55 * 0.6) / 1.1, 0.01);
+}
+
 TEST(Shot, HazeTakesContrastByKoschmiedersLaw) {
   for (const double distance : {0.0, 10.0, 500.0, 1000.0, 2500.0})
     EXPECT_NEAR(synth::haze_transmission(distance, 1000), std::pow(0.02, distance / 1000), 1e-6) << distance;
