@@ -5,13 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <functional>
 #include <iterator>
-#include <numbers>
 #include <random>
 #include <set>
 #include <utility>
@@ -20,10 +17,11 @@
 #include "benchmarks/child.h"
 #include "benchmarks/command.h"
 #include "benchmarks/table.h"
+#include "benchmarks/wrong_scenes.h"
+#include "io/images.h"
 #include "io/mesh.h"
 #include "io/scene_files.h"
 #include "io/tie_points.h"
-#include "io/vector.h"
 
 namespace gpvc {
 namespace {
@@ -33,251 +31,13 @@ namespace fs = std::filesystem;
 struct Arguments {
   fs::path scene, mesh, images, folder, gpvc;
   int subsets = 3;
+  std::string only;                  ///< mistakes whose names contain it
   std::vector<std::string> options;  ///< given to gpvc texture
 };
 
-struct Input {
-  Scene scene;
-  Mesh mesh;
-};
-
-/// One way to be wrong. Moves views among photos, or the mesh.
-struct Mistake {
-  std::string name;
-  std::function<void(Input&)> make;
-  /// Image lists say where photos show tie points, as they do until photos or poses are mixed up.
-  bool keeps_sightings = false;
-};
-
-// --- mistakes of poses and lenses
-
-void exchange_poses(Scene& scene, const std::vector<std::size_t>& from) {
-  const std::vector<View> right = scene.views;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    scene.views[i].pose = right[from[i]].pose;
-    scene.views[i].camera = right[from[i]].camera;
-  }
-}
-
-/// Every photo gets another's pose.
-std::vector<std::size_t> shuffled(std::size_t count) {
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = i;
-  std::mt19937 random(1);
-  // Sattolo 1986: one cycle through all, so that none stays in its place.
-  for (std::size_t i = count - 1; i > 0; --i) std::swap(order[i], order[random() % i]);
-  return order;
-}
-
-std::vector<std::size_t> rotated(std::size_t count, std::size_t by) {
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = (i + by) % count;
-  return order;
-}
-
-std::vector<std::size_t> moved_by_one(std::size_t count) { return rotated(count, 1); }
-
-std::vector<std::size_t> reversed(std::size_t count) {
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = count - 1 - i;
-  return order;
-}
-
-std::vector<std::size_t> two_swapped(std::size_t count) {
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = i;
-  std::swap(order[0], order[count / 2]);
-  return order;
-}
-
-std::vector<std::size_t> pairs_exchanged(std::size_t count) {
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = std::min(i ^ 1, count - 1);
-  return order;
-}
-
-/// About the optical axis: what a photo stored upside down comes to.
-void turn_over(View& view) {
-  for (std::size_t i = 0; i < 6; ++i) view.pose.rotation[i] = -view.pose.rotation[i];
-}
-
-/// Camera-to-world taken for world-to-camera.
-void invert(Pose& pose) {
-  const std::array<double, 9> r = pose.rotation;
-  const WorldPoint c = pose.centre;
-  pose.rotation = {r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]};
-  pose.centre = {-(r[0] * c.x + r[1] * c.y + r[2] * c.z), -(r[3] * c.x + r[4] * c.y + r[5] * c.z),
-                 -(r[6] * c.x + r[7] * c.y + r[8] * c.z)};
-}
-
-Mistake of_order(const char* name, std::vector<std::size_t> (*order)(std::size_t)) {
-  return {name, [order](Input& in) { exchange_poses(in.scene, order(in.scene.views.size())); }};
-}
-
-Mistake of_views(const char* name, void (*spoil)(View&)) {
-  return {name, [spoil](Input& in) { std::ranges::for_each(in.scene.views, spoil); }};
-}
-
-Mistake of_lens(const char* name, void (*spoil)(Camera&)) {
-  return {name,
-          [spoil](Input& in) {
-            for (View& view : in.scene.views) {
-              spoil(view.camera);
-              limit_distortion(view.camera);
-            }
-          },
-          true};
-}
-
-// --- mistakes of meshes
-
-struct Box {
-  WorldPoint low, high;
-  WorldPoint middle() const { return 0.5 * (low + high); }
-  double extent() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
-};
-
-Box box_of(const Mesh& mesh) {
-  Box box{mesh.positions[0], mesh.positions[0]};
-  for (const WorldPoint& p : mesh.positions) {
-    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
-    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
-  }
-  return box;
-}
-
-/// `move` takes a position less the box's middle to what the mesh has instead.
-Mistake about_middle(const char* name, WorldPoint (*move)(const WorldPoint& p, double extent),
-                     bool turns_faces = false) {
-  return {name,
-          [=](Input& in) {
-            const Box box = box_of(in.mesh);
-            for (WorldPoint& p : in.mesh.positions) p = box.middle() + move(p - box.middle(), box.extent());
-            if (turns_faces)
-              for (Triangle& t : in.mesh.faces) std::swap(t[1], t[2]);
-          },
-          true};
-}
-
-Mistake about_origin(const char* name, WorldPoint (*move)(const WorldPoint& p)) {
-  return {name, [=](Input& in) { std::ranges::transform(in.mesh.positions, in.mesh.positions.begin(), move); }, true};
-}
-
-WorldPoint turned_about_z(const WorldPoint& p, double degrees) {
-  const double a = degrees * std::numbers::pi / 180, c = std::cos(a), s = std::sin(a);
-  return {c * p.x - s * p.y, s * p.x + c * p.y, p.z};
-}
-
-WorldPoint turned_about_x(const WorldPoint& p, double degrees) {
-  const double a = degrees * std::numbers::pi / 180, c = std::cos(a), s = std::sin(a);
-  return {p.x, c * p.y - s * p.z, s * p.y + c * p.z};
-}
-
-Mistake moved(const char* name, double x, double z) {
-  return {name,
-          [=](Input& in) {
-            const double extent = box_of(in.mesh).extent();
-            for (WorldPoint& p : in.mesh.positions) p = p + WorldPoint{x * extent, 0, z * extent};
-          },
-          true};
-}
-
-/// Every other view, as if two cameras had taken turns.
-Mistake of_one_camera_of_two(const char* name, void (*spoil)(Camera&)) {
-  return {name,
-          [spoil](Input& in) {
-            for (std::size_t v = 0; v < in.scene.views.size(); v += 2) {
-              spoil(in.scene.views[v].camera);
-              limit_distortion(in.scene.views[v].camera);
-            }
-          },
-          true};
-}
-
-std::vector<Mistake> mistakes_of_views() {
-  return {
-      of_order("photos in random order", shuffled),
-      of_order("photos in reverse order", reversed),
-      of_order("photos moved by one", moved_by_one),
-      of_order("two photos swapped", two_swapped),
-      {"one photo turned by 180 degrees", [](Input& in) { turn_over(in.scene.views[in.scene.views.size() / 2]); }},
-      of_views("all photos turned by 180 degrees", turn_over),
-      {"all cameras at one pose",
-       [](Input& in) {
-         for (View& view : in.scene.views) view.pose = in.scene.views[0].pose;
-       }},
-      of_views("poses inverted", [](View& view) { invert(view.pose); }),
-      of_lens("k1 = -5", [](Camera& c) { c.distortion.k1 = -5; }),
-      of_lens("focal length a fifth too long", [](Camera& c) { c.fx *= 1.2, c.fy *= 1.2; }),
-      of_lens("focal length of photos twice as large", [](Camera& c) { c.fx *= 2, c.fy *= 2; }),
-      of_order("photos moved by two", [](std::size_t count) { return rotated(count, 2); }),
-      of_order("photos exchanged in pairs", pairs_exchanged),
-      {"one pose 2 % of the mesh's size to the side",
-       [](Input& in) { in.scene.views[in.scene.views.size() / 2].pose.centre.x += 0.02 * box_of(in.mesh).extent(); }},
-      of_views("cameras' y and z axes turned round",
-               [](View& view) {
-                 for (std::size_t i = 3; i < 9; ++i) view.pose.rotation[i] = -view.pose.rotation[i];
-               }),
-      of_views("all photos turned by 90 degrees",
-               [](View& view) {
-                 auto& r = view.pose.rotation;
-                 for (std::size_t i = 0; i < 3; ++i) r[i] = -std::exchange(r[i + 3], r[i]);
-               }),
-      of_lens("focal length of photos half as large", [](Camera& c) { c.fx *= 0.5, c.fy *= 0.5; }),
-      of_lens("focal length 5 % too long", [](Camera& c) { c.fx *= 1.05, c.fy *= 1.05; }),
-      of_lens("pixels 5 % higher than wide", [](Camera& c) { c.fy *= 1.05; }),
-      of_lens("principal point 1 % of the width to the right", [](Camera& c) { c.cx += 0.01 * c.width; }),
-      of_lens("principal point 3 % of the width lower", [](Camera& c) { c.cy += 0.03 * c.width; }),
-      of_one_camera_of_two("one camera of two with another focal length", [](Camera& c) { c.fx *= 1.2, c.fy *= 1.2; }),
-      of_one_camera_of_two("one camera of two with the principal point 2 % of the width to the left",
-                           [](Camera& c) { c.cx -= 0.02 * c.width; }),
-  };
-}
-
-std::vector<Mistake> mistakes_of_meshes() {
-  using P = WorldPoint;
-  return {
-      about_middle("mesh 5 % of its size to the side",
-                   [](const P& p, double e) {
-                     return p + P{0.05 * e, 0, 0};
-                   }),
-      about_middle("mesh 5 % of its size higher",
-                   [](const P& p, double e) {
-                     return p + P{0, 0, 0.05 * e};
-                   }),
-      about_middle("mesh 1.05 times as large, about its middle", [](const P& p, double) { return 1.05 * p; }),
-      about_middle("mesh turned by 10 degrees about z", [](const P& p, double) { return turned_about_z(p, 10); }),
-      about_middle("mesh turned by 10 degrees about x", [](const P& p, double) { return turned_about_x(p, 10); }),
-      about_middle(
-          "mesh mirrored",
-          [](const P& p, double) {
-            return P{-p.x, p.y, p.z};
-          },
-          true),
-      about_origin("mesh 1.05 times as large, about the origin", [](const P& p) { return 1.05 * p; }),
-      about_origin("mesh in feet", [](const P& p) { return (1 / 0.3048) * p; }),
-      about_origin("mesh's y and z exchanged",
-                   [](const P& p) {
-                     return P{p.x, -p.z, p.y};
-                   }),
-      about_origin("mesh a millionth as large", [](const P& p) { return 1e-6 * p; }),
-      moved("mesh 2 % of its size to the side", 0.02, 0),
-      moved("mesh 20 % of its size to the side", 0.2, 0),
-      moved("mesh half its size lower, as heights above the geoid are", 0, -0.5),
-      about_middle("mesh 0.9 times as large, about its middle", [](const P& p, double) { return 0.9 * p; }),
-      about_middle("mesh turned by 180 degrees about z", [](const P& p, double) { return turned_about_z(p, 180); }),
-      about_middle(
-          "mesh upside down",
-          [](const P& p, double) {
-            return P{p.x, p.y, -p.z};
-          },
-          true),
-      about_origin("mesh in millimetres", [](const P& p) { return 1000.0 * p; }),
-  };
-}
-
 std::vector<Mistake> mistakes() {
   std::vector<Mistake> all = mistakes_of_views();
+  std::ranges::move(mistakes_of_photos(), std::back_inserter(all));
   std::ranges::move(mistakes_of_meshes(), std::back_inserter(all));
   return all;
 }
@@ -351,6 +111,21 @@ void write_model(const fs::path& folder, const Scene& scene, const std::vector<i
   write_points(folder / "sparse" / "points3D.bin", points);
 }
 
+/// The photos of a scene, some of them others.
+void write_photos(const fs::path& folder, const Scene& scene, const OtherPhotos& others) {
+  fs::remove_all(folder);
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const View& view = scene.views[v];
+    const fs::path file = folder / view.name;
+    fs::create_directories(file.parent_path());
+    if (const auto other = others.find(v); other != others.end())
+      io::write_image(file, other->second, file.extension() == ".png" ? io::ImageFormat::png : io::ImageFormat::jpg,
+                      95);
+    else
+      fs::create_symlink(fs::absolute(view.photo), file);
+  }
+}
+
 // --- runs
 
 struct Outcome {
@@ -358,11 +133,32 @@ struct Outcome {
   std::set<std::string> says;  ///< warnings and errors
 };
 
-Outcome texture(const Arguments& arguments, const fs::path& scene, const fs::path& mesh, const std::string& without) {
+/// A scene on disk.
+struct Files {
+  fs::path scene, mesh, images;
+  double texel_size = 0;
+};
+
+/// What is wrong is said before anything is painted, which is made as quick as can be: charts of a few texels.
+Outcome texture(const Arguments& arguments, const Files& files, const std::string& without) {
   const fs::path model = arguments.folder / "model", log = arguments.folder / "log.txt";
-  std::vector<std::string> words{
-      arguments.gpvc.string(), "texture", scene.string(), mesh.string(), "--images", arguments.images.string(), "-o",
-      model.string(),          "--force", "--quiet",      "--no-resume"};
+  std::vector<std::string> words{arguments.gpvc.string(),
+                                 "texture",
+                                 files.scene.string(),
+                                 files.mesh.string(),
+                                 "--images",
+                                 files.images.string(),
+                                 "-o",
+                                 model.string(),
+                                 "--force",
+                                 "--quiet",
+                                 "--no-resume",
+                                 "--seams",
+                                 "none",
+                                 "--blend",
+                                 "none",
+                                 "--texel-size",
+                                 fmt::format("{}", files.texel_size)};
   words.insert(words.end(), arguments.options.begin(), arguments.options.end());
   if (!without.empty()) words.insert(words.end(), {"--exclude-views", without});
   const Ended ended = run_program(words, log);
@@ -420,43 +216,56 @@ int run(Arguments arguments) {
   }
   const std::vector<io::TiePoint> points = io::read_tie_points(right.scene, 20000);
   fs::create_directories(arguments.folder);
-  const fs::path model = arguments.folder / "scene", mesh = arguments.folder / "mesh.ply";
+  const fs::path photos = arguments.folder / "photos";
+  Files files{arguments.folder / "scene", arguments.folder / "mesh.ply", arguments.images};
 
   Table table({"scene", "ended", "says"});
-  const auto add = [&](const std::string& name, const Outcome& outcome, const std::string& says) {
-    table.add({name, says.empty() && outcome.ended == "textured" ? "SILENT" : outcome.ended, says});
-    fmt::print(stderr, "{}: {}: {}\n", name, outcome.ended, says);
+  std::size_t silent = 0, wrong = 0;
+  const auto write = [&](const Input& input, bool sightings) {
+    write_model(files.scene, input.scene, points);
+    if (sightings) add_sightings(files.scene / "sparse" / "images.bin", right.scene, points);
+    synth::write_synth_mesh(files.mesh, input.mesh, {});
+    files.texel_size = extent_of(input.mesh) / 50;
   };
-  write_model(model, right.scene, points);
-  add_sightings(model / "sparse" / "images.bin", right.scene, points);
-  synth::write_synth_mesh(mesh, right.mesh, {});
-  const Outcome normal = texture(arguments, model, mesh, "");
+  write(right, true);
+  const Outcome normal = texture(arguments, files, "");
   table.add({"right", normal.ended, news(normal, {})});
   std::mt19937 random(7);
   std::size_t runs = 0, alarms = 0;
   for (const std::size_t share : {2, 3, 4})
     for (int n = 0; n < arguments.subsets; ++n) {
       const std::string without = random_rest(right.scene, share, random);
-      const Outcome outcome = texture(arguments, model, mesh, without);
+      const Outcome outcome = texture(arguments, files, without);
       ++runs;
       const std::string says = news(outcome, normal);
       if (says.empty()) continue;
       ++alarms;
-      add("right, without " + without, outcome, says);
+      table.add({"right, without " + without, outcome.ended, says});
     }
   for (const Mistake& mistake : mistakes()) {
-    Input wrong = right;
-    mistake.make(wrong);
-    write_model(model, wrong.scene, points);
-    if (mistake.keeps_sightings) add_sightings(model / "sparse" / "images.bin", right.scene, points);
-    synth::write_synth_mesh(mesh, wrong.mesh, {});
-    const Outcome outcome = texture(arguments, model, mesh, "");
-    add(mistake.name, outcome, news(outcome, normal));
+    if (mistake.name.find(arguments.only) == std::string::npos) continue;
+    Input spoiled = right;
+    mistake.make(spoiled);
+    write(spoiled, mistake.keeps_sightings);
+    files.images = arguments.images;
+    if (mistake.photos) {
+      write_photos(photos, right.scene, mistake.photos(right));
+      files.images = photos;
+    }
+    const Outcome outcome = texture(arguments, files, "");
+    const std::string says = news(outcome, normal);
+    const std::string ended = says.empty() && outcome.ended == "textured" ? "SILENT" : outcome.ended;
+    ++wrong;
+    silent += ended == "SILENT" ? 1 : 0;
+    table.add({mistake.name, ended, says});
+    fmt::print(stderr, "{}: {}: {}\n", mistake.name, ended, says);
   }
-  fs::remove_all(model);
-  fs::remove(mesh);
-  const std::string text = fmt::format("{}\n{} of {} random subsets of the right scene's views were warned of\n",
-                                       table.markdown(), alarms, runs);
+  if (arguments.only.empty())
+    for (const fs::path& file : {files.scene, files.mesh, photos}) fs::remove_all(file);
+  const std::string text = fmt::format(
+      "{}\n{} of {} wrong scenes were textured without a word; {} of {} random subsets of the right scene's "
+      "views were warned of\n",
+      table.markdown(), silent, wrong, alarms, runs);
   write_text(arguments.folder / "wrong_scenes.md", text);
   fmt::print("{}", text);
   return 0;
@@ -479,6 +288,7 @@ int main(int argc, char** argv) {
   app.add_option("--subsets", arguments.subsets, "Random halves, thirds and quarters of the views, as many of each")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  app.add_option("--only", arguments.only, "Mistakes whose names contain this; the last scene is left in the folder");
   app.add_option("--gpvc", arguments.gpvc, "The program to try")->capture_default_str();
   app.add_option("--option", arguments.options, "Given to gpvc texture, as --option=--downscale --option=2");
   return gpvc::run_benchmark(app, argc, argv, [&] { return gpvc::run(arguments); });
