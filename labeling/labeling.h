@@ -115,7 +115,9 @@ struct ViewAgreement {
   double correlation = 0;  ///< with the mean of the other photos there, -1..1
   double chance = 0;       ///< root mean square of the correlations with other places
   bool judged = false;     ///< there are enough places
-  bool by_chance = false;  ///< judged, and agrees no better than chance: the photo or the pose is another's
+  /// Judged, and agrees no better than chance, or with less than a quarter of the views' median: the photo or the pose is
+  /// another's, or the photo is turned.
+  bool by_chance = false;
 };
 
 /// True if more than half of the judged views agree by chance.
@@ -126,7 +128,9 @@ struct Candidates {
   std::vector<FaceTag> tags;                        ///< per face
   std::size_t full = 0, partial = 0, rejected = 0;  ///< number of candidates kept, and of views rejected as outliers
   std::vector<ViewAgreement> agreement;             ///< of all views, ascending
-  std::vector<FaceId> refused;                      ///< faces that views see, none of which is allowed; ascending
+  /// Per view, of the faces that it and two others at least see whole: those whose colour differs from the others'.
+  std::vector<double> outlier_share;
+  std::vector<FaceId> refused;  ///< faces that views see, none of which is allowed; ascending
 };
 
 inline constexpr double kMostLog2Gain = 8;

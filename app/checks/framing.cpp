@@ -49,6 +49,25 @@ Box box_of_faces(const Mesh& mesh, std::size_t begin, std::size_t end) {
   return box;
 }
 
+Mesh some_faces(const Mesh& mesh, std::size_t most, const View* view) {
+  std::vector<std::size_t> framed;
+  if (view != nullptr)
+    FaceRuns(mesh).for_each_framed(*view, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t f = begin; f < end; ++f)
+        if (may_be_framed(*view, mesh, mesh.faces[f])) framed.push_back(f);
+    });
+  const std::size_t all = view != nullptr ? framed.size() : mesh.faces.size(), count = std::min(most, all);
+  Mesh some;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = i * all / count;
+    const auto first = static_cast<std::uint32_t>(some.positions.size());
+    for (const std::uint32_t v : mesh.faces[view != nullptr ? framed[at] : at])
+      some.positions.push_back(mesh.positions[v]);
+    some.faces.push_back({first, first + 1, first + 2});
+  }
+  return some;
+}
+
 FaceRuns::FaceRuns(const Mesh& mesh) : faces_(mesh.faces.size()), hulls_((faces_ + kRun - 1) / kRun) {
   tbb::parallel_for(std::size_t{0}, hulls_.size(), [&](std::size_t r) {
     hulls_[r] = corners(box_of_faces(mesh, r * kRun, std::min(faces_, (r + 1) * kRun)));

@@ -43,6 +43,10 @@ class FaceRuns {
   std::vector<std::array<WorldPoint, 8>> hulls_;
 };
 
+/// At most so many of the faces all over a mesh, each with vertices of its own; with a view, of those that it may frame.
+/// O(faces).
+Mesh some_faces(const Mesh& mesh, std::size_t most, const View* view = nullptr);
+
 /// The bounding box of the faces from begin to end.
 Box box_of_faces(const Mesh& mesh, std::size_t begin, std::size_t end);
 

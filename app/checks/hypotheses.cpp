@@ -25,18 +25,6 @@ struct Hypothesis {
   std::function<void(Trial&)> apply;
 };
 
-Mesh some_faces(const Mesh& mesh) {
-  constexpr std::size_t kMost = 2048;
-  Mesh some;
-  const std::size_t count = std::min(kMost, mesh.faces.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto first = static_cast<std::uint32_t>(some.positions.size());
-    for (const std::uint32_t v : mesh.faces[i * mesh.faces.size() / count]) some.positions.push_back(mesh.positions[v]);
-    some.faces.push_back({first, first + 1, first + 2});
-  }
-  return some;
-}
-
 Hypothesis moved_points(std::string name, std::function<WorldPoint(const WorldPoint&)> move) {
   return {std::move(name), [move = std::move(move)](Trial& trial) {
             for (WorldPoint& p : trial.mesh.positions) p = move(p);
@@ -44,7 +32,7 @@ Hypothesis moved_points(std::string name, std::function<WorldPoint(const WorldPo
 }
 
 /// Fronts stay fronts.
-Hypothesis mirrored(std::string name, std::function<WorldPoint(const WorldPoint&)> move) {
+Hypothesis mirrored_points(std::string name, std::function<WorldPoint(const WorldPoint&)> move) {
   Hypothesis moved = moved_points(std::move(name), std::move(move));
   return {moved.name, [apply = moved.apply](Trial& trial) {
             apply(trial);
@@ -58,6 +46,12 @@ Hypothesis changed_views(std::string name, std::function<void(View&)> change) {
           }};
 }
 
+Hypothesis changed_photos(std::string name, SmallPhoto (*change)(SmallPhoto)) {
+  return {std::move(name), [change](Trial& trial) {
+            for (SmallPhoto& photo : trial.photos) photo = change(std::move(photo));
+          }};
+}
+
 /// The used views take the photos of those that `order` puts in their places.
 Hypothesis ordered_photos(std::string name, std::span<const ViewId> views,
                           std::function<void(std::vector<ViewId>&)> order) {
@@ -68,6 +62,12 @@ Hypothesis ordered_photos(std::string name, std::span<const ViewId> views,
             for (std::size_t i = 0; i < from.size(); ++i) photos[index(views[i])] = trial.photos[index(from[i])];
             trial.photos = std::move(photos);
           }};
+}
+
+/// About the optical axis, by a quarter turn.
+void turn(View& view) {
+  auto& r = view.pose.rotation;
+  for (std::size_t i = 0; i < 3; ++i) r[i] = -std::exchange(r[i + 3], r[i]);
 }
 
 /// x_camera = rotation * x_world + t turns into x_world = rotation * x_camera + t.
@@ -88,9 +88,13 @@ std::vector<Hypothesis> hypotheses(std::span<const ViewId> views) {
                                [](auto& v) { std::rotate(v.begin(), v.end() - 1, v.end()); }));
   all.push_back(
       ordered_photos("the photos in reverse order", views, [](auto& v) { std::reverse(v.begin(), v.end()); }));
-  all.push_back({"the photos turned by 180 degrees", [](Trial& trial) {
-                   for (SmallPhoto& photo : trial.photos) std::ranges::reverse(photo.image.pixels);
-                 }});
+  all.push_back(changed_photos("the photos turned by 180 degrees", turned_over));
+  all.push_back(changed_photos("the photos mirrored", mirrored));
+  for (int quarters = 1; quarters < 4; ++quarters)
+    all.push_back(changed_views(fmt::format("the cameras turned by {} degrees about their axes", 90 * quarters),
+                                [quarters](View& view) {
+                                  for (int i = 0; i < quarters; ++i) turn(view);
+                                }));
   all.push_back(changed_views("the poses inverted", invert));
   all.push_back(changed_views("the cameras' y and z axes turned round", [](View& view) {
     for (std::size_t i = 3; i < 9; ++i) view.pose.rotation[i] = -view.pose.rotation[i];
@@ -99,9 +103,9 @@ std::vector<Hypothesis> hypotheses(std::span<const ViewId> views) {
   using P = WorldPoint;
   all.push_back(moved_points("the mesh's y as z", [](const P& p) { return P{p.x, -p.z, p.y}; }));
   all.push_back(moved_points("the mesh's z as y", [](const P& p) { return P{p.x, p.z, -p.y}; }));
-  all.push_back(mirrored("the mesh's x mirrored", [](const P& p) { return P{-p.x, p.y, p.z}; }));
-  all.push_back(mirrored("the mesh's y mirrored", [](const P& p) { return P{p.x, -p.y, p.z}; }));
-  all.push_back(mirrored("the mesh's z mirrored", [](const P& p) { return P{p.x, p.y, -p.z}; }));
+  all.push_back(mirrored_points("the mesh's x mirrored", [](const P& p) { return P{-p.x, p.y, p.z}; }));
+  all.push_back(mirrored_points("the mesh's y mirrored", [](const P& p) { return P{p.x, -p.y, p.z}; }));
+  all.push_back(mirrored_points("the mesh's z mirrored", [](const P& p) { return P{p.x, p.y, -p.z}; }));
   constexpr double kFoot = 0.3048;
   for (const double scale : {0.001, 0.01, 0.1, kFoot, 1 / kFoot, 10.0, 100.0, 1000.0})
     all.push_back(moved_points(fmt::format("the mesh scaled by {:.4g}", scale), [scale](const P& p) {
@@ -118,9 +122,6 @@ bool fills_photos(const Trial& trial, std::span<const ViewId> views) {
   return !pixel.empty() &&
          length(box.high - box.low) > pixel[pixel.size() / 2] * trial.scene.views[index(views[0])].camera.width / 2;
 }
-
-/// The places at which photos agree on the mesh.
-double places_on_mesh(const MeshFit& fit) { return fit.share * static_cast<double>(fit.found); }
 
 MeshFit fit_of(const Trial& trial) {
   return measure_fit(trial.mesh, trial.scene, trial.photos, framed_places(trial.mesh, trial.scene, trial.photos));
@@ -188,7 +189,8 @@ Explanation other_focal_length(const Trial& given, results::Observer& observer) 
 }
 
 Trial unchanged(const Input& input, std::span<const SmallPhoto> photos) {
-  return {some_faces(input.mesh), input.scene, {photos.begin(), photos.end()}};
+  constexpr std::size_t kFaces = 2048;
+  return {some_faces(input.mesh, kFaces), input.scene, {photos.begin(), photos.end()}};
 }
 
 }  // namespace

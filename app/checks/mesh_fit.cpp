@@ -261,6 +261,17 @@ SmallPhoto small_photo(const Image& photo) {
   return small;
 }
 
+SmallPhoto turned_over(SmallPhoto photo) {
+  std::ranges::reverse(photo.image.pixels);
+  return photo;
+}
+
+SmallPhoto mirrored(SmallPhoto photo) {
+  Image& image = photo.image;
+  for (int y = 0; y < image.height; ++y) std::reverse(image.at(0, y), image.at(0, y) + image.width);
+  return photo;
+}
+
 bool is_compared(std::size_t number, std::size_t views) {
   constexpr std::size_t kBeside = 4, kRuns = 24;
   return views <= kBeside * kRuns || number % ((views + kRuns - 1) / kRuns) < kBeside;

@@ -30,6 +30,11 @@ struct SmallPhoto {
 /// O(pixels).
 SmallPhoto small_photo(const Image& photo);
 
+/// By 180 degrees.
+SmallPhoto turned_over(SmallPhoto photo);
+/// Left and right exchanged.
+SmallPhoto mirrored(SmallPhoto photo);
+
 /// True for at most 96 of `views` views, which are used one after the other: runs of four, which overlap in most flights.
 bool is_compared(std::size_t number, std::size_t views);
 
@@ -54,5 +59,8 @@ std::vector<Place> framed_places(const Mesh& mesh, const Scene& scene, std::span
 /// same photos give with the patch of another place. Deterministic, TBB. O(places).
 MeshFit measure_fit(const Mesh& mesh, const Scene& scene, std::span<const SmallPhoto> photos,
                     std::span<const Place> places);
+
+/// The places at which photos agree on the mesh, less those that they do by chance.
+inline double places_on_mesh(const MeshFit& fit) { return fit.share * static_cast<double>(fit.found); }
 
 }  // namespace gpvc::checks

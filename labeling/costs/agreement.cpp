@@ -8,12 +8,16 @@
 #include <utility>
 
 #include "io/grouping.h"
+#include "labeling/costs/order_statistics.h"
 
 namespace gpvc::labeling {
 namespace {
 
 /// Places with which a view is compared for chance.
 constexpr std::size_t kElsewhere = 8;
+/// Correlations scatter by the root of one over the number of steps: by 0.022 with many, by 0.05 with few, which tell only
+/// what is clear: a photo that agrees by more than chance, or by less than chance does on the average.
+constexpr std::size_t kManySteps = 2000, kFewSteps = 400;
 /// Edges between the two faces of a step: far enough that misregistration by a pixel or two does not hide it.
 constexpr int kReach = 3;
 
@@ -57,9 +61,6 @@ std::uint32_t face_nearby(const Grouped<std::uint32_t>& neighbours, std::uint32_
 }
 
 ViewAgreement judge(ViewId view, const Sums& sums) {
-  // Correlations scatter by the root of one over the number of steps: by 0.022 with many, by 0.05 with few, which tell only
-  // what is clear: a photo that agrees by more than chance, or by less than chance does on the average.
-  constexpr std::size_t kManySteps = 2000, kFewSteps = 400;
   // Photos at the poses of their neighbours correlate by up to 0.03, because roads or windows run on in the same
   // direction; right ones by 0.3 and more, even of trees in the wind, and by 0.11 at least where only two or three overlap
   // a little (measured on three scenes from photos).
@@ -75,6 +76,20 @@ ViewAgreement judge(ViewId view, const Sums& sums) {
   result.judged = sums.steps >= kManySteps || agrees || result.correlation < result.chance;
   result.by_chance = result.judged && !agrees;
   return result;
+}
+
+/// Photos that are turned, or at other poses, may agree by more than chance, as streets and walls run on in the same
+/// directions, and few steps cannot tell such a photo from chance: but the others agree far better.
+void compare_with_median(std::vector<ViewAgreement>& views) {
+  constexpr std::size_t kLeastViews = 3;
+  constexpr double kLeastShare = 0.25;
+  std::vector<double> correlations;
+  for (const ViewAgreement& each : views)
+    if (each.steps >= kFewSteps) correlations.push_back(each.correlation);
+  if (correlations.size() < kLeastViews) return;
+  const double least = kLeastShare * upper_median(std::span(correlations));
+  for (ViewAgreement& each : views)
+    if (each.steps >= kFewSteps && each.correlation < least) each.judged = each.by_chance = true;
 }
 
 /// The steps of a chunk of faces, by view.
@@ -150,6 +165,7 @@ std::vector<ViewAgreement> correlate(RecordsByView& by_view, const Grouped<std::
       if (!chunk.empty()) sums.add(chunk[view]);
     result.push_back(judge(ViewId{view}, sums));
   }
+  compare_with_median(result);
   return result;
 }
 

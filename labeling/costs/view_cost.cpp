@@ -25,6 +25,9 @@ struct Choice {
   std::size_t rejected = 0;
 };
 
+/// True if the others show another colour.
+bool is_outlier(const FaceRecord& record) { return record.disagreement > fixed_distance(kOutlierMeanDistance); }
+
 /// Decides between full and partial views, and leaves outliers out. Reuses the memory of `choice`.
 void choose(std::span<const ViewRecord> records, const CostOptions& options, Choice& choice) {
   choice.taken.clear();
@@ -32,7 +35,7 @@ void choose(std::span<const ViewRecord> records, const CostOptions& options, Cho
   choice.tag = FaceTag::unseen;
   const auto full = [](const ViewRecord& item) { return item.record->is_full(); };
   const auto kept = [&](const ViewRecord& item) {
-    return options.outliers != Outliers::clamp || item.record->disagreement <= fixed_distance(kOutlierMeanDistance);
+    return options.outliers != Outliers::clamp || !is_outlier(*item.record);
   };
   const auto full_kept = [&](const ViewRecord& item) { return full(item) && kept(item); };
   const auto partial_kept = [&](const ViewRecord& item) { return !full(item) && kept(item); };
@@ -72,6 +75,36 @@ double coarse_halvings(float quality, float best) {
   return std::clamp(std::log2(static_cast<double>(best) / static_cast<double>(quality)) - kFree, 0.0, kMax);
 }
 
+/// Per view, faces that it sees whole, as two others do at least, and those of them where it is an outlier.
+struct OutlierCounts {
+  std::vector<std::size_t> faces, outliers;
+
+  explicit OutlierCounts(std::size_t views) : faces(views), outliers(views) {}
+
+  void add(std::span<const ViewRecord> of_face) {
+    constexpr std::ptrdiff_t kLeastViews = 3;
+    const auto full = [](const ViewRecord& item) { return item.record->is_full(); };
+    if (std::ranges::count_if(of_face, full) < kLeastViews) return;
+    for (const ViewRecord& item : of_face) {
+      if (!full(item)) continue;
+      ++faces[item.view];
+      outliers[item.view] += is_outlier(*item.record) ? 1 : 0;
+    }
+  }
+  void add(const OutlierCounts& other) {
+    for (std::size_t v = 0; v < faces.size(); ++v) {
+      faces[v] += other.faces[v];
+      outliers[v] += other.outliers[v];
+    }
+  }
+  std::vector<double> shares() const {
+    std::vector<double> result;
+    for (std::size_t v = 0; v < faces.size(); ++v)
+      result.push_back(faces[v] == 0 ? 0 : static_cast<double>(outliers[v]) / static_cast<double>(faces[v]));
+    return result;
+  }
+};
+
 /// The candidates of a chunk of faces.
 struct TablePart {
   std::vector<std::uint32_t> views;
@@ -80,9 +113,10 @@ struct TablePart {
   std::vector<FaceTag> tags;
   std::vector<FaceId> refused;
   std::size_t full = 0, partial = 0, rejected = 0;
+  OutlierCounts of_views;
 
   /// For so many faces and candidates at most: growing would take twice the memory for a moment.
-  TablePart(std::size_t faces, std::size_t candidates) {
+  TablePart(std::size_t faces, std::size_t candidates, std::size_t of_so_many_views) : of_views(of_so_many_views) {
     views.reserve(candidates);
     costs.reserve(candidates);
     counts.reserve(faces);
@@ -110,6 +144,7 @@ struct TablePart {
 /// The candidates of all chunks. Frees the memory of each part once it is taken over.
 Candidates joined(std::vector<std::optional<TablePart>>& parts, std::size_t faces) {
   Candidates result;
+  OutlierCounts of_views(parts.empty() ? 0 : parts[0]->of_views.faces.size());
   CostTable& table = result.table;
   std::size_t total = 0;
   for (const auto& part : parts) total += part->views.size();
@@ -127,8 +162,10 @@ Candidates joined(std::vector<std::optional<TablePart>>& parts, std::size_t face
     result.full += part->full;
     result.partial += part->partial;
     result.rejected += part->rejected;
+    of_views.add(part->of_views);
     part.reset();
   }
+  result.outlier_share = of_views.shares();
   return result;
 }
 
@@ -138,12 +175,14 @@ using TableParts = std::vector<std::optional<TablePart>>;
 TableParts table_parts(RecordsByView& by_view, std::size_t faces, const CostOptions& options,
                        const CandidateCollector::Allowed& allowed) {
   TableParts parts(chunk_count(faces));
+  const std::size_t views = by_view.empty() ? 0 : std::size_t{by_view.rbegin()->first} + 1;
   for_each_chunk(by_view, faces, 1, [&](std::size_t chunk, const Grouped<ViewRecord>& records) {
-    TablePart& part = parts[chunk].emplace(records.groups(), records.items.size());
+    TablePart& part = parts[chunk].emplace(records.groups(), records.items.size(), views);
     Choice choice;
     std::vector<ViewRecord> left;
     for (std::size_t n = 0; n < records.groups(); ++n) {
       std::span<const ViewRecord> of_face = records[n];
+      part.of_views.add(of_face);
       if (allowed) {
         const FaceId face{static_cast<std::uint32_t>(chunk * kChunkFaces + n)};
         left.assign(of_face.begin(), of_face.end());
