@@ -114,8 +114,7 @@ bool is_sound(const View& view) {
   const Camera& camera = view.camera;
   return camera.width > 0 && camera.height > 0 && std::int64_t{camera.width} * camera.height <= kMostPixels &&
          camera.fx > 0 && camera.fy > 0 && is_finite(camera) && is_finite(view.pose) &&
-         is_named(kLensModelNames, camera.distortion.model) && view.reduction >= 1 &&
-         view.reduction <= kMostReduction;
+         is_named(kLensModelNames, camera.distortion.model) && view.reduction >= 1 && view.reduction <= kMostReduction;
 }
 
 bool is_sound(const io::ModelOptions& model) {
