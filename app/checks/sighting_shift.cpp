@@ -26,14 +26,23 @@ struct Residuals {
   std::vector<double> growth;  ///< per pixel from the middle
 };
 
-// Photos of another size than the model states show points farther out: their cameras were scaled, the points are not.
-constexpr double kMostGrowth = 0.01;
+constexpr double kLeastGrowth = 0.01;
 constexpr std::size_t kLeast = 50;
 
-std::optional<SightingShift> shift_of(Residuals& of, double reduction) {
-  if (of.right.size() < kLeast || of.growth.size() < kLeast || std::abs(median(of.growth)) > kMostGrowth) return {};
-  const SightingShift shift{of.first, of.views, median(of.right), median(of.down)};
-  return std::hypot(shift.right, shift.down) * reduction >= 1 ? std::optional(shift) : std::nullopt;
+std::optional<SightingShift> shift_of(Residuals& of, const View& view) {
+  if (of.right.size() < kLeast || of.growth.size() < kLeast) return {};
+  SightingShift found{of.first, of.views, median(of.right), median(of.down)};
+  const double growth = median(of.growth), shift = std::hypot(found.right, found.down);
+  if (std::abs(growth) <= kLeastGrowth) return shift * view.reduction >= 1 ? std::optional(found) : std::nullopt;
+  // Cameras of photos of another size than the model states were scaled about the photo's corner, the points were not, which
+  // moves those in the middle as well. Where the views of a camera differ among themselves, it is no mistake of the camera's.
+  constexpr double kSteady = 0.25;
+  for (double& each : of.growth) each = std::abs(each - growth);
+  const double middle = std::min(view.camera.cx, view.camera.cy);
+  if (shift > kSteady * std::abs(growth) * middle || median(of.growth) > kSteady * std::abs(growth)) return {};
+  found.right = found.down = 0;
+  found.growth = growth;
+  return found;
 }
 
 }  // namespace
@@ -60,7 +69,7 @@ std::vector<SightingShift> sighting_shifts(const Scene& scene, std::span<const i
   }
   std::vector<SightingShift> shifts;
   for (auto& [camera, residuals] : cameras)
-    if (const auto shift = shift_of(residuals, scene.views[index(residuals.first)].reduction)) shifts.push_back(*shift);
+    if (const auto shift = shift_of(residuals, scene.views[index(residuals.first)])) shifts.push_back(*shift);
   std::ranges::sort(shifts, {}, &SightingShift::view);
   return shifts;
 }
@@ -76,10 +85,19 @@ std::string shift_text(const Scene& scene, const SightingShift& shift) {
   add(shift.right, "right of", "left of");
   add(shift.down, "below", "above");
   const bool one = shift.views == 1;
+  const std::string who =
+      one ? view.name + " shows its" : fmt::format("{} and {} more show their", view.name, shift.views - 1);
+  const char* camera = one ? "its camera" : "their camera";
+  if (shift.growth == 0)
+    return fmt::format(
+        "{} tie points {} where {} does: the principal point is off by as much, or the photos were cropped", who,
+        fmt::join(parts, " and "), camera);
+  const double longer = 1 / (1 + shift.growth) - 1;
   return fmt::format(
-      "{} tie points {} where {} does: the principal point is off by as much, or the photos were cropped",
-      one ? view.name + " shows its" : fmt::format("{} and {} more show their", view.name, shift.views - 1),
-      fmt::join(parts, " and "), one ? "its camera" : "their camera");
+      "{} tie points {:.1f} % {} the principal point than {} does: the focal length is {:.0f} % too {}, or the photos "
+      "were reduced and cropped",
+      who, 100 * std::abs(shift.growth), shift.growth < 0 ? "nearer to" : "farther from", camera,
+      100 * std::abs(longer), longer > 0 ? "long" : "short");
 }
 
 }  // namespace gpvc::checks

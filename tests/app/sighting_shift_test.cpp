@@ -66,6 +66,19 @@ TEST_F(SightingShifts, LessThanAPixelOfThePhotoIsLeftToPhotogrammetry) {
   EXPECT_EQ(shifts(by(0.3)).size(), 2u);
 }
 
+TEST_F(SightingShifts, AWrongFocalLengthIsToldWithItsSize) {
+  const auto found = shifts([](ViewId view, const PhotoPoint& at) {
+    return index(view) < 2 ? PhotoPoint{200 + (at.x - 200) / 1.2, 150 + (at.y - 150) / 1.2} : at;
+  });
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].view, ViewId{0});
+  EXPECT_NEAR(found[0].growth, -1 / 6.0, 1e-9);
+  EXPECT_EQ(found[0].right, 0);
+  EXPECT_TRUE(contains(shift_text(scene_, found[0]),
+                       "0.jpg and 1 more show their tie points 16.7 % nearer to the principal point than their camera "
+                       "does: the focal length is 20 % too long"));
+}
+
 TEST_F(SightingShifts, PhotosOfAnotherSizeAreNoShift) {
   EXPECT_TRUE(shifts([](ViewId, const PhotoPoint& at) { return PhotoPoint{2 * at.x, 2 * at.y}; }).empty());
 }
