@@ -17,8 +17,8 @@ namespace gpvc::io {
 
 static_assert(std::endian::native == std::endian::little, "files are read and written as little endian");
 
-/// The bytes of a file: memory-mapped where possible, so that they do not count as the process's memory, otherwise
-/// read. Throws InputError when the file cannot be opened or read, is a pipe or a device, or the pointer that Git LFS
+/// The bytes of a file: read, or memory-mapped where they are many or looked at in places, so that they do not count as the
+/// process's memory. Throws InputError when the file cannot be opened or read, is a pipe or a device, or the pointer that Git LFS
 /// leaves where it has not fetched a file.
 class FileBytes {
  public:

@@ -8,7 +8,7 @@ set -euo pipefail
 export LC_ALL=C
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 program=${GPVC:-$root/build/release/app/gpvc}
-kills=15 damages=12 moments=6 seed=1
+kills=15 damages=12 moments=4 seed=1
 while [ $# -gt 0 ]; do
   case $1 in
     --quick) kills=1 damages=2 moments=1 ;;
@@ -203,10 +203,10 @@ replace() { # KIND
       sed 's/ 400 400 / 402 400 /' before/colmap/cameras.txt >new
       put new scene/colmap/cameras.txt ;;
     mask) cp "before/images/${photos[5]}" "scene/images/${photos[4]}.mask.jpg" ;;
-    rules) printf 'box,-1e9 -1e9 -1e9 1e9 1e9 1e9,forbid,%s\n' "${photos[2]}" >rules.csv ;;
+    shorter) truncate -s 9000 "scene/images/${photos[6]}" ;;
   esac
 }
-kinds=(photo touched mesh cameras mask)
+kinds=(photo touched shorter mesh cameras mask)
 for kind in "${kinds[@]}"; do
   restore
   replace "$kind"

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 
 #include "io/files/paths.h"
@@ -20,12 +21,15 @@ struct Descriptor {
   }
 };
 
-/// Reads the file, for file systems that cannot map it.
-std::vector<char> read_all(const std::filesystem::path& file, int descriptor) {
-  std::vector<char> bytes;
+/// A file that is cut while it is mapped ends the process with SIGBUS. Larger ones, which are few, are mapped all the same.
+constexpr std::size_t kRead = 64 << 20;
+
+/// Reads the file, of which `expected` bytes are known to be there.
+std::vector<char> read_all(const std::filesystem::path& file, int descriptor, std::size_t expected) {
+  std::vector<char> bytes(expected + 1);  // one more tells that this was all
   std::size_t size = 0;
   for (;;) {
-    if (bytes.size() - size < (1u << 16)) bytes.resize(std::max<std::size_t>(2 * bytes.size(), 1u << 17));
+    if (size == bytes.size()) bytes.resize(std::max<std::size_t>(2 * bytes.size(), 1u << 17));
     const ssize_t got = ::read(descriptor, bytes.data() + size, bytes.size() - size);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) throw InputError(file, "", std::string("cannot be read: ") + std::strerror(errno));
@@ -47,8 +51,8 @@ FileBytes::FileBytes(const std::filesystem::path& file, Use use) {
     throw InputError(file, "", std::string("cannot be read: ") + std::strerror(errno));
   if (S_ISDIR(status.st_mode)) throw InputError(file, "", "is a folder, expected a file");
   if (!S_ISREG(status.st_mode)) throw InputError(file, "", kNotRegular);
-  if (status.st_size > 0) {
-    const auto size = static_cast<std::size_t>(status.st_size);
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size > (use == Use::whole ? kRead : 0)) {
     const int ahead = use == Use::whole ? MAP_POPULATE : 0;
     void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE | ahead, descriptor.number, 0);
     if (mapping != MAP_FAILED) {
@@ -58,7 +62,7 @@ FileBytes::FileBytes(const std::filesystem::path& file, Use use) {
     }
   }
   if (mapping_ == nullptr) {
-    buffer_ = read_all(file, descriptor.number);
+    buffer_ = read_all(file, descriptor.number, std::min(size, kRead));  // what is told may be no size, as in /proc
     bytes_ = {buffer_.data(), buffer_.size()};
   }
   try {

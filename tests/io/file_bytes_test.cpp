@@ -1,0 +1,39 @@
+#include "io/file_bytes.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc::io {
+namespace {
+
+using test::TemporaryFolder;
+
+// Where it were mapped, looking at it afterwards would end the process.
+TEST(FileBytes, HoldAFileThatIsCutMeanwhile) {
+  const TemporaryFolder folder;
+  const std::string text(3 << 20, 'x');
+  const auto file = folder.write("photo.jpg", text);
+  const FileBytes bytes(file);
+  std::filesystem::resize_file(file, 0);
+  EXPECT_EQ(bytes.view(), text);
+}
+
+TEST(FileBytes, AreThoseOfFilesOfAnySize) {
+  const TemporaryFolder folder;
+  for (const std::size_t size : {0u, 1u, 4096u, (64u << 20) - 1, 64u << 20, (64u << 20) + 1}) {
+    std::string text(size, 'a');
+    if (size > 0) text.back() = 'z';
+    EXPECT_TRUE(FileBytes(folder.write("file", text)).view() == text) << size;
+    EXPECT_TRUE(FileBytes(folder.path() / "file", FileBytes::Use::in_places).view() == text) << size;
+  }
+}
+
+TEST(FileBytes, OfFilesWithoutASizeAreRead) {
+  EXPECT_FALSE(FileBytes("/proc/self/maps").view().empty());
+  EXPECT_THROW(FileBytes("/proc"), InputError);
+  EXPECT_THROW(FileBytes("/nowhere"), InputError);
+}
+
+}  // namespace
+}  // namespace gpvc::io
