@@ -18,11 +18,11 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
       ->required();
   add_photos(*app, options.input);
   add_output(*app, options);
-  OptionGroup{*app, "Output"}.flag(
+  OptionGroup{*app, pipeline::kOutput}.flag(
       "--ivm", options.ivm,
       "Also write ivm/NAME.npy: per pixel the face there, 0xFFFFFFFF for none; exact for gpvc, else as drawn");
   add_settings(*app, options.visibility);
-  OptionGroup{*app, "Visibility"}
+  OptionGroup{*app, pipeline::kResearch}
       .number(
           "--oracle-check", options.oracle_check, 1, 1000000, "N",
           "Compare N views, drawn at random but always the same, with a brute-force oracle that shares no code with "
@@ -46,7 +46,7 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
       ->required();
   app->add_option("SCENE", options.input.scene, "Scene whose photos the renders are compared with, as texture takes it")
       ->required();
-  const OptionGroup input{*app, "Input"}, output{*app, "Output"};
+  const OptionGroup input{*app, pipeline::kInput}, output{*app, pipeline::kOutput};
   input.add("--mesh", options.input.mesh, "MESH", "Mesh that was to be textured, to measure completeness")
       ->default_str("the model's own faces");
   add_mesh_crs(
@@ -100,14 +100,14 @@ CLI::App* add_label(CLI::App& parent, LabelOptions& options) {
   add_settings(*app, options.settings, [](const pipeline::OptionInfo& info) {
     return info.name == std::string_view("smoothness") || info.name == std::string_view("edge-weights");
   });
-  OptionGroup{*app, "View selection"}.number(
+  OptionGroup{*app, pipeline::kResearch}.number(
       "--sweeps", options.settings.solver.max_sweeps, 1, 1000, "N",
       "Sweeps over all labels at most; stops earlier once none lowers the energy");
   app->add_flag_callback(
          "--fast", [&options] { options.settings.solver.thorough = false; },
          "Search near borders between views alone, as gpvc texture does: several times as fast, for an energy that is "
          "up to 0.2 % higher")
-      ->group("View selection");
+      ->group(pipeline::kResearch);
   add_common(*app, options.common,
              R"(COSTS as a folder: counts.npy (uint32 per face: number of candidates), then views.npy (uint32) and
 costs.npy (float32; 0 is best), candidate after candidate in face order, views ascending within a

@@ -49,12 +49,12 @@ CLI::App* add_compare(CLI::App& parent, CompareOptions& options) {
   add_compared(*app, options);
   add_output(*app, options);
   app->add_flag("--keep-models", options.settings.keep_models, "Also write each mode's model, to modes/NAME")
-      ->group("Output");
+      ->group(pipeline::kOutput);
   // A summary only reads reports: options that shape a comparison have no effect on it.
   CLI::Option* summarize = app->get_option("--summarize");
   for (CLI::Option* option : app->get_options()) {
-    const bool shapes =
-        option->get_group() == "Comparison" || option->get_group() == "Input" || option->check_name("--keep-models");
+    const bool shapes = option->get_group() == "Comparison" || option->get_group() == pipeline::kInput ||
+                        option->check_name("--keep-models");
     if (shapes && option != summarize && !option->get_positional()) summarize->excludes(option);
   }
   add_common(*app, options.common,

@@ -8,7 +8,7 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
   CLI::App* app = parent.add_subcommand("convert", "write a scene for another program");
   add_scene(*app, options.input);
   add_photos(*app, options.input);
-  const OptionGroup input{*app, "Input"};
+  const OptionGroup input{*app, pipeline::kInput};
   input
       .add(
           "--mesh", options.input.mesh, "MESH",
@@ -17,7 +17,7 @@ CLI::App* add_convert(CLI::App& parent, ConvertOptions& options) {
       ->default_str("the cameras' own coordinates");
   add_mesh_crs(input, options.input, "Reference system of that mesh, where cameras are in another");
   add_output(*app, options);
-  const OptionGroup output{*app, "Output"};
+  const OptionGroup output{*app, pipeline::kOutput};
   output.choice("--format", io::kSceneTargetNames, options.target,
                 "COLMAP's binary model, mvs-texturing's .cam files, OpenMVS' scene.mvs, transforms.json for nerfstudio "
                 "and instant-ngp, OpenSfM's reconstruction.json, or VisualSFM's scene.nvm");

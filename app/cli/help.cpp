@@ -1,8 +1,13 @@
 #include "app/cli/help.h"
 
 #include <algorithm>
+#include <array>
 #include <sstream>
+#include <string_view>
 #include <vector>
+
+#include "app/cli/command_options.h"
+#include "app/pipeline/options.h"
 
 namespace gpvc::cli {
 namespace {
@@ -69,7 +74,7 @@ std::string HelpFormatter::make_help(const CLI::App* app, std::string, CLI::AppF
   std::string help = wrapped(name + ": " + app->get_description(), 0) + "\n" + usage_line(*app, name);
 
   std::string positionals;
-  std::vector<std::string> groups;
+  std::vector<std::string> groups;  // in the order in which one needs them
   for (const CLI::Option* option : app->get_options()) {
     if (option->get_positional())
       positionals += entry(option->get_name(true), option_text(*option));
@@ -77,6 +82,14 @@ std::string HelpFormatter::make_help(const CLI::App* app, std::string, CLI::AppF
              std::find(groups.begin(), groups.end(), option->get_group()) == groups.end())
       groups.push_back(option->get_group());
   }
+  const auto rank = [](std::string_view group) {
+    constexpr std::array<std::string_view, 8> kOrder{pipeline::kInput,    pipeline::kQuality, pipeline::kSize,
+                                                     pipeline::kOutput,   "a command's own",  pipeline::kMachine,
+                                                     pipeline::kResearch, kCommonGroup};
+    const auto at = std::ranges::find(kOrder, group);
+    return (at != kOrder.end() ? at : std::ranges::find(kOrder, "a command's own")) - kOrder.begin();
+  };
+  std::ranges::stable_sort(groups, {}, rank);
   if (!positionals.empty()) help += "\n" + positionals;
 
   const auto commands = app->get_subcommands({});

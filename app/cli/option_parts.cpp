@@ -36,9 +36,9 @@ std::size_t bytes_from(const std::string& option, const std::string& given) {
 }
 
 void add_common(CLI::App& app, CommonOptions& common, const std::string& footer) {
-  const OptionGroup group{app, kCommonGroup};
-  group.number("--threads", common.threads, 1, 4096, "N", "Threads to use, 1 to 4096")->default_str("all");
-  group
+  const OptionGroup machine{app, pipeline::kMachine}, group{app, kCommonGroup};
+  machine.number("--threads", common.threads, 1, 4096, "N", "Threads to use, 1 to 4096")->default_str("all");
+  machine
       .number("--device", common.device, 0, 255, "N|list",
               "EGL device to render on; --device list prints them and ends")
       ->default_str("0, hardware first");
@@ -71,7 +71,7 @@ CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh) {
 }
 
 void add_masks(CLI::App& app, SceneInput& input) {
-  const OptionGroup group{app, "Input"};
+  const OptionGroup group{app, pipeline::kInput};
   CLI::Option* masks_dir =
       group
           .add("--masks", input.masks_dir, "DIR",
@@ -83,7 +83,7 @@ void add_masks(CLI::App& app, SceneInput& input) {
 }
 
 void add_skipping(CLI::App& app, SceneInput& input) {
-  OptionGroup{app, "Input"}.flag(
+  OptionGroup{app, pipeline::kInput}.flag(
       "--skip-bad-photos", input.skip_bad_photos,
       "Go on without photos that are missing, damaged or of another shape; decodes all of them beforehand");
 }
@@ -95,7 +95,7 @@ void add_mesh_crs(const OptionGroup& group, SceneInput& input, const std::string
 }
 
 void add_photos(CLI::App& app, SceneInput& input) {
-  const OptionGroup group{app, "Input"};
+  const OptionGroup group{app, pipeline::kInput};
   group
       .add("--images", input.images_dir, "DIR",
            "Folder of the photos, at any depth; matched by the longest common tail of their paths")
@@ -117,7 +117,7 @@ void add_photos(CLI::App& app, SceneInput& input) {
 }
 
 void add_output(CLI::App& app, CommandOptions& options) {
-  const OptionGroup group{app, "Output"};
+  const OptionGroup group{app, pipeline::kOutput};
   group.add("-o,--output", options.out, "OUT", "Folder for the result; created if missing")
       ->required()
       ->check(not_empty());
@@ -181,7 +181,7 @@ void set_drawing(visibility::Drawing drawing, visibility::Method& method) {
 }  // namespace
 
 void add_method(CLI::App& app, visibility::Method& method) {
-  const OptionGroup group{app, pipeline::kVisibility};
+  const OptionGroup group{app, pipeline::kResearch};
   const auto set_mode = [&method](const std::string& mode) {
     try {
       method = visibility::parse_visibility_mode(mode);
@@ -233,7 +233,7 @@ evaluate::Json method_json(const visibility::Method& method) {
 }
 
 void add_rules(CLI::App& app, std::filesystem::path& allow) {
-  OptionGroup{app, pipeline::kChoosing}
+  OptionGroup{app, pipeline::kQuality}
       .add(
           "--allow", allow, "FILE",
           "Rules (JSON or CSV) about boxes, polygons on the ground or faces, and photos that alone may texture them or "

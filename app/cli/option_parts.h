@@ -13,6 +13,7 @@
 
 #include "app/cli/options.h"
 #include "app/evaluate/json.h"
+#include "app/pipeline/options.h"
 #include "io/names.h"
 
 namespace gpvc::cli {

@@ -118,7 +118,7 @@ CLI::App* add_synth(CLI::App& parent, SynthOptions& options) {
   const Kind kind = kind_of(options.kind);
   const std::string name = synth_name(options.kind);
   CLI::App* app = parent.add_subcommand(name, kind.what);
-  const OptionGroup output{*app, "Output"};
+  const OptionGroup output{*app, pipeline::kOutput};
   output.add("-o,--output", options.out, "DIR", "Folder for the scene; created if missing")
       ->required()
       ->check(not_empty());

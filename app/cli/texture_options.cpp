@@ -9,12 +9,12 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_scene(*app, options.input);
   add_mesh(*app, options.input.mesh)->required();
   add_photos(*app, options.input);
-  OptionGroup{*app, "Input"}.add(
+  OptionGroup{*app, pipeline::kResearch}.add(
       "--hold-out", options.input.hold_out, "K|LIST",
       "Texture without every K-th photo, or without these (names or globs), and mark them in views.json, so that gpvc "
       "evaluate compares with them");
   add_rules(*app, options.allow);
-  OptionGroup{*app, pipeline::kChanging}
+  OptionGroup{*app, pipeline::kOutput}
       .add("--from", options.from, "DIR",
            "Make the result from an editable one in DIR that differs in --allow alone: only charts whose photos change "
            "are made anew, on new pages; DIR may be OUT, with --force")

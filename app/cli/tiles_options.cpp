@@ -7,7 +7,10 @@ namespace gpvc::cli {
 namespace {
 
 void add_job(CLI::App& app, std::filesystem::path& job) {
-  app.add_option("JOB", job, "Folder that gpvc tiles has made")->required()->check(not_empty())->group("Input");
+  app.add_option("JOB", job, "Folder that gpvc tiles has made")
+      ->required()
+      ->check(not_empty())
+      ->group(pipeline::kInput);
 }
 
 }  // namespace
@@ -18,8 +21,8 @@ CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
   add_scene(*app, options.input);
   add_mesh(*app, options.input.mesh)->required();
   add_photos(*app, options.input);
-  OptionGroup{*app, "Input"}.add("--hold-out", options.input.hold_out, "K|LIST",
-                                 "Texture without every K-th photo, or without these (names or globs)");
+  OptionGroup{*app, pipeline::kResearch}.add("--hold-out", options.input.hold_out, "K|LIST",
+                                             "Texture without every K-th photo, or without these (names or globs)");
   add_output(*app, options);
   add_rules(*app, options.allow);
   add_settings(*app, options.settings, options_for(pipeline::For::all));
@@ -40,8 +43,8 @@ seams along their borders are as those inside.
 CLI::App* add_unit(CLI::App& parent, UnitOptions& options) {
   CLI::App* app = parent.add_subcommand("unit", "run units of a job that gpvc tiles has made");
   add_job(*app, options.job);
-  app->add_option("UNIT", options.names, "Names of units, as in plan.json")->group("Input");
-  OptionGroup{*app, "Input"}.flag("--all", options.all, "All units that are not complete, one after another");
+  app->add_option("UNIT", options.names, "Names of units, as in plan.json")->group(pipeline::kInput);
+  OptionGroup{*app, pipeline::kInput}.flag("--all", options.all, "All units that are not complete, one after another");
   add_settings(*app, options.limits, [](const pipeline::OptionInfo& info) { return info.kind == pipeline::kBytes; });
   add_common(*app, options.common, R"(Examples:
   gpvc unit job see-0-3 --threads 4 --memory 2G
@@ -57,7 +60,7 @@ JOB and the photos under the same names.
 CLI::App* add_plan(CLI::App& parent, PlanOptions& options) {
   CLI::App* app = parent.add_subcommand("plan", "show what a job takes, or print it for Slurm");
   add_job(*app, options.job);
-  OptionGroup{*app, "Output"}.flag(
+  OptionGroup{*app, pipeline::kOutput}.flag(
       "--sbatch", options.sbatch,
       "Print a shell script that submits all units to Slurm as job arrays, each after the one before");
   add_common(*app, options.common, R"(Examples:

@@ -86,11 +86,13 @@ concept IsNamed = requires(const Value& value) {
   names_of(value);
 };
 
-inline constexpr const char* kChoosing = "View selection";
-inline constexpr const char* kTexture = "Texture";
-inline constexpr const char* kVisibility = "Visibility";
-inline constexpr const char* kMachine = "Common";
-inline constexpr const char* kChanging = "Changing a result";
+// The headings of the help, by need.
+inline constexpr const char* kInput = "Input";
+inline constexpr const char* kQuality = "Quality";
+inline constexpr const char* kSize = "Size";
+inline constexpr const char* kOutput = "Output";
+inline constexpr const char* kMachine = "Machine";
+inline constexpr const char* kResearch = "Research";
 inline constexpr const char* kBytes = "SIZE";  ///< the kind of an amount of memory
 inline constexpr double kMostCost = 1e6;       ///< where two neighbouring faces with different views cost 1
 
@@ -118,8 +120,8 @@ Option<Value> only(For result, Option<Value> option) {
 template <io::Like<visibility::VisibilityOptions> T>
 auto options_of(T& o) {
   using enum Affects;
-  return std::tuple(offered(o.method, "visibility", views, kVisibility, ""),
-                    offered(o.subpixel, "subpixel", views, kVisibility, "Do not resolve faces smaller than a pixel"),
+  return std::tuple(offered(o.method, "visibility", views, kResearch, ""),
+                    offered(o.subpixel, "subpixel", views, kResearch, "Do not resolve faces smaller than a pixel"),
                     hidden(o.draw_ivm, "draw-ivm", views));
 }
 
@@ -128,17 +130,17 @@ auto options_of(T& o) {
   using enum Affects;
   return std::tuple(
       offered(
-          o.term, "data-term", views, kChoosing,
+          o.term, "data-term", views, kResearch,
           "What makes a view good for a face: its area in pixels or the image gradient integrated over it, alone or "
           "times the squared cosine of the viewing angle"),
       offered(
-          o.outliers, "outliers", labels, kChoosing,
+          o.outliers, "outliers", labels, kQuality,
           "Views that disagree in colour with the others (cars, people): keep them, raise their cost, or drop them"),
-      offered(o.keep_views, "keep-views", labels, kChoosing,
+      offered(o.keep_views, "keep-views", labels, kInput,
               "Use photos that agree with the others no better than chance; by default they are left out, and a scene "
               "where most are such, or whose mesh is not where the photos show it, is refused"),
       number(
-          o.margin_px, "margin", views, kChoosing, "PX", 0, 64,
+          o.margin_px, "margin", views, kResearch, "PX", 0, 64,
           "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there, 0 to 64; 0 is off"),
       hidden(o.data_weight, "data-weight", labels, 0, kMostCost),
       hidden(o.margin_cost, "margin-cost", labels, 0, kMostCost),
@@ -150,9 +152,9 @@ template <io::Like<labeling::SolverOptions> T>
 auto options_of(T& o) {
   using enum Affects;
   return std::tuple(
-      number(o.smoothness, "smoothness", labels, kChoosing, "X", 0, kMostCost,
+      number(o.smoothness, "smoothness", labels, kResearch, "X", 0, kMostCost,
              "Cost of a seam between two adjacent faces with different views; 0 or more"),
-      offered(o.thorough, "thorough", labels, kChoosing,
+      offered(o.thorough, "thorough", labels, kResearch,
               "Search the whole mesh for better views until none is found: several times slower, for an energy that is "
               "at most 0.2 % lower"),
       hidden(o.max_sweeps, "max-sweeps", labels, 0, 1e4),
@@ -164,30 +166,30 @@ template <io::Like<atlas::AtlasOptions> T>
 auto options_of(T& o) {
   using enum Affects;
   return std::tuple(
-      number(o.page_size, "page-size", pages, kTexture, "N", 256, 32768,
+      number(o.page_size, "page-size", pages, kSize, "N", 256, 32768,
              "Largest edge of a texture page, 256 to 32768 texels"),
-      number(o.padding, "padding", pages, kTexture, "N", 1, 64,
+      number(o.padding, "padding", pages, kSize, "N", 1, 64,
              "Texels around a chart that repeat its colours, 1 to 64; with 8, mip levels down to an eighth keep charts "
              "apart, with 4 down to a quarter"),
-      number(o.texel_size, "texel-size", pages, kTexture, "X", 1e-9, 1e9,
+      number(o.texel_size, "texel-size", pages, kSize, "X", 1e-9, 1e9,
              "Smallest edge of a texel, in the mesh's units: charts with finer texels are reduced to it"),
       // How unseen faces are filled is decided after a page is kept.
-      offered(o.unseen, "unseen", page_files, kTexture,
+      offered(o.unseen, "unseen", page_files, kQuality,
               "Faces that no photo shows: fill continues the colours around them, drop leaves them out of the GLB (the "
               "OBJ keeps every face), color gives them one colour"),
-      number(o.unseen_color, "unseen-color", page_files, kTexture, "R,G,B", 0, 255,
+      number(o.unseen_color, "unseen-color", page_files, kQuality, "R,G,B", 0, 255,
              "The colour of unseen faces that get one, 0 to 255 each"),
-      offered(o.seams, "seams", pages, kTexture,
+      offered(o.seams, "seams", pages, kQuality,
               "Colour levelling across seams: none; global, one correction per chart and vertex; or full, that and a "
               "blend near the seam"),
-      offered(o.blend, "blend", pages, kTexture,
+      offered(o.blend, "blend", pages, kQuality,
               "coarse: what is coarser than some four pixels comes in part from all photos that see a place whole, so "
               "that they differ less along seams, while fine detail is that of one photo; none: every face shows one "
               "photo alone"),
-      only(For::one_model, number(o.max_pages, "max-pages", pages, kTexture, "N", 1, 1e6,
+      only(For::one_model, number(o.max_pages, "max-pages", pages, kSize, "N", 1, 1e6,
                                   "Reduce all charts by one factor to fit on N pages")),
       only(For::one_model,
-           number(o.max_texels, "max-texels", pages, kTexture, "N", 4096, 1e15,
+           number(o.max_texels, "max-texels", pages, kSize, "N", 4096, 1e15,
                   "Reduce all charts by one factor until all pages together have at most N texels, 4096 or more")),
       hidden(o.blend_cost, "blend-cost", pages, 0, kMostCost), hidden(o.margin_px, "partial-margin", pages, 0, 64));
 }
@@ -196,23 +198,23 @@ template <io::Like<OutputSettings> T>
 auto options_of(T& o) {
   using enum Affects;
   return std::tuple(
-      offered(o.texture, "texture", page_files, kTexture,
+      offered(o.texture, "texture", page_files, kOutput,
               "Format of the pages: jpg is quick to write and load, png is lossless"),
       // Pages of two qualities may be those of one model.
-      number(o.quality, "quality", models, kTexture, "N", 1, 100, "JPEG quality of the pages, 1 to 100"),
+      number(o.quality, "quality", models, kOutput, "N", 1, 100, "JPEG quality of the pages, 1 to 100"),
       only(For::one_model,
-           offered(o.gltf, "gltf", models, kTexture,
+           offered(o.gltf, "gltf", models, kOutput,
                    "glb: one file, model.glb; files: model.gltf with model.bin and the pages beside it, which is also "
                    "written for a model beyond the 4 GiB of a GLB")),
       only(For::one_model,
-           offered(o.normals, "normals", models, kTexture,
+           offered(o.normals, "normals", models, kOutput,
                    "Also write smooth normals, vn in the OBJ and NORMAL in the GLB; without them viewers do not shade "
                    "the model")),
       offered(
-          o.lit, "lit", models, kTexture,
+          o.lit, "lit", models, kOutput,
           "Let viewers light the GLB, for scenes with lights; by default it is shown as its photos are, which hold the "
           "light they were taken in (KHR_materials_unlit)"),
-      offered(o.up, "up", models, kTexture,
+      offered(o.up, "up", models, kOutput,
               "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction"));
 }
 
@@ -223,12 +225,12 @@ auto options_of(T& o) {
       options_of(o.visibility), options_of(o.costs), options_of(o.solver), options_of(o.atlas), options_of(o.output),
       std::tuple(
           hidden(o.device, "device", views, -1, 1e4),
-          offered(o.allow_unseen, "allow-unseen", nothing, kChoosing,
+          offered(o.allow_unseen, "allow-unseen", nothing, kInput,
                   "Texture a mesh of which all photos together see less than 5 % of the faces, which is refused "
                   "otherwise: it is one in other coordinates as a rule"),
           hidden(o.view_rules, "allow", labels),
           offered(
-              o.edge_weights, "edge-weights", labels, kChoosing,
+              o.edge_weights, "edge-weights", labels, kResearch,
               "What a seam's cost is multiplied by: 1, the length of the edge, its flatness (seams are less visible "
               "in folds), or both"),
           number(o.memory_bytes, "memory", nothing, kMachine, kBytes, 0, 0,
@@ -238,7 +240,7 @@ auto options_of(T& o) {
                offered(o.keep_work, "resume", nothing, kMachine,
                        "Keep finished work in OUT/.work until all is done, so that the same command goes on from there "
                        "if it is cut off; auto: if it may take more than a minute")),
-          only(For::one_model, offered(o.editable, "editable", nothing, kChanging,
+          only(For::one_model, offered(o.editable, "editable", nothing, kOutput,
                                        "Also write edit-views.bin and edit-model.bin, with which the result can be "
                                        "changed"))));
 }

@@ -24,9 +24,9 @@ template <io::Like<JobSettings> T>
 auto options_of(T& o) {
   using enum pipeline::Affects;
   return std::tuple_cat(options_of(o.texture), options_of(o.tiles),
-                        std::tuple(pipeline::number(o.views_per_unit, "unit-views", views, tileset::kTiles, "N", 1,
+                        std::tuple(pipeline::number(o.views_per_unit, "unit-views", views, pipeline::kSize, "N", 1,
                                                     10000, "Most photos that one unit looks at"),
-                                   pipeline::offered(o.levels, "levels", models, tileset::kTiles,
+                                   pipeline::offered(o.levels, "levels", models, pipeline::kSize,
                                                      "Make no levels of detail above that of the mesh")));
 }
 static_assert(pipeline::kListsAll<JobSettings, pipeline::Settings, tileset::TilesetSettings>);

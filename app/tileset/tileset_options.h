@@ -10,15 +10,13 @@ namespace gpvc::tileset {
 
 GPVC_MEMBERS(TilesetSettings, faces_per_tile, compress)
 
-inline constexpr const char* kTiles = "Tiles";
-
 template <io::Like<TilesetSettings> T>
 auto options_of(T& o) {
   using enum pipeline::Affects;
   return std::tuple(
-      pipeline::number(o.faces_per_tile, "tile-faces", views, kTiles, "N", 100, 1e8,
+      pipeline::number(o.faces_per_tile, "tile-faces", views, pipeline::kSize, "N", 100, 1e8,
                        "Most faces of a tile, 100 or more"),
-      pipeline::offered(o.compress, "compress", models, kTiles,
+      pipeline::offered(o.compress, "compress", models, pipeline::kSize,
                         "Compress the geometry of GLBs without loss, for viewers that know EXT_meshopt_compression: "
                         "CesiumJS, three.js"));
 }
