@@ -19,9 +19,10 @@ using Json = nlohmann::json;
 
 class JobTrust : public App {
  protected:
-  // A job of this test's own photos, in one tile.
-  void make_job(const fs::path& job) const {
-    std::vector<std::string> words = texture(job, {"--unit-views", "2", "--no-levels"});
+  // A job of this test's own photos, in one tile if nothing else is said.
+  void make_job(const fs::path& job,
+                const std::vector<std::string>& options = {"--unit-views", "2", "--no-levels"}) const {
+    std::vector<std::string> words = texture(job, options);
     words[0] = "tiles";
     ASSERT_EQ(run(words).exit_code, 0);
   }
@@ -90,6 +91,22 @@ TEST_F(JobTrust, APhotoOfTheSameSizeAndTimeIsNamedOrLookedAtAgain) {
   // A complete unit that reads the photo does not pass for one, either.
   replace_photo(photo("east_001.jpg"));
   expect_one_sentence(unit(units({"bake"}, true)), "east_001.jpg", "run that unit again");
+}
+
+// They see photos themselves, at a reduced size.
+TEST_F(JobTrust, CoarserLevelsLookAgainAtAPhotoThatHasChanged) {
+  const std::vector<std::string> levels{"--tile-faces", "200"};
+  make_job(out_, levels);
+  ASSERT_EQ(unit({"--all"}).exit_code, 0);
+  const auto before = result(out_);
+  replace_photo(photo("east_001.jpg"));
+  ASSERT_EQ(unit({"--all"}).exit_code, 0);
+  const fs::path clean = folder_.path() / "clean";
+  make_job(clean, levels);
+  ASSERT_EQ(run({"unit", clean.string(), "--all"}).exit_code, 0);
+  ASSERT_TRUE(fs::exists(clean / "result" / "tiles" / "1_0.glb"));
+  EXPECT_TRUE(result(out_) == result(clean));
+  EXPECT_FALSE(result(out_) == before);
 }
 
 TEST_F(JobTrust, APhotoWithAnotherTimeAloneIsTheSame) {
