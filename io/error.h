@@ -12,12 +12,13 @@ namespace gpvc {
 /// What a caller may do about an error or a warning, in terms of these libraries. How it is done from a command line, only
 /// the command line knows.
 enum class Cure {
-  keep_views,        ///< set labeling::CostOptions::keep_views: photos and a mesh that contradict each other are used
-  allow_unseen,      ///< set pipeline::Settings::allow_unseen: a mesh that photos hardly see is textured
-  look_at_fit,       ///< look at evaluate::agreement_picture(), which shows photos side by side at places of the mesh
-  name_mesh_crs,     ///< give checks::match_frames() the mesh's reference system
-  more_memory,       ///< free memory, or raise pipeline::Settings::memory_bytes
-  limit_memory,      ///< set pipeline::Settings::memory_bytes to an amount that the run stays below
+  keep_odd_views,  ///< set labeling::CostOptions::keep_odd_views: photos that agree with no others are used
+  allow_misfit,    ///< set pipeline::Settings::allow_misfit: photos, poses and mesh that contradict each other are used
+  allow_unseen,    ///< set pipeline::Settings::allow_unseen: a mesh that photos hardly see is textured
+  look_at_fit,     ///< look at evaluate::agreement_picture(), which shows photos side by side at places of the mesh
+  name_mesh_crs,   ///< give checks::match_frames() the mesh's reference system
+  more_memory,     ///< free memory, or raise pipeline::Settings::memory_bytes
+  limit_memory,    ///< set pipeline::Settings::memory_bytes to an amount that the run stays below
   skip_bad_photos,   ///< set io::SceneOptions::skip_bad_photos: photos that cannot be used are left out
   photos_folder,     ///< set io::SceneOptions::images_dir: where the photos are
   mask_photos,       ///< exclude pixels by masks, see io::SceneOptions::masks_dir

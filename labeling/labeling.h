@@ -32,7 +32,8 @@ struct FaceGraph {
   std::vector<float> weights = {};  ///< per pair, >= 0; empty: all 1
 };
 
-/// O(faces log faces), TBB inside. The result does not depend on the number of threads.
+/// O(faces log faces), TBB inside. The result does not depend on the number of threads. Throws InputError for a mesh that
+/// validate() refuses.
 FaceGraph face_graph(const Mesh& mesh);
 
 /// What a seam between two faces costs.
@@ -100,7 +101,7 @@ struct CostOptions {
   double coarse_cost = 0.5;
   /// Gives candidates of views that agree with the others by chance. They also have candidates where most views are such,
   /// since then none tells which are right: see Candidates::agreement.
-  bool keep_views = false;
+  bool keep_odd_views = false;
   /// Added to the cost of a partial view, times the share of the face that it does not see.
   double hidden_cost = 1.0;
 };

@@ -32,10 +32,10 @@ draw=(--drawing native --threads 2)
 echo '{"rules": [{"box": [[-100, -100, -100], [0, 100, 100]], "forbid": "*1.jpg"}]}' >"$work/rules.json"
 
 run synth synth city -o "$work/synth" --faces 1000 --size 40 --photos 3 --photo-size 60x40
-run texture texture "${input[@]}" "${draw[@]}" -o "$work/texture" --editable --resume always --texture png --keep-views
-run from texture "${input[@]}" "${draw[@]}" -o "$work/from" --from "$work/texture" --allow "$work/rules.json" --texture png --keep-views
-run tileset tileset "${input[@]}" "${draw[@]}" -o "$work/tileset" --compress --resume always --keep-views
-run tiles tiles "${input[@]}" --drawing native -o "$work/job" --tile-faces 300 --keep-views
+run texture texture "${input[@]}" "${draw[@]}" -o "$work/texture" --editable --resume always --texture png --keep-odd-photos --allow-misfit
+run from texture "${input[@]}" "${draw[@]}" -o "$work/from" --from "$work/texture" --allow "$work/rules.json" --texture png --keep-odd-photos --allow-misfit
+run tileset tileset "${input[@]}" "${draw[@]}" -o "$work/tileset" --compress --resume always --keep-odd-photos --allow-misfit
+run tiles tiles "${input[@]}" --drawing native -o "$work/job" --tile-faces 300 --keep-odd-photos --allow-misfit
 run unit unit "$work/job" --all --threads 2
 run plan plan "$work/job"
 run visibility visibility "${input[@]}" "${draw[@]}" -o "$work/visibility"

@@ -24,7 +24,7 @@ void report_unseen(const SceneCase& scene, results::Observer& observer) {
   const auto [seen, partial, unseen] = count_tags(tags);
   if (static_cast<double>(seen + partial) >= kLeastSeen * static_cast<double>(tags.size())) return;
   const std::string found = fmt::format("photos see less than {:.0f} % of the faces", 100 * kLeastSeen);
-  if (scene.tolerance.allow_unseen || 2 * input.views.size() < input.scene.views.size())
+  if (scene.tolerance.unseen || 2 * input.views.size() < input.scene.views.size())
     return observer.warning(found + "; are mesh and cameras in the same coordinates?");
   const std::string explanation = fitting_hypothesis(input, scene.evidence.previews, observer);
   throw InputError(
@@ -33,11 +33,21 @@ void report_unseen(const SceneCase& scene, results::Observer& observer) {
       {Cure::allow_unseen}, {{"seen_share", static_cast<double>(seen + partial) / static_cast<double>(tags.size())}});
 }
 
+// Whether views that agree by chance are those of one camera of several, all of them: then it is the camera that is wrong.
+bool are_one_cameras(const Scene& scene, std::span<const labeling::ViewAgreement> agreement) {
+  const auto camera_of = [&](const labeling::ViewAgreement& each) { return scene.views[index(each.view)].camera; };
+  const auto odd = std::ranges::find_if(agreement, &labeling::ViewAgreement::by_chance);
+  if (odd == agreement.end() || std::ranges::count_if(agreement, &labeling::ViewAgreement::by_chance) < 2) return false;
+  const Camera camera = camera_of(*odd);
+  return std::ranges::all_of(agreement, [&](const labeling::ViewAgreement& each) {
+    return !each.judged || each.by_chance == (camera_of(each) == camera);
+  });
+}
+
 // Wrong photos or poses must not become a texture without a word.
 void report_agreement(const SceneCase& scene, results::Observer& observer) {
   const Input& input = scene.input;
   const std::span<const labeling::ViewAgreement> agreement = scene.candidates.agreement;
-  const bool keep = scene.tolerance.keep_views;
   std::vector<std::string> wrong;
   std::vector<ViewId> odd;
   std::vector<double> correlations;
@@ -51,28 +61,36 @@ void report_agreement(const SceneCase& scene, results::Observer& observer) {
   observer.figure("agreement.judged", correlations.size());
   observer.figure("agreement.by_chance", wrong.size());
   observer.figure("agreement.median", correlations.empty() ? 0 : correlations[correlations.size() / 2]);
-  for (const labeling::ViewAgreement& each : agreement)
-    observer.detail(fmt::format("  {}: agrees with other photos by {:.3f} at {} places, chance gives {:.3f}",
-                                input.scene.views[index(each.view)].name, each.correlation, each.steps, each.chance));
+  for (const labeling::ViewAgreement& each : agreement) {
+    const std::string& name = input.scene.views[index(each.view)].name;
+    observer.detail(each.judged
+                        ? fmt::format("  {}: agrees with other photos by {:.3f} at {} places, chance gives {:.3f}",
+                                      name, each.correlation, each.steps, each.chance)
+                        : fmt::format("  {}: not judged, as it can be compared with other photos at {} places alone",
+                                      name, each.steps));
+  }
   if (wrong.empty()) return;
   const std::string found = fmt::format("{} of {} photos agree with the others hardly better than chance: {}",
                                         wrong.size(), correlations.size(), results::readable_list(wrong, 5));
   if (!labeling::mostly_by_chance(agreement)) {
     const std::vector<std::string> clauses = explain_photos(input, scene.evidence.previews, odd, observer);
+    const bool keep = scene.tolerance.odd_views;
     return observer.warning(found + "; " +
-                                (clauses.empty() ? "do they belong to other poses, or are they turned?"
-                                                 : fmt::format("{}.", fmt::join(clauses, "; "))) +
+                                (!clauses.empty() ? fmt::format("{}.", fmt::join(clauses, "; "))
+                                 : are_one_cameras(input.scene, agreement)
+                                     ? "they are the photos of one camera: is its lens another's?"
+                                     : "do they belong to other poses or another lens, or are they turned?") +
                                 (keep ? "" : " They are left out"),
-                            keep ? std::vector<Cure>{} : std::vector{Cure::keep_views});
+                            keep ? std::vector<Cure>{} : std::vector{Cure::keep_odd_views});
   }
-  if (keep) return observer.warning(found + "; mesh, poses and photos do not fit together");
+  if (scene.tolerance.misfit) return observer.warning(found + "; mesh, poses and photos do not fit together");
   const std::string explanation = fitting_hypothesis(input, scene.evidence.previews, observer);
   throw InputError(input.mesh_file, "",
                    found + "; mesh, poses and photos do not fit together: " +
                        (explanation.empty()
                             ? "photos of other poses or turned ones, inverse poses, another lens, or a mesh elsewhere"
                             : explanation),
-                   {Cure::keep_views},
+                   {Cure::allow_misfit},
                    {{"agreement.by_chance", static_cast<double>(wrong.size())},
                     {"agreement.judged", static_cast<double>(correlations.size())}});
 }
@@ -123,7 +141,7 @@ std::string shift_explanation(const Input& input, std::span<const io::TiePoint> 
 // A mesh elsewhere must not be textured without a word either.
 void report_fits(const SceneCase& scene, const SceneFit& fit, results::Observer& observer) {
   const Input& input = scene.input;
-  const bool keep = scene.tolerance.keep_views;
+  const bool refuses = !scene.tolerance.misfit;
   std::vector<std::string> doubts;
   using enum MeshFit::Verdict;
   bool elsewhere_for_one = false;
@@ -157,13 +175,13 @@ void report_fits(const SceneCase& scene, const SceneFit& fit, results::Observer&
   // Without a judgement a right scene of few pixels must not fall for one, which one did at 2.8 times the places.
   constexpr double kClearly = 2, kWithoutJudgement = 6;
   std::string explanation;
-  if (!keep && fit.tie_points.verdict == elsewhere) explanation = shift_explanation(input, scene.evidence.points);
-  if (!keep && explanation.empty())
+  if (refuses && fit.tie_points.verdict == elsewhere) explanation = shift_explanation(input, scene.evidence.points);
+  if (refuses && explanation.empty())
     explanation =
         fitting_hypothesis(input, scene.evidence.previews, observer, doubts.empty() ? kWithoutJudgement : kClearly);
   if (!explanation.empty())
     throw InputError(input.mesh_file, "", found + "; the mesh is not where the photos show it: " + explanation,
-                     {Cure::keep_views}, {{"fit.share", fit.photos.share}, {"fit.error", fit.photos.error}});
+                     {Cure::allow_misfit}, {{"fit.share", fit.photos.share}, {"fit.error", fit.photos.error}});
   if (doubts.empty()) return observer.note(found + " whether the mesh lies where they show it");
   observer.warning(
       found + (elsewhere_for_one ? "; the mesh seems to be moved, scaled, turned or mirrored against the poses, or the "
@@ -179,13 +197,15 @@ void report_blind(const Input& input, std::span<const std::uint8_t> sees, result
   for (const ViewId id : input.views) photo_sees[io::photo_name(input.scene.views[index(id)])] |= sees[index(id)] != 0;
   std::erase_if(photo_sees, [](const auto& photo) { return photo.second; });
   if (photo_sees.empty()) return;
-  const std::string& first = photo_sees.begin()->first;
-  const bool one = photo_sees.size() == 1;
+  std::vector<std::string> names;
+  for (const auto& [name, sees_any] : photo_sees) names.push_back(name);
   observer.warning(
-      one ? first + ": sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong"
-          : fmt::format("{} photos see no face of the mesh, {} among them: their cameras may lie inside the mesh, or "
-                        "their poses be wrong",
-                        photo_sees.size(), first));
+      names.size() == 1
+          ? names.front() + ": sees no face of the mesh: its camera may lie inside the mesh, or its pose be wrong"
+          : fmt::format(
+                "{} photos see no face of the mesh: {}; their cameras may lie inside the mesh, or their poses be "
+                "wrong",
+                names.size(), results::readable_list(names, 5)));
 }
 
 // A patch is a fiftieth of such a photo's width: less than a house, in most flights. In smaller photos it shows several surfaces,

@@ -57,8 +57,9 @@ struct FitEvidence {
 
 /// What is textured all the same.
 struct Tolerance {
-  bool keep_views = false;    ///< photos that agree with the others by chance; scenes that a common mistake explains
-  bool allow_unseen = false;  ///< meshes of which photos see less than kLeastSeen
+  bool odd_views = false;  ///< photos that agree with the others by chance: nothing is said of leaving them out
+  bool misfit = false;     ///< scenes where most photos do, or whose mesh is not where photos show it
+  bool unseen = false;     ///< meshes of which photos see less than kLeastSeen
 };
 
 /// The numbers of faces tagged seen, partial and unseen.

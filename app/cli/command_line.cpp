@@ -68,6 +68,7 @@ int run_guarded(const CommonOptions& common, const std::function<void(Console&)>
       limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(common.threads));
       setenv("LP_NUM_THREADS", std::to_string(common.threads).c_str(), 0);  // llvmpipe, the software OpenGL
     }
+    for (const std::string& note : common.notes) console->note(note);
     command(*console);
     if (console->results_were_lost()) throw std::runtime_error("standard output: cannot be written");
     return 0;

@@ -7,8 +7,10 @@ namespace gpvc::cli {
 // Clauses that begin with an option speak of what the run does with it.
 std::string clause_of(Cure cure) {
   switch (cure) {
-    case Cure::keep_views:
-      return "--keep-views textures with them all the same";
+    case Cure::keep_odd_views:
+      return "--keep-odd-photos textures with them all the same";
+    case Cure::allow_misfit:
+      return "--allow-misfit textures all the same";
     case Cure::allow_unseen:
       return "--allow-unseen textures all the same";
     case Cure::look_at_fit:

@@ -107,6 +107,8 @@ void add_output(CLI::App& app, CommandOptions& options);
 void add_method(CLI::App& app, visibility::Method& method);
 /// The same in run.json.
 evaluate::Json method_json(const visibility::Method& method);
+/// Options of earlier versions, which work with a note and are not in the help.
+void add_earlier_names(CLI::App& app, pipeline::Settings& settings, CommonOptions& common);
 /// --allow, and what its file holds.
 void add_rules(CLI::App& app, std::filesystem::path& allow);
 extern const char* const kRulesHelp;

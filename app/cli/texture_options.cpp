@@ -21,6 +21,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
       ->check(not_empty());
   add_output(*app, options);
   add_settings(*app, options.settings, options_for(pipeline::For::one_model));
+  add_earlier_names(*app, options.settings, options.common);
   add_common(*app, options.common,
              std::string(R"(Examples:
   gpvc texture colmap/sparse/0 mesh.ply --images photos -o out
@@ -53,6 +54,7 @@ CLI::App* add_tileset(CLI::App& parent, TilesetOptions& options) {
   add_settings(*app, options.tiles);
   add_rules(*app, options.allow);
   add_settings(*app, options.settings, options_for(pipeline::For::one_process));
+  add_earlier_names(*app, options.settings, options.common);
   add_common(*app, options.common, R"(Examples:
   gpvc tileset colmap/sparse/0 mesh.ply --images photos -o tiles
   gpvc tileset colmap mesh.ply --mesh-crs EPSG:25832 -o tiles --tile-faces 20000

@@ -26,6 +26,7 @@ CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
   add_output(*app, options);
   add_rules(*app, options.allow);
   add_settings(*app, options.settings, options_for(pipeline::For::all));
+  add_earlier_names(*app, options.settings.texture, options.common);
   add_common(*app, options.common, R"(Examples:
   gpvc tiles colmap mesh.ply -o job && gpvc unit job --all --memory 6G
   gpvc tiles colmap mesh.ply -o job && snakemake -s app/workflow/Snakefile --config job=job --profile ...

@@ -288,7 +288,8 @@ void measure_mode(const Run& run, const Yardsticks& with, const labeling::FaceGr
                   std::size_t number, ModeLog& log, MeasuredModel& result) {
   pipeline::Settings settings = run.settings.texture;
   settings.visibility = mode.visibility;
-  settings.costs.keep_views = settings.allow_unseen = true;  // all modes are compared on the same views
+  settings.costs.keep_odd_views = settings.allow_misfit = settings.allow_unseen =
+      true;  // all modes are compared on the same views
   const checks::Input& input = run.in.input;
   const auto start = Clock::now();
   evaluate::Confusion confusion;

@@ -26,7 +26,7 @@ GPVC_MEMBERS(VisibilityOptions, method, subpixel, draw_ivm)
 }  // namespace gpvc::visibility
 
 namespace gpvc::labeling {
-GPVC_MEMBERS(CostOptions, term, outliers, data_weight, margin_px, margin_cost, coarse_cost, keep_views, hidden_cost)
+GPVC_MEMBERS(CostOptions, term, outliers, data_weight, margin_px, margin_cost, coarse_cost, keep_odd_views, hidden_cost)
 GPVC_MEMBERS(SolverOptions, smoothness, max_sweeps, thorough, small_patch_faces, small_patch_rise)
 }  // namespace gpvc::labeling
 
@@ -38,8 +38,8 @@ GPVC_MEMBERS(AtlasOptions, page_size, padding, seams, blend, blend_cost, margin_
 namespace gpvc::pipeline {
 GPVC_MEMBERS(ViewRule, region, allow, views, name)
 GPVC_MEMBERS(OutputSettings, texture, quality, gltf, normals, lit, up)
-GPVC_MEMBERS(Settings, visibility, device, costs, allow_unseen, view_rules, edge_weights, solver, atlas, output,
-             memory_bytes, keep_work, editable)
+GPVC_MEMBERS(Settings, visibility, device, costs, allow_misfit, allow_unseen, view_rules, edge_weights, solver, atlas,
+             output, memory_bytes, keep_work, editable)
 
 /// The first result that depends on an option; so do all later ones. pages: as photos have painted them; page_files: filled and
 /// encoded; nothing: results are the same.
@@ -136,9 +136,9 @@ auto options_of(T& o) {
       offered(
           o.outliers, "outliers", labels, kQuality,
           "Views that disagree in colour with the others (cars, people): keep them, raise their cost, or drop them"),
-      offered(o.keep_views, "keep-views", labels, kInput,
-              "Use photos that agree with the others no better than chance; by default they are left out, and a scene "
-              "where most are such, or whose mesh is not where the photos show it, is refused"),
+      offered(o.keep_odd_views, "keep-odd-photos", labels, kInput,
+              "Use photos that agree with the others hardly better than chance, of other poses as a rule; by default "
+              "they are left out, and named"),
       number(
           o.margin_px, "margin", views, kResearch, "PX", 0, 64,
           "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there, 0 to 64; 0 is off"),
@@ -225,6 +225,9 @@ auto options_of(T& o) {
       options_of(o.visibility), options_of(o.costs), options_of(o.solver), options_of(o.atlas), options_of(o.output),
       std::tuple(
           hidden(o.device, "device", views, -1, 1e4),
+          offered(o.allow_misfit, "allow-misfit", nothing, kInput,
+                  "Texture a scene where most photos agree hardly better than chance, or whose mesh is not where the "
+                  "photos or tie points show it, which is refused otherwise, with the mistake that explains it"),
           offered(o.allow_unseen, "allow-unseen", nothing, kInput,
                   "Texture a mesh of which all photos together see less than 5 % of the faces, which is refused "
                   "otherwise: it is one in other coordinates as a rule"),

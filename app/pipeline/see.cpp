@@ -208,7 +208,9 @@ bool is_exact(const visibility::Method& method) {
   return std::holds_alternative<visibility::Gpvc>(method) || std::holds_alternative<visibility::PaperGpvc>(method);
 }
 
-checks::Tolerance tolerance_of(const Settings& settings) { return {settings.costs.keep_views, settings.allow_unseen}; }
+checks::Tolerance tolerance_of(const Settings& settings) {
+  return {settings.costs.keep_odd_views, settings.allow_misfit, settings.allow_unseen};
+}
 
 std::optional<labeling::Selection> kept_labels(const Run& run) {
   if (run.kept == nullptr) return std::nullopt;
@@ -222,6 +224,7 @@ std::optional<labeling::Selection> kept_labels(const Run& run) {
 Seen see(const Run& run, const SeeOptions& options) { return see(run, options, {}); }
 
 Seen see(const Run& run, const SeeOptions& options, const OnJudged& on_judged) {
+  checks::validate(run.input);
   return Sight(run, options).look(on_judged);
 }
 

@@ -35,6 +35,7 @@ struct Settings {
   visibility::VisibilityOptions visibility;
   int device = -1;  ///< number of the graphics device to use; -1: see visibility::find_device()
   labeling::CostOptions costs;
+  bool allow_misfit = false;              ///< texture a scene whose mesh, poses and photos contradict each other
   bool allow_unseen = false;              ///< texture a mesh of which photos see less than checks::kLeastSeen
   std::vector<ViewRule> view_rules = {};  ///< faces in their regions lose the views that they refuse
   labeling::EdgeWeights edge_weights = labeling::EdgeWeights::uniform;

@@ -93,7 +93,7 @@ class TilesetMaker {
     settings.view_rules = std::move(rules);
     // Level 0 has judged photos and mesh.
     const bool judged = level.number > 0;
-    if (judged) settings.costs.keep_views = true;
+    if (judged) settings.costs.keep_odd_views = true;
     const pipeline::Input input{input_.scene, level.mesh, views_, input_.mesh_file};
     pipeline::Run run{input, settings, run_.photos, observer_};
     const pipeline::MemoryPlan memory = pipeline::plan_memory(input, settings);
@@ -184,6 +184,7 @@ class TilesetMaker {
 }  // namespace
 
 TilesetReport tileset_into(const pipeline::Run& run, const TilesetSettings& settings, pipeline::OutputFolder& folder) {
+  checks::validate(run.input);
   return TilesetMaker(run, settings, folder).make();
 }
 

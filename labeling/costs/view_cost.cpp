@@ -282,7 +282,7 @@ void CandidateCollector::judge_faces(const PhotoJudgement& photos, const FaceGra
 }
 
 void CandidateCollector::leave_out(std::span<const ViewAgreement> agreement) {
-  if (state_->options.keep_views || mostly_by_chance(agreement)) return;
+  if (state_->options.keep_odd_views || mostly_by_chance(agreement)) return;
   for (const ViewAgreement& each : agreement)
     if (each.by_chance) forget(each.view);
 }

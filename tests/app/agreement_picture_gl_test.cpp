@@ -30,7 +30,7 @@ double difference_of_halves(const Image& picture) {
 TEST(AgreementPicture, HalvesAreAlikeWhereAllFits) {
   const City city(50000, 720);
   pipeline::Settings settings;
-  settings.costs.keep_views = true;
+  settings.costs.keep_odd_views = settings.allow_misfit = true;
   results::Observer silent;
   const auto picture_of = [&](std::vector<io::Picture> pictures) {
     io::PictureSource photos(city.scene, std::move(pictures));

@@ -223,7 +223,7 @@ TEST_F(CheckpointTest, AnotherPhotoOrMeshIsSeenAnew) {
   const std::string before = test::read_file(photo);
   io::write_image(photo, city_->pictures[3].image, io::ImageFormat::png, 0);
   pipeline::Settings keep;
-  keep.costs.keep_views = true;  // it is the photo of another pose
+  keep.costs.keep_odd_views = true;  // it is the photo of another pose
   Cutter cutter;
   const auto result = go_on(cutter, keep);
   EXPECT_EQ(cutter.views, city_->views.size() - 1);

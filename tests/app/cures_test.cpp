@@ -78,8 +78,8 @@ TEST(Cures, FollowTheSentence) {
 
 // A unit has neither option: they were given to the command that made its job.
 TEST(Cures, OfAJobSpeakOfTheCommandThatMadeIt) {
-  EXPECT_EQ(cli::with_cures("photos disagree", std::array{Cure::keep_views}, true),
-            "photos disagree; a job made with --keep-views textures with them all the same");
+  EXPECT_EQ(cli::with_cures("photos disagree", std::array{Cure::keep_odd_views}, true),
+            "photos disagree; a job made with --keep-odd-photos textures with them all the same");
   EXPECT_EQ(cli::with_cures("unit bake-0-0 takes 3 GB", std::array{Cure::smaller_tiles, Cure::more_memory}, true),
             "unit bake-0-0 takes 3 GB; make the job with fewer --tile-faces, or free some, or allow another amount by "
             "--memory SIZE");

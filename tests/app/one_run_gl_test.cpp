@@ -44,7 +44,7 @@ class OneRun : public testing::Test {
     settings_.texture.atlas.blend = atlas::Blending::none;
     settings_.texture.atlas.unseen = atlas::UnseenFaces::color;
     settings_.texture.atlas.unseen_color = {1, 2, 3};
-    settings_.texture.costs.keep_views = true;
+    settings_.texture.costs.keep_odd_views = settings_.texture.allow_misfit = true;
     settings_.texture.output.texture = io::ImageFormat::png;
     settings_.tiles.faces_per_tile = 1000;
   }

@@ -63,10 +63,13 @@ TEST_F(MovedMesh, IsRefusedAsAnEarlierResultsMesh) {
   EXPECT_FALSE(contains(made.err, "warning")) << made.err;
   auto again = words("texture", {"--from", out_.string()});
   again[4] = (folder_.path() / "changed").string();
-  expect_one_sentence(run(again), out_.string(), "was textured from another mesh than");
+  expect_one_sentence(run(again), out_.string(), "was textured from another mesh; only");
 }
 
-TEST_F(MovedMesh, IsTexturedWhereThatIsWanted) { EXPECT_EQ(run(words("texture", {"--keep-views"})).exit_code, 0); }
+TEST_F(MovedMesh, IsTexturedWhereThatIsWanted) {
+  EXPECT_EQ(run(words("texture", {"--keep-odd-photos"})).exit_code, 1) << "that is about single photos";
+  EXPECT_EQ(run(words("texture", {"--allow-misfit"})).exit_code, 0);
+}
 
 }  // namespace
 }  // namespace gpvc

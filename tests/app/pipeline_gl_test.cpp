@@ -285,9 +285,9 @@ TEST_F(PhotosAndPoses, PhotosOfOtherPosesAreLeftOut) {
   EXPECT_TRUE(std::ranges::none_of(seen.candidates.table.views, [](auto view) { return view == 1 || view == 4; }));
   ASSERT_EQ(observer.warnings.size(), 1u);
   EXPECT_NE(observer.warnings[0].find("2 of 6 photos"), std::string::npos) << observer.warnings[0];
-  EXPECT_EQ(observer.cures_of_last, std::vector{Cure::keep_views});
+  EXPECT_EQ(observer.cures_of_last, std::vector{Cure::keep_odd_views});
 
-  settings.costs.keep_views = true;
+  settings.costs.keep_odd_views = true;
   const pipeline::Seen kept = pipeline::see({input(), settings, swapped, observer});
   EXPECT_TRUE(std::ranges::any_of(kept.candidates.table.views, [](auto view) { return view == 1; }));
 }
@@ -300,12 +300,12 @@ TEST_F(PhotosAndPoses, PhotosInAnotherOrderAreRefused) {
     pipeline::see({input(), settings, reversed, silent_});
     FAIL() << "no photo belongs to its pose";
   } catch (const InputError& error) {
-    EXPECT_EQ(error.cures(), std::vector{Cure::keep_views});
+    EXPECT_EQ(error.cures(), std::vector{Cure::allow_misfit});
     EXPECT_EQ(test::measured(error, "agreement.judged"), 6);
     EXPECT_GT(test::measured(error, "agreement.by_chance"), 3);
     EXPECT_NE(std::string(error.what()).find("with the photos in reverse order"), std::string::npos) << error.what();
   }
-  settings.costs.keep_views = true;
+  settings.allow_misfit = true;
   EXPECT_NO_THROW(pipeline::see({input(), settings, reversed, silent_}));
 }
 
@@ -364,7 +364,7 @@ TEST_F(PhotosAndPoses, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {
   EXPECT_LT(test::measured(*error, "seen_share"), 0.05);
   // A part of the photos may well show a small part of the mesh, and one alone is compared with none.
   for (const auto& [views, keep] : {std::pair{one, false}, std::pair{all, true}}) {
-    settings.allow_unseen = settings.costs.keep_views = keep;
+    settings.allow_unseen = settings.allow_misfit = keep;
     Warned observer;
     ASSERT_NO_THROW(look(views, observer));
     ASSERT_FALSE(observer.warnings.empty());
@@ -407,7 +407,7 @@ TEST_F(SmallPhotos, AnExplanationAloneRefusesAScene) {
   pipeline::Settings settings;
   const std::string error = test::input_error([&] { pipeline::see({turned, settings, photos_, silent_}); });
   EXPECT_TRUE(test::contains(error, "with the poses inverted they would agree on the mesh")) << error;
-  settings.costs.keep_views = true;
+  settings.allow_misfit = true;
   EXPECT_NO_THROW(pipeline::see({turned, settings, photos_, silent_}));
   Scene larger = city_->scene;
   enlarge_focal_lengths(larger);
@@ -425,7 +425,7 @@ class MeshElsewhere : public Pipeline {
   // The same city with another mesh.
   static checks::MeshFit fit_of(const Mesh& mesh, bool keep, Warned& observer) {
     pipeline::Settings settings;
-    settings.costs.keep_views = keep;
+    settings.allow_misfit = keep;
     const std::vector<ViewId> views = checks::all_views(city_->scene);
     io::PictureSource photos(city_->scene, city_->pictures);
     return pipeline::see({{city_->scene, mesh, views}, settings, photos, observer}).fit;
@@ -489,7 +489,7 @@ TEST_F(MeshElsewhere, TiePointsOffTheMeshAreNamed) {
   Mesh large = city_->mesh;
   for (WorldPoint& p : large.positions) p = {3 * p.x, 3 * p.y, 3 * p.z};
   pipeline::Settings settings;
-  settings.costs.keep_views = true;
+  settings.allow_misfit = true;
   using enum checks::MeshFit::Verdict;
   for (const auto& [mesh, verdict] : {std::pair{&city_->mesh, fits}, {&large, elsewhere}}) {
     Warned warned;

@@ -87,7 +87,7 @@ const Tiny& tiny() {
 pipeline::Settings tiny_settings() {
   pipeline::Settings settings;
   settings.visibility.method = visibility::Gpvc{.drawing = visibility::Drawing::native};
-  settings.costs.keep_views = settings.allow_unseen = true;
+  settings.costs.keep_odd_views = settings.allow_misfit = settings.allow_unseen = true;
   settings.atlas.page_size = 256;
   return settings;
 }
