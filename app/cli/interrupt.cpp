@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <mutex>
+#include <string_view>
 #include <thread>
 
 #include "io/error.h"
@@ -20,7 +21,7 @@ static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only
 
 int wake_up[2] = {-1, -1};  ///< a pipe, from the handler to the thread
 constexpr auto kPatience = std::chrono::milliseconds(500);
-constexpr int kInterrupted = 130;
+constexpr int kInterrupted = 130, kFailed = 1;
 
 std::mutex clearing;
 std::function<void()> clear_away_now;  ///< guarded by `clearing`; empty: leave the run alone
@@ -30,6 +31,15 @@ void on_signal(int) {
   asked_to_stop = true;
   static_cast<void>(write(wake_up[1], "", 1) > 0);
   errno = error;
+}
+
+// A mapped file has fewer pages than it had: nothing can be computed from here on, and only write() is safe.
+void on_lost_page(int) {
+  constexpr std::string_view kSentence =
+      "gpvc: error: a file became shorter while it was read, or its disk is gone; nothing was written under a final "
+      "name\n";
+  static_cast<void>(write(STDERR_FILENO, kSentence.data(), kSentence.size()) > 0);
+  _exit(kFailed);
 }
 
 void end_overdue_run() {
@@ -55,6 +65,9 @@ void install_signal_handlers() {
     if (sigaction(signal, nullptr, &inherited) == 0 && inherited.sa_handler == SIG_IGN) continue;
     sigaction(signal, &action, nullptr);
   }
+  action.sa_handler = on_lost_page;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigaction(SIGBUS, &action, nullptr);
   signal(SIGXFSZ, SIG_IGN);
   signal(SIGPIPE, SIG_IGN);
 }

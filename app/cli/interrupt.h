@@ -7,7 +7,8 @@ namespace gpvc::cli {
 
 /// From now on the first SIGINT, SIGTERM or SIGHUP asks the run to stop at its next step; a second one kills it. Signals
 /// that the program was started with as ignored (nohup: SIGHUP) stay ignored. A file size limit (SIGXFSZ) and a closed
-/// pipe (SIGPIPE) become ordinary write errors. Starts a thread that waits for signals; to be called once.
+/// pipe (SIGPIPE) become ordinary write errors. A mapped file that is cut short meanwhile (SIGBUS) ends the process with status 1
+/// and one sentence. Starts a thread that waits for signals; to be called once.
 void install_signal_handlers();
 
 /// Throws Cancelled once a signal has come.
