@@ -142,29 +142,39 @@ std::vector<std::size_t> overlap(const Mesh& mesh, const Scene& scene, std::span
   return counts;
 }
 
-std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
+std::optional<Backs> back_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
   const std::vector<ViewId> views = some_views(scene, used, mesh.faces.size());
   const FaceRuns runs(mesh);
-  std::atomic<std::size_t> seen{0}, backs{0};
+  std::atomic<std::size_t> rays{0}, seen{0}, backs{0};
   tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t n) {
     const CoarseDepths coarse = draw_coarse_depths(mesh, runs, scene.views[index(views[n])]);
+    rays += coarse.depths.size();
     seen += static_cast<std::size_t>(
         std::ranges::count_if(coarse.depths, [](float depth) { return std::isfinite(depth); }));
     backs += static_cast<std::size_t>(std::ranges::count(coarse.backs, true));
   });
   if (seen == 0) return {};
-  return static_cast<double>(backs) / static_cast<double>(seen);
+  const auto hits = static_cast<double>(seen);
+  return Backs{static_cast<double>(backs) / hits, hits / static_cast<double>(rays)};
 }
 
-std::string check_winding(std::optional<double> backs, const std::filesystem::path& mesh_file) {
+std::string check_winding(std::optional<Backs> backs, const std::filesystem::path& mesh_file) {
   // A correctly oriented mesh shows backs only where it is open: through holes, at its rim, on single sheets. Scans from
   // photos showed none, synthetic walls with slits 3.5 %. Above nine tenths hardly any face would get a photo.
   constexpr double kInsideOut = 0.9, kSuspect = 0.2;
-  if (!backs || *backs < kSuspect) return {};
-  const std::string share = fmt::format("{:.0f} % of what the cameras see of it are backs of faces", 100 * *backs);
+  if (!backs || backs->share < kSuspect) return {};
+  const std::string share =
+      fmt::format("{:.0f} % of what the cameras see of it are backs of faces", 100 * backs->share);
   constexpr const char* kExpected =
       "expected corners counter-clockwise seen from outside (turn the faces over when exporting)";
-  if (*backs > kInsideOut)
+  // A mesh of the ground that was made of the photos fills most of them.
+  constexpr double kOwn = 0.5;
+  if (backs->share > kInsideOut && backs->covered < kOwn)
+    throw InputError(mesh_file, "",
+                     fmt::format("the mesh fills {:.0f} % of the photos, and {}: is it another scene's, in other "
+                                 "coordinates, or turned over?",
+                                 100 * backs->covered, share));
+  if (backs->share > kInsideOut)
     throw InputError(
         mesh_file, "",
         fmt::format("the mesh looks inside out, or the cameras stand behind its surface: {}; {}", share, kExpected));

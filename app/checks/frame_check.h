@@ -30,14 +30,19 @@ double framed_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId
 /// sample is of at most 20,000 faces, or fewer where there are many views. O(sampled faces x views).
 std::vector<std::size_t> overlap(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
 
-/// Fraction of rays that hit the back of a face (corners clockwise) first, over a grid of rays from at least four of the
-/// used views. Occlusion counts, so the far sides of closed meshes do not. Empty when no ray hits a face. O(faces + framed
-/// faces x sampled views).
-std::optional<double> back_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
+/// What a grid of rays from some views hits first.
+struct Backs {
+  double share = 0;    ///< of the rays that hit a face: on its back (corners clockwise)
+  double covered = 0;  ///< of all rays: those that hit a face
+};
 
-/// A warning for a back_share of a fifth or more, else empty. Throws InputError above nine tenths: the mesh is inside out,
-/// or the cameras are behind its surface.
-std::string check_winding(std::optional<double> backs, const std::filesystem::path& mesh_file);
+/// Of at least four of the used views. Occlusion counts, so the far sides of closed meshes do not. Empty when no ray hits a
+/// face. O(faces + framed faces x sampled views).
+std::optional<Backs> back_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
+
+/// A warning for a share of a fifth or more, else empty. Throws InputError above nine tenths: the mesh is inside out, the
+/// cameras are behind its surface, or it is another scene's.
+std::string check_winding(std::optional<Backs> backs, const std::filesystem::path& mesh_file);
 
 /// Lengths, in the scene's units, that a pixel covers at vertices of the mesh, for every view that frames them, ascending.
 /// Takes a sample of `most` vertices, or fewer where there are many views. O(sampled vertices x views).

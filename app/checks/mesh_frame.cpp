@@ -101,7 +101,7 @@ double covered_share(const Scene& scene, const Mesh& mesh, std::span<const ViewI
 // How much of the mesh the cameras frame, less what they see from behind, and of the frames the mesh fills: a mesh that is
 // too large is framed in part, one that is too small fills a part.
 double agreement(const Scene& scene, const Mesh& mesh, std::span<const ViewId> used) {
-  return framed_share(mesh, scene, used) * (1 - back_share(mesh, scene, used).value_or(1)) *
+  return framed_share(mesh, scene, used) * (1 - back_share(mesh, scene, used).value_or(Backs{1}).share) *
          covered_share(scene, mesh, used);
 }
 

@@ -108,7 +108,8 @@ Mesh turned(Mesh mesh, std::size_t first = 0) {
 }
 
 std::optional<double> backs_of(const Mesh& mesh, const Scene& scene = scene_above()) {
-  return checks::back_share(mesh, scene, kUsed);
+  const std::optional<checks::Backs> backs = checks::back_share(mesh, scene, kUsed);
+  return backs ? std::optional(backs->share) : std::nullopt;
 }
 
 TEST(BackShare, LooksAtWhatIsSeenFirst) {
@@ -149,13 +150,20 @@ TEST(BackShare, KeepsItsDigitsInLargeCoordinates) {
 
 TEST(CheckWinding, RefusesInsideOutAndWarnsOfParts) {
   EXPECT_EQ(checks::check_winding({}, "m.ply"), "");
-  EXPECT_EQ(checks::check_winding(0.1, "m.ply"), "");
-  EXPECT_EQ(checks::check_winding(0.25, "m.ply"),
+  EXPECT_EQ(checks::check_winding(checks::Backs{0.1, 1}, "m.ply"), "");
+  EXPECT_EQ(checks::check_winding(checks::Backs{0.25, 1}, "m.ply"),
             "m.ply: parts of the mesh look inside out: 25 % of what the cameras see of it are backs of "
             "faces, which get no photo; expected corners counter-clockwise seen from outside (turn the faces "
             "over when exporting)");
-  EXPECT_TRUE(contains(input_error([] { checks::check_winding(0.96, "m.ply"); }),
+  EXPECT_TRUE(contains(input_error([] {
+                         checks::check_winding(checks::Backs{0.96, 1}, "m.ply");
+                       }),
                        "m.ply: the mesh looks inside out, or the cameras stand behind its surface: 96 % of"));
+  EXPECT_TRUE(contains(input_error([] {
+                         checks::check_winding(checks::Backs{1, 0.12}, "m.ply");
+                       }),
+                       "m.ply: the mesh fills 12 % of the photos, and 100 % of what the cameras see of it are backs of "
+                       "faces: is it another scene's"));
 }
 
 TEST(CheckScale, WarnsOfFloatsThatAreCoarserThanPixels) {
