@@ -1,7 +1,11 @@
 #include "app/pipeline/keys.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "app/pipeline/options.h"
@@ -45,6 +49,56 @@ std::optional<io::WorkKey> common_key(const Run& run) {
   return hash.key();
 }
 
+// The names of views that another list has not.
+std::vector<std::string> missing_in(const std::vector<ViewKeys>& others, const std::vector<ViewKeys>& views) {
+  std::vector<std::string> names;
+  for (const ViewKeys& each : views)
+    if (std::ranges::find(others, each.view, &ViewKeys::view) == others.end()) names.push_back(each.name);
+  return names;
+}
+
+std::string difference(const std::vector<ViewKeys>& result, const std::vector<ViewKeys>& now) {
+  constexpr std::size_t kMost = 3;
+  if (!std::ranges::equal(result, now, {}, &ViewKeys::view, &ViewKeys::view)) {
+    if (const auto names = missing_in(now, result); !names.empty())
+      return fmt::format("was textured with photos that are not among those given: {}",
+                         results::readable_list(names, kMost));
+    return fmt::format("was textured without photos that are given now: {}",
+                       results::readable_list(missing_in(result, now), kMost));
+  }
+  std::vector<std::string> photos, cameras;
+  for (std::size_t n = 0; n < now.size(); ++n) {
+    if (result[n].photo != now[n].photo) photos.push_back(now[n].name);
+    if (result[n].camera != now[n].camera) cameras.push_back(now[n].name);
+  }
+  if (!cameras.empty())
+    return fmt::format("was textured with other cameras or poses of {}", results::readable_list(cameras, kMost));
+  if (!photos.empty())
+    return fmt::format("was textured with other bytes of photos or masks: {}", results::readable_list(photos, kMost));
+  return {};
+}
+
+template <typename Value>
+std::string option_text(const Value& value) {
+  if constexpr (IsNamed<Value>)
+    return name_of(names_of(value), value);
+  else if constexpr (std::same_as<Value, visibility::Method>)
+    return visibility::visibility_mode_name(value);
+  else if constexpr (std::is_arithmetic_v<Value>)
+    return fmt::format("{}", value);
+  else
+    return fmt::format("{}", fmt::join(value, ","));
+}
+
+std::vector<OptionText> option_texts(const Settings& settings, Affects result) {
+  std::vector<OptionText> texts;
+  for_each_option(settings, [&](const auto& value, const OptionInfo& info) {
+    if constexpr (!std::same_as<std::remove_cvref_t<decltype(value)>, std::vector<ViewRule>>)
+      if (info.affects <= result) texts.push_back({info.name, option_text(value)});
+  });
+  return texts;
+}
+
 }  // namespace
 
 std::optional<StepKeys> step_keys(const Run& run) {
@@ -78,16 +132,28 @@ std::optional<StepKeys> step_keys(const Run& run) {
 }
 
 ResultKeys result_keys(const Run& run) {
-  io::WorkHash mesh, views, options;
+  io::WorkHash mesh, options;
   add_mesh(mesh, run.input.mesh);
+  std::vector<ViewKeys> views;
   for (std::size_t n = 0; const std::optional<io::WorkKey>& photo : photo_keys(run)) {
     const ViewId id = run.input.views[n++];
-    views.add(id);
-    views.add(photo.value_or(io::WorkKey{}));
-    add_view(views, run.input.scene.views[index(id)]);
+    const View& view = run.input.scene.views[index(id)];
+    io::WorkHash camera;
+    add_view(camera, view);
+    views.push_back({id, view.name, photo.value_or(io::WorkKey{}), camera.key()});
   }
   add_options(options, run.settings, Affects::page_files);
-  return {mesh.key(), views.key(), options.key()};
+  return {mesh.key(), std::move(views), options.key(), option_texts(run.settings, Affects::page_files)};
+}
+
+std::string difference(const ResultKeys& result, const ResultKeys& now) {
+  if (result.mesh != now.mesh) return "was textured from another mesh";
+  const std::string views = difference(result.views, now.views);
+  if (!views.empty() || result.options == now.options) return views;
+  for (std::size_t n = 0; n < std::min(result.option_texts.size(), now.option_texts.size()); ++n)
+    if (const OptionText& before = result.option_texts[n], &after = now.option_texts[n]; before.text != after.text)
+      return fmt::format("was textured with {} {}, and {} is asked for now", before.name, before.text, after.text);
+  return "was textured with other steps of visibility";
 }
 
 }  // namespace gpvc::pipeline

@@ -31,15 +31,6 @@ struct Earlier {
   std::vector<FaceId> changed;  ///< faces whose candidates differ from those with the earlier rules
 };
 
-void refuse_other_input(const fs::path& from, const Input& input, const ResultKeys& before, const ResultKeys& now) {
-  if (before.mesh != now.mesh)
-    throw InputError(from, "", fmt::format("was textured from another mesh than {}", input.mesh_file.string()));
-  if (before.views != now.views)
-    throw InputError(from, "", "was textured from other cameras, photos or masks than those given");
-  if (before.options != now.options)
-    throw InputError(from, "", "was textured with other options; only the rules and the form of the models may differ");
-}
-
 std::vector<FaceId> differing_faces(const labeling::Candidates& a, const labeling::Candidates& b) {
   std::vector<FaceId> faces;
   for (std::uint32_t f = 0; f < a.tags.size(); ++f)
@@ -54,7 +45,8 @@ Earlier read_earlier(const fs::path& from, const Run& run) {
   observer.begin({"earlier result"});
   Earlier earlier{read_edit_model(from), {}, {}, {}, {}};
   const ResultKeys& keys = earlier.model.keys;
-  refuse_other_input(from, input, keys, result_keys(run));
+  if (const std::string differs = difference(keys, result_keys(run)); !differs.empty())
+    throw InputError(from, "", differs + "; only the rules about photos and the form of the models may differ");
   check_edit_model(from, input, earlier.model);
   labeling::CandidateCollector collector(input.mesh, settings.costs);
   read_edit_views(from, input, keys, collector, earlier.coverage);
@@ -285,6 +277,7 @@ labeling::Reselection choose_again(const Earlier& earlier, const Settings& setti
 }  // namespace
 
 TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder& folder) {
+  checks::validate(run.input);
   const Clock::time_point start = Clock::now();
   const auto& [input, settings, photos, observer, kept] = run;
   Earlier earlier = read_earlier(from, run);

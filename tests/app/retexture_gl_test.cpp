@@ -413,12 +413,21 @@ TEST_F(Retexture, SaysWhatCannotBeChanged) {
   Mesh mesh = city_->mesh;
   mesh.positions[0].z += 0.5;
   EXPECT_PRED2(contains, refused(settings(), first_, {city_->scene, mesh, city_->views}),
-               "was textured from another mesh than mesh");
-  EXPECT_PRED2(contains, refused(settings(), first_, {city_->scene, city_->mesh, std::span(city_->views).first(5)}),
-               "was textured from other cameras, photos or masks than those given");
+               "was textured from another mesh; only the rules about photos");
+  EXPECT_PRED2(
+      contains, refused(settings(), first_, {city_->scene, city_->mesh, std::span(city_->views).first(5)}),
+      ("was textured with photos that are not among those given: " + city_->scene.views[5].name + ";").c_str());
+  Scene moved = city_->scene;
+  moved.views[2].pose.centre.x += 1;
+  EXPECT_PRED2(contains, refused(settings(), first_, {moved, city_->mesh, city_->views}),
+               ("was textured with other cameras or poses of " + moved.views[2].name + ";").c_str());
   pipeline::Settings other = settings();
   other.atlas.padding = 4;
-  EXPECT_PRED2(contains, refused(other, first_, input()), "was textured with other options");
+  EXPECT_PRED2(contains, refused(other, first_, input()), "was textured with padding 8, and 4 is asked for now");
+  other = settings();
+  other.costs.term = labeling::DataTerm::gmi;
+  EXPECT_PRED2(contains, refused(other, first_, input()),
+               "was textured with data-term area-angle, and gmi is asked for");
 }
 
 }  // namespace
