@@ -234,18 +234,29 @@ evaluate::Json method_json(const visibility::Method& method) {
 
 void add_rules(CLI::App& app, std::filesystem::path& allow) {
   OptionGroup{app, pipeline::kQuality}
-      .add(
-          "--allow", allow, "FILE",
-          "Rules (JSON or CSV) about boxes, polygons on the ground or faces, and photos that alone may texture them or "
-          "may not; see below")
+      .add("--allow", allow, "FILE",
+           "Rules (JSON, GeoJSON or CSV) about parts of the mesh, and photos that alone may texture them or may not; "
+           "see "
+           "below")
       ->check(not_empty());
+}
+
+void add_earlier_names(CLI::App& app, pipeline::Settings& settings, CommonOptions& common) {
+  const auto keep_views = [&settings, &common] {
+    settings.costs.keep_odd_views = settings.allow_misfit = true;
+    common.notes.emplace_back(
+        "--keep-views is now --keep-odd-photos and --allow-misfit, and does both for this version");
+  };
+  app.add_flag_callback("--keep-views", keep_views)->group("");
 }
 
 const char* const kRulesHelp =
     R"(A line of --allow FILE is one of (a face is inside if its middle is; several rules all hold):
   box,X Y Z X Y Z,forbid,PHOTO;PHOTO...        polygon,X Y X Y X Y...,allow,PHOTO;PHOTO...
   faces,7 100-120 ...,forbid,PHOTO...          PHOTO: a name or glob, as in --views
-or the file is {"rules": [{"polygon": [[X, Y], ...], "z": [LOW, HIGH], "forbid": [PHOTO, ...]}, ...]}.
+  photo,PHOTO X Y X Y          what PHOTO shows in that rectangle of its pixels: not from PHOTO
+or the file is {"rules": [{"polygon": [[X, Y], ...], "z": [LOW, HIGH], "forbid": [PHOTO, ...]}, ...]},
+or GeoJSON whose polygons have a property "allow" or "forbid". Coordinates are those of MESH.
 
 )";
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "app/pipeline/rule_regions.h"
 #include "io/near_words.h"
 #include "io/paths.h"
 #include "io/scene_files.h"
@@ -88,6 +89,40 @@ std::vector<bool> matched(std::span<const View> views, const std::string& option
   return hit;
 }
 
+// The part of the mesh that a listed rule is about.
+struct RegionReader {
+  const std::filesystem::path& file;
+  const io::ListedViewRule& listed;
+  const checks::Input& input;
+
+  io::Region region() const { return std::visit(*this, listed.region); }
+  io::Region operator()(const io::BoxRegion& box) const { return pipeline::region_of(box, input.mesh); }
+  io::Region operator()(const io::GroundRegion& ground) const {
+    if (listed.srs.empty()) return pipeline::region_of(ground, input.mesh);
+    try {
+      return pipeline::region_of(ground, listed.srs, input);
+    } catch (const pipeline::RegionError& error) {
+      throw InputError(file, listed.place, error.what());
+    }
+  }
+  io::Region operator()(const io::FaceRegion& faces) const {
+    const std::size_t count = input.mesh.faces.size();
+    for (const auto& [first, last] : faces.ranges)
+      if (last >= count)
+        throw InputError(file, listed.place, fmt::format("expected faces of 0 to {}, found {}", count - 1, last));
+    return faces;
+  }
+  io::Region operator()(const io::PhotoRegion& shown) const {
+    const Match found = match(input.scene.views, shown.photo);
+    if (!found.complaint.empty()) throw InputError(file, listed.place, found.complaint);
+    if (found.found.size() > 1)
+      throw InputError(
+          file, listed.place,
+          fmt::format("'{}' means {} views; a rectangle is one of a single view", shown.photo, found.found.size()));
+    return pipeline::faces_shown(input, ViewId{static_cast<std::uint32_t>(found.found[0])}, shown.low, shown.high);
+  }
+};
+
 // Names of the views that `wanted` takes, of the views.json beside a model.
 std::vector<std::string> names_in_views_json(const std::filesystem::path& model,
                                              const std::function<bool(const nlohmann::json&)>& wanted) {
@@ -152,22 +187,20 @@ std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> u
   return held;
 }
 
-std::vector<pipeline::ViewRule> read_rules(const std::filesystem::path& file, std::span<const View> views,
-                                           std::size_t faces) {
+std::vector<pipeline::ViewRule> read_rules(const std::filesystem::path& file, const checks::Input& input) {
+  const std::span<const View> views = input.scene.views;
   std::vector<pipeline::ViewRule> rules;
-  for (io::ListedViewRule& listed : io::read_view_rules(file)) {
-    if (const auto* region = std::get_if<io::FaceRegion>(&listed.region))
-      for (const auto& [first, last] : region->ranges)
-        if (last >= faces)
-          throw InputError(file, listed.place, fmt::format("expected faces of 0 to {}, found {}", faces - 1, last));
+  for (const io::ListedViewRule& listed : io::read_view_rules(file)) {
     std::vector<bool> hit(views.size(), false);
     for (const std::string& entry : listed.photos) {
       const Match found = match(views, entry);
       if (!found.complaint.empty()) throw InputError(file, listed.place, found.complaint);
       for (const std::size_t v : found.found) hit[v] = true;
     }
-    pipeline::ViewRule rule{
-        std::move(listed.region), listed.allow, {}, fmt::format("{}: {}", file.string(), listed.place)};
+    pipeline::ViewRule rule{RegionReader{file, listed, input}.region(),
+                            listed.allow,
+                            {},
+                            fmt::format("{}: {}", file.string(), listed.place)};
     for (std::uint32_t v = 0; v < views.size(); ++v)
       if (hit[v]) rule.views.push_back(ViewId{v});
     rules.push_back(std::move(rule));

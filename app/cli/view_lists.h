@@ -21,10 +21,9 @@ std::vector<bool> marked(std::span<const ViewId> views, std::size_t count);
 /// on, else names and globs. Throws UsageError for names of no used view, and when no view would be left.
 std::vector<ViewId> held_out_views(const Scene& scene, std::span<const ViewId> used, const std::string& hold_out);
 
-/// The rules of a file that --allow names, for the views of a scene and a mesh of so many faces. Throws InputError, also for
-/// names of no view, as used_views() does, and for faces that the mesh does not have.
-std::vector<pipeline::ViewRule> read_rules(const std::filesystem::path& file, std::span<const View> views,
-                                           std::size_t faces);
+/// The rules of a file that --allow names. Throws InputError, also for names of no view, as used_views() does, for faces that the
+/// mesh does not have, and for coordinates that cannot be brought to the scene's.
+std::vector<pipeline::ViewRule> read_rules(const std::filesystem::path& file, const checks::Input& input);
 
 /// Names of the views that the views.json beside a model marks with `mark` ("held_out", "used"); empty where there is
 /// no such file.

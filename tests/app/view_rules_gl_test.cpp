@@ -7,7 +7,11 @@
 #include <memory>
 
 #include "app/cli/view_lists.h"
+#include "app/pipeline/rule_regions.h"
+#include "io/reference_system.h"
+#include "io/vector.h"
 #include "tests/app/photographed_city.h"
+#include "visibility/visibility.h"
 
 namespace gpvc {
 namespace {
@@ -154,13 +158,84 @@ TEST(ViewRuleTable, RulesAboutAFaceAllHold) {
   EXPECT_EQ(table.faces_of_rules(), (std::vector<std::size_t>{3, 3, 1}));
 }
 
+// A rectangle of a photo means the faces that the photo shows there, not those behind them.
+TEST_F(ViewRules, ARectangleOfAPhotoMeansWhatIsSeenThere) {
+  const View& view = city_->scene.views[0];
+  const PhotoPoint low{view.camera.width * 0.25, view.camera.height * 0.25},
+      high{view.camera.width * 0.75, view.camera.height * 0.75};
+  const checks::Input input{city_->scene, city_->mesh, city_->views};
+  std::vector<std::uint8_t> inside(city_->mesh.faces.size(), 0);
+  for (const auto& [first, last] : pipeline::faces_shown(input, ViewId{0}, low, high).ranges)
+    for (std::uint32_t f = first; f <= last; ++f) inside[f] = 1;
+  const visibility::ViewVisibility seen =
+      visibility::VisibilityStage(city_->mesh, {visibility::Gpvc{.drawing = visibility::Drawing::native}})
+          .classify(view, ViewId{0}, nullptr);
+  std::size_t shown = 0, elsewhere = 0;
+  for (std::size_t f = 0; f < inside.size(); ++f) {
+    WorldPoint middle{};
+    for (const std::uint32_t v : city_->mesh.faces[f]) middle = middle + (1.0 / 3) * city_->mesh.positions[v];
+    const auto at = photo_from_pixel(view.camera, pixel_from_camera(view.camera, camera_from_world(view.pose, middle)));
+    const bool is_full = seen.classes[f] == visibility::FaceClass::full;
+    constexpr double kBorder = 12;  // faces that reach across it
+    if (seen.classes[f] == visibility::FaceClass::hidden) {
+      ASSERT_EQ(inside[f], 0) << f << " is hidden";
+    } else if (is_full && at && at->x > low.x + kBorder && at->x < high.x - kBorder && at->y > low.y + kBorder &&
+               at->y < high.y - kBorder) {
+      ASSERT_EQ(inside[f], 1) << f;
+      ++shown;
+    } else if (is_full && (!at || at->x < low.x - kBorder || at->x > high.x + kBorder || at->y < low.y - kBorder ||
+                           at->y > high.y + kBorder)) {
+      ASSERT_EQ(inside[f], 0) << f;
+      ++elsewhere;
+    }
+  }
+  EXPECT_GT(shown, 50u);
+  EXPECT_GT(elsewhere, 50u);
+}
+
+TEST_F(ViewRules, PlacesAreThoseOfTheMeshsFile) {
+  Mesh moved = city_->mesh;
+  moved.file_positions = moved.positions;
+  for (WorldPoint& p : moved.file_positions) p = {p.x + 4e5, p.y + 5e6, p.z};
+  const io::Region there =
+      io::GroundRegion{{{4e5, 5e6 - 40}, {4e5 + 40, 5e6 - 40}, {4e5 + 40, 5e6 + 40}, {4e5, 5e6 + 40}}};
+  EXPECT_EQ(io::faces_in(pipeline::region_of(there, moved), moved), io::faces_in(kEast, city_->mesh));
+}
+
+TEST_F(ViewRules, GeoJsonIsBroughtToTheScenesSystem) {
+  Scene scene = city_->scene;
+  scene.srs = "EPSG:25832";
+  scene.offset = {5e5, 53e5, 0};
+  const checks::Input input{scene, city_->mesh, city_->views};
+  const io::GroundRegion utm{{{5e5, 53e5 - 40}, {5e5 + 40, 53e5 - 40}, {5e5 + 40, 53e5 + 40}, {5e5, 53e5 + 40}}};
+  const std::vector<std::uint8_t> expected = io::faces_in(kEast, city_->mesh);
+  EXPECT_EQ(io::faces_in(pipeline::region_of(utm, "urn:ogc:def:crs:EPSG::25832", input), city_->mesh), expected);
+  // The middle meridian of zone 32: x = 0 is at 9 degrees east.
+  std::vector<WorldPoint> corners;
+  for (const auto& [x, y] : utm.corners) corners.push_back({x, y, 0});
+  io::transform_points("EPSG:25832", io::kGeoJsonSystem, corners);
+  EXPECT_NEAR(corners[0].x, 9, 1e-9);
+  io::GroundRegion degrees;
+  for (const WorldPoint& p : corners) degrees.corners.push_back({p.x, p.y});
+  EXPECT_EQ(io::faces_in(pipeline::region_of(degrees, io::kGeoJsonSystem, input), city_->mesh), expected);
+  const checks::Input nowhere{city_->scene, city_->mesh, city_->views};
+  EXPECT_EQ(
+      io::faces_in(pipeline::region_of(std::get<io::GroundRegion>(kEast), io::kGeoJsonSystem, nowhere), city_->mesh),
+      expected);
+  EXPECT_THROW(pipeline::region_of(utm, "EPSG:25832", nowhere), pipeline::RegionError);
+  EXPECT_THROW(pipeline::region_of(utm, "EPSG:99999999", input), pipeline::RegionError);
+}
+
 TEST(ViewRuleFile, NamesAndGlobsBecomeViews) {
   const test::TemporaryFolder folder;
-  std::vector<View> views(4);
+  Scene scene;
+  std::vector<View>& views = scene.views;
+  views.resize(4);
+  const Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, std::vector<Triangle>(10, Triangle{0, 1, 2})};
   const char* names[] = {"a/east_1.jpg", "a/east_2.jpg", "b/nadir_1.jpg", "b/nadir_2.jpg"};
   for (std::size_t v = 0; v < views.size(); ++v) views[v].name = names[v];
   const auto read = [&](const std::string& text) {
-    return cli::read_rules(folder.write("rules.csv", text), views, 10);
+    return cli::read_rules(folder.write("rules.csv", text), {scene, mesh, {}});
   };
   const std::vector<ViewRule> rules =
       read("faces,0-9,allow,*nadir*;east_2\n# next\nbox,0 0 0 1 1 1,forbid,a/east_1.jpg\n");

@@ -16,6 +16,20 @@ using test::contains;
 
 std::vector<io::ListedViewRule> parse(std::string_view text) { return io::parse_view_rules("rules", text); }
 
+// One triangle at each of the points, so small that its middle is there.
+Mesh triangles_at(const std::vector<WorldPoint>& points) {
+  Mesh mesh;
+  for (const WorldPoint& p : points) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(),
+                          {{p.x - 0.01, p.y, p.z}, {p.x + 0.01, p.y - 0.01, p.z}, {p.x, p.y + 0.01, p.z}});
+    mesh.faces.push_back({first, first + 1, first + 2});
+  }
+  return mesh;
+}
+
+using Flags = std::vector<std::uint8_t>;
+
 const std::string kJson = R"({"rules": [
   {"box": [[4, 0, 2], [0, 1, 3]], "forbid": "DJI_0012.JPG", "note": "the crane"},
   {"polygon": [[0, 0], [10, 0], [0, 10]], "z": [-1, 5], "allow": ["nadir_*", "east 7.jpg"]},
@@ -45,6 +59,47 @@ TEST(ViewRules, JsonAndCsvSayTheSame) {
   EXPECT_EQ(std::get<io::GroundRegion>(json[1].region).high, 5);
   EXPECT_EQ(json[1].place, "rule 2");
   EXPECT_EQ(csv[1].place, "line 4");
+}
+
+TEST(ViewRules, ARectangleOfAPhotoIsAboutThatPhotoUnlessItSaysMore) {
+  for (const char* text : {"photo,DJI 12.JPG 300 40 1 2.5\nphoto,a 1 2 3 4,allow,b;c",
+                           R"({"rules": [{"photo": "DJI 12.JPG", "pixels": [[300, 40], [1, 2.5]]},
+                      {"photo": "a", "pixels": [[1, 2], [3, 4]], "allow": ["b", "c"]}]})"}) {
+    const auto rules = parse(text);
+    ASSERT_EQ(rules.size(), 2u) << text;
+    const auto& shown = std::get<io::PhotoRegion>(rules[0].region);
+    EXPECT_EQ(shown.photo, "DJI 12.JPG");
+    EXPECT_EQ((std::array{shown.low.x, shown.low.y, shown.high.x, shown.high.y}), (std::array{1.0, 2.5, 300.0, 40.0}));
+    EXPECT_FALSE(rules[0].allow);
+    EXPECT_EQ(rules[0].photos, std::vector<std::string>{"DJI 12.JPG"});
+    EXPECT_TRUE(rules[1].allow);
+    EXPECT_EQ(rules[1].photos, (std::vector<std::string>{"b", "c"}));
+  }
+}
+
+// A square with a hole, and a second one beside it.
+const std::string kGeoJson = R"({"type": "FeatureCollection",
+  "crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::25832"}}, "features": [
+  {"type": "Feature", "properties": {"id": 7, "allow": null, "forbid": "a.jpg; b*", "z": [-1, 1]},
+   "geometry": {"type": "MultiPolygon", "coordinates": [
+     [[[0, 0, 9], [9, 0, 9], [9, 9, 9], [0, 9, 9], [0, 0, 9]], [[3, 3], [3, 6], [6, 6], [6, 3], [3, 3]]],
+     [[[20, 0], [21, 0], [21, 1], [20, 1], [20, 0]]]]}}]})";
+
+TEST(ViewRules, GeoJsonHasHolesAndSeveralPolygonsAndItsSystem) {
+  const auto rules = parse(kGeoJson);
+  ASSERT_EQ(rules.size(), 1u);
+  EXPECT_EQ(rules[0].srs, "urn:ogc:def:crs:EPSG::25832");
+  EXPECT_EQ(rules[0].place, "feature 1");
+  EXPECT_EQ(rules[0].photos, (std::vector<std::string>{"a.jpg", "b*"}));
+  EXPECT_FALSE(rules[0].allow);
+  const auto& ground = std::get<io::GroundRegion>(rules[0].region);
+  EXPECT_EQ(ground.low, -1);
+  EXPECT_EQ(ground.high, 1);
+  const Mesh mesh = triangles_at({{1, 1, 0}, {4, 5, 0}, {8, 2, 0}, {20.5, 0.5, 0}, {15, 0.5, 0}, {2, 4, 0}, {1, 1, 2}});
+  EXPECT_EQ(io::faces_in(ground, mesh), (Flags{1, 0, 1, 1, 0, 1, 0}));
+  std::string plain = kGeoJson;
+  plain.replace(plain.find(R"("crs")"), 5, R"("src")");
+  EXPECT_EQ(parse(plain)[0].srs, io::kGeoJsonSystem);
 }
 
 TEST(ViewRules, WhatIsWrongIsSaidWithItsPlace) {
@@ -81,7 +136,22 @@ TEST(ViewRules, WhatIsWrongIsSaidWithItsPlace) {
       {"polygon,0 0 1 1 2,allow,a", "line 1", "found 5 numbers"},
       {"faces,,allow,a", "line 1", "at least one face"},
       {"faces,3-,allow,a", "line 1", "whole numbers from 0"},
-      {"faces,1.5,allow,a", "line 1", "whole numbers from 0"}};
+      {"faces,1.5,allow,a", "line 1", "whole numbers from 0"},
+      {"photo,a 1 2 3", "line 1", "a photo and two corners"},
+      {"photo,1 2 3 4", "line 1", "a photo and two corners"},
+      {"photo,a 1 2 3 x", "line 1", "found 'x'"},
+      {R"({"rules": [{"photo": "a", "forbid": "a"}]})", "rule 1", "'pixels'"},
+      {R"({"rules": [{"box": [[0,0,0],[1,1,1]], "pixels": [[0,1],[2,3]], "forbid": "a"}]})", "rule 1", "to a photo"},
+      {R"({"type": "Topology"})", "rules", "found 'Topology'"},
+      {R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {"forbid": "a"},
+           "geometry": {"type": "Point", "coordinates": [1, 2]}}]})",
+       "feature 1", "found 'Point'"},
+      {R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {"note": "a"},
+           "geometry": {"type": "Polygon", "coordinates": [[[0,0],[1,0],[1,1],[0,0]]]}}]})",
+       "feature 1", "one of 'allow' and 'forbid'"},
+      {R"({"type": "Feature", "properties": {"forbid": "a"},
+           "geometry": {"type": "Polygon", "coordinates": [[[0,0],[1,0],[0,0]]]}})",
+       "the feature", "three corners"}};
   for (const auto& wrong : kWrong) {
     const std::string said = test::input_error([&] { parse(wrong.text); });
     EXPECT_TRUE(contains(said, wrong.place)) << wrong.text << " gave " << said;
@@ -90,7 +160,7 @@ TEST(ViewRules, WhatIsWrongIsSaidWithItsPlace) {
 }
 
 TEST(ViewRules, TruncatedFilesAreReadOrRefused) {
-  for (const std::string& whole : {kJson, kCsv})
+  for (const std::string& whole : {kJson, kCsv, kGeoJson})
     for (std::size_t length = 0; length < whole.size(); ++length) {
       try {
         EXPECT_LE(parse(std::string_view(whole).substr(0, length)).size(), 3u);
@@ -106,20 +176,6 @@ TEST(ViewRules, FilesAreRead) {
   EXPECT_EQ(io::read_view_rules(folder.write("rules.csv", kCsv)).size(), 3u);
   EXPECT_TRUE(contains(test::input_error([&] { io::read_view_rules(folder.path() / "none.csv"); }), "none.csv"));
 }
-
-// One triangle at each of the points, so small that its middle is there.
-Mesh triangles_at(const std::vector<WorldPoint>& points) {
-  Mesh mesh;
-  for (const WorldPoint& p : points) {
-    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(),
-                          {{p.x - 0.01, p.y, p.z}, {p.x + 0.01, p.y - 0.01, p.z}, {p.x, p.y + 0.01, p.z}});
-    mesh.faces.push_back({first, first + 1, first + 2});
-  }
-  return mesh;
-}
-
-using Flags = std::vector<std::uint8_t>;
 
 TEST(ViewRules, BoxesHoldTheFacesWhoseMiddleIsInside) {
   const Mesh mesh = triangles_at({{1, 1, 1}, {1, 1, 3}, {-1, 1, 1}, {1.99, 1.99, 1.99}});
