@@ -99,6 +99,10 @@ struct LoadedModel {
   WorldPoint offset;  ///< to be added to positions: `offset.txt` beside an OBJ, a GLB root node's extras; else 0
 };
 
+/// What to add to the positions of an OBJ of ours: the first three numbers of `offset.txt` beside it; 0 where there is none.
+/// Throws InputError.
+WorldPoint read_offset(const std::filesystem::path& model);
+
 /// OBJ + MTL (map_Kd, of any writer), PLY with comments TextureFile (MeshLab, OpenMVS), GLB or glTF (triangles with a baseColorTexture; rotations of nodes are not applied:
 /// our writer's root rotation only says which way is up). Faces without a texture get kNoPage. Vertices
 /// without a place are settled as by read_mesh(). Throws InputError.

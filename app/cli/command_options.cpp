@@ -2,6 +2,7 @@
 
 #include "app/cli/option_parts.h"
 #include "app/cli/setting_options.h"
+#include "io/mesh.h"
 
 namespace gpvc::cli {
 
@@ -136,6 +137,15 @@ CLI::App* add_inspect(CLI::App& parent, InspectOptions& options) {
       ->check(not_empty());
   app->add_flag("--plan", options.plan,
                 "Also print what a job of gpvc tiles would take: units, memory, core hours, disk, and photos read");
+  const auto take_place = [&at = options.at](const std::vector<double>& p) { at = {p[0], p[1], p[2]}; };
+  app->add_option_function<std::vector<double>>("--at", take_place,
+                                                "With a result of gpvc texture in the place of SCENE: only print which "
+                                                "photo it shows there. In the coordinates "
+                                                "of the mesh that was textured")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(in_range(-io::kMostCoordinate, io::kMostCoordinate));
   options.job.tiles.faces_per_tile = tiles::kDefaultTileFaces;
   OptionGroup{*app, ""}.number("--tile-faces", options.job.tiles.faces_per_tile, std::size_t{100},
                                std::size_t{100000000}, "N", "For --plan: most faces of a tile");

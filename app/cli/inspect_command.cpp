@@ -17,6 +17,7 @@
 #include "app/cli/scene_input.h"
 #include "app/evaluate/agreement_picture.h"
 #include "app/evaluate/photo_quality.h"
+#include "app/evaluate/place.h"
 #include "app/pipeline/viewpoint.h"
 #include "app/tiles/plan_text.h"
 #include "io/images.h"
@@ -141,10 +142,11 @@ void print_coverage(const SceneInputData& in, const std::filesystem::path& mesh_
         100 * static_cast<double>(few) / static_cast<double>(overlap.size()), kFew));
   }
   throw_if_interrupted();
-  const std::optional<double> backs = checks::back_share(in.mesh, in.scene, in.used);
+  const std::optional<checks::Backs> backs = checks::back_share(in.mesh, in.scene, in.used);
   throw_if_interrupted();
   if (backs)
-    console.result(fmt::format("turned   {:.1f} % of what the cameras see of it are backs of faces", 100 * *backs));
+    console.result(
+        fmt::format("turned   {:.1f} % of what the cameras see of it are backs of faces", 100 * backs->share));
   const std::vector<double> sampling = checks::sampling_distances(in.mesh, in.scene, in.used);
   throw_if_interrupted();
   const std::string unit = io::system_name(in.scene.srs).unit;
@@ -205,7 +207,8 @@ void print_quality(const SceneInputData& in, io::PhotoSource& photos, RunRecord&
 // What the first stage of gpvc texture finds about photos and poses.
 void print_agreement(const SceneInputData& in, const InspectOptions& options, Console& console) {
   pipeline::Settings settings;
-  settings.costs.keep_views = settings.allow_unseen = true;  // a wrong scene is looked at as a whole
+  settings.costs.keep_odd_views = settings.allow_misfit = settings.allow_unseen =
+      true;  // a wrong scene is looked at as a whole
   io::PhotoCache photos(in.scene);
   RunRecord record(console);
   const checks::Input input{in.scene, in.mesh, in.used, options.input.mesh};
@@ -216,7 +219,7 @@ void print_agreement(const SceneInputData& in, const InspectOptions& options, Co
     const std::string places = results::readable_count(each.steps);
     if (each.judged)
       console.result(fmt::format("agrees   {}: {:.3f}, {:.3f}, {}{}", name, each.correlation, each.chance, places,
-                                 each.by_chance ? ": NO BETTER THAN CHANCE" : ""));
+                                 each.by_chance ? ": HARDLY BETTER THAN CHANCE" : ""));
     else
       console.result(fmt::format("agrees   {}: unknown, {} places are too few", name, places));
   }
@@ -251,10 +254,22 @@ void check_picture(const InspectOptions& options, const Scene& scene) {
   const io::OutputFile probe(options.picture);
 }
 
+void print_place(const InspectOptions& options, Console& console) {
+  const evaluate::ShownPlace shown = evaluate::shown_at(options.input.scene, *options.at);
+  console.result(fmt::format("place    {:.6g} from face {}", shown.distance, shown.face));
+  if (shown.view == kNoView)
+    console.result("photo    none: the face is filled from around");
+  else
+    console.result(fmt::format("photo    {}{}", shown.photo,
+                               shown.whole ? "" : ", which shows the face in parts; others may show the rest"));
+}
+
 }  // namespace
 
 void run_inspect(const InspectOptions& options, Console& console) {
   const EndsSoonAfterSignal ends([&] { console.interrupted(); });
+  if (options.at) return print_place(options, console);
+  check_places(options.input);
   SceneInputData in;
   std::future<Mesh> mesh;
   if (!options.input.mesh.empty())

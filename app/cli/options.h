@@ -27,6 +27,7 @@ struct CommonOptions {
   std::filesystem::path log;
   bool quiet = false, verbose = false;
   std::vector<std::string> command_line;  ///< as given, for run.json
+  std::vector<std::string> notes;         ///< of the parser, to be shown when the command starts
   Loudness loudness() const { return quiet ? Loudness::quiet : verbose ? Loudness::verbose : Loudness::normal; }
 };
 
@@ -156,6 +157,7 @@ struct InspectOptions {
   bool check = false;             ///< looks at the photos, too
   std::filesystem::path picture;  ///< of the photos that agree least; empty: none
   bool plan = false;              ///< what a job of units would take
+  std::optional<WorldPoint> at;   ///< a place of a result, which takes the scene's place
   tiles::JobSettings job;
 };
 

@@ -23,15 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-WorldPoint read_offset(const fs::path& file) {
-  refuse_special_file(file);
-  std::ifstream in(file);
-  WorldPoint offset;
-  if (!in) return offset;
-  if (!(in >> offset.x >> offset.y >> offset.z)) throw InputError(file, "line 1", "expected three numbers, x y z");
-  return offset;
-}
-
 /// Pages in order of first use; several materials may share one file. A path of another machine is looked for by its
 /// last name beside the model.
 class PageList {
@@ -176,7 +167,7 @@ LoadedModel read_textured_obj(const fs::path& file) {
     if (known && clamped[texture.material[f]]) clamp_face(file, f, result.model);
   }
   result.pages = pages.take();
-  result.offset = read_offset(file.parent_path() / "offset.txt");
+  result.offset = read_offset(file);
   return result;
 }
 
@@ -317,6 +308,16 @@ void check_numbers(const fs::path& file, LoadedModel& loaded) {
 }
 
 }  // namespace
+
+WorldPoint read_offset(const fs::path& model) {
+  const fs::path file = model.parent_path() / "offset.txt";
+  refuse_special_file(file);
+  std::ifstream in(file);
+  WorldPoint offset;
+  if (!in) return offset;
+  if (!(in >> offset.x >> offset.y >> offset.z)) throw InputError(file, "line 1", "expected three numbers, x y z");
+  return offset;
+}
 
 bool reaches_beyond_page(const TexturedModel& model, std::size_t face) {
   return std::ranges::any_of(model.face_texcoords[face], [&](std::uint32_t t) {

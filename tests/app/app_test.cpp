@@ -1,10 +1,13 @@
 // The program as its users start it: arguments in; exit code, words and files out.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 
 #include "app/synth/city.h"
 #include "io/mesh.h"
 #include "io/scene_files.h"
+#include "io/vector.h"
 #include "labeling/labeling.h"
 #include "tests/app/app_fixture.h"
 
@@ -91,6 +94,13 @@ TEST(AppUsage, ErrorsAreInOurWords) {
             "gpvc: error: --quiet and --verbose exclude each other");
   EXPECT_EQ(complaint({"convert", "a", "-o", "c", "--frame", "all"}),
             "gpvc: error: --frame belongs to --undistort, which is missing");
+}
+
+TEST(AppUsage, AnEarlierNameWorksWithANote) {
+  const Outcome outcome = run({"texture", "/nowhere", "/nowhere.ply", "-o", "/nowhere/out", "--keep-views"});
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(contains(outcome.err, "--keep-views is now --keep-odd-photos and --allow-misfit")) << outcome.err;
+  EXPECT_FALSE(contains(run({"texture", "--help"}).out, "--keep-views"));
 }
 
 TEST_F(App, ListsDevicesWithoutAScene) {
@@ -304,6 +314,27 @@ TEST_F(App, LabelSolvesStoredCosts) {
       run({"label", (folder_.path() / "costs").string(), (scene_ / "mesh.ply").string(), "-o", other.string()}),
       "costs", "4 faces");
   EXPECT_FALSE(fs::exists(other));
+}
+
+TEST_F(App, InspectSaysWhichPhotoShowsAPlace) {
+  ASSERT_EQ(run(texture(out_)).exit_code, 0);
+  const auto labels = npy<std::int32_t>(out_ / "labels.npy");
+  const Mesh mesh = io::read_mesh(scene_ / "mesh.ply");
+  const auto face = static_cast<std::size_t>(std::ranges::max_element(labels) - labels.begin());
+  ASSERT_GE(labels[face], 0);
+  WorldPoint p{};
+  for (const std::uint32_t v : mesh.faces[face]) p = p + (1.0 / 3) * mesh.positions[v];
+  const std::string place = fmt::format("{},{},{}", p.x, p.y, p.z);
+  const Outcome shown = run({"inspect", out_.string(), "--at", place});
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_TRUE(contains(shown.out, fmt::format("from face {}\n", face))) << shown.out;
+  const auto views = nlohmann::json::parse(read_file(out_ / "views.json"))["views"];
+  const auto name = views[static_cast<std::size_t>(labels[face])]["name"].get<std::string>();
+  EXPECT_TRUE(contains(shown.out, "photo    " + name)) << shown.out;
+  expect_one_sentence(run({"inspect", scene_.string(), "--at", place}), scene_.string(), "holds no textured model");
+  EXPECT_EQ(run({"inspect", out_.string(), "--at", "1,2"}).exit_code, 2);
+  fs::remove(out_ / "labels.npy");
+  expect_one_sentence(run({"inspect", out_.string(), "--at", place}), "labels.npy", "");
 }
 
 TEST_F(App, InspectSaysWhatItUnderstood) {
