@@ -30,6 +30,8 @@ Mesh read_mesh(const std::filesystem::path& file);
 
 /// By the extension: a mesh whose y is up by its format.
 bool is_gltf(const std::filesystem::path& file);
+/// By the extension: .ply, .obj, .stl, .off, .glb or .gltf, which no scene has.
+bool is_mesh_name(const std::filesystem::path& file);
 
 /// The files .ply and .obj in a folder, at any depth, by their paths: the tiles that ContextCapture, DJI Terra and others
 /// write; not those in results of ours. A file stands for itself. Throws InputError where the folder has none or cannot be read.

@@ -90,6 +90,7 @@ class Conversion {
 
   RunFacts run() {
     record_.begin({"read"});
+    check_places(options_.input, "SCENE alone is converted");
     SceneInput input = options_.input;
     input.whole_fisheyes = true;
     scene_ = read_views(input, used_);

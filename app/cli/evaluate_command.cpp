@@ -100,6 +100,7 @@ Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
   io::SceneOptions reader = options.input.reader_options();
   reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
   record.begin({"read"});
+  check_places(options.input, "MODEL comes first, then SCENE");
   scene = io::read_scene(options.input.scene, reader);
   if (options.input.skip_bad_photos) std::erase_if(scene.views, [](const View& view) { return view.photo.empty(); });
   for (const std::string& warning : scene.warnings) record.warning(warning);

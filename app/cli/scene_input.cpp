@@ -46,6 +46,18 @@ void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData&
 
 }  // namespace
 
+void check_places(const SceneInput& input, const char* order) {
+  const auto refuse_missing = [](const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (!file.empty() && !std::filesystem::exists(file, ignored)) throw InputError(file, "", "does not exist");
+  };
+  refuse_missing(input.scene);
+  refuse_missing(input.mesh);
+  for (const auto& more : input.more_meshes) refuse_missing(more);
+  if (io::is_mesh_name(input.scene))
+    throw InputError(input.scene, "", fmt::format("is a mesh, expected cameras and photos in its place: {}", order));
+}
+
 Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_missing_photos) {
   io::SceneOptions reader = input.reader_options();
   reader.allow_missing_photos = allow_missing_photos;
@@ -60,6 +72,7 @@ Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_
 
 SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   record.begin({"read"});
+  check_places(input);
   SceneInputData data;
   std::vector<std::filesystem::path> files = io::mesh_files(input.mesh);
   for (const auto& more : input.more_meshes)
@@ -96,7 +109,7 @@ std::vector<pipeline::ViewRule> rules_of(const std::filesystem::path& allow, con
                                          std::set<std::filesystem::path>& read) {
   if (allow.empty()) return {};
   read.insert(allow);
-  return read_rules(allow, data.scene.views, data.mesh.faces.size());
+  return read_rules(allow, data.input());
 }
 
 Json scene_json(const SceneInput& input) {

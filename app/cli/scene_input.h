@@ -27,6 +27,10 @@ struct SceneInputData {
   checks::Input input() const { return {scene, mesh, used, parts.front().file}; }
 };
 
+/// Cheap looks before dear ones. Throws InputError where scene or mesh is not there, or a mesh is in the scene's place.
+/// \param order of the command's arguments
+void check_places(const SceneInput& input, const char* order = "SCENE comes first, then MESH");
+
 /// Reads the scene; photos must be there for the views that --views and --exclude-views leave, which become `used`; with
 /// --skip-bad-photos, bad ones are left out of them. Throws InputError, UsageError.
 Scene read_views(const SceneInput& input, std::vector<ViewId>& used, bool allow_missing_photos = false);

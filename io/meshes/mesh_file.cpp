@@ -97,6 +97,11 @@ bool is_gltf(const std::filesystem::path& file) {
   return extension == ".glb" || extension == ".gltf";
 }
 
+bool is_mesh_name(const std::filesystem::path& file) {
+  const std::string extension = lower_case(file.extension().string());
+  return is_gltf(file) || extension == ".ply" || extension == ".obj" || extension == ".stl" || extension == ".off";
+}
+
 Mesh read_mesh(const std::filesystem::path& file) {
   if (is_folder(file)) {
     Mesh all;
