@@ -106,6 +106,13 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
   if (!(options.texel_size >= 0)) throw std::invalid_argument("texel size must not be negative");
 }
 
+std::size_t count_blended(const Mesh& mesh, const BlendWeights& blending) {
+  if (blending.empty()) return 0;
+  return static_cast<std::size_t>(std::ranges::count_if(mesh.faces, [&](const Triangle& face) {
+    return std::ranges::any_of(face, [&](std::uint32_t vertex) { return !blending.at(vertex).empty(); });
+  }));
+}
+
 }  // namespace
 
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress,
@@ -125,6 +132,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
 
   const BlendWeights blending =
       state.options.blend == Blending::none ? BlendWeights() : BlendWeights(input, state.options.blend_cost);
+  statistics.blended_faces = count_blended(input.mesh, blending);
   const int edge = block_edge(state.options.padding);
   AtlasBuild build{input,
                    state.options,

@@ -70,6 +70,7 @@ struct AtlasOptions {
 struct AtlasStatistics {
   std::size_t charts = 0, pages = 0;
   std::size_t filled_faces = 0;   ///< unseen ones
+  std::size_t blended_faces = 0;  ///< with coarse colours of several photos, all over or in part
   std::size_t chart_texels = 0;   ///< inside charts, without padding
   std::size_t padded_texels = 0;  ///< inside charts or within the padding of one, each counted once
   std::size_t page_texels = 0;    ///< of all pages after cropping

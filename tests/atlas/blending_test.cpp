@@ -134,6 +134,8 @@ TEST(Blending, BrightnessMovesTowardsTheMeanOfTheViews) {
   AtlasOptions alone = blended();
   alone.blend = Blending::none;
   const TextureAtlas plain = s.build(alone);
+  EXPECT_EQ(atlas.statistics.blended_faces, s.mesh.faces.size());
+  EXPECT_EQ(plain.statistics.blended_faces, 0u);
   for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) EXPECT_EQ(color_at(plain, face).r, 90);
 }
 
