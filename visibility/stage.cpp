@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "io/clock.h"
+#include "io/validate.h"
 #include "visibility/classify/view_tester.h"
 #include "visibility/device.h"
 #include "visibility/gl/classify_gl.h"
@@ -148,6 +149,7 @@ struct VisibilityStage::State {
 
 VisibilityStage::VisibilityStage(const Mesh& mesh, const VisibilityOptions& options, GraphicsDevice* device) {
   check(options.method);
+  validate(mesh);
   state_ = std::make_unique<State>(mesh, options, device);
 }
 

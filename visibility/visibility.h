@@ -28,7 +28,8 @@ namespace gpvc::visibility {
 /// thread. Uses all TBB threads inside; the result does not depend on their number or on the classifier.
 class VisibilityStage {
  public:
-  /// Borrows mesh and device. Without a device, as find_device() gives it, everything is drawn natively. Throws GpuError
+  /// Borrows mesh and device. Without a device, as find_device() gives it, everything is drawn natively. Throws InputError for a
+  /// mesh that validate() refuses, GpuError
   /// when the options need OpenGL and there is no device, or when it cannot hold the mesh; std::invalid_argument when a
   /// bias is not positive and finite, or when Gpvc asks for native drawing and shaders.
   VisibilityStage(const Mesh& mesh, const VisibilityOptions& options, GraphicsDevice* device = nullptr);

@@ -8,6 +8,7 @@
 #include "app/checks/mesh_frame.h"
 #include "app/checks/nearness.h"
 #include "io/error.h"
+#include "io/validate.h"
 
 namespace gpvc::checks {
 
@@ -16,6 +17,8 @@ std::vector<ViewId> all_views(const Scene& scene) {
   for (std::uint32_t v = 0; v < scene.views.size(); ++v) views.push_back(ViewId{v});
   return views;
 }
+
+void validate(const Input& input) { gpvc::validate(input.scene, input.mesh, input.views); }
 
 void check_input(const Input& input, results::Observer& observer) {
   check_frames(input.mesh, input.mesh_file, input.scene, input.views);

@@ -23,6 +23,9 @@ struct Input {
 /// All views of a scene.
 std::vector<ViewId> all_views(const Scene& scene);
 
+/// Throws InputError for an input that no reader gives: see gpvc::validate(). O(n).
+void validate(const Input& input);
+
 /// Throws InputError when no view can see the mesh (cameras and mesh in different frames), when it is a few pixels large, or
 /// inside out; warns when parts of it are, when its positions are rounded to more than a pixel, and when lenses describe
 /// a part of their photos alone. O(faces x at most 64 views).

@@ -26,6 +26,7 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
   observer.stage_figure("baking_s", s.baking_s);
   observer.figure("charts", s.charts);
   observer.figure("filled_faces", s.filled_faces);
+  observer.figure("blended_faces", s.blended_faces);
   observer.figure("pages", s.pages);
   observer.figure("chart_texels", s.chart_texels);
   observer.figure("padded_texels", s.padded_texels);
@@ -42,6 +43,10 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
     observer.figure("seam_step_after", s.seam_step_after);
     seams += fmt::format(", seam step {:.1f} to {:.1f}", s.seam_step_before, s.seam_step_after);
   }
+  const std::size_t faces = atlas.model.mesh->faces.size();
+  if (s.blended_faces > 0)
+    seams += fmt::format(", {:.0f} % of the faces blended with other photos",
+                         100 * static_cast<double>(s.blended_faces) / static_cast<double>(faces));
   const double fill = s.page_texels == 0 ? 0 : static_cast<double>(s.chart_texels) / static_cast<double>(s.page_texels);
   observer.end(fmt::format("{} charts on {} {} ({:.0f} % full){}", results::readable_count(s.charts), s.pages,
                            s.pages == 1 ? "page" : "pages", 100 * fill, seams));

@@ -122,12 +122,14 @@ TexturedFiles texture_within(const MemoryPlan& memory, Run run, OutputFolder& fo
 
 TexturedMesh texture(Scene& scene, Mesh& mesh, const Settings& settings, io::PhotoSource& photos, Observer& observer) {
   const std::vector<ViewId> views = all_views(scene);
+  checks::validate({scene, mesh, views});
   checks::prepare(scene, mesh, views, {}, observer);
   const Input input{scene, mesh, views};
   return texture({input, settings, photos, observer});
 }
 
 TexturedMesh texture(const Run& run) {
+  checks::validate(run.input);
   const MemoryPlan memory = plan_memory(run.input, run.settings);
   Choice chosen = see_and_choose(run, memory);
   const atlas::AtlasInput from = atlas_input(run.input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
@@ -136,6 +138,7 @@ TexturedMesh texture(const Run& run) {
 }
 
 TexturedFiles texture_into(const Run& run, OutputFolder& folder) {
+  checks::validate(run.input);
   const MemoryPlan memory = plan_memory(run.input, run.settings);
   try {
     return texture_within(memory, run, folder);

@@ -213,6 +213,7 @@ Job cut_scene(const checks::Input& input, const JobSettings& settings, results::
 
 std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input, const JobSettings& settings,
                            const std::string& program, pipeline::Observer& observer) {
+  checks::validate(input);
   Job job;
   job.settings = settings;
   // Which faces have a view is not known yet.
