@@ -10,7 +10,9 @@ namespace gpvc {
 
 // All throw InputError: one sentence with the index of the first thing that is wrong, and what was expected of it.
 
-/// Faces name vertices that are there, positions are numbers up to io::kMostCoordinate, and what is stated for each vertex or
+/// Faces name vertices that are there. O(faces), TBB.
+void validate_faces(const Mesh& mesh);
+/// The same; positions are numbers up to io::kMostCoordinate, and what is stated for each vertex or
 /// face is as long as there are such. A mesh without faces is one. O(n), TBB.
 void validate(const Mesh& mesh);
 /// A size of 1 to 2^16 pixels each way, focal lengths from 10^-3 to 10^12 px, the principal point and all terms of the lens

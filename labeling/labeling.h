@@ -33,7 +33,7 @@ struct FaceGraph {
 };
 
 /// O(faces log faces), TBB inside. The result does not depend on the number of threads. Throws InputError for a mesh that
-/// validate() refuses.
+/// validate_faces() refuses.
 FaceGraph face_graph(const Mesh& mesh);
 
 /// What a seam between two faces costs.

@@ -149,7 +149,7 @@ struct VisibilityStage::State {
 
 VisibilityStage::VisibilityStage(const Mesh& mesh, const VisibilityOptions& options, GraphicsDevice* device) {
   check(options.method);
-  validate(mesh);
+  validate_faces(mesh);
   state_ = std::make_unique<State>(mesh, options, device);
 }
 

@@ -29,7 +29,7 @@ namespace gpvc::visibility {
 class VisibilityStage {
  public:
   /// Borrows mesh and device. Without a device, as find_device() gives it, everything is drawn natively. Throws InputError for a
-  /// mesh that validate() refuses, GpuError
+  /// mesh that validate_faces() refuses, GpuError
   /// when the options need OpenGL and there is no device, or when it cannot hold the mesh; std::invalid_argument when a
   /// bias is not positive and finite, or when Gpvc asks for native drawing and shaders.
   VisibilityStage(const Mesh& mesh, const VisibilityOptions& options, GraphicsDevice* device = nullptr);

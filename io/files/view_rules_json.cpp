@@ -102,13 +102,10 @@ class GeoRules {
         if (!is_point) json_.fail(place, "expected corners of a polygon as lists of two numbers");
         all.push_back({corner[0].get<double>(), corner[1].get<double>()});
       }
-      constexpr std::size_t kLeast = 4;  // the last is the first again
-      if (all.size() - first < kLeast)
-        json_.fail(place, "expected at least three corners of a ring, and the first again");
-      if (first > 0) {
-        all.push_back(all[first]);
-        all.push_back(all[0]);
-      }
+      if (all.size() > first && all.back() != all[first]) all.push_back(all[first]);  // some leave it out
+      constexpr std::size_t kLeast = 4;
+      if (all.size() - first < kLeast) json_.fail(place, "expected at least three corners of a ring");
+      if (first > 0) all.push_back(all[0]);
     }
   }
 

@@ -70,7 +70,7 @@ bool is_rotation(const std::array<double, 9>& r) {
 
 }  // namespace
 
-void validate(const Mesh& mesh) {
+void validate_faces(const Mesh& mesh) {
   const std::size_t vertices = mesh.positions.size(), faces = mesh.faces.size();
   constexpr std::size_t kMost = 0xFFFFFFFEu;  // the largest number means none
   if (vertices > kMost || faces > kMost)
@@ -81,6 +81,11 @@ void validate(const Mesh& mesh) {
   if (wrong < faces)
     refuse(fmt::format("the mesh: face {} names vertex {}, expected one of the {} that there are, from 0 on", wrong,
                        std::ranges::max(mesh.faces[wrong]), vertices));
+}
+
+void validate(const Mesh& mesh) {
+  validate_faces(mesh);
+  const std::size_t vertices = mesh.positions.size(), faces = mesh.faces.size();
   check_places(mesh.positions, "the position");
   check_places(mesh.file_positions, "the position in the file");
   if (!mesh.file_positions.empty() && mesh.file_positions.size() != vertices)

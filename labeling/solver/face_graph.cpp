@@ -55,7 +55,7 @@ void for_each_pair(std::span<const HalfEdge> half_edges, Visit visit) {
 }  // namespace
 
 FaceGraph face_graph(const Mesh& mesh) {
-  validate(mesh);
+  validate_faces(mesh);
   const Grouped<HalfEdge> half_edges = half_edges_by_lower_vertex(mesh);
   // Grouped by lower face and sorted, the pairs are in ascending order.
   Grouped<std::uint32_t> higher_faces = group_items<std::uint32_t>(mesh.faces.size(), [&](const auto& add) {

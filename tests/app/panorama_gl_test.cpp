@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 
+#include "app/checks/scene_fit.h"
 #include "app/cli/view_lists.h"
 #include "app/pipeline/pipeline.h"
 #include "io/bilinear.h"

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "app/checks/scene_fit.h"
 #include "io/mesh.h"
 #include "io/textured_model.h"
 #include "io/vector.h"

@@ -1,4 +1,6 @@
 // Jobs: what tiles see, choose and show, beside a run over the whole mesh.
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <cstring>

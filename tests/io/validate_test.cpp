@@ -38,6 +38,8 @@ TEST(Validate, TakesWhatReadersGive) {
   const Input right;
   EXPECT_NO_THROW(validate(right.scene, right.mesh, right.views));
   EXPECT_NO_THROW(validate(right.scene, right.mesh));
+  EXPECT_NO_THROW(validate_faces(Mesh{{{1e60, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}))
+      << "which nothing divides by";
   EXPECT_NO_THROW(validate(Mesh{})) << "a part of a mesh may have no faces";
 }
 
