@@ -4,7 +4,7 @@
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
-cmake -S . -B build/alone -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_WERROR=ON -DCMAKE_UNITY_BUILD=OFF -DGPVC_PRECOMPILED=OFF >/dev/null
+cmake -S . -B build/alone -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_TESTS=ON -DGPVC_BENCHMARKS=ON -DGPVC_WERROR=ON -DCMAKE_UNITY_BUILD=OFF -DGPVC_PRECOMPILED=OFF >/dev/null
 
 sources=()
 if [ $# = 0 ]; then

@@ -15,7 +15,7 @@ find_gpvc() {
   local build=$root/build/release
   "$root/app/setup/install_packages.sh" build
   [ -f "$build/build.ninja" ] ||
-    cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_TESTS=OFF -DGPVC_BENCHMARKS=OFF -DGPVC_WERROR=OFF >/dev/null
+    cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release >/dev/null
   cmake --build "$build" --target gpvc
   gpvc=$build/app/gpvc
 }

@@ -32,7 +32,7 @@ if [ -n "${GPVC_BUILD:-}" ]; then
 else
   build=$root/build/release
   "$root/app/setup/install_packages.sh" build
-  cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_TESTS=OFF -DGPVC_BENCHMARKS=ON >/dev/null
+  cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_BENCHMARKS=ON >/dev/null
   cmake --build "$build" --target gpvc accuracy_benchmark efficiency_benchmark
 fi
 gpvc=$build/app/gpvc

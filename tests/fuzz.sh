@@ -12,7 +12,7 @@ export build=$root/build/fuzz corpus=$root/tests/fuzz/corpus
 launcher=()
 command -v ccache >/dev/null && launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" \
-  -DGPVC_FUZZ=ON -DGPVC_TESTS=OFF -DGPVC_BENCHMARKS=OFF -DGPVC_WERROR=OFF -DCMAKE_UNITY_BUILD=ON "${launcher[@]}" >/dev/null
+  -DGPVC_FUZZ=ON -DCMAKE_UNITY_BUILD=ON "${launcher[@]}" >/dev/null
 cmake --build "$build" --target fuzz
 
 run_one() {

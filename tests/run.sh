@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# run.sh [--sanitize | --threads] [CTEST ARGUMENTS]: installs what is missing, builds, runs every test through CTest.
+# run.sh [--sanitize [--below-app] | --threads] [CTEST ARGUMENTS]: installs what is missing, builds, runs every test through CTest.
 #   --sanitize   Debug build by Clang under the address and undefined behaviour sanitizers, into build/sanitize
+#   --below-app  without the test programs of app/, which then need not be compiled
 #   --threads    Debug build by Clang under the thread sanitizer, into build/threads, of what tests/threads/programs.cmake
 #                names; takes many minutes, so not part of .ci/run
 # Tests of OpenGL run on whatever EGL device there is (Mesa's llvmpipe without a GPU); here they must run, not skip.
@@ -17,6 +18,12 @@ if [ "${1:-}" = --sanitize ]; then
   packages=(test clang)
   # The second compiler here, so that both must find the code free of warnings.
   options=(-DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug -DGPVC_SANITIZE=ON -DGPVC_BENCHMARKS=OFF "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
+  below_app=OFF
+  if [ "${1:-}" = --below-app ]; then
+    shift
+    below_app=ON
+  fi
+  options+=(-DGPVC_TESTS_BELOW_APP=$below_app)
 fi
 if [ "${1:-}" = --threads ]; then
   shift

@@ -1,8 +1,5 @@
 // Textures a scene with pictures that it holds in memory: outsider SCENE MESH OUT.
-#include <gpvc/app/pipeline/pipeline.h>
-#include <gpvc/io/images.h>
-#include <gpvc/io/mesh.h>
-#include <gpvc/io/scene_files.h>
+#include <gpvc/gpvc.h>
 
 int main(int, char** argv) {
   using namespace gpvc;
