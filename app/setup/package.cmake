@@ -10,13 +10,14 @@ install(FILES ${PROJECT_BINARY_DIR}/gpvcConfig.cmake ${PROJECT_BINARY_DIR}/gpvcC
 # gpvc::gpvc, which most programs link. BUILD_SHARED_LIBS: all libraries as one shared one, of which nothing is seen but the
 # namespace gpvc; else a name for the static ones.
 if(BUILD_SHARED_LIBS)
-  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/gpvc_shared.cpp CONTENT "")
-  add_library(gpvc_all SHARED ${PROJECT_BINARY_DIR}/gpvc_shared.cpp)
-  set(whole gpvc_io gpvc_visibility gpvc_labeling gpvc_atlas gpvc_results gpvc_checks gpvc_pipeline gpvc_tileset)
+  add_library(gpvc_all SHARED)
+  foreach(library io visibility labeling atlas results checks pipeline tileset)
+    target_sources(gpvc_all PRIVATE $<TARGET_OBJECTS:gpvc_${library}>)
+  endforeach()
+  target_link_libraries(gpvc_all PRIVATE gpvc_tileset)  # for what these need; nothing of theirs is missing any more
   set(symbols ${PROJECT_SOURCE_DIR}/app/setup/gpvc.map)
-  target_link_libraries(gpvc_all PRIVATE $<BUILD_INTERFACE:$<LINK_LIBRARY:WHOLE_ARCHIVE,${whole}>>)
   target_link_options(gpvc_all PRIVATE LINKER:--version-script=${symbols})
-  set_target_properties(gpvc_all PROPERTIES OUTPUT_NAME gpvc VERSION ${PROJECT_VERSION}
+  set_target_properties(gpvc_all PROPERTIES OUTPUT_NAME gpvc LINKER_LANGUAGE CXX VERSION ${PROJECT_VERSION}
     SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} LINK_DEPENDS ${symbols})
   target_compile_features(gpvc_all PUBLIC cxx_std_20)
   target_include_directories(gpvc_all INTERFACE
@@ -45,15 +46,17 @@ install(FILES app/setup/completion.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/
         COMPONENT program)
 install(DIRECTORY app/workflow DESTINATION ${CMAKE_INSTALL_DATADIR}/gpvc COMPONENT program)
 
-set(CPACK_GENERATOR DEB)
-set(CPACK_PACKAGE_CONTACT "gpvc's maintainers")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
-set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-set(CPACK_STRIP_FILES ON)
-set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# Opened at run time, and only for --drawing opengl.
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "snakemake")
-include(CPack)
+if(PROJECT_IS_TOP_LEVEL)
+  set(CPACK_GENERATOR DEB)
+  set(CPACK_PACKAGE_CONTACT "gpvc's maintainers")
+  set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
+  set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+  set(CPACK_STRIP_FILES ON)
+  set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+  set(CPACK_DEBIAN_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+  # Opened at run time, and only for --drawing opengl.
+  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
+  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "snakemake")
+  include(CPack)
+endif()
