@@ -85,6 +85,7 @@ struct UnitOptions {
   std::filesystem::path job;
   std::vector<std::string> names;
   bool all = false;
+  bool clean = false;         ///< remove what units leave for each other once all are complete
   pipeline::Settings limits;  ///< memory
 };
 

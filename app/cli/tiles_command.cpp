@@ -144,6 +144,7 @@ void run_tiles(const TilesOptions& options, Console& console) {
 
 void run_unit(const UnitOptions& options, Console& console) {
   if (options.names.empty() != options.all) throw UsageError("gpvc unit takes the names of units, or --all");
+  if (options.clean && !options.all) throw UsageError("--clean belongs to --all");
   console.speak_of_job();
   read_listing(options.job);
   RunRecord record(console);
@@ -161,6 +162,7 @@ void run_unit(const UnitOptions& options, Console& console) {
   if (options.all)
     for (const tiles::Unit& unit : runner.units()) units.push_back(&unit);
   run_units(runner, units, console);
+  if (options.clean) tiles::JobFolder(options.job).remove_kept();
   if (std::ranges::any_of(units, [](const tiles::Unit* unit) { return unit->stage == tiles::Stage::finish; }))
     console.result((options.job / "result" / "tileset.json").string());
 }

@@ -46,10 +46,14 @@ CLI::App* add_unit(CLI::App& parent, UnitOptions& options) {
   add_job(*app, options.job);
   app->add_option("UNIT", options.names, "Names of units, as in plan.json")->group(pipeline::kInput);
   OptionGroup{*app, pipeline::kInput}.flag("--all", options.all, "All units that are not complete, one after another");
+  OptionGroup{*app, pipeline::kOutput}.flag(
+      "--clean", options.clean,
+      "With --all: once the result is complete, remove what units have left for each "
+      "other (JOB/units); a later --all then runs all of them again");
   add_settings(*app, options.limits, [](const pipeline::OptionInfo& info) { return info.kind == pipeline::kBytes; });
   add_common(*app, options.common, R"(Examples:
   gpvc unit job see-0-3 --threads 4 --memory 2G
-  gpvc unit job --all
+  gpvc unit job --all --clean
 
 A unit that is complete, and whose input is unchanged, is not run again. It may run on any machine that sees
 JOB and the photos under the same names.

@@ -28,6 +28,12 @@ bool is_as_made(const fs::path& job, const Done& made, const fs::path& file) {
   return output != made.outputs.end() && io::is_file(file) && output_of(job, file) == *output;
 }
 
+void drop_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::remove_all(folder, error);
+  if (error) throw OutputError(folder, "what units have left cannot be removed: " + error.message());
+}
+
 }  // namespace
 
 io::WorkKey job_key(const pipeline::Run& run, std::string_view program, const Job& job) {
@@ -120,12 +126,10 @@ void JobFolder::refuse_links(const fs::path& file) const {
 }
 
 void JobFolder::remove_units() const {
-  for (const char* name : kOfUnits) {
-    std::error_code error;
-    fs::remove_all(folder_ / name, error);
-    if (error) throw OutputError(folder_ / name, "what another job left cannot be removed: " + error.message());
-  }
+  for (const char* name : kOfUnits) drop_folder(folder_ / name);
 }
+
+void JobFolder::remove_kept() const { drop_folder(folder_ / "units"); }
 
 void JobFolder::keep(const fs::path& folder, const std::string& name, const io::WorkKey& key,
                      const std::function<void(Writer&)>& write) const {

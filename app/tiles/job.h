@@ -108,8 +108,10 @@ class JobFolder {
   /// nullopt where there is none.
   std::optional<io::WorkKey> key_if_made() const;
 
-  /// Removes what units have left. Throws OutputError where that cannot be done.
+  /// Removes what units have left, with the result. Throws OutputError where that cannot be done.
   void remove_units() const;
+  /// Removes what units have left for each other alone. Throws OutputError where that cannot be done.
+  void remove_kept() const;
   /// The key of a complete unit; nullopt where it has to be done.
   std::optional<io::WorkKey> done(const std::string& name) const;
   /// The first file that a complete unit made and that is not what it was. O(bytes of these files).

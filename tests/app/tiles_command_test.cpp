@@ -73,6 +73,17 @@ TEST_F(TilesCommand, UnitsOneByOneGiveTheSameAsAllInOneProcess) {
   EXPECT_TRUE(contains(again.err, all + " of " + all + " units were complete")) << again.err;
 }
 
+TEST_F(TilesCommand, AFinishedJobCanDropWhatUnitsLeft) {
+  ASSERT_EQ(run(tiles({"--no-levels"})).exit_code, 0);
+  EXPECT_EQ(unit({"finish", "--clean"}).exit_code, 2);
+  ASSERT_EQ(unit({"--all", "--clean"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(out_ / "units"));
+  const auto before = result();
+  EXPECT_FALSE(before.empty());
+  ASSERT_EQ(unit({"--all"}).exit_code, 0);
+  EXPECT_TRUE(result() == before);
+}
+
 TEST_F(TilesCommand, AnotherJobInTheSameFolderLeavesNoTileOfTheFormerOne) {
   ASSERT_EQ(run(tiles({"--no-levels"})).exit_code, 0);
   ASSERT_EQ(unit({"--all"}).exit_code, 0);
