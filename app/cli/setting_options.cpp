@@ -54,7 +54,7 @@ struct Adder {
       CLI::Option* option = group.choice(flag(info), names_of(value), value, info.help);
       if constexpr (std::same_as<Value, pipeline::KeepWork>) add_never(value, info, option);
     } else if constexpr (std::is_arithmetic_v<Value>) {
-      if (info.kind == pipeline::kBytes) return add_bytes(value, info);
+      if (info.is_memory()) return add_bytes(value, info);
       CLI::Option* option = group.number(flag(info), value, info.least, info.most, info.kind, info.help);
       if (static_cast<double>(value) < info.least) option->default_str("");  // no limit
     }

@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <optional>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -48,6 +49,8 @@ enum class Affects { views, labels, pages, page_files, models, nothing };
 /// The results that an option is for: all; those of one process, which jobs are not; those that are one model.
 enum class For { all, one_process, one_model };
 
+inline constexpr std::string_view kBytes = "SIZE";  ///< the kind of an amount of memory
+
 struct OptionInfo {
   const char* name;  ///< "page-size"
   Affects affects;
@@ -56,6 +59,7 @@ struct OptionInfo {
   const char* kind = "";        ///< of a number: "PX"
   double least = 0, most = 0;   ///< of a number
   const char* help = "";
+  bool is_memory() const { return kind == kBytes; }  // texts are compared: the same literal may lie at several places
 };
 
 template <typename Value>
@@ -93,8 +97,7 @@ inline constexpr const char* kSize = "Size";
 inline constexpr const char* kOutput = "Output";
 inline constexpr const char* kMachine = "Machine";
 inline constexpr const char* kResearch = "Research";
-inline constexpr const char* kBytes = "SIZE";  ///< the kind of an amount of memory
-inline constexpr double kMostCost = 1e6;       ///< where two neighbouring faces with different views cost 1
+inline constexpr double kMostCost = 1e6;  ///< where two neighbouring faces with different views cost 1
 
 /// An option that is not offered. Of a number the least and the most.
 template <typename Value>
@@ -236,7 +239,7 @@ auto options_of(T& o) {
               o.edge_weights, "edge-weights", labels, kResearch,
               "What a seam's cost is multiplied by: 1, the length of the edge, its flatness (seams are less visible "
               "in folds), or both"),
-          number(o.memory_bytes, "memory", nothing, kMachine, kBytes, 0, 0,
+          number(o.memory_bytes, "memory", nothing, kMachine, kBytes.data(), 0, 0,
                  "Stay below this much memory, 600M or 4G; more of it saves decoding photos twice. The result is the "
                  "same"),
           only(For::one_process,
@@ -279,7 +282,7 @@ bool is_sound(const Value& value, const Value& unset, const OptionInfo& info) {
     return name_of(names_of(value), value) != nullptr;
   } else if constexpr (std::is_arithmetic_v<Value> && !std::same_as<Value, bool>) {
     const auto number = static_cast<double>(value);
-    return value == unset || info.kind == kBytes || (number >= info.least && number <= info.most);
+    return value == unset || info.is_memory() || (number >= info.least && number <= info.most);
   } else {
     return true;
   }
