@@ -25,8 +25,6 @@
 namespace gpvc::cli {
 namespace {
 
-constexpr int kFailed = 1, kBadUsage = 2, kInterrupted = 130;
-
 int list_devices_command() {
   const auto devices = visibility::list_devices();
   if (devices.empty()) {

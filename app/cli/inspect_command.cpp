@@ -255,12 +255,16 @@ void check_picture(const InspectOptions& options, const Scene& scene) {
 }
 
 void print_place(const InspectOptions& options, Console& console) {
-  const evaluate::ShownPlace shown = evaluate::shown_at(options.input.scene, *options.at);
+  const std::filesystem::path& out = options.input.scene;
+  const evaluate::ShownPlace shown = evaluate::shown_at(out, *options.at);
+  const std::vector<std::string> names = listed_views(out / "model.obj");
+  if (shown.view != kNoView && index(shown.view) >= names.size())
+    throw InputError(out / "views.json", "", fmt::format("names no view {}", index(shown.view)));
   console.result(fmt::format("place    {:.6g} from face {}", shown.distance, shown.face));
   if (shown.view == kNoView)
     console.result("photo    none: the face is filled from around");
   else
-    console.result(fmt::format("photo    {}{}", shown.photo,
+    console.result(fmt::format("photo    {}{}", names[index(shown.view)],
                                shown.whole ? "" : ", which shows the face in parts; others may show the rest"));
 }
 

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <thread>
 
+#include "app/cli/app.h"
 #include "io/error.h"
 
 namespace gpvc::cli {
@@ -21,7 +22,6 @@ static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only
 
 int wake_up[2] = {-1, -1};  ///< a pipe, from the handler to the thread
 constexpr auto kPatience = std::chrono::milliseconds(500);
-constexpr int kInterrupted = 130, kFailed = 1;
 
 std::mutex clearing;
 std::function<void()> clear_away_now;  ///< guarded by `clearing`; empty: leave the run alone

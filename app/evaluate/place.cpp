@@ -5,15 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
+#include <string>
 #include <utility>
 
 #include "io/error.h"
 #include "io/mesh.h"
 #include "io/npy.h"
-#include "io/paths.h"
 #include "io/textured_model.h"
 #include "io/vector.h"
 #include "labeling/labeling.h"
@@ -56,19 +54,6 @@ Nearest nearest_face(const Mesh& mesh, const WorldPoint& p) {
       [](const Nearest& a, const Nearest& b) { return std::min(a, b); });
 }
 
-std::string view_name(const fs::path& out, ViewId view) {
-  const fs::path file = out / "views.json";
-  io::refuse_special_file(file);
-  std::ifstream in(file);
-  const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
-  const auto fail = [&] { throw InputError(file, "", "names no view " + std::to_string(index(view))); };
-  if (!json.is_object() || !json.contains("views") || !json["views"].is_array()) fail();
-  if (index(view) >= json["views"].size()) fail();
-  const nlohmann::json& found = json["views"][index(view)];
-  if (!found.is_object() || !found.contains("name") || !found["name"].is_string()) fail();
-  return found["name"].get<std::string>();
-}
-
 }  // namespace
 
 ShownPlace shown_at(const fs::path& out, const WorldPoint& place) {
@@ -83,10 +68,9 @@ ShownPlace shown_at(const fs::path& out, const WorldPoint& place) {
       throw InputError(out / name, "",
                        "has " + std::to_string(size) + " faces, and model.obj " + std::to_string(faces));
   const auto [distance, face] = nearest_face(mesh, place - io::read_offset(model_file));
-  ShownPlace shown{face, distance, kNoView, "", false};
+  ShownPlace shown{face, distance, kNoView, false};
   if (labels[face] < 0) return shown;
   shown.view = ViewId{static_cast<std::uint32_t>(labels[face])};
-  shown.photo = view_name(out, shown.view);
   shown.whole = tags[face] == static_cast<std::uint8_t>(labeling::FaceTag::seen);
   return shown;
 }

@@ -1,8 +1,8 @@
 // What a textured result shows at a place.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
-#include <string>
 
 #include "io/scene.h"
 
@@ -12,11 +12,10 @@ struct ShownPlace {
   std::size_t face = 0;   ///< of the input, the nearest to the place
   double distance = 0;    ///< of the place from it, in units of the mesh
   ViewId view = kNoView;  ///< whose photo the face shows; none: it is filled from around
-  std::string photo;      ///< its name, as in views.json
-  bool whole = false;     ///< the photo shows the face whole, and so no other photo is used where it does not
+  bool whole = false;     ///< the photo shows all of the face; else others may show the rest
 };
 
-/// \param out a result of texture, with model.obj, labels.npy, tags.npy and views.json \param place in the coordinates of the
+/// \param out a result of texture, with model.obj, labels.npy and tags.npy \param place in the coordinates of the
 /// mesh that was textured. Throws InputError where a file is missing or not of the same result. O(faces).
 ShownPlace shown_at(const std::filesystem::path& out, const WorldPoint& place);
 

@@ -3,20 +3,19 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <concepts>
-#include <filesystem>
 #include <functional>
 #include <ranges>
-#include <string>
-#include <tuple>
 #include <variant>
 #include <vector>
 
+#include "io/finite.h"
 #include "io/lens_terms.h"
 #include "io/mesh.h"
 
 namespace gpvc::tiles {
 namespace {
+
+using io::is_finite;
 
 bool ascends(const auto& numbers) {
   return std::ranges::adjacent_find(numbers, std::greater_equal<>()) == numbers.end();
@@ -57,19 +56,6 @@ bool is_sound(const visibility::CoverageTable& coverage, const Scene& scene, std
 
 bool are_below(const auto& numbers, std::size_t count) {
   return std::ranges::all_of(numbers, [&](auto number) { return static_cast<std::size_t>(number) < count; });
-}
-
-// All floating-point members, however deep.
-template <typename T>
-bool is_finite(const T& value) {
-  if constexpr (std::floating_point<T>)
-    return std::isfinite(value);
-  else if constexpr (io::Listed<T>)
-    return std::apply([](const auto&... member) { return (is_finite(member) && ...); }, members_of(value));
-  else if constexpr (std::ranges::range<T> && !std::same_as<T, std::string> && !std::same_as<T, std::filesystem::path>)
-    return std::ranges::all_of(value, [](const auto& each) { return is_finite(each); });
-  else
-    return true;
 }
 
 template <typename Value, std::size_t kCount>

@@ -7,10 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <tuple>
-#include <type_traits>
 #include <vector>
 
+#include "io/finite.h"
 #include "io/mesh.h"
 #include "io/scene_members.h"
 
@@ -42,18 +41,6 @@ void check_places(const std::vector<WorldPoint>& positions, const char* what) {
   if (wrong < positions.size())
     refuse(fmt::format("the mesh: {} of vertex {} is ({}, {}, {}), expected numbers of at most {:.0e}", what, wrong,
                        positions[wrong].x, positions[wrong].y, positions[wrong].z, io::kMostCoordinate));
-}
-
-template <typename T>
-bool are_numbers(const T& value) {
-  if constexpr (std::is_arithmetic_v<T>)
-    return std::isfinite(static_cast<double>(value));
-  else if constexpr (std::is_enum_v<T>)
-    return true;
-  else if constexpr (io::Listed<const T>)
-    return std::apply([](const auto&... member) { return (are_numbers(member) && ...); }, members_of(value));
-  else
-    return std::ranges::all_of(value, [](const auto& each) { return are_numbers(each); });
 }
 
 bool is_rotation(const std::array<double, 9>& r) {
@@ -109,7 +96,7 @@ void validate(const View& view) {
   for (const double centre : {c.cx, c.cy})
     if (!(std::abs(centre) <= kMostFocal))
       fail(fmt::format("has its principal point at {} pixels, expected a number up to {:.0e}", centre, kMostFocal));
-  if (!are_numbers(c.distortion)) fail("has a lens with a term that is no number");
+  if (!io::is_finite(c.distortion)) fail("has a lens with a term that is no number");
   if (!is_rotation(view.pose.rotation))
     fail("has a rotation that is none: expected an orthonormal matrix without mirroring");
   if (!is_place(view.pose.centre))
