@@ -3,7 +3,7 @@
 // JSON: an object with a list "rules" of objects, each with one region and one choice:
 //   "box": [[x, y, z], [x, y, z]]                   two opposite corners
 //   "polygon": [[x, y], ...], "z": [low, high]      on the ground; "z" may be missing
-//   "faces": [7, [100, 120], ...]                   indices, and ranges with both ends
+//   "faces": [7, [100, 120], ...]                   indices, and ranges with both ends; or "FILE", a list of faces
 //   "photo": "NAME", "pixels": [[x, y], [x, y]]     what a photo shows between two opposite corners, in pixels of the photo
 //   "allow": "NAME" or ["NAME", ...]                names or globs of photos: no other ones there
 //   "forbid": the same                              not these ones there; may be missing for "photo": not that one
@@ -12,9 +12,10 @@
 // CSV: a line a rule of four fields; blank lines and lines that begin with # are skipped:
 //   box,X Y Z X Y Z,allow,NAME;NAME...
 //   polygon,X Y X Y X Y...,forbid,NAME;NAME...
-//   faces,7 100-120 ...,forbid,NAME;NAME...
+//   faces,7 100-120 ...,forbid,NAME;NAME...         or @FILE, a list of faces
 //   photo,NAME X Y X Y                              not that photo; or with ,allow|forbid,NAME;NAME...
-// Coordinates are those of the mesh's file; of GeoJSON those that it states.
+// Coordinates are those of the mesh's file; of GeoJSON those that it states. A list of faces is text: indices and ranges as
+// in CSV, separated by blanks, commas or line ends, # before a remark. Its path counts from the folder of the rules.
 #pragma once
 
 #include <array>

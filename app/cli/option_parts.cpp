@@ -254,6 +254,7 @@ const char* const kRulesHelp =
     R"(A line of --allow FILE is one of (a face is inside if its middle is; several rules all hold):
   box,X Y Z X Y Z,forbid,PHOTO;PHOTO...        polygon,X Y X Y X Y...,allow,PHOTO;PHOTO...
   faces,7 100-120 ...,forbid,PHOTO...          PHOTO: a name or glob, as in --views
+  faces,@LIST,forbid,PHOTO...  LIST: a text file of such numbers, beside FILE
   photo,PHOTO X Y X Y          what PHOTO shows in that rectangle of its pixels: not from PHOTO
 or the file is {"rules": [{"polygon": [[X, Y], ...], "z": [LOW, HIGH], "forbid": [PHOTO, ...]}, ...]},
 or GeoJSON whose polygons have a property "allow" or "forbid". Coordinates are those of MESH.

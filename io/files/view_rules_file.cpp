@@ -5,6 +5,7 @@
 
 #include "io/file_bytes.h"
 #include "io/files/view_rules_text.h"
+#include "io/paths.h"
 
 namespace gpvc::io {
 namespace {
@@ -19,15 +20,20 @@ std::vector<double> numbers_in(std::string_view text, const RulePlace& at) {
   return values;
 }
 
-FaceRegion faces_in_text(std::string_view text, const RulePlace& at) {
-  FaceRegion region;
+void add_faces(std::string_view text, const RulePlace& at, FaceRegion& region) {
   for (std::string_view word = next_word(text); !word.empty(); word = next_word(text)) {
     const std::size_t dash = word.find('-');
     const auto last = dash == std::string_view::npos ? word : word.substr(dash + 1);
     region.ranges.push_back(
         face_range(integer_from<std::uint32_t>(word.substr(0, dash)), integer_from<std::uint32_t>(last), at));
   }
-  if (region.ranges.empty()) at.fail("expected at least one face");
+}
+
+FaceRegion faces_in_text(std::string_view text, const RulePlace& at) {
+  if (text.starts_with('@')) return faces_in_file(text.substr(1), at);
+  FaceRegion region;
+  add_faces(text, at, region);
+  if (region.ranges.empty()) at.fail("expected at least one face, or @FILE with faces");
   return region;
 }
 
@@ -79,6 +85,22 @@ ListedViewRule rule_in_line(std::string_view line, const RulePlace& at) {
 }
 
 }  // namespace
+
+FaceRegion faces_in_file(std::string_view name, const RulePlace& at) {
+  const std::filesystem::path file = at.file.parent_path() / name;
+  if (!is_file(file)) at.fail("there is no list of faces " + file.string());
+  const FileBytes bytes(file);
+  std::string_view text = without_byte_order_mark(bytes.view());
+  FaceRegion region;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    std::string line(next_line(text));
+    line.resize(std::min(line.find('#'), line.size()));
+    std::ranges::replace(line, ',', ' ');
+    add_faces(line, {file, "line " + std::to_string(number)}, region);
+  }
+  if (region.ranges.empty()) throw InputError(file, "", "expected at least one face");
+  return region;
+}
 
 std::vector<ListedViewRule> parse_view_rules(const std::filesystem::path& file, std::string_view text) {
   text = without_byte_order_mark(text);

@@ -158,7 +158,8 @@ class JsonRules {
       if (!value.is_number_unsigned() || value.get<std::uint64_t>() > UINT32_MAX) return std::nullopt;
       return value.get<std::uint32_t>();
     };
-    if (!list.is_array() || list.empty()) at.fail("expected a list of faces as 'faces'");
+    if (list.is_string()) return faces_in_file(list.get_ref<const std::string&>(), at);
+    if (!list.is_array() || list.empty()) at.fail("expected a list of faces, or a file with one, as 'faces'");
     FaceRegion region;
     for (const Json& item : list) {
       const bool range = item.is_array() && item.size() == 2;

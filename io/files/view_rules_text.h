@@ -62,6 +62,9 @@ inline std::vector<std::string> names_in(std::string_view list) {
   return names;
 }
 
+/// Faces and ranges out of a text file, whose name counts from the folder of the rules. Throws InputError.
+FaceRegion faces_in_file(std::string_view name, const RulePlace& at);
+
 /// Rules in JSON or GeoJSON. Throws InputError.
 std::vector<ListedViewRule> json_view_rules(const std::filesystem::path& file, std::string_view text);
 

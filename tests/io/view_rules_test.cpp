@@ -183,6 +183,29 @@ TEST(ViewRules, FilesAreRead) {
   EXPECT_TRUE(contains(test::input_error([&] { io::read_view_rules(folder.path() / "none.csv"); }), "none.csv"));
 }
 
+// As a mesh editor's selection, or a script, writes them.
+TEST(ViewRules, AListOfFacesMayBeAFile) {
+  const test::TemporaryFolder folder;
+  folder.write("lists/roof.txt", "\xEF\xBB\xBF# the roof\r\n7, 9\r\n100-120 # and its dormers\n\n3\n");
+  for (const auto& [name, text] :
+       {std::pair{"rules.csv", R"(faces,@lists/roof.txt,forbid,DJI_0012.JPG)"},
+        {"rules.json", R"({"rules": [{"faces": "lists/roof.txt", "forbid": "DJI_0012.JPG"}]})"}}) {
+    const auto rules = io::read_view_rules(folder.write(name, text));
+    ASSERT_EQ(rules.size(), 1u) << name;
+    EXPECT_EQ(std::get<io::FaceRegion>(rules[0].region).ranges,
+              (std::vector<std::array<std::uint32_t, 2>>{{7, 7}, {9, 9}, {100, 120}, {3, 3}}));
+    EXPECT_EQ(rules[0].photos, std::vector<std::string>{"DJI_0012.JPG"});
+  }
+  const auto error = [&](const std::string& list, const std::string& text) {
+    folder.write("wrong.txt", text);
+    const auto rules = folder.write("wrong.csv", "\nfaces,@" + list + ",allow,a");
+    return test::input_error([&] { io::read_view_rules(rules); });
+  };
+  EXPECT_TRUE(contains(error("none.txt", ""), "wrong.csv: line 2: there is no list of faces "));
+  EXPECT_TRUE(contains(error("wrong.txt", "1\n2.5\n"), "wrong.txt: line 2: expected faces as whole numbers from 0"));
+  EXPECT_TRUE(contains(error("wrong.txt", "# none\n"), "wrong.txt: expected at least one face"));
+}
+
 TEST(ViewRules, BoxesHoldTheFacesWhoseMiddleIsInside) {
   const Mesh mesh = triangles_at({{1, 1, 1}, {1, 1, 3}, {-1, 1, 1}, {1.99, 1.99, 1.99}});
   EXPECT_EQ(io::faces_in(io::BoxRegion{{0, 0, 0}, {2, 2, 2}}, mesh), (Flags{1, 0, 0, 1}));
