@@ -17,6 +17,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The photo in a folder below or beside that of the scene, or beside one where photos usually lie; empty unless there is one
+/// such file.
+std::string photo_nearby(const SceneFile& scene, const std::string& stated) {
+  constexpr std::size_t kMost = 50000;  // to answer within a second
+  const fs::path folder = folder_of(scene.listing);
+  std::set<fs::path> bases{real_path(folder), real_path(folder / "..")};
+  for (const fs::path& usual : scene.image_folders) bases.insert(real_path(usual / ".."));
+  PhotoIndex index(folder, false);
+  std::size_t count = 0;
+  std::error_code ignored;
+  for (const fs::path& base : bases)
+    for (const auto& below : fs::directory_iterator(base, ignored))
+      for (const auto& file : fs::directory_iterator(below.path(), ignored))
+        if (++count < kMost) index.add(file.path());
+  try {
+    return index.match(scene.listing, stated, {}).string();
+  } catch (const InputError&) {
+    return {};  // several
+  }
+}
+
 /// The first of the usual folders that holds a photo under its name, else the first that exists.
 fs::path usual_folder(const SceneFile& scene, bool allow_none) {
   fs::path existing;
@@ -29,8 +50,13 @@ fs::path usual_folder(const SceneFile& scene, bool allow_none) {
       if (is_file(folder / view.name)) return folder;
   }
   if (existing.empty() && allow_none) return folder_of(scene.listing);
-  if (existing.empty())
-    throw InputError(scene.listing, "", "the folder of the photos was not found; looked for " + looked);
+  if (existing.empty()) {
+    const std::string near = photo_nearby(scene, scene.views.front().name);
+    throw InputError(
+        scene.listing, "",
+        "the folder of the photos was not found; looked for " + looked + (near.empty() ? "" : "; there is " + near),
+        {Cure::photos_folder});
+  }
   return existing;
 }
 
@@ -83,7 +109,7 @@ void assign_shared_photos(SceneFile& scene, const std::vector<bool>& needed, con
 
 /// Notes needed photos that are not there, with the file that may be meant.
 void note_missing(SceneFile& scene, const std::vector<bool>& needed, const std::vector<std::string>& stated,
-                  const PhotoIndex* index) {
+                  const PhotoIndex* index, bool folder_named) {
   std::set<fs::path> taken;
   for (const View& view : scene.views) taken.insert(view.photo);
   const auto noted = [&](const View& view) {
@@ -93,7 +119,8 @@ void note_missing(SceneFile& scene, const std::vector<bool>& needed, const std::
   std::size_t searched = 0;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     if (!needed[i] || !scene.views[i].photo.empty() || noted(scene.views[i])) continue;
-    const std::string near = index && ++searched <= kMostSearched ? index->near(stated[i], taken) : std::string();
+    std::string near = searched == 0 && !folder_named ? photo_nearby(scene, stated[i]) : std::string();
+    if (index && ++searched <= kMostSearched && near.empty()) near = index->near(stated[i], taken);
     forget_photo(scene, i, true, BadPhoto::Problem::missing, near.empty() ? "" : "there is " + near);
   }
 }
@@ -142,7 +169,8 @@ fs::path find_photos(SceneFile& scene, const std::vector<bool>& needed, const Sc
     }
   }
   assign_shared_photos(scene, needed, fits);
-  if (!options.allow_missing_photos) note_missing(scene, needed, stated, index ? &*index : nullptr);
+  if (!options.allow_missing_photos)
+    note_missing(scene, needed, stated, index ? &*index : nullptr, options.images_dir.has_value());
   return folder;
 }
 

@@ -221,6 +221,6 @@ extern const SceneFormat kRealityCsv{
     "RealityCapture's camera parameters, .csv (or a folder with them)",
     [](const fs::path& source) { return find_file(source, ".csv", is_reality_csv); },
     [](const fs::path& file, std::string_view text) { return RealityCsvReader(file, text).read(); },
-    {"images", "../images"}};
+    {"images", "photos", "../images"}};
 
 }  // namespace gpvc::io

@@ -113,10 +113,21 @@ void refuse_pointers(const fs::path& source) {
 
 /// What to do with projects of other programs, which are told by their name: a sentence's end, or nothing.
 std::optional<std::string> advice_on_project(const fs::path& source) {
+  constexpr const char* kReality =
+      "is a RealityScan project; export its cameras as .xmp files beside the photos, or the camera parameters as .csv "
+      "(Alignment > Export > Registration)";
+  constexpr std::pair<std::string_view, const char*> kProjects[] = {
+      {".psx", "is a Metashape project; export its cameras as XML (File > Export > Export Cameras)"},
+      {".psz", "is a Metashape project; export its cameras as XML (File > Export > Export Cameras)"},
+      {".rcproj", kReality},
+      {".rsproj", kReality},
+      {".ccm", "is a ContextCapture project; export its block as BlocksExchange XML (Export > Export block)"},
+      {".p4d", "is a Pix4Dmapper project; give the folder 1_initial/params of its results"},
+      {".mg", "is a Meshroom project; give cameras.sfm of its StructureFromMotion, in MeshroomCache"},
+      {".db", "is COLMAP's database, which has no poses; give the project's folder, or sparse/0"}};
   const std::string extension = lower_case(source.extension().string());
-  if (extension == ".psx" || extension == ".psz")
-    return "is a Metashape project; export its cameras as XML (File > Export > Export Cameras)";
-  if (extension == ".p4d") return "is a Pix4Dmapper project; give the folder 1_initial/params of its results";
+  for (const auto& [of_project, advice] : kProjects)
+    if (extension == of_project) return advice;
   return std::nullopt;
 }
 

@@ -303,6 +303,25 @@ TEST(PhotoFiles, NamesAllBadPhotosInOneErrorWithWaysOut) {
   EXPECT_EQ(error->cures(), (std::vector{Cure::skip_bad_photos, Cure::photos_folder}));
 }
 
+// The photos lie in no folder that is usual.
+TEST(PhotoFiles, SaysWhereThePhotosMayBe) {
+  const Photos files({"near 1.jpg", "near 2.jpg"});
+  const auto error = [&] { return test::caught([&] { read_scene(files.folder.path() / "model", {}); }).value(); };
+  for (const char* name : {"near 1.jpg", "near 2.jpg"}) files.photo(name);
+  std::filesystem::rename(files.folder.path() / "photos", files.folder.path() / "100 MEDIA");
+  std::string said = error().what();
+  EXPECT_TRUE(contains(said, "the folder of the photos was not found; looked for ")) << said;
+  EXPECT_TRUE(said.ends_with("100 MEDIA/near 1.jpg")) << said;
+  EXPECT_EQ(error().cures(), std::vector{Cure::photos_folder});
+  std::filesystem::create_directory(files.folder.path() / "images");
+  said = error().what();
+  EXPECT_TRUE(contains(said, "2 of 2 photos are not in ")) << said;
+  EXPECT_TRUE(contains(said, "100 MEDIA/near 1.jpg), near 2.jpg")) << said;
+  std::filesystem::copy(files.folder.path() / "100 MEDIA", files.folder.path() / "small");
+  said = error().what();
+  EXPECT_FALSE(contains(said, "there is")) << said;  // either may be meant
+}
+
 TEST(PhotoFiles, GoesOnWithoutBadPhotosIfItMay) {
   const AllKindsOfPhotos files;
   SceneOptions options{.images_dir = files.folder.path() / "photos", .skip_bad_photos = true};
@@ -411,8 +430,17 @@ TEST(SceneFormats, SaysWhatIsMissingOrToBeExported) {
   EXPECT_TRUE(error("half").ends_with("copy the model whole, or let COLMAP export it again (File > Export model)"));
   folder.write("project.psx", "<document version=\"1.2.0\" path=\"{projectname}.files/project.zip\"/>");
   EXPECT_TRUE(error("project.psx").ends_with("export its cameras as XML (File > Export > Export Cameras)"));
-  folder.write("project.psz", std::string("PK\3\4", 4) + "...");
-  EXPECT_TRUE(contains(error("project.psz"), "is a Metashape project; export its cameras as XML"));
+  const std::pair<const char*, const char*> others[] = {
+      {"p.psz", "is a Metashape project; export its cameras as XML"},
+      {"p.rsproj", "is a RealityScan project; export its cameras as .xmp files beside the photos"},
+      {"p.rcproj", "is a RealityScan project; export its cameras as .xmp files beside the photos"},
+      {"p.ccm", "is a ContextCapture project; export its block as BlocksExchange XML"},
+      {"p.mg", "is a Meshroom project; give cameras.sfm"},
+      {"database.db", "is COLMAP's database, which has no poses; give the project's folder"}};
+  for (const auto& [name, advice] : others) {
+    folder.write(name, "<?xml version=\"1.0\"?><Project/>");
+    EXPECT_TRUE(contains(error(name), advice)) << error(name);
+  }
   folder.write("pointer/cameras.xml", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n");
   for (const char* name : {"pointer", "pointer/cameras.xml"})
     EXPECT_TRUE(
