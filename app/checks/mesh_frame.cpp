@@ -335,6 +335,12 @@ Remark ways_out(const Scene& scene) {
         "if nerfstudio exported the mesh, it is in the coordinates of its training: put the dataparser_transforms.json "
         "of the training's folder, which states them, beside the mesh",
         {}};
+  if (scene.format.starts_with("RealityCapture"))
+    return {
+        "RealityScan exports in several coordinate systems: export the mesh in that of the cameras, which is 'Same as "
+        "XMP' "
+        "for .xmp files, and for a .csv the one that was chosen for it, not in degrees",
+        {}};
   if (!is_geocentric(scene)) return {};
   return {
       "the scene is georeferenced, with cameras in geocentric coordinates (EPSG:4978): export the mesh in those or in "

@@ -9,13 +9,21 @@
 #include <utility>
 
 #include "app/checks/hypotheses.h"
+#include "app/checks/mesh_frame.h"
 #include "app/checks/mesh_shift.h"
 #include "app/checks/odd_photos.h"
 #include "io/error.h"
+#include "io/reference_system.h"
 #include "io/scene_files.h"
 
 namespace gpvc::checks {
 namespace {
+
+// "; HOW" to export a mesh in the cameras' coordinates, where the scene's program has several that look alike.
+std::string other_export(const Scene& scene) {
+  const std::string how = scene.srs == io::kGeocentric ? std::string() : ways_out(scene).text;
+  return how.empty() ? how : "; " + how;
+}
 
 // A mesh that hardly any photo sees is one in other coordinates, as a rule. A part of the photos may show a part of it.
 void report_unseen(const SceneCase& scene, results::Observer& observer) {
@@ -26,11 +34,14 @@ void report_unseen(const SceneCase& scene, results::Observer& observer) {
   const std::string found = fmt::format("photos see less than {:.0f} % of the faces", 100 * kLeastSeen);
   if (scene.tolerance.unseen || 2 * input.views.size() < input.scene.views.size())
     return observer.warning(found + "; are mesh and cameras in the same coordinates?");
-  const std::string explanation = fitting_hypothesis(input, scene.evidence.previews, observer);
-  throw InputError(
-      input.mesh_file, "",
-      found + (explanation.empty() ? "; are mesh and cameras in the same coordinates?" : ": " + explanation),
-      {Cure::allow_unseen}, {{"seen_share", static_cast<double>(seen + partial) / static_cast<double>(tags.size())}});
+  const std::string explanation = fitting_hypothesis(input, scene.evidence.previews, observer),
+                    other = other_export(input.scene);
+  throw InputError(input.mesh_file, "",
+                   found + (!explanation.empty() ? ": " + explanation
+                            : !other.empty()     ? other
+                                                 : "; are mesh and cameras in the same coordinates?"),
+                   {Cure::allow_unseen},
+                   {{"seen_share", static_cast<double>(seen + partial) / static_cast<double>(tags.size())}});
 }
 
 // Whether views that agree by chance are those of one camera of several, all of them: then it is the camera that is wrong.
@@ -89,7 +100,8 @@ void report_agreement(const SceneCase& scene, results::Observer& observer) {
                    found + "; mesh, poses and photos do not fit together: " +
                        (explanation.empty()
                             ? "photos of other poses or turned ones, inverse poses, another lens, or a mesh elsewhere"
-                            : explanation),
+                            : explanation) +
+                       other_export(input.scene),
                    {Cure::allow_misfit},
                    {{"agreement.by_chance", static_cast<double>(wrong.size())},
                     {"agreement.judged", static_cast<double>(correlations.size())}});
@@ -180,7 +192,8 @@ void report_fits(const SceneCase& scene, const SceneFit& fit, results::Observer&
     explanation =
         fitting_hypothesis(input, scene.evidence.previews, observer, doubts.empty() ? kWithoutJudgement : kClearly);
   if (!explanation.empty())
-    throw InputError(input.mesh_file, "", found + "; the mesh is not where the photos show it: " + explanation,
+    throw InputError(input.mesh_file, "",
+                     found + "; the mesh is not where the photos show it: " + explanation + other_export(input.scene),
                      {Cure::allow_misfit}, {{"fit.share", fit.photos.share}, {"fit.error", fit.photos.error}});
   if (doubts.empty()) return observer.note(found + " whether the mesh lies where they show it");
   observer.warning(

@@ -257,6 +257,10 @@ TEST_F(MeshFrame, ANamedSystemIsTaken) {
   EXPECT_EQ(checks::ways_out(scene_).cures, std::vector{Cure::name_mesh_crs});
   scene_.format = "transforms.json";
   EXPECT_TRUE(contains(checks::ways_out(scene_).text, "dataparser_transforms.json"));
+  for (const char* format : {"RealityCapture", "RealityCapture CSV"}) {
+    scene_.format = format;
+    EXPECT_TRUE(contains(checks::ways_out(scene_).text, "'Same as XMP'"));
+  }
   EXPECT_EQ(match(mesh, "EPSG:3857"), "");
   expect_seen_rightly(mesh);
 }
