@@ -1,5 +1,5 @@
 // Photos of a synthetic scene, by rays.
-#include <embree3/rtcore.h>
+#include <embree_rays.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -136,9 +136,6 @@ struct SynthRenderer::State {
 
   void first_points(const std::array<Ray, kSamples>& rays, const std::array<bool, kSamples>& valid,
                     Points& points) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     alignas(16) std::array<int, kSamples> active{};
     std::array<double, kSamples> nearest;
     nearest.fill(std::numeric_limits<double>::infinity());
@@ -154,7 +151,7 @@ struct SynthRenderer::State {
         hits.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
         hits.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
       }
-      rtcIntersect4(active.data(), (*part)->traced, &context, &hits);
+      embree::intersect(active.data(), (*part)->traced, hits);
       const auto first_surface = static_cast<std::uint32_t>(part == &unmodelled ? still->scene.surfaces.size() : 0);
       for (std::size_t i = 0; i < kSamples; ++i) {
         if (!valid[i] || hits.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
@@ -174,14 +171,12 @@ struct SynthRenderer::State {
       lit[i] = valid[i] && !points[i].sky && dot(points[i].normal, sun) > 0 ? -1 : 0;
     for (const auto* part : {&still, &unmodelled}) {
       if (!*part) continue;
-      RTCIntersectContext context;
-      rtcInitIntersectContext(&context);
       RTCRay4 to_sun;
       const double off = still->off_m;
       for (std::size_t i = 0; i < kSamples; ++i) {
         set_ray(to_sun, i, {points[i].position + points[i].normal * off, sun}, 1e4F);
       }
-      rtcOccluded4(lit.data(), (*part)->traced, &context, &to_sun);
+      embree::occlude(lit.data(), (*part)->traced, to_sun);
       for (std::size_t i = 0; i < kSamples; ++i)
         if (lit[i] != 0 && to_sun.tfar[i] < 0) lit[i] = 0;
     }
@@ -361,8 +356,6 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Sh
 bool SynthRenderer::sees(const Pose& pose, const WorldPoint& p, std::uint32_t face) const {
   const TracedScene& still = *state_->still;
   const Ray ray{pose.centre, p - pose.centre};
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   RTCRayHit hit{};
   hit.ray.org_x = static_cast<float>(ray.origin.x);
   hit.ray.org_y = static_cast<float>(ray.origin.y);
@@ -374,7 +367,7 @@ bool SynthRenderer::sees(const Pose& pose, const WorldPoint& p, std::uint32_t fa
   hit.ray.mask = 0xFFFFFFFFu;
   hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(still.traced, &context, &hit);
+  embree::intersect(still.traced, hit);
   if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID || hit.hit.primID == face) return true;
   // Where the surface is flat, the plane of a neighbouring face contains p. A dozen rounded operations on numbers of the
   // distance's size are accurate to 1e-13 of it, and to 1e-9 for rays at 1e-4 of a right angle to the plane.

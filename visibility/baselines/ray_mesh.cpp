@@ -1,6 +1,6 @@
 #include "visibility/baselines/ray_mesh.h"
 
-#include <embree3/rtcore.h>
+#include <embree_rays.h>
 #include <tbb/blocked_range2d.h>
 #include <tbb/parallel_for.h>
 
@@ -130,10 +130,7 @@ std::size_t RayMesh::first_depths(const PreparedView& view, const Pose& pose, st
       valid[i] = x < width && y < height && view.mask.contains(x, y) ? -1 : 0;
       count += valid[i] != 0;
     }
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    if (count > 0) rtcIntersect16(valid.data(), scene_->scene, &context, &rays);
+    if (count > 0) embree::intersect(valid.data(), scene_->scene, rays);
     for (int lane = 0; lane < kSquare * kSquare; ++lane) {
       const int x = x0 + lane % kSquare, y = y0 + lane / kSquare;
       if (x < width && y < height)
@@ -172,10 +169,7 @@ void RayMesh::trace(const Pose& pose, double epsilon, std::span<Target> targets)
     valid[lane] = target.wanted && end > 0 ? -1 : 0;
     set_ray(rays, lane, from, {target.x, target.y, target.z}, static_cast<float>(std::max(end, 0.0)));
   }
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcOccluded16(valid.data(), scene_->scene, &context, &rays);
+  embree::occlude(valid.data(), scene_->scene, rays);
   for (std::size_t lane = 0; lane < targets.size(); ++lane)
     targets[lane].visible = targets[lane].wanted && !(valid[lane] != 0 && rays.tfar[lane] < 0);
 }
