@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "app/checks/mesh_frame.h"
+#include "app/evaluate/score_picture.h"
 #include "io/vector.h"
 
 namespace gpvc::evaluate {
@@ -13,24 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Image side_by_side(const Rephotography& r) {
-  Image row;
-  row.width = r.photo.width + r.render.width + r.error.width;
-  row.height = r.photo.height;
-  row.channels = 3;
-  row.pixels.resize(static_cast<std::size_t>(row.width) * static_cast<std::size_t>(row.height) * 3);
-  for (int y = 0; y < row.height; ++y) {
-    std::uint8_t* out = row.at(0, y);
-    for (const Image* part : {&r.photo, &r.render, &r.error})
-      out = std::copy_n(part->at(0, y), static_cast<std::size_t>(part->width) * 3, out);
-  }
-  return row;
-}
-
-void write_pictures(const fs::path& out, const std::string& view, const Rephotography& result) {
+void write_picture(const fs::path& out, const std::string& view, const Rephotography& result, int reduction) {
   std::string name = view;
   std::replace(name.begin(), name.end(), '/', '_');
-  io::write_image(out / (name + ".png"), side_by_side(result), io::ImageFormat::png, 0);
+  io::write_image(out / (name + ".png"), score_picture(view, result, reduction), io::ImageFormat::png, 0);
 }
 
 }  // namespace
@@ -79,7 +66,7 @@ Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io:
                            render_view(model, loaded.pages, view, loaded.offset), options.reduction);
     evaluation.views.push_back({view.name, result.score});
     scores.push_back(result.score);
-    if (options.out) write_pictures(*options.out, view.name, result);
+    if (options.out) write_picture(*options.out, view.name, result, options.reduction);
     progress(v + 1, scene.views.size());
   }
   evaluation.mean = mean_score(scores);

@@ -278,10 +278,14 @@ Rephotography compare_with_photo(const ComparedPhoto& photo, const pipeline::Ren
       reduce_mask(photo.inside, render.textured, {render.image.width, render.image.height}, reduction);
   const cv::Scalar taken_mean = cv::mean(taken, scored), made_mean = cv::mean(made, scored);
   cv::Scalar gain;
-  for (int c = 0; c < 3; ++c) gain[c] = made_mean[c] > 0 ? taken_mean[c] / made_mean[c] : 1.0;
+  for (int c = 0; c < 3; ++c) {
+    gain[c] = made_mean[c] > 0 ? taken_mean[c] / made_mean[c] : 1.0;
+    result.gain[static_cast<std::size_t>(c)] = gain[c];
+  }
   const cv::Mat windows = whole_windows(scored);
   result.score.windows = static_cast<std::size_t>(cv::countNonZero(windows));
   if (result.score.windows > 0) score_colors(taken, made, scored, result.score);
+  result.render = to_image(made);
   cv::multiply(made, gain, made);
   const cv::Mat errors = ncc_errors(luma(taken), luma(made));
   if (result.score.windows > 0) {
@@ -292,7 +296,6 @@ Rephotography compare_with_photo(const ComparedPhoto& photo, const pipeline::Ren
   }
   result.tiles = tile_errors(errors, windows);
   result.photo = to_image(taken);
-  result.render = to_image(made);
   result.error = error_picture(errors, windows);
   return result;
 }

@@ -1,6 +1,7 @@
 // Virtual rephotography (Waechter et al. 2017): how close renders of a textured model come to photos of the same place.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -40,9 +41,10 @@ inline constexpr int kErrorTiles = 8;
 
 struct Rephotography {
   RephotographyScore score;
-  std::vector<TileError> tiles;  ///< kErrorTiles x kErrorTiles, row-major
-  Image photo, render;           ///< as compared: reduced, the render after its gain
-  Image error;  ///< 1 - NCC of the window around each pixel, black 0 to white 1; grey-blue where not scored
+  std::vector<TileError> tiles;         ///< kErrorTiles x kErrorTiles, row-major
+  std::array<double, 3> gain{1, 1, 1};  ///< RGB, by which the render was multiplied to be compared
+  Image photo, render;  ///< reduced; as taken and as the model is, since a gain may take a render past white
+  Image error;          ///< 1 - NCC of the window around each pixel, black 0 to white 1; grey-blue where not scored
 };
 
 /// A photo as renders are compared with it: in the camera's own frame, with two marks per pixel, 0 or not.

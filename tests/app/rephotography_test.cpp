@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "app/evaluate/score_picture.h"
+
 namespace gpvc::evaluate {
 namespace {
 
@@ -21,9 +25,36 @@ TEST(Rephotography, AGainOfThePhotoIsNoErrorOfColor) {
   EXPECT_LT(score.gained_color_error, 1e-3);
   EXPECT_GT(score.psnr, 90);
   EXPECT_LT(score.raw_psnr, 25);
+  // Pictures show the model as it is, not the render as it was multiplied.
+  const Rephotography shown = compare_with_photo(photo, render, 1);
+  EXPECT_EQ(shown.render.pixels, render.image.pixels);
+  EXPECT_NEAR(shown.gain[1], 1.5, 1e-9);
   // Where colours differ by more than a gain, it does not hide that.
   for (std::size_t i = 0; i < photo.photo.pixels.size(); i += 6) photo.photo.pixels[i] = 250;
   EXPECT_GT(compare_with_photo(photo, render, 1).score.gained_color_error, 5);
+}
+
+/// Three panels under a band with what they are; small ones enlarged until the words fit.
+TEST(ScorePicture, SaysWhatItsPanelsAre) {
+  Rephotography compared;
+  const auto flat = [](std::uint8_t grey) { return Image{60, 40, 3, std::vector<std::uint8_t>(60 * 40 * 3, grey)}; };
+  compared.photo = flat(250);
+  compared.render = flat(120);
+  compared.error = flat(10);
+  const Image picture = score_picture("a.jpg", compared, 4);
+  const int factor = (picture.width - 16) / 180, band = picture.height - 40 * factor;
+  EXPECT_EQ(picture.width, 3 * 60 * factor + 16);
+  EXPECT_GE(60 * factor, 360) << "the words do not fit";
+  for (const auto& [panel, grey] : {std::pair{0, 250}, {1, 120}, {2, 10}}) {
+    const int x = panel * (60 * factor + 8);
+    for (const int y : {band, picture.height - 1})
+      for (const int right : {0, 60 * factor - 1}) EXPECT_EQ(*picture.at(x + right, y), grey) << panel;
+    std::size_t bright = 0;  // letters
+    for (int y = 0; y < band; ++y)
+      for (int u = 0; u < 60 * factor; ++u) bright += *picture.at(x + u, y) > 128;
+    EXPECT_GT(bright, 300u) << panel;
+    EXPECT_LT(bright, static_cast<std::size_t>(band * 60 * factor / 4)) << panel;
+  }
 }
 
 }  // namespace
