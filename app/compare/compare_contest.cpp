@@ -64,25 +64,18 @@ std::vector<std::string> contest_findings(const Json& report) {
   const Json* gpvc = finished_gpvc(report);
   if (gpvc == nullptr) return findings;
   for (const Metric& metric : kMetrics) {
-    std::vector<std::string> ahead, ties;
-    std::size_t behind = 0;
+    std::size_t counts[3] = {};  // by Standing
     for (const Json& mode : report["modes"]) {
       if (!mode["epsilon"].is_number() || mode["status"] != "ok") continue;
-      const std::optional<Result> result = result_of(mode, *gpvc, metric);
-      if (!result) continue;
-      const std::string name = mode["name"];
-      if (result->standing() == Standing::behind) ++behind;
-      if (result->standing() == Standing::tie) ties.push_back(name);
-      if (result->standing() == Standing::ahead)
-        ahead.push_back(fmt::format("{} ({})", name, printed(*result, metric)));
+      if (const auto result = result_of(mode, *gpvc, metric)) ++counts[static_cast<std::size_t>(result->standing())];
     }
-    const std::size_t all = ahead.size() + ties.size() + behind;
-    if (all == 0) continue;
-    std::string text = ahead.empty()
-                           ? fmt::format("By {} no mode with a bias is ahead of gpvc at any epsilon", metric.name)
-                           : fmt::format("By {} ahead of gpvc: {}", metric.name, fmt::join(ahead, ", "));
-    if (!ties.empty()) text += fmt::format("; {} {}", ties.size() == 1 ? "a tie:" : "ties:", fmt::join(ties, ", "));
-    findings.push_back(fmt::format("{}; {} of {} behind.", text, behind, all));
+    const auto [behind, ties, ahead] = counts;
+    if (behind + ties + ahead == 0) continue;
+    findings.push_back(
+        fmt::format("By {}, of {} pairs of a mode and an epsilon {} {} ahead of gpvc, {} tie{} with it, "
+                    "and {} {} behind.",
+                    metric.name, behind + ties + ahead, ahead, ahead == 1 ? "is" : "are", ties, ties == 1 ? "s" : "",
+                    behind, behind == 1 ? "is" : "are"));
   }
   return findings;
 }

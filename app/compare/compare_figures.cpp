@@ -1,9 +1,8 @@
-// The figures of a comparison, and its findings in sentences.
+// The figures of a comparison, and what is to be known of them in sentences.
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <tuple>
 
 #include "app/compare/compare_report.h"
 
@@ -77,55 +76,20 @@ std::optional<double> number_at(const Json& json, const std::string& path) {
   return json.contains(at) && json[at].is_number() ? std::optional(json[at].get<double>()) : std::nullopt;
 }
 
+std::string printed_figure(const std::optional<double>& value, const Figure& figure) {
+  if (!value) return "";
+  if (figure.digits == 0) return results::readable_count(static_cast<std::size_t>(*value));
+  return fmt::format("{:.{}f}", *value * (std::string(figure.unit) == "%" ? 100 : 1), figure.digits);
+}
+
 const Json* mode_called(const Json& report, const std::string& name) {
   for (const Json& mode : report["modes"])
     if (mode["name"] == name) return &mode;
   return nullptr;
 }
 
-namespace {
-
-// "shadow-map:spc at its best epsilon, 0.001: 97.100 %" for each family with a bias.
-std::vector<std::string> best_of_families(const Json& report, const char* path) {
-  struct Best {
-    std::string family;
-    double epsilon, value;
-  };
-  std::vector<Best> best;
-  for (const Json& mode : report["modes"]) {
-    const std::optional<double> value = number_at(mode, path), epsilon = number_at(mode, "epsilon");
-    if (!epsilon || !value) continue;
-    const auto same = [&](const Best& b) { return mode["family"] == b.family; };
-    auto at = std::find_if(best.begin(), best.end(), same);
-    if (at == best.end()) at = best.insert(at, Best{mode["family"].get<std::string>(), *epsilon, *value});
-    if (*value > at->value) std::tie(at->epsilon, at->value) = std::tie(*epsilon, *value);
-  }
-  std::vector<std::string> sentences;
-  for (const Best& b : best)
-    sentences.push_back(fmt::format("{} at its best epsilon, {:g}: {:.3f} %", b.family, b.epsilon, 100 * b.value));
-  return sentences;
-}
-
-}  // namespace
-
 std::vector<std::string> findings_of(const Json& report) {
-  constexpr struct {
-    const char *what, *path;
-  } kShares[] = {
-      {"Classes that agree with the exact oracle", "oracle.agreement"},
-      {"Seen area textured from photos' pixels of its own surface", "truth.origin.all.right"},
-      {"All area textured as it should be, and hidden area not from another surface", "truth.origin.all.faithful"}};
-  std::vector<std::string> findings, failed;
-  const Json* gpvc = mode_called(report, "gpvc");
-  for (const auto& [what, path] : kShares) {
-    if (gpvc == nullptr || (*gpvc)["status"] != "ok") continue;
-    const std::optional<double> ours = number_at(*gpvc, path);
-    if (!ours) continue;
-    const std::vector<std::string> others = best_of_families(report, path);
-    findings.push_back(
-        fmt::format("{}: gpvc {:.3f} %{}{}.", what, 100 * *ours, others.empty() ? "" : "; ", fmt::join(others, "; ")));
-  }
-  for (std::string& sentence : contest_findings(report)) findings.push_back(std::move(sentence));
+  std::vector<std::string> findings = contest_findings(report), failed;
   for (const Json& mode : report["modes"])
     if (mode["status"] != "ok") failed.push_back(mode["name"].get<std::string>());
   if (!failed.empty())

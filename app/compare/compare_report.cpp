@@ -85,12 +85,6 @@ std::string markdown_rows(const Json& columns, const Json& rows) {
   return text;
 }
 
-std::string printed_figure(const std::optional<double>& value, const Figure& figure) {
-  if (!value) return "";
-  if (figure.digits == 0) return results::readable_count(static_cast<std::size_t>(*value));
-  return fmt::format("{:.{}f}", *value * (std::string(figure.unit) == "%" ? 100 : 1), figure.digits);
-}
-
 }  // namespace
 
 std::string markdown_table(const Json& table) {
@@ -123,7 +117,9 @@ std::string report_page(const Json& report, std::span<const Crop> crops, std::sp
                                {"digits", f.digits},
                                {"better", f.better},
                                {"meaning", f.meaning}});
-  if (Json contest = contest_table(report); !contest.is_null()) data["contest"] = std::move(contest);
+  data["opening"] = opening_table(report);
+  data["best_and_worst"] = best_and_worst(report);
+  data["contest"] = contest_table(report);
   const std::vector<std::vector<std::string>> pictures = pictures_of(crops, scratch);
   for (std::size_t c = 0; c < pictures.size(); ++c) {
     Json& uris = data["crops"][c]["pictures"];
@@ -141,6 +137,7 @@ std::string report_markdown(const Json& report) {
                   scene["used_views"].get<std::size_t>(), scene["views"].get<std::size_t>(),
                   report["program"]["version"].get<std::string>(),
                   device.is_null() ? "drawn on the CPU" : device["renderer"].get<std::string>());
+  if (const Json opening = opening_table(report); !opening.is_null()) text += markdown_table(opening) + "\n";
   for (const Json& finding : report["findings"]) text += fmt::format("- {}\n", finding.get<std::string>());
   Json columns = Json::array({"mode"}), rows = Json::array();
   for (const Json& mode : report["modes"]) {

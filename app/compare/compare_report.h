@@ -29,10 +29,20 @@ std::optional<double> number_at(const Json& json, const std::string& path);
 /// The mode of a report that has this name, or nullptr.
 const Json* mode_called(const Json& report, const std::string& name);
 
-/// The main results, in sentences.
+/// A figure as tables show it; empty where it is not known.
+std::string printed_figure(const std::optional<double>& value, const Figure& figure);
+
+/// What the tables do not say, in sentences.
 std::vector<std::string> findings_of(const Json& report);
 
-/// One sentence for each metric of the report: which modes with a bias are ahead of gpvc.
+/// gpvc and each other mode, once at the epsilon that one would pick without the truth and once at the best one, by the
+/// main measures: {title, note, columns, rows}; null where no measure is known.
+Json opening_table(const Json& report);
+/// [{family, by, best, worst}]: of each family with a bias the names of its best and its worst mode by the first measure
+/// that is known, which `by` names.
+Json best_and_worst(const Json& report);
+
+/// One sentence for each metric of the report: how many modes with a bias are ahead of gpvc, and how many behind.
 std::vector<std::string> contest_findings(const Json& report);
 /// The same for each mode: {title, note, columns, rows}; null without gpvc or without modes with a bias.
 Json contest_table(const Json& report);

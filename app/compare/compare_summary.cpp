@@ -91,22 +91,22 @@ Table table_of(const std::vector<Json>& reports, const Measure& measure) {
 
 std::string verdict(const Table& table, const Measure& measure) {
   const std::string scenes = fmt::format("{}", fmt::join(table.scenes, ", "));
-  std::vector<std::string> near;
+  std::size_t near = 0;
   const Row* best = nullptr;
   for (const Row& row : table.rows) {
     if (!row.worst()) continue;
-    if (*row.worst() <= kNear) near.push_back(row.mode);
+    near += *row.worst() <= kNear;
     if (best == nullptr || *row.worst() < *best->worst()) best = &row;
   }
   const std::string what = fmt::format("By {}", measure.name);
   if (table.rows.empty()) return fmt::format("{} no mode with a bias was compared ({}).", what, scenes);
-  if (near.empty())
+  if (near == 0)
     return fmt::format(
         "{}, no single epsilon of any method comes within {} percentage points of gpvc on all of {}{}.", what, kNear,
         scenes,
         best ? fmt::format("; the nearest, {}, stays {:.3f} behind on one of them", best->mode, *best->worst()) : "");
-  return fmt::format("{}, within {} percentage points of gpvc on all of {}: {}.", what, kNear, scenes,
-                     fmt::join(near, ", "));
+  return fmt::format("{}, within {} percentage points of gpvc on all of {}: {} of {} modes, the nearest {}.", what,
+                     kNear, scenes, near, table.rows.size(), best->mode);
 }
 
 std::string points(const std::optional<double>& value) {

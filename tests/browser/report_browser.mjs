@@ -100,7 +100,20 @@ async function use(page, file) {
   insist(rising.length > 1 && rising.every((value, n) => n === 0 || rising[n - 1] <= value), `not sorted: ${rising}`);
   insist(falling.join() === [...rising].reverse().join(), `not sorted the other way: ${falling}`);
   insist(await page.evaluate(`document.querySelectorAll('#table td.best').length`) > 0, 'no best value is marked');
+
+  // What the page opens with: gpvc and each family before and after, then the curve, then the best and the worst of each.
+  const opening = await page.evaluate(`[...document.querySelectorAll('#opening tbody th')].map((cell) => cell.textContent)`);
+  const families = [...new Set(report.modes.map((mode) => mode.family))];
+  const withBias = families.filter((family) => report.modes.some((mode) => mode.family === family && mode.epsilon !== null));
+  insist(opening.length === families.length + withBias.length && opening[0] === 'gpvc', `the page opens with ${opening.join('; ')}`);
+  insist(await page.evaluate(`document.querySelector('main > :not([hidden])').id`) === 'opening', 'the page does not open with its table');
   insist(await page.evaluate(`document.querySelectorAll('#plot circle').length`) > 1, 'the biases are not plotted');
+  const strips = await page.evaluate(`Promise.all([...document.querySelectorAll('.strip img')].map((image) => {
+    image.loading = 'eager';
+    return image.decode().then(() => image.naturalWidth, () => 0);
+  }))`);
+  insist(strips.length === report.crops.length * 2 * (1 + withBias.length) && strips.every((width) => width > 0),
+    `${strips.length} pictures of best and worst epsilons, widths ${strips}`);
   const biased = report.modes.filter((mode) => mode.epsilon !== null).length;
   insist(await page.evaluate(`document.querySelectorAll('#against tbody tr').length`) === biased, 'a mode with a bias is not compared with gpvc');
   insist(page.problems.length === 0, page.problems.join('\n'));
@@ -120,7 +133,10 @@ const kBreakages = [
   ['a deaf slider', 'for (const control of [left, right, split])', 'for (const control of [left, right])'],
   ['sides exchanged', 'const wanted = [left.value, right.value];', 'const wanted = [right.value, left.value];'],
   ['no sorting', 'body.append(...rows.map(({ row }) => row));\n  }', '}'],
-  ['no biases compared with gpvc', 'if (data.contest) showTables', 'if (false) showTables'],
+  ['no biases compared with gpvc', 'if (data.contest) showTable', 'if (false) showTable'],
+  ['no table to begin with', 'if (data.opening) showTable', 'if (false) showTable'],
+  ['no curve', '\n  showEpsilons();', ''],
+  ['the best epsilons alone', "...ends.map(({ worst }) => worst)", ''],
   ['an error on the console', "'use strict';", "'use strict'; console.error('broken');"],
   ['a picture from elsewhere', '<header class="top">', '<img src="missing.png" alt=""><header class="top">'],
 ];
