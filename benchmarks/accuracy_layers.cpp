@@ -121,7 +121,7 @@ Part layer_table(const Setup& setup) {
         row.gap = fmt::format("{}", gap);
         row.distance = fmt::format("{}", distance);
         row.place = place.name;
-        part.perfect = part.perfect && row.exact.wrong_classes == 0;
+        part.as_expected = part.as_expected && row.exact.wrong_classes == 0;
         rows.push_back(std::move(row));
       }
   std::array<std::size_t, kBiased.size()> fixed{};

@@ -25,3 +25,19 @@ if(GPVC_NODE AND GPVC_CHROMIUM)
   set_tests_properties(browser.report PROPERTIES FIXTURES_REQUIRED "compared;compared_external" LABELS "browser;app;nightly"
                        ENVIRONMENT "CHROMIUM=${GPVC_CHROMIUM}" TIMEOUT 600)
 endif()
+
+# The paper's page, of the accuracy benchmark's quick tables and the comparison above, which has the paper's smallest and
+# largest epsilon alone.
+if(GPVC_NODE AND GPVC_CHROMIUM AND GPVC_BENCHMARKS)
+  set(paper ${CMAKE_CURRENT_BINARY_DIR}/paper)
+  add_test(NAME paper.page
+           COMMAND bash -c "rm -rf paper && mkdir -p paper/tables_1_to_6 && ln -s ${compared} paper/compare_city && \
+echo test >paper/made_by.txt && $<TARGET_FILE:accuracy_benchmark> --quick -o paper/tables_1_to_6 >paper/accuracy.txt && \
+${PROJECT_SOURCE_DIR}/benchmarks/reproduce_paper.sh --page paper")
+  add_test(NAME browser.paper COMMAND ${GPVC_NODE} ${CMAKE_CURRENT_SOURCE_DIR}/../browser/paper_browser.mjs ${paper} ${paper}/looked_at)
+  set_tests_properties(paper.page PROPERTIES FIXTURES_REQUIRED compared FIXTURES_SETUP paper_page LABELS "gpu;app;nightly"
+                       SKIP_RETURN_CODE 77
+                       WORKING_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR} TIMEOUT 600)
+  set_tests_properties(browser.paper PROPERTIES FIXTURES_REQUIRED paper_page LABELS "browser;app;nightly"
+                       ENVIRONMENT "CHROMIUM=${GPVC_CHROMIUM}" TIMEOUT 600)
+endif()
