@@ -42,6 +42,10 @@ std::string sentence_on(const MissingGrid& grid, const std::string& from, const 
 struct SystemName {
   std::string name;  ///< "WGS 84 / UTM zone 32N"; empty where PROJ knows none
   std::string unit;  ///< of its first axis: "metre", "degree", "US survey foot"; empty where PROJ knows none
+  /// What its heights are above: "EGM96 geoid"; empty: its ellipsoid; nullopt where it says nothing of heights.
+  std::optional<std::string> heights{};
+  /// "EPSG:32632", also of a system that a WKT or a PROJ string describes; empty where PROJ knows none that is the same.
+  std::string code{};
 };
 
 /// What PROJ calls a system. Empty for text that it does not know as one.

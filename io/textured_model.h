@@ -64,6 +64,7 @@ struct ModelOptions {
   /// Largest size of a .bin beside a .gltf (exceeded only if one page's triangles take more): lengths that 31 bits
   /// hold.
   std::size_t buffer_limit_bytes = 0x7FFFFFFF;
+  std::string copyright{};  ///< in a glTF, which viewers show; empty: none
 };
 
 /// `NAME.obj` with NAME.mtl beside it: positions in the input's order, faces in the input's order, usemtl where the
@@ -71,6 +72,13 @@ struct ModelOptions {
 /// without a page are listed without texture coordinates, under a grey material, or left out. Throws OutputError.
 void write_obj(const std::filesystem::path& obj_file, const TexturedModel& model, std::span<const PageFile> pages,
                const ModelOptions& options);
+
+/// The photos that faces show, for readers of a glTF who pick a face.
+struct PhotoTable {
+  std::vector<std::uint32_t> of_face{};  ///< per face of the model, a row
+  std::vector<std::string> name{};       ///< per row; empty: no photo
+  std::vector<float> gsd{};              ///< per row, what a pixel covers on its faces; 0: not known
+};
 
 /// One self-contained binary file, or a description with buffers and pages beside it.
 enum class GltfContainer { glb, files };
@@ -87,9 +95,9 @@ struct GltfFiles {
 /// glTF 2.0: KHR_materials_unlit or lit, one primitive a page, 32-bit indices, offset in the root node's extras. Faces without
 /// a page are left out. A GLB ends at 4 GiB: what would be larger becomes files. With files, the pages stay where they
 /// are and are referred to relative to STEM. Throws OutputError, also when no face has a page or a local coordinate
-/// exceeds 32-bit floats.
+/// exceeds 32-bit floats. \param photos each face gets its row by EXT_mesh_features and EXT_structural_metadata; null: none
 GltfFiles write_gltf(const std::filesystem::path& stem, GltfContainer container, const TexturedModel& model,
-                     std::span<const PageFile> pages, const ModelOptions& options);
+                     std::span<const PageFile> pages, const ModelOptions& options, const PhotoTable* photos = nullptr);
 
 /// A textured model from a file: ours or another program's.
 struct LoadedModel {

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -23,6 +25,21 @@ using pipeline::IsNamed;
 using pipeline::names_of;
 
 using Color = std::array<std::uint8_t, 3>;
+using tileset::Place;
+
+std::optional<Place> place_from(const std::string& option, const std::string& given) {
+  Place place;
+  char rest = 0;
+  const int read = std::sscanf(given.c_str(), "%lf,%lf,%lf%c%lf%c", &place.latitude, &place.longitude, &place.height,
+                               &rest, &place.heading, &rest);
+  const bool is_place = (read == 3 || (read == 5 && rest == ',')) && std::abs(place.latitude) <= 90 &&
+                        std::abs(place.longitude) <= 360 && std::abs(place.height) < 1e7 &&
+                        std::abs(place.heading) <= 360;
+  if (!is_place)
+    throw CLI::ValidationError(
+        option, fmt::format("'{}' is not LAT,LON,HEIGHT or LAT,LON,HEIGHT,HEADING in degrees and metres", given));
+  return place;
+}
 
 // --- options
 
@@ -46,6 +63,14 @@ struct Adder {
         ->check(in_range(static_cast<int>(info.least), static_cast<int>(info.most)))
         ->default_str(fmt::format("{},{},{}", color[0], color[1], color[2]))
         ->group(info.group);
+  }
+  void operator()(std::string& text, const OptionInfo& info) const {
+    OptionGroup{app, info.group}.add(flag(info), text, "TEXT", info.help)->check(not_empty());
+  }
+  void operator()(std::optional<Place>& place, const OptionInfo& info) const {
+    OptionGroup{app, info.group}.parsed(
+        flag(info), [&place, name = flag(info)](const std::string& given) { place = place_from(name, given); },
+        "LAT,LON,HEIGHT[,HEADING]", "", info.help);
   }
   template <typename Value>
   void operator()(Value& value, const OptionInfo& info) const {
@@ -82,6 +107,9 @@ struct Adder {
 
 void put_json(Json& json, const visibility::Method& method, const OptionInfo&) { json.update(method_json(method)); }
 void put_json(Json&, const std::vector<pipeline::ViewRule>&, const OptionInfo&) {}
+void put_json(Json& json, const std::optional<Place>& place, const OptionInfo& info) {
+  json[info.name] = place ? Json{place->latitude, place->longitude, place->height, place->heading} : Json();
+}
 template <typename Value>
 void put_json(Json& json, const Value& value, const OptionInfo& info) {
   std::string name = info.name;

@@ -144,8 +144,7 @@ void run_tileset(const TilesetOptions& options, Console& console) {
     const tileset::TilesetReport report =
         tileset::tileset_into({input, settings, photos, record}, options.tiles, folder);
     record.counts["levels"] = levels_json(report);
-    if (!report.obstacle.empty())
-      record.note(fmt::format("the tiles are in the scene's own coordinates: {}", report.obstacle));
+    if (!report.placing.empty()) record.note(report.placing);
     return {options_json(options), Json::object(), (options.out / "tileset.json").string()};
   });
 }

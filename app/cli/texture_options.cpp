@@ -33,7 +33,8 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
 Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb (or model.gltf and model.bin),
 preview.png, views.json, labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled),
 faces.npy (GLB triangle to input face), source_faces.npy (face to the polygon it was cut from,
-where there are any), offset.txt where coordinates are large, run.json; with --editable or
+where there are any), offset.txt where coordinates are large, metadata.xml where their reference
+system is known (SRS and SRSOrigin, as ContextCapture writes them), run.json; with --editable or
 --from edit-views.bin and edit-model.bin.
 
 )") + kRulesHelp +
@@ -58,13 +59,16 @@ CLI::App* add_tileset(CLI::App& parent, TilesetOptions& options) {
   add_common(*app, options.common, R"(Examples:
   gpvc tileset colmap/sparse/0 mesh.ply --images photos -o tiles
   gpvc tileset colmap mesh.ply --mesh-crs EPSG:25832 -o tiles --tile-faces 20000
+  gpvc tileset colmap mesh.ply --place 48.1374,11.5755,565,90 -o tiles
 
-Writes to OUT: tileset.json (3D Tiles 1.1), tiles/LEVEL_NUMBER.glb, views.json, run.json. Level 0 has
-the faces of the mesh at the photos' resolution; each level above a quarter of the faces and texels
-twice as large, textured from the photos anew. Tiles of different levels meet without cracks.
+Writes to OUT: tileset.json (3D Tiles 1.1), tiles/LEVEL_NUMBER.glb, index.html, preview.png, views.json, run.json.
+Level 0 has the faces of the mesh at the photos' resolution; each level above a quarter of the faces
+and texels twice as large, textured from the photos anew. Tiles of different levels meet without cracks.
+Who picks a face learns which photo it shows, and what a pixel of that photo covers there: "photo" and
+"gsd" (EXT_mesh_features, EXT_structural_metadata). index.html opens the tiles with a CesiumJS beside it.
 
-Where the scene or the mesh names its reference system, the root's transform places the tiles on the
-earth; else they are in the scene's own coordinates, turned so that z is up.
+Where the scene names its reference system, the root's transform places the tiles on the earth, with
+heights above the ellipsoid; else --place does. Without either they keep the scene's own coordinates.
 
 )" + std::string(kRulesHelp));
   return app;

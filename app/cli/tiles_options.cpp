@@ -33,9 +33,9 @@ CLI::App* add_tiles(CLI::App& parent, TilesOptions& options) {
   gpvc tiles colmap mesh.ply -o job && gpvc plan job --sbatch > job.sh && bash job.sh
 
 Writes to JOB: plan.json (the units, with what they wait for and what they take), job.json, mesh/, views.json, run.json.
-The units write JOB/units/NAME/ and the result: JOB/result/tileset.json, tiles/LEVEL_N.glb and, for level 0,
-obj/N/model.obj with its pages, and offset.txt where coordinates are large. All tiles have one labeling and one leveling:
-seams along their borders are as those inside.
+The units write JOB/units/NAME/ and the result: JOB/result/tileset.json, index.html, tiles/LEVEL_N.glb and, for
+level 0, obj/N/model.obj with its pages, offset.txt and metadata.xml, as gpvc texture writes them.
+All tiles have one labeling and one leveling: seams along their borders are as those inside.
 
 )" + std::string(kRulesHelp));
   return app;

@@ -13,6 +13,8 @@
 #include "io/images.h"
 #include "io/npy.h"
 #include "io/output_file.h"
+#include "io/reference_system.h"
+#include "io/vector.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -62,6 +64,12 @@ std::string offset_text(const io::ModelOptions& model) {
   return text;
 }
 
+std::string xml_text(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) escaped += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+  return escaped;
+}
+
 // The model with unseen faces taken off their pages, which leaves them out of a glTF.
 io::TexturedModel without_unseen(io::TexturedModel model, std::span<const labeling::FaceTag> tags) {
   for (std::size_t face = 0; face < model.face_page.size(); ++face)
@@ -78,6 +86,19 @@ bool has_offset(const io::ModelOptions& model) {
 void write_offset(const io::ModelOptions& model, const std::filesystem::path& file) {
   io::OutputFile out(file);
   out.write(offset_text(model));
+  out.commit();
+}
+
+void write_metadata(const io::ModelOptions& model, const std::filesystem::path& file) {
+  // Programs that read the file look for a code.
+  const bool is_named = model.srs.starts_with("EPSG:") || model.srs.starts_with("ENU:");
+  const std::string code = is_named ? std::string() : io::system_name(model.srs).code;
+  const WorldPoint origin = model.offset + model.srs_offset;
+  io::OutputFile out(file);
+  out.write(
+      fmt::format("<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<ModelMetadata version=\"1\">\n  <SRS>{}</SRS>\n"
+                  "  <SRSOrigin>{},{},{}</SRSOrigin>\n</ModelMetadata>\n",
+                  xml_text(code.empty() ? model.srs : code), origin.x, origin.y, origin.z));
   out.commit();
 }
 
@@ -150,10 +171,10 @@ void ModelFiles::begin(const atlas::AtlasEstimate& size) {
   tags_file_ = folder_.file("tags.npy");
   faces_file_ = folder_.file("faces.npy");
   if (has_offset(options_)) write_offset(options_, folder_.file(kOffsetFile));
+  if (!options_.srs.empty()) write_metadata(options_, folder_.file(kMetadataFile));
   if (!run_.input.mesh.source_face.empty())
     io::write_npy_as<std::uint32_t>(folder_.file("source_faces.npy"), run_.input.mesh.source_face);
-  const auto edge2 = [&] { return static_cast<std::size_t>(reduction_) * static_cast<std::size_t>(reduction_); };
-  while (size.page_texels / edge2() > kPreviewTexels) reduction_ *= 2;
+  reduction_ = preview_reduction(size.page_texels);
   preview_pages_.resize(size.pages);
   page_sizes_.resize(size.pages);
   left_ = size.pages;
@@ -202,18 +223,26 @@ WrittenModel ModelFiles::finish(const io::TexturedModel& model) {
     free_memory(files.faces);
     return files;
   });
-  const Viewpoint preview = write_preview(model);
+  const io::UpAxis up =
+      run_.input.mesh.file_positions.empty() ? options_.up : scene_up(run_.input.scene, run_.input.views);
+  const Viewpoint preview = write_preview(run_.input, model, preview_pages_, labels_, up, profile_, preview_file_);
   promise_gltf(gltf.get(), run_.settings.output.gltf, folder_, run_.observer);
   return {preview, kBackground, options_.up, options_.offset};
 }
 
-Viewpoint ModelFiles::write_preview(const io::TexturedModel& model) const {
-  const io::UpAxis up =
-      run_.input.mesh.file_positions.empty() ? options_.up : scene_up(run_.input.scene, run_.input.views);
-  Viewpoint view = overview(run_.input.mesh, labels_, run_.input.scene, run_.input.views, up,
-                            kPreviewWidth * kPreviewSamples, kPreviewHeight * kPreviewSamples);
-  const RenderResult render = render_model(model, preview_pages_, view.camera, view.pose, {true, true, kBackground});
-  io::write_image(preview_file_, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile_);
+int preview_reduction(std::size_t page_texels) {
+  int reduction = 1;
+  while (page_texels / pixel_index(0, reduction, reduction) > kPreviewTexels) reduction *= 2;
+  return reduction;
+}
+
+Viewpoint write_preview(const Input& input, const io::TexturedModel& model, const std::vector<Image>& pages,
+                        std::span<const ViewId> labels, io::UpAxis up, const io::ColorProfile& profile,
+                        const std::filesystem::path& file) {
+  Viewpoint view = overview(input.mesh, labels, input.scene, input.views, up, kPreviewWidth * kPreviewSamples,
+                            kPreviewHeight * kPreviewSamples);
+  const RenderResult render = render_model(model, pages, view.camera, view.pose, {true, true, kBackground});
+  io::write_image(file, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile);
   // The camera of the picture, which is drawn larger and then reduced.
   Camera& camera = view.camera;
   camera.width = kPreviewWidth;

@@ -32,9 +32,22 @@ bool has_offset(const io::ModelOptions& model);
 /// Throws OutputError.
 void write_offset(const io::ModelOptions& model, const std::filesystem::path& file);
 
+/// Beside an OBJ whose reference system is known: the same as ContextCapture states it, by which other programs place the OBJ.
+inline constexpr const char* kMetadataFile = "metadata.xml";
+/// Throws OutputError. \pre the model has a reference system
+void write_metadata(const io::ModelOptions& model, const std::filesystem::path& file);
+
 /// The color profile of the first view's photo file, for the pages; empty where it has none or there is no file. Warns of
 /// photos with another profile, because colors are not converted. Reads file headers only. Throws InputError.
 io::ColorProfile profile_of_photos(const Input& input, Observer& observer);
+
+/// By how much pages with so many texels are reduced for a preview, which needs no more of them.
+int preview_reduction(std::size_t page_texels);
+/// Draws preview.png, a picture of a model from where all of it is seen. Returns the camera. \param pages reduced \param up of
+/// the scene. Throws OutputError.
+Viewpoint write_preview(const Input& input, const io::TexturedModel& model, const std::vector<Image>& pages,
+                        std::span<const ViewId> labels, io::UpAxis up, const io::ColorProfile& profile,
+                        const std::filesystem::path& file);
 
 /// Bytes of all files of a result, before anything is known of it but the texels that are expected.
 struct FileSizes {
@@ -64,8 +77,6 @@ class ModelFiles final : public PageSink {
   WrittenModel finish(const io::TexturedModel& model);
 
  private:
-  Viewpoint write_preview(const io::TexturedModel& model) const;
-
   const Run& run_;
   OutputFolder& folder_;
   io::ColorProfile profile_;

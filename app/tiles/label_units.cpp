@@ -155,6 +155,7 @@ void UnitRunner::level(const Unit& unit, const io::WorkKey& key) {
   std::vector<atlas::SeamRatio> ratios;
   std::vector<std::size_t> faces(job_.scene.views.size(), 0);
   for (std::size_t t = 0; t < job_.tiles(0).size(); ++t) {
+    if (job_.tiles(0)[t].faces == 0) continue;
     const auto more = folder_.get<SeamRatios>(expose_unit(t), "ratios", [&](const SeamRatios& found) {
       return found.faces.size() == faces.size() &&
              std::ranges::all_of(found.ratios,

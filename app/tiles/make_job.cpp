@@ -17,6 +17,7 @@
 #include "app/tiles/done.h"
 #include "app/tiles/plan_text.h"
 #include "app/tiles/tile_work.h"
+#include "app/tileset/placing.h"
 #include "app/tileset/tile_tree.h"
 #include "io/output_file.h"
 #include "io/photos.h"
@@ -72,6 +73,7 @@ std::vector<double> unhidden_shares(const checks::Input& input, std::span<const 
 TileInfo tile_info(const pipeline::Input& input, const pipeline::Settings& settings, const TileMesh& tile,
                    std::uint32_t number) {
   TileInfo info;
+  if (tile.face.empty()) return info;
   for (const WorldPoint& p : tile.mesh.positions) info.box.add(p);
   const std::vector<std::uint32_t> own = tile.own(number);
   for (const std::uint32_t f : own)
@@ -162,10 +164,11 @@ int reduction_for(const checks::Input& input, int level) {
 void cut(const checks::Input& input, const JobSettings& settings, results::Observer& observer,
          const std::function<void(std::uint32_t, const TileMesh&)>& take, Job& job) {
   observer.begin({"cut", "tiles"});
-  const int depth = tileset::tree_depth(input.mesh.faces.size(), settings.tiles.faces_per_tile);
+  const std::size_t leaves = tileset::leaf_count(input.mesh.faces.size(), settings.tiles.faces_per_tile);
+  const int depth = tileset::tree_depth(leaves);
   const std::size_t tiles = std::size_t{1} << (2 * depth);
   const io::UpAxis up = pipeline::scene_up(input.scene, input.views);
-  const std::vector<std::uint32_t> leaf = tileset::leaf_of_faces(input.mesh, up, depth);
+  const std::vector<std::uint32_t> leaf = tileset::leaf_of_faces(input.mesh, up, leaves);
   TileCutter cutter(input.mesh, leaf, tiles);
   Level finest;
   finest.texel_size = settings.texture.atlas.texel_size;
@@ -200,7 +203,7 @@ void cut(const checks::Input& input, const JobSettings& settings, results::Obser
     level.reduction = reduction_for(input, k);
     job.levels.push_back(std::move(level));
   }
-  observer.end(fmt::format("{} tiles, {} groups of views", job.levels[0].tiles.size(), job.groups.size()));
+  observer.end(fmt::format("{} tiles, {} groups of views", leaves, job.groups.size()));
 }
 
 }  // namespace
@@ -214,6 +217,7 @@ Job cut_scene(const checks::Input& input, const JobSettings& settings, results::
 std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input, const JobSettings& settings,
                            const std::string& program, pipeline::Observer& observer) {
   checks::validate(input);
+  tileset::refuse_place(input.scene, input.mesh.positions.front(), settings.tiles.place);
   Job job;
   job.settings = settings;
   // Which faces have a view is not known yet.
@@ -222,6 +226,7 @@ std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input
   job.tiles_model = pipeline::model_options(input, any, settings.texture.output, pipeline::Coordinates::of_scene);
   // They would differ along the borders of tiles.
   job.model.normals = job.tiles_model.normals = false;
+  job.tiles_model.copyright = settings.tiles.copyright;
   job.color_profile = pipeline::profile_of_photos(input, observer);
   job.tie_points = checks::read_tie_points(input.scene, observer);
   job.listed = pipeline::listed_vertices(settings.texture.view_rules, input.mesh);

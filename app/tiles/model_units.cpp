@@ -98,16 +98,18 @@ void UnitRunner::bake(const Unit& unit) {
   tileset::TileModel model = tileset::tile_model(atlas.model, own, pages.files(), [&](std::uint32_t f) {
     return drops && tile.costs.tags[f] == labeling::FaceTag::unseen;
   });
+  tileset::add_photos(model, scene, own, tile.labels);
   if (finest) {
     model.model.mesh = &model.mesh;
     io::write_obj(obj / "model.obj", model.model, model.pages, job_.model);
     if (pipeline::has_offset(job_.model)) pipeline::write_offset(job_.model, obj / pipeline::kOffsetFile);
+    if (!job_.model.srs.empty()) pipeline::write_metadata(job_.model, obj / pipeline::kMetadataFile);
   }
   tileset::write_tile(glb, model, job_.tiles_model, job_.settings.tiles.compress);
   note_output(glb);
   if (finest) {
     for (const io::PageFile& page : pages.files()) note_output(page.file);
-    for (const char* name : {"model.obj", "model.mtl", pipeline::kOffsetFile})
+    for (const char* name : {"model.obj", "model.mtl", pipeline::kOffsetFile, pipeline::kMetadataFile})
       if (io::is_file(obj / name)) note_output(obj / name);
   } else {
     pages.remove();
@@ -187,14 +189,17 @@ void UnitRunner::finish() {
   }
   // Without levels of detail, tiles above the leaves have nothing to show, so that viewers go on to the leaves from anywhere.
   while (levels.back().size() > 1) levels.emplace_back(levels.back().size() / 4, tileset::Tile{{}, {}, diagonal});
-  const fs::path file = folder_.path() / "result" / "tileset.json";
-  folder_.refuse_links(file.lexically_relative(folder_.path()));
-  fs::create_directories(file.parent_path());
-  io::remove_unfinished(file.parent_path(), file.filename().string());
-  io::OutputFile out(file);
-  out.write(tileset::tileset_text(levels, job_.tiles_model));
-  out.commit();
-  note_output(file);
+  const fs::path result = folder_.path() / "result";
+  for (const char* name : {"tileset.json", "index.html"}) {
+    folder_.refuse_links(fs::path("result") / name);
+    fs::create_directories(result);
+    io::remove_unfinished(result, name);
+  }
+  const std::optional<tileset::Place>& place = job_.settings.tiles.place;
+  tileset::write_tileset(result, levels, job_.tiles_model, place);
+  for (const char* name : {"tileset.json", "index.html"}) note_output(result / name);
+  if (const std::string remark = tileset::remark_on_placing(job_.tiles_model, place); !remark.empty())
+    observer_.note(remark);
   auto& figures = outcome_->done.figures;
   std::map<std::string, double> sums;
   double steps_before = 0, steps_after = 0;

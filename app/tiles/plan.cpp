@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "app/pipeline/held_bytes.h"
 #include "app/pipeline/memory.h"
@@ -176,7 +175,7 @@ class Planner {
     for (int level = 0; level < static_cast<int>(job_.levels.size()); ++level) add_level(level);
     Unit& finish = add({kFinishUnit, Stage::finish});
     for (int level = 0; level < static_cast<int>(job_.levels.size()); ++level)
-      for (std::uint32_t t = 0; t < job_.tiles(level).size(); ++t) finish.after.push_back(bake_unit(level, t));
+      for (const std::uint32_t t : textured(level)) finish.after.push_back(bake_unit(level, t));
     finish.memory_bytes = kProgram;
     finish.seconds = kStartS;
     return std::move(units_);
@@ -185,12 +184,20 @@ class Planner {
  private:
   Unit& add(Unit unit) { return units_.emplace_back(std::move(unit)); }
 
+  /// The tiles of a level, of level 0 those that are not left over in the tree.
+  std::vector<std::uint32_t> textured(int level) const {
+    std::vector<std::uint32_t> tiles;
+    for (std::uint32_t t = 0; t < job_.tiles(level).size(); ++t)
+      if (level > 0 || job_.tiles(level)[t].faces > 0) tiles.push_back(t);
+    return tiles;
+  }
+
   void add_level(int level) {
     const Estimates estimates(job_, level);
-    const auto tiles = static_cast<std::uint32_t>(job_.tiles(level).size());
+    const std::vector<std::uint32_t> tiles = textured(level);
     if (level > 0) add_meshes(level);
     add_seeing(level, estimates);
-    for (std::uint32_t t = 0; t < tiles; ++t) {
+    for (const std::uint32_t t : tiles) {
       Unit& unit = add({cost_unit(level, t), Stage::cost, level, t, 0, {kJudgeUnit}, kCores});
       if (level > 0) {
         unit.after.push_back(ring_unit(level, t));
@@ -200,7 +207,7 @@ class Planner {
     }
     for (int round = 1; round <= kRounds; ++round) add_choice(level, round, estimates);
     if (level == 0) add_exposure(estimates);
-    for (std::uint32_t t = 0; t < tiles; ++t) {
+    for (const std::uint32_t t : tiles) {
       Unit& unit =
           add({bake_unit(level, t), Stage::bake, level, t, 0, {kLevelUnit, choose_unit(level, kRounds, t)}, kCores});
       for (const std::uint32_t other : job_.tiles(level)[t].around)
@@ -244,8 +251,7 @@ class Planner {
 
   void add_choice(int level, int round, const Estimates& estimates) {
     const std::vector<TileInfo>& tiles = job_.tiles(level);
-    std::vector<std::uint32_t> order(tiles.size());
-    std::iota(order.begin(), order.end(), 0u);
+    std::vector<std::uint32_t> order = textured(level);
     std::ranges::stable_sort(order, {}, [&](std::uint32_t t) { return tiles[t].color; });
     for (const std::uint32_t t : order) {
       Unit& unit = add({choose_unit(level, round, t), Stage::choose, level, t, round, {cost_unit(level, t)}, 1});
@@ -260,7 +266,7 @@ class Planner {
   void add_exposure(const Estimates& estimates) {
     const std::vector<TileInfo>& tiles = job_.tiles(0);
     std::vector<std::string> names;
-    for (std::uint32_t t = 0; t < tiles.size(); ++t) {
+    for (const std::uint32_t t : textured(0)) {
       Unit& unit = add({expose_unit(t), Stage::expose, 0, t, 0, {cost_unit(0, t), choose_unit(0, kRounds, t)}, kCores});
       for (const std::uint32_t other : tiles[t].around) unit.after.push_back(choose_unit(0, kRounds, other));
       estimates.expose(t, unit);

@@ -76,7 +76,12 @@ class Compressor {
         for (const auto& attribute : primitive.at("attributes").items()) replace(attribute.value(), 0, false);
       }
     for (const Json& image : json_.value("images", Json::array()))
-      if (image.contains("bufferView")) move(json_.at("bufferViews").at(image.at("bufferView").get<std::size_t>()));
+      if (image.contains("bufferView")) move(image.at("bufferView"));
+    for (const Json& table :
+         json_.value("/extensions/EXT_structural_metadata/propertyTables"_json_pointer, Json::array()))
+      for (const Json& column : table.at("properties"))
+        for (const char* part : {"values", "stringOffsets"})
+          if (column.contains(part)) move(column.at(part));
     json_["buffers"] = Json::array({{{"byteLength", to_.size()}},
                                     {{"byteLength", decoded_}, {"extensions", {{kExtension, {{"fallback", true}}}}}}});
     for (const char* list : {"extensionsUsed", "extensionsRequired"}) json_[list].push_back(kExtension);
@@ -93,7 +98,8 @@ class Compressor {
     to_.resize(padded(to_.size()), '\0');
     return at;
   }
-  void move(Json& view) {
+  void move(const Json& view_number) {
+    Json& view = json_.at("bufferViews").at(view_number.get<std::size_t>());
     const std::string_view bytes = bytes_of(view);
     view["byteOffset"] = append(bytes.data(), bytes.size());
   }

@@ -1,10 +1,14 @@
 #include "app/tileset/tile_files.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
 #include <utility>
 
 #include "app/pipeline/texture_files.h"
 #include "app/tileset/compressed_glb.h"
+#include "io/vector.h"
 
 namespace gpvc::tileset {
 namespace {
@@ -19,6 +23,22 @@ std::vector<std::uint32_t> distinct(std::vector<std::uint32_t> values) {
 std::uint32_t place_in(const std::vector<std::uint32_t>& sorted, std::uint32_t value) {
   return static_cast<std::uint32_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
 }
+
+// What the faces of a photo cover, on the mesh and in pixels of the photo as it was taken.
+struct Coverage {
+  double area = 0, pixels = 0;
+  void add(const View& view, const std::array<WorldPoint, 3>& p) {
+    std::array<PixelPoint, 3> q;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const CameraPoint c = camera_from_world(view.pose, p[i]);
+      if (!(c.z > 0)) return;
+      q[i] = pixel_from_camera(view.camera, c);
+    }
+    area += length(cross(p[1] - p[0], p[2] - p[0])) / 2;
+    pixels += std::abs((q[1].x - q[0].x) * (q[2].y - q[0].y) - (q[2].x - q[0].x) * (q[1].y - q[0].y)) / 2 *
+              view.reduction * view.reduction;
+  }
+};
 
 }  // namespace
 
@@ -69,11 +89,32 @@ TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t
   return tile;
 }
 
+void add_photos(TileModel& tile, const Scene& scene, std::span<const std::uint32_t> faces,
+                std::span<const ViewId> labels) {
+  std::map<ViewId, Coverage> coverage;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const ViewId label = labels[faces[f]];
+    Coverage& here = coverage[label];
+    if (label == kNoView) continue;
+    const Triangle& face = tile.mesh.faces[f];
+    here.add(scene.views[index(label)],
+             {tile.mesh.positions[face[0]], tile.mesh.positions[face[1]], tile.mesh.positions[face[2]]});
+  }
+  std::map<ViewId, std::uint32_t> row;
+  for (const auto& [view, sum] : coverage) {
+    row[view] = static_cast<std::uint32_t>(tile.photos.name.size());
+    tile.photos.name.push_back(view == kNoView ? std::string() : scene.views[index(view)].name);
+    tile.photos.gsd.push_back(sum.pixels > 0 ? static_cast<float>(std::sqrt(sum.area / sum.pixels)) : 0);
+  }
+  for (const std::uint32_t f : faces) tile.photos.of_face.push_back(row[labels[f]]);
+}
+
 void write_tile(const std::filesystem::path& glb, TileModel& tile, const io::ModelOptions& options, bool compress) {
   tile.mesh.file_positions.clear();
   tile.model.mesh = &tile.mesh;
   std::filesystem::path stem = glb;
-  io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, tile.model, tile.pages, options);
+  io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, tile.model, tile.pages, options,
+                 tile.photos.name.empty() ? nullptr : &tile.photos);
   if (compress) compress_geometry(glb);
 }
 

@@ -38,10 +38,16 @@ struct TileModel {
   Mesh mesh;
   io::TexturedModel model;  ///< model.mesh is null: set it to &mesh once this value no longer moves
   std::vector<io::PageFile> pages;
+  io::PhotoTable photos{};  ///< see add_photos(); empty: none
 };
 /// \param drop leaves faces out
 TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t> faces,
                      std::span<const io::PageFile> pages, const std::function<bool(std::uint32_t)>& drop);
+
+/// Lists the photos that a tile's faces show, with the mean edge of what a pixel of the photo as taken covers on them (their
+/// ground sampling distance). \param faces, labels of the whole, as tile_model() took them
+void add_photos(TileModel& tile, const Scene& scene, std::span<const std::uint32_t> faces,
+                std::span<const ViewId> labels);
 
 /// Writes NAME.glb; changes the tile, which has the coordinates of the scene from then on. \param compress its geometry. Throws
 /// OutputError.

@@ -38,26 +38,28 @@ class Divider {
  public:
   explicit Divider(std::vector<GroundPoint> middles) : middles_(std::move(middles)), leaf_(middles_.size(), 0) {}
 
-  std::vector<std::uint32_t> divide(int depth) {
+  std::vector<std::uint32_t> divide(int depth, std::size_t leaves) {
     std::vector<std::uint32_t> faces(middles_.size());
     std::iota(faces.begin(), faces.end(), 0u);
-    divide(faces, 0, 2 * depth);
+    divide(faces, 0, 2 * depth, leaves);
     return std::move(leaf_);
   }
 
  private:
-  // \param halvings still to be made
-  void divide(std::span<std::uint32_t> faces, std::uint32_t number, int halvings) {
+  // \param halvings of the tree still to be made \param leaves to divide the faces among
+  void divide(std::span<std::uint32_t> faces, std::uint32_t number, int halvings, std::size_t leaves) {
     if (halvings == 0) {
       for (const std::uint32_t face : faces) leaf_[face] = number;
       return;
     }
-    const std::size_t axis = longer_axis(faces), half = faces.size() / 2;
+    const std::size_t first = (leaves + 1) / 2, part = faces.size() * first / leaves;
+    if (first == leaves) return divide(faces, 2 * number, halvings - 1, leaves);
+    const std::size_t axis = longer_axis(faces);
     // Faces of one middle are told apart by their number, so that the result does not depend on the order here.
-    std::ranges::nth_element(faces, faces.begin() + static_cast<std::ptrdiff_t>(half), {},
+    std::ranges::nth_element(faces, faces.begin() + static_cast<std::ptrdiff_t>(part), {},
                              [&](std::uint32_t face) { return std::pair(middles_[face][axis], face); });
-    tbb::parallel_invoke([&] { divide(faces.first(half), 2 * number, halvings - 1); },
-                         [&] { divide(faces.subspan(half), 2 * number + 1, halvings - 1); });
+    tbb::parallel_invoke([&] { divide(faces.first(part), 2 * number, halvings - 1, first); },
+                         [&] { divide(faces.subspan(part), 2 * number + 1, halvings - 1, leaves - first); });
   }
 
   std::size_t longer_axis(std::span<const std::uint32_t> faces) const {
@@ -97,15 +99,19 @@ Mesh compact(const Mesh& all, std::vector<Triangle> faces, std::vector<std::uint
 
 }  // namespace
 
-int tree_depth(std::size_t faces, std::size_t faces_per_tile) {
+std::size_t leaf_count(std::size_t faces, std::size_t faces_per_tile) {
+  const std::size_t most = std::max<std::size_t>(1, faces_per_tile);
+  return std::max<std::size_t>(1, (faces + most - 1) / most);
+}
+
+int tree_depth(std::size_t leaves) {
   int depth = 0;
-  for (std::size_t capacity = std::max<std::size_t>(1, faces_per_tile); capacity < faces; capacity *= kChildren)
-    ++depth;
+  for (std::size_t places = 1; places < leaves; places *= kChildren) ++depth;
   return depth;
 }
 
-std::vector<std::uint32_t> leaf_of_faces(const Mesh& mesh, io::UpAxis up, int depth) {
-  return Divider(middles_on_ground(mesh, up)).divide(depth);
+std::vector<std::uint32_t> leaf_of_faces(const Mesh& mesh, io::UpAxis up, std::size_t leaves) {
+  return Divider(middles_on_ground(mesh, up)).divide(tree_depth(leaves), leaves);
 }
 
 LevelMesh coarser_level(const Mesh& finer, std::span<const std::uint32_t> tile, std::span<const double> error) {

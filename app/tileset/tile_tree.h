@@ -1,7 +1,7 @@
 // Meshes of a tileset: a quadtree over the ground, and its levels of detail.
 //
-// Level 0 has the faces of the input, divided among the leaves. A tile of level k + 1 takes the faces of its four children,
-// simplified to a quarter, so all tiles have about the same number of faces. The outer border of a tile keeps all of its
+// Level 0 has the faces of the input, divided among as many leaves as are needed, which have equally many; places in the tree
+// that are left over are empty. A tile of level k + 1 takes the faces of its children, four at most, simplified to a quarter. The outer border of a tile keeps all of its
 // vertices: the border between two tiles is simplified only where both have become one, on a higher level. So tiles of any
 // two levels meet without a crack, in vertices that are the same to the last bit.
 #pragma once
@@ -15,13 +15,16 @@
 
 namespace gpvc::tileset {
 
-/// The least depth of a quadtree whose leaves have at most so many faces; a root alone has depth 0.
-int tree_depth(std::size_t faces, std::size_t faces_per_tile);
+/// The least depth of a quadtree with so many leaves; a root alone has depth 0.
+int tree_depth(std::size_t leaves);
 
-/// Per face, the number of its leaf, 0 to 4^depth - 1: the children of tile n are tiles 4 n to 4 n + 3 of the level below.
-/// Tiles are halved at the median of the faces' middles, across the longer of their two axes on the ground, so that they
-/// have equally many faces. O(faces depth), TBB. \param up the axis that is not on the ground
-std::vector<std::uint32_t> leaf_of_faces(const Mesh& mesh, io::UpAxis up, int depth);
+/// The least number of tiles that have at most so many faces; one at least.
+std::size_t leaf_count(std::size_t faces, std::size_t faces_per_tile);
+
+/// Per face, the number of its leaf, 0 to 4^tree_depth(leaves) - 1: the children of tile n are tiles 4 n to 4 n + 3 of the level below.
+/// Tiles are divided across the longer of their two axes on the ground, by the order of the faces' middles along it, so that
+/// all leaves have equally many faces. O(faces depth), TBB. \param up the axis that is not on the ground
+std::vector<std::uint32_t> leaf_of_faces(const Mesh& mesh, io::UpAxis up, std::size_t leaves);
 
 struct LevelMesh {
   Mesh mesh;

@@ -21,7 +21,6 @@
 #include "app/tileset/tileset_json.h"
 #include "io/freed_memory.h"
 #include "io/grouping.h"
-#include "io/output_file.h"
 
 namespace gpvc::tileset {
 namespace {
@@ -45,14 +44,15 @@ class TilesetMaker {
         settings_(settings),
         folder_(folder),
         observer_(run.observer),
+        leaves_(leaf_count(run.input.mesh.faces.size(), settings.faces_per_tile)),
         views_(run.input.views.begin(), run.input.views.end()),
         listed_(pipeline::listed_vertices(run.settings.view_rules, run.input.mesh)),
         profile_(pipeline::profile_of_photos(run.input, run.observer)) {}
 
   TilesetReport make() {
-    const int depth = tree_depth(input_.mesh.faces.size(), settings_.faces_per_tile);
+    const int depth = tree_depth(leaves_);
     const io::UpAxis up = pipeline::scene_up(input_.scene, input_.views);
-    const std::vector<std::uint32_t> leaf = leaf_of_faces(input_.mesh, up, depth);
+    const std::vector<std::uint32_t> leaf = leaf_of_faces(input_.mesh, up, leaves_);
     const double photo_texel = median_pixel();
     std::vector<double> exact(std::size_t{1} << (2 * depth), 0.0);
     const std::vector<pipeline::ViewRule>& rules = run_.settings.view_rules;
@@ -68,10 +68,10 @@ class TilesetMaker {
       make_level({above.mesh, above.tile, above.error, k, std::ldexp(finest, k)}, depth,
                  pipeline::rules_of_coarser(rules, listed_, above.mesh, vertex));
     }
-    io::OutputFile file(folder_.file("tileset.json"));
-    file.write(tileset_text(tiles_, options_));
-    file.commit();
-    report_.obstacle = obstacle_to_geocentric(options_);
+    folder_.file("tileset.json");
+    folder_.file("index.html");
+    write_tileset(folder_.in_making(), tiles_, options_, settings_.place);
+    report_.placing = remark_on_placing(options_, settings_.place);
     return std::move(report_);
   }
 
@@ -86,7 +86,7 @@ class TilesetMaker {
     if (depth > 0)
       observer_.note(
           fmt::format("level {} of {}: {} faces in {} tiles{}", level.number, depth,
-                      results::readable_count(level.mesh.faces.size()), level.error.size(),
+                      results::readable_count(level.mesh.faces.size()), level.number > 0 ? level.error.size() : leaves_,
                       level.number > 0 ? fmt::format(", texels of {:.3g} units or more", level.texel_size) : ""));
     pipeline::Settings settings = run_.settings;
     settings.atlas.texel_size = level.texel_size;
@@ -108,6 +108,7 @@ class TilesetMaker {
       options_ =
           pipeline::model_options(input, chosen.selection.labels, settings.output, pipeline::Coordinates::of_scene);
       options_.normals = false;  // they would differ along the borders of tiles
+      options_.copyright = settings_.copyright;
       keep_used_views(chosen.selection.labels);
     }
     atlas::AtlasInput from =
@@ -118,7 +119,8 @@ class TilesetMaker {
                                     .kept = checkpoint ? checkpoint->pages() : atlas::KeptPages{}};
     const atlas::TextureAtlas atlas = pipeline::bake_into(run, from, memory, space, &pages);
     if (checkpoint) checkpoint->warn_of_failure(observer_);
-    write_tiles(level, atlas, chosen.seen.candidates.tags, pages.files());
+    write_tiles(level, atlas, chosen, pages.files());
+    if (level.number == depth) write_preview(input, atlas, chosen.selection.labels, pages.files());
     pages.remove();
     release_freed_memory();
   }
@@ -130,7 +132,7 @@ class TilesetMaker {
     std::erase_if(views_, [&](ViewId view) { return used[index(view)] == 0; });
   }
 
-  void write_tiles(const Level& level, const atlas::TextureAtlas& atlas, std::span<const labeling::FaceTag> tags,
+  void write_tiles(const Level& level, const atlas::TextureAtlas& atlas, const pipeline::Choice& chosen,
                    std::span<const io::PageFile> pages) {
     observer_.begin({"write"});
     const std::size_t count = level.error.size();
@@ -144,11 +146,14 @@ class TilesetMaker {
       folder_.file(tiles[t].file);
     }
     const bool drops = run_.settings.atlas.unseen == atlas::UnseenFaces::drop;
-    const auto drop = [&](std::uint32_t f) { return drops && tags[f] == labeling::FaceTag::unseen; };
+    const auto drop = [&](std::uint32_t f) {
+      return drops && chosen.seen.candidates.tags[f] == labeling::FaceTag::unseen;
+    };
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t t) {
       if (tiles[t].file.empty()) return;
       observer_.check_cancelled();
       TileModel model = tile_model(atlas.model, faces[t], pages, drop);
+      add_photos(model, input_.scene, faces[t], chosen.selection.labels);
       write_tile(folder_.in_making() / tiles[t].file, model, options_, settings_.compress);
       for (const WorldPoint& p : model.mesh.positions) tiles[t].box.add(tile_from_world(options_, p));
       if (level.number > 0) tiles[t].error = geometric_error(level.error[t], level.texel_size);
@@ -156,15 +161,30 @@ class TilesetMaker {
     note(level, atlas, tiles);
   }
 
+  // Of the coarsest level, which has enough texels for a picture of the whole.
+  void write_preview(const pipeline::Input& input, const atlas::TextureAtlas& atlas, std::span<const ViewId> labels,
+                     std::span<const io::PageFile> pages) {
+    const int reduction = pipeline::preview_reduction(atlas.statistics.page_texels);
+    std::vector<Image> reduced;
+    for (const io::PageFile& page : pages) reduced.push_back(io::reduce_image(io::read_image(page.file), reduction));
+    pipeline::write_preview(input, atlas.model, reduced, labels, pipeline::scene_up(input.scene, input.views), profile_,
+                            folder_.file("preview.png"));
+  }
+
   void note(const Level& level, const atlas::TextureAtlas& atlas, std::span<const Tile> tiles) {
-    LevelReport report{tiles.size(), level.mesh.faces.size(), atlas.statistics.page_texels, 0, level.texel_size, 0};
+    LevelReport report{level.number > 0 ? tiles.size() : leaves_,
+                       level.mesh.faces.size(),
+                       atlas.statistics.page_texels,
+                       0,
+                       level.texel_size,
+                       0};
     for (const Tile& tile : tiles) {
       report.error = std::max(report.error, tile.error);
       std::error_code ignored;
       if (!tile.file.empty()) report.bytes += fs::file_size(folder_.in_making() / tile.file, ignored);
     }
     observer_.end(
-        fmt::format("{} tiles, {}", tiles.size(), results::readable_bytes(static_cast<double>(report.bytes))));
+        fmt::format("{} tiles, {}", report.tiles, results::readable_bytes(static_cast<double>(report.bytes))));
     report_.levels.push_back(report);
   }
 
@@ -173,6 +193,7 @@ class TilesetMaker {
   const TilesetSettings& settings_;
   pipeline::OutputFolder& folder_;
   pipeline::Observer& observer_;
+  std::size_t leaves_;                          ///< tiles of level 0 that have faces
   std::vector<ViewId> views_;                   ///< above level 0: those that texture something there
   std::vector<pipeline::NumberRanges> listed_;  ///< by the rules, on level 0
   io::ColorProfile profile_;
@@ -185,6 +206,7 @@ class TilesetMaker {
 
 TilesetReport tileset_into(const pipeline::Run& run, const TilesetSettings& settings, pipeline::OutputFolder& folder) {
   checks::validate(run.input);
+  refuse_place(run.input.scene, run.input.mesh.positions.front(), settings.place);
   return TilesetMaker(run, settings, folder).make();
 }
 

@@ -199,6 +199,35 @@ void transform_points(const std::string& from, const std::string& to, std::span<
               ") is none of " + short_name(from));
 }
 
+namespace {
+
+// The code of a system that is the same but for its name.
+std::string code_of(PJ_CONTEXT* context, const Object& system) {
+  constexpr int kSame = 70;
+  int* confidence = nullptr;
+  const std::unique_ptr<PJ_OBJ_LIST, DestroyList> found(
+      proj_identify(context, system.get(), "EPSG", nullptr, &confidence));
+  std::string code;
+  if (found && proj_list_get_count(found.get()) > 0 && confidence[0] >= kSame) {
+    const Object best(proj_list_get(context, found.get(), 0));
+    const char* number = best ? proj_get_id_code(best.get(), 0) : nullptr;
+    if (number != nullptr) code = std::string("EPSG:") + number;
+  }
+  proj_int_list_destroy(confidence);
+  return code;
+}
+
+// What the heights of a compound system are above.
+std::string level_of_heights(PJ_CONTEXT* context, const Object& system) {
+  const Object vertical(proj_crs_get_sub_crs(context, system.get(), 1));
+  if (!vertical) return "a level of their own";
+  const Object datum(proj_crs_get_datum_forced(context, vertical.get()));
+  const char* name = proj_get_name(datum ? datum.get() : vertical.get());
+  return name != nullptr ? name : "a level of their own";
+}
+
+}  // namespace
+
 SystemName system_name(const std::string& system) {
   const Context context(proj_context_create());
   proj_log_level(context.get(), PJ_LOG_NONE);
@@ -208,9 +237,11 @@ SystemName system_name(const std::string& system) {
   // PROJ calls what a string describes "unknown".
   if (const char* name = proj_get_name(object.get()); name != nullptr && std::string_view(name) != "unknown")
     found.name = name;
+  const bool is_compound = proj_get_type(object.get()) == PJ_TYPE_COMPOUND_CRS;
+  if (is_compound) found.heights = level_of_heights(context.get(), object);
+  found.code = code_of(context.get(), object);
   // A height is measured in a system of its own; the first of the two is that of the ground.
-  if (proj_get_type(object.get()) == PJ_TYPE_COMPOUND_CRS)
-    object = Object(proj_crs_get_sub_crs(context.get(), object.get(), 0));
+  if (is_compound) object = Object(proj_crs_get_sub_crs(context.get(), object.get(), 0));
   object = without_zero_shift(context.get(), std::move(object));
   const Object axes(proj_crs_get_coordinate_system(context.get(), object.get()));
   const char* unit = nullptr;
@@ -219,6 +250,7 @@ SystemName system_name(const std::string& system) {
                             nullptr) != 0 &&
       unit != nullptr)
     found.unit = unit;
+  if (axes && !is_compound && proj_cs_get_axis_count(context.get(), axes.get()) == 3) found.heights = "";
   return found;
 }
 

@@ -7,10 +7,16 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "io/file_bytes.h"
-#include "io/grouping.h"
+#include "io/meshes/gltf_geometry.h"
+#include "io/meshes/gltf_photos.h"
 #include "io/meshes/normals.h"
 #include "io/output_file.h"
 #include "io/textured_model.h"
@@ -24,64 +30,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using Float3 = std::array<float, 3>;
 
-struct GltfVertex {
-  std::uint32_t position, texcoord;
-};
-
-/// The triangles of one page: ranges of the vertex and index arrays.
-struct GltfPrimitive {
-  std::uint32_t page = 0;
-  std::size_t first_vertex = 0, vertex_count = 0;
-  std::size_t first_index = 0, index_count = 0;
-};
-
-struct GltfGeometry {
-  std::vector<GltfVertex> vertices;
-  std::vector<std::uint32_t> indices;  ///< within their primitive
-  std::vector<GltfPrimitive> primitives;
-  std::vector<FaceId> faces;  ///< of every triangle
-};
-
-/// One vertex for every distinct (position, texture coordinate) of a page, numbered in the order of first use; pages
-/// without a face have no primitive, faces without a page are left out. O(faces).
-// Vertices with one texture coordinate form a list, newest first; charts share few, so lists are short.
-GltfGeometry split_by_page(const TexturedModel& model, std::size_t page_count) {
-  constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-  GltfGeometry out;
-  Grouped<FaceId> by_page = group_items<FaceId>(page_count, [&](const auto& add) {
-    for (std::size_t f = 0; f < model.face_page.size(); ++f)
-      if (model.face_page[f] != kNoPage) add(model.face_page[f], FaceId{static_cast<std::uint32_t>(f)});
-  });
-  out.faces = std::move(by_page.items);
-  out.indices.reserve(3 * out.faces.size());
-  std::vector<std::uint32_t> newest(model.texcoords.size(), kNone);  // by texture coordinate: its last vertex
-  std::vector<std::uint32_t> older;                                  // by vertex: the one before it in that list
-  for (std::size_t page = 0; page < page_count; ++page) {
-    if (by_page.first[page] == by_page.first[page + 1]) continue;
-    GltfPrimitive primitive{static_cast<std::uint32_t>(page), out.vertices.size(), 0, out.indices.size(), 0};
-    for (std::size_t i = by_page.first[page]; i < by_page.first[page + 1]; ++i) {
-      const std::size_t face = index(out.faces[i]);
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        const std::uint32_t position = model.mesh->faces[face][corner];
-        const std::uint32_t texcoord = model.face_texcoords[face][corner];
-        std::uint32_t vertex = newest[texcoord];
-        while (vertex != kNone && vertex >= primitive.first_vertex && out.vertices[vertex].position != position)
-          vertex = older[vertex];
-        if (vertex == kNone || vertex < primitive.first_vertex) {
-          vertex = static_cast<std::uint32_t>(out.vertices.size());
-          out.vertices.push_back({position, texcoord});
-          older.push_back(std::exchange(newest[texcoord], vertex));
-        }
-        out.indices.push_back(vertex - static_cast<std::uint32_t>(primitive.first_vertex));
-      }
-    }
-    primitive.vertex_count = out.vertices.size() - primitive.first_vertex;
-    primitive.index_count = out.indices.size() - primitive.first_index;
-    out.primitives.push_back(primitive);
-  }
-  return out;
-}
-
 /// The data to be written; all borrowed.
 struct Asset {
   const fs::path& file;
@@ -90,6 +38,7 @@ struct Asset {
   const ModelOptions& options;
   const GltfGeometry& geometry;
   const std::vector<Float3>& normals;  ///< per position, or empty
+  const PhotoTable* photos;            ///< null: none
 };
 
 Float3 local_position(const WorldPoint& p, const WorldPoint& offset) {
@@ -101,12 +50,13 @@ struct Part {
   std::size_t buffer = 0, offset = 0, bytes = 0;
 };
 
-/// Buffer layout: for each primitive its indices, positions, texture coordinates and normals, one after the other;
-/// behind them, in a GLB, the page files. Every buffer is written front to back.
+/// Buffer layout: for each primitive its indices, positions, texture coordinates, normals and rows of the table of photos,
+/// one after the other; behind them that table and, in a GLB, the page files. Every buffer is written front to back.
 struct Layout {
-  enum Array { indices, positions, texcoords, normals, kArrays };
+  enum Array { indices, positions, texcoords, normals, photos, kArrays };
   std::vector<std::array<Part, kArrays>> primitives;
-  std::vector<Part> pages;  ///< one a primitive; empty when pages stay files
+  std::optional<Part> photo_table;  ///< in the last buffer
+  std::vector<Part> pages;          ///< one a primitive; empty when pages stay files
   std::vector<std::size_t> buffer_bytes;
 };
 
@@ -150,13 +100,15 @@ Layout lay_out(const Asset& asset, bool embed_pages, std::size_t buffer_limit) {
   for (const GltfPrimitive& p : asset.geometry.primitives) {
     const std::array<std::size_t, Layout::kArrays> bytes{
         p.index_count * sizeof(std::uint32_t), p.vertex_count * sizeof(Float3), p.vertex_count * sizeof(TexCoord),
-        asset.normals.empty() ? 0 : p.vertex_count * sizeof(Float3)};
-    const std::size_t sum = bytes[0] + bytes[1] + bytes[2] + bytes[3];
+        asset.normals.empty() ? 0 : p.vertex_count * sizeof(Float3),
+        asset.photos == nullptr ? 0 : p.vertex_count * sizeof(float)};
+    const std::size_t sum = std::accumulate(bytes.begin(), bytes.end(), std::size_t{0});
     if (layout.buffer_bytes.back() > 0 && layout.buffer_bytes.back() + sum > buffer_limit)
       layout.buffer_bytes.push_back(0);
     auto& parts = layout.primitives.emplace_back();
     for (std::size_t i = 0; i < Layout::kArrays; ++i) parts[i] = place(bytes[i]);
   }
+  if (asset.photos != nullptr) layout.photo_table = place(photo_columns(*asset.photos).size());
   if (embed_pages)
     for (const GltfPrimitive& p : asset.geometry.primitives)
       layout.pages.push_back(place(embedded_bytes(asset.pages[p.page].file)));
@@ -175,10 +127,9 @@ Json view_of(const Part& part) {
   return view;
 }
 
-/// One buffer view an accessor.
-std::size_t add_accessor(Json& gltf, const Part& part, std::size_t count, std::string_view type) {
+/// One buffer view an accessor, of indices or of floats.
+std::size_t add_accessor(Json& gltf, const Part& part, std::size_t count, std::string_view type, bool indices) {
   constexpr int kUnsignedInt = 5125, kFloat = 5126, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
-  const bool indices = type == "SCALAR";
   Json view = view_of(part);
   view["target"] = indices ? kElementArrayBuffer : kArrayBuffer;
   return append(gltf["accessors"], {{"bufferView", append(gltf["bufferViews"], std::move(view))},
@@ -250,9 +201,31 @@ Json root_node(const ModelOptions& options) {
   return node;
 }
 
+Json describe_primitive(Json& gltf, const Asset& asset, const Layout& layout, std::size_t number) {
+  constexpr int kTriangles = 4;
+  const GltfPrimitive& range = asset.geometry.primitives[number];
+  const auto& parts = layout.primitives[number];
+  const auto floats = [&](Layout::Array array, std::string_view type) {
+    return add_accessor(gltf, parts[array], range.vertex_count, type, false);
+  };
+  Json primitive{{"mode", kTriangles}};
+  primitive["indices"] = add_accessor(gltf, parts[Layout::indices], range.index_count, "SCALAR", true);
+  primitive["attributes"]["POSITION"] = floats(Layout::positions, "VEC3");
+  set_bounds(gltf["accessors"].back(), asset, range);
+  primitive["attributes"]["TEXCOORD_0"] = floats(Layout::texcoords, "VEC2");
+  if (!asset.normals.empty()) primitive["attributes"]["NORMAL"] = floats(Layout::normals, "VEC3");
+  if (asset.photos != nullptr) {
+    primitive["attributes"][kFeatureAttribute] = floats(Layout::photos, "SCALAR");
+    primitive["extensions"][kMeshFeatures] = photo_features(*asset.photos);
+  }
+  primitive["material"] = add_material(gltf, asset.file, asset.pages[range.page],
+                                       layout.pages.empty() ? nullptr : &layout.pages[number], asset.options.lit);
+  return primitive;
+}
+
 /// The JSON; `buffer_files` is empty for a GLB.
 std::string describe(const Asset& asset, const Layout& layout, const std::vector<fs::path>& buffer_files) {
-  constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kClampToEdge = 33071, kTriangles = 4;
+  constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kClampToEdge = 33071;
   Json gltf{{"asset", {{"version", "2.0"}, {"generator", "gpvc " GPVC_VERSION}}},
             {"samplers", Json::array({{{"magFilter", kLinear},
                                        {"minFilter", kLinearMipmapLinear},
@@ -261,23 +234,14 @@ std::string describe(const Asset& asset, const Layout& layout, const std::vector
             {"nodes", Json::array({root_node(asset.options)})},
             {"scene", 0},
             {"scenes", Json::array({{{"nodes", {0}}}})}};
-  if (!asset.options.lit) gltf["extensionsUsed"] = {kUnlit};
+  if (!asset.options.copyright.empty()) gltf["asset"]["copyright"] = asset.options.copyright;
+  if (!asset.options.lit) gltf["extensionsUsed"].push_back(kUnlit);
   Json primitives = Json::array();
-  for (std::size_t i = 0; i < asset.geometry.primitives.size(); ++i) {
-    const GltfPrimitive& range = asset.geometry.primitives[i];
-    const auto& parts = layout.primitives[i];
-    const auto floats = [&](Layout::Array array, std::string_view type) {
-      return add_accessor(gltf, parts[array], range.vertex_count, type);
-    };
-    Json primitive{{"mode", kTriangles}};
-    primitive["indices"] = add_accessor(gltf, parts[Layout::indices], range.index_count, "SCALAR");
-    primitive["attributes"]["POSITION"] = floats(Layout::positions, "VEC3");
-    set_bounds(gltf["accessors"].back(), asset, range);
-    primitive["attributes"]["TEXCOORD_0"] = floats(Layout::texcoords, "VEC2");
-    if (!asset.normals.empty()) primitive["attributes"]["NORMAL"] = floats(Layout::normals, "VEC3");
-    primitive["material"] = add_material(gltf, asset.file, asset.pages[range.page],
-                                         layout.pages.empty() ? nullptr : &layout.pages[i], asset.options.lit);
-    primitives.push_back(std::move(primitive));
+  for (std::size_t i = 0; i < asset.geometry.primitives.size(); ++i)
+    primitives.push_back(describe_primitive(gltf, asset, layout, i));
+  if (asset.photos != nullptr) {
+    for (const char* name : {kMeshFeatures, kStructuralMetadata}) gltf["extensionsUsed"].push_back(name);
+    describe_photos(gltf, *asset.photos, layout.photo_table->buffer, layout.photo_table->offset);
   }
   gltf["meshes"] = Json::array({{{"primitives", std::move(primitives)}}});
   // Text of a scene file may not be UTF-8, which JSON must be. The buffers stand last.
@@ -319,6 +283,15 @@ void write_primitive(OutputFile& out, const Asset& asset, const GltfPrimitive& r
   write_vertices(out, asset, range, [&](const GltfVertex& v) { return model.texcoords[v.texcoord]; });
   if (!asset.normals.empty())
     write_vertices(out, asset, range, [&](const GltfVertex& v) { return asset.normals[v.position]; });
+  if (asset.photos != nullptr)
+    write_vertices(out, asset, range, [](const GltfVertex& v) { return static_cast<float>(v.photo); });
+}
+
+void write_photo_table(OutputFile& out, const Asset& asset) {
+  if (asset.photos == nullptr) return;
+  std::string columns = photo_columns(*asset.photos);
+  columns.resize(padded(columns.size()), '\0');
+  out.write(columns);
 }
 
 void write_page(OutputFile& out, const fs::path& file, std::size_t expected_bytes) {
@@ -348,6 +321,7 @@ void write_binary(const Asset& asset, const Layout& layout, std::string json) {
   const std::array<std::uint32_t, 2> chunk{word(layout.buffer_bytes.front()), kBin};
   out.write(chunk.data(), sizeof chunk);
   for (const GltfPrimitive& primitive : asset.geometry.primitives) write_primitive(out, asset, primitive);
+  write_photo_table(out, asset);
   for (std::size_t i = 0; i < layout.pages.size(); ++i)
     write_page(out, asset.pages[asset.geometry.primitives[i].page].file, layout.pages[i].bytes);
   out.commit();
@@ -358,6 +332,7 @@ void write_buffers(const Asset& asset, const Layout& layout, const std::vector<f
     OutputFile out(files[buffer]);
     for (std::size_t i = 0; i < layout.primitives.size(); ++i)
       if (layout.primitives[i].front().buffer == buffer) write_primitive(out, asset, asset.geometry.primitives[i]);
+    if (buffer + 1 == files.size()) write_photo_table(out, asset);
     out.commit();
   }
 }
@@ -372,9 +347,9 @@ std::array<double, 4> gltf_rotation(UpAxis up) {
 }
 
 GltfFiles write_gltf(const fs::path& stem, GltfContainer container, const TexturedModel& model,
-                     std::span<const PageFile> pages, const ModelOptions& options) {
+                     std::span<const PageFile> pages, const ModelOptions& options, const PhotoTable* photos) {
   check_model(model, pages.size());
-  GltfGeometry geometry = split_by_page(model, pages.size());
+  GltfGeometry geometry = split_by_page(model, pages.size(), photos);
   const std::vector<Float3> normals = options.normals ? vertex_normals(*model.mesh) : std::vector<Float3>{};
   const auto with_suffix = [&](const std::string& suffix) {
     fs::path file = stem;
@@ -384,7 +359,7 @@ GltfFiles write_gltf(const fs::path& stem, GltfContainer container, const Textur
   result.file = with_suffix(".glb");
   if (geometry.faces.empty()) throw OutputError(result.file, "cannot be written: no face has a texture");
   if (container == GltfContainer::glb) {
-    const Asset asset{result.file, model, pages, options, geometry, normals};
+    const Asset asset{result.file, model, pages, options, geometry, normals, photos};
     const Layout layout = lay_out(asset, true, std::numeric_limits<std::size_t>::max());
     std::string json = describe(asset, layout, {});
     constexpr std::size_t kLargest = 0xFFFFFFFFu;
@@ -396,7 +371,7 @@ GltfFiles write_gltf(const fs::path& stem, GltfContainer container, const Textur
     }
   }
   result.file = with_suffix(".gltf");
-  const Asset asset{result.file, model, pages, options, geometry, normals};
+  const Asset asset{result.file, model, pages, options, geometry, normals, photos};
   const Layout layout = lay_out(asset, false, options.buffer_limit_bytes);
   for (std::size_t i = 0; i < layout.buffer_bytes.size(); ++i)
     result.buffers.push_back(with_suffix((i == 0 ? "" : std::string("_").append(std::to_string(i))) + ".bin"));

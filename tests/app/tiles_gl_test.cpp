@@ -208,20 +208,27 @@ TEST_F(TilesJob, TilesOfAMeshFromAnotherSystemLieInTheScenes) {
     UnitRunner runner(folder, {}, observer_);
     for (const Unit& unit : runner.units()) runner.run(unit);
     const fs::path result = folder.path() / "result";
-    for (const char* file : {"tileset.json", "tiles/0_0.glb", "obj/0/model.obj"})
+    for (const char* file : {"tileset.json", "tiles/0_0.glb", "obj/0/model.obj", "obj/0/metadata.xml"})
       files[mesh][file] = test::read_file(result / file);
     results::OutputFolder tileset(out.path() / "tileset", false, "tileset");
     io::PictureSource photos(scene, city_->pictures);
-    EXPECT_TRUE(
-        tileset::tileset_into({input, whole.texture, photos, observer_}, whole.tiles, tileset).obstacle.empty());
+    const std::string placing =
+        tileset::tileset_into({input, whole.texture, photos, observer_}, whole.tiles, tileset).placing;
+    EXPECT_TRUE(placing.starts_with("EPSG:25832 says nothing of heights")) << placing;
+    results::OutputFolder model(out.path() / "model", false, "texture");
+    pipeline::texture_into({input, whole.texture, photos, observer_}, model);
+    EXPECT_EQ(test::read_file(model.in_making() / "metadata.xml"), files[mesh]["obj/0/metadata.xml"]);
     for (const char* file : {"tileset.json", "tiles/0_0.glb"})
       files[mesh][std::string("by tileset/") + file] = test::read_file(tileset.in_making() / file);
   }
   for (const auto& [name, bytes] : files[&moved]) {
     EXPECT_FALSE(bytes.empty()) << name;
     const bool same = bytes == files[&city_->mesh][name];
-    EXPECT_EQ(same, name != "obj/0/model.obj") << name;
+    EXPECT_EQ(same, !name.starts_with("obj/")) << name;
   }
+  EXPECT_TRUE(test::contains(files[&city_->mesh]["obj/0/metadata.xml"],
+                             "<SRS>EPSG:25832</SRS>\n  <SRSOrigin>691000,5334000,0</SRSOrigin>"));
+  EXPECT_TRUE(test::contains(files[&moved]["obj/0/metadata.xml"], "<SRS>EPSG:4326</SRS>\n  <SRSOrigin>0,0,0<"));
 }
 
 TEST_F(TilesJob, AMeshOfWhichHardlyAnythingIsSeenIsRefused) {

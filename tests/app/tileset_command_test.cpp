@@ -2,6 +2,9 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
 
 #include "io/textured_model.h"
 #include "tests/app/app_fixture.h"
@@ -63,7 +66,7 @@ TEST_F(TilesetCommand, WritesATreeWithLevelsOfDetail) {
   const int leaves = count.rbegin()->first;
   EXPECT_EQ(leaves, 2);
   EXPECT_EQ(count[0], 1u);
-  EXPECT_EQ(count[2], 16u);
+  EXPECT_EQ(count[2], (faces[2] + 399) / 400) << "tiles have about as many faces as were asked for";
   EXPECT_EQ(faces[2], run_json(out_)["counts"]["levels"][0]["faces"]) << "every face of the mesh is in one leaf";
   EXPECT_LT(faces[1], faces[2] / 2);
   EXPECT_LT(faces[0], faces[1]);
@@ -104,6 +107,79 @@ std::vector<Triangle> triangles_of(const std::string& indices) {
   std::memcpy(triangles.data(), indices.data(), indices.size());
   for (Triangle& t : triangles) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
   return triangles;
+}
+
+// A photo's name and ground sampling distance by the row of a GLB's table.
+std::vector<std::pair<std::string, float>> photos_of(const Glb& glb) {
+  const Json& table = glb.json["extensions"]["EXT_structural_metadata"]["propertyTables"][0];
+  const auto bytes = [&](const Json& number) {
+    const Json& view = glb.json["bufferViews"][number.get<std::size_t>()];
+    return glb.binary.substr(view["byteOffset"], view["byteLength"]);
+  };
+  const Json &names = table["properties"]["photo"], &gsd = table["properties"]["gsd"];
+  const std::string text = bytes(names["values"]), ends = bytes(names["stringOffsets"]), sizes = bytes(gsd["values"]);
+  std::vector<std::pair<std::string, float>> photos(table["count"].get<std::size_t>());
+  for (std::size_t row = 0; row < photos.size(); ++row) {
+    std::uint32_t begin = 0, end = 0;
+    std::memcpy(&begin, ends.data() + 4 * row, 4);
+    std::memcpy(&end, ends.data() + 4 * row + 4, 4);
+    std::memcpy(&photos[row].second, sizes.data() + 4 * row, 4);
+    photos[row].first = text.substr(begin, end - begin);
+  }
+  return photos;
+}
+
+// Level 0 has the faces, and so the labels, of `gpvc texture`.
+TEST_F(TilesetCommand, FacesTellTheirPhoto) {
+  const fs::path plain = folder_.path() / "plain";
+  ASSERT_EQ(run(texture(plain)).exit_code, 0);
+  std::map<std::string, std::size_t> expected, found;
+  const Json views = Json::parse(read_file(plain / "views.json"))["views"];
+  for (const std::int32_t label : npy<std::int32_t>(plain / "labels.npy"))
+    ++expected[label < 0 ? "" : views[static_cast<std::size_t>(label)]["name"].get<std::string>()];
+  ASSERT_GT(expected.size(), 3u);
+  for (const char* more : {"--no-resume", "--compress"}) {
+    ASSERT_EQ(run(tileset({more, "--force", "--copyright", "City of Ulm"})).exit_code, 0);
+    found.clear();
+    for (const fs::directory_entry& tile : fs::directory_iterator(out_ / "tiles")) {
+      if (!tile.path().filename().string().starts_with("0_")) continue;
+      const Glb glb(tile.path());
+      EXPECT_EQ(glb.json["asset"]["copyright"], "City of Ulm");
+      const auto photos = photos_of(glb);
+      for (const Json& primitive : glb.json["meshes"][0]["primitives"]) {
+        const std::string rows = glb.values(primitive["attributes"]["_FEATURE_ID_0"]);
+        for (const Triangle& corners : triangles_of(glb.values(primitive["indices"]))) {
+          std::set<float> of_corners;
+          for (const std::uint32_t corner : corners) {
+            float row = -1;
+            std::memcpy(&row, rows.data() + 4 * std::size_t{corner}, 4);
+            of_corners.insert(row);
+          }
+          ASSERT_EQ(of_corners.size(), 1u);
+          const auto& [name, gsd] = photos.at(static_cast<std::size_t>(*of_corners.begin()));
+          ++found[name];
+          // Photos of 240 pixels across some 100 m.
+          EXPECT_TRUE(name.empty() ? gsd == 0 : gsd > 0.05 && gsd < 2) << name << " " << gsd;
+        }
+      }
+    }
+    EXPECT_EQ(found, expected) << more;
+  }
+  EXPECT_EQ(Json::parse(read_file(out_ / "tileset.json"))["asset"]["copyright"], "City of Ulm");
+}
+
+TEST_F(TilesetCommand, APlaceStandsOnTheGlobe) {
+  ASSERT_EQ(run(tileset({"--place", "48.5,11.25,600,90"})).exit_code, 0);
+  const Json matrix = Json::parse(read_file(out_ / "tileset.json"))["root"]["transform"];
+  const double distance = std::hypot(matrix[12].get<double>(), matrix[13].get<double>(), matrix[14].get<double>());
+  EXPECT_NEAR(distance, 6366.8e3, 1e3);
+  EXPECT_EQ(run_json(out_)["options"]["place"], Json({48.5, 11.25, 600, 90}));
+  EXPECT_TRUE(contains(read_file(out_ / "index.html"), "tileset.json"));
+  for (const char* bad : {"48.5,11.25", "95,11.25,600", "48.5,11.25,600,", "48.5,11.25,nan", "48.5,11.25,600,1,2"}) {
+    const Outcome refused = run(tileset({"--force", "--place", bad}));
+    EXPECT_EQ(refused.exit_code, 2) << bad;
+    EXPECT_TRUE(contains(refused.err, "is not LAT,LON,HEIGHT or LAT,LON,HEIGHT,HEADING")) << refused.err;
+  }
 }
 
 TEST_F(TilesetCommand, CompressedGeometryHoldsTheSameValues) {

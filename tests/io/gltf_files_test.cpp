@@ -95,6 +95,58 @@ TEST(WriteGltf, GivesEveryVertexItsNormal) {
   EXPECT_EQ(triangle, 4u);
 }
 
+// The bytes of a buffer view.
+std::string bytes_of(const tinygltf::Model& gltf, const tinygltf::Value& view_number) {
+  const tinygltf::BufferView& view = gltf.bufferViews.at(static_cast<std::size_t>(view_number.GetNumberAsInt()));
+  const auto& buffer = gltf.buffers.at(static_cast<std::size_t>(view.buffer)).data;
+  return {reinterpret_cast<const char*>(buffer.data()) + view.byteOffset, view.byteLength};
+}
+
+// Faces 2 and 3 share vertices on page 1, but not their photo.
+TEST(WriteGltf, FacesTellTheirPhoto) {
+  const StripModel test;
+  const PhotoTable photos{{0, 1, 2, 0}, {"", "DJI_0026.JPG", "\xC3\x9C.jpg"}, {0, 0.25f, 0.5f}};
+  for (const GltfContainer container : {GltfContainer::glb, GltfContainer::files}) {
+    const auto [file, buffers, faces, size] =
+        write_gltf(test.folder.path() / "m", container, test.model, test.pages, {{500000, 5400000, 0}}, &photos);
+    const tinygltf::Model gltf = load(file);
+    std::size_t triangle = 0;
+    for (const tinygltf::Primitive& primitive : gltf.meshes[0].primitives) {
+      const tinygltf::Value& features = primitive.extensions.at("EXT_mesh_features").Get("featureIds").Get(0);
+      EXPECT_EQ(features.Get("featureCount").GetNumberAsInt(), 3);
+      EXPECT_EQ(features.Get("propertyTable").GetNumberAsInt(), 0);
+      const auto rows = floats(gltf, primitive.attributes.at("_FEATURE_ID_0"));
+      const auto& accessor = gltf.accessors[static_cast<std::size_t>(primitive.indices)];
+      const auto& view = gltf.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+      std::vector<std::uint32_t> indices(accessor.count);
+      std::memcpy(indices.data(), gltf.buffers[0].data.data() + view.byteOffset, view.byteLength);
+      for (std::size_t i = 0; i < indices.size(); ++i)
+        EXPECT_EQ(rows.at(indices[i]), static_cast<float>(photos.of_face[index(faces[triangle + i / 3])]));
+      triangle += indices.size() / 3;
+    }
+    EXPECT_EQ(triangle, 4u);
+    const tinygltf::Value& metadata = gltf.extensions.at("EXT_structural_metadata");
+    const tinygltf::Value& table = metadata.Get("propertyTables").Get(0);
+    EXPECT_EQ(table.Get("count").GetNumberAsInt(), 3);
+    EXPECT_TRUE(metadata.Get("schema").Get("classes").Has(table.Get("class").Get<std::string>()));
+    const tinygltf::Value &names = table.Get("properties").Get("photo"), &gsd = table.Get("properties").Get("gsd");
+    EXPECT_EQ(bytes_of(gltf, names.Get("values")), "DJI_0026.JPG\xC3\x9C.jpg");
+    const std::uint32_t offsets[] = {0, 0, 12, 18};
+    EXPECT_EQ(bytes_of(gltf, names.Get("stringOffsets")),
+              std::string(reinterpret_cast<const char*>(offsets), sizeof offsets));
+    EXPECT_EQ(bytes_of(gltf, gsd.Get("values")),
+              std::string(reinterpret_cast<const char*>(photos.gsd.data()), 3 * sizeof(float)));
+  }
+}
+
+TEST(WriteGltf, NamesWhoseItIs) {
+  const StripModel test;
+  ModelOptions options{{500000, 5400000, 0}};
+  options.copyright = "City of Ulm";
+  write_glb(test.folder.path() / "m.glb", test.model, test.pages, options);
+  EXPECT_EQ(load(test.folder.path() / "m.glb").asset.copyright, "City of Ulm");
+}
+
 TEST(WriteGltf, FilesHoldWhatTheGlbHolds) {
   const StripModel test;
   ModelOptions options{{500000, 5400000, 0}, UpAxis::pos_z};

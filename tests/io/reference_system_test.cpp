@@ -85,8 +85,19 @@ TEST(ReferenceSystem, NamesSystemsAndTheirUnits) {
   EXPECT_EQ(system_name("+proj=utm +zone=32 +datum=WGS84 +units=m +type=crs").unit, "metre");
   EXPECT_EQ(system_name("+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs").unit, "metre")
       << "as OpenDroneMap writes it";
+  EXPECT_EQ(system_name("+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs").code, "EPSG:32632");
+  EXPECT_EQ(system_name("EPSG:25832").code, "EPSG:25832");
+  EXPECT_EQ(system_name("+proj=tmerc +lat_0=48.2 +lon_0=11 +datum=WGS84").code, "") << "somebody's own";
   EXPECT_EQ(system_name("Local Coordinates (m)").unit, "");
   EXPECT_EQ(system_name("").name, "");
+}
+
+TEST(ReferenceSystem, NamesWhatHeightsAreAbove) {
+  EXPECT_EQ(system_name("EPSG:32632+5773").heights, "EGM96 geoid");
+  EXPECT_EQ(system_name("EPSG:26910+5703").heights, "North American Vertical Datum 1988");
+  for (const char* ellipsoidal : {"EPSG:4979", "EPSG:4978"}) EXPECT_EQ(system_name(ellipsoidal).heights, "");
+  for (const char* flat : {"EPSG:32632", "EPSG:4326", "+proj=utm +zone=32 +datum=WGS84"})
+    EXPECT_FALSE(system_name(flat).heights) << flat;
 }
 
 // PROJ by itself leaves heights as they are where it lacks the geoid.
