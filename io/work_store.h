@@ -55,8 +55,9 @@ class WorkStore {
  public:
   class Writer;
   class Reader;
-  /// The folder is made when the first result is kept.
-  explicit WorkStore(std::filesystem::path folder);
+  /// The folder is made when the first result is kept. `list`: a file there in which each result's hash stands once more, so that a
+  /// result whose own hash was made to fit other values counts as none, too; then one process at a time keeps results.
+  explicit WorkStore(std::filesystem::path folder, std::string list = {});
 
   /// True if a result of that name and key seems to be there.
   bool has(const std::string& name, const WorkKey& key) const;
@@ -65,7 +66,7 @@ class WorkStore {
   bool read(const std::string& name, const WorkKey& key, const std::function<void(Reader&)>& fill) const;
   /// Keeps what write(writer) writes, instead of any result of that name. If that fails (disk full), nothing more is kept.
   void keep(const std::string& name, const WorkKey& key, const std::function<void(Writer&)>& write);
-  /// Removes all results, those in its folders, too, and the folder unless it holds anything else.
+  /// Removes all results with their list, those in its folders, too, and the folder unless it holds anything else.
   void clear() noexcept;
   /// Why nothing more is kept, a sentence without a subject; nullopt while all is well.
   std::optional<std::string> failure() const;

@@ -35,7 +35,7 @@ preview.png, views.json, labels.npy (view per face), tags.npy (0 seen, 1 partly,
 faces.npy (GLB triangle to input face), source_faces.npy (face to the polygon it was cut from,
 where there are any), offset.txt where coordinates are large, metadata.xml where their reference
 system is known (SRS and SRSOrigin, as ContextCapture writes them), run.json; with --editable or
---from edit-views.bin and edit-model.bin.
+--from edit-views.bin, edit-model.bin and edit-hashes.txt.
 
 )") + kRulesHelp +
                  R"(Where floats would round coordinates noticeably (UTM, for example), model.obj and model.glb are

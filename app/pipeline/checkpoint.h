@@ -16,7 +16,8 @@ namespace gpvc::pipeline {
 /// A folder of parts: "view-3", "labels", and the pages of an atlas.
 class Checkpoint final : public results::Store {
  public:
-  Checkpoint(std::filesystem::path folder, StepKeys keys) : store_(std::move(folder)), keys_(std::move(keys)) {}
+  Checkpoint(std::filesystem::path folder, StepKeys keys)
+      : store_(std::move(folder), results::kCheckpointHashes), keys_(std::move(keys)) {}
 
   bool read(const std::string& name, const std::function<void(Reader&)>& fill) const override;
   void write(const std::string& name, const std::function<void(Writer&)>& fill) override;

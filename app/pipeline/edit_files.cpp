@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be raised when anything that the files hold, as labeling::FaceRecord, takes another form or meaning.
-constexpr std::uint32_t kFormat = 4;
+constexpr std::uint32_t kFormat = 5;
 
 io::WorkKey model_key() {
   io::WorkHash hash;
@@ -37,17 +37,20 @@ io::WorkKey views_key(const ResultKeys& keys) {
 void write_result(const char* name, const io::WorkKey& key, OutputFolder& folder,
                   const std::function<void(io::WorkStore::Writer&)>& write) {
   folder.file(name);
-  io::WorkStore store(folder.in_making());
+  folder.file(kEditHashesFile);
+  io::WorkStore store(folder.in_making(), kEditHashesFile);
   store.keep(name, key, write);
   if (const auto failure = store.failure()) throw OutputError(folder.path() / name, *failure);
 }
 
 void read_result(const fs::path& from, const char* name, const io::WorkKey& key,
                  const std::function<void(io::WorkStore::Reader&)>& read) {
-  const io::WorkStore store(from);
+  const io::WorkStore store(from, kEditHashesFile);
   if (!fs::exists(from / "model.obj")) throw InputError(from, "", "holds no textured model (model.obj)");
-  if (!fs::exists(from / name))
-    throw InputError(from / name, "", "is missing, without which the result cannot be changed", {Cure::make_editable});
+  for (const char* needed : {name, kEditHashesFile})
+    if (!fs::exists(from / needed))
+      throw InputError(from / needed, "", "is missing, without which the result cannot be changed",
+                       {Cure::make_editable});
   if (!store.has(name, key))
     throw InputError(from / name, "", "is of another version of gpvc, or of another result", {Cure::make_editable});
   if (!store.read(name, key, read)) throw InputError(from / name, "", "is damaged", {Cure::make_editable});
@@ -118,6 +121,18 @@ void read_edit_views(const fs::path& from, const Input& input, const ResultKeys&
       if (!is_sound(packed, input.mesh, input.scene.views[index(packed.view)])) in.refuse();
       coverage.add(std::make_shared<const PackedCoverage>(std::move(packed)));
     }
+  });
+}
+
+void copy_edit_views(const fs::path& from, const ResultKeys& keys, OutputFolder& folder) {
+  write_result(kEditViewsFile, views_key(keys), folder, [&](io::WorkStore::Writer& out) {
+    read_result(from, kEditViewsFile, views_key(keys), [&](io::WorkStore::Reader& in) {
+      std::vector<std::byte> part(std::size_t{1} << 20);
+      for (std::size_t bytes; (bytes = std::min(in.left(), part.size())) > 0;) {
+        in.read(part.data(), bytes);
+        out.write(part.data(), bytes);
+      }
+    });
   });
 }
 

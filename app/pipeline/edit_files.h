@@ -1,6 +1,6 @@
-// The two files of an editable result, with which retexture_into() changes a part of it: what the views see of each face, and
+// The files of an editable result, with which retexture_into() changes a part of it: what the views see of each face, and
 // how the faces are textured. Both are results as io::WorkStore keeps them, so one that is damaged or of another format is
-// told from a good one. The hash keeps nobody from writing other values, so these are checked, too. They are those of this
+// told from a good one. Hashes keep nobody from writing other values, so these are checked, too. They are those of this
 // machine.
 #pragma once
 
@@ -20,6 +20,8 @@ namespace gpvc::pipeline {
 
 inline constexpr const char* kEditViewsFile = "edit-views.bin";
 inline constexpr const char* kEditModelFile = "edit-model.bin";
+/// The hashes of both once more (io::WorkStore).
+inline constexpr const char* kEditHashesFile = "edit-hashes.txt";
 
 /// How the faces of a result are textured.
 struct EditModel {
@@ -52,6 +54,8 @@ void check_edit_model(const std::filesystem::path& from, const Input& input, con
 /// Adds all views, and takes over how they were judged. Throws InputError.
 void read_edit_views(const std::filesystem::path& from, const Input& input, const ResultKeys& keys,
                      labeling::CandidateCollector& collector, CoverageStore& coverage);
+/// Writes the views of `from` into the folder. Throws InputError, OutputError.
+void copy_edit_views(const std::filesystem::path& from, const ResultKeys& keys, OutputFolder& folder);
 
 /// Bytes of both files, predicted.
 double edit_bytes(const Workload& work);

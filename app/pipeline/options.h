@@ -247,8 +247,8 @@ auto options_of(T& o) {
                        "Keep finished work in OUT/.work until all is done, so that the same command goes on from there "
                        "if it is cut off; auto: if it may take more than a minute")),
           only(For::one_model, offered(o.editable, "editable", nothing, kOutput,
-                                       "Also write edit-views.bin and edit-model.bin, with which the result can be "
-                                       "changed"))));
+                                       "Also write edit-views.bin, edit-model.bin and edit-hashes.txt, with which the "
+                                       "result can be changed"))));
 }
 
 namespace detail {

@@ -259,13 +259,6 @@ class Remaking final : public PageSink {
   io::TexturedModel model_;
 };
 
-void copy_views(const fs::path& from, OutputFolder& folder) {
-  std::error_code failed;
-  const fs::path to = folder.file(kEditViewsFile);
-  fs::copy_file(from / kEditViewsFile, to, failed);
-  if (failed) throw OutputError(to, fmt::format("cannot be copied: {}", failed.message()));
-}
-
 labeling::Reselection choose_again(const Earlier& earlier, const Settings& settings, Observer& observer) {
   observer.begin({"choose", "sweeps", true});
   labeling::Reselection again = labeling::reselect_views(earlier.candidates.table, earlier.graph, settings.solver,
@@ -289,7 +282,7 @@ TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder&
   Remaking remaking(from, run, earlier, change, files);
   atlas::TextureAtlas made = remaking.make(again.selection.labels, folder);
   observer.begin({"write"});
-  copy_views(from, folder);
+  copy_edit_views(from, earlier.model.keys, folder);
   made.model = remaking.take_joined();
   const WrittenModel written = files.finish(made.model);
   write_edit_model(

@@ -36,7 +36,8 @@ bool is_written_by(std::string_view command, const std::string& name) {
   static const std::map<std::string_view, std::set<std::string_view>> kWritten = {
       {"texture",
        {"model.obj", "model.mtl", "model.glb", "model.gltf", "model.bin", "preview.png", "views.json", "labels.npy",
-        "tags.npy", "faces.npy", "source_faces.npy", "offset.txt", "metadata.xml", "edit-views.bin", "edit-model.bin"}},
+        "tags.npy", "faces.npy", "source_faces.npy", "offset.txt", "metadata.xml", "edit-views.bin", "edit-model.bin",
+        "edit-hashes.txt"}},
       {"tileset", {"tileset.json", "index.html", "preview.png", "views.json"}},
       {"visibility", {"views.json", "oracle.json"}},
       {"compare", {"report.html", "report.md", "report.json"}},
@@ -172,7 +173,7 @@ void OutputFolder::finish(const Publication& publication, const fs::path& work) 
 
 // Of a whole result. While the publication is listed, the next run does this again.
 void OutputFolder::complete(const Publication& publication) {
-  io::WorkStore(checkpoints()).clear();
+  io::WorkStore(checkpoints(), kCheckpointHashes).clear();
   publication.end();
 }
 

@@ -16,6 +16,9 @@ class Observer;
 class FolderLock;
 class Publication;
 
+/// In OutputFolder::checkpoints(): the hashes of what is kept (io::WorkStore).
+inline constexpr const char* kCheckpointHashes = "hashes.txt";
+
 /// Files are written to a hidden folder inside OUT and moved to their final names all together at the end, `run.json` last.
 /// Until then an earlier result stays unchanged. A run that fails or is interrupted leaves OUT unchanged; what a killed
 /// one left is cleared away by the next, which also finishes a result that was being published. OUT is locked meanwhile.

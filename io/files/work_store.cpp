@@ -9,7 +9,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
+#include <map>
 #include <mutex>
+#include <sstream>
 #include <utility>
 
 #include "io/file_bytes.h"
@@ -81,10 +84,11 @@ class FileReader final : public WorkStore::Reader {
     hash_.add_bytes(data, bytes);
   }
   std::size_t left() const override { return left_; }
-  // True if all has been read and is what was kept.
-  bool is_whole() {
+  // The hash of all that was kept, if all has been read and is that.
+  std::optional<Tail> whole() {
     Tail tail;
-    return left_ == 0 && std::fread(&tail, sizeof tail, 1, file_) == 1 && tail == hash_.key();
+    const bool whole = left_ == 0 && std::fread(&tail, sizeof tail, 1, file_) == 1 && tail == hash_.key();
+    return whole ? std::optional(tail) : std::nullopt;
   }
 
  private:
@@ -118,11 +122,43 @@ WorkKey WorkHash::key() const {
 // --- results
 
 struct WorkStore::State {
-  explicit State(std::filesystem::path where) : folder(std::move(where)) {}
+  State(std::filesystem::path where, std::string list_name) : folder(std::move(where)), list(std::move(list_name)) {
+    if (!list.empty()) read_list();
+  }
   std::filesystem::path folder;
+  std::string list;  ///< of lines of two numbers and a name, the last of a name counts; empty: none
+  std::map<std::string, Tail> listed{};
+  bool cut_off = false;  ///< the list ends within a line, as a killed process leaves it, which costs that result
   std::atomic<bool> failed = false;
   std::string reason{};
   mutable std::mutex mutex{};
+
+  void read_list() {
+    std::ifstream in(folder / list);
+    for (std::string line; std::getline(in, line);) {
+      cut_off = in.eof();
+      std::istringstream words(line);
+      Tail tail;
+      std::string name;
+      if (!cut_off && words >> tail.bits[0] >> tail.bits[1] && words.get() == ' ' && std::getline(words, name))
+        listed[name] = tail;
+    }
+  }
+  void enter(const std::string& name, const Tail& tail) {
+    if (list.empty()) return;
+    const std::lock_guard lock(mutex);
+    listed[name] = tail;
+    std::ofstream out(folder / list, std::ios::app);
+    if (std::exchange(cut_off, false)) out << '\n';
+    out << tail.bits[0] << ' ' << tail.bits[1] << ' ' << name << '\n';
+    if (!out.flush()) throw OutputError(folder / list, "cannot be written");
+  }
+  bool is_listed(const std::string& name, const Tail& tail) const {
+    if (list.empty()) return true;
+    const std::lock_guard lock(mutex);
+    const auto entry = listed.find(name);
+    return entry != listed.end() && entry->second == tail;
+  }
 
   void fail(std::string why) {
     const std::lock_guard lock(mutex);
@@ -131,7 +167,8 @@ struct WorkStore::State {
   }
 };
 
-WorkStore::WorkStore(std::filesystem::path folder) : state_(std::make_shared<State>(std::move(folder))) {}
+WorkStore::WorkStore(std::filesystem::path folder, std::string list)
+    : state_(std::make_shared<State>(std::move(folder), std::move(list))) {}
 
 bool WorkStore::has(const std::string& name, const WorkKey& key) const {
   return open_result(state_->folder / name, key) != nullptr;
@@ -146,7 +183,8 @@ bool WorkStore::read(const std::string& name, const WorkKey& key, const std::fun
   FileReader reader(file.get(), static_cast<std::size_t>(bytes) - sizeof(Head) - sizeof(Tail));
   try {
     fill(reader);
-    return reader.is_whole();
+    const std::optional<Tail> tail = reader.whole();
+    return tail && state_->is_listed(name, *tail);
   } catch (const Damaged&) {
     return false;
   }
@@ -164,6 +202,7 @@ void WorkStore::keep(const std::string& name, const WorkKey& key, const std::fun
     const Tail tail = writer.tail();
     file.write(&tail, sizeof tail);
     file.commit(OutputFile::Flush::to_system);
+    state_->enter(name, tail);
   } catch (const OutputError& error) {
     state_->fail(error.what());
   } catch (const std::filesystem::filesystem_error& error) {
@@ -177,8 +216,8 @@ void WorkStore::clear() noexcept {
   for (const fs::directory_entry& entry : fs::directory_iterator(state_->folder, failed)) {
     if (entry.is_symlink(failed)) continue;
     if (entry.is_directory(failed))
-      WorkStore(entry.path()).clear();
-    else if (is_result(entry.path()))
+      WorkStore(entry.path(), state_->list).clear();
+    else if (is_result(entry.path()) || (!state_->list.empty() && entry.path().filename() == state_->list))
       fs::remove(entry.path(), failed);
   }
   if (fs::is_directory(state_->folder, failed)) fs::remove(state_->folder, failed);  // fails unless it is empty

@@ -151,7 +151,7 @@ void change_part(const fs::path& folder, const std::string& name, const Change& 
   const std::string bytes = test::read_file(folder / name);
   io::WorkKey key;
   std::memcpy(&key, bytes.data() + 8, sizeof key);
-  io::WorkStore store(folder);
+  io::WorkStore store(folder, results::kCheckpointHashes);
   Part part;
   ASSERT_TRUE(store.read(name, key, [&](io::WorkStore::Reader& in) { part = in.get<Part>(); }));
   change(part);
@@ -300,7 +300,7 @@ TEST_F(CheckpointTest, PagesGoOnFromTheOnesThatWerePainted) {
   const atlas::TextureAtlas whole = atlas::bake_atlas(plan, from, nullptr);
   ASSERT_GT(whole.pages.size(), 3u);
 
-  io::WorkStore store(work_);
+  io::WorkStore store(work_, results::kCheckpointHashes);
   const atlas::BakeOptions options{
       .page_bytes = 1, .partial_bytes = 1, .scratch_folder = testing::TempDir(), .kept = {&store, {{1, 2}}}};
   std::size_t before = 0;

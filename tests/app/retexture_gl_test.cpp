@@ -307,7 +307,8 @@ void rewrite(const fs::path& file, const Write& write) {
   io::WorkKey key;
   std::memcpy(&key, bytes.data() + 8, sizeof key);
   std::string body = bytes.substr(8 + sizeof key, bytes.size() - 8 - 2 * sizeof key);
-  io::WorkStore(file.parent_path()).keep(file.filename(), key, [&](io::WorkStore::Writer& out) { write(out, body); });
+  io::WorkStore(file.parent_path(), pipeline::kEditHashesFile)
+      .keep(file.filename(), key, [&](io::WorkStore::Writer& out) { write(out, body); });
 }
 
 TEST_F(Retexture, ValuesThatNoResultHasAreRefusedThoughTheHashIsRight) {
@@ -395,6 +396,7 @@ TEST_F(Retexture, SaysWhatCannotBeChanged) {
   EXPECT_EQ(test::cures_of([&] { pipeline::read_edit_model(folder_->path() / "copy"); }),
             std::vector{Cure::make_editable});
   EXPECT_PRED2(contains, with_file("edit-views.bin", remove), "edit-views.bin: is missing");
+  EXPECT_PRED2(contains, with_file("edit-hashes.txt", remove), "edit-hashes.txt: is missing");
   EXPECT_PRED2(contains, with_file("edit-model.bin", overwrite(9)), "edit-model.bin: is of another version of gpvc");
   EXPECT_PRED2(contains, with_file("edit-model.bin", overwrite(500)), "edit-model.bin: is damaged");
   EXPECT_PRED2(contains, with_file("edit-views.bin", overwrite(500)), "edit-views.bin: is damaged");

@@ -1,6 +1,7 @@
 #include "app/pipeline/bake_into.h"
 #include "app/pipeline/checkpoint.h"
 #include "app/pipeline/steps.h"
+#include "app/results/output_folder.h"
 #include "io/photos.h"
 #include "tiny.h"
 
@@ -51,7 +52,7 @@ std::vector<std::string> kept_seeds(const fs::path&) {
 GPVC_FUZZ_TARGET(checkpoint, kept_seeds) {
   const Choice part = choice_of(view(data, size), kKeptParts.size());
   good_parts();
-  store(kept_parts() / kKeptParts[part.number], part.body);
+  store(kept_parts() / kKeptParts[part.number], part.body, results::kCheckpointHashes);
   succeeds_or_fails(texture_on);
   good_parts().restore();
   return 0;

@@ -50,7 +50,7 @@ std::vector<std::string> edit_seeds(const fs::path&) {
 GPVC_FUZZ_TARGET(edit, edit_seeds) {
   const Choice choice = choice_of(view(data, size), std::size(kEditFiles));
   static const Snapshot kGood(editable());
-  store(editable() / kEditFiles[choice.number], choice.body);
+  store(editable() / kEditFiles[choice.number], choice.body, pipeline::kEditHashesFile);
   pipeline::Settings other = edit_settings();
   other.view_rules = {{io::GroundRegion{{{0, -3}, {3, -3}, {3, 3}, {0, 3}}}, false, {ViewId{1}}, "rule"}};
   succeeds_or_fails([&] { texture_editable(other, editable(), folder() / "changed", false); });

@@ -107,12 +107,12 @@ std::string stored(const fs::path& file) {
   return bytes.size() < kHead + kTail ? "" : bytes.substr(kHead, bytes.size() - kHead - kTail);
 }
 
-void store(const fs::path& file, std::string_view body) {
+void store(const fs::path& file, std::string_view body, const char* list) {
   const std::string bytes = read(file);
   if (bytes.size() < kHead) std::abort();
   io::WorkKey key;
   std::memcpy(&key, bytes.data() + kMagic, sizeof key);
-  io::WorkStore(file.parent_path()).keep(file.filename(), key, [&](io::WorkStore::Writer& out) {
+  io::WorkStore(file.parent_path(), list).keep(file.filename(), key, [&](io::WorkStore::Writer& out) {
     out.write(body.data(), body.size());
   });
 }

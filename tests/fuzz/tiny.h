@@ -30,8 +30,8 @@ std::string read(const std::filesystem::path& file);
 
 /// What lies between head and hash of a file of io::WorkStore.
 std::string stored(const std::filesystem::path& file);
-/// Replaces that, and makes the hash right.
-void store(const std::filesystem::path& file, std::string_view body);
+/// Replaces that, and makes the hash right, also in `list`, if there is one.
+void store(const std::filesystem::path& file, std::string_view body, const char* list = "");
 
 /// The files below a folder as they are, to be had again.
 class Snapshot {

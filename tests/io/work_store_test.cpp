@@ -107,6 +107,38 @@ TEST_F(Kept, AnyDamageIsFound) {
   EXPECT_EQ(read("view", key_), (Numbers{1, 2, 3}));
 }
 
+// Somebody changes a value and makes the file's own hash right.
+TEST_F(Kept, AListTellsWhatWasKeptFromWhatWasMadeToFit) {
+  const auto numbers_in = [&](const WorkStore& store, const std::string& name) {
+    Numbers numbers;
+    const bool found =
+        store.read(name, key_, [&](WorkStore::Reader& in) { numbers = in.get<std::vector<std::uint32_t>>(); });
+    return found ? std::optional(numbers) : std::nullopt;
+  };
+  const auto put = [&](WorkStore store, const std::string& name, const Numbers& numbers) {
+    store.keep(name, key_, [&](WorkStore::Writer& out) { out.add(numbers); });
+  };
+  put(WorkStore(work_, "hashes.txt"), "view 1", {1, 2, 3});
+  put(WorkStore(work_, "hashes.txt"), "view 2", {4});
+  EXPECT_EQ(numbers_in(WorkStore(work_, "hashes.txt"), "view 1"), (Numbers{1, 2, 3}));
+  put(WorkStore(work_), "view 1", {1, 2, 4});  // not entered
+  EXPECT_EQ(numbers_in(WorkStore(work_), "view 1"), (Numbers{1, 2, 4}));
+  EXPECT_EQ(numbers_in(WorkStore(work_, "hashes.txt"), "view 1"), std::nullopt);
+  EXPECT_EQ(numbers_in(WorkStore(work_, "hashes.txt"), "view 2"), (Numbers{4}));
+  put(WorkStore(work_, "hashes.txt"), "view 1", {5});
+  EXPECT_EQ(numbers_in(WorkStore(work_, "hashes.txt"), "view 1"), (Numbers{5})) << "entered anew";
+
+  const std::string list = test::read_file(work_ / "hashes.txt");
+  std::ofstream(work_ / "hashes.txt") << list.substr(0, list.size() - 9);
+  put(WorkStore(work_, "hashes.txt"), "view 3", {6});
+  const WorkStore after(work_, "hashes.txt");
+  EXPECT_EQ(numbers_in(after, "view 1"), std::nullopt) << "its line was cut off";
+  EXPECT_EQ(numbers_in(after, "view 2"), (Numbers{4}));
+  EXPECT_EQ(numbers_in(after, "view 3"), (Numbers{6})) << "on a line of its own";
+  WorkStore(work_, "hashes.txt").clear();
+  EXPECT_FALSE(std::filesystem::exists(work_));
+}
+
 TEST_F(Kept, AFullDiskEndsTheKeepingAlone) {
   const pid_t child = fork();
   if (child == 0) {
