@@ -1,27 +1,37 @@
-// Image files through OpenImageIO: what all that reads pixels shares.
+// Reads pixels of files and of images inside files: JPEG and PNG through their own libraries, all else through other_formats.h.
 #pragma once
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
-#include <filesystem>
-#include <memory>
+#include <cstdint>
 #include <string>
 
+#include "io/images.h"
 #include "io/images/image_bounds.h"
 
 namespace gpvc::io {
 
-/// OpenImageIO's messages span lines and repeat the file's name; ours are one sentence.
-std::string one_line(std::string text, const std::filesystem::path& file);
+struct ImageHeader {
+  std::string format;  ///< "jpeg", "png", or OpenImageIO's name
+  int width = 0, height = 0, channels = 0;
+  int bits = 8;            ///< a sample; 0: no integers
+  int alpha_channel = -1;  ///< -1: none
+  bool linear_light = false;
+  ColorProfile profile;  ///< empty: none
+};
 
-/// Opens a file of a format that is accepted, and checks what it claims. Throws InputError.
-std::unique_ptr<OIIO::ImageInput> open_image(const std::filesystem::path& file);
+/// Goes by the bytes, not by the name, and checks what they claim. Throws InputError, also for formats that are not accepted.
+ImageHeader read_header(const ImageBytes& image);
 
-/// The same for a PNG or JPEG in memory, through `reader` of its bytes, which must outlive the result.
-std::unique_ptr<OIIO::ImageInput> open_image(const ImageBytes& image, OIIO::Filesystem::IOMemReader& reader);
+/// Decodes the first `channels` of an image that read_header() knows. A JPEG's or PNG's have to be all of them, and a JPEG or
+/// 8-bit image does not become floats. Throws InputError unless the whole picture could be decoded.
+void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, std::uint8_t* to);
+void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, float* to);
 
-/// Decodes the first channels. Throws InputError unless the whole picture could be decoded.
-void decode_samples(const ImageBytes& image, OIIO::ImageInput& input, int channels, OIIO::TypeDesc type, void* pixels);
+/// Parts of the two above. Printers' inks come as RGB, palettes too; what libjpeg and libpng find wrong that may cost a pixel is an
+/// InputError.
+ImageHeader read_jpeg_header(const ImageBytes& image);
+void decode_jpeg(const ImageBytes& image, const ImageHeader& header, std::uint8_t* to);
+ImageHeader read_png_header(const ImageBytes& image);
+void decode_png(const ImageBytes& image, const ImageHeader& header, std::uint8_t* to);
+void decode_png(const ImageBytes& image, const ImageHeader& header, float* to);
 
 }  // namespace gpvc::io

@@ -24,8 +24,7 @@ struct ImageBytes {
 };
 
 /// Follows a PNG's chunks to its end and checks that its data can hold the pixels it claims; returns for files that are
-/// not PNG. libpng finds a truncated file too, but prints a line of its own and leaves by longjmp, which leaks in
-/// OpenImageIO. Throws InputError. O(chunks).
+/// not PNG. Throws InputError. O(chunks).
 void check_png(const ImageBytes& image);
 
 /// The same check for a JPEG, by its markers. libjpeg reports only its first warning, so a stray byte could hide that
@@ -36,21 +35,6 @@ void check_jpeg(const ImageBytes& image);
 /// Holds the strips or tiles of a TIFF that are compressed by deflate against the checksums that they end with; returns for
 /// other files. (LZW, PackBits and plain data have none.) Throws InputError. O(bytes of pixels).
 void check_tiff(const ImageBytes& image);
-
-/// Room for what the headers of a JPEG claim.
-struct JpegRoom {
-  int width = 0, height = 0, channels = 0;
-  std::uint8_t* pixels = nullptr;
-};
-
-/// Decodes a JPEG, grey or RGB as it is stored, printers' inks as RGB. Throws InputError for whatever libjpeg finds wrong that
-/// may cost a pixel, and for a JPEG of another size.
-void decode_jpeg(const ImageBytes& image, const JpegRoom& room);
-
-/// Checks the sizes in a JPEG's IPTC metadata against their segment; returns for files that are not JPEG. To be called
-/// before OpenImageIO opens the file: up to version 2.4.7 it reads beyond the segment. Throws InputError. O(bytes
-/// before the first scan).
-void check_jpeg_metadata(const ImageBytes& image);
 
 /// Throws InputError at `place` unless 1 <= width, height and there are at most 2^30 pixels and 2^32 samples.
 void check_size(const std::filesystem::path& file, const std::string& place, std::int64_t width, std::int64_t height,

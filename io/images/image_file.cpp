@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "io/file_bytes.h"
-#include "io/files/text_scan.h"
+#include "io/files/paths.h"
 #include "io/freed_memory.h"
 #include "io/images/codec.h"
 
@@ -28,12 +28,6 @@ Image to_rgb(Image&& in) {
   return out;
 }
 
-/// True for formats of linear light, EXR and HDR.
-bool holds_linear_light(const OIIO::ImageSpec& spec) {
-  const std::string space = lower_case(std::string(spec.get_string_attribute("oiio:ColorSpace")));
-  return spec.format.is_floating_point() && (space == "linear" || space == "scene_linear");
-}
-
 /// sRGB's curve, IEC 61966-2-1. Values above white become white, NaN becomes black.
 std::uint8_t srgb_from_linear(float light) {
   if (!(light > 0)) return 0;
@@ -42,20 +36,18 @@ std::uint8_t srgb_from_linear(float light) {
   return static_cast<std::uint8_t>(255 * value + 0.5f);
 }
 
-Image decode_rgb(const ImageBytes& bytes, OIIO::ImageInput& input, std::vector<std::uint8_t> storage = {}) {
-  // The codec uses one thread: photos are decoded in parallel, inside tasks.
-  input.threads(1);
-  const OIIO::ImageSpec& spec = input.spec();
-  Image image{spec.width, spec.height, std::min(spec.nchannels, 4), std::move(storage)};
-  const std::size_t size = pixel_index(0, spec.height, spec.width) * static_cast<std::size_t>(image.channels);
+Image decode_rgb(const ImageBytes& bytes, std::vector<std::uint8_t> storage = {}) {
+  const ImageHeader header = read_header(bytes);
+  Image image{header.width, header.height, std::min(header.channels, 4), std::move(storage)};
+  const std::size_t size = pixel_index(0, header.height, header.width) * static_cast<std::size_t>(image.channels);
   if (image.pixels.capacity() < size || image.pixels.capacity() > size + size / 8) free_memory(image.pixels);
   image.pixels.resize(size);
-  if (holds_linear_light(spec)) {
+  if (header.linear_light) {
     std::vector<float> light(image.pixels.size());
-    decode_samples(bytes, input, image.channels, OIIO::TypeDesc::FLOAT, light.data());
+    decode_samples(bytes, header, image.channels, light.data());
     std::transform(light.begin(), light.end(), image.pixels.begin(), srgb_from_linear);
   } else {
-    decode_samples(bytes, input, image.channels, OIIO::TypeDesc::UINT8, image.pixels.data());
+    decode_samples(bytes, header, image.channels, image.pixels.data());
   }
   return to_rgb(std::move(image));
 }
@@ -69,9 +61,26 @@ void halve_rows(const std::uint8_t* upper, const std::uint8_t* lower, int width,
 
 }  // namespace
 
+FileBytes image_bytes(const fs::path& file, FileBytes::Use use) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) throw InputError(file, "", "does not exist");
+  if (is_folder(file)) throw InputError(file, "", "is a folder, expected an image");
+  return FileBytes(file, use);
+}
+
+namespace {
+
+/// The headers of all photos of a scene are read before the first is decoded: only the pages needed are read.
+ImageHeader header_of(const fs::path& file) {
+  const FileBytes bytes = image_bytes(file, FileBytes::Use::in_places);
+  return read_header({file, "", bytes.view()});
+}
+
+}  // namespace
+
 ImageSize read_image_size(const fs::path& file) {
-  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  return {input->spec().width, input->spec().height};
+  const ImageHeader header = header_of(file);
+  return {header.width, header.height};
 }
 
 void check_photo_end(const fs::path& file) {
@@ -85,40 +94,23 @@ void check_photo_end(const fs::path& file) {
   if (tail.find("\xFF\xD9") == std::string_view::npos) check_jpeg({file, "", view});
 }
 
-int sample_bits(const fs::path& file) {
-  const OIIO::TypeDesc type = open_image(file)->spec().format;
-  return type.is_floating_point() ? 0 : static_cast<int>(8 * type.basesize());
-}
+int sample_bits(const fs::path& file) { return header_of(file).bits; }
 
-bool has_alpha(const fs::path& file) {
-  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  // The fourth byte of a BMP's pixels is reserved, and 0 in most files.
-  return input->spec().alpha_channel >= 0 && std::string_view(input->format_name()) != "bmp";
-}
+bool has_alpha(const fs::path& file) { return header_of(file).alpha_channel >= 0; }
 
 Image read_image(const fs::path& file) { return read_image(file, {}); }
 
 Image read_image(const fs::path& file, std::vector<std::uint8_t> storage) {
-  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  const FileBytes bytes(file);
-  const ImageBytes image{file, "", bytes.view()};
-  check_jpeg(image);
-  return decode_rgb(image, *input, std::move(storage));
+  const FileBytes bytes = image_bytes(file, FileBytes::Use::whole);
+  return decode_rgb({file, "", bytes.view()}, std::move(storage));
 }
 
 Image decode_image(const fs::path& file, const std::string& part, std::string_view bytes) {
-  const ImageBytes image{file, part, bytes};
-  OIIO::Filesystem::IOMemReader reader(const_cast<char*>(bytes.data()), bytes.size());
-  const std::unique_ptr<OIIO::ImageInput> input = open_image(image, reader);
-  return decode_rgb(image, *input);
+  return decode_rgb({file, part, bytes});
 }
 
 ColorProfile read_color_profile(const fs::path& file) {
-  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  const OIIO::ParamValue* found = input->spec().find_attribute("ICCProfile");
-  if (!found || found->type().basetype != OIIO::TypeDesc::UINT8) return {};
-  const auto* bytes = static_cast<const std::uint8_t*>(found->data());
-  ColorProfile profile(bytes, bytes + found->datasize());
+  ColorProfile profile = header_of(file).profile;
   // ICC.1: a header of 128 bytes with the size at 0, the data's colour space at 16, the signature at 36.
   constexpr std::size_t kHeader = 128, kSpace = 16, kSignature = 36;
   const auto reads = [&](std::size_t at, std::string_view word) {

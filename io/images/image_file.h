@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/file_bytes.h"
 #include "io/images.h"
 #include "io/output_file.h"
 #include "io/photos.h"
@@ -19,6 +20,9 @@ inline Image black_image(int width, int height, int channels) {
           std::vector<std::uint8_t>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
                                     static_cast<std::size_t>(channels))};
 }
+
+/// Throws InputError for a path where no file lies.
+FileBytes image_bytes(const std::filesystem::path& file, FileBytes::Use use);
 
 struct ImageSize {
   int width = 0, height = 0;

@@ -1,9 +1,12 @@
 // Pages as files.
 #include <algorithm>
+#include <cstdlib>
 #include <stdexcept>
+#include <string>
 
-#include "io/images/codec.h"
+#include "io/error.h"
 #include "io/images/image_file.h"
+#include "io/images/jpeg_errors.h"
 
 namespace gpvc::io {
 
@@ -11,22 +14,41 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// libjpeg's growing buffer, which it leaves to its caller.
+struct Encoded {
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  ~Encoded() { std::free(bytes); }
+};
+
+/// In memory, and from there to `out`, so that a full disk is noticed.
 void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality, const ColorProfile& profile) {
-  OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
-  spec["Compression"] = "jpeg:" + std::to_string(std::clamp(quality, 1, 100));
-  spec["jpeg:subsampling"] = "4:4:4";
-  if (!profile.empty())
-    spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())),
-                   profile.data());
-  OIIO::Filesystem::IOVecOutput proxy;  // and from there to `out`, so that a full disk is noticed
-  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("jpeg");
-  if (!output) throw OutputError(file, "cannot be encoded: " + one_line(OIIO::geterror(), file));
-  output->threads(1);
-  const bool good = output->set_ioproxy(&proxy) && output->open(file.string(), spec) &&
-                    output->write_image(OIIO::TypeDesc::UINT8, image.pixels.data());
-  const bool closed = output->close();
-  if (!good || !closed) throw OutputError(file, "cannot be encoded: " + one_line(output->geterror(), file));
-  out.write(proxy.buffer().data(), proxy.size());
+  JpegErrors errors;
+  jpeg_compress_struct state{};
+  Encoded encoded;
+  take_errors(state, errors);
+  const bool whole = run(errors, [&] {
+    jpeg_create_compress(&state);
+    jpeg_mem_dest(&state, &encoded.bytes, &encoded.size);
+    state.image_width = static_cast<JDIMENSION>(image.width);
+    state.image_height = static_cast<JDIMENSION>(image.height);
+    state.input_components = image.channels;
+    state.in_color_space = image.channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
+    jpeg_set_defaults(&state);
+    jpeg_set_quality(&state, std::clamp(quality, 1, 100), TRUE);
+    for (int c = 0; c < image.channels; ++c) state.comp_info[c].h_samp_factor = state.comp_info[c].v_samp_factor = 1;
+    jpeg_start_compress(&state, TRUE);
+    if (!profile.empty()) jpeg_write_icc_profile(&state, profile.data(), static_cast<unsigned>(profile.size()));
+    const std::size_t row_bytes = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels);
+    while (state.next_scanline < state.image_height) {
+      auto* row = const_cast<JSAMPROW>(image.pixels.data() + row_bytes * state.next_scanline);
+      jpeg_write_scanlines(&state, &row, 1);
+    }
+    jpeg_finish_compress(&state);
+  });
+  jpeg_destroy_compress(&state);
+  if (!whole) throw OutputError(file, std::string("cannot be encoded: ") + errors.message.data());
+  out.write(encoded.bytes, encoded.size);
 }
 
 }  // namespace
@@ -34,9 +56,10 @@ void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int q
 void write_image(const fs::path& file, const Image& image, ImageFormat format, int quality,
                  const ColorProfile& profile) {
   if (image.width < 1 || image.height < 1 || image.channels < 1 || image.channels > 4 ||
+      (format == ImageFormat::jpg && image.channels != 1 && image.channels != 3) ||
       image.pixels.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
                                  static_cast<std::size_t>(image.channels))
-    throw std::invalid_argument("write_image: the pixels do not fit the size");
+    throw std::invalid_argument("write_image: the pixels do not fit the size or the format");
   OutputFile out(file);
   if (format == ImageFormat::png)
     write_png(out, image, profile);

@@ -125,40 +125,7 @@ void check_zero_runs(const ImageBytes& image, std::string_view data, std::size_t
   }
 }
 
-/// An APP13 segment as OpenImageIO reads it: IPTC records in Photoshop's first resource.
-void check_iptc(const ImageBytes& image, std::size_t at, std::string_view segment) {
-  constexpr std::string_view kPhotoshop("Photoshop 3.0\0", 14), kIptc("8BIM\x04\x04", 6);
-  if (!segment.starts_with(kPhotoshop.substr(0, 13))) return;
-  const auto check = [&](bool good) {
-    if (!good)
-      image.fail(at,
-                 "the IPTC metadata in segment APP13 of the JPEG reaches beyond its end; metadata tools can remove it");
-  };
-  check(segment.size() >= kPhotoshop.size());
-  segment.remove_prefix(kPhotoshop.size());
-  if (!segment.starts_with(kIptc)) return;
-  segment.remove_prefix(kIptc.size());
-  // An empty name, then the size, whose upper half OpenImageIO ignores.
-  const auto word = [&](std::size_t i) {
-    return std::size_t{static_cast<unsigned char>(segment[i])} << 8 | static_cast<unsigned char>(segment[i + 1]);
-  };
-  check(segment.size() >= 6 && word(4) <= segment.size() - 6);
-  segment = segment.substr(6, word(4));
-  constexpr std::size_t kRecord = 5;  // a mark, record, number and size
-  for (std::size_t i = 0; i < segment.size() && segment[i] == '\x1C'; i += kRecord + word(i + 3))
-    check(segment.size() - i >= kRecord && word(i + 3) <= segment.size() - i - kRecord);
-}
-
 }  // namespace
-
-void check_jpeg_metadata(const ImageBytes& image) {
-  if (!image.is_jpeg()) return;
-  constexpr unsigned kApp13 = 0xED;
-  for (auto segment = next_segment(image.view, 2); segment; segment = next_segment(image.view, segment->next)) {
-    if (segment->marker == kScan || segment->marker == kEnd) return;
-    if (segment->marker == kApp13) check_iptc(image, segment->at, segment->header);
-  }
-}
 
 void check_jpeg(const ImageBytes& image) {
   if (!image.is_jpeg()) return;

@@ -17,14 +17,12 @@ namespace fs = std::filesystem;
 enum class Excludes { transparent, dark };
 
 template <typename Sample>
-MaskPixels excluded_samples(const ImageBytes& bytes, OIIO::ImageInput& input, Excludes what, OIIO::TypeDesc type,
-                            Sample white) {
-  const OIIO::ImageSpec& spec = input.spec();
-  const auto channels = static_cast<std::size_t>(spec.nchannels), width = static_cast<std::size_t>(spec.width);
-  std::vector<Sample> samples(width * static_cast<std::size_t>(spec.height) * channels);
-  decode_samples(bytes, input, spec.nchannels, type, samples.data());
+MaskPixels excluded_samples(const ImageBytes& bytes, const ImageHeader& header, Excludes what, Sample white) {
+  const auto channels = static_cast<std::size_t>(header.channels), width = static_cast<std::size_t>(header.width);
+  std::vector<Sample> samples(width * static_cast<std::size_t>(header.height) * channels);
+  decode_samples(bytes, header, header.channels, samples.data());
   const std::size_t pixels = samples.size() / channels;
-  const auto alpha_channel = static_cast<std::size_t>(spec.alpha_channel);  // past all channels if there is none
+  const auto alpha_channel = static_cast<std::size_t>(header.alpha_channel);  // past all channels if there is none
   for (std::size_t i = 0; i < pixels; ++i) {
     const Sample* pixel = samples.data() + i * channels;
     Sample value = what == Excludes::dark ? Sample{0} : white;
@@ -36,7 +34,7 @@ MaskPixels excluded_samples(const ImageBytes& bytes, OIIO::ImageInput& input, Ex
   const auto half = static_cast<Sample>(white / 2);
   const bool soft = what == Excludes::dark &&
                     (bytes.is_jpeg() || std::ranges::any_of(samples, [&](Sample value) { return value > half; }));
-  MaskPixels mask{empty_exclusion(spec.width, spec.height)};
+  MaskPixels mask{empty_exclusion(header.width, header.height)};
   std::size_t grey = 0;
   for (std::size_t i = 0; i < pixels; ++i) {
     if (soft ? !(samples[i] > half) : samples[i] == Sample{0}) exclude(mask.excluded, i % width, i / width);
@@ -47,17 +45,14 @@ MaskPixels excluded_samples(const ImageBytes& bytes, OIIO::ImageInput& input, Ex
 }
 
 MaskPixels excluded_pixels(const fs::path& file, Excludes what) {
-  const std::unique_ptr<OIIO::ImageInput> input = open_image(file);
-  const FileBytes bytes(file);
+  const FileBytes bytes = image_bytes(file, FileBytes::Use::whole);
   const ImageBytes image{file, "", bytes.view()};
-  check_jpeg(image);
-  input->threads(1);
-  if (what == Excludes::transparent && input->spec().alpha_channel < 0)
+  const ImageHeader header = read_header(image);
+  if (what == Excludes::transparent && header.alpha_channel < 0)
     throw InputError(file, "", "has lost its alpha channel");
   // Samples are compared at the file's own depth: where 0 alone is black, it is an exact one.
-  return input->spec().format == OIIO::TypeDesc::UINT8
-             ? excluded_samples<std::uint8_t>(image, *input, what, OIIO::TypeDesc::UINT8, 255)
-             : excluded_samples<float>(image, *input, what, OIIO::TypeDesc::FLOAT, 1);
+  return header.bits == 8 ? excluded_samples<std::uint8_t>(image, header, what, 255)
+                          : excluded_samples<float>(image, header, what, 1);
 }
 
 }  // namespace
