@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# run.sh [--sanitize [--below-app] | --threads] [CTEST ARGUMENTS]: installs what is missing, builds, runs every test through CTest.
-#   --sanitize   Debug build by Clang under the address and undefined behaviour sanitizers, into build/sanitize
-#   --below-app  without the test programs of app/, which then need not be compiled
-#   --threads    Debug build by Clang under the thread sanitizer, into build/threads, of what tests/threads/programs.cmake
-#                names; takes many minutes, so not part of .ci/run
+# run.sh [--without-benchmarks | --sanitize [--below-app] | --threads] [CTEST ARGUMENTS]: installs what is missing, builds, runs
+# every test through CTest.
+#   --without-benchmarks   which take a fifth of the time to compile, and their two tests
+#   --sanitize             Debug build by Clang under the address and undefined behaviour sanitizers, into build/sanitize
+#   --sanitize --below-app the same without app/ and its tests (the Release run has found the device)
+#   --threads              Debug build by Clang under the thread sanitizer, into build/threads, of what
+#                          tests/threads/programs.cmake names; takes many minutes, so not part of .ci/run
 # Tests of OpenGL run on whatever EGL device there is (Mesa's llvmpipe without a GPU); here they must run, not skip.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -11,19 +13,24 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build/release
 packages=(test)
 targets=(all)
-options=(-DCMAKE_BUILD_TYPE=Release -DGPVC_SANITIZE=OFF -DGPVC_BENCHMARKS=ON)
+benchmarks=ON
+if [ "${1:-}" = --without-benchmarks ]; then
+  shift
+  benchmarks=OFF
+fi
+options=(-DCMAKE_BUILD_TYPE=Release -DGPVC_SANITIZE=OFF -DGPVC_BENCHMARKS=$benchmarks)
+below_app=OFF
 if [ "${1:-}" = --sanitize ]; then
   shift
-  build=$root/build/sanitize
-  packages=(test clang)
-  # The second compiler here, so that both must find the code free of warnings.
-  options=(-DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug -DGPVC_SANITIZE=ON -DGPVC_BENCHMARKS=OFF "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
-  below_app=OFF
   if [ "${1:-}" = --below-app ]; then
     shift
     below_app=ON
   fi
-  options+=(-DGPVC_TESTS_BELOW_APP=$below_app)
+  build=$root/build/sanitize
+  packages=(test clang)
+  # The second compiler here, so that both must find the code free of warnings.
+  options=(-DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug -DGPVC_SANITIZE=ON -DGPVC_BENCHMARKS=OFF -DGPVC_BELOW_APP=$below_app
+    "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1")
 fi
 if [ "${1:-}" = --threads ]; then
   shift
@@ -59,7 +66,7 @@ export ASAN_OPTIONS=detect_leaks=0:strict_string_checks=1 UBSAN_OPTIONS=print_st
 # What libraries do under locks that the sanitizer does not see is not judged.
 export TSAN_OPTIONS=ignore_noninstrumented_modules=1:suppressions=$root/tests/threads/suppressions.txt
 cd "$build"
-if ! app/gpvc --device list; then
+if [ $below_app = OFF ] && ! app/gpvc --device list; then
   echo "run.sh: without an EGL device every test of OpenGL would be skipped, and a skipped test is not passed" >&2
   exit 1
 fi

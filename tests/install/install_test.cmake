@@ -29,8 +29,8 @@ foreach(file ${exported})
 endforeach()
 if(EXISTS ${SCRATCH}/prefix/bin/gpvc)  # which finds the module of other formats than JPEG and PNG where it lies now
   file(WRITE ${SCRATCH}/ppm/photo.ppm "P3 1 1 255 9 99 199\n")
-  file(WRITE ${SCRATCH}/ppm/transforms.json [[{"w": 1, "h": 1, "fl_x": 1, "fl_y": 1, "cx": 0.5, "cy": 0.5,
-    "frames": [{"file_path": "photo.ppm", "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]}]}]])
+  file(WRITE ${SCRATCH}/ppm/transforms.json [==[{"w": 1, "h": 1, "fl_x": 1, "fl_y": 1, "cx": 0.5, "cy": 0.5,
+    "frames": [{"file_path": "photo.ppm", "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]}]}]==])
   run(${CMAKE_COMMAND} -E env --unset=LD_LIBRARY_PATH ${SCRATCH}/prefix/bin/gpvc inspect ${SCRATCH}/ppm/transforms.json)
 endif()
 run(${CMAKE_COMMAND} -G ${GENERATOR} -S ${SOURCE} -B ${SCRATCH}/build -DCMAKE_PREFIX_PATH=${SCRATCH}/prefix
