@@ -32,8 +32,8 @@ void check_png(const ImageBytes& image);
 /// interrupted copy leaves it: a run of zeros that no encoder writes is an error. Throws InputError. O(size).
 void check_jpeg(const ImageBytes& image);
 
-/// Holds the strips or tiles of a TIFF that are compressed by deflate against the checksums that they end with; returns for
-/// other files. (LZW, PackBits and plain data have none.) Throws InputError. O(bytes of pixels).
+/// Holds the strips or tiles of a TIFF that are compressed by deflate against the checksums that they end with, and decodes those
+/// that are JPEGs as decode_jpeg() does; returns for other files. (LZW, PackBits and plain data tell nothing.) Throws InputError. O(bytes of pixels).
 void check_tiff(const ImageBytes& image);
 
 /// Throws InputError at `place` unless 1 <= width, height and there are at most 2^30 pixels and 2^32 samples.

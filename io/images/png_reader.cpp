@@ -92,10 +92,14 @@ void decode_rows(const ImageBytes& image, const ImageHeader& header, Sample* to)
     if (deep) deep_rows.resize(at_once ? samples : height * samples);
     for (int pass = 1; pass <= decoder.passes; ++pass)
       for (std::size_t y = 0; y < height; ++y) {
-        std::uint16_t* deep_row = deep_rows.data() + (at_once ? 0 : y * samples);
         Sample* row = to + y * samples;
-        png_read_row(png, deep ? reinterpret_cast<png_bytep>(deep_row) : reinterpret_cast<png_bytep>(row), nullptr);
-        if (deep && pass == decoder.passes) convert(deep_row, samples, row);
+        if (!deep) {
+          png_read_row(png, reinterpret_cast<png_bytep>(row), nullptr);
+          continue;
+        }
+        std::uint16_t* deep_row = deep_rows.data() + (at_once ? 0 : y * samples);
+        png_read_row(png, reinterpret_cast<png_bytep>(deep_row), nullptr);
+        if (pass == decoder.passes) convert(deep_row, samples, row);
       }
     png_read_end(png, nullptr);
   });

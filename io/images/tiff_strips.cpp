@@ -1,4 +1,5 @@
-// The checksums of a TIFF's compressed strips and tiles. TIFF 6.0; Adobe Photoshop TIFF Technical Notes (deflate); BigTIFF.
+// What a TIFF's compressed strips and tiles say of damage: deflate by its checksums, JPEG by libjpeg's warnings, which OpenImageIO
+// passes over. TIFF 6.0; Adobe Photoshop TIFF Technical Notes (deflate); TIFF Technical Note 2 (JPEG); BigTIFF.
 //
 // libtiff inflates no more of a strip than its rows need, and so seldom comes to the checksum behind them; what OpenImageIO
 // inflates by itself it returns though zlib has refused it.
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/images/codec.h"
 #include "io/images/image_bounds.h"
 
 namespace gpvc::io {
@@ -37,7 +39,7 @@ class Directory {
       if (entry > bytes_.size()) break;
       if (number(entry, 2) != tag) continue;
       const std::uint64_t type = number(entry + 2, 2);
-      const std::uint64_t each = type == kShort ? 2 : type == kLong ? 4 : type == kLong8 ? 8 : 0;
+      const std::uint64_t each = type == kBytes ? 1 : type == kShort ? 2 : type == kLong ? 4 : type == kLong8 ? 8 : 0;
       const std::uint64_t count = number(entry + 4, room);
       if (each == 0 || count > bytes_.size() / each) return {};
       const std::uint64_t place = entry + 4 + room, from = count * each <= room ? place : number(place, room);
@@ -49,7 +51,7 @@ class Directory {
   }
 
  private:
-  static constexpr std::uint64_t kBigTiff = 43, kShort = 3, kLong = 4, kLong8 = 16;
+  static constexpr std::uint64_t kBigTiff = 43, kShort = 3, kLong = 4, kBytes = 7, kLong8 = 16;
 
   /// 0 beyond the file.
   std::uint64_t number(std::uint64_t at, std::uint64_t count) const {
@@ -84,23 +86,45 @@ std::string damage_of(std::string_view deflated) {
   return said;
 }
 
+/// Throws InputError unless a strip, which leaves the tables of all strips to `tables`, can be decoded.
+void check_jpeg_strip(const ImageBytes& tiff, std::string_view tables, std::string_view strip, std::uint64_t at) {
+  constexpr std::size_t kMarker = 2;  // bytes of the tables' last marker, end of image, and of the strip's first
+  if (strip.size() < kMarker) return;
+  std::string whole(tables.empty() ? strip.substr(0, kMarker) : tables.substr(0, tables.size() - kMarker));
+  whole += strip.substr(kMarker);
+  const ImageBytes image{tiff.file, "the JPEG that begins at byte " + std::to_string(at), whole};
+  if (!image.is_jpeg()) return;
+  const ImageHeader header = read_jpeg_header(image);
+  check_size(image.file, image.part, header.width, header.height, header.channels);
+  check_jpeg(image);
+  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height) *
+                                   static_cast<std::size_t>(header.channels));
+  decode_jpeg(image, header, pixels.data());
+}
+
 }  // namespace
 
 void check_tiff(const ImageBytes& image) {
   constexpr std::uint64_t kCompression = 259, kStrips = 273, kStripBytes = 279, kTiles = 324, kTileBytes = 325;
-  constexpr std::uint64_t kFillOrder = 266, kAdobeDeflate = 8, kDeflate = 32946;
+  constexpr std::uint64_t kFillOrder = 266, kTables = 347, kJpeg = 7, kAdobeDeflate = 8, kDeflate = 32946;
   const Directory directory(image);
   const std::vector<std::uint64_t> compression = directory.numbers(kCompression), order = directory.numbers(kFillOrder);
-  if (compression.empty() || (compression[0] != kAdobeDeflate && compression[0] != kDeflate)) return;
+  const bool jpeg = !compression.empty() && compression[0] == kJpeg;
+  if (compression.empty() || (!jpeg && compression[0] != kAdobeDeflate && compression[0] != kDeflate)) return;
   if (!order.empty() && order[0] != 1) return;  // bits the other way round
-  std::uint64_t left = image.view.size();       // no bytes are of two strips, in no file but a crafted one
+  const std::vector<std::uint64_t> table_bytes = directory.numbers(kTables);
+  const std::string tables(table_bytes.begin(), table_bytes.end());
+  std::uint64_t left = image.view.size();  // no bytes are of two strips, in no file but a crafted one
   for (const auto& [places, sizes] : {std::pair{kStrips, kStripBytes}, {kTiles, kTileBytes}}) {
     const std::vector<std::uint64_t> at = directory.numbers(places), bytes = directory.numbers(sizes);
     for (std::size_t i = 0; i < std::min(at.size(), bytes.size()); ++i) {
       if (at[i] > image.view.size() || bytes[i] > image.view.size() - at[i]) continue;  // libtiff finds it missing
       if (bytes[i] > left) return;
       left -= bytes[i];
-      if (const std::string said = damage_of(image.view.substr(at[i], bytes[i])); !said.empty())
+      const std::string_view strip = image.view.substr(at[i], bytes[i]);
+      if (jpeg)
+        check_jpeg_strip(image, tables, strip, at[i]);
+      else if (const std::string said = damage_of(strip); !said.empty())
         image.fail(at[i], "cannot be decoded whole: the compressed data that begin here are damaged (" + said + ")");
     }
   }

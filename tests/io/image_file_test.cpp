@@ -237,17 +237,17 @@ TEST(ReadImage, TakesPaddingBehindJpegDataButNoDataWithoutPlace) {
   EXPECT_TRUE(contains(said, "extraneous bytes before marker 0xd9")) << said;
 }
 
-// Deflate ends each strip or tile with a checksum, to which libtiff seldom comes. The other codings have none: of them only
-// what cannot be decoded at all is found.
-TEST(ReadImage, RefusesTiffWithDamagedDeflatedData) {
+// Deflate ends each strip or tile with a checksum, to which libtiff seldom comes, and of JPEGs libjpeg tells what was lost. The
+// other codings have neither: of them only what cannot be decoded at all is found.
+TEST(ReadImage, RefusesTiffWithDamagedCompressedData) {
   const TemporaryFolder folder;
   const Image image = picture(300, 200);
   const std::vector<std::uint16_t> deep(image.pixels.begin(), image.pixels.end());
   const auto store_as = [&](const std::string& coding) {
     const auto file = folder.path() / "a.tif";
     OIIO::ImageSpec spec(300, 200, 3, coding == "deep" ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8);
-    spec.attribute("compression", "zip");
-    spec.attribute("tiff:RowsPerStrip", coding == "whole" ? 200 : 16);
+    spec.attribute("compression", coding == "jpeg" ? "jpeg:95" : "zip");
+    spec.attribute("tiff:RowsPerStrip", coding == "whole" ? 200 : 48);
     if (coding == "big") spec.attribute("tiff:bigtiff", 1);
     if (coding == "tiles") spec.tile_width = spec.tile_height = 64;
     const auto out = OIIO::ImageOutput::create(file.string());
@@ -257,15 +257,17 @@ TEST(ReadImage, RefusesTiffWithDamagedDeflatedData) {
                 out->close());
     return test::read_file(file);
   };
-  for (const std::string coding : {"strips", "whole", "big", "tiles", "deep"}) {
+  for (const std::string coding : {"strips", "whole", "big", "tiles", "deep", "jpeg"}) {
+    const bool jpeg = coding == "jpeg";
     const std::string good = store_as(coding);
     const Image whole = read_image(folder.write("good.tif", good));
     EXPECT_EQ(whole.width, 300) << coding;
-    EXPECT_TRUE(coding == "deep" || whole.pixels == image.pixels) << coding;
+    EXPECT_TRUE(coding == "deep" || jpeg || whole.pixels == image.pixels) << coding;
     for (unsigned seed = 0; seed < 20; ++seed) {
       std::mt19937 random(seed);
       std::string damaged = good;
-      damaged[good.size() / 4 + random() % (good.size() / 2)] ^= static_cast<char>(1 + random() % 255);
+      for (int n = 0; n < (jpeg ? 60 : 1); ++n)
+        damaged[good.size() / 4 + random() % (good.size() / 2)] ^= static_cast<char>(1 + random() % 255);
       EXPECT_TRUE(contains(input_error([&] { read_image(folder.write("damaged.tif", damaged)); }), "damaged.tif: "))
           << coding << " " << seed;
     }
