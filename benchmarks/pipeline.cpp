@@ -21,7 +21,7 @@ struct Arguments {
   std::vector<std::size_t> faces{100'000, 1'000'000, 10'000'000};
   int at_photos = 20;
   std::string photo_size = "4000x3000";
-  bool quick = false, scenes_only = false;
+  bool nadir = false, quick = false, scenes_only = false;
   RunOptions run;
 };
 
@@ -72,6 +72,7 @@ void write_results(const Series& series, const std::filesystem::path& folder) {
 int run(Arguments arguments) {
   if (arguments.quick) make_quick(arguments);
   SceneSize size = photo_size(arguments.photo_size);
+  size.nadir = arguments.nadir;
   if (!arguments.scenes_only && !std::filesystem::is_regular_file(arguments.run.gpvc))
     throw std::invalid_argument(arguments.run.gpvc.string() + ": no such program; --gpvc names it");
   Series series;
@@ -117,6 +118,7 @@ int main(int argc, char** argv) {
   list(app.add_option("--faces", arguments.faces, "Faces of the scenes of the second series, about; 0: leave it out"));
   app.add_option("--at-photos", arguments.at_photos, "Their photos")->check(CLI::PositiveNumber)->capture_default_str();
   app.add_option("--photo-size", arguments.photo_size, "WIDTHxHEIGHT of the photos")->capture_default_str();
+  app.add_flag("--nadir", arguments.nadir, "All photos look straight down and overlap by 80 %");
   app.add_option("--memory", arguments.run.memory, "Given to gpvc texture as its --memory");
   app.add_option("--runs", arguments.run.runs, "Runs of each scene, of which the median counts")
       ->check(CLI::PositiveNumber)

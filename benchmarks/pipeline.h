@@ -14,9 +14,10 @@ struct SceneSize {
   int photos = 0;
   std::size_t faces = 0;  ///< aimed at
   int width = 0, height = 0;
+  bool nadir = false;  ///< a flight that looks straight down, where photos overlap by 80 %, instead of one over a city
 };
 
-/// "400-photos-2000000-faces-4000x3000", the folder's name.
+/// "400-photos-2000000-faces-4000x3000", the folder's name, with "-nadir" if it is.
 std::string name_of(const SceneSize& size);
 
 struct SceneFiles {

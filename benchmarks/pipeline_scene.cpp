@@ -33,15 +33,19 @@ using Json = nlohmann::ordered_json;
 // 1000 m2 a photo, a face that is seen at all is seen by 5 photos of 10, whose views reach far beyond their small city,
 // 9 of 50 and 10 of 200.
 constexpr double kDistance_m = 120, kAreaPerPhoto_m2 = 1000;
+// Photos that take in 144 x 108 m and overlap by 80 % along and across are 28.8 and 21.6 m apart.
+constexpr double kAreaPerNadirPhoto_m2 = 28.8 * 21.6;
 constexpr int kPhotoQuality = 90;
 constexpr int kGeneration = 1;  // to be raised when scenes of the same size come out different
 
 /// What must be equal for a scene to be used again.
 Json recipe(const SceneSize& size) {
-  return {{"generation", kGeneration},
-          {"photos", size.photos},
-          {"faces", size.faces},
-          {"photo_size", {size.width, size.height}}};
+  Json json = {{"generation", kGeneration},
+               {"photos", size.photos},
+               {"faces", size.faces},
+               {"photo_size", {size.width, size.height}}};
+  if (size.nadir) json["nadir"] = true;
+  return json;
 }
 
 synth::CityOptions city_of(const SceneSize& size) {
@@ -50,7 +54,8 @@ synth::CityOptions city_of(const SceneSize& size) {
   city.flight.photos = size.photos;
   city.flight.width = size.width;
   city.flight.height = size.height;
-  city.flight.size_m = std::sqrt(kAreaPerPhoto_m2 * size.photos);
+  city.flight.all_nadir = size.nadir;
+  city.flight.size_m = std::sqrt((size.nadir ? kAreaPerNadirPhoto_m2 : kAreaPerPhoto_m2) * size.photos);
   city.flight.range = kDistance_m / city.flight.size_m;
   city.flight.distorted = false;
   return city;
@@ -202,7 +207,8 @@ std::size_t complete_scene(const SceneSize& size, const fs::path& folder) {
 }  // namespace
 
 std::string name_of(const SceneSize& size) {
-  return fmt::format("{}-photos-{}-faces-{}x{}", size.photos, size.faces, size.width, size.height);
+  return fmt::format("{}-photos-{}-faces-{}x{}{}", size.photos, size.faces, size.width, size.height,
+                     size.nadir ? "-nadir" : "");
 }
 
 SceneFiles make_scene(const SceneSize& size, const fs::path& scenes) {

@@ -10,6 +10,7 @@ inline constexpr double kBlockPitch_m = 36, kStreet_m = 8, kWalk_m = 2;
 
 struct FlightOptions {
   int photos = 20;  ///< a fifth nadir, the rest oblique from four sides
+  bool all_nadir = false;
   int width = 1200, height = 800;
   double size_m = 100;  ///< edge of the square below
   double range = 0.8;   ///< from the camera to what it looks at, times size_m

@@ -49,7 +49,8 @@ std::vector<View> synth_flight(const FlightOptions& options) {
   for (int group = 0; group < 5; ++group) {
     // Nadir photos come first in sharing the remainder.
     const int order = (group + 4) % 5;
-    const int count = options.photos / 5 + (order < options.photos % 5 ? 1 : 0);
+    const int share = options.photos / 5 + (order < options.photos % 5 ? 1 : 0);
+    const int count = !options.all_nadir ? share : order == 0 ? options.photos : 0;
     const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count))));
     const int rows = count == 0 ? 0 : (count + columns - 1) / columns;
     const Heading& heading = kHeadings[group];
