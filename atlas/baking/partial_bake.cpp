@@ -18,7 +18,8 @@ int footprint_px(const TexelSource& source, int x, int y) {
   const auto a = source.frame_from_texel(x, y), b = source.frame_from_texel(x + 1, y),
              c = source.frame_from_texel(x, y + 1);
   if (!a || !b || !c) return 1;
-  const double edge = std::max(std::hypot(b->x - a->x, b->y - a->y), std::hypot(c->x - a->x, c->y - a->y));
+  const auto length2 = [&](const PixelPoint& p) { return (p.x - a->x) * (p.x - a->x) + (p.y - a->y) * (p.y - a->y); };
+  const double edge = std::sqrt(std::max(length2(*b), length2(*c)));
   // A texel as fine as the photo takes one sample, though rounding puts its edge above a pixel.
   return static_cast<int>(std::ceil(std::clamp(edge - 0.01, 1.0, kMost)));
 }

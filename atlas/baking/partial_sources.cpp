@@ -71,12 +71,12 @@ std::array<int, 2> deciding_pixel(const TexelSource& source, const PixelPoint& p
   const auto in_face = [&](int x, int y) { return contains(*source.outline, x + 0.5 - c.x0, y + 0.5 - c.y0); };
   if (!source.outline || in_face(px, py)) return {px, py};
   std::array<int, 2> nearest{px, py};
-  double least = 1e9;
+  double least2 = 1e9;
   for (int y = py - 1; y <= py + 1; ++y)
     for (int x = px - 1; x <= px + 1; ++x) {
-      const double distance = std::hypot(x + 0.5 - p.x, y + 0.5 - p.y);
-      if (distance >= least || !in_face(x, y)) continue;
-      least = distance;
+      const double dx = x + 0.5 - p.x, dy = y + 0.5 - p.y, distance2 = dx * dx + dy * dy;
+      if (distance2 >= least2 || !in_face(x, y)) continue;
+      least2 = distance2;
       nearest = {x, y};
     }
   return nearest;
