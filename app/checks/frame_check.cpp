@@ -126,20 +126,57 @@ double framed_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId
   return count == 0 ? 0 : static_cast<double>(framed) / static_cast<double>(count);
 }
 
-std::vector<std::size_t> overlap(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
+namespace {
+
+/// For each face of a sample, the places in `used` of the views that may frame it and stand on its front side.
+std::vector<std::vector<std::uint32_t>> possible_views(const Mesh& mesh, const Scene& scene,
+                                                       std::span<const ViewId> used) {
   const std::size_t step = sample_step(mesh.faces.size(), used.size(), 20000);
-  std::vector<std::size_t> counts((mesh.faces.size() + step - 1) / step);
-  tbb::parallel_for(std::size_t{0}, counts.size(), [&](std::size_t i) {
+  std::vector<std::vector<std::uint32_t>> views_of((mesh.faces.size() + step - 1) / step);
+  tbb::parallel_for(std::size_t{0}, views_of.size(), [&](std::size_t i) {
     const Triangle& face = mesh.faces[i * step];
     const WorldPoint& a = mesh.positions[face[0]];
     const WorldPoint normal = cross(mesh.positions[face[1]] - a, mesh.positions[face[2]] - a);
-    counts[i] = static_cast<std::size_t>(std::ranges::count_if(used, [&](ViewId id) {
-      const View& view = scene.views[index(id)];
-      return dot(normal, view.pose.centre - a) > 0 && may_be_framed(view, mesh, face);
-    }));
+    for (std::uint32_t n = 0; n < used.size(); ++n) {
+      const View& view = scene.views[index(used[n])];
+      if (dot(normal, view.pose.centre - a) > 0 && may_be_framed(view, mesh, face)) views_of[i].push_back(n);
+    }
   });
+  return views_of;
+}
+
+}  // namespace
+
+std::vector<std::size_t> overlap(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {
+  std::vector<std::size_t> counts;
+  for (const auto& views : possible_views(mesh, scene, used)) counts.push_back(views.size());
   std::ranges::sort(counts);
   return counts;
+}
+
+std::vector<ViewId> few_views(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used, int times) {
+  const std::vector<std::vector<std::uint32_t>> views_of = possible_views(mesh, scene, used);
+  std::vector<std::vector<std::uint32_t>> faces_of(used.size());
+  for (std::uint32_t f = 0; f < views_of.size(); ++f)
+    for (const std::uint32_t n : views_of[f]) faces_of[n].push_back(f);
+  // A view gains the faces that are not shown often enough. Each face tells all of its views once it is.
+  std::vector<int> missing(views_of.size(), times);
+  std::vector<std::size_t> gains;
+  for (const auto& faces : faces_of) gains.push_back(faces.size());
+  std::vector<ViewId> few;
+  while (!gains.empty()) {
+    const auto best = std::ranges::max_element(gains);
+    if (*best <= views_of.size() / 200) break;
+    const auto chosen = static_cast<std::size_t>(best - gains.begin());
+    few.push_back(used[chosen]);
+    for (const std::uint32_t f : faces_of[chosen])
+      if (--missing[f] == 0)
+        for (const std::uint32_t n : views_of[f])
+          if (gains[n] > 0) --gains[n];
+    gains[chosen] = 0;
+  }
+  std::ranges::sort(few);
+  return few;
 }
 
 std::optional<Backs> back_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used) {

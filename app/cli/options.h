@@ -38,6 +38,8 @@ struct CommandOptions {
   bool force = false;
 };
 
+inline constexpr int kPreviewReduction = 4, kPreviewPhotosOfPlace = 3;
+
 struct SceneInput {
   std::filesystem::path scene, mesh;
   std::vector<std::filesystem::path> more_meshes;  ///< follow `mesh`, their faces after its faces
@@ -45,15 +47,17 @@ struct SceneInput {
   std::string views, exclude_views;  ///< lists as given; empty: all, none
   std::string hold_out;              ///< a number (every so many views) or a list
   int downscale = 1;
+  bool preview = false;  ///< of fewer photos, smaller ones unless `downscale` says how much
   std::optional<std::filesystem::path> masks_dir;
   bool masks = true;
   bool skip_bad_photos = false;
   bool whole_fisheyes = false;  ///< one view for each photo, see io::SceneOptions
   std::string mesh_crs;         ///< reference system of the meshes; empty: found, if it is not the scene's
+  int reduction() const { return preview && downscale == 1 ? kPreviewReduction : downscale; }
   io::SceneOptions reader_options() const {
     return {.images_dir = images_dir,
             .skip_bad_photos = skip_bad_photos,
-            .downscale = downscale,
+            .downscale = reduction(),
             .masks_dir = masks_dir,
             .masks = masks,
             .whole_fisheyes = whole_fisheyes};

@@ -88,6 +88,13 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   for (std::size_t m = 0; m < files.size(); ++m) append_mesh(files[m], meshes[m].get(), data);
   for (const std::string& warning : data.mesh.warnings) record.warning(warning);
   checks::prepare(data.scene, data.mesh, data.used, origin_of(input), record);
+  const std::size_t all_views = data.used.size();
+  if (input.preview) {
+    data.used = checks::few_views(data.mesh, data.scene, data.used, kPreviewPhotosOfPlace);
+    if (data.used.empty()) throw InputError(input.mesh, "", "is in no photo");
+    record.note(fmt::format("a preview: {} of {} photos, in 1/{} of their width and height", data.used.size(),
+                            all_views, input.reduction()));
+  }
   record.counts["faces"] = data.mesh.faces.size();
   record.counts["vertices"] = data.mesh.positions.size();
   record.counts["views"] = data.scene.views.size();
@@ -123,7 +130,8 @@ Json scene_json(const SceneInput& input) {
   json["views"] = input.views;
   json["exclude_views"] = input.exclude_views;
   json["hold_out"] = input.hold_out;
-  json["downscale"] = input.downscale;
+  json["downscale"] = input.reduction();
+  json["preview"] = input.preview;
   json["skip_bad_photos"] = input.skip_bad_photos;
   json["masks"] = !input.masks ? Json(false) : input.masks_dir ? Json(input.masks_dir->string()) : Json(true);
   return json;

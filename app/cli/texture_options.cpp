@@ -1,4 +1,6 @@
 // The options of gpvc texture, and of gpvc tileset, which has most of them.
+#include <fmt/format.h>
+
 #include "app/cli/command_options.h"
 #include "app/cli/option_parts.h"
 #include "app/cli/setting_options.h"
@@ -9,6 +11,12 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_scene(*app, options.input);
   add_mesh(*app, options.input.mesh)->required();
   add_photos(*app, options.input);
+  OptionGroup{*app, pipeline::kInput}.flag(
+      "--preview", options.input.preview,
+      fmt::format("Take a first look: of each place only {} photos, as far as frames tell, in 1/{} of their width and "
+                  "height unless --downscale says "
+                  "how much",
+                  kPreviewPhotosOfPlace, kPreviewReduction));
   OptionGroup{*app, pipeline::kResearch}.add(
       "--hold-out", options.input.hold_out, "K|LIST",
       "Texture without every K-th photo, or without these (names or globs), and mark them in views.json, so that gpvc "
@@ -25,7 +33,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_common(*app, options.common,
              std::string(R"(Examples:
   gpvc texture colmap/sparse/0 mesh.ply --images photos -o out
-  gpvc texture colmap mesh.ply -o look --downscale 4 --views 'DJI_00[12]*'
+  gpvc texture colmap mesh.ply -o look --preview
   gpvc texture colmap mesh.ply -o out --texture png --page-size 4096 --force
   gpvc texture colmap mesh.ply --from out --allow roof.json -o out2
   gpvc texture colmap mesh.ply -o web --max-pages 1 --page-size 4096 --unseen drop

@@ -93,6 +93,33 @@ TEST(FrameCheck, OverlapCountsViewsAheadOfAFacesFront) {
   EXPECT_TRUE(checks::overlap({}, scene, checks::all_views(scene)).empty());
 }
 
+// Of strips that overlap: places that one view alone shows need it, and others need no more than are asked for.
+TEST(FrameCheck, FewViewsShowEachFaceOftenEnough) {
+  Mesh mesh;
+  for (int i = 0; i < 300; ++i) {
+    const Mesh more = triangle_at(i, 0, 0);
+    const auto base = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), more.positions.begin(), more.positions.end());
+    mesh.faces.push_back({base, base + 1, base + 2});
+  }
+  Scene scene = scene_above();
+  scene.views.resize(100, scene.views[0]);
+  for (std::size_t v = 0; v < 100; ++v) scene.views[v].pose.centre = {3.0 * static_cast<double>(v), 0, 20};
+  const std::vector<ViewId> all = checks::all_views(scene);
+  for (const int times : {1, 3}) {
+    const std::vector<ViewId> few = checks::few_views(mesh, scene, all, times);
+    EXPECT_LT(few.size(), all.size() * static_cast<std::size_t>(times) / 4);
+    EXPECT_TRUE(std::ranges::is_sorted(few));
+    const std::vector<std::size_t> most = checks::overlap(mesh, scene, all), shown = checks::overlap(mesh, scene, few);
+    ASSERT_GT(most.back(), 6U);
+    const auto enough = [&](const std::vector<std::size_t>& counts) {
+      return std::ranges::count_if(counts, [&](std::size_t n) { return n >= static_cast<std::size_t>(times); });
+    };
+    EXPECT_GE(enough(shown) + 2, enough(most));
+  }
+  EXPECT_TRUE(checks::few_views({}, scene, all, 3).empty());
+}
+
 /// Closed, corners counter-clockwise seen from outside: [-2, 2] x [-2, 2] x [0, 2].
 Mesh box() {
   Mesh mesh;
