@@ -51,6 +51,20 @@ TEST_F(App, TexturesWithoutAnExcludedImageThatIsMissing) {
   }
 }
 
+TEST_F(App, APreviewTakesSmallerPhotosAndNoMoreThanItNeeds) {
+  for (const auto& [more, reduction] : {std::pair{"4", 4}, {"2", 2}}) {
+    std::vector<std::string> options{"--preview", "--force", "--allow-misfit"};
+    if (reduction != 4) options.insert(options.end(), {"--downscale", more});
+    const Outcome outcome = run(texture(out_, options));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "of 5 photos, in 1/" + std::string(more) + " of their width")) << outcome.err;
+    const auto json = run_json(out_);
+    EXPECT_EQ(json["options"]["downscale"], reduction);
+    EXPECT_EQ(json["options"]["preview"], true);
+    EXPECT_LE(json["counts"]["used_views"], 5);
+  }
+}
+
 TEST_F(App, RefusesATruncatedImage) {
   const fs::path photo = scene_ / "images" / "nadir_001.jpg";
   fs::resize_file(photo, fs::file_size(photo) / 2);
