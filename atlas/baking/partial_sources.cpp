@@ -32,22 +32,31 @@ std::vector<Sight> find_clearance(const visibility::CoverageTable& table, const 
                                   const std::optional<TexelTriangle>& outline, int margin_px) {
   if (margin_px <= 0 || !outline) return {};
   std::vector<Sight> clearance;
-  const auto mark_around = [&](int x, int y) {
-    for (int my = std::max(0, y - margin_px); my <= std::min(entry.height - 1, y + margin_px); ++my)
-      for (int mx = std::max(0, x - margin_px); mx <= std::min(entry.width - 1, x + margin_px); ++mx) {
-        Sight& sight = clearance[pixel_index(mx, my, entry.width)];
-        const bool beside = std::abs(mx - x) <= 1 && std::abs(my - y) <= 1;
-        sight = std::min(sight, beside ? Sight::beside_occluder : Sight::near_occluder);
-      }
-  };
+  std::vector<std::array<int, 2>> hidden;
   triangle_spans(*outline, 0.0, {0, 0, entry.width, entry.height}, [&](int y, int first, int last) {
     for (int x = first; x <= last; ++x) {
       if (table.sees(entry, entry.x0 + x, entry.y0 + y)) continue;
       // Most faces are hidden nowhere, and the boxes of some are large.
       if (clearance.empty()) clearance.assign(pixel_index(0, entry.height, entry.width), Sight::clear);
-      mark_around(x, y);
+      clearance[pixel_index(x, y, entry.width)] = Sight::hidden;
+      hidden.push_back({x, y});
     }
   });
+  const auto for_around = [&](int x, int y, int distance, const auto& visit) {
+    for (int my = std::max(0, y - distance); my <= std::min(entry.height - 1, y + distance); ++my)
+      for (int mx = std::max(0, x - distance); mx <= std::min(entry.width - 1, x + distance); ++mx)
+        visit(mx, my, clearance[pixel_index(mx, my, entry.width)]);
+  };
+  for (const auto& [x, y] : hidden) {
+    // On the way to any pixel that is seen lies a hidden one with such a neighbour, which marks it.
+    bool inner = true;
+    for_around(x, y, 1, [&](int, int, Sight sight) { inner &= sight == Sight::hidden; });
+    if (inner) continue;
+    for_around(x, y, margin_px, [&, x = x, y = y](int mx, int my, Sight& sight) {
+      const bool beside = std::abs(mx - x) <= 1 && std::abs(my - y) <= 1;
+      sight = std::min(sight, beside ? Sight::beside_occluder : Sight::near_occluder);
+    });
+  }
   return clearance;
 }
 
